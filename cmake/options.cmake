@@ -1,0 +1,30 @@
+# Compiler options every target shares. Exact floating point is part of the product: runs are compared bit by bit.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+option(ROTORLOOP_SANITIZE "AddressSanitizer and UndefinedBehaviourSanitizer" OFF)
+option(ROTORLOOP_FIRMWARE "cross build of protocols, firmware and the controller" OFF)
+
+add_library(rl_options INTERFACE)
+target_include_directories(rl_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(rl_options INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wdouble-promotion -Werror
+  -ffp-contract=off -fno-math-errno)
+if(ROTORLOOP_SANITIZE)
+  target_compile_options(rl_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(rl_options INTERFACE -fsanitize=address,undefined)
+endif()
+
+# rl_library(NAME SOURCES… DEPENDS…): a static library of one room; header-only when it has no sources.
+function(rl_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_link_libraries(${name} PUBLIC rl_options ${ARG_DEPENDS})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE rl_options ${ARG_DEPENDS})
+  endif()
+endfunction()

@@ -1,0 +1,46 @@
+// Errors that a person can act on: where, what with value and unit, the likely cause, the remedy; and the exit code that
+// the command ends with. Thrown while loading and setting up, never from a control loop.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace rotorloop {
+
+// Exit codes of every command (docs/manual.md lists them for users).
+enum class ExitCode : int {
+  ok = 0,
+  usage = 2,         // bad arguments or bad input file
+  device = 3,        // device or bus
+  safety = 4,        // a safety trip ended the run
+  data_quality = 5,
+  verdict = 6,       // the run finished and failed its limits, or a comparison differs
+  interrupted = 130,
+};
+
+struct ErrorText {
+  std::string where;   // "file:line" or the argument
+  std::string what;    // what failed: key, value with unit, allowed range
+  std::string likely;  // likely cause; may be empty
+  std::string remedy;  // what to do; may be empty
+};
+
+// what() is the whole message:  WHERE: error: WHAT \n  likely: … \n  do:     …
+class Error : public std::runtime_error {
+ public:
+  explicit Error(ErrorText text, ExitCode exit_code = ExitCode::usage)
+      : std::runtime_error(compose(text)), text_(std::move(text)), exit_code_(exit_code) {}
+  const ErrorText& text() const { return text_; }
+  ExitCode exit_code() const { return exit_code_; }
+
+ private:
+  static std::string compose(const ErrorText& t) {
+    std::string s = t.where.empty() ? "error: " + t.what : t.where + ": error: " + t.what;
+    if (!t.likely.empty()) s += "\n  likely: " + t.likely;
+    if (!t.remedy.empty()) s += "\n  do:     " + t.remedy;
+    return s;
+  }
+  ErrorText text_;
+  ExitCode exit_code_;
+};
+
+}  // namespace rotorloop

@@ -1,0 +1,21 @@
+// The `rotorloop` command: parses, prints, calls a room below.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "host/base/error.hpp"
+#include "rotorloop_version.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"rotorloop: hardware-in-the-loop test bench and motor/ESC firmware toolkit"};
+  app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
+  app.require_subcommand(1);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : static_cast<int>(rotorloop::ExitCode::usage);
+  } catch (const rotorloop::Error& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return static_cast<int>(e.exit_code());
+  }
+  return 0;
+}

@@ -1,0 +1,30 @@
+# Shared by the scripts: where we are, installing packages, building a preset. Source it, do not run it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+say() { printf '%s\n' "$*" >&2; }
+
+# install_packages FILE…: apt is called only when something is missing, as root or through sudo.
+install_packages() {
+  local missing=() p
+  while read -r p; do
+    case "$p" in ''|'#'*) continue ;; esac
+    dpkg-query -W -f='${Status}' "$p" 2>/dev/null | grep -q 'install ok installed' || missing+=("$p")
+  done < <(cat "$@")
+  [ ${#missing[@]} -gt 0 ] || return 0
+  local sudo=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { say "error: missing packages: ${missing[*]}"; say "  do: install them as root: apt-get install ${missing[*]}"; exit 3; }
+    sudo=(sudo)
+  fi
+  say "installing: ${missing[*]}"
+  "${sudo[@]}" apt-get update -qq
+  DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
+}
+
+# build PRESET [TARGET…]
+build() {
+  local preset=$1; shift
+  [ -f "build/$preset/build.ninja" ] || cmake --preset "$preset" >&2
+  if [ $# -gt 0 ]; then cmake --build "build/$preset" --target "$@" >&2; else cmake --build "build/$preset" >&2; fi
+}
