@@ -37,7 +37,7 @@ struct BusConfig {
   bool recover_from_bus_off = true;  // after 128 x 11 recessive bits; false: off for good
   std::int64_t load_window_ns = 10 * kNs_per_ms;
   std::size_t stored_load_windows = 12'000;
-  std::vector<BusFault> faults;
+  std::vector<BusFault> faults{};
 };
 
 struct PortConfig {
