@@ -15,8 +15,7 @@
 #include "host/control/controller.hpp"
 #include "host/control/trajectory.hpp"
 #include "host/estimate/estimator.hpp"
-#include "host/node/dronecan_node.hpp"
-#include "host/node/esc_group.hpp"
+#include "host/node/esc_link.hpp"
 #include "protocols/state_receiver.hpp"
 
 namespace rotorloop::host {
@@ -27,8 +26,7 @@ enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc
 struct FlightComputerConfig {
   EstimatorConfig estimator;
   ControllerConfig controller;
-  std::uint8_t node_id = 10;
-  std::array<std::uint8_t, kRotors> esc_node_ids{21, 22, 23, 24};
+  EscLinkConfig escs;
   std::uint16_t setpoint_Hz = 1000;     // fast channel; divides 1000
   std::int64_t start_us = 2'000'000;    // airframe time at which the trajectory begins
   std::int64_t take_over_us = 300'000;  // control takes the rotors this long before
@@ -76,19 +74,17 @@ class FlightComputer {
   // The record of the newest control step, once.
   const FlightRecord* take_record();
   const Estimator& estimator() const { return estimator_; }
-  const EscGroup& escs() const { return group_; }
+  const EscLink& escs() const { return escs_; }
   const ControllerState& controller_state() const { return controller_state_; }
 
  private:
   void hear_state_bus(std::int64_t now_us);
-  void hear_esc_bus(std::int64_t now_us);
   void control_step(const ImuSample& imu, std::int64_t now_us);
   void watch(std::int64_t now_us);
   void go_safe(SafeReason reason, int esc, std::int64_t now_us);
-  void send_setpoints(std::int64_t now_us);
-  void report(std::int64_t now_us);
-  bool escs_operational(std::int64_t now_us) const;
-  bool escs_at(double omega_rad_s, double tolerance) const;
+  void report(std::int64_t imu_time_us, std::int64_t now_us);
+  bool all_at(double omega_rad_s, double tolerance) const;
+  int slowest_esc() const;
 
   FlightComputerConfig config_;
   const Trajectory& trajectory_;
@@ -98,8 +94,7 @@ class FlightComputer {
   Controller controller_;
   ControllerState controller_state_;
   protocols::state::StateReceiver receiver_;
-  DronecanNode node_;
-  EscGroup group_;
+  EscLink escs_;
   FlightPhase phase_ = FlightPhase::boot;
   SafeState safe_;
   FlightRecord record_;
@@ -109,8 +104,7 @@ class FlightComputer {
   std::int64_t last_imu_us_ = -1;   // arrival
   std::int64_t ready_since_us_ = -1;
   std::uint64_t steps_ = 0;
-  std::uint8_t setpoint_sequence_ = 0, status_sequence_ = 0;
-  protocols::state::ControllerStatus status_;
+  std::uint8_t report_sequence_ = 0;
 };
 
 }  // namespace rotorloop::host
