@@ -15,6 +15,7 @@ struct Counters {
   std::uint32_t start_failures = 0;
   std::uint32_t restarts = 0;
   std::uint32_t latched_faults = 0;        // gave up until the set-point returns to off
+  std::uint32_t resistance_refused = 0;    // measured at start, too far from the parameter
   std::uint32_t catches = 0;               // took over a rotor that was already turning
   std::uint32_t reversals = 0;
   std::uint32_t two_phase_samples = 0;     // one low-side window was too short

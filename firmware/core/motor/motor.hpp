@@ -32,12 +32,14 @@ struct MotorVariables {
   Rotor wanted_A{};
   Rotor measured_A{};
   Rotor given_V{};
+  float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
+  float resistance_ohm = 0.0f;    // phase and switch, measured at the last start
   bool voltage_limited = false;
   std::uint32_t limited_samples = 0;  // of the last kSlots
   float bus_V = 0.0f, temperature_K = 0.0f;
   float residual_A = 0.0f;
   float bus_A = 0.0f;
-  float emf_ratio = 1.0f;
+  float emf_mismatch = 0.0f;
   float fade_d_A = 0.0f;
   float weaken_A = 0.0f;          // <= 0
   float direction = 1.0f;         // sense of rotation while running
@@ -50,7 +52,7 @@ struct MotorVariables {
 template <Board B>
 class Motor {
  public:
-  explicit Motor(const Parameters& parameters) : config_(configure<B>(parameters)) {}
+  explicit Motor(const Parameters& parameters) : config_(configure<B>(parameters)) { v_.resistance_ohm = config_.observer.resistance_ohm; }
 
   // Refuses what is not a number: keeps the last one and counts.
   void set_setpoint(const Setpoint& s) {
@@ -79,7 +81,7 @@ class Motor {
     // Observer: the voltage of the period that just ended. With the bridge off nothing is known of it: the estimate is kept
     // turning by the phase-locked loop's speed until the next catch.
     const Stator applied_V = was_driven ? bus_V * ended_.duty - ended_.lost_V : Stator{};
-    step(config_.observer, v_.observer, applied_V, sensed.current_A, torque_rad_s2());
+    step(config_.observer, v_.observer, applied_V, sensed.current_A, v_.resistance_ohm, torque_rad_s2(), observing());
 
     // Frame of the current control.
     v_.own_angle = v_.own_angle + Angle::from_rad(v_.own_omega_e_rad_s * config_.period_s);
@@ -88,6 +90,8 @@ class Motor {
     v_.measured_A = park(sensed.current_A, at);
     const CurrentLoopStep loop = step(config_.current, v_.current, v_.wanted_A, v_.measured_A, frame, !v_.own_frame, voltage_limit_V(config_.modulator, bus_V));
     v_.given_V = v_.state == MotorState::braking ? Rotor{} : loop.v_V;
+    v_.along_V += config_.across_filter * (loop.v_V.d - v_.along_V);
+    v_.across_V += config_.across_filter * (loop.v_V.q - v_.across_V);
     v_.voltage_limited = loop.limited;
     v_.limited_samples += loop.limited ? 1u : 0u;
     v_.counters.voltage_limited += loop.limited && driving() ? 1u : 0u;
@@ -124,7 +128,8 @@ class Motor {
   MotorConfig& config() { return config_; }  // tests that switch one protection off to show what it prevents
 
  private:
-  float speed_rad_s() const { return v_.observer.omega_e_rad_s / config_.pole_pairs; }
+  float speed_rad_s() const { return v_.observer.speed_e_rad_s / config_.pole_pairs; }
+  float frame_speed_rad_s() const { return v_.observer.omega_e_rad_s / config_.pole_pairs; }
   bool observing() const { return v_.state == MotorState::running || v_.state == MotorState::handover; }
   bool driving() const { return v_.state != MotorState::off && v_.state != MotorState::fault; }
 
@@ -188,7 +193,7 @@ class Motor {
   }
 
   void slot_work(B& board, const Sensed& sensed) {
-    v_.residual_A += 0.1f * (sensed.residual_A - v_.residual_A);
+    v_.residual_A += 0.1f * ((v_.sense.calibrated ? sensed.residual_A : 0.0f) - v_.residual_A);
     switch (v_.slot) {
       case 0: supervise(board); break;
       case 1: start(board); break;
@@ -240,7 +245,7 @@ class Motor {
   }
 
   void begin_start(B& board) {
-    v_.start = {MotorState::catching, 0.0f, 0.0f, sign_of(setpoint_.value)};
+    v_.start = {MotorState::catching, 0.0f, 0.0f, sign_of(setpoint_.value), 0.0f};
     v_.state = MotorState::catching;
     v_.observer = {};
     v_.current = {};
@@ -248,14 +253,14 @@ class Motor {
     v_.own_frame = false;
     v_.own_omega_e_rad_s = 0.0f;
     v_.weaken_A = 0.0f;
-    v_.emf_ratio = 1.0f;
+    v_.emf_mismatch = 0.0f;
     v_.protection.stall_ticks = 0;
     board.bridge_on();
   }
 
   // Slot 1: the start sequence and the hand-over.
   void start(B& board) {
-    const StartStep s = step(config_.start, v_.start, {speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio});
+    const StartStep s = step(config_.start, v_.start, {v_.along_V, v_.measured_A.d, v_.across_V - v_.resistance_ohm * v_.measured_A.q, frame_speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio});
     if (v_.state == MotorState::catching || v_.state == MotorState::align || v_.state == MotorState::ramp) {
       v_.state = v_.start.phase;
       if (s.failed) return trip(board, Fault::start_failed);
@@ -272,11 +277,12 @@ class Motor {
         v_.fade_d_A = seen_A.d;
         return take_over(seen_A.q);
       }
+      if (s.resistance_ohm > 0.0f) learn_resistance(s.resistance_ohm);
       if (s.own_frame && !v_.own_frame) v_.current = {};
       v_.own_frame = s.own_frame;
       if (s.set_frame) v_.own_angle = s.frame;
       v_.own_omega_e_rad_s = v_.start.speed_rad_s * config_.pole_pairs;
-      v_.wanted_A = {s.current_A, 0.0f};
+      v_.wanted_A = {s.current_A, s.damping_A};
     } else if (v_.state == MotorState::handover) {
       v_.phase_s += config_.start.tick_s;
       if (v_.phase_s > config_.start.hand_over_s) {
@@ -284,6 +290,14 @@ class Motor {
         v_.fade_d_A = 0.0f;
       }
     }
+  }
+
+  void learn_resistance(float measured_ohm) {
+    const float expected_ohm = config_.observer.resistance_ohm;
+    if (magnitude(measured_ohm - expected_ohm) <= config_.start.measure_tolerance * expected_ohm)
+      v_.resistance_ohm = measured_ohm;
+    else
+      ++v_.counters.resistance_refused;
   }
 
   void take_over(float current_q_A) {
@@ -298,15 +312,17 @@ class Motor {
 
   // Slot 2.
   void protect(B& board) {
-    // q voltage without the drops, over what the estimated speed should induce: 1 when the rotor really turns that fast.
+    // q voltage without the drops against what the estimated speed should induce: equal when the rotor really turns that fast.
     const float w_e = v_.observer.omega_e_rad_s;
-    const float emf_V = v_.given_V.q - config_.observer.resistance_ohm * v_.measured_A.q - w_e * config_.observer.inductance_H * v_.measured_A.d;
+    const float emf_V = v_.given_V.q - v_.resistance_ohm * v_.measured_A.q - w_e * config_.observer.inductance_H * v_.measured_A.d;
     const float expected_V = w_e * config_.observer.flux_linkage_Wb;
-    const float ratio = magnitude(expected_V) > 0.05f ? clamp(emf_V / expected_V, -1.0f, 3.0f) : 1.0f;
-    v_.emf_ratio += 0.1f * ((v_.state == MotorState::running ? ratio : 1.0f) - v_.emf_ratio);
+    const float excused_V = 0.25f * config_.observer.resistance_ohm * magnitude(v_.measured_A.q) + 0.1f;
+    const float excess_V = magnitude(emf_V - expected_V) - excused_V;
+    const float mismatch = excess_V > 0.0f ? excess_V / (magnitude(expected_V) + 0.05f) : 0.0f;
+    v_.emf_mismatch += 0.1f * ((v_.state == MotorState::running ? (mismatch < 3.0f ? mismatch : 3.0f) : 0.0f) - v_.emf_mismatch);
     const Fault fault = check_slow(config_.protection, v_.protection,
                                    {v_.bus_V, v_.temperature_K, v_.residual_A, v_.state == MotorState::running, speed_rad_s(), v_.direction,
-                                    v_.observer.lock, v_.emf_ratio});
+                                    v_.observer.lock, v_.emf_mismatch});
     if (fault != Fault::none && driving()) trip(board, fault);
   }
 

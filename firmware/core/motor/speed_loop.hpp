@@ -16,7 +16,9 @@ struct SpeedLoopConfig {
   float load_N_m_s2 = 0.0f;
   float reference_rad_s = 500.0f;   // bandwidth of the model
   float feedback_rad_s = 400.0f;    // proportional action
-  float integral_rad_s = 100.0f;    // corner of the integral
+  float integral_share = 0.25f;     // corner of the integral, of the feedback
+  float full_speed_rad_s = 700.0f;  // below it feedback falls with speed, as the observer's own bandwidth does …
+  float least_share = 0.15f;        // … to this share
   float slew_rad_s2 = 0.0f;         // of the set-point; 0: off
   float max_speed_rad_s = 0.0f, min_speed_rad_s = 0.0f;
 };
@@ -50,12 +52,14 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
   } else {
     s.slewed_rad_s = target;
   }
+  const float share = clamp(magnitude(speed_rad_s) / c.full_speed_rad_s, c.least_share, 1.0f);
+  const float feedback = c.feedback_rad_s * share, reference = c.reference_rad_s * share;
   // On a ramp the model follows without lag: its own slope is fed in.
-  const float slope_rad_s2 = c.reference_rad_s * (s.slewed_rad_s - s.model_rad_s) + slew_rad_s2;
+  const float slope_rad_s2 = reference * (s.slewed_rad_s - s.model_rad_s) + slew_rad_s2;
   const float model = s.model_rad_s + c.period_s * slope_rad_s2;
   const float over_kt = 1.0f / c.torque_constant_N_m_A;
   const float feed_A = (c.inertia_kg_m2 * slope_rad_s2 + c.load_N_m_s2 * model * magnitude(model)) * over_kt;
-  const float kp_A_s = c.inertia_kg_m2 * c.feedback_rad_s * over_kt;
+  const float kp_A_s = c.inertia_kg_m2 * feedback * over_kt;
   const float error = s.model_rad_s - speed_rad_s;
   const float wanted_A = feed_A + kp_A_s * error + s.integral_A;
   const Limited limited = limit_current(range, wanted_A, sign_of(speed_rad_s));
@@ -64,10 +68,10 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
     s.model_rad_s = speed_rad_s;
     // Integral: only towards relief.
     const float blocked = voltage_limited && limited.by == Limiter::none ? wanted_A : wanted_A - limited.current_A;
-    if (error * blocked < 0.0f) s.integral_A += kp_A_s * c.integral_rad_s * c.period_s * error;
+    if (error * blocked < 0.0f) s.integral_A += kp_A_s * c.integral_share * feedback * c.period_s * error;
   } else {
     s.model_rad_s = model;
-    s.integral_A += kp_A_s * c.integral_rad_s * c.period_s * error;
+    s.integral_A += kp_A_s * c.integral_share * feedback * c.period_s * error;
   }
   return {limited.current_A, limited.by != Limiter::none ? limited.by : voltage_limited ? Limiter::voltage : reference_by};
 }
