@@ -123,11 +123,12 @@ std::string_view verdict_name(Verdict v);
 struct Assessment {
   std::vector<TableCell> table;  // flights in scenario order, then variants in enum order; only what was flown
   std::vector<LimitResult> limits;
-  // incomplete: a flight did not complete, or a limit's figure was not flown or measured. fail: all measured, one limit missed.
+  // incomplete: a planned flight is missing or was interrupted, or a limit's figure was not measured.
+  // fail: every flight was flown, and one crashed or missed a limit. Error limits are judged over completed flights alone.
   Verdict verdict = Verdict::incomplete;
 };
 
-// `planned` flights that are missing from `results` make the verdict incomplete.
+// `planned`: number of flights asked for. The bus load judged is the worst window of any flight.
 Assessment assess(const Scenario& scenario, const std::vector<FlightResult>& results, std::size_t planned);
 
 Reduction reduction(const std::vector<FlightResult>& results, const std::string& flight, Variant from, Variant to, ErrorAxis axis);
