@@ -220,7 +220,7 @@ ReportBus bus_of(BusName name, const FlightLogs& logs, const fs::path& file, con
 
 std::string text_of(const Spread& s, const char* unit, int decimals) {
   if (s.n == 0) return "–";
-  return s.n > 1 && s.std > 0 ? fmt::format("{:.{}f} ± {:.{}f} {}", s.mean, decimals, s.std, decimals, unit) : fmt::format("{:.{}f} {}", s.mean, decimals, unit);
+  return s.n > 1 && s.std >= 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.{}f} ± {:.{}f} {}", s.mean, decimals, s.std, decimals, unit) : fmt::format("{:.{}f} {}", s.mean, decimals, unit);
 }
 
 template <class Get>

@@ -17,18 +17,22 @@ p{margin:6px 0 14px;max-width:80ch}.sub{color:var(--soft);margin:0 0 22px}.cap{c
 .verdict b{font-size:25px;letter-spacing:.05em;text-transform:uppercase}.verdict p{margin:0}
 .pass{border-left-color:var(--good)}.pass b,td.pass{color:var(--good)}.fail{border-left-color:var(--alarm)}.fail b,td.fail{color:var(--alarm)}.incomplete{border-left-color:var(--wait)}.incomplete b{color:var(--wait)}
 .facts{display:flex;flex-wrap:wrap;gap:10px 34px;margin:0 0 18px}.facts div{font-variant-numeric:tabular-nums}.facts span{display:block;color:var(--soft);font-size:12.5px}
-.warn{border:1px solid var(--line);border-left:6px solid var(--wait);background:var(--raise);border-radius:8px;padding:10px 20px;margin:0 0 18px}.warn li{margin:4px 0}
+.warn{border:1px solid var(--line);border-left:6px solid var(--wait);background:var(--raise);border-radius:8px;padding:10px 20px 10px 38px;margin:0 0 18px}.warn li{margin:4px 0}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px;margin:10px 0 18px;min-width:60%}
-th{font-weight:600;text-align:right;color:var(--soft);font-size:12.5px;vertical-align:bottom;padding:6px 14px 6px 0;border-bottom:1px solid var(--edge);white-space:nowrap}
-td{text-align:right;padding:6px 14px 6px 0;border-bottom:1px solid var(--line);white-space:nowrap}th.l,td.l{text-align:left}tr.first td{border-top:1px solid var(--edge)}td.big{font-weight:650;font-size:15px}
+th{font-weight:600;text-align:right;color:var(--soft);font-size:12.5px;vertical-align:bottom;padding:6px 11px 6px 0;border-bottom:1px solid var(--edge);white-space:nowrap}
+td{text-align:right;padding:6px 11px 6px 0;border-bottom:1px solid var(--line);white-space:nowrap}th.l,td.l{text-align:left}tr.first td{border-top:1px solid var(--edge)}td.big{font-weight:650;font-size:15px}
 .dot{display:inline-block;width:10px;height:10px;border-radius:3px;margin-right:8px}.b0{background:var(--c0)}.b1{background:var(--c1)}.b2{background:var(--c2)}.b3{background:var(--c3)}.b4{background:var(--c4)}.b5{background:var(--c5)}
-.views{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:14px}figure{margin:8px 0 22px}figcaption{color:var(--soft);font-size:13px;margin:2px 0 6px}
+.verdict p{max-width:none}.two{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:6px 24px}.two figure,.views figure{margin:4px 0 8px}.views{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:14px}figure{margin:8px 0 22px}figcaption{color:var(--soft);font-size:13px;margin:2px 0 6px}
 code,pre,.hash{font:12.5px/1.5 ui-monospace,"SF Mono",Menlo,Consolas,"DejaVu Sans Mono",monospace}pre{background:var(--raise);border:1px solid var(--line);border-radius:6px;padding:12px 16px;overflow-x:auto;margin:8px 0 18px}.hash{color:var(--soft)}
 nav{margin:0 0 22px;font-size:14px}nav a{color:var(--c1);text-decoration:none;margin-right:18px}nav a:hover{text-decoration:underline}
 @media print{main{max-width:none;padding:0}h2{break-after:avoid}figure{break-inside:avoid}nav{display:none}}
 )";
 
-std::string num(double v, int decimals = 2) { return std::isnan(v) ? "–" : fmt::format("{:.{}f}", v, decimals); }
+std::string num(double v, int decimals = 2) {
+  if (std::isnan(v)) return "–";
+  const auto text = fmt::format("{:.{}f}", v, decimals);
+  return text.starts_with('-') ? "−" + text.substr(1) : text;
+}
 
 std::string slug(const std::string& text) {
   std::string out;
@@ -36,7 +40,9 @@ std::string slug(const std::string& text) {
   return out;
 }
 
-std::string figure(const std::string& caption, const std::string& svg) { return "<figure><figcaption>" + caption + "</figcaption>\n" + svg + "</figure>\n"; }
+std::string figure(const std::string& caption, const std::string& svg) {
+  return "<figure>" + (caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>") + "\n" + svg + "</figure>\n";
+}
 
 std::string dot(int colour) { return fmt::format("<span class=\"dot b{}\"></span>", colour % kPaletteSize); }
 
@@ -50,8 +56,8 @@ std::string facts_html(const std::vector<std::pair<std::string, std::string>>& f
 std::string table_html(const std::vector<ReportTableRow>& rows) {
   const bool published = std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !std::isnan(r.published); });
   std::string out = "<div class=\"scroll\"><table><thead><tr><th class=\"l\">flight</th><th class=\"l\">controller</th><th>error, cm</th><th>min … max</th><th>seeds</th><th>reduction</th>";
-  if (published) out += "<th>published, cm</th>";
-  out += "<th>from estimate</th><th>other axis</th><th>estimator error</th></tr></thead><tbody>\n";
+  if (published) out += "<th>published</th>";
+  out += "<th>from estimate</th><th>other axis</th><th>estimator</th></tr></thead><tbody>\n";
   std::string previous;
   for (const auto& r : rows) {
     const bool first = r.flight != previous;
@@ -61,7 +67,7 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
                        dot(r.colour), xml_escaped(r.variant));
     out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", num(r.mean), several ? " ± " + num(r.std) : "", several ? num(r.min) + " … " + num(r.max) : "");
     out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown) : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
-    out += std::isnan(r.reduction_percent) ? "<td></td>" : fmt::format("<td>{} %{}</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
+    out += std::isnan(r.reduction_percent) ? "<td></td>" : fmt::format("<td>{}{} %</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
     if (published) out += std::isnan(r.published) ? "<td></td>" : fmt::format("<td title=\"{}\">{}</td>", xml_escaped(r.published_source), num(r.published));
     out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), xml_escaped(r.other_axis), num(r.other), num(r.estimator_error));
   }
@@ -69,7 +75,7 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
 }
 
 std::string bars_html(const std::vector<ReportTableRow>& rows) {
-  std::string out = "<div class=\"views\">\n";
+  std::string out = "<div class=\"two\">\n";
   for (std::size_t i = 0; i < rows.size();) {
     BarChart c;
     c.title = rows[i].flight + ": mean tracking error by controller";
@@ -199,7 +205,7 @@ std::string rpm_html(const ReportFlight& f) {
       }
     }
   const double from = std::max(t.t_s.front(), busiest_s - kZoom_s / 2), to = std::min(t.t_s.back(), from + kZoom_s);
-  std::string zooms = "<div class=\"views\">\n";
+  std::string zooms = "<div class=\"two\">\n";
   for (std::size_t r = 0; r < 4; ++r) {
     all.series.push_back({.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.0});
     Plot p;
@@ -282,7 +288,7 @@ std::string hil_report_html(const HilReport& r) {
   for (const auto& f : r.flights) out += "<a href=\"#flight-" + slug(f.name) + "\">" + xml_escaped(f.name) + "</a>";
   out += "<a href=\"#provenance\">Provenance</a></nav>\n";
 
-  out += "<h2 id=\"tracking\">Tracking</h2>\n<p class=\"cap\">Error is the distance of the true centre of mass from the set-point (|z|: its vertical part), averaged from the first to the last motion of the trajectory, then over seeds; ± is one standard deviation over seeds. Reduction is against the first controller of the flight.</p>\n";
+  out += "<h2 id=\"tracking\">Tracking</h2>\n<p class=\"cap\">Error is the distance of the true centre of mass from the set-point (|z|: its vertical part), averaged from the first to the last motion of the trajectory, then over seeds; ± is one standard deviation over seeds. Reduction is against the first controller of the flight. From estimate: the same error as the estimate shows it. Estimator: distance of the estimate from the truth, cm.</p>\n";
   out += table_html(r.table) + bars_html(r.table);
   if (!r.limits.empty()) out += "<h2 id=\"limits\">Limits</h2>\n" + limits_html(r.limits);
   for (const auto& f : r.flights) {

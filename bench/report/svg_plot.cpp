@@ -275,9 +275,10 @@ std::string plot_svg(const Plot& p) {
   Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   f.left = 30 + tick_width(nice_ticks(y.low, y.high, y_wanted));
+  if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
   if (p.equal_axes) equalise(f);
   const auto y_ticks = nice_ticks(f.y.low, f.y.high, y_wanted);
-  const auto x_ticks = nice_ticks(f.x.low, f.x.high, std::max(2, static_cast<int>((f.right - f.left) / 90)));
+  const auto x_ticks = nice_ticks(f.x.low, f.x.high, std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90))));
 
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) {
