@@ -18,6 +18,11 @@ constexpr double kJ_kg_m2 = 9.4e-6;
 SpinningRotor rotor(int spin, double omega_rad_s, double omega_dot_rad_s2) {
   return {Eigen::Vector3d::UnitZ(), spin, kJ_kg_m2, omega_rad_s, omega_dot_rad_s2};
 }
+RotorMomentum momentum(std::initializer_list<SpinningRotor> rotors) {
+  RotorMomentum m;
+  for (const SpinningRotor& r : rotors) m.add(r);
+  return m;
+}
 RotorLoads some_loads() {
   RotorLoads l;
   l.force_R_N = {-0.2, 0.05, 1.7};
@@ -25,7 +30,7 @@ RotorLoads some_loads() {
   l.shaft_torque_N_m = 0.028;
   return l;
 }
-Eigen::Vector3d reaction(const SpinningRotor& r) { return kRotorInertiaReaction.moment_B_N_m(r, Eigen::Vector3d::Zero()); }
+Eigen::Vector3d reaction(const SpinningRotor& r) { return kRotorInertiaReaction.moment_B_N_m(momentum({r}), Eigen::Vector3d::Zero()); }
 
 TEST(RotorInertiaReaction, ACounterClockwiseRotorSpeedingUpTurnsTheBodyClockwiseWith94MillinewtonmetresAt1e4) {
   EXPECT_LT((reaction(rotor(1, 900, 1e4)) - Eigen::Vector3d(0, 0, -0.094)).norm(), 1e-15);
@@ -47,29 +52,29 @@ TEST(RotorInertiaReaction, ActsAboutTheShaftOfATiltedRotor) {
 TEST(Gyroscopic, TurnsRollRateIntoPitchMomentByTheSurplusOfSpin) {
   const Eigen::Vector3d roll(6.5, 0, 0), pitch(0, 6.5, 0);
   const double L = kJ_kg_m2 * 945.0;
-  EXPECT_LT((kGyroscopic.moment_B_N_m(rotor(1, 945, 0), roll) - Eigen::Vector3d(0, 6.5 * L, 0)).norm(), 1e-15);
-  EXPECT_LT((kGyroscopic.moment_B_N_m(rotor(1, 945, 0), pitch) - Eigen::Vector3d(-6.5 * L, 0, 0)).norm(), 1e-15);
-  EXPECT_LT((kGyroscopic.moment_B_N_m(rotor(-1, 945, 0), roll) + Eigen::Vector3d(0, 6.5 * L, 0)).norm(), 1e-15);
+  EXPECT_LT((kGyroscopic.moment_B_N_m(momentum({rotor(1, 945, 0)}), roll) - Eigen::Vector3d(0, 6.5 * L, 0)).norm(), 1e-15);
+  EXPECT_LT((kGyroscopic.moment_B_N_m(momentum({rotor(1, 945, 0)}), pitch) - Eigen::Vector3d(-6.5 * L, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((kGyroscopic.moment_B_N_m(momentum({rotor(-1, 945, 0)}), roll) + Eigen::Vector3d(0, 6.5 * L, 0)).norm(), 1e-15);
 }
 TEST(Gyroscopic, VanishesInYawAtRestWithoutInertiaAndOverEqualPairs) {
-  EXPECT_EQ(kGyroscopic.moment_B_N_m(rotor(1, 945, 0), {0, 0, 3}).norm(), 0.0);
-  EXPECT_EQ(kGyroscopic.moment_B_N_m(rotor(1, 945, 0), {0, 0, 0}).norm(), 0.0);
+  EXPECT_EQ(kGyroscopic.moment_B_N_m(momentum({rotor(1, 945, 0)}), {0, 0, 3}).norm(), 0.0);
+  EXPECT_EQ(kGyroscopic.moment_B_N_m(momentum({rotor(1, 945, 0)}), {0, 0, 0}).norm(), 0.0);
   SpinningRotor weightless = rotor(1, 945, 0);
   weightless.inertia_kg_m2 = kGyroscopic.parameter.neutral;
-  EXPECT_EQ(kGyroscopic.moment_B_N_m(weightless, {3, 2, 1}).norm(), 0.0);
+  EXPECT_EQ(kGyroscopic.moment_B_N_m(momentum({weightless}), {3, 2, 1}).norm(), 0.0);
   EffectSet set;
   set.add("gyroscopic", 0.0);
-  const SpinningRotor four[] = {rotor(1, 945, 0), rotor(1, 945, 0), rotor(-1, 945, 0), rotor(-1, 945, 0)};
+  const RotorMomentum four = momentum({rotor(1, 945, 0), rotor(1, 945, 0), rotor(-1, 945, 0), rotor(-1, 945, 0)});
   EXPECT_LT(set.moment_B_N_m(four, {6.5, 2, 1}).norm(), 1e-15);
 }
 TEST(Gyroscopic, DoesNoWork) {
   const Eigen::Vector3d w(3.0, -2.0, 1.0);
-  EXPECT_NEAR(kGyroscopic.moment_B_N_m(rotor(1, 1400, 0), w).dot(w), 0.0, 1e-15);
+  EXPECT_NEAR(kGyroscopic.moment_B_N_m(momentum({rotor(1, 1400, 0)}), w).dot(w), 0.0, 1e-15);
 }
 TEST(Gyroscopic, IsAbout23MillinewtonmetresAtTenPercentSurplusAnd6p5RadPerSecond) {
   EffectSet set;
   set.add("gyroscopic", 0.0);
-  const SpinningRotor four[] = {rotor(1, 945 * 1.1, 0), rotor(1, 945 * 1.1, 0), rotor(-1, 945 * 0.9, 0), rotor(-1, 945 * 0.9, 0)};
+  const RotorMomentum four = momentum({rotor(1, 945 * 1.1, 0), rotor(1, 945 * 1.1, 0), rotor(-1, 945 * 0.9, 0), rotor(-1, 945 * 0.9, 0)});
   EXPECT_NEAR(set.moment_B_N_m(four, {6.5, 0, 0}).y(), 0.0231, 0.0005);
 }
 
@@ -108,9 +113,9 @@ TEST(EveryEffect, MomentsAreLinearInRotorInertia) {
     if (!e->moment_B_N_m) continue;
     SpinningRotor once = rotor(1, 945, 3000), twice = once;
     twice.inertia_kg_m2 *= 2.0;
-    const Eigen::Vector3d w(1, 2, 3), m = e->moment_B_N_m(once, w);
+    const Eigen::Vector3d w(1, 2, 3), m = e->moment_B_N_m(momentum({once}), w);
     EXPECT_GT(m.norm(), 1e-3) << e->id;
-    EXPECT_LT((e->moment_B_N_m(twice, w) - 2.0 * m).norm(), 1e-12) << e->id;
+    EXPECT_LT((e->moment_B_N_m(momentum({twice}), w) - 2.0 * m).norm(), 1e-12) << e->id;
   }
 }
 
@@ -139,7 +144,7 @@ TEST(EffectSet, WhatIsSwitchedOffDoesNotAct) {
   RotorLoads l = some_loads();
   set.apply(l);
   EXPECT_EQ(l.force_R_N, some_loads().force_R_N);
-  const SpinningRotor r[] = {rotor(1, 945, 1e4)};
+  const RotorMomentum r = momentum({rotor(1, 945, 1e4)});
   EXPECT_EQ(set.moment_B_N_m(r, {1, 2, 3}).norm(), 0.0);
 }
 TEST(EffectSet, TheOrderOfSwitchingOnDoesNotMatter) {
