@@ -47,7 +47,8 @@ std::vector<const FlightResult*> flights_of(const RunResult& r, const Key& k) {
   return out;
 }
 
-ComparedFigure compare_metric(const Metric& m, const Key& k, const std::vector<const FlightResult*>& fa, const std::vector<const FlightResult*>& fb) {
+ComparedFigure compare_metric(const Metric& m, const Key& k, const std::vector<const FlightResult*>& fa,
+                              const std::vector<const FlightResult*>& fb) {
   ComparedFigure c;
   c.flight = k.first;
   c.variant = k.second;
@@ -80,11 +81,14 @@ ComparedFigure compare_metric(const Metric& m, const Key& k, const std::vector<c
 void verify_logs(const fs::path& folder, const RunResult& r) {
   for (const auto& [path, sha] : r.log_hashes) {
     if (sha256_file(folder / path) != sha)
-      throw Error({(folder / path).generic_string(), "does not fit its result.json: its SHA-256 differs", "the log was edited or damaged after the run", "fly the run again"},
+      throw Error({(folder / path).generic_string(), "does not fit its result.json: its SHA-256 differs",
+                   "the log was edited or damaged after the run", "fly the run again"},
                   ExitCode::data_quality);
   }
   if (hash_of_logs(r.log_hashes) != r.log_sha256)
-    throw Error({(folder / "result.json").generic_string(), "log_sha256 does not fit the list of logs", "the file was edited", "fly the run again"}, ExitCode::data_quality);
+    throw Error(
+        {(folder / "result.json").generic_string(), "log_sha256 does not fit the list of logs", "the file was edited", "fly the run again"},
+        ExitCode::data_quality);
 }
 
 void compare_ends(Comparison& c, const Key& k, const std::vector<const FlightResult*>& fa, const std::vector<const FlightResult*>& fb) {
@@ -96,7 +100,8 @@ void compare_ends(Comparison& c, const Key& k, const std::vector<const FlightRes
   for (const auto* x : fa)
     for (const auto* y : fb)
       if (x->seed == y->seed && x->end != y->end)
-        c.reasons.push_back(fmt::format("{} seed {} {} in {}, but {} in {}", name, x->seed, flight_end_name(x->end), c.name_a, flight_end_name(y->end), c.name_b));
+        c.reasons.push_back(fmt::format("{} seed {} {} in {}, but {} in {}", name, x->seed, flight_end_name(x->end), c.name_a,
+                                        flight_end_name(y->end), c.name_b));
 }
 
 std::string num(double v) { return std::isnan(v) ? "-" : fmt::format("{:.4g}", v); }
@@ -138,7 +143,8 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
   }
   for (const auto& [path, sha] : c.b.log_hashes)
     if (!c.a.log_hashes.contains(path)) c.only_in_b.push_back(path);
-  c.logs_identical = !c.a.log_hashes.empty() && c.differing_logs.empty() && c.only_in_a.empty() && c.only_in_b.empty() && c.a.log_sha256 == c.b.log_sha256;
+  c.logs_identical =
+      !c.a.log_hashes.empty() && c.differing_logs.empty() && c.only_in_a.empty() && c.only_in_b.empty() && c.a.log_sha256 == c.b.log_sha256;
 
   std::map<std::string, std::array<std::string, 2>> inputs;
   for (const auto& i : c.a.inputs) inputs[i.path][0] = i.sha256;
@@ -154,7 +160,8 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
       auto figure = compare_metric(m, k, fa, fb);
       if (figure.a.n == 0 && figure.b.n == 0) continue;
       if (figure.significant)
-        c.reasons.push_back(fmt::format("{} {} {}: {} {} in {}, {} {} in {}", k.first, variant_name(k.second), m.name, num(figure.a.mean), m.unit, c.name_a, num(figure.b.mean), m.unit, c.name_b));
+        c.reasons.push_back(fmt::format("{} {} {}: {} {} in {}, {} {} in {}", k.first, variant_name(k.second), m.name, num(figure.a.mean),
+                                        m.unit, c.name_a, num(figure.b.mean), m.unit, c.name_b));
       c.figures.push_back(std::move(figure));
     }
   }
@@ -178,8 +185,10 @@ std::string comparison_text(const Comparison& c) {
     if (at != previous) out += fmt::format("\n{:<36}{:>18} {:>18} {:>22}\n", at, "A: mean (std)", "B: mean (std)", "B - A (99 %)");
     previous = at;
     const auto spread = [](const Spread& s) { return s.n > 1 ? fmt::format("{} ({})", num(s.mean), num(s.std)) : num(s.mean); };
-    const auto difference = f.pairs > 1 || f.uncertainty > 0 ? fmt::format("{} +- {}", num(f.difference), num(f.uncertainty)) : num(f.difference);
-    out += fmt::format("  {:<34}{:>18} {:>18} {:>22}{}\n", f.unit == "1" ? f.name : f.name + ", " + f.unit, spread(f.a), spread(f.b), difference, f.significant ? "  *" : "");
+    const auto difference =
+        f.pairs > 1 || f.uncertainty > 0 ? fmt::format("{} +- {}", num(f.difference), num(f.uncertainty)) : num(f.difference);
+    out += fmt::format("  {:<34}{:>18} {:>18} {:>22}{}\n", f.unit == "1" ? f.name : f.name + ", " + f.unit, spread(f.a), spread(f.b),
+                       difference, f.significant ? "  *" : "");
   }
   if (!c.figures.empty())
     out += "\nDifferences are paired by seed where both runs flew it; * exceeds its 99 % interval (with one pair: any difference).\n";
@@ -189,17 +198,32 @@ std::string comparison_text(const Comparison& c) {
 }
 
 std::string comparison_json_text(const Comparison& c) {
-  nlohmann::ordered_json j{{"format", 1}, {"command", "hil compare"}, {"a", c.name_a}, {"b", c.name_b}, {"verdict_a", verdict_name(c.a.verdict)}, {"verdict_b", verdict_name(c.b.verdict)}};
+  nlohmann::ordered_json j{{"format", 1},
+                           {"command", "hil compare"},
+                           {"a", c.name_a},
+                           {"b", c.name_b},
+                           {"verdict_a", verdict_name(c.a.verdict)},
+                           {"verdict_b", verdict_name(c.b.verdict)}};
   j["logs_identical"] = c.logs_identical;
   j["differing_logs"] = c.differing_logs;
   j["only_in_a"] = c.only_in_a;
   j["only_in_b"] = c.only_in_b;
   j["differing_inputs"] = c.differing_inputs;
   j["figures"] = nlohmann::ordered_json::array();
-  const auto spread = [](const Spread& s) { return nlohmann::ordered_json{{"mean", s.mean}, {"std", s.std}, {"min", s.min}, {"max", s.max}, {"n", s.n}}; };
+  const auto spread = [](const Spread& s) {
+    return nlohmann::ordered_json{{"mean", s.mean}, {"std", s.std}, {"min", s.min}, {"max", s.max}, {"n", s.n}};
+  };
   for (const auto& f : c.figures)
-    j["figures"].push_back({{"flight", f.flight}, {"variant", variant_name(f.variant)}, {"name", f.name}, {"unit", f.unit}, {"a", spread(f.a)}, {"b", spread(f.b)},
-                            {"difference", f.difference}, {"uncertainty_99", f.uncertainty}, {"pairs", f.pairs}, {"significant", f.significant}});
+    j["figures"].push_back({{"flight", f.flight},
+                            {"variant", variant_name(f.variant)},
+                            {"name", f.name},
+                            {"unit", f.unit},
+                            {"a", spread(f.a)},
+                            {"b", spread(f.b)},
+                            {"difference", f.difference},
+                            {"uncertainty_99", f.uncertainty},
+                            {"pairs", f.pairs},
+                            {"significant", f.significant}});
   j["differs"] = c.differs;
   j["reasons"] = c.reasons;
   return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -12,23 +12,23 @@ namespace rotorloop::bench {
 struct ComparedFigure {
   std::string flight;
   Variant variant = Variant::pd_ff;
-  std::string name, unit;      // "mean_error_3d", "cm"
-  Spread a, b;                 // over the seeds of each run
-  double difference = kNotMeasured;    // b - a: mean over seeds flown in both, or of the means when there are none
-  double uncertainty = kNotMeasured;   // half width of its 99 % interval (Student); 0 when fewer than two pairs give no spread
-  int pairs = 0;               // seeds flown in both; 0: the runs share no seed and Welch's interval is used
-  bool significant = false;    // |difference| > uncertainty
+  std::string name, unit;             // "mean_error_3d", "cm"
+  Spread a, b;                        // over the seeds of each run
+  double difference = kNotMeasured;   // b - a: mean over seeds flown in both, or of the means when there are none
+  double uncertainty = kNotMeasured;  // half width of its 99 % interval (Student); 0 when fewer than two pairs give no spread
+  int pairs = 0;                      // seeds flown in both; 0: the runs share no seed and Welch's interval is used
+  bool significant = false;           // |difference| > uncertainty
 };
 
 struct Comparison {
   std::string name_a, name_b;  // of the folders
   RunResult a, b;
-  bool logs_identical = false;             // the same logs with the same bytes
-  std::vector<std::string> differing_logs; // in both, other bytes
+  bool logs_identical = false;              // the same logs with the same bytes
+  std::vector<std::string> differing_logs;  // in both, other bytes
   std::vector<std::string> only_in_a, only_in_b;
   std::vector<std::string> differing_inputs;  // path of inputs that one lacks or that differ
   std::vector<ComparedFigure> figures;
-  bool differs = false;  // a figure differs significantly, or a flight or its end is not the same in both
+  bool differs = false;              // a figure differs significantly, or a flight or its end is not the same in both
   std::vector<std::string> reasons;  // sentences for `differs`
 };
 

@@ -15,12 +15,12 @@ inline constexpr Cells4 kEmpty4{kEmpty, kEmpty, kEmpty, kEmpty};
 
 // What the airframe knows: one row per controller step, slower streams only in the row of their arrival.
 struct FlightRow {
-  double t_s = kEmpty;                 // airframe clock
-  double pose_t_s = kEmpty;            // when the pose in this row was measured; it arrived at t
-  Cells3 p_W_m = kEmpty3;              // pose sensor's own reading, with its offset from the centre of mass
-  Cells4 q_WS = kEmpty4;               // w x y z
-  Cells3 v_W_m_s = kEmpty3;            // sensor velocity
-  Cells4 omega_rad_s = kEmpty4;        // as the ESCs report it
+  double t_s = kEmpty;           // airframe clock
+  double pose_t_s = kEmpty;      // when the pose in this row was measured; it arrived at t
+  Cells3 p_W_m = kEmpty3;        // pose sensor's own reading, with its offset from the centre of mass
+  Cells4 q_WS = kEmpty4;         // w x y z
+  Cells3 v_W_m_s = kEmpty3;      // sensor velocity
+  Cells4 omega_rad_s = kEmpty4;  // as the ESCs report it
   Cells4 omega_cmd_rad_s = kEmpty4;
   Cells4 i_q_A = kEmpty4;
   double bus_V = kEmpty, bus_A = kEmpty;
@@ -29,7 +29,7 @@ struct FlightRow {
   Cells4 est_q_WB = kEmpty4;
   Cells3 sp_p_W_m = kEmpty3, sp_v_W_m_s = kEmpty3, sp_a_W_m_s2 = kEmpty3;
   double sp_yaw_rad = kEmpty;
-  double thrust_cmd_N = kEmpty;        // collective, along body z
+  double thrust_cmd_N = kEmpty;  // collective, along body z
   Cells3 torque_cmd_B_N_m = kEmpty3;
   double control_limiter = kEmpty;     // bit field; meaning in the log header "control_limiter_bits"
 };
@@ -37,12 +37,12 @@ struct FlightRow {
 // What is true in the simulation; identify and diagnose never read it.
 struct TruthRow {
   double t_s = kEmpty;
-  Cells3 p_W_m = kEmpty3;              // centre of mass
+  Cells3 p_W_m = kEmpty3;  // centre of mass
   Cells3 v_W_m_s = kEmpty3;
   Cells4 q_WB = kEmpty4;
   Cells3 w_B_rad_s = kEmpty3;
-  Cells4 omega_rad_s = kEmpty4;        // shaft speed
-  Cells4 thrust_N = kEmpty4;           // of each rotor, along its axis
+  Cells4 omega_rad_s = kEmpty4;  // shaft speed
+  Cells4 thrust_N = kEmpty4;     // of each rotor, along its axis
   Cells4 shaft_torque_N_m = kEmpty4;
   Cells4 esc_limiter = kEmpty4;        // firmware::Limiter of each ESC, not on any bus; names in the log header "esc_limiter_codes"
   double bus_A = kEmpty;               // of all four, at the battery

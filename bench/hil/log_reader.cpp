@@ -16,7 +16,8 @@ namespace rotorloop::bench {
 namespace {
 
 [[noreturn]] void bad(const std::filesystem::path& path, std::size_t line, std::string what, std::string likely, std::string remedy) {
-  throw Error({line ? fmt::format("{}:{}", path.generic_string(), line) : path.generic_string(), std::move(what), std::move(likely), std::move(remedy)},
+  throw Error({line ? fmt::format("{}:{}", path.generic_string(), line) : path.generic_string(), std::move(what), std::move(likely),
+               std::move(remedy)},
               ExitCode::data_quality);
 }
 
@@ -37,7 +38,8 @@ bool LogTable::has(std::string_view name) const { return std::find(names_.begin(
 const std::vector<double>& LogTable::column(std::string_view name) const {
   const auto it = std::find(names_.begin(), names_.end(), name);
   if (it == names_.end())
-    bad(path_, 0, fmt::format("has no column \"{}\"", name), "a log of another kind or of another tool", fmt::format("columns it has: {}", fmt::join(names_, ", ")));
+    bad(path_, 0, fmt::format("has no column \"{}\"", name), "a log of another kind or of another tool",
+        fmt::format("columns it has: {}", fmt::join(names_, ", ")));
   return columns_[static_cast<std::size_t>(it - names_.begin())];
 }
 
@@ -63,7 +65,8 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
   for (line = next(); line && line->starts_with("# "); line = next())
     if (const auto colon = line->find(": "); colon != std::string_view::npos)
       log.header[std::string(line->substr(2, colon - 2))] = std::string(line->substr(colon + 2));
-  if (!line) bad(path, line_number, "ends before its row of column names", "the run was stopped before the log was written", "fly the run again");
+  if (!line)
+    bad(path, line_number, "ends before its row of column names", "the run was stopped before the log was written", "fly the run again");
 
   constexpr std::size_t kDropped = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> target;  // by column of the file
@@ -93,7 +96,9 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
         if (stop != p) {
           const auto [used, ec] = std::from_chars(p, stop, v);
           if (ec != std::errc{} || used != stop)
-            bad(path, line_number, fmt::format("\"{}\" in column \"{}\" is not a number", std::string_view(p, static_cast<std::size_t>(stop - p)), log.names_[target[cell]]),
+            bad(path, line_number,
+                fmt::format("\"{}\" in column \"{}\" is not a number", std::string_view(p, static_cast<std::size_t>(stop - p)),
+                            log.names_[target[cell]]),
                 "the file was edited or cut", "fly the run again");
         }
         log.columns_[target[cell]].push_back(v);
@@ -102,8 +107,8 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
       p = stop + 1;
     }
     if (cell + 1 != target.size())
-      bad(path, line_number, fmt::format("has {} cells, the header has {}", cell + 1, target.size()), "the run was stopped while it wrote this row",
-          "fly the run again, or cut the last line");
+      bad(path, line_number, fmt::format("has {} cells, the header has {}", cell + 1, target.size()),
+          "the run was stopped while it wrote this row", "fly the run again, or cut the last line");
     ++log.rows;
   }
   return log;

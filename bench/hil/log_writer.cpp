@@ -20,8 +20,8 @@ constexpr std::array<std::uint64_t, 10> kPower{1, 10, 100, 1'000, 10'000, 100'00
 constexpr double kLargestScaled = 1e15;  // below 2^53: the scaled value still has its last digit
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path, int error) {
-  throw Error({path.generic_string(), std::string("cannot be written: ") + std::strerror(error),
-               error == ENOSPC ? "the disk is full" : "", "free space or choose another folder with --out"},
+  throw Error({path.generic_string(), std::string("cannot be written: ") + std::strerror(error), error == ENOSPC ? "the disk is full" : "",
+               "free space or choose another folder with --out"},
               ExitCode::device);
 }
 

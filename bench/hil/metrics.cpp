@@ -31,11 +31,13 @@ std::vector<LimitResult> judge(const Scenario& s, const std::vector<FlightResult
   std::vector<LimitResult> out;
   for (const auto& l : s.limits.error) {
     const auto spread = over_seeds(results, l.flight, l.variant, [&](const auto& r) { return figure(r, l.axis); });
-    out.push_back(judged(fmt::format("mean_tracking_error {} {} {}", l.flight, variant_name(l.variant), axis_name(l.axis)), spread.mean, "cm", l.max_cm, true));
+    out.push_back(judged(fmt::format("mean_tracking_error {} {} {}", l.flight, variant_name(l.variant), axis_name(l.axis)), spread.mean,
+                         "cm", l.max_cm, true));
   }
   for (const auto& l : s.limits.reduction) {
     const auto r = reduction(results, l.flight, l.from, l.to, l.axis);
-    out.push_back(judged(fmt::format("reduction {} {} to {} {}", l.flight, variant_name(l.from), variant_name(l.to), axis_name(l.axis)), r.percent, "%", l.min_percent, false));
+    out.push_back(judged(fmt::format("reduction {} {} to {} {}", l.flight, variant_name(l.from), variant_name(l.to), axis_name(l.axis)),
+                         r.percent, "%", l.min_percent, false));
   }
   for (const auto& l : s.limits.bus_load) {
     for (const auto bus : {BusName::esc, BusName::state}) {
@@ -132,9 +134,12 @@ std::string_view flight_end_name(FlightEnd end) {
 
 std::string_view verdict_name(Verdict v) {
   switch (v) {
-    case Verdict::pass: return "pass";
-    case Verdict::fail: return "fail";
-    case Verdict::incomplete: return "incomplete";
+    case Verdict::pass:
+      return "pass";
+    case Verdict::fail:
+      return "fail";
+    case Verdict::incomplete:
+      return "incomplete";
   }
   return "?";
 }
@@ -190,7 +195,13 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
   Assessment a;
   for (const auto& plan : s.flights) {
     for (const auto v : kAllVariants) {
-      TableCell c{.flight = plan.name, .variant = v, .error_3d_cm = {}, .error_z_cm = {}, .estimate_error_3d_cm = {}, .estimate_error_z_cm = {}, .estimator_error_cm = {}};
+      TableCell c{.flight = plan.name,
+                  .variant = v,
+                  .error_3d_cm = {},
+                  .error_z_cm = {},
+                  .estimate_error_3d_cm = {},
+                  .estimate_error_z_cm = {},
+                  .estimator_error_cm = {}};
       for (const auto& r : results) {
         if (r.flight != plan.name || r.variant != v) continue;
         ++c.flown;
@@ -207,7 +218,9 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
     }
   }
   a.limits = judge(s, results);
-  const auto ended = [&](FlightEnd end) { return std::any_of(results.begin(), results.end(), [&](const auto& r) { return r.end == end; }); };
+  const auto ended = [&](FlightEnd end) {
+    return std::any_of(results.begin(), results.end(), [&](const auto& r) { return r.end == end; });
+  };
   const bool unmeasured = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return std::isnan(l.value); });
   const bool missed = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return !l.pass; });
   if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted))

@@ -33,8 +33,8 @@ struct ErrorFigures {
 };
 
 struct TrackingFigures {
-  ErrorFigures truth;        // true position against set-point
-  ErrorFigures estimate;     // estimated position against set-point
+  ErrorFigures truth;                          // true position against set-point
+  ErrorFigures estimate;                       // estimated position against set-point
   double estimator_mean_3d_cm = kNotMeasured;  // estimated against true position
   double first_motion_s = kNotMeasured, last_motion_s = kNotMeasured;
   std::uint64_t samples = 0;
@@ -78,14 +78,14 @@ struct FlightResult {
   Variant variant = Variant::pd_ff;
   std::uint64_t seed = 0;
   FlightEnd end = FlightEnd::completed;
-  std::string end_detail;            // why, when not completed
-  double duration_s = 0.0;           // virtual time
+  std::string end_detail;   // why, when not completed
+  double duration_s = 0.0;  // virtual time
   double max_speed_m_s = kNotMeasured, max_accel_m_s2 = kNotMeasured;
   TrackingFigures tracking;
   std::array<double, 2> bus_load_mean_percent{kNotMeasured, kNotMeasured};  // by BusName
   std::array<double, 2> bus_load_max_percent{kNotMeasured, kNotMeasured};   // worst window (window length: log header)
   std::array<double, 4> rpm_error_rms_rad_s{kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured};  // command - speed
-  double limited_share = kNotMeasured;  // share of time in which any limiter acted, 0..1
+  double limited_share = kNotMeasured;     // share of time in which any limiter acted, 0..1
   std::map<std::string, double> counters;  // named counts of abnormal events (lost frames, limiter trips, …)
 };
 
@@ -110,7 +110,7 @@ struct TableCell {
 };
 
 struct LimitResult {
-  std::string name;   // "mean_tracking_error horizontal pd_ff 3d"
+  std::string name;  // "mean_tracking_error horizontal pd_ff 3d"
   double value = kNotMeasured;
   std::string unit;
   double limit = 0.0;

@@ -21,10 +21,12 @@ void numbers(const Json& j, const char* key, std::array<double, N>& out) {
 }
 
 Json to_json(const ErrorFigures& e) {
-  return {{"mean_3d", e.mean_3d_cm}, {"max_3d", e.max_3d_cm}, {"rms_3d", e.rms_3d_cm}, {"mean_z", e.mean_z_cm}, {"max_z", e.max_z_cm}, {"mean_horizontal", e.mean_horizontal_cm}};
+  return {{"mean_3d", e.mean_3d_cm}, {"max_3d", e.max_3d_cm}, {"rms_3d", e.rms_3d_cm},
+          {"mean_z", e.mean_z_cm},   {"max_z", e.max_z_cm},   {"mean_horizontal", e.mean_horizontal_cm}};
 }
 ErrorFigures error_figures(const Json& j) {
-  return {number(j, "mean_3d"), number(j, "max_3d"), number(j, "rms_3d"), number(j, "mean_z"), number(j, "max_z"), number(j, "mean_horizontal")};
+  return {number(j, "mean_3d"), number(j, "max_3d"), number(j, "rms_3d"),
+          number(j, "mean_z"),  number(j, "max_z"),  number(j, "mean_horizontal")};
 }
 
 Json to_json(const FlightResult& f) {
@@ -88,14 +90,19 @@ std::string result_json_text(const RunResult& r) {
   j["verdict"] = verdict_name(r.verdict);
   j["limits"] = Json::array();
   for (const auto& l : r.limits)
-    j["limits"].push_back({{"name", l.name}, {"value", l.value}, {"unit", l.unit}, {"limit", l.limit}, {"sense", l.upper ? "max" : "min"}, {"pass", l.pass}});
+    j["limits"].push_back(
+        {{"name", l.name}, {"value", l.value}, {"unit", l.unit}, {"limit", l.limit}, {"sense", l.upper ? "max" : "min"}, {"pass", l.pass}});
   j["figures"] = Json::object();
   for (const auto& [name, f] : r.figures) j["figures"][name] = {{"value", f.value}, {"u", f.u}, {"unit", f.unit}, {"n", f.n}};
   j["flights"] = Json::array();
   for (const auto& f : r.flights) j["flights"].push_back(to_json(f));
   j["published"] = Json::array();
   for (const auto& p : r.published)
-    j["published"].push_back({{"flight", p.flight}, {"variant", variant_name(p.variant)}, {"error_cm", p.error_cm}, {"axis", axis_name(p.axis)}, {"source", p.source}});
+    j["published"].push_back({{"flight", p.flight},
+                              {"variant", variant_name(p.variant)},
+                              {"error_cm", p.error_cm},
+                              {"axis", axis_name(p.axis)},
+                              {"source", p.source}});
   j["log_sha256"] = r.log_sha256;
   j["logs"] = r.log_hashes;
   j["warnings"] = Json::array();
@@ -110,11 +117,14 @@ RunResult read_result(const std::filesystem::path& run_folder) {
   if (!std::filesystem::is_regular_file(path, ec)) {
     const bool started = std::filesystem::is_regular_file(run_folder / "run.toml", ec);
     throw Error({run_folder.generic_string(), started ? "this run has no result.json" : "is not a run folder (no result.json)",
-                 started ? "the run was stopped before its end" : "", started ? "fly it again with --force" : "give a folder that `rotorloop hil` has written"},
+                 started ? "the run was stopped before its end" : "",
+                 started ? "fly it again with --force" : "give a folder that `rotorloop hil` has written"},
                 started ? ExitCode::data_quality : ExitCode::usage);
   }
   const auto broken = [&](const std::string& why) -> Error {
-    return Error({path.generic_string(), "cannot be understood: " + why, "the file was edited, cut, or written by a newer rotorloop", "fly the run again"}, ExitCode::data_quality);
+    return Error({path.generic_string(), "cannot be understood: " + why, "the file was edited, cut, or written by a newer rotorloop",
+                  "fly the run again"},
+                 ExitCode::data_quality);
   };
   try {
     std::ifstream in(path, std::ios::binary);
@@ -132,14 +142,18 @@ RunResult read_result(const std::filesystem::path& run_folder) {
     for (const auto v : {Verdict::pass, Verdict::fail, Verdict::incomplete})
       if (verdict_name(v) == j.at("verdict").get<std::string>()) r.verdict = v;
     for (const auto& l : j.at("limits"))
-      r.limits.push_back({l.at("name"), number(l, "value"), l.at("unit"), number(l, "limit"), l.value("sense", "max") == "max", l.at("pass")});
-    for (const auto& [name, f] : j.at("figures").items()) r.figures[name] = {number(f, "value"), number(f, "u"), f.at("unit"), f.value("n", 0)};
+      r.limits.push_back(
+          {l.at("name"), number(l, "value"), l.at("unit"), number(l, "limit"), l.value("sense", "max") == "max", l.at("pass")});
+    for (const auto& [name, f] : j.at("figures").items())
+      r.figures[name] = {number(f, "value"), number(f, "u"), f.at("unit"), f.value("n", 0)};
     if (j.contains("flights"))
       for (const auto& f : j.at("flights")) r.flights.push_back(flight_result(f));
     if (j.contains("published"))
       for (const auto& p : j.at("published")) {
         const auto v = variant_from_name(p.at("variant").get<std::string>());
-        if (v) r.published.push_back({p.at("flight"), *v, number(p, "error_cm"), p.value("axis", "3d") == "z" ? ErrorAxis::z : ErrorAxis::norm_3d, p.at("source")});
+        if (v)
+          r.published.push_back({p.at("flight"), *v, number(p, "error_cm"),
+                                 p.value("axis", "3d") == "z" ? ErrorAxis::z : ErrorAxis::norm_3d, p.at("source")});
       }
     r.log_sha256 = j.at("log_sha256");
     if (j.contains("logs")) r.log_hashes = j.at("logs").get<std::map<std::string, std::string>>();

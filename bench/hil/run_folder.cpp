@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void device_error(const fs::path& path, const std::string& what, const std::string& why) {
-  throw Error({path.generic_string(), what, why, "free space, correct the permissions, or choose another folder with --out"}, ExitCode::device);
+  throw Error({path.generic_string(), what, why, "free space, correct the permissions, or choose another folder with --out"},
+              ExitCode::device);
 }
 
 std::string toml_quoted(std::string_view text) {
@@ -58,15 +59,14 @@ std::string folder_name(const std::string& name) {
   std::string out;
   for (const char raw : name) {
     const char c = raw >= 'A' && raw <= 'Z' ? static_cast<char>(raw - 'A' + 'a') : raw;
-    const bool good = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
+    const bool good = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
     if (good)
       out += c;
     else if (!out.empty() && out.back() != '-')
       out += '-';
   }
-  while (!out.empty() && (out.back() == '-' || out.back() == '.')) out.pop_back();
-  while (!out.empty() && out.front() == '.') out.erase(out.begin());
   if (out.size() > 80) out.resize(80);
+  while (!out.empty() && out.back() == '-') out.pop_back();
   return out.empty() ? "run" : out;
 }
 
@@ -80,10 +80,12 @@ RunFolder RunFolder::create(const fs::path& runs_dir, const std::string& name, b
     const bool empty = folder && fs::is_empty(path, ec);
     const bool run = folder && fs::is_regular_file(path / "run.toml", ec);
     if (!empty && !run)
-      throw Error({path.generic_string(), "exists and is not a run folder", "it holds no run.toml, so it is not touched, not even with --force",
+      throw Error({path.generic_string(), "exists and is not a run folder",
+                   "it holds no run.toml, so it is not touched, not even with --force",
                    "choose another place with --out or another name with --name"});
     if (!empty && !force)
-      throw Error({path.generic_string(), "this run exists already", "the scenario was flown before", "keep both with --name NAME, or replace it with --force"});
+      throw Error({path.generic_string(), "this run exists already", "the scenario was flown before",
+                   "keep both with --name NAME, or replace it with --force"});
     fs::remove_all(path, ec);
     if (ec) device_error(path, "the old run cannot be removed", ec.message());
   }
@@ -127,7 +129,8 @@ std::vector<InputFile> RunFolder::copy_inputs(const std::vector<fs::path>& files
 
 std::string RunFolder::input_path_of(const fs::path& file) const {
   const auto it = inputs_.find(file);
-  if (it == inputs_.end()) throw Error({file.generic_string(), "is not among the inputs of this run", "", "name every input file of the run to copy_inputs()"});
+  if (it == inputs_.end())
+    throw Error({file.generic_string(), "is not among the inputs of this run", "", "name every input file of the run to copy_inputs()"});
   return it->second;
 }
 
@@ -145,9 +148,11 @@ void RunFolder::write_run_toml(const RunResult& r, const std::string& command_li
   t += fmt::format("variants = {}\n", toml_list(s.variants, [](Variant v) { return toml_quoted(variant_name(v)); }));
   t += fmt::format("flights = {}\n", toml_list(s.flights, [](const FlightPlan& f) { return toml_quoted(f.name); }));
   t += fmt::format("command_line = {}\n", toml_quoted(command_line));
-  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {} --name repeat", scenario, seeds, variants)));
+  t += fmt::format("repeat = {}\n",
+                   toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {} --name repeat", scenario, seeds, variants)));
   t += fmt::format("\n[rotorloop]\nversion = {}\ngit = {}\n", toml_quoted(r.version), toml_quoted(r.git));
-  for (const auto& in : r.inputs) t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));
+  for (const auto& in : r.inputs)
+    t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));
   write_text_file(path_ / "run.toml", t);
 }
 

@@ -49,7 +49,7 @@ struct RunResult {
   std::vector<std::string> errors;
 };
 
-std::string result_json_text(const RunResult& r);                 // pretty, ends with a newline
+std::string result_json_text(const RunResult& r);                // pretty, ends with a newline
 RunResult read_result(const std::filesystem::path& run_folder);  // throws Error: no run folder, not readable, unknown format
 
 // Figures of an assessment in the form of result.json.
@@ -58,7 +58,7 @@ std::map<std::string, Figure> figures_of(const Scenario& scenario, const Assessm
 // Hash over "path sha256\n" lines in order of path.
 std::string hash_of_logs(const std::map<std::string, std::string>& path_to_sha256);
 
-// "paper: horizontal" -> "paper-horizontal": lower case, [a-z0-9._-], never empty.
+// "paper: horizontal" -> "paper-horizontal": lower case, [a-z0-9_-], never empty.
 std::string folder_name(const std::string& scenario_name);
 
 class RunFolder {

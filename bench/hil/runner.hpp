@@ -39,8 +39,8 @@ class Progress {
 };
 
 struct HilResult {
-  RunResult result;               // what result.json holds
-  std::filesystem::path folder;   // of the run
+  RunResult result;              // what result.json holds
+  std::filesystem::path folder;  // of the run
   std::vector<FlightResult> flights;
   Assessment assessment;
 };

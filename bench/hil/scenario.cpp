@@ -39,7 +39,8 @@ std::string given_flight(const TomlTable& t, std::string_view key, const Scenari
 
 Variant known_variant(const TomlTable& t, std::string_view key, const std::string& name) {
   if (const auto v = variant_from_name(name)) return *v;
-  t.fail(key, fmt::format("{} has \"{}\", which is not a controller variant", key, name), "", fmt::format("use one of: {}", known_variants()));
+  t.fail(key, fmt::format("{} has \"{}\", which is not a controller variant", key, name), "",
+         fmt::format("use one of: {}", known_variants()));
 }
 
 // A variant that this scenario flies.
@@ -60,11 +61,13 @@ void refuse_empty(const TomlTable& t, std::string_view key, bool empty, std::str
 void read_seeds(const TomlTable& root, Scenario& s) {
   const auto seeds = root.integers("seeds", 0, kLargestSeed);
   refuse_empty(root, "seeds", seeds.empty(), "[1, 2, 3]");
-  if (seeds.size() > kMostSeeds) root.fail("seeds", fmt::format("seeds has {} values, at most {}", seeds.size(), kMostSeeds), "", "give fewer seeds");
+  if (seeds.size() > kMostSeeds)
+    root.fail("seeds", fmt::format("seeds has {} values, at most {}", seeds.size(), kMostSeeds), "", "give fewer seeds");
   std::set<std::int64_t> seen;
   for (const auto seed : seeds) {
     if (!seen.insert(seed).second)
-      root.fail("seeds", fmt::format("seeds has {} twice", seed), "a copied list; the same seed flies the same flight", "give each seed once");
+      root.fail("seeds", fmt::format("seeds has {} twice", seed), "a copied list; the same seed flies the same flight",
+                "give each seed once");
     s.seeds.push_back(static_cast<std::uint64_t>(seed));
   }
 }
@@ -84,12 +87,17 @@ void read_flights(const TomlTable& root, Scenario& s) {
   for (const auto& t : root.tables("flight", 1, kMostFlights)) {
     FlightPlan f;
     f.name = t.text("name");
-    const auto good = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+    const auto good = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+    };
     if (f.name.empty() || f.name.size() > 64 || !std::all_of(f.name.begin(), f.name.end(), good))
       t.fail("name", fmt::format("flight.name = \"{}\" cannot name a folder", f.name), "", "use 1 to 64 letters, digits, '_' and '-'");
     for (const auto& other : s.flights)
-      if (other.name == f.name) t.fail("name", fmt::format("flight.name = \"{}\" is used twice", f.name), "a copied [[flight]] block", "give each flight its own name");
-    if (f.name == "inputs") t.fail("name", "flight.name = \"inputs\" is the name of the run folder's own folder", "", "choose another name");
+      if (other.name == f.name)
+        t.fail("name", fmt::format("flight.name = \"{}\" is used twice", f.name), "a copied [[flight]] block",
+               "give each flight its own name");
+    if (f.name == "inputs")
+      t.fail("name", "flight.name = \"inputs\" is the name of the run folder's own folder", "", "choose another name");
     f.trajectory = t.file("trajectory");
     s.flights.push_back(std::move(f));
   }
@@ -100,8 +108,10 @@ std::string backend(const TomlTable& t, std::string_view key) {
   if (name == "virtual:") return name;
   const auto scheme = name.substr(0, name.find(':'));
   const bool known = name.find(':') != std::string::npos && (scheme == "socketcan" || scheme == "gsusb" || scheme == "mcast");
-  t.fail(key, fmt::format("bus.{} = \"{}\": {}; built in: virtual:", key, name, known ? "this bus backend is not built in" : "not a bus backend"),
-         known ? "" : "a backend is written as name:details", fmt::format("set {} = \"virtual:\"", key));
+  t.fail(
+      key,
+      fmt::format("bus.{} = \"{}\": {}; built in: virtual:", key, name, known ? "this bus backend is not built in" : "not a bus backend"),
+      known ? "" : "a backend is written as name:details", fmt::format("set {} = \"virtual:\"", key));
 }
 
 void read_bus(const TomlTable& root, Scenario& s) {
@@ -117,7 +127,8 @@ EscKind esc_kind(const TomlTable& t, const std::string& name) {
   if (name == "native") return EscKind::native;
   if (name == "lag") return EscKind::lag;
   if (name == "emulated" || name == "external")
-    t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag", name), "", "use \"native\" (the firmware core on a simulated drive)");
+    t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag", name), "",
+           "use \"native\" (the firmware core on a simulated drive)");
   t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "", "use one of: native, lag");
 }
 
@@ -127,21 +138,24 @@ void read_esc(const TomlTable& root, Scenario& s) {
   if (t->is_array("kind")) {
     const auto kinds = t->texts("kind");
     if (kinds.size() != 4)
-      t->fail("kind", fmt::format("esc.kind has {} values, expected 4", kinds.size()), "", "give one text for all, or a list of four in rotor order");
+      t->fail("kind", fmt::format("esc.kind has {} values, expected 4", kinds.size()), "",
+              "give one text for all, or a list of four in rotor order");
     for (std::size_t i = 0; i < 4; ++i) s.esc.kind[i] = esc_kind(*t, kinds[i]);
   } else {
     s.esc.kind.fill(esc_kind(*t, t->text("kind", "native")));
   }
   s.esc.fast_channel_Hz = static_cast<int>(t->integer("fast_channel_Hz", 0, 1000, 1000));
   if (const int f = s.esc.fast_channel_Hz; f != 0 && f != 250 && f != 500 && f != 1000)
-    t->fail("fast_channel_Hz", fmt::format("esc.fast_channel_Hz = {} Hz is not a rate of the fast channel", f), "", "use 250, 500 or 1000, or 0 for DroneCAN commands only");
+    t->fail("fast_channel_Hz", fmt::format("esc.fast_channel_Hz = {} Hz is not a rate of the fast channel", f), "",
+            "use 250, 500 or 1000, or 0 for DroneCAN commands only");
 }
 
 void read_faults(const TomlTable& root, Scenario& s) {
   for (const auto& t : root.tables("fault", 0, kMostFaults)) {
     Fault f;
     const auto kind = t.choice("kind", {"esc_silent", "node_silent", "bus_babble", "frame_drop", "frame_corrupt"});
-    for (const auto k : {FaultKind::esc_silent, FaultKind::node_silent, FaultKind::bus_babble, FaultKind::frame_drop, FaultKind::frame_corrupt})
+    for (const auto k :
+         {FaultKind::esc_silent, FaultKind::node_silent, FaultKind::bus_babble, FaultKind::frame_drop, FaultKind::frame_corrupt})
       if (fault_kind_name(k) == kind) f.kind = k;
     f.at_s = t.number("at_s", {0, kLongestFlight_s, "s"});
     if (t.has("duration_s")) f.duration_s = t.number("duration_s", {1e-3, kLongestFlight_s, "s"});
@@ -151,7 +165,8 @@ void read_faults(const TomlTable& root, Scenario& s) {
       f.bus = t.choice("target", {"esc", "state"}) == "esc" ? BusName::esc : BusName::state;
       if (f.kind != FaultKind::bus_babble) {
         f.probability = t.number("probability", {0, 1, "1"}, 1.0);
-        if (f.probability == 0) t.fail("probability", "fault.probability = 0 never strikes", "", "give a value above 0, or remove the fault");
+        if (f.probability == 0)
+          t.fail("probability", "fault.probability = 0 never strikes", "", "give a value above 0, or remove the fault");
       }
     }
     if (t.has("flight")) f.flight = given_flight(t, "flight", s);
@@ -173,15 +188,22 @@ void read_limits(const TomlTable& root, Scenario& s) {
     ErrorLimit l{given_flight(t, "flight", s), flown_variant(t, "variant", s), t.number("max", {1e-3, 1e4, "cm"}), axis(t)};
     for (const auto& other : s.limits.error)
       if (other.flight == l.flight && other.variant == l.variant && other.axis == l.axis)
-        t.fail("flight", fmt::format("two limits for the tracking error of {} {} ({})", l.flight, variant_name(l.variant), axis_name(l.axis)), "", "keep one of them");
+        t.fail("flight",
+               fmt::format("two limits for the tracking error of {} {} ({})", l.flight, variant_name(l.variant), axis_name(l.axis)), "",
+               "keep one of them");
     s.limits.error.push_back(std::move(l));
   }
   for (const auto& t : one_or_more(*limits, "reduction_percent")) {
-    ReductionLimit l{given_flight(t, "flight", s), flown_variant(t, "from", s), flown_variant(t, "to", s), t.number("min", {-1000, 100, "%"}), axis(t)};
-    if (l.from == l.to) t.fail("to", fmt::format("reduction from \"{0}\" to \"{0}\" is always 0 %", variant_name(l.from)), "", "name two different variants");
+    ReductionLimit l{given_flight(t, "flight", s), flown_variant(t, "from", s), flown_variant(t, "to", s),
+                     t.number("min", {-1000, 100, "%"}), axis(t)};
+    if (l.from == l.to)
+      t.fail("to", fmt::format("reduction from \"{0}\" to \"{0}\" is always 0 %", variant_name(l.from)), "", "name two different variants");
     for (const auto& other : s.limits.reduction)
       if (other.flight == l.flight && other.from == l.from && other.to == l.to && other.axis == l.axis)
-        t.fail("flight", fmt::format("two limits for the reduction of {} from {} to {} ({})", l.flight, variant_name(l.from), variant_name(l.to), axis_name(l.axis)), "", "keep one of them");
+        t.fail("flight",
+               fmt::format("two limits for the reduction of {} from {} to {} ({})", l.flight, variant_name(l.from), variant_name(l.to),
+                           axis_name(l.axis)),
+               "", "keep one of them");
     s.limits.reduction.push_back(std::move(l));
   }
   for (const auto& t : one_or_more(*limits, "bus_load_percent")) {
@@ -216,7 +238,8 @@ void read_ablation(const TomlTable& root, Scenario& s) {
     if (s.ablation.esc_lag_s > 0 && !lag)
       t->fail("esc_lag_s", "ablation.esc_lag_s is set, but no ESC is of kind \"lag\"", "", "set [esc] kind = \"lag\", or remove esc_lag_s");
     if (s.ablation.bus == BusModel::direct && !s.faults.empty())
-      t->fail("bus", "ablation.bus = \"direct\" leaves no bus for the [[fault]] entries to strike", "", "remove the faults, or keep the bus");
+      t->fail("bus", "ablation.bus = \"direct\" leaves no bus for the [[fault]] entries to strike", "",
+              "remove the faults, or keep the bus");
   }
   for (const auto k : s.esc.kind)
     if (k == EscKind::lag && s.ablation.esc_lag_s <= 0)
@@ -228,9 +251,12 @@ void read_ablation(const TomlTable& root, Scenario& s) {
 std::string_view variant_name(Variant v) { return host::name(v); }
 std::string_view variant_label(Variant v) {
   switch (v) {
-    case Variant::pd_ff: return "PD FF";
-    case Variant::pd_ff_drag: return "PD FF + DRG";
-    case Variant::pd_ff_thrust_drag: return "PD FF + THR + DRG";
+    case Variant::pd_ff:
+      return "PD FF";
+    case Variant::pd_ff_drag:
+      return "PD FF + DRG";
+    case Variant::pd_ff_thrust_drag:
+      return "PD FF + THR + DRG";
   }
   return "?";
 }
@@ -242,11 +268,16 @@ std::optional<Variant> variant_from_name(std::string_view name) {
 std::string_view esc_kind_name(EscKind kind) { return kind == EscKind::native ? "native" : "lag"; }
 std::string_view fault_kind_name(FaultKind kind) {
   switch (kind) {
-    case FaultKind::esc_silent: return "esc_silent";
-    case FaultKind::node_silent: return "node_silent";
-    case FaultKind::bus_babble: return "bus_babble";
-    case FaultKind::frame_drop: return "frame_drop";
-    case FaultKind::frame_corrupt: return "frame_corrupt";
+    case FaultKind::esc_silent:
+      return "esc_silent";
+    case FaultKind::node_silent:
+      return "node_silent";
+    case FaultKind::bus_babble:
+      return "bus_babble";
+    case FaultKind::frame_drop:
+      return "frame_drop";
+    case FaultKind::frame_corrupt:
+      return "frame_corrupt";
   }
   return "?";
 }
@@ -258,7 +289,8 @@ std::vector<std::string> ablation_texts(const Ablation& a) {
   if (!a.latency_compensation) out.push_back("latency compensation is off: the estimator takes each pose as measured on arrival");
   if (!a.drift) out.push_back("the pose sensor's drift is off: the sensors are better than the reference sensors");
   if (a.bus == BusModel::direct) out.push_back("there is no ESC bus: set-points reach the ESCs directly");
-  if (a.esc_lag_s > 0) out.push_back(fmt::format("ESCs of kind \"lag\" follow with a first-order lag of {} s instead of running the firmware", a.esc_lag_s));
+  if (a.esc_lag_s > 0)
+    out.push_back(fmt::format("ESCs of kind \"lag\" follow with a first-order lag of {} s instead of running the firmware", a.esc_lag_s));
   return out;
 }
 
@@ -269,7 +301,8 @@ Scenario read_scenario(const std::filesystem::path& path) {
   Scenario s;
   s.path = path;
   s.name = root.text("name");
-  if (s.name.empty() || s.name.size() > 200) root.fail("name", fmt::format("name has {} characters", s.name.size()), "", "give a name of 1 to 200 characters");
+  if (s.name.empty() || s.name.size() > 200)
+    root.fail("name", fmt::format("name has {} characters", s.name.size()), "", "give a name of 1 to 200 characters");
   s.plant = root.file("plant");
   s.vehicle = root.file("vehicle");
   s.gains = root.table("controller").file("gains");
@@ -285,8 +318,9 @@ Scenario read_scenario(const std::filesystem::path& path) {
   if (const auto step = root.optional_table("step")) {
     s.airframe_Hz = static_cast<int>(step->integer("airframe_Hz", 1000, 8000, 2000));
     if (s.airframe_Hz != 1000 && s.airframe_Hz != 2000 && s.airframe_Hz != 4000 && s.airframe_Hz != 8000)
-      step->fail("airframe_Hz", fmt::format("step.airframe_Hz = {} Hz does not divide the ESCs' 24 kHz and the controller's step evenly", s.airframe_Hz), "",
-                 "use 1000, 2000, 4000 or 8000");
+      step->fail("airframe_Hz",
+                 fmt::format("step.airframe_Hz = {} Hz does not divide the ESCs' 24 kHz and the controller's step evenly", s.airframe_Hz),
+                 "", "use 1000, 2000, 4000 or 8000");
   }
   file.refuse_unknown_keys();
   return s;
@@ -336,8 +370,11 @@ std::vector<Variant> parse_variants(std::string_view text) {
     const auto comma = text.find(',');
     const auto part = text.substr(0, comma);
     const auto v = variant_from_name(part);
-    if (!v) throw Error({"--variants", fmt::format("\"{}\" is not a controller variant", part), "", fmt::format("use one or more of: {}", known_variants())});
-    if (std::find(out.begin(), out.end(), *v) != out.end()) throw Error({"--variants", fmt::format("\"{}\" is given twice", part), "", "give each variant once"});
+    if (!v)
+      throw Error({"--variants", fmt::format("\"{}\" is not a controller variant", part), "",
+                   fmt::format("use one or more of: {}", known_variants())});
+    if (std::find(out.begin(), out.end(), *v) != out.end())
+      throw Error({"--variants", fmt::format("\"{}\" is given twice", part), "", "give each variant once"});
     out.push_back(*v);
     if (comma == std::string_view::npos) return out;
     text.remove_prefix(comma + 1);

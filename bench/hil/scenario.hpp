@@ -16,8 +16,8 @@ namespace rotorloop::bench {
 // The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model.
 using host::Variant;
 inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_thrust_drag};
-std::string_view variant_name(Variant v);                         // as written in files: "pd_ff_drag"
-std::string_view variant_label(Variant v);                        // as in the paper: "PD FF + DRG"
+std::string_view variant_name(Variant v);   // as written in files: "pd_ff_drag"
+std::string_view variant_label(Variant v);  // as in the paper: "PD FF + DRG"
 std::optional<Variant> variant_from_name(std::string_view name);
 
 struct FlightPlan {
@@ -58,11 +58,11 @@ std::string_view bus_name(BusName bus);
 struct Fault {
   FaultKind kind = FaultKind::esc_silent;
   double at_s = 0.0;
-  double duration_s = 0.0;         // 0: until the end of the flight
-  int rotor = 0;                   // 1..4 for esc_silent and node_silent, else 0
-  BusName bus = BusName::esc;      // for the bus faults
-  double probability = 1.0;        // for frame_drop and frame_corrupt, (0, 1]
-  std::string flight;              // empty: in every flight
+  double duration_s = 0.0;     // 0: until the end of the flight
+  int rotor = 0;               // 1..4 for esc_silent and node_silent, else 0
+  BusName bus = BusName::esc;  // for the bus faults
+  double probability = 1.0;    // for frame_drop and frame_corrupt, (0, 1]
+  std::string flight;          // empty: in every flight
 };
 
 // Which length of the error vector is meant: its 3-D norm, or the magnitude of its vertical component.
@@ -104,10 +104,10 @@ enum class BusModel : std::uint8_t { virtual_bus, direct };
 
 // Switches that take one thing away to show what it is worth. Anything but the defaults is reported as a warning.
 struct Ablation {
-  bool latency_compensation = true;  // false: the estimator takes each pose as measured on arrival
-  bool drift = true;                 // false: the pose sensor's slow drift is off
+  bool latency_compensation = true;      // false: the estimator takes each pose as measured on arrival
+  bool drift = true;                     // false: the pose sensor's slow drift is off
   BusModel bus = BusModel::virtual_bus;  // direct: set-points reach the ESCs without a bus
-  double esc_lag_s = 0.0;            // time constant of EscKind::lag; > 0 exactly when an ESC is of that kind
+  double esc_lag_s = 0.0;                // time constant of EscKind::lag; > 0 exactly when an ESC is of that kind
 };
 std::vector<std::string> ablation_texts(const Ablation& a);  // one sentence for each switch off its default
 

@@ -58,7 +58,8 @@ const PublishedError* published(const Scenario& s, const std::string& flight, Va
 }  // namespace
 
 std::string tracking_table_text(const Scenario& s, const Assessment& a, const std::vector<FlightResult>& results) {
-  std::vector<Row> rows{{"tracking error, cm", "variant", "mean ± std", "min … max", "seeds", "reduction", "from estimate", "other axis", "published"}};
+  std::vector<Row> rows{
+      {"tracking error, cm", "variant", "mean ± std", "min … max", "seeds", "reduction", "from estimate", "other axis", "published"}};
   std::string previous;
   Variant first = Variant::pd_ff;
   for (const auto& c : a.table) {
@@ -71,11 +72,14 @@ std::string tracking_table_text(const Scenario& s, const Assessment& a, const st
     const auto less = new_flight ? Reduction{} : reduction(results, c.flight, first, c.variant, axis);
     const auto* p = published(s, c.flight, c.variant, axis);
     rows.push_back({new_flight ? fmt::format("{} ({})", c.flight, z ? "|z|" : "3-D") : "", std::string(variant_label(c.variant)),
-                    e.n > 1 ? fmt::format("{} ± {}", cm(e.mean), cm(e.std)) : cm(e.mean), e.n > 1 ? fmt::format("{} … {}", cm(e.min), cm(e.max)) : "",
+                    e.n > 1 ? fmt::format("{} ± {}", cm(e.mean), cm(e.std)) : cm(e.mean),
+                    e.n > 1 ? fmt::format("{} … {}", cm(e.min), cm(e.max)) : "",
                     c.completed == c.flown ? std::to_string(c.flown) : fmt::format("{} of {}", c.completed, c.flown),
-                    less.n == 0 ? "" : less.n > 1 ? fmt::format("{:.1f} ± {:.1f} %", less.percent, less.std_percent) : fmt::format("{:.1f} %", less.percent),
-                    cm((z ? c.estimate_error_z_cm : c.estimate_error_3d_cm).mean), fmt::format("{} {}", z ? "3-D" : "|z|", cm((z ? c.error_3d_cm : c.error_z_cm).mean)),
-                    p ? cm(p->error_cm) : ""});
+                    less.n == 0  ? ""
+                    : less.n > 1 ? fmt::format("{:.1f} ± {:.1f} %", less.percent, less.std_percent)
+                                 : fmt::format("{:.1f} %", less.percent),
+                    cm((z ? c.estimate_error_z_cm : c.estimate_error_3d_cm).mean),
+                    fmt::format("{} {}", z ? "3-D" : "|z|", cm((z ? c.error_3d_cm : c.error_z_cm).mean)), p ? cm(p->error_cm) : ""});
   }
   return aligned(rows, 2);
 }
@@ -84,7 +88,11 @@ std::string limits_text(const Assessment& a) {
   if (a.limits.empty()) return "";
   std::vector<Row> rows{{"limit", "", "measured", "allowed"}};
   for (const auto& l : a.limits)
-    rows.push_back({l.name, std::isnan(l.value) ? "not measured" : l.pass ? "pass" : "MISSED", std::isnan(l.value) ? "-" : fmt::format("{:.2f} {}", l.value, l.unit),
+    rows.push_back({l.name,
+                    std::isnan(l.value) ? "not measured"
+                    : l.pass            ? "pass"
+                                        : "MISSED",
+                    std::isnan(l.value) ? "-" : fmt::format("{:.2f} {}", l.value, l.unit),
                     fmt::format("{} {} {}", l.upper ? "<=" : ">=", l.limit, l.unit)});
   return aligned(rows, 2);
 }
