@@ -65,6 +65,7 @@ struct GetNodeInfoResponse {
 
   // Takes at most 80 characters.
   constexpr void set_name(const char* text) {
+    name = {};
     name_length = 0;
     while (name_length < kMaxName && text[name_length] != '\0') {
       name[name_length] = text[name_length];

@@ -7,6 +7,7 @@
 
 #include "bench/hil/log_writer.hpp"
 #include "host/bus/candump_log.hpp"
+#include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
@@ -218,7 +219,7 @@ Inputs read_inputs(const Scenario& scenario) {
   in.gains = host::read_gains(scenario.gains);
   in.files = {scenario.path, scenario.plant, scenario.vehicle, scenario.gains};
   for (const FlightPlan& f : scenario.flights) {
-    in.trajectories.push_back(host::read_trajectory_file(f.trajectory));
+    in.trajectories.push_back(host::read_trajectory(f.trajectory).trajectory);
     in.files.push_back(f.trajectory);
   }
   for (const auto& r : in.plant.rotors) in.files.insert(in.files.end(), {r.blade_path, r.motor_path});
@@ -243,10 +244,11 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
     if (f.kind == FaultKind::esc_silent && (f.flight.empty() || f.flight == flight))
       c.halts.push_back({f.rotor - 1, static_cast<std::int64_t>(f.at_s * 1e9),
                          f.duration_s > 0.0 ? static_cast<std::int64_t>((f.at_s + f.duration_s) * 1e9) : sim::kNever_ns});
-  c.computer.controller.gains = inputs.gains;
-  c.computer.controller.variant = q.variant;
+  c.computer.controller = host::controller_config(inputs.gains, q.variant);
   c.computer.estimator.compensate_latency = scenario.ablation.latency_compensation;
-  c.computer.fast_channel_Hz = static_cast<std::uint16_t>(scenario.esc.fast_channel_Hz);
+  c.computer.escs.fast_channel = scenario.esc.fast_channel_Hz > 0;
+  // Without the fast channel, esc.RPMCommand at 200 Hz: two frames each, as fast as autopilots send it.
+  c.computer.setpoint_Hz = static_cast<std::uint16_t>(scenario.esc.fast_channel_Hz > 0 ? scenario.esc.fast_channel_Hz : 200);
   return c;
 }
 

@@ -20,7 +20,7 @@ struct Inputs {
   sim::PlantFile plant;
   SharedRotors rotors;
   host::VehicleModel vehicle;
-  host::Gains gains;
+  host::GainsFile gains;
   std::vector<host::Trajectory> trajectories;      // one per FlightPlan
   std::vector<std::filesystem::path> files;        // all that was read, the scenario first
 };

@@ -31,9 +31,7 @@ struct FlightRow {
   double sp_yaw_rad = kEmpty;
   double thrust_cmd_N = kEmpty;  // collective, along body z
   Cells3 torque_cmd_B_N_m = kEmpty3;
-  double control_limiter = kEmpty;  // bit field; meaning in the log header "control_limiter_bits"
-  Cells4 esc_limiter = kEmpty4;     // firmware::Limiter of each ESC; names in the log header "esc_limiter_codes"
-  double load_esc_percent = kEmpty, load_state_percent = kEmpty;  // bus load of the window that ends here
+  double control_limiter = kEmpty;     // bit field; meaning in the log header "control_limiter_bits"
 };
 
 // What is true in the simulation; identify and diagnose never read it.
@@ -46,6 +44,9 @@ struct TruthRow {
   Cells4 omega_rad_s = kEmpty4;  // shaft speed
   Cells4 thrust_N = kEmpty4;     // of each rotor, along its axis
   Cells4 shaft_torque_N_m = kEmpty4;
+  Cells4 esc_limiter = kEmpty4;        // firmware::Limiter of each ESC, not on any bus; names in the log header "esc_limiter_codes"
+  double bus_A = kEmpty;               // of all four, at the battery
+  double load_esc_percent = kEmpty, load_state_percent = kEmpty;  // bus load of the 10 ms window that ended last
 };
 
 // Visitor: one(name, unit, decimals, value), xyz(…, Cells3), wxyz(…, Cells4), rotors(…, Cells4).
@@ -74,9 +75,6 @@ void visit_flight_columns(Row& r, Visitor&& v) {
   v.one("thrust_cmd", "N", 4, r.thrust_cmd_N);
   v.xyz("torque_cmd", "N m", 6, r.torque_cmd_B_N_m);
   v.one("control_limiter", "1", 0, r.control_limiter);
-  v.rotors("esc_limiter", "1", 0, r.esc_limiter);
-  v.one("load_esc", "%", 2, r.load_esc_percent);
-  v.one("load_state", "%", 2, r.load_state_percent);
 }
 
 template <class Row, class Visitor>
@@ -89,6 +87,10 @@ void visit_truth_columns(Row& r, Visitor&& v) {
   v.rotors("true_omega", "rad/s", 2, r.omega_rad_s);
   v.rotors("true_thrust", "N", 4, r.thrust_N);
   v.rotors("true_torque", "N m", 6, r.shaft_torque_N_m);
+  v.rotors("esc_limiter", "1", 0, r.esc_limiter);
+  v.one("true_bus", "A", 3, r.bus_A);
+  v.one("load_esc", "%", 2, r.load_esc_percent);
+  v.one("load_state", "%", 2, r.load_state_percent);
 }
 
 }  // namespace rotorloop::bench

@@ -72,7 +72,7 @@ Loop::Loop(const sim::PlantFile& plant, const Rotors& rotors, const host::Vehicl
   for (int i = 0; i < 4; ++i) {
     const auto index = static_cast<std::size_t>(i);
     firmware::Parameters p = firmware_parameters(vehicle);
-    p.node_id = config.computer.esc_node_ids[index];
+    p.node_id = config.computer.escs.esc_node_ids[index];
     p.esc_index = static_cast<std::uint8_t>(i);
     p.fast_channel = config.fast_channel_Hz > 0;
     p.fast_feedback_Hz = static_cast<std::uint16_t>(config.fast_channel_Hz);

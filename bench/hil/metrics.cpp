@@ -124,12 +124,10 @@ TrackingFigures TrackingMeter::figures() const {
 
 std::string_view flight_end_name(FlightEnd end) {
   switch (end) {
-    case FlightEnd::completed:
-      return "completed";
-    case FlightEnd::crashed:
-      return "crashed";
-    case FlightEnd::interrupted:
-      return "interrupted";
+    case FlightEnd::completed: return "completed";
+    case FlightEnd::crashed: return "crashed";
+    case FlightEnd::safe_state: return "safe_state";
+    case FlightEnd::interrupted: return "interrupted";
   }
   return "?";
 }
@@ -227,8 +225,8 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
   const bool missed = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return !l.pass; });
   if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted))
     a.verdict = Verdict::incomplete;
-  else if (ended(FlightEnd::crashed))
-    a.verdict = Verdict::fail;  // a crash is measured, whatever else could not be
+  else if (ended(FlightEnd::crashed) || ended(FlightEnd::safe_state))
+    a.verdict = Verdict::fail;  // a flight that did not finish is measured, whatever else could not be
   else if (unmeasured)
     a.verdict = Verdict::incomplete;
   else

@@ -67,6 +67,7 @@ class TrackingMeter {
 enum class FlightEnd : std::uint8_t {
   completed,
   crashed,      // ground contact outside landing, or attitude or distance beyond recovery
+  safe_state,   // the flight computer disarmed the motors, for the reason in end_detail
   interrupted,  // the user stopped the run
 };
 std::string_view flight_end_name(FlightEnd end);

@@ -56,7 +56,7 @@ FlightResult flight_result(const Json& j) {
   if (!v) throw std::runtime_error("unknown variant " + j.at("variant").get<std::string>());
   f.variant = *v;
   f.seed = j.at("seed");
-  for (const auto e : {FlightEnd::completed, FlightEnd::crashed, FlightEnd::interrupted})
+  for (const auto e : {FlightEnd::completed, FlightEnd::crashed, FlightEnd::safe_state, FlightEnd::interrupted})
     if (flight_end_name(e) == j.at("end").get<std::string>()) f.end = e;
   f.end_detail = j.value("end_detail", "");
   f.duration_s = number(j, "duration_s");

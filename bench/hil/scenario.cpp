@@ -248,17 +248,7 @@ void read_ablation(const TomlTable& root, Scenario& s) {
 
 }  // namespace
 
-std::string_view variant_name(Variant v) {
-  switch (v) {
-    case Variant::pd_ff:
-      return "pd_ff";
-    case Variant::pd_ff_drag:
-      return "pd_ff_drag";
-    case Variant::pd_ff_thrust_drag:
-      return "pd_ff_thrust_drag";
-  }
-  return "?";
-}
+std::string_view variant_name(Variant v) { return host::name(v); }
 std::string_view variant_label(Variant v) {
   switch (v) {
     case Variant::pd_ff:

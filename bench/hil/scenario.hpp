@@ -9,10 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include "host/control/controller.hpp"
+
 namespace rotorloop::bench {
 
 // The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model.
-enum class Variant : std::uint8_t { pd_ff, pd_ff_drag, pd_ff_thrust_drag };
+using host::Variant;
 inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_thrust_drag};
 std::string_view variant_name(Variant v);   // as written in files: "pd_ff_drag"
 std::string_view variant_label(Variant v);  // as in the paper: "PD FF + DRG"

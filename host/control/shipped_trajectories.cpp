@@ -1,9 +1,11 @@
 // The flights of scenarios/trajectories, after the paper's Figs 9 to 11. Peaks are reached exactly: a rest-to-rest piece by its
 // length and time, the general flight by scaling (a spline is linear in its waypoints, and time scales all its rates).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "host/base/elementary.hpp"
 #include "host/control/trajectory_generator.hpp"
 
 namespace rotorloop::host {
@@ -33,17 +35,25 @@ TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vect
 
 TrajectoryFile general() {
   constexpr double kSpeedXy_m_s = 5.7, kSpeedZ_m_s = 2.0, kYawRate_rad_s = 5.5;
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  // A figure of eight, a climbing turn with a full turn of yaw, a dash with the nose swung back, and home.
-  std::vector<Waypoint> path{
-      {.p_W_m = {0.0, 0.0, 0.0}, .yaw_rad = 0.0, .time_s = 0.0},        {.p_W_m = {2.2, 1.5, 0.5}, .yaw_rad = 0.6, .time_s = 1.3},
-      {.p_W_m = {4.6, 0.0, 1.0}, .yaw_rad = -0.4, .time_s = 2.1},       {.p_W_m = {7.0, -1.5, 0.4}, .yaw_rad = 0.0, .time_s = 2.9},
-      {.p_W_m = {8.4, 0.2, 0.0}, .yaw_rad = 0.3 * kTurn, .time_s = 3.8}, {.p_W_m = {7.0, 1.8, 0.6}, .yaw_rad = 0.85 * kTurn, .time_s = 4.7},
-      {.p_W_m = {4.6, 0.2, 1.4}, .yaw_rad = kTurn, .time_s = 5.6},      {.p_W_m = {2.0, -1.6, 0.8}, .yaw_rad = kTurn, .time_s = 6.5},
-      {.p_W_m = {0.2, 0.0, 0.0}, .yaw_rad = 0.8 * kTurn, .time_s = 7.4}, {.p_W_m = {1.6, 2.0, 0.6}, .yaw_rad = 0.35 * kTurn, .time_s = 8.4},
-      {.p_W_m = {4.6, 2.2, 1.2}, .yaw_rad = 0.0, .time_s = 9.3},        {.p_W_m = {7.2, 0.4, 0.5}, .yaw_rad = -0.3, .time_s = 10.2},
-      {.p_W_m = {4.8, -1.2, 0.0}, .yaw_rad = 0.4, .time_s = 11.2},      {.p_W_m = {2.0, -0.4, 0.3}, .yaw_rad = 0.0, .time_s = 12.2},
-      {.p_W_m = {0.0, 0.0, 0.0}, .yaw_rad = 0.0, .time_s = 13.6}};
+  // Two laps of a figure of eight, x = a sin θ, y = b sin 2θ, rising and falling twice a lap. θ gains speed over the first
+  // and loses it over the last kRamp_s. Yaw sways in the first lap; in the second it makes a full turn and goes back.
+  constexpr double kLong_m = 4.2, kWide_m = 1.9, kLap = 2.0 * std::numbers::pi, kRate_rad_s = 1.0, kRamp_s = 2.5;
+  constexpr std::size_t kPieces = 20;
+  constexpr std::array<double, kPieces + 1> kYaw_turns{0,   0,   0.03, 0.06, 0,   -0.06, -0.03, 0.03, 0.06, 0, 0,
+                                                       0.1, 0.6, 0.95, 1,    1,   0.9,   0.4,   0.05, 0,    0};
+  constexpr double kRampAngle = 0.5 * kRate_rad_s * kRamp_s, kWhole_s = 2.0 * kLap / kRate_rad_s + kRamp_s;
+  const auto time_at = [&](double theta) {
+    if (theta < kRampAngle) return std::sqrt(2.0 * theta * kRamp_s / kRate_rad_s);
+    if (theta > 2.0 * kLap - kRampAngle) return kWhole_s - std::sqrt(2.0 * std::max(2.0 * kLap - theta, 0.0) * kRamp_s / kRate_rad_s);
+    return theta / kRate_rad_s + 0.5 * kRamp_s;
+  };
+  std::vector<Waypoint> path;
+  for (std::size_t i = 0; i <= kPieces; ++i) {
+    const double theta = 2.0 * kLap * static_cast<double>(i) / static_cast<double>(kPieces);
+    path.push_back({.p_W_m = {kLong_m * sin_exact(theta), kWide_m * sin_exact(2.0 * theta), 1.0 - cos_exact(2.0 * theta)},
+                    .yaw_rad = kLap * kYaw_turns[i],
+                    .time_s = time_at(theta)});
+  }
   // Time by the horizontal speed; then height and yaw by their own rates, which the new time has changed.
   const Peaks raw = peaks(join(through(path)));
   for (Waypoint& w : path) w.time_s *= raw.speed_xy_m_s / kSpeedXy_m_s;

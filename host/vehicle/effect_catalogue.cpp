@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "host/base/toml_file.hpp"
+#include "rotorloop_effects.hpp"
 
 namespace rotorloop::host {
 
 bool EffectCatalogue::knows(std::string_view id) const { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
 
-EffectCatalogue read_effect_catalogue(const std::filesystem::path& path) {
-  const TomlFile file = TomlFile::read(path);
+namespace {
+EffectCatalogue catalogue_of(const TomlFile& file) {
   EffectCatalogue out;
   for (const TomlTable& effect : file.root().tables("effect", 1, 1000)) {
     std::string id = effect.text("id");
@@ -18,5 +19,10 @@ EffectCatalogue read_effect_catalogue(const std::filesystem::path& path) {
   }
   return out;
 }
+}  // namespace
+
+EffectCatalogue read_effect_catalogue(const std::filesystem::path& path) { return catalogue_of(TomlFile::read(path)); }
+
+EffectCatalogue builtin_effect_catalogue() { return catalogue_of(TomlFile::parse(kEffectsToml, "docs/effects.toml")); }
 
 }  // namespace rotorloop::host

@@ -16,4 +16,7 @@ struct EffectCatalogue {
 // Takes the `id` of every [[effect]]; other keys are the business of other readers. Throws Error on a duplicate id.
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
 
+// docs/effects.toml as it was when this program was built.
+EffectCatalogue builtin_effect_catalogue();
+
 }  // namespace rotorloop::host

@@ -107,7 +107,7 @@ Eigen::Vector3d Airframe::drag_force_B_N(const Eigen::Vector3d& v) const {
   return {xy_N_s_m * v.x(), xy_N_s_m * v.y(), -config_.drag_z_N_s2_m2 * std::fabs(v.z()) * v.z()};
 }
 
-Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, std::span<const SpinningRotor> rotors) const {
+Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors) const {
   const Eigen::Matrix3d R_WB = s.q_WB.normalized().toRotationMatrix();  // a stage's quaternion is not of unit length
   const Eigen::Vector3d v_air_B_m_s = R_WB.transpose() * (s.v_W_m_s - config_.wind_W_m_s);
   const Eigen::Vector3d force_B_N = loads.force_B_N + drag_force_B_N(v_air_B_m_s);
@@ -132,11 +132,11 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
     return status_;
   }
   const Loads now = sum_of_rotors(loads);
-  std::array<SpinningRotor, kAirframeRotors> rotors;
+  RotorMomentum rotors;
   bool inputs_finite = now.force_B_N.allFinite() && now.moment_B_N_m.allFinite();
   for (std::size_t i = 0; i < kAirframeRotors; ++i) {
     inputs_finite = inputs_finite && std::isfinite(omega_rad_s[i]) && std::isfinite(omega_dot_rad_s2[i]);
-    rotors[i] = {R_BR_[i].col(2), config_.rotors[i].spin, config_.rotors[i].spin_inertia_kg_m2, omega_rad_s[i], omega_dot_rad_s2[i]};
+    rotors.add({R_BR_[i].col(2), config_.rotors[i].spin, config_.rotors[i].spin_inertia_kg_m2, omega_rad_s[i], omega_dot_rad_s2[i]});
   }
   if (!inputs_finite) {
     state_.time_ns = end_ns;
@@ -155,11 +155,10 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
     return status_ = end_ns < release_ns_ ? AirframeStatus::clamped : AirframeStatus::flying;
   }
 
-  // Stage at fraction x of the step: loads continued linearly, rotor speeds with their mean acceleration.
+  // Stage at fraction x of the step: loads continued linearly, rotors sped up by their mean acceleration.
   const auto stage_rate = [&](const AirframeState& s, double x) {
     const Loads l{now.force_B_N + x * (now.force_B_N - before.force_B_N), now.moment_B_N_m + x * (now.moment_B_N_m - before.moment_B_N_m)};
-    for (std::size_t i = 0; i < kAirframeRotors; ++i) rotors[i].omega_rad_s = omega_rad_s[i] + x * h * omega_dot_rad_s2[i];
-    return rate(s, l, rotors);
+    return rate(s, l, {rotors.H_B_N_m_s + (x * h) * rotors.H_dot_B_N_m, rotors.H_dot_B_N_m});
   };
   const auto moved = [&](const Rate& d, double dt) {
     AirframeState s = state_;

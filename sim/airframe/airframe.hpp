@@ -109,7 +109,7 @@ class Airframe {
   struct Rate;
   Loads sum_of_rotors(std::span<const RotorLoads, kAirframeRotors> loads) const;
   Eigen::Vector3d drag_force_B_N(const Eigen::Vector3d& v_B_m_s) const;
-  Rate rate(const AirframeState& s, const Loads& loads, std::span<const SpinningRotor> rotors) const;
+  Rate rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors) const;
 
   AirframeConfig config_;
   AirframeState state_;

@@ -56,11 +56,10 @@ void EffectSet::apply(RotorLoads& loads) const {
     if (active_[i].effect->on_rotor_loads) active_[i].effect->on_rotor_loads(active_[i].value, loads);
 }
 
-Eigen::Vector3d EffectSet::moment_B_N_m(std::span<const SpinningRotor> rotors, const Eigen::Vector3d& w_B_rad_s) const {
+Eigen::Vector3d EffectSet::moment_B_N_m(const RotorMomentum& rotors, const Eigen::Vector3d& w_B_rad_s) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < count_; ++i)
-    if (active_[i].effect->moment_B_N_m)
-      for (const SpinningRotor& r : rotors) sum += active_[i].effect->moment_B_N_m(r, w_B_rad_s);
+    if (active_[i].effect->moment_B_N_m) sum += active_[i].effect->moment_B_N_m(rotors, w_B_rad_s);
   return sum;
 }
 

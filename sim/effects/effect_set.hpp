@@ -25,8 +25,8 @@ class EffectSet {
   std::size_t size() const { return count_; }
 
   void apply(RotorLoads& loads) const;
-  // Sum over the rotors, frame B.
-  Eigen::Vector3d moment_B_N_m(std::span<const SpinningRotor> rotors, const Eigen::Vector3d& w_B_rad_s) const;
+  // Moment on the body, frame B.
+  Eigen::Vector3d moment_B_N_m(const RotorMomentum& rotors, const Eigen::Vector3d& w_B_rad_s) const;
 
  private:
   struct Active {

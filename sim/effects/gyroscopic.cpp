@@ -1,4 +1,4 @@
-// Turning the body turns the angular momentum of its rotors: moment -Omega x (spin * J * omega) on the body. It cancels
+// Turning the body turns the angular momentum of its rotors: moment -Omega x sum(spin * J * omega) on the body. It cancels
 // over four equal speeds and shows under yaw torque, when the speeds of the two pairs differ.
 // Source: Euler's equation for a body with spinning parts; Sun, de Visser, Chu 2019, eq. (5).
 #include <Eigen/Geometry>
@@ -8,9 +8,7 @@
 namespace rotorloop::sim {
 namespace {
 
-Eigen::Vector3d moment(const SpinningRotor& r, const Eigen::Vector3d& w_B_rad_s) {
-  return -w_B_rad_s.cross((static_cast<double>(r.spin) * r.inertia_kg_m2 * r.omega_rad_s) * r.axis_B);
-}
+Eigen::Vector3d moment(const RotorMomentum& rotors, const Eigen::Vector3d& w_B_rad_s) { return -w_B_rad_s.cross(rotors.H_B_N_m_s); }
 
 }  // namespace
 

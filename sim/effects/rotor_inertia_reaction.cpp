@@ -1,4 +1,4 @@
-// The body carries the torque that speeds a rotor up: -spin * J * domega/dt about the shaft. At 1e4 rad/s^2 and
+// The body carries the torque that speeds a rotor up: the sum of -spin * J * domega/dt about the shafts. At 1e4 rad/s^2 and
 // 9.4e-6 kg m^2 it is 94 mN m, three times the aerodynamic torque of a rotor in hover, so no yaw transient is right
 // without it. Source: angular momentum; Smeur, Chu, de Croon, "Adaptive incremental nonlinear dynamic inversion", 2016.
 #include "sim/effects/builtin.hpp"
@@ -6,9 +6,7 @@
 namespace rotorloop::sim {
 namespace {
 
-Eigen::Vector3d moment(const SpinningRotor& r, const Eigen::Vector3d&) {
-  return (-static_cast<double>(r.spin) * r.inertia_kg_m2 * r.omega_dot_rad_s2) * r.axis_B;
-}
+Eigen::Vector3d moment(const RotorMomentum& rotors, const Eigen::Vector3d&) { return -rotors.H_dot_B_N_m; }
 
 }  // namespace
 

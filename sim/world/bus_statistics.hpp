@@ -23,9 +23,10 @@ struct BusStatistics {
   double max_load_percent = 0.0;  // fullest complete window
   std::uint64_t frames = 0;       // that ended well
   std::uint64_t error_frames = 0;
-  std::uint64_t id_collisions = 0;    // two ports sent the same identifier at once
-  std::uint64_t lost_by_fault = 0;    // receptions that a BusFault took away
-  std::uint64_t ids_not_counted = 0;  // frames of identifiers beyond the table's capacity
+  std::uint64_t id_collisions = 0;     // two ports sent the same identifier at once
+  std::uint64_t lost_by_fault = 0;     // receptions that a BusFault took away
+  std::uint64_t missed_while_off = 0;  // receptions by nodes that were bus-off
+  std::uint64_t ids_not_counted = 0;   // frames of identifiers beyond the table's capacity
   std::int64_t worst_wait_ns = 0;
   std::vector<IdStatistics> ids;  // ascending arbitration order
 };

@@ -342,6 +342,7 @@ BusStatistics VirtualBus::statistics() {
   s.error_frames = error_frames_;
   s.id_collisions = id_collisions_;
   s.lost_by_fault = lost_by_fault_;
+  s.missed_while_off = missed_while_off_;
   s.ids_not_counted = ids_not_counted_;
   s.worst_wait_ns = worst_wait_ns_;
   s.ids = ids_.rows();

@@ -156,6 +156,7 @@ class VirtualBus {
   std::uint64_t error_frames_ = 0;
   std::uint64_t id_collisions_ = 0;
   std::uint64_t lost_by_fault_ = 0;
+  std::uint64_t missed_while_off_ = 0;
   std::uint64_t ids_not_counted_ = 0;
   std::int64_t worst_wait_ns_ = 0;
 };

@@ -10,7 +10,11 @@ void VirtualBus::deliver(const StampedFrame& stamped, std::uint64_t senders) {
   if (faults_.empty()) {
     for (std::size_t i = 0; i < port_count_; ++i) {
       Port& port = *nodes_[i];
-      if ((senders >> i & 1u) != 0 || port.off()) continue;
+      if ((senders >> i & 1u) != 0) continue;
+      if (port.off()) {
+        ++missed_while_off_;
+        continue;
+      }
       port.count_good_reception();
       port.take_in(stamped);
     }
@@ -24,7 +28,11 @@ void VirtualBus::deliver(const StampedFrame& stamped, std::uint64_t senders) {
   }
   for (std::size_t i = 0; i < port_count_; ++i) {
     Port& port = *nodes_[i];
-    if ((senders >> i & 1u) != 0 || port.off()) continue;
+    if ((senders >> i & 1u) != 0) continue;
+    if (port.off()) {
+      ++missed_while_off_;
+      continue;
+    }
     bool lost = nobody;
     if (acknowledges(port, stamped.time_ns)) {
       port.count_good_reception();

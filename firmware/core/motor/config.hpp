@@ -29,6 +29,7 @@ struct MotorConfig {
   SpeedLoopConfig speed{};
   StartConfig start{};
   ProtectionConfig protection{};
+  bool compensate_delay = true;    // false only to show what it prevents
   float weaken_A_per_V = 0.6f;     // field weakening integral, per supervision tick
   float weaken_most_A = 0.0f;
   // Voltage across the start vector, smoothed at 400 rad/s: faster, and the damping current's own inductive voltage would feed

@@ -48,6 +48,8 @@ struct LimitInputs {
 };
 struct LimitConfig {
   PowerLimitConfig power{};
+  // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
+  float phase_share = 0.9f;
   float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
   float undervoltage_V = 0.0f, undervoltage_span_V = 1.2f;   // 0.3 V per cell of a 4-cell pack
   float temperature_K = 0.0f, temperature_span_K = 20.0f;
@@ -57,7 +59,8 @@ struct LimitConfig {
 // Range in the direction of motion (positive drives), then mirrored by the caller's sign.
 inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
   CurrentRange r;
-  const float room2 = c.phase_A * c.phase_A - in.current_d_A * in.current_d_A;
+  const float phase_A = c.phase_share * c.phase_A;
+  const float room2 = phase_A * phase_A - in.current_d_A * in.current_d_A;
   const float phase = room2 > 0.0f ? std::sqrt(room2) : 0.0f;
   r.high_A = phase;
   r.low_A = -phase;

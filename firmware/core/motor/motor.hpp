@@ -98,7 +98,7 @@ class Motor {
     if (!driving() || v_.state == MotorState::braking) v_.current = {};
 
     // The command acts from the next sample on, for one period: its middle lies 1.5 periods ahead.
-    const Rotation ahead = at * (frame.full * frame.half);
+    const Rotation ahead = config_.compensate_delay ? at * (frame.full * frame.half) : at;
     ended_ = v_.active;
     v_.pending = modulate(config_.modulator, inverse_park(v_.given_V, ahead), inverse_park(v_.measured_A, ahead), bus_V);
     v_.pending_driven = driving();

@@ -17,7 +17,9 @@ struct ObserverConfig {
   // The length pulled to follows the one seen while running: a magnet weaker than the parameter by 30 % would turn the pull into
   // a push (its mean effect on an offset is pull·(1 - 2 (true/assumed)²)).
   float length_rate_rad_s = 60.0f, length_least = 0.55f, length_most = 1.45f;
-  float pll_rad_s = 1500.0f;     // natural frequency of the phase-locked loop, damping 1
+  // Natural frequency of the phase-locked loop, damping 1: wide to pull in from any speed, narrower while running, where a
+  // wide one couples an inductance error (40 A · 3 uH = a third of the magnet's flux) back into the current loop.
+  float pll_search_rad_s = 1500.0f, pll_run_rad_s = 1000.0f;
   // Speed for the RPM loop: the torque that acts is known, so the angle's derivative only has to correct a mechanical model.
   // The corner must be low: resistance and inductance errors turn torque current into apparent rotation (0.01 rad/A at 20 %
   // of L), which would close a fast loop through the speed controller.
@@ -68,7 +70,7 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   const float over_size = 1.0f / (size > 0.2f * c.flux_linkage_Wb ? size : 0.2f * c.flux_linkage_Wb);
   const float cross = (at.cos * magnet.b - at.sin * magnet.a) * over_size, dot = (at.cos * magnet.a + at.sin * magnet.b) * over_size;
   const float error = dot > 0.0f ? cross : sign_of(cross);
-  const float wn = c.pll_rad_s;
+  const float wn = modelled ? c.pll_run_rad_s : c.pll_search_rad_s;
   s.angle = s.angle + Angle::from_rad(2.0f * wn * c.period_s * error);
   s.omega_e_rad_s = clamp(s.omega_e_rad_s + c.period_s * wn * wn * error, -c.max_omega_e_rad_s, c.max_omega_e_rad_s);
 

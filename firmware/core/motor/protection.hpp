@@ -12,6 +12,7 @@ namespace rotorloop::firmware {
 
 struct ProtectionConfig {
   float trip_A = 0.0f;
+  bool trip_at_range_end = true;     // false only to show what it prevents
   float undervoltage_V = 0.0f, overvoltage_V = 0.0f;
   float temperature_K = 0.0f;
   float residual_A = 6.0f;           // sum of phase currents that cannot be tolerance: 5 % of 40 A in each of three
@@ -35,7 +36,7 @@ struct ProtectionState {
 
 // Every sample, before anything else. `none` when all is well.
 constexpr Fault check_fast(const ProtectionConfig& c, const Sensed& sensed, float bus_V) {
-  bool over = sensed.at_end_of_range;
+  bool over = sensed.at_end_of_range && c.trip_at_range_end;
   for (const float i : sensed.phase_A) over = over || magnitude(i) > c.trip_A;
   return over ? Fault::overcurrent : bus_V > c.overvoltage_V ? Fault::overvoltage : Fault::none;
 }

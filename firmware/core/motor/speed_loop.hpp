@@ -19,6 +19,7 @@ struct SpeedLoopConfig {
   float integral_share = 0.25f;     // corner of the integral, of the feedback
   float full_speed_rad_s = 700.0f;  // below it feedback falls with speed, as the observer's own bandwidth does …
   float least_share = 0.15f;        // … to this share
+  bool hold_at_limit = true;        // false only to show what the hold prevents
   float slew_rad_s2 = 0.0f;         // of the set-point; 0: off
   float max_speed_rad_s = 0.0f, min_speed_rad_s = 0.0f;
 };
@@ -63,7 +64,7 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
   const float error = s.model_rad_s - speed_rad_s;
   const float wanted_A = feed_A + kp_A_s * error + s.integral_A;
   const Limited limited = limit_current(range, wanted_A, sign_of(speed_rad_s));
-  const bool held = limited.by != Limiter::none || voltage_limited;
+  const bool held = c.hold_at_limit && (limited.by != Limiter::none || voltage_limited);
   if (held) {
     s.model_rad_s = speed_rad_s;
     // Integral: only towards relief.

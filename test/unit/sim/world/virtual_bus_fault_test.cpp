@@ -90,6 +90,39 @@ TEST(BusFault, BusOffNodeOnASaturatedBusReturnsAfter128FramesOfTheOthers) {
   EXPECT_NEAR(static_cast<double>(b.trace.size() - off_at), 128.0, 1.0);
 }
 
+TEST(BusFault, EveryElevenIdleBitsAndEveryFrameOfOthersBringABusOffNodeNearerToItsReturn) {
+  Bus b({.faults = {{.kind = BusFaultKind::corrupt, .port = 0, .max_count = 32}}});
+  b.port[0]->send(standard(0x100));
+  while (b.trace.size() < 32) b.bus.advance_to(b.bus.next_event_ns());
+  const std::int64_t idle_ns = b.trace.back().end_ns + 3 * kBit_ns;
+  b.bus.advance_to(idle_ns + (100 * 11 + 5) * kBit_ns);  // 100 sequences and a broken one
+  b.port[1]->send(standard(0));                          // 50 bits, then the 101st
+  b.bus.advance_to(idle_ns + (100 * 11 + 5 + 50) * kBit_ns);
+  EXPECT_FALSE(b.port[0]->receive().has_value()) << "a node that is off hears nothing";
+  EXPECT_TRUE(b.port[2]->receive().has_value());
+  EXPECT_EQ(b.bus.statistics().missed_while_off, 1u);
+  const std::int64_t back_ns = idle_ns + (100 * 11 + 5 + 53 + 27 * 11) * kBit_ns;
+  b.bus.advance_to(back_ns - 1);
+  EXPECT_EQ(b.port[0]->state(), BusState::bus_off);
+  b.bus.advance_to(back_ns);
+  EXPECT_EQ(b.port[0]->state(), BusState::error_active);
+}
+
+TEST(BusFault, ListenerOf128ErrorsIsPassiveUntilOneGoodFrameSetsItTo119) {
+  // Five senders in turn, each destroyed 31 times (just not bus-off) before its frame gets through: +30 for the listener each.
+  BusConfig config;
+  for (int i = 0; i < 5; ++i) config.faults.push_back({.kind = BusFaultKind::corrupt, .port = i, .max_count = 31});
+  Bus b(config, 6);
+  for (std::uint32_t i = 0; i < 5; ++i) b.port[i]->send(standard(0x100 + i));
+  while (b.bus.error_counters(5).receive < 127) b.bus.advance_to(b.bus.next_event_ns());
+  EXPECT_EQ(b.port[5]->state(), BusState::error_active);
+  while (b.bus.error_counters(5).receive < 128) b.bus.advance_to(b.bus.next_event_ns());
+  EXPECT_EQ(b.port[5]->state(), BusState::error_passive);
+  while (b.trace.back().error) b.bus.advance_to(b.bus.next_event_ns());
+  EXPECT_EQ(b.bus.error_counters(5).receive, 119);
+  EXPECT_EQ(b.port[5]->state(), BusState::error_active);
+}
+
 TEST(BusFault, LoneNodeGetsNoAcknowledgeAndStaysErrorPassiveInsteadOfBusOff) {
   Bus b({}, 1);
   b.port[0]->send(standard(0x100));
