@@ -3,12 +3,15 @@
 #include <cstdio>
 
 #include "host/base/error.hpp"
+#include "host/cli/commands.hpp"
 #include "rotorloop_version.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app{"rotorloop: hardware-in-the-loop test bench and motor/ESC firmware toolkit"};
   app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
   app.require_subcommand(1);
+  int exit_code = 0;
+  rotorloop::cli::add_calibrate(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -17,5 +20,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", e.what());
     return static_cast<int>(e.exit_code());
   }
-  return 0;
+  return exit_code;
 }

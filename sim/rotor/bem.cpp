@@ -1,0 +1,286 @@
+// The solve. Each annulus is one scalar equation in its induced velocity v,
+//   g(v) = F v U(v) - t(v) = 0,   t = dT / (4 pi rho r dr) from the blades,
+// with one sign at v far above and the other far below: a root always lies between, and a bracketed secant search finds it.
+// The inner loops run over azimuth on fixed arrays, so that gcc turns them into vector code without reordering any sum.
+#include "sim/rotor/bem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/base/elementary.hpp"
+#include "host/base/error.hpp"
+#include "sim/rotor/inflow.hpp"
+#include "sim/rotor/prandtl.hpp"
+
+namespace rotorloop::sim {
+namespace {
+constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 288 K (ISA); varies 2 % over 10 K, Reynolds effects are weaker still
+constexpr double kStoppedTip_m_s = 1.0;      // below this tip speed chord Reynolds numbers are under 1000: no polar holds
+constexpr double kTiny = 1e-12;              // keeps 0/0 out at zero speed; far below any speed that matters
+constexpr double kPittPeters = 15.0 * std::numbers::pi / 32.0;  // skew gain, Pitt & Peters 1981
+// A step times the one before bounds the next error of a secant search; relative to the speeds squared.
+constexpr double kStepProduct = 1e-14;
+constexpr double kStepAlone = 1e-11;
+constexpr double kMaxSpeed_m_s = 1e5;  // beyond, squares lose their meaning; refused as not finite
+
+// Everything of a condition that does not depend on the annulus, for spin +1.
+struct Azimuth {
+  alignas(16) double tangential[kMaxAzimuth];  // of hub velocity, against the blade's motion
+  alignas(16) double radial[kMaxAzimuth];
+  alignas(16) double flap[kMaxAzimuth];  // body rate: upward speed per metre of radius
+  alignas(16) double skew[kMaxAzimuth];  // -1 upstream, +1 downstream
+};
+
+struct Forces {
+  alignas(16) double up[kMaxAzimuth];      // thrust per length, over rho/2
+  alignas(16) double drag[kMaxAzimuth];    // against rotation
+  alignas(16) double radial[kMaxAzimuth];  // against the spanwise flow
+};
+
+struct Condition {
+  double omega, climb, edge2, edge, rate, reynolds_per_W_chord;
+};
+
+struct Evaluation {
+  double residual = 0.0, through = 0.0, ring = 0.0;
+};
+
+// One annulus at a trial v: residual, and the section forces left in `f`.
+Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth& az, double v, Forces& f) {
+  const int n = rotor.resolution().azimuth;
+  const double w = c.climb + v, tip = c.omega * a.r_m;
+  const Through through = mass_flow(v, c.climb, c.edge2);
+  const double axial2 = w * w + kTiny;
+  const double speed2 = axial2 + tip * tip;
+  const double swirl = v * w * tip / speed2;  // induced velocity stands across the relative flow
+  const double loss = prandtl_loss(std::sqrt(std::sqrt((speed2 + 0.5 * c.edge2) / axial2)), a.sqrt_tip_loss, a.sqrt_root_loss);
+  // Pitt-Peters: tan(chi/2) of the wake skew angle without trigonometry.
+  const double skew = kPittPeters * c.edge / (std::sqrt(c.edge2 + w * w) + std::fabs(w) + kTiny) * v * (a.r_m / rotor.radius_m());
+
+  alignas(16) double ut[kMaxAzimuth], up[kMaxAzimuth], speed[kMaxAzimuth], direction[kMaxAzimuth], level[kMaxAzimuth];
+  alignas(16) double cl[kMaxAzimuth], cd[kMaxAzimuth];
+  const SectionTable& table = rotor.table(a.table);
+  const double reynolds_scale = c.reynolds_per_W_chord * a.chord_m / table.reynolds_step;
+  const double reynolds_zero = table.reynolds_min / table.reynolds_step;
+  const double ct = a.cos_twist, st = a.sin_twist;
+  const double ut0 = tip - swirl;
+  constexpr double kCells = SectionTable::kDirections, kTopCell = SectionTable::kDirections - 1e-9,
+                   kTopRow = SectionTable::kRows - 1 - 1e-9;
+  for (int k = 0; k < n; ++k) {
+    const double t = ut0 + az.tangential[k];
+    const double u = w + a.r_m * az.flap[k] + skew * az.skew[k];
+    const double x = t * ct + u * st, y = t * st - u * ct;
+    const double s = std::sqrt(t * t + u * u);
+    const double p = y / (std::fabs(x) + std::fabs(y) + kTiny);
+    const double q = x < 0.0 ? (y < 0.0 ? -2.0 : 2.0) - p : p;
+    ut[k] = t;
+    up[k] = u;
+    speed[k] = s;
+    const double cell = (q + 2.0) * (kCells / 4.0);
+    direction[k] = cell > kTopCell ? kTopCell : cell;
+    const double row = s * reynolds_scale - reynolds_zero;
+    const double row0 = row < 0.0 ? 0.0 : row;
+    level[k] = row0 > kTopRow ? kTopRow : row0;
+  }
+  const ClCd* nodes = table.nodes.data();
+  for (int k = 0; k < n; ++k) {
+    const int j = static_cast<int>(direction[k]), i = static_cast<int>(level[k]);
+    const double wq = direction[k] - j, ws = level[k] - i;
+    const ClCd* low = nodes + i * (SectionTable::kDirections + 1) + j;
+    const ClCd* high = low + (SectionTable::kDirections + 1);
+    const ClCd wq2 = {wq, wq}, ws2 = {ws, ws};
+    const ClCd l = low[0] + wq2 * (low[1] - low[0]);
+    const ClCd h = high[0] + wq2 * (high[1] - high[0]);
+    const ClCd r = l + ws2 * (h - l);
+    cl[k] = r[0];
+    cd[k] = r[1];
+  }
+  for (int k = 0; k < n; ++k) {
+    const double sl = speed[k] * cl[k], sd = speed[k] * cd[k];
+    f.up[k] = sl * ut[k] - sd * up[k];
+    f.drag[k] = sl * up[k] + sd * ut[k];
+    f.radial[k] = sd * az.radial[k];
+  }
+  double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+  for (int k = 0; k < n; k += 4) {
+    s0 += f.up[k];
+    s1 += f.up[k + 1];
+    s2 += f.up[k + 2];
+    s3 += f.up[k + 3];
+  }
+  const double mean = ((s0 + s2) + (s1 + s3)) / n;
+  return {loss * v * through.speed_m_s - 0.25 * a.solidity * mean, through.speed_m_s, through.ring};
+}
+
+// Sums over the disk, before the common factor rho/2 * blades / azimuth.
+struct Sums {
+  double thrust = 0, torque = 0, x = 0, y = 0, roll = 0, pitch = 0, induced_area = 0, ring_area = 0;
+};
+
+void accumulate(const Rotor& rotor, const Annulus& a, const Forces& f, const Forces& before, double step, double v, double ring, Sums& s) {
+  const int n = rotor.resolution().azimuth;
+  const double *cosine = rotor.cos_psi(), *sine = rotor.sin_psi();
+  double up = 0, drag = 0, x = 0, y = 0, roll = 0, pitch = 0;
+  for (int k = 0; k < n; ++k) {
+    const double fu = f.up[k] + step * (f.up[k] - before.up[k]);
+    const double fd = f.drag[k] + step * (f.drag[k] - before.drag[k]);
+    const double fr = f.radial[k] + step * (f.radial[k] - before.radial[k]);
+    up += fu;
+    drag += fd;
+    x += fd * sine[k] - fr * cosine[k];
+    y -= fd * cosine[k] + fr * sine[k];
+    roll += fu * sine[k];
+    pitch -= fu * cosine[k];
+  }
+  const double cw = a.chord_m * a.weight_m, crw = cw * a.r_m;
+  s.thrust += cw * up;
+  s.torque += crw * drag;
+  s.x += cw * x;
+  s.y += cw * y;
+  s.roll += crw * roll;
+  s.pitch += crw * pitch;
+  s.induced_area += a.r_m * a.weight_m * v;
+  s.ring_area += a.r_m * a.weight_m * ring;
+}
+
+struct Root {
+  double v, slope, through, ring, extrapolate;  // extrapolate: how far past the last two evaluations the root lies
+  int last;                                     // which of the two Forces buffers was filled last
+  int evaluations;
+  bool converged;
+};
+
+Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth& az, double guess, double slope, Forces (&f)[2]) {
+  const double tip = c.omega * a.r_m;
+  // At these ends all flow comes from one side of the disk, so the sign of the residual is known without evaluation.
+  const double far = 2.0 * (std::fabs(c.climb) + c.edge + tip + c.rate * rotor.radius_m()) + 1e-3;
+  const double scale = 0.05 * tip + 0.1 * (std::fabs(c.climb) + c.edge) + 1e-6;
+  double low = -far, high = far;
+  double v = std::clamp(guess, low, high);
+  int last = 0;
+  Evaluation e = evaluate(rotor, a, c, az, v, f[0]);
+  int count = 1;
+  (e.residual < 0.0 ? low : high) = v;
+  double step = -e.residual / slope;  // the slope of a cold start is a rough one; the secant takes over
+  if (std::fabs(step) <= kStepAlone * scale) return {v + step, slope, e.through, e.ring, 0.0, last, count, true};
+  double previous_width = high - low;
+  int slow = 0;
+  const int limit = rotor.resolution().max_iterations;
+  while (count < limit) {
+    double next = v + step;
+    if (!(next > low && next < high) || slow > 3) {
+      next = 0.5 * (low + high);
+      slow = 0;
+    }
+    const double moved = next - v;
+    last = 1 - last;
+    const double before = e.residual;
+    e = evaluate(rotor, a, c, az, next, f[last]);
+    ++count;
+    (e.residual < 0.0 ? low : high) = next;
+    v = next;
+    const double difference = e.residual - before;
+    const double secant = difference / moved;
+    const bool usable = moved != 0.0 && difference != 0.0;
+    step = usable ? -e.residual / secant : 0.0;
+    if (usable) slope = secant;
+    const bool close =
+        std::fabs(step) * (std::fabs(moved) + std::fabs(step)) <= kStepProduct * scale * scale && std::fabs(step) <= std::fabs(moved);
+    if (e.residual == 0.0 || close) return {v + step, slope, e.through, e.ring, usable ? step / moved : 0.0, last, count, true};
+    if (high - low <= kStepAlone * scale) return {v, slope, e.through, e.ring, 0.0, last, count, true};
+    slow = high - low > 0.5 * previous_width && std::fabs(step) > 0.5 * std::fabs(moved) ? slow + 1 : 0;
+    previous_width = high - low;
+  }
+  return {v, slope, e.through, e.ring, 0.0, last, count, false};
+}
+
+bool usable(const RotorCondition& c) {
+  const auto fine = [](double x, double most) { return std::isfinite(x) && std::fabs(x) <= most; };
+  for (int i = 0; i < 3; ++i)
+    if (!fine(c.v_R_m_s[i], kMaxSpeed_m_s) || !fine(c.w_R_rad_s[i], kMaxSpeed_m_s)) return false;
+  return fine(c.omega_rad_s, kMaxSpeed_m_s) && c.omega_rad_s >= 0.0 && std::isfinite(c.density_kg_m3) && c.density_kg_m3 >= 0.0;
+}
+}  // namespace
+
+RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, RotorWarmStart& warm) {
+  RotorLoads loads;
+  if (!usable(condition)) {
+    warm.valid = false;
+    loads.status = InflowStatus::not_converged;
+    return loads;
+  }
+  if (condition.omega_rad_s < 1.0 && condition.v_R_m_s.squaredNorm() < 1e-6) {
+    warm.valid = false;
+    loads.status = InflowStatus::stopped;
+    return loads;
+  }
+  // A clockwise rotor is solved as its mirror image in the xz plane: velocity is a vector, body rate an axial vector.
+  const double mirror = condition.spin >= 0 ? 1.0 : -1.0;
+  const double vx = condition.v_R_m_s.x(), vy = mirror * condition.v_R_m_s.y();
+  const double wx = mirror * condition.w_R_rad_s.x(), wy = condition.w_R_rad_s.y(), wz = mirror * condition.w_R_rad_s.z();
+  Condition c{};
+  c.omega = condition.omega_rad_s + wz;
+  c.climb = condition.v_R_m_s.z();
+  c.edge2 = vx * vx + vy * vy;
+  c.edge = std::sqrt(c.edge2);
+  c.rate = std::sqrt(wx * wx + wy * wy);
+  c.reynolds_per_W_chord = condition.density_kg_m3 / kViscosity_Pa_s;
+  const double ex = c.edge > 0.0 ? vx / c.edge : 0.0, ey = c.edge > 0.0 ? vy / c.edge : 0.0;
+  const int n = rotor.resolution().azimuth;
+  Azimuth az;
+  const double *cosine = rotor.cos_psi(), *sine = rotor.sin_psi();
+  for (int k = 0; k < n; ++k) {
+    az.tangential[k] = vy * cosine[k] - vx * sine[k];
+    az.radial[k] = vx * cosine[k] + vy * sine[k];
+    az.flap[k] = wx * sine[k] - wy * cosine[k];
+    az.skew[k] = -(ex * cosine[k] + ey * sine[k]);
+  }
+
+  const bool warm_usable = warm.valid && warm.omega_rad_s > 1.0 && c.omega < 1.5 * warm.omega_rad_s && c.omega > 0.5 * warm.omega_rad_s;
+  const double ratio = warm_usable ? c.omega / warm.omega_rad_s : 1.0, climbed = c.climb - warm.climb_m_s;
+  Forces f[2];
+  Sums sums;
+  bool converged = true;
+  const auto& annuli = rotor.annuli();
+  for (std::size_t i = 0; i < annuli.size(); ++i) {
+    const Annulus& a = annuli[i];
+    double guess = 0.1 * std::fabs(c.omega) * rotor.radius_m();  // a typical inflow ratio in hover
+    double slope = 3.0 * guess + 0.5 * c.edge + std::fabs(c.climb) + kTiny;
+    if (warm_usable) {
+      slope = warm.slope_m_s[i] * ratio;
+      // Half of a change of climb speed is made up by the induced velocity, the exact share follows from the two slopes.
+      guess = warm.induced_m_s[i] * ratio - climbed * (1.0 - warm.through_m_s[i] / warm.slope_m_s[i]);
+    }
+    const Root root = find_root(rotor, a, c, az, guess, slope, f);
+    accumulate(rotor, a, f[root.last], f[1 - root.last], root.extrapolate, root.v, root.ring, sums);
+    warm.induced_m_s[i] = root.v;
+    warm.slope_m_s[i] = root.slope > kTiny ? root.slope : slope;
+    warm.through_m_s[i] = root.through;
+    converged = converged && root.converged;
+    loads.iterations = std::max(loads.iterations, root.evaluations);
+  }
+  warm.valid = converged;
+  warm.omega_rad_s = c.omega;
+  warm.climb_m_s = c.climb;
+
+  const double scale = 0.5 * condition.density_kg_m3 * rotor.blades() / n;
+  loads.shaft_torque_N_m = scale * sums.torque;
+  loads.force_R_N = {scale * sums.x, mirror * scale * sums.y, scale * sums.thrust};
+  loads.moment_R_N_m = {mirror * scale * sums.roll, scale * sums.pitch, -mirror * loads.shaft_torque_N_m};
+  const double area = rotor.disk_area_m2() / (2.0 * std::numbers::pi);
+  loads.induced_m_s = sums.induced_area / area;
+  const double through = c.climb + loads.induced_m_s;
+  if (!converged) {
+    loads.status = InflowStatus::not_converged;
+  } else if (condition.omega_rad_s * rotor.radius_m() < kStoppedTip_m_s) {
+    loads.status = InflowStatus::stopped;
+  } else if (sums.ring_area > 0.5 * area) {
+    loads.status = InflowStatus::vortex_ring;
+  } else if (loads.shaft_torque_N_m < 0.0 || loads.force_R_N.z() * through < 0.0) {
+    loads.status = InflowStatus::windmill;
+  }
+  return loads;
+}
+
+}  // namespace rotorloop::sim

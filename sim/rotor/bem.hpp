@@ -1,0 +1,74 @@
+// The blade-element-momentum (BEM) solve: each annulus of the disk balances the thrust of its blade elements, averaged over
+// azimuth, with the momentum of the air through it. Start here; inflow.hpp has the momentum side, section_table.hpp the blades'.
+// Sources: Leishman, Principles of Helicopter Aerodynamics (2006), ch. 3; Glauert's edgewise flow; Prandtl loss; Pitt-Peters skew.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "sim/rotor/blade.hpp"
+#include "sim/rotor/rotor.hpp"
+#include "sim/rotor/section_table.hpp"
+
+namespace rotorloop::sim {
+
+constexpr int kMaxRadial = 64;
+constexpr int kMaxAzimuth = 128;
+
+struct RotorResolution {
+  int radial = 12;          // Gauss-Legendre nodes from hub to tip, 4..64
+  int azimuth = 16;         // uniform nodes (spectral for a periodic integrand), multiple of 4, 8..128
+  int max_iterations = 80;  // per annulus; bisection alone needs about 50
+};
+
+// One annulus of a prepared rotor.
+struct Annulus {
+  double r_m, chord_m, weight_m;  // weight: integral over r of f is the sum of weight_m * f(r_m)
+  double cos_twist, sin_twist;
+  double solidity;                       // blades * chord / (2 pi r)
+  double sqrt_tip_loss, sqrt_root_loss;  // square roots of (B/2)(R-r)/r and (B/2)(r-Rh)/Rh, Prandtl's f times sin(phi)
+  int table;                             // index into Rotor::tables
+};
+
+// Immutable after construction; may be shared by the four rotors of a vehicle and by threads.
+class Rotor {
+ public:
+  explicit Rotor(const Blade& blade, RotorResolution resolution = {});  // throws Error for a resolution out of range
+
+  double radius_m() const { return radius_m_; }
+  double hub_radius_m() const { return hub_radius_m_; }
+  double disk_area_m2() const { return area_m2_; }
+  double blade_inertia_kg_m2() const { return blade_inertia_kg_m2_; }
+  int blades() const { return blades_; }
+  const RotorResolution& resolution() const { return resolution_; }
+  const std::vector<Annulus>& annuli() const { return annuli_; }
+  const SectionTable& table(int index) const { return tables_[static_cast<std::size_t>(index)]; }
+  const double* cos_psi() const { return cos_psi_.data(); }
+  const double* sin_psi() const { return sin_psi_.data(); }
+
+ private:
+  RotorResolution resolution_;
+  double radius_m_, hub_radius_m_, area_m2_, blade_inertia_kg_m2_;
+  int blades_;
+  std::vector<Annulus> annuli_;
+  std::vector<SectionTable> tables_;
+  std::vector<std::string> table_names_;  // polar of each table; empty for a blend of two
+  std::array<double, kMaxAzimuth> cos_psi_{}, sin_psi_{};
+};
+
+// What one solve leaves for the next of the same rotor: only a first guess. The converged loads differ from those of a cold
+// start by at most 1e-10 relative in the flight envelope. A default-constructed one is a cold start.
+struct RotorWarmStart {
+  bool valid = false;
+  double omega_rad_s = 0.0;
+  double climb_m_s = 0.0;
+  std::array<double, kMaxRadial> induced_m_s{};  // per annulus, at the blade
+  std::array<double, kMaxRadial> slope_m_s{};    // derivative of the residual
+  std::array<double, kMaxRadial> through_m_s{};  // mass flow speed
+};
+
+// Loads of one rotor in a steady state, averaged over a revolution. Needs no heap, throws nothing. Status for every input; a
+// condition that is not finite gives zero loads and not_converged. `iterations` counts evaluations of the annulus that took most.
+RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, RotorWarmStart& warm_start);
+
+}  // namespace rotorloop::sim

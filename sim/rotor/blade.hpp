@@ -1,0 +1,36 @@
+// Geometry of one rotor: what vehicles/blades/NAME.toml says, checked. Polars are named in the file and read from ../polars
+// beside the blade's folder.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/rotor/polar.hpp"
+
+namespace rotorloop::sim {
+
+struct BladeStation {
+  double r_m;
+  double chord_m;
+  double twist_deg;   // chord line against the rotor plane, leading edge up
+  std::string polar;  // key of Blade::polars
+};
+
+struct Blade {
+  int blades = 2;
+  double radius_m = 0.0;
+  double hub_radius_m = 0.0;         // the lifting part starts here
+  double blade_inertia_kg_m2 = 0.0;  // all blades together, about the shaft; the motor adds its own
+  std::vector<BladeStation> stations;
+  std::map<std::string, Polar> polars;
+};
+
+constexpr std::size_t kMinStations = 5;  // fewer cannot show both root and tip of a chord curve
+
+// Throw Error with file, line, key, value, range and remedy.
+Blade read_blade(const std::filesystem::path& path);
+Blade parse_blade(std::string_view text, const std::filesystem::path& path);  // `path` locates the polars and names the errors
+
+}  // namespace rotorloop::sim

@@ -1,0 +1,105 @@
+// Preparation of a rotor: quadrature nodes, section tables, azimuth directions. Runs once, before the loop.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "host/base/elementary.hpp"
+#include "host/base/error.hpp"
+#include "sim/rotor/bem.hpp"
+#include "sim/rotor/prandtl.hpp"
+
+namespace rotorloop::sim {
+namespace {
+std::array<double, kPrandtlCells + 2> make_prandtl() {
+  std::array<double, kPrandtlCells + 2> table{};
+  for (int i = 0; i <= kPrandtlCells; ++i) {
+    const double y = kPrandtlEnd * i / kPrandtlCells;
+    table[static_cast<std::size_t>(i)] = 2.0 / std::numbers::pi * acos_exact(exp_exact(-y * y));
+  }
+  table[kPrandtlCells + 1] = table[kPrandtlCells];
+  return table;
+}
+
+struct Node {
+  double x, weight;  // on [-1, 1]
+};
+
+// Gauss-Legendre: roots of the Legendre polynomial by Newton from Tricomi's estimate.
+std::vector<Node> gauss_legendre(int n) {
+  std::vector<Node> nodes;
+  for (int i = 0; i < n; ++i) {
+    double x = -cos_exact(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 1.0;
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      double p0 = 1.0, p1 = x;
+      for (int k = 2; k <= n; ++k) {
+        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+        p0 = p1;
+        p1 = p2;
+      }
+      slope = n * (x * p1 - p0) / (x * x - 1.0);
+      x -= p1 / slope;
+    }
+    nodes.push_back({x, 2.0 / ((1.0 - x * x) * slope * slope)});
+  }
+  return nodes;
+}
+
+void check(const RotorResolution& r) {
+  const auto refuse = [](const std::string& what, const std::string& remedy) { throw Error({"rotor resolution", what, "", remedy}); };
+  if (r.radial < 4 || r.radial > kMaxRadial)
+    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 12, or 64 for a reference");
+  if (r.azimuth < 8 || r.azimuth > kMaxAzimuth || r.azimuth % 4 != 0)
+    refuse("azimuth = " + std::to_string(r.azimuth) + " is not a multiple of 4 in 8 to 128 nodes", "use 16, or 128 for a reference");
+  if (r.max_iterations < 1) refuse("max_iterations = " + std::to_string(r.max_iterations) + " is below 1", "use 80");
+}
+}  // namespace
+
+const std::array<double, kPrandtlCells + 2> kPrandtlTable = make_prandtl();
+
+Rotor::Rotor(const Blade& blade, RotorResolution resolution)
+    : resolution_(resolution),
+      radius_m_(blade.radius_m),
+      hub_radius_m_(blade.hub_radius_m),
+      area_m2_(std::numbers::pi * (blade.radius_m * blade.radius_m - blade.hub_radius_m * blade.hub_radius_m)),
+      blade_inertia_kg_m2_(blade.blade_inertia_kg_m2),
+      blades_(blade.blades) {
+  check(resolution);
+  const auto& s = blade.stations;
+  const double half = 0.5 * (radius_m_ - hub_radius_m_), middle = 0.5 * (radius_m_ + hub_radius_m_);
+  for (const Node& node : gauss_legendre(resolution.radial)) {
+    const double r = middle + half * node.x;
+    std::size_t i = 1;
+    while (i + 1 < s.size() && s[i].r_m < r) ++i;
+    const BladeStation &in = s[i - 1], &out = s[i];
+    const double w = std::clamp((r - in.r_m) / (out.r_m - in.r_m), 0.0, 1.0);
+    const double chord = in.chord_m + w * (out.chord_m - in.chord_m);
+    const SinCos twist = sincos_exact((in.twist_deg + w * (out.twist_deg - in.twist_deg)) * std::numbers::pi / 180.0);
+    const bool shared = in.polar == out.polar && !annuli_.empty() && table_names_.back() == in.polar;
+    if (!shared) {
+      tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), in.polar == out.polar ? 0.0 : w));
+      table_names_.push_back(in.polar == out.polar ? in.polar : std::string());
+    }
+    annuli_.push_back({.r_m = r,
+                       .chord_m = chord,
+                       .weight_m = half * node.weight,
+                       .cos_twist = twist.cos,
+                       .sin_twist = twist.sin,
+                       .solidity = blades_ * chord / (2.0 * std::numbers::pi * r),
+                       .sqrt_tip_loss = std::sqrt(0.5 * blades_ * (radius_m_ - r) / r),
+                       .sqrt_root_loss = std::sqrt(0.5 * blades_ * (r - hub_radius_m_) / hub_radius_m_),
+                       .table = static_cast<int>(tables_.size()) - 1});
+  }
+  // Quarter turns copy one another exactly, so that a quarter turn of the wind turns the loads exactly.
+  const int n = resolution.azimuth;
+  for (int k = 0; k < n / 4; ++k) {
+    const SinCos first = sincos_exact(2.0 * std::numbers::pi * (k + 0.5) / n);
+    const double c[4] = {first.cos, -first.sin, -first.cos, first.sin}, d[4] = {first.sin, first.cos, -first.sin, -first.cos};
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      cos_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = c[quarter];
+      sin_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = d[quarter];
+    }
+  }
+}
+
+}  // namespace rotorloop::sim
