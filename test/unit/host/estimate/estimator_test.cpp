@@ -24,7 +24,10 @@ struct Motion {
   double amplitude_m = 3.0, rate_rad_s = 1.8, nod_rad = 0.8, turn_rad = 1.5;
 
   double ramp(double t) const { return t < 2.0 ? 0.0 : t - 2.0; }
-  V3 p(double t) const { return {amplitude_m * (1.0 - std::cos(rate_rad_s * ramp(t))), 0.5 * amplitude_m * std::pow(std::sin(0.5 * rate_rad_s * ramp(t)), 4), 2.0}; }
+  V3 p(double t) const {
+    return {amplitude_m * (1.0 - std::cos(rate_rad_s * ramp(t))), 0.5 * amplitude_m * std::pow(std::sin(0.5 * rate_rad_s * ramp(t)), 4),
+            2.0};
+  }
   Q q(double t) const {
     const double s = std::pow(std::sin(0.5 * rate_rad_s * ramp(t)), 2), c = std::pow(std::sin(0.35 * rate_rad_s * ramp(t)), 2);
     return Q(Eigen::AngleAxisd(turn_rad * c, V3::UnitZ())) * Q(Eigen::AngleAxisd(nod_rad * s, V3::UnitY())) *
@@ -238,11 +241,11 @@ TEST(Estimator, PosesOutOfOrderOldFutureOrNotFiniteAreCountedAndHarmless) {
   s.meddle = [](double t, PoseSample& z) {
     const auto n = static_cast<int>(std::lround(t * 200.0));
     if (t < 3.0) return true;
-    if (n % 100 == 0) z.time_us -= 40'000;                                        // before the horizon
-    if (n % 100 == 20) z.time_us += 10'000'000;                                   // of a clock that runs ahead
+    if (n % 100 == 0) z.time_us -= 40'000;       // before the horizon
+    if (n % 100 == 20) z.time_us += 10'000'000;  // of a clock that runs ahead
     if (n % 100 == 40) z.p_W_m.z() = std::numeric_limits<double>::quiet_NaN();
-    if (n % 100 == 60) z.q_WS.coeffs() *= 0.5;                                    // no rotation
-    if (n % 100 == 80) z.time_us -= 5'000'000;                                    // older than the buffer
+    if (n % 100 == 60) z.q_WS.coeffs() *= 0.5;  // no rotation
+    if (n % 100 == 80) z.time_us -= 5'000'000;  // older than the buffer
     return true;
   };
   const Figures f = run(s);

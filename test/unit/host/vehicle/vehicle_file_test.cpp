@@ -76,7 +76,8 @@ TEST(VehicleFile, WrittenFileReadsBackEqual) {
   v.covariance.push_back({{"thrust_model.k1", "thrust_model.k2"},
                           {v.k1_N_s2.u * v.k1_N_s2.u, -0.95 * v.k1_N_s2.u * v.k2_N_s2_m.u, -0.95 * v.k1_N_s2.u * v.k2_N_s2_m.u,
                            v.k2_N_s2_m.u * v.k2_N_s2_m.u}});
-  v.effects.push_back({"rotor_inertia_reaction", {{"J_r_kg_m2", {9.4e-6, 5e-7, Origin::flight}}}, EffectEvidence{0.819, 0.374, "rad/s", "run 12"}});
+  v.effects.push_back(
+      {"rotor_inertia_reaction", {{"J_r_kg_m2", {9.4e-6, 5e-7, Origin::flight}}}, EffectEvidence{0.819, 0.374, "rad/s", "run 12"}});
   v.inputs = {"sha256:0123"};
   const VehicleFile back = parse_vehicle(vehicle_text(v), "written.toml", kEffects);
   EXPECT_TRUE(back == v);
@@ -98,13 +99,14 @@ TEST(VehicleFile, WriteReplacesTheFileAndLeavesNoPart) {
 
 TEST(VehicleFile, CompleteExampleOfTheContractIsAccepted) {
   // The paper's file with inline tables, a covariance block and an effect, as other tools write it.
-  const std::string text = with("[provenance]",
-                                "[[covariance]]\nof = [\"thrust_model.k1\", \"thrust_model.k2\"]\n"
-                                "matrix = [2.69e-14, -2.976e-12, -2.976e-12, 3.648e-10]\n"
-                                "[[effect]]\nid = \"rotor_inertia_reaction\"\n"
-                                "parameter = { J_r_kg_m2 = { value = 9.4e-6, u = 5e-7, origin = \"flight\" } }\n"
-                                "evidence = { held_out_before = 0.819, held_out_after = 0.374, unit = \"rad/s at 0.5 s\", run = \"hash\" }\n"
-                                "[provenance]");
+  const std::string text =
+      with("[provenance]",
+           "[[covariance]]\nof = [\"thrust_model.k1\", \"thrust_model.k2\"]\n"
+           "matrix = [2.69e-14, -2.976e-12, -2.976e-12, 3.648e-10]\n"
+           "[[effect]]\nid = \"rotor_inertia_reaction\"\n"
+           "parameter = { J_r_kg_m2 = { value = 9.4e-6, u = 5e-7, origin = \"flight\" } }\n"
+           "evidence = { held_out_before = 0.819, held_out_after = 0.374, unit = \"rad/s at 0.5 s\", run = \"hash\" }\n"
+           "[provenance]");
   const VehicleFile v = parse_vehicle(text, "quad.toml", kEffects);
   ASSERT_EQ(v.effects.size(), 1u);
   EXPECT_EQ(v.effects[0].parameters[0].quantity.value, 9.4e-6);
@@ -132,8 +134,9 @@ TEST(VehicleFileRefuses, MassInGrams) {
 }
 
 TEST(VehicleFileRefuses, HoverOutsideTheFittedSpeeds) {
-  EXPECT_THAT(refusal(with("value = 0.682", "value = 3.0")),
-              AllOf(HasSubstr("hover needs 18803 RPM, outside thrust_model.rpm_window = 5000 to 15000 RPM"), HasSubstr("correct body.mass_kg")));
+  EXPECT_THAT(
+      refusal(with("value = 0.682", "value = 3.0")),
+      AllOf(HasSubstr("hover needs 18803 RPM, outside thrust_model.rpm_window = 5000 to 15000 RPM"), HasSubstr("correct body.mass_kg")));
 }
 
 TEST(VehicleFileRefuses, QuantityWithoutOrigin) {
@@ -142,7 +145,8 @@ TEST(VehicleFileRefuses, QuantityWithoutOrigin) {
 }
 
 TEST(VehicleFileRefuses, PlainNumberWhereAQuantityBelongs) {
-  EXPECT_THAT(refusal(with("{ value = 0.682, u = 0.001, origin = \"cad\" }", "0.682")), HasSubstr("body.mass_kg = 0.682 is a number, expected a table"));
+  EXPECT_THAT(refusal(with("{ value = 0.682, u = 0.001, origin = \"cad\" }", "0.682")),
+              HasSubstr("body.mass_kg = 0.682 is a number, expected a table"));
 }
 
 TEST(VehicleFileRefuses, UnknownOrigin) {
@@ -181,7 +185,8 @@ TEST(VehicleFileRefuses, InertiasOfNoRigidBody) {
 }
 
 TEST(VehicleFileRefuses, QuaternionThatIsNone) {
-  EXPECT_THAT(refusal(with("[0.9975, -0.0241, -0.0122, 0.0646]", "[0.9, -0.0241, -0.0122, 0.0646]")), HasSubstr("quaternion_wxyz has norm 0.903"));
+  EXPECT_THAT(refusal(with("[0.9975, -0.0241, -0.0122, 0.0646]", "[0.9, -0.0241, -0.0122, 0.0646]")),
+              HasSubstr("quaternion_wxyz has norm 0.903"));
 }
 
 TEST(VehicleFileRefuses, EmptySpeedWindow) {
@@ -190,7 +195,8 @@ TEST(VehicleFileRefuses, EmptySpeedWindow) {
 }
 
 TEST(VehicleFileRefuses, UnknownKey) {
-  EXPECT_THAT(refusal(with("radius_m = 0.0635", "radius_m = 0.0635\ndiameter_m = 0.127")), HasSubstr("unknown key \"thrust_model.diameter_m\""));
+  EXPECT_THAT(refusal(with("radius_m = 0.0635", "radius_m = 0.0635\ndiameter_m = 0.127")),
+              HasSubstr("unknown key \"thrust_model.diameter_m\""));
 }
 
 TEST(VehicleFileRefuses, FormatOfAnotherVersion) {
@@ -206,7 +212,8 @@ TEST(VehicleFileRefuses, CovarianceThatContradictsItself) {
   EXPECT_THAT(covariance(k1k2, "2.69e-14, -2.9e-12, 3.648e-10"), HasSubstr("covariance of 2 quantities has 3 numbers, expected 4"));
   EXPECT_THAT(covariance("\"k1\"", "2.69e-14"), AllOf(HasSubstr("covariance names \"k1\""), HasSubstr("thrust_model.k1")));
   EXPECT_THAT(covariance(k1k2, "1.64e-7, -2.9e-12, -2.9e-12, 1.91e-5"),
-              AllOf(HasSubstr("gives thrust_model.k1 a standard uncertainty of 0.000405, but its u is 1.64e-07"), HasSubstr("put u² on the diagonal")));
+              AllOf(HasSubstr("gives thrust_model.k1 a standard uncertainty of 0.000405, but its u is 1.64e-07"),
+                    HasSubstr("put u² on the diagonal")));
   EXPECT_THAT(covariance(k1k2, "2.69e-14, -2.9e-12, -2.0e-12, 3.648e-10"), HasSubstr("not symmetric"));
   EXPECT_THAT(covariance(k1k2, "2.69e-14, -4.0e-12, -4.0e-12, 3.648e-10"), HasSubstr("not positive semi-definite"));
 }
