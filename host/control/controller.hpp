@@ -52,6 +52,11 @@ struct ControllerConfig {
   DragVelocity drag_velocity = DragVelocity::estimate;
   ThrustLookup thrust_lookup = ThrustLookup::full;  // for pd_ff_thrust_drag; the other variants use still air
   bool rotor_local_velocity = true;
+  // Yaw torque comes from the propellers' drag and, while they change speed, from their inertia: asking for a speed change
+  // gives J dω/dt at once and c_q ω² later. True: the mixer's yaw demand is shaped so that the sum is what was asked for
+  // (decision 0045). False: only to show the damage, a yaw loop that shakes the rotors.
+  bool rotor_reaction = true;
+  double period_s = 1e-3;  // of step()
   double omega_min_rad_s = MixerConfig{}.omega_min_rad_s;
   double omega_max_rad_s = MixerConfig{}.omega_max_rad_s;
 };
@@ -96,6 +101,7 @@ struct ControllerCounters {
 struct ControllerState {
   bool started = false;
   std::array<double, kRotors> omega_rad_s{};  // last good command
+  double yaw_torque_N_m = 0.0;                // by the propellers' drag alone, last demand
   Heading heading;                            // last good attitude set-point, for the singular cases
   ControllerCounters counters;
 };
@@ -113,6 +119,7 @@ class Controller {
   VehicleModel vehicle_;
   ControllerConfig config_;
   Mixer mixer_;
+  double reaction_lead_s_;  // J / (2 c_q ω) in hover: 0.26 s for a 5-inch rotor
 };
 
 }  // namespace rotorloop::host
