@@ -41,7 +41,8 @@ struct StartState {
   float speed_rad_s = 0.0f;  // of the turned vector, mechanical, signed
   float direction = 1.0f;
   float across_slow_V = 0.0f;                                      // slow part of the voltage across the vector
-  float low_V = 0.0f, low_A = 0.0f, high_V = 0.0f, high_A = 0.0f;  // sums of the resistance measurement
+  float low_V = 0.0f, low_A = 0.0f, high_V = 0.0f, high_A = 0.0f;  // sums of the resistance measurement …
+  float low_count = 0.0f, high_count = 0.0f;                       // … and of how many ticks
 };
 
 struct StartInputs {
@@ -91,10 +92,13 @@ constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs&
       const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
       out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
       out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
-      if (low && second_s > 0.5f * c.align_second_s - c.measure_window_s) s.low_V += in.along_V, s.low_A += in.along_A;
-      if (second_s > c.align_second_s - c.measure_window_s) s.high_V += in.along_V, s.high_A += in.along_A;
+      if (low && second_s > 0.5f * c.align_second_s - c.measure_window_s) s.low_V += in.along_V, s.low_A += in.along_A, s.low_count += 1.0f;
+      if (second_s > c.align_second_s - c.measure_window_s) s.high_V += in.along_V, s.high_A += in.along_A, s.high_count += 1.0f;
       if (second_s >= c.align_second_s) {
-        if (s.high_A > 1.2f * s.low_A) out.resistance_ohm = (s.high_V - s.low_V) / (s.high_A - s.low_A);
+        const float over_low = 1.0f / (s.low_count > 0.0f ? s.low_count : 1.0f),
+                    over_high = 1.0f / (s.high_count > 0.0f ? s.high_count : 1.0f);
+        const float rise_A = s.high_A * over_high - s.low_A * over_low;
+        if (rise_A > 1.0f) out.resistance_ohm = (s.high_V * over_high - s.low_V * over_low) / rise_A;
         s = {MotorState::ramp, 0.0f, 0.0f, s.direction, s.across_slow_V};
       }
       return out;
