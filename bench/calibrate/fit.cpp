@@ -36,7 +36,7 @@ bool all_alike(const LoadPoint& p) {
     if (w <= 0.0 || std::fabs(w - p.omega_rad_s[0]) > 1e-6 * w) return false;
   return true;
 }
-bool all_stopped(const LoadPoint& p) {
+bool bare(const LoadPoint& p) {
   for (const double w : p.omega_rad_s)
     if (w != 0.0) return false;
   return true;
@@ -55,7 +55,7 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
   std::vector<double> vxy, fxy, vz, fz, torque_x, torque_y;
   std::vector<const LoadPoint*> powered;
   for (const auto& p : points) {
-    if (all_stopped(p)) {
+    if (bare(p)) {
       for (int axis = 0; axis < 2; ++axis)
         if (p.v_B_m_s[axis] != 0.0) {
           vxy.push_back(-signed_square(p.v_B_m_s[axis]));
@@ -74,7 +74,7 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
       torque_y.push_back(p.torque_B_N_m.z());
     }
   }
-  if (vxy.size() < 3 || vz.size() < 3) lacking("airframe drag, eq. (5)", "add points with stopped rotors, at least 3 speeds along x, y and z");
+  if (vxy.size() < 3 || vz.size() < 3) lacking("airframe drag, eq. (5)", "add points without propellers, at least 3 speeds along x, y and z");
   if (powered.size() < 20) lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds over the flight envelope");
   if (torque_x.size() < 3) lacking("the torque coefficient, eq. (3)", "add at least 3 points with unequal rotor pairs");
 

@@ -1,5 +1,5 @@
 // Fits the paper's load model, eq. (1)-(5), to a table of measured loads: k1, k2, c_q, c_dh, c_dxy, c_dz. Linear and
-// separable by design of the test: rotors stopped gives the airframe's drag (5), all rotors alike gives thrust (1)-(2) and
+// separable by design of the test: propellers off gives the airframe's drag (5), all rotors alike gives thrust (1)-(2) and
 // rotor drag (4), unequal pairs give the torque coefficient (3).
 #pragma once
 #include <vector>

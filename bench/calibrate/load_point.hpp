@@ -10,7 +10,7 @@ namespace rotorloop::bench {
 
 struct LoadPoint {
   Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();       // velocity through the air, body frame
-  std::array<double, 4> omega_rad_s{};                     // 0: that rotor is stopped
+  std::array<double, 4> omega_rad_s{};                     // all 0: propellers taken off
   Eigen::Vector3d force_B_N = Eigen::Vector3d::Zero();     // aerodynamic, without weight
   Eigen::Vector3d torque_B_N_m = Eigen::Vector3d::Zero();  // about the centre of mass
 };

@@ -9,13 +9,18 @@
 namespace rotorloop::bench {
 
 LoadPoint Tunnel::measure(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s) const {
+  return balance(v_B_m_s, omega_rad_s, true);
+}
+LoadPoint Tunnel::measure_bare(const Eigen::Vector3d& v_B_m_s) const { return balance(v_B_m_s, {}, false); }
+
+LoadPoint Tunnel::balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const {
   sim::AirframeConfig body = airframe_config(plant_, pointers(rotors_), 500'000);
   body.wind_W_m_s = -v_B_m_s;  // the vehicle is held level, the air moves
   sim::AirframeState held;
   held.p_W_m.z() = 100.0;
   sim::Airframe airframe(body, held, 1'000'000'000);
-  std::array<sim::RotorLoads, 4> loads;
-  for (std::size_t i = 0; i < 4; ++i) {
+  std::array<sim::RotorLoads, 4> loads{};
+  for (std::size_t i = 0; i < 4 && propellers; ++i) {
     sim::RotorWarmStart cold;
     loads[i] = sim::solve_rotor(*rotors_[i], airframe.rotor_condition(i, omega_rad_s[i]), cold);
   }
@@ -45,13 +50,12 @@ LoadPoint Tunnel::measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_
 
 std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<FlightState>& planned, double weight_N) {
   std::vector<LoadPoint> points;
-  const std::array<double, 4> stopped{};
   for (const double v : {2.0, 4.0, 6.0, 8.0, 10.0})
     for (int axis = 0; axis < 3; ++axis)
       for (const double sign : {-1.0, 1.0}) {
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
         velocity[axis] = sign * v;
-        points.push_back(tunnel.measure(velocity, stopped));
+        points.push_back(tunnel.measure_bare(velocity));
       }
   const double hover = tunnel.measure_at_force(Eigen::Vector3d::Zero(), weight_N, 2500.0).omega_rad_s[0];
   for (const double share : {0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4}) {

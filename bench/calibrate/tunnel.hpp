@@ -16,11 +16,15 @@ class Tunnel {
 
   // Loads at one setting.
   LoadPoint measure(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s) const;
+  // The airframe alone, propellers taken off: stopped blades would add drag that spinning ones do not have.
+  LoadPoint measure_bare(const Eigen::Vector3d& v_B_m_s) const;
   // The same with four equal speeds, turned up until the balance shows `force_z_N` (as an operator would).
   // Throws Error (data quality) when no speed up to `max_omega_rad_s` gives it.
   LoadPoint measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_z_N, double max_omega_rad_s) const;
 
  private:
+  LoadPoint balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const;
+
   const sim::PlantFile& plant_;
   const SharedRotors& rotors_;
 };
@@ -31,7 +35,7 @@ struct FlightState {
   double force_z_N = 0.0;
 };
 
-// The test programme: airframe drag with stopped rotors along each axis, static thrust and torque, unequal pairs for c_q,
+// The test programme: airframe drag without propellers along each axis, static thrust and torque, unequal pairs for c_q,
 // and the states of the planned flights.
 std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<FlightState>& planned, double weight_N);
 

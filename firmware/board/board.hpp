@@ -25,30 +25,40 @@ concept Board = requires(B b, const B& reader, PwmCompare compare, std::span<std
   // written in an interrupt act from the next such instant on, for the whole sample period.
   requires B::kPwm_Hz >= 16'000 && B::kPwm_Hz <= 96'000;
   requires B::kPwmPeriodsPerSample >= 1 && B::kPwmPeriodsPerSample <= 2;
-  requires B::kPwmTop >= 500;                     // counts of a full duty
-  requires B::kDeadTime_ns > 0;                   // 0 is shoot-through
-  requires B::kSampleWindow_ns > 0;               // low-side time before the sample that the amplifier needs to settle
+  requires B::kPwmTop >= 500;  // counts of a full duty
+  requires B::kDeadTime_ns >
+  0;  // 0 is shoot-through
+  requires B::kSampleWindow_ns >
+  0;  // low-side time before the sample that the amplifier needs to settle
   // Scales of the analogue front end.
-  { B::kCurrent_A_per_count } -> std::convertible_to<float>;       // signed: the shunt amplifier may invert
-  { B::kCurrentZero_counts } -> std::convertible_to<float>;        // nominal; the core calibrates at boot
+  { B::kCurrent_A_per_count } -> std::convertible_to<float>;  // signed: the shunt amplifier may invert
+  { B::kCurrentZero_counts } -> std::convertible_to<float>;   // nominal; the core calibrates at boot
   { B::kCurrentZeroTolerance_counts } -> std::convertible_to<float>;
   { B::kBus_V_per_count } -> std::convertible_to<float>;
   { B::kTemperature_K_per_count } -> std::convertible_to<float>;
-  { B::kTemperatureZero_K } -> std::convertible_to<float>;         // at count 0
-  { B::kSwitchResistance_ohm } -> std::convertible_to<float>;      // in series with each phase: FET and shunt share
+  { B::kTemperatureZero_K } -> std::convertible_to<float>;     // at count 0
+  { B::kSwitchResistance_ohm } -> std::convertible_to<float>;  // in series with each phase: FET and shunt share
   { B::kDiodeDrop_V } -> std::convertible_to<float>;
-  { B::kTripCurrent_A } -> std::convertible_to<float>;             // software over-current; inside the shunt range
+  { B::kTripCurrent_A } -> std::convertible_to<float>;  // software over-current; inside the shunt range
 
-  { reader.adc() } noexcept -> std::same_as<AdcCounts>;            // conversions of this sample instant
-  { b.set_compare(compare) } noexcept -> std::same_as<void>;
-  { b.bridge_on() } noexcept -> std::same_as<void>;
-  { b.bridge_off() } noexcept -> std::same_as<void>;               // all six gates low on return
-  { reader.time_us() } noexcept -> std::same_as<std::uint64_t>;
+  { reader.adc() }
+  noexcept->std::same_as<AdcCounts>;  // conversions of this sample instant
+  { b.set_compare(compare) }
+  noexcept->std::same_as<void>;
+  { b.bridge_on() }
+  noexcept->std::same_as<void>;
+  { b.bridge_off() }
+  noexcept->std::same_as<void>;  // all six gates low on return
+  { reader.time_us() }
+  noexcept->std::same_as<std::uint64_t>;
   // Parameter flash: `page` 0 or 1 of kFlashPageBytes; programming takes one erased 8-byte word.
   requires B::kFlashPageBytes >= 1024;
-  { reader.flash_read(std::uint32_t{}, std::uint32_t{}, out) } noexcept -> std::same_as<bool>;   // page, offset
-  { b.flash_erase(std::uint32_t{}) } noexcept -> std::same_as<bool>;
-  { b.flash_program(std::uint32_t{}, std::uint32_t{}, word) } noexcept -> std::same_as<bool>;    // page, offset
+  { reader.flash_read(std::uint32_t{}, std::uint32_t{}, out) }
+  noexcept->std::same_as<bool>;  // page, offset
+  { b.flash_erase(std::uint32_t{}) }
+  noexcept->std::same_as<bool>;
+  { b.flash_program(std::uint32_t{}, std::uint32_t{}, word) }
+  noexcept->std::same_as<bool>;  // page, offset
 };
 
 }  // namespace rotorloop::firmware

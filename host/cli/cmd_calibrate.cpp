@@ -9,6 +9,7 @@
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
 #include "host/control/trajectory_file.hpp"
+#include "host/vehicle/thrust.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {

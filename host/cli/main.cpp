@@ -2,8 +2,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "host/base/error.hpp"
 #include "bench/hil/runner.hpp"
+#include "host/base/error.hpp"
+#include "host/cli/commands.hpp"
 #include "host/cli/hil_commands.hpp"
 #include "rotorloop_version.hpp"
 
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil);
+  rotorloop::cli::add_calibrate(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -7,12 +7,12 @@ namespace rotorloop::sim {
 
 struct BatteryParameters {
   int cells = 4;
-  double capacity_A_s = 1.5 * 3600.0;    // 1500 mA h
-  double resistance_ohm = 0.030;         // pack, leads and connector
+  double capacity_A_s = 1.5 * 3600.0;  // 1500 mA h
+  double resistance_ohm = 0.030;       // pack, leads and connector
   double relaxation_ohm = 0.012;
   double relaxation_s = 1.5;
-  double initial_charge = 0.90;          // 0..1
-  bool can_sink = true;                  // false: a bench supply that lets the bus rise instead
+  double initial_charge = 0.90;  // 0..1
+  bool can_sink = true;          // false: a bench supply that lets the bus rise instead
 };
 
 class Battery {

@@ -32,7 +32,7 @@ inline double soft_sign(double i_A, double zone_A) {
 }
 
 struct BridgeOutput {
-  Vector2 v_V;            // at the motor terminals, before the resistance of the switches
+  Vector2 v_V;  // at the motor terminals, before the resistance of the switches
   double diode_loss_W = 0.0;
 };
 

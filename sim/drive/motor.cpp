@@ -15,7 +15,8 @@ struct Rotation {
 // Rotation by a small angle; below 0.5 rad (200 keRPM turns 0.44 rad per PWM period) the first omitted terms are < 6e-9.
 Rotation small_rotation(double a) {
   const double z = a * a;
-  return {1.0 - z * (0.5 - z * (1.0 / 24 - z * (1.0 / 720 - z / 40320.0))), a * (1.0 - z * (1.0 / 6 - z * (1.0 / 120 - z * (1.0 / 5040 - z / 362880.0))))};
+  return {1.0 - z * (0.5 - z * (1.0 / 24 - z * (1.0 / 720 - z / 40320.0))),
+          a * (1.0 - z * (1.0 / 6 - z * (1.0 / 120 - z * (1.0 / 5040 - z / 362880.0))))};
 }
 
 Rotation rotate(Rotation r, Rotation by) { return {r.cos * by.cos - r.sin * by.sin, r.sin * by.cos + r.cos * by.sin}; }
@@ -84,8 +85,8 @@ double Motor::step_driven(Vector2 v_V, double series_resistance_ohm, const Shaft
     const double v_d = at.cos * v_V.alpha + at.sin * v_V.beta, v_q = at.cos * v_V.beta - at.sin * v_V.alpha;
     const double w_e = w * p;
     return {(v_d - r_ohm * i_d + w_e * m.inductance_H.q * i_q) * over_ld,
-            (v_q - r_ohm * i_q - w_e * (m.inductance_H.d * i_d + m.flux_linkage_Wb)) * over_lq,
-            (torque(i_d, i_q) - resisting_N_m) * over_j, 1.5 * (v_d * i_d + v_q * i_q)};
+            (v_q - r_ohm * i_q - w_e * (m.inductance_H.d * i_d + m.flux_linkage_Wb)) * over_lq, (torque(i_d, i_q) - resisting_N_m) * over_j,
+            1.5 * (v_d * i_d + v_q * i_q)};
   };
   const double i_d = state_.i_d_A, i_q = state_.i_q_A, h = 0.5 * dt_s;
   const Derivative k1 = slope(i_d, i_q, w0, start);

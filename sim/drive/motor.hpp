@@ -24,9 +24,9 @@ struct MotorParameters {
   AxisInductance inductance_H{};
   double flux_linkage_Wb = 3.42e-4;  // per phase, peak
   int pole_pairs = 7;
-  double inertia_kg_m2 = 5.0e-6;     // rotor and bell; the propeller adds its own
+  double inertia_kg_m2 = 5.0e-6;  // rotor and bell; the propeller adds its own
   double static_friction_N_m = 2e-3;
-  double cogging_N_m = 1e-3;         // peak
+  double cogging_N_m = 1e-3;  // peak
 };
 
 struct Vector2 {
@@ -37,9 +37,9 @@ struct Vector2 {
 struct MotorState {
   double i_d_A = 0.0;
   double i_q_A = 0.0;
-  double omega_rad_s = 0.0;   // mechanical, signed
-  double angle_rad = 0.0;     // mechanical, accumulated from the start
-  double cos_e = 1.0;         // of the electrical angle; kept by rotation, not by a libm call
+  double omega_rad_s = 0.0;  // mechanical, signed
+  double angle_rad = 0.0;    // mechanical, accumulated from the start
+  double cos_e = 1.0;        // of the electrical angle; kept by rotation, not by a libm call
   double sin_e = 0.0;
 };
 

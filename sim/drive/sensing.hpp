@@ -16,9 +16,9 @@ struct SensingParameters {
   double reference_V = 3.3;
   double bus_ratio = 0.09626;
   double temperature_zero_V = 1.4, temperature_V_per_K = 19e-3, temperature_zero_K = 298.15;
-  std::array<double, 3> gain = {1.0, 1.0, 1.0};          // shunt and amplifier tolerance
+  std::array<double, 3> gain = {1.0, 1.0, 1.0};  // shunt and amplifier tolerance
   std::array<double, 3> offset_counts = {0.0, 0.0, 0.0};
-  double noise_counts = 2.0;                             // rms per current sample, amplifier and converter
+  double noise_counts = 2.0;  // rms per current sample, amplifier and converter
   double bus_noise_counts = 1.0;
   // The amplifier follows the shunt voltage only while the low side conducts: no signal before `dead`, all of it after `full`.
   double settle_dead_s = 0.3e-6, settle_full_s = 1.0e-6;

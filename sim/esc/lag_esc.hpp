@@ -20,7 +20,9 @@ class LagEsc {
       : config_(config), omega_rad_s_(config.initial_rad_s), keep_(exp_exact(-1.0 / (24000.0 * config.time_constant_s))) {}
   void set_setpoint(const firmware::Setpoint& s) {
     const double wanted = s.mode == firmware::Mode::speed ? static_cast<double>(s.value) : 0.0;
-    target_rad_s_ = wanted > config_.max_speed_rad_s ? config_.max_speed_rad_s : wanted < -config_.max_speed_rad_s ? -config_.max_speed_rad_s : wanted;
+    target_rad_s_ = wanted > config_.max_speed_rad_s    ? config_.max_speed_rad_s
+                    : wanted < -config_.max_speed_rad_s ? -config_.max_speed_rad_s
+                                                        : wanted;
   }
   void step_current_loop() {
     omega_rad_s_ = target_rad_s_ + keep_ * (omega_rad_s_ - target_rad_s_);

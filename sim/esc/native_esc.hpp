@@ -20,8 +20,8 @@ struct NativeEscConfig {
   firmware::Parameters firmware{};
   double bus_V = 16.0;
   std::uint64_t seed = 1;
-  std::uint64_t module = 0;      // names the random streams of this ESC; one number per ESC
-  bool draw_board_spread = true; // current gains and offsets of this board drawn from the stream
+  std::uint64_t module = 0;       // names the random streams of this ESC; one number per ESC
+  bool draw_board_spread = true;  // current gains and offsets of this board drawn from the stream
 };
 
 class NativeEsc {

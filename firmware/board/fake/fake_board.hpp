@@ -13,7 +13,7 @@ namespace rotorloop::firmware {
 struct B_G431B_ESC1_Scales {
   static constexpr std::uint32_t kPwm_Hz = 48'000;
   static constexpr std::uint32_t kPwmPeriodsPerSample = 2;
-  static constexpr std::uint32_t kPwmTop = 1771;          // 170 MHz centre-aligned: 47 996 Hz
+  static constexpr std::uint32_t kPwmTop = 1771;  // 170 MHz centre-aligned: 47 996 Hz
   static constexpr std::uint32_t kDeadTime_ns = 800;
   static constexpr std::uint32_t kSampleWindow_ns = 1200;
   static constexpr float kVolt_per_count = 3.3f / 4096.0f;
@@ -25,7 +25,7 @@ struct B_G431B_ESC1_Scales {
   static constexpr float kTemperatureZero_K = 298.15f - 1.4f / 19e-3f;
   static constexpr float kSwitchResistance_ohm = 4e-3f;
   static constexpr float kDiodeDrop_V = 0.8f;
-  static constexpr float kTripCurrent_A = 44.0f;          // shunt range ±45 A
+  static constexpr float kTripCurrent_A = 44.0f;  // shunt range ±45 A
   static constexpr std::uint32_t kFlashPageBytes = 2048;
 };
 

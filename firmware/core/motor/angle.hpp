@@ -36,10 +36,14 @@ constexpr Rotation rotation(Angle a) {
   const std::uint32_t quadrant = (a.raw + 0x2000'0000u) >> 30;
   const Rotation r = small_rotation(Angle{a.raw - (quadrant << 30)}.rad());
   switch (quadrant & 3u) {
-    case 0: return r;
-    case 1: return {-r.sin, r.cos};
-    case 2: return {-r.cos, -r.sin};
-    default: return {r.sin, -r.cos};
+    case 0:
+      return r;
+    case 1:
+      return {-r.sin, r.cos};
+    case 2:
+      return {-r.cos, -r.sin};
+    default:
+      return {r.sin, -r.cos};
   }
 }
 

@@ -29,13 +29,13 @@ struct MotorConfig {
   SpeedLoopConfig speed{};
   StartConfig start{};
   ProtectionConfig protection{};
-  bool compensate_delay = true;    // false only to show what it prevents
-  float weaken_A_per_V = 0.6f;     // field weakening integral, per supervision tick
+  bool compensate_delay = true;  // false only to show what it prevents
+  float weaken_A_per_V = 0.6f;   // field weakening integral, per supervision tick
   float weaken_most_A = 0.0f;
   // Voltage across the start vector, smoothed at 400 rad/s: faster, and the damping current's own inductive voltage would feed
   // the damper (40 A/V · 15 uH · 400 rad/s = 0.24 < 1).
   float across_filter = 400.0f / 24000.0f;
-  float weaken_margin = 0.95f;     // of the voltage limit at which it begins
+  float weaken_margin = 0.95f;  // of the voltage limit at which it begins
 };
 
 // exp(-x) for 0 <= x <= 1, Padé (2,2): error below 1e-3 at 1, 1e-6 at 0.2.

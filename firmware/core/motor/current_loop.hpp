@@ -9,9 +9,9 @@
 namespace rotorloop::firmware {
 
 struct CurrentLoopConfig {
-  float gain_V_A = 0.0f;        // K
-  float decay = 0.0f;           // a = exp(-R T/L)
-  float flux_linkage_Wb = 0.0f; // back-EMF feed-forward
+  float gain_V_A = 0.0f;         // K
+  float decay = 0.0f;            // a = exp(-R T/L)
+  float flux_linkage_Wb = 0.0f;  // back-EMF feed-forward
   float period_s = 0.0f;
 };
 struct CurrentLoopState {
@@ -24,8 +24,8 @@ struct CurrentLoopStep {
 
 struct FrameMotion {
   float omega_e_rad_s = 0.0f;
-  Rotation half{};   // e^{j phi/2}
-  Rotation full{};   // e^{j phi}
+  Rotation half{};  // e^{j phi/2}
+  Rotation full{};  // e^{j phi}
 };
 
 constexpr FrameMotion frame_motion(float omega_e_rad_s, float period_s) {

@@ -27,9 +27,9 @@ struct SenseState {
 struct Sensed {
   Phases phase_A{};
   Stator current_A{};
-  float residual_A = 0.0f;      // sum of the three when all were valid
-  std::uint8_t usable = 3;      // phases whose sample was valid
-  bool at_end_of_range = false; // a valid phase at the converter's end: current unknown, beyond range
+  float residual_A = 0.0f;       // sum of the three when all were valid
+  std::uint8_t usable = 3;       // phases whose sample was valid
+  bool at_end_of_range = false;  // a valid phase at the converter's end: current unknown, beyond range
 };
 
 // With the bridge off no phase carries current: average the zero.

@@ -51,9 +51,9 @@ struct LimitConfig {
   // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
   float phase_share = 0.9f;
   float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
-  float undervoltage_V = 0.0f, undervoltage_span_V = 1.2f;   // 0.3 V per cell of a 4-cell pack
+  float undervoltage_V = 0.0f, undervoltage_span_V = 1.2f;  // 0.3 V per cell of a 4-cell pack
   float temperature_K = 0.0f, temperature_span_K = 20.0f;
-  float observer_A_s_rad = 0.0f, observer_min_A = 6.0f;      // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
+  float observer_A_s_rad = 0.0f, observer_min_A = 6.0f;  // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
 };
 
 // Range in the direction of motion (positive drives), then mirrored by the caller's sign.

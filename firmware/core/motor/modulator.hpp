@@ -9,11 +9,11 @@
 namespace rotorloop::firmware {
 
 struct ModulatorConfig {
-  float top = 1.0f;               // compare of full duty
-  float dead_share = 0.0f;        // dead time / PWM period
+  float top = 1.0f;         // compare of full duty
+  float dead_share = 0.0f;  // dead time / PWM period
   float diode_drop_V = 0.0f;
-  float zero_zone_A = 1.0f;       // around zero current the lost voltage is taken as proportional
-  float sample_duty = 1.0f;       // highest duty that leaves the current sample its window
+  float zero_zone_A = 1.0f;  // around zero current the lost voltage is taken as proportional
+  float sample_duty = 1.0f;  // highest duty that leaves the current sample its window
 };
 
 struct Modulated {

@@ -26,14 +26,14 @@ struct MotorVariables {
   bool pending_driven = false, active_driven = false;
 
   MotorState state = MotorState::off;
-  bool own_frame = false;         // current control in a turned frame instead of the observer's
+  bool own_frame = false;  // current control in a turned frame instead of the observer's
   Angle own_angle{};
   float own_omega_e_rad_s = 0.0f;
   Rotor wanted_A{};
   Rotor measured_A{};
   Rotor given_V{};
   float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
-  float resistance_ohm = 0.0f;    // phase and switch, measured at the last start
+  float resistance_ohm = 0.0f;            // phase and switch, measured at the last start
   bool voltage_limited = false;
   std::uint32_t limited_samples = 0;  // of the last kSlots
   float bus_V = 0.0f, temperature_K = 0.0f;
@@ -41,9 +41,9 @@ struct MotorVariables {
   float bus_A = 0.0f;
   float emf_mismatch = 0.0f;
   float fade_d_A = 0.0f;
-  float weaken_A = 0.0f;          // <= 0
-  float direction = 1.0f;         // sense of rotation while running
-  float phase_s = 0.0f;           // time in handover or braking
+  float weaken_A = 0.0f;   // <= 0
+  float direction = 1.0f;  // sense of rotation while running
+  float phase_s = 0.0f;    // time in handover or braking
   CurrentRange range{};
   Limiter limiter = Limiter::none;
   std::uint32_t slot = 0;
@@ -88,7 +88,8 @@ class Motor {
     const Rotation at = rotation(v_.own_frame ? v_.own_angle : v_.observer.angle);
     const FrameMotion frame = frame_motion(v_.own_frame ? v_.own_omega_e_rad_s : v_.observer.omega_e_rad_s, config_.period_s);
     v_.measured_A = park(sensed.current_A, at);
-    const CurrentLoopStep loop = step(config_.current, v_.current, v_.wanted_A, v_.measured_A, frame, !v_.own_frame, voltage_limit_V(config_.modulator, bus_V));
+    const CurrentLoopStep loop =
+        step(config_.current, v_.current, v_.wanted_A, v_.measured_A, frame, !v_.own_frame, voltage_limit_V(config_.modulator, bus_V));
     v_.given_V = v_.state == MotorState::braking ? Rotor{} : loop.v_V;
     v_.along_V += config_.across_filter * (loop.v_V.d - v_.along_V);
     v_.across_V += config_.across_filter * (loop.v_V.q - v_.across_V);
@@ -159,14 +160,29 @@ class Motor {
     v_.protection.stall_ticks = 0;
     v_.limiter = Limiter::none;
     switch (fault) {
-      case Fault::overcurrent: ++v_.counters.overcurrent_trips; break;
-      case Fault::overvoltage: ++v_.counters.overvoltage_trips; break;
-      case Fault::undervoltage: ++v_.counters.undervoltage_trips; break;
-      case Fault::overtemperature: ++v_.counters.overtemperature_trips; break;
-      case Fault::sensor: ++v_.counters.sensor_trips; break;
-      case Fault::stall: ++v_.counters.stalls; break;
-      case Fault::start_failed: ++v_.counters.start_failures; break;
-      case Fault::none: break;
+      case Fault::overcurrent:
+        ++v_.counters.overcurrent_trips;
+        break;
+      case Fault::overvoltage:
+        ++v_.counters.overvoltage_trips;
+        break;
+      case Fault::undervoltage:
+        ++v_.counters.undervoltage_trips;
+        break;
+      case Fault::overtemperature:
+        ++v_.counters.overtemperature_trips;
+        break;
+      case Fault::sensor:
+        ++v_.counters.sensor_trips;
+        break;
+      case Fault::stall:
+        ++v_.counters.stalls;
+        break;
+      case Fault::start_failed:
+        ++v_.counters.start_failures;
+        break;
+      case Fault::none:
+        break;
     }
     // Supply and temperature faults wait for their cause to go; the others are retried a limited number of times.
     const bool own = fault == Fault::overcurrent || fault == Fault::stall || fault == Fault::start_failed || fault == Fault::sensor;
@@ -193,14 +209,26 @@ class Motor {
   }
 
   void slot_work(B& board, const Sensed& sensed) {
-    v_.residual_A += 0.1f * ((v_.sense.calibrated ? sensed.residual_A : 0.0f) - v_.residual_A);
+    v_.residual_A += 0.02f * ((v_.sense.calibrated ? magnitude(sensed.residual_A) : 0.0f) - v_.residual_A);
     switch (v_.slot) {
-      case 0: supervise(board); break;
-      case 1: start(board); break;
-      case 2: protect(board); break;
-      case 3: weaken(); break;
-      case 4: v_.range = current_range(config_.limits, {speed_rad_s(), v_.bus_V, v_.temperature_K, v_.wanted_A.d}); break;
-      default: control(); break;
+      case 0:
+        supervise(board);
+        break;
+      case 1:
+        start(board);
+        break;
+      case 2:
+        protect(board);
+        break;
+      case 3:
+        weaken();
+        break;
+      case 4:
+        v_.range = current_range(config_.limits, {speed_rad_s(), v_.bus_V, v_.temperature_K, v_.wanted_A.d});
+        break;
+      default:
+        control();
+        break;
     }
     v_.slot = v_.slot + 1 == kSlots ? 0 : v_.slot + 1;
   }
@@ -260,7 +288,9 @@ class Motor {
 
   // Slot 1: the start sequence and the hand-over.
   void start(B& board) {
-    const StartStep s = step(config_.start, v_.start, {v_.along_V, v_.measured_A.d, v_.across_V - v_.resistance_ohm * v_.measured_A.q, frame_speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio});
+    const StartStep s = step(config_.start, v_.start,
+                             {v_.along_V, v_.measured_A.d, v_.across_V - v_.resistance_ohm * v_.measured_A.q, frame_speed_rad_s(),
+                              v_.observer.lock, v_.observer.flux_ratio});
     if (v_.state == MotorState::catching || v_.state == MotorState::align || v_.state == MotorState::ramp) {
       v_.state = v_.start.phase;
       if (s.failed) return trip(board, Fault::start_failed);
@@ -321,8 +351,8 @@ class Motor {
     const float mismatch = excess_V > 0.0f ? excess_V / (magnitude(expected_V) + 0.05f) : 0.0f;
     v_.emf_mismatch += 0.1f * ((v_.state == MotorState::running ? (mismatch < 3.0f ? mismatch : 3.0f) : 0.0f) - v_.emf_mismatch);
     const Fault fault = check_slow(config_.protection, v_.protection,
-                                   {v_.bus_V, v_.temperature_K, v_.residual_A, v_.state == MotorState::running, speed_rad_s(), v_.direction,
-                                    v_.observer.lock, v_.emf_mismatch});
+                                   {v_.bus_V, v_.temperature_K, v_.residual_A, length(v_.measured_A), v_.state == MotorState::running,
+                                    speed_rad_s(), v_.direction, v_.observer.lock, v_.emf_mismatch});
     if (fault != Fault::none && driving()) trip(board, fault);
   }
 
@@ -330,8 +360,12 @@ class Motor {
   void weaken() {
     const float room_V = config_.weaken_margin * voltage_limit_V(config_.modulator, v_.bus_V) - length(v_.given_V);
     v_.weaken_A = observing() ? clamp(v_.weaken_A + config_.weaken_A_per_V * room_V, -config_.weaken_most_A, 0.0f) : 0.0f;
-    v_.bus_A = driving() ? 1.5f * (v_.given_V.d * v_.measured_A.d + v_.given_V.q * v_.measured_A.q) / (v_.bus_V > 1.0f ? v_.bus_V : 1.0f) : 0.0f;
+    v_.bus_A =
+        driving() ? 1.5f * (v_.given_V.d * v_.measured_A.d + v_.given_V.q * v_.measured_A.q) / (v_.bus_V > 1.0f ? v_.bus_V : 1.0f) : 0.0f;
   }
+
+  // The voltage is what holds the motor back: the current loop cannot deliver, or all the field weakening there is is in use.
+  bool at_voltage_limit(bool current_loop_limited) const { return current_loop_limited || v_.weaken_A <= -config_.weaken_most_A; }
 
   // Slot 5: set-point to torque current.
   void control() {
@@ -344,21 +378,26 @@ class Motor {
       const float target = reversing ? v_.direction * config_.speed.min_speed_rad_s : setpoint_.value;
       const SpeedLoopStep s = step(config_.speed, v_.speed, target, w, v_.range, voltage_limited);
       v_.wanted_A.q = s.current_A;
-      v_.limiter = s.limiter;
+      v_.limiter = at_voltage_limit(voltage_limited) ? Limiter::voltage : s.limiter;
     } else {
       // Duty: the current that this voltage would drive through R against the back-EMF. Current: as asked.
       float wanted_A = setpoint_.value;
       if (setpoint_.mode == Mode::duty) {
         const float emf_V = v_.observer.omega_e_rad_s * config_.current.flux_linkage_Wb;
-        wanted_A = (clamp(setpoint_.value, -1.0f, 1.0f) * voltage_limit_V(config_.modulator, v_.bus_V) - emf_V) / config_.observer.resistance_ohm;
+        wanted_A =
+            (clamp(setpoint_.value, -1.0f, 1.0f) * voltage_limit_V(config_.modulator, v_.bus_V) - emf_V) / config_.observer.resistance_ohm;
       }
       // Above the permitted speed torque fades out over 2 % of it.
-      const float fade = clamp((1.02f * config_.speed.max_speed_rad_s - magnitude(w)) / (0.02f * config_.speed.max_speed_rad_s), 0.0f, 1.0f);
+      const float fade =
+          clamp((1.02f * config_.speed.max_speed_rad_s - magnitude(w)) / (0.02f * config_.speed.max_speed_rad_s), 0.0f, 1.0f);
       const bool driving_on = wanted_A * direction > 0.0f;
       if (driving_on) wanted_A *= fade;
       const Limited limited = limit_current(v_.range, wanted_A, direction);
       v_.wanted_A.q = limited.current_A;
-      v_.limiter = limited.by != Limiter::none ? limited.by : voltage_limited ? Limiter::voltage : driving_on && fade < 1.0f ? Limiter::max_speed : Limiter::none;
+      v_.limiter = at_voltage_limit(voltage_limited) ? Limiter::voltage
+                   : limited.by != Limiter::none     ? limited.by
+                   : driving_on && fade < 1.0f       ? Limiter::max_speed
+                                                     : Limiter::none;
       enter(config_.speed, v_.speed, w, limited.current_A);
     }
     const float left = v_.state == MotorState::handover ? 1.0f - clamp(v_.phase_s / config_.start.hand_over_s, 0.0f, 1.0f) : 0.0f;

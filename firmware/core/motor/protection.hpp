@@ -12,16 +12,16 @@ namespace rotorloop::firmware {
 
 struct ProtectionConfig {
   float trip_A = 0.0f;
-  bool trip_at_range_end = true;     // false only to show what it prevents
+  bool trip_at_range_end = true;  // false only to show what it prevents
   float undervoltage_V = 0.0f, overvoltage_V = 0.0f;
   float temperature_K = 0.0f;
-  float residual_A = 6.0f;           // sum of phase currents that cannot be tolerance: 5 % of 40 A in each of three
-  float min_speed_rad_s = 0.0f;      // below it a running motor is stalled
+  float residual_A = 2.0f, residual_share = 0.08f;  // mean |sum of phase currents| that tolerance cannot explain: A, and of |i|
+  float min_speed_rad_s = 0.0f;                     // below it a running motor is stalled
   float min_lock = 0.75f;
-  float emf_mismatch = 0.6f;         // |measured - expected back-EMF| / expected, beyond what a resistance error explains
-  std::uint16_t slow_ticks = 8;      // 2 ms: undervoltage, temperature, residual
-  std::uint16_t stall_ticks = 16;    // 4 ms
-  std::uint16_t pause_ticks = 40;    // 10 ms from a fault to the next start
+  float emf_mismatch = 0.6f;           // |measured - expected back-EMF| / expected, beyond what a resistance error explains
+  std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature, residual
+  std::uint16_t stall_ticks = 16;      // 4 ms
+  std::uint16_t pause_ticks = 40;      // 10 ms from a fault to the next start
   std::uint16_t healthy_ticks = 4000;  // 1 s of running forgives earlier faults
   std::uint16_t most_restarts = 8;
   float hysteresis_V = 0.5f, hysteresis_K = 5.0f;
@@ -42,17 +42,19 @@ constexpr Fault check_fast(const ProtectionConfig& c, const Sensed& sensed, floa
 }
 
 struct SlowInputs {
-  float bus_V = 0.0f, temperature_K = 0.0f, residual_A = 0.0f;
-  bool running = false;              // under the observer: stall detection is meaningful
+  float bus_V = 0.0f, temperature_K = 0.0f, residual_A = 0.0f, current_A = 0.0f;
+  bool running = false;  // under the observer: stall detection is meaningful
   float speed_rad_s = 0.0f, direction = 1.0f, lock = 0.0f, emf_mismatch = 0.0f;
 };
 
-constexpr void persist(std::uint16_t& ticks, bool bad) { ticks = bad ? static_cast<std::uint16_t>(ticks < 60000 ? ticks + 1 : ticks) : std::uint16_t{0}; }
+constexpr void persist(std::uint16_t& ticks, bool bad) {
+  ticks = bad ? static_cast<std::uint16_t>(ticks < 60000 ? ticks + 1 : ticks) : std::uint16_t{0};
+}
 
 constexpr Fault check_slow(const ProtectionConfig& c, ProtectionState& s, const SlowInputs& in) {
   persist(s.under_ticks, in.bus_V < c.undervoltage_V);
   persist(s.hot_ticks, in.temperature_K > c.temperature_K);
-  persist(s.residual_ticks, magnitude(in.residual_A) > c.residual_A);
+  persist(s.residual_ticks, in.residual_A > c.residual_A + c.residual_share * in.current_A);
   const bool lost = in.speed_rad_s * in.direction < c.min_speed_rad_s || in.lock < c.min_lock || in.emf_mismatch > c.emf_mismatch;
   persist(s.stall_ticks, in.running && lost);
   if (s.under_ticks >= c.slow_ticks) return Fault::undervoltage;

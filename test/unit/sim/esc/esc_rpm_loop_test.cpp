@@ -54,8 +54,8 @@ TEST_P(StepTest, RisesIn35msSettlesIn70msOvershootsAtMost5Percent) {
   weak.firmware.phase_current_limit_A = 15.0f;
   const StepResult slow = measure_step(weak, from, to);
   row(text("step %.0f to %.0f RPM", from, to).c_str(),
-      text("rise %.1f ms, settle %.1f ms, overshoot %.1f %%, peak i_q %.1f A, limiter %s (worst of 10 boards)", worst.rise_ms, worst.settle_ms,
-           worst.overshoot_percent, worst.peak_current_A, names(worst.limiters).c_str()),
+      text("rise %.1f ms, settle %.1f ms, overshoot %.1f %%, peak i_q %.1f A, limiter %s (worst of 10 boards)", worst.rise_ms,
+           worst.settle_ms, worst.overshoot_percent, worst.peak_current_A, names(worst.limiters).c_str()),
       "35 ms, 70 ms, 5 %", text("no hold at the limit: overshoot %.1f %%; 15 A: rise %.1f ms", wound.overshoot_percent, slow.rise_ms));
   EXPECT_LE(worst.rise_ms, 35.0);
   EXPECT_LE(worst.settle_ms, 70.0);
@@ -90,7 +90,8 @@ TEST(RpmLoop, HoldsSpeedWithin02Percent) {
   const SteadyResult learnt = measure_steady(wrong, 9000.0);
   const SteadyResult no_integral = measure_steady(wrong, 9000.0, [](NativeEsc& e) { e.motor().config().speed.integral_share = 0.0f; });
   row("steady error 1 500 to 14 000 RPM",
-      text("mean %.3f %%, rms %.2f %%; with half the load coefficient %.3f %%", worst.mean_error_percent, worst.rms_percent, learnt.mean_error_percent),
+      text("mean %.3f %%, rms %.2f %%; with half the load coefficient %.3f %%", worst.mean_error_percent, worst.rms_percent,
+           learnt.mean_error_percent),
       "0.2 % mean", text("no integral: %.2f %%", no_integral.mean_error_percent));
   EXPECT_LE(std::fabs(worst.mean_error_percent), 0.2);
   EXPECT_LE(worst.rms_percent, 0.5);
@@ -116,17 +117,17 @@ TEST(RpmLoop, Starts20OutOf20WithinSixHundredMilliseconds) {
       slowest_ms = std::max(slowest_ms, r.reached_ms);
       const StartResult b = measure_start(seed, 2000.0, [](NativeEsc& e) {
         auto& m = e.motor().config();
-        m.start.measure_tolerance = 0.0f;                     // resistance as in the parameter
+        m.start.measure_tolerance = 0.0f;                         // resistance as in the parameter
         m.observer.length_least = m.observer.length_most = 1.0f;  // flux as in the parameter
-        m.observer.speed_corner_rad_s = 1500.0f;              // speed as wide as the angle
+        m.observer.speed_corner_rad_s = 1500.0f;                  // speed as wide as the angle
         m.start.damping_A_V = 0.0f;
       });
       blind += b.reached_ms <= 600.0 && b.held ? 1 : 0;
     }
     of_200 += ok ? 1 : 0;
   }
-  row("starts to 2 000 RPM, R, L, flux +-20 %, 3.5 to 4.2 V/cell", text("%d/20, slowest %.0f ms; %d/200", good, slowest_ms, of_200), "20/20 in 600 ms",
-      text("parameters believed, rotor swing undamped: %d/20", blind));
+  row("starts to 2 000 RPM, R, L, flux +-20 %, 3.5 to 4.2 V/cell", text("%d/20, slowest %.0f ms; %d/200", good, slowest_ms, of_200),
+      "20/20 in 600 ms", text("parameters believed, rotor swing undamped: %d/20", blind));
   EXPECT_EQ(good, 20);
   EXPECT_EQ(of_200, 200);
   EXPECT_LT(blind, 20);

@@ -11,11 +11,11 @@
 
 namespace rotorloop::sim {
 
-constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;         // rad/s
-constexpr double kTriblade_N_m_s2 = 2.9e-8;                    // three-blade 5-inch propeller
+constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  // rad/s
+constexpr double kTriblade_N_m_s2 = 2.9e-8;             // three-blade 5-inch propeller
 constexpr int kPeriodsPerMs = 24;
 
-using Change = std::function<void(NativeEsc&)>;                // an ablation
+using Change = std::function<void(NativeEsc&)>;  // an ablation
 
 inline NativeEsc make_esc(NativeEscConfig c, double load_N_m_s2 = kTriblade_N_m_s2, const Change& change = {}) {
   NativeEsc esc(c);
@@ -37,7 +37,7 @@ inline firmware::Setpoint speed(double rad_s) { return {firmware::Mode::speed, s
 
 struct StepResult {
   double rise_ms = 0.0, settle_ms = 0.0, overshoot_percent = 0.0;
-  double peak_current_A = 0.0;                // true |i_q|
+  double peak_current_A = 0.0;  // true |i_q|
   std::set<firmware::Limiter> limiters;
 };
 
@@ -138,8 +138,8 @@ inline double measure_sag_percent(NativeEscConfig c, double rpm, bool open_loop 
 }
 
 struct StartResult {
-  double reached_ms = 1e9;   // from set-point to 98 % of it
-  bool held = false;         // within 2 % from 700 ms on
+  double reached_ms = 1e9;  // from set-point to 98 % of it
+  bool held = false;        // within 2 % from 700 ms on
 };
 
 // Motor, supply and angle drawn from `seed`: R, L, flux each within +-20 % of what the firmware believes, 3.5..4.2 V per cell.
@@ -205,17 +205,28 @@ inline FastResult measure_fast(NativeEscConfig c, double electrical_krpm, const 
 
 inline const char* name(firmware::Limiter l) {
   switch (l) {
-    case firmware::Limiter::none: return "none";
-    case firmware::Limiter::phase_current: return "phase_current";
-    case firmware::Limiter::bus_current: return "bus_current";
-    case firmware::Limiter::regen_current: return "regen_current";
-    case firmware::Limiter::voltage: return "voltage";
-    case firmware::Limiter::speed_slew: return "speed_slew";
-    case firmware::Limiter::max_speed: return "max_speed";
-    case firmware::Limiter::min_speed: return "min_speed";
-    case firmware::Limiter::temperature: return "temperature";
-    case firmware::Limiter::undervoltage: return "undervoltage";
-    case firmware::Limiter::observer: return "observer";
+    case firmware::Limiter::none:
+      return "none";
+    case firmware::Limiter::phase_current:
+      return "phase_current";
+    case firmware::Limiter::bus_current:
+      return "bus_current";
+    case firmware::Limiter::regen_current:
+      return "regen_current";
+    case firmware::Limiter::voltage:
+      return "voltage";
+    case firmware::Limiter::speed_slew:
+      return "speed_slew";
+    case firmware::Limiter::max_speed:
+      return "max_speed";
+    case firmware::Limiter::min_speed:
+      return "min_speed";
+    case firmware::Limiter::temperature:
+      return "temperature";
+    case firmware::Limiter::undervoltage:
+      return "undervoltage";
+    case firmware::Limiter::observer:
+      return "observer";
   }
   return "?";
 }
