@@ -12,17 +12,28 @@ namespace rotorloop::bench {
 constexpr std::string_view limiter_name(firmware::Limiter l) {
   using enum firmware::Limiter;
   switch (l) {
-    case none: return "none";
-    case phase_current: return "phase_current";
-    case bus_current: return "bus_current";
-    case regen_current: return "regen_current";
-    case voltage: return "voltage";
-    case speed_slew: return "speed_slew";
-    case max_speed: return "max_speed";
-    case min_speed: return "min_speed";
-    case temperature: return "temperature";
-    case undervoltage: return "undervoltage";
-    case observer: return "observer";
+    case none:
+      return "none";
+    case phase_current:
+      return "phase_current";
+    case bus_current:
+      return "bus_current";
+    case regen_current:
+      return "regen_current";
+    case voltage:
+      return "voltage";
+    case speed_slew:
+      return "speed_slew";
+    case max_speed:
+      return "max_speed";
+    case min_speed:
+      return "min_speed";
+    case temperature:
+      return "temperature";
+    case undervoltage:
+      return "undervoltage";
+    case observer:
+      return "observer";
   }
   return "";
 }

@@ -124,10 +124,14 @@ TrackingFigures TrackingMeter::figures() const {
 
 std::string_view flight_end_name(FlightEnd end) {
   switch (end) {
-    case FlightEnd::completed: return "completed";
-    case FlightEnd::crashed: return "crashed";
-    case FlightEnd::safe_state: return "safe_state";
-    case FlightEnd::interrupted: return "interrupted";
+    case FlightEnd::completed:
+      return "completed";
+    case FlightEnd::crashed:
+      return "crashed";
+    case FlightEnd::safe_state:
+      return "safe_state";
+    case FlightEnd::interrupted:
+      return "interrupted";
   }
   return "?";
 }

@@ -43,7 +43,8 @@ FlightLogs read_logs(const fs::path& folder) {
   }
   FlightLogs logs{read_log(folder / "flight.csv", wanted), read_log(folder / "truth.csv", wanted)};
   if (logs.flight.rows != logs.truth.rows || logs.flight.column("t[s]") != logs.truth.column("t[s]"))
-    throw Error({(folder / "truth.csv").generic_string(), fmt::format("does not fit flight.csv beside it: {} rows against {}, or other times", logs.truth.rows, logs.flight.rows),
+    throw Error({(folder / "truth.csv").generic_string(),
+                 fmt::format("does not fit flight.csv beside it: {} rows against {}, or other times", logs.truth.rows, logs.flight.rows),
                  "the run was stopped while it wrote", "fly the run again"},
                 ExitCode::data_quality);
   return logs;
@@ -94,7 +95,8 @@ std::vector<TimelineRow> limiter_rows(const FlightLogs& logs) {
     std::sort(seen.begin(), seen.end());
     for (const double code : seen) {
       const auto name = names.find(static_cast<int>(code));
-      rows.push_back({fmt::format("ESC {}: {}", esc, name == names.end() ? fmt::format("limiter {}", code) : name->second), intervals(t, [&](std::size_t i) { return codes[i] == code; }), esc - 1});
+      rows.push_back({fmt::format("ESC {}: {}", esc, name == names.end() ? fmt::format("limiter {}", code) : name->second),
+                      intervals(t, [&](std::size_t i) { return codes[i] == code; }), esc - 1});
     }
   }
   return rows;
@@ -176,7 +178,8 @@ BusTraffic traffic_of(const fs::path& file) {
     if (load < 0.5)
       small += load;
     else
-      lines.emplace_back(load, fmt::format("  id {:>8}  {:7.1f} frames/s  up to {} bytes  {:6.2f} %", fmt::format("{:0{}X}", key.second, key.first ? 8 : 3), rate, s.longest, load));
+      lines.emplace_back(load, fmt::format("  id {:>8}  {:7.1f} frames/s  up to {} bytes  {:6.2f} %",
+                                           fmt::format("{:0{}X}", key.second, key.first ? 8 : 3), rate, s.longest, load));
   }
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   for (auto& [load, text] : lines) out.formula.push_back(std::move(text));
@@ -220,7 +223,8 @@ ReportBus bus_of(BusName name, const FlightLogs& logs, const fs::path& file, con
 
 std::string text_of(const Spread& s, const char* unit, int decimals) {
   if (s.n == 0) return "–";
-  return s.n > 1 && s.std >= 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.{}f} ± {:.{}f} {}", s.mean, decimals, s.std, decimals, unit) : fmt::format("{:.{}f} {}", s.mean, decimals, unit);
+  return s.n > 1 && s.std >= 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.{}f} ± {:.{}f} {}", s.mean, decimals, s.std, decimals, unit)
+                                                             : fmt::format("{:.{}f} {}", s.mean, decimals, unit);
 }
 
 template <class Get>
@@ -236,7 +240,9 @@ ReportFlight flight_of(const fs::path& folder, const Scenario& s, const RunResul
   out.name = name;
   out.axis = table_axis(s, name) == ErrorAxis::z ? "|z|" : "3-D";
   out.first_motion_s = out.last_motion_s = kNotMeasured;
-  const auto fact = [&](const char* label, const char* unit, int decimals, auto get) { out.facts.emplace_back(label, text_of(over(r.flights, name, get), unit, decimals)); };
+  const auto fact = [&](const char* label, const char* unit, int decimals, auto get) {
+    out.facts.emplace_back(label, text_of(over(r.flights, name, get), unit, decimals));
+  };
   fact("duration", "s", 1, [](const auto& f) { return f.duration_s; });
   fact("peak speed", "m/s", 2, [](const auto& f) { return f.max_speed_m_s; });
   fact("peak acceleration", "m/s²", 2, [](const auto& f) { return f.max_accel_m_s2; });
@@ -308,7 +314,8 @@ std::vector<ReportTableRow> table_of(const Scenario& s, const Assessment& a, con
     for (const auto& l : s.limits.error)
       if (l.flight == c.flight && l.variant == c.variant && l.axis == axis) row.limit = l.max_cm;
     for (const auto& f : flights)
-      if (f.flight == c.flight && f.variant == c.variant && f.end == FlightEnd::completed) row.seeds.push_back(z ? f.tracking.truth.mean_z_cm : f.tracking.truth.mean_3d_cm);
+      if (f.flight == c.flight && f.variant == c.variant && f.end == FlightEnd::completed)
+        row.seeds.push_back(z ? f.tracking.truth.mean_z_cm : f.tracking.truth.mean_3d_cm);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -322,7 +329,8 @@ std::string verdict_sentence(const RunResult& r) {
     if (!l.pass) text += fmt::format(" {}: {}.", std::isnan(l.value) ? "Not measured" : "Missed", l.name);
   for (const auto& f : r.flights)
     if (f.end != FlightEnd::completed && text.size() < 600)
-      text += fmt::format(" {} {} seed {} {}{}.", f.flight, variant_name(f.variant), f.seed, flight_end_name(f.end), f.end_detail.empty() ? "" : ": " + f.end_detail);
+      text += fmt::format(" {} {} seed {} {}{}.", f.flight, variant_name(f.variant), f.seed, flight_end_name(f.end),
+                          f.end_detail.empty() ? "" : ": " + f.end_detail);
   return text;
 }
 
@@ -353,19 +361,26 @@ HilReport read_hil_report(const fs::path& folder) {
   out.title = r.scenario;
   out.verdict = verdict_name(r.verdict);
   out.verdict_text = verdict_sentence(r);
-  out.facts = {{"flights", std::to_string(r.flights.size())}, {"seeds", std::to_string(r.seeds.size())}, {"rotorloop", r.version + " (" + r.git + ")"}};
+  out.facts = {{"flights", std::to_string(r.flights.size())},
+               {"seeds", std::to_string(r.seeds.size())},
+               {"rotorloop", r.version + " (" + r.git + ")"}};
   if (!r.started_utc.empty()) out.facts.emplace_back("started", r.started_utc);
   double virtual_s = 0;
   for (const auto& f : r.flights) virtual_s += f.duration_s;
-  if (r.wall_s > 0) out.facts.emplace_back("flown", fmt::format("{:.0f} s in {:.1f} s ({:.1f} × real time)", virtual_s, r.wall_s, virtual_s / r.wall_s));
+  if (r.wall_s > 0)
+    out.facts.emplace_back("flown", fmt::format("{:.0f} s in {:.1f} s ({:.1f} × real time)", virtual_s, r.wall_s, virtual_s / r.wall_s));
   for (const auto& w : r.warnings) out.warnings.push_back(w.where.empty() ? w.what : w.where + ": " + w.what);
   for (const auto& e : r.errors) out.warnings.push_back("error: " + e);
   out.table = table_of(s, a, r.flights);
   for (const auto& l : r.limits) out.limits.push_back({l.name, l.unit, l.value, l.limit, l.upper, l.pass});
   for (const auto& f : s.flights)
-    if (std::any_of(r.flights.begin(), r.flights.end(), [&](const auto& x) { return x.flight == f.name; })) out.flights.push_back(flight_of(folder, s, r, f.name));
+    if (std::any_of(r.flights.begin(), r.flights.end(), [&](const auto& x) { return x.flight == f.name; }))
+      out.flights.push_back(flight_of(folder, s, r, f.name));
   for (const auto& i : r.inputs) out.inputs.emplace_back(i.path, i.sha256);
-  out.provenance = {{"version", r.version}, {"commit", r.git}, {"log_sha256", r.log_sha256.substr(0, 16) + "…"}, {"logs", std::to_string(r.log_hashes.size())}};
+  out.provenance = {{"version", r.version},
+                    {"commit", r.git},
+                    {"log_sha256", r.log_sha256.substr(0, 16) + "…"},
+                    {"logs", std::to_string(r.log_hashes.size())}};
   out.repeat_command = run.root().text("repeat", "");
   return out;
 }

@@ -10,7 +10,8 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr double kZoom_s = 2.0;  // length of the RPM window shown in full resolution
-constexpr std::string_view kPageCss = R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
+constexpr std::string_view kPageCss =
+    R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
 main{max-width:1096px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}h2{font-size:19px;margin:52px 0 6px;padding-top:18px;border-top:1px solid var(--line)}h3{font-size:15px;margin:30px 0 4px}
 p{margin:6px 0 14px;max-width:80ch}.sub{color:var(--soft);margin:0 0 22px}.cap{color:var(--soft);font-size:13px;margin:2px 0 10px;max-width:100ch}
 .verdict{display:flex;gap:22px;align-items:center;border:1px solid var(--line);border-left:6px solid var(--soft);background:var(--raise);border-radius:8px;padding:18px 22px;margin:0 0 18px}
@@ -55,7 +56,9 @@ std::string facts_html(const std::vector<std::pair<std::string, std::string>>& f
 
 std::string table_html(const std::vector<ReportTableRow>& rows) {
   const bool published = std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !std::isnan(r.published); });
-  std::string out = "<div class=\"scroll\"><table><thead><tr><th class=\"l\">flight</th><th class=\"l\">controller</th><th>error, cm</th><th>min … max</th><th>seeds</th><th>reduction</th>";
+  std::string out =
+      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">flight</th><th class=\"l\">controller</th><th>error, cm</th><th>min … "
+      "max</th><th>seeds</th><th>reduction</th>";
   if (published) out += "<th>published</th>";
   out += "<th>from estimate</th><th>other axis</th><th>estimator</th></tr></thead><tbody>\n";
   std::string previous;
@@ -63,13 +66,21 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
     const bool first = r.flight != previous;
     previous = r.flight;
     const bool several = r.completed > 1;
-    out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "", first ? fmt::format("{} <span class=\"hash\">{}</span>", xml_escaped(r.flight), xml_escaped(r.axis)) : "",
+    out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
+                       first ? fmt::format("{} <span class=\"hash\">{}</span>", xml_escaped(r.flight), xml_escaped(r.axis)) : "",
                        dot(r.colour), xml_escaped(r.variant));
-    out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", num(r.mean), several ? " ± " + num(r.std) : "", several ? num(r.min) + " … " + num(r.max) : "");
-    out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown) : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
-    out += std::isnan(r.reduction_percent) ? "<td></td>" : fmt::format("<td>{}{} %</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
-    if (published) out += std::isnan(r.published) ? "<td></td>" : fmt::format("<td title=\"{}\">{}</td>", xml_escaped(r.published_source), num(r.published));
-    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), xml_escaped(r.other_axis), num(r.other), num(r.estimator_error));
+    out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", num(r.mean), several ? " ± " + num(r.std) : "",
+                       several ? num(r.min) + " … " + num(r.max) : "");
+    out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown)
+                                  : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
+    out += std::isnan(r.reduction_percent)
+               ? "<td></td>"
+               : fmt::format("<td>{}{} %</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
+    if (published)
+      out += std::isnan(r.published) ? "<td></td>"
+                                     : fmt::format("<td title=\"{}\">{}</td>", xml_escaped(r.published_source), num(r.published));
+    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), xml_escaped(r.other_axis), num(r.other),
+                       num(r.estimator_error));
   }
   return out + "</tbody></table></div>\n";
 }
@@ -100,19 +111,26 @@ std::string bars_html(const std::vector<ReportTableRow>& rows) {
 }
 
 std::string limits_html(const std::vector<ReportLimit>& limits) {
-  std::string out = "<div class=\"scroll\"><table><thead><tr><th class=\"l\">limit</th><th>measured</th><th>allowed</th><th>margin</th><th class=\"l\">result</th></tr></thead><tbody>\n";
+  std::string out =
+      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">limit</th><th>measured</th><th>allowed</th><th>margin</th><th "
+      "class=\"l\">result</th></tr></thead><tbody>\n";
   for (const auto& l : limits) {
     const double margin = l.upper ? l.limit - l.value : l.value - l.limit;
     const bool measured = !std::isnan(l.value);
-    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"big\">{}{}</td><td>{} {} {}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n", xml_escaped(l.name), num(l.value),
-                       measured ? " " + xml_escaped(l.unit) : "", l.upper ? "≤" : "≥", fmt::format("{}", l.limit), xml_escaped(l.unit), num(margin), l.pass ? "pass" : "fail",
-                       !measured ? "not measured" : l.pass ? "pass" : "missed");
+    out +=
+        fmt::format("<tr><td class=\"l\">{}</td><td class=\"big\">{}{}</td><td>{} {} {}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
+                    xml_escaped(l.name), num(l.value), measured ? " " + xml_escaped(l.unit) : "", l.upper ? "≤" : "≥",
+                    fmt::format("{}", l.limit), xml_escaped(l.unit), num(margin), l.pass ? "pass" : "fail",
+                    !measured ? "not measured"
+                    : l.pass  ? "pass"
+                              : "missed");
   }
   return out + "</tbody></table></div>\n";
 }
 
 // Samples of the trajectory that carry its shape: nothing is gained by a point every millimetre.
-void thin_path(const std::vector<double>& a, const std::vector<double>& b, double spacing, std::vector<double>& a_out, std::vector<double>& b_out) {
+void thin_path(const std::vector<double>& a, const std::vector<double>& b, double spacing, std::vector<double>& a_out,
+               std::vector<double>& b_out) {
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     if (!std::isfinite(a[i]) || !std::isfinite(b[i])) continue;
     if (!a_out.empty() && i + 1 != a.size() && std::hypot(a[i] - a_out.back(), b[i] - b_out.back()) < spacing) continue;
@@ -160,7 +178,8 @@ Plot time_plot(const ReportFlight& f, const std::string& title, const std::strin
   p.title = f.name + ": " + title;
   p.x_label = "time, s";
   p.y_label = y_label;
-  if (std::isfinite(f.first_motion_s) && f.last_motion_s > f.first_motion_s) p.bands.push_back({f.first_motion_s, f.last_motion_s, "counted: first to last motion"});
+  if (std::isfinite(f.first_motion_s) && f.last_motion_s > f.first_motion_s)
+    p.bands.push_back({f.first_motion_s, f.last_motion_s, "counted: first to last motion"});
   return p;
 }
 
@@ -179,7 +198,8 @@ std::string errors_html(const ReportFlight& f) {
   }
   return figure("<b>Tracking error</b>: distance of the true centre of mass from the set-point", plot_svg(error)) +
          figure("<b>Vertical error</b>: true minus set-point, positive above", plot_svg(z)) +
-         figure("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone", plot_svg(estimator));
+         figure("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
+                plot_svg(estimator));
 }
 
 std::string rpm_html(const ReportFlight& f) {
@@ -207,7 +227,8 @@ std::string rpm_html(const ReportFlight& f) {
   const double from = std::max(t.t_s.front(), busiest_s - kZoom_s / 2), to = std::min(t.t_s.back(), from + kZoom_s);
   std::string zooms = "<div class=\"two\">\n";
   for (std::size_t r = 0; r < 4; ++r) {
-    all.series.push_back({.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.0});
+    all.series.push_back(
+        {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.0});
     Plot p;
     p.title = fmt::format("{}: rotor {}", f.name, r + 1);
     p.x_label = "time, s";
@@ -217,11 +238,15 @@ std::string rpm_html(const ReportFlight& f) {
     p.x_min = from;
     p.x_max = to;
     p.series.push_back({.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = kNeutral, .stepped = true, .width_px = 1.1});
-    p.series.push_back({.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.6});
+    p.series.push_back(
+        {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.6});
     zooms += figure("", plot_svg(p));
   }
-  return "<h3>Rotor speeds, " + xml_escaped(t.variant) + ", seed " + xml_escaped(t.seed) + "</h3>\n" + figure("The whole flight", plot_svg(all)) +
-         fmt::format("<p class=\"cap\">Command and speed in the {:.0f} s around the fastest change of command ({:.2f} s):</p>\n", kZoom_s, busiest_s) + zooms + "</div>\n";
+  return "<h3>Rotor speeds, " + xml_escaped(t.variant) + ", seed " + xml_escaped(t.seed) + "</h3>\n" +
+         figure("The whole flight", plot_svg(all)) +
+         fmt::format("<p class=\"cap\">Command and speed in the {:.0f} s around the fastest change of command ({:.2f} s):</p>\n", kZoom_s,
+                     busiest_s) +
+         zooms + "</div>\n";
 }
 
 std::string limiters_html(const ReportFlight& f) {
@@ -266,15 +291,19 @@ std::string buses_html(const ReportFlight& f) {
   }
   for (const auto& [y, label] : marks) p.marks.push_back({y, label});
   std::string out = "<h3>Bus load</h3>\n" + figure("Share of time in which the bus was taken, in windows of 10 ms", plot_svg(p));
-  if (!formula.empty()) out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
+  if (!formula.empty())
+    out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
   return out;
 }
 
 }  // namespace
 
 std::string hil_report_html(const HilReport& r) {
-  std::string out = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-                    xml_escaped(r.title) + " – rotorloop HIL</title>\n<style>\n" + std::string(plot_css()) + std::string(kPageCss) + "</style></head><body><main>\n";
+  std::string out =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width,initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
+      xml_escaped(r.title) + " – rotorloop HIL</title>\n<style>\n" + std::string(plot_css()) + std::string(kPageCss) +
+      "</style></head><body><main>\n";
   out += "<h1>" + xml_escaped(r.title) + "</h1>\n<p class=\"sub\">rotorloop hardware-in-the-loop run</p>\n";
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", xml_escaped(r.verdict), xml_escaped(r.verdict_text));
   out += facts_html(r.facts);
@@ -288,20 +317,27 @@ std::string hil_report_html(const HilReport& r) {
   for (const auto& f : r.flights) out += "<a href=\"#flight-" + slug(f.name) + "\">" + xml_escaped(f.name) + "</a>";
   out += "<a href=\"#provenance\">Provenance</a></nav>\n";
 
-  out += "<h2 id=\"tracking\">Tracking</h2>\n<p class=\"cap\">Error is the distance of the true centre of mass from the set-point (|z|: its vertical part), averaged from the first to the last motion of the trajectory, then over seeds; ± is one standard deviation over seeds. Reduction is against the first controller of the flight. From estimate: the same error as the estimate shows it. Estimator: distance of the estimate from the truth, cm.</p>\n";
+  out +=
+      "<h2 id=\"tracking\">Tracking</h2>\n<p class=\"cap\">Error is the distance of the true centre of mass from the set-point (|z|: its "
+      "vertical part), averaged from the first to the last motion of the trajectory, then over seeds; ± is one standard deviation over "
+      "seeds. Reduction is against the first controller of the flight. From estimate: the same error as the estimate shows it. Estimator: "
+      "distance of the estimate from the truth, cm.</p>\n";
   out += table_html(r.table) + bars_html(r.table);
   if (!r.limits.empty()) out += "<h2 id=\"limits\">Limits</h2>\n" + limits_html(r.limits);
   for (const auto& f : r.flights) {
     out += "<h2 id=\"flight-" + slug(f.name) + "\">Flight: " + xml_escaped(f.name) + "</h2>\n" + facts_html(f.facts);
     std::string legend;
     for (const auto& t : f.traces) legend += dot(t.colour) + xml_escaped(t.variant) + "&emsp;";
-    out += "<h3>Trajectory</h3>\n<p class=\"cap\">" + legend + "dashed: set-point" + (f.traces.empty() ? "" : "; seed " + xml_escaped(f.traces.front().seed)) + "</p>\n" + trajectory_html(f);
+    out += "<h3>Trajectory</h3>\n<p class=\"cap\">" + legend + "dashed: set-point" +
+           (f.traces.empty() ? "" : "; seed " + xml_escaped(f.traces.front().seed)) + "</p>\n" + trajectory_html(f);
     out += "<h3>Errors over time</h3>\n" + errors_html(f) + rpm_html(f) + limiters_html(f) + buses_html(f);
   }
   out += "<h2 id=\"provenance\">Provenance</h2>\n" + facts_html(r.provenance);
-  if (!r.repeat_command.empty()) out += "<p class=\"cap\">Repeat from inside the run folder:</p>\n<pre>" + xml_escaped(r.repeat_command) + "</pre>\n";
+  if (!r.repeat_command.empty())
+    out += "<p class=\"cap\">Repeat from inside the run folder:</p>\n<pre>" + xml_escaped(r.repeat_command) + "</pre>\n";
   out += "<div class=\"scroll\"><table><thead><tr><th class=\"l\">input</th><th class=\"l\">SHA-256</th></tr></thead><tbody>\n";
-  for (const auto& [path, sha] : r.inputs) out += "<tr><td class=\"l\">" + xml_escaped(path) + "</td><td class=\"l hash\">" + xml_escaped(sha) + "</td></tr>\n";
+  for (const auto& [path, sha] : r.inputs)
+    out += "<tr><td class=\"l\">" + xml_escaped(path) + "</td><td class=\"l hash\">" + xml_escaped(sha) + "</td></tr>\n";
   return out + "</tbody></table></div>\n</main></body></html>\n";
 }
 

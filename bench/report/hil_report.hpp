@@ -18,14 +18,14 @@ struct ReportTableRow {
   double mean = 0.0, std = 0.0, min = 0.0, max = 0.0;
   int flown = 0, completed = 0;
   double reduction_percent = 0.0, reduction_std_percent = 0.0;  // not-a-number in the first row of a flight
-  double from_estimate = 0.0;   // the same error as the estimate shows it
+  double from_estimate = 0.0;                                   // the same error as the estimate shows it
   double estimator_error = 0.0;
   std::string other_axis;
   double other = 0.0;
-  double published = 0.0;       // not-a-number: none
+  double published = 0.0;  // not-a-number: none
   std::string published_source;
-  std::vector<double> seeds;    // mean error of each seed, for the dots of the bar chart
-  double limit = 0.0;           // not-a-number: none
+  std::vector<double> seeds;  // mean error of each seed, for the dots of the bar chart
+  double limit = 0.0;         // not-a-number: none
 };
 
 struct ReportLimit {
@@ -40,14 +40,14 @@ struct ReportTrace {
   int colour = 0;
   std::string seed;
   std::vector<double> t_s;
-  std::array<std::vector<double>, 3> position_m;             // true
+  std::array<std::vector<double>, 3> position_m;                 // true
   std::vector<double> error_cm, error_z_cm, estimator_error_cm;  // error_z is signed
   std::array<std::vector<double>, 4> rpm, rpm_command;
-  std::vector<TimelineRow> limiters;                         // only those that acted
+  std::vector<TimelineRow> limiters;  // only those that acted
 };
 
 struct ReportBus {
-  std::string name;                  // "ESC bus"
+  std::string name;  // "ESC bus"
   std::vector<double> t_s, load_percent;
   double limit_percent = 0.0;        // not-a-number: none
   std::vector<std::string> formula;  // lines that work out the worst case
@@ -58,15 +58,15 @@ struct ReportFlight {
   double first_motion_s = 0.0, last_motion_s = 0.0;
   std::vector<double> setpoint_t_s;
   std::array<std::vector<double>, 3> setpoint_m;
-  std::vector<ReportTrace> traces;  // one per variant
-  std::vector<ReportBus> buses;     // of the last trace
+  std::vector<ReportTrace> traces;                         // one per variant
+  std::vector<ReportBus> buses;                            // of the last trace
   std::vector<std::pair<std::string, std::string>> facts;  // "peak speed" -> "8.5 m/s"
 };
 
 struct HilReport {
-  std::string title;                 // scenario
-  std::string verdict;               // "pass", "fail", "incomplete"
-  std::string verdict_text;          // one sentence
+  std::string title;         // scenario
+  std::string verdict;       // "pass", "fail", "incomplete"
+  std::string verdict_text;  // one sentence
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<std::string> warnings;
   std::vector<ReportTableRow> table;

@@ -10,7 +10,7 @@
 namespace rotorloop::bench {
 namespace {
 
-constexpr double kGlyph_px = 6.3;   // mean width of a character at the font size of the style sheet
+constexpr double kGlyph_px = 6.3;  // mean width of a character at the font size of the style sheet
 constexpr double kLegendRow_px = 22;
 constexpr double kBucket_px = 1.5;  // a lowest and a highest point this far apart draw the same line as all points
 
@@ -65,8 +65,8 @@ struct Frame {
 };
 
 std::string open_svg(int width, double height, const std::string& title) {
-  return fmt::format("<svg class=\"plot\" viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"{}\">\n", width, px(height), width, px(height),
-                     xml_escaped(title));
+  return fmt::format("<svg class=\"plot\" viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"{}\">\n", width,
+                     px(height), width, px(height), xml_escaped(title));
 }
 
 struct LegendItem {
@@ -84,7 +84,8 @@ std::pair<std::string, double> legend_svg(const std::vector<LegendItem>& items, 
       x = left;
       y += kLegendRow_px - 4;
     }
-    out += fmt::format("<g transform=\"translate({} {})\">{}<text class=\"lg\" x=\"28\" y=\"4\">{}</text></g>\n", px(x), px(y), item.swatch, xml_escaped(item.label));
+    out += fmt::format("<g transform=\"translate({} {})\">{}<text class=\"lg\" x=\"28\" y=\"4\">{}</text></g>\n", px(x), px(y), item.swatch,
+                       xml_escaped(item.label));
     x += needed;
   }
   return {out, y + kLegendRow_px - 12};
@@ -94,11 +95,11 @@ std::string x_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   std::string out;
   for (const double t : ticks.at) {
     const auto x = px(f.at_x(t));
-    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x, px(f.top), px(f.bottom), x,
-                       px(f.bottom + 16), tick_text(t, ticks.decimals));
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x,
+                       px(f.top), px(f.bottom), x, px(f.bottom + 16), tick_text(t, ticks.decimals));
   }
-  out += fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", px(f.left), px(f.bottom), px(f.right),
-                     px((f.left + f.right) / 2), px(f.bottom + 34), xml_escaped(label));
+  out += fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+                     px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(f.bottom + 34), xml_escaped(label));
   return out;
 }
 
@@ -106,11 +107,12 @@ std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   std::string out;
   for (const double t : ticks.at) {
     const double y = f.at_y(t);
-    out += fmt::format("<path class=\"gr\" d=\"M{} {}H{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(f.left), px(y), px(f.right),
-                       px(f.left - 7), px(y + 4), tick_text(t, ticks.decimals));
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}H{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
+                       px(f.left), px(y), px(f.right), px(f.left - 7), px(y + 4), tick_text(t, ticks.decimals));
   }
   const double middle = (f.top + f.bottom) / 2;
-  out += fmt::format("<text class=\"lb\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", px(middle), xml_escaped(label));
+  out += fmt::format("<text class=\"lb\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", px(middle),
+                     xml_escaped(label));
   return out;
 }
 
@@ -178,10 +180,18 @@ std::string xml_escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
       default:
         if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
     }
@@ -204,8 +214,8 @@ Ticks nice_ticks(double low, double high, int wanted) {
   return t;
 }
 
-void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets, std::vector<double>& x_out,
-                      std::vector<double>& y_out) {
+void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
+                      std::vector<double>& x_out, std::vector<double>& y_out) {
   x_out.clear();
   y_out.clear();
   const std::size_t n = std::min(x.size(), y.size());
@@ -243,8 +253,8 @@ std::string plot_svg(const Plot& p) {
   std::vector<LegendItem> legend;
   for (const auto& s : p.series)
     if (!s.label.empty())
-      legend.push_back({s.label, fmt::format("<path class=\"ln c{}\" d=\"M0 0H22\" stroke-width=\"{}\"{}/>", css_colour(s.colour), s.width_px + 0.5,
-                                             s.dashed ? " stroke-dasharray=\"5 4\"" : "")});
+      legend.push_back({s.label, fmt::format("<path class=\"ln c{}\" d=\"M0 0H22\" stroke-width=\"{}\"{}/>", css_colour(s.colour),
+                                             s.width_px + 0.5, s.dashed ? " stroke-dasharray=\"5 4\"" : "")});
   const auto [legend_text, legend_height] = legend_svg(legend, 8, p.width_px);
 
   Span x, y;
@@ -283,21 +293,25 @@ std::string plot_svg(const Plot& p) {
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) {
     const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
-    out += fmt::format("<rect class=\"bd\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", px(from), px(f.top), px(std::max(1.0, to - from)), px(f.bottom - f.top));
-    if (!b.label.empty()) out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
+    out += fmt::format("<rect class=\"bd\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", px(from), px(f.top),
+                       px(std::max(1.0, to - from)), px(f.bottom - f.top));
+    if (!b.label.empty())
+      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
     out += '\n';
   }
   out += y_axis(f, y_ticks, p.y_label) + x_axis(f, x_ticks, p.x_label);
   out += legend_text;
   // A nested viewport clips what lies outside the axes.
-  out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top), px(f.right - f.left), px(f.bottom - f.top));
+  out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top),
+                     px(f.right - f.left), px(f.bottom - f.top));
   for (const auto& s : p.series)
-    out += fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n", css_colour(s.colour), s.width_px, s.dashed ? " stroke-dasharray=\"5 4\"" : "", path_of(s, f));
+    out += fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n", css_colour(s.colour), s.width_px,
+                       s.dashed ? " stroke-dasharray=\"5 4\"" : "", path_of(s, f));
   out += "</svg>\n";
   for (const auto& m : p.marks) {
     if (m.y < f.y.low || m.y > f.y.high) continue;
-    out += fmt::format("<path class=\"mk\" d=\"M{} {}H{}\"/><text class=\"mt\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(f.left), px(f.at_y(m.y)), px(f.right),
-                       px(f.right - 4), px(f.at_y(m.y) - 5), xml_escaped(m.label));
+    out += fmt::format("<path class=\"mk\" d=\"M{} {}H{}\"/><text class=\"mt\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
+                       px(f.left), px(f.at_y(m.y)), px(f.right), px(f.right - 4), px(f.at_y(m.y) - 5), xml_escaped(m.label));
   }
   return out + "</svg>\n";
 }
@@ -335,14 +349,16 @@ std::string bar_chart_svg(const BarChart& c) {
   out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 80))), c.x_label);
   double y = top + kRow_px / 2;
   for (const auto& b : c.bars) {
-    out += fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
+    out +=
+        fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
     if (std::isfinite(b.value)) {
       const double end = f.at_x(b.value);
-      out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left), px(y - kBar_px / 2),
-                         px(std::max(0.5, end - f.left)), px(kBar_px));
+      out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left),
+                         px(y - kBar_px / 2), px(std::max(0.5, end - f.left)), px(kBar_px));
       for (std::size_t i = 0; i < b.points.size() && b.points.size() > 1; ++i)
         if (std::isfinite(b.points[i]))  // spread over the bar's height so that equal values stay apart
-          out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])), px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
+          out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])),
+                             px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
       if (b.spread && *b.spread > 0) {
         const double a = f.at_x(b.value - *b.spread), z = f.at_x(b.value + *b.spread);
         out += fmt::format("<path class=\"wh\" d=\"M{0} {2}H{1}M{0} {3}V{4}M{1} {3}V{4}\"/>", px(a), px(z), px(y), px(y - 5), px(y + 5));
@@ -352,7 +368,8 @@ std::string bar_chart_svg(const BarChart& c) {
     }
     if (b.reference) {
       const double at = f.at_x(*b.reference);
-      out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7), px(at - 6));
+      out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7),
+                         px(at - 6));
     }
     out += '\n';
     y += kRow_px;
@@ -367,18 +384,25 @@ std::string timeline_svg(const Timeline& t) {
   double label_width = 0;
   for (const auto& r : t.rows) label_width = std::max(label_width, text_px(r.label));
   const Span x = drawable({t.x_min, t.x_max});
-  const Frame f{.left = label_width + 18, .top = 6, .right = t.width_px - 12.0, .bottom = 6 + kRow_px * static_cast<double>(t.rows.size()), .x = x, .y = {0, 1}};
+  const Frame f{.left = label_width + 18,
+                .top = 6,
+                .right = t.width_px - 12.0,
+                .bottom = 6 + kRow_px * static_cast<double>(t.rows.size()),
+                .x = x,
+                .y = {0, 1}};
   std::string out = open_svg(t.width_px, f.bottom + 42, t.title);
   out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 90))), t.x_label);
   double y = f.top;
   for (const auto& r : t.rows) {
-    out += fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><path class=\"gr\" d=\"M{} {}H{}\"/>", px(f.left - 9), px(y + kRow_px / 2 + 4),
-                       xml_escaped(r.label), px(f.left), px(y + kRow_px), px(f.right));
+    out += fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><path class=\"gr\" d=\"M{} {}H{}\"/>",
+                       px(f.left - 9), px(y + kRow_px / 2 + 4), xml_escaped(r.label), px(f.left), px(y + kRow_px), px(f.right));
     // Intervals closer than half a pixel are drawn as one: what is seen is the same, the file stays small.
     double from = 0, to = -1;
     std::string d;
     const auto put = [&] {
-      if (to >= from) d += fmt::format("M{} {}h{}v{}h-{}z", px(from), px(y + 4), px(std::max(1.0, to - from)), px(kRow_px - 8), px(std::max(1.0, to - from)));
+      if (to >= from)
+        d += fmt::format("M{} {}h{}v{}h-{}z", px(from), px(y + 4), px(std::max(1.0, to - from)), px(kRow_px - 8),
+                         px(std::max(1.0, to - from)));
     };
     for (const auto& i : r.intervals) {
       const double a = f.at_x(std::clamp(i.from, x.low, x.high)), b = f.at_x(std::clamp(i.to, x.low, x.high));

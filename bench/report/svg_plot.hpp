@@ -14,7 +14,7 @@ inline constexpr int kNeutral = -1;
 inline constexpr int kPaletteSize = 6;
 
 struct Series {
-  std::string label;  // empty: not in the legend
+  std::string label;         // empty: not in the legend
   std::vector<double> x, y;  // equal length; a gap where either is not-a-number
   int colour = 0;
   bool dashed = false;
@@ -33,14 +33,14 @@ struct Band {
 };
 
 struct Plot {
-  std::string title;  // read out by screen readers; the caption of the figure is the page's
+  std::string title;             // read out by screen readers; the caption of the figure is the page's
   std::string x_label, y_label;  // with units: "time, s"
   std::vector<Series> series;
   std::vector<HorizontalMark> marks;
   std::vector<Band> bands;
   int width_px = 1040, height_px = 260;
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
-  bool equal_axes = false;  // one metre is as long in x as in y
+  bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;
 };
 std::string plot_svg(const Plot& plot);
@@ -57,8 +57,8 @@ struct Bar {
 struct BarChart {
   std::string title, x_label;
   std::vector<Bar> bars;
-  std::string reference_label;    // "published"; in the legend when a bar has a reference
-  std::optional<double> limit;    // vertical line
+  std::string reference_label;  // "published"; in the legend when a bar has a reference
+  std::optional<double> limit;  // vertical line
   std::string limit_label;
   int width_px = 1040;
 };
@@ -94,7 +94,7 @@ struct Ticks {
 Ticks nice_ticks(double low, double high, int wanted);
 // Thins a series with ascending x to the first, lowest, highest and last point of each of `buckets` equal spans of
 // [x_min, x_max]: the drawn line keeps every peak. Gaps are kept.
-void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets, std::vector<double>& x_out,
-                      std::vector<double>& y_out);
+void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
+                      std::vector<double>& x_out, std::vector<double>& y_out);
 
 }  // namespace rotorloop::bench

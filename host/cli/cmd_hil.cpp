@@ -1,7 +1,7 @@
 // `rotorloop hil SCENARIO…`: flies scenarios and says whether they passed.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <memory>
@@ -52,7 +52,8 @@ void choose_flights(bench::Scenario& s, const std::string& list) {
     if (it == s.flights.end()) {
       std::vector<std::string> names;
       for (const auto& f : s.flights) names.push_back(f.name);
-      throw Error({"--flights", fmt::format("\"{}\" is not a flight of {}", name, s.path.generic_string()), "", fmt::format("use one or more of: {}", fmt::join(names, ","))});
+      throw Error({"--flights", fmt::format("\"{}\" is not a flight of {}", name, s.path.generic_string()), "",
+                   fmt::format("use one or more of: {}", fmt::join(names, ","))});
     }
     if (std::any_of(chosen.begin(), chosen.end(), [&](const auto& f) { return f.name == name; }))
       throw Error({"--flights", fmt::format("\"{}\" is given twice", name), "", "give each flight once"});
@@ -71,16 +72,18 @@ bench::Scenario narrowed(const std::string& path, const Options& o) {
 }
 
 std::string plan_text(const bench::Scenario& s, const Options& o) {
-  std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(), s.seeds.size(),
-                                s.flights.size() * s.variants.size() * s.seeds.size());
+  std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
+                                s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
   for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
   for (const auto v : s.variants) out += fmt::format("  variant  {}\n", bench::variant_name(v));
   out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
-  out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(), s.gains.generic_string());
+  out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
+                     s.gains.generic_string());
   for (const auto& f : s.faults) {
     const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", bench::bus_name(f.bus));
-    out += fmt::format("  fault    {} of {} at {} s{}{}\n", bench::fault_kind_name(f.kind), target, f.at_s, f.duration_s > 0 ? fmt::format(" for {} s", f.duration_s) : " to the end",
-                       f.flight.empty() ? "" : " in " + f.flight);
+    out +=
+        fmt::format("  fault    {} of {} at {} s{}{}\n", bench::fault_kind_name(f.kind), target, f.at_s,
+                    f.duration_s > 0 ? fmt::format(" for {} s", f.duration_s) : " to the end", f.flight.empty() ? "" : " in " + f.flight);
   }
   for (const auto& text : bench::ablation_texts(s.ablation)) out += fmt::format("  ablation {}\n", text);
   out += fmt::format("  limits   {}\n", s.limits.error.size() + s.limits.reduction.size() + s.limits.bus_load.size());
@@ -91,19 +94,26 @@ std::string plan_text(const bench::Scenario& s, const Options& o) {
 void print_result(const bench::Scenario& s, const bench::HilResult& r) {
   fmt::print("{}\n{}\n", s.name, bench::tracking_table_text(s, r.assessment, r.flights));
   if (const auto limits = bench::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
-  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", bench::verdict_name(r.result.verdict), r.folder.generic_string(), (r.folder / "report.html").generic_string());
+  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", bench::verdict_name(r.result.verdict), r.folder.generic_string(),
+             (r.folder / "report.html").generic_string());
 }
 
 int hil(const Options& o, const std::string& command_line, const RunHil& run) {
-  if (o.scenarios.empty()) throw Error({"rotorloop hil", "no scenario given", "", "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
-  if (!o.name.empty() && o.scenarios.size() > 1) throw Error({"--name", fmt::format("names one run, but {} scenarios are given", o.scenarios.size()), "", "leave --name out, or fly one scenario at a time"});
+  if (o.scenarios.empty())
+    throw Error({"rotorloop hil", "no scenario given", "",
+                 "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
+  if (!o.name.empty() && o.scenarios.size() > 1)
+    throw Error({"--name", fmt::format("names one run, but {} scenarios are given", o.scenarios.size()), "",
+                 "leave --name out, or fly one scenario at a time"});
   // Everything is read before the first flight: a slip in the last file is not found after an hour.
   std::vector<bench::Scenario> scenarios;
   for (const auto& path : o.scenarios) scenarios.push_back(narrowed(path, o));
   std::map<std::string, std::string> folders;
   for (const auto& s : scenarios) {
     const auto [it, added] = folders.emplace(o.name.empty() ? bench::folder_name(s.name) : o.name, s.path.generic_string());
-    if (!added) throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second), "both scenarios have the same name", "give them different names"});
+    if (!added)
+      throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second),
+                   "both scenarios have the same name", "give them different names"});
   }
   if (o.dry_run) {
     for (const auto& s : scenarios) fmt::print("{}", plan_text(s, o));
@@ -185,7 +195,9 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run) {
   c->require_subcommand(0, 1);
   c->callback([c, o, run = std::move(run), &exit_code] {
     if (!c->get_subcommands().empty()) {
-      if (!o->scenarios.empty()) throw Error({"rotorloop hil", fmt::format("\"{}\" before a subcommand", o->scenarios.front()), "", "give scenarios or a subcommand, not both"});
+      if (!o->scenarios.empty())
+        throw Error({"rotorloop hil", fmt::format("\"{}\" before a subcommand", o->scenarios.front()), "",
+                     "give scenarios or a subcommand, not both"});
       return;
     }
     exit_code = hil(*o, typed(words_of(*o)), run);

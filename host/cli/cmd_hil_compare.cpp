@@ -1,7 +1,7 @@
 // `rotorloop hil compare RUN RUN`: two run folders side by side, from their files alone.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "bench/hil/compare.hpp"

@@ -1,7 +1,7 @@
 // `rotorloop hil report RUN…`: makes report.html again from the files of a run.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "bench/hil/run_report.hpp"

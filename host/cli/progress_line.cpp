@@ -88,7 +88,8 @@ void ProgressLine::end() {
   erase();
   if (style_ != ProgressStyle::silent) {
     const double wall_s = std::chrono::duration<double>(Clock::now() - begun_).count();
-    fmt::print(out_, "{} flights, {:.0f} s of flight in {} ({:.1f} x real time)\n", done_, flown_s_, duration_text(wall_s), wall_s > 0 ? flown_s_ / wall_s : 0.0);
+    fmt::print(out_, "{} flights, {:.0f} s of flight in {} ({:.1f} x real time)\n", done_, flown_s_, duration_text(wall_s),
+               wall_s > 0 ? flown_s_ / wall_s : 0.0);
     std::fflush(out_);
   }
 }
@@ -98,8 +99,9 @@ void ProgressLine::draw(Clock::time_point now) {
   const double elapsed_s = std::chrono::duration<double>(now - begun_).count();
   const int filled = static_cast<int>(share * kBar);
   const auto rest = share > kSettled ? " left " + duration_text(elapsed_s * (1 - share) / share) : std::string();
-  fmt::print(out_, "\r\x1b[K[{}{}] {:3.0f} %  flight {}/{}  {}{}", std::string(static_cast<std::size_t>(filled), '#'), std::string(static_cast<std::size_t>(kBar - filled), '.'), 100 * share,
-             std::min(done_ + 1, flights_), flights_, duration_text(elapsed_s), rest);
+  fmt::print(out_, "\r\x1b[K[{}{}] {:3.0f} %  flight {}/{}  {}{}", std::string(static_cast<std::size_t>(filled), '#'),
+             std::string(static_cast<std::size_t>(kBar - filled), '.'), 100 * share, std::min(done_ + 1, flights_), flights_,
+             duration_text(elapsed_s), rest);
   std::fflush(out_);
   drawn_ = now;
   on_screen_ = true;

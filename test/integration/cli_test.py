@@ -65,8 +65,8 @@ class BadInput(unittest.TestCase):
         self.refused(says=["subcommand"])
 
     def test_unknown_command_and_option(self):
-        self.refused("fly", says=["fly"])
-        self.refused("hil", "--sedes", "3", says=["--sedes"])
+        self.refused("fly", says=['rotorloop: error: "fly" is not a command', "use one of: hil"])
+        self.refused("hil", "--sedes", "3", says=["rotorloop hil: error:", "--sedes", "see rotorloop hil --help"])
 
     def test_hil_without_scenario(self):
         self.refused("hil", says=["no scenario given", "do:"])

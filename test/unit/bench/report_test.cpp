@@ -50,7 +50,8 @@ TEST(NiceTicks, StandAtMultiplesOfOneTwoOrFive) {
   EXPECT_EQ(t.decimals, 0);
   const auto fine = nice_ticks(0.013, 0.027, 5);
   EXPECT_EQ(fine.decimals, 3);
-  EXPECT_THAT(fine.at, ElementsAre(::testing::DoubleNear(0.015, 1e-12), ::testing::DoubleNear(0.020, 1e-12), ::testing::DoubleNear(0.025, 1e-12)));
+  EXPECT_THAT(fine.at,
+              ElementsAre(::testing::DoubleNear(0.015, 1e-12), ::testing::DoubleNear(0.020, 1e-12), ::testing::DoubleNear(0.025, 1e-12)));
 }
 TEST(NiceTicks, NeverMoreThanTwiceTheNumberWantedAndAlwaysInside) {
   const sim::RandomStream random(3, 3);
@@ -74,7 +75,7 @@ TEST(Decimation, KeepsEveryPeakOfAMinuteAtOneKilohertz) {
     x[i] = static_cast<double>(i) * 1e-3;
     y[i] = std::sin(x[i]);
   }
-  y[31'415] = 7;   // one sample wide
+  y[31'415] = 7;  // one sample wide
   y[40'000] = -9;
   decimate_min_max(x, y, 0, 60, 700, xs, ys);
   EXPECT_LE(xs.size(), 4u * 701u);
@@ -99,7 +100,8 @@ TEST(Plot, IsBalancedSvgWhoseLineRunsBetweenTheAxes) {
   p.series.push_back({.label = "one", .x = {0, 1, 2}, .y = {0, 10, 5}});
   const auto svg = plot_svg(p);
   EXPECT_EQ(unbalanced(svg), "");
-  EXPECT_THAT(svg, AllOf(HasSubstr("a &lt;b&gt; &amp; &quot;c&quot;"), HasSubstr(">time, s<"), HasSubstr(">error, cm<"), HasSubstr(">one<"), Not(HasSubstr("nan"))));
+  EXPECT_THAT(svg, AllOf(HasSubstr("a &lt;b&gt; &amp; &quot;c&quot;"), HasSubstr(">time, s<"), HasSubstr(">error, cm<"), HasSubstr(">one<"),
+                         Not(HasSubstr("nan"))));
   // The highest sample is drawn above the two others (SVG's y runs down).
   const auto d = svg.substr(svg.rfind(" d=\"M") + 5);
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0, x2 = 0, y2 = 0;
@@ -131,7 +133,8 @@ TEST(Plot, EqualAxesDrawACircleRound) {
   double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
   const auto start = svg.rfind(" d=\"M") + 4;
   std::string d = svg.substr(start, svg.find('"', start) - start);
-  std::replace_if(d.begin(), d.end(), [](char c) { return c == 'M' || c == 'L'; }, ' ');
+  std::replace_if(
+      d.begin(), d.end(), [](char c) { return c == 'M' || c == 'L'; }, ' ');
   std::istringstream in(d);
   for (double x, y; in >> x >> y;) {
     x_low = std::min(x_low, x);
@@ -156,7 +159,9 @@ TEST(Plot, SixtySecondsAtOneKilohertzStayBelowSixtyKilobytes) {
 TEST(BarChart, LongerBarForTheLargerValueAndAMarkForThePublishedOne) {
   BarChart c;
   c.reference_label = "published";
-  c.bars = {{.label = "a", .value = 10, .spread = 1.0, .points = {9, 11}, .reference = 10.5, .colour = 0}, {.label = "b", .value = 5, .spread = {}, .points = {}, .reference = {}, .colour = 1}, {.label = "c", .value = std::nan(""), .spread = {}, .points = {}, .reference = {}, .colour = 2}};
+  c.bars = {{.label = "a", .value = 10, .spread = 1.0, .points = {9, 11}, .reference = 10.5, .colour = 0},
+            {.label = "b", .value = 5, .spread = {}, .points = {}, .reference = {}, .colour = 1},
+            {.label = "c", .value = std::nan(""), .spread = {}, .points = {}, .reference = {}, .colour = 2}};
   const auto svg = bar_chart_svg(c);
   EXPECT_EQ(unbalanced(svg), "");
   const auto width = [&](const char* css) { return std::strtod(svg.c_str() + svg.find("width=\"", svg.find(css)) + 7, nullptr); };
@@ -194,13 +199,18 @@ class Report : public ::testing::Test {
 TEST_F(Report, PageIsBalancedAndNeedsNothingButItself) {
   const auto html = read_text(write_hil_report(run_.folder));
   EXPECT_EQ(unbalanced(html), "");
-  for (const auto* part : {"http:", "https:", "<script", "<link", "@import", "url(", "src=", ">nan<", "nan ", folder_.path().c_str()}) EXPECT_THAT(html, Not(HasSubstr(part)));
+  for (const auto* part : {"http:", "https:", "<script", "<link", "@import", "url(", "src=", ">nan<", "nan ", folder_.path().c_str()})
+    EXPECT_THAT(html, Not(HasSubstr(part)));
   EXPECT_LT(html.size(), 2'000'000u);
 }
 TEST_F(Report, ShowsVerdictTableLimitsEveryFlightAndTheInputs) {
   const auto html = read_text(write_hil_report(run_.folder));
-  EXPECT_THAT(html, AllOf(HasSubstr("class=\"verdict fail\""), HasSubstr("30 of 30 flights completed, 4 of 5 limits met. Missed: mean_tracking_error vertical pd_ff_thrust_drag z."), HasSubstr("PD FF + THR + DRG")));
-  EXPECT_THAT(html, AllOf(HasSubstr("id=\"flight-horizontal\""), HasSubstr("id=\"flight-vertical\""), HasSubstr("paper, Fig. 9"), HasSubstr("ESC 2: voltage"), HasSubstr("controller: thrust")));
+  EXPECT_THAT(html,
+              AllOf(HasSubstr("class=\"verdict fail\""),
+                    HasSubstr("30 of 30 flights completed, 4 of 5 limits met. Missed: mean_tracking_error vertical pd_ff_thrust_drag z."),
+                    HasSubstr("PD FF + THR + DRG")));
+  EXPECT_THAT(html, AllOf(HasSubstr("id=\"flight-horizontal\""), HasSubstr("id=\"flight-vertical\""), HasSubstr("paper, Fig. 9"),
+                          HasSubstr("ESC 2: voltage"), HasSubstr("controller: thrust")));
   EXPECT_THAT(html, HasSubstr("&lt;this&gt; is how a warning looks &amp; reads"));
   EXPECT_THAT(html, HasSubstr("--seeds 1,2,3,4,5 --variants pd_ff,pd_ff_drag,pd_ff_thrust_drag"));
   EXPECT_EQ(count(html, "<td class=\"l hash\">"), 6u) << "one line for each input";
@@ -216,7 +226,8 @@ TEST_F(Report, PlotsTheErrorThatTheTableStates) {
         sum += t.error_cm[i];
         ++n;
       }
-    const auto row = std::find_if(r.table.begin(), r.table.end(), [&](const auto& x) { return x.flight == "horizontal" && x.variant == t.variant; });
+    const auto row =
+        std::find_if(r.table.begin(), r.table.end(), [&](const auto& x) { return x.flight == "horizontal" && x.variant == t.variant; });
     ASSERT_NE(row, r.table.end());
     EXPECT_NEAR(sum / n, row->seeds.front(), 1e-3) << t.variant;  // rounding of the log: 10 µm
   }
@@ -242,7 +253,8 @@ TEST_F(Report, OfADamagedLogNamesFileAndLine) {
   const auto log = run_.folder / "horizontal/pd_ff/1/flight.csv";
   const auto text = read_text(log);
   write_text_file(log, text.substr(0, text.size() - 200));
-  EXPECT_THAT(error_of([&] { read_hil_report(run_.folder); }, ExitCode::data_quality), AllOf(HasSubstr("flight.csv:"), HasSubstr("cells, the header has")));
+  EXPECT_THAT(error_of([&] { read_hil_report(run_.folder); }, ExitCode::data_quality),
+              AllOf(HasSubstr("flight.csv:"), HasSubstr("cells, the header has")));
 }
 
 }  // namespace

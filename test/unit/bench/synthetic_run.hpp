@@ -53,7 +53,8 @@ struct SyntheticRun {
   void make(const std::filesystem::path& parent) {
     const auto kit = parent / "kit";
     std::filesystem::create_directories(kit);
-    for (const auto* f : {"plant.toml", "vehicle.toml", "gains.toml", "h.toml", "v.toml"}) write_text_file(kit / f, std::string("format = 1 # ") + f + "\n");
+    for (const auto* f : {"plant.toml", "vehicle.toml", "gains.toml", "h.toml", "v.toml"})
+      write_text_file(kit / f, std::string("format = 1 # ") + f + "\n");
     write_text_file(kit / "scenario.toml", kSyntheticScenario);
     const auto s = read_scenario(kit / "scenario.toml");
     auto run = RunFolder::create(parent / "runs", folder_name(s.name), true);
@@ -102,7 +103,9 @@ struct SyntheticRun {
     std::unique_ptr<CandumpWriter> esc;
     if (logs) {
       at = run.flight_folder(name, v, seed);
-      const LogHeader header{{"start_utc", std::string(kVirtualEpochUtc)}, {"control_limiter_bits", "1 tilt, 2 thrust"}, {"esc_limiter_codes", esc_limiter_codes()}};
+      const LogHeader header{{"start_utc", std::string(kVirtualEpochUtc)},
+                             {"control_limiter_bits", "1 tilt, 2 thrust"},
+                             {"esc_limiter_codes", esc_limiter_codes()}};
       flight = std::make_unique<FlightLogWriter>(at / "flight.csv", header);
       truth = std::make_unique<TruthLogWriter>(at / "truth.csv", header);
       esc = std::make_unique<CandumpWriter>((at / "esc.log").string(), "esc");
@@ -118,7 +121,8 @@ struct SyntheticRun {
       slow += 0.002 * (random.gaussian(static_cast<std::uint64_t>(k)) - slow);
       TrackingSample m;
       m.t_s = t;
-      m.sp_p_W_m = vertical ? Eigen::Vector3d(0, 0, 2 + std::sin(3 * phase)) : Eigen::Vector3d(4 * std::sin(phase), 2.5 * std::sin(2 * phase), 2 + 0.3 * std::sin(phase));
+      m.sp_p_W_m = vertical ? Eigen::Vector3d(0, 0, 2 + std::sin(3 * phase))
+                            : Eigen::Vector3d(4 * std::sin(phase), 2.5 * std::sin(2 * phase), 2 + 0.3 * std::sin(phase));
       m.sp_v_W_m_s = {moving ? 1.0 : 0.0, 0, 0};
       const Eigen::Vector3d along = vertical ? Eigen::Vector3d(0.3, 0.2, 1) : Eigen::Vector3d(std::cos(phase), std::cos(2 * phase), 0.3);
       m.true_p_W_m = m.sp_p_W_m + scale * (0.6 + swing + 6 * slow) * along;
@@ -135,14 +139,17 @@ struct SyntheticRun {
       }
       row.control_limiter = swing > 0.97 ? 2 : 0;
       for (std::size_t i = 0; i < 4; ++i) {
-        const double hover = 937, command = hover + 180 * swing * std::sin(25 * phase + static_cast<double>(i)) + 4 * random.gaussian(static_cast<std::uint64_t>(4 * k) + i);
+        const double hover = 937, command = hover + 180 * swing * std::sin(25 * phase + static_cast<double>(i)) +
+                                            4 * random.gaussian(static_cast<std::uint64_t>(4 * k) + i);
         row.omega_cmd_rad_s[i] = command;
         row.omega_rad_s[i] = true_row.omega_rad_s[i] = hover + 180 * swing * std::sin(25 * (phase - 0.006) + static_cast<double>(i));
         set_limiter(row, true_row, i, i == 1 && command > 1100 ? 4 : 0);
       }
       flight->write(row);
       truth->write(true_row);
-      for (std::uint32_t n = 0; n < 5; ++n) esc->write(static_cast<std::int64_t>(k) * 1'000'000 + n * 120'000, CanFrame{.id = 0x100 + n, .length = 8, .data = {1, 2, 3, 4, 5, 6, 7, static_cast<std::uint8_t>(k)}});
+      for (std::uint32_t n = 0; n < 5; ++n)
+        esc->write(static_cast<std::int64_t>(k) * 1'000'000 + n * 120'000,
+                   CanFrame{.id = 0x100 + n, .length = 8, .data = {1, 2, 3, 4, 5, 6, 7, static_cast<std::uint8_t>(k)}});
     }
     if (logs) {
       run.note_log(at / "flight.csv", flight->close());

@@ -1,7 +1,8 @@
 // The hil command with a runner that only notes what it was asked: arguments, texts, exit codes, progress.
-#include <CLI/CLI.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
 
 #include "host/base/error.hpp"
 #include "host/cli/hil_commands.hpp"
@@ -25,7 +26,8 @@ class HilCommand : public ::testing::Test {
   std::string write_scenario(const std::string& file, const std::string& name) {
     return folder_
         .write(file, "format = 1\nname = \"" + name +
-                         "\"\nplant = \"plant.toml\"\nvehicle = \"vehicle.toml\"\nseeds = [4, 5]\nvariants = [\"pd_ff\", \"pd_ff_drag\"]\n[controller]\ngains = \"gains.toml\"\n"
+                         "\"\nplant = \"plant.toml\"\nvehicle = \"vehicle.toml\"\nseeds = [4, 5]\nvariants = [\"pd_ff\", "
+                         "\"pd_ff_drag\"]\n[controller]\ngains = \"gains.toml\"\n"
                          "[[flight]]\nname = \"h\"\ntrajectory = \"h.toml\"\n[[flight]]\nname = \"v\"\ntrajectory = \"v.toml\"\n")
         .string();
   }
@@ -149,7 +151,9 @@ struct Progress : ::testing::Test {
 };
 TEST_F(Progress, WithoutATerminalIsOnePlainLineForEachFlight) {
   const auto text = written(ProgressStyle::lines);
-  EXPECT_THAT(text, AllOf(HasSubstr("[1/2] h pd_ff seed 4: error 3.46 cm (|z| 1.00 cm)\n"), HasSubstr("[2/2] h pd_ff seed 4: crashed, below ground\n"), HasSubstr("h/pd_ff/4: warning: rotor.not_converged = 3\n"), Not(HasSubstr("\x1b")), Not(HasSubstr("\r"))));
+  EXPECT_THAT(text, AllOf(HasSubstr("[1/2] h pd_ff seed 4: error 3.46 cm (|z| 1.00 cm)\n"),
+                          HasSubstr("[2/2] h pd_ff seed 4: crashed, below ground\n"),
+                          HasSubstr("h/pd_ff/4: warning: rotor.not_converged = 3\n"), Not(HasSubstr("\x1b")), Not(HasSubstr("\r"))));
 }
 TEST_F(Progress, OnATerminalRedrawsOneLineAndErasesItAtTheEnd) {
   const auto text = written(ProgressStyle::redrawn);
