@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/hil/limiter_names.hpp"
 #include "bench/hil/log_writer.hpp"
 #include "host/bus/candump_log.hpp"
 #include "host/control/gains_file.hpp"
@@ -113,7 +114,8 @@ struct Logs {
                            {"variant", std::string(host::name(q.variant))},
                            {"seed", std::to_string(q.seed)},
                            {"pole_pairs", std::to_string(firmware::Parameters{}.pole_pairs)},
-                           {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"}};
+                           {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
+                           {"esc_limiter_codes", esc_limiter_codes()}};
     flight.emplace(folder / "flight.csv", header);
     truth.emplace(folder / "truth.csv", header);
     esc.emplace((folder / "esc.log").string(), "esc");

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "bench/hil/flight.hpp"
-#include "bench/hil/hil_report.hpp"
+#include "bench/hil/run_report.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::bench {
@@ -28,7 +28,7 @@ std::vector<FlightRequest> plan(const Scenario& scenario) {
   std::vector<FlightRequest> flights;
   for (std::size_t f = 0; f < scenario.flights.size(); ++f)
     for (const Variant v : scenario.variants)
-      for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed});
+      for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed, .folder = {}});
   return flights;
 }
 
@@ -104,7 +104,12 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.started_utc = utc_now();
   RunFolder folder = RunFolder::create(options.runs_dir, options.name.empty() ? folder_name(scenario.name) : options.name, options.force);
   out.folder = folder.path();
+  r.version = kVersion;
+  r.git = kGit;
+  r.scenario = scenario.name;
+  r.seeds = scenario.seeds;
   r.inputs = folder.copy_inputs(inputs.files);
+  folder.write_run_toml(r, options.command_line, scenario);  // first: a run that is killed is still known as one
 
   std::vector<FlightRequest> requests = plan(scenario);
   std::vector<FlightOutcome> outcomes(requests.size());
@@ -121,10 +126,6 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   for (const FlightOutcome& o : outcomes)
     if (!o.result.flight.empty()) out.flights.push_back(o.result);
   out.assessment = assess(scenario, out.flights, requests.size());
-  r.version = kVersion;
-  r.git = kGit;
-  r.scenario = scenario.name;
-  r.seeds = scenario.seeds;
   r.verdict = out.assessment.verdict;
   r.limits = out.assessment.limits;
   r.figures = figures_of(scenario, out.assessment, out.flights);
@@ -135,9 +136,8 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.warnings = warnings_of(scenario, out.flights);
   for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
   r.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  folder.write_run_toml(r, options.command_line, scenario);
   folder.write_result(r);
-  write_hil_report(folder.path() / "report.html", scenario, r, out.assessment, requests, outcomes);
+  write_hil_report(folder.path());
   return out;
 }
 

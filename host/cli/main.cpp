@@ -2,8 +2,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "bench/hil/runner.hpp"
 #include "host/base/error.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/hil_commands.hpp"
 #include "rotorloop_version.hpp"
 
 int main(int argc, char** argv) {
@@ -11,6 +13,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
   app.require_subcommand(1);
   int exit_code = 0;
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil);
   rotorloop::cli::add_calibrate(app, exit_code);
   try {
     app.parse(argc, argv);

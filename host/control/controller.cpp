@@ -41,9 +41,12 @@ double yaw_of(const Eigen::Matrix3d& R) { return atan2_exact(R(1, 0), R(0, 0)); 
 
 std::string_view name(Variant variant) {
   switch (variant) {
-    case Variant::pd_ff: return "pd_ff";
-    case Variant::pd_ff_drag: return "pd_ff_drag";
-    case Variant::pd_ff_thrust_drag: return "pd_ff_thrust_drag";
+    case Variant::pd_ff:
+      return "pd_ff";
+    case Variant::pd_ff_drag:
+      return "pd_ff_drag";
+    case Variant::pd_ff_thrust_drag:
+      return "pd_ff_thrust_drag";
   }
   return "unknown";
 }
@@ -58,7 +61,10 @@ bool parse(std::string_view word, Variant& variant) {
 }
 
 Controller::Controller(const VehicleModel& vehicle, const ControllerConfig& config)
-    : vehicle_(vehicle), config_(config), mixer_(vehicle, mixer_config(config)) {}
+    : vehicle_(vehicle),
+      config_(config),
+      mixer_(vehicle, mixer_config(config)),
+      reaction_lead_s_(config.rotor_reaction ? vehicle.rotor_inertia_kg_m2 / (2.0 * vehicle.c_q_N_m_s2 * mixer_.hover_omega_rad_s()) : 0.0) {}
 
 // Eq. (9), then the limits: the vertical part is kept and the horizontal part shortened, so that height is the last to suffer.
 Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, Limiters& limiters) const {
@@ -71,8 +77,7 @@ Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, con
 
   if (config_.variant != Variant::pd_ff) {
     const Eigen::Matrix3d R_WB = estimate.q_WB.toRotationMatrix();
-    const Eigen::Vector3d v_B =
-        R_WB.transpose() * (config_.drag_velocity == DragVelocity::setpoint ? setpoint.v_W_m_s : estimate.v_W_m_s);
+    const Eigen::Vector3d v_B = R_WB.transpose() * (config_.drag_velocity == DragVelocity::setpoint ? setpoint.v_W_m_s : estimate.v_W_m_s);
     const double carried_N = std::max(0.0, thrust.dot(R_WB.col(2)));  // ΣT of eq. (4)
     thrust -= R_WB * (airframe_drag_B_N(vehicle_.drag, v_B) + rotor_drag_B_N(vehicle_.drag, carried_N, v_B));
   }
@@ -119,8 +124,8 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   }
 
   d.thrust_W_N = wanted_thrust_W_N(used, setpoint, d.limiters);
-  const AttitudeSetpoint attitude = flat_attitude(d.thrust_W_N / vehicle_.mass_kg, setpoint.j_W_m_s3, setpoint.yaw_rad,
-                                                  setpoint.yaw_rate_rad_s, state.heading);
+  const AttitudeSetpoint attitude =
+      flat_attitude(d.thrust_W_N / vehicle_.mass_kg, setpoint.j_W_m_s3, setpoint.yaw_rad, setpoint.yaw_rate_rad_s, state.heading);
   d.limiters.direction_held = attitude.direction_held;
   d.q_WB_sp = Eigen::Quaterniond(attitude.R_WB);
   d.w_B_sp_rad_s = attitude.w_B_rad_s;
@@ -131,13 +136,16 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   const Eigen::Vector3d kd(k.roll_pitch.kd(), k.roll_pitch.kd(), k.yaw.kd());
   d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(kp.cwiseProduct(error.angle_rad) + kd.cwiseProduct(error.rate_rad_s));
 
+  // Yaw by propeller drag alone, x, so that x plus the reaction of changing it, lead * dx/dt, is the torque asked for.
+  state.yaw_torque_N_m += config_.period_s / (reaction_lead_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
+  Eigen::Vector3d mixer_torque_B_N_m = d.torque_B_N_m;
+  mixer_torque_B_N_m.z() = state.yaw_torque_N_m;
+
   // The part of the wanted thrust along the present axis: while the attitude catches up the rest would push sideways.
   d.thrust_B_N = std::max(0.0, d.thrust_W_N.dot(R_WB.col(2)));
-  const MixerResult mixed = mixer_.solve({.thrust_N = d.thrust_B_N,
-                                          .torque_B_N_m = d.torque_B_N_m,
-                                          .v_B_m_s = R_WB.transpose() * used.v_W_m_s,
-                                          .w_B_rad_s = used.w_B_rad_s},
-                                         state.omega_rad_s);
+  const MixerResult mixed = mixer_.solve(
+      {.thrust_N = d.thrust_B_N, .torque_B_N_m = mixer_torque_B_N_m, .v_B_m_s = R_WB.transpose() * used.v_W_m_s, .w_B_rad_s = used.w_B_rad_s},
+      state.omega_rad_s);
   d.mixer_iterations = mixed.iterations;
   d.mixer_residual_rad_s = mixed.residual_rad_s;
   d.limiters.yaw = mixed.yaw_limited;

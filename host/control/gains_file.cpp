@@ -15,7 +15,8 @@ constexpr double kSeparation = 4.0;  // below it the two loops fight: the positi
 
 AxisGains axis(const TomlTable& root, std::string_view key, double frequency_max_rad_s) {
   const TomlTable t = root.table(key);
-  return {.frequency_rad_s = t.number("frequency_rad_s", {0.1, frequency_max_rad_s, "rad/s"}), .damping = t.number("damping", {0.3, 2.0, "1"})};
+  return {.frequency_rad_s = t.number("frequency_rad_s", {0.1, frequency_max_rad_s, "rad/s"}),
+          .damping = t.number("damping", {0.3, 2.0, "1"})};
 }
 
 GainsFile read(const TomlFile& file) {
@@ -35,16 +36,16 @@ GainsFile read(const TomlFile& file) {
   file.refuse_unknown_keys();
   if (out.omega_min_rad_s >= out.omega_max_rad_s)
     limits.fail("omega_min_rad_s",
-                fmt::format("limits.omega_min_rad_s = {} rad/s is not below limits.omega_max_rad_s = {} rad/s", number_text(out.omega_min_rad_s),
-                            number_text(out.omega_max_rad_s)),
+                fmt::format("limits.omega_min_rad_s = {} rad/s is not below limits.omega_max_rad_s = {} rad/s",
+                            number_text(out.omega_min_rad_s), number_text(out.omega_max_rad_s)),
                 "ends swapped", "give the lower speed as omega_min_rad_s");
   const double inner = out.gains.roll_pitch.frequency_rad_s;
   const double outer = std::max(out.gains.horizontal.frequency_rad_s, out.gains.vertical.frequency_rad_s);
   if (inner < kSeparation * out.gains.horizontal.frequency_rad_s)
     root.table("roll_pitch")
         .fail("frequency_rad_s",
-              fmt::format("roll_pitch.frequency_rad_s = {} rad/s is less than {} times horizontal.frequency_rad_s = {} rad/s", number_text(inner),
-                          number_text(kSeparation), number_text(out.gains.horizontal.frequency_rad_s)),
+              fmt::format("roll_pitch.frequency_rad_s = {} rad/s is less than {} times horizontal.frequency_rad_s = {} rad/s",
+                          number_text(inner), number_text(kSeparation), number_text(out.gains.horizontal.frequency_rad_s)),
               fmt::format("position gains too high for this attitude loop (fastest position axis: {} rad/s)", number_text(outer)),
               "lower the horizontal frequency or raise roll_pitch");
   return out;

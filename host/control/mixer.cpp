@@ -29,6 +29,53 @@ struct Interval {
   }
 };
 
+// Total thrusts T that the rotors can give together with a share k of the roll and pitch torque, whatever the yaw: each rotor
+// bounds the free coordinate s from below and from above by lines in T and k, and every lower bound must stay below every
+// upper one.
+class ThrustRange {
+ public:
+  using Vector4 = Eigen::Matrix<double, kRotors, 1>;
+  ThrustRange(const Vector4& free_direction, const Vector4& per_thrust, const Vector4& from_torque, const Vector4& low_N,
+              const Vector4& high_N) {
+    for (int i = 0; i < kRotors; ++i) {
+      const double n = 1.0 / free_direction[i];
+      const Line at_low{low_N[i] * n, -from_torque[i] * n, -per_thrust[i] * n}, at_high{high_N[i] * n, at_low.per_k, at_low.per_T};
+      const auto at = static_cast<std::size_t>(i);
+      lower_[at] = n > 0.0 ? at_low : at_high;
+      upper_[at] = n > 0.0 ? at_high : at_low;
+    }
+    for (std::size_t i = 0; i < kRotors; ++i)
+      for (std::size_t j = 0; j < kRotors; ++j) {
+        const double slope = lower_[i].per_T - upper_[j].per_T;
+        // Rounding leaves nothing of the slope between rotors that share a sign.
+        inverse_[i][j] = std::fabs(slope) > 1e-9 * std::fabs(lower_[i].per_T) ? 1.0 / slope : 0.0;
+      }
+  }
+  Interval at(double k) const {
+    Interval thrust;
+    for (std::size_t i = 0; i < kRotors; ++i)
+      for (std::size_t j = 0; j < kRotors; ++j) {
+        const double constant = lower_[i].constant - upper_[j].constant + k * (lower_[i].per_k - upper_[j].per_k);
+        const double inverse = inverse_[i][j];
+        if (inverse > 0.0) {
+          thrust.high = std::min(thrust.high, -constant * inverse);
+        } else if (inverse < 0.0) {
+          thrust.low = std::max(thrust.low, -constant * inverse);
+        } else if (constant > 0.0) {
+          thrust.high = -kInfinity;
+        }
+      }
+    return thrust;
+  }
+
+ private:
+  struct Line {
+    double constant = 0.0, per_k = 0.0, per_T = 0.0;
+  };
+  std::array<Line, kRotors> lower_, upper_;
+  std::array<std::array<double, kRotors>, kRotors> inverse_{};
+};
+
 }  // namespace
 
 // What each rotor can give around the present iterate.
@@ -37,7 +84,9 @@ struct Mixer::Bounds {
 };
 
 Mixer::Mixer(const VehicleModel& vehicle, const MixerConfig& config)
-    : config_(config), table_(vehicle.thrust, config.lookup), c_q_N_m_s2_(vehicle.c_q_N_m_s2),
+    : config_(config),
+      table_(vehicle.thrust, config.lookup),
+      c_q_N_m_s2_(vehicle.c_q_N_m_s2),
       hover_omega_rad_s_(rotorloop::host::hover_omega_rad_s(vehicle)) {
   Eigen::Matrix<double, 3, kRotors> wrench;  // rows: total thrust, τx, τy per rotor thrust (eq. 3)
   for (int i = 0; i < kRotors; ++i) {
@@ -71,33 +120,20 @@ bool Mixer::shape(const Bounds& bounds, double yaw_base_N_m, const Vector4& yaw_
     }
     return s;
   };
-  // Total thrusts at which an s exists when a share k of the roll and pitch torque is kept: every rotor's bound on s, linear
-  // in T, against every other's.
-  const auto range_of_thrust = [&](double k) {
-    Interval thrust;
-    for (int i = 0; i < kRotors; ++i)
-      for (int j = 0; j < kRotors; ++j) {
-        const double ni = free_direction_[i], nj = free_direction_[j];
-        const double lower_N = ni > 0.0 ? bounds.low_N[i] : bounds.high_N[i], upper_N = nj > 0.0 ? bounds.high_N[j] : bounds.low_N[j];
-        const double constant = (lower_N - k * from_torque[i]) / ni - (upper_N - k * from_torque[j]) / nj;
-        thrust.cut(per_thrust[j] / nj - per_thrust[i] / ni, constant);
-      }
-    return thrust;
-  };
-
   double keep = 1.0;
   Interval s = range_of_s(from_torque + per_thrust * demand.thrust_N);
   if (s.empty()) {
-    Interval thrust = range_of_thrust(1.0);
+    const ThrustRange range(free_direction_, per_thrust, from_torque, bounds.low_N, bounds.high_N);
+    Interval thrust = range.at(1.0);
     if (thrust.empty()) {
       flags.torque_limited = true;
       double low = 0.0, high = 1.0;
       for (int i = 0; i < 12; ++i) {
         const double middle = 0.5 * (low + high);
-        (range_of_thrust(middle).empty() ? high : low) = middle;
+        (range.at(middle).empty() ? high : low) = middle;
       }
       keep = low;
-      thrust = range_of_thrust(keep);
+      thrust = range.at(keep);
     }
     flags.thrust_limited = true;
     demand.thrust_N = thrust.clamp(demand.thrust_N);

@@ -39,8 +39,8 @@ TrajectoryFile general() {
   // and loses it over the last kRamp_s. Yaw sways in the first lap; in the second it makes a full turn and goes back.
   constexpr double kLong_m = 4.2, kWide_m = 1.9, kLap = 2.0 * std::numbers::pi, kRate_rad_s = 1.0, kRamp_s = 2.5;
   constexpr std::size_t kPieces = 20;
-  constexpr std::array<double, kPieces + 1> kYaw_turns{0,   0,   0.03, 0.06, 0,   -0.06, -0.03, 0.03, 0.06, 0, 0,
-                                                       0.1, 0.6, 0.95, 1,    1,   0.9,   0.4,   0.05, 0,    0};
+  constexpr std::array<double, kPieces + 1> kYaw_turns{0,   0,   0.03, 0.06, 0, -0.06, -0.03, 0.03, 0.06, 0, 0,
+                                                       0.1, 0.6, 0.95, 1,    1, 0.9,   0.4,   0.05, 0,    0};
   constexpr double kRampAngle = 0.5 * kRate_rad_s * kRamp_s, kWhole_s = 2.0 * kLap / kRate_rad_s + kRamp_s;
   const auto time_at = [&](double theta) {
     if (theta < kRampAngle) return std::sqrt(2.0 * theta * kRamp_s / kRate_rad_s);

@@ -16,10 +16,8 @@ struct Channel {
   std::string_view unit;
   Polynomial Segment::*polynomial;
 };
-constexpr std::array<Channel, 4> kChannels{{{"x_m", "m", &Segment::x_m},
-                                            {"y_m", "m", &Segment::y_m},
-                                            {"z_m", "m", &Segment::z_m},
-                                            {"yaw_rad", "rad", &Segment::yaw_rad}}};
+constexpr std::array<Channel, 4> kChannels{
+    {{"x_m", "m", &Segment::x_m}, {"y_m", "m", &Segment::y_m}, {"z_m", "m", &Segment::z_m}, {"yaw_rad", "rad", &Segment::yaw_rad}}};
 
 struct Derivative {
   std::string_view name;
@@ -46,8 +44,8 @@ void check_joint(const Segment& before, const Segment& after, const TomlTable& w
       if (std::fabs(b - a) <= kDerivatives[n].jump) continue;
       const std::string unit = fmt::format("{}{}", channel.unit, kDerivatives[n].per);
       where.fail(channel.key,
-                 fmt::format("{} of {} jumps from {:.6g} {} to {:.6g} {} between segments {} and {}", kDerivatives[n].name, channel.key, a, unit, b,
-                             unit, number - 1, number),
+                 fmt::format("{} of {} jumps from {:.6g} {} to {:.6g} {} between segments {} and {}", kDerivatives[n].name, channel.key, a,
+                             unit, b, unit, number - 1, number),
                  n == 0 ? "segments in the wrong order, or coefficients taken from the flight's start instead of the segment's"
                         : "coefficients for normalised time instead of seconds",
                  fmt::format("make {} continuous within {:g} {}", kDerivatives[n].name, kDerivatives[n].jump, unit));
@@ -60,8 +58,8 @@ void check_rest(const Segment& s, double t_s, const TomlTable& where, std::strin
       const double value = (s.*channel.polynomial).at(t_s, n);
       if (std::fabs(value) <= kDerivatives[n].jump) continue;
       where.fail(channel.key,
-                 fmt::format("the flight {} with {} of {} = {:.6g} {}{}, expected rest", which, kDerivatives[n].name, channel.key, value, channel.unit,
-                             kDerivatives[n].per),
+                 fmt::format("the flight {} with {} of {} = {:.6g} {}{}, expected rest", which, kDerivatives[n].name, channel.key, value,
+                             channel.unit, kDerivatives[n].per),
                  "a piece cut out of a longer flight", "add a segment that comes to rest");
     }
 }

@@ -61,7 +61,8 @@ std::vector<Segment> through(const std::vector<Waypoint>& waypoints) {
     throw Error({"", fmt::format("{} waypoints, expected 2 to {}", waypoints.size(), kMaxSegments + 1), "", "split the flight"});
   for (std::size_t i = 1; i < waypoints.size(); ++i)
     if (!(waypoints[i].time_s > waypoints[i - 1].time_s))
-      throw Error({"", fmt::format("waypoint {} is at {} s, not after the one before it", i + 1, waypoints[i].time_s), "", "give increasing times"});
+      throw Error({"", fmt::format("waypoint {} is at {} s, not after the one before it", i + 1, waypoints[i].time_s), "",
+                   "give increasing times"});
 
   // Unknown: eight coefficients over τ in [0, 1] per segment. Rows: both end points of each segment, rest at both ends of the
   // flight, six continuous derivatives at each inner waypoint. One matrix, four right-hand sides (x, y, z, yaw).
@@ -76,7 +77,8 @@ std::vector<Segment> through(const std::vector<Waypoint>& waypoints) {
   const auto add = [&](Eigen::Index s, std::size_t n, bool at_end, double sign) {
     double scale = sign;
     for (std::size_t i = 0; i < n; ++i) scale /= duration(s);
-    for (std::size_t k = n; k < (at_end ? kCoefficients : n + 1); ++k) A(row, kN * s + static_cast<Eigen::Index>(k)) = scale * falling(k, n);
+    for (std::size_t k = n; k < (at_end ? kCoefficients : n + 1); ++k)
+      A(row, kN * s + static_cast<Eigen::Index>(k)) = scale * falling(k, n);
   };
   for (Eigen::Index s = 0; s < segments; ++s)
     for (const bool at_end : {false, true}) {

@@ -36,7 +36,7 @@ struct Peaks {
   double tilt_rad = 0.0;
   double roll_rate_rad_s = 0.0, pitch_rate_rad_s = 0.0, yaw_rate_rad_s = 0.0;  // yaw: of the heading
   double yaw_accel_rad_s2 = 0.0;
-  double thrust_weight_min = 1.0, thrust_weight_max = 1.0;                     // thrust over weight
+  double thrust_weight_min = 1.0, thrust_weight_max = 1.0;  // thrust over weight
 };
 Peaks peaks(const Trajectory& trajectory, double step_s = 1e-3);
 

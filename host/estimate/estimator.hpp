@@ -44,23 +44,23 @@ struct EstimatorConfig {
 
 struct EstimatorCounters {
   std::uint64_t imu = 0;
-  std::uint64_t imu_rejected = 0;       // not finite, or time not increasing
-  std::uint64_t imu_gaps = 0;           // more than kMaxImuStep_us between samples; bridged with the samples at both ends
-  std::uint64_t poses = 0;              // that arrived
+  std::uint64_t imu_rejected = 0;  // not finite, or time not increasing
+  std::uint64_t imu_gaps = 0;      // more than kMaxImuStep_us between samples; bridged with the samples at both ends
+  std::uint64_t poses = 0;         // that arrived
   std::uint64_t poses_fused = 0;
   std::uint64_t poses_not_finite = 0;
-  std::uint64_t poses_out_of_order = 0; // stamp at or before the horizon
-  std::uint64_t poses_too_old = 0;      // stamp before the oldest kept IMU sample
-  std::uint64_t poses_from_future = 0;  // stamp later than the newest IMU sample by more than kFutureWait_us
-  std::uint64_t poses_dropped = 0;      // waiting queue full
-  std::uint64_t poses_gated = 0;        // outliers
-  std::uint64_t resets = 0;             // persistent jumps that were accepted
+  std::uint64_t poses_out_of_order = 0;  // stamp at or before the horizon
+  std::uint64_t poses_too_old = 0;       // stamp before the oldest kept IMU sample
+  std::uint64_t poses_from_future = 0;   // stamp later than the newest IMU sample by more than kFutureWait_us
+  std::uint64_t poses_dropped = 0;       // waiting queue full
+  std::uint64_t poses_gated = 0;         // outliers
+  std::uint64_t resets = 0;              // persistent jumps that were accepted
 };
 
 class Estimator {
  public:
-  static constexpr std::size_t kImuBuffer = 256;       // 256 ms at 1 kHz: the most latency that can be undone
-  static constexpr std::size_t kPoseQueue = 8;         // poses waiting for the IMU samples around their stamp
+  static constexpr std::size_t kImuBuffer = 256;  // 256 ms at 1 kHz: the most latency that can be undone
+  static constexpr std::size_t kPoseQueue = 8;    // poses waiting for the IMU samples around their stamp
   static constexpr std::int64_t kMaxImuStep_us = 20'000;
   static constexpr std::int64_t kFutureWait_us = 20'000;
 
@@ -93,11 +93,11 @@ class Estimator {
     Eigen::Vector4d q = Eigen::Vector4d::Zero();
   };
 
-  const ImuSample& imu(std::size_t age) const;         // 0: newest
-  ImuSample imu_at(std::int64_t time_us) const;        // interpolated
+  const ImuSample& imu(std::size_t age) const;   // 0: newest
+  ImuSample imu_at(std::int64_t time_us) const;  // interpolated
   static void carry(Nominal& s, const ImuSample& from, const ImuSample& to);
-  void roll_to(std::int64_t time_us);                  // horizon and covariance
-  void refresh_now();                                  // nominal state from the horizon to the newest sample
+  void roll_to(std::int64_t time_us);  // horizon and covariance
+  void refresh_now();                  // nominal state from the horizon to the newest sample
   void take(const PoseSample& pose, std::int64_t stamp_us);
   void initialise(const PoseSample& pose, std::int64_t stamp_us);
   bool fuse(const PoseSample& pose);

@@ -37,11 +37,10 @@ const FlightRecord* FlightComputer::take_record() {
 }
 
 void FlightComputer::poll(std::int64_t now_us) {
-  while (const auto received = esc_port_.receive()) escs_.on_frame(received->frame, now_us);
+  escs_.poll(now_us);
   hear_state_bus(now_us);
   if (phase_ != FlightPhase::safe) watch(now_us);
   escs_.arm(phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying);
-  escs_.poll(now_us);
 }
 
 void FlightComputer::hear_state_bus(std::int64_t now_us) {
@@ -71,7 +70,7 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   const std::int64_t flown_us = imu.time_us - config_.start_us;
   record_.setpoint = trajectory_.at(static_cast<double>(flown_us) * 1e-6);
 
-  if (phase_ == FlightPhase::boot && record_.estimate.valid && escs_.all_operational(now_us)) phase_ = FlightPhase::spin_up;
+  if (phase_ == FlightPhase::boot && record_.estimate.valid && escs_.all_operational()) phase_ = FlightPhase::spin_up;
   if (phase_ == FlightPhase::spin_up) {
     const bool idling = all_at(config_.idle_rad_s, kIdleTolerance);
     if (!idling) ready_since_us_ = -1;
@@ -85,7 +84,7 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
       }
     }
   } else if (phase_ == FlightPhase::boot && flown_us >= -config_.take_over_us) {
-    go_safe(SafeReason::not_ready, escs_.first_missing(now_us), now_us);
+    go_safe(SafeReason::not_ready, escs_.first_missing(), now_us);
   }
 
   wanted_rad_s_.fill(0.0);
@@ -99,7 +98,7 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   record_.commanded_rad_s = wanted_rad_s_;
   record_.bus_A = 0.0;
   for (std::size_t i = 0; i < kRotors; ++i) {
-    const EscState& e = escs_.esc(i);
+    const EscState e = escs_.esc(i);
     record_.omega_rad_s[i] = e.speed_rad_s;
     record_.current_A[i] = e.current_A;
     record_.bus_A += e.bus_A;
@@ -141,7 +140,7 @@ void FlightComputer::watch(std::int64_t now_us) {
   if (now_us - last_imu_us_ > config_.imu_timeout_us) return go_safe(SafeReason::imu_lost, -1, now_us);
   if (!record_.estimate.valid) return go_safe(SafeReason::pose_lost, -1, now_us);
   for (std::size_t i = 0; i < kRotors; ++i) {
-    const EscState& e = escs_.esc(i);
+    const EscState e = escs_.esc(i);
     const int number = static_cast<int>(i);
     if (e.fault) return go_safe(SafeReason::esc_fault, number, now_us);
     if (phase_ != FlightPhase::flying) continue;

@@ -49,15 +49,14 @@ RotorThrust solve_thrust(const ThrustModel& model, double omega_rad_s, double v_
   while (!converged && out.iterations < kMaxIterations) {
     ++out.iterations;
     const double f = difference(u);
-    if (f == 0.0) {
-      converged = true;
-      break;
-    }
     (f > 0.0 ? high : low) = u;
     const double d = slope(u);
     double next = d > 0.0 ? u - f / d : low - 1.0;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    converged = std::fabs(next - u) <= 1e-12 * (1.0 + std::fabs(u));
+    converged = d > 0.0 && std::fabs(next - u) <= 1e-12 * (1.0 + std::fabs(u));
+    if (!converged && !(next > low && next < high)) {
+      next = 0.5 * (low + high);
+      converged = high - low <= 1e-12 * (1.0 + std::fabs(u));
+    }
     u = next;
   }
   out.induced_m_s = u - v_z_m_s;

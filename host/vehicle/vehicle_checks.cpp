@@ -31,19 +31,22 @@ void check_merit(const VehicleFile& v, const TomlTable& root) {
   const double merit_rpm = figure_of_merit(from_rpm, v.c_q_N_m_s2.value * s * s);
   const bool per_rpm = credible(merit_rpm);
   root.table("thrust_model")
-      .fail("k1_N_s2",
-            fmt::format("[thrust_model] and [torque_model] give figure of merit {:.2f}, credible is {} to {}", merit, kMeritLow, kMeritHigh),
-            per_rpm ? fmt::format("the values are per RPM (that reading gives {:.2f})", merit_rpm)
-                    : std::string("radius, air density or c_q does not belong to this propeller"),
-            per_rpm ? fmt::format("multiply k1 and c_q by {} and k2 by {}", three(s * s), three(s))
-                    : std::string("measure c_t and c_q of one propeller on one stand, and give its radius in m"));
+      .fail(
+          "k1_N_s2",
+          fmt::format("[thrust_model] and [torque_model] give figure of merit {:.2f}, credible is {} to {}", merit, kMeritLow, kMeritHigh),
+          per_rpm ? fmt::format("the values are per RPM (that reading gives {:.2f})", merit_rpm)
+                  : std::string("radius, air density or c_q does not belong to this propeller"),
+          per_rpm ? fmt::format("multiply k1 and c_q by {} and k2 by {}", three(s * s), three(s))
+                  : std::string("measure c_t and c_q of one propeller on one stand, and give its radius in m"));
 }
 
 void check_hover(const VehicleFile& v, const TomlTable& root) {
   const double rpm = hover_omega_rad_s(to_model(v)) / kRad_s_per_rpm;
   if (rpm >= v.rpm_window[0] && rpm <= v.rpm_window[1]) return;
   root.table("thrust_model")
-      .fail("rpm_window", fmt::format("hover needs {:.0f} RPM, outside thrust_model.rpm_window = {:.0f} to {:.0f} RPM", rpm, v.rpm_window[0], v.rpm_window[1]),
+      .fail("rpm_window",
+            fmt::format("hover needs {:.0f} RPM, outside thrust_model.rpm_window = {:.0f} to {:.0f} RPM", rpm, v.rpm_window[0],
+                        v.rpm_window[1]),
             "mass and thrust model belong to different vehicles, or the window is not the fitted one",
             "correct body.mass_kg, or fit the thrust model where this vehicle flies");
 }
@@ -58,10 +61,10 @@ void check_inertia(const VehicleFile& v, const TomlTable& root) {
   const double x = v.inertia_kg_m2[0].value, y = v.inertia_kg_m2[1].value, z = v.inertia_kg_m2[2].value;
   const double largest = std::max({x, y, z});
   if (2.0 * largest <= x + y + z) return;
-  root.table("body").fail("inertia_kg_m2",
-                          fmt::format("body.inertia_kg_m2 = {}, {}, {} kg m²: the largest exceeds the sum of the others", three(x), three(y), three(z)),
-                          "a slipped digit, or inertias about another point than the centre of mass",
-                          "no rigid body has such inertias; correct the odd one");
+  root.table("body").fail(
+      "inertia_kg_m2",
+      fmt::format("body.inertia_kg_m2 = {}, {}, {} kg m²: the largest exceeds the sum of the others", three(x), three(y), three(z)),
+      "a slipped digit, or inertias about another point than the centre of mass", "no rigid body has such inertias; correct the odd one");
 }
 
 void check_rotors(const VehicleFile& v, const TomlTable& root) {
@@ -73,12 +76,13 @@ void check_rotors(const VehicleFile& v, const TomlTable& root) {
     constexpr double kArmMin_m = 0.01;
     if (x * sign_x[i] < kArmMin_m || y * sign_y[i] < kArmMin_m)
       tables[i].fail("position_m",
-                     fmt::format("rotor {} is at x = {} m, y = {} m from the centre of mass, but rotor {} is the {} one", i + 1, three(x), three(y),
-                                 i + 1, place[i]),
+                     fmt::format("rotor {} is at x = {} m, y = {} m from the centre of mass, but rotor {} is the {} one", i + 1, three(x),
+                                 three(y), i + 1, place[i]),
                      "rotors listed in another order, or y taken to the right",
                      "list front-right, rear-left, front-left, rear-right, with x forward and y left");
     if (v.rotors[i].reaction != reaction[i])
-      tables[i].fail("reaction", fmt::format("rotor {} ({}) has reaction = {}, expected {}", i + 1, place[i], v.rotors[i].reaction, reaction[i]),
+      tables[i].fail("reaction",
+                     fmt::format("rotor {} ({}) has reaction = {}, expected {}", i + 1, place[i], v.rotors[i].reaction, reaction[i]),
                      "the sense of rotation was given instead of the torque on the body",
                      "rotors 1 and 2 turn the body clockwise from above (-1), rotors 3 and 4 the other way (+1)");
   }
@@ -110,13 +114,15 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
                        fmt::format("use one of: {}, or effect.ID.PARAMETER", fmt::join(quantity_names(), ", ")));
       const double variance = block.matrix[i * n + i], sigma = variance > 0.0 ? std::sqrt(variance) : 0.0;
       if (std::fabs(sigma - *u) > 0.05 * std::max(sigma, *u) || variance <= 0.0)
-        tables[b].fail("matrix", fmt::format("covariance gives {} a standard uncertainty of {}, but its u is {}", block.of[i], three(sigma), three(*u)),
-                       "standard deviations instead of variances on the diagonal, or one of the two was not updated",
-                       "put u² on the diagonal");
+        tables[b].fail(
+            "matrix",
+            fmt::format("covariance gives {} a standard uncertainty of {}, but its u is {}", block.of[i], three(sigma), three(*u)),
+            "standard deviations instead of variances on the diagonal, or one of the two was not updated", "put u² on the diagonal");
       for (std::size_t j = 0; j < n; ++j) {
         const double a = block.matrix[i * n + j], c = block.matrix[j * n + i];
         if (std::fabs(a - c) > 1e-6 * std::max(std::fabs(a), std::fabs(c)))
-          tables[b].fail("matrix", fmt::format("covariance is not symmetric: {} and {} for {} and {}", three(a), three(c), block.of[i], block.of[j]),
+          tables[b].fail("matrix",
+                         fmt::format("covariance is not symmetric: {} and {} for {} and {}", three(a), three(c), block.of[i], block.of[j]),
                          "a slipped number", "give the same value on both sides of the diagonal");
         correlation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
             a / std::sqrt(block.matrix[i * n + i] * std::max(block.matrix[j * n + j], 1e-300));
@@ -124,7 +130,8 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
     }
     const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
     if (least < -1e-6)
-      tables[b].fail("matrix", fmt::format("covariance is not positive semi-definite (least eigenvalue of the correlations {})", three(least)),
+      tables[b].fail("matrix",
+                     fmt::format("covariance is not positive semi-definite (least eigenvalue of the correlations {})", three(least)),
                      "a correlation beyond ±1", "check the off-diagonal values against the product of the uncertainties");
   }
 }

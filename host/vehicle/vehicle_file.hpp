@@ -87,7 +87,7 @@ struct VehicleFile {
   std::vector<CovarianceBlock> covariance;
   std::vector<StaticThrust> static_thrust;
   std::vector<VehicleEffect> effects;
-  std::string written_by;            // [provenance], may be empty
+  std::string written_by;  // [provenance], may be empty
   std::vector<std::string> inputs;
   friend bool operator==(const VehicleFile&, const VehicleFile&) = default;
 

@@ -114,8 +114,8 @@ VehicleFile read(const TomlFile& file, const EffectCatalogue& effects) {
   for (const TomlTable& t : root.tables("covariance", 0, 100)) v.covariance.push_back({t.texts("of"), t.numbers("matrix", 0, kAny)});
   for (const TomlTable& t : root.tables("static_thrust", 0, 20)) {
     const TomlTable c_t = t.table("c_t_N_s2");
-    v.static_thrust.push_back({origin_in(t), c_t.number("value", kCt), c_t.number("u", uncertainty(kCt)),
-                               fixed<2>(t, "rpm_window", kSpeed), t.number("air_density_kg_m3", kDensity)});
+    v.static_thrust.push_back({origin_in(t), c_t.number("value", kCt), c_t.number("u", uncertainty(kCt)), fixed<2>(t, "rpm_window", kSpeed),
+                               t.number("air_density_kg_m3", kDensity)});
   }
   for (const TomlTable& t : root.tables("effect", 0, 100)) v.effects.push_back(read_effect(t, effects));
   if (const auto provenance = root.optional_table("provenance")) {
@@ -131,10 +131,14 @@ VehicleFile read(const TomlFile& file, const EffectCatalogue& effects) {
 
 std::string_view name(Origin origin) {
   switch (origin) {
-    case Origin::cad: return "cad";
-    case Origin::stand: return "stand";
-    case Origin::flight: return "flight";
-    case Origin::guess: return "guess";
+    case Origin::cad:
+      return "cad";
+    case Origin::stand:
+      return "stand";
+    case Origin::flight:
+      return "flight";
+    case Origin::guess:
+      return "guess";
   }
   return "guess";
 }

@@ -49,8 +49,9 @@ std::string effect_text(const VehicleEffect& e) {
     s += fmt::format("{} {} = {}", i ? "," : "", toml_string(e.parameters[i].name), text(e.parameters[i].quantity));
   s += " }\n";
   if (e.evidence)
-    s += fmt::format("evidence = {{ held_out_before = {}, held_out_after = {}, unit = {}, run = {} }}\n", number_text(e.evidence->held_out_before),
-                     number_text(e.evidence->held_out_after), toml_string(e.evidence->unit), toml_string(e.evidence->run));
+    s += fmt::format("evidence = {{ held_out_before = {}, held_out_after = {}, unit = {}, run = {} }}\n",
+                     number_text(e.evidence->held_out_before), number_text(e.evidence->held_out_after), toml_string(e.evidence->unit),
+                     toml_string(e.evidence->run));
   return s;
 }
 
@@ -59,16 +60,18 @@ std::string effect_text(const VehicleEffect& e) {
 std::string vehicle_text(const VehicleFile& v) {
   std::string s = "# What is believed about a vehicle: value, standard uncertainty u (same unit), origin (cad | stand | flight | guess).\n";
   s += fmt::format("format = 1\nname = {}\n\n[body]\nmass_kg = {}\n", toml_string(v.name), text(v.mass_kg));
-  s += fmt::format("inertia_kg_m2.xx = {}\ninertia_kg_m2.yy = {}\ninertia_kg_m2.zz = {}\n", text(v.inertia_kg_m2[0]), text(v.inertia_kg_m2[1]),
-                   text(v.inertia_kg_m2[2]));
+  s += fmt::format("inertia_kg_m2.xx = {}\ninertia_kg_m2.yy = {}\ninertia_kg_m2.zz = {}\n", text(v.inertia_kg_m2[0]),
+                   text(v.inertia_kg_m2[1]), text(v.inertia_kg_m2[2]));
   s += fmt::format("com_offset_m.x = {}\ncom_offset_m.y = {}\n\n", text(v.com_offset_m[0]), text(v.com_offset_m[1]));
   for (const RotorPlace& r : v.rotors) s += fmt::format("[[rotor]]\nposition_m = {}\nreaction = {}\n", list(r.position_m), r.reaction);
-  s += fmt::format("\n[thrust_model]\nk1_N_s2 = {}\nk2_N_s2_m = {}\nradius_m = {}\nair_density_kg_m3 = {}\nrpm_window = {}\n", text(v.k1_N_s2),
-                   text(v.k2_N_s2_m), number_text(v.radius_m), number_text(v.air_density_kg_m3), list(v.rpm_window));
+  s += fmt::format("\n[thrust_model]\nk1_N_s2 = {}\nk2_N_s2_m = {}\nradius_m = {}\nair_density_kg_m3 = {}\nrpm_window = {}\n",
+                   text(v.k1_N_s2), text(v.k2_N_s2_m), number_text(v.radius_m), number_text(v.air_density_kg_m3), list(v.rpm_window));
   s += fmt::format("\n[torque_model]\nc_q_N_m_s2 = {}\nrotor_inertia_kg_m2 = {}\n", text(v.c_q_N_m_s2), text(v.rotor_inertia_kg_m2));
-  s += fmt::format("\n[drag]\nc_dh_s_m = {}\nc_dxy_N_s2_m2 = {}\nc_dz_N_s2_m2 = {}\n", text(v.c_dh_s_m), text(v.c_dxy_N_s2_m2), text(v.c_dz_N_s2_m2));
+  s += fmt::format("\n[drag]\nc_dh_s_m = {}\nc_dxy_N_s2_m2 = {}\nc_dz_N_s2_m2 = {}\n", text(v.c_dh_s_m), text(v.c_dxy_N_s2_m2),
+                   text(v.c_dz_N_s2_m2));
   const PoseSensorBelief& p = v.pose_sensor;
-  s += fmt::format("\n[pose_sensor]\noffset_m = {{ value = {}, u = {}, origin = \"{}\" }}\n", list(p.offset_m), list(p.offset_u_m), name(p.offset_origin));
+  s += fmt::format("\n[pose_sensor]\noffset_m = {{ value = {}, u = {}, origin = \"{}\" }}\n", list(p.offset_m), list(p.offset_u_m),
+                   name(p.offset_origin));
   s += fmt::format("quaternion_wxyz = {{ value = {}, u_rad = {}, origin = \"{}\" }}\n", list(p.quaternion_wxyz), list(p.rotation_u_rad),
                    name(p.rotation_origin));
   for (const CovarianceBlock& c : v.covariance) s += fmt::format("\n[[covariance]]\nof = {}\nmatrix = {}\n", list(c.of), list(c.matrix));
@@ -89,11 +92,14 @@ void write_vehicle(const std::filesystem::path& path, const VehicleFile& vehicle
     std::ofstream out(part, std::ios::binary);
     out << vehicle_text(vehicle);
     out.flush();
-    if (!out) throw Error({path.generic_string(), "cannot be written", "", "check that the folder exists and has space and permission"}, ExitCode::usage);
+    if (!out)
+      throw Error({path.generic_string(), "cannot be written", "", "check that the folder exists and has space and permission"},
+                  ExitCode::usage);
   }
   std::error_code ec;
   std::filesystem::rename(part, path, ec);
-  if (ec) throw Error({path.generic_string(), "cannot be replaced: " + ec.message(), "", "check the permissions of the folder"}, ExitCode::usage);
+  if (ec)
+    throw Error({path.generic_string(), "cannot be replaced: " + ec.message(), "", "check the permissions of the folder"}, ExitCode::usage);
 }
 
 }  // namespace rotorloop::host

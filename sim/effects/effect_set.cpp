@@ -39,7 +39,9 @@ void EffectSet::add(std::string_view id, double value) {
   if (has(id)) throw Error({"", fmt::format("effect \"{}\" is switched on twice", id), "a copied entry", "keep one entry for each effect"});
   const EffectParameter& p = effect->parameter;
   if (p.origin == ParameterOrigin::effect_entry && !(std::isfinite(value) && value >= p.min && value <= p.max))
-    throw Error({"", fmt::format("effect \"{}\": {} = {} {} is outside {} to {}", id, p.key, value, p.unit, p.min, p.max),
+    throw Error({"",
+                 fmt::format("effect \"{}\": {} = {}{} is outside {} to {}", id, p.key, value,
+                             p.unit == "1" ? "" : " " + std::string(p.unit), p.min, p.max),
                  "another unit than the key's name says", fmt::format("give {} within {} to {}", p.key, p.min, p.max)});
   active_[count_++] = {effect, value};
   std::sort(active_.begin(), active_.begin() + static_cast<std::ptrdiff_t>(count_),

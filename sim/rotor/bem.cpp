@@ -19,23 +19,32 @@ constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 288 K (ISA); varies 2 
 constexpr double kStoppedTip_m_s = 1.0;      // below this tip speed chord Reynolds numbers are under 1000: no polar holds
 constexpr double kTiny = 1e-12;              // keeps 0/0 out at zero speed; far below any speed that matters
 constexpr double kPittPeters = 15.0 * std::numbers::pi / 32.0;  // skew gain, Pitt & Peters 1981
+// Share of v^2 added to the squared speed that carries the vortex sheets away. In Prandtl's bare formula they pile up when descent
+// cancels the induced flow, the loss vanishes there and F v loses its monotony, so that one annulus has several solutions; 1/8 is
+// the least share for which F v still rises with v throughout, and turns hover's sin(phi) by 6 %.
+constexpr double kSheetSpread = 0.125;
 // A step times the one before bounds the next error of a secant search; relative to the speeds squared.
-constexpr double kStepProduct = 1e-14;
+constexpr double kStepProduct = 1e-12;
 constexpr double kStepAlone = 1e-11;
 constexpr double kMaxSpeed_m_s = 1e5;  // beyond, squares lose their meaning; refused as not finite
 
+// Arrays of the usual resolution are kept small: the solve works in the first level cache.
+constexpr std::size_t capacity(int azimuth) { return static_cast<std::size_t>(azimuth > 0 ? azimuth : kMaxAzimuth); }
+
 // Everything of a condition that does not depend on the annulus, for spin +1.
+template <int kAzimuth>
 struct Azimuth {
-  alignas(16) double tangential[kMaxAzimuth];  // of hub velocity, against the blade's motion
-  alignas(16) double radial[kMaxAzimuth];
-  alignas(16) double flap[kMaxAzimuth];  // body rate: upward speed per metre of radius
-  alignas(16) double skew[kMaxAzimuth];  // -1 upstream, +1 downstream
+  alignas(16) double tangential[capacity(kAzimuth)];  // of hub velocity, against the blade's motion
+  alignas(16) double radial[capacity(kAzimuth)];
+  alignas(16) double flap[capacity(kAzimuth)];  // body rate: upward speed per metre of radius
+  alignas(16) double skew[capacity(kAzimuth)];  // -1 upstream, +1 downstream
 };
 
+template <int kAzimuth>
 struct Forces {
-  alignas(16) double up[kMaxAzimuth];      // thrust per length, over rho/2
-  alignas(16) double drag[kMaxAzimuth];    // against rotation
-  alignas(16) double radial[kMaxAzimuth];  // against the spanwise flow
+  alignas(16) double up[capacity(kAzimuth)];      // thrust per length, over rho/2
+  alignas(16) double drag[capacity(kAzimuth)];    // against rotation
+  alignas(16) double radial[capacity(kAzimuth)];  // against the spanwise flow
 };
 
 struct Condition {
@@ -47,24 +56,30 @@ struct Evaluation {
 };
 
 // One annulus at a trial v: residual, and the section forces left in `f`.
-Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth& az, double v, Forces& f) {
-  const int n = rotor.resolution().azimuth;
+template <int kAzimuth>
+Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth<kAzimuth>& az, double v, Forces<kAzimuth>& f) {
+  const int n = kAzimuth > 0 ? kAzimuth : rotor.resolution().azimuth;
   const double w = c.climb + v, tip = c.omega * a.r_m;
   const Through through = mass_flow(v, c.climb, c.edge2);
   const double axial2 = w * w + kTiny;
   const double speed2 = axial2 + tip * tip;
   const double swirl = v * w * tip / speed2;  // induced velocity stands across the relative flow
-  const double loss = prandtl_loss(std::sqrt(std::sqrt((speed2 + 0.5 * c.edge2) / axial2)), a.sqrt_tip_loss, a.sqrt_root_loss);
+  const double sheets2 = axial2 + kSheetSpread * v * v;
+  const double loss =
+      prandtl_loss(std::sqrt(std::sqrt((tip * tip + 0.5 * c.edge2 + sheets2) / sheets2)), a.sqrt_tip_loss, a.sqrt_root_loss);
   // Pitt-Peters: tan(chi/2) of the wake skew angle without trigonometry.
   const double skew = kPittPeters * c.edge / (std::sqrt(c.edge2 + w * w) + std::fabs(w) + kTiny) * v * (a.r_m / rotor.radius_m());
 
-  alignas(16) double ut[kMaxAzimuth], up[kMaxAzimuth], speed[kMaxAzimuth], direction[kMaxAzimuth], level[kMaxAzimuth];
-  alignas(16) double cl[kMaxAzimuth], cd[kMaxAzimuth];
+  alignas(16) double ut[capacity(kAzimuth)], up[capacity(kAzimuth)], speed[capacity(kAzimuth)], in_cell[capacity(kAzimuth)],
+      in_row[capacity(kAzimuth)];
+  alignas(16) double cl[capacity(kAzimuth)], cd[capacity(kAzimuth)];
+  alignas(16) int node[capacity(kAzimuth)];
   const SectionTable& table = rotor.table(a.table);
   const double reynolds_scale = c.reynolds_per_W_chord * a.chord_m / table.reynolds_step;
   const double reynolds_zero = table.reynolds_min / table.reynolds_step;
   const double ct = a.cos_twist, st = a.sin_twist;
   const double ut0 = tip - swirl;
+  constexpr int kStride = SectionTable::kDirections + 1;
   constexpr double kCells = SectionTable::kDirections, kTopCell = SectionTable::kDirections - 1e-9,
                    kTopRow = SectionTable::kRows - 1 - 1e-9;
   for (int k = 0; k < n; ++k) {
@@ -77,22 +92,24 @@ Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, co
     ut[k] = t;
     up[k] = u;
     speed[k] = s;
-    const double cell = (q + 2.0) * (kCells / 4.0);
-    direction[k] = cell > kTopCell ? kTopCell : cell;
-    const double row = s * reynolds_scale - reynolds_zero;
-    const double row0 = row < 0.0 ? 0.0 : row;
-    level[k] = row0 > kTopRow ? kTopRow : row0;
+    const double cell0 = q * (kCells / 4.0) + kCells / 2.0;
+    const double cell = cell0 > kTopCell ? kTopCell : cell0;
+    const double row0 = s * reynolds_scale - reynolds_zero;
+    const double row1 = row0 < 0.0 ? 0.0 : row0;
+    const double row = row1 > kTopRow ? kTopRow : row1;
+    const int j = static_cast<int>(cell), i = static_cast<int>(row);
+    in_cell[k] = cell - j;
+    in_row[k] = row - i;
+    node[k] = i * kStride + j;
   }
   const ClCd* nodes = table.nodes.data();
   for (int k = 0; k < n; ++k) {
-    const int j = static_cast<int>(direction[k]), i = static_cast<int>(level[k]);
-    const double wq = direction[k] - j, ws = level[k] - i;
-    const ClCd* low = nodes + i * (SectionTable::kDirections + 1) + j;
-    const ClCd* high = low + (SectionTable::kDirections + 1);
-    const ClCd wq2 = {wq, wq}, ws2 = {ws, ws};
-    const ClCd l = low[0] + wq2 * (low[1] - low[0]);
-    const ClCd h = high[0] + wq2 * (high[1] - high[0]);
-    const ClCd r = l + ws2 * (h - l);
+    const ClCd* low = nodes + node[k];
+    const ClCd* high = low + kStride;
+    const ClCd wq = {in_cell[k], in_cell[k]}, ws = {in_row[k], in_row[k]};
+    const ClCd l = low[0] + wq * (low[1] - low[0]);
+    const ClCd h = high[0] + wq * (high[1] - high[0]);
+    const ClCd r = l + ws * (h - l);
     cl[k] = r[0];
     cd[k] = r[1];
   }
@@ -118,28 +135,37 @@ struct Sums {
   double thrust = 0, torque = 0, x = 0, y = 0, roll = 0, pitch = 0, induced_area = 0, ring_area = 0;
 };
 
-void accumulate(const Rotor& rotor, const Annulus& a, const Forces& f, const Forces& before, double step, double v, double ring, Sums& s) {
-  const int n = rotor.resolution().azimuth;
+template <int kAzimuth>
+void accumulate(const Rotor& rotor, const Annulus& a, const Forces<kAzimuth>& f, const Forces<kAzimuth>& before, double step, double v,
+                double ring, Sums& s) {
+  const int n = kAzimuth > 0 ? kAzimuth : rotor.resolution().azimuth;
   const double *cosine = rotor.cos_psi(), *sine = rotor.sin_psi();
-  double up = 0, drag = 0, x = 0, y = 0, roll = 0, pitch = 0;
-  for (int k = 0; k < n; ++k) {
-    const double fu = f.up[k] + step * (f.up[k] - before.up[k]);
-    const double fd = f.drag[k] + step * (f.drag[k] - before.drag[k]);
-    const double fr = f.radial[k] + step * (f.radial[k] - before.radial[k]);
-    up += fu;
-    drag += fd;
-    x += fd * sine[k] - fr * cosine[k];
-    y -= fd * cosine[k] + fr * sine[k];
-    roll += fu * sine[k];
-    pitch -= fu * cosine[k];
+  // Opposite azimuths are paired first: in axial flow they cancel to exact zeros. Two lanes per sum, in a fixed order.
+  const int h = n / 2;
+  double up[2] = {}, drag[2] = {}, x[2] = {}, y[2] = {}, roll[2] = {}, pitch[2] = {};
+  for (int k = 0; k < h; k += 2) {
+    for (int lane = 0; lane < 2; ++lane) {
+      const int i = k + lane, j = i + h;
+      const double up_i = f.up[i] + step * (f.up[i] - before.up[i]), up_j = f.up[j] + step * (f.up[j] - before.up[j]);
+      const double drag_i = f.drag[i] + step * (f.drag[i] - before.drag[i]), drag_j = f.drag[j] + step * (f.drag[j] - before.drag[j]);
+      const double radial_i = f.radial[i] + step * (f.radial[i] - before.radial[i]);
+      const double radial_j = f.radial[j] + step * (f.radial[j] - before.radial[j]);
+      const double up_odd = up_i - up_j, drag_odd = drag_i - drag_j, radial_odd = radial_i - radial_j;
+      up[lane] += up_i + up_j;
+      drag[lane] += drag_i + drag_j;
+      x[lane] += drag_odd * sine[i] - radial_odd * cosine[i];
+      y[lane] -= drag_odd * cosine[i] + radial_odd * sine[i];
+      roll[lane] += up_odd * sine[i];
+      pitch[lane] -= up_odd * cosine[i];
+    }
   }
   const double cw = a.chord_m * a.weight_m, crw = cw * a.r_m;
-  s.thrust += cw * up;
-  s.torque += crw * drag;
-  s.x += cw * x;
-  s.y += cw * y;
-  s.roll += crw * roll;
-  s.pitch += crw * pitch;
+  s.thrust += cw * (up[0] + up[1]);
+  s.torque += crw * (drag[0] + drag[1]);
+  s.x += cw * (x[0] + x[1]);
+  s.y += cw * (y[0] + y[1]);
+  s.roll += crw * (roll[0] + roll[1]);
+  s.pitch += crw * (pitch[0] + pitch[1]);
   s.induced_area += a.r_m * a.weight_m * v;
   s.ring_area += a.r_m * a.weight_m * ring;
 }
@@ -151,7 +177,9 @@ struct Root {
   bool converged;
 };
 
-Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth& az, double guess, double slope, Forces (&f)[2]) {
+template <int kAzimuth>
+Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth<kAzimuth>& az, double guess, double slope,
+               Forces<kAzimuth> (&f)[2]) {
   const double tip = c.omega * a.r_m;
   // At these ends all flow comes from one side of the disk, so the sign of the residual is known without evaluation.
   const double far = 2.0 * (std::fabs(c.climb) + c.edge + tip + c.rate * rotor.radius_m()) + 1e-3;
@@ -159,7 +187,7 @@ Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const A
   double low = -far, high = far;
   double v = std::clamp(guess, low, high);
   int last = 0;
-  Evaluation e = evaluate(rotor, a, c, az, v, f[0]);
+  Evaluation e = evaluate<kAzimuth>(rotor, a, c, az, v, f[0]);
   int count = 1;
   (e.residual < 0.0 ? low : high) = v;
   double step = -e.residual / slope;  // the slope of a cold start is a rough one; the secant takes over
@@ -176,7 +204,7 @@ Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const A
     const double moved = next - v;
     last = 1 - last;
     const double before = e.residual;
-    e = evaluate(rotor, a, c, az, next, f[last]);
+    e = evaluate<kAzimuth>(rotor, a, c, az, next, f[last]);
     ++count;
     (e.residual < 0.0 ? low : high) = next;
     v = next;
@@ -201,9 +229,8 @@ bool usable(const RotorCondition& c) {
     if (!fine(c.v_R_m_s[i], kMaxSpeed_m_s) || !fine(c.w_R_rad_s[i], kMaxSpeed_m_s)) return false;
   return fine(c.omega_rad_s, kMaxSpeed_m_s) && c.omega_rad_s >= 0.0 && std::isfinite(c.density_kg_m3) && c.density_kg_m3 >= 0.0;
 }
-}  // namespace
-
-RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, RotorWarmStart& warm) {
+template <int kAzimuth>
+RotorLoads solve(const Rotor& rotor, const RotorCondition& condition, RotorWarmStart& warm) {
   RotorLoads loads;
   if (!usable(condition)) {
     warm.valid = false;
@@ -227,8 +254,8 @@ RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, Roto
   c.rate = std::sqrt(wx * wx + wy * wy);
   c.reynolds_per_W_chord = condition.density_kg_m3 / kViscosity_Pa_s;
   const double ex = c.edge > 0.0 ? vx / c.edge : 0.0, ey = c.edge > 0.0 ? vy / c.edge : 0.0;
-  const int n = rotor.resolution().azimuth;
-  Azimuth az;
+  const int n = kAzimuth > 0 ? kAzimuth : rotor.resolution().azimuth;
+  Azimuth<kAzimuth> az;
   const double *cosine = rotor.cos_psi(), *sine = rotor.sin_psi();
   for (int k = 0; k < n; ++k) {
     az.tangential[k] = vy * cosine[k] - vx * sine[k];
@@ -239,7 +266,7 @@ RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, Roto
 
   const bool warm_usable = warm.valid && warm.omega_rad_s > 1.0 && c.omega < 1.5 * warm.omega_rad_s && c.omega > 0.5 * warm.omega_rad_s;
   const double ratio = warm_usable ? c.omega / warm.omega_rad_s : 1.0, climbed = c.climb - warm.climb_m_s;
-  Forces f[2];
+  Forces<kAzimuth> f[2]{};  // zeros: a root met at the first trial leaves the second untouched
   Sums sums;
   bool converged = true;
   const auto& annuli = rotor.annuli();
@@ -250,10 +277,11 @@ RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, Roto
     if (warm_usable) {
       slope = warm.slope_m_s[i] * ratio;
       // Half of a change of climb speed is made up by the induced velocity, the exact share follows from the two slopes.
-      guess = warm.induced_m_s[i] * ratio - climbed * (1.0 - warm.through_m_s[i] / warm.slope_m_s[i]);
+      guess = warm.induced_m_s[i] * ratio - climbed * (1.0 - warm.through_m_s[i] / warm.slope_m_s[i]) + warm.missed_m_s[i];
     }
-    const Root root = find_root(rotor, a, c, az, guess, slope, f);
-    accumulate(rotor, a, f[root.last], f[1 - root.last], root.extrapolate, root.v, root.ring, sums);
+    const Root root = find_root<kAzimuth>(rotor, a, c, az, guess, slope, f);
+    accumulate<kAzimuth>(rotor, a, f[root.last], f[1 - root.last], root.extrapolate, root.v, root.ring, sums);
+    warm.missed_m_s[i] = warm_usable ? root.v - guess + warm.missed_m_s[i] : 0.0;
     warm.induced_m_s[i] = root.v;
     warm.slope_m_s[i] = root.slope > kTiny ? root.slope : slope;
     warm.through_m_s[i] = root.through;
@@ -281,6 +309,13 @@ RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, Roto
     loads.status = InflowStatus::windmill;
   }
   return loads;
+}
+}  // namespace
+
+RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, RotorWarmStart& warm_start) {
+  // The usual resolution has its own copy, with loops of known length.
+  if (rotor.resolution().azimuth == 16) return solve<16>(rotor, condition, warm_start);
+  return solve<0>(rotor, condition, warm_start);
 }
 
 }  // namespace rotorloop::sim

@@ -3,7 +3,6 @@
 // Sources: Leishman, Principles of Helicopter Aerodynamics (2006), ch. 3; Glauert's edgewise flow; Prandtl loss; Pitt-Peters skew.
 #pragma once
 #include <array>
-#include <string>
 #include <vector>
 
 #include "sim/rotor/blade.hpp"
@@ -16,7 +15,7 @@ constexpr int kMaxRadial = 64;
 constexpr int kMaxAzimuth = 128;
 
 struct RotorResolution {
-  int radial = 12;          // Gauss-Legendre nodes from hub to tip, 4..64
+  int radial = 12;          // nodes from hub to tip, Gauss-Legendre in a bent radius, 4..64
   int azimuth = 16;         // uniform nodes (spectral for a periodic integrand), multiple of 4, 8..128
   int max_iterations = 80;  // per annulus; bisection alone needs about 50
 };
@@ -52,7 +51,6 @@ class Rotor {
   int blades_;
   std::vector<Annulus> annuli_;
   std::vector<SectionTable> tables_;
-  std::vector<std::string> table_names_;  // polar of each table; empty for a blend of two
   std::array<double, kMaxAzimuth> cos_psi_{}, sin_psi_{};
 };
 
@@ -63,6 +61,7 @@ struct RotorWarmStart {
   double omega_rad_s = 0.0;
   double climb_m_s = 0.0;
   std::array<double, kMaxRadial> induced_m_s{};  // per annulus, at the blade
+  std::array<double, kMaxRadial> missed_m_s{};   // how far the last guess was off, carried into the next
   std::array<double, kMaxRadial> slope_m_s{};    // derivative of the residual
   std::array<double, kMaxRadial> through_m_s{};  // mass flow speed
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/rotor/polar.hpp"
+#include "sim/rotor/section_table.hpp"
 
 namespace rotorloop::sim {
 
@@ -23,6 +24,7 @@ struct Blade {
   double radius_m = 0.0;
   double hub_radius_m = 0.0;         // the lifting part starts here
   double blade_inertia_kg_m2 = 0.0;  // all blades together, about the shaft; the motor adds its own
+  double stall_delay = kSnelFactor;  // section_table.hpp; 0: the polars as they are
   std::vector<BladeStation> stations;
   std::map<std::string, Polar> polars;
 };

@@ -68,21 +68,21 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
   const auto& s = blade.stations;
   const double half = 0.5 * (radius_m_ - hub_radius_m_), middle = 0.5 * (radius_m_ + hub_radius_m_);
   for (const Node& node : gauss_legendre(resolution.radial)) {
-    const double r = middle + half * node.x;
+    // r = middle + half sin(pi x / 2): Prandtl's loss falls like a square root at both ends, which this makes smooth.
+    const SinCos bent = sincos_exact(0.5 * std::numbers::pi * node.x);
+    const double r = middle + half * bent.sin;
     std::size_t i = 1;
     while (i + 1 < s.size() && s[i].r_m < r) ++i;
     const BladeStation &in = s[i - 1], &out = s[i];
     const double w = std::clamp((r - in.r_m) / (out.r_m - in.r_m), 0.0, 1.0);
     const double chord = in.chord_m + w * (out.chord_m - in.chord_m);
     const SinCos twist = sincos_exact((in.twist_deg + w * (out.twist_deg - in.twist_deg)) * std::numbers::pi / 180.0);
-    const bool shared = in.polar == out.polar && !annuli_.empty() && table_names_.back() == in.polar;
-    if (!shared) {
-      tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), in.polar == out.polar ? 0.0 : w));
-      table_names_.push_back(in.polar == out.polar ? in.polar : std::string());
-    }
+    const double snel = blade.stall_delay * (chord / r) * (chord / r);
+    const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
+    tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, stall_delay));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
-                       .weight_m = half * node.weight,
+                       .weight_m = half * 0.5 * std::numbers::pi * bent.cos * node.weight,
                        .cos_twist = twist.cos,
                        .sin_twist = twist.sin,
                        .solidity = blades_ * chord / (2.0 * std::numbers::pi * r),

@@ -18,22 +18,50 @@ double angle_of_direction_deg(double p) {
   return atan2_exact(q, x) * 180.0 / std::numbers::pi;
 }
 
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight) {
+namespace {
+constexpr int kNodes = SectionTable::kDirections + 1;
+
+// Angle of zero lift: the crossing met first on the way down from 10 degrees; a section without one gets no stall delay.
+double zero_lift_deg(const ClCd* row, const std::vector<double>& alpha_deg) {
+  for (int j = kNodes - 1; j > 0; --j) {
+    const auto k = static_cast<std::size_t>(j);
+    if (alpha_deg[k] > 10.0 || row[j][0] < 0.0 || row[j - 1][0] > 0.0) continue;
+    const double rise = row[j][0] - row[j - 1][0];
+    return rise > 0.0 ? alpha_deg[k] - row[j][0] / rise * (alpha_deg[k] - alpha_deg[k - 1]) : alpha_deg[k];
+  }
+  return kSnelEnd_deg;
+}
+
+void delay_stall(ClCd* row, const std::vector<double>& alpha_deg, double share) {
+  const double zero_deg = zero_lift_deg(row, alpha_deg);
+  for (int j = 0; j < kNodes; ++j) {
+    const double alpha = alpha_deg[static_cast<std::size_t>(j)];
+    if (alpha <= zero_deg || alpha >= kSnelEnd_deg) continue;
+    const double fade = std::min(1.0, (kSnelEnd_deg - alpha) / (kSnelEnd_deg - kSnelFullTo_deg));
+    const double potential = 2.0 * std::numbers::pi * sin_exact((alpha - zero_deg) * std::numbers::pi / 180.0);
+    row[j][0] += share * fade * std::max(0.0, potential - row[j][0]);
+  }
+}
+}  // namespace
+
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double stall_delay_share) {
   SectionTable t;
   t.reynolds_min = std::min(a.tables.front().reynolds, b.tables.front().reynolds);
   const double top = std::max(a.tables.back().reynolds, b.tables.back().reynolds);
   // One Reynolds number only: rows a unit apart, all alike.
   t.reynolds_step = std::max((top - t.reynolds_min) / (SectionTable::kRows - 1), 1.0);
-  t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * (SectionTable::kDirections + 1));
+  std::vector<double> alpha_deg;
+  for (int j = 0; j < kNodes; ++j) alpha_deg.push_back(angle_of_direction_deg(-2.0 + 4.0 * j / SectionTable::kDirections));
+  t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * kNodes);
   for (int i = 0; i < SectionTable::kRows; ++i) {
     const double reynolds = t.reynolds_min + i * t.reynolds_step;
-    for (int j = 0; j <= SectionTable::kDirections; ++j) {
-      const double alpha_deg = angle_of_direction_deg(-2.0 + 4.0 * j / SectionTable::kDirections);
-      const auto ca = polar_at(a, alpha_deg, reynolds), cb = polar_at(b, alpha_deg, reynolds);
+    for (const double alpha : alpha_deg) {
+      const auto ca = polar_at(a, alpha, reynolds), cb = polar_at(b, alpha, reynolds);
       t.nodes.push_back(ClCd{ca.cl + weight * (cb.cl - ca.cl), ca.cd + weight * (cb.cd - ca.cd)});
     }
-    // +-180 degrees are one node; the file allows rounding between its ends.
-    t.nodes.back() = t.nodes[t.nodes.size() - 1 - SectionTable::kDirections];
+    ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * kNodes;
+    row[kNodes - 1] = row[0];  // +-180 degrees are one direction; the file allows rounding between its ends
+    delay_stall(row, alpha_deg, stall_delay_share);
   }
   return t;
 }

@@ -23,12 +23,20 @@ struct SectionTable {
   const ClCd* row(int index) const { return nodes.data() + static_cast<std::ptrdiff_t>(index) * (kDirections + 1); }
 };
 
-// Between two polars of neighbouring stations: weight 0 is `a`, 1 is `b`.
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight);
+// Two-dimensional polars fall short on a blade: rotation thins the boundary layer of the inner sections and delays their stall.
+// Snel, Houwink & Bosschers (1993): the lift moves towards 2 pi sin(alpha - alpha_0) by the share tanh(3 (c/r)^2). The factor 3 is
+// theirs, not fitted to propellers. Their data end at 30 degrees; here the correction is whole to 15 and fades out to 60, which is
+// gentle enough for the annulus balance to stay single-valued (a steep fall of lift would give it a second solution).
+constexpr double kSnelFactor = 3.0;
+constexpr double kSnelFullTo_deg = 15.0, kSnelEnd_deg = 60.0;
 
-// Diamond angle of an angle of attack, for tests and preparation. p in [-2, 2].
+// Between two polars of neighbouring stations (weight 0 is `a`, 1 is `b`), with stall delay: share 0 gives the polars as they are.
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double stall_delay_share);
+
+// Angle of attack in degrees of a diamond angle in [-2, 2].
 double angle_of_direction_deg(double p);
 
+// One lookup as the solve does it, for tests.
 SectionCoefficients lookup(const SectionTable& table, double p, double reynolds);
 
 }  // namespace rotorloop::sim

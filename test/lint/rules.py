@@ -57,7 +57,7 @@ NEVER_REACHES = [
     ("protocols", [], ["firmware", "host", "sim", "bench"], "the wire depends on nothing"),
 ]
 
-GENERATED_HEADERS = ["rotorloop_version.hpp"]
+GENERATED_HEADERS = ["rotorloop_version.hpp", "rotorloop_effects.hpp"]  # made by CMake in the build folder
 
 # --- (b) headers of what runs on a target -----------------------------------------------------------------------------
 TARGET_ROOMS = ["firmware/core", "protocols"]

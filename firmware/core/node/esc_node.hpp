@@ -40,7 +40,7 @@ struct NodeCounters {
   std::uint32_t frames = 0;               // handed in
   std::uint32_t fast_malformed = 0;       // set-point id with a wrong length or the reserved mode
   std::uint32_t fast_disabled = 0;        // set-points while the fast channel is off by parameter
-  std::uint32_t payload_too_short = 0;    // a transfer that lacks fields
+  std::uint32_t payload_wrong_size = 0;   // an ArmingStatus without its byte, or with more than it that would arm
   std::uint32_t tx_overflow = 0;          // transfers given up because the queue was full
   std::uint32_t feedback_superseded = 0;  // a feedback frame replaced before it could be sent: the bus is too busy
   std::uint32_t refused_parameters = 0;   // frames ignored because the parameters are out of range
@@ -156,10 +156,12 @@ class BasicEscNode {
       }
       case protocols::ArmingStatus::kType.id: {
         protocols::ArmingStatus a;
-        if (decode(t.payload, a)) {
-          input_.on_arming(a.status);
+        // Arming is taken only in exactly its form; a longer transfer that happens to begin with 255 is not an order to arm.
+        if (!decode(t.payload, a) ||
+            (a.status == protocols::ArmingStatus::kFullyArmed && t.payload.size() != protocols::ArmingStatus::kMaxBytes)) {
+          ++counters_.payload_wrong_size;
         } else {
-          ++counters_.payload_too_short;
+          input_.on_arming(a.status);
         }
         break;
       }

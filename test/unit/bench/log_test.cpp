@@ -84,11 +84,6 @@ FlightRow flight_row(std::uint64_t k) {
   r.thrust_cmd_N = 7 + g(2);
   r.torque_cmd_B_N_m = g3(0.05);
   r.control_limiter = 0;
-  r.esc_limiter = {0, 0, 1, 4};
-  if (k % 100 == 0) {
-    r.load_esc_percent = 61.32;
-    r.load_state_percent = 33.87;
-  }
   return r;
 }
 
@@ -103,6 +98,12 @@ TruthRow truth_row(std::uint64_t k) {
   r.omega_rad_s = f.omega_rad_s;
   r.thrust_N = {1.7, 1.812345, 1.9, 2.1};
   r.shaft_torque_N_m = {0.027123, 0.0281, 0.03, 0.02};
+  r.esc_limiter = {0, 0, 1, 4};
+  r.bus_A = f.bus_A;
+  if (k % 10 == 0) {
+    r.load_esc_percent = 61.32;
+    r.load_state_percent = 33.87;
+  }
   return r;
 }
 
@@ -147,7 +148,7 @@ TEST(FlightLog, ReadsBackWhatWasWrittenWithEmptyCellsAsNotANumber) {
     EXPECT_NEAR(log.column("omega_cmd_3[rad/s]")[k], r.omega_cmd_rad_s[2], 0.0051);
     EXPECT_NEAR(log.column("bus[V]")[k], r.bus_V, 0.00051);
     EXPECT_NEAR(log.column("bus[A]")[k], r.bus_A, 0.00051);
-    EXPECT_EQ(log.column("esc_limiter_4[1]")[k], 4.0);
+    EXPECT_EQ(log.column("control_limiter[1]")[k], 0.0);
     EXPECT_EQ(std::isnan(log.column("p_y[m]")[k]), k % 5 != 0);
     if (k % 5 == 0) {
       EXPECT_NEAR(log.column("q_z[1]")[k], r.q_WS[3], 5.1e-7);

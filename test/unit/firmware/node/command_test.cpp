@@ -205,6 +205,7 @@ TEST(FastTimeout, FallsBackToAFreshDroneCanCommandThenStops) {
   rig.raw({0, 0, 4096, 0});
   rig.fast(900.0f);
   EXPECT_EQ(rig.setpoint().mode, Mode::speed) << "the fast channel goes first";
+  EXPECT_EQ(rig.node.setpoint(rig.now_us + 20'001).mode, Mode::duty) << "at that instant, without a poll in between";
   rig.advance_us(25'000);
   EXPECT_EQ(rig.setpoint().mode, Mode::duty);
   EXPECT_NEAR(rig.setpoint().value, 4096.0f / 8191.0f, 1e-6f);

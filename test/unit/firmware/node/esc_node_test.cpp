@@ -288,11 +288,15 @@ TEST(EscNode, ParametersOutOfRangeMakeASilentNodeThatNeverSpins) {
   EXPECT_EQ(rig.node.counters().refused_parameters, 2u);
 }
 
-TEST(EscNode, ShortArmingStatusAndMalformedSetpointsAreCounted) {
+TEST(EscNode, ArmingStatusOfWrongSizeArmsNothingAndMalformedSetpointsAreCounted) {
   EscRig rig;
   rig.send_payload({.kind = TransferKind::message, .priority = 7, .data_type_id = protocols::ArmingStatus::kType.id, .source = kHost}, 0,
                    {});
-  EXPECT_EQ(rig.node.counters().payload_too_short, 1u);
+  EXPECT_EQ(rig.node.counters().payload_wrong_size, 1u);
+  const std::array<std::uint8_t, 2> longer{255, 0};
+  rig.send_payload({.kind = TransferKind::message, .priority = 7, .data_type_id = protocols::ArmingStatus::kType.id, .source = kHost}, 0,
+                   longer);
+  EXPECT_EQ(rig.node.counters().payload_wrong_size, 2u);
   EXPECT_FALSE(rig.node.armed());
   CanFrame f = encode(protocols::fast::Setpoint{});
   f.length = 7;

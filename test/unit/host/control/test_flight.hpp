@@ -27,7 +27,7 @@ struct QuadTruth {
   double half_span = 0.0885;
   double k1 = 3.119e-6, k2 = -1.547e-4, radius = 0.0635, density = 1.2;
   double c_q = 3.10e-8;
-  double rotor_inertia = 9.4e-6;   // reaction torque of spinning up; 0 switches it off
+  double rotor_inertia = 9.4e-6;  // reaction torque of spinning up; 0 switches it off
   double rotor_drag = 0.0175, body_drag_xy = 0.0055, body_drag_z = 0.0185;
   double motor_lag_s = 0.010;
   int command_delay_ms = 1;
@@ -53,7 +53,7 @@ inline double rotor_thrust(const QuadTruth& t, double w, double climb, double ac
     return area2 * (u - climb) * std::sqrt(u * u + across * across) - (t.k1 * w * w + t.k2 * w * u);
   };
   double a = std::fmin(0.0, climb), b = 60.0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 30; ++i) {  // to 6e-8 m/s
     const double m = 0.5 * (a + b);
     (surplus(m) > 0.0 ? b : a) = m;
   }
@@ -116,12 +116,12 @@ struct FlightSetup {
 };
 
 struct FlightFigures {
-  double mean_error_m = 0.0, mean_error_z_m = 0.0, max_error_m = 0.0;       // truth against set-point, first to last motion
-  double est_p_rms_m = 0.0, est_v_rms_m_s = 0.0, est_q_rms_rad = 0.0;       // estimate against truth
-  double est_p_excess_rms_m = 0.0;                                         // estimate against truth plus the sensor's drift
+  double mean_error_m = 0.0, mean_error_z_m = 0.0, max_error_m = 0.0;  // truth against set-point, first to last motion
+  double est_p_rms_m = 0.0, est_v_rms_m_s = 0.0, est_q_rms_rad = 0.0;  // estimate against truth
+  double est_p_excess_rms_m = 0.0;                                     // estimate against truth plus the sensor's drift
   double drift_rms_m = 0.0;
   double max_drag_N = 0.0, max_rate_rad_s = 0.0;
-  double speed_ripple_rad_s = 0.0;                                         // rms step of the command from one ms to the next
+  double speed_ripple_rad_s = 0.0;  // rms step of the command from one ms to the next
   double iterations = 0.0;
   host::ControllerCounters controller;
   host::EstimatorCounters estimator;
@@ -146,7 +146,8 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
   quad.speed.fill(controller.hover_omega_rad_s());
   std::deque<std::array<double, 4>> commands(static_cast<std::size_t>(s.plant.command_delay_ms) + 1, quad.speed);
 
-  const Noise p_noise{{s.seed, 1}}, q_noise{{s.seed, 2}}, v_noise{{s.seed, 3}}, drift_noise{{s.seed, 4}}, gyro{{s.seed, 5}}, accel{{s.seed, 6}};
+  const Noise p_noise{{s.seed, 1}}, q_noise{{s.seed, 2}}, v_noise{{s.seed, 3}}, drift_noise{{s.seed, 4}}, gyro{{s.seed, 5}},
+      accel{{s.seed, 6}};
   const sim::RandomStream latency{s.seed, 7};
   struct Late {
     host::PoseSample sample;
@@ -201,7 +202,7 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
     }
     const host::StateEstimate& estimated = estimator.on_imu(imu);
     host::StateEstimate used = estimated;
-    if (s.perfect_state || !estimated.valid) {  // before the filter has started the vehicle is held by the truth
+    if (s.perfect_state) {
       used.p_W_m = quad.p;
       used.v_W_m_s = quad.v;
       used.q_WB = quad.q;
@@ -232,7 +233,8 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
       f.est_p_excess_rms_m += (p_then - quad.p - drift).squaredNorm();
       f.drift_rms_m += drift.squaredNorm();
       f.est_v_rms_m_s += (estimated.v_W_m_s - quad.v + (quad.q * quad.specific_force - V3(0, 0, 9.80665)) * 1e-3).squaredNorm();
-      const Q dq = estimated.q_WB.conjugate() * (quad.q * Q(1.0, -0.5e-3 * quad.w.x(), -0.5e-3 * quad.w.y(), -0.5e-3 * quad.w.z()).normalized());
+      const Q dq =
+          estimated.q_WB.conjugate() * (quad.q * Q(1.0, -0.5e-3 * quad.w.x(), -0.5e-3 * quad.w.y(), -0.5e-3 * quad.w.z()).normalized());
       f.est_q_rms_rad += 4.0 * dq.vec().squaredNorm();
     }
     last_command = command.omega_rad_s;
@@ -249,7 +251,8 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
   f.speed_ripple_rad_s = std::sqrt(f.speed_ripple_rad_s / n);
   f.iterations /= n;
   // rms per axis
-  for (double* x : {&f.est_p_rms_m, &f.est_p_excess_rms_m, &f.drift_rms_m, &f.est_v_rms_m_s, &f.est_q_rms_rad}) *x = std::sqrt(*x / (3.0 * n));
+  for (double* x : {&f.est_p_rms_m, &f.est_p_excess_rms_m, &f.drift_rms_m, &f.est_v_rms_m_s, &f.est_q_rms_rad})
+    *x = std::sqrt(*x / (3.0 * n));
   f.controller = state.counters;
   f.estimator = estimator.counters();
   return f;

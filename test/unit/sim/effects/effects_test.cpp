@@ -136,7 +136,7 @@ TEST(EffectSet, AnUnknownIdIsRefusedWithTheListOfKnownOnes) {
 }
 TEST(EffectSet, AnEffectTwiceOrAValueOutOfRangeIsRefused) {
   EXPECT_THAT(refusal("blockage_strut", 0.05), HasSubstr("switched on twice"));
-  EXPECT_THAT(refusal("rotor_body_interference", 25.0), HasSubstr("k_H = 25 1 is outside 1 to 4"));
+  EXPECT_THAT(refusal("rotor_body_interference", 25.0), HasSubstr("k_H = 25 is outside 1 to 4"));
   EXPECT_THAT(refusal("rotor_body_interference", std::numeric_limits<double>::quiet_NaN()), HasSubstr("is outside"));
 }
 TEST(EffectSet, WhatIsSwitchedOffDoesNotAct) {

@@ -123,11 +123,37 @@ TEST(ImuVibration, StandsAtRotorFrequencyWithUOmegaSquaredOverMass) {
   EXPECT_GT(expected, 0.3);
   EXPECT_LT(expected, 3.0) << "a healthy airframe";
 }
-TEST(ImuVibration, RateIsTheIntegralOfTheAngularAcceleration) {
+TEST(ImuVibration, YawRateHasTheSizeOfTheForceAtTheHubsArm) {
   const double omega = 150.0 * kHz;
   // Moment about z of a force turning at (0.0885, -0.0885): arm 0.1252 m whatever the angle.
   const double expected = kUnbalance_kg_m * omega * omega * 0.0885 * std::numbers::sqrt2 / 5.22e-3 / omega;
   EXPECT_NEAR(amplitude(shake({omega, 0, 0, 0}, 1.0).gyro_z, omega), expected, 1e-3 * expected);
+}
+TEST(ImuVibration, ForceTurnsWithTheRotorAndTheRateIsTheIntegralOfItsMoment) {
+  // Slow enough to differentiate the samples: 5 turns a second.
+  const double omega = 5.0 * kHz;
+  for (std::size_t rotor = 0; rotor < 4; ++rotor) {
+    ImuConfig c = silent();
+    c.vibration = 1000.0;
+    ImuSensor imu(c, body(), 3);
+    Four speeds = kStill;
+    speeds[rotor] = omega;
+    std::vector<ImuReading> r;
+    for (std::int64_t n = 0; n < 400; ++n) {
+      r.push_back(imu.sample(n, AirframeState{}, speeds));
+      r.back().accel_B_m_s2.z() -= kStandardGravity_m_s2;
+    }
+    const RotorMount mount = body().rotors[rotor];
+    for (std::size_t n = 1; n + 1 < r.size(); ++n) {
+      const Eigen::Vector3d& a = r[n].accel_B_m_s2;
+      const Eigen::Vector3d a_dot = (r[n + 1].accel_B_m_s2 - r[n - 1].accel_B_m_s2) / 2e-3;
+      const double turning_rad_s = (a.x() * a_dot.y() - a.y() * a_dot.x()) / (a.x() * a.x() + a.y() * a.y());
+      EXPECT_NEAR(turning_rad_s, mount.spin * omega, 0.01 * omega) << "rotor " << rotor + 1;
+      const Eigen::Vector3d w_dot = (r[n + 1].gyro_B_rad_s - r[n - 1].gyro_B_rad_s) / 2e-3;
+      const Eigen::Vector3d expected = body().inertia_kg_m2.inverse() * mount.hub_m.cross(0.682 * a);
+      EXPECT_LT((w_dot - expected).norm(), 0.01 * expected.norm() + 1e-3) << "rotor " << rotor + 1;
+    }
+  }
 }
 TEST(ImuVibration, AccelerationGrowsWithOmegaSquaredAndRateWithOmega) {
   const double slow = 100.0 * kHz, fast = 200.0 * kHz;

@@ -69,8 +69,9 @@ std::size_t number_of(const CanFrame& f) {
 
 TEST(VirtualBusProperty, EveryFrameIsSentOrCountedAndEveryReceptionIsDeliveredOrCounted) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const Outcome o =
-        run(seed, {{.kind = BusFaultKind::lose_received, .probability = 0.02}, {.kind = BusFaultKind::corrupt, .probability = 0.02}});
+    const Outcome o = run(seed, {{.kind = BusFaultKind::lose_received, .probability = 0.02},
+                                 {.kind = BusFaultKind::corrupt, .probability = 0.02},
+                                 {.kind = BusFaultKind::corrupt, .port = 2, .at_ns = 50 * kNs_per_ms, .duration_ns = 100 * kNs_per_ms}});
     std::uint64_t sent = 0, dropped_tx = 0, received = 0, dropped_rx = 0;
     for (const PortCounters& c : o.counters) {
       sent += c.sent;
