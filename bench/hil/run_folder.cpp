@@ -148,8 +148,10 @@ void RunFolder::write_run_toml(const RunResult& r, const std::string& command_li
   t += fmt::format("variants = {}\n", toml_list(s.variants, [](Variant v) { return toml_quoted(variant_name(v)); }));
   t += fmt::format("flights = {}\n", toml_list(s.flights, [](const FlightPlan& f) { return toml_quoted(f.name); }));
   t += fmt::format("command_line = {}\n", toml_quoted(command_line));
-  t += fmt::format("repeat = {}\n",
-                   toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {} --name repeat", scenario, seeds, variants)));
+  std::string flights;
+  for (const auto& f : s.flights) flights += (flights.empty() ? "" : ",") + f.name;
+  const bool all_flown = s.files.size() <= 4 + s.flights.size();  // scenario, plant, vehicle, gains and one file per flight
+  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{} --name repeat", scenario, seeds, variants, all_flown ? "" : " --flights " + flights)));
   t += fmt::format("\n[rotorloop]\nversion = {}\ngit = {}\n", toml_quoted(r.version), toml_quoted(r.git));
   for (const auto& in : r.inputs)
     t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));

@@ -9,6 +9,7 @@
 
 #include "bench/hil/flight.hpp"
 #include "bench/hil/run_report.hpp"
+#include "host/base/error.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::bench {
@@ -108,7 +109,10 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.git = kGit;
   r.scenario = scenario.name;
   r.seeds = scenario.seeds;
-  r.inputs = folder.copy_inputs(inputs.files);
+  // The copied scenario has to find every file it names, flown this time or not.
+  std::vector<std::filesystem::path> files = inputs.files;
+  files.insert(files.end(), scenario.files.begin(), scenario.files.end());
+  r.inputs = folder.copy_inputs(files);
   folder.write_run_toml(r, options.command_line, scenario);  // first: a run that is killed is still known as one
 
   std::vector<FlightRequest> requests = plan(scenario);
@@ -133,7 +137,11 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
   r.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   folder.write_result(r);
-  write_hil_report(folder.path());
+  try {
+    write_hil_report(folder.path());
+  } catch (const Error& e) {  // the run and its result stand without the page
+    progress.warn("report.html", e.what());
+  }
   return out;
 }
 

@@ -323,6 +323,8 @@ Scenario read_scenario(const std::filesystem::path& path) {
                  "", "use 1000, 2000, 4000 or 8000");
   }
   file.refuse_unknown_keys();
+  s.files = {s.path, s.plant, s.vehicle, s.gains};
+  for (const auto& f : s.flights) s.files.push_back(f.trajectory);
   return s;
 }
 
