@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil);
   rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_trajectory(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
