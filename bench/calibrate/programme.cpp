@@ -8,7 +8,7 @@ namespace rotorloop::bench {
 
 std::vector<FlightState> planned_states(const host::Trajectory& trajectory, double mass_kg, double period_s) {
   std::vector<FlightState> states;
-  for (double t = trajectory.first_motion_s(); t < trajectory.last_motion_s(); t += period_s) {
+  for (double t = 0.0; t < trajectory.duration_s(); t += period_s) {
     const host::Setpoint sp = trajectory.at(t);
     const Eigen::Vector3d thrust_W_N = mass_kg * (sp.a_W_m_s2 + Eigen::Vector3d(0.0, 0.0, host::kGravity_m_s2));
     const Eigen::Vector3d z_W = thrust_W_N.normalized();

@@ -14,7 +14,7 @@ LoadPoint Tunnel::measure(const Eigen::Vector3d& v_B_m_s, const std::array<doubl
 LoadPoint Tunnel::measure_bare(const Eigen::Vector3d& v_B_m_s) const { return balance(v_B_m_s, {}, false); }
 
 LoadPoint Tunnel::balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const {
-  sim::AirframeConfig body = airframe_config(plant_, pointers(rotors_), 500'000);
+  sim::AirframeConfig body = sim::airframe_config(plant_, sim::pointers(rotors_), 500'000);
   body.wind_W_m_s = -v_B_m_s;  // the vehicle is held level, the air moves
   sim::AirframeState held;
   held.p_W_m.z() = 100.0;

@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "bench/calibrate/load_point.hpp"
-#include "bench/hil/plant_setup.hpp"
-#include "sim/plant/plant_file.hpp"
+#include "sim/plant/assemble.hpp"
 
 namespace rotorloop::bench {
 
 class Tunnel {
  public:
-  Tunnel(const sim::PlantFile& plant, const SharedRotors& rotors) : plant_(plant), rotors_(rotors) {}
+  Tunnel(const sim::PlantFile& plant, const sim::SharedRotors& rotors) : plant_(plant), rotors_(rotors) {}
 
   // Loads at one setting.
   LoadPoint measure(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s) const;
@@ -26,7 +25,7 @@ class Tunnel {
   LoadPoint balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const;
 
   const sim::PlantFile& plant_;
-  const SharedRotors& rotors_;
+  const sim::SharedRotors& rotors_;
 };
 
 // What a planned flight would meet: body-frame velocity and force along z at one instant.

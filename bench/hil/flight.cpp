@@ -84,7 +84,7 @@ FlightRow flight_row(const host::FlightRecord& r) {
   return row;
 }
 
-TruthRow truth_row(double t_s, const PlantTruth& t) {
+TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
   TruthRow row;
   row.t_s = t_s;
   row.p_W_m = cells(t.state.p_W_m);
@@ -96,6 +96,8 @@ TruthRow truth_row(double t_s, const PlantTruth& t) {
   row.shaft_torque_N_m = t.shaft_torque_N_m;
   for (std::size_t i = 0; i < 4; ++i) row.esc_limiter[i] = static_cast<double>(t.esc[i].limiter);
   row.bus_A = t.bus_A;
+  if (const auto load = loop.esc_bus().load_by_window_percent(); !load.empty()) row.load_esc_percent = static_cast<double>(load.back());
+  if (const auto load = loop.state_bus().load_by_window_percent(); !load.empty()) row.load_state_percent = static_cast<double>(load.back());
   return row;
 }
 
@@ -163,29 +165,6 @@ struct Sums {
   }
 };
 
-void add_trace(FlightTrace& trace, const host::FlightRecord& r, const PlantTruth& t) {
-  const auto v3 = [](const Eigen::Vector3d& v) { return std::array<float, 3>{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())}; };
-  const auto v4 = [](const std::array<double, 4>& v) {
-    return std::array<float, 4>{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
-  };
-  trace.t_s.push_back(static_cast<float>(static_cast<double>(r.time_us) * 1e-6));
-  trace.p_m.push_back(v3(t.state.p_W_m));
-  trace.v_m_s.push_back(v3(t.state.v_W_m_s));
-  trace.sp_p_m.push_back(v3(r.setpoint.p_W_m));
-  trace.est_p_m.push_back(v3(r.estimate.p_W_m));
-  trace.error_m.push_back(static_cast<float>((t.state.p_W_m - r.setpoint.p_W_m).norm()));
-  trace.error_z_m.push_back(static_cast<float>(t.state.p_W_m.z() - r.setpoint.p_W_m.z()));
-  trace.estimator_error_m.push_back(static_cast<float>((r.estimate.p_W_m - t.state.p_W_m).norm()));
-  trace.omega_rad_s.push_back(v4(t.omega_rad_s));
-  trace.omega_cmd_rad_s.push_back(v4(r.commanded_rad_s));
-  trace.i_q_A.push_back(v4(r.current_A));
-  std::array<std::uint8_t, 4> limiter{};
-  for (std::size_t i = 0; i < 4; ++i) limiter[i] = static_cast<std::uint8_t>(t.esc[i].limiter);
-  trace.esc_limiter.push_back(limiter);
-  trace.control_limiter.push_back(static_cast<std::uint8_t>(limiter_bits(r.command.diagnostics.limiters)));
-  trace.bus_V.push_back(static_cast<float>(t.bus_V));
-}
-
 std::map<std::string, double> counters_of(Loop& loop, const Sums& sums, const std::array<sim::BusStatistics, 2>& bus) {
   const auto& est = loop.computer().estimator().counters();
   const auto& ctl = loop.computer().controller_state().counters;
@@ -216,7 +195,7 @@ std::map<std::string, double> counters_of(Loop& loop, const Sums& sums, const st
 Inputs read_inputs(const Scenario& scenario) {
   Inputs in;
   in.plant = sim::read_plant(scenario.plant);
-  in.rotors = read_rotors(in.plant);
+  in.rotors = sim::read_rotors(in.plant);
   in.vehicle = host::to_model(host::read_vehicle(scenario.vehicle, host::builtin_effect_catalogue()));
   in.gains = host::read_gains(scenario.gains);
   in.files = {scenario.path, scenario.plant, scenario.vehicle, scenario.gains};
@@ -224,7 +203,11 @@ Inputs read_inputs(const Scenario& scenario) {
     in.trajectories.push_back(host::read_trajectory(f.trajectory).trajectory);
     in.files.push_back(f.trajectory);
   }
-  for (const auto& r : in.plant.rotors) in.files.insert(in.files.end(), {r.blade_path, r.motor_path});
+  for (const auto& r : in.plant.rotors) {
+    in.files.insert(in.files.end(), {r.blade_path, r.motor_path});
+    const auto polars = sim::read_blade(r.blade_path).polar_files;
+    in.files.insert(in.files.end(), polars.begin(), polars.end());
+  }
   std::sort(in.files.begin() + 1, in.files.end());
   in.files.erase(std::unique(in.files.begin() + 1, in.files.end()), in.files.end());
   return in;
@@ -260,7 +243,7 @@ double flight_duration_s(const Inputs& inputs, const FlightRequest& q) {
 
 FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q, RunFolder* folder,
                   const std::function<void(double)>& advanced, const std::atomic<bool>* stop) {
-  Loop loop(inputs.plant, pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], loop_config(scenario, inputs, q));
+  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], loop_config(scenario, inputs, q));
   loop.measure_cost(q.measure_cost);
   Logs logs(q.folder, scenario, q, loop);
 
@@ -273,7 +256,6 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   Sums sums;
 
   const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(inputs, q) * kTicks_per_s));
-  std::uint64_t steps = 0;
   for (std::int64_t n = 0; n < ticks; ++n) {
     loop.tick();
     if (const host::FlightRecord* r = loop.take_record()) {
@@ -285,10 +267,8 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
         sums.add(*r, *truth);
         if (logs.flight) {
           logs.flight->write(flight_row(*r));
-          logs.truth->write(truth_row(t_s, *truth));
+          logs.truth->write(truth_row(t_s, *truth, loop));
         }
-        if (q.keep_trace && steps % FlightTrace::kTraceStep == 0) add_trace(out.trace, *r, *truth);
-        ++steps;
       }
     }
     if (loop.airframe().ended() || loop.computer().phase() == host::FlightPhase::safe) {
@@ -322,8 +302,6 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   for (std::size_t b = 0; b < 2; ++b) {
     result.bus_load_mean_percent[b] = out.bus[b].mean_load_percent;
     result.bus_load_max_percent[b] = out.bus[b].max_load_percent;
-    const auto load = b == 0 ? loop.esc_bus().load_by_window_percent() : loop.state_bus().load_by_window_percent();
-    out.bus_load_percent[b].assign(load.begin(), load.end());
   }
   if (sums.rpm_samples > 0) {
     for (std::size_t i = 0; i < 4; ++i)

@@ -2,30 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-
-#include "bench/hil/plant_setup.hpp"
+#include "bench/hil/cost_meter.hpp"
 
 namespace rotorloop::bench {
 namespace {
-
-// Time of module code; a wall clock, and therefore only ever a figure in a report, never an input of the loop.
-class CostMeter {
- public:
-  CostMeter(bool on, std::int64_t& sum_ns) : on_(on), sum_ns_(sum_ns) {
-    if (on_) start_ = std::chrono::steady_clock::now();
-  }
-  ~CostMeter() {
-    if (on_) sum_ns_ += std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start_).count();
-  }
-  CostMeter(const CostMeter&) = delete;
-  CostMeter& operator=(const CostMeter&) = delete;
-
- private:
-  bool on_;
-  std::int64_t& sum_ns_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector<sim::BusFault>& faults, std::uint64_t salt) {
   sim::BusConfig b;
@@ -33,6 +13,15 @@ std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector
   b.seed = c.seed * 2 + salt;
   b.faults = faults;
   return std::make_unique<sim::VirtualBus>(b);
+}
+
+// What was written into an ESC when it was set up: the motor's data sheet (the defaults) and the believed propeller, not the
+// plant's truth about wear or damage.
+firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
+  firmware::Parameters p;
+  p.inertia_kg_m2 = static_cast<float>(vehicle.rotor_inertia_kg_m2);
+  p.load_N_m_s2 = static_cast<float>(vehicle.c_q_N_m_s2);
+  return p;
 }
 
 firmware::NodeIdentity identity(int esc) {
@@ -45,14 +34,14 @@ firmware::NodeIdentity identity(int esc) {
 
 }  // namespace
 
-Loop::Loop(const sim::PlantFile& plant, const Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
+Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
            const LoopConfig& config)
     : config_(config),
       rotors_(rotors),
       ticks_per_step_(kTicks_per_s / config.airframe_Hz),
       esc_bus_(make_bus(config, config.esc_bus_faults, 0)),
       state_bus_(make_bus(config, config.state_bus_faults, 1)),
-      battery_(battery_parameters(plant)) {
+      battery_(sim::battery_parameters(plant)) {
   CanBus& computer_state = state_bus_->attach({.name = "computer"});
   CanBus& airframe_state = state_bus_->attach({.name = "airframe"});
   CanBus& computer_esc = esc_bus_->attach({.name = "computer"});
@@ -62,10 +51,12 @@ Loop::Loop(const sim::PlantFile& plant, const Rotors& rotors, const host::Vehicl
   const double yaw = trajectory.at(0.0).yaw_rad;
   const SinCos half = sincos_exact(0.5 * yaw);
   initial.q_WB = Eigen::Quaterniond(half.cos, 0.0, 0.0, half.sin);
-  const sim::AirframeConfig body = airframe_config(plant, rotors, 1'000'000'000 / config.airframe_Hz);
+  const sim::AirframeConfig body = sim::airframe_config(plant, rotors, 1'000'000'000 / config.airframe_Hz);
   airframe_ = std::make_unique<sim::Airframe>(body, initial, config.computer.start_us * 1000);
+  sim::PoseConfig pose = plant.pose;
+  pose.drift_enabled = config.pose_drift;
   sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(plant.imu, body, config.seed),
-                                               sim::PoseSensor(pose_config(plant, config.pose_drift), config.seed), airframe_state);
+                                               sim::PoseSensor(pose, config.seed), airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);
@@ -82,7 +73,7 @@ Loop::Loop(const sim::PlantFile& plant, const Rotors& rotors, const host::Vehicl
       escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = config.esc_lag_s}), node, port);
     } else {
       sim::NativeEscConfig e;
-      e.drive = drive_parameters(plant, *rotors[index], i);
+      e.drive = sim::drive_parameters(plant, *rotors[index], index);
       e.firmware = p;
       e.bus_V = battery_.voltage_V();
       e.seed = config.seed;

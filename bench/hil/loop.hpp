@@ -19,7 +19,7 @@
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/native_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
-#include "sim/plant/plant_file.hpp"
+#include "sim/plant/assemble.hpp"
 #include "sim/rotor/bem.hpp"
 #include "sim/sensor/sensor_node.hpp"
 #include "sim/world/virtual_bus.hpp"
@@ -75,12 +75,10 @@ struct PlantCounters {
   std::uint64_t esc_limited_ticks = 0;   // ESC x airframe step in which a limiter acted while running
 };
 
-using Rotors = std::array<const sim::Rotor*, 4>;
-
 class Loop {
  public:
   // `rotors` and `trajectory` are shared between flights and must outlive the loop.
-  Loop(const sim::PlantFile& plant, const Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
+  Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
        const LoopConfig& config);
   ~Loop();
   Loop(const Loop&) = delete;
@@ -118,7 +116,7 @@ class Loop {
   bool halted(int esc) const;
 
   LoopConfig config_;
-  Rotors rotors_;
+  sim::Rotors rotors_;
   std::int64_t tick_ = 0, now_ns_ = 0;
   int ticks_per_step_;
   std::unique_ptr<sim::VirtualBus> esc_bus_, state_bus_;

@@ -324,7 +324,8 @@ std::vector<ReportTableRow> table_of(const Scenario& s, const Assessment& a, con
 std::string verdict_sentence(const RunResult& r) {
   const auto completed = std::count_if(r.flights.begin(), r.flights.end(), [](const auto& f) { return f.end == FlightEnd::completed; });
   const auto met = std::count_if(r.limits.begin(), r.limits.end(), [](const auto& l) { return l.pass; });
-  std::string text = fmt::format("{} of {} flights completed, {} of {} limits met.", completed, r.flights.size(), met, r.limits.size());
+  std::string text = fmt::format("{} of {} flights completed, ", completed, r.flights.size());
+  text += r.limits.empty() ? "no limit was set." : fmt::format("{} of {} limits met.", met, r.limits.size());
   for (const auto& l : r.limits)
     if (!l.pass) text += fmt::format(" {}: {}.", std::isnan(l.value) ? "Not measured" : "Missed", l.name);
   for (const auto& f : r.flights)

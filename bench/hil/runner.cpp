@@ -118,11 +118,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   std::vector<FlightRequest> requests = plan(scenario);
   std::vector<FlightOutcome> outcomes(requests.size());
   double total_s = 0.0;
-  // One trace per flight and variant is kept for the report: that of the first seed.
-  for (FlightRequest& q : requests) {
-    total_s += flight_duration_s(inputs, q);
-    q.keep_trace = q.seed == scenario.seeds.front();
-  }
+  for (const FlightRequest& q : requests) total_s += flight_duration_s(inputs, q);
   progress.begin(requests.size(), total_s);
   FlightPool(scenario, inputs, options, folder, progress, requests, outcomes).run();
   progress.end();

@@ -143,6 +143,12 @@ std::string trajectory_html(const ReportFlight& f) {
   constexpr std::array<std::array<std::size_t, 2>, 3> kViews{{{0, 1}, {0, 2}, {1, 2}}};
   constexpr std::array kNames{"from above", "from the right", "from behind"};
   constexpr std::array kAxes{"x, m", "y, m", "z, m"};
+  double extent = 0;  // of the longest axis
+  for (const auto& axis : f.setpoint_m)
+    if (!axis.empty()) {
+      const auto [low, high] = std::minmax_element(axis.begin(), axis.end());
+      extent = std::max(extent, *high - *low);
+    }
   std::string out = "<div class=\"views\">\n";
   for (std::size_t v = 0; v < kViews.size(); ++v) {
     const auto [h, w] = kViews[v];
@@ -153,13 +159,8 @@ std::string trajectory_html(const ReportFlight& f) {
     p.width_px = 340;
     p.height_px = 320;
     p.equal_axes = true;
-    double extent = 0;
-    for (const std::size_t axis : {h, w})
-      if (!f.setpoint_m[axis].empty()) {
-        const auto [low, high] = std::minmax_element(f.setpoint_m[axis].begin(), f.setpoint_m[axis].end());
-        extent = std::max(extent, *high - *low);
-      }
     const double spacing = extent / 1000;
+    p.min_extent = extent / 4;
     for (const auto& t : f.traces) {
       Series s{.label = "", .x = {}, .y = {}, .colour = t.colour, .width_px = 1.4};
       thin_path(t.position_m[h], t.position_m[w], spacing, s.x, s.y);
@@ -178,8 +179,11 @@ Plot time_plot(const ReportFlight& f, const std::string& title, const std::strin
   p.title = f.name + ": " + title;
   p.x_label = "time, s";
   p.y_label = y_label;
-  if (std::isfinite(f.first_motion_s) && f.last_motion_s > f.first_motion_s)
+  if (std::isfinite(f.first_motion_s) && f.last_motion_s > f.first_motion_s) {
     p.bands.push_back({f.first_motion_s, f.last_motion_s, "counted: first to last motion"});
+    p.fit_from = f.first_motion_s;  // before take-off the estimate may be anywhere
+    p.fit_to = f.last_motion_s;
+  }
   return p;
 }
 

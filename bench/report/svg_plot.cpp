@@ -262,12 +262,18 @@ std::string plot_svg(const Plot& p) {
     for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
       if (!std::isfinite(s.y[i]) || !std::isfinite(s.x[i])) continue;
       x.add(s.x[i]);
-      if ((!p.x_min || s.x[i] >= *p.x_min) && (!p.x_max || s.x[i] <= *p.x_max)) y.add(s.y[i]);
+      const bool shown = (!p.x_min || s.x[i] >= *p.x_min) && (!p.x_max || s.x[i] <= *p.x_max);
+      const bool fitted = (!p.fit_from || s.x[i] >= *p.fit_from) && (!p.fit_to || s.x[i] <= *p.fit_to);
+      if (shown && fitted) y.add(s.y[i]);
     }
   for (const auto& m : p.marks) y.add(m.y);
   if (p.y_from_zero) y.add(0.0);
   x = drawable(x);
   y = drawable(y);
+  for (Span* span : {&x, &y}) {
+    const double lack = p.min_extent - span->size();
+    if (lack > 0) *span = {span->low - lack / 2, span->high + lack / 2};
+  }
   const double room = 0.05 * y.size();
   if (!(p.y_from_zero && y.low == 0)) y.low -= room;
   y.high += room;

@@ -23,7 +23,7 @@ struct Options {
 
 int calibrate(const Options& o) {
   const sim::PlantFile plant = sim::read_plant(o.plant);
-  const auto rotors = bench::read_rotors(plant);
+  const auto rotors = sim::read_rotors(plant);
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   std::vector<bench::FlightState> planned;
   for (const auto& path : o.trajectories) {

@@ -9,5 +9,6 @@ class App;
 namespace rotorloop::cli {
 
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_trajectory(CLI::App& app, int& exit_code);
 
 }  // namespace rotorloop::cli

@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil);
   rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_trajectory(app, exit_code);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

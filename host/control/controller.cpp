@@ -35,6 +35,12 @@ MixerConfig mixer_config(const ControllerConfig& c) {
           .omega_max_rad_s = c.omega_max_rad_s};
 }
 
+// How slowly the propellers' part of the yaw torque may follow, because the rotors' inertia gives its part ahead of it.
+double yaw_shaping(const VehicleModel& vehicle, const ControllerConfig& config, double hover_rad_s) {
+  if (!config.rotor_reaction) return 0.0;
+  return std::min(vehicle.rotor_inertia_kg_m2 / (2.0 * vehicle.c_q_N_m_s2 * hover_rad_s), kYawShapingMax_s);
+}
+
 double yaw_of(const Eigen::Matrix3d& R) { return atan2_exact(R(1, 0), R(0, 0)); }
 
 }  // namespace
@@ -64,7 +70,7 @@ Controller::Controller(const VehicleModel& vehicle, const ControllerConfig& conf
     : vehicle_(vehicle),
       config_(config),
       mixer_(vehicle, mixer_config(config)),
-      reaction_lead_s_(config.rotor_reaction ? vehicle.rotor_inertia_kg_m2 / (2.0 * vehicle.c_q_N_m_s2 * mixer_.hover_omega_rad_s()) : 0.0) {}
+      yaw_shaping_s_(yaw_shaping(vehicle, config, mixer_.hover_omega_rad_s())) {}
 
 // Eq. (9), then the limits: the vertical part is kept and the horizontal part shortened, so that height is the last to suffer.
 Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, Limiters& limiters) const {
@@ -136,16 +142,18 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   const Eigen::Vector3d kd(k.roll_pitch.kd(), k.roll_pitch.kd(), k.yaw.kd());
   d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(kp.cwiseProduct(error.angle_rad) + kd.cwiseProduct(error.rate_rad_s));
 
-  // Yaw by propeller drag alone, x, so that x plus the reaction of changing it, lead * dx/dt, is the torque asked for.
-  state.yaw_torque_N_m += config_.period_s / (reaction_lead_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
+  // A change of speed gives its reaction J dω/dt at once, far more than the drag it leads to: soften the demand.
+  state.yaw_torque_N_m += config_.period_s / (yaw_shaping_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
   Eigen::Vector3d mixer_torque_B_N_m = d.torque_B_N_m;
   mixer_torque_B_N_m.z() = state.yaw_torque_N_m;
 
   // The part of the wanted thrust along the present axis: while the attitude catches up the rest would push sideways.
   d.thrust_B_N = std::max(0.0, d.thrust_W_N.dot(R_WB.col(2)));
-  const MixerResult mixed = mixer_.solve(
-      {.thrust_N = d.thrust_B_N, .torque_B_N_m = mixer_torque_B_N_m, .v_B_m_s = R_WB.transpose() * used.v_W_m_s, .w_B_rad_s = used.w_B_rad_s},
-      state.omega_rad_s);
+  const MixerResult mixed = mixer_.solve({.thrust_N = d.thrust_B_N,
+                                          .torque_B_N_m = mixer_torque_B_N_m,
+                                          .v_B_m_s = R_WB.transpose() * used.v_W_m_s,
+                                          .w_B_rad_s = used.w_B_rad_s},
+                                         state.omega_rad_s);
   d.mixer_iterations = mixed.iterations;
   d.mixer_residual_rad_s = mixed.residual_rad_s;
   d.limiters.yaw = mixed.yaw_limited;

@@ -42,6 +42,10 @@ struct ThrustLimits {
   double total_max_weight = 3.3;     // most thrust, as a multiple of the weight
 };
 
+// The reaction leads the drag torque by J / (2 c_q ω), 0.16 to 0.29 s for 5-inch rotors. Cancelling all of it would leave no
+// phase margin when the reaction is weaker than believed; up to this much leaves 37° then and 60° with the whole of it.
+inline constexpr double kYawShapingMax_s = 0.05;
+
 // Whose velocity feeds the drag compensation (decision 0042).
 enum class DragVelocity : std::uint8_t { setpoint, estimate };
 
@@ -52,9 +56,9 @@ struct ControllerConfig {
   DragVelocity drag_velocity = DragVelocity::estimate;
   ThrustLookup thrust_lookup = ThrustLookup::full;  // for pd_ff_thrust_drag; the other variants use still air
   bool rotor_local_velocity = true;
-  // Yaw torque comes from the propellers' drag and, while they change speed, from their inertia: asking for a speed change
-  // gives J dω/dt at once and c_q ω² later. True: the mixer's yaw demand is shaped so that the sum is what was asked for
-  // (decision 0045). False: only to show the damage, a yaw loop that shakes the rotors.
+  // Yaw torque comes from the propellers' drag and, while they change speed, from their inertia: a speed change gives J dω/dt
+  // at once and c_q ω² later. True: the mixer's yaw demand is softened for it (decision 0047). False: only to show the
+  // damage, a yaw loop that shakes the rotors.
   bool rotor_reaction = true;
   double period_s = 1e-3;  // of step()
   double omega_min_rad_s = MixerConfig{}.omega_min_rad_s;
@@ -119,7 +123,7 @@ class Controller {
   VehicleModel vehicle_;
   ControllerConfig config_;
   Mixer mixer_;
-  double reaction_lead_s_;  // J / (2 c_q ω) in hover: 0.26 s for a 5-inch rotor
+  double yaw_shaping_s_;
 };
 
 }  // namespace rotorloop::host

@@ -90,7 +90,14 @@ VehicleEffect read_effect(const TomlTable& t, const EffectCatalogue& catalogue) 
     t.fail("id", fmt::format("effect \"{}\" is not in the catalogue", e.id), "a misspelt id, or a file of a newer rotorloop",
            fmt::format("use one of: {}", fmt::join(catalogue.ids, ", ")));
   const TomlTable parameters = t.table("parameter");
-  for (const std::string& key : parameters.keys()) e.parameters.push_back({key, quantity(parameters, key, kAny)});
+  const CatalogueParameter* declared = catalogue.parameter_of(e.id);
+  for (const std::string& key : parameters.keys()) {
+    if (declared && key != declared->name)
+      parameters.fail(key, fmt::format("effect \"{}\" has no parameter \"{}\"", e.id, key),
+                      "a misspelt name, or the parameter of another effect",
+                      fmt::format("its parameter is {}, in {}", declared->name, declared->unit));
+    e.parameters.push_back({key, quantity(parameters, key, declared ? Range{declared->min, declared->max, declared->unit} : kAny)});
+  }
   if (const auto evidence = t.optional_table("evidence"))
     e.evidence = EffectEvidence{evidence->number("held_out_before", {0.0, 1e9, "the unit named beside it"}),
                                 evidence->number("held_out_after", {0.0, 1e9, "the unit named beside it"}), evidence->text("unit"),

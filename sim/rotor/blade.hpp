@@ -27,6 +27,7 @@ struct Blade {
   double stall_delay = kSnelFactor;  // section_table.hpp; 0: the polars as they are
   std::vector<BladeStation> stations;
   std::map<std::string, Polar> polars;
+  std::vector<std::filesystem::path> polar_files;  // that polars were read from
 };
 
 constexpr std::size_t kMinStations = 5;  // fewer cannot show both root and tip of a chord curve

@@ -4,7 +4,7 @@
 
 namespace rotorloop::firmware {
 
-// One motor on one board; constant-initialised, so that it costs no start-up code worth counting.
+// One motor on one board; configuring it at start-up is counted too.
 extern Motor<FakeBoard> probe_motor;
 Motor<FakeBoard> probe_motor{Parameters{}};
 extern FakeBoard probe_board;

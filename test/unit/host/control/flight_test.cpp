@@ -117,6 +117,19 @@ TEST(GeneralFlight, SurvivesSlowMotorsLateCommandsAndMissingRotorReaction) {
   EXPECT_LT(fly(without, trajectory("general")).mean_error_m, 0.02);
 }
 
+TEST(GeneralFlight, SofteningYawSparesTheRotorsAndHoldsCourseEvenWithoutTheirReaction) {
+  FlightSetup s = setup(kThrustDrag);
+  s.plant.c_q = s.model.c_q_N_m_s2 = 1.7e-8;  // a slick propeller: the reaction leads by 0.29 s
+  const FlightFigures soft = fly(s, trajectory("general"));
+  s.controller.rotor_reaction = false;
+  const FlightFigures hard = fly(s, trajectory("general"));
+  EXPECT_LT(soft.speed_ripple_rad_s, 0.3 * hard.speed_ripple_rad_s);
+  EXPECT_LT(soft.yaw_max_rad, hard.yaw_max_rad + 0.1);
+  s.controller.rotor_reaction = true;
+  s.plant.rotor_inertia = 0.0;
+  EXPECT_LT(fly(s, trajectory("general")).yaw_max_rad, 1.2);  // authority is short, the course is kept
+}
+
 TEST(VerticalFlight, EightPercentLessThrustThanBelievedShowsAsAStaticError) {
   FlightSetup s = setup(kThrustDrag);
   s.plant.thrust_scale = 1.0 / 1.08;

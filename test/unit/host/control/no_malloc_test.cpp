@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <memory>
-#include <new>
 
 #include "host/control/controller.hpp"
 #include "host/control/trajectory.hpp"
@@ -15,14 +14,8 @@ namespace {
 long allocations = 0;
 }
 
-#if defined(__SANITIZE_ADDRESS__)  // the sanitizer owns malloc; operator new is still counted
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#if defined(__SANITIZE_ADDRESS__)  // the sanitizer owns malloc and calls this for every allocation
+extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t) { ++allocations; }
 #else
 extern "C" {
 void* __libc_malloc(std::size_t);

@@ -120,6 +120,7 @@ struct FlightFigures {
   double est_p_rms_m = 0.0, est_v_rms_m_s = 0.0, est_q_rms_rad = 0.0;  // estimate against truth
   double est_p_excess_rms_m = 0.0;                                     // estimate against truth plus the sensor's drift
   double drift_rms_m = 0.0;
+  double yaw_rms_rad = 0.0, yaw_max_rad = 0.0;  // heading of the truth against the set-point
   double max_drag_N = 0.0, max_rate_rad_s = 0.0;
   double speed_ripple_rad_s = 0.0;  // rms step of the command from one ms to the next
   double iterations = 0.0;
@@ -223,6 +224,10 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
       f.mean_error_z_m += std::fabs(e.z());
       f.max_error_m = std::fmax(f.max_error_m, e.norm());
       for (std::size_t i = 0; i < 4; ++i) f.speed_ripple_rad_s += 0.25 * std::pow(command.omega_rad_s[i] - last_command[i], 2);
+      const V3 nose = quad.q * V3::UnitX();
+      const double yaw_error = std::remainder(std::atan2(nose.y(), nose.x()) - setpoint.yaw_rad, 2.0 * std::numbers::pi);
+      f.yaw_rms_rad += yaw_error * yaw_error;
+      f.yaw_max_rad = std::fmax(f.yaw_max_rad, std::fabs(yaw_error));
       f.iterations += command.diagnostics.mixer_iterations;
       ++counted;
     }
@@ -250,6 +255,7 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
   f.mean_error_z_m /= n;
   f.speed_ripple_rad_s = std::sqrt(f.speed_ripple_rad_s / n);
   f.iterations /= n;
+  f.yaw_rms_rad = std::sqrt(f.yaw_rms_rad / n);
   // rms per axis
   for (double* x : {&f.est_p_rms_m, &f.est_p_excess_rms_m, &f.drift_rms_m, &f.est_v_rms_m_s, &f.est_q_rms_rad})
     *x = std::sqrt(*x / (3.0 * n));

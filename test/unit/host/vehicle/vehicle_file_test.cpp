@@ -19,7 +19,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-const EffectCatalogue kEffects{{"rotor_drag", "rotor_inertia_reaction"}};
+const EffectCatalogue kEffects{{"rotor_drag", "rotor_inertia_reaction"}, {{}, {"J_r_kg_m2", "kg m^2", 0.0, 1e-4}}};
 const std::filesystem::path kPaper = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml";
 
 std::string paper_text() {
@@ -163,6 +163,17 @@ TEST(VehicleFileRefuses, EffectOutsideTheCatalogue) {
               AllOf(HasSubstr("effect \"warp\" is not in the catalogue"), HasSubstr("use one of: rotor_drag, rotor_inertia_reaction")));
 }
 
+TEST(VehicleFileRefuses, EffectParameterThatTheCatalogueDoesNotHaveOrOutOfItsRange) {
+  const auto effect = [](const std::string& parameter) {
+    return refusal(paper_text() + "\n[[effect]]\nid = \"rotor_inertia_reaction\"\nparameter = { " + parameter + " }\n");
+  };
+  EXPECT_THAT(effect("J_kg_m2 = { value = 9.4e-6, u = 0, origin = \"flight\" }"),
+              AllOf(HasSubstr("effect \"rotor_inertia_reaction\" has no parameter \"J_kg_m2\""),
+                    HasSubstr("its parameter is J_r_kg_m2, in kg m^2")));
+  EXPECT_THAT(effect("J_r_kg_m2 = { value = 9.4e-3, u = 0, origin = \"flight\" }"),
+              HasSubstr("value = 0.0094 kg m^2 is outside 0 to 0.0001 kg m^2"));
+}
+
 TEST(VehicleFileRefuses, RotorsInAnotherOrder) {
   EXPECT_THAT(refusal(with("position_m = [0.0885, -0.0885, 0.0]", "position_m = [0.0885, 0.0885, 0.0]")),
               AllOf(HasSubstr("rotor 1 is at x = 0.0871 m, y = 0.0883 m from the centre of mass, but rotor 1 is the front-right one"),
@@ -220,11 +231,20 @@ TEST(VehicleFileRefuses, CovarianceThatContradictsItself) {
 
 TEST(EffectCatalogue, TakesTheIdsAndRefusesDuplicates) {
   const auto path = std::filesystem::path(testing::TempDir()) / "rotorloop_effects.toml";
-  std::ofstream(path) << "[[effect]]\nid = \"a\"\nunit = \"N\"\n[[effect]]\nid = \"b\"\n";
+  std::ofstream(path) << "[[effect]]\nid = \"a\"\nparameter = \"k_N\"\nunit = \"N\"\nrange = [0.0, 2.0]\n[[effect]]\nid = \"b\"\n";
   EXPECT_EQ(read_effect_catalogue(path).ids, (std::vector<std::string>{"a", "b"}));
+  ASSERT_NE(read_effect_catalogue(path).parameter_of("a"), nullptr);
+  EXPECT_EQ(read_effect_catalogue(path).parameter_of("a")->max, 2.0);
+  EXPECT_EQ(read_effect_catalogue(path).parameter_of("b"), nullptr);
   std::ofstream(path) << "[[effect]]\nid = \"a\"\n[[effect]]\nid = \"a\"\n";
   EXPECT_THROW(read_effect_catalogue(path), Error);
   std::filesystem::remove(path);
+}
+
+TEST(EffectCatalogue, ShippedCatalogueHoldsTheReactionOfTheRotors) {
+  const EffectCatalogue shipped = builtin_effect_catalogue();
+  ASSERT_TRUE(shipped.knows("rotor_inertia_reaction"));
+  EXPECT_EQ(shipped.parameter_of("rotor_inertia_reaction")->name, "J_r_kg_m2");
 }
 
 }  // namespace
