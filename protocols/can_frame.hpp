@@ -7,9 +7,9 @@
 namespace rotorloop {
 
 struct CanFrame {
-  std::uint32_t id = 0;      // 11 bits, or 29 when extended
+  std::uint32_t id = 0;  // 11 bits, or 29 when extended
   bool extended = false;
-  std::uint8_t length = 0;   // 0..8 bytes
+  std::uint8_t length = 0;  // 0..8 bytes
   std::array<std::uint8_t, 8> data{};
 
   friend bool operator==(const CanFrame&, const CanFrame&) = default;

@@ -257,6 +257,10 @@ std::vector<std::int64_t> TomlTable::integers(std::string_view key, std::int64_t
 }
 
 bool TomlTable::has(std::string_view key) const { return find(node_, key) != nullptr; }
+bool TomlTable::is_array(std::string_view key) const {
+  const auto* n = find(node_, key);
+  return n && n->is_array();
+}
 
 TomlTable TomlTable::table(std::string_view key) const {
   const auto& n = need(*this, node_, name_, file_->asked, key, "{ … }");

@@ -67,6 +67,7 @@ class TomlTable {
   std::vector<std::int64_t> integers(std::string_view key, std::int64_t min, std::int64_t max) const;
 
   bool has(std::string_view key) const;
+  bool is_array(std::string_view key) const;  // for keys that take one value or a list of them
   TomlTable table(std::string_view key) const;
   std::optional<TomlTable> optional_table(std::string_view key) const;
   // [[key]] entries, at least `min_count`, at most `max_count`; an absent key counts as zero entries.

@@ -58,6 +58,7 @@ void read_polars(Blade& b, const std::vector<TomlTable>& stations, const std::fi
       stations[i].fail("polar", fmt::format("polar \"{}\" not found: no file {}", name, file.generic_string()), "a misspelt name",
                        "put the table there, or name one that is there");
     b.polars.emplace(name, read_polar(file));
+    b.polar_files.push_back(file);
   }
 }
 

@@ -28,6 +28,7 @@ struct Blade {
   double drag_scale = 1.0;           // on the polars' drag: XFOIL gives too little below Reynolds number 8e4
   std::vector<BladeStation> stations;
   std::map<std::string, Polar> polars;
+  std::vector<std::filesystem::path> polar_files;  // that polars were read from
 };
 
 constexpr std::size_t kMinStations = 5;  // fewer cannot show both root and tip of a chord curve

@@ -1,0 +1,157 @@
+#include "bench/calibrate/fit.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "host/base/error.hpp"
+#include "host/vehicle/thrust.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using host::ThrustModel;
+
+[[noreturn]] void lacking(const char* what, const char* remedy) {
+  throw Error({"load table", std::string("has too few points for ") + what, "", remedy}, ExitCode::data_quality);
+}
+
+double signed_square(double v) { return v * std::fabs(v); }
+
+// Least squares of y = c x through zero.
+FittedValue slope(const std::vector<double>& x, const std::vector<double>& y) {
+  double xx = 0.0, xy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += x[i] * x[i];
+    xy += x[i] * y[i];
+  }
+  const double c = xy / xx;
+  double rss = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) rss += (y[i] - c * x[i]) * (y[i] - c * x[i]);
+  const double dof = std::max<double>(1.0, static_cast<double>(x.size()) - 1.0);
+  return {c, std::sqrt(rss / dof / xx)};
+}
+
+bool all_alike(const LoadPoint& p) {
+  for (const double w : p.omega_rad_s)
+    if (w <= 0.0 || std::fabs(w - p.omega_rad_s[0]) > 1e-6 * w) return false;
+  return true;
+}
+bool bare(const LoadPoint& p) {
+  for (const double w : p.omega_rad_s)
+    if (w != 0.0) return false;
+  return true;
+}
+
+double total_thrust(const ThrustModel& m, const LoadPoint& p) {
+  double sum = 0.0;
+  for (const double w : p.omega_rad_s) sum += host::solve_thrust(m, w, p.v_B_m_s.z(), p.v_B_m_s.head<2>().norm()).thrust_N;
+  return sum;
+}
+
+}  // namespace
+
+LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry) {
+  LoadFit fit;
+  std::vector<double> vxy, fxy, vz, fz, torque_x, torque_y;
+  std::vector<const LoadPoint*> powered;
+  for (const auto& p : points) {
+    if (bare(p)) {
+      for (int axis = 0; axis < 2; ++axis)
+        if (p.v_B_m_s[axis] != 0.0) {
+          vxy.push_back(-signed_square(p.v_B_m_s[axis]));
+          fxy.push_back(p.force_B_N[axis]);
+        }
+      if (p.v_B_m_s.z() != 0.0) {
+        vz.push_back(-signed_square(p.v_B_m_s.z()));
+        fz.push_back(p.force_B_N.z());
+      }
+    } else if (all_alike(p)) {
+      powered.push_back(&p);
+    } else {
+      double s = 0.0;
+      for (std::size_t i = 0; i < 4; ++i) s += geometry.rotors[i].reaction * p.omega_rad_s[i] * p.omega_rad_s[i];
+      torque_x.push_back(s);
+      torque_y.push_back(p.torque_B_N_m.z());
+    }
+  }
+  if (vxy.size() < 3 || vz.size() < 3) lacking("airframe drag, eq. (5)", "add points without propellers, at least 3 speeds along x, y and z");
+  if (powered.size() < 20) lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds over the flight envelope");
+  if (torque_x.size() < 3) lacking("the torque coefficient, eq. (3)", "add at least 3 points with unequal rotor pairs");
+
+  fit.c_dxy_N_s2_m2 = slope(vxy, fxy);
+  fit.c_dz_N_s2_m2 = slope(vz, fz);
+  fit.c_q_N_m_s2 = slope(torque_x, torque_y);
+  fit.powered_points = powered.size();
+
+  // Thrust. Starting values: with T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the
+  // equation error; Gauss-Newton on the thrust itself then minimises what a controller would notice.
+  ThrustModel m = geometry.thrust;
+  const auto n = static_cast<Eigen::Index>(powered.size());
+  Eigen::MatrixX2d a(n, 2);
+  Eigen::VectorXd b(n);
+  const double q = m.momentum_kg_m();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& p = *powered[static_cast<std::size_t>(i)];
+    const double v_z = p.v_B_m_s.z(), v_xy = p.v_B_m_s.head<2>().norm(), w = p.omega_rad_s[0];
+    const double thrust = (p.force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(v_z)) / 4.0;
+    double v_i = std::sqrt(std::max(thrust, 0.0) / q);
+    for (int k = 0; k < 60; ++k) v_i = 0.5 * (v_i + std::max(thrust, 0.0) / (q * std::hypot(v_z + v_i, v_xy) + 1e-9));
+    a.row(i) << w * w, w * (v_z + v_i);
+    b[i] = thrust;
+  }
+  Eigen::Vector2d k = a.colPivHouseholderQr().solve(b);
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  double rss = 0.0;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    Eigen::MatrixX2d jacobian(n, 2);
+    Eigen::VectorXd r(n);
+    const Eigen::Vector2d h(1e-5 * k[0], 1e-5 * std::fabs(k[1]) + 1e-10);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto& p = *powered[static_cast<std::size_t>(i)];
+      const auto predicted = [&](double k1, double k2) {
+        ThrustModel t = m;
+        t.k1_N_s2 = k1;
+        t.k2_N_s2_m = k2;
+        return total_thrust(t, p);
+      };
+      const double measured = p.force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(p.v_B_m_s.z());
+      r[i] = measured - predicted(k[0], k[1]);
+      jacobian(i, 0) = (predicted(k[0] + h[0], k[1]) - predicted(k[0] - h[0], k[1])) / (2 * h[0]);
+      jacobian(i, 1) = (predicted(k[0], k[1] + h[1]) - predicted(k[0], k[1] - h[1])) / (2 * h[1]);
+    }
+    rss = r.squaredNorm();
+    information = jacobian.transpose() * jacobian;
+    const Eigen::Vector2d step = information.ldlt().solve(jacobian.transpose() * r);
+    k += step;
+    if (std::fabs(step[0]) < 1e-9 * std::fabs(k[0]) && std::fabs(step[1]) < 1e-9 * std::fabs(k[1])) break;
+  }
+  const Eigen::Matrix2d covariance = information.inverse() * (rss / static_cast<double>(n - 2));
+  fit.k1_N_s2 = {k[0], std::sqrt(covariance(0, 0))};
+  fit.k2_N_s2_m = {k[1], std::sqrt(covariance(1, 1))};
+  fit.k1_k2_covariance = covariance(0, 1);
+  fit.thrust_rms_N = std::sqrt(rss / static_cast<double>(n));
+
+  // Rotor drag, eq. (4): what the airframe's drag leaves of the in-plane force, over total thrust.
+  m.k1_N_s2 = k[0];
+  m.k2_N_s2_m = k[1];
+  std::vector<double> x, y;
+  for (const auto* p : powered) {
+    const double thrust = p->force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(p->v_B_m_s.z());
+    for (int axis = 0; axis < 2; ++axis) {
+      if (p->v_B_m_s[axis] == 0.0) continue;
+      x.push_back(-thrust * p->v_B_m_s[axis]);
+      y.push_back(p->force_B_N[axis] + fit.c_dxy_N_s2_m2.value * signed_square(p->v_B_m_s[axis]));
+    }
+  }
+  if (x.size() < 10) lacking("rotor drag, eq. (4)", "add powered points with in-plane velocity");
+  fit.c_dh_s_m = slope(x, y);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += (y[i] - fit.c_dh_s_m.value * x[i]) * (y[i] - fit.c_dh_s_m.value * x[i]);
+  fit.in_plane_rms_N = std::sqrt(sum / static_cast<double>(x.size()));
+  sum = 0.0;
+  for (std::size_t i = 0; i < torque_x.size(); ++i) sum += std::pow(torque_y[i] - fit.c_q_N_m_s2.value * torque_x[i], 2);
+  fit.yaw_torque_rms_N_m = std::sqrt(sum / static_cast<double>(torque_x.size()));
+  return fit;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,73 @@
+#include "bench/calibrate/tunnel.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+
+LoadPoint Tunnel::measure(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s) const {
+  return balance(v_B_m_s, omega_rad_s, true);
+}
+LoadPoint Tunnel::measure_bare(const Eigen::Vector3d& v_B_m_s) const { return balance(v_B_m_s, {}, false); }
+
+LoadPoint Tunnel::balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const {
+  sim::AirframeConfig body = sim::airframe_config(plant_, sim::pointers(rotors_), 500'000);
+  body.wind_W_m_s = -v_B_m_s;  // the vehicle is held level, the air moves
+  sim::AirframeState held;
+  held.p_W_m.z() = 100.0;
+  sim::Airframe airframe(body, held, 1'000'000'000);
+  std::array<sim::RotorLoads, 4> loads{};
+  for (std::size_t i = 0; i < 4 && propellers; ++i) {
+    sim::RotorWarmStart cold;
+    loads[i] = sim::solve_rotor(*rotors_[i], airframe.rotor_condition(i, omega_rad_s[i]), cold);
+  }
+  airframe.step(loads, omega_rad_s, std::array<double, 4>{});
+  const sim::AirframeWrench& w = airframe.wrench();
+  return {.v_B_m_s = v_B_m_s,
+          .omega_rad_s = omega_rad_s,
+          .force_B_N = w.rotor_force_B_N + w.drag_force_B_N,
+          .torque_B_N_m = w.rotor_moment_B_N_m + w.effect_moment_B_N_m};
+}
+
+LoadPoint Tunnel::measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_z_N, double max_omega_rad_s) const {
+  double low = 1.0, high = max_omega_rad_s;
+  LoadPoint p = measure(v_B_m_s, {high, high, high, high});
+  if (!(p.force_B_N.z() >= force_z_N))
+    throw Error({"tunnel", fmt::format("{:.2f} N along z is not reached at {:.0f} rad/s, velocity ({:.1f}, {:.1f}, {:.1f}) m/s", force_z_N,
+                                       max_omega_rad_s, v_B_m_s.x(), v_B_m_s.y(), v_B_m_s.z()),
+                 "the planned flight asks more than the rotors can give", "plan a slower flight or a lighter vehicle"},
+                ExitCode::data_quality);
+  for (int k = 0; k < 60 && high - low > 1e-6; ++k) {
+    const double omega = 0.5 * (low + high);
+    p = measure(v_B_m_s, {omega, omega, omega, omega});
+    (p.force_B_N.z() < force_z_N ? low : high) = omega;
+  }
+  return p;
+}
+
+std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<FlightState>& planned, double weight_N) {
+  std::vector<LoadPoint> points;
+  for (const double v : {2.0, 4.0, 6.0, 8.0, 10.0})
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) {
+        Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+        velocity[axis] = sign * v;
+        points.push_back(tunnel.measure_bare(velocity));
+      }
+  const double hover = tunnel.measure_at_force(Eigen::Vector3d::Zero(), weight_N, 2500.0).omega_rad_s[0];
+  for (const double share : {0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4}) {
+    const double w = share * hover;
+    points.push_back(tunnel.measure(Eigen::Vector3d::Zero(), {w, w, w, w}));
+  }
+  for (const double difference : {-0.15, -0.1, -0.05, 0.05, 0.1, 0.15}) {
+    const double up = hover * (1.0 + difference), down = hover * (1.0 - difference);
+    points.push_back(tunnel.measure(Eigen::Vector3d::Zero(), {up, up, down, down}));
+  }
+  for (const FlightState& s : planned) points.push_back(tunnel.measure_at_force(s.v_B_m_s, s.force_z_N, 2500.0));
+  return points;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,33 @@
+// Reads flight.csv and truth.csv: columns by name, empty cells as not-a-number.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rotorloop::bench {
+
+class LogTable {
+ public:
+  std::map<std::string, std::string> header;  // the `# key: value` lines
+  std::size_t rows = 0;
+
+  bool has(std::string_view column) const;  // by full name, "p_x[m]"
+  // Throws Error (ExitCode::data_quality) naming the file and the column when there is none of that name.
+  const std::vector<double>& column(std::string_view name) const;
+  const std::vector<std::string>& names() const { return names_; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  friend LogTable read_log(const std::filesystem::path&, const std::vector<std::string>&);
+  std::filesystem::path path_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> columns_;
+};
+
+// `wanted`: full names of the columns to keep (names the log does not have are left out); empty: all.
+// Throws Error (ExitCode::data_quality) with file and line: not a rotorloop log, a row of another length, not a number.
+LogTable read_log(const std::filesystem::path& path, const std::vector<std::string>& wanted = {});
+
+}  // namespace rotorloop::bench

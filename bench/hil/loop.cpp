@@ -1,0 +1,190 @@
+#include "bench/hil/loop.hpp"
+
+#include <fmt/format.h>
+
+#include "bench/hil/cost_meter.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector<sim::BusFault>& faults, std::uint64_t salt) {
+  sim::BusConfig b;
+  b.ideal = c.ideal_bus;
+  b.seed = c.seed * 2 + salt;
+  b.faults = faults;
+  return std::make_unique<sim::VirtualBus>(b);
+}
+
+// What was written into an ESC when it was set up: the motor's data sheet (the defaults) and the believed propeller, not the
+// plant's truth about wear or damage.
+firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
+  firmware::Parameters p;
+  p.inertia_kg_m2 = static_cast<float>(vehicle.rotor_inertia_kg_m2);
+  p.load_N_m_s2 = static_cast<float>(vehicle.c_q_N_m_s2);
+  return p;
+}
+
+firmware::NodeIdentity identity(int esc) {
+  firmware::NodeIdentity id;
+  id.unique_id[0] = 0x52;
+  id.unique_id[15] = static_cast<std::uint8_t>(esc + 1);
+  id.feedback_with_voltage = true;
+  return id;
+}
+
+}  // namespace
+
+Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
+           const LoopConfig& config)
+    : config_(config),
+      rotors_(rotors),
+      ticks_per_step_(kTicks_per_s / config.airframe_Hz),
+      esc_bus_(make_bus(config, config.esc_bus_faults, 0)),
+      state_bus_(make_bus(config, config.state_bus_faults, 1)),
+      battery_(sim::battery_parameters(plant)) {
+  CanBus& computer_state = state_bus_->attach({.name = "computer"});
+  CanBus& airframe_state = state_bus_->attach({.name = "airframe"});
+  CanBus& computer_esc = esc_bus_->attach({.name = "computer"});
+
+  sim::AirframeState initial;
+  initial.p_W_m = trajectory.at(0.0).p_W_m;
+  const double yaw = trajectory.at(0.0).yaw_rad;
+  const SinCos half = sincos_exact(0.5 * yaw);
+  initial.q_WB = Eigen::Quaterniond(half.cos, 0.0, 0.0, half.sin);
+  const sim::AirframeConfig body = sim::airframe_config(plant, rotors, 1'000'000'000 / config.airframe_Hz);
+  airframe_ = std::make_unique<sim::Airframe>(body, initial, config.computer.start_us * 1000);
+  sim::PoseConfig pose = plant.pose;
+  pose.drift_enabled = config.pose_drift;
+  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(plant.imu, body, config.seed),
+                                               sim::PoseSensor(pose, config.seed), airframe_state);
+  computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
+
+  escs_.reserve(4);
+  for (int i = 0; i < 4; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    firmware::Parameters p = firmware_parameters(vehicle);
+    p.node_id = config.computer.escs.esc_node_ids[index];
+    p.esc_index = static_cast<std::uint8_t>(i);
+    p.fast_channel = config.fast_channel_Hz > 0;
+    p.fast_feedback_Hz = static_cast<std::uint16_t>(config.fast_channel_Hz);
+    firmware::EscNode node(p, identity(i));
+    CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
+    if (config.esc[index] == EscModel::lag) {
+      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = config.esc_lag_s}), node, port);
+    } else {
+      sim::NativeEscConfig e;
+      e.drive = sim::drive_parameters(plant, *rotors[index], index);
+      e.firmware = p;
+      e.bus_V = battery_.voltage_V();
+      e.seed = config.seed;
+      e.module = static_cast<std::uint64_t>(i);
+      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port);
+    }
+  }
+  truth_us_.fill(-1);
+}
+
+Loop::~Loop() = default;
+
+void Loop::tick() {
+  now_ns_ = sim::pwm_tick_ns(2 * tick_);
+  {
+    CostMeter m(measure_, cost_.bus_ns);
+    esc_bus_->advance_to(now_ns_);
+    state_bus_->advance_to(now_ns_);
+  }
+  if (tick_ % ticks_per_step_ == 0) step_plant();
+  {
+    CostMeter m(measure_, cost_.computer_ns);
+    computer_->poll(now_ns_ / 1000);
+  }
+  step_escs();
+  ++tick_;
+}
+
+void Loop::step_plant() {
+  if (tick_ > 0) {
+    CostMeter m(measure_, cost_.airframe_ns);
+    std::array<double, 4> omega_dot{};
+    double bus_A = 0.0;
+    for (std::size_t i = 0; i < 4; ++i)
+      std::visit(
+          [&](const auto& e) {
+            omega_dot[i] = e.esc().shaft_acceleration_rad_s2();
+            bus_A += e.esc().bus_current_A();
+          },
+          escs_[i]);
+    bus_A_ = bus_A;
+    airframe_->step(loads_, omega_rad_s_, omega_dot);
+    battery_.step(bus_A, 1.0 / config_.airframe_Hz);
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    omega_rad_s_[i] = std::max(0.0, std::visit([](const auto& e) { return e.esc().omega_rad_s(); }, escs_[i]));
+  evaluate_rotors();
+  for (std::size_t i = 0; i < 4; ++i)
+    std::visit([&](auto& e) { e.esc().couple(loads_[i].shaft_torque_N_m, battery_.voltage_V()); }, escs_[i]);
+
+  CostMeter m(measure_, cost_.sensor_ns);
+  if (sensors_->poll(now_ns_, airframe_->state(), omega_rad_s_)) remember_truth();
+}
+
+void Loop::evaluate_rotors() {
+  CostMeter m(measure_, cost_.rotor_ns);
+  for (std::size_t i = 0; i < 4; ++i) {
+    loads_[i] = sim::solve_rotor(*rotors_[i], airframe_->rotor_condition(i, omega_rad_s_[i]), warm_[i]);
+    ++counters_.rotor_evaluations;
+    counters_.inflow_not_converged += loads_[i].status == sim::InflowStatus::not_converged ? 1u : 0u;
+    counters_.vortex_ring += loads_[i].status == sim::InflowStatus::vortex_ring ? 1u : 0u;
+    counters_.windmill += loads_[i].status == sim::InflowStatus::windmill ? 1u : 0u;
+  }
+}
+
+void Loop::remember_truth() {
+  PlantTruth& t = truths_[truth_next_];
+  truth_us_[truth_next_] = now_ns_ / 1000;
+  truth_next_ = (truth_next_ + 1) % kTruths;
+  t.state = airframe_->state();
+  for (std::size_t i = 0; i < 4; ++i) {
+    t.omega_rad_s[i] = omega_rad_s_[i];
+    t.thrust_N[i] = loads_[i].force_R_N.z();
+    t.shaft_torque_N_m[i] = loads_[i].shaft_torque_N_m;
+    t.induced_m_s[i] = loads_[i].induced_m_s;
+    t.inflow[i] = loads_[i].status;
+    t.esc[i] = std::visit([](const auto& e) { return e.esc().telemetry(); }, escs_[i]);
+    const bool running = t.esc[i].state == firmware::MotorState::running;
+    counters_.esc_limited_ticks += running && t.esc[i].limiter != firmware::Limiter::none ? 1u : 0u;
+  }
+  t.bus_V = battery_.voltage_V();
+  t.bus_A = bus_A_;
+}
+
+const PlantTruth* Loop::truth_at(std::int64_t time_us) const {
+  for (std::size_t i = 0; i < kTruths; ++i)
+    if (truth_us_[i] == time_us) return &truths_[i];
+  return nullptr;
+}
+
+bool Loop::halted(int esc) const {
+  for (const EscHalt& h : config_.halts)
+    if (h.esc == esc && now_ns_ >= h.at_ns && now_ns_ < h.until_ns) return true;
+  return false;
+}
+
+void Loop::step_escs() {
+  CostMeter m(measure_, cost_.esc_ns);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const bool dead = !config_.halts.empty() && halted(static_cast<int>(i));
+    std::visit(
+        [&](auto& e) {
+          if (dead) {
+            e.esc().set_setpoint({});
+            e.esc().step_current_loop();
+          } else {
+            e.step_current_loop();
+          }
+        },
+        escs_[i]);
+  }
+}
+
+}  // namespace rotorloop::bench

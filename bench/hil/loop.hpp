@@ -1,0 +1,141 @@
+// One flight in lockstep: flight computer, four ESCs and airframe with sensors as nodes on two virtual buses, all on one
+// virtual clock, in one thread. What they tell each other crosses as CAN frames; what physics couples (shaft speed, load
+// torque, bus voltage and current) is exchanged inside the plant once per airframe step and never through telemetry.
+//
+// Order within one 24 kHz tick at time t: buses advance to t; the plant (airframe, rotors, battery) advances at its own rate;
+// sensors sample; the flight computer hears and speaks; each ESC runs one current-loop period.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "firmware/core/node/esc_node.hpp"
+#include "host/node/flight_computer.hpp"
+#include "sim/airframe/airframe.hpp"
+#include "sim/drive/battery.hpp"
+#include "sim/esc/lag_esc.hpp"
+#include "sim/esc/native_esc.hpp"
+#include "sim/esc/noded_esc.hpp"
+#include "sim/plant/assemble.hpp"
+#include "sim/rotor/bem.hpp"
+#include "sim/sensor/sensor_node.hpp"
+#include "sim/world/virtual_bus.hpp"
+
+namespace rotorloop::bench {
+
+inline constexpr int kTicks_per_s = 24'000;  // current-loop periods
+
+enum class EscModel : std::uint8_t { native, lag };
+
+// When an ESC loses power or its firmware stops: it neither drives nor talks from then on.
+struct EscHalt {
+  int esc = 0;  // from 0
+  std::int64_t at_ns = 0, until_ns = sim::kNever_ns;
+};
+
+struct LoopConfig {
+  std::uint64_t seed = 1;
+  int airframe_Hz = 2000;  // divides 24 000
+  std::array<EscModel, 4> esc{};
+  double esc_lag_s = 0.030;
+  int fast_channel_Hz = 1000;
+  bool ideal_bus = false;   // frames are delivered at once (ablation)
+  bool pose_drift = true;
+  std::vector<sim::BusFault> esc_bus_faults, state_bus_faults;
+  std::vector<EscHalt> halts;
+  host::FlightComputerConfig computer;
+};
+
+// Ports in the order in which they are attached; BusFault::port counts the same way.
+inline constexpr int kComputerPort = 0;               // on both buses
+inline constexpr int kAirframePort = 1;               // on the state bus
+constexpr int esc_port(int esc) { return 1 + esc; }   // on the ESC bus, from 0
+
+// Time spent per module, filled only when asked for (it costs a clock reading per call).
+struct ModuleCost {
+  std::int64_t bus_ns = 0, airframe_ns = 0, rotor_ns = 0, sensor_ns = 0, computer_ns = 0, esc_ns = 0, log_ns = 0;
+};
+
+struct PlantTruth {
+  sim::AirframeState state;
+  std::array<double, 4> omega_rad_s{}, thrust_N{}, shaft_torque_N_m{}, induced_m_s{};
+  std::array<sim::InflowStatus, 4> inflow{};
+  std::array<firmware::Telemetry, 4> esc;
+  double bus_V = 0.0, bus_A = 0.0;
+};
+
+// Counts of what a run should not contain in silence.
+struct PlantCounters {
+  std::uint64_t rotor_evaluations = 0;
+  std::uint64_t inflow_not_converged = 0;
+  std::uint64_t vortex_ring = 0, windmill = 0;
+  std::uint64_t esc_limited_ticks = 0;   // ESC x airframe step in which a limiter acted while running
+};
+
+class Loop {
+ public:
+  // `rotors` and `trajectory` are shared between flights and must outlive the loop.
+  Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
+       const LoopConfig& config);
+  ~Loop();
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
+
+  // One tick. After it, record() is set when the flight computer completed a control step, and truth_at() knows its instant.
+  void tick();
+  std::int64_t now_ns() const { return now_ns_; }
+  double now_s() const { return static_cast<double>(now_ns_) * 1e-9; }
+
+  // The newest control step of the flight computer, once.
+  const host::FlightRecord* take_record() { return computer_->take_record(); }
+  // The plant at an IMU sampling instant of the last 16 ms; null for any other time.
+  const PlantTruth* truth_at(std::int64_t time_us) const;
+
+  const sim::Airframe& airframe() const { return *airframe_; }
+  const host::FlightComputer& computer() const { return *computer_; }
+  sim::VirtualBus& esc_bus() { return *esc_bus_; }
+  sim::VirtualBus& state_bus() { return *state_bus_; }
+  const PlantCounters& counters() const { return counters_; }
+  const sim::SensorNode& sensors() const { return *sensors_; }
+  void measure_cost(bool on) { measure_ = on; }
+  const ModuleCost& cost() const { return cost_; }
+  ModuleCost& cost() { return cost_; }
+
+ private:
+  using Native = sim::NodedEsc<sim::NativeEsc, firmware::EscNode>;
+  using Lag = sim::NodedEsc<sim::LagEsc, firmware::EscNode>;
+  using AnyEsc = std::variant<Native, Lag>;
+
+  void step_plant();
+  void evaluate_rotors();
+  void remember_truth();
+  void step_escs();
+  bool halted(int esc) const;
+
+  LoopConfig config_;
+  sim::Rotors rotors_;
+  std::int64_t tick_ = 0, now_ns_ = 0;
+  int ticks_per_step_;
+  std::unique_ptr<sim::VirtualBus> esc_bus_, state_bus_;
+  std::unique_ptr<sim::Airframe> airframe_;
+  std::unique_ptr<sim::SensorNode> sensors_;
+  std::unique_ptr<host::FlightComputer> computer_;
+  std::vector<AnyEsc> escs_;
+  sim::Battery battery_;
+  double bus_A_ = 0.0;
+  std::array<sim::RotorWarmStart, 4> warm_{};
+  std::array<sim::RotorLoads, 4> loads_{};
+  std::array<double, 4> omega_rad_s_{};  // at the start of the airframe step
+  static constexpr std::size_t kTruths = 16;
+  std::array<PlantTruth, kTruths> truths_{};
+  std::array<std::int64_t, kTruths> truth_us_{};
+  std::size_t truth_next_ = 0;
+  PlantCounters counters_;
+  bool measure_ = false;
+  ModuleCost cost_;
+};
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,148 @@
+#include "bench/hil/runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "bench/hil/flight.hpp"
+#include "bench/hil/run_report.hpp"
+#include "host/base/error.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// The only wall clock of a run: when it started and how long it took, for people; nothing hashed depends on it.
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm tm{};
+  gmtime_r(&now, &tm);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &tm);
+  return text;
+}
+
+std::vector<FlightRequest> plan(const Scenario& scenario) {
+  std::vector<FlightRequest> flights;
+  for (std::size_t f = 0; f < scenario.flights.size(); ++f)
+    for (const Variant v : scenario.variants)
+      for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed, .folder = {}});
+  return flights;
+}
+
+// Flies all requests with `jobs` threads; each flight is a world of its own, so the order does not matter.
+class FlightPool {
+ public:
+  FlightPool(const Scenario& s, const Inputs& in, const RunOptions& o, RunFolder& folder, Progress& progress,
+             std::vector<FlightRequest>& requests, std::vector<FlightOutcome>& outcomes)
+      : scenario_(s), inputs_(in), options_(o), folder_(folder), progress_(progress), requests_(requests), outcomes_(outcomes) {}
+
+  void run() {
+    const int jobs = std::clamp(options_.jobs, 1, static_cast<int>(requests_.size()));
+    std::vector<std::thread> threads;
+    for (int j = 1; j < jobs; ++j) threads.emplace_back([this] { work(); });
+    work();
+    for (auto& t : threads) t.join();
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  void work() {
+    for (;;) {
+      const std::size_t i = next_.fetch_add(1);
+      if (i >= requests_.size() || failed_ || (options_.stop && options_.stop->load())) return;
+      try {
+        FlightRequest& q = requests_[i];
+        q.folder = folder_.flight_folder(scenario_.flights[q.flight].name, q.variant, q.seed);
+        outcomes_[i] = fly(scenario_, inputs_, q, &folder_, [this](double s) { progress_.advance(s); }, options_.stop);
+        progress_.finished(outcomes_[i].result);
+      } catch (...) {
+        const std::lock_guard lock(mutex_);
+        if (!error_) error_ = std::current_exception();
+        failed_ = true;
+        return;
+      }
+    }
+  }
+
+  const Scenario& scenario_;
+  const Inputs& inputs_;
+  const RunOptions& options_;
+  RunFolder& folder_;
+  Progress& progress_;
+  std::vector<FlightRequest>& requests_;
+  std::vector<FlightOutcome>& outcomes_;
+  std::atomic<std::size_t> next_{0};
+  std::atomic<bool> failed_{false};
+  std::mutex mutex_;
+  std::exception_ptr error_;
+};
+
+std::vector<Warning> warnings_of(const Scenario& scenario, const std::vector<FlightResult>& flights) {
+  std::vector<Warning> out;
+  for (const std::string& text : ablation_texts(scenario.ablation)) out.push_back({"ablation", text});
+  for (const FlightResult& f : flights) {
+    const std::string where = f.flight + "/" + std::string(variant_name(f.variant)) + "/" + std::to_string(f.seed);
+    if (f.end != FlightEnd::completed) out.push_back({where, std::string(flight_end_name(f.end)) + ": " + f.end_detail});
+    for (const char* name : {"rotor.not_converged", "control.bad_input", "sensor.frames_refused", "estimator.resets"}) {
+      const auto found = f.counters.find(name);
+      if (found != f.counters.end() && found->second > 0) out.push_back({where, std::string(name) + " = " + std::to_string(static_cast<long long>(found->second))});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress) {
+  const auto started = std::chrono::steady_clock::now();
+  const Inputs inputs = read_inputs(scenario);
+  HilResult out;
+  RunResult& r = out.result;
+  r.started_utc = utc_now();
+  RunFolder folder = RunFolder::create(options.runs_dir, options.name.empty() ? folder_name(scenario.name) : options.name, options.force);
+  out.folder = folder.path();
+  r.version = kVersion;
+  r.git = kGit;
+  r.scenario = scenario.name;
+  r.seeds = scenario.seeds;
+  // The copied scenario has to find every file it names, flown this time or not.
+  std::vector<std::filesystem::path> files = inputs.files;
+  files.insert(files.end(), scenario.files.begin(), scenario.files.end());
+  r.inputs = folder.copy_inputs(files);
+  folder.write_run_toml(r, options.command_line, scenario);  // first: a run that is killed is still known as one
+
+  std::vector<FlightRequest> requests = plan(scenario);
+  std::vector<FlightOutcome> outcomes(requests.size());
+  double total_s = 0.0;
+  for (const FlightRequest& q : requests) total_s += flight_duration_s(inputs, q);
+  progress.begin(requests.size(), total_s);
+  FlightPool(scenario, inputs, options, folder, progress, requests, outcomes).run();
+  progress.end();
+
+  for (const FlightOutcome& o : outcomes)
+    if (!o.result.flight.empty()) out.flights.push_back(o.result);
+  out.assessment = assess(scenario, out.flights, requests.size());
+  r.verdict = out.assessment.verdict;
+  r.limits = out.assessment.limits;
+  r.figures = figures_of(scenario, out.assessment, out.flights);
+  r.flights = out.flights;
+  r.published = scenario.published;
+  r.log_hashes = folder.log_hashes();
+  r.log_sha256 = hash_of_logs(r.log_hashes);
+  r.warnings = warnings_of(scenario, out.flights);
+  for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
+  r.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  folder.write_result(r);
+  try {
+    write_hil_report(folder.path());
+  } catch (const Error& e) {  // the run and its result stand without the page
+    progress.warn("report.html", e.what());
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

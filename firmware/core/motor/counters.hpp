@@ -1,0 +1,32 @@
+// One counter per abnormal branch, so that "it never happened" can be told from "nobody looked". Written, never read by control.
+#pragma once
+#include <cstdint>
+
+namespace rotorloop::firmware {
+
+struct Counters {
+  std::uint32_t overcurrent_trips = 0;
+  std::uint32_t overvoltage_trips = 0;
+  std::uint32_t undervoltage_trips = 0;
+  std::uint32_t overtemperature_trips = 0;
+  std::uint32_t sensor_trips = 0;          // phase currents do not sum to zero, or the converter is at its end
+  std::uint32_t calibration_failures = 0;  // zero-current offset outside its tolerance
+  std::uint32_t stalls = 0;                // lost rotor while running
+  std::uint32_t start_failures = 0;
+  std::uint32_t restarts = 0;
+  std::uint32_t latched_faults = 0;      // gave up until the set-point returns to off
+  std::uint32_t resistance_refused = 0;  // measured at start, too far from the parameter
+  std::uint32_t catches = 0;             // took over a rotor that was already turning
+  std::uint32_t reversals = 0;
+  std::uint32_t two_phase_samples = 0;  // one low-side window was too short
+  std::uint32_t blind_samples = 0;      // two were: currents are a guess
+  std::uint32_t voltage_limited = 0;    // current-loop periods at the voltage circle
+  std::uint32_t setpoints_refused = 0;  // not finite
+
+  constexpr std::uint32_t errors() const {
+    return overcurrent_trips + overvoltage_trips + undervoltage_trips + overtemperature_trips + sensor_trips + calibration_failures +
+           stalls + start_failures + setpoints_refused;
+  }
+};
+
+}  // namespace rotorloop::firmware

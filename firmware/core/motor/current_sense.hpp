@@ -1,0 +1,74 @@
+// Counts of three low-side shunts to phase currents: zero calibration at boot, and reconstruction from the two best phases when
+// the third had its low side on too briefly for the amplifier to settle.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "firmware/board/board.hpp"
+#include "firmware/core/motor/vector.hpp"
+
+namespace rotorloop::firmware {
+
+struct SenseConfig {
+  float A_per_count = 0.0f;
+  float zero_counts = 0.0f, zero_tolerance_counts = 0.0f;
+  std::uint16_t blind_compare = 0;  // a compare above it leaves no settled sample
+};
+
+struct SenseState {
+  static constexpr std::uint32_t kCalibrationSamples = 256;
+  std::array<std::uint32_t, 3> sum{};
+  Phases zero_counts{};
+  std::uint32_t samples = 0;
+  bool calibrated = false;
+  bool zero_out_of_tolerance = false;
+};
+
+struct Sensed {
+  Phases phase_A{};
+  Stator current_A{};
+  float residual_A = 0.0f;       // sum of the three when all were valid
+  std::uint8_t usable = 3;       // phases whose sample was valid
+  bool at_end_of_range = false;  // a valid phase at the converter's end: current unknown, beyond range
+};
+
+// With the bridge off no phase carries current: average the zero.
+constexpr void calibrate_zero(const SenseConfig& c, SenseState& s, const AdcCounts& adc) {
+  if (s.calibrated || s.zero_out_of_tolerance) return;
+  for (std::size_t k = 0; k < 3; ++k) s.sum[k] += adc.phase[k];
+  if (++s.samples < SenseState::kCalibrationSamples) return;
+  s.calibrated = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    s.zero_counts[k] = static_cast<float>(s.sum[k]) * (1.0f / SenseState::kCalibrationSamples);
+    if (magnitude(s.zero_counts[k] - c.zero_counts) > c.zero_tolerance_counts) s.zero_out_of_tolerance = true;
+  }
+  if (s.zero_out_of_tolerance) s.calibrated = false;
+}
+
+// `compare`: what was active in the period before the sample.
+constexpr Sensed sense_currents(const SenseConfig& c, const SenseState& s, const AdcCounts& adc, const PwmCompare& compare) {
+  Sensed out;
+  std::size_t widest = 0;
+  std::uint8_t blind = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.phase_A[k] = (static_cast<float>(adc.phase[k]) - s.zero_counts[k]) * c.A_per_count;
+    const bool valid = compare.phase[k] <= c.blind_compare;
+    if (!valid) ++blind;
+    if (valid && (adc.phase[k] >= 4094 || adc.phase[k] <= 1)) out.at_end_of_range = true;
+    if (compare.phase[k] > compare.phase[widest]) widest = k;
+  }
+  out.usable = static_cast<std::uint8_t>(3 - blind);
+  if (blind == 0) {
+    // All three: take out the common error, a third each. The sum is kept as a health check.
+    out.residual_A = out.phase_A[0] + out.phase_A[1] + out.phase_A[2];
+    const float third = out.residual_A * (1.0f / 3.0f);
+    for (float& x : out.phase_A) x -= third;
+  } else {
+    const std::size_t p = (widest + 1) % 3, q = (widest + 2) % 3;
+    out.phase_A[widest] = -(out.phase_A[p] + out.phase_A[q]);
+  }
+  out.current_A = clarke(out.phase_A);
+  return out;
+}
+
+}  // namespace rotorloop::firmware

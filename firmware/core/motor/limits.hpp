@@ -1,0 +1,102 @@
+// Which torque currents are allowed now, and by which rule. Every rule narrows an interval; the one that binds is the one
+// reported. Power rule for supplies: electrical power 3/2 R i² + Kt w i must stay within [-P_sink, P_source].
+#pragma once
+#include <cmath>
+
+#include "firmware/core/interface.hpp"
+#include "firmware/core/motor/angle.hpp"
+
+namespace rotorloop::firmware {
+
+struct PowerLimitConfig {
+  float resistance_ohm = 0.0f;
+  float torque_constant_N_m_A = 0.0f;  // 3/2 p flux
+};
+
+struct CurrentRange {
+  float low_A = 0.0f, high_A = 0.0f;
+  Limiter low_by = Limiter::phase_current, high_by = Limiter::phase_current;
+  // Braking harder than this burns all recovered power in the winding and is allowed again; -infinity when no such branch.
+  float gap_far_A = 0.0f, gap_near_A = 0.0f;  // forbidden open interval (far, near) on the braking side, in the direction of motion
+  bool has_gap = false;
+};
+
+// Roots of 3/2 R i² + k i + p = 0 (k = Kt w).
+struct SinkGap {
+  bool exists = false;
+  float far_A = 0.0f, near_A = 0.0f;  // both <= 0 for k > 0
+};
+
+inline SinkGap sink_gap(const PowerLimitConfig& c, float speed_rad_s, float sink_W) {
+  const float k = c.torque_constant_N_m_A * magnitude(speed_rad_s), r6 = 6.0f * c.resistance_ohm;
+  const float discriminant = k * k - r6 * sink_W;
+  if (discriminant <= 0.0f) return {};
+  const float root = std::sqrt(discriminant), over = 1.0f / (3.0f * c.resistance_ohm);
+  return {true, (-k - root) * over, (-k + root) * over};
+}
+
+inline float source_limit_A(const PowerLimitConfig& c, float speed_rad_s, float source_W) {
+  const float k = c.torque_constant_N_m_A * magnitude(speed_rad_s), r6 = 6.0f * c.resistance_ohm;
+  return (-k + std::sqrt(k * k + r6 * source_W)) / (3.0f * c.resistance_ohm);
+}
+
+struct LimitInputs {
+  float speed_rad_s = 0.0f;
+  float bus_V = 0.0f;
+  float temperature_K = 0.0f;
+  float current_d_A = 0.0f;
+};
+struct LimitConfig {
+  PowerLimitConfig power{};
+  // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
+  float phase_share = 0.9f;
+  float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
+  float undervoltage_V = 0.0f, undervoltage_span_V = 1.2f;  // 0.3 V per cell of a 4-cell pack
+  float temperature_K = 0.0f, temperature_span_K = 20.0f;
+  float observer_A_s_rad = 0.0f, observer_min_A = 6.0f;  // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
+};
+
+// Range in the direction of motion (positive drives), then mirrored by the caller's sign.
+inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
+  CurrentRange r;
+  const float phase_A = c.phase_share * c.phase_A;
+  const float room2 = phase_A * phase_A - in.current_d_A * in.current_d_A;
+  const float phase = room2 > 0.0f ? std::sqrt(room2) : 0.0f;
+  r.high_A = phase;
+  r.low_A = -phase;
+  const auto lower = [&](float limit, Limiter by, bool both) {
+    if (limit < r.high_A) r.high_A = limit, r.high_by = by;
+    if (both && -limit > r.low_A) r.low_A = -limit, r.low_by = by;
+  };
+  const float trusted = c.observer_A_s_rad * magnitude(in.speed_rad_s);
+  lower(trusted > c.observer_min_A ? trusted : c.observer_min_A, Limiter::observer, true);
+  lower(phase * clamp((c.temperature_K - in.temperature_K) / c.temperature_span_K, 0.0f, 1.0f), Limiter::temperature, true);
+  lower(phase * clamp((in.bus_V - c.undervoltage_V) / c.undervoltage_span_V, 0.0f, 1.0f), Limiter::undervoltage, false);
+  // What the d current burns is not available to, and need not be returned by, the torque current.
+  const float burnt_W = 1.5f * c.power.resistance_ohm * in.current_d_A * in.current_d_A;
+  const float source_W = c.source_A * in.bus_V - burnt_W;
+  lower(source_limit_A(c.power, in.speed_rad_s, source_W > 0.0f ? source_W : 0.0f), Limiter::bus_current, false);
+  // Only 0.8 of the resistance is counted on as a brake resistor: it is known to ±20 %.
+  const SinkGap gap = sink_gap({0.8f * c.power.resistance_ohm, c.power.torque_constant_N_m_A}, in.speed_rad_s, c.sink_A * in.bus_V);
+  r.has_gap = gap.exists && gap.near_A > r.low_A;
+  r.gap_far_A = gap.far_A;
+  r.gap_near_A = gap.near_A;
+  return r;
+}
+
+struct Limited {
+  float current_A = 0.0f;
+  Limiter by = Limiter::none;
+};
+
+// direction: +1 or -1, the sense of rotation; wanted_A: torque current, signed.
+inline Limited limit_current(const CurrentRange& r, float wanted_A, float direction) {
+  float x = wanted_A * direction;
+  Limiter by = Limiter::none;
+  if (x > r.high_A) x = r.high_A, by = r.high_by;
+  if (x < r.low_A) x = r.low_A, by = r.low_by;
+  if (r.has_gap && x < r.gap_near_A && x > r.gap_far_A) x = r.gap_near_A, by = Limiter::regen_current;
+  return {x * direction, by};
+}
+
+}  // namespace rotorloop::firmware

@@ -1,0 +1,62 @@
+// Voltage vector to compare values: space-vector modulation by common-mode injection, dead-time compensation, and room for the
+// current samples. Says which voltage the motor then really sees, for the observer.
+#pragma once
+#include <cstdint>
+
+#include "firmware/board/board.hpp"
+#include "firmware/core/motor/vector.hpp"
+
+namespace rotorloop::firmware {
+
+struct ModulatorConfig {
+  float top = 1.0f;         // compare of full duty
+  float dead_share = 0.0f;  // dead time / PWM period
+  float diode_drop_V = 0.0f;
+  float zero_zone_A = 1.0f;  // around zero current the lost voltage is taken as proportional
+  float sample_duty = 1.0f;  // highest duty that leaves the current sample its window
+};
+
+struct Modulated {
+  PwmCompare compare{};
+  // Motor voltage = bus × duty − lost; kept apart because the bus of the coming period is only known when it is sampled.
+  Stator duty{};
+  Stator lost_V{};
+};
+
+// Longest voltage vector that the modulator can make in every direction after dead time: bus·(1 − 2·dead share)/√3.
+constexpr float voltage_limit_V(const ModulatorConfig& c, float bus_V) {
+  return (bus_V * (1.0f - 2.0f * c.dead_share) - 2.0f * c.dead_share * c.diode_drop_V) * (1.0f / kRoot3);
+}
+
+// `current_A`: expected while the voltage acts (only its signs matter).
+constexpr Modulated modulate(const ModulatorConfig& c, Stator v_V, Stator current_A, float bus_V) {
+  const float over_bus = 1.0f / (bus_V > 1.0f ? bus_V : 1.0f);
+  const float lost_V = c.dead_share * (bus_V + 2.0f * c.diode_drop_V), over_zone = 1.0f / c.zero_zone_A;
+  const Phases i = inverse_clarke(current_A);
+  Phases lost{}, duty = inverse_clarke(v_V);
+  for (std::size_t k = 0; k < 3; ++k) {
+    lost[k] = lost_V * clamp(i[k] * over_zone, -1.0f, 1.0f);
+    duty[k] = (duty[k] + lost[k]) * over_bus;
+  }
+  float high = duty[0] > duty[1] ? duty[0] : duty[1], low = duty[0] > duty[1] ? duty[1] : duty[0];
+  high = duty[2] > high ? duty[2] : high;
+  low = duty[2] < low ? duty[2] : low;
+  // Centred, unless the highest phase would hide two samples: then as far down as the lowest phase allows.
+  float shift = 0.5f - 0.5f * (high + low);
+  if (high + shift > c.sample_duty) {
+    const float down = high + shift - c.sample_duty, room = low + shift;
+    shift -= down < room ? down : (room > 0.0f ? room : 0.0f);
+  }
+  Modulated m;
+  Phases made{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float counts = clamp((duty[k] + shift) * c.top + 0.5f, 0.0f, c.top);
+    m.compare.phase[k] = static_cast<std::uint16_t>(counts);
+    made[k] = static_cast<float>(m.compare.phase[k]) * (1.0f / c.top);
+  }
+  m.duty = clarke(made);
+  m.lost_V = clarke(lost);
+  return m;
+}
+
+}  // namespace rotorloop::firmware

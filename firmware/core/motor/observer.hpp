@@ -1,0 +1,96 @@
+// Where the rotor is, from voltages given and currents measured: stator flux by integration, minus L i, is the magnet's flux
+// vector. The integral is exact for held voltages, so it holds to 200 keRPM (50 electrical degrees per period); a pull of the
+// vector's length towards the known flux removes offsets (after Lee, Hong, Nam, Ortega, Praly, Astolfi 2010). A phase-locked
+// loop gives the angle; a mechanical model corrected by it gives the speed.
+#pragma once
+#include "firmware/core/motor/vector.hpp"
+
+namespace rotorloop::firmware {
+
+struct ObserverConfig {
+  float period_s = 0.0f;
+  float resistance_ohm = 0.0f;  // motor phase and switch; start value of the state's
+  float inductance_H = 0.0f;
+  float flux_linkage_Wb = 0.0f;
+  float pull_share = 0.3f;                                  // length correction rate as a share of electrical speed …
+  float pull_min_rad_s = 250.0f, pull_max_rad_s = 1500.0f;  // … within these
+  // The length pulled to follows the one seen while running: a magnet weaker than the parameter by 30 % would turn the pull into
+  // a push (its mean effect on an offset is pull·(1 - 2 (true/assumed)²)).
+  float length_rate_rad_s = 60.0f, length_least = 0.55f, length_most = 1.45f;
+  // Natural frequency of the phase-locked loop, damping 1: wide to pull in from any speed, narrower while running, where a
+  // wide one couples an inductance error (40 A · 3 uH = a third of the magnet's flux) back into the current loop.
+  float pll_search_rad_s = 1500.0f, pll_run_rad_s = 1000.0f;
+  float search_rate = 0.02f;  // while searching: pull towards the turn from one vector to the next, per period (catches any speed)
+  // Speed for the RPM loop: the torque that acts is known, so the angle's derivative only has to correct a mechanical model.
+  // The corner must be low: resistance and inductance errors turn torque current into apparent rotation (0.01 rad/A at 20 %
+  // of L), which would close a fast loop through the speed controller.
+  float speed_corner_rad_s = 300.0f, unknown_share = 0.125f;  // unknown torque: second integral, share of corner²
+  float lock_rate = 0.02f;                                    // filter of the lock indicator, per period: 2 ms
+  float max_omega_e_rad_s = 26000.0f;
+};
+
+struct ObserverState {
+  Stator stator_flux_Wb{};
+  Stator last_current_A{};
+  Stator magnet_flux_Wb{};
+  float length_Wb = 0.0f;  // that the magnet's vector is pulled to; 0: not yet set
+  Angle angle{};
+  float omega_e_rad_s = 0.0f;
+  float speed_e_rad_s = 0.0f;   // for the RPM loop, electrical
+  float unknown_rad_s2 = 0.0f;  // electrical acceleration not explained by the torque fed forward
+  float lock = 0.0f;            // mean cosine of the angle error: 1 locked, 0 lost
+  float flux_ratio = 0.0f;      // |magnet flux| / expected, filtered
+};
+
+// resistance_ohm: phase and switch, as measured at the last start. modelled: torque_rad_s2 is meaningful.
+// applied_V acted over the period that ended with current_A; torque_rad_s2: electrical acceleration that the known torque gives.
+inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, Stator current_A, float resistance_ohm, float torque_rad_s2,
+                 bool modelled) {
+  const Stator mean_A = 0.5f * (current_A + s.last_current_A);
+  s.last_current_A = current_A;
+  const float speed = magnitude(s.omega_e_rad_s);
+  const float pull = clamp(c.pull_share * speed, c.pull_min_rad_s, c.pull_max_rad_s);
+  const float over_flux = 1.0f / c.flux_linkage_Wb;
+  s.stator_flux_Wb = s.stator_flux_Wb + c.period_s * (applied_V - resistance_ohm * mean_A);
+  Stator magnet = s.stator_flux_Wb - c.inductance_H * current_A;
+  const float over_length = 1.0f / (s.length_Wb > 0.0f ? s.length_Wb : c.flux_linkage_Wb);
+  const float ratio2 = (magnet.a * magnet.a + magnet.b * magnet.b) * over_length * over_length;
+  // Bounded: far outside the circle the cubic pull would overshoot.
+  const float correction = c.period_s * pull * clamp(1.0f - ratio2, -2.0f, 1.0f);
+  s.stator_flux_Wb = s.stator_flux_Wb + correction * magnet;
+  magnet = magnet + correction * magnet;
+  const Stator before = s.magnet_flux_Wb;
+  s.magnet_flux_Wb = magnet;
+
+  // Phase-locked loop.
+  s.angle = s.angle + Angle::from_rad(s.omega_e_rad_s * c.period_s);
+  const Rotation at = rotation(s.angle);
+  const float size = length(magnet);
+  s.length_Wb = modelled ? clamp(s.length_Wb + c.period_s * c.length_rate_rad_s * (size - s.length_Wb), c.length_least * c.flux_linkage_Wb,
+                                 c.length_most * c.flux_linkage_Wb)
+                         : c.flux_linkage_Wb;
+  const float over_size = 1.0f / (size > 0.2f * c.flux_linkage_Wb ? size : 0.2f * c.flux_linkage_Wb);
+  const float cross = (at.cos * magnet.b - at.sin * magnet.a) * over_size, dot = (at.cos * magnet.a + at.sin * magnet.b) * over_size;
+  // Beyond a right angle the sine falls again: full correction, unless there is no vector to speak of.
+  const float behind = cross > 0.0f ? size * over_size : cross < 0.0f ? -size * over_size : 0.0f;
+  const float error = dot > 0.0f ? cross : behind;
+  const float wn = modelled ? c.pll_run_rad_s : c.pll_search_rad_s;
+  s.angle = s.angle + Angle::from_rad(2.0f * wn * c.period_s * error);
+  s.omega_e_rad_s = clamp(s.omega_e_rad_s + c.period_s * wn * wn * error, -c.max_omega_e_rad_s, c.max_omega_e_rad_s);
+
+  if (!modelled) {
+    const float turn = (before.a * magnet.b - before.b * magnet.a) * over_size * over_size / c.period_s;
+    s.omega_e_rad_s += c.search_rate * (clamp(turn, -c.max_omega_e_rad_s, c.max_omega_e_rad_s) - s.omega_e_rad_s);
+  }
+
+  // Model and correction; without a model it follows the loop.
+  const float turned_rad_s = s.omega_e_rad_s + 2.0f * wn * error;  // derivative of the tracked angle: no lag, noisy
+  const float innovation = turned_rad_s - s.speed_e_rad_s;
+  const float corner = c.speed_corner_rad_s;
+  s.unknown_rad_s2 = modelled ? clamp(s.unknown_rad_s2 + c.period_s * c.unknown_share * corner * corner * innovation, -1e5f, 1e5f) : 0.0f;
+  s.speed_e_rad_s = modelled ? s.speed_e_rad_s + c.period_s * (corner * innovation + torque_rad_s2 + s.unknown_rad_s2) : s.omega_e_rad_s;
+  s.lock += c.lock_rate * (dot - s.lock);
+  s.flux_ratio += c.lock_rate * (size * over_flux - s.flux_ratio);
+}
+
+}  // namespace rotorloop::firmware

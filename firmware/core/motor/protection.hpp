@@ -1,0 +1,75 @@
+// What switches the bridge off. Fast checks run on every sample and act in the same interrupt (over-current, over-voltage); slow
+// ones once per supervision tick with a persistence. Every fault ends by itself: a pause, then a new start; after several in a
+// row the fault is latched until the set-point returns to off.
+#pragma once
+#include <cstdint>
+
+#include "firmware/core/interface.hpp"
+#include "firmware/core/motor/angle.hpp"
+#include "firmware/core/motor/current_sense.hpp"
+
+namespace rotorloop::firmware {
+
+struct ProtectionConfig {
+  float trip_A = 0.0f;
+  bool trip_at_range_end = true;  // false only to show what it prevents
+  float undervoltage_V = 0.0f, overvoltage_V = 0.0f;
+  float temperature_K = 0.0f;
+  float residual_A = 2.0f, residual_share = 0.08f;  // mean |sum of phase currents| that tolerance cannot explain: A, and of |i|
+  float min_speed_rad_s = 0.0f;                     // below it a running motor is stalled
+  float min_lock = 0.75f;
+  float emf_mismatch = 0.6f;           // |measured - expected back-EMF| / expected, beyond what a resistance error explains
+  std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature, residual
+  std::uint16_t stall_ticks = 16;      // 4 ms
+  std::uint16_t pause_ticks = 40;      // 10 ms from a fault to the next start
+  std::uint16_t healthy_ticks = 4000;  // 1 s of running forgives earlier faults
+  std::uint16_t most_restarts = 8;
+  float hysteresis_V = 0.5f, hysteresis_K = 5.0f;
+};
+
+struct ProtectionState {
+  Fault fault = Fault::none;
+  bool latched = false;
+  std::uint16_t under_ticks = 0, hot_ticks = 0, residual_ticks = 0, stall_ticks = 0;
+  std::uint16_t pause_ticks = 0, healthy_ticks = 0, restarts = 0;
+};
+
+// Every sample, before anything else. `none` when all is well.
+constexpr Fault check_fast(const ProtectionConfig& c, const Sensed& sensed, float bus_V) {
+  bool over = sensed.at_end_of_range && c.trip_at_range_end;
+  for (const float i : sensed.phase_A) over = over || magnitude(i) > c.trip_A;
+  return over ? Fault::overcurrent : bus_V > c.overvoltage_V ? Fault::overvoltage : Fault::none;
+}
+
+struct SlowInputs {
+  float bus_V = 0.0f, temperature_K = 0.0f, residual_A = 0.0f, current_A = 0.0f;
+  bool running = false;  // under the observer: stall detection is meaningful
+  float speed_rad_s = 0.0f, direction = 1.0f, lock = 0.0f, emf_mismatch = 0.0f;
+};
+
+constexpr void persist(std::uint16_t& ticks, bool bad) {
+  ticks = bad ? static_cast<std::uint16_t>(ticks < 60000 ? ticks + 1 : ticks) : std::uint16_t{0};
+}
+
+constexpr Fault check_slow(const ProtectionConfig& c, ProtectionState& s, const SlowInputs& in) {
+  persist(s.under_ticks, in.bus_V < c.undervoltage_V);
+  persist(s.hot_ticks, in.temperature_K > c.temperature_K);
+  persist(s.residual_ticks, in.residual_A > c.residual_A + c.residual_share * in.current_A);
+  const bool lost = in.speed_rad_s * in.direction < c.min_speed_rad_s || in.lock < c.min_lock || in.emf_mismatch > c.emf_mismatch;
+  persist(s.stall_ticks, in.running && lost);
+  if (s.under_ticks >= c.slow_ticks) return Fault::undervoltage;
+  if (s.hot_ticks >= c.slow_ticks) return Fault::overtemperature;
+  if (s.residual_ticks >= c.slow_ticks) return Fault::sensor;
+  if (s.stall_ticks >= c.stall_ticks) return Fault::stall;
+  return Fault::none;
+}
+
+// May a stopped motor start (again)?
+constexpr bool may_start(const ProtectionConfig& c, const ProtectionState& s, float bus_V, float temperature_K) {
+  const bool cooled = s.fault != Fault::overtemperature || temperature_K < c.temperature_K - c.hysteresis_K;
+  const bool supplied = bus_V > c.undervoltage_V + (s.fault == Fault::undervoltage ? c.hysteresis_V : 0.0f);
+  const bool calm = bus_V < c.overvoltage_V - (s.fault == Fault::overvoltage ? c.hysteresis_V : 0.0f);
+  return !s.latched && s.pause_ticks == 0 && cooled && supplied && calm;
+}
+
+}  // namespace rotorloop::firmware

@@ -1,0 +1,121 @@
+// From standstill to a locked observer: look for a rotor that already turns (catch), pull the rotor to a known angle by a
+// sweep and a hold (a hold alone can meet the dead point opposite), turn a current vector up to the speed at which the back-EMF is trusted,
+// hand over. A pure function of time ticks; the motor applies what it says.
+#pragma once
+#include <cstdint>
+
+#include "firmware/core/interface.hpp"
+#include "firmware/core/motor/angle.hpp"
+
+namespace rotorloop::firmware {
+
+struct StartConfig {
+  float tick_s = 250e-6f;
+  float current_A = 12.0f;
+  float catch_s = 0.015f;
+  float catch_speed_rad_s = 75.0f;  // mechanical, 716 RPM: slower rotors are started afresh
+  float align_first_s = 0.050f, align_second_s = 0.080f;
+  float align_from_rad = 2.1f, align_to_rad = 0.5f;  // of the sweep in the first step, electrical
+  float align_rise_s = 0.020f;                       // current ramp
+  // The second step measures the resistance from two currents (dead time and diodes drop out of the difference): at low speed
+  // a wrong one is the observer's worst enemy, and it changes by 0.4 % per kelvin.
+  float measure_low_share = 0.5f;      // of current_A, first half
+  float measure_window_s = 0.015f;     // at the end of each half, when the swing has died
+  float measure_tolerance = 0.35f;     // a result further from the parameter is not believed
+  float acceleration_rad_s2 = 800.0f;  // mechanical, of the turned vector: about 60 % of what 12 A can give at full load angle
+  // A rotor held by a current vector swings like a pendulum with hardly any friction. Its swing shows in the voltage across the
+  // vector, where no resistance error hides it; a current across the vector answers it.
+  float damping_A_V = 40.0f;  // 0.1 A per rad/s at 3.4e-4 Wb and 7 pole pairs: a quarter of critical
+  float damping_most_A = 8.0f;
+  float damping_corner_rad_s = 30.0f;  // what changes more slowly is the vector's own turning
+  float hand_over_rad_s = 126.0f;      // mechanical, 1 200 RPM: back-EMF 0.3 V against 0.1 V of doubt (20 % of R at 12 A)
+  float give_up_rad_s = 210.0f;        // mechanical: no lock until here is a failed start
+  float lock = 0.93f;                  // mean cosine of the phase-locked loop's error
+  float hand_over_s = 0.010f;          // d current fades out
+  float short_brake_s = 0.150f;        // before a reversal: two to three times the shorted motor's time constant
+};
+
+struct StartState {
+  MotorState phase = MotorState::off;
+  float in_phase_s = 0.0f;
+  float speed_rad_s = 0.0f;  // of the turned vector, mechanical, signed
+  float direction = 1.0f;
+  float across_slow_V = 0.0f;                                      // slow part of the voltage across the vector
+  float low_V = 0.0f, low_A = 0.0f, high_V = 0.0f, high_A = 0.0f;  // sums of the resistance measurement …
+  float low_count = 0.0f, high_count = 0.0f;                       // … and of how many ticks
+};
+
+struct StartInputs {
+  float along_V = 0.0f, along_A = 0.0f;  // voltage and current along the current vector
+  float across_V = 0.0f;                 // voltage across the current vector, resistive part taken off
+  float observed_rad_s = 0.0f;
+  float lock = 0.0f;
+  float flux_ratio = 0.0f;
+};
+
+struct StartStep {
+  float current_A = 0.0f;  // along the frame's d axis
+  float damping_A = 0.0f;  // across it
+  Angle frame{};           // valid when set_frame
+  bool set_frame = false;
+  float resistance_ohm = 0.0f;  // > 0 once, at the end of the alignment: phase and switch
+  bool own_frame = false;       // current control in the turned frame, not the observer's
+  bool hand_over = false;       // observer may take the frame now
+  bool caught = false;          // rotor was turning: run at once
+  bool failed = false;
+};
+
+constexpr bool trustworthy(const StartConfig& c, const StartInputs& in) {
+  return in.lock > c.lock && in.flux_ratio > 0.5f && in.flux_ratio < 1.6f;
+}
+
+constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs& in) {
+  StartStep out;
+  s.in_phase_s += c.tick_s;
+  s.across_slow_V += c.damping_corner_rad_s * c.tick_s * (in.across_V - s.across_slow_V);
+  if (s.phase != MotorState::catching)
+    out.damping_A = clamp(c.damping_A_V * (s.across_slow_V - in.across_V), -c.damping_most_A, c.damping_most_A);
+  switch (s.phase) {
+    case MotorState::catching:
+      if (s.in_phase_s < c.catch_s) return out;
+      if (trustworthy(c, in) && magnitude(in.observed_rad_s) > c.catch_speed_rad_s) {
+        out.caught = true;
+        return out;
+      }
+      s = {MotorState::align, 0.0f, 0.0f, s.direction, 0.0f};
+      [[fallthrough]];
+    case MotorState::align: {
+      const float second_s = s.in_phase_s - c.align_first_s;
+      const bool first = second_s < 0.0f, low = !first && second_s < 0.5f * c.align_second_s;
+      out.own_frame = out.set_frame = true;
+      // A vector that moves leaves the dead point opposite to it behind; one that stands still can hold a rotor there by friction.
+      const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
+      out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
+      out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
+      if (low && second_s > 0.5f * c.align_second_s - c.measure_window_s) s.low_V += in.along_V, s.low_A += in.along_A, s.low_count += 1.0f;
+      if (second_s > c.align_second_s - c.measure_window_s) s.high_V += in.along_V, s.high_A += in.along_A, s.high_count += 1.0f;
+      if (second_s >= c.align_second_s) {
+        const float over_low = 1.0f / (s.low_count > 0.0f ? s.low_count : 1.0f),
+                    over_high = 1.0f / (s.high_count > 0.0f ? s.high_count : 1.0f);
+        const float rise_A = s.high_A * over_high - s.low_A * over_low;
+        if (rise_A > 1.0f) out.resistance_ohm = (s.high_V * over_high - s.low_V * over_low) / rise_A;
+        s = {MotorState::ramp, 0.0f, 0.0f, s.direction, s.across_slow_V};
+      }
+      return out;
+    }
+    case MotorState::ramp:
+      s.speed_rad_s += s.direction * c.acceleration_rad_s2 * c.tick_s;
+      out.own_frame = true;
+      out.current_A = c.current_A;
+      if (magnitude(s.speed_rad_s) >= c.hand_over_rad_s && trustworthy(c, in) &&
+          magnitude(in.observed_rad_s - s.speed_rad_s) < 0.25f * magnitude(s.speed_rad_s))
+        out.hand_over = true;
+      else if (magnitude(s.speed_rad_s) >= c.give_up_rad_s)
+        out.failed = true;
+      return out;
+    default:
+      return out;
+  }
+}
+
+}  // namespace rotorloop::firmware

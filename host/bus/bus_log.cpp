@@ -1,0 +1,22 @@
+// Reads the whole file at once: a minute of a full 1 Mbit/s bus is below 30 MB of text.
+#include "host/bus/bus_log.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "host/base/error.hpp"
+#include "host/bus/candump_log.hpp"
+#include "host/bus/pcap_log.hpp"
+
+namespace rotorloop {
+
+BusLog read_bus_log(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file.is_open() || file.bad()) {
+    throw Error({.where = path, .what = "cannot read the bus log", .likely = "", .remedy = "check the path and that the file may be read"});
+  }
+  return looks_like_pcap(bytes) ? parse_pcap(bytes, path) : parse_candump(bytes, path);
+}
+
+}  // namespace rotorloop

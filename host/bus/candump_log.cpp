@@ -1,0 +1,201 @@
+// Formatting by hand: a recorder runs for every frame of a lockstep run, and printf would cost more than the bus.
+#include "host/bus/candump_log.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop {
+namespace {
+
+constexpr std::array<char, 16> kHex{'0', '1', '2', '3', '4', '5', '6', '7', '8', '9', 'A', 'B', 'C', 'D', 'E', 'F'};
+
+constexpr auto kHexPairs = [] {
+  std::array<std::array<char, 2>, 256> pairs{};
+  for (std::size_t i = 0; i < 256; ++i) pairs[i] = {kHex[i >> 4], kHex[i & 15]};
+  return pairs;
+}();
+
+// `digits` decimal digits ending just before `end`; more significant ones are lost.
+void put_decimal(char* end, std::uint64_t value, int digits) {
+  for (int i = 0; i < digits; ++i, value /= 10) *--end = static_cast<char>('0' + value % 10);
+}
+
+constexpr std::uint32_t kErrorFlag = 0x20000000;  // of the 8-digit identifiers: adapter report instead of a frame
+
+int hex_value(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return -1;
+}
+
+// Reads one line; holds the position for messages.
+class LineParser {
+ public:
+  LineParser(std::string_view line, const std::string& name, std::size_t number) : rest_(line), line_(line), name_(name), number_(number) {}
+
+  std::int64_t time_ns() {
+    expect('(', "a time stamp \"(seconds.microseconds)\"");
+    const std::int64_t seconds = decimal(1, 12);
+    expect('.', "microseconds after the seconds");
+    const std::int64_t micros = decimal(6, 6);
+    expect(')', "the end of the time stamp");
+    return (seconds * 1'000'000 + micros) * 1'000;
+  }
+  std::string_view interface() {
+    blanks();
+    const std::size_t length = std::min(rest_.find(' '), rest_.size());
+    if (length == 0 || length == rest_.size()) fail("expected an interface name and a frame");
+    const std::string_view word = rest_.substr(0, length);
+    rest_.remove_prefix(length);
+    blanks();
+    return word;
+  }
+  std::uint32_t identifier(std::size_t& digits) {
+    std::uint32_t id = 0;
+    digits = 0;
+    while (!rest_.empty() && hex_value(rest_.front()) >= 0 && digits < 9) {
+      id = (id << 4) | static_cast<std::uint32_t>(hex_value(rest_.front()));
+      rest_.remove_prefix(1);
+      ++digits;
+    }
+    expect('#', "\"#\" after the identifier");
+    return id;
+  }
+  bool take(char c) {
+    if (rest_.empty() || rest_.front() != c) return false;
+    rest_.remove_prefix(1);
+    return true;
+  }
+  void data(CanFrame& frame) {
+    while (!rest_.empty() && rest_.front() != ' ') {
+      if (take('.')) continue;  // old can-utils wrote dots between bytes
+      if (take('_')) {          // raw length code 9..F of an 8-byte frame: says nothing about the content
+        if (rest_.empty() || hex_value(rest_.front()) < 0) fail("expected a length code after \"_\"");
+        rest_.remove_prefix(1);
+        continue;
+      }
+      if (rest_.size() < 2 || hex_value(rest_[0]) < 0 || hex_value(rest_[1]) < 0) fail("expected pairs of hex digits as data");
+      if (frame.length == 8) fail("more than 8 data bytes in a classic frame");
+      frame.data[frame.length++] = static_cast<std::uint8_t>(hex_value(rest_[0]) << 4 | hex_value(rest_[1]));
+      rest_.remove_prefix(2);
+    }
+    blanks();
+    if (!rest_.empty() && rest_ != "R" && rest_ != "T") fail("unexpected text after the frame");  // direction, as candump -x writes it
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error({.where = name_ + ":" + std::to_string(number_),
+                 .what = what + ", found \"" + std::string(line_.substr(0, 80)) + "\"",
+                 .likely = "the file is not a log of `candump -L`, or was cut",
+                 .remedy = "record with candump -L, or convert with asc2log"});
+  }
+
+ private:
+  void blanks() {
+    while (take(' ')) {
+    }
+  }
+  void expect(char c, const char* meaning) {
+    if (!take(c)) fail(std::string("expected ") + meaning);
+  }
+  std::int64_t decimal(std::size_t min_digits, std::size_t max_digits) {
+    std::int64_t value = 0;
+    std::size_t digits = 0;
+    for (; !rest_.empty() && rest_.front() >= '0' && rest_.front() <= '9' && digits < max_digits; ++digits) {
+      value = value * 10 + (rest_.front() - '0');
+      rest_.remove_prefix(1);
+    }
+    if (digits < min_digits) fail("expected " + std::to_string(min_digits) + " or more decimal digits in the time stamp");
+    return value;
+  }
+
+  std::string_view rest_;
+  std::string_view line_;
+  const std::string& name_;
+  std::size_t number_;
+};
+
+std::uint16_t interface_index(BusLog& log, std::string_view name) {
+  for (std::size_t i = 0; i < log.interfaces.size(); ++i) {
+    if (log.interfaces[i] == name) return static_cast<std::uint16_t>(i);
+  }
+  log.interfaces.emplace_back(name);
+  return static_cast<std::uint16_t>(log.interfaces.size() - 1);
+}
+
+void parse_line(LineParser line, BusLog& log) {
+  LoggedFrame entry;
+  entry.time_ns = line.time_ns();
+  entry.interface = interface_index(log, line.interface());
+  std::size_t digits = 0;
+  const std::uint32_t id = line.identifier(digits);
+  if (digits != 3 && digits != 8) line.fail("expected an identifier of 3 or 8 hex digits");
+  if (line.take('#')) {
+    ++log.skipped_fd;
+    return;
+  }
+  if (line.take('R')) {
+    ++log.skipped_remote;
+    return;
+  }
+  if (digits == 8 && (id & kErrorFlag) != 0) {
+    ++log.skipped_error;
+    return;
+  }
+  entry.frame.extended = digits == 8;
+  entry.frame.id = id;
+  if (id >= (entry.frame.extended ? 1u << 29 : 1u << 11)) line.fail("identifier beyond 7FF (3 digits) or 1FFFFFFF (8 digits)");
+  line.data(entry.frame);
+  log.frames.push_back(entry);
+}
+
+}  // namespace
+
+std::size_t format_candump(char* out, std::int64_t time_ns, std::string_view interface, const CanFrame& frame) {
+  const auto micros = static_cast<std::uint64_t>(time_ns) / 1'000;
+  char* p = out;
+  *p++ = '(';
+  put_decimal(p + 10, micros / 1'000'000, 10);
+  p += 10;
+  *p++ = '.';
+  put_decimal(p + 6, micros % 1'000'000, 6);
+  p += 6;
+  *p++ = ')';
+  *p++ = ' ';
+  std::memcpy(p, interface.data(), interface.size());
+  p += interface.size();
+  *p++ = ' ';
+  for (int nibble = frame.extended ? 7 : 2; nibble >= 0; --nibble) *p++ = kHex[(frame.id >> (4 * nibble)) & 15u];
+  *p++ = '#';
+  for (std::size_t i = 0; i < frame.length; ++i, p += 2) std::memcpy(p, kHexPairs[frame.data[i]].data(), 2);
+  *p++ = '\n';
+  return static_cast<std::size_t>(p - out);
+}
+
+CandumpWriter::CandumpWriter(const std::string& path, std::string interface) : file_(path), interface_(std::move(interface)) {
+  if (interface_.empty() || interface_.size() > kMaxInterfaceName || interface_.find_first_of(" \t\n") != std::string::npos) {
+    throw Error({.where = path,
+                 .what = "interface name \"" + interface_ + "\" in a bus log: 1 to 15 characters without blanks are possible",
+                 .likely = "",
+                 .remedy = "name it like an interface, for example vcan0"});
+  }
+}
+
+BusLog parse_candump(std::string_view text, const std::string& name) {
+  BusLog log;
+  std::size_t number = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    ++number;
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
+    if (!line.empty()) parse_line(LineParser(line, name, number), log);
+  }
+  return log;
+}
+
+}  // namespace rotorloop

@@ -1,0 +1,14 @@
+// The subcommands of `rotorloop`, one file each: add_NAME() declares options and help, its callback runs the command and
+// leaves the exit code. Errors travel as rotorloop::Error to main().
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace rotorloop::cli {
+
+void add_calibrate(CLI::App& app, int& exit_code);
+void add_trajectory(CLI::App& app, int& exit_code);
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,22 @@
+// `rotorloop hil` and what belongs to it. The runner is handed in, so that the command can be tested without flying.
+#pragma once
+#include <functional>
+
+#include "bench/hil/runner.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace rotorloop::cli {
+
+using RunHil = std::function<bench::HilResult(const bench::Scenario&, const bench::RunOptions&, bench::Progress&)>;
+
+// hil SCENARIO…, hil compare, hil report. `exit_code` is set by the callbacks; errors are thrown as Error.
+void add_hil(CLI::App& app, int& exit_code, RunHil run);
+
+// Each adds itself below `hil`.
+void add_hil_compare(CLI::App& hil, int& exit_code);
+void add_hil_report(CLI::App& hil, int& exit_code);
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,129 @@
+// The controller below the planner: set-point and state estimate in, four rotor speeds out, at 1 kHz. Position after the
+// paper's eq. (9), attitude after Lee et al. without torque feed-forward, speeds by the mixer. One object is constant after
+// set-up (configuration, tables); what changes is ControllerState, owned by the caller. No heap, no clock, no exceptions.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "host/control/attitude.hpp"
+#include "host/control/mixer.hpp"
+#include "host/control/setpoint.hpp"
+#include "host/estimate/samples.hpp"
+#include "host/vehicle/model.hpp"
+
+namespace rotorloop::host {
+
+// The three controllers that the paper compares; gains are the same in all.
+enum class Variant : std::uint8_t {
+  pd_ff,              // no drag compensation, c_t of still air
+  pd_ff_drag,         // eq. (9), c_t of still air
+  pd_ff_thrust_drag,  // eq. (9), c_t of the flight state
+};
+std::string_view name(Variant variant);
+// False when the word names no variant.
+bool parse(std::string_view word, Variant& variant);
+
+// Second-order behaviour wanted of one group of axes: natural frequency and damping ratio.
+struct AxisGains {
+  double frequency_rad_s = 0.0;
+  double damping = 1.0;
+  double kp() const { return frequency_rad_s * frequency_rad_s; }  // 1/s²
+  double kd() const { return 2.0 * damping * frequency_rad_s; }    // 1/s
+};
+
+struct Gains {
+  AxisGains horizontal, vertical, roll_pitch, yaw;
+};
+
+struct ThrustLimits {
+  double tilt_max_rad = 1.13;        // 65°: 10.8 m/s² and drag at 8.5 m/s need 53°
+  double vertical_min_weight = 0.2;  // least vertical thrust, as a share of the weight: never aims downwards
+  double total_max_weight = 3.3;     // most thrust, as a multiple of the weight
+};
+
+// The reaction leads the drag torque by J / (2 c_q ω), 0.16 to 0.29 s for 5-inch rotors. Cancelling all of it would leave no
+// phase margin when the reaction is weaker than believed; up to this much leaves 37° then and 60° with the whole of it.
+inline constexpr double kYawShapingMax_s = 0.05;
+
+// Whose velocity feeds the drag compensation (decision 0042).
+enum class DragVelocity : std::uint8_t { setpoint, estimate };
+
+struct ControllerConfig {
+  Gains gains;
+  ThrustLimits limits;
+  Variant variant = Variant::pd_ff_thrust_drag;
+  DragVelocity drag_velocity = DragVelocity::estimate;
+  ThrustLookup thrust_lookup = ThrustLookup::full;  // for pd_ff_thrust_drag; the other variants use still air
+  bool rotor_local_velocity = true;
+  // Yaw torque comes from the propellers' drag and, while they change speed, from their inertia: a speed change gives J dω/dt
+  // at once and c_q ω² later. True: the mixer's yaw demand is softened for it (decision 0047). False: only to show the
+  // damage, a yaw loop that shakes the rotors.
+  bool rotor_reaction = true;
+  double period_s = 1e-3;  // of step()
+  double omega_min_rad_s = MixerConfig{}.omega_min_rad_s;
+  double omega_max_rad_s = MixerConfig{}.omega_max_rad_s;
+};
+
+// What held the controller back in one step.
+struct Limiters {
+  bool tilt = false;
+  bool thrust = false;  // by ThrustLimits or by the rotors
+  bool roll_pitch = false;
+  bool yaw = false;
+  bool table_edge = false;
+  bool direction_held = false;  // near free fall: no thrust direction to point to
+  friend bool operator==(const Limiters&, const Limiters&) = default;
+};
+
+struct Diagnostics {
+  Eigen::Vector3d thrust_W_N = Eigen::Vector3d::Zero();  // eq. (9) after limits
+  Eigen::Quaterniond q_WB_sp = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d w_B_sp_rad_s = Eigen::Vector3d::Zero();
+  double thrust_B_N = 0.0;  // demanded of the mixer
+  Eigen::Vector3d torque_B_N_m = Eigen::Vector3d::Zero();
+  int mixer_iterations = 0;
+  double mixer_residual_rad_s = 0.0;
+  Limiters limiters;
+  bool bad_input = false;         // not finite: the last good command was repeated (hover speeds when there is none)
+  bool estimate_invalid = false;  // position feedback was off: level attitude, weight as thrust
+};
+
+struct Command {
+  std::array<double, kRotors> omega_rad_s{};
+  Diagnostics diagnostics;
+};
+
+struct ControllerCounters {
+  std::uint64_t steps = 0;
+  std::uint64_t bad_input = 0;
+  std::uint64_t estimate_invalid = 0;
+  std::uint64_t mixer_not_converged = 0;
+  std::uint64_t limited = 0;  // steps in which any limiter acted
+};
+
+struct ControllerState {
+  bool started = false;
+  std::array<double, kRotors> omega_rad_s{};  // last good command
+  double yaw_torque_N_m = 0.0;                // by the propellers' drag alone, last demand
+  Heading heading;                            // last good attitude set-point, for the singular cases
+  ControllerCounters counters;
+};
+
+class Controller {
+ public:
+  Controller(const VehicleModel& vehicle, const ControllerConfig& config);
+  Command step(ControllerState& state, const StateEstimate& estimate, const Setpoint& setpoint) const;
+  const ControllerConfig& config() const { return config_; }
+  double hover_omega_rad_s() const { return mixer_.hover_omega_rad_s(); }
+
+ private:
+  Eigen::Vector3d wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, Limiters& limiters) const;
+
+  VehicleModel vehicle_;
+  ControllerConfig config_;
+  Mixer mixer_;
+  double yaw_shaping_s_;
+};
+
+}  // namespace rotorloop::host

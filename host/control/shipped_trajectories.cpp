@@ -1,0 +1,72 @@
+// The flights of scenarios/trajectories, after the paper's Figs 9 to 11. Peaks are reached exactly: a rest-to-rest piece by its
+// length and time, the general flight by scaling (a spline is linear in its waypoints, and time scales all its rates).
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "host/base/elementary.hpp"
+#include "host/control/trajectory_generator.hpp"
+
+namespace rotorloop::host {
+
+namespace {
+
+constexpr double kHoverBefore_s = 2.0, kHoverAfter_s = 1.0;
+const Eigen::Vector3d kStart_W_m{0.0, 0.0, 2.0};
+
+// Back and forth along `direction`, `runs` times, each run peaking at the given speed and acceleration.
+Trajectory shuttle(const Eigen::Vector3d& direction, double speed_m_s, double accel_m_s2, int runs) {
+  const double time_s = (kPeakAcceleration / accel_m_s2) * (speed_m_s / kPeakVelocity);
+  const double length_m = speed_m_s * time_s / kPeakVelocity;
+  const Eigen::Vector3d far = kStart_W_m + direction * length_m;
+  std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
+  for (int i = 0; i < runs; ++i)
+    segments.push_back(rest_to_rest({.p_W_m = i % 2 ? far : kStart_W_m}, {.p_W_m = i % 2 ? kStart_W_m : far, .time_s = time_s}));
+  segments.push_back(hover(runs % 2 ? far : kStart_W_m, 0.0, kHoverAfter_s));
+  return join(segments);
+}
+
+}  // namespace
+
+TrajectoryFile horizontal_8p5() { return {"horizontal, 8.5 m/s", shuttle(Eigen::Vector3d::UnitX(), 8.5, 10.8, 8)}; }
+
+TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 2.5, 6)}; }
+
+TrajectoryFile general() {
+  constexpr double kSpeedXy_m_s = 5.7, kSpeedZ_m_s = 2.0, kYawRate_rad_s = 5.5;
+  // Two laps of a figure of eight, x = a sin θ, y = b sin 2θ, rising and falling twice a lap. θ gains speed over the first
+  // and loses it over the last kRamp_s. Yaw sways in the first lap; in the second it makes a full turn and goes back.
+  constexpr double kLong_m = 4.2, kWide_m = 1.9, kLap = 2.0 * std::numbers::pi, kRate_rad_s = 1.0, kRamp_s = 2.5;
+  constexpr std::size_t kPieces = 20;
+  constexpr std::array<double, kPieces + 1> kYaw_turns{0,   0,   0.03, 0.06, 0, -0.06, -0.03, 0.03, 0.06, 0, 0,
+                                                       0.1, 0.6, 0.95, 1,    1, 0.9,   0.4,   0.05, 0,    0};
+  constexpr double kRampAngle = 0.5 * kRate_rad_s * kRamp_s, kWhole_s = 2.0 * kLap / kRate_rad_s + kRamp_s;
+  const auto time_at = [&](double theta) {
+    if (theta < kRampAngle) return std::sqrt(2.0 * theta * kRamp_s / kRate_rad_s);
+    if (theta > 2.0 * kLap - kRampAngle) return kWhole_s - std::sqrt(2.0 * std::max(2.0 * kLap - theta, 0.0) * kRamp_s / kRate_rad_s);
+    return theta / kRate_rad_s + 0.5 * kRamp_s;
+  };
+  std::vector<Waypoint> path;
+  for (std::size_t i = 0; i <= kPieces; ++i) {
+    const double theta = 2.0 * kLap * static_cast<double>(i) / static_cast<double>(kPieces);
+    path.push_back({.p_W_m = {kLong_m * sin_exact(theta), kWide_m * sin_exact(2.0 * theta), 1.0 - cos_exact(2.0 * theta)},
+                    .yaw_rad = kLap * kYaw_turns[i],
+                    .time_s = time_at(theta)});
+  }
+  // Time by the horizontal speed; then height and yaw by their own rates, which the new time has changed.
+  const Peaks raw = peaks(join(through(path)));
+  for (Waypoint& w : path) w.time_s *= raw.speed_xy_m_s / kSpeedXy_m_s;
+  const Peaks timed = peaks(join(through(path)));
+  for (Waypoint& w : path) {
+    w.p_W_m.z() *= kSpeedZ_m_s / timed.speed_z_m_s;
+    w.yaw_rad *= kYawRate_rad_s / timed.yaw_rate_rad_s;
+    w.p_W_m += kStart_W_m;
+  }
+  std::vector<Segment> segments{hover(path.front().p_W_m, path.front().yaw_rad, kHoverBefore_s)};
+  for (const Segment& s : through(path)) segments.push_back(s);
+  segments.push_back(hover(path.back().p_W_m, path.back().yaw_rad, kHoverAfter_s));
+  return {"general: figure of eight, climbing turns, yaw", join(segments)};
+}
+
+}  // namespace rotorloop::host

@@ -1,0 +1,204 @@
+#include "host/node/flight_computer.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace rotorloop::host {
+namespace {
+
+namespace state = protocols::state;
+
+constexpr std::uint64_t kStepsPerReport = 10;  // set-point and status at 100 Hz
+constexpr std::int64_t kSettled_us = 100'000;  // idle speed held this long counts as ready
+constexpr double kIdleTolerance = 0.10;
+
+Eigen::Vector3d vector(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
+std::array<double, 3> array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+FlightComputer::FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, const Trajectory& trajectory,
+                               CanBus& state_port, CanBus& esc_port)
+    : config_(config),
+      trajectory_(trajectory),
+      state_port_(state_port),
+      esc_port_(esc_port),
+      estimator_(config.estimator, vehicle),
+      controller_(vehicle, config.controller),
+      escs_(config.escs, esc_port) {
+  // The bench starts airframe and computer together: both clocks begin at 0.
+  receiver_.anchor(0, 0);
+}
+
+const FlightRecord* FlightComputer::take_record() {
+  if (!record_ready_) return nullptr;
+  record_ready_ = false;
+  return &record_;
+}
+
+void FlightComputer::poll(std::int64_t now_us) {
+  escs_.poll(now_us);
+  hear_state_bus(now_us);
+  if (phase_ != FlightPhase::safe) watch(now_us);
+  escs_.arm(phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying);
+}
+
+void FlightComputer::hear_state_bus(std::int64_t now_us) {
+  while (const auto received = state_port_.receive()) {
+    const state::StateEvent event = receiver_.on_frame(received->frame, now_us);
+    if (event.pose && event.pose->tracking) {
+      PoseSample& pose = record_.pose;
+      pose.time_us = event.pose->time_us;
+      pose.p_W_m = vector(event.pose->p_W_m);
+      pose.q_WS = Eigen::Quaterniond(event.pose->q_WS[0], event.pose->q_WS[1], event.pose->q_WS[2], event.pose->q_WS[3]);
+      pose.v_W_m_s = vector(event.pose->v_W_m_s);
+      record_.pose_new = true;
+      estimator_.on_pose(pose);
+    }
+    if (event.imu) {
+      last_imu_us_ = now_us;
+      control_step({event.imu->time_us, vector(event.imu->gyro_B_rad_s), vector(event.imu->accel_B_m_s2)}, now_us);
+    }
+  }
+}
+
+void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
+  if (record_ready_) record_.pose_new = false;  // nobody took the record before: its pose is not new any more
+  record_.time_us = imu.time_us;
+  record_.imu = imu;
+  record_.estimate = estimator_.on_imu(imu);
+  const std::int64_t flown_us = imu.time_us - config_.start_us;
+  record_.setpoint = trajectory_.at(static_cast<double>(flown_us) * 1e-6);
+
+  if (phase_ == FlightPhase::boot && record_.estimate.valid && escs_.all_operational()) phase_ = FlightPhase::spin_up;
+  if (phase_ == FlightPhase::spin_up) {
+    const bool idling = all_at(config_.idle_rad_s, kIdleTolerance);
+    if (!idling) ready_since_us_ = -1;
+    if (idling && ready_since_us_ < 0) ready_since_us_ = now_us;
+    const bool ready = ready_since_us_ >= 0 && now_us - ready_since_us_ >= kSettled_us;
+    if (flown_us >= -config_.take_over_us) {
+      if (ready) {
+        phase_ = FlightPhase::flying;
+      } else {
+        go_safe(SafeReason::not_ready, slowest_esc(), now_us);
+      }
+    }
+  } else if (phase_ == FlightPhase::boot && flown_us >= -config_.take_over_us) {
+    go_safe(SafeReason::not_ready, escs_.first_missing(), now_us);
+  }
+
+  wanted_rad_s_.fill(0.0);
+  if (phase_ == FlightPhase::spin_up) wanted_rad_s_.fill(config_.idle_rad_s);
+  record_.command = controller_.step(controller_state_, record_.estimate, record_.setpoint);
+  if (phase_ == FlightPhase::flying) wanted_rad_s_ = record_.command.omega_rad_s;
+
+  const std::uint64_t divider = 1000u / config_.setpoint_Hz;
+  if ((phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying) && steps_ % divider == 0) escs_.command(wanted_rad_s_, now_us);
+  record_.phase = phase_;
+  record_.commanded_rad_s = wanted_rad_s_;
+  record_.bus_A = 0.0;
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const EscState e = escs_.esc(i);
+    record_.omega_rad_s[i] = e.speed_rad_s;
+    record_.current_A[i] = e.current_A;
+    record_.bus_A += e.bus_A;
+    record_.bus_V = e.bus_V;
+  }
+  if (steps_ % kStepsPerReport == 0) report(imu.time_us, now_us);
+  ++steps_;
+  record_ready_ = true;
+}
+
+bool FlightComputer::all_at(double omega_rad_s, double tolerance) const {
+  for (std::size_t i = 0; i < kRotors; ++i)
+    if (!(std::fabs(escs_.esc(i).speed_rad_s - omega_rad_s) < tolerance * omega_rad_s)) return false;
+  return true;
+}
+
+int FlightComputer::slowest_esc() const {
+  int slowest = 0;
+  double worst = -1.0;
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const double speed = escs_.esc(i).speed_rad_s;
+    const double off = std::isfinite(speed) ? std::fabs(speed - config_.idle_rad_s) : std::numeric_limits<double>::max();
+    if (off > worst) {
+      worst = off;
+      slowest = static_cast<int>(i);
+    }
+  }
+  return slowest;
+}
+
+// What the flight depends on, looked at with every poll: the silence of a bus has no frame that could report it.
+void FlightComputer::watch(std::int64_t now_us) {
+  if (state_port_.state() == BusState::bus_off || esc_port_.state() == BusState::bus_off) return go_safe(SafeReason::bus_off, -1, now_us);
+  if (phase_ == FlightPhase::boot) {
+    // A computer that never hears its sensors must not wait for ever.
+    if (last_imu_us_ < 0 && now_us >= config_.start_us) go_safe(SafeReason::imu_lost, -1, now_us);
+    return;
+  }
+  if (now_us - last_imu_us_ > config_.imu_timeout_us) return go_safe(SafeReason::imu_lost, -1, now_us);
+  if (!record_.estimate.valid) return go_safe(SafeReason::pose_lost, -1, now_us);
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const EscState e = escs_.esc(i);
+    const int number = static_cast<int>(i);
+    if (e.fault) return go_safe(SafeReason::esc_fault, number, now_us);
+    if (phase_ != FlightPhase::flying) continue;
+    if (now_us - e.heard_us > config_.esc_timeout_us) return go_safe(SafeReason::esc_silent, number, now_us);
+    const bool follows = std::fabs(e.speed_rad_s - wanted_rad_s_[i]) <= 0.5 * wanted_rad_s_[i];
+    if (follows || off_since_us_[i] == 0) off_since_us_[i] = now_us;
+    if (now_us - off_since_us_[i] > config_.not_following_us) return go_safe(SafeReason::esc_not_following, number, now_us);
+  }
+}
+
+void FlightComputer::go_safe(SafeReason reason, int esc, std::int64_t now_us) {
+  phase_ = FlightPhase::safe;
+  safe_ = {reason, esc, now_us};
+  wanted_rad_s_.fill(0.0);
+  record_.phase = phase_;
+}
+
+void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
+  for (const CanFrame& f : state::encode(state::TrackingSetpoint{.time_us = imu_time_us,
+                                                                 .p_W_m = array(record_.setpoint.p_W_m),
+                                                                 .v_W_m_s = array(record_.setpoint.v_W_m_s),
+                                                                 .yaw_rad = record_.setpoint.yaw_rad},
+                                         report_sequence_))
+    state_port_.send(f);
+  const Limiters& l = record_.command.diagnostics.limiters;
+  state::ControllerStatus s;
+  s.time_us = imu_time_us;
+  s.mode = phase_ == FlightPhase::flying   ? state::ControllerMode::tracking
+           : phase_ == FlightPhase::spin_up ? state::ControllerMode::idle
+           : phase_ == FlightPhase::safe    ? state::ControllerMode::failsafe
+                                            : state::ControllerMode::off;
+  s.armed = phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying;
+  s.estimate_valid = record_.estimate.valid;
+  s.pose_fresh = imu_time_us - record_.pose.time_us < 100'000;
+  s.imu_fresh = now_us - last_imu_us_ <= config_.imu_timeout_us;
+  s.limiters = static_cast<std::uint16_t>((l.thrust ? state::kLimitThrust : 0) | (l.tilt ? state::kLimitTilt : 0) |
+                                          (l.yaw ? state::kLimitYaw : 0) | (l.roll_pitch ? state::kLimitMotorMax : 0));
+  s.motor_limited_count = static_cast<std::uint16_t>(controller_state_.counters.limited);
+  for (const CanFrame& f : state::encode(s, report_sequence_)) state_port_.send(f);
+  ++report_sequence_;
+}
+
+std::string describe(const SafeState& safe) {
+  const char* what = "";
+  switch (safe.reason) {
+    case SafeReason::none: return "no safe state";
+    case SafeReason::not_ready: what = "not ready to fly in time"; break;
+    case SafeReason::imu_lost: what = "IMU samples stopped"; break;
+    case SafeReason::pose_lost: what = "estimate not valid: pose messages stopped"; break;
+    case SafeReason::esc_silent: what = "silent: no feedback on the ESC bus"; break;
+    case SafeReason::esc_fault: what = "reports a fault"; break;
+    case SafeReason::esc_not_following: what = "does not follow its set-point"; break;
+    case SafeReason::bus_off: what = "bus off"; break;
+  }
+  const auto ms = safe.time_us / 1000;
+  std::string text = safe.esc >= 0 ? "ESC " + std::to_string(safe.esc + 1) + " " : std::string();
+  text += what;
+  return text + " at " + std::to_string(ms / 1000) + "." + std::to_string(1000 + ms % 1000).substr(1) + " s: motors disarmed";
+}
+
+}  // namespace rotorloop::host

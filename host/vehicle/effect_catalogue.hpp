@@ -1,0 +1,30 @@
+// The ids of docs/effects.toml: the one list that plant files, vehicle files and diagnosis share. Only id, parameter and
+// range matter here; what an effect does is written where it is used.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rotorloop::host {
+
+// The one number of an effect; an empty name stands for an entry that declares none.
+struct CatalogueParameter {
+  std::string name, unit;
+  double min = 0.0, max = 0.0;
+};
+
+struct EffectCatalogue {
+  std::vector<std::string> ids;
+  std::vector<CatalogueParameter> parameters;  // in the order of ids; may be shorter
+  bool knows(std::string_view id) const;
+  const CatalogueParameter* parameter_of(std::string_view id) const;  // nullptr when none is declared
+};
+
+// Takes id, parameter, unit and range of every [[effect]]; other keys are the business of other readers. Throws Error on a duplicate id.
+EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
+
+// docs/effects.toml as it was when this program was built.
+EffectCatalogue builtin_effect_catalogue();
+
+}  // namespace rotorloop::host

@@ -1,0 +1,50 @@
+// What the ESC's analogue front end makes of the truth: three low-side shunts through their amplifiers, bus voltage and
+// temperature, as 12-bit counts. Scales of the ST B-G431B-ESC1 (UM2516 and the derived scale sheet: 27.43 mV/A, sign
+// inverted, zero at 2.057 V; bus divider 18k/(169k+18k); temperature 1.4 V at 25 degC, 19 mV/K).
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "sim/drive/inverter.hpp"
+#include "sim/world/random.hpp"
+
+namespace rotorloop::sim {
+
+struct SensingParameters {
+  double current_V_per_A = -27.43e-3;
+  double current_zero_V = 2.057;
+  double reference_V = 3.3;
+  double bus_ratio = 0.09626;
+  double temperature_zero_V = 1.4, temperature_V_per_K = 19e-3, temperature_zero_K = 298.15;
+  std::array<double, 3> gain = {1.0, 1.0, 1.0};  // shunt and amplifier tolerance
+  std::array<double, 3> offset_counts = {0.0, 0.0, 0.0};
+  double noise_counts = 2.0;  // rms per current sample, amplifier and converter
+  double bus_noise_counts = 1.0;
+  // The amplifier follows the shunt voltage only while the low side conducts: no signal before `dead`, all of it after `full`.
+  double settle_dead_s = 0.3e-6, settle_full_s = 1.0e-6;
+};
+
+struct AdcReading {
+  std::array<std::uint16_t, 3> phase{};
+  std::uint16_t bus = 0;
+  std::uint16_t temperature = 0;
+};
+
+// Draws `spread` of one board: gain 1 % and offset 12 counts standard deviation per channel (shunt 1 %, amplifier offset mV).
+SensingParameters typical_board(const RandomStream& random);
+
+class Sensing {
+ public:
+  Sensing(const SensingParameters& parameters, RandomStream noise) : p_(parameters), noise_(noise) {}
+  // low_window_s: time since the low side of each phase turned on, at the sampling instant; negative when it never did.
+  AdcReading sample(const PhaseCurrents& i, const std::array<double, 3>& low_window_s, double bus_V, double temperature_K);
+  const SensingParameters& parameters() const { return p_; }
+  SensingParameters& parameters() { return p_; }  // faults during a run: a channel that sticks or drifts
+
+ private:
+  SensingParameters p_;
+  RandomStream noise_;
+  std::uint64_t drawn_ = 0;
+};
+
+}  // namespace rotorloop::sim

@@ -1,0 +1,64 @@
+// A complete ESC inside the simulator: the firmware core compiled for the host, wired through the board concept to the true
+// drive. It advances by exact 24 kHz current-loop periods; the airframe couples to it every half millisecond.
+//
+//   esc.set_setpoint(…); esc.couple(load_torque, bus_V);  for 12 periods: esc.step_current_loop();  read omega, means
+#pragma once
+#include <cstdint>
+
+#include "firmware/board/fake/fake_board.hpp"
+#include "firmware/core/interface.hpp"
+#include "firmware/core/motor/motor.hpp"
+#include "sim/drive/drive.hpp"
+#include "sim/world/random.hpp"
+
+namespace rotorloop::sim {
+
+constexpr double kCurrentLoop_Hz = 24000.0;
+
+struct NativeEscConfig {
+  DriveParameters drive{};
+  firmware::Parameters firmware{};
+  double bus_V = 16.0;
+  std::uint64_t seed = 1;
+  std::uint64_t module = 0;       // names the random streams of this ESC; one number per ESC
+  bool draw_board_spread = true;  // current gains and offsets of this board drawn from the stream
+};
+
+class NativeEsc {
+ public:
+  explicit NativeEsc(const NativeEscConfig& config);
+
+  void set_setpoint(const firmware::Setpoint& setpoint) { setpoint_ = setpoint; }
+  // One 24 kHz period: sample, firmware interrupt, two PWM periods of the drive.
+  void step_current_loop();
+  // Once per airframe step: the propeller's resisting torque [N m, >= 0] at the present speed, scaled with speed² until the
+  // next call, and the bus voltage. Restarts the means below.
+  void couple(double load_torque_N_m, double bus_V);
+  // The same with the torque coefficient itself (torque / speed²), for loads known in that form.
+  void couple_quadratic(double load_N_m_s2, double bus_V);
+
+  double omega_rad_s() const { return drive_.omega_rad_s(); }  // signed, mechanical, true
+  double shaft_acceleration_rad_s2() const;                    // mean since the last couple()
+  double bus_current_A() const;                                // mean since the last couple(); negative: feeding back
+  firmware::Telemetry telemetry() const { return motor_.telemetry(); }
+  std::int64_t time_us() const { return static_cast<std::int64_t>(periods_ * 125 / 3); }  // 24 kHz period = 41.67 us
+  std::uint64_t periods() const { return periods_; }
+
+  // For tests and fault injection: the true drive and the firmware under test.
+  Drive& drive() { return drive_; }
+  const Drive& drive() const { return drive_; }
+  firmware::Motor<firmware::FakeBoard>& motor() { return motor_; }
+  firmware::FakeBoard& board() { return board_; }
+
+ private:
+  Drive drive_;
+  firmware::FakeBoard board_;
+  firmware::Motor<firmware::FakeBoard> motor_;
+  firmware::Setpoint setpoint_{};
+  firmware::PwmCompare active_{};
+  std::uint64_t periods_ = 0;
+  double coupled_omega_rad_s_ = 0.0, coupled_energy_J_ = 0.0;
+  std::uint64_t coupled_period_ = 0;
+};
+
+}  // namespace rotorloop::sim

@@ -1,0 +1,50 @@
+#include "sim/plant/assemble.hpp"
+
+namespace rotorloop::sim {
+
+SharedRotors read_rotors(const PlantFile& plant) {
+  SharedRotors rotors;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < i && !rotors[i]; ++j)
+      if (plant.rotors[j].blade_path == plant.rotors[i].blade_path) rotors[i] = rotors[j];
+    if (!rotors[i]) rotors[i] = std::make_shared<const Rotor>(read_blade(plant.rotors[i].blade_path));
+  }
+  return rotors;
+}
+
+Rotors pointers(const SharedRotors& rotors) {
+  return {rotors[0].get(), rotors[1].get(), rotors[2].get(), rotors[3].get()};
+}
+
+AirframeConfig airframe_config(const PlantFile& plant, const Rotors& rotors, std::int64_t step_ns) {
+  std::array<double, 4> blade_inertia_kg_m2{};
+  for (std::size_t i = 0; i < 4; ++i) blade_inertia_kg_m2[i] = rotors[i]->blade_inertia_kg_m2();
+  AirframeConfig c = airframe_config(plant, blade_inertia_kg_m2);
+  c.step_ns = step_ns;
+  return c;
+}
+
+DriveParameters drive_parameters(const PlantFile& plant, const Rotor& rotor, std::size_t esc) {
+  const MotorFile& m = plant.rotors[esc].motor;
+  DriveParameters d;
+  d.motor = {.resistance_ohm = m.resistance_ohm,
+             .inductance_H = {.d = m.inductance_d_H, .q = m.inductance_q_H},
+             .flux_linkage_Wb = m.flux_linkage_Wb,
+             .pole_pairs = m.pole_pairs,
+             .inertia_kg_m2 = m.inertia_kg_m2,
+             .static_friction_N_m = m.static_friction_N_m,
+             .cogging_N_m = m.cogging_N_m};
+  d.blade_inertia_kg_m2 = rotor.blade_inertia_kg_m2();
+  return d;
+}
+
+BatteryParameters battery_parameters(const PlantFile& plant) {
+  BatteryParameters b;
+  b.cells = plant.battery.cells;
+  b.capacity_A_s = plant.battery.capacity_Ah * 3600.0;
+  b.resistance_ohm = plant.battery.resistance_ohm;
+  b.initial_charge = plant.battery.state_of_charge;
+  return b;
+}
+
+}  // namespace rotorloop::sim

@@ -1,0 +1,114 @@
+// One node on the virtual bus: its controller's queues and error counters. Internal to sim/world; users see CanBus.
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "sim/world/virtual_bus.hpp"
+
+namespace rotorloop::sim {
+
+// Limits of ISO 11898-1:2015 §12.1.4 (fault confinement).
+inline constexpr int kPassiveAbove = 127;
+inline constexpr int kBusOffAbove = 255;
+inline constexpr int kTransmitErrorStep = 8;
+inline constexpr int kReceiveAfterPassive = 119;  // REC after a good reception while passive: 119..127 allowed
+inline constexpr int kRecoverySequences = 128;    // of 11 recessive bits
+inline constexpr int kRecoveryBits = 11;
+inline constexpr int kSuspendBits = 8;  // a passive transmitter waits longer after its own frame
+
+class VirtualBus::Port final : public CanBus {
+ public:
+  Port(VirtualBus& bus, PortConfig port_config, int port_number)
+      : config(std::move(port_config)), number(port_number), tx(config.tx_depth), bus_(bus), rx_(config.rx_depth) {}
+
+  SendStatus send(const CanFrame& frame) override { return bus_.send(*this, frame); }
+  std::optional<StampedFrame> receive() override {
+    if (rx_count_ == 0 || rx_[rx_head_].time_ns + config.rx_latency_ns > bus_.now_ns_) return std::nullopt;
+    const StampedFrame& frame = rx_[rx_head_];
+    if (++rx_head_ == rx_.size()) rx_head_ = 0;
+    --rx_count_;
+    return frame;
+  }
+  BusState state() const override { return state_; }
+  PortCounters counters() const override { return counted; }
+
+  void take_in(const StampedFrame& frame) {
+    if (rx_count_ == rx_.size()) {
+      ++counted.dropped_rx;
+      return;
+    }
+    std::size_t tail = rx_head_ + rx_count_;
+    if (tail >= rx_.size()) tail -= rx_.size();
+    rx_[tail] = frame;
+    ++rx_count_;
+    ++counted.received;
+  }
+  // When receive() shows something that it does not show at time_ns; kNever_ns if nothing waits.
+  std::int64_t next_visible_ns(std::int64_t time_ns) const {
+    for (std::size_t i = 0; i < rx_count_; ++i) {
+      const std::int64_t visible_ns = rx_[(rx_head_ + i) % rx_.size()].time_ns + config.rx_latency_ns;
+      if (visible_ns > time_ns) return visible_ns;
+    }
+    return kNever_ns;
+  }
+
+  bool off() const { return state_ == BusState::bus_off; }
+  bool passive() const { return state_ == BusState::error_passive; }
+  void count_good_transmission() {
+    if (errors.transmit > 0) --errors.transmit;
+    update_state();
+  }
+  void count_good_reception() {
+    if (errors.receive == 0) return;
+    errors.receive = errors.receive > kPassiveAbove ? kReceiveAfterPassive : errors.receive - 1;
+    update_state();
+  }
+  // A passive node that only misses the acknowledge may be alone on the bus: it must not go bus-off for that.
+  void count_transmit_error(bool acknowledge_missing) {
+    if (!(acknowledge_missing && passive())) errors.transmit += kTransmitErrorStep;
+    update_state();
+  }
+  void count_receive_error() {
+    errors.receive = std::min(errors.receive + 1, kBusOffAbove);
+    update_state();
+  }
+  void restart() {
+    errors = {};
+    recovery_left = 0;
+    state_ = BusState::error_active;
+  }
+
+  PortConfig config;
+  int number;  // as attach() counted; -1 for the device of an extra_traffic fault
+  TxQueue tx;
+  PortCounters counted;
+  ErrorCounters errors;
+  int recovery_left = 0;  // sequences of recessive bits until a bus-off node returns
+  std::int64_t suspended_until_ns = 0;
+  // Of an extra_traffic device only:
+  FaultState* traffic = nullptr;
+  std::uint64_t traffic_count = 0;
+  std::int64_t traffic_due_ns = 0;
+
+ private:
+  void update_state() {
+    if (errors.transmit > kBusOffAbove) {
+      state_ = BusState::bus_off;
+      recovery_left = kRecoverySequences;
+    } else {
+      state_ = errors.transmit > kPassiveAbove || errors.receive > kPassiveAbove ? BusState::error_passive : BusState::error_active;
+    }
+  }
+
+  VirtualBus& bus_;
+  std::vector<StampedFrame> rx_;  // ring
+  std::size_t rx_head_ = 0;
+  std::size_t rx_count_ = 0;
+  BusState state_ = BusState::error_active;
+};
+
+}  // namespace rotorloop::sim

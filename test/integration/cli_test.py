@@ -1,0 +1,123 @@
+"""The built `rotorloop` command with bad input: exit codes, what goes to which stream, and texts that say what to do.
+
+usage: cli_test.py PATH_TO_ROTORLOOP
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROTORLOOP = os.path.abspath(sys.argv.pop(1))
+
+SCENARIO = """format = 1
+name = "first"
+plant = "plant.toml"
+vehicle = "vehicle.toml"
+seeds = [1]
+variants = ["pd_ff"]
+[controller]
+gains = "gains.toml"
+[[flight]]
+name = "h"
+trajectory = "h.toml"
+"""
+
+
+class BadInput(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = pathlib.Path(self.folder.name)
+        for name in ("plant.toml", "vehicle.toml", "gains.toml", "h.toml"):
+            self.write(name, "format = 1\n")
+
+    def write(self, name, text):
+        path = self.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return name
+
+    def run_command(self, *words):
+        return subprocess.run([ROTORLOOP, *words], cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=60)
+
+    def refused(self, *words, says, code=2):
+        """The command ends with `code`, prints nothing on stdout, and its message has every part of `says`."""
+        done = self.run_command(*words)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertEqual(done.stdout, "")
+        for part in says:
+            self.assertIn(part, done.stderr)
+        self.assertLess(len(done.stderr), 2000, "a message, not a core dump")
+
+    def test_version_and_help_are_data(self):
+        done = self.run_command("--version")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stdout, r"^rotorloop \d+\.\d+\.\d+ ")
+        done = self.run_command("hil", "--help")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("Examples:", done.stdout)
+        self.assertIn("Exit codes:", done.stdout)
+
+    def test_no_command(self):
+        self.refused(says=["subcommand"])
+
+    def test_unknown_command_and_option(self):
+        self.refused("fly", says=['rotorloop: error: "fly" is not a command', "use one of: hil"])
+        self.refused("hil", "--sedes", "3", says=["rotorloop hil: error:", "--sedes", "see rotorloop hil --help"])
+
+    def test_hil_without_scenario(self):
+        self.refused("hil", says=["no scenario given", "do:"])
+
+    def test_missing_scenario(self):
+        self.refused("hil", "no/such.toml", says=["no/such.toml: error: no such file"])
+
+    def test_scenario_is_a_folder(self):
+        self.refused("hil", ".", says=["error:"])
+
+    def test_scenario_that_is_not_toml(self):
+        self.refused("hil", self.write("s.toml", "format = = 1"), says=["s.toml:1: error: not valid TOML"])
+        (self.path / "b.toml").write_bytes(bytes(range(256)) * 20)
+        self.refused("hil", "b.toml", says=["b.toml:1: error: not valid TOML"])
+        self.refused("hil", self.write("empty.toml", ""), says=['key "format" is missing'])
+
+    def test_misspelt_key_names_its_line(self):
+        self.refused("hil", self.write("s.toml", SCENARIO.replace("seeds =", "speeds = 3\nseeds =")), says=['s.toml:5: error: unknown key "speeds"', "docs/files.md"])
+
+    def test_backend_that_is_not_built_in(self):
+        text = SCENARIO + '[bus]\nesc = "socketcan:can0"\n'
+        self.refused("hil", self.write("s.toml", text), says=["s.toml:13: error:", "built in: virtual:"])
+
+    def test_missing_plant_shows_where_it_was_sought(self):
+        self.refused("hil", self.write("sub/s.toml", SCENARIO), says=["sub/s.toml:3: error: plant", "sub/plant.toml"])
+
+    def test_bad_inputs_leave_no_run_folder(self):
+        self.refused("hil", self.write("s.toml", SCENARIO), says=["plant.toml"])  # the plant file is empty
+        self.assertFalse((self.path / "runs").exists())
+
+    def test_bad_seeds_and_variants(self):
+        self.write("s.toml", SCENARIO)
+        self.refused("hil", "s.toml", "--seeds", "1..x", says=["--seeds: error:", "1,4,7..9"])
+        self.refused("hil", "s.toml", "--variants", "mpc", says=["--variants: error:", "pd_ff_thrust_drag"])
+
+    def test_dry_run_checks_without_flying(self):
+        self.write("s.toml", SCENARIO)
+        done = self.run_command("hil", "s.toml", "--dry-run")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("1 flights x 1 variants x 1 seeds = 1 runs", done.stdout)
+        self.assertFalse((self.path / "runs").exists())
+
+    def test_compare_of_what_is_no_run(self):
+        self.refused("hil", "compare", "a", "b", says=["a: error: is not a run folder"])
+        self.refused("hil", "compare", "a", says=["B"])
+        self.write("a/result.json", json.dumps({"format": 7}))
+        self.refused("hil", "compare", "a", "a", says=["a/result.json: error:", "format 7"], code=5)
+
+    def test_report_of_what_is_no_run(self):
+        self.refused("hil", "report", "a", says=["a: error: is not a run folder"])
+
+
+if __name__ == "__main__":
+    unittest.main()

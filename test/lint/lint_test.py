@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""The linter has to find what it promises: each case is a small tree with one mistake, and names the rule and the line. A case
+with rule None is correct code that looks like a mistake and must pass. Run by ctest as lint_self_test."""
+
+import io
+import json
+import sys
+import tempfile
+import unittest
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import lint  # noqa: E402
+import rules  # noqa: E402
+
+# A tree without a finding; cases add or replace files.
+CLEAN = {
+    "cmake/options.cmake": "target_compile_options(rl_options INTERFACE -Wall -ffp-contract=off)\n",
+    "protocols/can_frame.hpp": "#pragma once\n#include <cstdint>\n",
+    "firmware/core/interface.hpp": "#pragma once\n#include <cstdint>\n",
+    "host/base/error.hpp": "#pragma once\n#include <string>\n",
+    "host/bus/can_bus.hpp": '#pragma once\n#include "protocols/can_frame.hpp"\n',
+    "host/vehicle/model.hpp": "#pragma once\n",
+    "sim/world/bus.hpp": '#pragma once\n#include "host/bus/can_bus.hpp"\n',
+    "test/unit/sim/world/bus_test.cpp": '#include "sim/world/bus.hpp"\n#include "host/vehicle/model.hpp"\n',
+}
+
+
+def findings(files, compile_commands=()):
+    tree = {**CLEAN, **files}
+    for name in list(tree):
+        if name.endswith((".hpp", ".cpp")):
+            tree.setdefault(str(Path(name).parent / "README.md"), "# room\n")
+    return lint.Linter({name: text for name, text in tree.items() if text is not None}).run(compile_commands)
+
+
+# (name, {file: text}, rule or None, file:line of the finding)
+CASES = [
+    # (a) arrows
+    ("plant includes the vehicle model", {"sim/world/x.cpp": '\n#include "host/vehicle/model.hpp"\n'}, "include-arrow", "sim/world/x.cpp:2"),
+    ("host includes sim", {"host/bus/x.cpp": '#include "sim/world/bus.hpp"\n'}, "include-arrow", "host/bus/x.cpp:1"),
+    ("host includes bench", {"host/vehicle/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, "include-arrow", "host/vehicle/x.cpp:1"),
+    ("the command may include bench", {"host/cli/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, None, None),
+    ("protocols includes firmware", {"protocols/x.hpp": '#include "firmware/core/interface.hpp"\n'}, "include-arrow", "protocols/x.hpp:1"),
+    ("firmware includes host", {"firmware/core/x.cpp": '#include "host/base/error.hpp"\n'}, "include-arrow", "firmware/core/x.cpp:1"),
+    ("firmware core includes a board", {"firmware/core/x.hpp": '#include "firmware/board/g431/pwm.hpp"\n', "firmware/board/g431/pwm.hpp": ""},
+     "include-arrow", "firmware/core/x.hpp:1"),
+    ("firmware core includes the board concept", {"firmware/core/x.hpp": '#include "firmware/board/board.hpp"\n', "firmware/board/board.hpp": ""}, None, None),
+    ("vehicle includes control", {"host/vehicle/x.cpp": '#include "host/control/c.hpp"\n', "host/control/c.hpp": ""}, "include-arrow", "host/vehicle/x.cpp:1"),
+    ("control includes vehicle", {"host/control/x.cpp": '#include "host/vehicle/model.hpp"\n'}, None, None),
+    ("control sees samples of estimate only", {"host/control/x.cpp": '#include "host/estimate/estimator.hpp"\n', "host/estimate/estimator.hpp": ""},
+     "include-arrow", "host/control/x.cpp:1"),
+    ("report includes hil", {"bench/report/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, "include-arrow", "bench/report/x.cpp:1"),
+    ("hil includes report", {"bench/hil/x.cpp": '#include "bench/report/r.hpp"\n', "bench/report/r.hpp": ""}, None, None),
+    ("product includes a test", {"sim/world/x.cpp": '#include "test/unit/fake.hpp"\n', "test/unit/fake.hpp": ""}, "include-arrow", "sim/world/x.cpp:1"),
+    ("a room without a row", {"gadgets/x.cpp": "int x;\n"}, "include-arrow", "gadgets/x.cpp:1"),
+    ("a commented include is none", {"sim/world/x.cpp": '// #include "host/vehicle/model.hpp"\n/*\n#include "host/vehicle/model.hpp"\n*/\n'}, None, None),
+    ("include relative to the folder", {"sim/world/x.cpp": '#include "bus.hpp"\n'}, "include-path", "sim/world/x.cpp:1"),
+    ("include upwards by dots", {"sim/world/x.cpp": '#include "../../host/vehicle/model.hpp"\n'}, "include-path", "sim/world/x.cpp:1"),
+    ("the generated version header", {"host/cli/x.cpp": '#include "rotorloop_version.hpp"\n'}, None, None),
+    # (b) code for targets
+    ("heap header in firmware", {"firmware/core/x.hpp": "#include <vector>\n"}, "target-header", "firmware/core/x.hpp:1"),
+    ("stdio in protocols", {"protocols/x.cpp": "\n\n#include <cstdio>\n"}, "target-header", "protocols/x.cpp:3"),
+    ("allowed headers", {"firmware/core/x.hpp": "#include <array>\n#include <span>\n#include <cmath>\n"}, None, None),
+    ("new in firmware", {"firmware/core/x.cpp": "int* p = new int;\n"}, "target-new", "firmware/core/x.cpp:1"),
+    ("new in a comment or a name", {"firmware/core/x.cpp": "// a new frame\nint new_frame = 0;\n"}, None, None),
+    ("throw in protocols", {"protocols/x.cpp": "void f() {\n  throw 1;\n}\n"}, "target-throw", "protocols/x.cpp:2"),
+    ("virtual in firmware", {"firmware/core/x.hpp": "struct A { virtual void f(); };\n"}, "target-virtual", "firmware/core/x.hpp:1"),
+    ("virtual in host is fine", {"host/bus/x.hpp": "struct A { virtual void f(); };\n"}, None, None),
+    ("dynamic_cast in firmware", {"firmware/core/x.cpp": "auto p = dynamic_cast<A*>(q);\n"}, "target-rtti", "firmware/core/x.cpp:1"),
+    ("std::string in protocols", {"protocols/x.cpp": "std::string s;\n"}, "target-string", "protocols/x.cpp:1"),
+    ("double in firmware", {"firmware/core/x.cpp": "float a;\ndouble b;\n"}, "target-double", "firmware/core/x.cpp:2"),
+    ("double in protocols", {"protocols/x.cpp": "double b;\n"}, "target-double", "protocols/x.cpp:1"),
+    ("double on the board", {"firmware/board/g431/x.cpp": "double b;\n"}, None, None),
+    # (c) clocks and random numbers
+    ("steady clock in sim", {"sim/world/x.cpp": "auto t = std::chrono::steady_clock::now();\n"}, "wall-clock", "sim/world/x.cpp:1"),
+    ("clock_gettime in host/control", {"host/control/x.cpp": "clock_gettime(CLOCK_MONOTONIC, &ts);\n"}, "wall-clock", "host/control/x.cpp:1"),
+    ("gettimeofday in firmware", {"firmware/core/x.cpp": "gettimeofday(&t, nullptr);\n"}, "wall-clock", "firmware/core/x.cpp:1"),
+    ("time(nullptr) in host/vehicle", {"host/vehicle/x.cpp": "long t = time(nullptr);\n"}, "wall-clock", "host/vehicle/x.cpp:1"),
+    ("std::time in host/estimate", {"host/estimate/x.cpp": "long t = std::time(nullptr);\n"}, "wall-clock", "host/estimate/x.cpp:1"),
+    ("waiting in sim", {"sim/world/x.cpp": "std::this_thread::sleep_for(d);\n"}, "wall-clock", "sim/world/x.cpp:1"),
+    ("system clock in bench outside the listed file", {"bench/hil/x.cpp": "auto t = std::chrono::system_clock::now();\n"}, "wall-clock", "bench/hil/x.cpp:1"),
+    ("clock in the listed file", {"bench/hil/cost_meter.hpp": "auto t = std::chrono::steady_clock::now();\n"}, None, None),
+    ("a backend of host/bus may read the clock", {"host/bus/x.cpp": "auto t = std::chrono::steady_clock::now();\n"}, None, None),
+    ("a member called time", {"sim/world/x.cpp": "double t = frame.time(0);\n"}, None, None),
+    ("mt19937 in sim", {"sim/world/x.cpp": "std::mt19937_64 g;\n"}, "std-random", "sim/world/x.cpp:1"),
+    ("a distribution in bench", {"bench/hil/x.cpp": "std::normal_distribution<double> d;\n"}, "std-random", "bench/hil/x.cpp:1"),
+    ("random_device in host/control", {"host/control/x.cpp": "std::random_device r;\n"}, "std-random", "host/control/x.cpp:1"),
+    ("rand in sim", {"sim/world/x.cpp": "int i = rand();\n"}, "std-random", "sim/world/x.cpp:1"),
+    # (d) libm
+    ("std::sin in sim", {"sim/rotor/x.cpp": "double y = std::sin(x);\n"}, "libm", "sim/rotor/x.cpp:1"),
+    ("bare exp in host/control", {"host/control/x.cpp": "double y = exp(x);\n"}, "libm", "host/control/x.cpp:1"),
+    ("atan2f in firmware", {"firmware/core/x.cpp": "float y = atan2f(a, b);\n"}, "libm", "firmware/core/x.cpp:1"),
+    ("pow in host/estimate", {"host/estimate/x.cpp": "double y = std::pow(x, 2.0);\n"}, "libm", "host/estimate/x.cpp:1"),
+    ("hypot in host/vehicle", {"host/vehicle/x.cpp": "double y = std::hypot(x, 2.0);\n"}, "libm", "host/vehicle/x.cpp:1"),
+    ("libm in bench is fine", {"bench/hil/x.cpp": "double y = std::sin(x);\n"}, None, None),
+    ("own functions, members, exact functions", {"sim/rotor/x.cpp": "double y = sin_exact(x) + std::sqrt(x) + std::fabs(x) + m.log(x) + p->exp(x);\n"}, None, None),
+    ("Eigen's AngleAxis in sim", {"sim/world/x.cpp": "Eigen::AngleAxisd a(x, v);\n"}, "libm", "sim/world/x.cpp:1"),
+    # (e) floating point as written
+    ("options without -ffp-contract=off", {"cmake/options.cmake": "# -ffp-contract=off\n"}, "float-option", "cmake/options.cmake:1"),
+    ("fast math in a target", {"sim/CMakeLists.txt": "\ntarget_compile_options(x PRIVATE -ffast-math)\n"}, "float-option", "sim/CMakeLists.txt:2"),
+    ("march in a preset", {"CMakePresets.json": '{\n"flags": "-O2 -march=native"\n}\n'}, "float-option", "CMakePresets.json:2"),
+    ("march in a script", {"scripts/bench": "g++ -march=native x.cpp\n"}, "float-option", "scripts/bench:1"),
+    ("contraction switched on again", {"sim/CMakeLists.txt": "add_compile_options(-ffp-contract=fast)\n"}, "float-option", "sim/CMakeLists.txt:1"),
+    ("a comment about fast math", {"sim/CMakeLists.txt": "# never -ffast-math\n"}, None, None),
+    ("optimize pragma", {"sim/world/x.cpp": '#pragma GCC optimize ("fast-math")\n'}, "float-pragma", "sim/world/x.cpp:1"),
+    # (f) heap in the loop
+    ("std::vector in host/control", {"host/control/x.cpp": "std::vector<double> v;\n"}, "loop-heap", "host/control/x.cpp:1"),
+    ("std::string in host/estimate", {"host/estimate/x.hpp": "std::string s;\n"}, "loop-heap", "host/estimate/x.hpp:1"),
+    ("string_view in host/control", {"host/control/x.cpp": "std::string_view s;\n"}, None, None),
+    ("set-up file of host/control", {"host/control/trajectory_file.cpp": "std::vector<double> v;\n"}, None, None),
+    ("an exemption that suppresses nothing", {"host/control/trajectory_file.cpp": "int i;\n"}, "exemption-not-needed", "host/control/trajectory_file.cpp:1"),
+    # (g) folders and files
+    ("folder without README", {"host/node/x.cpp": "int i;\n", "host/node/README.md": None}, "folder-readme", "host/node/README.md:1"),
+    ("601 lines", {"sim/world/x.cpp": "int i;\n" * 601}, "file-length", "sim/world/x.cpp:601"),
+    ("600 lines", {"sim/world/x.cpp": "//\n" * 600}, None, None),
+    ("a script of 601 lines", {"scripts/x.py": "pass\n" * 601}, "file-length", "scripts/x.py:601"),
+    # (h) words
+    ("home folder in a document", {"docs/a.md": "one\nsee /ho" "me/me/data\n"}, "machine-path", "docs/a.md:2"),
+    ("work folder in a comment", {"sim/world/x.cpp": "// from /wo" "rk/main\n"}, "machine-path", "sim/world/x.cpp:1"),
+    ("root folder in a script", {"scripts/x": "cd /ro" "ot/x\n"}, "machine-path", "scripts/x:1"),
+    ("a path below another", {"docs/a.md": "build/work/x and ./home/x and https://example.org/home/x\n"}, None, None),
+    ("unfinished work", {"sim/world/x.cpp": "int i;  // TO" "DO: later\n"}, "unfinished", "sim/world/x.cpp:1"),
+    ("fix me in a script", {"scripts/x.py": "# FIX" "ME\n"}, "unfinished", "scripts/x.py:1"),
+    # Text is not code
+    ("tokens in strings and comments", {"firmware/core/x.cpp": 'const char* s = "throw new double";  /* virtual\n throw */\n'}, None, None),
+    ("tokens in a raw string", {"firmware/core/x.cpp": 'auto s = R"x(throw " new)x";\n'}, None, None),
+    ("code behind digit separators", {"firmware/core/x.cpp": "int a = 1'000;\ndouble b = 2'000;\n"}, "target-double", "firmware/core/x.cpp:2"),
+    ("code behind a quote character", {"firmware/core/x.cpp": "char q = '\"';\ndouble b;\nchar r = '\"';\n"}, "target-double", "firmware/core/x.cpp:2"),
+]
+
+
+class LintTest(unittest.TestCase):
+    def test_clean_tree_has_no_finding(self):
+        self.assertEqual(findings({}), [])
+
+    def test_each_mistake_is_found_where_it_is_and_nothing_else(self):
+        for name, files, rule, where in CASES:
+            with self.subTest(name):
+                found = [(f.rule, f"{f.path}:{f.line}") for f in findings(files) if f.rule != "include-reach"]
+                self.assertEqual(found, [] if rule is None else [(rule, where)])
+
+    def test_ban_is_found_through_a_chain_of_includes(self):
+        # Every step is allowed by itself: sim/plant may include host/base. The chain still ends in the controller's model.
+        files = {
+            "host/base/shared.hpp": '#include "host/vehicle/model.hpp"\n',
+            "sim/world/a.hpp": '#include "host/base/shared.hpp"\n',
+            "sim/plant/b.cpp": 'int i;\n#include "sim/world/a.hpp"\n',
+        }
+        found = [f for f in findings(files) if f.rule == "include-reach"]
+        self.assertEqual([(f.path, f.line) for f in found], [("sim/plant/b.cpp", 2), ("sim/world/a.hpp", 1)])
+        self.assertIn("sim/plant/b.cpp -> sim/world/a.hpp -> host/base/shared.hpp -> host/vehicle/model.hpp", found[0].what)
+        self.assertIn("shares no equation", found[0].remedy)
+
+    def test_include_circle_ends(self):
+        files = {"sim/world/a.hpp": '#include "sim/world/b.hpp"\n', "sim/world/b.hpp": '#include "sim/world/a.hpp"\n'}
+        self.assertEqual(findings(files), [])
+
+    def test_file_compiled_without_the_option_is_named(self):
+        good = {"file": "sim/world/a.cpp", "command": "g++ -O2 -ffp-contract=off -c a.cpp"}
+        bad = {"file": "sim/world/b.cpp", "arguments": ["g++", "-O2", "-c", "b.cpp"]}
+        found = findings({}, [good, bad])
+        self.assertEqual([(f.rule, f.path) for f in found], [("float-option", "sim/world/b.cpp")])
+
+    def test_command_reads_a_folder_prints_findings_and_fails(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name, text in CLEAN.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text, encoding="utf-8")
+                (root / name).with_name("README.md").write_text("# room\n", encoding="utf-8")
+            (root / "build").mkdir()
+            (root / "build" / "made.cpp").write_text("not looked at: std::mt19937 g;\n", encoding="utf-8")
+            (root / "picture.png").write_bytes(b"\x89PNG\0\0/wo" b"rk/x")
+            commands = root / "build" / "compile_commands.json"
+            commands.write_text(json.dumps([{"file": "a.cpp", "command": "g++ -ffp-contract=off a.cpp"}]), encoding="utf-8")
+            arguments = ["--root", folder, "--compile-commands", str(commands)]
+            out = io.StringIO()
+            with redirect_stdout(out), redirect_stderr(io.StringIO()):
+                self.assertEqual(lint.main(arguments), 0)
+                (root / "sim/world/x.cpp").write_text("int i = rand();\n", encoding="utf-8")
+                self.assertEqual(lint.main(arguments), 1)
+            self.assertEqual(out.getvalue(), "sim/world/x.cpp:1: [std-random] `rand` is not a seeded stream of this house\n"
+                                             "  do: use sim/world/random.hpp: RandomStream(seed, module)\n")
+
+    def test_every_rule_has_a_case(self):
+        promised = {r.id for r in rules.TOKEN_RULES} | {r[0] for r in rules.LEAKS}
+        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "exemption-not-needed"}
+        self.assertEqual(promised - {case[2] for case in CASES}, set())
+
+    def test_every_exemption_gives_a_reason(self):
+        for rule in rules.TOKEN_RULES:
+            for path, reason in rule.except_files.items():
+                self.assertGreater(len(reason), 10, f"{rule.id}: {path}")
+
+    def test_every_finding_says_what_to_do(self):
+        for name, files, rule, _ in CASES:
+            for f in findings(files) if rule else []:
+                with self.subTest(name):
+                    self.assertTrue(f.what and f.remedy)
+                    self.assertNotIn("{0}", f.what)
+
+
+if __name__ == "__main__":
+    unittest.main()

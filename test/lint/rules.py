@@ -1,0 +1,141 @@
+"""The rules of the house that a machine can check. This file is the table; lint.py applies it.
+
+To allow one more include arrow, add it to ARROWS. To exempt a file, add it to the rule's `except_files` with the reason;
+an exemption that no longer suppresses anything is itself reported.
+"""
+
+from dataclasses import dataclass, field
+
+SOURCE_SUFFIXES = (".cpp", ".hpp", ".c", ".h", ".cc", ".hh", ".inc")
+SCRIPT_SUFFIXES = (".py", ".sh")
+
+# --- (a) include arrows -----------------------------------------------------------------------------------------------
+# Room -> what it may include beside itself: folders (with all below them) or single files. The longest matching room counts.
+# A file in a folder that has no row is refused: a new room says here what it stands on.
+BELOW_BENCH = [
+    "sim", "host/base", "host/bus", "host/vehicle", "host/effects", "host/estimate", "host/control", "host/node", "firmware", "protocols",
+]
+ARROWS = {
+    "protocols": [],
+    "firmware/core": ["protocols", "firmware/board/board.hpp"],  # board.hpp is the concept, not a board
+    "firmware/board": ["firmware/core", "protocols"],
+    "firmware/bootloader": ["firmware", "protocols"],
+    "firmware/app": ["firmware", "protocols"],
+    "host/base": [],
+    "host/bus": ["host/base", "protocols"],
+    "host/vehicle": ["host/base"],
+    "host/effects": ["host/base", "host/vehicle"],
+    "host/estimate": ["host/base", "host/vehicle"],
+    "host/control": ["host/base", "host/vehicle", "host/effects", "host/estimate/samples.hpp"],
+    "host/node": ["host/base", "host/bus", "host/vehicle", "host/effects", "host/estimate", "host/control", "protocols"],
+    "host/cli": ["bench", "sim", "host", "firmware", "protocols"],
+    "sim/world": ["host/base", "host/bus", "protocols"],
+    "sim/rotor": ["host/base", "sim/world"],
+    "sim/drive": ["host/base", "sim/world"],
+    "sim/effects": ["host/base", "sim/world", "sim/rotor"],
+    "sim/airframe": ["host/base", "sim/world", "sim/rotor", "sim/effects"],
+    "sim/sensor": ["host/base", "host/bus", "sim/world", "sim/airframe", "protocols"],
+    "sim/esc": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
+    "sim/mcu": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
+    "sim/plant": ["host/base", "sim"],
+    "bench/report": BELOW_BENCH,
+    "bench/hil": BELOW_BENCH + ["bench/report"],
+    "bench/calibrate": BELOW_BENCH + ["bench/report"],
+    "bench/stand": BELOW_BENCH + ["bench/report"],
+    "bench/identify": BELOW_BENCH + ["bench/report"],
+    "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
+    "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
+}
+
+# What must not be reached by any chain of includes, whatever the rows above allow step by step.
+# (folder, folders exempt from it, what it never reaches, why)
+NEVER_REACHES = [
+    ("sim", [], ["host/vehicle", "host/control", "host/estimate", "host/effects", "host/node", "bench"],
+     "the plant shares no equation with the model under test"),
+    ("host", ["host/cli"], ["sim", "bench"], "the controller must build and run without the simulated world"),
+    ("firmware", [], ["host", "sim", "bench"], "firmware has no host"),
+    ("protocols", [], ["firmware", "host", "sim", "bench"], "the wire depends on nothing"),
+]
+
+GENERATED_HEADERS = ["rotorloop_version.hpp", "rotorloop_effects.hpp"]  # made by CMake in the build folder
+
+# --- (b) headers of what runs on a target -----------------------------------------------------------------------------
+TARGET_ROOMS = ["firmware/core", "protocols"]
+TARGET_HEADERS = {
+    "algorithm", "array", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint", "initializer_list",
+    "limits", "optional", "span", "type_traits", "version",
+}
+
+
+# --- token rules ------------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class TokenRule:
+    id: str
+    where: list       # folders or files
+    pattern: str      # on source text without comments and string literals
+    what: str         # {0} is the text found
+    remedy: str
+    except_files: dict = field(default_factory=dict)  # path -> reason
+
+
+LOCKSTEP_ROOMS = ["sim", "host/control", "host/estimate", "host/vehicle", "host/effects", "firmware", "protocols"]
+
+_CLOCK = (r"\b(?:std::)?chrono::\w*clock\b|\b(?:steady|system|high_resolution)_clock\b|\bclock_gettime\b|\bgettimeofday\b"
+          r"|\bstd::time\s*\(|(?<![\w.>:])time\s*\(\s*(?:NULL|nullptr|0|&)|\bstd::clock\s*\(|\bsleep_(?:for|until)\b|\b(?:nano|u)sleep\b"
+          r"|\b__rdtsc\b")
+
+TOKEN_RULES = [
+    # (b) no heap, exceptions, RTTI, virtual calls in what runs on a target
+    TokenRule("target-new", TARGET_ROOMS, r"\bnew\b(?!\s*\.)|\bmalloc\s*\(", "`{0}` in code for a target", "use a member or std::array: there is no heap"),
+    TokenRule("target-throw", TARGET_ROOMS, r"\bthrow\b|\btry\b|\bcatch\b", "`{0}` in code for a target", "return a status; count the abnormal branch"),
+    TokenRule("target-virtual", TARGET_ROOMS, r"\bvirtual\b", "`{0}` in code for a target", "use a concept and a template parameter"),
+    TokenRule("target-rtti", TARGET_ROOMS, r"\bdynamic_cast\b|\btypeid\b", "`{0}` in code for a target", "the build has no RTTI: decide by an enum"),
+    TokenRule("target-string", TARGET_ROOMS, r"\bstd::string\b|\bstd::vector\b", "`{0}` in code for a target", "use std::array or std::span"),
+    TokenRule("target-double", ["firmware/core"], r"\bdouble\b", "`{0}` in firmware/core", "the FPU is single precision: use float and an f suffix"),
+    TokenRule("target-double", ["protocols"], r"\bdouble\b", "`{0}` in protocols", "use float, or exempt a file that no ESC includes",
+              {"protocols/state_channel.hpp": "airframe state for the flight computer (double precision FPU); no ESC includes it"}),
+    # (c) one clock, one source of random numbers
+    TokenRule("wall-clock", LOCKSTEP_ROOMS, _CLOCK, "`{0}` reads a wall clock or waits", "take the time as an argument (sim/world/virtual_time.hpp)"),
+    TokenRule("wall-clock", ["bench", "host/cli"], _CLOCK, "`{0}` reads a wall clock or waits",
+              "lockstep runs know virtual time only; a real-time pacer or progress line goes into its own file, listed here",
+              {"bench/hil/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed"}),
+    TokenRule("std-random", LOCKSTEP_ROOMS + ["bench", "host"],
+              r"\bstd::mt19937\w*|\bstd::\w+_engine\b|\brandom_device\b|\b\w+_distribution\b|(?<![\w.>:])s?rand\s*\(|\bstd::s?rand\s*\(|\bdrand48\b",
+              "`{0}` is not a seeded stream of this house", "use sim/world/random.hpp: RandomStream(seed, module)"),
+    # (d) functions whose last bit depends on the CPU or the C library
+    TokenRule("libm", ["sim", "host/control", "host/estimate", "host/vehicle", "host/effects", "firmware/core"],
+              r"(?<![\w.>:])(?:std::|::)?(?:sin|cos|tan|sincos|asin|acos|atan|atan2|sinh|cosh|tanh|exp|exp2|expm1|log|log2|log10|log1p|pow|hypot|cbrt"
+              r"|erf|erfc|tgamma|lgamma)[fl]?\s*\((?!\s*\))",
+              "`{0}` gives other bits on another CPU or library", "use host/base/elementary.hpp (double) or the firmware's own float version",
+              {"sim/rotor/bench_rotor.cpp": "a speed measurement; makes up inputs, is in no run"}),
+    TokenRule("libm", ["sim", "host/control", "host/estimate", "host/vehicle", "host/effects"],
+              r"\bAngleAxis[df]?\b|\.slerp\s*\(|\beulerAngles\s*\(|\bangularDistance\s*\(", "`{0}` of Eigen calls libm inside",
+              "write the rotation with host/base/elementary.hpp"),
+    # (e) floating point as written
+    TokenRule("float-pragma", ["sim", "host", "firmware", "protocols", "bench"], r"#\s*pragma\s+(?:STDC\s+FP_CONTRACT|GCC\s+optimize)|\boptimize\s*\(\s*\"",
+              "`{0}` changes floating point for one file", "remove it: runs are compared bit by bit"),
+    # (f) no heap in the control loop
+    TokenRule("loop-heap", ["host/control", "host/estimate"],
+              r"\bstd::(?:vector|string|map|unordered_map|deque|list|function|make_unique|make_shared|unique_ptr|shared_ptr)\b|\bnew\b|\bMatrixXd\b|\bVectorXd\b",
+              "`{0}` in the control loop", "use a fixed-size array; a file that only runs at set-up is listed in test/lint/rules.py",
+              {path: "reads or makes trajectories and gains before the flight"
+               for path in ("host/control/trajectory_file.cpp", "host/control/trajectory_file.hpp", "host/control/trajectory_generator.cpp",
+                            "host/control/trajectory_generator.hpp", "host/control/shipped_trajectories.cpp")}),
+]
+
+# --- (e) build options ------------------------------------------------------------------------------------------------
+REQUIRED_OPTION = ("cmake/options.cmake", "-ffp-contract=off")
+BUILD_FILES = ("CMakeLists.txt", "CMakePresets.json", ".cmake", ".sh", "scripts/", ".ci/")
+FORBIDDEN_OPTIONS = (r"-ffast-math|-Ofast|-funsafe-math-optimizations|-fassociative-math|-freciprocal-math|-march=[\w-]+|-mfma|-mavx\w*"
+                     r"|-ffp-contract=(?!off)\w+")
+
+# --- (g) files and folders --------------------------------------------------------------------------------------------
+MAX_LINES = 600
+README_NOT_NEEDED_BELOW = ["test/unit", "test/integration", "test/bench"]  # they mirror the rooms; test/README.md speaks for them
+
+# --- (h) words that must not be committed -----------------------------------------------------------------------------
+LEAKS = [
+    ("machine-path", r"(?<![\w.~-])/(?:work|root|home)/\S*", "path of one machine: {0}", "use a path relative to the repository, or ROTORLOOP_DATA"),
+    ("unfinished", r"\b(?:TO" r"DO|FIX" r"ME|X{3})\b", "unfinished work: {0}", "finish it, or describe the gap in the folder's README under \"Known gaps\""),
+]
+LEAK_EXEMPT = {"test/lint/lint_test.py": "feeds the linter what it has to find"}

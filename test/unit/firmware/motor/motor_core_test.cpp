@@ -1,0 +1,385 @@
+// The pure steps of the motor control, each against its own specification, without any plant.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "firmware/board/fake/fake_board.hpp"
+#include "firmware/core/motor/motor.hpp"
+
+namespace {
+
+using namespace rotorloop::firmware;
+
+TEST(Angle, SineAndCosineAreWithinAMillionthOverTheTurn) {
+  for (int k = 0; k < 100000; ++k) {
+    const Angle a{static_cast<std::uint32_t>(k) * 42949u};
+    const double x = a.raw * (2.0 * M_PI / 4294967296.0);
+    const Rotation r = rotation(a);
+    ASSERT_NEAR(static_cast<double>(r.cos), std::cos(x), 1e-6);
+    ASSERT_NEAR(static_cast<double>(r.sin), std::sin(x), 1e-6);
+  }
+}
+
+TEST(Angle, WrapsWithoutLosingAnything) {
+  Angle a{};
+  for (int k = 0; k < 7; ++k) a = a + Angle::from_rad(2.0f * kPi / 7.0f);
+  EXPECT_NEAR(a.rad(), 0.0f, 1e-5f);
+}
+
+TEST(Vector, ParkAndItsInverseReturnTheVectorAndClarkeTheBalancedPhases) {
+  const Rotation at = rotation(Angle::from_rad(1.1f));
+  const Stator back = inverse_park(park({3.0f, -2.0f}, at), at);
+  EXPECT_NEAR(back.a, 3.0f, 1e-5f);
+  EXPECT_NEAR(back.b, -2.0f, 1e-5f);
+  const Stator round = clarke(inverse_clarke({1.5f, 0.7f}));
+  EXPECT_NEAR(round.a, 1.5f, 1e-6f);
+  EXPECT_NEAR(round.b, 0.7f, 1e-6f);
+}
+
+SenseConfig sense_config() { return {-0.03f, 2553.0f, 100.0f, 1500}; }
+SenseState calibrated() {
+  SenseState s;
+  s.zero_counts = {2553.0f, 2553.0f, 2553.0f};
+  s.calibrated = true;
+  return s;
+}
+
+TEST(CurrentSense, LearnsTheZeroOf256SamplesAndRefusesOneOutOfTolerance) {
+  SenseState s;
+  for (int k = 0; k < 256; ++k) calibrate_zero(sense_config(), s, {{2540, 2560, 2600}, 0, 0});
+  EXPECT_TRUE(s.calibrated);
+  EXPECT_FLOAT_EQ(s.zero_counts[2], 2600.0f);
+  SenseState bad;
+  for (int k = 0; k < 256; ++k) calibrate_zero(sense_config(), bad, {{2553, 2553, 2700}, 0, 0});
+  EXPECT_FALSE(bad.calibrated);
+  EXPECT_TRUE(bad.zero_out_of_tolerance);
+}
+
+TEST(CurrentSense, TakesTheTwoBestPhasesWhenTheThirdHadNoWindow) {
+  AdcCounts adc{{2553 - 300, 2553 + 100, 2553 + 200}, 0, 0};  // +9, -3, -6 A
+  const Sensed all = sense_currents(sense_config(), calibrated(), adc, {{800, 700, 600}});
+  EXPECT_NEAR(all.phase_A[0], 9.0f, 1e-4f);
+  adc.phase[0] = 2553;  // unsettled: reads nothing
+  const Sensed two = sense_currents(sense_config(), calibrated(), adc, {{1700, 700, 600}});
+  EXPECT_EQ(two.usable, 2);
+  EXPECT_NEAR(two.phase_A[0], 9.0f, 1e-4f);
+  const Sensed believed = sense_currents(sense_config(), calibrated(), adc, {{800, 700, 600}});  // without the rule
+  EXPECT_GT(std::fabs(believed.phase_A[0] - 9.0f), 2.0f);
+}
+
+TEST(CurrentSense, CommonErrorIsRemovedAndReportedAsResidual) {
+  const Sensed s = sense_currents(sense_config(), calibrated(), {{2553 + 40, 2553 + 40, 2553 + 40}, 0, 0}, {{800, 800, 800}});
+  EXPECT_NEAR(s.current_A.a, 0.0f, 1e-5f);
+  EXPECT_NEAR(s.residual_A, -3.6f, 1e-4f);
+}
+
+TEST(CurrentSense, ConverterAtItsEndMeansBeyondRange) {
+  EXPECT_TRUE(sense_currents(sense_config(), calibrated(), {{4095, 2553, 2553}, 0, 0}, {{800, 800, 800}}).at_end_of_range);
+  EXPECT_FALSE(sense_currents(sense_config(), calibrated(), {{4000, 2553, 2553}, 0, 0}, {{800, 800, 800}}).at_end_of_range);
+}
+
+ModulatorConfig ideal_bridge() { return {1771.0f, 0.0f, 0.0f, 1.0f, 0.85f}; }
+
+TEST(Modulator, MakesTheVoltageAskedInEveryDirectionUpToTheCircle) {
+  for (int degree = 0; degree < 360; ++degree) {
+    const Rotation at = rotation(Angle::from_rad(static_cast<float>(degree) * kPi / 180.0f - kPi));
+    for (const float share : {0.1f, 0.5f, 0.99f}) {
+      const Stator v = inverse_park({share * voltage_limit_V(ideal_bridge(), 15.0f), 0.0f}, at);
+      const Modulated m = modulate(ideal_bridge(), v, {}, 15.0f);
+      EXPECT_NEAR(15.0f * m.duty.a, v.a, 0.012f) << degree;  // a compare step is 8.5 mV
+      EXPECT_NEAR(15.0f * m.duty.b, v.b, 0.012f) << degree;
+    }
+  }
+}
+
+TEST(Modulator, LeavesTwoPhasesASampleWindowEverywhereOnTheCircle) {
+  for (int degree = 0; degree < 360; ++degree) {
+    const Rotation at = rotation(Angle::from_rad(static_cast<float>(degree) * kPi / 180.0f - kPi));
+    const Modulated m = modulate(ideal_bridge(), inverse_park({0.96f * voltage_limit_V(ideal_bridge(), 15.0f), 0.0f}, at), {}, 15.0f);
+    int blind = 0;
+    for (const auto c : m.compare.phase) blind += c > 0.851f * 1771.0f ? 1 : 0;
+    EXPECT_LE(blind, 1) << degree;
+  }
+}
+
+TEST(Modulator, DeadTimeIsAddedAlongTheCurrentAndSaidToBeLost) {
+  ModulatorConfig c = ideal_bridge();
+  c.dead_share = 0.0384f;
+  const Modulated m = modulate(c, {1.0f, 0.0f}, {10.0f, 0.0f}, 15.0f);
+  EXPECT_NEAR(15.0f * m.duty.a - m.lost_V.a, 1.0f, 0.012f);
+  EXPECT_NEAR(m.lost_V.a, 4.0f / 3.0f * 0.0384f * 15.0f, 1e-3f);
+}
+
+TEST(Modulator, NoInputMakesACompareBeyondTheTop) {
+  std::mt19937 random(1);
+  for (int k = 0; k < 10000; ++k) {
+    const auto draw = [&] { return (static_cast<float>(random()) / 4294967296.0f - 0.5f) * 200.0f; };
+    const Modulated m = modulate(ideal_bridge(), {draw(), draw()}, {draw(), draw()}, draw());
+    for (const auto c : m.compare.phase) ASSERT_LE(c, 1771);
+  }
+}
+
+// The current loop on the exact discrete motor it was designed for, with its one-period delay.
+std::array<float, 40> step_response(float omega_e_rad_s, float inductance_factor = 1.0f, bool angle_terms = true) {
+  const MotorConfig c = configure<FakeBoard>(Parameters{});
+  const float phi = omega_e_rad_s * c.period_s;
+  const FrameMotion frame = frame_motion(angle_terms ? omega_e_rad_s : 0.0f, c.period_s);
+  const float decay = std::exp(-0.064f * c.period_s / (15e-6f * inductance_factor));
+  CurrentLoopState s;
+  Rotor i{}, pending{};
+  std::array<float, 40> out{};
+  const Rotation full = rotation(Angle::from_rad(phi)), half = rotation(Angle::from_rad(0.5f * phi));
+  for (float& x : out) {
+    const CurrentLoopStep step_out = step(c.current, s, {0.0f, 10.0f}, i, frame, false, 1e3f);
+    i = decay * (conjugate(full) * i) + ((1.0f - decay) / 0.064f) * (conjugate(half) * pending);
+    pending = step_out.v_V;
+    x = i.q;
+  }
+  return out;
+}
+
+TEST(CurrentLoop, SettlesIn300MicrosecondsWithoutOvershootAtAnySpeed) {
+  for (const float krpm : {0.0f, 50.0f, 119.0f, 200.0f}) {
+    const auto y = step_response(krpm * 1000.0f / 60.0f * 2.0f * kPi);
+    EXPECT_GT(y[7], 9.0f) << krpm;
+    for (const float x : y) EXPECT_LT(x, 10.05f) << krpm;
+    EXPECT_NEAR(y.back(), 10.0f, 0.01f) << krpm;
+  }
+}
+
+TEST(CurrentLoop, WithoutTheAngleTermsItIsUnstableAt200ThousandElectricalRpm) {
+  const auto y = step_response(200e3f / 60.0f * 2.0f * kPi, 1.0f, false);
+  float most = 0.0f;
+  for (const float x : y) most = std::max(most, std::fabs(x - 10.0f));
+  EXPECT_GT(std::fabs(y.back() - 10.0f) + most, 5.0f);
+}
+
+TEST(CurrentLoop, ToleratesTwentyPercentOfInductance) {
+  for (const float factor : {0.8f, 1.2f}) {
+    const auto y = step_response(119e3f / 60.0f * 2.0f * kPi, factor);
+    EXPECT_NEAR(y.back(), 10.0f, 0.1f);
+    for (const float x : y) EXPECT_LT(x, 12.0f);
+  }
+}
+
+TEST(CurrentLoop, DoesNotWindUpAtTheVoltageLimit) {
+  const MotorConfig c = configure<FakeBoard>(Parameters{});
+  CurrentLoopState s;
+  const FrameMotion still = frame_motion(0.0f, c.period_s);
+  // Asked for 40 A against a back-EMF that leaves no room, for one second.
+  for (int k = 0; k < 24000; ++k) step(c.current, s, {0.0f, 40.0f}, {0.0f, 0.0f}, still, false, 5.0f);
+  EXPECT_LE(length(s.integral_V), 5.01f);
+  const CurrentLoopStep freed = step(c.current, s, {0.0f, -40.0f}, {0.0f, 0.0f}, still, false, 5.0f);
+  EXPECT_LT(freed.v_V.q, 2.0f);  // reverses at once
+}
+
+TEST(Observer, FindsAngleSpeedAndFluxOfARotatingMagnetBothWays) {
+  const MotorConfig c = configure<FakeBoard>(Parameters{});
+  for (const double w : {1500.0, 12461.0, 20944.0, -7477.0}) {
+    ObserverState s;
+    double theta = 1.0;
+    for (int k = 0; k < 4800; ++k) {
+      // Voltage that a magnet of 3.42e-4 Wb induces over one period, no current.
+      const double next = theta + w / 24000.0;
+      const Stator v{static_cast<float>(3.42e-4 * (std::cos(next) - std::cos(theta)) * 24000.0),
+                     static_cast<float>(3.42e-4 * (std::sin(next) - std::sin(theta)) * 24000.0)};
+      theta = next;
+      step(c.observer, s, v, {}, 0.064f, 0.0f, k > 1200);
+    }
+    EXPECT_NEAR(static_cast<double>(s.speed_e_rad_s) / w, 1.0, 1e-3) << w;
+    EXPECT_NEAR(std::remainder(static_cast<double>(s.angle.rad()) - theta, 2.0 * M_PI), 0.0, 0.02) << w;
+    EXPECT_NEAR(s.flux_ratio, 1.0f, 0.02f) << w;
+    EXPECT_GT(s.lock, 0.99f) << w;
+  }
+}
+
+TEST(Observer, WithoutVoltageItDoesNotClaimALockedRotation) {
+  const MotorConfig c = configure<FakeBoard>(Parameters{});
+  ObserverState s;
+  for (int k = 0; k < 4800; ++k) step(c.observer, s, {}, {}, 0.064f, 0.0f, false);
+  EXPECT_LT(std::fabs(s.omega_e_rad_s), 50.0f);
+}
+
+PowerLimitConfig power() { return {0.06f, 3.59e-3f}; }
+
+TEST(Limits, BrakingRangeForASupplyThatCannotSinkIsWhereTheWindingBurnsAllOfIt) {
+  const float w = 1000.0f;
+  const SinkGap gap = sink_gap(power(), w, 0.0f);
+  ASSERT_TRUE(gap.exists);
+  EXPECT_NEAR(gap.near_A, 0.0f, 1e-4f);
+  EXPECT_NEAR(gap.far_A, -3.59e-3f * w / (1.5f * 0.06f), 1e-3f);  // 40 A
+  const auto power_W = [&](float i) { return 1.5f * 0.06f * i * i + 3.59e-3f * w * i; };
+  EXPECT_GE(power_W(gap.far_A - 0.1f), 0.0f);
+  EXPECT_LT(power_W(0.5f * gap.far_A), 0.0f);
+}
+
+TEST(Limits, ASupplyThatSinksEnoughHasNoGapAndOneThatSinksALittleASmallerOne) {
+  EXPECT_FALSE(sink_gap(power(), 1000.0f, 100.0f).exists);  // most that can come back is (Kt w)²/(6 R) = 36 W
+  const SinkGap some = sink_gap(power(), 1000.0f, 10.0f);
+  ASSERT_TRUE(some.exists);
+  EXPECT_NEAR(1.5f * 0.06f * some.near_A * some.near_A + 3.59f * some.near_A, -10.0f, 0.01f);
+}
+
+LimitConfig limits() {
+  LimitConfig c;
+  c.power = power();
+  c.phase_A = 40.0f;
+  c.source_A = c.sink_A = 40.0f;
+  c.undervoltage_V = 12.0f;
+  c.temperature_K = 358.0f;
+  c.observer_A_s_rad = 1.0f;
+  return c;
+}
+
+TEST(Limits, NameTheRuleThatBinds) {
+  const auto by = [](const LimitConfig& c, LimitInputs in, float wanted) { return limit_current(current_range(c, in), wanted, 1.0f).by; };
+  const LimitInputs calm{1000.0f, 16.0f, 300.0f, 0.0f};
+  EXPECT_EQ(by(limits(), calm, 30.0f), Limiter::none);
+  EXPECT_EQ(by(limits(), calm, 39.0f), Limiter::phase_current);
+  EXPECT_EQ(by(limits(), {1000.0f, 16.0f, 350.0f, 0.0f}, 30.0f), Limiter::temperature);
+  EXPECT_EQ(by(limits(), {1000.0f, 12.5f, 300.0f, 0.0f}, 30.0f), Limiter::undervoltage);
+  EXPECT_EQ(by(limits(), {10.0f, 16.0f, 300.0f, 0.0f}, 30.0f), Limiter::observer);
+  LimitConfig c = limits();
+  c.source_A = 3.0f;
+  EXPECT_EQ(by(c, calm, 30.0f), Limiter::bus_current);
+  c.sink_A = 0.0f;
+  EXPECT_EQ(by(c, calm, -20.0f), Limiter::regen_current);
+}
+
+TEST(Limits, ALimitedDriveStaysWithinTheSupplysCurrent) {
+  LimitConfig c = limits();
+  c.source_A = 5.0f;
+  for (const float w : {200.0f, 800.0f, 1600.0f}) {
+    const Limited l = limit_current(current_range(c, {w, 16.0f, 300.0f, 0.0f}), 40.0f, 1.0f);
+    EXPECT_LE(1.5f * 0.06f * l.current_A * l.current_A + 3.59e-3f * w * l.current_A, 5.0f * 16.0f * 1.001f) << w;
+  }
+}
+
+TEST(Limits, MirrorForTheOtherDirection) {
+  const CurrentRange r = current_range(limits(), {-1000.0f, 16.0f, 300.0f, 0.0f});
+  EXPECT_FLOAT_EQ(limit_current(r, -50.0f, -1.0f).current_A, -limit_current(r, 50.0f, 1.0f).current_A);
+}
+
+CurrentRange wide() {
+  CurrentRange r;
+  r.low_A = -36.0f, r.high_A = 36.0f;
+  return r;
+}
+
+TEST(SpeedLoop, CarriesTheLoadByFeedForwardAlone) {
+  const SpeedLoopConfig c = configure<FakeBoard>(Parameters{}).speed;
+  SpeedLoopState s;
+  enter(c, s, 1000.0f, c.load_N_m_s2 * 1e6f / c.torque_constant_N_m_A);
+  const SpeedLoopStep out = step(c, s, 1000.0f, 1000.0f, wide(), false);
+  EXPECT_NEAR(out.current_A, 3.0e-8f * 1e6f / c.torque_constant_N_m_A, 1e-3f);
+  EXPECT_NEAR(s.integral_A, 0.0f, 1e-3f);
+}
+
+TEST(SpeedLoop, IntegralStandsStillWhileALimiterPushesBack) {
+  const SpeedLoopConfig c = configure<FakeBoard>(Parameters{}).speed;
+  SpeedLoopState s;
+  enter(c, s, 700.0f, 5.0f);
+  const float before = s.integral_A;
+  for (int k = 0; k < 4000; ++k) EXPECT_EQ(step(c, s, 1500.0f, 700.0f, wide(), false).limiter, Limiter::phase_current);
+  EXPECT_NEAR(s.integral_A, before, 0.5f);
+  SpeedLoopConfig loose = c;
+  loose.hold_at_limit = false;
+  SpeedLoopState wound = s;
+  for (int k = 0; k < 4000; ++k) step(loose, wound, 1500.0f, 700.0f, wide(), false);
+  EXPECT_GT(wound.integral_A, 1000.0f);
+}
+
+TEST(SpeedLoop, RaisesASmallSetpointAndLowersALargeOne) {
+  const SpeedLoopConfig c = configure<FakeBoard>(Parameters{}).speed;
+  SpeedLoopState s;
+  enter(c, s, 105.0f, 0.0f);
+  EXPECT_EQ(step(c, s, 10.0f, 105.0f, wide(), false).limiter, Limiter::min_speed);
+  EXPECT_FLOAT_EQ(s.slewed_rad_s, 105.0f);
+  enter(c, s, 1780.0f, 26.0f);
+  EXPECT_EQ(step(c, s, 5000.0f, 1780.0f, wide(), false).limiter, Limiter::max_speed);
+  EXPECT_FLOAT_EQ(s.slewed_rad_s, 1780.0f);
+}
+
+TEST(StartUp, CatchesATrustedRotationAndAlignsAnythingElse) {
+  const StartConfig c;
+  StartState s{MotorState::catching, 1.0f, 0.0f, 1.0f};
+  StartInputs turning;
+  turning.observed_rad_s = 500.0f, turning.lock = 0.99f, turning.flux_ratio = 1.0f;
+  EXPECT_TRUE(step(c, s, turning).caught);
+  s = {MotorState::catching, 1.0f, 0.0f, 1.0f};
+  turning.lock = 0.5f;
+  EXPECT_FALSE(step(c, s, turning).caught);
+  EXPECT_EQ(s.phase, MotorState::align);
+}
+
+TEST(StartUp, MeasuresTheResistanceWithoutTheDeadTimesVoltage) {
+  const StartConfig c;
+  StartState s{MotorState::align, 0.0f, 0.0f, 1.0f};
+  float measured = 0.0f;
+  for (int k = 0; k < 4000 && s.phase == MotorState::align; ++k) {
+    static float i = 0.0f;
+    StartInputs in;
+    in.along_A = i;
+    in.along_V = 0.055f * i + 0.7f;  // 0.7 V of dead time that the firmware does not know
+    const StartStep out = step(c, s, in);
+    i = out.current_A;
+    if (out.resistance_ohm > 0.0f) measured = out.resistance_ohm;
+  }
+  EXPECT_NEAR(measured, 0.055f, 1e-4f);
+}
+
+TEST(StartUp, GivesUpWhenNothingLocks) {
+  const StartConfig c;
+  StartState s{MotorState::ramp, 0.0f, 0.0f, -1.0f};
+  bool failed = false;
+  int ticks = 0;
+  for (; ticks < 4000 && !failed; ++ticks) failed = step(c, s, {}).failed;
+  EXPECT_TRUE(failed);
+  EXPECT_LT(static_cast<float>(ticks) * c.tick_s, 0.3f);
+  EXPECT_LT(s.speed_rad_s, 0.0f);  // in the direction asked
+}
+
+TEST(Motor, EveryInterruptOfAFreshBoardKeepsTheBridgeOffUntilCalibrated) {
+  FakeBoard board;
+  board.counts = {{2553, 2553, 2553}, 2000, 1740};
+  Motor<FakeBoard> motor{Parameters{}};
+  motor.set_setpoint({Mode::speed, 500.0f});
+  for (int k = 0; k < 250; ++k) {
+    motor.on_sample(board);
+    ASSERT_FALSE(board.bridge);
+  }
+  for (int k = 0; k < 50; ++k) motor.on_sample(board);
+  EXPECT_TRUE(board.bridge);
+}
+
+TEST(Motor, TripsInTheVeryInterruptThatSeesTheCurrent) {
+  FakeBoard board;
+  board.counts = {{2553, 2553, 2553}, 2000, 1740};
+  Motor<FakeBoard> motor{Parameters{}};
+  motor.set_setpoint({Mode::speed, 500.0f});
+  for (int k = 0; k < 300; ++k) motor.on_sample(board);
+  ASSERT_TRUE(board.bridge);
+  board.counts.phase = {static_cast<std::uint16_t>(2553 - 1600), 2553 + 800, 2553 + 800};  // 47 A
+  motor.on_sample(board);
+  EXPECT_FALSE(board.bridge);
+  EXPECT_EQ(motor.telemetry().fault, Fault::overcurrent);
+  EXPECT_EQ(motor.counters().overcurrent_trips, 1u);
+}
+
+TEST(FakeBoard, FlashBehavesAsFlash) {
+  FakeBoard b;
+  EXPECT_TRUE(b.flash_program(0, 8, 0x1122334455667788u));
+  EXPECT_FALSE(b.flash_program(0, 8, 0));  // not erased
+  EXPECT_FALSE(b.flash_program(0, 4, 0));  // not a word boundary
+  EXPECT_FALSE(b.flash_program(2, 0, 0));
+  std::array<std::uint8_t, 2> out{};
+  EXPECT_TRUE(b.flash_read(0, 8, out));
+  EXPECT_EQ(out[0], 0x88);
+  EXPECT_FALSE(b.flash_read(0, FakeBoard::kFlashPageBytes - 1, out));
+  EXPECT_TRUE(b.flash_erase(0));
+  EXPECT_TRUE(b.flash_program(0, 8, 1));
+}
+
+}  // namespace

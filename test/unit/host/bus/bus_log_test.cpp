@@ -1,0 +1,220 @@
+// Recordings: the exact bytes other tools expect, and nothing lost on the way through a file.
+#include "host/bus/bus_log.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "host/base/error.hpp"
+#include "host/bus/candump_log.hpp"
+#include "host/bus/pcap_log.hpp"
+
+namespace rotorloop {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct TemporaryFile {
+  explicit TemporaryFile(const std::string& name)
+      : path((std::filesystem::temp_directory_path() /
+              (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()) + name))
+                 .string()) {}
+  ~TemporaryFile() { std::filesystem::remove(path); }
+  std::string path;
+};
+
+CanFrame frame(std::uint32_t id, bool extended, std::initializer_list<int> data) {
+  CanFrame f{.id = id, .extended = extended, .length = static_cast<std::uint8_t>(data.size())};
+  std::size_t i = 0;
+  for (const int byte : data) f.data[i++] = static_cast<std::uint8_t>(byte);
+  return f;
+}
+
+std::string line(std::int64_t time_ns, std::string_view interface, const CanFrame& f) {
+  char out[96];
+  return std::string(out, format_candump(out, time_ns, interface, f));
+}
+
+std::vector<LoggedFrame> mixed_traffic(std::int64_t resolution_ns) {
+  std::vector<LoggedFrame> frames;
+  std::uint64_t state = 7;
+  const auto next = [&] { return state = state * 6364136223846793005ull + 1442695040888963407ull, state >> 33; };
+  std::int64_t time_ns = 0;
+  for (int n = 0; n < 3000; ++n) {
+    LoggedFrame f;
+    f.time_ns = time_ns += static_cast<std::int64_t>(next() % 2'000'000) * resolution_ns;
+    f.frame.extended = next() % 2 == 0;
+    f.frame.id = static_cast<std::uint32_t>(next()) & (f.frame.extended ? 0x1FFFFFFFu : 0x7FFu);
+    f.frame.length = static_cast<std::uint8_t>(next() % 9);
+    for (std::size_t i = 0; i < f.frame.length; ++i) f.frame.data[i] = static_cast<std::uint8_t>(next());
+    frames.push_back(f);
+  }
+  return frames;
+}
+
+void expect_same(const std::vector<LoggedFrame>& a, const std::vector<LoggedFrame>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].time_ns, b[i].time_ns) << "frame " << i;
+    ASSERT_EQ(a[i].frame, b[i].frame) << "frame " << i;
+  }
+}
+
+TEST(Candump, LineIsTheOneOfCandumpL) {
+  EXPECT_EQ(line(1'436'509'052'249'713'000, "vcan0", frame(0x044, false, {0x2A, 0x36, 0x6C, 0x2B, 0xBA})),
+            "(1436509052.249713) vcan0 044#2A366C2BBA\n");
+  EXPECT_EQ(line(0, "can0", frame(0x1F334455, true, {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88})),
+            "(0000000000.000000) can0 1F334455#1122334455667788\n");
+  EXPECT_EQ(line(12'000'001'999, "can0", frame(5, true, {})), "(0000000012.000001) can0 00000005#\n");
+}
+
+TEST(Candump, FileRoundTripKeepsEveryFrameAndMicrosecond) {
+  const TemporaryFile file(".log");
+  const std::vector<LoggedFrame> frames = mixed_traffic(1'000);
+  CandumpWriter writer(file.path, "vcan0");
+  for (const LoggedFrame& f : frames) writer.write(f.time_ns, f.frame);
+  writer.close();
+  const BusLog log = read_bus_log(file.path);
+  expect_same(frames, log.frames);
+  EXPECT_EQ(log.interfaces, std::vector<std::string>{"vcan0"});
+}
+
+TEST(Candump, ForeignRecordingIsReadAndWhatCannotBeSentIsCounted) {
+  const BusLog log = parse_candump(
+      "(1.000000) can0 123#11.22.33\r\n"
+      "(1.000100) can1 00000123#DEADBEEF R\n"
+      "\n"
+      "(1.000200) can0 123##0112233\n"
+      "(1.000300) can0 123#R4\n"
+      "(1.000400) can0 20000080#0000000000000000\n"
+      "(1.000500) can1 7FF#1122334455667788_C T",
+      "foreign.log");
+  ASSERT_EQ(log.frames.size(), 3u);
+  EXPECT_EQ(log.frames[0].frame, frame(0x123, false, {0x11, 0x22, 0x33}));
+  EXPECT_EQ(log.frames[0].time_ns, 1'000'000'000);
+  EXPECT_EQ(log.frames[1].frame, frame(0x123, true, {0xDE, 0xAD, 0xBE, 0xEF}));
+  EXPECT_EQ(log.interfaces[log.frames[1].interface], "can1");
+  EXPECT_EQ(log.frames[2].frame.length, 8);
+  EXPECT_EQ(log.skipped_fd, 1u);
+  EXPECT_EQ(log.skipped_remote, 1u);
+  EXPECT_EQ(log.skipped_error, 1u);
+}
+
+TEST(Candump, BadLineIsNamedWithFileAndLine) {
+  const auto refusal = [](const std::string& bad) {
+    try {
+      parse_candump("(0.000000) can0 123#00\n" + bad + "\n", "run/bus.log");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return "accepted: " + bad;
+  };
+  EXPECT_THAT(refusal("(0.000001) can0 123#0"), HasSubstr("run/bus.log:2: error: expected pairs of hex digits"));
+  EXPECT_THAT(refusal("(0.000001) can0 12#00"), HasSubstr("expected an identifier of 3 or 8 hex digits"));
+  EXPECT_THAT(refusal("(0.000001) can0 800#00"), HasSubstr("identifier beyond 7FF"));
+  EXPECT_THAT(refusal("(0.000001) can0 123#001122334455667788"), HasSubstr("more than 8 data bytes"));
+  EXPECT_THAT(refusal("(0.0001) can0 123#00"), HasSubstr("decimal digits in the time stamp"));
+  EXPECT_THAT(refusal("can0 123 [2] 00 11"), HasSubstr("expected a time stamp"));
+  EXPECT_THAT(refusal("(0.000001) can0"), HasSubstr("expected an interface name and a frame"));
+  EXPECT_THAT(refusal("(0.000001) can0 123#00 nonsense"), HasSubstr("unexpected text after the frame"));
+}
+
+TEST(Candump, InterfaceNameThatWouldBreakTheFormatIsRefused) {
+  const TemporaryFile file(".log");
+  EXPECT_THROW(CandumpWriter(file.path, "two words"), Error);
+  EXPECT_THROW(CandumpWriter(file.path, ""), Error);
+  EXPECT_THROW(CandumpWriter(file.path, "sixteen_letters_"), Error);
+}
+
+TEST(Pcap, BytesAreThoseOfTheSpecification) {
+  // File header: magic with nanoseconds, version 2.4, link type 227. Record: 1 s + 500 ns, 10 bytes; identifier big-endian
+  // with bit 31 for extended.
+  char out[64];
+  std::size_t n = format_pcap_file_header(out);
+  n += format_pcap_record(out + n, 1'000'000'500, frame(0x12345678, true, {0xAB, 0xCD}));
+  const std::vector<int> expected = {0x4D, 0x3C, 0xB2, 0xA1, 2,    0,    4, 0, 0,    0,   0, 0, 0,  0, 0, 0,
+                                     0xFF, 0xFF, 0,    0,    227,  0,    0, 0,                                //
+                                     1,    0,    0,    0,    0xF4, 0x01, 0, 0, 10,   0,   0, 0, 10, 0, 0, 0,  //
+                                     0x92, 0x34, 0x56, 0x78, 2,    0,    0, 0, 0xAB, 0xCD};
+  std::vector<int> got;
+  for (std::size_t i = 0; i < n; ++i) got.push_back(static_cast<unsigned char>(out[i]));
+  EXPECT_EQ(got, expected);
+}
+
+TEST(Pcap, FileRoundTripKeepsEveryFrameAndNanosecond) {
+  const TemporaryFile file(".pcap");
+  const std::vector<LoggedFrame> frames = mixed_traffic(1);
+  PcapWriter writer(file.path);
+  for (const LoggedFrame& f : frames) writer.write(f.time_ns, f.frame);
+  writer.close();
+  const BusLog log = read_bus_log(file.path);
+  expect_same(frames, log.frames);
+  EXPECT_EQ(log.skipped_fd + log.skipped_remote + log.skipped_error, 0u);
+}
+
+std::string big_endian_microsecond_file() {
+  const auto u32 = [](std::uint32_t v) {
+    return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)};
+  };
+  const std::string head = u32(0xA1B2C3D4) + u32(2u << 16 | 4) + u32(0) + u32(0) + u32(65535) + u32(227);
+  // As Wireshark captures from a socket: padded to 16 bytes.
+  const std::string remote = u32(0) + u32(5) + u32(16) + u32(16) + u32(0x40000123) + std::string("\x02\0\0\0\0\0\0\0\0\0\0\0", 12);
+  const std::string error = u32(0) + u32(6) + u32(16) + u32(16) + u32(0x20000004) + std::string("\x08\0\0\0\0\x01\0\0\0\0\0\0", 12);
+  const std::string fd = u32(0) + u32(7) + u32(20) + u32(20) + u32(0x00000123) + std::string("\x0C\x04\0\0", 4) + std::string(12, 'x');
+  const std::string data = u32(3) + u32(8) + u32(16) + u32(16) + u32(0x00000123) + std::string("\x02\0\0\0\x11\x22\0\0\0\0\0\0", 12);
+  return head + remote + error + fd + data;
+}
+
+TEST(Pcap, BigEndianMicrosecondFileIsReadAndWhatCannotBeSentIsCounted) {
+  const BusLog log = parse_pcap(big_endian_microsecond_file(), "foreign.pcap");
+  ASSERT_EQ(log.frames.size(), 1u);
+  EXPECT_EQ(log.frames[0].time_ns, 3'000'008'000);
+  EXPECT_EQ(log.frames[0].frame, frame(0x123, false, {0x11, 0x22}));
+  EXPECT_EQ(log.skipped_remote, 1u);
+  EXPECT_EQ(log.skipped_error, 1u);
+  EXPECT_EQ(log.skipped_fd, 1u);
+}
+
+TEST(Pcap, CutOrForeignFileIsRefusedWithTheRecordOrTheReason) {
+  const auto refusal = [](const std::string& bytes) {
+    try {
+      parse_pcap(bytes, "bus.pcap");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string good = big_endian_microsecond_file();
+  EXPECT_THAT(refusal(good.substr(0, good.size() - 1)), HasSubstr("bus.pcap: record 4: error: the file ends within a frame"));
+  EXPECT_THAT(refusal(good.substr(0, 24 + 15)), HasSubstr("record 1: error: the file ends within a record header"));
+  std::string ethernet = good;
+  ethernet[23] = 1;
+  EXPECT_THAT(refusal(ethernet), HasSubstr("link type 1, a CAN recording has 227"));
+  EXPECT_THAT(refusal(std::string("\x0A\x0D\x0D\x0A", 4) + std::string(40, '\0')), HasSubstr("pcapng"));
+}
+
+TEST(Recorder, MissingFolderIsADeviceErrorWithThePath) {
+  try {
+    PcapWriter writer("/nonexistent_folder/bus.pcap");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.exit_code(), ExitCode::device);
+    EXPECT_THAT(e.what(), HasSubstr("/nonexistent_folder/bus.pcap"));
+  }
+}
+
+TEST(Recorder, FullDiskIsReportedAndNotSwallowed) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  CandumpWriter writer("/dev/full", "can0");
+  writer.write(0, frame(1, false, {}));
+  EXPECT_THROW(writer.close(), Error);
+}
+
+TEST(BusLog, MissingFileIsNamed) { EXPECT_THROW(read_bus_log("/nonexistent_folder/bus.log"), Error); }
+
+}  // namespace
+}  // namespace rotorloop
