@@ -86,12 +86,15 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
   // Thrust. Starting values: with T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the
   // equation error; Gauss-Newton on the thrust itself then minimises what a controller would notice.
   ThrustModel m = geometry.thrust;
-  const auto n = static_cast<Eigen::Index>(powered.size());
+  std::vector<const LoadPoint*> axial;
+  for (const auto* p : powered)
+    if (p->v_B_m_s.head<2>().norm() < 0.5) axial.push_back(p);
+  const auto n = static_cast<Eigen::Index>(axial.size());
   Eigen::MatrixX2d a(n, 2);
   Eigen::VectorXd b(n);
   const double q = m.momentum_kg_m();
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto& p = *powered[static_cast<std::size_t>(i)];
+    const auto& p = *axial[static_cast<std::size_t>(i)];
     const double v_z = p.v_B_m_s.z(), v_xy = p.v_B_m_s.head<2>().norm(), w = p.omega_rad_s[0];
     const double thrust = (p.force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(v_z)) / 4.0;
     double v_i = std::sqrt(std::max(thrust, 0.0) / q);
@@ -107,7 +110,7 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
     Eigen::VectorXd r(n);
     const Eigen::Vector2d h(1e-5 * k[0], 1e-5 * std::fabs(k[1]) + 1e-10);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto& p = *powered[static_cast<std::size_t>(i)];
+      const auto& p = *axial[static_cast<std::size_t>(i)];
       const auto predicted = [&](double k1, double k2) {
         ThrustModel t = m;
         t.k1_N_s2 = k1;

@@ -31,7 +31,7 @@ Trajectory shuttle(const Eigen::Vector3d& direction, double speed_m_s, double ac
 
 TrajectoryFile horizontal_8p5() { return {"horizontal, 8.5 m/s", shuttle(Eigen::Vector3d::UnitX(), 8.5, 10.8, 8)}; }
 
-TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 2.5, 6)}; }
+TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 2.0, 4)}; }
 
 TrajectoryFile general() {
   constexpr double kSpeedXy_m_s = 5.7, kSpeedZ_m_s = 2.0, kYawRate_rad_s = 5.5;
