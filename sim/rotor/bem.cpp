@@ -179,7 +179,7 @@ struct Root {
 template <int kAzimuth>
 Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth<kAzimuth>& az, double guess, double slope,
                Forces<kAzimuth> (&f)[2]) {
-  const double tip = c.omega * a.r_m;
+  const double tip = std::fabs(c.omega) * a.r_m;
   // At these ends all flow comes from one side of the disk, so the sign of the residual is known without evaluation.
   const double far = 2.0 * (std::fabs(c.climb) + c.edge + tip + c.rate * rotor.radius_m()) + 1e-3;
   const double scale = 0.05 * tip + 0.1 * (std::fabs(c.climb) + c.edge) + 1e-6;
@@ -208,13 +208,13 @@ Root find_root(const Rotor& rotor, const Annulus& a, const Condition& c, const A
     (e.residual < 0.0 ? low : high) = next;
     v = next;
     const double difference = e.residual - before;
-    const double secant = difference / moved;
     const bool usable = moved != 0.0 && difference != 0.0;
-    step = usable ? -e.residual / secant : 0.0;
-    if (usable) slope = secant;
+    const double beyond = usable ? -e.residual / difference : 0.0;  // of the root past `next`, in units of the move
+    step = beyond * moved;
+    if (usable) slope = difference / moved;
     const bool close =
         std::fabs(step) * (std::fabs(moved) + std::fabs(step)) <= kStepProduct * scale * scale && std::fabs(step) <= std::fabs(moved);
-    if (e.residual == 0.0 || close) return {v + step, slope, e.through, e.ring, usable ? step / moved : 0.0, last, count, true};
+    if (e.residual == 0.0 || close) return {v + step, slope, e.through, e.ring, beyond, last, count, true};
     if (high - low <= kStepAlone * scale) return {v, slope, e.through, e.ring, 0.0, last, count, true};
     slow = high - low > 0.5 * previous_width && std::fabs(step) > 0.5 * std::fabs(moved) ? slow + 1 : 0;
     previous_width = high - low;

@@ -1,4 +1,4 @@
-// The shipped tri-blade and small helpers shared by the rotor tests.
+// The shipped tri-blade and conditions shared by the rotor tests.
 #pragma once
 #include <cmath>
 #include <cstdint>
