@@ -53,21 +53,13 @@ PlantBody read_body(const TomlTable& t) {
   return b;
 }
 
-std::filesystem::path beside(const TomlFile& file, const std::string& given) {
-  const std::filesystem::path p = given;
-  return (p.is_absolute() ? p : file.path().parent_path() / p).lexically_normal();
-}
-
-PlantRotor read_rotor(const TomlFile& file, const TomlTable& t, const Place& place, std::size_t number) {
+PlantRotor read_rotor(const TomlTable& t, const Place& place, std::size_t number) {
   PlantRotor r;
   r.hub_m = vector3(t.numbers("position_m", 3, {-5.0, 5.0, "m"}));
   r.spin = static_cast<int>(t.integer("spin", -1, 1));
   const auto tilt = t.numbers("tilt_deg", 2, {-45.0, 45.0, "deg"});
   r.tilt_rad = {tilt[0] * kRadians, tilt[1] * kRadians};
-  const std::string blade = t.text("blade");
-  if (blade.empty())
-    t.fail("blade", fmt::format("rotor[{}].blade is empty", number), "", "name a blade file, such as \"blades/triblade_5in.toml\"");
-  r.blade_path = beside(file, blade);
+  r.blade_path = t.file("blade");
   r.motor_path = t.file("motor");
   r.motor = read_motor(r.motor_path);
   if (r.hub_m.x() * place.x <= 0.0 || r.hub_m.y() * place.y <= 0.0)
@@ -162,7 +154,7 @@ PlantFile read_plant(const TomlFile& file) {
   plant.name = root.text("name");
   plant.body = read_body(root.table("body"));
   const auto rotors = root.tables("rotor", kAirframeRotors, kAirframeRotors);
-  for (std::size_t i = 0; i < kAirframeRotors; ++i) plant.rotors[i] = read_rotor(file, rotors[i], kPlaces[i], i + 1);
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) plant.rotors[i] = read_rotor(rotors[i], kPlaces[i], i + 1);
   plant.battery = read_battery(root.table("battery"));
   plant.density_kg_m3 = root.table("air").number("density_kg_m3", {0.01, 5.0, "kg/m^3"});
   const TomlTable sensors = root.table("sensors");
