@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "host/base/elementary.hpp"
@@ -19,12 +20,8 @@ constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 288 K (ISA); varies 2 
 constexpr double kStoppedTip_m_s = 1.0;      // below this tip speed chord Reynolds numbers are under 1000: no polar holds
 constexpr double kTiny = 1e-12;              // keeps 0/0 out at zero speed; far below any speed that matters
 constexpr double kPittPeters = 15.0 * std::numbers::pi / 32.0;  // skew gain, Pitt & Peters 1981
-// Share of v^2 added to the squared speed that carries the vortex sheets away. In Prandtl's bare formula they pile up when descent
-// cancels the induced flow, the loss vanishes there and F v loses its monotony, so that one annulus has several solutions; 1/8 is
-// the least share for which F v still rises with v throughout, and turns hover's sin(phi) by 6 %.
-constexpr double kSheetSpread = 0.125;
 // A step times the one before bounds the next error of a secant search; relative to the speeds squared.
-constexpr double kStepProduct = 1e-12;
+constexpr double kStepProduct = 7e-13;
 constexpr double kStepAlone = 1e-11;
 constexpr double kMaxSpeed_m_s = 1e5;  // beyond, squares lose their meaning; refused as not finite
 
@@ -51,6 +48,13 @@ struct Condition {
   double omega, climb, edge2, edge, rate, reynolds_per_W_chord;
 };
 
+inline ClCd load2(const double* p) {
+  ClCd x;
+  std::memcpy(&x, p, sizeof x);
+  return x;
+}
+inline void store2(double* p, ClCd x) { std::memcpy(p, &x, sizeof x); }
+
 struct Evaluation {
   double residual = 0.0, through = 0.0, ring = 0.0;
 };
@@ -60,28 +64,21 @@ template <int kAzimuth>
 Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, const Azimuth<kAzimuth>& az, double v, Forces<kAzimuth>& f) {
   const int n = kAzimuth > 0 ? kAzimuth : rotor.resolution().azimuth;
   const double w = c.climb + v, tip = c.omega * a.r_m;
-  const Through through = mass_flow(v, c.climb, c.edge2);
   const double axial2 = w * w + kTiny;
-  const double speed2 = axial2 + tip * tip;
-  const double swirl = v * w * tip / speed2;  // induced velocity stands across the relative flow
-  const double sheets2 = axial2 + kSheetSpread * v * v;
-  const double loss =
-      prandtl_loss(std::sqrt(std::sqrt((tip * tip + 0.5 * c.edge2 + sheets2) / sheets2)), a.sqrt_tip_loss, a.sqrt_root_loss);
+  const double swirl = v * w * tip / (axial2 + tip * tip);  // induced velocity stands across the relative flow
   // Pitt-Peters: tan(chi/2) of the wake skew angle without trigonometry.
   const double skew = kPittPeters * c.edge / (std::sqrt(c.edge2 + w * w) + std::fabs(w) + kTiny) * v * (a.r_m / rotor.radius_m());
 
   alignas(16) double ut[capacity(kAzimuth)], up[capacity(kAzimuth)], speed[capacity(kAzimuth)], in_cell[capacity(kAzimuth)],
       in_row[capacity(kAzimuth)];
-  alignas(16) double cl[capacity(kAzimuth)], cd[capacity(kAzimuth)];
   alignas(16) int node[capacity(kAzimuth)];
   const SectionTable& table = rotor.table(a.table);
   const double reynolds_scale = c.reynolds_per_W_chord * a.chord_m / table.reynolds_step;
   const double reynolds_zero = table.reynolds_min / table.reynolds_step;
   const double ct = a.cos_twist, st = a.sin_twist;
   const double ut0 = tip - swirl;
-  constexpr int kStride = SectionTable::kDirections + 1;
-  constexpr double kCells = SectionTable::kDirections, kTopCell = SectionTable::kDirections - 1e-9,
-                   kTopRow = SectionTable::kRows - 1 - 1e-9;
+  constexpr int kStride = SectionTable::kStride;
+  constexpr double kCells = SectionTable::kDirections, kTopRow = SectionTable::kRows - 1 - 1e-9;
   for (int k = 0; k < n; ++k) {
     const double t = ut0 + az.tangential[k];
     const double u = w + a.r_m * az.flap[k] + skew * az.skew[k];
@@ -92,8 +89,7 @@ Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, co
     ut[k] = t;
     up[k] = u;
     speed[k] = s;
-    const double cell0 = q * (kCells / 4.0) + kCells / 2.0;
-    const double cell = cell0 > kTopCell ? kTopCell : cell0;
+    const double cell = q * (kCells / 4.0) + kCells / 2.0;
     const double row0 = s * reynolds_scale - reynolds_zero;
     const double row1 = row0 < 0.0 ? 0.0 : row0;
     const double row = row1 > kTopRow ? kTopRow : row1;
@@ -103,31 +99,34 @@ Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, co
     node[k] = i * kStride + j;
   }
   const ClCd* nodes = table.nodes.data();
-  for (int k = 0; k < n; ++k) {
+  const auto section = [&](int k) {
     const ClCd* low = nodes + node[k];
     const ClCd* high = low + kStride;
     const ClCd wq = {in_cell[k], in_cell[k]}, ws = {in_row[k], in_row[k]};
     const ClCd l = low[0] + wq * (low[1] - low[0]);
     const ClCd h = high[0] + wq * (high[1] - high[0]);
-    const ClCd r = l + ws * (h - l);
-    cl[k] = r[0];
-    cd[k] = r[1];
+    return l + ws * (h - l);
+  };
+  // Two azimuths at a time, turned from (cl, cd) pairs into a pair of cl and a pair of cd.
+  const ClCd scale2 = {0.25 * a.solidity / n, 0.25 * a.solidity / n};
+  ClCd sum_even = {0.0, 0.0}, sum_odd = {0.0, 0.0};
+  for (int k = 0; k < n; k += 2) {
+    const ClCd first = section(k), second = section(k + 1);
+    const ClCd cl = {first[0], second[0]}, cd = {first[1], second[1]};
+    const ClCd s = load2(speed + k), t = load2(ut + k), u = load2(up + k);
+    const ClCd sl = s * cl, sd = s * cd;
+    const ClCd lift = sl * t - sd * u;
+    store2(f.up + k, lift);
+    store2(f.drag + k, sl * u + sd * t);
+    store2(f.radial + k, sd * load2(az.radial + k));
+    (k & 2 ? sum_odd : sum_even) += lift;
   }
-  for (int k = 0; k < n; ++k) {
-    const double sl = speed[k] * cl[k], sd = speed[k] * cd[k];
-    f.up[k] = sl * ut[k] - sd * up[k];
-    f.drag[k] = sl * up[k] + sd * ut[k];
-    f.radial[k] = sd * az.radial[k];
-  }
-  double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
-  for (int k = 0; k < n; k += 4) {
-    s0 += f.up[k];
-    s1 += f.up[k + 1];
-    s2 += f.up[k + 2];
-    s3 += f.up[k + 3];
-  }
-  const double mean = ((s0 + s2) + (s1 + s3)) / n;
-  return {loss * v * through.speed_m_s - 0.25 * a.solidity * mean, through.speed_m_s, through.ring};
+  const ClCd blades2 = (sum_even + sum_odd) * scale2;
+  const Through through = mass_flow(v, c.climb, c.edge2);
+  const double sheets2 = axial2 + kSheetSpread * v * v;
+  const double loss =
+      prandtl_loss(std::sqrt(std::sqrt((tip * tip + 0.5 * c.edge2 + sheets2) / sheets2)), a.sqrt_tip_loss, a.sqrt_root_loss);
+  return {loss * v * through.speed_m_s - (blades2[0] + blades2[1]), through.speed_m_s, through.ring};
 }
 
 // Sums over the disk, before the common factor rho/2 * blades / azimuth.

@@ -25,7 +25,7 @@ std::vector<RotorCondition> flight() {
 }
 
 void solve(benchmark::State& state, bool warm_start, int radial, int azimuth) {
-  const Rotor rotor(read_blade("vehicles/blades/triblade_5in.toml"), {radial, azimuth});
+  const Rotor rotor(read_blade(ROTORLOOP_SOURCE_DIR "/vehicles/blades/triblade_5in.toml"), {radial, azimuth});
   const auto conditions = flight();
   RotorWarmStart warm;
   std::size_t i = 0;

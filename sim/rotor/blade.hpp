@@ -25,6 +25,7 @@ struct Blade {
   double hub_radius_m = 0.0;         // the lifting part starts here
   double blade_inertia_kg_m2 = 0.0;  // all blades together, about the shaft; the motor adds its own
   double stall_delay = kSnelFactor;  // section_table.hpp; 0: the polars as they are
+  double drag_scale = 1.0;           // on the polars' drag: XFOIL gives too little below Reynolds number 8e4
   std::vector<BladeStation> stations;
   std::map<std::string, Polar> polars;
   std::vector<std::filesystem::path> polar_files;  // that polars were read from

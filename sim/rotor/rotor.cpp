@@ -45,6 +45,25 @@ std::vector<Node> gauss_legendre(int n) {
   return nodes;
 }
 
+// Value at x between the points (x[i], y[i]), i = at - 1 and at: cubic with the slopes of Fritsch & Butland (1984), which keep it between
+// its neighbours. Straight lines would do for the shape, but their kinks cost quadrature nodes.
+template <class X, class Y>
+double monotone_cubic(std::size_t count, std::size_t at, double x, X abscissa, Y ordinate) {
+  const auto secant = [&](std::size_t i) { return (ordinate(i + 1) - ordinate(i)) / (abscissa(i + 1) - abscissa(i)); };
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return secant(0);
+    if (i + 1 == count) return secant(count - 2);
+    const double left = secant(i - 1), right = secant(i);
+    if (left * right <= 0.0) return 0.0;
+    const double hl = abscissa(i) - abscissa(i - 1), hr = abscissa(i + 1) - abscissa(i);
+    return 3.0 * (hl + hr) / ((2.0 * hr + hl) / left + (hr + 2.0 * hl) / right);
+  };
+  const double h = abscissa(at) - abscissa(at - 1), t = std::clamp((x - abscissa(at - 1)) / h, 0.0, 1.0);
+  const double t2 = t * t, t3 = t2 * t;
+  return ordinate(at - 1) * (2.0 * t3 - 3.0 * t2 + 1.0) + slope(at - 1) * h * (t3 - 2.0 * t2 + t) + ordinate(at) * (3.0 * t2 - 2.0 * t3) +
+         slope(at) * h * (t3 - t2);
+}
+
 void check(const RotorResolution& r) {
   const auto refuse = [](const std::string& what, const std::string& remedy) { throw Error({"rotor resolution", what, "", remedy}); };
   if (r.radial < 4 || r.radial > kMaxRadial)
@@ -75,11 +94,13 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     while (i + 1 < s.size() && s[i].r_m < r) ++i;
     const BladeStation &in = s[i - 1], &out = s[i];
     const double w = std::clamp((r - in.r_m) / (out.r_m - in.r_m), 0.0, 1.0);
-    const double chord = in.chord_m + w * (out.chord_m - in.chord_m);
-    const SinCos twist = sincos_exact((in.twist_deg + w * (out.twist_deg - in.twist_deg)) * std::numbers::pi / 180.0);
+    const auto radius = [&](std::size_t j) { return s[j].r_m; };
+    const double chord = monotone_cubic(s.size(), i, r, radius, [&](std::size_t j) { return s[j].chord_m; });
+    const double twist_deg = monotone_cubic(s.size(), i, r, radius, [&](std::size_t j) { return s[j].twist_deg; });
+    const SinCos twist = sincos_exact(twist_deg * std::numbers::pi / 180.0);
     const double snel = blade.stall_delay * (chord / r) * (chord / r);
     const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
-    tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, stall_delay));
+    tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, {stall_delay, blade.drag_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
                        .weight_m = half * 0.5 * std::numbers::pi * bent.cos * node.weight,

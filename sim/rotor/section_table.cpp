@@ -44,7 +44,7 @@ void delay_stall(ClCd* row, const std::vector<double>& alpha_deg, double share) 
 }
 }  // namespace
 
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double stall_delay_share) {
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, SectionCorrection correction) {
   SectionTable t;
   t.reynolds_min = std::min(a.tables.front().reynolds, b.tables.front().reynolds);
   const double top = std::max(a.tables.back().reynolds, b.tables.back().reynolds);
@@ -52,16 +52,18 @@ SectionTable prepare_section(const Polar& a, const Polar& b, double weight, doub
   t.reynolds_step = std::max((top - t.reynolds_min) / (SectionTable::kRows - 1), 1.0);
   std::vector<double> alpha_deg;
   for (int j = 0; j < kNodes; ++j) alpha_deg.push_back(angle_of_direction_deg(-2.0 + 4.0 * j / SectionTable::kDirections));
-  t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * kNodes);
+  t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * SectionTable::kStride);
   for (int i = 0; i < SectionTable::kRows; ++i) {
     const double reynolds = t.reynolds_min + i * t.reynolds_step;
     for (const double alpha : alpha_deg) {
       const auto ca = polar_at(a, alpha, reynolds), cb = polar_at(b, alpha, reynolds);
-      t.nodes.push_back(ClCd{ca.cl + weight * (cb.cl - ca.cl), ca.cd + weight * (cb.cd - ca.cd)});
+      t.nodes.push_back(ClCd{ca.cl + weight * (cb.cl - ca.cl), correction.drag_scale * (ca.cd + weight * (cb.cd - ca.cd))});
     }
-    ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * kNodes;
+    ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * SectionTable::kStride;
     row[kNodes - 1] = row[0];  // +-180 degrees are one direction; the file allows rounding between its ends
-    delay_stall(row, alpha_deg, stall_delay_share);
+    t.nodes.resize(static_cast<std::size_t>(i + 1) * SectionTable::kStride);
+    delay_stall(row, alpha_deg, correction.stall_delay_share);
+    row[kNodes] = row[kNodes - 1];
   }
   return t;
 }

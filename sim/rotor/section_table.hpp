@@ -14,13 +14,14 @@ namespace rotorloop::sim {
 typedef double ClCd __attribute__((vector_size(16)));
 
 struct SectionTable {
-  static constexpr int kDirections = 1024;  // cells over p in [-2, 2]: 0.22 degrees at zero angle of attack
+  static constexpr int kDirections = 1022;  // cells over p in [-2, 2]: 0.22 degrees at zero angle of attack
+  static constexpr int kStride = 1024;      // nodes of a row: 1023 and a copy of the last, so that p = 2 needs no clamp
   static constexpr int kRows = 19;          // Reynolds rows; with 20e3 to 200e3 a row every 10e3
   double reynolds_min = 0.0;
   double reynolds_step = 1.0;
-  std::vector<ClCd> nodes;  // kRows x (kDirections + 1)
+  std::vector<ClCd> nodes;  // kRows x kStride
 
-  const ClCd* row(int index) const { return nodes.data() + static_cast<std::ptrdiff_t>(index) * (kDirections + 1); }
+  const ClCd* row(int index) const { return nodes.data() + static_cast<std::ptrdiff_t>(index) * kStride; }
 };
 
 // Two-dimensional polars fall short on a blade: rotation thins the boundary layer of the inner sections and delays their stall.
@@ -30,8 +31,13 @@ struct SectionTable {
 constexpr double kSnelFactor = 3.0;
 constexpr double kSnelFullTo_deg = 15.0, kSnelEnd_deg = 60.0;
 
-// Between two polars of neighbouring stations (weight 0 is `a`, 1 is `b`), with stall delay: share 0 gives the polars as they are.
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double stall_delay_share);
+struct SectionCorrection {
+  double stall_delay_share = 0.0;
+  double drag_scale = 1.0;
+};
+
+// Between two polars of neighbouring stations (weight 0 is `a`, 1 is `b`); the default correction gives the polars as they are.
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, SectionCorrection correction = {});
 
 // Angle of attack in degrees of a diamond angle in [-2, 2].
 double angle_of_direction_deg(double p);
