@@ -1,7 +1,7 @@
 // The shipped plant by its numbers, and bad plant files by their messages.
 #include "sim/plant/plant_file.hpp"
 
-#include "bad_input.hpp"
+#include "test/unit/sim/plant/bad_input.hpp"
 
 namespace rotorloop::sim {
 namespace {
