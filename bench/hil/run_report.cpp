@@ -157,7 +157,7 @@ BusTraffic traffic_of(const fs::path& file) {
   for (const auto& f : log.frames) {
     auto& s = streams[{f.frame.extended, f.frame.id}];
     ++s.frames;
-    s.worst_bits += static_cast<std::uint64_t>(worst_case_bus_bits(f.frame.extended, f.frame.length));
+    s.worst_bits += worst_frame_bits(f.frame.extended, f.frame.length);
     s.longest = std::max<int>(s.longest, f.frame.length);
     const auto window = static_cast<std::size_t>(static_cast<double>(f.time_ns) * 1e-9 / kLoadWindow_s);
     if (window >= busy_bits.size()) busy_bits.resize(window + 1, 0.0);
