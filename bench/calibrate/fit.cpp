@@ -15,6 +15,9 @@ using host::ThrustModel;
   throw Error({"load table", std::string("has too few points for ") + what, "", remedy}, ExitCode::data_quality);
 }
 
+// Less in-plane velocity than this counts as axial flow: 1 % of the tip speed, where edgewise flow changes thrust by 0.1 %.
+constexpr double kAxial_m_s = 0.5;
+
 double signed_square(double v) { return v * std::fabs(v); }
 
 // Least squares of y = c x through zero.
@@ -53,7 +56,7 @@ double total_thrust(const ThrustModel& m, const LoadPoint& p) {
 LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry) {
   LoadFit fit;
   std::vector<double> vxy, fxy, vz, fz, torque_x, torque_y;
-  std::vector<const LoadPoint*> powered;
+  std::vector<const LoadPoint*> powered, axial;
   for (const auto& p : points) {
     if (bare(p)) {
       for (int axis = 0; axis < 2; ++axis)
@@ -67,6 +70,7 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
       }
     } else if (all_alike(p)) {
       powered.push_back(&p);
+      if (p.v_B_m_s.head<2>().norm() < kAxial_m_s) axial.push_back(&p);
     } else {
       double s = 0.0;
       for (std::size_t i = 0; i < 4; ++i) s += geometry.rotors[i].reaction * p.omega_rad_s[i] * p.omega_rad_s[i];
@@ -75,20 +79,19 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
     }
   }
   if (vxy.size() < 3 || vz.size() < 3) lacking("airframe drag, eq. (5)", "add points without propellers, at least 3 speeds along x, y and z");
-  if (powered.size() < 20) lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds over the flight envelope");
+  if (axial.size() < 20) lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds and velocity along z only");
   if (torque_x.size() < 3) lacking("the torque coefficient, eq. (3)", "add at least 3 points with unequal rotor pairs");
 
   fit.c_dxy_N_s2_m2 = slope(vxy, fxy);
   fit.c_dz_N_s2_m2 = slope(vz, fz);
   fit.c_q_N_m_s2 = slope(torque_x, torque_y);
   fit.powered_points = powered.size();
+  fit.axial_points = axial.size();
 
-  // Thrust. Starting values: with T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the
+  // Thrust, from axial flow alone (the paper's first stage): edgewise flow brings effects that eq. (1)-(2) has not, and k1 and
+  // k2 would bend to them. Starting values: with T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the
   // equation error; Gauss-Newton on the thrust itself then minimises what a controller would notice.
   ThrustModel m = geometry.thrust;
-  std::vector<const LoadPoint*> axial;
-  for (const auto* p : powered)
-    if (p->v_B_m_s.head<2>().norm() < 0.5) axial.push_back(p);
   const auto n = static_cast<Eigen::Index>(axial.size());
   Eigen::MatrixX2d a(n, 2);
   Eigen::VectorXd b(n);

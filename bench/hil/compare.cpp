@@ -182,12 +182,12 @@ std::string comparison_text(const Comparison& c) {
   std::string previous;
   for (const auto& f : c.figures) {
     const auto at = fmt::format("{} / {}", f.flight, variant_label(f.variant));
-    if (at != previous) out += fmt::format("\n{:<36}{:>18} {:>18} {:>22}\n", at, "A: mean (std)", "B: mean (std)", "B - A (99 %)");
+    if (at != previous) out += fmt::format("\n{:<34}{:>23} {:>23} {:>22}\n", at, "A: mean (std)", "B: mean (std)", "B - A (99 %)");
     previous = at;
     const auto spread = [](const Spread& s) { return s.n > 1 ? fmt::format("{} ({})", num(s.mean), num(s.std)) : num(s.mean); };
     const auto difference =
         f.pairs > 1 || f.uncertainty > 0 ? fmt::format("{} +- {}", num(f.difference), num(f.uncertainty)) : num(f.difference);
-    out += fmt::format("  {:<34}{:>18} {:>18} {:>22}{}\n", f.unit == "1" ? f.name : f.name + ", " + f.unit, spread(f.a), spread(f.b),
+    out += fmt::format("  {:<32}{:>23} {:>23} {:>22}{}\n", f.unit == "1" ? f.name : f.name + ", " + f.unit, spread(f.a), spread(f.b),
                        difference, f.significant ? "  *" : "");
   }
   if (!c.figures.empty())

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/hil/cost_meter.hpp"
 #include "bench/hil/limiter_names.hpp"
 #include "bench/hil/log_writer.hpp"
 #include "host/bus/candump_log.hpp"
@@ -266,6 +267,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
           meter.add({t_s, truth->state.p_W_m, r->estimate.p_W_m, r->setpoint.p_W_m, r->setpoint.v_W_m_s, r->setpoint.yaw_rad});
         sums.add(*r, *truth);
         if (logs.flight) {
+          CostMeter m(q.measure_cost, loop.cost().log_ns);
           logs.flight->write(flight_row(*r));
           logs.truth->write(truth_row(t_s, *truth, loop));
         }

@@ -44,7 +44,7 @@ std::vector<LimitResult> judge(const Scenario& s, const std::vector<FlightResult
       if (l.bus && *l.bus != bus) continue;
       double worst = kNotMeasured;
       for (const auto& r : results) {
-        const double load = r.bus_load_max_percent[static_cast<std::size_t>(bus)];
+        const double load = r.bus_load_mean_percent[static_cast<std::size_t>(bus)];
         if (!(load <= worst)) worst = std::isnan(load) ? worst : load;
       }
       out.push_back(judged(fmt::format("bus_load {}", bus_name(bus)), worst, "%", l.max_percent, true));

@@ -157,7 +157,7 @@ BusTraffic traffic_of(const fs::path& file) {
   for (const auto& f : log.frames) {
     auto& s = streams[{f.frame.extended, f.frame.id}];
     ++s.frames;
-    s.worst_bits += static_cast<std::uint64_t>(worst_case_bus_bits(f.frame.extended, f.frame.length));
+    s.worst_bits += worst_frame_bits(f.frame.extended, f.frame.length);
     s.longest = std::max<int>(s.longest, f.frame.length);
     const auto window = static_cast<std::size_t>(static_cast<double>(f.time_ns) * 1e-9 / kLoadWindow_s);
     if (window >= busy_bits.size()) busy_bits.resize(window + 1, 0.0);
@@ -245,8 +245,8 @@ ReportFlight flight_of(const fs::path& folder, const Scenario& s, const RunResul
   };
   fact("duration", "s", 1, [](const auto& f) { return f.duration_s; });
   fact("peak speed", "m/s", 2, [](const auto& f) { return f.max_speed_m_s; });
-  fact("peak acceleration", "m/s²", 2, [](const auto& f) { return f.max_accel_m_s2; });
-  fact("RPM error, rms of 4 rotors", "RPM", 0, [](const auto& f) {
+  fact("peak set-point acceleration", "m/s²", 2, [](const auto& f) { return f.max_accel_m_s2; });
+  fact("RPM error with spin-up, rms", "RPM", 0, [](const auto& f) {
     double sum = 0;
     for (const double e : f.rpm_error_rms_rad_s) sum += e * e;
     return kRpm_per_rad_s * std::sqrt(sum / 4);

@@ -1,29 +1,18 @@
 #include "bench/hil/runner.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 #include <exception>
 #include <mutex>
 #include <thread>
 
 #include "bench/hil/flight.hpp"
+#include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_report.hpp"
 #include "host/base/error.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::bench {
 namespace {
-
-// The only wall clock of a run: when it started and how long it took, for people; nothing hashed depends on it.
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm tm{};
-  gmtime_r(&now, &tm);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &tm);
-  return text;
-}
 
 std::vector<FlightRequest> plan(const Scenario& scenario) {
   std::vector<FlightRequest> flights;
@@ -98,11 +87,11 @@ std::vector<Warning> warnings_of(const Scenario& scenario, const std::vector<Fli
 }  // namespace
 
 HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress) {
-  const auto started = std::chrono::steady_clock::now();
+  const RunClock clock;
   const Inputs inputs = read_inputs(scenario);
   HilResult out;
   RunResult& r = out.result;
-  r.started_utc = utc_now();
+  r.started_utc = clock.started_utc();
   RunFolder folder = RunFolder::create(options.runs_dir, options.name.empty() ? folder_name(scenario.name) : options.name, options.force);
   out.folder = folder.path();
   r.version = kVersion;
@@ -135,7 +124,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.log_sha256 = hash_of_logs(r.log_hashes);
   r.warnings = warnings_of(scenario, out.flights);
   for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
-  r.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  r.wall_s = clock.elapsed_s();
   folder.write_result(r);
   try {
     write_hil_report(folder.path());

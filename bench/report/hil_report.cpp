@@ -141,7 +141,7 @@ void thin_path(const std::vector<double>& a, const std::vector<double>& b, doubl
 
 std::string trajectory_html(const ReportFlight& f) {
   constexpr std::array<std::array<std::size_t, 2>, 3> kViews{{{0, 1}, {0, 2}, {1, 2}}};
-  constexpr std::array kNames{"from above", "from the right", "from behind"};
+  constexpr std::array kNames{"from above", "from the right", "from the front"};
   constexpr std::array kAxes{"x, m", "y, m", "z, m"};
   double extent = 0;  // of the longest axis
   for (const auto& axis : f.setpoint_m)

@@ -290,10 +290,16 @@ std::string plot_svg(const Plot& p) {
 
   Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
-  f.left = 30 + tick_width(nice_ticks(y.low, y.high, y_wanted));
+  // One tick tells no scale: ask for more until there are three, as far as there is room.
+  const auto y_ticks_of = [&](const auto& range) {
+    Ticks t = nice_ticks(range.low, range.high, y_wanted);
+    for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(range.low, range.high, y_wanted + more);
+    return t;
+  };
+  f.left = 30 + tick_width(y_ticks_of(y));
   if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
   if (p.equal_axes) equalise(f);
-  const auto y_ticks = nice_ticks(f.y.low, f.y.high, y_wanted);
+  const auto y_ticks = y_ticks_of(f.y);
   const auto x_ticks = nice_ticks(f.x.low, f.x.high, std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90))));
 
   std::string out = open_svg(p.width_px, p.height_px, p.title);

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 
+#include "protocols/bus_load.hpp"
 #include "protocols/can_frame.hpp"
 
 namespace rotorloop {
@@ -25,18 +26,8 @@ int frame_bits(const CanFrame& frame);
 // Bits without any stuffing, start to end of frame: 44 + 8 per byte, or 64 + 8 per byte with an extended identifier.
 constexpr int unstuffed_frame_bits(bool extended, int length) { return (extended ? 54 : 34) + 8 * length + kFrameTailBits; }
 
-// What a schedulability calculation has to assume for one frame, intermission included: every stuffable bit in the worst
-// pattern, floor((n - 1) / 4) stuff bits. 55 + 10 per byte, 80 + 10 per byte when extended.
-constexpr int worst_case_bus_bits(bool extended, int length) {
-  const int stuffable = unstuffed_frame_bits(extended, length) - kFrameTailBits;
-  return stuffable + (stuffable - 1) / 4 + kFrameTailBits + kIntermissionBits;
-}
-
-// The arbitration field as a number: the lower one wins the bus. Identifier bits first; a standard frame then wins against
-// an extended one with the same leading 11 bits (its RTR bit is dominant where the other sends the recessive SRR).
-constexpr std::uint32_t arbitration_key(const CanFrame& frame) {
-  constexpr std::uint32_t kSrrAndIde = 3u << 18;
-  return frame.extended ? ((frame.id >> 18) << 20) | kSrrAndIde | (frame.id & 0x3FFFFu) : frame.id << 20;
-}
+// What a schedulability calculation assumes for a frame, and who wins the bus: protocols/bus_load.hpp.
+using protocols::arbitration_key;
+using protocols::worst_frame_bits;
 
 }  // namespace rotorloop

@@ -43,7 +43,7 @@ int calibrate(const Options& o) {
   const auto row = [](const char* name, const bench::FittedValue& v, const char* unit) {
     fmt::print("{:<8} {:>12.4e} ± {:.1e} {}\n", name, v.value, v.u, unit);
   };
-  fmt::print("{} load points, {} of them powered\n", points.size(), fit.powered_points);
+  fmt::print("{} load points: {} powered, {} of these axial\n", points.size(), fit.powered_points, fit.axial_points);
   row("k1", fit.k1_N_s2, "N s²");
   row("k2", fit.k2_N_s2_m, "N s²/m");
   row("c_q", fit.c_q_N_m_s2, "N m s²");

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "bench/hil/run_folder.hpp"
 #include "host/cli/commands.hpp"
@@ -12,13 +14,18 @@
 namespace rotorloop::cli {
 namespace {
 
+const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p5", host::horizontal_8p5},
+                                                                 {"vertical_3p1", host::vertical_3p1},
+                                                                 {"vertical_3p1_brisk", host::vertical_3p1_brisk},
+                                                                 {"general", host::general}};
+
 struct Options {
   std::string name;
   std::filesystem::path out;
 };
 
 int write(const Options& o) {
-  const host::TrajectoryFile file = o.name == "horizontal_8p5" ? host::horizontal_8p5() : o.name == "vertical_3p1" ? host::vertical_3p1() : host::general();
+  const host::TrajectoryFile file = kFlights.at(o.name)();
   const host::Peaks p = host::peaks(file.trajectory);
   const std::string text = host::trajectory_text(file);
   if (o.out.empty()) {
@@ -36,9 +43,9 @@ int write(const Options& o) {
 void add_trajectory(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
-  c->add_option("name", o->name, "horizontal_8p5, vertical_3p1 or general")
+  c->add_option("name", o->name, "horizontal_8p5, vertical_3p1, vertical_3p1_brisk or general")
       ->required()
-      ->check(CLI::IsMember({"horizontal_8p5", "vertical_3p1", "general"}));
+      ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
   c->footer("Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
             "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");

@@ -33,6 +33,8 @@ TrajectoryFile horizontal_8p5() { return {"horizontal, 8.5 m/s", shuttle(Eigen::
 
 TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 2.0, 4)}; }
 
+TrajectoryFile vertical_3p1_brisk() { return {"vertical, 3.1 m/s, 4.5 m/s2", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 4.5, 8)}; }
+
 TrajectoryFile general() {
   constexpr double kSpeedXy_m_s = 5.7, kSpeedZ_m_s = 2.0, kYawRate_rad_s = 5.5;
   // Two laps of a figure of eight, x = a sin θ, y = b sin 2θ, rising and falling twice a lap. θ gains speed over the first

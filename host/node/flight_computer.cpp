@@ -47,12 +47,12 @@ void FlightComputer::hear_state_bus(std::int64_t now_us) {
   while (const auto received = state_port_.receive()) {
     const state::StateEvent event = receiver_.on_frame(received->frame, now_us);
     if (event.pose && event.pose->tracking) {
-      PoseSample& pose = record_.pose;
+      PoseSample& pose = newest_pose_;
       pose.time_us = event.pose->time_us;
       pose.p_W_m = vector(event.pose->p_W_m);
       pose.q_WS = Eigen::Quaterniond(event.pose->q_WS[0], event.pose->q_WS[1], event.pose->q_WS[2], event.pose->q_WS[3]);
       pose.v_W_m_s = vector(event.pose->v_W_m_s);
-      record_.pose_new = true;
+      pose_arrived_ = true;
       estimator_.on_pose(pose);
     }
     if (event.imu) {
@@ -63,8 +63,10 @@ void FlightComputer::hear_state_bus(std::int64_t now_us) {
 }
 
 void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
-  if (record_ready_) record_.pose_new = false;  // nobody took the record before: its pose is not new any more
   record_.time_us = imu.time_us;
+  record_.pose = newest_pose_;
+  record_.pose_new = pose_arrived_;
+  pose_arrived_ = false;
   record_.imu = imu;
   record_.estimate = estimator_.on_imu(imu);
   const std::int64_t flown_us = imu.time_us - config_.start_us;
@@ -132,12 +134,10 @@ int FlightComputer::slowest_esc() const {
 // What the flight depends on, looked at with every poll: the silence of a bus has no frame that could report it.
 void FlightComputer::watch(std::int64_t now_us) {
   if (state_port_.state() == BusState::bus_off || esc_port_.state() == BusState::bus_off) return go_safe(SafeReason::bus_off, -1, now_us);
-  if (phase_ == FlightPhase::boot) {
-    // A computer that never hears its sensors must not wait for ever.
-    if (last_imu_us_ < 0 && now_us >= config_.start_us) go_safe(SafeReason::imu_lost, -1, now_us);
-    return;
-  }
-  if (now_us - last_imu_us_ > config_.imu_timeout_us) return go_safe(SafeReason::imu_lost, -1, now_us);
+  // A computer that never hears its sensors must not wait for ever either.
+  const bool imu_lost = last_imu_us_ < 0 ? now_us >= config_.start_us : now_us - last_imu_us_ > config_.imu_timeout_us;
+  if (imu_lost) return go_safe(SafeReason::imu_lost, -1, now_us);
+  if (phase_ == FlightPhase::boot) return;
   if (!record_.estimate.valid) return go_safe(SafeReason::pose_lost, -1, now_us);
   for (std::size_t i = 0; i < kRotors; ++i) {
     const EscState e = escs_.esc(i);
@@ -174,7 +174,7 @@ void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
                                             : state::ControllerMode::off;
   s.armed = phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying;
   s.estimate_valid = record_.estimate.valid;
-  s.pose_fresh = imu_time_us - record_.pose.time_us < 100'000;
+  s.pose_fresh = imu_time_us - newest_pose_.time_us < 100'000;
   s.imu_fresh = now_us - last_imu_us_ <= config_.imu_timeout_us;
   s.limiters = static_cast<std::uint16_t>((l.thrust ? state::kLimitThrust : 0) | (l.tilt ? state::kLimitTilt : 0) |
                                           (l.yaw ? state::kLimitYaw : 0) | (l.roll_pitch ? state::kLimitMotorMax : 0));

@@ -99,6 +99,8 @@ class FlightComputer {
   SafeState safe_;
   FlightRecord record_;
   bool record_ready_ = false;
+  PoseSample newest_pose_;
+  bool pose_arrived_ = false;  // since the control step before
   std::array<double, kRotors> wanted_rad_s_{};
   std::array<std::int64_t, kRotors> off_since_us_{};
   std::int64_t last_imu_us_ = -1;   // arrival

@@ -236,11 +236,6 @@ RotorLoads solve(const Rotor& rotor, const RotorCondition& condition, RotorWarmS
     loads.status = InflowStatus::not_converged;
     return loads;
   }
-  if (condition.omega_rad_s < 1.0 && condition.v_R_m_s.squaredNorm() < 1e-6) {
-    warm.valid = false;
-    loads.status = InflowStatus::stopped;
-    return loads;
-  }
   // A clockwise rotor is solved as its mirror image in the xz plane: velocity is a vector, body rate an axial vector.
   const double mirror = condition.spin >= 0 ? 1.0 : -1.0;
   const double vx = condition.v_R_m_s.x(), vy = mirror * condition.v_R_m_s.y();

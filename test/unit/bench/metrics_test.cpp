@@ -87,7 +87,7 @@ FlightResult flown(const std::string& flight, Variant v, std::uint64_t seed, dou
   r.tracking.estimate.mean_3d_cm = e3d + 0.1;
   r.tracking.estimate.mean_z_cm = ez + 0.1;
   r.tracking.estimator_mean_3d_cm = 1.2;
-  r.bus_load_max_percent = {61, 33};
+  r.bus_load_mean_percent = {61, 33};
   return r;
 }
 
@@ -128,7 +128,7 @@ TEST_F(Assessed, FailsWhenOneLimitIsMissed) {
   EXPECT_EQ(a.verdict, Verdict::fail);
 }
 TEST_F(Assessed, OneOverloadedWindowOfOneFlightMissesTheBusLimit) {
-  results[1].bus_load_max_percent[1] = 71;
+  results[1].bus_load_mean_percent[1] = 71;
   EXPECT_EQ(assess(s, results, 4).verdict, Verdict::fail);
 }
 TEST_F(Assessed, IncompleteWhenAFlightIsMissingOrInterrupted) {

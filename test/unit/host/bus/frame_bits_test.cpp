@@ -92,7 +92,7 @@ TEST(FrameBits, FourThousandRandomFramesEqualTheBitByBitReference) {
     const std::string all = unstuffed_sequence(f);
     ASSERT_EQ(bits_of(frame_crc15(f), 15), all.substr(all.size() - 15)) << "frame " << n;
     ASSERT_EQ(frame_bits(f), static_cast<int>(stuffed(all).size()) + kFrameTailBits) << "frame " << n;
-    ASSERT_LE(frame_bits(f) + kIntermissionBits, worst_case_bus_bits(f.extended, f.length)) << "frame " << n;
+    ASSERT_LE(frame_bits(f) + kIntermissionBits, static_cast<int>(worst_frame_bits(f.extended, f.length))) << "frame " << n;
   }
 }
 
@@ -109,19 +109,6 @@ TEST(FrameBits, AStuffBitFollowsTheCrcWhenItsLastFiveBitsAreEqual) {
     }
   }
   EXPECT_TRUE(found);
-}
-
-TEST(FrameBits, WorstCaseIs55And80BitsPlus10PerByte) {
-  for (int n = 0; n <= 8; ++n) {
-    EXPECT_EQ(worst_case_bus_bits(false, n), 55 + 10 * n);
-    EXPECT_EQ(worst_case_bus_bits(true, n), 80 + 10 * n);
-  }
-}
-
-TEST(ArbitrationKey, StandardFrameBeatsExtendedFrameWithTheSameLeading11Bits) {
-  EXPECT_LT(arbitration_key(frame(0x123, false, {})), arbitration_key(frame(0x123u << 18, true, {})));
-  EXPECT_LT(arbitration_key(frame(0x122u << 18 | 0x3FFFF, true, {})), arbitration_key(frame(0x123, false, {})));
-  EXPECT_LT(arbitration_key(frame(0x123u << 18, true, {})), arbitration_key(frame(0x123u << 18 | 1, true, {})));
 }
 
 }  // namespace

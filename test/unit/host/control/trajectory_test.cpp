@@ -208,7 +208,7 @@ struct Shipped {
   TrajectoryFile (*make)();
 };
 constexpr std::array kFlights{Shipped{"horizontal_8p5.toml", horizontal_8p5}, Shipped{"vertical_3p1.toml", vertical_3p1},
-                              Shipped{"general.toml", general}};
+                              Shipped{"vertical_3p1_brisk.toml", vertical_3p1_brisk}, Shipped{"general.toml", general}};
 
 TEST(ShippedFlights, FilesAreWhatTheGeneratorMakes) {
   for (const Shipped& s : kFlights) {

@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "fixture.hpp"
 #include "host/base/error.hpp"
+#include "test/unit/sim/airframe/fixture.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -1,7 +1,7 @@
 // Signs, per axis and per rotor: which way a hub moves through the air, and which way its loads turn the body.
 #include <gtest/gtest.h>
 
-#include "fixture.hpp"
+#include "test/unit/sim/airframe/fixture.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -1,7 +1,7 @@
 // The shipped motor by its numbers, and bad motor files by their messages.
 #include "sim/plant/motor_file.hpp"
 
-#include "bad_input.hpp"
+#include "test/unit/sim/plant/bad_input.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -1,7 +1,7 @@
 // The shipped plant by its numbers, and bad plant files by their messages.
 #include "sim/plant/plant_file.hpp"
 
-#include "bad_input.hpp"
+#include "test/unit/sim/plant/bad_input.hpp"
 
 namespace rotorloop::sim {
 namespace {
@@ -143,7 +143,7 @@ TEST(PlantFileErrors, UnknownEffectListsTheKnownOnes) {
                     HasSubstr("use one of: rotor_body_interference, blockage_strut, rotor_inertia_reaction, gyroscopic")));
 }
 TEST(PlantFileErrors, EffectParameterOutOfRange) {
-  EXPECT_THAT(message("k_H = 2.5", "k_H = 0.5"), HasSubstr("k_H = 0.5 is outside 1 to 4"));
+  EXPECT_THAT(message("k_H = 1.5", "k_H = 0.5"), HasSubstr("k_H = 0.5 is outside 1 to 4"));
 }
 TEST(PlantFileErrors, EffectParameterMissing) {
   EXPECT_THAT(message("id = \"gyroscopic\"", "id = \"blockage_strut\"", "[[effect]]\nid = \"blockage_strut\""),

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "statistics.hpp"
+#include "test/unit/sim/sensor/statistics.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host/base/error.hpp"
-#include "statistics.hpp"
+#include "test/unit/sim/sensor/statistics.hpp"
 
 namespace rotorloop::sim {
 namespace {

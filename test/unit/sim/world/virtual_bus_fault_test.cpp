@@ -223,7 +223,7 @@ TEST(BusFault, BabblingNodeOfLowestIdStarvesTheBusAndOneOfHighestIdOnlyDelaysByO
   const auto [through, filled] = run(0x7FF);
   EXPECT_EQ(through, 50u);
   EXPECT_NEAR(filled.mean_load_percent, 100.0, 0.01);
-  EXPECT_LE(filled.ids.at(0).worst_wait_ns, worst_case_bus_bits(false, 8) * kBit_ns);
+  EXPECT_LE(filled.ids.at(0).worst_wait_ns, worst_frame_bits(false, 8) * kBit_ns);
 }
 
 TEST(BusFault, ExtraTrafficOfAPeriodAddsItsLoadAndEndsWithTheFault) {

@@ -1,0 +1,59 @@
+"""Speed figures against their limits, measured in one run on one core. Called by scripts/bench.
+
+Times vary with the machine, so each figure is the best of a few repetitions, and what gates is the ratio to a limit that
+docs/benchmarks.md explains. Exit 6 when a limit is missed."""
+import argparse
+import json
+import os
+import subprocess
+import sys
+
+BIN = "build/release/bin"
+
+
+def pinned(command):
+    """Runs on one core, with nothing else of ours beside it."""
+    if os.path.exists("/usr/bin/taskset"):
+        command = ["/usr/bin/taskset", "-c", "0"] + command
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def google_benchmark(program, name, counter=None, repetitions=5):
+    out = json.loads(pinned([program, f"--benchmark_filter=^{name}$", "--benchmark_format=json",
+                             f"--benchmark_repetitions={repetitions}", "--benchmark_min_time=0.3"]))
+    runs = [b for b in out["benchmarks"] if b.get("run_type") == "iteration"]
+    if not runs:
+        sys.exit(f"{program}: no benchmark {name}")
+    return max(b[counter] for b in runs) if counter else min(b["cpu_time"] for b in runs)
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("--json", help="also write the figures here", default="build/bench/figures.json")
+    args = p.parse_args()
+    rows = []
+
+    def row(what, value, unit, limit, lower_is_better):
+        ok = value <= limit if lower_is_better else value >= limit
+        rows.append({"what": what, "value": value, "unit": unit, "limit": limit, "pass": ok})
+        print(f"{'ok  ' if ok else 'MISS'}  {what:<58} {value:>12.4g} {unit:<8} limit {'<=' if lower_is_better else '>='} {limit:g}", flush=True)
+
+    loop = json.loads(pinned([f"{BIN}/bench_hil", "scenarios/paper.toml"]))
+    print(f"whole loop, 24 kHz current loop and 48 kHz PWM, all logs written: {loop['flight']}, {loop['variant']}, {loop['flown_s']:.1f} s flown")
+    for name, share in loop["cost_ms_per_s"].items():
+        print(f"        {name:<12} {share:7.2f} ms per simulated second")
+    row("whole loop, times real time", loop["times_real_time"], "x", 10, False)
+    row("resident memory of that flight", loop["peak_resident_MB"], "MB", 200, True)
+    row("logs, scaled to a flight of 60 s", loop["log_bytes"] / loop["flown_s"] * 60 / 1e6, "MB", 200, True)
+    row("BEM, 12 x 16 nodes, states of a flight", google_benchmark(f"{BIN}/bench_rotor", "solve/flight_warm_12x16", "items_per_second"),
+        "1/s", 200e3, False)
+    row("mixer", google_benchmark(f"{BIN}/bench_control", "mixer/0") / 1e3, "us", 1.0, True)
+    row("one ESC, one 24 kHz period (firmware and drive)", google_benchmark(f"{BIN}/bench_esc", "whole_period"), "ns", 400, True)
+    os.makedirs(os.path.dirname(args.json), exist_ok=True)
+    with open(args.json, "w") as f:
+        json.dump({"loop": loop, "figures": rows}, f, indent=1)
+    sys.exit(0 if all(r["pass"] for r in rows) else 6)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,153 @@
+// The fit is checked against loads that a second writing of eq. (1)-(5) makes (bisection for the induced velocity, no shared
+// code), so that a formula wrong in the product cannot agree with itself.
+#include "bench/calibrate/fit.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+struct Truth {
+  double k1 = 2.4e-6, k2 = -9e-5, c_q = 2.2e-8, c_dh = 0.017, c_dxy = 0.006, c_dz = 0.02;
+};
+constexpr double kRadius_m = 0.0635, kDensity_kg_m3 = 1.2;
+
+double thrust_N(const Truth& t, double w, double v_z, double v_xy) {
+  const double q = 2.0 * kDensity_kg_m3 * 3.14159265358979 * kRadius_m * kRadius_m;
+  const auto surplus = [&](double v_i) { return t.k1 * w * w + t.k2 * w * (v_z + v_i) - q * v_i * std::hypot(v_z + v_i, v_xy); };
+  double low = 0.0, high = 60.0;
+  for (int k = 0; k < 200; ++k) (surplus(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
+  return t.k1 * w * w + t.k2 * w * (v_z + 0.5 * (low + high));
+}
+
+host::VehicleModel geometry() {
+  host::VehicleModel m;
+  m.mass_kg = 0.682;
+  m.rotors = {host::RotorMount{{0.0885, -0.0885, 0}, -1}, host::RotorMount{{-0.0885, 0.0885, 0}, -1},
+              host::RotorMount{{0.0885, 0.0885, 0}, 1}, host::RotorMount{{-0.0885, -0.0885, 0}, 1}};
+  m.thrust.radius_m = kRadius_m;
+  m.thrust.air_density_kg_m3 = kDensity_kg_m3;
+  return m;
+}
+
+LoadPoint point(const Truth& t, const Eigen::Vector3d& v, const std::array<double, 4>& w) {
+  LoadPoint p{.v_B_m_s = v, .omega_rad_s = w};
+  const auto square = [](double x) { return x * std::fabs(x); };
+  double total = 0.0;
+  const std::array<double, 4> reaction{-1, -1, 1, 1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (w[i] > 0) total += thrust_N(t, w[i], v.z(), std::hypot(v.x(), v.y()));
+    p.torque_B_N_m.z() += reaction[i] * t.c_q * w[i] * w[i];
+  }
+  p.force_B_N = {-t.c_dh * total * v.x() - t.c_dxy * square(v.x()), -t.c_dh * total * v.y() - t.c_dxy * square(v.y()),
+                 total - t.c_dz * square(v.z())};
+  return p;
+}
+
+std::vector<LoadPoint> programme(const Truth& t) {
+  std::vector<LoadPoint> points;
+  for (const double v : {-8.0, -5.0, -2.0, 2.0, 5.0, 8.0})
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+      velocity[axis] = v;
+      points.push_back(point(t, velocity, {}));
+    }
+  for (const double w : {750.0, 900.0, 1000.0, 1150.0})
+    for (const double v_z : {-2.0, -1.0, 0.0, 1.5, 3.0}) points.push_back(point(t, {0, 0, v_z}, {w, w, w, w}));
+  for (const double w : {850.0, 1000.0})
+    for (const double v : {2.0, 4.0, 8.5}) {
+      points.push_back(point(t, {v, 0, 0.5}, {w, w, w, w}));
+      points.push_back(point(t, {0, -v, -0.5}, {w, w, w, w}));
+    }
+  for (const double d : {-0.1, -0.05, 0.05, 0.1}) points.push_back(point(t, {0, 0, 0}, {1000 * (1 + d), 1000 * (1 + d), 1000 * (1 - d), 1000 * (1 - d)}));
+  return points;
+}
+
+TEST(LoadFit, RecoversAllSixCoefficientsOfModelTrueLoadsTo1e5Relative) {
+  const Truth t;
+  const LoadFit f = fit_loads(programme(t), geometry());
+  EXPECT_NEAR(f.k1_N_s2.value / t.k1, 1.0, 1e-5);
+  EXPECT_NEAR(f.k2_N_s2_m.value / t.k2, 1.0, 1e-5);
+  EXPECT_NEAR(f.c_q_N_m_s2.value / t.c_q, 1.0, 1e-5);
+  EXPECT_NEAR(f.c_dh_s_m.value / t.c_dh, 1.0, 1e-5);
+  EXPECT_NEAR(f.c_dxy_N_s2_m2.value / t.c_dxy, 1.0, 1e-5);
+  EXPECT_NEAR(f.c_dz_N_s2_m2.value / t.c_dz, 1.0, 1e-5);
+  EXPECT_LT(f.thrust_rms_N, 1e-5);
+}
+
+TEST(LoadFit, UncertaintyGrowsWithWhatTheModelCannotExplain) {
+  const Truth t;
+  auto points = programme(t);
+  const double before = fit_loads(points, geometry()).k1_N_s2.u;
+  int n = 0;
+  for (auto& p : points) p.force_B_N.z() += ++n % 2 ? 0.05 : -0.05;
+  EXPECT_GT(fit_loads(points, geometry()).k1_N_s2.u, 100.0 * before + 1e-10);
+}
+
+TEST(LoadFit, ThrustComesFromAxialPointsAlone) {
+  const Truth t;
+  auto points = programme(t);
+  for (auto& p : points)
+    if (p.v_B_m_s.head<2>().norm() > 0.5) p.force_B_N.z() *= 1.2;  // an edgewise effect that eq. (1)-(2) has not
+  EXPECT_NEAR(fit_loads(points, geometry()).k1_N_s2.value / t.k1, 1.0, 1e-5);
+}
+
+TEST(LoadFit, SaysWhichPointsAreMissing) {
+  const Truth t;
+  const auto without = [&](auto drop) {
+    auto points = programme(t);
+    std::erase_if(points, drop);
+    try {
+      fit_loads(points, geometry());
+    } catch (const Error& e) {
+      EXPECT_EQ(e.exit_code(), ExitCode::data_quality);
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] == 0.0; }), HasSubstr("airframe drag, eq. (5)"));
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] > 0.0 && p.omega_rad_s[0] == p.omega_rad_s[2] && p.v_B_m_s.head<2>().norm() < 0.5; }),
+              HasSubstr("the thrust model, eq. (1)-(2)"));
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] != p.omega_rad_s[2]; }), HasSubstr("the torque coefficient, eq. (3)"));
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] > 0.0 && p.v_B_m_s.head<2>().norm() > 0.5; }), HasSubstr("rotor drag, eq. (4)"));
+}
+
+class LoadTable : public ::testing::Test {
+ protected:
+  std::filesystem::path path_ = std::filesystem::temp_directory_path() / ("rotorloop_loads_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + ".csv");
+  void TearDown() override { std::filesystem::remove(path_); }
+};
+
+TEST_F(LoadTable, ComesBackBitByBit) {
+  const auto points = programme(Truth{});
+  write_load_points(path_, points);
+  const auto back = read_load_points(path_);
+  ASSERT_EQ(back.size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_EQ(back[i].force_B_N, points[i].force_B_N);
+    EXPECT_EQ(back[i].omega_rad_s, points[i].omega_rad_s);
+  }
+}
+
+TEST_F(LoadTable, ACutRowIsNamedByFileLineAndColumn) {
+  write_load_points(path_, programme(Truth{}));
+  std::ofstream(path_, std::ios::app) << "1,2,three\n";
+  const auto rows = programme(Truth{}).size();
+  try {
+    read_load_points(path_);
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), ::testing::AllOf(::testing::HasSubstr(":" + std::to_string(rows + 2) + ": error"), ::testing::HasSubstr("column 3 is not a finite number")));
+  }
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
