@@ -256,6 +256,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   TrackingMeter meter;
   Sums sums;
 
+  const std::int64_t start_us = host::FlightComputerConfig{}.start_us;
   const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(inputs, q) * kTicks_per_s));
   for (std::int64_t n = 0; n < ticks; ++n) {
     loop.tick();
@@ -265,7 +266,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
         const double t_s = static_cast<double>(r->time_us) * 1e-6;
         if (r->phase == host::FlightPhase::flying)
           meter.add({t_s, truth->state.p_W_m, r->estimate.p_W_m, r->setpoint.p_W_m, r->setpoint.v_W_m_s, r->setpoint.yaw_rad});
-        sums.add(*r, *truth);
+        if (r->time_us >= start_us) sums.add(*r, *truth);  // from the release on; spin-up is no flight
         if (logs.flight) {
           CostMeter m(q.measure_cost, loop.cost().log_ns);
           logs.flight->write(flight_row(*r));

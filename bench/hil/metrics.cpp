@@ -47,7 +47,7 @@ std::vector<LimitResult> judge(const Scenario& s, const std::vector<FlightResult
         const double load = r.bus_load_mean_percent[static_cast<std::size_t>(bus)];
         if (!(load <= worst)) worst = std::isnan(load) ? worst : load;
       }
-      out.push_back(judged(fmt::format("bus_load {}", bus_name(bus)), worst, "%", l.max_percent, true));
+      out.push_back(judged(fmt::format("bus_load_mean {}", bus_name(bus)), worst, "%", l.max_percent, true));
     }
   }
   return out;

@@ -246,14 +246,15 @@ ReportFlight flight_of(const fs::path& folder, const Scenario& s, const RunResul
   fact("duration", "s", 1, [](const auto& f) { return f.duration_s; });
   fact("peak speed", "m/s", 2, [](const auto& f) { return f.max_speed_m_s; });
   fact("peak set-point acceleration", "m/s²", 2, [](const auto& f) { return f.max_accel_m_s2; });
-  fact("RPM error with spin-up, rms", "RPM", 0, [](const auto& f) {
+  fact("RPM error in flight, rms", "RPM", 0, [](const auto& f) {
     double sum = 0;
     for (const double e : f.rpm_error_rms_rad_s) sum += e * e;
     return kRpm_per_rad_s * std::sqrt(sum / 4);
   });
   fact("time with a limiter acting", "%", 1, [](const auto& f) { return 100 * f.limited_share; });
-  fact("worst ESC bus window", "%", 1, [](const auto& f) { return f.bus_load_max_percent[0]; });
-  fact("worst state bus window", "%", 1, [](const auto& f) { return f.bus_load_max_percent[1]; });
+  fact("mean load, ESC bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[0]; });
+  fact("its fullest 10 ms", "%", 1, [](const auto& f) { return f.bus_load_max_percent[0]; });
+  fact("mean load, state bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[1]; });
 
   for (const auto v : kAllVariants) {
     const auto it = std::find_if(r.flights.begin(), r.flights.end(), [&](const auto& f) { return f.flight == name && f.variant == v; });

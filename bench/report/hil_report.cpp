@@ -289,7 +289,7 @@ std::string buses_html(const ReportFlight& f) {
     p.series.push_back({.label = b.name, .x = b.t_s, .y = b.load_percent, .colour = colour++, .width_px = 1.1});
     if (!std::isnan(b.limit_percent)) {
       auto& m = marks[b.limit_percent];
-      m += (m.empty() ? "limit, " : " and ") + b.name;
+      m += (m.empty() ? "limit of the mean, " : " and ") + b.name;
     }
     for (const auto& line : b.formula) formula += xml_escaped(line) + "\n";
   }

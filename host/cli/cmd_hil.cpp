@@ -98,7 +98,7 @@ void print_result(const bench::Scenario& s, const bench::HilResult& r) {
              (r.folder / "report.html").generic_string());
 }
 
-int hil(const Options& o, const std::string& command_line, const RunHil& run) {
+int hil(const Options& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
   if (o.scenarios.empty())
     throw Error({"rotorloop hil", "no scenario given", "",
                  "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
@@ -115,6 +115,8 @@ int hil(const Options& o, const std::string& command_line, const RunHil& run) {
       throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second),
                    "both scenarios have the same name", "give them different names"});
   }
+  if (check)
+    for (const auto& s : scenarios) check(s);
   if (o.dry_run) {
     for (const auto& s : scenarios) fmt::print("{}", plan_text(s, o));
     return static_cast<int>(ExitCode::ok);
@@ -166,7 +168,7 @@ std::vector<std::string> words_of(const Options& o) {
 
 }  // namespace
 
-void add_hil(CLI::App& app, int& exit_code, RunHil run) {
+void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   auto* c = app.add_subcommand("hil", "fly scenarios in the simulated loop and judge them");
   auto o = std::make_shared<Options>();
   c->add_option("SCENARIO", o->scenarios, "scenario files (docs/files.md)");
@@ -179,7 +181,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run) {
   c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
   c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
   c->add_flag("--force", o->force, "replace a run folder that exists");
-  c->add_flag("--dry-run", o->dry_run, "check the scenario and print what would be flown");
+  c->add_flag("--dry-run", o->dry_run, "check the scenario and every file it names, print what would be flown");
   c->footer(
       "Examples:\n"
       "  rotorloop hil scenarios/paper.toml                     fly it; tables, verdict, runs/paper/report.html\n"
@@ -200,7 +202,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run) {
                      "give scenarios or a subcommand, not both"});
       return;
     }
-    exit_code = hil(*o, typed(words_of(*o)), run);
+    exit_code = hil(*o, typed(words_of(*o)), run, check);
   });
 }
 

@@ -12,8 +12,11 @@ namespace rotorloop::cli {
 
 using RunHil = std::function<bench::HilResult(const bench::Scenario&, const bench::RunOptions&, bench::Progress&)>;
 
+// Reads and checks every file that a scenario names; throws Error.
+using CheckInputs = std::function<void(const bench::Scenario&)>;
+
 // hil SCENARIO…, hil compare, hil report. `exit_code` is set by the callbacks; errors are thrown as Error.
-void add_hil(CLI::App& app, int& exit_code, RunHil run);
+void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check = {});
 
 // Each adds itself below `hil`.
 void add_hil_compare(CLI::App& hil, int& exit_code);

@@ -1,6 +1,7 @@
 // The `rotorloop` command: one line for each subcommand.
 #include <CLI/CLI.hpp>
 
+#include "bench/hil/flight.hpp"
 #include "bench/hil/runner.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/hil_commands.hpp"
@@ -12,7 +13,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
   app.require_subcommand(1);
   int exit_code = 0;
-  rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil);
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil,
+                          [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
