@@ -195,7 +195,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   add_hil_compare(*c, exit_code);
   add_hil_report(*c, exit_code);
   c->require_subcommand(0, 1);
-  c->callback([c, o, run = std::move(run), &exit_code] {
+  c->callback([c, o, run = std::move(run), check = std::move(check), &exit_code] {
     if (!c->get_subcommands().empty()) {
       if (!o->scenarios.empty())
         throw Error({"rotorloop hil", fmt::format("\"{}\" before a subcommand", o->scenarios.front()), "",

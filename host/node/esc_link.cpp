@@ -41,7 +41,10 @@ EscState EscLink::esc(std::size_t i) const {
     if (feedback.last.bus_10mV) e.bus_V = 0.01 * *feedback.last.bus_10mV;
     e.heard_us = feedback.arrival_us;
   }
-  if (const NodeRecord* n = node_.node(config_.esc_node_ids[i])) e.fault = n->status.health >= protocols::Health::error;
+  if (const NodeRecord* n = node_.node(config_.esc_node_ids[i])) {
+    e.fault = n->status.health >= protocols::Health::error;
+    if (e.fault) e.fault_code = static_cast<std::uint8_t>(n->status.vendor_status & 0xFFu);
+  }
   return e;
 }
 

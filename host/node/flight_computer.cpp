@@ -131,6 +131,13 @@ int FlightComputer::slowest_esc() const {
   return slowest;
 }
 
+// When the first ESC has timed out: has none of them been heard lately? Then the bus is the part to look at.
+bool FlightComputer::all_escs_silent(std::int64_t now_us) const {
+  for (std::size_t i = 0; i < kRotors; ++i)
+    if (now_us - escs_.esc(i).heard_us <= config_.esc_timeout_us / 2) return false;
+  return true;
+}
+
 // What the flight depends on, looked at with every poll: the silence of a bus has no frame that could report it.
 void FlightComputer::watch(std::int64_t now_us) {
   if (state_port_.state() == BusState::bus_off || esc_port_.state() == BusState::bus_off) return go_safe(SafeReason::bus_off, -1, now_us);
@@ -142,9 +149,14 @@ void FlightComputer::watch(std::int64_t now_us) {
   for (std::size_t i = 0; i < kRotors; ++i) {
     const EscState e = escs_.esc(i);
     const int number = static_cast<int>(i);
-    if (e.fault) return go_safe(SafeReason::esc_fault, number, now_us);
+    if (e.fault) {
+      go_safe(SafeReason::esc_fault, number, now_us);
+      safe_.fault_code = e.fault_code;
+      return;
+    }
     if (phase_ != FlightPhase::flying) continue;
-    if (now_us - e.heard_us > config_.esc_timeout_us) return go_safe(SafeReason::esc_silent, number, now_us);
+    if (now_us - e.heard_us > config_.esc_timeout_us)
+      return all_escs_silent(now_us) ? go_safe(SafeReason::esc_bus_silent, -1, now_us) : go_safe(SafeReason::esc_silent, number, now_us);
     const bool follows = std::fabs(e.speed_rad_s - wanted_rad_s_[i]) <= 0.5 * wanted_rad_s_[i];
     if (follows || off_since_us_[i] == 0) off_since_us_[i] = now_us;
     if (now_us - off_since_us_[i] > config_.not_following_us) return go_safe(SafeReason::esc_not_following, number, now_us);
@@ -153,7 +165,7 @@ void FlightComputer::watch(std::int64_t now_us) {
 
 void FlightComputer::go_safe(SafeReason reason, int esc, std::int64_t now_us) {
   phase_ = FlightPhase::safe;
-  safe_ = {reason, esc, now_us};
+  safe_ = {.reason = reason, .esc = esc, .time_us = now_us};
   wanted_rad_s_.fill(0.0);
   record_.phase = phase_;
 }
@@ -183,6 +195,16 @@ void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
   ++report_sequence_;
 }
 
+namespace {
+// Fault codes of the ESC's vendor status, docs/wire.md.
+const char* fault_text(std::uint8_t code) {
+  constexpr std::array<const char*, 8> kTexts{"reports an error",          "reports over-current",    "reports undervoltage",
+                                              "reports over-voltage",      "reports a stalled rotor", "reports that the motor did not start",
+                                              "reports a sensor fault",    "reports over-temperature"};
+  return code < kTexts.size() ? kTexts[code] : "reports an unknown fault";
+}
+}  // namespace
+
 std::string describe(const SafeState& safe) {
   const char* what = "";
   switch (safe.reason) {
@@ -191,7 +213,8 @@ std::string describe(const SafeState& safe) {
     case SafeReason::imu_lost: what = "IMU samples stopped"; break;
     case SafeReason::pose_lost: what = "estimate not valid: pose messages stopped"; break;
     case SafeReason::esc_silent: what = "silent: no feedback on the ESC bus"; break;
-    case SafeReason::esc_fault: what = "reports a fault"; break;
+    case SafeReason::esc_bus_silent: what = "ESC bus silent: no feedback of any ESC"; break;
+    case SafeReason::esc_fault: what = fault_text(safe.fault_code); break;
     case SafeReason::esc_not_following: what = "does not follow its set-point"; break;
     case SafeReason::bus_off: what = "bus off"; break;
   }

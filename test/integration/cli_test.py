@@ -102,11 +102,12 @@ class BadInput(unittest.TestCase):
         self.refused("hil", "s.toml", "--seeds", "1..x", says=["--seeds: error:", "1,4,7..9"])
         self.refused("hil", "s.toml", "--variants", "mpc", says=["--variants: error:", "pd_ff_thrust_drag"])
 
-    def test_dry_run_checks_without_flying(self):
-        self.write("s.toml", SCENARIO)
-        done = self.run_command("hil", "s.toml", "--dry-run")
+    def test_dry_run_reads_every_file_without_flying(self):
+        self.refused("hil", self.write("s.toml", SCENARIO), "--dry-run", says=["plant.toml"])  # the plant file is empty
+        shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "paper.toml"
+        done = self.run_command("hil", str(shipped), "--seeds", "1", "--dry-run")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertIn("1 flights x 1 variants x 1 seeds = 1 runs", done.stdout)
+        self.assertIn("3 flights x 3 variants x 1 seeds = 9 runs", done.stdout)
         self.assertFalse((self.path / "runs").exists())
 
     def test_compare_of_what_is_no_run(self):

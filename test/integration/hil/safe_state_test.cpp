@@ -125,12 +125,13 @@ INSTANTIATE_TEST_SUITE_P(
     AllKinds, Faults,
     testing::Values(Case{"EscSilent", fault("esc_silent", "2"), host::SafeReason::esc_silent, 1, 0.035, "ESC 2 silent"},
                     Case{"NodeSilent", fault("node_silent", "3"), host::SafeReason::esc_silent, 2, 0.035, "ESC 3 silent"},
-                    Case{"BabbleOnEscBus", fault("bus_babble", "\"esc\""), host::SafeReason::esc_silent, 0, 0.035, "silent"},
+                    Case{"BabbleOnEscBus", fault("bus_babble", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035, "ESC bus silent"},
                     Case{"BabbleOnStateBus", fault("bus_babble", "\"state\""), host::SafeReason::imu_lost, -1, 0.025,
                          "IMU samples stopped"},
                     Case{"AllFramesDroppedOnStateBus", fault("frame_drop", "\"state\"", "probability = 1"), host::SafeReason::imu_lost, -1,
                          0.025, "IMU samples stopped"},
-                    Case{"AllFramesDroppedOnEscBus", fault("frame_drop", "\"esc\""), host::SafeReason::esc_silent, 0, 0.035, "silent"}),
+                    Case{"AllFramesDroppedOnEscBus", fault("frame_drop", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035,
+                         "ESC bus silent"}),
     [](const auto& c) { return std::string(c.param.name); });
 
 // An ESC that hears nothing any more must not wait for others to notice: its own set-point timeout is 20 ms.
