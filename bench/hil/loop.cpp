@@ -66,7 +66,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     p.node_id = config.computer.escs.esc_node_ids[index];
     p.esc_index = static_cast<std::uint8_t>(i);
     p.fast_channel = config.fast_channel_Hz > 0;
-    p.fast_feedback_Hz = static_cast<std::uint16_t>(config.fast_channel_Hz);
+    p.fast_feedback_Hz = config.fast_channel_Hz > 0 ? 1000 : 0;  // every set-point is answered, whatever its rate
     firmware::EscNode node(p, identity(i));
     CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
     if (config.esc[index] == EscModel::lag) {
