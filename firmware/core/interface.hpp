@@ -44,7 +44,7 @@ struct Telemetry {
   std::uint32_t error_count = 0;
 };
 
-// Every parameter of the first firmware, in SI. Ranges are checked in firmware/core/parameters.hpp.
+// Every parameter of the first firmware, in SI. Ranges are checked in firmware/core/node/parameters.hpp.
 struct Parameters {
   std::uint8_t node_id = 0;                // 1..125
   std::uint8_t esc_index = 0;              // 0..15

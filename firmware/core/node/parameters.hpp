@@ -18,7 +18,7 @@ struct ParameterRange {
 };
 
 // Where a limit comes from is said beside it; limits without a word are the edges of what has been tested.
-inline constexpr std::array<ParameterRange, 20> kParameterRanges{{
+inline constexpr std::array<ParameterRange, 23> kParameterRanges{{
     {"node_id", "", 1, 125, [](const Parameters& p) { return static_cast<float>(p.node_id); }},     // 126, 127: tools
     {"esc_index", "", 0, 15, [](const Parameters& p) { return static_cast<float>(p.esc_index); }},  // four groups of four
     {"command_timeout_ms", "ms", 20, 1000, [](const Parameters& p) { return static_cast<float>(p.command_timeout_ms); }},
@@ -39,6 +39,9 @@ inline constexpr std::array<ParameterRange, 20> kParameterRanges{{
     {"speed_slew", "rad/s2", 0, 1e6f, [](const Parameters& p) { return p.speed_slew_rad_s2; }},
     {"max_speed", "rad/s", 10, 3430, [](const Parameters& p) { return p.max_speed_rad_s; }},  // range of the fast channel: 32 766 RPM
     {"min_speed", "rad/s", 1, 1000, [](const Parameters& p) { return p.min_speed_rad_s; }},
+    {"undervoltage", "V", 6, 28, [](const Parameters& p) { return p.undervoltage_V; }},  // gate drivers cut out at 6 V
+    {"overvoltage", "V", 8, 32, [](const Parameters& p) { return p.overvoltage_V; }},    // bus divider ends at 34.3 V
+    {"temperature_limit", "K", 300, 398, [](const Parameters& p) { return p.temperature_limit_K; }},
 }};
 
 // Largest electrical speed the observer is verified to: 200 000 electrical RPM.
@@ -52,7 +55,7 @@ struct ParameterError {
 
 // The first parameter that is out of range (NaN is), or that contradicts another one.
 constexpr std::optional<ParameterError> check(const Parameters& p) {
-  constexpr std::size_t kFeedback = 6, kMaxSpeed = 18, kMinSpeed = 19;
+  constexpr std::size_t kFeedback = 6, kMaxSpeed = 18, kMinSpeed = 19, kUndervoltage = 20;
   for (std::size_t i = 0; i < kParameterRanges.size(); ++i) {
     const ParameterRange& r = kParameterRanges[i];
     const float v = r.get(p);
@@ -68,6 +71,8 @@ constexpr std::optional<ParameterError> check(const Parameters& p) {
   if (p.max_speed_rad_s > fastest) return ParameterError{kMaxSpeed, p.max_speed_rad_s, kParameterRanges[kMaxSpeed].min, fastest};
   if (p.min_speed_rad_s > p.max_speed_rad_s)
     return ParameterError{kMinSpeed, p.min_speed_rad_s, kParameterRanges[kMinSpeed].min, p.max_speed_rad_s};
+  if (p.undervoltage_V >= p.overvoltage_V)
+    return ParameterError{kUndervoltage, p.undervoltage_V, kParameterRanges[kUndervoltage].min, p.overvoltage_V};
   return std::nullopt;
 }
 

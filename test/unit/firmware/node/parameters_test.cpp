@@ -31,7 +31,9 @@ TEST(ParameterCheck, EveryFloatFieldIsRefusedBelowAboveAndAsNaN) {
                          Row{"load", &Parameters::load_N_m_s2}, Row{"phase_current_limit", &Parameters::phase_current_limit_A},
                          Row{"bus_current_limit", &Parameters::bus_current_limit_A},
                          Row{"regen_current_limit", &Parameters::regen_current_limit_A}, Row{"speed_slew", &Parameters::speed_slew_rad_s2},
-                         Row{"max_speed", &Parameters::max_speed_rad_s}, Row{"min_speed", &Parameters::min_speed_rad_s}}) {
+                         Row{"max_speed", &Parameters::max_speed_rad_s}, Row{"min_speed", &Parameters::min_speed_rad_s},
+                         Row{"undervoltage", &Parameters::undervoltage_V}, Row{"overvoltage", &Parameters::overvoltage_V},
+                         Row{"temperature_limit", &Parameters::temperature_limit_K}}) {
     for (const float bad : {-1.0f, 1e9f, std::nanf(""), INFINITY}) {
       Parameters p = valid_parameters();
       p.*row.field = bad;
@@ -83,6 +85,16 @@ TEST(ParameterCheck, SpeedLimitsMustAgreeWithPolePairsAndEachOther) {
   ASSERT_TRUE(e);
   EXPECT_STREQ(kParameterRanges[e->index].name, "min_speed");
   EXPECT_EQ(e->max, 100.0f);
+}
+
+TEST(ParameterCheck, UndervoltageMustLieBelowOvervoltage) {
+  Parameters p = valid_parameters();
+  p.undervoltage_V = 20.0f;
+  p.overvoltage_V = 18.0f;
+  const auto e = check(p);
+  ASSERT_TRUE(e);
+  EXPECT_STREQ(kParameterRanges[e->index].name, "undervoltage");
+  EXPECT_EQ(e->max, 18.0f);
 }
 
 }  // namespace
