@@ -1,0 +1,10 @@
+// The effects of this folder by name.
+#pragma once
+#include "sim/effects/effect.hpp"
+
+namespace rotorloop::sim {
+
+extern const EffectInfo kRotorInertiaReaction;
+extern const EffectInfo kGyroscopic;
+
+}  // namespace rotorloop::sim

@@ -1,0 +1,9 @@
+// The effects of this folder by name.
+#pragma once
+#include "sim/effects/effect.hpp"
+
+namespace rotorloop::sim {
+
+extern const EffectInfo kRotorSpeedScale;
+
+}  // namespace rotorloop::sim
