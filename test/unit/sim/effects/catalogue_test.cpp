@@ -34,15 +34,19 @@ bool is_id(const std::string& s) {
 const std::map<std::string, Entry>& catalogue() {
   static const std::map<std::string, Entry> entries = [] {
     const TomlFile file = TomlFile::read(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "docs/effects.toml");
-    (void)file.format({1, 2});
+    (void)file.format({2});
     std::map<std::string, Entry> out;
     for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
       const std::string id = t.text("id");
       for (const char* field : {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
         EXPECT_GT(t.text(field).size(), field == std::string("unit") ? 0u : 2u) << id << "." << field;
       EXPECT_TRUE(is_id(id)) << id;
+      const double typical_value = t.number("typical_value", {-1e6, 1e6, "1"});
       Entry e{t.text("parameter"), t.text("unit"), t.numbers("range", 2, {-1e6, 1e6, "1"}), t.number("neutral", {-1e6, 1e6, "1"}),
               t.boolean("plant"), t.texts("confounders"), t.choice("class", {"separable", "class_only", "not_observable"}), {}};
+      EXPECT_GE(typical_value, e.range[0]) << id;
+      EXPECT_LE(typical_value, e.range[1]) << id;
+      EXPECT_NE(typical_value, e.neutral) << id;
       const auto twins = t.has("twins") ? t.texts("twins") : std::vector<std::string>{};
       EXPECT_EQ(!twins.empty(), e.kind == "class_only") << id << ": class_only names its twins, others have none";
       EXPECT_EQ(t.has("needs"), e.kind == "not_observable") << id << ": not_observable says what else is needed, others do not";
