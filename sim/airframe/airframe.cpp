@@ -149,8 +149,7 @@ Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const 
 }
 
 AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads, std::span<const double, kAirframeRotors> omega_rad_s,
-                              std::span<const double, kAirframeRotors> omega_dot_rad_s2, const Air& air_at_body,
-                              const BodyLoads* further) {
+                              std::span<const double, kAirframeRotors> omega_dot_rad_s2, const Air& air_at_body, const BodyLoads* further) {
   const double h = static_cast<double>(config_.step_ns) * 1e-9;
   const std::int64_t end_ns = state_.time_ns + config_.step_ns;
   if (ended()) {
@@ -188,6 +187,7 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
   };
   const auto moved = [&](const Rate& d, double dt) {
     AirframeState s = state_;
+    s.time_ns += static_cast<std::int64_t>(1e9 * dt + 0.5);
     s.p_W_m += dt * d.v_W_m_s;
     s.v_W_m_s += dt * d.a_W_m_s2;
     s.q_WB.coeffs() += dt * d.q_dot;

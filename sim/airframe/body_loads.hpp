@@ -40,7 +40,7 @@ struct Wrench {
 
 // The body at one instant of a step: all that a load on it may depend on.
 struct BodyMotion {
-  double time_s = 0.0;  // of the start of the step
+  double time_s = 0.0;
   Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();  // centre of mass
   Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero();
   Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();

@@ -26,14 +26,14 @@ struct PlantSetup;  // plant_setup.hpp
 
 // One rotor at one instant. Frame R as in sim/rotor/rotor.hpp.
 struct RotorSite {
-  std::size_t index = 0;            // from 0: front-right, rear-left, front-left, rear-right
-  const Rotor* rotor = nullptr;     // geometry (radius_m() …) and solver, for effects that ask "what if"
+  std::size_t index = 0;                              // from 0: front-right, rear-left, front-left, rear-right
+  const Rotor* rotor = nullptr;                       // geometry (radius_m() …) and solver, for effects that ask "what if"
   Eigen::Vector3d hub_B_m = Eigen::Vector3d::Zero();  // from the centre of mass
   Eigen::Vector3d hub_W_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d R_BR = Eigen::Matrix3d::Identity();
   const BodyMotion* body = nullptr;
-  RotorCondition condition;         // as it stands: before the change in rotor_condition, as solved in rotor_loads
-  double omega_dot_rad_s2 = 0.0;    // mean over the last step
+  RotorCondition condition;       // as it stands: before the change in rotor_condition, as solved in rotor_loads
+  double omega_dot_rad_s2 = 0.0;  // mean over the last step
 };
 
 class Effect {

@@ -14,10 +14,10 @@ namespace rotorloop::sim {
 
 // What is wrong with one ESC as a box: its firmware does not know.
 struct EscSetup {
-  double speed_scale = 1.0;         // speed that it reports and holds, over the true one
-  double speed_noise_rad_s = 0.0;   // on the reported speed, standard deviation of each report
-  std::int64_t report_delay_ns = 0; // of all frames that it sends
-  double lag_s = 0.0;               // above 0: speed follows the command as a first-order lag, in place of firmware and motor
+  double speed_scale = 1.0;          // speed that it reports and holds, over the true one
+  double speed_noise_rad_s = 0.0;    // on the reported speed, standard deviation of each report
+  std::int64_t report_delay_ns = 0;  // of all frames that it sends
+  double lag_s = 0.0;                // above 0: speed follows the command as a first-order lag, in place of firmware and motor
 };
 
 struct PlantSetup {

@@ -5,5 +5,8 @@
 namespace rotorloop::sim {
 
 extern const EffectInfo kWindSteady;
+extern const EffectInfo kWindShear;
+extern const EffectInfo kWindDryden;
+extern const EffectInfo kAirDensity;
 
 }  // namespace rotorloop::sim

@@ -8,6 +8,9 @@ namespace rotorloop::sim {
 EffectList air_effects() {
   static const std::array list{
       &kWindSteady,
+      &kWindShear,
+      &kWindDryden,
+      &kAirDensity,
   };
   return list;
 }

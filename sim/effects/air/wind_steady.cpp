@@ -1,11 +1,10 @@
 // A constant wind: everything that flies through the air feels it, and only that. In a level frame it looks like a tilt of
 // gravity until the flight turns back on itself.
-#include "sim/effects/air/air_list.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include "host/base/elementary.hpp"
+#include "sim/effects/air/air_list.hpp"
 
 namespace rotorloop::sim {
 namespace {

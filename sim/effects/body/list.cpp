@@ -7,8 +7,8 @@ namespace rotorloop::sim {
 
 EffectList body_effects() {
   static const std::array list{
-      &kRotorInertiaReaction,
-      &kGyroscopic,
+      &kRotorInertiaReaction, &kGyroscopic, &kPayloadMass, &kComOffset, &kProductsOfInertia, &kRotorTilt,
+      &kRotorPlaneHeight,     &kTether,     &kSlungLoad,
   };
   return list;
 }

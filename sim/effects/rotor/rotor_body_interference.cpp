@@ -20,9 +20,7 @@ class RotorBodyInterference final : public Effect {
 
 }  // namespace
 
-const EffectInfo kRotorBodyInterference{.id = "rotor_body_interference",
-                                        .parameter = {"k_H", "1", 1.0, 4.0, 1.0},
-                                        .options = {},
-                                        .make = make_effect<RotorBodyInterference>};
+const EffectInfo kRotorBodyInterference{
+    .id = "rotor_body_interference", .parameter = {"k_H", "1", 1.0, 4.0, 1.0}, .options = {}, .make = make_effect<RotorBodyInterference>};
 
 }  // namespace rotorloop::sim

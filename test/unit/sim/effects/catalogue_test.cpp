@@ -38,12 +38,19 @@ const std::map<std::string, Entry>& catalogue() {
     std::map<std::string, Entry> out;
     for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
       const std::string id = t.text("id");
-      for (const char* field : {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
+      for (const char* field :
+           {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
         EXPECT_GT(t.text(field).size(), field == std::string("unit") ? 0u : 2u) << id << "." << field;
       EXPECT_TRUE(is_id(id)) << id;
       const double typical_value = t.number("typical_value", {-1e6, 1e6, "1"});
-      Entry e{t.text("parameter"), t.text("unit"), t.numbers("range", 2, {-1e6, 1e6, "1"}), t.number("neutral", {-1e6, 1e6, "1"}),
-              t.boolean("plant"), t.texts("confounders"), t.choice("class", {"separable", "class_only", "not_observable"}), {}};
+      Entry e{t.text("parameter"),
+              t.text("unit"),
+              t.numbers("range", 2, {-1e6, 1e6, "1"}),
+              t.number("neutral", {-1e6, 1e6, "1"}),
+              t.boolean("plant"),
+              t.texts("confounders"),
+              t.choice("class", {"separable", "class_only", "not_observable"}),
+              {}};
       EXPECT_GE(typical_value, e.range[0]) << id;
       EXPECT_LE(typical_value, e.range[1]) << id;
       EXPECT_NE(typical_value, e.neutral) << id;
@@ -57,7 +64,8 @@ const std::map<std::string, Entry>& catalogue() {
       EXPECT_FALSE(t.text("library").empty()) << id << ": L-number of the identification library, or -";
       if (t.has("option"))
         for (const TomlTable& o : t.tables("option", 1, 8))
-          e.options.push_back({o.text("key"), o.text("unit"), o.numbers("range", 2, {-1e6, 1e6, "1"}), o.number("default", {-1e6, 1e6, "1"})});
+          e.options.push_back(
+              {o.text("key"), o.text("unit"), o.numbers("range", 2, {-1e6, 1e6, "1"}), o.number("default", {-1e6, 1e6, "1"})});
       for (const auto& twin : twins) e.confounders.push_back(twin);
       EXPECT_TRUE(out.emplace(id, e).second) << id << " occurs twice";
     }

@@ -1,4 +1,6 @@
 // What holds of every effect (nothing at its neutral value, something at the ends of its range), and the set that holds them.
+#include "sim/effects/effect_set.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +9,6 @@
 #include <sstream>
 
 #include "host/base/error.hpp"
-#include "sim/effects/effect_set.hpp"
 #include "test/unit/sim/effects/fixture.hpp"
 
 namespace rotorloop::sim {

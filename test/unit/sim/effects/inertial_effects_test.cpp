@@ -18,7 +18,9 @@ Eigen::Vector3d moment(std::string_view id, std::initializer_list<SpinningRotor>
   return wrench_of(*make(id, 0.0), m).moment_B_N_m;
 }
 Eigen::Vector3d reaction(const SpinningRotor& r) { return moment("rotor_inertia_reaction", {r}, {1.0, 2.0, 3.0}); }
-Eigen::Vector3d gyroscopic(std::initializer_list<SpinningRotor> rotors, const Eigen::Vector3d& w) { return moment("gyroscopic", rotors, w); }
+Eigen::Vector3d gyroscopic(std::initializer_list<SpinningRotor> rotors, const Eigen::Vector3d& w) {
+  return moment("gyroscopic", rotors, w);
+}
 
 TEST(RotorInertiaReaction, ACounterClockwiseRotorSpeedingUpTurnsTheBodyClockwiseWith94MillinewtonmetresAt1e4) {
   EXPECT_LT((reaction(rotor(1, 900, 1e4)) - Eigen::Vector3d(0, 0, -0.094)).norm(), 1e-15);
@@ -57,8 +59,9 @@ TEST(Gyroscopic, DoesNoWork) {
   EXPECT_NEAR(gyroscopic({rotor(1, 1400, 0)}, w).dot(w), 0.0, 1e-15);
 }
 TEST(Gyroscopic, IsAbout23MillinewtonmetresAtTenPercentSurplusAnd6p5RadPerSecond) {
-  EXPECT_NEAR(gyroscopic({rotor(1, 945 * 1.1, 0), rotor(1, 945 * 1.1, 0), rotor(-1, 945 * 0.9, 0), rotor(-1, 945 * 0.9, 0)}, {6.5, 0, 0}).y(),
-              0.0231, 0.0005);
+  EXPECT_NEAR(
+      gyroscopic({rotor(1, 945 * 1.1, 0), rotor(1, 945 * 1.1, 0), rotor(-1, 945 * 0.9, 0), rotor(-1, 945 * 0.9, 0)}, {6.5, 0, 0}).y(),
+      0.0231, 0.0005);
 }
 
 TEST(InertialEffects, AreLinearInRotorInertia) {
