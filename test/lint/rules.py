@@ -33,7 +33,7 @@ ARROWS = {
     "sim/rotor": ["host/base", "sim/world"],
     "sim/drive": ["host/base", "sim/world"],
     "sim/airframe": ["host/base", "sim/world", "sim/rotor"],
-    "sim/effects": ["host/base", "sim/world", "sim/rotor", "sim/airframe", "sim/drive", "sim/sensor"],
+    "sim/effects": ["host/base", "sim/world", "sim/rotor", "sim/airframe", "sim/drive", "sim/sensor", "sim/esc/esc_setup.hpp"],
     "sim/sensor": ["host/base", "host/bus", "sim/world", "sim/airframe", "protocols"],
     "sim/esc": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
     "sim/mcu": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
