@@ -119,6 +119,18 @@ TEST(Plot, EqualAxesDrawACircleRound) {
   EXPECT_NEAR(x_high - x_low, y_high - y_low, 1.0);
   EXPECT_GT(x_high - x_low, 100);
 }
+TEST(Plot, ColouredBandsAreNamedOnceInTheLegendAndGreyOnesWhereTheyStand) {
+  Plot p;
+  p.series.push_back({.label = "", .x = {0, 10}, .y = {1, 2}});
+  p.bands = {{0, 2, "vortex ring", 0}, {2, 5, "windmill", 4}, {5, 6, "vortex ring", 0}, {7, 9, "counted"}};
+  const auto svg = plot_svg(p);
+  EXPECT_EQ(unbalanced(svg), "");
+  EXPECT_EQ(count(svg, ">vortex ring<"), 1u);
+  EXPECT_EQ(count(svg, "\"bd g0\""), 3u) << "two bands and the swatch of the legend";
+  EXPECT_EQ(count(svg, "\"bd g4\""), 2u);
+  EXPECT_EQ(count(svg, "<rect class=\"bd\""), 1u);
+  EXPECT_EQ(count(svg, ">counted<"), 1u);
+}
 TEST(Plot, SixtySecondsAtOneKilohertzStayBelowSixtyKilobytes) {
   Plot p;
   Series s;
