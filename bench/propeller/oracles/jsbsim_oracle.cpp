@@ -23,14 +23,15 @@ struct Helicopter {
   int blades;
 };
 
-sim::ReferenceRotor rotor_of(const Helicopter& h, double root_pitch_rad, double cd) {
+sim::ReferenceRotor rotor_of(const Helicopter& h, double root_pitch_rad, double cd, const ConventionChange& change) {
   sim::RotorConventions c;
   c.inflow = sim::Inflow::uniform;
   c.descent = sim::Descent::momentum;
   c.edge_loss = sim::EdgeLoss::none;
   c.swirl = c.skew = c.spanwise_drag = false;
+  if (change) change(c);
   sim::ReferenceGeometry g{h.blades, h.radius_m, 0.0, {}};
-  constexpr int n = 100;
+  constexpr int n = 60;
   for (int i = 0; i < n; ++i) {
     const double x = (i + 0.5) / n;
     g.elements.push_back(
@@ -45,7 +46,7 @@ double profile_drag(double ct, const Helicopter& h, double solidity) {
   return 0.009 + 0.3 * mean * mean;
 }
 
-std::vector<OracleRow> compare_rotor(const json& j) {
+std::vector<OracleRow> compare_rotor(const json& j, const ConventionChange& change) {
   const json& p = j.at("params");
   const Helicopter h{p.at("R_m"), p.at("chord_m"), p.at("a_slope"), p.at("twist_rad"), p.at("Omega_rad_s"), p.at("blades")};
   const double solidity = p.at("solidity"), tip_m_s = h.omega_rad_s * h.radius_m;
@@ -66,7 +67,7 @@ std::vector<OracleRow> compare_rotor(const json& j) {
       at.v_R_m_s.x() = mu[k] * tip_m_s;
       at.omega_rad_s = h.omega_rad_s;
       at.density_kg_m3 = density;
-      const auto l = rotor_of(h, pitch, profile_drag(ct[k], h, solidity)).at_induced(at, -lambda[k] * tip_m_s).loads;
+      const auto l = rotor_of(h, pitch, profile_drag(ct[k], h, solidity), change).at_induced(at, -lambda[k] * tip_m_s).loads;
       blade_ct.add(l.force_R_N.z() / thrust_unit_N, ct[k], ct[k]);
       blade_torque.add(l.shaft_torque_N_m, torque[k], most_torque);
       // Their rotor flaps and tilts its thrust backwards, ours is rigid. What the air takes from either is Q + H mu R.
@@ -89,7 +90,7 @@ std::vector<OracleRow> compare_rotor(const json& j) {
     at.v_R_m_s = {mu.back() * tip_m_s, 0.0, -(lambda.back() + nu.back()) * tip_m_s};
     at.omega_rad_s = h.omega_rad_s;
     at.density_kg_m3 = density;
-    const auto l = rotor_of(h, pitch, profile_drag(ct.back(), h, solidity)).solve(at).loads;
+    const auto l = rotor_of(h, pitch, profile_drag(ct.back(), h, solidity), change).solve(at).loads;
     const auto settled = [&](const char* quantity, double recorded, double ours) {
       rows.push_back({source, condition, quantity, recorded, ours, relative(ours, recorded, recorded), kLimit, "after 1.3 s"});
     };
@@ -168,8 +169,8 @@ std::vector<OracleRow> compare_drive(const json& j) {
 }
 }  // namespace
 
-std::vector<OracleRow> jsbsim_rotor_oracle(const std::filesystem::path& data) {
-  return with_recording(data, "jsbsim_rotor_inflow.json", compare_rotor);
+std::vector<OracleRow> jsbsim_rotor_oracle(const std::filesystem::path& data, const ConventionChange& change) {
+  return with_recording(data, "jsbsim_rotor_inflow.json", [&](const json& j) { return compare_rotor(j, change); });
 }
 std::vector<OracleRow> jsbsim_drive_oracle(const std::filesystem::path& data) {
   return with_recording(data, "jsbsim_prop_bldc.json", compare_drive);

@@ -10,10 +10,14 @@ namespace rotorloop::bench {
 
 std::vector<OracleRow> rotor_oracles(const std::filesystem::path& data) {
   std::vector<OracleRow> rows;
-  for (auto* oracle : {qprop_oracle, agilicious_oracle, jsbsim_rotor_oracle, jsbsim_drive_oracle, rigid_body_oracle}) {
-    auto more = oracle(data);
+  const auto append = [&](std::vector<OracleRow> more) {
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
-  }
+  };
+  append(qprop_oracle(data));
+  append(agilicious_oracle(data));
+  append(jsbsim_rotor_oracle(data));
+  append(jsbsim_drive_oracle(data));
+  append(rigid_body_oracle(data));
   return rows;
 }
 

@@ -2,8 +2,11 @@
 // program's own conventions. The recordings stay in the data folder; docs/acceptance/rotor_oracles.md discusses every figure.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
+
+#include "sim/rotor/reference/conventions.hpp"
 
 namespace rotorloop::bench {
 
@@ -21,10 +24,13 @@ struct OracleRow {
   bool met() const { return !judged() || (deviation <= limit && deviation >= -limit); }
 };
 
+// Applied to an oracle's conventions before it solves: shows that a limit notices a choice left out.
+using ConventionChange = std::function<void(sim::RotorConventions&)>;
+
 // `data` is the folder that ROTORLOOP_DATA names. Throw Error with the file's name when a recording is missing or malformed.
-std::vector<OracleRow> qprop_oracle(const std::filesystem::path& data);       // CAM 6x3, hover and 5 m/s
-std::vector<OracleRow> agilicious_oracle(const std::filesystem::path& data);  // 12 rotor cases
-std::vector<OracleRow> jsbsim_rotor_oracle(const std::filesystem::path& data);
+std::vector<OracleRow> qprop_oracle(const std::filesystem::path& data, const ConventionChange& change = {});       // CAM 6x3
+std::vector<OracleRow> agilicious_oracle(const std::filesystem::path& data, const ConventionChange& change = {});  // 12 rotor cases
+std::vector<OracleRow> jsbsim_rotor_oracle(const std::filesystem::path& data, const ConventionChange& change = {});
 std::vector<OracleRow> jsbsim_drive_oracle(const std::filesystem::path& data);
 std::vector<OracleRow> rigid_body_oracle(const std::filesystem::path& data);  // RotorPy and Agilicious, given loads
 std::vector<OracleRow> rotor_oracles(const std::filesystem::path& data);      // all of these

@@ -45,7 +45,8 @@ sim::Blade as_blade(const QpropDefinition& d) {
   return b;
 }
 
-void compare(const std::filesystem::path& folder, const std::string& condition, std::vector<OracleRow>& rows) {
+void compare(const std::filesystem::path& folder, const std::string& condition, const ConventionChange& change,
+             std::vector<OracleRow>& rows) {
   QpropDefinition d = read_qprop_definition(folder / "cam6x3.def");
   // The listing's stations with cl < CLCD0 obey CD2u, not the CD2l of the definition: version 1.22 has one parabola.
   d.polar.cd2_below = d.polar.cd2_above;
@@ -55,6 +56,7 @@ void compare(const std::filesystem::path& folder, const std::string& condition, 
   c.compressibility = true;
   c.viscosity_Pa_s = q.viscosity_Pa_s;
   c.sound_speed_m_s = q.sound_speed_m_s;
+  if (change) change(c);
   sim::RotorCondition at;
   at.v_R_m_s.z() = q.speed_m_s;
   at.omega_rad_s = q.rpm * std::numbers::pi / 30.0;
@@ -99,11 +101,11 @@ void compare(const std::filesystem::path& folder, const std::string& condition, 
 }
 }  // namespace
 
-std::vector<OracleRow> qprop_oracle(const std::filesystem::path& data) {
+std::vector<OracleRow> qprop_oracle(const std::filesystem::path& data, const ConventionChange& change) {
   std::vector<OracleRow> rows;
   const auto folder = data / "propellers" / "cam6x3_qprop_ref";
-  compare(folder / "hover", "hover, 14020 rpm", rows);
-  compare(folder / "U5", "5 m/s, 14020 rpm", rows);
+  compare(folder / "hover", "hover, 14020 rpm", change, rows);
+  compare(folder / "U5", "5 m/s, 14020 rpm", change, rows);
   return rows;
 }
 

@@ -60,12 +60,16 @@ TEST(SecondProgram, AgreesWithTheFastSolveWithBodyRatesAndClockwiseSpinWithinATe
   expect_the_same(c);
 }
 TEST(SecondProgram, MassFlowOfTheRingAgreesWithTheFastSolvesTable) {
+  double worst = 0.0;
   for (double climb = -25.0; climb <= 5.0; climb += 0.37)
     for (double edge : {0.0, 1.0, 3.0, 6.0})
       for (double v : {2.0, 7.5, 12.0}) {
         const double fast = mass_flow(v, climb, edge * edge).speed_m_s;
-        EXPECT_NEAR(reference_mass_flow(v, climb, edge, Descent::ring).speed_m_s, fast, 2e-4 * v) << climb << " " << edge << " " << v;
+        const double relative = std::fabs(reference_mass_flow(v, climb, edge, Descent::ring).speed_m_s - fast) / v;
+        EXPECT_LT(relative, 2e-4) << climb << " " << edge << " " << v;
+        worst = std::max(worst, relative);
       }
+  std::printf("[ measured ] mass flow of the ring: %.4f %% of the induced velocity\n", 100 * worst);
 }
 
 // An untwisted, untapered blade with a given section, uniform strips.
