@@ -25,7 +25,6 @@ struct Rates {
 Rates mean_rates(sim::AirframeConfig config, std::int64_t step_ns, const sim::AirframeState& start, const std::array<double, 4>& thrust_N,
                  const std::array<double, 4>& torque_N_m) {
   config.step_ns = step_ns;
-  config.density_kg_m3 = 0.0;
   config.ground_z_m = -1e6;
   sim::Airframe body(config, start);
   const sim::AirframeState before = body.state();
