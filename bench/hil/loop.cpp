@@ -24,6 +24,8 @@ firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
   return p;
 }
 
+constexpr std::uint64_t kSpeedNoiseModule = 0x45534E00;  // ESN, and the number of the ESC
+
 firmware::NodeIdentity identity(int esc) {
   firmware::NodeIdentity id;
   id.unique_id[0] = 0x52;
@@ -56,8 +58,8 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   effects.prepare(setup);
   dynamics_ = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
   battery_ = sim::Battery(setup.battery);
-  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed),
-                                               sim::PoseSensor(setup.pose, config.seed), airframe_state);
+  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
+                                               airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);
@@ -72,7 +74,8 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
     const double lag_s = config.esc[index] == EscModel::lag ? config.esc_lag_s : setup.esc[index].lag_s;
     if (lag_s > 0.0) {
-      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port);
+      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, setup.esc[index],
+                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
     } else {
       sim::NativeEscConfig e;
       e.drive = setup.drive[index];
@@ -80,7 +83,8 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
       e.bus_V = battery_.voltage_V();
       e.seed = config.seed;
       e.module = static_cast<std::uint64_t>(i);
-      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port);
+      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port, setup.esc[index],
+                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
     }
   }
   truth_us_.fill(-1);

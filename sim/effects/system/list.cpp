@@ -7,7 +7,8 @@ namespace rotorloop::sim {
 
 EffectList system_effects() {
   static const std::array list{
-      &kRotorSpeedScale,
+      &kRotorSpeedScale, &kRotorSpeedNoise, &kRotorSpeedDelay, &kDriveLag,  &kMotorResistance, &kMotorFlux,
+      &kBatterySag,      &kPoseDelay,       &kPoseStampJitter, &kPoseScale, &kGravityTilt,     &kVibrationRectification,
   };
   return list;
 }

@@ -44,6 +44,12 @@ void add_setup(Trace& t, const PlantSetup& s) {
   t.add(s.battery.relaxation_ohm);
   t.add(s.battery.capacity_A_s);
   t.add(s.imu.vibration);
+  t.add(1e6 * s.imu.rectification_m);
+  t.add(s.pose.stamp_error_s);
+  t.add(s.pose.stamp_jitter_s);
+  t.add(s.pose.scale_error);
+  t.add(s.pose.tilt_rad.x());
+  t.add(s.pose.tilt_rad.y());
   t.add(s.pose.latency_s);
   t.add(s.pose.drift_m);
   t.add(s.pose.offset_B_m);
