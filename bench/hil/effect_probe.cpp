@@ -1,6 +1,7 @@
 #include "bench/hil/effect_probe.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "bench/hil/effect_study.hpp"
 #include "sim/plant/flight_dynamics.hpp"
