@@ -6,7 +6,7 @@
 // M_c, M_s: what the rigid blade-element solve finds at the hub, plus the gyroscopic moment on blades carried along by the
 // body, plus the upwash that a coned blade meets as it points into the wind. The hub passes on the spring's moment alone, and
 // thrust stands on the tilted disk. Compliance 0 is the rigid rotor. Taken as settled at each step: the slow flapping mode of
-// stiff blades, (nu - 1) omega with nu^2 = 1 + k / (I omega^2), lies above 25 Hz over the whole range.
+// stiff blades, (nu - 1) omega with nu^2 = 1 + k / (I omega^2), lies above 15 Hz over the whole range.
 // Source: Bauersfeld et al., NeuroBEM, 2021, eq. (16)-(17); Mahony, Kumar, Corke 2012. A spring of 5.89 N m/rad there.
 #include "sim/effects/rotor/blade_motion.hpp"
 #include "sim/effects/rotor/rotor_list.hpp"
