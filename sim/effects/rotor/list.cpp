@@ -6,9 +6,11 @@
 namespace rotorloop::sim {
 
 // Order: what the hub's motion is, what scales it, what wakes add to it; after the solve first the terms that add (differences of
-// two solves), then those that multiply what is there.
+// two solves), then the blades' own motion, which reads the loads of the rigid rotor, then what multiplies what is there;
+// thrust_lag after all other aerodynamic loads.
 EffectList rotor_effects() {
   static const std::array list{
+      // clang-format off
       &kRotorLocalInflow,
       &kAxialInflow,
       &kRotorWakeInterference,
@@ -16,6 +18,8 @@ EffectList rotor_effects() {
       &kTranslationalLift,
       &kTorqueAdvance,
       &kRotorDrag,
+      &kBladeFlapping,
+      &kSoftFlapping,
       &kVortexRingLoss,
       &kVortexRingFluctuation,
       &kGroundEffectRotor,
@@ -26,6 +30,13 @@ EffectList rotor_effects() {
       &kThrustSpeedExponent,
       &kRotorBodyInterference,
       &kBlockageStrut,
+      &kRotorRollingMoment,
+      &kLateralFlapping,
+      &kWeakRotor,
+      &kRotorTorqueScale,
+      &kThrustLag,
+      &kRotorImbalance,
+      // clang-format on
   };
   return list;
 }
