@@ -30,16 +30,18 @@ std::string reference(const ProbeResult& p) {
 }
 
 std::string probe_table(const std::vector<ProbeResult>& probes) {
-  std::string out = "| effect | size | source | what is compared | unit | reference | measured | ratio | |\n|---|---|---|---|---|---:|---:|---:|---|\n";
+  std::string out =
+      "| effect | size | source | what is compared | unit | reference | measured | ratio | |\n|---|---|---|---|---|---:|---:|---:|---|\n";
   for (const ProbeResult& p : probes)
-    out += fmt::format("| `{}` | {:g} | {} | {} | {} | {} | {} | {:.2f} | {} |\n", p.effect, p.value, p.source, p.where, p.unit, reference(p),
-                       digits(p.measured), p.ratio, p.within ? "" : "**outside**");
+    out += fmt::format("| `{}` | {:g} | {} | {} | {} | {} | {} | {:.2f} | {} |\n", p.effect, p.value, p.source, p.where, p.unit,
+                       reference(p), digits(p.measured), p.ratio, p.within ? "" : "**outside**");
   return out;
 }
 
 std::string flight_table(const std::vector<EffectComparison>& flights) {
   std::string out =
-      "| effect | size | flight | error without, cm | error with, cm | thrust, N | in-plane force, N | shaft torque, mN m | speed, rad/s | force on "
+      "| effect | size | flight | error without, cm | error with, cm | thrust, N | in-plane force, N | shaft torque, mN m | speed, rad/s | "
+      "force on "
       "body, N | moment on body, mN m |\n|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n";
   for (const EffectComparison& c : flights)
     out += fmt::format("| `{}`{} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", c.effect, c.in_reference ? " *" : "",
@@ -65,16 +67,21 @@ std::string effect_page(const EffectStudy& s) {
     out += fmt::format(
         "## Sizes at defined points\n\n"
         "The plant `{}` in a virtual wind tunnel, level, with the effect and without it: the difference of the loads, against the size "
-        "that a measurement or theory gives for this vehicle. `size` is the effect's parameter; for an effect that the solve of the rotor or the body "
-        "contains, the difference is between its full action and none. Forces and moments in the frame of the body (x forward, y left, z up). "
-        "Without another speed in the text, the rotors turn at the speed that carries the weight there. `ratio`: measured over the nearest end of the "
-        "reference. A ratio below 1/{:g} or above {:g} is outside and ends the command with 6. Sources: E numbers are those of `survey`, L numbers "
+        "that a measurement or theory gives for this vehicle. `size` is the effect's parameter; for an effect that the solve of the rotor "
+        "or the body "
+        "contains, the difference is between its full action and none. Forces and moments in the frame of the body (x forward, y left, z "
+        "up). "
+        "Without another speed in the text, the rotors turn at the speed that carries the weight there. `ratio`: measured over the nearest "
+        "end of the "
+        "reference. A ratio below 1/{:g} or above {:g} is outside and ends the command with 6. Sources: E numbers are those of `survey`, L "
+        "numbers "
         "those of `library` in the catalogue.\n\n{}\n",
         s.scenario.plant.filename().generic_string(), kProbeFactor, kProbeFactor, probe_table(s.probes));
   if (!s.flights.empty())
     out += fmt::format(
         "## In flight\n\n"
-        "The flights of `{}`, controller `{}`, seed {}; each effect in the flight that shows it best. `error`: mean distance between the true position "
+        "The flights of `{}`, controller `{}`, seed {}; each effect in the flight that shows it best. `error`: mean distance between the "
+        "true position "
         "and the set-point. Controller and vehicle file are the same in both columns and know nothing of the effect, but were fitted to "
         "the plant as its file says; taking away what the fit contains may therefore cost as much as adding what it lacks. `*`: the plant "
         "of the file has the effect, and the other flight is the one without it.\n\n"
@@ -90,16 +97,33 @@ std::string effect_json_text(const EffectStudy& s) {
   nlohmann::ordered_json j{{"format", 1}, {"command", s.command_line}, {"seeds", s.scenario.seeds}};
   j["probes"] = nlohmann::ordered_json::array();
   for (const ProbeResult& p : s.probes)
-    j["probes"].push_back({{"effect", p.effect}, {"value", p.value}, {"source", p.source}, {"where", p.where}, {"unit", p.unit},
-                           {"reference", {p.low, p.high}}, {"measured", p.measured}, {"ratio", p.ratio}, {"within", p.within}});
+    j["probes"].push_back({{"effect", p.effect},
+                           {"value", p.value},
+                           {"source", p.source},
+                           {"where", p.where},
+                           {"unit", p.unit},
+                           {"reference", {p.low, p.high}},
+                           {"measured", p.measured},
+                           {"ratio", p.ratio},
+                           {"within", p.within}});
   j["flights"] = nlohmann::ordered_json::array();
   for (const EffectComparison& c : s.flights)
-    j["flights"].push_back({{"effect", c.effect}, {"parameter", c.parameter}, {"unit", c.unit}, {"value", c.value},
-                            {"in_reference", c.in_reference}, {"flight", c.flight}, {"error_without_cm", to_json(c.error_without_cm)},
-                            {"error_with_cm", to_json(c.error_with_cm)}, {"end_without", c.end_without}, {"end_with", c.end_with},
-                            {"thrust_N", to_json(c.thrust_N)}, {"in_plane_N", to_json(c.in_plane_N)},
-                            {"shaft_torque_N_m", to_json(c.shaft_torque_N_m)}, {"speed_rad_s", to_json(c.speed_rad_s)},
-                            {"body_force_N", to_json(c.body_force_N)}, {"body_moment_N_m", to_json(c.body_moment_N_m)}});
+    j["flights"].push_back({{"effect", c.effect},
+                            {"parameter", c.parameter},
+                            {"unit", c.unit},
+                            {"value", c.value},
+                            {"in_reference", c.in_reference},
+                            {"flight", c.flight},
+                            {"error_without_cm", to_json(c.error_without_cm)},
+                            {"error_with_cm", to_json(c.error_with_cm)},
+                            {"end_without", c.end_without},
+                            {"end_with", c.end_with},
+                            {"thrust_N", to_json(c.thrust_N)},
+                            {"in_plane_N", to_json(c.in_plane_N)},
+                            {"shaft_torque_N_m", to_json(c.shaft_torque_N_m)},
+                            {"speed_rad_s", to_json(c.speed_rad_s)},
+                            {"body_force_N", to_json(c.body_force_N)},
+                            {"body_moment_N_m", to_json(c.body_moment_N_m)}});
   return j.dump(2) + "\n";
 }
 

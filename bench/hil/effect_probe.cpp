@@ -67,9 +67,7 @@ double moment_size_mN_m(const ProbeLoads& with, const ProbeLoads& without) {
 double hub_moment_mN_m(const ProbeLoads& with, const ProbeLoads& without) {
   return 1e3 * (with.rotor[0].moment_R_N_m - without.rotor[0].moment_R_N_m).head<2>().norm();
 }
-double lateral_force_N(const ProbeLoads& with, const ProbeLoads& without) {
-  return (with.force_B_N - without.force_B_N).head<2>().norm();
-}
+double lateral_force_N(const ProbeLoads& with, const ProbeLoads& without) { return (with.force_B_N - without.force_B_N).head<2>().norm(); }
 double lean_back_deg(const ProbeLoads& with, const ProbeLoads& without) {
   return 180.0 / 3.141592653589793 * (without.rotor[0].force_R_N.x() - with.rotor[0].force_R_N.x()) / without.rotor[0].force_R_N.z();
 }
@@ -100,8 +98,14 @@ const std::vector<Probe>& probes() {
       {"rate_damping", "E9", "moment, roll at 6.5 rad/s", "mN m", -25, -25, rolling(6.5), moment_mN_m<0>},
       {"rotor_wake_interference", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
       {"body_pitch_moment", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
-      {"sideslip_yaw_moment", "E11", "moment about z, 8.5 m/s, 45 deg of sideslip", "mN m", 20, 40,
-       {.v_B_m_s = {8.5 * k45, 8.5 * k45, 0.0}}, moment_mN_m<2>},
+      {"sideslip_yaw_moment",
+       "E11",
+       "moment about z, 8.5 m/s, 45 deg of sideslip",
+       "mN m",
+       20,
+       40,
+       {.v_B_m_s = {8.5 * k45, 8.5 * k45, 0.0}},
+       moment_mN_m<2>},
       {"hover_interference", "E12", "thrust, hover (survey: few %)", "%", -5, -2, {}, percent_thrust},
       {"blockage_strut", "E13", "thrust, hover", "%", -8, -8, {}, percent_thrust},
       {"ground_effect_rotor", "E14", "thrust, disk 1 R above ground", "%", 6.7, 6.7, at_height_in_radii(1), percent_thrust},
@@ -111,16 +115,36 @@ const std::vector<Probe>& probes() {
       {"ground_effect_vehicle", "E15", "thrust, disks 2 R above ground", "%", 9, 9, at_height_in_radii(2), percent_thrust},
       {"ground_effect_vehicle", "E15", "thrust, disks 3 R above ground", "%", 6, 6, at_height_in_radii(3), percent_thrust},
       {"ground_effect_vehicle", "E15", "thrust, disks 5 R above ground", "%", 2.6, 2.6, at_height_in_radii(5), percent_thrust},
-      {"ceiling_effect", "E16", "thrust, disks 1 R below the ceiling (survey: several %)", "%", 3, 10, {.disk_z_m = 3.0 - 0.0635}, percent_thrust},
+      {"ceiling_effect",
+       "E16",
+       "thrust, disks 1 R below the ceiling (survey: several %)",
+       "%",
+       3,
+       10,
+       {.disk_z_m = 3.0 - 0.0635},
+       percent_thrust},
       {"thrust_speed_exponent", "E22", "thrust over that without, 147 rad/s", "%", -9, -9, {.omega_rad_s = 147.0}, percent_thrust},
-      {"rotor_inertia_reaction", "E23", "moment about z, rotor 1 (counter-clockwise) speeds up with 1e4 rad/s2", "mN m", -94, -94,
-       {.omega_dot_1_rad_s2 = 1e4}, moment_mN_m<2>},
-      {"gyroscopic", "E24", "moment, roll at 6.5 rad/s, pairs at 1.1 and 0.9 of hover speed", "mN m", 23, 23,
-       {.w_B_rad_s = {6.5, 0, 0}, .omega_rad_s = 945.0, .speed_ratio = {1.1, 1.1, 0.9, 0.9}}, moment_mN_m<1>},
+      {"rotor_inertia_reaction",
+       "E23",
+       "moment about z, rotor 1 (counter-clockwise) speeds up with 1e4 rad/s2",
+       "mN m",
+       -94,
+       -94,
+       {.omega_dot_1_rad_s2 = 1e4},
+       moment_mN_m<2>},
+      {"gyroscopic",
+       "E24",
+       "moment, roll at 6.5 rad/s, pairs at 1.1 and 0.9 of hover speed",
+       "mN m",
+       23,
+       23,
+       {.w_B_rad_s = {6.5, 0, 0}, .omega_rad_s = 945.0, .speed_ratio = {1.1, 1.1, 0.9, 0.9}},
+       moment_mN_m<1>},
       {"air_density", "E25", "thrust, 3 K warmer: ratio 0.99", "%", -1, -1, {}, percent_thrust, 0.99},
       {"com_offset", "E26", "moment about y, hover", "mN m", 9.5, 9.5, {}, moment_mN_m<1>},
       {"rotor_tilt", "E26", "horizontal force, hover", "N", 0.03, 0.03, {}, lateral_force_N},
-      {"torque_advance", "E27", "torque at 8.5 m/s: 9 % of the profile part, which is near half in hover", "%", 4, 5, level(8.5), percent_torque},
+      {"torque_advance", "E27", "torque at 8.5 m/s: 9 % of the profile part, which is near half in hover", "%", 4, 5, level(8.5),
+       percent_torque},
       {"rotor_local_inflow", "L1", "moment, roll at 1 rad/s", "mN m", -1.7, -1.7, rolling(1), moment_mN_m<0>},
       {"rotor_plane_height", "L14", "moment, 8.5 m/s level: 20 mm times the force of E3", "mN m", 20, 22, level(8.5), moment_size_mN_m},
   };
@@ -149,8 +173,16 @@ std::vector<ProbeResult> probe_effects(const Inputs& inputs, const std::vector<c
     const auto& without = in_plant ? changed : inputs.plant.effects;
     ProbePoint point = p.point;
     if (point.omega_rad_s == 0.0) point.omega_rad_s = hover_omega_rad_s(inputs, inputs.plant.effects, point);
-    ProbeResult r{std::string(p.effect), std::string(p.source), std::string(p.where), std::string(p.unit),
-                  p.value.value_or(is_intrinsic(info, typical) ? info.parameter.neutral : typical), p.low, p.high, 0.0, 1.0, false};
+    ProbeResult r{std::string(p.effect),
+                  std::string(p.source),
+                  std::string(p.where),
+                  std::string(p.unit),
+                  p.value.value_or(is_intrinsic(info, typical) ? info.parameter.neutral : typical),
+                  p.low,
+                  p.high,
+                  0.0,
+                  1.0,
+                  false};
     r.measured = p.size(loads_at(inputs, with, point), loads_at(inputs, without, point));
     const double size = p.low < 0.0 ? -r.measured : r.measured;  // along the sign of the reference
     const double least = std::min(std::abs(p.low), std::abs(p.high)), most = std::max(std::abs(p.low), std::abs(p.high));

@@ -17,7 +17,7 @@ namespace rotorloop::bench {
 struct ProbePoint {
   Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();  // through still air
   Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();
-  double omega_rad_s = 0.0;                           // 0: hover thrust at this velocity, without the effect
+  double omega_rad_s = 0.0;  // 0: hover thrust at this velocity, without the effect
   std::array<double, 4> speed_ratio{1.0, 1.0, 1.0, 1.0};
   double omega_dot_1_rad_s2 = 0.0;  // of rotor 1
   double disk_z_m = 2.0;            // height of the rotor disks
@@ -33,10 +33,10 @@ ProbeLoads loads_at(const Inputs& inputs, const std::vector<sim::PlantEffect>& e
 
 struct Probe {
   std::string_view effect;
-  std::string_view source;           // number of the survey or library that gives the size
-  std::string_view where;            // the point, and what is compared, in words
+  std::string_view source;  // number of the survey or library that gives the size
+  std::string_view where;   // the point, and what is compared, in words
   std::string_view unit;
-  double low = 0.0, high = 0.0;      // reference; equal when it is one number
+  double low = 0.0, high = 0.0;  // reference; equal when it is one number
   ProbePoint point;
   double (*size)(const ProbeLoads& with, const ProbeLoads& without);
   std::optional<double> value = {};  // of the parameter, when the reference is not for the typical value
@@ -47,7 +47,7 @@ struct ProbeResult {
   std::string effect, source, where, unit;
   double value = 0.0;  // of the effect's parameter
   double low = 0.0, high = 0.0, measured = 0.0;
-  double ratio = 0.0;  // to the nearest point of the reference; 1 inside it
+  double ratio = 0.0;   // to the nearest point of the reference; 1 inside it
   bool within = false;  // ratio from 1/2 to 2
 };
 

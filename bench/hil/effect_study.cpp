@@ -33,7 +33,9 @@ Flown fly_sampled(const Scenario& scenario, const Inputs& inputs, std::size_t fl
   q.observe = [&](const host::FlightRecord& r, const PlantTruth& truth) {
     if (r.phase == host::FlightPhase::flying) out.samples.push_back({r.time_us, truth});
   };
-  out.result = fly(scenario, inputs, q, nullptr, [&](double s) { progress.advance(s); }, options.stop).result;
+  out.result = fly(
+                   scenario, inputs, q, nullptr, [&](double s) { progress.advance(s); }, options.stop)
+                   .result;
   return out;
 }
 
@@ -204,8 +206,8 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
       const Flown& r = reference[flight_of[e]][s];
       const Flown flown = fly_sampled(scenario, changed, flight_of[e], scenario.seeds[s], options, progress);
       sums.add(flown.samples, r.samples);
-      for (const auto& [result, errors, end] : {std::tie(r.result, errors_reference, end_reference),
-                                                std::tie(flown.result, errors_changed, end_changed)}) {
+      for (const auto& [result, errors, end] :
+           {std::tie(r.result, errors_reference, end_reference), std::tie(flown.result, errors_changed, end_changed)}) {
         if (result.end == FlightEnd::completed) errors.push_back(result.tracking.truth.mean_3d_cm);
         if (end.empty()) end = end_of(result);
       }

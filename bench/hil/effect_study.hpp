@@ -18,7 +18,7 @@ struct Change {
 
 struct EffectComparison {
   std::string effect, parameter, unit;
-  double value = 0.0;      // of the flight with the effect; of an intrinsic one 0 to its neutral value: what is taken out
+  double value = 0.0;         // of the flight with the effect; of an intrinsic one 0 to its neutral value: what is taken out
   bool in_reference = false;  // the plant has it without or with an entry; the other flight is the one without it
   std::string flight;
   Spread error_without_cm, error_with_cm;  // mean 3-D tracking error of completed flights, over seeds
