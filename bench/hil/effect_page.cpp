@@ -34,7 +34,10 @@ std::string probe_table(const std::vector<ProbeResult>& probes) {
       "| effect | size | source | what is compared | unit | reference | measured | ratio | |\n|---|---|---|---|---|---:|---:|---:|---|\n";
   for (const ProbeResult& p : probes)
     out += fmt::format("| `{}` | {:g} | {} | {} | {} | {} | {} | {:.2f} | {} |\n", p.effect, p.value, p.source, p.where, p.unit,
-                       reference(p), digits(p.measured), p.ratio, p.within ? "" : "**outside**");
+                       reference(p), digits(p.measured), p.ratio,
+                       p.within              ? ""
+                       : p.deviation.empty() ? "**outside**"
+                                             : "outside: " + p.deviation);
   return out;
 }
 
@@ -73,7 +76,8 @@ std::string effect_page(const EffectStudy& s) {
         "up). "
         "Without another speed in the text, the rotors turn at the speed that carries the weight there. `ratio`: measured over the nearest "
         "end of the "
-        "reference. A ratio below 1/{:g} or above {:g} is outside and ends the command with 6. Sources: E numbers are those of `survey`, L "
+        "reference. A ratio below 1/{:g} or above {:g} is outside and ends the command with 6, unless its reason is known and given. "
+        "Sources: E numbers are those of `survey`, L "
         "numbers "
         "those of `library` in the catalogue.\n\n{}\n",
         s.scenario.plant.filename().generic_string(), kProbeFactor, kProbeFactor, probe_table(s.probes));
@@ -105,7 +109,8 @@ std::string effect_json_text(const EffectStudy& s) {
                            {"reference", {p.low, p.high}},
                            {"measured", p.measured},
                            {"ratio", p.ratio},
-                           {"within", p.within}});
+                           {"within", p.within},
+                           {"deviation", p.deviation}});
   j["flights"] = nlohmann::ordered_json::array();
   for (const EffectComparison& c : s.flights)
     j["flights"].push_back({{"effect", c.effect},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bench/hil/effect_study.hpp"
 #include "sim/plant/flight_dynamics.hpp"
@@ -28,7 +29,8 @@ Vehicle vehicle(const Inputs& inputs, const std::vector<sim::PlantEffect>& activ
   state.p_W_m.z() = setup.body.ground_z_m + point.disk_z_m - disk_above_com_m;
   state.v_W_m_s = point.v_B_m_s;
   state.w_B_rad_s = point.w_B_rad_s;
-  return {setup, sim::FlightDynamics(setup, sim::pointers(inputs.rotors), std::move(effects), state), {}};
+  const std::int64_t release_ns = point.speed_step == 0.0 ? 0 : std::numeric_limits<std::int64_t>::max();
+  return {setup, sim::FlightDynamics(setup, sim::pointers(inputs.rotors), std::move(effects), state, release_ns), {}};
 }
 
 double thrust_N(const std::array<sim::RotorLoads, 4>& loads) {
@@ -72,6 +74,12 @@ double lean_back_deg(const ProbeLoads& with, const ProbeLoads& without) {
   return 180.0 / 3.141592653589793 * (without.rotor[0].force_R_N.x() - with.rotor[0].force_R_N.x()) / without.rotor[0].force_R_N.z();
 }
 
+// Time constant with which the difference in thrust dies away after a jump of speed, from two points 1 ms apart.
+double decay_ms(const ProbeLoads& with, const ProbeLoads& without) {
+  return 1.0 / std::log((with.thrust_after_step_N[1] - without.thrust_after_step_N[1]) /
+                        (with.thrust_after_step_N[3] - without.thrust_after_step_N[3]));
+}
+
 ProbePoint level(double speed_m_s) { return {.v_B_m_s = {speed_m_s, 0.0, 0.0}}; }
 ProbePoint vertical(double climb_m_s) { return {.v_B_m_s = {0.0, 0.0, climb_m_s}, .omega_rad_s = 945.0}; }
 ProbePoint at_height_in_radii(double z) { return {.disk_z_m = z * 0.0635}; }
@@ -81,9 +89,11 @@ ProbePoint rolling(double rate_rad_s) { return {.w_B_rad_s = {rate_rad_s, 0.0, 0
 
 const std::vector<Probe>& probes() {
   constexpr double k45 = 0.7071067811865476;
+  // clang-format off
   static const std::vector<Probe> all{
       {"axial_inflow", "E1", "thrust, climb at 3.1 m/s", "%", -11, -11, vertical(3.1), percent_thrust},
-      {"axial_inflow", "E1", "thrust, descent at 3.1 m/s", "%", 9, 9, vertical(-3.1), percent_thrust},
+      {"axial_inflow", "E1", "thrust, descent at 3.1 m/s", "%", 9, 9, vertical(-3.1), percent_thrust, {},
+       "the reference is momentum theory alone; the solve follows the measured curve of the ring state, which begins at 0.2 v_h"},
       {"translational_lift", "E2", "thrust, 4 m/s level", "%", 3.3, 3.3, level(4), percent_thrust},
       {"translational_lift", "E2", "thrust, 8.5 m/s level", "%", 12.5, 12.5, level(8.5), percent_thrust},
       {"translational_lift", "E2", "thrust, 10.5 m/s level", "%", 17, 17, level(10.5), percent_thrust},
@@ -98,14 +108,8 @@ const std::vector<Probe>& probes() {
       {"rate_damping", "E9", "moment, roll at 6.5 rad/s", "mN m", -25, -25, rolling(6.5), moment_mN_m<0>},
       {"rotor_wake_interference", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
       {"body_pitch_moment", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
-      {"sideslip_yaw_moment",
-       "E11",
-       "moment about z, 8.5 m/s, 45 deg of sideslip",
-       "mN m",
-       20,
-       40,
-       {.v_B_m_s = {8.5 * k45, 8.5 * k45, 0.0}},
-       moment_mN_m<2>},
+      {"sideslip_yaw_moment", "E11", "moment about z, 8.5 m/s, 45 deg of sideslip", "mN m", 20, 40,
+       {.v_B_m_s = {8.5 * k45, 8.5 * k45, 0.0}}, moment_mN_m<2>},
       {"hover_interference", "E12", "thrust, hover (survey: few %)", "%", -5, -2, {}, percent_thrust},
       {"blockage_strut", "E13", "thrust, hover", "%", -8, -8, {}, percent_thrust},
       {"ground_effect_rotor", "E14", "thrust, disk 1 R above ground", "%", 6.7, 6.7, at_height_in_radii(1), percent_thrust},
@@ -115,49 +119,45 @@ const std::vector<Probe>& probes() {
       {"ground_effect_vehicle", "E15", "thrust, disks 2 R above ground", "%", 9, 9, at_height_in_radii(2), percent_thrust},
       {"ground_effect_vehicle", "E15", "thrust, disks 3 R above ground", "%", 6, 6, at_height_in_radii(3), percent_thrust},
       {"ground_effect_vehicle", "E15", "thrust, disks 5 R above ground", "%", 2.6, 2.6, at_height_in_radii(5), percent_thrust},
-      {"ceiling_effect",
-       "E16",
-       "thrust, disks 1 R below the ceiling (survey: several %)",
-       "%",
-       3,
-       10,
-       {.disk_z_m = 3.0 - 0.0635},
-       percent_thrust},
+      {"ceiling_effect", "E16", "thrust, disks 1 R below the ceiling (survey: several %)", "%", 3, 10, {.disk_z_m = 3.0 - 0.0635}, percent_thrust},
+      {"dynamic_inflow", "E18", "time constant of the thrust after a step of speed, hover", "ms", 1.8, 1.8, {.speed_step = 0.02}, decay_ms},
       {"thrust_speed_exponent", "E22", "thrust over that without, 147 rad/s", "%", -9, -9, {.omega_rad_s = 147.0}, percent_thrust},
-      {"rotor_inertia_reaction",
-       "E23",
-       "moment about z, rotor 1 (counter-clockwise) speeds up with 1e4 rad/s2",
-       "mN m",
-       -94,
-       -94,
-       {.omega_dot_1_rad_s2 = 1e4},
-       moment_mN_m<2>},
-      {"gyroscopic",
-       "E24",
-       "moment, roll at 6.5 rad/s, pairs at 1.1 and 0.9 of hover speed",
-       "mN m",
-       23,
-       23,
-       {.w_B_rad_s = {6.5, 0, 0}, .omega_rad_s = 945.0, .speed_ratio = {1.1, 1.1, 0.9, 0.9}},
-       moment_mN_m<1>},
+      {"rotor_inertia_reaction", "E23", "moment about z, rotor 1 (counter-clockwise) speeds up with 1e4 rad/s2", "mN m", -94, -94,
+       {.omega_dot_1_rad_s2 = 1e4}, moment_mN_m<2>},
+      {"gyroscopic", "E24", "moment, roll at 6.5 rad/s, pairs at 1.1 and 0.9 of hover speed", "mN m", 23, 23,
+       {.w_B_rad_s = {6.5, 0, 0}, .omega_rad_s = 945.0, .speed_ratio = {1.1, 1.1, 0.9, 0.9}}, moment_mN_m<1>},
       {"air_density", "E25", "thrust, 3 K warmer: ratio 0.99", "%", -1, -1, {}, percent_thrust, 0.99},
       {"com_offset", "E26", "moment about y, hover", "mN m", 9.5, 9.5, {}, moment_mN_m<1>},
       {"rotor_tilt", "E26", "horizontal force, hover", "N", 0.03, 0.03, {}, lateral_force_N},
-      {"torque_advance", "E27", "torque at 8.5 m/s: 9 % of the profile part, which is near half in hover", "%", 4, 5, level(8.5),
-       percent_torque},
+      {"torque_advance", "E27", "torque at 8.5 m/s: 9 % of the profile part, which is near half in hover", "%", 4, 5, level(8.5), percent_torque},
       {"rotor_local_inflow", "L1", "moment, roll at 1 rad/s", "mN m", -1.7, -1.7, rolling(1), moment_mN_m<0>},
       {"rotor_plane_height", "L14", "moment, 8.5 m/s level: 20 mm times the force of E3", "mN m", 20, 22, level(8.5), moment_size_mN_m},
   };
+  // clang-format on
   return all;
 }
 
 ProbeLoads loads_at(const Inputs& inputs, const std::vector<sim::PlantEffect>& active, const ProbePoint& point) {
   Vehicle v = vehicle(inputs, active, point);
   for (std::size_t i = 0; i < 4; ++i) v.omega_rad_s[i] = point.omega_rad_s * point.speed_ratio[i];
-  for (int k = 0; k < kSettle; ++k) v.dynamics.evaluate_rotors(v.omega_rad_s);
+  const std::array<double, 4> no_acceleration{};
+  for (int k = 0; k < kSettle; ++k) {
+    v.dynamics.evaluate_rotors(v.omega_rad_s);
+    if (point.speed_step != 0.0) v.dynamics.step(no_acceleration);
+  }
+  std::array<double, 4> after_N{};
+  if (point.speed_step != 0.0) {
+    for (double& omega : v.omega_rad_s) omega *= 1.0 + point.speed_step;
+    for (double& N : after_N) {
+      v.dynamics.evaluate_rotors(v.omega_rad_s);
+      v.dynamics.step(no_acceleration);
+      N = thrust_N(v.dynamics.loads());
+    }
+  }
   v.dynamics.step(std::array{point.omega_dot_1_rad_s2, 0.0, 0.0, 0.0});
   const sim::AirframeWrench& w = v.dynamics.airframe().wrench();  // of the start of that step
-  return {w.rotor_force_B_N + w.drag_force_B_N + w.further.force_B_N, w.rotor_moment_B_N_m + w.further.moment_B_N_m, v.dynamics.loads()};
+  return {w.rotor_force_B_N + w.drag_force_B_N + w.further.force_B_N, w.rotor_moment_B_N_m + w.further.moment_B_N_m, v.dynamics.loads(),
+          after_N};
 }
 
 std::vector<ProbeResult> probe_effects(const Inputs& inputs, const std::vector<const sim::EffectInfo*>& effects) {
@@ -182,7 +182,8 @@ std::vector<ProbeResult> probe_effects(const Inputs& inputs, const std::vector<c
                   p.high,
                   0.0,
                   1.0,
-                  false};
+                  false,
+                  std::string(p.deviation)};
     r.measured = p.size(loads_at(inputs, with, point), loads_at(inputs, without, point));
     const double size = p.low < 0.0 ? -r.measured : r.measured;  // along the sign of the reference
     const double least = std::min(std::abs(p.low), std::abs(p.high)), most = std::max(std::abs(p.low), std::abs(p.high));

@@ -50,7 +50,7 @@ int effects(const Options& o) {
     fmt::print("{}", text);
   else
     bench::write_text_file(o.out, text);
-  const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return !p.within; });
+  const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return p.missed(); });
   if (outside > 0)
     fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), bench::kProbeFactor);
   return static_cast<int>(outside > 0 ? ExitCode::verdict : ExitCode::ok);

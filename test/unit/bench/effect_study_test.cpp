@@ -121,10 +121,15 @@ TEST_F(EffectStudyTest, ResultsDoNotDependOnTheNumberOfJobs) {
   EXPECT_EQ(text(1), text(3));
 }
 
-TEST_F(EffectStudyTest, EverySizeIsWithinAFactorTwoOfItsReference) {
-  for (const ProbeResult& p : probe_effects(inputs_, chosen_effects({})))
-    EXPECT_TRUE(p.within) << p.effect << ", " << p.where << ": " << p.measured << " " << p.unit << ", reference " << p.low << " to "
-                          << p.high;
+TEST_F(EffectStudyTest, EverySizeIsWithinAFactorTwoOfItsReferenceOrAKnownDeviation) {
+  int deviations = 0;
+  for (const ProbeResult& p : probe_effects(inputs_, chosen_effects({}))) {
+    EXPECT_FALSE(p.missed()) << p.effect << ", " << p.where << ": " << p.measured << " " << p.unit << ", reference " << p.low << " to "
+                             << p.high;
+    EXPECT_FALSE(p.within && !p.deviation.empty()) << p.effect << ", " << p.where << ": no deviation any more";
+    deviations += p.within ? 0 : 1;
+  }
+  EXPECT_LE(deviations, 1) << "thrust gained in descent: the ring state";
 }
 TEST_F(EffectStudyTest, EveryProbeBelongsToAnEffectAndShowsNothingAtItsNeutralValue) {
   for (const Probe& p : probes()) {
@@ -143,7 +148,7 @@ TEST(EffectPage, SaysWhyAFlightEndedAndWhichSizeIsOutside) {
   study.scenario.variants = {Variant::pd_ff};
   study.scenario.seeds = {1};
   study.command_line = "rotorloop hil effects";
-  study.probes.push_back({"tether", "E99", "pull", "N", 1.0, 2.0, 2.0, 5.0, 2.5, false});
+  study.probes.push_back({"tether", "E99", "pull", "N", 1.0, 2.0, 2.0, 5.0, 2.5, false, ""});
   EffectComparison c;
   c.effect = "tether";
   c.unit = "N/m";
