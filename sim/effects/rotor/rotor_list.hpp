@@ -4,6 +4,23 @@
 
 namespace rotorloop::sim {
 
+// Inflow, interference, boundaries.
+extern const EffectInfo kRotorLocalInflow;
+extern const EffectInfo kAxialInflow;
+extern const EffectInfo kRotorWakeInterference;
+extern const EffectInfo kDynamicInflow;
+extern const EffectInfo kTranslationalLift;
+extern const EffectInfo kTorqueAdvance;
+extern const EffectInfo kRotorDrag;
+extern const EffectInfo kVortexRingLoss;
+extern const EffectInfo kVortexRingFluctuation;
+extern const EffectInfo kGroundEffectRotor;
+extern const EffectInfo kGroundEffectVehicle;
+extern const EffectInfo kCeilingEffect;
+extern const EffectInfo kHoverInterference;
+extern const EffectInfo kThrustScale;
+extern const EffectInfo kThrustSpeedExponent;
+
 extern const EffectInfo kRotorBodyInterference;
 extern const EffectInfo kBlockageStrut;
 
