@@ -6,8 +6,8 @@
 namespace rotorloop::sim {
 
 // Order: what the hub's motion is, what scales it, what wakes add to it; after the solve first the terms that add (differences of
-// two solves), then the blades' own motion, which reads the loads of the rigid rotor, then what multiplies what is there;
-// thrust_lag after all other aerodynamic loads.
+// two solves, flapping of the blades under the loads of the rigid rotor), then those that multiply what is there; thrust_lag after
+// all other aerodynamic loads.
 EffectList rotor_effects() {
   static const std::array list{
       // clang-format off
@@ -17,9 +17,9 @@ EffectList rotor_effects() {
       &kDynamicInflow,
       &kTranslationalLift,
       &kTorqueAdvance,
-      &kRotorDrag,
       &kBladeFlapping,
       &kSoftFlapping,
+      &kRotorDrag,
       &kVortexRingLoss,
       &kVortexRingFluctuation,
       &kGroundEffectRotor,
