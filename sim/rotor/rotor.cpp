@@ -85,6 +85,7 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
       blades_(blade.blades) {
   check(resolution);
   const auto& s = blade.stations;
+  std::vector<SectionTable> tables;
   const double half = 0.5 * (radius_m_ - hub_radius_m_), middle = 0.5 * (radius_m_ + hub_radius_m_);
   for (const Node& node : gauss_legendre(resolution.radial)) {
     // r = middle + half sin(pi x / 2): Prandtl's loss falls like a square root at both ends, which this makes smooth.
@@ -100,7 +101,7 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     const SinCos twist = sincos_exact(twist_deg * std::numbers::pi / 180.0);
     const double snel = blade.stall_delay * (chord / r) * (chord / r);
     const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
-    tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, {stall_delay, blade.drag_scale}));
+    tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg, {stall_delay, blade.drag_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
                        .weight_m = half * 0.5 * std::numbers::pi * bent.cos * node.weight,
@@ -109,8 +110,10 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
                        .solidity = blades_ * chord / (2.0 * std::numbers::pi * r),
                        .sqrt_tip_loss = std::sqrt(0.5 * blades_ * (radius_m_ - r) / r),
                        .sqrt_root_loss = std::sqrt(0.5 * blades_ * (r - hub_radius_m_) / hub_radius_m_),
-                       .table = static_cast<int>(tables_.size()) - 1});
+                       .table = static_cast<int>(tables.size()) - 1});
   }
+  tables_ = std::make_shared<const std::vector<SectionTable>>(std::move(tables));
+  fill_lanes();
   // Quarter turns copy one another exactly, so that a quarter turn of the wind turns the loads exactly.
   const int n = resolution.azimuth;
   for (int k = 0; k < n / 4; ++k) {
@@ -120,6 +123,23 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
       cos_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = c[quarter];
       sin_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = d[quarter];
     }
+  }
+}
+
+// The kernel's copy of the annuli, filled up with the last one to whole registers.
+void Rotor::fill_lanes() {
+  const std::size_t count = annuli_.size(), filled = (count + kernel::kWidest - 1) / kernel::kWidest * kernel::kWidest;
+  for (std::size_t i = 0; i < filled; ++i) {
+    const Annulus& a = annuli_[std::min(i, count - 1)];
+    const SectionTable& t = table(a.table);
+    lanes_.r_m[i] = a.r_m;
+    lanes_.relative_r[i] = a.r_m / radius_m_;
+    lanes_.sqrt_tip_loss[i] = a.sqrt_tip_loss;
+    lanes_.sqrt_root_loss[i] = a.sqrt_root_loss;
+    lanes_.thrust_scale[i] = 0.25 * a.solidity / resolution_.azimuth;
+    lanes_.rows_per_reynolds_m[i] = a.chord_m / t.reynolds_step;
+    lanes_.row_zero[i] = t.reynolds_min / t.reynolds_step;
+    lanes_.nodes[i] = &t.nodes.front().up;
   }
 }
 
