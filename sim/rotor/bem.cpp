@@ -47,6 +47,7 @@ void pose(const Rotor& rotor, const RotorCondition& condition, const RotorWarmSt
   p.guess_m_s = 0.1 * std::fabs(p.omega_rad_s) * rotor.radius_m();  // a typical inflow ratio in hover
   p.slope_m_s = 3.0 * p.guess_m_s + 0.5 * p.edge_m_s + std::fabs(p.climb_m_s) + kTiny;
   p.warm = warm.valid && warm.omega_rad_s > 1.0 && p.omega_rad_s < 1.5 * warm.omega_rad_s && p.omega_rad_s > 0.5 * warm.omega_rad_s;
+  p.settled = p.warm && warm.solves >= 2;
   p.omega_ratio = p.warm ? p.omega_rad_s / warm.omega_rad_s : 1.0;
   p.climbed_m_s = p.climb_m_s - warm.climb_m_s;
 }
@@ -74,7 +75,7 @@ Disk sum(const Rotor& rotor, const RotorWarmStart& warm, const kernel::Solution&
 }
 
 void run(RotorKernel kernel, const kernel::Problem& problem, RotorWarmStart& warm, kernel::Solution& solution) {
-  const kernel::Memory memory = {warm.induced_m_s.data(), warm.missed_m_s.data(), warm.slope_m_s.data(), warm.through_m_s.data()};
+  const kernel::Memory memory = {warm.induced_m_s.data(), warm.missed_m_s.data(), warm.last_missed_m_s.data(), warm.slope_m_s.data(), warm.through_m_s.data()};
 #if defined(__x86_64__)
   if (kernel == RotorKernel::v4) return kernel::solve_v4(problem, memory, solution);
   if (kernel == RotorKernel::v3) return kernel::solve_v3(problem, memory, solution);
@@ -113,6 +114,7 @@ RotorLoads solve_rotor(const Rotor& rotor, const RotorCondition& condition, Roto
   solution.evaluations = 0;
   solution.converged = true;
   run(kernel, problem, warm, solution);
+  warm.solves = problem.warm ? warm.solves + 1 : 0;
   warm.valid = solution.converged;
   warm.omega_rad_s = problem.omega_rad_s;
   warm.climb_m_s = problem.climb_m_s;

@@ -67,10 +67,12 @@ class Rotor {
 // A default-constructed one is a cold start.
 struct RotorWarmStart {
   bool valid = false;
+  int solves = 0;
   double omega_rad_s = 0.0;
   double climb_m_s = 0.0;
   alignas(64) std::array<double, kMaxRadial> induced_m_s{};  // per annulus, at the blade
   alignas(64) std::array<double, kMaxRadial> missed_m_s{};   // how far the last guess was off, carried into the next
+  alignas(64) std::array<double, kMaxRadial> last_missed_m_s{};
   alignas(64) std::array<double, kMaxRadial> slope_m_s{};    // derivative of the residual
   alignas(64) std::array<double, kMaxRadial> through_m_s{};  // mass flow speed
 };

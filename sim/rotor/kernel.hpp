@@ -37,13 +37,13 @@ struct alignas(64) Problem {
   double skew[kMaxHalfAzimuth];        // -1 upstream, +1 downstream
   const double *cosine, *sine;
   double guess_m_s, slope_m_s;  // of a cold start
-  bool warm;
+  bool warm, settled;
   double omega_ratio, climbed_m_s;  // since the solve that left the warm start
 };
 
 // In and out: the arrays of a RotorWarmStart.
 struct Memory {
-  double *induced_m_s, *missed_m_s, *slope_m_s, *through_m_s;
+  double *induced_m_s, *missed_m_s, *last_missed_m_s, *slope_m_s, *through_m_s;
 };
 
 struct alignas(64) Solution {
