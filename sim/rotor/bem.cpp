@@ -75,7 +75,8 @@ Disk sum(const Rotor& rotor, const RotorWarmStart& warm, const kernel::Solution&
 }
 
 void run(RotorKernel kernel, const kernel::Problem& problem, RotorWarmStart& warm, kernel::Solution& solution) {
-  const kernel::Memory memory = {warm.induced_m_s.data(), warm.missed_m_s.data(), warm.last_missed_m_s.data(), warm.slope_m_s.data(), warm.through_m_s.data()};
+  const kernel::Memory memory = {warm.induced_m_s.data(), warm.missed_m_s.data(), warm.last_missed_m_s.data(), warm.slope_m_s.data(),
+                                 warm.through_m_s.data()};
 #if defined(__x86_64__)
   if (kernel == RotorKernel::v4) return kernel::solve_v4(problem, memory, solution);
   if (kernel == RotorKernel::v3) return kernel::solve_v3(problem, memory, solution);

@@ -21,18 +21,20 @@ struct Lane<2> {
   typedef double D __attribute__((vector_size(16)));
   typedef long long I __attribute__((vector_size(16)));
 
-  static D sqrt(D x) {
 #if defined(__x86_64__)
-    return _mm_sqrt_pd(x);
+  static D sqrt(D x) { return _mm_sqrt_pd(x); }
+  static D least(D x, D y) { return _mm_min_pd(x, y); }
+  static D most(D x, D y) { return _mm_max_pd(x, y); }
 #else
-    return D{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])};
+  static D sqrt(D x) { return D{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])}; }
+  static D least(D x, D y) { return x < y ? x : y; }
+  static D most(D x, D y) { return x > y ? x : y; }
 #endif
-  }
   // Section table at two nodes: (up, drag) there and at the next direction, between two rows of Reynolds number.
-  static void gather(const double* const* nodes, I index, D in_row, D& up0, D& drag0, D& up1, D& drag1) {
+  static void gather(const double* const* nodes, const I& place, D in_row, D& up0, D& drag0, D& up1, D& drag1) {
     D first[2], second[2];
     for (int i = 0; i < 2; ++i) {
-      const D* low = reinterpret_cast<const D*>(nodes[i]) + static_cast<unsigned>(index[i]);
+      const D* low = reinterpret_cast<const D*>(nodes[i] + place[i]);
       const D* high = low + SectionTable::kStride;
       const D share = {in_row[i], in_row[i]};
       first[i] = low[0] + share * (high[0] - low[0]);

@@ -22,14 +22,18 @@ struct Lane<8> {
   ROTOR_TARGET static D sqrt(D x) {
     return _mm512_maskz_sqrt_pd(0xff, x);  // the plain form warns of its own undefined value in gcc 12
   }
+  ROTOR_TARGET static D least(D x, D y) { return _mm512_maskz_min_pd(0xff, x, y); }
+  ROTOR_TARGET static D most(D x, D y) { return _mm512_maskz_max_pd(0xff, x, y); }
   // As Lane<4>::gather; each register holds two nodes, of lanes i and i + 4.
-  ROTOR_TARGET static void gather(const double* const* nodes, I index, D in_row, D& up0, D& drag0, D& up1, D& drag1) {
+  ROTOR_TARGET static void gather(const double* const* nodes, const I& place, D in_row, D& up0, D& drag0, D& up1, D& drag1) {
     D at[4];
+    const D share[4] = {
+        __builtin_shufflevector(in_row, in_row, 0, 0, 0, 0, 4, 4, 4, 4), __builtin_shufflevector(in_row, in_row, 1, 1, 1, 1, 5, 5, 5, 5),
+        __builtin_shufflevector(in_row, in_row, 2, 2, 2, 2, 6, 6, 6, 6), __builtin_shufflevector(in_row, in_row, 3, 3, 3, 3, 7, 7, 7, 7)};
     for (int i = 0; i < 4; ++i) {
-      const double *left = nodes[i] + 2 * static_cast<unsigned>(index[i]), *right = nodes[i + 4] + 2 * static_cast<unsigned>(index[i + 4]);
+      const double *left = nodes[i] + place[i], *right = nodes[i + 4] + place[i + 4];
       const D low = pair(left, right), high = pair(left + 2 * SectionTable::kStride, right + 2 * SectionTable::kStride);
-      const double l = in_row[i], r = in_row[i + 4];
-      at[i] = low + D{l, l, l, l, r, r, r, r} * (high - low);
+      at[i] = low + share[i] * (high - low);
     }
     const D up01 = __builtin_shufflevector(at[0], at[1], 0, 8, 2, 10, 4, 12, 6, 14);
     const D up23 = __builtin_shufflevector(at[2], at[3], 0, 8, 2, 10, 4, 12, 6, 14);
