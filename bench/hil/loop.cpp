@@ -55,8 +55,8 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   airframe_ = std::make_unique<sim::Airframe>(body, initial, config.computer.start_us * 1000);
   sim::PoseConfig pose = plant.pose;
   pose.drift_enabled = config.pose_drift;
-  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(plant.imu, body, config.seed),
-                                               sim::PoseSensor(pose, config.seed), airframe_state);
+  sensors_ =
+      std::make_unique<sim::SensorNode>(sim::ImuSensor(plant.imu, body, config.seed), sim::PoseSensor(pose, config.seed), airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);
@@ -130,8 +130,11 @@ void Loop::step_plant() {
 
 void Loop::evaluate_rotors() {
   CostMeter m(measure_, cost_.rotor_ns);
+  std::array<sim::RotorJob, 4> jobs;
+  for (std::size_t i = 0; i < 4; ++i) jobs[i] = {rotors_[i], airframe_->rotor_condition(i, omega_rad_s_[i]), &warm_[i], {}};
+  sim::solve_rotors(jobs);
   for (std::size_t i = 0; i < 4; ++i) {
-    loads_[i] = sim::solve_rotor(*rotors_[i], airframe_->rotor_condition(i, omega_rad_s_[i]), warm_[i]);
+    loads_[i] = jobs[i].loads;
     ++counters_.rotor_evaluations;
     counters_.inflow_not_converged += loads_[i].status == sim::InflowStatus::not_converged ? 1u : 0u;
     counters_.vortex_ring += loads_[i].status == sim::InflowStatus::vortex_ring ? 1u : 0u;

@@ -21,6 +21,8 @@ std::array<double, kPrandtlCells + 2> make_prandtl() {
   return table;
 }
 
+constexpr double kTipBend = 0.6;  // of the radial nodes; 0.3 to 0.8 do about as well
+
 struct Node {
   double x, weight;  // on [-1, 1]
 };
@@ -67,7 +69,7 @@ double monotone_cubic(std::size_t count, std::size_t at, double x, X abscissa, Y
 void check(const RotorResolution& r) {
   const auto refuse = [](const std::string& what, const std::string& remedy) { throw Error({"rotor resolution", what, "", remedy}); };
   if (r.radial < 4 || r.radial > kMaxRadial)
-    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 12, or 64 for a reference");
+    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 20, or 64 for a reference");
   if (r.azimuth < 8 || r.azimuth > kMaxAzimuth || r.azimuth % 4 != 0)
     refuse("azimuth = " + std::to_string(r.azimuth) + " is not a multiple of 4 in 8 to 128 nodes", "use 16, or 128 for a reference");
   if (r.max_iterations < 1) refuse("max_iterations = " + std::to_string(r.max_iterations) + " is below 1", "use 80");
@@ -86,11 +88,14 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
   check(resolution);
   const auto& s = blade.stations;
   std::vector<SectionTable> tables;
-  const double half = 0.5 * (radius_m_ - hub_radius_m_), middle = 0.5 * (radius_m_ + hub_radius_m_);
+  const double span = radius_m_ - hub_radius_m_;
   for (const Node& node : gauss_legendre(resolution.radial)) {
-    // r = middle + half sin(pi x / 2): Prandtl's loss falls like a square root at both ends, which this makes smooth.
-    const SinCos bent = sincos_exact(0.5 * std::numbers::pi * node.x);
-    const double r = middle + half * bent.sin;
+    // Over x in [0, 1], r / span = (1 - b) x + b sin(pi x / 2): denser towards the tip, where Prandtl's loss falls like a square
+    // root, and even at the root, which carries little. A full bend (b = 1), or one at the root too, leaves too few nodes between.
+    const double x = 0.5 * (1.0 + node.x);
+    const SinCos bent = sincos_exact(0.5 * std::numbers::pi * x);
+    const double r = hub_radius_m_ + span * ((1.0 - kTipBend) * x + kTipBend * bent.sin);
+    const double slope = (1.0 - kTipBend) + kTipBend * 0.5 * std::numbers::pi * bent.cos;
     std::size_t i = 1;
     while (i + 1 < s.size() && s[i].r_m < r) ++i;
     const BladeStation &in = s[i - 1], &out = s[i];
@@ -104,7 +109,7 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg, {stall_delay, blade.drag_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
-                       .weight_m = half * 0.5 * std::numbers::pi * bent.cos * node.weight,
+                       .weight_m = 0.5 * node.weight * span * slope,
                        .cos_twist = twist.cos,
                        .sin_twist = twist.sin,
                        .solidity = blades_ * chord / (2.0 * std::numbers::pi * r),
