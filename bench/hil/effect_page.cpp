@@ -91,8 +91,12 @@ std::string effect_page(const EffectStudy& s) {
         "of the file has the effect, and the other flight is the one without it.\n\n"
         "The other columns: difference of the two flights at the same instants with the same noise, rms / peak, over all four rotors; "
         "\"on body\" is what effects add there directly. They contain the answer of the controller, which holds the sum of thrusts near "
-        "the weight whatever the effect: a loss of thrust shows as speed. `-`: nothing. A flight that does not "
-        "end says why.\n\n{}",
+        "the weight whatever the effect: a loss of thrust shows as speed. The plant reacts to rotor acceleration, and the noise of the "
+        "motors falls "
+        "out differently after the smallest change: a moment on the body of about 3 / 30 mN m, a thrust of 0.001 / 0.01 N and a speed of "
+        "0.3 / 3 rad/s are this floor and no effect. `-`: nothing, or no flight to compare. A flight that does not end says why; the "
+        "figures beside "
+        "it are those until then.\n\n{}",
         s.scenario.path.filename().generic_string(), variant_name(s.scenario.variants.front()), seeds, flight_table(s.flights));
   return out;
 }
