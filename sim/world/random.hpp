@@ -25,7 +25,7 @@ class RandomStream {
   // uniform dither of one step, scaled to variance 1. Good for ADC noise, wrong for tails beyond 5 sigma.
   constexpr double quick_gaussian(std::uint64_t sample) const {
     const std::uint64_t w = bits(sample);
-    const double steps = static_cast<double>(__builtin_popcountll(w)) - 32.0;                      // variance 16
+    const double steps = static_cast<double>(set_bits(w)) - 32.0;                                    // variance 16
     const double dither = static_cast<double>(mix(w) >> 11) * 0x1p-53 - 0.5;                       // variance 1/12
     return (steps + dither) * 0.24935;                                                            // 1/sqrt(16 + 1/12)
   }
@@ -36,6 +36,13 @@ class RandomStream {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
     return z ^ (z >> 31);
+  }
+  // Sums in fields of 2, 4, 8 bits, then one multiplication: the builtin is a call on a CPU that may lack the instruction.
+  static constexpr int set_bits(std::uint64_t w) {
+    w -= (w >> 1) & 0x5555555555555555ull;
+    w = (w & 0x3333333333333333ull) + ((w >> 2) & 0x3333333333333333ull);
+    w = (w + (w >> 4)) & 0x0F0F0F0F0F0F0F0Full;
+    return static_cast<int>((w * 0x0101010101010101ull) >> 56);
   }
   std::uint64_t key_;
 };
