@@ -42,7 +42,7 @@ Drive::Drive(const DriveParameters& parameters, RandomStream noise, double initi
 AdcReading Drive::sample() { return sensing_.sample(phase_currents_A(), low_window_s_, bus_V_, temperature_K_); }
 
 template <class Real, std::size_t Count>
-void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::array<PwmCommand, Count>& pwm, int periods) {
+void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods) {
   const auto each = [&](const auto& get) { return collect<Real>(drives, get); };
   const auto parameter = [&](const auto& get) { return each([&](const Drive& d, std::size_t) { return get(d.motor_.parameters()); }); };
   const auto state_of = [&](double MotorState::*which) {
@@ -69,7 +69,7 @@ void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::arra
   const BasicShaftLoad<Real> load{each([](const Drive& d, std::size_t) { return d.load_.quadratic_N_m_s2; }),
                                   each([](const Drive& d, std::size_t) { return d.load_.constant_N_m; })};
   std::array<Real, 3> duty;
-  for (std::size_t k = 0; k < 3; ++k) duty[k] = each([&](const Drive&, std::size_t i) { return high_side_share(pwm[i], k); });
+  for (std::size_t k = 0; k < 3; ++k) duty[k] = each([&](const Drive&, std::size_t i) { return high_side_share(*pwm[i], k); });
   BasicMotorState<Real> s{state_of(&MotorState::i_d_A),     state_of(&MotorState::i_q_A), state_of(&MotorState::omega_rad_s),
                           state_of(&MotorState::angle_rad), state_of(&MotorState::cos_e), state_of(&MotorState::sin_e)};
   Real energy_J = each([](const Drive& d, std::size_t) { return d.bus_energy_J_; });
@@ -98,7 +98,7 @@ void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::arra
 
 void Drive::step(const PwmCommand& pwm) {
   if (driven(pwm)) {
-    step_driven<double, 1>({this}, {pwm}, 1);
+    step_driven<double, 1>({this}, {&pwm}, 1);
     return;
   }
   bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, load_, 1.0 / p_.inverter.pwm_Hz);
@@ -106,27 +106,21 @@ void Drive::step(const PwmCommand& pwm) {
 }
 
 void Drive::step_together(std::span<Drive* const> drives, std::span<const PwmCommand> pwm, int periods) {
-  std::array<Drive*, Lanes::kCount> batch{};
-  std::array<PwmCommand, Lanes::kCount> command{};
+  std::array<Drive*, Lanes::kCount> batch;
+  std::array<const PwmCommand*, Lanes::kCount> command;
   std::size_t filled = 0;
-  const auto run = [&] {
-    if (filled == Lanes::kCount) {
-      step_driven<Lanes>(batch, command, periods);
-    } else {
-      for (std::size_t i = 0; i < filled; ++i) step_driven<double, 1>({batch[i]}, {command[i]}, periods);
-    }
-    filled = 0;
-  };
   for (std::size_t i = 0; i < drives.size(); ++i) {
     if (!drives[i]->driven(pwm[i])) {
       for (int n = 0; n < periods; ++n) drives[i]->step(pwm[i]);
       continue;
     }
     batch[filled] = drives[i];
-    command[filled] = pwm[i];
-    if (++filled == Lanes::kCount) run();
+    command[filled] = &pwm[i];
+    if (++filled < Lanes::kCount) continue;
+    step_driven<Lanes>(batch, command, periods);
+    filled = 0;
   }
-  run();
+  for (std::size_t i = 0; i < filled; ++i) step_driven<double, 1>({batch[i]}, {command[i]}, periods);
 }
 
 }  // namespace rotorloop::sim

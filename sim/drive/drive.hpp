@@ -55,7 +55,7 @@ class Drive {
 
  private:
   template <class Real, std::size_t Count>
-  static void step_driven(const std::array<Drive*, Count>& drives, const std::array<PwmCommand, Count>& pwm, int periods);
+  static void step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods);
   bool driven(const PwmCommand& pwm) const { return pwm.enabled && bus_V_ > 0.0; }
 
   DriveParameters p_;

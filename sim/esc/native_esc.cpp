@@ -48,10 +48,10 @@ void NativeEsc::step_current_loop() {
 }
 
 void NativeEsc::step_current_loops(std::span<NativeEsc* const> escs) {
-  std::array<Drive*, kMostTogether> drives{};
-  std::array<PwmCommand, kMostTogether> pwm{};
+  std::array<Drive*, Lanes::kCount> drives;
+  std::array<PwmCommand, Lanes::kCount> pwm;
   while (!escs.empty()) {
-    const std::size_t n = std::min(escs.size(), kMostTogether);
+    const std::size_t n = std::min(escs.size(), Lanes::kCount);
     for (std::size_t i = 0; i < n; ++i) {
       pwm[i] = escs[i]->run_firmware();
       drives[i] = &escs[i]->drive_;

@@ -35,7 +35,6 @@ class NativeEsc {
   void step_current_loop();
   // The same for several ESCs, whose drives then step side by side (Drive::step_together); each gets the bits of a step alone.
   static void step_current_loops(std::span<NativeEsc* const> escs);
-  static constexpr std::size_t kMostTogether = 16;
   // Once per airframe step: the propeller's resisting torque [N m, >= 0] at the present speed, scaled with speed² until the
   // next call, and the bus voltage. Restarts the means below.
   void couple(double load_torque_N_m, double bus_V);
