@@ -150,11 +150,13 @@ void Loop::remember_truth() {
   truth_us_[truth_next_] = now_ns_ / 1000;
   truth_next_ = (truth_next_ + 1) % kTruths;
   t.state = airframe().state();
+  t.further = airframe().wrench().further;
   const auto& loads = dynamics_->loads();
   for (std::size_t i = 0; i < 4; ++i) {
     t.omega_rad_s[i] = omega_rad_s_[i];
     t.thrust_N[i] = loads[i].force_R_N.z();
     t.shaft_torque_N_m[i] = loads[i].shaft_torque_N_m;
+    t.in_plane_R_N[i] = loads[i].force_R_N.head<2>();
     t.induced_m_s[i] = loads[i].induced_m_s;
     t.inflow[i] = loads[i].status;
     t.esc[i] = std::visit([](const auto& e) { return e.esc().telemetry(); }, escs_[i]);
