@@ -41,6 +41,7 @@ ARROWS = {
     "bench/report": BELOW_BENCH,
     "bench/hil": BELOW_BENCH + ["bench/report"],
     "bench/calibrate": BELOW_BENCH + ["bench/report"],
+    "bench/propeller": BELOW_BENCH + ["bench/report"],
     "bench/stand": BELOW_BENCH + ["bench/report"],
     "bench/identify": BELOW_BENCH + ["bench/report"],
     "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
