@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "host/base/error.hpp"
+#include "sim/plant/flight_dynamics.hpp"
 
 namespace rotorloop::bench {
 
@@ -14,22 +16,21 @@ LoadPoint Tunnel::measure(const Eigen::Vector3d& v_B_m_s, const std::array<doubl
 LoadPoint Tunnel::measure_bare(const Eigen::Vector3d& v_B_m_s) const { return balance(v_B_m_s, {}, false); }
 
 LoadPoint Tunnel::balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const {
-  sim::AirframeConfig body = sim::airframe_config(plant_, sim::pointers(rotors_), 500'000);
-  body.wind_W_m_s = -v_B_m_s;  // the vehicle is held level, the air moves
+  const sim::Rotors rotors = sim::pointers(rotors_);
+  sim::PlantSetup setup = sim::plant_setup(plant_, rotors, 500'000, 1);
+  sim::EffectSet effects = sim::effect_set(plant_);
+  effects.prepare(setup);
+  setup.body.wind_W_m_s = -v_B_m_s;  // the vehicle is held level, the air moves
   sim::AirframeState held;
   held.p_W_m.z() = 100.0;
-  sim::Airframe airframe(body, held, 1'000'000'000);
-  std::array<sim::RotorLoads, 4> loads{};
-  for (std::size_t i = 0; i < 4 && propellers; ++i) {
-    sim::RotorWarmStart cold;
-    loads[i] = sim::solve_rotor(*rotors_[i], airframe.rotor_condition(i, omega_rad_s[i]), cold);
-  }
-  airframe.step(loads, omega_rad_s, std::array<double, 4>{});
-  const sim::AirframeWrench& w = airframe.wrench();
+  sim::FlightDynamics dynamics(setup, rotors, std::move(effects), held, 1'000'000'000);
+  if (propellers) dynamics.evaluate_rotors(omega_rad_s);
+  dynamics.step(std::array<double, 4>{});
+  const sim::AirframeWrench& w = dynamics.airframe().wrench();
   return {.v_B_m_s = v_B_m_s,
           .omega_rad_s = omega_rad_s,
-          .force_B_N = w.rotor_force_B_N + w.drag_force_B_N,
-          .torque_B_N_m = w.rotor_moment_B_N_m + w.effect_moment_B_N_m};
+          .force_B_N = w.rotor_force_B_N + w.drag_force_B_N + w.further.force_B_N,
+          .torque_B_N_m = w.rotor_moment_B_N_m + w.further.moment_B_N_m};
 }
 
 LoadPoint Tunnel::measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_z_N, double max_omega_rad_s) const {

@@ -24,6 +24,8 @@ firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
   return p;
 }
 
+constexpr std::uint64_t kSpeedNoiseModule = 0x45534E00;  // ESN, and the number of the ESC
+
 firmware::NodeIdentity identity(int esc) {
   firmware::NodeIdentity id;
   id.unique_id[0] = 0x52;
@@ -37,7 +39,6 @@ firmware::NodeIdentity identity(int esc) {
 Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
            const LoopConfig& config)
     : config_(config),
-      rotors_(rotors),
       ticks_per_step_(kTicks_per_s / config.airframe_Hz),
       esc_bus_(make_bus(config, config.esc_bus_faults, 0)),
       state_bus_(make_bus(config, config.state_bus_faults, 1)),
@@ -51,12 +52,14 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   const double yaw = trajectory.at(0.0).yaw_rad;
   const SinCos half = sincos_exact(0.5 * yaw);
   initial.q_WB = Eigen::Quaterniond(half.cos, 0.0, 0.0, half.sin);
-  const sim::AirframeConfig body = sim::airframe_config(plant, rotors, 1'000'000'000 / config.airframe_Hz);
-  airframe_ = std::make_unique<sim::Airframe>(body, initial, config.computer.start_us * 1000);
-  sim::PoseConfig pose = plant.pose;
-  pose.drift_enabled = config.pose_drift;
-  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(plant.imu, body, config.seed),
-                                               sim::PoseSensor(pose, config.seed), airframe_state);
+  sim::PlantSetup setup = sim::plant_setup(plant, rotors, 1'000'000'000 / config.airframe_Hz, config.seed);
+  setup.pose.drift_enabled = config.pose_drift;
+  sim::EffectSet effects = sim::effect_set(plant);
+  effects.prepare(setup);
+  dynamics_ = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
+  battery_ = sim::Battery(setup.battery);
+  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
+                                               airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);
@@ -69,16 +72,19 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     p.fast_feedback_Hz = config.fast_channel_Hz > 0 ? 1000 : 0;  // every set-point is answered, whatever its rate
     firmware::EscNode node(p, identity(i));
     CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
-    if (config.esc[index] == EscModel::lag) {
-      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = config.esc_lag_s}), node, port);
+    const double lag_s = config.esc[index] == EscModel::lag ? config.esc_lag_s : setup.esc[index].lag_s;
+    if (lag_s > 0.0) {
+      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, setup.esc[index],
+                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
     } else {
       sim::NativeEscConfig e;
-      e.drive = sim::drive_parameters(plant, *rotors[index], index);
+      e.drive = setup.drive[index];
       e.firmware = p;
       e.bus_V = battery_.voltage_V();
       e.seed = config.seed;
       e.module = static_cast<std::uint64_t>(i);
-      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port);
+      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port, setup.esc[index],
+                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
     }
   }
   truth_us_.fill(-1);
@@ -115,27 +121,27 @@ void Loop::step_plant() {
           },
           escs_[i]);
     bus_A_ = bus_A;
-    airframe_->step(loads_, omega_rad_s_, omega_dot);
+    dynamics_->step(omega_dot);
     battery_.step(bus_A, 1.0 / config_.airframe_Hz);
   }
   for (std::size_t i = 0; i < 4; ++i)
     omega_rad_s_[i] = std::max(0.0, std::visit([](const auto& e) { return e.esc().omega_rad_s(); }, escs_[i]));
   evaluate_rotors();
   for (std::size_t i = 0; i < 4; ++i)
-    std::visit([&](auto& e) { e.esc().couple(loads_[i].shaft_torque_N_m, battery_.voltage_V()); }, escs_[i]);
+    std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, battery_.voltage_V()); }, escs_[i]);
 
   CostMeter m(measure_, cost_.sensor_ns);
-  if (sensors_->poll(now_ns_, airframe_->state(), omega_rad_s_)) remember_truth();
+  if (sensors_->poll(now_ns_, airframe().state(), omega_rad_s_)) remember_truth();
 }
 
 void Loop::evaluate_rotors() {
   CostMeter m(measure_, cost_.rotor_ns);
-  for (std::size_t i = 0; i < 4; ++i) {
-    loads_[i] = sim::solve_rotor(*rotors_[i], airframe_->rotor_condition(i, omega_rad_s_[i]), warm_[i]);
+  dynamics_->evaluate_rotors(omega_rad_s_);
+  for (const sim::RotorLoads& l : dynamics_->loads()) {
     ++counters_.rotor_evaluations;
-    counters_.inflow_not_converged += loads_[i].status == sim::InflowStatus::not_converged ? 1u : 0u;
-    counters_.vortex_ring += loads_[i].status == sim::InflowStatus::vortex_ring ? 1u : 0u;
-    counters_.windmill += loads_[i].status == sim::InflowStatus::windmill ? 1u : 0u;
+    counters_.inflow_not_converged += l.status == sim::InflowStatus::not_converged ? 1u : 0u;
+    counters_.vortex_ring += l.status == sim::InflowStatus::vortex_ring ? 1u : 0u;
+    counters_.windmill += l.status == sim::InflowStatus::windmill ? 1u : 0u;
   }
 }
 
@@ -143,13 +149,14 @@ void Loop::remember_truth() {
   PlantTruth& t = truths_[truth_next_];
   truth_us_[truth_next_] = now_ns_ / 1000;
   truth_next_ = (truth_next_ + 1) % kTruths;
-  t.state = airframe_->state();
+  t.state = airframe().state();
+  const auto& loads = dynamics_->loads();
   for (std::size_t i = 0; i < 4; ++i) {
     t.omega_rad_s[i] = omega_rad_s_[i];
-    t.thrust_N[i] = loads_[i].force_R_N.z();
-    t.shaft_torque_N_m[i] = loads_[i].shaft_torque_N_m;
-    t.induced_m_s[i] = loads_[i].induced_m_s;
-    t.inflow[i] = loads_[i].status;
+    t.thrust_N[i] = loads[i].force_R_N.z();
+    t.shaft_torque_N_m[i] = loads[i].shaft_torque_N_m;
+    t.induced_m_s[i] = loads[i].induced_m_s;
+    t.inflow[i] = loads[i].status;
     t.esc[i] = std::visit([](const auto& e) { return e.esc().telemetry(); }, escs_[i]);
     const bool running = t.esc[i].state == firmware::MotorState::running;
     counters_.esc_limited_ticks += running && t.esc[i].limiter != firmware::Limiter::none ? 1u : 0u;

@@ -14,13 +14,12 @@
 
 #include "firmware/core/node/esc_node.hpp"
 #include "host/node/flight_computer.hpp"
-#include "sim/airframe/airframe.hpp"
 #include "sim/drive/battery.hpp"
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/native_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
 #include "sim/plant/assemble.hpp"
-#include "sim/rotor/bem.hpp"
+#include "sim/plant/flight_dynamics.hpp"
 #include "sim/sensor/sensor_node.hpp"
 #include "sim/world/virtual_bus.hpp"
 
@@ -94,7 +93,7 @@ class Loop {
   // The plant at an IMU sampling instant of the last 16 ms; null for any other time.
   const PlantTruth* truth_at(std::int64_t time_us) const;
 
-  const sim::Airframe& airframe() const { return *airframe_; }
+  const sim::Airframe& airframe() const { return dynamics_->airframe(); }
   const host::FlightComputer& computer() const { return *computer_; }
   sim::VirtualBus& esc_bus() { return *esc_bus_; }
   sim::VirtualBus& state_bus() { return *state_bus_; }
@@ -116,18 +115,15 @@ class Loop {
   bool halted(int esc) const;
 
   LoopConfig config_;
-  sim::Rotors rotors_;
   std::int64_t tick_ = 0, now_ns_ = 0;
   int ticks_per_step_;
   std::unique_ptr<sim::VirtualBus> esc_bus_, state_bus_;
-  std::unique_ptr<sim::Airframe> airframe_;
+  std::unique_ptr<sim::FlightDynamics> dynamics_;
   std::unique_ptr<sim::SensorNode> sensors_;
   std::unique_ptr<host::FlightComputer> computer_;
   std::vector<AnyEsc> escs_;
   sim::Battery battery_;
   double bus_A_ = 0.0;
-  std::array<sim::RotorWarmStart, 4> warm_{};
-  std::array<sim::RotorLoads, 4> loads_{};
   std::array<double, 4> omega_rad_s_{};  // at the start of the airframe step
   static constexpr std::size_t kTruths = 16;
   std::array<PlantTruth, kTruths> truths_{};

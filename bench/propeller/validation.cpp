@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/propeller/rotor_coefficients.hpp"
+
 namespace rotorloop::bench {
 namespace {
 constexpr double kDensity_kg_m3 = 1.225;  // cancels in the coefficients; its part in Reynolds number is below the polars' errors
@@ -17,8 +19,8 @@ Coefficients predict(const sim::Rotor& rotor, double diameter_m, const MeasuredR
   c.density_kg_m3 = kDensity_kg_m3;
   sim::RotorWarmStart cold;
   const sim::RotorLoads loads = sim::solve_rotor(rotor, c, cold);
-  const double force = kDensity_kg_m3 * n * n * std::pow(diameter_m, 4);
-  return {loads.force_R_N.z() / force, 2.0 * std::numbers::pi * loads.shaft_torque_N_m / (force * diameter_m)};
+  const RotorCoefficients k = rotor_coefficients(loads, c, 0.5 * diameter_m);
+  return {k.c_t, k.c_p};
 }
 
 std::vector<BoundedParameter> blade_parameters() {
@@ -113,8 +115,8 @@ PropellerResult validate(const MeasuredPropeller& propeller) {
   return result;
 }
 
-std::vector<LimitResult> judge(const std::vector<PropellerResult>& results) {
-  std::vector<LimitResult> limits;
+std::vector<ValidationLimit> judge(const std::vector<PropellerResult>& results) {
+  std::vector<ValidationLimit> limits;
   const auto at_most = [&](const std::string& name, double measured, double limit) {
     limits.push_back({name, measured, limit, false, measured <= limit});
   };

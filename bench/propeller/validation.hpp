@@ -66,12 +66,12 @@ constexpr double kSweepThrustMost = 0.08, kSweepPowerMost = 0.10;  // on at leas
 constexpr double kSweepShare = 0.70;
 constexpr double kWorstThrustMost = 0.14, kWorstPowerMost = 0.15;  // on every one of them
 
-struct LimitResult {
+struct ValidationLimit {
   std::string name;
   double measured, limit;
   bool at_least;  // the limit is a lower one
   bool pass;
 };
-std::vector<LimitResult> judge(const std::vector<PropellerResult>& results);
+std::vector<ValidationLimit> judge(const std::vector<PropellerResult>& results);
 
 }  // namespace rotorloop::bench

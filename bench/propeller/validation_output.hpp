@@ -9,12 +9,12 @@ namespace rotorloop::bench {
 
 struct ValidationDocument {
   std::vector<PropellerResult> results;
-  std::vector<LimitResult> limits;
+  std::vector<ValidationLimit> limits;
   std::string version, command;  // of the program; as it was called
   double stall_drag = 0.0;
 };
 
-bool all_pass(const std::vector<LimitResult>& limits);
+bool all_pass(const std::vector<ValidationLimit>& limits);
 
 std::string validation_text(const ValidationDocument& document);
 std::string validation_json(const ValidationDocument& document);

@@ -7,23 +7,13 @@
 #include <map>
 
 #include "bench/propeller/validation_output.hpp"
+#include "bench/report/page.hpp"
 #include "bench/report/svg_plot.hpp"
 
 namespace rotorloop::bench {
 namespace {
 constexpr int kLinePoints = 60;
 constexpr double kSpeedStep_rpm = 500.0;  // sweeps within it share a colour
-
-constexpr std::string_view kPageCss =
-    R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
-main{max-width:1096px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px}h2{font-size:19px;margin:48px 0 6px;padding-top:18px;border-top:1px solid var(--line)}
-p{margin:6px 0 14px;max-width:90ch}.cap,figcaption{color:var(--soft);font-size:13px;margin:2px 0 8px}.scroll{overflow-x:auto}figure{margin:8px 0 16px}
-.verdict{border:1px solid var(--line);border-left:6px solid var(--soft);background:var(--raise);border-radius:8px;padding:14px 22px;margin:14px 0 18px}.verdict b{font-size:22px;letter-spacing:.05em;text-transform:uppercase;margin-right:20px}
-.pass{border-left-color:var(--good)}.pass b,td.pass{color:var(--good)}.fail{border-left-color:var(--alarm)}.fail b,td.fail{color:var(--alarm);font-weight:650}
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px;margin:8px 0 16px}th{font-weight:600;text-align:right;color:var(--soft);font-size:12.5px;padding:5px 14px 5px 0;border-bottom:1px solid var(--edge);white-space:nowrap}
-td{text-align:right;padding:4px 14px 4px 0;border-bottom:1px solid var(--line);white-space:nowrap}th.l,td.l{text-align:left}tr.judged td{font-weight:600}
-.two{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:6px 24px}code{font:12.5px ui-monospace,Menlo,Consolas,"DejaVu Sans Mono",monospace}@media print{figure{break-inside:avoid}}
-)";
 
 std::string percent(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1f}", 100.0 * v); }
 
@@ -84,21 +74,24 @@ std::string figure(const PropellerResult& p, const sim::Rotor& unfitted, const s
     plot.series.push_back(measured_points(rows_of(set, Part::held_out), over_j, power, colour, Marker::dot));
     plot.series.push_back(measured_points(rows_of(set, Part::fitted), over_j, power, colour, Marker::ring));
   }
-  return "<figure>\n" + plot_svg(plot) + "</figure>\n";
+  return figure_html(plot.title, plot_svg(plot));
 }
 
 std::string scores_html(const GeometryResult& g) {
   std::string out =
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">rms error, %</th><th class=\"l\">rows are</th><th>rows</th><th>C_T "
       "unfitted</th><th>C_P unfitted</th><th>C_T fitted</th><th>C_P fitted</th></tr></thead><tbody>\n";
-  for (const SetScore& s : g.scores)
-    out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                       g.judged && s.judged && s.part == Part::held_out && (s.is_static || s.whole) ? " class=\"judged\"" : "",
-                       xml_escaped(s.label),
-                       s.part == Part::fitted ? "fitted"
-                       : s.whole              ? "held out, whole sweep"
-                                              : "held out",
-                       s.fitted.rows, percent(s.unfitted.ct), percent(s.unfitted.cp), percent(s.fitted.ct), percent(s.fitted.cp));
+  for (const SetScore& s : g.scores) {
+    const bool counts = g.judged && s.judged && s.part == Part::held_out && (s.is_static || s.whole);
+    out += fmt::format(
+        "<tr><td class=\"l\">{0}</td><td class=\"l\">{1}</td><td>{2}</td><td>{3}</td><td>{4}</td><td{7}>{5}</td><td{7}>{6}</td></tr>\n",
+        xml_escaped(s.label),
+        s.part == Part::fitted ? "fitted"
+        : s.whole              ? "held out, whole sweep"
+                               : "held out",
+        s.fitted.rows, percent(s.unfitted.ct), percent(s.unfitted.cp), percent(s.fitted.ct), percent(s.fitted.cp),
+        counts ? " class=\"big\"" : "");
+  }
   return out + "</tbody></table></div>\n";
 }
 
@@ -132,11 +125,11 @@ std::string propeller_html(const PropellerResult& p) {
   return out;
 }
 
-std::string limits_html(const std::vector<LimitResult>& limits) {
+std::string limits_html(const std::vector<ValidationLimit>& limits) {
   std::string out =
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">limit on held-out rows, after the fit</th><th>measured</th><th>allowed</th>"
       "<th class=\"l\">result</th></tr></thead><tbody>\n";
-  for (const LimitResult& l : limits)
+  for (const ValidationLimit& l : limits)
     out += fmt::format("<tr><td class=\"l\">{}</td><td>{} %</td><td>{} {} %</td><td class=\"l {}\">{}</td></tr>\n", xml_escaped(l.name),
                        percent(l.measured), l.at_least ? "≥" : "≤", percent(l.limit), l.pass ? "pass" : "fail", l.pass ? "pass" : "missed");
   return out + "</tbody></table></div>\n";
@@ -145,14 +138,9 @@ std::string limits_html(const std::vector<LimitResult>& limits) {
 
 std::string validation_html(const ValidationDocument& d) {
   const bool pass = all_pass(d.limits);
-  const auto missed = std::count_if(d.limits.begin(), d.limits.end(), [](const LimitResult& l) { return !l.pass; });
-  std::string out =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width,initial-scale=1\">"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<title>Rotor validation – rotorloop</title>\n<style>\n" +
-      std::string(plot_css()) + std::string(kPageCss) +
-      "</style></head><body><main>\n<h1>The rotor solve against measured propellers</h1>\n";
-  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b>{1}</div>\n", pass ? "pass" : "fail",
+  const auto missed = std::count_if(d.limits.begin(), d.limits.end(), [](const ValidationLimit& l) { return !l.pass; });
+  std::string out = page_begin("The rotor solve against measured propellers", "rotorloop rotor validate", "rotorloop");
+  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", pass ? "pass" : "fail",
                      d.limits.empty() ? "nothing judged"
                      : pass           ? fmt::format("all {} limits met", d.limits.size())
                                       : fmt::format("{} of {} limits missed", missed, d.limits.size()));
@@ -166,7 +154,7 @@ std::string validation_html(const ValidationDocument& d) {
   for (const PropellerResult& p : d.results) out += propeller_html(p);
   out += fmt::format("<h2>Provenance</h2>\n<p class=\"cap\">{}; drag with delayed stall {:g}; <code>{}</code></p>\n",
                      xml_escaped(d.version), d.stall_drag, xml_escaped(d.command));
-  return out + "</main></body></html>\n";
+  return out + page_end();
 }
 
 }  // namespace rotorloop::bench

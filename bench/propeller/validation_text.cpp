@@ -43,8 +43,8 @@ Json to_json(const GeometryResult& g) {
 }
 }  // namespace
 
-bool all_pass(const std::vector<LimitResult>& limits) {
-  return std::all_of(limits.begin(), limits.end(), [](const LimitResult& l) { return l.pass; });
+bool all_pass(const std::vector<ValidationLimit>& limits) {
+  return std::all_of(limits.begin(), limits.end(), [](const ValidationLimit& l) { return l.pass; });
 }
 
 std::string validation_text(const ValidationDocument& d) {
@@ -70,7 +70,7 @@ std::string validation_text(const ValidationDocument& d) {
     out += '\n';
   }
   out += fmt::format("{:<62}{:>9}  {:>8}\n", "limit on held-out rows", "measured", "allowed");
-  for (const LimitResult& l : d.limits)
+  for (const ValidationLimit& l : d.limits)
     out += fmt::format("{:<62}{:>7} %  {} {:>4} %  {}\n", l.name, percent(l.measured), l.at_least ? "≥" : "≤", percent(l.limit),
                        l.pass ? "pass" : "MISSED");
   return out;
@@ -78,7 +78,7 @@ std::string validation_text(const ValidationDocument& d) {
 
 std::string validation_json(const ValidationDocument& d) {
   Json j{{"format", 1}, {"version", d.version}, {"stall_drag", d.stall_drag}, {"verdict", all_pass(d.limits) ? "pass" : "fail"}};
-  for (const LimitResult& l : d.limits)
+  for (const ValidationLimit& l : d.limits)
     j["limits"].push_back({{"name", l.name}, {"measured", l.measured}, {"limit", l.limit}, {"at_least", l.at_least}, {"pass", l.pass}});
   for (const PropellerResult& p : d.results) {
     const auto& e = p.propeller.entry;

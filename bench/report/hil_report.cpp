@@ -6,29 +6,12 @@
 #include <cmath>
 #include <map>
 
+#include "bench/report/page.hpp"
+
 namespace rotorloop::bench {
 namespace {
 
 constexpr double kZoom_s = 2.0;  // length of the RPM window shown in full resolution
-constexpr std::string_view kPageCss =
-    R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
-main{max-width:1096px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}h2{font-size:19px;margin:52px 0 6px;padding-top:18px;border-top:1px solid var(--line)}h3{font-size:15px;margin:30px 0 4px}
-p{margin:6px 0 14px;max-width:80ch}.sub{color:var(--soft);margin:0 0 22px}.cap{color:var(--soft);font-size:13px;margin:2px 0 10px;max-width:100ch}
-.verdict{display:flex;gap:22px;align-items:center;border:1px solid var(--line);border-left:6px solid var(--soft);background:var(--raise);border-radius:8px;padding:18px 22px;margin:0 0 18px}
-.verdict b{font-size:25px;letter-spacing:.05em;text-transform:uppercase}.verdict p{margin:0}
-.pass{border-left-color:var(--good)}.pass b,td.pass{color:var(--good)}.fail{border-left-color:var(--alarm)}.fail b,td.fail{color:var(--alarm)}.incomplete{border-left-color:var(--wait)}.incomplete b{color:var(--wait)}
-.facts{display:flex;flex-wrap:wrap;gap:10px 34px;margin:0 0 18px}.facts div{font-variant-numeric:tabular-nums}.facts span{display:block;color:var(--soft);font-size:12.5px}
-.warn{border:1px solid var(--line);border-left:6px solid var(--wait);background:var(--raise);border-radius:8px;padding:10px 20px 10px 38px;margin:0 0 18px}.warn li{margin:4px 0}
-.scroll{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:14px;margin:10px 0 18px;min-width:60%}
-th{font-weight:600;text-align:right;color:var(--soft);font-size:12.5px;vertical-align:bottom;padding:6px 11px 6px 0;border-bottom:1px solid var(--edge);white-space:nowrap}
-td{text-align:right;padding:6px 11px 6px 0;border-bottom:1px solid var(--line);white-space:nowrap}th.l,td.l{text-align:left}tr.first td{border-top:1px solid var(--edge)}td.big{font-weight:650;font-size:15px}
-.dot{display:inline-block;width:10px;height:10px;border-radius:3px;margin-right:8px}.b0{background:var(--c0)}.b1{background:var(--c1)}.b2{background:var(--c2)}.b3{background:var(--c3)}.b4{background:var(--c4)}.b5{background:var(--c5)}
-.verdict p{max-width:none}.two{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:6px 24px}.two figure,.views figure{margin:4px 0 8px}.views{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:14px}figure{margin:8px 0 22px}figcaption{color:var(--soft);font-size:13px;margin:2px 0 6px}
-code,pre,.hash{font:12.5px/1.5 ui-monospace,"SF Mono",Menlo,Consolas,"DejaVu Sans Mono",monospace}pre{background:var(--raise);border:1px solid var(--line);border-radius:6px;padding:12px 16px;overflow-x:auto;margin:8px 0 18px}.hash{color:var(--soft)}
-nav{margin:0 0 22px;font-size:14px}nav a{color:var(--c1);text-decoration:none;margin-right:18px}nav a:hover{text-decoration:underline}
-@media print{main{max-width:none;padding:0}h2{break-after:avoid}figure{break-inside:avoid}nav{display:none}}
-)";
-
 std::string num(double v, int decimals = 2) {
   if (std::isnan(v)) return "–";
   const auto text = fmt::format("{:.{}f}", v, decimals);
@@ -41,18 +24,7 @@ std::string slug(const std::string& text) {
   return out;
 }
 
-std::string figure(const std::string& caption, const std::string& svg) {
-  return "<figure>" + (caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>") + "\n" + svg + "</figure>\n";
-}
-
 std::string dot(int colour) { return fmt::format("<span class=\"dot b{}\"></span>", colour % kPaletteSize); }
-
-std::string facts_html(const std::vector<std::pair<std::string, std::string>>& facts) {
-  if (facts.empty()) return "";
-  std::string out = "<div class=\"facts\">";
-  for (const auto& [name, value] : facts) out += fmt::format("<div><span>{}</span>{}</div>", xml_escaped(name), xml_escaped(value));
-  return out + "</div>\n";
-}
 
 std::string table_html(const std::vector<ReportTableRow>& rows) {
   const bool published = std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !std::isnan(r.published); });
@@ -105,7 +77,7 @@ std::string bars_html(const std::vector<ReportTableRow>& rows) {
       }
       c.bars.push_back(std::move(b));
     }
-    out += figure("<b>" + xml_escaped(rows[first].flight) + "</b>", bar_chart_svg(c));
+    out += figure_html("<b>" + xml_escaped(rows[first].flight) + "</b>", bar_chart_svg(c));
   }
   return out + "</div>\n";
 }
@@ -169,7 +141,7 @@ std::string trajectory_html(const ReportFlight& f) {
     Series wanted{.label = "", .x = {}, .y = {}, .colour = kNeutral, .dashed = true, .width_px = 1.2};
     thin_path(f.setpoint_m[h], f.setpoint_m[w], spacing, wanted.x, wanted.y);
     p.series.push_back(std::move(wanted));
-    out += figure(kNames[v], plot_svg(p));
+    out += figure_html(kNames[v], plot_svg(p));
   }
   return out + "</div>\n";
 }
@@ -200,10 +172,10 @@ std::string errors_html(const ReportFlight& f) {
     z.series.push_back({.label = t.variant, .x = t.t_s, .y = t.error_z_cm, .colour = t.colour});
     estimator.series.push_back({.label = t.variant, .x = t.t_s, .y = t.estimator_error_cm, .colour = t.colour, .width_px = 1.1});
   }
-  return figure("<b>Tracking error</b>: distance of the true centre of mass from the set-point", plot_svg(error)) +
-         figure("<b>Vertical error</b>: true minus set-point, positive above", plot_svg(z)) +
-         figure("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
-                plot_svg(estimator));
+  return figure_html("<b>Tracking error</b>: distance of the true centre of mass from the set-point", plot_svg(error)) +
+         figure_html("<b>Vertical error</b>: true minus set-point, positive above", plot_svg(z)) +
+         figure_html("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
+                     plot_svg(estimator));
 }
 
 std::string rpm_html(const ReportFlight& f) {
@@ -244,10 +216,10 @@ std::string rpm_html(const ReportFlight& f) {
     p.series.push_back({.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = kNeutral, .stepped = true, .width_px = 1.1});
     p.series.push_back(
         {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.6});
-    zooms += figure("", plot_svg(p));
+    zooms += figure_html("", plot_svg(p));
   }
   return "<h3>Rotor speeds, " + xml_escaped(t.variant) + ", seed " + xml_escaped(t.seed) + "</h3>\n" +
-         figure("The whole flight", plot_svg(all)) +
+         figure_html("The whole flight", plot_svg(all)) +
          fmt::format("<p class=\"cap\">Command and speed in the {:.0f} s around the fastest change of command ({:.2f} s):</p>\n", kZoom_s,
                      busiest_s) +
          zooms + "</div>\n";
@@ -269,7 +241,7 @@ std::string limiters_html(const ReportFlight& f) {
       line.x_min = t.t_s.front();
       line.x_max = t.t_s.back();
     }
-    out += figure("<b>" + name + "</b>", timeline_svg(line));
+    out += figure_html("<b>" + name + "</b>", timeline_svg(line));
   }
   return "<h3>When limiters acted</h3>\n" + out;
 }
@@ -294,7 +266,7 @@ std::string buses_html(const ReportFlight& f) {
     for (const auto& line : b.formula) formula += xml_escaped(line) + "\n";
   }
   for (const auto& [y, label] : marks) p.marks.push_back({y, label});
-  std::string out = "<h3>Bus load</h3>\n" + figure("Share of time in which the bus was taken, in windows of 10 ms", plot_svg(p));
+  std::string out = "<h3>Bus load</h3>\n" + figure_html("Share of time in which the bus was taken, in windows of 10 ms", plot_svg(p));
   if (!formula.empty())
     out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
   return out;
@@ -303,12 +275,7 @@ std::string buses_html(const ReportFlight& f) {
 }  // namespace
 
 std::string hil_report_html(const HilReport& r) {
-  std::string out =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width,initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-      xml_escaped(r.title) + " – rotorloop HIL</title>\n<style>\n" + std::string(plot_css()) + std::string(kPageCss) +
-      "</style></head><body><main>\n";
-  out += "<h1>" + xml_escaped(r.title) + "</h1>\n<p class=\"sub\">rotorloop hardware-in-the-loop run</p>\n";
+  std::string out = page_begin(r.title, "rotorloop hardware-in-the-loop run", "rotorloop HIL");
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", xml_escaped(r.verdict), xml_escaped(r.verdict_text));
   out += facts_html(r.facts);
   if (!r.warnings.empty()) {
@@ -342,7 +309,7 @@ std::string hil_report_html(const HilReport& r) {
   out += "<div class=\"scroll\"><table><thead><tr><th class=\"l\">input</th><th class=\"l\">SHA-256</th></tr></thead><tbody>\n";
   for (const auto& [path, sha] : r.inputs)
     out += "<tr><td class=\"l\">" + xml_escaped(path) + "</td><td class=\"l hash\">" + xml_escaped(sha) + "</td></tr>\n";
-  return out + "</tbody></table></div>\n</main></body></html>\n";
+  return out + "</tbody></table></div>\n" + page_end();
 }
 
 }  // namespace rotorloop::bench

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
+#include <set>
 
 namespace rotorloop::bench {
 namespace {
 
-constexpr double kGlyph_px = 6.3;  // mean width of a character at the font size of the style sheet
 constexpr double kLegendRow_px = 22;
 constexpr double kBucket_px = 1.5;  // a lowest and a highest point this far apart draw the same line as all points
 
@@ -35,26 +34,7 @@ Span drawable(Span s) {
   return s;
 }
 
-double text_px(std::string_view text) {
-  double n = 0;
-  for (const char c : text) n += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  return n * kGlyph_px;
-}
-
 std::string css_colour(int colour) { return colour < 0 ? "n" : std::to_string(colour % kPaletteSize); }
-
-// Coordinates with one decimal: a tenth of a pixel is below what is seen.
-std::string px(double v) {
-  const double tenth = std::round(v * 10) / 10;
-  return tenth == std::floor(tenth) ? fmt::format("{:.0f}", tenth == 0 ? 0.0 : tenth) : fmt::format("{:.1f}", tenth);
-}
-
-std::string tick_text(double v, int decimals) {
-  auto text = fmt::format("{:.{}f}", v, decimals);
-  if (text.starts_with('-') && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
-  if (text.starts_with('-')) text.replace(0, 1, "−");
-  return text;
-}
 
 // The rectangle that data are drawn in, and the map from data to pixels.
 struct Frame {
@@ -63,11 +43,6 @@ struct Frame {
   double at_x(double v) const { return left + (v - x.low) / x.size() * (right - left); }
   double at_y(double v) const { return bottom - (v - y.low) / y.size() * (bottom - top); }
 };
-
-std::string open_svg(int width, double height, const std::string& title) {
-  return fmt::format("<svg class=\"plot\" viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"{}\">\n", width,
-                     px(height), width, px(height), xml_escaped(title));
-}
 
 struct LegendItem {
   std::string label, swatch;  // swatch: SVG drawn around (0, 0), 22 px wide
@@ -193,44 +168,6 @@ void equalise(Frame& f) {
 
 }  // namespace
 
-std::string xml_escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
-    }
-  }
-  return out;
-}
-
-Ticks nice_ticks(double low, double high, int wanted) {
-  const double raw = (high - low) / std::max(1, wanted);
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10 * power;
-  for (const double m : {1.0, 2.0, 5.0})
-    if (m * power >= raw * 0.999) {
-      step = m * power;
-      break;
-    }
-  Ticks t;
-  t.decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) t.at.push_back(k * step);
-  return t;
-}
-
 void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
                       std::vector<double>& x_out, std::vector<double>& y_out) {
   x_out.clear();
@@ -274,6 +211,11 @@ std::string plot_svg(const Plot& p) {
     else if (!s.label.empty())
       legend.push_back({s.label, fmt::format("<path class=\"ln c{}\" d=\"M0 0H22\" stroke-width=\"{}\"{}/>", css_colour(s.colour),
                                              s.width_px + 0.5, s.dashed ? " stroke-dasharray=\"5 4\"" : "")});
+  std::set<std::string> banded;
+  for (const auto& b : p.bands)
+    if (b.colour >= 0 && banded.insert(b.label).second)
+      legend.push_back(
+          {b.label, fmt::format("<rect class=\"bd g{}\" x=\"2\" y=\"-6\" width=\"20\" height=\"12\"/>", css_colour(b.colour))});
   const auto [legend_text, legend_height] = legend_svg(legend, 8, p.width_px);
 
   Span x, y;
@@ -315,18 +257,21 @@ std::string plot_svg(const Plot& p) {
     for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(range.low, range.high, y_wanted + more);
     return t;
   };
-  f.left = 30 + tick_width(y_ticks_of(y));
+  f.left = 36 + tick_width(y_ticks_of(y));
   if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
   if (p.equal_axes) equalise(f);
   const auto y_ticks = y_ticks_of(f.y);
-  const auto x_ticks = nice_ticks(f.x.low, f.x.high, std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90))));
+  const int x_wanted = std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90)));
+  auto x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted);
+  if (x_ticks.at.size() < 3) x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
 
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) {
     const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
-    out += fmt::format("<rect class=\"bd\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", px(from), px(f.top),
-                       px(std::max(1.0, to - from)), px(f.bottom - f.top));
-    if (!b.label.empty())
+    out +=
+        fmt::format("<rect class=\"bd{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", b.colour < 0 ? "" : " g" + css_colour(b.colour),
+                    px(from), px(f.top), px(std::max(1.0, to - from)), px(f.bottom - f.top));
+    if (!b.label.empty() && b.colour < 0)
       out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
     out += '\n';
   }
@@ -463,8 +408,10 @@ std::string_view plot_css() {
 .plot .ln{fill:none;stroke-linejoin:round;stroke-linecap:round}
 .plot .cn{stroke:var(--ink);opacity:.75}.plot .c0{stroke:var(--c0)}.plot .c1{stroke:var(--c1)}.plot .c2{stroke:var(--c2)}.plot .c3{stroke:var(--c3)}.plot .c4{stroke:var(--c4)}.plot .c5{stroke:var(--c5)}
 .plot .fn{fill:var(--soft)}.plot .f0{fill:var(--c0)}.plot .f1{fill:var(--c1)}.plot .f2{fill:var(--c2)}.plot .f3{fill:var(--c3)}.plot .f4{fill:var(--c4)}.plot .f5{fill:var(--c5)}
-.plot rect[class^=f]{opacity:.55}.plot .bd{fill:var(--soft);opacity:.1}
+.plot rect[class^=f]{opacity:.55}.plot .bd{fill:var(--soft);opacity:.1}.plot .g0,.plot .g1,.plot .g2,.plot .g3,.plot .g4,.plot .g5{opacity:.2}
+.plot .g0{fill:var(--c0)}.plot .g1{fill:var(--c1)}.plot .g2{fill:var(--c2)}.plot .g3{fill:var(--c3)}.plot .g4{fill:var(--c4)}.plot .g5{fill:var(--c5)}
 .plot .mk{stroke:var(--alarm);stroke-dasharray:6 3;fill:none}.plot text.mt{fill:var(--alarm)}
+.plot .zr{stroke:#fff;stroke-width:1.4;fill:none}.plot .rm{stroke:var(--edge);fill:none}.plot .wd{stroke:var(--ink);stroke-width:1.5;fill:none}.plot .hd{fill:var(--ink)}
 .plot .wh{stroke:var(--ink);stroke-width:1.3;fill:none}.plot .pt{fill:var(--ink);opacity:.55}.plot .rf{fill:var(--paper);stroke:var(--ink);stroke-width:1.5}
 )";
 }

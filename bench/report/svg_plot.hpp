@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/report/svg_pieces.hpp"
+
 namespace rotorloop::bench {
 
 // Colours are numbers into a palette that colour-blind readers can tell apart (Okabe and Ito), the same in every plot of a
@@ -33,6 +35,7 @@ struct HorizontalMark {
 struct Band {
   double from = 0.0, to = 0.0;
   std::string label;
+  int colour = kNeutral;  // kNeutral: grey, label in the band; else the label is in the legend, once for all bands that share it
 };
 
 struct Plot {
@@ -89,14 +92,6 @@ std::string timeline_svg(const Timeline& timeline);
 // Style rules that the plots of a page need, light and dark.
 std::string_view plot_css();
 
-// The pieces, for tests and other pages.
-std::string xml_escaped(std::string_view text);
-// About `wanted` ticks at multiples of 1, 2 or 5 times a power of ten within [low, high]; low < high.
-struct Ticks {
-  std::vector<double> at;
-  int decimals = 0;
-};
-Ticks nice_ticks(double low, double high, int wanted);
 // Thins a series with ascending x to the first, lowest, highest and last point of each of `buckets` equal spans of
 // [x_min, x_max]: the drawn line keeps every peak. Gaps are kept.
 void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,

@@ -6,8 +6,9 @@
 namespace rotorloop::cli {
 
 void add_rotor(CLI::App& app, int& exit_code) {
-  CLI::App* rotor = app.add_subcommand("rotor", "a single rotor: the solve against measured propellers");
+  CLI::App* rotor = app.add_subcommand("rotor", "a single rotor: pictures of it, and the solve against measured propellers");
   rotor->require_subcommand(1);
+  add_rotor_plot(*rotor, exit_code);
   add_rotor_validate(*rotor, exit_code);
 }
 

@@ -4,9 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 
+#include "bench/hil/run_folder.hpp"
 #include "bench/propeller/validation_output.hpp"
 #include "host/base/error.hpp"
 #include "host/cli/commands.hpp"
@@ -67,12 +67,7 @@ int validate(Options o) {
   for (const auto& e : entries) measured.push_back(bench::read_measured_propeller(o.inputs, e));
   for (const auto& m : measured) d.results.push_back(bench::validate(m));
   d.limits = bench::judge(d.results);
-  if (!o.page.empty()) {
-    std::ofstream out(o.page, std::ios::binary);
-    out << bench::validation_html(d);
-    out.close();
-    if (!out) throw Error({o.page.generic_string(), "cannot be written", "", "check the folder and its permissions"}, ExitCode::device);
-  }
+  if (!o.page.empty()) bench::write_text_file(o.page, bench::validation_html(d));
   fmt::print("{}", o.json ? bench::validation_json(d) : bench::validation_text(d));
   if (!o.page.empty() && !o.json) fmt::print("\nwritten: {}\n", o.page.generic_string());
   return static_cast<int>(bench::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);

@@ -25,6 +25,7 @@ Eigen::Matrix3d tilt_matrix(const Eigen::Vector2d& tilt_rad) {
 [[noreturn]] void refuse(const std::string& what, const std::string& remedy) { throw Error({"airframe", what, "", remedy}); }
 
 void check(const AirframeConfig& c) {
+  if (!(c.density_kg_m3 > 0.0)) refuse(fmt::format("air density {} kg/m^3 is not positive", c.density_kg_m3), "give kg/m^3");
   if (!(c.mass_kg > 0.0) || !std::isfinite(c.mass_kg)) refuse(fmt::format("mass {} kg is not positive", c.mass_kg), "give the mass in kg");
   if (!c.inertia_kg_m2.allFinite() || !c.inertia_kg_m2.isApprox(c.inertia_kg_m2.transpose()))
     refuse("the inertia matrix is not finite and symmetric", "give six numbers in kg m^2");
@@ -77,23 +78,43 @@ Airframe::Airframe(const AirframeConfig& config, const AirframeState& initial, s
   }
 }
 
-RotorCondition Airframe::rotor_condition(std::size_t i, double omega_rad_s) const {
-  const Eigen::Vector3d v_B_m_s = state_.q_WB.conjugate() * (state_.v_W_m_s - config_.wind_W_m_s);
+RotorCondition Airframe::rotor_condition(std::size_t i, double omega_rad_s, const Air& air_at_hub) const {
+  const Eigen::Vector3d v_B_m_s = state_.q_WB.conjugate() * (state_.v_W_m_s - air_at_hub.wind_W_m_s);
   const Eigen::Vector3d v_hub_B_m_s = v_B_m_s + state_.w_B_rad_s.cross(arm_B_m_[i]);
   RotorCondition c;
   c.v_R_m_s = R_BR_[i].transpose() * v_hub_B_m_s;
   c.w_R_rad_s = R_BR_[i].transpose() * state_.w_B_rad_s;
   c.omega_rad_s = omega_rad_s;
   c.spin = config_.rotors[i].spin;
-  c.density_kg_m3 = config_.density_kg_m3;
+  c.density_kg_m3 = air_at_hub.density_kg_m3;
   return c;
+}
+
+RotorMomentum Airframe::momentum(std::span<const double, kAirframeRotors> omega_rad_s,
+                                 std::span<const double, kAirframeRotors> omega_dot_rad_s2) const {
+  RotorMomentum sum;
+  for (std::size_t i = 0; i < kAirframeRotors; ++i)
+    sum.add({R_BR_[i].col(2), config_.rotors[i].spin, config_.rotors[i].spin_inertia_kg_m2, omega_rad_s[i], omega_dot_rad_s2[i]});
+  return sum;
+}
+
+BodyMotion Airframe::motion_of(const AirframeState& s, const Air& air, const RotorMomentum& rotors) const {
+  BodyMotion m;
+  m.time_s = static_cast<double>(s.time_ns) * 1e-9;
+  m.p_W_m = s.p_W_m;
+  m.v_W_m_s = s.v_W_m_s;
+  m.R_WB = s.q_WB.normalized().toRotationMatrix();  // a stage's quaternion is not of unit length
+  m.w_B_rad_s = s.w_B_rad_s;
+  m.v_air_B_m_s = m.R_WB.transpose() * (s.v_W_m_s - air.wind_W_m_s);
+  m.density_kg_m3 = air.density_kg_m3;
+  m.rotors = rotors;
+  return m;
 }
 
 Airframe::Loads Airframe::sum_of_rotors(std::span<const RotorLoads, kAirframeRotors> loads) const {
   Loads sum;
   for (std::size_t i = 0; i < kAirframeRotors; ++i) {
-    RotorLoads l = loads[i];
-    config_.effects.apply(l);
+    const RotorLoads& l = loads[i];
     const Eigen::Vector3d force_B_N = R_BR_[i] * l.force_R_N;
     sum.force_B_N += force_B_N;
     sum.moment_B_N_m += R_BR_[i] * l.moment_R_N_m + arm_B_m_[i].cross(force_B_N);
@@ -101,21 +122,25 @@ Airframe::Loads Airframe::sum_of_rotors(std::span<const RotorLoads, kAirframeRot
   return sum;
 }
 
-Eigen::Vector3d Airframe::drag_force_B_N(const Eigen::Vector3d& v) const {
+Eigen::Vector3d Airframe::drag_force_B_N(const BodyMotion& m) const {
+  const Eigen::Vector3d& v = m.v_air_B_m_s;
   const double v_xy_m_s = std::sqrt(v.x() * v.x() + v.y() * v.y());
   const double xy_N_s_m = -config_.drag_xy_N_s2_m2 * v_xy_m_s;
-  return {xy_N_s_m * v.x(), xy_N_s_m * v.y(), -config_.drag_z_N_s2_m2 * std::fabs(v.z()) * v.z()};
+  const Eigen::Vector3d at_reference(xy_N_s_m * v.x(), xy_N_s_m * v.y(), -config_.drag_z_N_s2_m2 * std::fabs(v.z()) * v.z());
+  return (m.density_kg_m3 / config_.density_kg_m3) * at_reference;
 }
 
-Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors) const {
-  const Eigen::Matrix3d R_WB = s.q_WB.normalized().toRotationMatrix();  // a stage's quaternion is not of unit length
-  const Eigen::Vector3d v_air_B_m_s = R_WB.transpose() * (s.v_W_m_s - config_.wind_W_m_s);
-  const Eigen::Vector3d force_B_N = loads.force_B_N + drag_force_B_N(v_air_B_m_s);
-  const Eigen::Vector3d moment_B_N_m = loads.moment_B_N_m + config_.effects.moment_B_N_m(rotors, s.w_B_rad_s);
+Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors, const Air& air,
+                              const BodyLoads* further) const {
+  const BodyMotion m = motion_of(s, air, rotors);
+  Wrench more;
+  if (further) further->add_to(more, m);
+  const Eigen::Vector3d force_B_N = loads.force_B_N + drag_force_B_N(m) + more.force_B_N;
+  const Eigen::Vector3d moment_B_N_m = loads.moment_B_N_m + more.moment_B_N_m;
   Rate d;
   d.v_W_m_s = s.v_W_m_s;
   d.specific_force_B_m_s2 = force_B_N / config_.mass_kg;
-  d.a_W_m_s2 = R_WB * d.specific_force_B_m_s2;
+  d.a_W_m_s2 = m.R_WB * d.specific_force_B_m_s2;
   d.a_W_m_s2.z() -= config_.gravity_m_s2;
   const Eigen::Quaterniond omega(0.0, s.w_B_rad_s.x(), s.w_B_rad_s.y(), s.w_B_rad_s.z());
   d.q_dot = 0.5 * (s.q_WB * omega).coeffs();
@@ -124,7 +149,7 @@ Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const 
 }
 
 AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads, std::span<const double, kAirframeRotors> omega_rad_s,
-                              std::span<const double, kAirframeRotors> omega_dot_rad_s2) {
+                              std::span<const double, kAirframeRotors> omega_dot_rad_s2, const Air& air_at_body, const BodyLoads* further) {
   const double h = static_cast<double>(config_.step_ns) * 1e-9;
   const std::int64_t end_ns = state_.time_ns + config_.step_ns;
   if (ended()) {
@@ -132,20 +157,20 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
     return status_;
   }
   const Loads now = sum_of_rotors(loads);
-  RotorMomentum rotors;
   bool inputs_finite = now.force_B_N.allFinite() && now.moment_B_N_m.allFinite();
-  for (std::size_t i = 0; i < kAirframeRotors; ++i) {
+  for (std::size_t i = 0; i < kAirframeRotors; ++i)
     inputs_finite = inputs_finite && std::isfinite(omega_rad_s[i]) && std::isfinite(omega_dot_rad_s2[i]);
-    rotors.add({R_BR_[i].col(2), config_.rotors[i].spin, config_.rotors[i].spin_inertia_kg_m2, omega_rad_s[i], omega_dot_rad_s2[i]});
-  }
   if (!inputs_finite) {
     state_.time_ns = end_ns;
     return status_ = AirframeStatus::diverged;
   }
+  const RotorMomentum rotors = momentum(omega_rad_s, omega_dot_rad_s2);
   wrench_.rotor_force_B_N = now.force_B_N;
   wrench_.rotor_moment_B_N_m = now.moment_B_N_m;
-  wrench_.drag_force_B_N = drag_force_B_N(state_.q_WB.conjugate() * (state_.v_W_m_s - config_.wind_W_m_s));
-  wrench_.effect_moment_B_N_m = config_.effects.moment_B_N_m(rotors, state_.w_B_rad_s);
+  const BodyMotion start = motion_of(state_, air_at_body, rotors);
+  wrench_.drag_force_B_N = drag_force_B_N(start);
+  wrench_.further = {};
+  if (further) further->add_to(wrench_.further, start);
   const Loads before = has_last_loads_ ? last_loads_ : now;
   last_loads_ = now;
   has_last_loads_ = true;
@@ -158,10 +183,11 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
   // Stage at fraction x of the step: loads continued linearly, rotors sped up by their mean acceleration.
   const auto stage_rate = [&](const AirframeState& s, double x) {
     const Loads l{now.force_B_N + x * (now.force_B_N - before.force_B_N), now.moment_B_N_m + x * (now.moment_B_N_m - before.moment_B_N_m)};
-    return rate(s, l, {rotors.H_B_N_m_s + (x * h) * rotors.H_dot_B_N_m, rotors.H_dot_B_N_m});
+    return rate(s, l, {rotors.H_B_N_m_s + (x * h) * rotors.H_dot_B_N_m, rotors.H_dot_B_N_m}, air_at_body, further);
   };
   const auto moved = [&](const Rate& d, double dt) {
     AirframeState s = state_;
+    s.time_ns += static_cast<std::int64_t>(1e9 * dt + 0.5);
     s.p_W_m += dt * d.v_W_m_s;
     s.v_W_m_s += dt * d.a_W_m_s2;
     s.q_WB.coeffs() += dt * d.q_dot;

@@ -1,9 +1,10 @@
-// The rigid body of the plant: six degrees of freedom under rotor loads, parasitic drag, gravity and the switched-on effects.
+// The rigid body of the plant: six degrees of freedom under rotor loads, parasitic drag, gravity and further loads on the body.
 //
 // Loop of one step (one evaluation of the blade-element solve per rotor):
-//   for each rotor i:  loads[i] = bem(airframe.rotor_condition(i, omega[i]));   // at the start of the step
+//   for each rotor i:  loads[i] = bem(airframe.rotor_condition(i, omega[i], air));   // at the start of the step
 //   the drives turn omega[i] over the step; omega_dot[i] = their mean angular acceleration over it;
-//   airframe.step(loads, omega at the start, omega_dot);
+//   airframe.step(loads, omega at the start, omega_dot, air, body_loads);
+// sim/plant/flight_dynamics.hpp does this, with the effects of the plant.
 //
 // Equations: m dv/dt = R f_B + m g;  I dOmega/dt = tau - Omega x I Omega (paper eq. 7, written correctly);
 // dq/dt = q (x) (0, Omega) / 2.  Hubs are given from the geometric centre; moments are taken about the centre of mass.
@@ -16,7 +17,7 @@
 #include <cstdint>
 #include <span>
 
-#include "sim/effects/effect_set.hpp"
+#include "sim/airframe/body_loads.hpp"
 #include "sim/rotor/rotor.hpp"
 
 namespace rotorloop::sim {
@@ -37,7 +38,8 @@ struct AirframeConfig {
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  // about the centre of mass, axes of B, rotors at rest included
   Eigen::Vector3d com_offset_m = Eigen::Vector3d::Zero();   // centre of mass, from the geometric centre
   // Force at the centre of mass, -c_xy |v_xy| v_xy in the body plane and -c_z |v_z| v_z along z, v through the air. The
-  // in-plane law has no preferred direction, unlike the per-axis law of paper eq. (5): the plant is not the model.
+  // in-plane law has no preferred direction, unlike the per-axis law of paper eq. (5): the plant is not the model. The
+  // coefficients hold at density_kg_m3 and scale with the density of the air around.
   double drag_xy_N_s2_m2 = 0.0;
   double drag_z_N_s2_m2 = 0.0;
   std::array<RotorMount, kAirframeRotors> rotors{};
@@ -46,7 +48,6 @@ struct AirframeConfig {
   double gravity_m_s2 = kStandardGravity_m_s2;
   std::int64_t step_ns = 500'000;  // 2 kHz; not above
   double ground_z_m = 0.0;         // the flight is over when the centre of mass is below this height
-  EffectSet effects;
 };
 
 struct AirframeState {
@@ -62,10 +63,10 @@ struct AirframeState {
 // Forces and moments at the start of the last step, about the centre of mass, frame B. On the launch stand they are what the
 // stand has to hold (gravity apart).
 struct AirframeWrench {
-  Eigen::Vector3d rotor_force_B_N = Eigen::Vector3d::Zero();  // after the effects that act on rotor loads
+  Eigen::Vector3d rotor_force_B_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotor_moment_B_N_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d drag_force_B_N = Eigen::Vector3d::Zero();
-  Eigen::Vector3d effect_moment_B_N_m = Eigen::Vector3d::Zero();  // inertial effects of the rotors
+  Wrench further;  // what BodyLoads added
 };
 
 enum class AirframeStatus : std::uint8_t {
@@ -93,13 +94,30 @@ class Airframe {
   bool ended() const { return status_ == AirframeStatus::below_ground || status_ == AirframeStatus::diverged; }
   const AirframeWrench& wrench() const { return wrench_; }
 
-  // What rotor `i` (0-based) meets now, in its own frame: v + w x r of its hub through the air, and the body rate.
-  RotorCondition rotor_condition(std::size_t i, double omega_rad_s) const;
+  // The still air and wind of the configuration, the same everywhere.
+  Air air() const { return {config_.wind_W_m_s, config_.density_kg_m3}; }
+  // Where the hub of rotor `i` (0-based) is now.
+  Eigen::Vector3d hub_W_m(std::size_t i) const { return state_.p_W_m + state_.q_WB * arm_B_m_[i]; }
+  const Eigen::Vector3d& hub_B_m(std::size_t i) const { return arm_B_m_[i]; }  // from the centre of mass
+  const Eigen::Matrix3d& R_BR(std::size_t i) const { return R_BR_[i]; }
+  // The body at the start of the next step.
+  BodyMotion motion(const Air& air_at_body, const RotorMomentum& rotors) const { return motion_of(state_, air_at_body, rotors); }
+  RotorMomentum momentum(std::span<const double, kAirframeRotors> omega_rad_s,
+                         std::span<const double, kAirframeRotors> omega_dot_rad_s2) const;
 
-  // Advances by config().step_ns. `loads` as the blade-element solve gave them (frame R, effects not yet applied), `omega`
-  // at the start of the step, `omega_dot` the mean over it. After the end of a flight the state stays and time runs on.
+  // What rotor `i` meets now, in its own frame: v + w x r of its hub through the air there, and the body rate.
+  RotorCondition rotor_condition(std::size_t i, double omega_rad_s, const Air& air_at_hub) const;
+  RotorCondition rotor_condition(std::size_t i, double omega_rad_s) const { return rotor_condition(i, omega_rad_s, air()); }
+
+  // Advances by config().step_ns. `loads` on the hubs in frame R, `omega` at the start of the step, `omega_dot` the mean over
+  // it; `air_at_body` drags the body all step long; `further` may be null. After the end of a flight the state stays and time
+  // runs on.
   AirframeStatus step(std::span<const RotorLoads, kAirframeRotors> loads, std::span<const double, kAirframeRotors> omega_rad_s,
-                      std::span<const double, kAirframeRotors> omega_dot_rad_s2);
+                      std::span<const double, kAirframeRotors> omega_dot_rad_s2, const Air& air_at_body, const BodyLoads* further);
+  AirframeStatus step(std::span<const RotorLoads, kAirframeRotors> loads, std::span<const double, kAirframeRotors> omega_rad_s,
+                      std::span<const double, kAirframeRotors> omega_dot_rad_s2) {
+    return step(loads, omega_rad_s, omega_dot_rad_s2, air(), nullptr);
+  }
 
  private:
   struct Loads {
@@ -108,8 +126,9 @@ class Airframe {
   };
   struct Rate;
   Loads sum_of_rotors(std::span<const RotorLoads, kAirframeRotors> loads) const;
-  Eigen::Vector3d drag_force_B_N(const Eigen::Vector3d& v_B_m_s) const;
-  Rate rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors) const;
+  Eigen::Vector3d drag_force_B_N(const BodyMotion& m) const;
+  BodyMotion motion_of(const AirframeState& s, const Air& air, const RotorMomentum& rotors) const;
+  Rate rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors, const Air& air, const BodyLoads* further) const;
 
   AirframeConfig config_;
   AirframeState state_;

@@ -3,11 +3,14 @@
 #pragma once
 #include <concepts>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <utility>
 
 #include "firmware/core/interface.hpp"
 #include "host/bus/can_bus.hpp"
+#include "sim/esc/esc_setup.hpp"
+#include "sim/world/random.hpp"
 
 namespace rotorloop::sim {
 
@@ -24,7 +27,9 @@ class NodedEsc {
  public:
   static constexpr std::uint64_t kPeriodsPerPoll = 6;
 
-  NodedEsc(Esc esc, Node node, CanBus& port) : esc_(std::move(esc)), node_(std::move(node)), port_(&port) {}
+  // `setup`: defects between node and motor control; `noise` is drawn from only when the setup has speed noise.
+  NodedEsc(Esc esc, Node node, CanBus& port, const EscSetup& setup = {}, RandomStream noise = {0, 0})
+      : esc_(std::move(esc)), node_(std::move(node)), port_(&port), setup_(setup), noise_(noise) {}
 
   // One 24 kHz period.
   void step_current_loop() {
@@ -39,13 +44,36 @@ class NodedEsc {
   void poll() {
     const std::int64_t now_us = esc_.time_us();
     while (const auto received = port_->receive()) node_.on_frame(received->frame, now_us);
-    node_.poll(now_us, esc_.telemetry());
-    while (const auto frame = node_.next_frame()) port_->send(*frame);
-    esc_.set_setpoint(node_.setpoint(now_us));
+    node_.poll(now_us, reported());
+    if (setup_.report_delay_ns == 0) {
+      while (const auto frame = node_.next_frame()) port_->send(*frame);
+    } else {
+      while (const auto frame = node_.next_frame()) held_.push_back({now_us + setup_.report_delay_ns / 1000, *frame});
+      for (; !held_.empty() && held_.front().due_us <= now_us; held_.pop_front()) port_->send(held_.front().frame);
+    }
+    firmware::Setpoint wanted = node_.setpoint(now_us);
+    // What the box takes for the wanted speed is another one in truth.
+    if (wanted.mode == firmware::Mode::speed) wanted.value = static_cast<float>(static_cast<double>(wanted.value) / setup_.speed_scale);
+    esc_.set_setpoint(wanted);
   }
+  firmware::Telemetry reported() {
+    firmware::Telemetry t = esc_.telemetry();
+    if (setup_.speed_scale != 1.0) t.speed_rad_s = static_cast<float>(static_cast<double>(t.speed_rad_s) * setup_.speed_scale);
+    if (setup_.speed_noise_rad_s > 0.0 && t.speed_valid)
+      t.speed_rad_s += static_cast<float>(setup_.speed_noise_rad_s * noise_.gaussian(period_));
+    return t;
+  }
+
+  struct Held {
+    std::int64_t due_us;
+    CanFrame frame;
+  };
   Esc esc_;
   Node node_;
   CanBus* port_;
+  EscSetup setup_;
+  RandomStream noise_;
+  std::deque<Held> held_;  // frames on their way through a slow gateway
   std::uint64_t period_ = 0;
 };
 

@@ -47,4 +47,15 @@ BatteryParameters battery_parameters(const PlantFile& plant) {
   return b;
 }
 
+PlantSetup plant_setup(const PlantFile& plant, const Rotors& rotors, std::int64_t step_ns, std::uint64_t seed) {
+  PlantSetup s;
+  s.seed = seed;
+  s.body = airframe_config(plant, rotors, step_ns);
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) s.drive[i] = drive_parameters(plant, *rotors[i], i);
+  s.battery = battery_parameters(plant);
+  s.imu = plant.imu;
+  s.pose = plant.pose;
+  return s;
+}
+
 }  // namespace rotorloop::sim

@@ -7,6 +7,7 @@
 #include "sim/airframe/airframe.hpp"
 #include "sim/drive/battery.hpp"
 #include "sim/drive/drive.hpp"
+#include "sim/effects/plant_setup.hpp"
 #include "sim/plant/plant_file.hpp"
 #include "sim/rotor/bem.hpp"
 
@@ -19,6 +20,8 @@ using Rotors = std::array<const Rotor*, kAirframeRotors>;
 SharedRotors read_rotors(const PlantFile& plant);
 Rotors pointers(const SharedRotors& rotors);
 
+// Everything that is fixed before a flight, as the plant file says; its effects have not been asked yet (EffectSet::prepare).
+PlantSetup plant_setup(const PlantFile& plant, const Rotors& rotors, std::int64_t step_ns, std::uint64_t seed);
 AirframeConfig airframe_config(const PlantFile& plant, const Rotors& rotors, std::int64_t step_ns);
 DriveParameters drive_parameters(const PlantFile& plant, const Rotor& rotor, std::size_t esc);
 BatteryParameters battery_parameters(const PlantFile& plant);

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <string_view>
 
-#include "sim/effects/effect_set.hpp"
 
 namespace rotorloop::sim {
 namespace {
@@ -128,16 +127,23 @@ ImuConfig read_imu(const TomlTable& t) {
 }
 
 PlantEffect read_effect(const TomlTable& t) {
-  PlantEffect e{t.text("id"), 0.0};
-  const Effect* effect = find_effect(e.id);
+  PlantEffect e{t.text("id"), {}};
+  const EffectInfo* effect = find_effect(e.id);
   if (!effect)
     t.fail("id", fmt::format("effect \"{}\" is not known", e.id), "a misspelt id", fmt::format("use one of: {}", known_effect_ids()));
   const EffectParameter& p = effect->parameter;
+  e.values = effect_values(*effect, 0.0);
   if (p.origin == ParameterOrigin::effect_entry) {
-    e.value = t.number(p.key, {p.min, p.max, p.unit});
+    e.values[0] = t.number(p.key, {p.min, p.max, p.unit});
   } else if (t.has(p.key)) {
     t.fail(p.key, fmt::format("effect \"{}\" takes {} from the rotor, not from this entry", e.id, p.key), "copied from a vehicle file",
            "remove it here; change inertia_kg_m2 of the motor file or blade_inertia_kg_m2 of the blade file");
+  }
+  for (std::size_t i = 0; i < effect->options.size(); ++i) {
+    const EffectOption& o = effect->options[i];
+    if (!t.has(o.key)) continue;
+    e.values[i + 1] = o.integer ? static_cast<double>(t.integer(o.key, static_cast<std::int64_t>(o.min), static_cast<std::int64_t>(o.max)))
+                                : t.number(o.key, {o.min, o.max, o.unit});
   }
   return e;
 }
@@ -181,8 +187,13 @@ AirframeConfig airframe_config(const PlantFile& plant, const std::array<double, 
   for (std::size_t i = 0; i < kAirframeRotors; ++i)
     c.rotors[i] = {plant.rotors[i].hub_m, plant.rotors[i].spin, plant.rotors[i].tilt_rad,
                    plant.rotors[i].motor.inertia_kg_m2 + blade_inertia_kg_m2[i]};
-  for (const PlantEffect& e : plant.effects) c.effects.add(e.id, e.value);
   return c;
+}
+
+EffectSet effect_set(const PlantFile& plant) {
+  EffectSet set;
+  for (const PlantEffect& e : plant.effects) set.add(e.id, e.values);
+  return set;
 }
 
 }  // namespace rotorloop::sim

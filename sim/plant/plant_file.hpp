@@ -9,6 +9,7 @@
 
 #include "host/base/toml_file.hpp"
 #include "sim/airframe/airframe.hpp"
+#include "sim/effects/effect_set.hpp"
 #include "sim/plant/motor_file.hpp"
 #include "sim/sensor/imu.hpp"
 #include "sim/sensor/pose.hpp"
@@ -40,8 +41,8 @@ struct PlantBattery {
 };
 
 struct PlantEffect {
-  std::string id;      // one of builtin_effects()
-  double value = 0.0;  // its parameter; 0 where the drive gives it
+  std::string id;         // one of builtin_effects()
+  EffectValues values{};  // its parameter (0 where the drive gives it) and options
 };
 
 struct PlantFile {
@@ -59,6 +60,9 @@ struct PlantFile {
 // Throws Error with file, line, key, value, unit, range and remedy.
 PlantFile read_plant(const std::filesystem::path& path);
 PlantFile read_plant(const TomlFile& file);
+
+// The effects of a plant, switched on.
+EffectSet effect_set(const PlantFile& plant);
 
 // The airframe of a plant. `blade_inertia_kg_m2`: all blades of one rotor about its shaft, from the blade file.
 AirframeConfig airframe_config(const PlantFile& plant, const std::array<double, kAirframeRotors>& blade_inertia_kg_m2);

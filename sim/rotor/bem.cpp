@@ -11,15 +11,13 @@
 
 #include "host/base/elementary.hpp"
 #include "host/base/error.hpp"
+#include "sim/rotor/annulus_flow.hpp"
 #include "sim/rotor/inflow.hpp"
 #include "sim/rotor/prandtl.hpp"
 
 namespace rotorloop::sim {
 namespace {
-constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 288 K (ISA); varies 2 % over 10 K, Reynolds effects are weaker still
-constexpr double kStoppedTip_m_s = 1.0;      // below this tip speed chord Reynolds numbers are under 1000: no polar holds
-constexpr double kTiny = 1e-12;              // keeps 0/0 out at zero speed; far below any speed that matters
-constexpr double kPittPeters = 15.0 * std::numbers::pi / 32.0;  // skew gain, Pitt & Peters 1981
+constexpr double kStoppedTip_m_s = 1.0;  // below this tip speed chord Reynolds numbers are under 1000: no polar holds
 // A step times the one before bounds the next error of a secant search; relative to the speeds squared.
 constexpr double kStepProduct = 7e-13;
 constexpr double kStepAlone = 1e-11;
@@ -65,9 +63,7 @@ Evaluation evaluate(const Rotor& rotor, const Annulus& a, const Condition& c, co
   const int n = kAzimuth > 0 ? kAzimuth : rotor.resolution().azimuth;
   const double w = c.climb + v, tip = c.omega * a.r_m;
   const double axial2 = w * w + kTiny;
-  const double swirl = v * w * tip / (axial2 + tip * tip);  // induced velocity stands across the relative flow
-  // Pitt-Peters: tan(chi/2) of the wake skew angle without trigonometry.
-  const double skew = kPittPeters * c.edge / (std::sqrt(c.edge2 + w * w) + std::fabs(w) + kTiny) * v * (a.r_m / rotor.radius_m());
+  const double swirl = induced_swirl(v, w, tip), skew = wake_skew(v, w, c.edge) * (a.r_m / rotor.radius_m());
 
   alignas(16) double ut[capacity(kAzimuth)], up[capacity(kAzimuth)], speed[capacity(kAzimuth)], in_cell[capacity(kAzimuth)],
       in_row[capacity(kAzimuth)];

@@ -54,6 +54,11 @@ ImuReading ImuSensor::sample(std::int64_t n, const AirframeState& state, std::sp
     r.accel_B_m_s2 += (omega * omega) * (s.accel_m_s2 * Eigen::Vector2d(p.cos, p.sin));
     r.gyro_B_rad_s += omega * (s.angular_rad_s2 * Eigen::Vector2d(p.sin, -p.cos));  // integral of omega^2 (cos, sin)
   }
+  if (config_.rectification_m != 0.0) {
+    double square = 0.0;
+    for (const double omega : omega_rad_s) square += omega * omega / static_cast<double>(kAirframeRotors);
+    r.accel_B_m_s2.z() += config_.rectification_m * square;
+  }
   const auto first = static_cast<std::uint64_t>(n) * kDrawsPerSample;
   r.gyro_B_rad_s += config_.gyro_noise_rad_s * gaussian3(noise_, first);
   r.accel_B_m_s2 += config_.accel_noise_m_s2 * gaussian3(noise_, first + 3);

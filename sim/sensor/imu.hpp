@@ -18,6 +18,7 @@ struct ImuConfig {
   double gyro_bias_rad_s = 0.005;  // standard deviation of the constant turn-on bias, per axis
   double accel_bias_m_s2 = 0.05;   // standard deviation of the constant turn-on bias, per axis
   double vibration = 1.0;          // scales the unbalance of all rotors; 0: balanced
+  double rectification_m = 0.0;    // of vibration: bias on z per square of the mean rotor speed; a defect, set by an effect
 };
 
 // Unbalance of one rotor at vibration = 1: mass times eccentricity. Between the balance grades G16 and G40 of ISO 21940-11

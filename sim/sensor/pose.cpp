@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t kNoiseModule = 0x504F534E;  // POSN
 constexpr std::uint64_t kDriftModule = 0x504F5344;  // POSD
 constexpr std::uint64_t kDelayModule = 0x504F534C;  // POSL
+constexpr std::uint64_t kStampModule = 0x504F5353;  // POSS
 constexpr std::uint64_t kDrawsPerSample = 9;
 
 Eigen::Vector3d gaussian3(const RandomStream& stream, std::uint64_t first) {
@@ -24,7 +25,7 @@ Eigen::Vector3d gaussian3(const RandomStream& stream, std::uint64_t first) {
 }  // namespace
 
 PoseSensor::PoseSensor(const PoseConfig& config, std::uint64_t seed)
-    : config_(config), noise_(seed, kNoiseModule), drift_(seed, kDriftModule), delay_(seed, kDelayModule) {
+    : config_(config), noise_(seed, kNoiseModule), drift_(seed, kDriftModule), delay_(seed, kDelayModule), stamp_(seed, kStampModule) {
   if (!(config_.jitter_s >= 0.0) || !(config_.latency_s >= config_.jitter_s))
     throw Error({"pose sensor",
                  fmt::format("latency {} s with jitter {} s would arrive before it was measured", config_.latency_s, config_.jitter_s), "",
@@ -59,6 +60,7 @@ PoseArrival PoseSensor::sample(std::int64_t n, const AirframeState& state) {
   a.reading.v_W_m_s =
       state.v_W_m_s + state.q_WB * state.w_B_rad_s.cross(config_.offset_B_m) + config_.velocity_noise_m_s * gaussian3(noise_, first + 6);
 
+  apply_defects(a.reading, k);
   const double delay_s = config_.latency_s + config_.jitter_s * (2.0 * delay_.uniform(k) - 1.0);
   a.arrival_time_ns = std::max(last_arrival_ns_, state.time_ns + static_cast<std::int64_t>(delay_s * 1e9));
   last_arrival_ns_ = a.arrival_time_ns;
@@ -70,6 +72,22 @@ PoseArrival PoseSensor::sample(std::int64_t n, const AirframeState& state) {
   }
   queue_[(head_ + count_++) % kQueue] = a;
   return a;
+}
+
+void PoseSensor::apply_defects(PoseReading& r, std::uint64_t sample) const {
+  const double stamp_s = config_.stamp_error_s + (config_.stamp_jitter_s > 0.0 ? config_.stamp_jitter_s * stamp_.gaussian(sample) : 0.0);
+  r.time_ns += static_cast<std::int64_t>(stamp_s * 1e9);
+  if (config_.scale_error != 0.0) {
+    r.p_W_m *= 1.0 + config_.scale_error;
+    r.v_W_m_s *= 1.0 + config_.scale_error;
+  }
+  if (config_.tilt_rad != Eigen::Vector2d::Zero()) {
+    const SinCos x = sincos_exact(0.5 * config_.tilt_rad.x()), y = sincos_exact(0.5 * config_.tilt_rad.y());
+    const Eigen::Quaterniond tilt = Eigen::Quaterniond(x.cos, x.sin, 0.0, 0.0) * Eigen::Quaterniond(y.cos, 0.0, y.sin, 0.0);
+    r.p_W_m = tilt * r.p_W_m;
+    r.v_W_m_s = tilt * r.v_W_m_s;
+    r.q_WS = (tilt * r.q_WS).normalized();
+  }
 }
 
 std::optional<PoseReading> PoseSensor::take(std::int64_t now_ns) {

@@ -25,6 +25,11 @@ struct PoseConfig {
   bool drift_enabled = true;         // ablation: what does the drift cost?
   Eigen::Vector3d offset_B_m = Eigen::Vector3d(0.090, 0.006, 0.014);  // sensor point, from the centre of mass
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
+  // Defects that nobody declared; effects set them.
+  double stamp_error_s = 0.0;                          // added to the stamp of every reading; above 0 the reading is older than it says
+  double stamp_jitter_s = 0.0;                         // white error of the stamp, standard deviation
+  double scale_error = 0.0;                            // of positions and velocities: 1 + this
+  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  // of the sensor's world against W, about x and y; small
 };
 
 struct PoseReading {
@@ -60,10 +65,13 @@ class PoseSensor {
   static constexpr std::size_t kQueue = 64;
 
  private:
+  void apply_defects(PoseReading& reading, std::uint64_t sample) const;
+
   PoseConfig config_;
   RandomStream noise_;
   RandomStream drift_;
   RandomStream delay_;
+  RandomStream stamp_;
   double drift_keep_;   // exp(-T / tau)
   double drift_drive_;  // sqrt(1 - keep^2) * sigma: the exact discretisation, stationary from the first sample
   Eigen::Vector3d drift_W_m_ = Eigen::Vector3d::Zero();

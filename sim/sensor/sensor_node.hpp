@@ -44,10 +44,10 @@ class SensorNode {
       if (port_.send(f) != SendStatus::queued) ++refused_;
   }
   void send(const ImuReading& r) {
-    send_all(protocols::state::encode(protocols::state::ImuReading{.time_us = r.time_ns / 1000,
-                                                                   .gyro_B_rad_s = array(r.gyro_B_rad_s),
-                                                                   .accel_B_m_s2 = array(r.accel_B_m_s2)},
-                                      imu_sequence_++));
+    send_all(protocols::state::encode(
+        protocols::state::ImuReading{
+            .time_us = r.time_ns / 1000, .gyro_B_rad_s = array(r.gyro_B_rad_s), .accel_B_m_s2 = array(r.accel_B_m_s2)},
+        imu_sequence_++));
   }
   void send(const PoseReading& r) {
     send_all(protocols::state::encode(protocols::state::PoseReading{.time_us = r.time_ns / 1000,

@@ -5,10 +5,12 @@ usage: cli_test.py PATH_TO_ROTORLOOP
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 ROTORLOOP = os.path.abspath(sys.argv.pop(1))
 
@@ -118,6 +120,34 @@ class BadInput(unittest.TestCase):
 
     def test_report_of_what_is_no_run(self):
         self.refused("hil", "report", "a", says=["a: error: is not a run folder"])
+
+    def test_rotor_plot_of_bad_blades_names_the_line_and_writes_no_page(self):
+        shipped = pathlib.Path(__file__).resolve().parents[2] / "vehicles" / "blades" / "triblade_5in.toml"
+        text = shipped.read_text(encoding="utf-8")
+        self.refused("rotor", "plot", "no/such.toml", says=["no/such.toml: error: no such file"])
+        self.refused("rotor", "plot", self.write("empty.toml", ""), says=['key "format" is missing'])
+        radii_in_mm = self.write("mm.toml", text.replace("r_m = 0.0127", "r_m = 12.7"))
+        self.refused("rotor", "plot", radii_in_mm, says=["mm.toml:", "r_m = 12.7 m", "do:"])
+        self.refused("rotor", "plot", self.write("b.toml", text), says=['polar "naca4410" not found', "do:"])
+        self.refused("rotor", "plot", str(shipped), "--rpm", "0", says=["--rpm", "see rotorloop rotor plot --help"])
+        self.refused("rotor", "plot", str(shipped), "--rpm", "50", says=["50 RPM", "--rpm"])
+        for option in ("--rpm", "--density", "--climb", "--edgewise"):
+            self.refused("rotor", "plot", str(shipped), option, "nan", says=[option, "nan"])
+        self.refused("rotor", "plot", str(shipped), "--spin", "left", says=["--spin", "ccw"])
+        self.refused("rotor", "plot", says=["blade", "required"])
+        self.assertFalse((self.path / "rotor.html").exists())
+
+    def test_rotor_plot_writes_one_page_whose_pictures_are_valid_xml(self):
+        shipped = pathlib.Path(__file__).resolve().parents[2] / "vehicles" / "blades" / "triblade_5in.toml"
+        done = self.run_command("rotor", "plot", str(shipped), "-o", "page.html", "--rpm", "9000", "--climb", "-2")
+        self.assertEqual((done.returncode, done.stderr, done.stdout), (0, "", "page.html\n"))
+        page = (self.path / "page.html").read_text(encoding="utf-8")
+        self.assertLess(len(page), 2_000_000)
+        pictures = re.findall(r"<svg class=\"plot\".*?</svg>\n</figure>", page, re.DOTALL)
+        self.assertGreaterEqual(len(pictures), 18)
+        for picture in pictures:
+            xml.etree.ElementTree.fromstring(picture.removesuffix("</figure>"))
+        self.refused("rotor", "plot", str(shipped), "-o", "no/folder/page.html", says=["no/folder/page.html", "cannot be written"], code=3)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "bench/hil/run_report.hpp"
 #include "bench/report/svg_plot.hpp"
+#include "test/unit/bench/markup.hpp"
 #include "test/unit/bench/synthetic_run.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
@@ -17,32 +17,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-// First tag that is closed without being open or left open; empty when the tags of an XML or HTML text balance.
-std::string unbalanced(const std::string& text) {
-  const std::set<std::string> empty{"meta", "br", "!doctype"};
-  std::vector<std::string> open;
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
-    const auto end = text.find('>', at);
-    if (end == std::string::npos) return "unterminated tag";
-    const bool closing = text[at + 1] == '/', alone = text[end - 1] == '/';
-    const auto name_at = at + (closing ? 2 : 1);
-    const auto name = text.substr(name_at, text.find_first_of(" />", name_at) - name_at);
-    if (closing) {
-      if (open.empty() || open.back() != name) return "</" + name + "> after " + (open.empty() ? "nothing" : open.back());
-      open.pop_back();
-    } else if (!alone && !empty.contains(name)) {
-      open.push_back(name);
-    }
-  }
-  return open.empty() ? "" : "<" + open.back() + "> is left open";
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
 
 TEST(PlotMarkers, EverySampleIsADotOrARingAndNothingJoinsThem) {
   Plot p;
@@ -154,6 +128,18 @@ TEST(Plot, EqualAxesDrawACircleRound) {
   }
   EXPECT_NEAR(x_high - x_low, y_high - y_low, 1.0);
   EXPECT_GT(x_high - x_low, 100);
+}
+TEST(Plot, ColouredBandsAreNamedOnceInTheLegendAndGreyOnesWhereTheyStand) {
+  Plot p;
+  p.series.push_back({.label = "", .x = {0, 10}, .y = {1, 2}});
+  p.bands = {{0, 2, "vortex ring", 0}, {2, 5, "windmill", 4}, {5, 6, "vortex ring", 0}, {7, 9, "counted"}};
+  const auto svg = plot_svg(p);
+  EXPECT_EQ(unbalanced(svg), "");
+  EXPECT_EQ(count(svg, ">vortex ring<"), 1u);
+  EXPECT_EQ(count(svg, "\"bd g0\""), 3u) << "two bands and the swatch of the legend";
+  EXPECT_EQ(count(svg, "\"bd g4\""), 2u);
+  EXPECT_EQ(count(svg, "<rect class=\"bd\""), 1u);
+  EXPECT_EQ(count(svg, ">counted<"), 1u);
 }
 TEST(Plot, SixtySecondsAtOneKilohertzStayBelowSixtyKilobytes) {
   Plot p;

@@ -31,7 +31,7 @@ class MeasuredPropellers : public ::testing::Test {
 void expect_limits(const std::vector<PropellerResult>& results) {
   const auto limits = judge(results);
   ASSERT_EQ(limits.size(), 11u);
-  for (const LimitResult& l : limits) {
+  for (const ValidationLimit& l : limits) {
     EXPECT_TRUE(l.pass) << l.name << ": " << 100 * l.measured << " %, limit " << 100 * l.limit << " %";
     std::printf("[ measured ] %s: %.1f %%\n", l.name.c_str(), 100 * l.measured);
   }

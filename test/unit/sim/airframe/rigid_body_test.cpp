@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "host/base/error.hpp"
+#include "sim/effects/effect_set.hpp"
 #include "test/unit/sim/airframe/fixture.hpp"
 
 namespace rotorloop::sim {
@@ -120,8 +121,9 @@ TEST(RigidBody, MotionDoesNotDependOnTheChoiceOfBodyAxes) {
 double momentum_gained(bool gyroscopic, bool reaction) {
   AirframeConfig c = in_vacuum();
   c.gravity_m_s2 = 0.0;
-  if (gyroscopic) c.effects.add("gyroscopic", 0.0);
-  if (reaction) c.effects.add("rotor_inertia_reaction", 0.0);
+  EffectSet effects;
+  if (gyroscopic) effects.add("gyroscopic", 0.0);
+  if (reaction) effects.add("rotor_inertia_reaction", 0.0);
   c.rotors[1].tilt_rad = {0.1, -0.2};
   AirframeState s;
   s.w_B_rad_s = {2.0, 1.0, -1.0};
@@ -137,7 +139,7 @@ double momentum_gained(bool gyroscopic, bool reaction) {
   };
   const Eigen::Vector3d before = momentum();
   for (int i = 0; i < 600; ++i) {
-    a.step(kNoLoads, omega, omega_dot);
+    a.step(kNoLoads, omega, omega_dot, a.air(), &effects);
     for (std::size_t k = 0; k < 4; ++k) omega[k] += 5e-4 * omega_dot[k];
   }
   return (momentum() - before).norm() / before.norm();
@@ -152,8 +154,9 @@ TEST(RigidBody, BodyAndRotorsTogetherKeepTheirAngularMomentum) {
 AirframeState flight(std::int64_t step_ns) {
   AirframeConfig c = reference_body();
   c.step_ns = step_ns;
-  c.effects.add("gyroscopic", 0.0);
-  c.effects.add("rotor_inertia_reaction", 0.0);
+  EffectSet effects;
+  effects.add("gyroscopic", 0.0);
+  effects.add("rotor_inertia_reaction", 0.0);
   Airframe a(c, at_height(10.0));
   const double h = static_cast<double>(step_ns) * 1e-9;
   const auto speed = [](std::size_t i, double t) {
@@ -169,7 +172,7 @@ AirframeState flight(std::int64_t step_ns) {
       omega_dot[i] = (speed(i, t + h) - omega[i]) / h;
       loads[i] = analytic_rotor(a.rotor_condition(i, omega[i]));
     }
-    a.step(loads, omega, omega_dot);
+    a.step(loads, omega, omega_dot, a.air(), &effects);
   }
   return a.state();
 }
@@ -229,8 +232,9 @@ TEST(FlightEnd, LoadsThatAreNotFiniteEndTheFlightAndNeverReachTheState) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e12}) {
     for (int place = 0; place < 4; ++place) {
       AirframeConfig c = reference_body();
-      c.effects.add("rotor_inertia_reaction", 0.0);
-      c.effects.add("gyroscopic", 0.0);
+      EffectSet effects;
+      effects.add("rotor_inertia_reaction", 0.0);
+      effects.add("gyroscopic", 0.0);
       AirframeState s = at_height(10.0);
       s.w_B_rad_s = {1.0, 1.0, 1.0};
       Airframe a(c, s);
@@ -240,7 +244,7 @@ TEST(FlightEnd, LoadsThatAreNotFiniteEndTheFlightAndNeverReachTheState) {
       if (place == 1) loads[1].moment_R_N_m.y() = bad;
       if (place == 2) omega[3] = bad;
       if (place == 3) omega_dot[0] = bad;
-      a.step(loads, omega, omega_dot);
+      a.step(loads, omega, omega_dot, a.air(), &effects);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << bad << " at place " << place;
       a.step(kNoLoads, kStill, kStill);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << "it stays ended";

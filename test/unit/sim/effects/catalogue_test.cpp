@@ -11,58 +11,99 @@
 namespace rotorloop::sim {
 namespace {
 
+struct Option {
+  std::string key, unit;
+  std::vector<double> range;
+  double fallback;
+};
 struct Entry {
   std::string parameter, unit;
   std::vector<double> range;
   double neutral;
   bool plant;
+  std::vector<std::string> confounders;
+  std::string kind;
+  std::vector<Option> options;
 };
 
 bool is_id(const std::string& s) {
   const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   return !s.empty() && s[0] >= 'a' && s[0] <= 'z' && std::all_of(s.begin(), s.end(), allowed);
 }
-// E1 to E29.
-bool is_reference(const std::string& s) {
-  return (s.size() == 2 || s.size() == 3) && s[0] == 'E' &&
-         std::all_of(s.begin() + 1, s.end(), [](char c) { return c >= '0' && c <= '9'; });
+
+const std::map<std::string, Entry>& catalogue() {
+  static const std::map<std::string, Entry> entries = [] {
+    const TomlFile file = TomlFile::read(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "docs/effects.toml");
+    (void)file.format({2});
+    std::map<std::string, Entry> out;
+    for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
+      const std::string id = t.text("id");
+      for (const char* field :
+           {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
+        EXPECT_GT(t.text(field).size(), field == std::string("unit") ? 0u : 2u) << id << "." << field;
+      EXPECT_TRUE(is_id(id)) << id;
+      const double typical_value = t.number("typical_value", {-1e6, 1e6, "1"});
+      Entry e{t.text("parameter"),
+              t.text("unit"),
+              t.numbers("range", 2, {-1e6, 1e6, "1"}),
+              t.number("neutral", {-1e6, 1e6, "1"}),
+              t.boolean("plant"),
+              t.texts("confounders"),
+              t.choice("class", {"separable", "class_only", "not_observable"}),
+              {}};
+      EXPECT_GE(typical_value, e.range[0]) << id;
+      EXPECT_LE(typical_value, e.range[1]) << id;
+      EXPECT_NE(typical_value, e.neutral) << id;
+      const auto twins = t.has("twins") ? t.texts("twins") : std::vector<std::string>{};
+      EXPECT_EQ(!twins.empty(), e.kind == "class_only") << id << ": class_only names its twins, others have none";
+      EXPECT_EQ(t.has("needs"), e.kind == "not_observable") << id << ": not_observable says what else is needed, others do not";
+      EXPECT_GT(t.text("needs", "none").size(), 2u) << id;
+      EXPECT_EQ(t.has("why_not_in_plant"), !e.plant) << id;
+      EXPECT_GT(t.text("why_not_in_plant", "it is in the plant").size(), 10u) << id;
+      EXPECT_FALSE(t.text("survey").empty()) << id << ": E-number of the plant survey, or -";
+      EXPECT_FALSE(t.text("library").empty()) << id << ": L-number of the identification library, or -";
+      if (t.has("option"))
+        for (const TomlTable& o : t.tables("option", 1, 8))
+          e.options.push_back(
+              {o.text("key"), o.text("unit"), o.numbers("range", 2, {-1e6, 1e6, "1"}), o.number("default", {-1e6, 1e6, "1"})});
+      for (const auto& twin : twins) e.confounders.push_back(twin);
+      EXPECT_TRUE(out.emplace(id, e).second) << id << " occurs twice";
+    }
+    file.refuse_unknown_keys();
+    return out;
+  }();
+  return entries;
 }
 
-std::map<std::string, Entry> read_catalogue() {
-  const TomlFile file = TomlFile::read(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "docs/effects.toml");
-  (void)file.format({1});
-  std::map<std::string, Entry> out;
-  for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
-    const std::string id = t.text("id");
-    for (const char* field : {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
-      EXPECT_GT(t.text(field).size(), field == std::string("unit") ? 0u : 2u) << id << "." << field;
-    EXPECT_FALSE(t.texts("confounders").empty()) << id;
-    for (const auto& c : t.texts("confounders")) EXPECT_FALSE(c.empty()) << id;
-    (void)t.choice("class", {"separable", "class_only", "not_observable"});
-    EXPECT_TRUE(is_reference(t.text("reference"))) << id << ".reference = " << t.text("reference");
-    EXPECT_TRUE(is_id(id)) << id;
-    Entry e{t.text("parameter"), t.text("unit"), t.numbers("range", 2, {-1e6, 1e6, "1"}), t.number("neutral", {-1e6, 1e6, "1"}),
-            t.boolean("plant")};
-    EXPECT_TRUE(out.emplace(id, e).second) << id << " occurs twice";
-  }
-  file.refuse_unknown_keys();
-  return out;
-}
+TEST(EffectCatalogue, HoldsAtLeastFortyEffects) { EXPECT_GE(catalogue().size(), 40u); }
 
 TEST(EffectCatalogue, EveryEffectOfThePlantIsDescribedWithItsOwnParameterUnitAndRange) {
-  const auto catalogue = read_catalogue();
-  for (const Effect* e : builtin_effects()) {
-    ASSERT_TRUE(catalogue.contains(std::string(e->id))) << e->id << " has no entry in docs/effects.toml";
-    const Entry& entry = catalogue.at(std::string(e->id));
+  for (const EffectInfo* e : builtin_effects()) {
+    ASSERT_TRUE(catalogue().contains(std::string(e->id))) << e->id << " has no entry in docs/effects.toml";
+    const Entry& entry = catalogue().at(std::string(e->id));
     EXPECT_TRUE(entry.plant) << e->id;
     EXPECT_EQ(entry.parameter, e->parameter.key) << e->id;
     EXPECT_EQ(entry.unit, e->parameter.unit) << e->id;
     EXPECT_EQ(entry.range, (std::vector{e->parameter.min, e->parameter.max})) << e->id;
     EXPECT_EQ(entry.neutral, e->parameter.neutral) << e->id;
+    ASSERT_EQ(entry.options.size(), e->options.size()) << e->id;
+    for (std::size_t i = 0; i < e->options.size(); ++i) {
+      EXPECT_EQ(entry.options[i].key, e->options[i].key) << e->id;
+      EXPECT_EQ(entry.options[i].unit, e->options[i].unit) << e->id << "." << e->options[i].key;
+      EXPECT_EQ(entry.options[i].range, (std::vector{e->options[i].min, e->options[i].max})) << e->id << "." << e->options[i].key;
+      EXPECT_EQ(entry.options[i].fallback, e->options[i].fallback) << e->id << "." << e->options[i].key;
+    }
   }
 }
 TEST(EffectCatalogue, WhatItSaysThePlantHasThePlantHas) {
-  for (const auto& [id, entry] : read_catalogue()) EXPECT_EQ(entry.plant, find_effect(id) != nullptr) << id;
+  for (const auto& [id, entry] : catalogue()) EXPECT_EQ(entry.plant, find_effect(id) != nullptr) << id;
+}
+TEST(EffectCatalogue, TwinsAndConfoundersThatLookLikeIdsExist) {
+  for (const auto& [id, entry] : catalogue()) {
+    EXPECT_FALSE(entry.confounders.empty()) << id;
+    for (const std::string& c : entry.confounders)
+      EXPECT_TRUE(!is_id(c) || c.find('_') == std::string::npos || catalogue().contains(c)) << id << " names " << c;
+  }
 }
 
 }  // namespace

@@ -197,5 +197,15 @@ TEST(ImuSensor, SwitchingOneErrorOffShiftsNoNumberOfAnother) {
     EXPECT_EQ(a.sample(n, moving(), Four{900, 910, 920, 930}).accel_B_m_s2, b.sample(n, moving(), Four{900, 910, 920, 930}).accel_B_m_s2);
 }
 
+TEST(ImuSensor, RectifiedVibrationIsABiasOfAbout0Point1MetrePerSecondSquaredInHoverAndFourfoldAtTwiceTheSpeed) {
+  ImuConfig c = silent();
+  c.rectification_m = 1.1e-7;
+  ImuSensor imu(c, body(), 1);
+  const double hover = imu.sample(0, moving(), Four{945, 945, 945, 945}).accel_B_m_s2.z() - moving().specific_force_B_m_s2.z();
+  const double twice = imu.sample(1, moving(), Four{1890, 1890, 1890, 1890}).accel_B_m_s2.z() - moving().specific_force_B_m_s2.z();
+  EXPECT_NEAR(hover, 0.098, 0.001);
+  EXPECT_NEAR(twice / hover, 4.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace rotorloop::sim

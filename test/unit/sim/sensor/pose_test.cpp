@@ -194,5 +194,52 @@ TEST(PoseSensor, DelaysThatCannotBeAreRefused) {
   for (const PoseConfig& c : {early, crowded, negative, no_tau}) EXPECT_THROW(PoseSensor(c, 1), Error);
 }
 
+// Defects that nobody declared.
+TEST(PoseDefects, AStampErrorOf10MillisecondsMovesTheStampAndNothingElse) {
+  PoseConfig c = silent();
+  c.stamp_error_s = 0.010;
+  PoseSensor right(silent(), 1), wrong(c, 1);
+  AirframeState s = at(50'000'000);
+  s.p_W_m = {1.0, 2.0, 3.0};
+  const PoseReading a = right.sample(0, s).reading, b = wrong.sample(0, s).reading;
+  EXPECT_EQ(b.time_ns - a.time_ns, 10'000'000);
+  EXPECT_EQ(a.p_W_m, b.p_W_m);
+  EXPECT_EQ(a.q_WS.coeffs(), b.q_WS.coeffs());
+}
+TEST(PoseDefects, StampJitterScattersTheStampsByItsSigma) {
+  PoseConfig c = silent();
+  c.stamp_jitter_s = 0.002;
+  PoseSensor sensor(c, 1);
+  double squares = 0.0;
+  for (int n = 0; n < 4000; ++n) {
+    const AirframeState s = at(5'000'000 * static_cast<std::int64_t>(n));
+    const double error_s = static_cast<double>(sensor.sample(n, s).reading.time_ns - s.time_ns) * 1e-9;
+    squares += error_s * error_s;
+  }
+  EXPECT_NEAR(std::sqrt(squares / 4000), 0.002, 0.0001);
+}
+TEST(PoseDefects, AScaleErrorStretchesPositionAndVelocityAboutTheOrigin) {
+  PoseConfig c = silent();
+  c.offset_B_m.setZero();
+  c.scale_error = 0.02;
+  AirframeState s = at(0);
+  s.p_W_m = {1.0, 2.0, 3.0};
+  s.v_W_m_s = {4.0, 0.0, 0.0};
+  const PoseReading r = PoseSensor(c, 1).sample(0, s).reading;
+  EXPECT_LT((r.p_W_m - 1.02 * s.p_W_m).norm(), 1e-14);
+  EXPECT_LT((r.v_W_m_s - 1.02 * s.v_W_m_s).norm(), 1e-14);
+}
+TEST(PoseDefects, ATiltOfItsWorldAboutYReportsWhatLiesAheadTooLowAndALevelBodyNoseDown) {
+  PoseConfig c = silent();
+  c.offset_B_m.setZero();
+  c.tilt_rad = {0.0, 0.01};
+  AirframeState s = at(0);
+  s.p_W_m = {2.0, 0.0, 0.0};
+  const PoseReading r = PoseSensor(c, 1).sample(0, s).reading;
+  EXPECT_NEAR(r.p_W_m.z(), -0.02, 1e-6);
+  EXPECT_NEAR((r.q_WS * Eigen::Vector3d::UnitX()).z(), -0.01, 1e-6);
+  EXPECT_NEAR(r.p_W_m.norm(), 2.0, 1e-14);
+}
+
 }  // namespace
 }  // namespace rotorloop::sim

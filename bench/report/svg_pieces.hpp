@@ -1,0 +1,25 @@
+// What every drawing of a page is made of: text that XML accepts, coordinates, ticks. Shared by line plots and field maps, so
+// that they look alike.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rotorloop::bench {
+
+std::string xml_escaped(std::string_view text);
+
+// About `wanted` ticks at multiples of 1, 2 or 5 times a power of ten within [low, high]; low < high.
+struct Ticks {
+  std::vector<double> at;
+  int decimals = 0;
+};
+Ticks nice_ticks(double low, double high, int wanted);
+std::string tick_text(double value, int decimals);  // with a true minus sign
+
+// A coordinate with one decimal: a tenth of a pixel is below what is seen.
+std::string px(double value);
+double text_px(std::string_view text);  // width at the font size of the style sheet, estimated
+std::string open_svg(int width_px, double height_px, const std::string& title);
+
+}  // namespace rotorloop::bench

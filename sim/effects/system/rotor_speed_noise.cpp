@@ -1,0 +1,25 @@
+// The speed that ESCs report jitters from report to report: counted commutations, uneven magnets. The rotors themselves do not
+// feel it; whoever computes thrust or torque from the log does.
+#include "sim/effects/plant_setup.hpp"
+#include "sim/effects/system/system_list.hpp"
+
+namespace rotorloop::sim {
+namespace {
+
+class RotorSpeedNoise final : public Effect {
+ public:
+  explicit RotorSpeedNoise(const EffectValues& v) : sigma_rad_s_(v[0]) {}
+  void prepare(PlantSetup& setup) override {
+    for (EscSetup& e : setup.esc) e.speed_noise_rad_s += sigma_rad_s_;
+  }
+
+ private:
+  double sigma_rad_s_;
+};
+
+}  // namespace
+
+const EffectInfo kRotorSpeedNoise{
+    .id = "rotor_speed_noise", .parameter = {"sigma_rad_s", "rad/s", 0.0, 50.0, 0.0}, .options = {}, .make = make_effect<RotorSpeedNoise>};
+
+}  // namespace rotorloop::sim

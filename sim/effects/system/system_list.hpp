@@ -1,0 +1,20 @@
+// The effects of this folder by name.
+#pragma once
+#include "sim/effects/effect.hpp"
+
+namespace rotorloop::sim {
+
+extern const EffectInfo kRotorSpeedScale;
+extern const EffectInfo kRotorSpeedNoise;
+extern const EffectInfo kRotorSpeedDelay;
+extern const EffectInfo kDriveLag;
+extern const EffectInfo kMotorResistance;
+extern const EffectInfo kMotorFlux;
+extern const EffectInfo kBatterySag;
+extern const EffectInfo kPoseDelay;
+extern const EffectInfo kPoseStampJitter;
+extern const EffectInfo kPoseScale;
+extern const EffectInfo kGravityTilt;
+extern const EffectInfo kVibrationRectification;
+
+}  // namespace rotorloop::sim
