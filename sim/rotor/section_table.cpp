@@ -32,14 +32,19 @@ double zero_lift_deg(const ClCd* row, const std::vector<double>& alpha_deg) {
   return kSnelEnd_deg;
 }
 
-void delay_stall(ClCd* row, const std::vector<double>& alpha_deg, double share) {
+void delay_stall(ClCd* row, const std::vector<double>& alpha_deg, double share, double with_drag) {
   const double zero_deg = zero_lift_deg(row, alpha_deg);
   for (int j = 0; j < kNodes; ++j) {
     const double alpha = alpha_deg[static_cast<std::size_t>(j)];
     if (alpha <= zero_deg || alpha >= kSnelEnd_deg) continue;
     const double fade = std::min(1.0, (kSnelEnd_deg - alpha) / (kSnelEnd_deg - kSnelFullTo_deg));
     const double potential = 2.0 * std::numbers::pi * sin_exact((alpha - zero_deg) * std::numbers::pi / 180.0);
-    row[j][0] += share * fade * std::max(0.0, potential - row[j][0]);
+    const double gain = share * fade * std::max(0.0, potential - row[j][0]);
+    row[j][0] += gain;
+    if (with_drag > 0.0 && alpha > 0.0) {
+      const SinCos a = sincos_exact(alpha * std::numbers::pi / 180.0);
+      row[j][1] += with_drag * gain * a.sin / a.cos;
+    }
   }
 }
 }  // namespace
@@ -62,7 +67,8 @@ SectionTable prepare_section(const Polar& a, const Polar& b, double weight, Sect
     ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * SectionTable::kStride;
     row[kNodes - 1] = row[0];  // +-180 degrees are one direction; the file allows rounding between its ends
     t.nodes.resize(static_cast<std::size_t>(i + 1) * SectionTable::kStride);
-    delay_stall(row, alpha_deg, correction.stall_delay_share);
+    delay_stall(row, alpha_deg, correction.stall_delay_share, correction.stall_drag);
+    for (int j = 0; j < kNodes; ++j) row[j][0] *= correction.lift_scale;
     row[kNodes] = row[kNodes - 1];
   }
   return t;

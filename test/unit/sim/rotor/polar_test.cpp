@@ -88,6 +88,25 @@ TEST(DragScale, ScalesDragAndLeavesLift) {
     EXPECT_EQ(lookup(draggy, diamond(a), 4e4).cl, lookup(plain, diamond(a), 4e4).cl);
   }
 }
+TEST(LiftScale, ScalesLiftDelayedStallIncludedAndLeavesDrag) {
+  const SectionTable plain = prepare_section(naca4412(), naca4412(), 0.0, {.stall_delay_share = 0.5}),
+                     scaled = prepare_section(naca4412(), naca4412(), 0.0, {.stall_delay_share = 0.5, .lift_scale = 0.9});
+  for (double a : {-150.0, -10.0, 5.0, 20.0, 45.0, 90.0}) {
+    EXPECT_NEAR(lookup(scaled, diamond(a), 4e4).cl, 0.9 * lookup(plain, diamond(a), 4e4).cl, 1e-12) << a;
+    EXPECT_EQ(lookup(scaled, diamond(a), 4e4).cd, lookup(plain, diamond(a), 4e4).cd) << a;
+  }
+}
+// What is regained acts at right angles to the chord: lift and drag grow by (cos alpha, sin alpha) of one force.
+TEST(StallDrag, LiftRegainedByStallDelayBringsItsTangentAsDrag) {
+  const SectionTable flat = prepare_section(naca4412(), naca4412(), 0.0),
+                     delayed = prepare_section(naca4412(), naca4412(), 0.0, {.stall_delay_share = 0.5, .stall_drag = 1.0});
+  for (double a : {8.0, 14.0, 20.0, 35.0}) {
+    const auto before = lookup(flat, diamond(a), 4e4), after = lookup(delayed, diamond(a), 4e4);
+    EXPECT_GT(after.cl, before.cl) << a;
+    EXPECT_NEAR(after.cd - before.cd, (after.cl - before.cl) * std::tan(a * std::numbers::pi / 180), 2e-4) << a;
+  }
+  for (double a : {-60.0, -8.0, -2.0, 70.0, 150.0}) EXPECT_EQ(lookup(delayed, diamond(a), 4e4).cd, lookup(flat, diamond(a), 4e4).cd) << a;
+}
 TEST(StallDelay, NeverTakesLiftAway) {
   const SectionTable flat = prepare_section(naca4412(), naca4412(), 0.0),
                      delayed = prepare_section(naca4412(), naca4412(), 0.0, {.stall_delay_share = 1.0});
