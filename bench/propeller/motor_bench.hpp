@@ -49,7 +49,7 @@ class PropellerCurve {
 
  private:
   static constexpr double kStep_rad_s = 300.0;
-  static constexpr std::size_t kNodes = 11;  // 300 to 3300 rad/s; coefficients over speed squared run straight between
+  static constexpr std::size_t kNodes = 11;  // to 3300 rad/s; coefficients over speed squared run straight between
   using Table = std::array<double, kNodes>;
   static double at(const Table& table, double omega_rad_s);
   Table thrust_N_s2_{}, torque_N_m_s2_{};

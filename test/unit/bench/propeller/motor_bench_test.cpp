@@ -63,7 +63,10 @@ TEST(MotorBench, FitFindsInductanceAndChordOfAMadeUpBench) {
   BenchParameters truth;
   truth.phase_inductance_H = 8e-6;
   truth.chord_scale = 0.7;
-  const MotorBenchResult r = fit_motor_bench(made_up(truth), triblade(), {BenchScalar::inductance, BenchScalar::chord});
+  BenchParameters start;
+  start.phase_inductance_H = 10e-6;
+  start.chord_scale = 0.75;
+  const MotorBenchResult r = fit_motor_bench(made_up(truth), triblade(), {BenchScalar::inductance, BenchScalar::chord}, {3, 7}, start);
   EXPECT_NEAR(r.parameters.phase_inductance_H, 8e-6, 1e-8);
   EXPECT_NEAR(r.parameters.chord_scale, 0.7, 1e-3);
   EXPECT_LT(r.worst_held_out.omega_rad_s, 1e-3);
