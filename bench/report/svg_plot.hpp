@@ -13,6 +13,8 @@ namespace rotorloop::bench {
 inline constexpr int kNeutral = -1;
 inline constexpr int kPaletteSize = 6;
 
+enum class Marker { none, dot, ring };  // none: a line; else a point at each sample, not joined
+
 struct Series {
   std::string label;         // empty: not in the legend
   std::vector<double> x, y;  // equal length; a gap where either is not-a-number
@@ -20,6 +22,7 @@ struct Series {
   bool dashed = false;
   bool stepped = false;  // value holds until the next sample
   double width_px = 1.5;
+  Marker marker = Marker::none;
 };
 
 struct HorizontalMark {
@@ -42,7 +45,7 @@ struct Plot {
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
   bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;
-  double min_extent = 0.0;  // both axes span at least this: noise is not magnified to fill the plot
+  double min_extent = 0.0;                 // both axes span at least this: noise is not magnified to fill the plot
   std::optional<double> fit_from, fit_to;  // the y axis fits what lies between these x; peaks outside are cut off
 };
 std::string plot_svg(const Plot& plot);

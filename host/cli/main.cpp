@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil,
                           [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
   rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_rotor(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

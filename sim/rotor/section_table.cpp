@@ -61,7 +61,7 @@ SectionTable prepare_section(const Polar& a, const Polar& b, double weight, Sect
   for (int i = 0; i < SectionTable::kRows; ++i) {
     const double reynolds = t.reynolds_min + i * t.reynolds_step;
     for (const double alpha : alpha_deg) {
-      const auto ca = polar_at(a, alpha, reynolds), cb = polar_at(b, alpha, reynolds);
+      const auto ca = polar_at(a, alpha, reynolds), cb = &a == &b ? ca : polar_at(b, alpha, reynolds);
       t.nodes.push_back(ClCd{ca.cl + weight * (cb.cl - ca.cl), correction.drag_scale * (ca.cd + weight * (cb.cd - ca.cd))});
     }
     ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * SectionTable::kStride;

@@ -1,0 +1,14 @@
+// `rotorloop rotor`: the group of commands about one rotor; each adds itself.
+#include <CLI/CLI.hpp>
+
+#include "host/cli/commands.hpp"
+
+namespace rotorloop::cli {
+
+void add_rotor(CLI::App& app, int& exit_code) {
+  CLI::App* rotor = app.add_subcommand("rotor", "a single rotor: the solve against measured propellers");
+  rotor->require_subcommand(1);
+  add_rotor_validate(*rotor, exit_code);
+}
+
+}  // namespace rotorloop::cli
