@@ -207,6 +207,8 @@ InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, c
   return r;
 }
 
+bool within_limits(const InPlaneForce& r) { return std::fabs(r.k_H * r.reference_isolated_N / r.paper_N - 1.0) <= kInPlaneLimit; }
+
 std::vector<std::string> report_lines(const InPlaneForce& r) {
   std::vector<std::string> lines;
   lines.push_back(fmt::format("Bebop: slope measured {:.5f}, isolated rotors {:.5f} (pitch ratio {:.2f}, figure of merit {:.2f})",

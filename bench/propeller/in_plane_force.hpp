@@ -57,6 +57,8 @@ struct InPlaneForce {
 };
 // Throws Error. `blade_file`: vehicles/blades/triblade_5in.toml.
 InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, const std::filesystem::path& blade_file);
+constexpr double kInPlaneLimit = 0.15;  // of paper_N, with the Bebop's k_H
+bool within_limits(const InPlaneForce& result);
 std::vector<std::string> report_lines(const InPlaneForce& result);
 
 }  // namespace rotorloop::bench

@@ -240,7 +240,7 @@ LeaveTwoOut leave_two_out(const MotorBenchData& data, const sim::Blade& referenc
       const MotorBenchResult r = fit_chain(chain, data, kBenchForm, {a, b}, start);
       const BenchValues w = r.worst_held_out;
       ++all.choices;
-      if (w.omega_rad_s <= kBenchLimits.omega && w.bus_A <= kBenchLimits.bus_A && w.thrust_N <= kBenchLimits.thrust) ++all.within;
+      if (within_limits(r)) ++all.within;
       for (const std::size_t i : {a, b}) {
         const BenchValues e = r.rows[i].relative_error();
         sum = {sum.omega_rad_s + e.omega_rad_s * e.omega_rad_s, sum.bus_A + e.bus_A * e.bus_A, sum.thrust_N + e.thrust_N * e.thrust_N};
@@ -251,6 +251,11 @@ LeaveTwoOut leave_two_out(const MotorBenchData& data, const sim::Blade& referenc
   const double n = 2.0 * all.choices;
   all.rms = {std::sqrt(sum.omega_rad_s / n), std::sqrt(sum.bus_A / n), std::sqrt(sum.thrust_N / n)};
   return all;
+}
+
+bool within_limits(const MotorBenchResult& r) {
+  const BenchValues& w = r.worst_held_out;
+  return w.omega_rad_s <= kBenchLimits.omega && w.bus_A <= kBenchLimits.bus_A && w.thrust_N <= kBenchLimits.thrust;
 }
 
 MotorBenchResult validate_motor_bench(const std::filesystem::path& data_folder, const std::filesystem::path& blade_file) {

@@ -110,6 +110,7 @@ LeaveTwoOut leave_two_out(const MotorBenchData& data, const sim::Blade& referenc
 
 // The whole validation, for `rotorloop rotor validate`. `blade_file`: vehicles/blades/triblade_5in.toml.
 MotorBenchResult validate_motor_bench(const std::filesystem::path& data_folder, const std::filesystem::path& blade_file);
+bool within_limits(const MotorBenchResult& result);  // the held-out rows
 std::vector<std::string> report_lines(const MotorBenchResult& result);
 
 }  // namespace rotorloop::bench

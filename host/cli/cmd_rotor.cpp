@@ -9,6 +9,7 @@ void add_rotor(CLI::App& app, int& exit_code) {
   CLI::App* rotor = app.add_subcommand("rotor", "a single rotor: the solve against measured propellers");
   rotor->require_subcommand(1);
   add_rotor_validate(*rotor, exit_code);
+  add_rotor_bench(*rotor, exit_code);
 }
 
 }  // namespace rotorloop::cli

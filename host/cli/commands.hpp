@@ -11,6 +11,7 @@ namespace rotorloop::cli {
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:
 void add_rotor_validate(CLI::App& rotor, int& exit_code);
+void add_rotor_bench(CLI::App& rotor, int& exit_code);
 void add_trajectory(CLI::App& app, int& exit_code);
 
 }  // namespace rotorloop::cli

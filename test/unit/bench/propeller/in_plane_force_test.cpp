@@ -61,7 +61,8 @@ TEST(MeasuredInPlaneForce, FactorFixedOnTheBebopPutsTheReferenceQuadrotorWithin1
   for (const std::string& line : report_lines(r)) std::printf("[ measured ] %s\n", line.c_str());
   EXPECT_GT(r.bebop_figure_of_merit, 0.4);  // a credible small rotor
   EXPECT_LT(r.bebop_figure_of_merit, 0.7);
-  EXPECT_NEAR(r.k_H * r.reference_isolated_N / r.paper_N, 1.0, 0.15);
+  EXPECT_EQ(kInPlaneLimit, 0.15);
+  EXPECT_TRUE(within_limits(r));
   // Without the factor the rotors alone miss it: the effect is there.
   EXPECT_LT(r.reference_isolated_N / r.paper_N, 0.85);
   // The interval holds the plant's 1.5 and leaves the 3 of other simulators out.

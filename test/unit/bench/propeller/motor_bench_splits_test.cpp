@@ -23,5 +23,20 @@ TEST(MeasuredMotorBench, AnyTwoHeldOutRowsAreWithinTheLimitsInTheRootMeanSquare)
   EXPECT_LT(all.rms.thrust_N, kBenchLimits.thrust);
 }
 
+// A plain resistance in place of the volts that every commutation costs.
+TEST(MeasuredMotorBench, WithoutTheCommutationDropAllThreeLimitsAreMissed) {
+  if (std::getenv("ROTORLOOP_DATA") == nullptr) GTEST_SKIP() << "ROTORLOOP_DATA is not set: motor bench not checked";
+  BenchParameters start;
+  start.phase_inductance_H = 0.0;
+  start.resistance_ohm = 0.15;
+  start.chord_scale = 0.5;
+  const MotorBenchResult r = fit_motor_bench(
+      read_motor_bench_data(std::getenv("ROTORLOOP_DATA")), sim::read_blade(ROTORLOOP_SOURCE_DIR "/vehicles/blades/triblade_5in.toml"),
+      {BenchScalar::resistance, BenchScalar::chord, BenchScalar::drag, BenchScalar::twist}, {3, 7}, start);
+  EXPECT_GT(r.worst_held_out.omega_rad_s, kBenchLimits.omega);
+  EXPECT_GT(r.worst_held_out.bus_A, kBenchLimits.bus_A);
+  EXPECT_GT(r.worst_held_out.thrust_N, kBenchLimits.thrust);
+}
+
 }  // namespace
 }  // namespace rotorloop::bench

@@ -91,6 +91,7 @@ TEST(MeasuredMotorBench, HeldOutRpmWithin3PercentCurrentWithin8PercentThrustWith
   EXPECT_LE(r.worst_held_out.omega_rad_s, kBenchLimits.omega);
   EXPECT_LE(r.worst_held_out.bus_A, kBenchLimits.bus_A);
   EXPECT_LE(r.worst_held_out.thrust_N, kBenchLimits.thrust);
+  EXPECT_TRUE(within_limits(r));
   // Without a fit the same rows miss by far: the limits are not met by any blade and motor.
   EXPECT_GT(r.rows[3].unfitted.thrust_N, 1.2 * r.rows[3].measured.thrust_N);
 }
