@@ -1,8 +1,9 @@
 // Throttle in, speed, current and thrust out: a six-step drive turning the blade-element rotor, against a measured staircase of
 // throttle steps (motor 2306 of 1800 rpm/V, propeller HQ 5136, six cells). The whole chain in one comparison.
 //
-// Protocol, fixed before the figures were seen: rows 4 and 8 of the ten are held out, the others fitted; at most four scalars;
-// limits on every held-out row: speed 3 %, current 8 %, thrust 6 %. Known beforehand and not fitted on any row with a propeller:
+// Protocol: rows 4 and 8 of the ten are held out, the others fitted; at most four scalars; limits on every held-out row: speed 3 %,
+// current 8 %, thrust 6 %. All that was fixed before a figure was seen; which four scalars was not (docs/acceptance/motor_bench.md).
+// Not fitted on any row with a propeller:
 // - the speed constant of the data sheet, read as no-load rpm per volt;
 // - throttle curve and friction from the same motor and ESC WITHOUT a propeller (a file of its own, five steps to half throttle;
 //   from the last of them straight on to full duty at full throttle);
