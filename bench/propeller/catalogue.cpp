@@ -160,15 +160,17 @@ const std::vector<CataloguedPropeller>& propeller_catalogue() {
   return catalogue;
 }
 
-std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets) {
-  double mean_rpm = 0.0;
-  for (std::size_t i = 1; i < sets.size(); ++i) mean_rpm += sets[i].rows.front().rpm / static_cast<double>(sets.size() - 1);
+std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets, double fit_rpm) {
+  double wanted_rpm = fit_rpm;
+  if (fit_rpm <= 0.0)
+    for (std::size_t i = 1; i < sets.size(); ++i) wanted_rpm += sets[i].rows.front().rpm / static_cast<double>(sets.size() - 1);
   std::size_t best = 0;
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < sets.size(); ++i) {
     const auto& rows = sets[i].rows;
-    const double away = std::fabs(rows.front().rpm - mean_rpm);
-    if (away < nearest && std::any_of(rows.begin(), rows.end(), [](const MeasuredRow& r) { return r.ct < kLeastThrust; })) {
+    const double away = std::fabs(rows.front().rpm - wanted_rpm);
+    const bool to_zero = std::any_of(rows.begin(), rows.end(), [](const MeasuredRow& r) { return r.ct < kLeastThrust; });
+    if (away < nearest && (fit_rpm > 0.0 || to_zero)) {
       nearest = away;
       best = i;
     }
@@ -186,7 +188,7 @@ MeasuredPropeller read_measured_propeller(const PropellerInputs& inputs, const C
   for (const SweepFile& s : entry.sweeps)
     p.sets.push_back(
         {fmt::format("J {:.0f} rpm", s.rpm), read_uiuc_sweep(read_data(folder / s.file), s.rpm), false, entry.judged && s.judged});
-  p.sets[sweep_to_fit(p.sets)].fitted = true;
+  p.sets[sweep_to_fit(p.sets, inputs.fit_rpm)].fitted = true;
   const auto add = [&](const char* source, const PropellerGeometry& g) {
     p.geometries.push_back({source, to_blade(inputs, g, p.entry.section, largest_reynolds(g, p.sets, entry.diameter_m))});
   };

@@ -44,6 +44,7 @@ struct PropellerInputs {
   std::filesystem::path data;                                // what ROTORLOOP_DATA names
   std::filesystem::path shipped_polars = "vehicles/polars";  // NAME.toml
   std::string section;                                       // for all propellers, in place of their own; empty: their own
+  double fit_rpm = 0.0;                                      // fit the sweep nearest to it; 0: sweep_to_fit()
   double stall_drag = 0.0;                                   // sim::Blade
 };
 
@@ -73,7 +74,7 @@ MeasuredPropeller read_measured_propeller(const PropellerInputs& inputs, const C
 
 // The sweep that is fitted: of those that reach zero thrust (a row below kLeastThrust), where pitch shows apart from all else, the
 // one whose rotor speed is nearest to the mean of all sweeps, so that the others lie on both sides of it in Reynolds number.
-// Index into `sets`, or 0 when none does.
-std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets);
+// Index into `sets`, or 0 when none does. With `fit_rpm` > 0 the sweep nearest to that speed instead, whatever it reaches.
+std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets, double fit_rpm = 0.0);
 
 }  // namespace rotorloop::bench

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
@@ -59,6 +60,7 @@ int validate(Options o) {
   d.command = "rotorloop rotor validate";
   for (const auto& key : o.propellers) d.command += " --propeller " + key;
   if (!o.inputs.section.empty()) d.command += " --section " + o.inputs.section;
+  if (o.inputs.fit_rpm > 0.0) d.command += fmt::format(" --fit-rpm {:g}", o.inputs.fit_rpm);
   if (d.stall_drag != 0.0) d.command += fmt::format(" --stall-drag {:g}", d.stall_drag);
   // Everything is read before the first fit.
   std::vector<bench::MeasuredPropeller> measured;
@@ -86,6 +88,8 @@ void add_rotor_validate(CLI::App& rotor, int& exit_code) {
   c->add_option("-o,--out", o->page, "also write an HTML page with plots");
   c->add_option("--section", o->inputs.section, "this section for all propellers, in place of their own");
   c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml, for sections that the data lack")->capture_default_str();
+  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed, in place of the middle one that reaches zero thrust")
+      ->check(CLI::Range(100.0, 1e5));
   c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall; 0 as the shipped blade")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();

@@ -79,6 +79,7 @@ TEST(Protocol, FittedSweepReachesZeroThrustAndLiesInTheMiddleOfTheSpeeds) {
   EXPECT_EQ(sweep_to_fit({fixed, made(3000, 0.0), made(5000, 0.0), made(6000, 0.0)}), 2u);
   EXPECT_EQ(sweep_to_fit({fixed, made(3000, 0.0), made(5000, 0.02), made(6000, 0.0)}), 3u);  // 5000 stops at C_T 0.02
   EXPECT_EQ(sweep_to_fit({fixed, made(3000, 0.05), made(5000, 0.02)}), 0u);
+  EXPECT_EQ(sweep_to_fit({fixed, made(3000, 0.05), made(5000, 0.0)}, 2000.0), 1u);  // asked for by its speed
 }
 TEST(Score, IsTheRmsOfRelativeErrorsAboveThrust0p01) {
   const sim::Rotor rotor(blade());
