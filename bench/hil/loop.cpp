@@ -181,19 +181,27 @@ bool Loop::halted(int esc) const {
 
 void Loop::step_escs() {
   CostMeter m(measure_, cost_.esc_ns);
+  std::array<sim::NativeEsc*, 4> native{};
+  std::size_t natives = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const bool dead = !config_.halts.empty() && halted(static_cast<int>(i));
-    std::visit(
-        [&](auto& e) {
-          if (dead) {
-            e.esc().set_setpoint({});
-            e.esc().step_current_loop();
-          } else {
-            e.step_current_loop();
-          }
-        },
-        escs_[i]);
+    const auto run_node = [&](auto& e) {
+      if (dead) {
+        e.esc().set_setpoint({});
+      } else {
+        e.run_node();
+      }
+    };
+    if (auto* e = std::get_if<Native>(&escs_[i])) {
+      run_node(*e);
+      native[natives++] = &e->esc();
+    } else {
+      auto& lag = std::get<Lag>(escs_[i]);
+      run_node(lag);
+      lag.esc().step_current_loop();
+    }
   }
+  sim::NativeEsc::step_current_loops({native.data(), natives});
 }
 
 }  // namespace rotorloop::bench

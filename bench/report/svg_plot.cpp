@@ -138,6 +138,23 @@ std::string path_of(const Series& s, const Frame& f) {
   return d;
 }
 
+// Dots are strokes without length, rounded at both ends; rings are two half circles.
+constexpr double kDot_px = 5.0, kRing_px = 2.4;
+std::string marker_svg(Marker marker, int colour, const std::string& path) {
+  return fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\" d=\"{}\"/>", css_colour(colour), marker == Marker::dot ? kDot_px : 1.2,
+                     path);
+}
+std::string marker_at(Marker marker, double x, double y) {
+  if (marker == Marker::dot) return fmt::format("M{} {}h0", px(x), px(y));
+  return fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0", px(x - kRing_px), px(y), kRing_px, 2 * kRing_px);
+}
+std::string markers_of(const Series& s, const Frame& f) {
+  std::string d;
+  for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i)
+    if (std::isfinite(s.x[i]) && std::isfinite(s.y[i])) d += marker_at(s.marker, f.at_x(s.x[i]), f.at_y(s.y[i]));
+  return marker_svg(s.marker, s.colour, d);
+}
+
 // Grows the tighter axis until one unit is equally long on both.
 void equalise(Frame& f) {
   const double scale = std::min((f.right - f.left) / f.x.size(), (f.bottom - f.top) / f.y.size());
@@ -189,7 +206,9 @@ void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y
 std::string plot_svg(const Plot& p) {
   std::vector<LegendItem> legend;
   for (const auto& s : p.series)
-    if (!s.label.empty())
+    if (!s.label.empty() && s.marker != Marker::none)
+      legend.push_back({s.label, marker_svg(s.marker, s.colour, marker_at(s.marker, 11, 0))});
+    else if (!s.label.empty())
       legend.push_back({s.label, fmt::format("<path class=\"ln c{}\" d=\"M0 0H22\" stroke-width=\"{}\"{}/>", css_colour(s.colour),
                                              s.width_px + 0.5, s.dashed ? " stroke-dasharray=\"5 4\"" : "")});
   std::set<std::string> banded;
@@ -262,8 +281,9 @@ std::string plot_svg(const Plot& p) {
   out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top),
                      px(f.right - f.left), px(f.bottom - f.top));
   for (const auto& s : p.series)
-    out += fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n", css_colour(s.colour), s.width_px,
-                       s.dashed ? " stroke-dasharray=\"5 4\"" : "", path_of(s, f));
+    out += s.marker != Marker::none ? markers_of(s, f) + "\n"
+                                    : fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n", css_colour(s.colour),
+                                                  s.width_px, s.dashed ? " stroke-dasharray=\"5 4\"" : "", path_of(s, f));
   out += "</svg>\n";
   for (const auto& m : p.marks) {
     if (m.y < f.y.low || m.y > f.y.high) continue;

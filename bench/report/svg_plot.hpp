@@ -15,6 +15,8 @@ namespace rotorloop::bench {
 inline constexpr int kNeutral = -1;
 inline constexpr int kPaletteSize = 6;
 
+enum class Marker { none, dot, ring };  // none: a line; else a point at each sample, not joined
+
 struct Series {
   std::string label;         // empty: not in the legend
   std::vector<double> x, y;  // equal length; a gap where either is not-a-number
@@ -22,6 +24,7 @@ struct Series {
   bool dashed = false;
   bool stepped = false;  // value holds until the next sample
   double width_px = 1.5;
+  Marker marker = Marker::none;
 };
 
 struct HorizontalMark {

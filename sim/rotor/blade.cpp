@@ -71,7 +71,10 @@ Blade from_file(const TomlFile& file) {
   b.hub_radius_m = root.number("hub_radius_m", {0.001, 1.0, "m"});
   b.blade_inertia_kg_m2 = root.number("blade_inertia_kg_m2", {1e-9, 10.0, "kg m^2"});
   b.stall_delay = root.number("stall_delay", {0.0, 10.0, "1"}, kSnelFactor);
+  b.stall_drag = root.number("stall_drag", {0.0, 1.0, "1"}, 0.0);
   b.drag_scale = root.number("drag_scale", {0.5, 3.0, "1"}, 1.0);
+  b.lift_scale = root.number("lift_scale", {0.5, 1.5, "1"}, 1.0);
+  b.pitch_offset_deg = root.number("pitch_offset_deg", {-10.0, 10.0, "deg"}, 0.0);
   const auto stations = root.tables("station", kMinStations, 200);
   for (const TomlTable& t : stations)
     b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {1e-4, 1.0, "m"}),

@@ -24,8 +24,12 @@ struct Blade {
   double radius_m = 0.0;
   double hub_radius_m = 0.0;         // the lifting part starts here
   double blade_inertia_kg_m2 = 0.0;  // all blades together, about the shaft; the motor adds its own
+  // What polars and a photographed blade leave uncertain; the defaults take both as they are, but for the stall delay.
   double stall_delay = kSnelFactor;  // section_table.hpp; 0: the polars as they are
+  double stall_drag = 0.0;           // section_table.hpp; share of the drag that comes with delayed stall, 0 to 1
   double drag_scale = 1.0;           // on the polars' drag: XFOIL gives too little below Reynolds number 8e4
+  double lift_scale = 1.0;           // on the lift, stall delay included
+  double pitch_offset_deg = 0.0;     // added to every station's twist: two measurements of one propeller differ by 2 degrees
   std::vector<BladeStation> stations;
   std::map<std::string, Polar> polars;
   std::vector<std::filesystem::path> polar_files;  // that polars were read from

@@ -102,11 +102,15 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     const double w = std::clamp((r - in.r_m) / (out.r_m - in.r_m), 0.0, 1.0);
     const auto radius = [&](std::size_t j) { return s[j].r_m; };
     const double chord = monotone_cubic(s.size(), i, r, radius, [&](std::size_t j) { return s[j].chord_m; });
-    const double twist_deg = monotone_cubic(s.size(), i, r, radius, [&](std::size_t j) { return s[j].twist_deg; });
+    const double twist_deg = blade.pitch_offset_deg + monotone_cubic(s.size(), i, r, radius, [&](std::size_t j) { return s[j].twist_deg; });
     const SinCos twist = sincos_exact(twist_deg * std::numbers::pi / 180.0);
     const double snel = blade.stall_delay * (chord / r) * (chord / r);
     const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
-    tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg, {stall_delay, blade.drag_scale}));
+    tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg,
+                                      {.stall_delay_share = stall_delay,
+                                       .stall_drag = blade.stall_drag,
+                                       .drag_scale = blade.drag_scale,
+                                       .lift_scale = blade.lift_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
                        .weight_m = 0.5 * node.weight * span * slope,

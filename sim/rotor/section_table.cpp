@@ -32,14 +32,22 @@ class Section {
   SectionCoefficients at(double alpha_deg) const {
     SectionCoefficients c = bare(alpha_deg);
     c.cd *= correction_.drag_scale;
-    if (alpha_deg <= zero_deg_ || alpha_deg >= kSnelEnd_deg) return c;
-    const double fade = std::min(1.0, (kSnelEnd_deg - alpha_deg) / (kSnelEnd_deg - kSnelFullTo_deg));
-    const double potential = 2.0 * std::numbers::pi * sin_exact((alpha_deg - zero_deg_) * std::numbers::pi / 180.0);
-    c.cl += correction_.stall_delay_share * fade * std::max(0.0, potential - c.cl);
+    if (alpha_deg > zero_deg_ && alpha_deg < kSnelEnd_deg) delay_stall(alpha_deg, c);
+    c.cl *= correction_.lift_scale;
     return c;
   }
 
  private:
+  void delay_stall(double alpha_deg, SectionCoefficients& c) const {
+    const double fade = std::min(1.0, (kSnelEnd_deg - alpha_deg) / (kSnelEnd_deg - kSnelFullTo_deg));
+    const double potential = 2.0 * std::numbers::pi * sin_exact((alpha_deg - zero_deg_) * std::numbers::pi / 180.0);
+    const double gain = correction_.stall_delay_share * fade * std::max(0.0, potential - c.cl);
+    c.cl += gain;
+    if (correction_.stall_drag > 0.0 && alpha_deg > 0.0) {
+      const SinCos a = sincos_exact(alpha_deg * std::numbers::pi / 180.0);
+      c.cd += correction_.stall_drag * gain * a.sin / a.cos;
+    }
+  }
   SectionCoefficients bare(double alpha_deg) const {
     const auto ca = polar_at(a_, alpha_deg, reynolds_), cb = polar_at(b_, alpha_deg, reynolds_);
     return {ca.cl + weight_ * (cb.cl - ca.cl), ca.cd + weight_ * (cb.cd - ca.cd)};

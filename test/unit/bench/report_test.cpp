@@ -18,6 +18,16 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+TEST(PlotMarkers, EverySampleIsADotOrARingAndNothingJoinsThem) {
+  Plot p;
+  p.series = {{.label = "held out", .x = {0, 1, 2}, .y = {1, 2, 1}, .marker = Marker::dot},
+              {.label = "fitted", .x = {0, 1, std::nan("")}, .y = {2, 1, 1}, .marker = Marker::ring}};
+  const std::string svg = plot_svg(p);
+  EXPECT_EQ(count(svg, "h0"), 3u + 1u);  // and one in the legend
+  EXPECT_EQ(count(svg, "a2.4 2.4"), 2u * (2u + 1u));
+  EXPECT_THAT(svg, Not(HasSubstr("stroke-width=\"1.5\"")));
+}
+
 TEST(NiceTicks, StandAtMultiplesOfOneTwoOrFive) {
   const auto t = nice_ticks(0, 10, 5);
   EXPECT_THAT(t.at, ElementsAre(0, 2, 4, 6, 8, 10));

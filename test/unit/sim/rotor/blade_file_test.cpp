@@ -54,6 +54,31 @@ TEST(BladeFile, ShippedTriBladeIsReadWithThreeBladesAnd127MillimetreDiameter) {
   EXPECT_GE(b.stations.size(), kMinStations);
   EXPECT_EQ(b.polars.size(), 1u);
 }
+TEST(BladeFile, LiftScalePitchOffsetAndDragOfDelayedStallAreNeutralUnlessGiven) {
+  const Blade plain = parse_blade(kBlade, kBladePath);
+  EXPECT_EQ(plain.lift_scale, 1.0);
+  EXPECT_EQ(plain.pitch_offset_deg, 0.0);
+  EXPECT_EQ(plain.stall_drag, 0.0);
+  const Blade given = parse_blade("lift_scale = 0.9\npitch_offset_deg = -1.5\nstall_drag = 1.0\n" + kBlade, kBladePath);
+  EXPECT_EQ(given.lift_scale, 0.9);
+  EXPECT_EQ(given.pitch_offset_deg, -1.5);
+  EXPECT_EQ(given.stall_drag, 1.0);
+}
+TEST(BladeFile, LiftScalePitchOffsetAndDragOfDelayedStallHaveRanges) {
+  EXPECT_THAT(blade_message("blades = 3", "blades = 3\nlift_scale = 9"), HasSubstr("lift_scale = 9 is outside 0.5 to 1.5"));
+  EXPECT_THAT(blade_message("blades = 3", "blades = 3\npitch_offset_deg = 25"),
+              HasSubstr("pitch_offset_deg = 25 deg is outside -10 to 10 deg"));
+  EXPECT_THAT(blade_message("blades = 3", "blades = 3\nstall_drag = 2"), HasSubstr("stall_drag = 2 is outside 0 to 1"));
+}
+TEST(Blade, PitchOffsetTurnsEveryStationLikeAnotherTwist) {
+  Blade offset = parse_blade(kBlade, kBladePath), turned = offset;
+  offset.pitch_offset_deg = 2.0;
+  for (BladeStation& s : turned.stations) s.twist_deg += 2.0;
+  const RotorCondition c = test::at(0, 0, 2.0, 900.0);
+  const RotorLoads a = test::solve_cold(Rotor(offset), c), b = test::solve_cold(Rotor(turned), c);
+  EXPECT_NEAR(a.force_R_N.z(), b.force_R_N.z(), 1e-9);
+  EXPECT_NEAR(a.shaft_torque_N_m, b.shaft_torque_N_m, 1e-11);
+}
 TEST(BladeFile, StallDelayCanBeSwitchedOffAndDragScaled) {
   EXPECT_EQ(parse_blade("drag_scale = 1.4\n" + kBlade, kBladePath).drag_scale, 1.4);
   EXPECT_EQ(parse_blade("stall_delay = 0.0\n" + kBlade, kBladePath).stall_delay, 0.0);

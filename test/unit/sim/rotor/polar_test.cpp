@@ -108,6 +108,25 @@ TEST(DragScale, ScalesDragAndLeavesLift) {
     EXPECT_NEAR(section(draggy, a, 4e4).cl, section(plain, a, 4e4).cl, kTurned);
   }
 }
+TEST(LiftScale, ScalesLiftDelayedStallIncludedAndLeavesDrag) {
+  const SectionTable plain = prepare_section(naca4412(), naca4412(), 0.0, 0.0, {.stall_delay_share = 0.5}),
+                     scaled = prepare_section(naca4412(), naca4412(), 0.0, 0.0, {.stall_delay_share = 0.5, .lift_scale = 0.9});
+  for (double a : {-150.0, -10.0, 5.0, 20.0, 45.0, 90.0}) {
+    EXPECT_NEAR(section(scaled, a, 4e4).cl, 0.9 * section(plain, a, 4e4).cl, kTurned) << a;
+    EXPECT_NEAR(section(scaled, a, 4e4).cd, section(plain, a, 4e4).cd, kTurned) << a;
+  }
+}
+// What is regained acts at right angles to the chord: lift and drag grow by (cos alpha, sin alpha) of one force.
+TEST(StallDrag, LiftRegainedByStallDelayBringsItsTangentAsDrag) {
+  const SectionTable flat = prepare_section(naca4412(), naca4412(), 0.0),
+                     delayed = prepare_section(naca4412(), naca4412(), 0.0, 0.0, {.stall_delay_share = 0.5, .stall_drag = 1.0});
+  for (double a : {8.0, 14.0, 20.0, 35.0}) {
+    const auto before = section(flat, a, 4e4), after = section(delayed, a, 4e4);
+    EXPECT_GT(after.cl, before.cl) << a;
+    EXPECT_NEAR(after.cd - before.cd, (after.cl - before.cl) * std::tan(a * std::numbers::pi / 180), 2e-4) << a;
+  }
+  for (double a : {-60.0, -8.0, -2.0, 70.0, 150.0}) EXPECT_NEAR(section(delayed, a, 4e4).cd, section(flat, a, 4e4).cd, kTurned) << a;
+}
 TEST(StallDelay, NeverTakesLiftAway) {
   const SectionTable flat = prepare_section(naca4412(), naca4412(), 0.0),
                      delayed = prepare_section(naca4412(), naca4412(), 0.0, 0.0, {.stall_delay_share = 1.0});

@@ -1,0 +1,27 @@
+// From XFOIL's polars, which end at stall, to a sim::Polar over the full circle, which a rotor needs while it starts, descends or
+// stalls. scripts/make_polars does the same for the shipped sections; here for polars that come as text files.
+// Beyond the computed angles: Viterna & Corrigan (NASA TM-82944, 1982) to 90 degrees, continuous with the last computed point;
+// past 90 degrees a mirrored, weakened copy stands for the section in reversed flow.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/propeller/xflr5_polar.hpp"
+#include "sim/rotor/polar.hpp"
+
+namespace rotorloop::bench {
+
+// Lift and drag at `alpha_deg` in [match_deg, 90], from the values (cl, cd) at match_deg > 0.
+sim::SectionCoefficients viterna(double match_deg, double cl, double cd, double alpha_deg);
+
+// One section at several Reynolds numbers, in any order. Throws Error for none, for two of one Reynolds number, or for different
+// airfoils. All results share one grid of angles.
+sim::Polar full_circle(std::vector<SectionPolar> polars);
+
+// (1 - weight) a + weight b, for sections that run into each other along the blade. Both from full_circle(), same Reynolds numbers.
+sim::Polar blend(const sim::Polar& a, const sim::Polar& b, double weight);
+
+// Drops the tables above the first that reaches `reynolds`: the solve spreads its rows evenly over the range that is left.
+sim::Polar up_to(sim::Polar polar, double reynolds);
+
+}  // namespace rotorloop::bench
