@@ -76,8 +76,9 @@ double lean_back_deg(const ProbeLoads& with, const ProbeLoads& without) {
 
 // Time constant with which the difference in thrust dies away after a jump of speed, from two points 1 ms apart.
 double decay_ms(const ProbeLoads& with, const ProbeLoads& without) {
-  return 1.0 / std::log((with.thrust_after_step_N[1] - without.thrust_after_step_N[1]) /
-                        (with.thrust_after_step_N[3] - without.thrust_after_step_N[3]));
+  const double early_N = with.thrust_after_step_N[1] - without.thrust_after_step_N[1];
+  const double late_N = with.thrust_after_step_N[3] - without.thrust_after_step_N[3];
+  return early_N == 0.0 ? 0.0 : 1.0 / std::log(early_N / late_N);
 }
 
 ProbePoint level(double speed_m_s) { return {.v_B_m_s = {speed_m_s, 0.0, 0.0}}; }

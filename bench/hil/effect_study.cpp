@@ -7,7 +7,6 @@
 #include <exception>
 #include <mutex>
 #include <thread>
-#include <tuple>
 
 #include "host/base/error.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
@@ -206,11 +205,12 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
       const Flown& r = reference[flight_of[e]][s];
       const Flown flown = fly_sampled(scenario, changed, flight_of[e], scenario.seeds[s], options, progress);
       sums.add(flown.samples, r.samples);
-      for (const auto& [result, errors, end] :
-           {std::tie(r.result, errors_reference, end_reference), std::tie(flown.result, errors_changed, end_changed)}) {
-        if (result.end == FlightEnd::completed) errors.push_back(result.tracking.truth.mean_3d_cm);
-        if (end.empty()) end = end_of(result);
+      if (r.result.end == FlightEnd::completed && flown.result.end == FlightEnd::completed) {
+        errors_reference.push_back(r.result.tracking.truth.mean_3d_cm);
+        errors_changed.push_back(flown.result.tracking.truth.mean_3d_cm);
       }
+      if (end_reference.empty()) end_reference = end_of(r.result);
+      if (end_changed.empty()) end_changed = end_of(flown.result);
       FlightResult told = flown.result;
       told.flight += (c.in_reference ? " without " : " with ") + c.effect;
       progress.finished(told);

@@ -21,7 +21,7 @@ struct EffectComparison {
   double value = 0.0;         // of the flight with the effect; of an intrinsic one 0 to its neutral value: what is taken out
   bool in_reference = false;  // the plant has it without or with an entry; the other flight is the one without it
   std::string flight;
-  Spread error_without_cm, error_with_cm;  // mean 3-D tracking error of completed flights, over seeds
+  Spread error_without_cm, error_with_cm;  // mean 3-D tracking error over the seeds completed both times
   std::string end_without, end_with;       // why a flight was not completed; empty when all were
   // Flight with the effect less flight without it, at the same instants.
   Change thrust_N, in_plane_N, shaft_torque_N_m, speed_rad_s;

@@ -148,7 +148,7 @@ TEST(EffectPage, SaysWhyAFlightEndedAndWhichSizeIsOutside) {
   study.scenario.variants = {Variant::pd_ff};
   study.scenario.seeds = {1};
   study.command_line = "rotorloop hil effects";
-  study.probes.push_back({"tether", "E99", "pull", "N", 1.0, 2.0, 2.0, 5.0, 2.5, false, ""});
+  study.probes.push_back({"tether", "E99", "pull", "N", 0.5, 1.0, 2.0, 5.0, 2.5, false, ""});
   EffectComparison c;
   c.effect = "tether";
   c.unit = "N/m";
