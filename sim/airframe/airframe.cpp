@@ -122,14 +122,6 @@ Airframe::Loads Airframe::sum_of_rotors(std::span<const RotorLoads, kAirframeRot
   return sum;
 }
 
-Eigen::Vector3d Airframe::drag_force_B_N(const BodyMotion& m) const {
-  const Eigen::Vector3d& v = m.v_air_B_m_s;
-  const double v_xy_m_s = std::sqrt(v.x() * v.x() + v.y() * v.y());
-  const double xy_N_s_m = -config_.drag_xy_N_s2_m2 * v_xy_m_s;
-  const Eigen::Vector3d at_reference(xy_N_s_m * v.x(), xy_N_s_m * v.y(), -config_.drag_z_N_s2_m2 * std::fabs(v.z()) * v.z());
-  return (m.density_kg_m3 / config_.density_kg_m3) * at_reference;
-}
-
 Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors, const Air& air,
                               const BodyLoads* further) const {
   const BodyMotion m = motion_of(s, air, rotors);

@@ -18,6 +18,7 @@
 #include <span>
 
 #include "sim/airframe/body_loads.hpp"
+#include "sim/airframe/parasitic_drag.hpp"
 #include "sim/rotor/rotor.hpp"
 
 namespace rotorloop::sim {
@@ -37,9 +38,7 @@ struct AirframeConfig {
   double mass_kg = 0.0;
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  // about the centre of mass, axes of B, rotors at rest included
   Eigen::Vector3d com_offset_m = Eigen::Vector3d::Zero();   // centre of mass, from the geometric centre
-  // Force at the centre of mass, -c_xy |v_xy| v_xy in the body plane and -c_z |v_z| v_z along z, v through the air. The
-  // in-plane law has no preferred direction, unlike the per-axis law of paper eq. (5): the plant is not the model. The
-  // coefficients hold at density_kg_m3 and scale with the density of the air around.
+  // Coefficients of parasitic_drag.hpp, at density_kg_m3; the force acts at the centre of mass.
   double drag_xy_N_s2_m2 = 0.0;
   double drag_z_N_s2_m2 = 0.0;
   std::array<RotorMount, kAirframeRotors> rotors{};
@@ -48,6 +47,8 @@ struct AirframeConfig {
   double gravity_m_s2 = kStandardGravity_m_s2;
   std::int64_t step_ns = 500'000;  // 2 kHz; not above
   double ground_z_m = 0.0;         // the flight is over when the centre of mass is below this height
+
+  ParasiticDrag drag() const { return {drag_xy_N_s2_m2, drag_z_N_s2_m2, density_kg_m3}; }
 };
 
 struct AirframeState {
@@ -126,7 +127,7 @@ class Airframe {
   };
   struct Rate;
   Loads sum_of_rotors(std::span<const RotorLoads, kAirframeRotors> loads) const;
-  Eigen::Vector3d drag_force_B_N(const BodyMotion& m) const;
+  Eigen::Vector3d drag_force_B_N(const BodyMotion& m) const { return config_.drag().force_B_N(m.v_air_B_m_s, m.density_kg_m3); }
   BodyMotion motion_of(const AirframeState& s, const Air& air, const RotorMomentum& rotors) const;
   Rate rate(const AirframeState& s, const Loads& loads, const RotorMomentum& rotors, const Air& air, const BodyLoads* further) const;
 

@@ -34,6 +34,7 @@ struct RotorSite {
   const BodyMotion* body = nullptr;
   RotorCondition condition;       // as it stands: before the change in rotor_condition, as solved in rotor_loads
   double omega_dot_rad_s2 = 0.0;  // mean over the last step
+  RotorLoads bare;                // in rotor_loads: what the blade-element solve gave, before any effect on the loads
 };
 
 class Effect {

@@ -33,7 +33,10 @@ void FlightDynamics::evaluate_rotors(std::span<const double, kAirframeRotors> om
     effects_.rotor_condition(s, changed);
     s.condition = changed;
   }
-  for (std::size_t i = 0; i < kAirframeRotors; ++i) loads_[i] = solve_rotor(*rotors_[i], sites[i].condition, warm_[i]);
+  std::array<RotorJob, kAirframeRotors> jobs;
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) jobs[i] = {rotors_[i], sites[i].condition, &warm_[i], {}};
+  solve_rotors(jobs);
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) loads_[i] = sites[i].bare = jobs[i].loads;
   for (std::size_t i = 0; i < kAirframeRotors; ++i) effects_.rotor_loads(sites[i], loads_[i]);
 }
 

@@ -24,7 +24,8 @@ std::vector<RotorCondition> flight() {
   return out;
 }
 
-void solve(benchmark::State& state, bool warm_start, int radial, int azimuth) {
+void solve(benchmark::State& state, bool warm_start, int radial, int azimuth, RotorKernel kernel = fastest_rotor_kernel()) {
+  if (!runs_here(kernel)) return state.SkipWithError("this CPU lacks the instructions");
   const Rotor rotor(read_blade(ROTORLOOP_SOURCE_DIR "/vehicles/blades/triblade_5in.toml"), {radial, azimuth});
   const auto conditions = flight();
   RotorWarmStart warm;
@@ -32,7 +33,7 @@ void solve(benchmark::State& state, bool warm_start, int radial, int azimuth) {
   long iterations = 0;
   for (auto _ : state) {
     if (!warm_start) warm.valid = false;
-    const RotorLoads loads = solve_rotor(rotor, conditions[i], warm);
+    const RotorLoads loads = solve_rotor(rotor, conditions[i], warm, kernel);
     iterations += loads.iterations;
     benchmark::DoNotOptimize(loads.shaft_torque_N_m);
     if (++i == conditions.size()) i = 0;
@@ -43,6 +44,10 @@ void solve(benchmark::State& state, bool warm_start, int radial, int azimuth) {
 }  // namespace
 
 BENCHMARK_CAPTURE(solve, flight_warm_12x16, true, 12, 16);
+BENCHMARK_CAPTURE(solve, flight_warm_12x16_baseline, true, 12, 16, RotorKernel::baseline);
+BENCHMARK_CAPTURE(solve, flight_warm_12x16_v3, true, 12, 16, RotorKernel::v3);
+BENCHMARK_CAPTURE(solve, flight_warm_12x16_v4, true, 12, 16, RotorKernel::v4);
 BENCHMARK_CAPTURE(solve, flight_cold_12x16, false, 12, 16);
+BENCHMARK_CAPTURE(solve, flight_warm_20x16, true, 20, 16);
 BENCHMARK_CAPTURE(solve, flight_warm_64x128, true, 64, 128);
 BENCHMARK_MAIN();

@@ -41,18 +41,18 @@ RotorDisk solve_rotor_disk(const Rotor& rotor, const RotorCondition& condition) 
       const double x = t * a.cos_twist + u * a.sin_twist, y = t * a.sin_twist - u * a.cos_twist;
       const double speed = std::sqrt(t * t + u * u);
       const double reynolds = speed * a.chord_m * condition.density_kg_m3 / kViscosity_Pa_s;
-      const double p = y / (std::fabs(x) + std::fabs(y) + kTiny);
-      const double q = x < 0.0 ? (y < 0.0 ? -2.0 : 2.0) - p : p;
-      const SectionCoefficients section = lookup(rotor.table(a.table), q, reynolds);
+      const double p = u / (std::fabs(t) + std::fabs(u) + kTiny);
+      const double q = t < 0.0 ? (u < 0.0 ? -2.0 : 2.0) - p : p;
+      const SectionForce section = lookup(rotor.table(a.table), q, reynolds);
       // Blades pass this circle blades / (2 pi r) times per metre.
-      const double scale = 0.5 * condition.density_kg_m3 * a.solidity * speed;
+      const double scale = 0.5 * condition.density_kg_m3 * a.solidity * speed * speed;
       const double cell_rad = 2.0 * std::numbers::pi / n;
       const double psi = cell_rad * (k + 0.5);
       disk.cells.push_back({.r_m = a.r_m,
                             .psi_rad = mirror > 0.0 ? psi : 2.0 * std::numbers::pi - psi,
                             .area_m2 = cell_rad * a.r_m * a.weight_m,
-                            .thrust_N_per_m2 = scale * (section.cl * t - section.cd * u),
-                            .torque_N_m_per_m2 = scale * a.r_m * (section.cl * u + section.cd * t),
+                            .thrust_N_per_m2 = scale * section.up,
+                            .torque_N_m_per_m2 = scale * a.r_m * section.drag,
                             .alpha_rad = angle_of_attack_rad(x, y),
                             .reynolds = reynolds,
                             .through_m_s = u,

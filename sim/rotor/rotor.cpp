@@ -21,6 +21,8 @@ std::array<double, kPrandtlCells + 2> make_prandtl() {
   return table;
 }
 
+constexpr double kTipBend = 0.6;  // of the radial nodes; 0.3 to 0.8 do about as well
+
 struct Node {
   double x, weight;  // on [-1, 1]
 };
@@ -67,7 +69,7 @@ double monotone_cubic(std::size_t count, std::size_t at, double x, X abscissa, Y
 void check(const RotorResolution& r) {
   const auto refuse = [](const std::string& what, const std::string& remedy) { throw Error({"rotor resolution", what, "", remedy}); };
   if (r.radial < 4 || r.radial > kMaxRadial)
-    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 12, or 64 for a reference");
+    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 20, or 64 for a reference");
   if (r.azimuth < 8 || r.azimuth > kMaxAzimuth || r.azimuth % 4 != 0)
     refuse("azimuth = " + std::to_string(r.azimuth) + " is not a multiple of 4 in 8 to 128 nodes", "use 16, or 128 for a reference");
   if (r.max_iterations < 1) refuse("max_iterations = " + std::to_string(r.max_iterations) + " is below 1", "use 80");
@@ -85,11 +87,15 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
       blades_(blade.blades) {
   check(resolution);
   const auto& s = blade.stations;
-  const double half = 0.5 * (radius_m_ - hub_radius_m_), middle = 0.5 * (radius_m_ + hub_radius_m_);
+  std::vector<SectionTable> tables;
+  const double span = radius_m_ - hub_radius_m_;
   for (const Node& node : gauss_legendre(resolution.radial)) {
-    // r = middle + half sin(pi x / 2): Prandtl's loss falls like a square root at both ends, which this makes smooth.
-    const SinCos bent = sincos_exact(0.5 * std::numbers::pi * node.x);
-    const double r = middle + half * bent.sin;
+    // Over x in [0, 1], r / span = (1 - b) x + b sin(pi x / 2): denser towards the tip, where Prandtl's loss falls like a square
+    // root, and even at the root, which carries little. A full bend (b = 1), or one at the root too, leaves too few nodes between.
+    const double x = 0.5 * (1.0 + node.x);
+    const SinCos bent = sincos_exact(0.5 * std::numbers::pi * x);
+    const double r = hub_radius_m_ + span * ((1.0 - kTipBend) * x + kTipBend * bent.sin);
+    const double slope = (1.0 - kTipBend) + kTipBend * 0.5 * std::numbers::pi * bent.cos;
     std::size_t i = 1;
     while (i + 1 < s.size() && s[i].r_m < r) ++i;
     const BladeStation &in = s[i - 1], &out = s[i];
@@ -100,21 +106,23 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     const SinCos twist = sincos_exact(twist_deg * std::numbers::pi / 180.0);
     const double snel = blade.stall_delay * (chord / r) * (chord / r);
     const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
-    tables_.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w,
-                                      {.stall_delay_share = stall_delay,
-                                       .stall_drag = blade.stall_drag,
-                                       .drag_scale = blade.drag_scale,
-                                       .lift_scale = blade.lift_scale}));
+    tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg,
+                                     {.stall_delay_share = stall_delay,
+                                      .stall_drag = blade.stall_drag,
+                                      .drag_scale = blade.drag_scale,
+                                      .lift_scale = blade.lift_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
-                       .weight_m = half * 0.5 * std::numbers::pi * bent.cos * node.weight,
+                       .weight_m = 0.5 * node.weight * span * slope,
                        .cos_twist = twist.cos,
                        .sin_twist = twist.sin,
                        .solidity = blades_ * chord / (2.0 * std::numbers::pi * r),
                        .sqrt_tip_loss = std::sqrt(0.5 * blades_ * (radius_m_ - r) / r),
                        .sqrt_root_loss = std::sqrt(0.5 * blades_ * (r - hub_radius_m_) / hub_radius_m_),
-                       .table = static_cast<int>(tables_.size()) - 1});
+                       .table = static_cast<int>(tables.size()) - 1});
   }
+  tables_ = std::make_shared<const std::vector<SectionTable>>(std::move(tables));
+  fill_lanes();
   // Quarter turns copy one another exactly, so that a quarter turn of the wind turns the loads exactly.
   const int n = resolution.azimuth;
   for (int k = 0; k < n / 4; ++k) {
@@ -124,6 +132,23 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
       cos_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = c[quarter];
       sin_psi_[static_cast<std::size_t>(k + quarter * n / 4)] = d[quarter];
     }
+  }
+}
+
+// The kernel's copy of the annuli, filled up with the last one to whole registers.
+void Rotor::fill_lanes() {
+  const std::size_t count = annuli_.size(), filled = (count + kernel::kWidest - 1) / kernel::kWidest * kernel::kWidest;
+  for (std::size_t i = 0; i < filled; ++i) {
+    const Annulus& a = annuli_[std::min(i, count - 1)];
+    const SectionTable& t = table(a.table);
+    lanes_.r_m[i] = a.r_m;
+    lanes_.relative_r[i] = a.r_m / radius_m_;
+    lanes_.sqrt_tip_loss[i] = a.sqrt_tip_loss;
+    lanes_.sqrt_root_loss[i] = a.sqrt_root_loss;
+    lanes_.thrust_scale[i] = 0.25 * a.solidity / resolution_.azimuth;
+    lanes_.rows_per_reynolds_m[i] = a.chord_m / t.reynolds_step;
+    lanes_.row_zero[i] = t.reynolds_min / t.reynolds_step;
+    lanes_.nodes[i] = &t.nodes.front().up;
   }
 }
 

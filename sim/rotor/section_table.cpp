@@ -21,69 +21,90 @@ double angle_of_direction_deg(double p) {
 namespace {
 constexpr int kNodes = SectionTable::kDirections + 1;
 
-// Angle of zero lift: the crossing met first on the way down from 10 degrees; a section without one gets no stall delay.
-double zero_lift_deg(const ClCd* row, const std::vector<double>& alpha_deg) {
-  for (int j = kNodes - 1; j > 0; --j) {
-    const auto k = static_cast<std::size_t>(j);
-    if (alpha_deg[k] > 10.0 || row[j][0] < 0.0 || row[j - 1][0] > 0.0) continue;
-    const double rise = row[j][0] - row[j - 1][0];
-    return rise > 0.0 ? alpha_deg[k] - row[j][0] / rise * (alpha_deg[k] - alpha_deg[k - 1]) : alpha_deg[k];
-  }
-  return kSnelEnd_deg;
-}
+double direction(int node) { return -2.0 + 4.0 * node / SectionTable::kDirections; }
 
-void delay_stall(ClCd* row, const std::vector<double>& alpha_deg, double share, double with_drag) {
-  const double zero_deg = zero_lift_deg(row, alpha_deg);
-  for (int j = 0; j < kNodes; ++j) {
-    const double alpha = alpha_deg[static_cast<std::size_t>(j)];
-    if (alpha <= zero_deg || alpha >= kSnelEnd_deg) continue;
-    const double fade = std::min(1.0, (kSnelEnd_deg - alpha) / (kSnelEnd_deg - kSnelFullTo_deg));
-    const double potential = 2.0 * std::numbers::pi * sin_exact((alpha - zero_deg) * std::numbers::pi / 180.0);
-    const double gain = share * fade * std::max(0.0, potential - row[j][0]);
-    row[j][0] += gain;
-    if (with_drag > 0.0 && alpha > 0.0) {
-      const SinCos a = sincos_exact(alpha * std::numbers::pi / 180.0);
-      row[j][1] += with_drag * gain * a.sin / a.cos;
-    }
+// Two polars at one Reynolds number, blended and corrected, at any angle of attack.
+class Section {
+ public:
+  Section(const Polar& a, const Polar& b, double weight, double reynolds, SectionCorrection correction)
+      : a_(a), b_(b), weight_(weight), reynolds_(reynolds), correction_(correction), zero_deg_(zero_lift_deg()) {}
+
+  SectionCoefficients at(double alpha_deg) const {
+    SectionCoefficients c = bare(alpha_deg);
+    c.cd *= correction_.drag_scale;
+    if (alpha_deg > zero_deg_ && alpha_deg < kSnelEnd_deg) delay_stall(alpha_deg, c);
+    c.cl *= correction_.lift_scale;
+    return c;
   }
-}
+
+ private:
+  void delay_stall(double alpha_deg, SectionCoefficients& c) const {
+    const double fade = std::min(1.0, (kSnelEnd_deg - alpha_deg) / (kSnelEnd_deg - kSnelFullTo_deg));
+    const double potential = 2.0 * std::numbers::pi * sin_exact((alpha_deg - zero_deg_) * std::numbers::pi / 180.0);
+    const double gain = correction_.stall_delay_share * fade * std::max(0.0, potential - c.cl);
+    c.cl += gain;
+    if (correction_.stall_drag <= 0.0 || alpha_deg <= 0.0) return;
+    const SinCos alpha = sincos_exact(alpha_deg * std::numbers::pi / 180.0);
+    c.cd += correction_.stall_drag * gain * alpha.sin / alpha.cos;
+  }
+  SectionCoefficients bare(double alpha_deg) const {
+    const auto ca = polar_at(a_, alpha_deg, reynolds_), cb = &a_ == &b_ ? ca : polar_at(b_, alpha_deg, reynolds_);
+    return {ca.cl + weight_ * (cb.cl - ca.cl), ca.cd + weight_ * (cb.cd - ca.cd)};
+  }
+  // Angle of zero lift: the crossing met first on the way down from 10 degrees; a section without one gets no stall delay.
+  double zero_lift_deg() const {
+    constexpr double kFrom_deg = 10.0, kStep_deg = 0.2, kTo_deg = -180.0;
+    double above_deg = kFrom_deg, above = bare(kFrom_deg).cl;
+    for (int i = 1; above_deg > kTo_deg; ++i) {
+      const double below_deg = kFrom_deg - i * kStep_deg, below = bare(below_deg).cl;
+      if (above >= 0.0 && below <= 0.0) return above > below ? above_deg - above / (above - below) * kStep_deg : above_deg;
+      above_deg = below_deg;
+      above = below;
+    }
+    return kSnelEnd_deg;
+  }
+
+  const Polar &a_, &b_;
+  double weight_, reynolds_;
+  SectionCorrection correction_;
+  double zero_deg_;
+};
 }  // namespace
 
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight, SectionCorrection correction) {
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double twist_deg, SectionCorrection correction) {
   SectionTable t;
   t.reynolds_min = std::min(a.tables.front().reynolds, b.tables.front().reynolds);
   const double top = std::max(a.tables.back().reynolds, b.tables.back().reynolds);
   // One Reynolds number only: rows a unit apart, all alike.
   t.reynolds_step = std::max((top - t.reynolds_min) / (SectionTable::kRows - 1), 1.0);
-  std::vector<double> alpha_deg;
-  for (int j = 0; j < kNodes; ++j) alpha_deg.push_back(angle_of_direction_deg(-2.0 + 4.0 * j / SectionTable::kDirections));
   t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * SectionTable::kStride);
   for (int i = 0; i < SectionTable::kRows; ++i) {
-    const double reynolds = t.reynolds_min + i * t.reynolds_step;
-    for (const double alpha : alpha_deg) {
-      const auto ca = polar_at(a, alpha, reynolds), cb = &a == &b ? ca : polar_at(b, alpha, reynolds);
-      t.nodes.push_back(ClCd{ca.cl + weight * (cb.cl - ca.cl), correction.drag_scale * (ca.cd + weight * (cb.cd - ca.cd))});
+    const Section section(a, b, weight, t.reynolds_min + i * t.reynolds_step, correction);
+    for (int j = 0; j < kNodes; ++j) {
+      // +-180 degrees are one direction; the file allows rounding between its ends.
+      const double inflow_deg = angle_of_direction_deg(direction(j < kNodes - 1 ? j : 0));
+      double alpha_deg = twist_deg - inflow_deg;
+      alpha_deg += alpha_deg > 180.0 ? -360.0 : (alpha_deg < -180.0 ? 360.0 : 0.0);
+      const SectionCoefficients c = section.at(alpha_deg);
+      const SinCos inflow = sincos_exact(inflow_deg * std::numbers::pi / 180.0);
+      t.nodes.push_back({c.cl * inflow.cos - c.cd * inflow.sin, c.cl * inflow.sin + c.cd * inflow.cos});
     }
-    ClCd* row = t.nodes.data() + static_cast<std::ptrdiff_t>(i) * SectionTable::kStride;
-    row[kNodes - 1] = row[0];  // +-180 degrees are one direction; the file allows rounding between its ends
-    t.nodes.resize(static_cast<std::size_t>(i + 1) * SectionTable::kStride);
-    delay_stall(row, alpha_deg, correction.stall_delay_share, correction.stall_drag);
-    for (int j = 0; j < kNodes; ++j) row[j][0] *= correction.lift_scale;
-    row[kNodes] = row[kNodes - 1];
+    t.nodes.push_back(t.nodes.back());
   }
   return t;
 }
 
-SectionCoefficients lookup(const SectionTable& t, double p, double reynolds) {
+SectionForce lookup(const SectionTable& t, double p, double reynolds) {
   const double q = std::clamp((p + 2.0) * (SectionTable::kDirections / 4.0), 0.0, SectionTable::kDirections - 1e-9);
   const double s = std::clamp((reynolds - t.reynolds_min) / t.reynolds_step, 0.0, SectionTable::kRows - 1 - 1e-9);
   const int j = static_cast<int>(q), i = static_cast<int>(s);
-  const ClCd *low = t.row(i) + j, *high = t.row(i + 1) + j;
-  const ClCd wq = {q - j, q - j}, ws = {s - i, s - i};
-  const ClCd l = low[0] + wq * (low[1] - low[0]);
-  const ClCd h = high[0] + wq * (high[1] - high[0]);
-  const ClCd c = l + ws * (h - l);
-  return {c[0], c[1]};
+  const SectionForce *low = t.row(i) + j, *high = t.row(i + 1) + j;
+  const double wq = q - j, ws = s - i;
+  const auto between = [&](double l0, double l1, double h0, double h1) {
+    const double first = l0 + ws * (h0 - l0), second = l1 + ws * (h1 - l1);
+    return first + wq * (second - first);
+  };
+  return {between(low[0].up, low[1].up, high[0].up, high[1].up), between(low[0].drag, low[1].drag, high[0].drag, high[1].drag)};
 }
 
 }  // namespace rotorloop::sim

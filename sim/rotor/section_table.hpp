@@ -1,8 +1,9 @@
-// Section data prepared for the solve: lift and drag on a uniform grid of flow direction and Reynolds number, so that a lookup
+// Section data prepared for the solve: the force on a blade section by direction of the flow and Reynolds number, so that a lookup
 // costs a division and six multiplications, with no trigonometry (libm differs between CPUs).
-// Direction is the "diamond angle" p of the flow in the section frame, (X towards the leading edge, Y up through the chord):
-// p = Y / (|X| + |Y|), continued to +-2 where X < 0. It rises with the angle of attack, is 0, 1, +-2, -1 at 0, 90, +-180, -90
-// degrees, and is exact: table nodes are placed at the true angle of each p.
+// Lift and drag are turned by the twist and the inflow angle when the table is made: it is looked up with the flow in disk axes (t
+// against the blade's motion, u down through the disk) and holds the force coefficients up, along the thrust, and against rotation.
+// Direction is the "diamond angle" p of the flow, p = u / (|t| + |u|), continued to +-2 where t < 0. It rises with the inflow angle,
+// is 0, 1, +-2, -1 at 0, 90, +-180, -90 degrees, and is exact: table nodes are placed at the true angle of each p.
 #pragma once
 #include <vector>
 
@@ -10,18 +11,21 @@
 
 namespace rotorloop::sim {
 
-// Lift and drag side by side: both are interpolated at once.
-typedef double ClCd __attribute__((vector_size(16)));
+// Force coefficients, over rho/2 speed^2 chord, side by side: both are interpolated at once.
+struct alignas(16) SectionForce {
+  double up;    // along the thrust
+  double drag;  // against rotation
+};
 
 struct SectionTable {
-  static constexpr int kDirections = 1022;  // cells over p in [-2, 2]: 0.22 degrees at zero angle of attack
+  static constexpr int kDirections = 1022;  // cells over p in [-2, 2]: 0.22 degrees at zero inflow angle
   static constexpr int kStride = 1024;      // nodes of a row: 1023 and a copy of the last, so that p = 2 needs no clamp
   static constexpr int kRows = 19;          // Reynolds rows; with 20e3 to 200e3 a row every 10e3
   double reynolds_min = 0.0;
   double reynolds_step = 1.0;
-  std::vector<ClCd> nodes;  // kRows x kStride
+  std::vector<SectionForce> nodes;  // kRows x kStride
 
-  const ClCd* row(int index) const { return nodes.data() + static_cast<std::ptrdiff_t>(index) * kStride; }
+  const SectionForce* row(int index) const { return nodes.data() + static_cast<std::ptrdiff_t>(index) * kStride; }
 };
 
 // Two-dimensional polars fall short on a blade: rotation thins the boundary layer of the inner sections and delays their stall.
@@ -41,13 +45,14 @@ struct SectionCorrection {
   double lift_scale = 1.0;  // after the stall delay
 };
 
-// Between two polars of neighbouring stations (weight 0 is `a`, 1 is `b`); the default correction gives the polars as they are.
-SectionTable prepare_section(const Polar& a, const Polar& b, double weight, SectionCorrection correction = {});
+// Between two polars of neighbouring stations (weight 0 is `a`, 1 is `b`), chord line `twist_deg` above the disk plane; the default
+// correction gives the polars as they are.
+SectionTable prepare_section(const Polar& a, const Polar& b, double weight, double twist_deg = 0.0, SectionCorrection correction = {});
 
-// Angle of attack in degrees of a diamond angle in [-2, 2].
+// Angle in degrees of a diamond angle in [-2, 2].
 double angle_of_direction_deg(double p);
 
-// One lookup as the solve does it, for tests.
-SectionCoefficients lookup(const SectionTable& table, double p, double reynolds);
+// One lookup as the solve does it, for tests and the disk map.
+SectionForce lookup(const SectionTable& table, double p, double reynolds);
 
 }  // namespace rotorloop::sim

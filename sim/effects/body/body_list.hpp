@@ -13,5 +13,15 @@ extern const EffectInfo kRotorTilt;
 extern const EffectInfo kRotorPlaneHeight;
 extern const EffectInfo kTether;
 extern const EffectInfo kSlungLoad;
+extern const EffectInfo kParasiticDrag;
+extern const EffectInfo kLinearDrag;
+extern const EffectInfo kDragCentreOffset;
+extern const EffectInfo kBodyLift;
+extern const EffectInfo kBodyPitchMoment;
+extern const EffectInfo kSideslipYawMoment;
+extern const EffectInfo kRateDamping;
+extern const EffectInfo kQuadraticRateDamping;
+extern const EffectInfo kBodyForceBias;
+extern const EffectInfo kBodyTorqueBias;
 
 }  // namespace rotorloop::sim

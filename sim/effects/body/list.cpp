@@ -5,10 +5,30 @@
 
 namespace rotorloop::sim {
 
+// parasitic_drag stands before drag_centre_offset, which takes over the drag as it then is.
 EffectList body_effects() {
   static const std::array list{
-      &kRotorInertiaReaction, &kGyroscopic, &kPayloadMass, &kComOffset, &kProductsOfInertia, &kRotorTilt,
-      &kRotorPlaneHeight,     &kTether,     &kSlungLoad,
+      // clang-format off
+      &kRotorInertiaReaction,
+      &kGyroscopic,
+      &kPayloadMass,
+      &kComOffset,
+      &kProductsOfInertia,
+      &kRotorTilt,
+      &kRotorPlaneHeight,
+      &kTether,
+      &kSlungLoad,
+      &kParasiticDrag,
+      &kLinearDrag,
+      &kDragCentreOffset,
+      &kBodyLift,
+      &kBodyPitchMoment,
+      &kSideslipYawMoment,
+      &kRateDamping,
+      &kQuadraticRateDamping,
+      &kBodyForceBias,
+      &kBodyTorqueBias,
+      // clang-format on
   };
   return list;
 }

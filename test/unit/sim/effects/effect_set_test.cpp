@@ -82,7 +82,7 @@ Trace trace(Effect* effect, const BodyMotion& body) {
       t.add(c.v_R_m_s);
       t.add(c.w_R_rad_s);
       t.add(c.density_kg_m3);
-      RotorLoads l = solved(s);
+      RotorLoads l = s.bare = solved(s);
       if (effect) effect->rotor_loads(s, l);
       t.add(l.force_R_N);
       t.add(l.moment_R_N_m);

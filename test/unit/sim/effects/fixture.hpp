@@ -17,8 +17,7 @@
 namespace rotorloop::sim::test {
 
 // The effect `id` with its parameter, and options by name where given.
-inline std::unique_ptr<Effect> make(std::string_view id, double value,
-                                    const std::vector<std::pair<std::string_view, double>>& options = {}) {
+inline std::unique_ptr<Effect> make(std::string_view id, double value, const std::vector<std::pair<std::string_view, double>>& options = {}) {
   const EffectInfo* info = find_effect(id);
   if (!info) throw std::runtime_error("no effect " + std::string(id));
   EffectValues values = effect_values(*info, value);
@@ -38,6 +37,7 @@ inline std::unique_ptr<Effect> make(std::string_view id, double value,
 inline PlantSetup reference_setup() {
   PlantSetup s;
   s.body = reference_body();
+  s.body.ground_z_m = 0.0;
   return s;
 }
 
@@ -84,6 +84,16 @@ inline RotorLoads some_loads() {
 }
 // What the rotor of `site` really does.
 inline RotorLoads solved(const RotorSite& s) { return solve_cold(*s.rotor, s.condition); }
+
+// What `effect` makes of the rotor: its condition, the solve, its loads, as a step of the plant does it.
+inline RotorLoads loads_with(Effect& effect, RotorSite s) {
+  RotorCondition c = s.condition;
+  effect.rotor_condition(s, c);
+  s.condition = c;
+  RotorLoads l = s.bare = solved(s);
+  effect.rotor_loads(s, l);
+  return l;
+}
 
 inline Wrench wrench_of(const Effect& effect, const BodyMotion& motion) {
   Wrench w;

@@ -38,10 +38,10 @@ TEST(Disk, IntegralOfTheMapIsTheLoadsOfTheSolve) {
       const RotorDisk d = solve_rotor_disk(rotor(), c);
       const Integral sum = integrate(d);
       const double thrust = d.loads.force_R_N.z(), moment = thrust * rotor().radius_m();
-      ASSERT_NEAR(sum.thrust_N, thrust, 1e-9 * thrust) << step;
-      ASSERT_NEAR(sum.torque_N_m, d.loads.shaft_torque_N_m, 1e-9 * moment) << step;
-      ASSERT_NEAR(sum.roll_N_m, d.loads.moment_R_N_m.x(), 1e-9 * moment) << step << " spin " << spin;
-      ASSERT_NEAR(sum.pitch_N_m, d.loads.moment_R_N_m.y(), 1e-9 * moment) << step << " spin " << spin;
+      ASSERT_NEAR(sum.thrust_N, thrust, 1e-11 * thrust) << step;
+      ASSERT_NEAR(sum.torque_N_m, d.loads.shaft_torque_N_m, 1e-11 * moment) << step;
+      ASSERT_NEAR(sum.roll_N_m, d.loads.moment_R_N_m.x(), 1e-11 * moment) << step << " spin " << spin;
+      ASSERT_NEAR(sum.pitch_N_m, d.loads.moment_R_N_m.y(), 1e-11 * moment) << step << " spin " << spin;
       ASSERT_NEAR(sum.area_m2, rotor().disk_area_m2(), 1e-6 * rotor().disk_area_m2());
     }
 }

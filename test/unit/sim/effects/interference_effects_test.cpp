@@ -1,0 +1,70 @@
+// Rotors in each other's wakes: pitch-up in forward flight, loss in hover.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "test/unit/sim/effects/vehicle.hpp"
+
+namespace rotorloop::sim {
+namespace {
+using namespace test;
+
+// Loads in the second step: in the first the wakes are not known yet.
+FourRotorLoads in_wakes(double kappa, const BodyMotion& m) {
+  const auto effect = prepared("rotor_wake_interference", kappa);
+  four_loads(*effect, m);
+  return four_loads(*effect, m);
+}
+Eigen::Vector3d added_moment(double kappa, const Eigen::Vector3d& v_m_s) {
+  const BodyMotion m = flying(v_m_s);
+  return sum(in_wakes(kappa, m)).moment_B_N_m - sum(four_bare_loads(m)).moment_B_N_m;
+}
+
+TEST(RotorWakeInterference, LiftsTheSideThatFliesAhead) {
+  EXPECT_LT(added_moment(0.3, {8.5, 0, 0}).y(), -5e-3) << "forward: nose up, a moment along -y";
+  EXPECT_GT(added_moment(0.3, {-8.5, 0, 0}).y(), 5e-3) << "backward: tail up";
+  EXPECT_GT(added_moment(0.3, {0, 8.5, 0}).x(), 5e-3) << "to the left: left side up";
+  EXPECT_LT(added_moment(0.3, {0, -8.5, 0}).x(), -5e-3);
+}
+TEST(RotorWakeInterference, PitchesUpBy19To57MillinewtonmetresAt8p5MetresPerSecond) {
+  for (const double kappa : {0.3, 0.35, 0.5}) {
+    EXPECT_LT(added_moment(kappa, {8.5, 0, 0}).y(), -0.019) << kappa;
+    EXPECT_GT(added_moment(kappa, {8.5, 0, 0}).y(), -0.057) << kappa;
+  }
+}
+TEST(RotorWakeInterference, HasNoPreferredHeading) {
+  const double c = std::numbers::sqrt2 / 2.0;
+  const double ahead = added_moment(0.3, {8.5, 0, 0}).head<2>().norm();
+  EXPECT_NEAR(added_moment(0.3, {0, 8.5, 0}).head<2>().norm(), ahead, 1e-6);
+  EXPECT_NEAR(added_moment(0.3, {8.5 * c, 8.5 * c, 0}).head<2>().norm() / ahead, 1.0, 0.1);
+}
+TEST(RotorWakeInterference, TakesThrustFromTheRearRotorsAlone) {
+  const BodyMotion m = flying({8.5, 0, 0});
+  const FourRotorLoads with = in_wakes(0.3, m), bare = four_bare_loads(m);
+  for (const std::size_t front : {0u, 2u}) EXPECT_EQ(with[front].force_R_N, bare[front].force_R_N);
+  for (const std::size_t rear : {1u, 3u}) EXPECT_LT(thrust_N(with[rear]), 0.97 * thrust_N(bare[rear]));
+  EXPECT_NEAR(thrust_N(with[1]), thrust_N(with[3]), 1e-9) << "left and right alike";
+  EXPECT_NEAR(added_moment(0.3, {8.5, 0, 0}).x(), 0.0, 1e-9);
+  EXPECT_NEAR(added_moment(0.3, {8.5, 0, 0}).z(), 0.0, 1e-9) << "one rear rotor of each spin";
+}
+TEST(RotorWakeInterference, VanishesInHoverAndVerticalFlightAndGrowsWithKappaAndSpeed) {
+  for (const double climb : {-2.0, 0.0, 3.0}) EXPECT_EQ(added_moment(0.5, {0, 0, climb}).norm(), 0.0);
+  EXPECT_NEAR(added_moment(0.4, {8.5, 0, 0}).y() / added_moment(0.2, {8.5, 0, 0}).y(), 2.0, 0.2);
+  EXPECT_LT(added_moment(0.3, {4, 0, 0}).y(), added_moment(0.3, {1, 0, 0}).y());
+}
+
+TEST(HoverInterference, TakesItsLossFromTheThrustOfHoverAndNothingElse) {
+  const auto effect = prepared("hover_interference", 0.03);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(thrust_ratio(*effect, flying({0, 0, 0}), i), 0.97, 1e-12);
+  const BodyMotion m = flying({2, 1, 0});
+  EXPECT_EQ(largest_change_beside_thrust(loads_with(*effect, site(3, m)), solved(site(3, m))), 0.0);
+}
+TEST(HoverInterference, FadesWithEdgewiseSpeedInAnyDirection) {
+  const auto effect = prepared("hover_interference", 0.1);
+  EXPECT_NEAR(1.0 - thrust_ratio(*effect, flying({6.6, 0, 0})), 0.05, 0.01) << "half at V = v_i";
+  EXPECT_LT(1.0 - thrust_ratio(*effect, flying({12, 0, 0})), 0.02);
+  EXPECT_NEAR(thrust_ratio(*effect, flying({0, -6.6, 0})), thrust_ratio(*effect, flying({6.6, 0, 0})), 1e-9);
+}
+
+}  // namespace
+}  // namespace rotorloop::sim
