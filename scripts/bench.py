@@ -44,7 +44,7 @@ def main():
     print(f"whole loop, 24 kHz current loop and 48 kHz PWM, all logs written: {loop['flight']}, {loop['variant']}, {loop['flown_s']:.1f} s flown")
     for name, share in loop["cost_ms_per_s"].items():
         print(f"        {name:<12} {share:7.2f} ms per simulated second")
-    row("whole loop, times real time", loop["times_real_time"], "x", 10, False)
+    row("whole loop, times real time", loop["times_real_time"], "x", 15, False)
     row("resident memory of that flight", loop["peak_resident_MB"], "MB", 200, True)
     row("logs, scaled to a flight of 60 s", loop["log_bytes"] / loop["flown_s"] * 60 / 1e6, "MB", 200, True)
     for kernel, limit in (("baseline", 300e3), ("v3", 500e3), ("v4", 500e3)):

@@ -264,6 +264,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
       const PlantTruth* truth = loop.truth_at(r->time_us);
       if (truth) {
         const double t_s = static_cast<double>(r->time_us) * 1e-6;
+        if (q.observe) q.observe(*r, *truth);
         if (r->phase == host::FlightPhase::flying)
           meter.add({t_s, truth->state.p_W_m, r->estimate.p_W_m, r->setpoint.p_W_m, r->setpoint.v_W_m_s, r->setpoint.yaw_rad});
         if (r->time_us >= start_us) sums.add(*r, *truth);  // from the release on; spin-up is no flight

@@ -38,6 +38,8 @@ struct FlightRequest {
   std::uint64_t seed = 1;
   std::filesystem::path folder;  // for the logs; empty: no logs
   bool measure_cost = false;
+  // Told of every control step whose instant the plant remembers, spin-up included.
+  std::function<void(const host::FlightRecord&, const PlantTruth&)> observe = nullptr;
 };
 
 // `advanced` is told the virtual seconds flown, about ten times per second of flight. `stop`: ends at the next such point.

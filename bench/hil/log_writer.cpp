@@ -19,6 +19,13 @@ constexpr std::array<double, 10> kScale{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e
 constexpr std::array<std::uint64_t, 10> kPower{1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
 constexpr double kLargestScaled = 1e15;  // below 2^53: the scaled value still has its last digit
 
+// "00" to "99": two digits for one division.
+constexpr auto kDigitPairs = [] {
+  std::array<std::array<char, 2>, 100> pairs{};
+  for (std::size_t i = 0; i < 100; ++i) pairs[i] = {static_cast<char>('0' + i / 10), static_cast<char>('0' + i % 10)};
+  return pairs;
+}();
+
 [[noreturn]] void cannot_write(const std::filesystem::path& path, int error) {
   throw Error({path.generic_string(), std::string("cannot be written: ") + std::strerror(error), error == ENOSPC ? "the disk is full" : "",
                "free space or choose another folder with --out"},
@@ -101,13 +108,12 @@ char* write_fixed(char* out, double value, int decimals) {
   out = write_digits(out, whole);
   if (fraction == 0) return out;
   *out++ = '.';
-  int digits = decimals;
-  while (fraction % 10 == 0) {
-    fraction /= 10;
-    --digits;
-  }
-  for (char* p = out + digits; p != out; fraction /= 10) *--p = static_cast<char>('0' + fraction % 10);
-  return out + digits;
+  char* end = out + decimals;
+  char* p = end;
+  for (; p - out >= 2; fraction /= 100) std::memcpy(p -= 2, kDigitPairs[fraction % 100].data(), 2);
+  if (p != out) *out = static_cast<char>('0' + fraction);
+  while (end[-1] == '0') --end;  // not all are: the fraction is not zero
+  return end;
 }
 
 CsvWriter::CsvWriter(const std::filesystem::path& path, std::string_view first_line, const LogHeader& header, const std::string& columns)

@@ -150,11 +150,13 @@ void Loop::remember_truth() {
   truth_us_[truth_next_] = now_ns_ / 1000;
   truth_next_ = (truth_next_ + 1) % kTruths;
   t.state = airframe().state();
+  t.further = airframe().wrench().further;
   const auto& loads = dynamics_->loads();
   for (std::size_t i = 0; i < 4; ++i) {
     t.omega_rad_s[i] = omega_rad_s_[i];
     t.thrust_N[i] = loads[i].force_R_N.z();
     t.shaft_torque_N_m[i] = loads[i].shaft_torque_N_m;
+    t.in_plane_R_N[i] = loads[i].force_R_N.head<2>();
     t.induced_m_s[i] = loads[i].induced_m_s;
     t.inflow[i] = loads[i].status;
     t.esc[i] = std::visit([](const auto& e) { return e.esc().telemetry(); }, escs_[i]);
@@ -179,19 +181,27 @@ bool Loop::halted(int esc) const {
 
 void Loop::step_escs() {
   CostMeter m(measure_, cost_.esc_ns);
+  std::array<sim::NativeEsc*, 4> native{};
+  std::size_t natives = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const bool dead = !config_.halts.empty() && halted(static_cast<int>(i));
-    std::visit(
-        [&](auto& e) {
-          if (dead) {
-            e.esc().set_setpoint({});
-            e.esc().step_current_loop();
-          } else {
-            e.step_current_loop();
-          }
-        },
-        escs_[i]);
+    const auto run_node = [&](auto& e) {
+      if (dead) {
+        e.esc().set_setpoint({});
+      } else {
+        e.run_node();
+      }
+    };
+    if (auto* e = std::get_if<Native>(&escs_[i])) {
+      run_node(*e);
+      native[natives++] = &e->esc();
+    } else {
+      auto& lag = std::get<Lag>(escs_[i]);
+      run_node(lag);
+      lag.esc().step_current_loop();
+    }
   }
+  sim::NativeEsc::step_current_loops({native.data(), natives});
 }
 
 }  // namespace rotorloop::bench

@@ -61,7 +61,9 @@ struct ModuleCost {
 struct PlantTruth {
   sim::AirframeState state;
   std::array<double, 4> omega_rad_s{}, thrust_N{}, shaft_torque_N_m{}, induced_m_s{};
+  std::array<Eigen::Vector2d, 4> in_plane_R_N{};  // force in the disk plane
   std::array<sim::InflowStatus, 4> inflow{};
+  sim::Wrench further;  // what the plant's effects put on the body over the last step
   std::array<firmware::Telemetry, 4> esc;
   double bus_V = 0.0, bus_A = 0.0;
 };

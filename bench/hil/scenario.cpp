@@ -99,6 +99,7 @@ void read_flights(const TomlTable& root, Scenario& s) {
     if (f.name == "inputs")
       t.fail("name", "flight.name = \"inputs\" is the name of the run folder's own folder", "", "choose another name");
     f.trajectory = t.file("trajectory");
+    if (t.has("effects")) f.effects = t.texts("effects");
     s.flights.push_back(std::move(f));
   }
 }

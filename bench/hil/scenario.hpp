@@ -23,6 +23,7 @@ std::optional<Variant> variant_from_name(std::string_view name);
 struct FlightPlan {
   std::string name;                  // [A-Za-z0-9_-]+, unique: it names a folder
   std::filesystem::path trajectory;  // exists
+  std::vector<std::string> effects;  // ids of effects that `hil effects` shows in this flight; unchecked, `hil` ignores them
 };
 
 enum class Pace : std::uint8_t { lockstep, realtime };

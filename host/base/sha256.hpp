@@ -6,16 +6,20 @@
 #include <string>
 #include <string_view>
 
+#include "host/base/sha256_blocks.hpp"
+
 namespace rotorloop {
 
 class Sha256 {
  public:
+  // `portable`: plain C++ even where the CPU has instructions for it; the digest is the same.
+  explicit Sha256(bool portable = false);
   void add(std::string_view bytes);
   std::string hex();  // ends the hash; the object is used up
 
  private:
-  void block(const std::uint8_t* p);
-  std::array<std::uint32_t, 8> h_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+  detail::Sha256Blocks blocks_;
+  detail::Sha256State h_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
   std::array<std::uint8_t, 64> buffer_{};
   std::size_t fill_ = 0;
   std::uint64_t length_ = 0;

@@ -3,13 +3,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <memory>
 
 #include "bench/hil/run_folder.hpp"
 #include "bench/propeller/validation_output.hpp"
 #include "host/base/error.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/measured_data.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -21,20 +21,6 @@ struct Options {
   bench::PropellerInputs inputs;
   bool json = false;
 };
-
-std::filesystem::path data_folder() {
-  const char* name = std::getenv("ROTORLOOP_DATA");
-  if (name == nullptr || *name == '\0')
-    throw Error({"ROTORLOOP_DATA", "is not set: the folder with measured data is unknown", "",
-                 "set ROTORLOOP_DATA to the folder that holds propellers/ (docs/manual.md, Validating the rotor)"},
-                ExitCode::data_quality);
-  std::error_code ec;
-  if (!std::filesystem::is_directory(std::filesystem::path(name) / "propellers", ec))
-    throw Error({"ROTORLOOP_DATA", fmt::format("{} holds no folder propellers", name), "another folder, or a misspelt path",
-                 "set ROTORLOOP_DATA to the folder that holds propellers/"},
-                ExitCode::data_quality);
-  return name;
-}
 
 std::vector<bench::CataloguedPropeller> chosen(const std::vector<std::string>& keys) {
   const auto& all = bench::propeller_catalogue();
@@ -53,7 +39,7 @@ std::vector<bench::CataloguedPropeller> chosen(const std::vector<std::string>& k
 
 int validate(Options o) {
   const auto entries = chosen(o.propellers);
-  o.inputs.data = data_folder();
+  o.inputs.data = measured_data_folder();
   bench::ValidationDocument d;
   d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
   d.stall_drag = o.inputs.stall_drag;

@@ -17,7 +17,10 @@ namespace {
 const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p5", host::horizontal_8p5},
                                                                  {"vertical_3p1", host::vertical_3p1},
                                                                  {"vertical_3p1_brisk", host::vertical_3p1_brisk},
-                                                                 {"general", host::general}};
+                                                                 {"general", host::general},
+                                                                 {"fast_descent", host::fast_descent},
+                                                                 {"low_hover", host::low_hover},
+                                                                 {"ceiling_hover", host::ceiling_hover}};
 
 struct Options {
   std::string name;
@@ -43,7 +46,7 @@ int write(const Options& o) {
 void add_trajectory(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
-  c->add_option("name", o->name, "horizontal_8p5, vertical_3p1, vertical_3p1_brisk or general")
+  c->add_option("name", o->name, "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, fast_descent, low_hover or ceiling_hover")
       ->required()
       ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");

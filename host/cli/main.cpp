@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil,
                           [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
+  rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);

@@ -1,8 +1,9 @@
-// The flights of scenarios/trajectories, after the paper's Figs 9 to 11. Peaks are reached exactly: a rest-to-rest piece by its
+// The flights of scenarios/trajectories, after the paper's Figs 9 to 11, and three that show effects at boundaries. Peaks are reached exactly: a rest-to-rest piece by its
 // length and time, the general flight by scaling (a spline is linear in its waypoints, and time scales all its rates).
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 
 #include "host/base/elementary.hpp"
@@ -27,6 +28,19 @@ Trajectory shuttle(const Eigen::Vector3d& direction, double speed_m_s, double ac
   return join(segments);
 }
 
+// Through all heights above the origin, one second on the way and one second at each.
+Trajectory staircase(std::initializer_list<double> heights_m) {
+  std::vector<Segment> segments;
+  Eigen::Vector3d at_W_m{0.0, 0.0, *heights_m.begin()};
+  for (const double z_m : heights_m) {
+    const Eigen::Vector3d next_W_m{0.0, 0.0, z_m};
+    if (!segments.empty()) segments.push_back(rest_to_rest({.p_W_m = at_W_m}, {.p_W_m = next_W_m, .time_s = 1.0}));
+    segments.push_back(hover(next_W_m, 0.0, segments.empty() ? kHoverBefore_s : kHoverAfter_s));
+    at_W_m = next_W_m;
+  }
+  return join(segments);
+}
+
 }  // namespace
 
 TrajectoryFile horizontal_8p5() { return {"horizontal, 8.5 m/s", shuttle(Eigen::Vector3d::UnitX(), 8.5, 10.8, 8)}; }
@@ -34,6 +48,12 @@ TrajectoryFile horizontal_8p5() { return {"horizontal, 8.5 m/s", shuttle(Eigen::
 TrajectoryFile vertical_3p1() { return {"vertical, 3.1 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 2.0, 4)}; }
 
 TrajectoryFile vertical_3p1_brisk() { return {"vertical, 3.1 m/s, 4.5 m/s2", shuttle(Eigen::Vector3d::UnitZ(), 3.1, 4.5, 8)}; }
+
+TrajectoryFile fast_descent() { return {"up and down, 5 m/s", shuttle(Eigen::Vector3d::UnitZ(), 5.0, 4.0, 4)}; }
+
+TrajectoryFile low_hover() { return {"hover at 0.5 m to 0.15 m above ground", staircase({0.5, 0.35, 0.25, 0.15, 0.25, 0.5})}; }
+
+TrajectoryFile ceiling_hover() { return {"hover up to 0.1 m below a height of 3 m", staircase({2.0, 2.7, 2.8, 2.9, 2.8, 2.0})}; }
 
 TrajectoryFile general() {
   constexpr double kSpeedXy_m_s = 5.7, kSpeedZ_m_s = 2.0, kYawRate_rad_s = 5.5;

@@ -40,10 +40,14 @@ struct Peaks {
 };
 Peaks peaks(const Trajectory& trajectory, double step_s = 1e-3);
 
-// The shipped flights (scenarios/trajectories), after the paper's Figs 9 to 11.
+// The shipped flights (scenarios/trajectories), after the paper's Figs 9 to 11 …
 TrajectoryFile horizontal_8p5();  // back and forth along x: 8.5 m/s, 10.8 m/s²
 TrajectoryFile vertical_3p1();    // up and down: ±3.1 m/s, 2.0 m/s²
 TrajectoryFile vertical_3p1_brisk();  // the same speed at 4.5 m/s²: thrust far from hover
 TrajectoryFile general();         // 5.7 m/s, 2 m/s up and down, roll and pitch about 2 rad/s, yaw 5.5 rad/s
+// … and those of scenarios/effects.toml, for effects that the paper's flights do not meet.
+TrajectoryFile fast_descent();   // ±5 m/s vertically: through the vortex ring
+TrajectoryFile low_hover();      // staircase from 0.5 m down to 0.15 m: ground effect
+TrajectoryFile ceiling_hover();  // staircase from 2 m up to 2.9 m: ceiling effect
 
 }  // namespace rotorloop::host

@@ -36,12 +36,14 @@ DroneCanNode::DroneCanNode(CanBus& bus, const DroneCanNodeConfig& config)
       groups_{EscGroup(0, config.feedback_divider), EscGroup(1, config.feedback_divider), EscGroup(2, config.feedback_divider),
               EscGroup(3, config.feedback_divider)} {}
 
-void DroneCanNode::poll(std::int64_t now_us) {
+bool DroneCanNode::poll(std::int64_t now_us) {
   if (!started_) {
     started_ = true;
     start_us_ = next_status_us_ = next_arming_us_ = now_us;
   }
+  bool heard = false;
   while (const auto received = bus_.receive()) {
+    heard = true;
     const CanFrame& f = received->frame;
     const std::int64_t arrival_us = received->time_ns / 1000;
     if (!f.extended) {
@@ -64,6 +66,7 @@ void DroneCanNode::poll(std::int64_t now_us) {
     if (broadcast(arming, kArmingPriority, arming_id_)) next_arming_us_ = now_us + kArmingPeriod_us;
   }
   if (config_.request_info) request_infos(now_us);
+  return heard;
 }
 
 void DroneCanNode::set_armed(bool armed) {

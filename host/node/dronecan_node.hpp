@@ -58,8 +58,8 @@ class DroneCanNode {
   DroneCanNode(CanBus& bus, const DroneCanNodeConfig& config);
 
   // Takes all waiting frames, sends what is due (NodeStatus 1 Hz, ArmingStatus every 500 ms, requests). At least every 100 ms,
-  // and as often as fast feedback is wanted fresh.
-  void poll(std::int64_t now_us);
+  // and as often as fast feedback is wanted fresh. True when a frame was among them: only then can what the ESCs report differ.
+  bool poll(std::int64_t now_us);
 
   // Sent with the next poll and then every 500 ms: 255 or 0. The node starts disarmed.
   void set_armed(bool armed);

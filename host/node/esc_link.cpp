@@ -23,7 +23,11 @@ void EscLink::command(const std::array<double, kRotors>& omega_rad_s, std::int64
   }
 }
 
-EscState EscLink::esc(std::size_t i) const {
+void EscLink::collect() {
+  for (std::size_t i = 0; i < kRotors; ++i) escs_[i] = state_of(i);
+}
+
+EscState EscLink::state_of(std::size_t i) const {
   EscState e;
   const int index = static_cast<int>(i);
   if (const auto& report = node_.esc(index)) {

@@ -100,7 +100,7 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   record_.commanded_rad_s = wanted_rad_s_;
   record_.bus_A = 0.0;
   for (std::size_t i = 0; i < kRotors; ++i) {
-    const EscState e = escs_.esc(i);
+    const EscState& e = escs_.esc(i);
     record_.omega_rad_s[i] = e.speed_rad_s;
     record_.current_A[i] = e.current_A;
     record_.bus_A += e.bus_A;
@@ -147,7 +147,7 @@ void FlightComputer::watch(std::int64_t now_us) {
   if (phase_ == FlightPhase::boot) return;
   if (!record_.estimate.valid) return go_safe(SafeReason::pose_lost, -1, now_us);
   for (std::size_t i = 0; i < kRotors; ++i) {
-    const EscState e = escs_.esc(i);
+    const EscState& e = escs_.esc(i);
     const int number = static_cast<int>(i);
     if (e.fault) {
       go_safe(SafeReason::esc_fault, number, now_us);

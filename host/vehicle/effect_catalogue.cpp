@@ -21,11 +21,12 @@ EffectCatalogue catalogue_of(const TomlFile& file) {
     std::string id = effect.text("id");
     if (out.knows(id)) effect.fail("id", "effect id \"" + id + "\" occurs twice", "a copied block", "give every effect its own id");
     out.ids.push_back(std::move(id));
-    CatalogueParameter parameter{effect.text("parameter", ""), effect.text("unit", "1"), 0.0, 0.0};
+    CatalogueParameter parameter{effect.text("parameter", ""), effect.text("unit", "1")};
     if (!parameter.name.empty()) {
       const std::vector<double> range = effect.numbers("range", 2, {-1e9, 1e9, parameter.unit});
       parameter.min = range[0];
       parameter.max = range[1];
+      parameter.typical_value = effect.number("typical_value", {range[0], range[1], parameter.unit}, range[0]);
     }
     out.parameters.push_back(std::move(parameter));
   }

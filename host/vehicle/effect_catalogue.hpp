@@ -1,5 +1,5 @@
-// The ids of docs/effects.toml: the one list that plant files, vehicle files and diagnosis share. Only id, parameter and
-// range matter here; what an effect does is written where it is used.
+// The ids of docs/effects.toml: the one list that plant files, vehicle files and diagnosis share. Only id and parameter
+// matter here; what an effect does is written where it is used.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -12,6 +12,7 @@ namespace rotorloop::host {
 struct CatalogueParameter {
   std::string name, unit;
   double min = 0.0, max = 0.0;
+  double typical_value = 0.0;  // the size for on/off comparisons; in an intrinsic effect the value that takes it out
 };
 
 struct EffectCatalogue {
@@ -21,7 +22,7 @@ struct EffectCatalogue {
   const CatalogueParameter* parameter_of(std::string_view id) const;  // nullptr when none is declared
 };
 
-// Takes id, parameter, unit and range of every [[effect]]; other keys are the business of other readers. Throws Error on a duplicate id.
+// Takes id, parameter, unit, range and typical_value of every [[effect]]; other keys are the business of other readers. Throws Error on a duplicate id.
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
 
 // docs/effects.toml as it was when this program was built.

@@ -3,7 +3,7 @@
 #pragma once
 #include <array>
 
-#include "sim/drive/motor.hpp"
+#include "sim/drive/motor_equations.hpp"
 
 namespace rotorloop::sim {
 
@@ -16,34 +16,54 @@ struct InverterParameters {
   double zero_zone_A = 1.5;
 };
 
-struct PhaseCurrents {
-  double u = 0.0, v = 0.0, w = 0.0;
+template <class Real>
+struct BasicPhaseCurrents {
+  Real u = 0.0, v = 0.0, w = 0.0;
 };
+using PhaseCurrents = BasicPhaseCurrents<double>;
 
-inline PhaseCurrents to_phases(Vector2 i) {
+template <class Real>
+inline BasicPhaseCurrents<Real> to_phases(const BasicVector2<Real>& i) {
   constexpr double kHalfRoot3 = 0.86602540378443864676;
   return {i.alpha, -0.5 * i.alpha + kHalfRoot3 * i.beta, -0.5 * i.alpha - kHalfRoot3 * i.beta};
 }
 
 // Sign of a current, smooth (once differentiable) inside +-zone.
-inline double soft_sign(double i_A, double zone_A) {
-  const double x = i_A / zone_A;
-  return x >= 1.0 ? 1.0 : x <= -1.0 ? -1.0 : 0.5 * x * (3.0 - x * x);
+template <class Real>
+inline Real soft_sign(const Real& i_A, const Real& zone_A) {
+  const Real x = i_A / zone_A;
+  return if_at_least(x, Real(1.0), Real(1.0), if_at_least(Real(-1.0), x, Real(-1.0), Real(0.5 * x * (3.0 - x * x))));
 }
 
-struct BridgeOutput {
-  Vector2 v_V;  // at the motor terminals, before the resistance of the switches
-  double diode_loss_W = 0.0;
+template <class Real>
+struct BasicBridgeOutput {
+  BasicVector2<Real> v_V;  // at the motor terminals, before the resistance of the switches
+  Real diode_loss_W = 0.0;
+};
+using BridgeOutput = BasicBridgeOutput<double>;
+
+// What the averaged bridge needs of its parameters and its supply.
+template <class Real>
+struct BridgeConstants {
+  Real dead_share;  // of the period
+  Real diode_drop_V;
+  Real zero_zone_A;
+  Real bus_V;
 };
 
+inline BridgeConstants<double> bridge_constants(const InverterParameters& p, double bus_V) {
+  return {p.dead_time_s * p.pwm_Hz, p.diode_drop_V, p.zero_zone_A, bus_V};
+}
+
 // duty: high-side share of the period for U, V, W, 0..1.
-inline BridgeOutput bridge_output(const InverterParameters& p, const std::array<double, 3>& duty, const PhaseCurrents& i, double bus_V) {
-  const double dead = p.dead_time_s * p.pwm_Hz;  // share of the period
-  const double lost_V = dead * (bus_V + 2.0 * p.diode_drop_V);
-  const double su = soft_sign(i.u, p.zero_zone_A), sv = soft_sign(i.v, p.zero_zone_A), sw = soft_sign(i.w, p.zero_zone_A);
-  const double u = duty[0] * bus_V - lost_V * su, v = duty[1] * bus_V - lost_V * sv, w = duty[2] * bus_V - lost_V * sw;
+template <class Real>
+inline BasicBridgeOutput<Real> bridge_output(const BridgeConstants<Real>& p, const std::array<Real, 3>& duty,
+                                             const BasicPhaseCurrents<Real>& i) {
+  const Real lost_V = p.dead_share * (p.bus_V + 2.0 * p.diode_drop_V);
+  const Real su = soft_sign(i.u, p.zero_zone_A), sv = soft_sign(i.v, p.zero_zone_A), sw = soft_sign(i.w, p.zero_zone_A);
+  const Real u = duty[0] * p.bus_V - lost_V * su, v = duty[1] * p.bus_V - lost_V * sv, w = duty[2] * p.bus_V - lost_V * sw;
   constexpr double kOverRoot3 = 0.57735026918962576451;
-  return {{(2.0 * u - v - w) / 3.0, (v - w) * kOverRoot3}, 2.0 * dead * p.diode_drop_V * (su * i.u + sv * i.v + sw * i.w)};
+  return {{(2.0 * u - v - w) / 3.0, (v - w) * kOverRoot3}, 2.0 * p.dead_share * p.diode_drop_V * (su * i.u + sv * i.v + sw * i.w)};
 }
 
 }  // namespace rotorloop::sim

@@ -8,8 +8,7 @@
 //   Lq di_q/dt = v_q - R i_q - w_e (Ld i_d + flux)
 //   T = 3/2 p (flux i_q + (Ld - Lq) i_d i_q),  J dw/dt = T - load - friction - cogging
 #pragma once
-#include <array>
-#include <cmath>
+#include "sim/drive/motor_equations.hpp"
 
 namespace rotorloop::sim {
 
@@ -29,26 +28,6 @@ struct MotorParameters {
   double cogging_N_m = 1e-3;  // peak
 };
 
-struct Vector2 {
-  double alpha = 0.0;
-  double beta = 0.0;
-};
-
-struct MotorState {
-  double i_d_A = 0.0;
-  double i_q_A = 0.0;
-  double omega_rad_s = 0.0;  // mechanical, signed
-  double angle_rad = 0.0;    // mechanical, accumulated from the start
-  double cos_e = 1.0;        // of the electrical angle; kept by rotation, not by a libm call
-  double sin_e = 0.0;
-};
-
-// Resisting torque of the propeller, T = coefficient·w|w| + constant against the rotation.
-struct ShaftLoad {
-  double quadratic_N_m_s2 = 0.0;
-  double constant_N_m = 0.0;  // opposes rotation like friction; also holds a locked rotor in tests
-};
-
 class Motor {
  public:
   // total_inertia: rotor, bell and propeller. initial_angle: mechanical.
@@ -60,15 +39,11 @@ class Motor {
   // energy taken from the bus (negative: the winding's energy goes back). The line voltage is taken to stay below the bus.
   double step_open(double bus_V, const ShaftLoad& load, double dt_s);
 
-  Vector2 current_A() const {
-    return {state_.cos_e * state_.i_d_A - state_.sin_e * state_.i_q_A, state_.sin_e * state_.i_d_A + state_.cos_e * state_.i_q_A};
-  }
-  double torque_N_m() const { return torque(state_.i_d_A, state_.i_q_A); }
+  Vector2 current_A() const { return stator_current_A(state_); }
+  double torque_N_m() const { return sim::torque_N_m(constants(0.0), state_.i_d_A, state_.i_q_A); }
   double magnetic_energy_J() const;
   double kinetic_energy_J() const { return 0.5 * inertia_kg_m2_ * state_.omega_rad_s * state_.omega_rad_s; }
-  double friction_N_m() const;  // magnitude and sign of dry friction now, positive against forward rotation
-  double cogging_N_m() const;
-  double load_N_m(const ShaftLoad& load) const;
+  double cogging_N_m() const { return sim::cogging_N_m(constants(0.0), state_); }
 
   const MotorState& state() const { return state_; }
   MotorState& state() { return state_; }  // tests and initial conditions
@@ -76,14 +51,20 @@ class Motor {
   MotorParameters& parameters() { return parameters_; }  // damage during a run: a demagnetised or hot motor
   double inertia_kg_m2() const { return inertia_kg_m2_; }
   void set_angle(double mechanical_rad);
+  // For the equations, with what stands in series with the winding.
+  MotorConstants<double> constants(double series_resistance_ohm) const {
+    const MotorParameters& p = parameters_;
+    return {static_cast<double>(p.pole_pairs),
+            p.resistance_ohm + series_resistance_ohm,
+            p.inductance_H.d,
+            p.inductance_H.q,
+            p.flux_linkage_Wb,
+            inertia_kg_m2_,
+            p.static_friction_N_m,
+            p.cogging_N_m};
+  }
 
  private:
-  double torque(double i_d_A, double i_q_A) const {
-    return 1.5 * parameters_.pole_pairs *
-           (parameters_.flux_linkage_Wb * i_q_A + (parameters_.inductance_H.d - parameters_.inductance_H.q) * i_d_A * i_q_A);
-  }
-  void advance_angle(double omega_before_rad_s, double dt_s);
-
   MotorParameters parameters_;
   double inertia_kg_m2_;
   MotorState state_;

@@ -1,11 +1,16 @@
 #include "sim/drive/sensing.hpp"
 
-#include <cmath>
-
 namespace rotorloop::sim {
 namespace {
+// Nearest count; the conversion cuts what is behind the point.
 std::uint16_t quantise(double counts) {
-  return static_cast<std::uint16_t>(counts <= 0.0 ? 0.0 : counts >= 4095.0 ? 4095.0 : std::floor(counts + 0.5));
+  return static_cast<std::uint16_t>(static_cast<int>(counts <= 0.0 ? 0.0 : counts >= 4095.0 ? 4095.0 : counts + 0.5));
+}
+
+// Share of the shunt's signal that the amplifier shows after `window_s`.
+double settled(const SensingParameters& p, double window_s) {
+  const double after_s = window_s - p.settle_dead_s, full_s = p.settle_full_s - p.settle_dead_s;
+  return after_s <= 0.0 ? 0.0 : after_s >= full_s ? 1.0 : after_s / full_s;  // most often no division
 }
 }  // namespace
 
@@ -23,8 +28,7 @@ AdcReading Sensing::sample(const PhaseCurrents& i, const std::array<double, 3>& 
   const std::array<double, 3> current = {i.u, i.v, i.w};
   AdcReading r;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double settled = std::fmin(1.0, std::fmax(0.0, (low_window_s[k] - p_.settle_dead_s) / (p_.settle_full_s - p_.settle_dead_s)));
-    const double volt = p_.current_zero_V + p_.current_V_per_A * p_.gain[k] * settled * current[k];
+    const double volt = p_.current_zero_V + p_.current_V_per_A * p_.gain[k] * settled(p_, low_window_s[k]) * current[k];
     r.phase[k] = quantise(volt * per_V + p_.offset_counts[k] + p_.noise_counts * noise_.quick_gaussian(drawn_++));
   }
   r.bus = quantise(bus_V * p_.bus_ratio * per_V + p_.bus_noise_counts * noise_.quick_gaussian(drawn_++));

@@ -2,6 +2,8 @@
 // 40 ms per simulated second. `bench_esc --benchmark_min_time=1`
 #include <benchmark/benchmark.h>
 
+#include <array>
+
 #include "sim/esc/native_esc.hpp"
 
 namespace {
@@ -27,6 +29,19 @@ void whole_period(benchmark::State& state) {
   }
 }
 BENCHMARK(whole_period);
+
+// As the loop runs them: the drives of four ESCs step side by side. Per ESC.
+void whole_period_four_together(benchmark::State& state) {
+  std::array<NativeEsc, 4> escs{running_esc(), running_esc(), running_esc(), running_esc()};
+  const std::array<NativeEsc*, 4> pointers{&escs[0], &escs[1], &escs[2], &escs[3]};
+  for (auto _ : state) {
+    NativeEsc::step_current_loops(pointers);
+    benchmark::DoNotOptimize(escs[3].omega_rad_s());
+  }
+  state.counters["per_esc"] =
+      benchmark::Counter(4.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(whole_period_four_together);
 
 void two_pwm_periods_of_the_drive(benchmark::State& state) {
   NativeEsc esc = running_esc();

@@ -1,5 +1,7 @@
 #include "sim/esc/native_esc.hpp"
 
+#include <algorithm>
+#include <array>
 #include <numbers>
 
 namespace rotorloop::sim {
@@ -29,7 +31,7 @@ NativeEsc::NativeEsc(const NativeEscConfig& c)
   drive_.set_bus_V(c.bus_V);
 }
 
-void NativeEsc::step_current_loop() {
+PwmCommand NativeEsc::run_firmware() {
   // The compares written in the previous interrupt take effect at this instant.
   active_ = board_.compare;
   const AdcReading adc = drive_.sample();
@@ -37,9 +39,27 @@ void NativeEsc::step_current_loop() {
   board_.now_us = static_cast<std::uint64_t>(time_us());
   motor_.set_setpoint(setpoint_);
   motor_.on_sample(board_);
-  const PwmCommand pwm{active_.phase, static_cast<std::uint16_t>(firmware::FakeBoard::kPwmTop), board_.bridge};
-  for (std::uint32_t k = 0; k < firmware::FakeBoard::kPwmPeriodsPerSample; ++k) drive_.step(pwm);
-  ++periods_;
+  return {active_.phase, static_cast<std::uint16_t>(firmware::FakeBoard::kPwmTop), board_.bridge};
+}
+
+void NativeEsc::step_current_loop() {
+  NativeEsc* const alone = this;
+  step_current_loops({&alone, 1});
+}
+
+void NativeEsc::step_current_loops(std::span<NativeEsc* const> escs) {
+  std::array<Drive*, Lanes::kCount> drives;
+  std::array<PwmCommand, Lanes::kCount> pwm;
+  while (!escs.empty()) {
+    const std::size_t n = std::min(escs.size(), Lanes::kCount);
+    for (std::size_t i = 0; i < n; ++i) {
+      pwm[i] = escs[i]->run_firmware();
+      drives[i] = &escs[i]->drive_;
+      ++escs[i]->periods_;
+    }
+    Drive::step_together({drives.data(), n}, {pwm.data(), n}, static_cast<int>(firmware::FakeBoard::kPwmPeriodsPerSample));
+    escs = escs.subspan(n);
+  }
 }
 
 void NativeEsc::couple(double load_torque_N_m, double bus_V) {

@@ -3,7 +3,9 @@
 //
 //   esc.set_setpoint(…); esc.couple(load_torque, bus_V);  for 12 periods: esc.step_current_loop();  read omega, means
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "firmware/board/fake/fake_board.hpp"
 #include "firmware/core/interface.hpp"
@@ -31,6 +33,8 @@ class NativeEsc {
   void set_setpoint(const firmware::Setpoint& setpoint) { setpoint_ = setpoint; }
   // One 24 kHz period: sample, firmware interrupt, two PWM periods of the drive.
   void step_current_loop();
+  // The same for several ESCs, whose drives then step side by side (Drive::step_together); each gets the bits of a step alone.
+  static void step_current_loops(std::span<NativeEsc* const> escs);
   // Once per airframe step: the propeller's resisting torque [N m, >= 0] at the present speed, scaled with speed² until the
   // next call, and the bus voltage. Restarts the means below.
   void couple(double load_torque_N_m, double bus_V);
@@ -51,6 +55,8 @@ class NativeEsc {
   firmware::FakeBoard& board() { return board_; }
 
  private:
+  PwmCommand run_firmware();  // sample and interrupt; what the bridge does in the period that follows
+
   Drive drive_;
   firmware::FakeBoard board_;
   firmware::Motor<firmware::FakeBoard> motor_;

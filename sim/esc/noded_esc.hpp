@@ -33,8 +33,12 @@ class NodedEsc {
 
   // One 24 kHz period.
   void step_current_loop() {
-    if (period_++ % kPeriodsPerPoll == 0) poll();
+    run_node();
     esc_.step_current_loop();
+  }
+  // The node's share of a period alone, for a caller that steps several ESCs together afterwards.
+  void run_node() {
+    if (period_++ % kPeriodsPerPoll == 0) poll();
   }
   Esc& esc() { return esc_; }
   const Esc& esc() const { return esc_; }

@@ -43,9 +43,10 @@ class Section {
     const double potential = 2.0 * std::numbers::pi * sin_exact((alpha_deg - zero_deg_) * std::numbers::pi / 180.0);
     const double gain = correction_.stall_delay_share * fade * std::max(0.0, potential - c.cl);
     c.cl += gain;
-    if (correction_.stall_drag <= 0.0 || alpha_deg <= 0.0) return;
-    const SinCos alpha = sincos_exact(alpha_deg * std::numbers::pi / 180.0);
-    c.cd += correction_.stall_drag * gain * alpha.sin / alpha.cos;
+    if (correction_.stall_drag > 0.0 && alpha_deg > 0.0) {
+      const SinCos a = sincos_exact(alpha_deg * std::numbers::pi / 180.0);
+      c.cd += correction_.stall_drag * gain * a.sin / a.cos;
+    }
   }
   SectionCoefficients bare(double alpha_deg) const {
     const auto ca = polar_at(a_, alpha_deg, reynolds_), cb = &a_ == &b_ ? ca : polar_at(b_, alpha_deg, reynolds_);

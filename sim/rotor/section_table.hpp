@@ -37,7 +37,7 @@ constexpr double kSnelFullTo_deg = 15.0, kSnelEnd_deg = 60.0;
 
 // The formula is silent about drag. The air of a separated region pushes at right angles to the chord, so that lift regained by
 // delta cl brings delta cd = delta cl tan(alpha); Chaviaropoulos & Hansen (J. Fluids Eng. 122, 2000) find lift and drag to rise
-// together too. `stall_drag` is the share of it that counts: 0 (the published formula alone) to 1. Measured: decision 0024.
+// together too. `stall_drag` is the share of it that counts: 0 (the published formula alone) to 1. Measured: decision 0025.
 struct SectionCorrection {
   double stall_delay_share = 0.0;
   double stall_drag = 0.0;

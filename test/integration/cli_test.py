@@ -136,6 +136,24 @@ class BadInput(unittest.TestCase):
             if data is not None:
                 os.environ["ROTORLOOP_DATA"] = data
 
+    def test_effects_names_the_known_ones_and_writes_no_page(self):
+        self.refused("hil", "effects", "--effect", "nonsense", "-o", "e.md",
+                     says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"])
+        self.refused("hil", "effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"])
+        self.write("s.toml", SCENARIO)
+        self.refused("hil", "effects", "--scenario", "s.toml", says=["plant.toml"])
+        self.assertFalse((self.path / "e.md").exists())
+
+    def test_effects_measures_what_it_is_asked_for(self):
+        shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
+        done = self.run_command("hil", "effects", "--scenario", str(shipped), "--effect", "blockage_strut", "--effect", "gyroscopic",
+                                "--probes-only", "--json")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        probes = json.loads(done.stdout)["probes"]
+        self.assertEqual({p["effect"] for p in probes}, {"blockage_strut", "gyroscopic"})
+        strut = next(p for p in probes if p["effect"] == "blockage_strut")
+        self.assertAlmostEqual(strut["measured"], -8.0, places=6)
+
     def test_rotor_plot_of_bad_blades_names_the_line_and_writes_no_page(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "vehicles" / "blades" / "triblade_5in.toml"
         text = shipped.read_text(encoding="utf-8")

@@ -1,5 +1,6 @@
 // Electrical angle and the trigonometry of the interrupt: no libm, the same bits on host and target.
 #pragma once
+#include <bit>
 #include <cstdint>
 
 namespace rotorloop::firmware {
@@ -32,23 +33,23 @@ struct Angle {
   friend constexpr bool operator==(Angle, Angle) = default;
 };
 
+// Quarter turns swap sine and cosine and change signs. By bits and without a branch: which quarter comes next is what no branch
+// prediction knows.
 constexpr Rotation rotation(Angle a) {
   const std::uint32_t quadrant = (a.raw + 0x2000'0000u) >> 30;
   const Rotation r = small_rotation(Angle{a.raw - (quadrant << 30)}.rad());
-  switch (quadrant & 3u) {
-    case 0:
-      return r;
-    case 1:
-      return {-r.sin, r.cos};
-    case 2:
-      return {-r.cos, -r.sin};
-    default:
-      return {r.sin, -r.cos};
-  }
+  const std::uint32_t cos = std::bit_cast<std::uint32_t>(r.cos), sin = std::bit_cast<std::uint32_t>(r.sin);
+  const std::uint32_t swapped = (cos ^ sin) & (0u - (quadrant & 1u));  // what changes when they are exchanged
+  const std::uint32_t minus_cos = ((quadrant + 1u) & 2u) << 30, minus_sin = (quadrant & 2u) << 30;
+  return {std::bit_cast<float>(cos ^ swapped ^ minus_cos), std::bit_cast<float>(sin ^ swapped ^ minus_sin)};
 }
 
-constexpr float clamp(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
-constexpr float magnitude(float x) { return x < 0.0f ? -x : x; }
+// Two selects in a row, which a compiler can turn into minimum and maximum. low <= high.
+constexpr float clamp(float x, float low, float high) {
+  const float raised = x < low ? low : x;
+  return raised > high ? high : raised;
+}
+constexpr float magnitude(float x) { return __builtin_fabsf(x); }
 constexpr float sign_of(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
 }  // namespace rotorloop::firmware

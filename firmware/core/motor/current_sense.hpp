@@ -48,14 +48,12 @@ constexpr void calibrate_zero(const SenseConfig& c, SenseState& s, const AdcCoun
 // `compare`: what was active in the period before the sample.
 constexpr Sensed sense_currents(const SenseConfig& c, const SenseState& s, const AdcCounts& adc, const PwmCompare& compare) {
   Sensed out;
-  std::size_t widest = 0;
   std::uint8_t blind = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     out.phase_A[k] = (static_cast<float>(adc.phase[k]) - s.zero_counts[k]) * c.A_per_count;
     const bool valid = compare.phase[k] <= c.blind_compare;
     if (!valid) ++blind;
     if (valid && (adc.phase[k] >= 4094 || adc.phase[k] <= 1)) out.at_end_of_range = true;
-    if (compare.phase[k] > compare.phase[widest]) widest = k;
   }
   out.usable = static_cast<std::uint8_t>(3 - blind);
   if (blind == 0) {
@@ -64,6 +62,10 @@ constexpr Sensed sense_currents(const SenseConfig& c, const SenseState& s, const
     const float third = out.residual_A * (1.0f / 3.0f);
     for (float& x : out.phase_A) x -= third;
   } else {
+    std::size_t widest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (compare.phase[k] > compare.phase[widest]) widest = k;
+    }
     const std::size_t p = (widest + 1) % 3, q = (widest + 2) % 3;
     out.phase_A[widest] = -(out.phase_A[p] + out.phase_A[q]);
   }

@@ -72,8 +72,8 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   const float over_size = 1.0f / (size > 0.2f * c.flux_linkage_Wb ? size : 0.2f * c.flux_linkage_Wb);
   const float cross = (at.cos * magnet.b - at.sin * magnet.a) * over_size, dot = (at.cos * magnet.a + at.sin * magnet.b) * over_size;
   // Beyond a right angle the sine falls again: full correction, unless there is no vector to speak of.
-  const float behind = cross > 0.0f ? size * over_size : cross < 0.0f ? -size * over_size : 0.0f;
-  const float error = dot > 0.0f ? cross : behind;
+  float error = cross;
+  if (!(dot > 0.0f)) error = cross > 0.0f ? size * over_size : cross < 0.0f ? -size * over_size : 0.0f;
   const float wn = modelled ? c.pll_run_rad_s : c.pll_search_rad_s;
   s.angle = s.angle + Angle::from_rad(2.0f * wn * c.period_s * error);
   s.omega_e_rad_s = clamp(s.omega_e_rad_s + c.period_s * wn * wn * error, -c.max_omega_e_rad_s, c.max_omega_e_rad_s);

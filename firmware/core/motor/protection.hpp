@@ -37,7 +37,7 @@ struct ProtectionState {
 // Every sample, before anything else. `none` when all is well.
 constexpr Fault check_fast(const ProtectionConfig& c, const Sensed& sensed, float bus_V) {
   bool over = sensed.at_end_of_range && c.trip_at_range_end;
-  for (const float i : sensed.phase_A) over = over || magnitude(i) > c.trip_A;
+  for (const float i : sensed.phase_A) over |= magnitude(i) > c.trip_A;
   return over ? Fault::overcurrent : bus_V > c.overvoltage_V ? Fault::overvoltage : Fault::none;
 }
 

@@ -1,7 +1,7 @@
-// Descending into its own wake a rotor recirculates it: the mean thrust at the same speed drops, T (1 - k b). The ring bump b is 1
+// Descending into its own wake a rotor recirculates it: the mean thrust at the same speed drops, T (1 - loss b). The ring bump b is 1
 // in descent at the hover induced velocity v_h and 0 outside 0.3 to 1.7 v_h, or once edgewise flow has blown the ring away.
 // It comes on top of the empirical inflow of the solve, a fit of measurements of isolated helicopter rotors in steady descent:
-// what four small rotors beside each other lose more than those is k. Torque stays. Source: Johnson, NASA TP-2005-213477.
+// what four small rotors beside each other lose more than those is the loss. Torque stays. Source: Johnson, NASA TP-2005-213477.
 #include "sim/effects/rotor/rotor_list.hpp"
 #include "sim/effects/rotor/wake.hpp"
 
@@ -10,16 +10,16 @@ namespace {
 
 class VortexRingLoss final : public Effect {
  public:
-  explicit VortexRingLoss(const EffectValues& v) : k_(v[0]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override { loads.force_R_N.z() *= 1.0 - k_ * ring_state(s); }
+  explicit VortexRingLoss(const EffectValues& v) : loss_(v[0]) {}
+  void rotor_loads(const RotorSite& s, RotorLoads& loads) override { loads.force_R_N.z() *= 1.0 - loss_ * ring_state(s); }
 
  private:
-  double k_;
+  double loss_;
 };
 
 }  // namespace
 
 const EffectInfo kVortexRingLoss{
-    .id = "vortex_ring_loss", .parameter = {"k", "1", 0.0, 0.4, 0.0}, .options = {}, .make = make_effect<VortexRingLoss>};
+    .id = "vortex_ring_loss", .parameter = {"loss", "1", 0.0, 0.4, 0.0}, .options = {}, .make = make_effect<VortexRingLoss>};
 
 }  // namespace rotorloop::sim

@@ -18,4 +18,21 @@ TEST(Sha256, DoesNotDependOnHowTheTextIsCutIntoPieces) {
     EXPECT_EQ(s.hex(), sha256_text(text));
   }
 }
+TEST(Sha256, IsTheSameInPlainCodeAndWithTheInstructionsOfTheCpu) {
+  if (detail::sha256_blocks_of_cpu() == nullptr) GTEST_SKIP() << "this CPU has no SHA instructions";
+  std::string text;
+  std::uint32_t word = 1;
+  for (std::size_t length = 0; length < 400; ++length) {
+    Sha256 plain(true), fast;
+    plain.add(text), fast.add(text);
+    ASSERT_EQ(fast.hex(), plain.hex()) << length << " bytes";
+    word = word * 1664525u + 1013904223u;
+    text.push_back(static_cast<char>(word >> 24));
+  }
+}
+TEST(Sha256, InPlainCodeGivesThePublishedDigest) {
+  Sha256 s(true);
+  s.add("abc");
+  EXPECT_EQ(s.hex(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
 }  // namespace rotorloop

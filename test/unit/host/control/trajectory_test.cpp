@@ -207,8 +207,13 @@ struct Shipped {
   const char* file;
   TrajectoryFile (*make)();
 };
-constexpr std::array kFlights{Shipped{"horizontal_8p5.toml", horizontal_8p5}, Shipped{"vertical_3p1.toml", vertical_3p1},
-                              Shipped{"vertical_3p1_brisk.toml", vertical_3p1_brisk}, Shipped{"general.toml", general}};
+constexpr std::array kFlights{Shipped{"horizontal_8p5.toml", horizontal_8p5},
+                              Shipped{"vertical_3p1.toml", vertical_3p1},
+                              Shipped{"vertical_3p1_brisk.toml", vertical_3p1_brisk},
+                              Shipped{"general.toml", general},
+                              Shipped{"fast_descent.toml", fast_descent},
+                              Shipped{"low_hover.toml", low_hover},
+                              Shipped{"ceiling_hover.toml", ceiling_hover}};
 
 TEST(ShippedFlights, FilesAreWhatTheGeneratorMakes) {
   for (const Shipped& s : kFlights) {
@@ -247,6 +252,31 @@ TEST(ShippedFlights, GeneralTurnsAndClimbsAsInThePapersFig11) {
   EXPECT_NEAR(p.yaw_rate_rad_s, 5.5, 0.05);
   EXPECT_NEAR(p.roll_rate_rad_s, 2.0, 0.3);
   EXPECT_NEAR(p.pitch_rate_rad_s, 2.0, 0.3);
+}
+
+TEST(ShippedFlights, FastDescentPassesThroughTheVortexRingAt5MetresPerSecond) {
+  const Trajectory t = read_trajectory(kShipped / "fast_descent.toml").trajectory;
+  const Peaks p = peaks(t);
+  EXPECT_NEAR(p.speed_z_m_s, 5.0, 0.005);
+  EXPECT_NEAR(p.accel_m_s2, 4.0, 0.01);
+  EXPECT_GT(p.thrust_weight_min, 0.5);
+}
+
+TEST(ShippedFlights, HoversVisitGroundTo15CentimetresAndCeilingTo10AndStandStillThere) {
+  const auto extreme_z_m = [](const char* file, bool lowest) {
+    const Trajectory t = read_trajectory(kShipped / file).trajectory;
+    double z = t.at(0.0).p_W_m.z(), still_s = 0.0;
+    for (double time = 0.0; time < t.duration_s(); time += 0.01) {
+      const Setpoint s = t.at(time);
+      z = lowest ? std::min(z, s.p_W_m.z()) : std::max(z, s.p_W_m.z());
+    }
+    for (double time = 0.0; time < t.duration_s(); time += 0.01)
+      if (std::fabs(t.at(time).p_W_m.z() - z) < 1e-6) still_s += 0.01;
+    EXPECT_GT(still_s, 0.9) << file;
+    return z;
+  };
+  EXPECT_NEAR(extreme_z_m("low_hover.toml", true), 0.15, 1e-9);
+  EXPECT_NEAR(extreme_z_m("ceiling_hover.toml", false), 2.9, 1e-9);
 }
 
 }  // namespace

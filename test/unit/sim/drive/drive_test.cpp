@@ -129,7 +129,7 @@ TEST(Motor, CoggingAveragesToZeroOverATurnAndRepeats84Times) {
 
 TEST(Inverter, DeadTimeTakesVoltageAgainstTheSignOfTheCurrentAndVanishesAtZero) {
   const InverterParameters p;
-  const auto u_V = [&](double i) { return bridge_output(p, {0.6, 0.5, 0.5}, {i, -0.5 * i, -0.5 * i}, 15.0).v_V.alpha; };
+  const auto u_V = [&](double i) { return bridge_output(bridge_constants(p, 15.0), {0.6, 0.5, 0.5}, {i, -0.5 * i, -0.5 * i}).v_V.alpha; };
   const double ideal = 2.0 / 3.0 * 0.1 * 15.0;
   EXPECT_NEAR(u_V(0.0), ideal, 1e-12);
   EXPECT_LT(u_V(20.0), ideal);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "host/base/toml_file.hpp"
@@ -24,6 +26,7 @@ struct Entry {
   std::vector<std::string> confounders;
   std::string kind;
   std::vector<Option> options;
+  std::string numbers;  // "E23 L2, L3": survey and library
 };
 
 bool is_id(const std::string& s) {
@@ -50,7 +53,8 @@ const std::map<std::string, Entry>& catalogue() {
               t.boolean("plant"),
               t.texts("confounders"),
               t.choice("class", {"separable", "class_only", "not_observable"}),
-              {}};
+              {},
+              t.text("survey") + ", " + t.text("library")};
       EXPECT_GE(typical_value, e.range[0]) << id;
       EXPECT_LE(typical_value, e.range[1]) << id;
       EXPECT_NE(typical_value, e.neutral) << id;
@@ -97,6 +101,18 @@ TEST(EffectCatalogue, EveryEffectOfThePlantIsDescribedWithItsOwnParameterUnitAnd
 }
 TEST(EffectCatalogue, WhatItSaysThePlantHasThePlantHas) {
   for (const auto& [id, entry] : catalogue()) EXPECT_EQ(entry.plant, find_effect(id) != nullptr) << id;
+}
+TEST(EffectCatalogue, CoversEveryNumberOfTheSurveyAndOfTheLibrary) {
+  std::set<std::string> found;
+  for (const auto& [id, entry] : catalogue()) {
+    std::istringstream numbers(entry.numbers);
+    for (std::string n; std::getline(numbers, n, ',');) found.insert(n.substr(n.find_first_not_of(' ')));
+  }
+  std::set<std::string> expected;
+  for (int e = 1; e <= 29; ++e) expected.insert("E" + std::to_string(e));
+  for (int l = 1; l <= 44; ++l) expected.insert("L" + std::to_string(l));
+  for (const auto& n : expected) EXPECT_TRUE(found.contains(n)) << n << " stands in no entry";
+  for (const auto& n : found) EXPECT_TRUE(n == "-" || expected.contains(n)) << n;
 }
 TEST(EffectCatalogue, TwinsAndConfoundersThatLookLikeIdsExist) {
   for (const auto& [id, entry] : catalogue()) {

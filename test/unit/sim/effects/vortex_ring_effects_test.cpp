@@ -9,7 +9,7 @@ namespace rotorloop::sim {
 namespace {
 using namespace test;
 
-double loss(double k, const Eigen::Vector3d& v_m_s) { return 1.0 - thrust_ratio(*prepared("vortex_ring_loss", k), flying(v_m_s)); }
+double loss(double share, const Eigen::Vector3d& v_m_s) { return 1.0 - thrust_ratio(*prepared("vortex_ring_loss", share), flying(v_m_s)); }
 
 // v_h is about 7.6 m/s.
 TEST(VortexRingLoss, BeginsBelow3p4MetresPerSecondOfDescentPeaksNear7p6AndEndsBefore14) {
@@ -44,7 +44,7 @@ TEST(VortexRingLoss, HasNoStepsInDescentSpeed) {
     before_N = thrust_N(l);
   }
 }
-TEST(VortexRingLoss, IsInProportionToKAndLeavesTorqueAndInPlaneForce) {
+TEST(VortexRingLoss, IsInProportionToItsParameterAndLeavesTorqueAndInPlaneForce) {
   const BodyMotion m = flying({1, 0, -6});
   EXPECT_NEAR(loss(0.4, m.v_W_m_s), 2.0 * loss(0.2, m.v_W_m_s), 1e-12);
   EXPECT_EQ(largest_change_beside_thrust(loads_with(*prepared("vortex_ring_loss", 0.4), site(0, m)), solved(site(0, m))), 0.0);
