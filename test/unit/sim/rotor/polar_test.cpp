@@ -123,7 +123,7 @@ TEST(StallDrag, LiftRegainedByStallDelayBringsItsTangentAsDrag) {
   for (double a : {8.0, 14.0, 20.0, 35.0}) {
     const auto before = section(flat, a, 4e4), after = section(delayed, a, 4e4);
     EXPECT_GT(after.cl, before.cl) << a;
-    EXPECT_NEAR(after.cd - before.cd, (after.cl - before.cl) * std::tan(a * std::numbers::pi / 180), 3e-4) << a;
+    EXPECT_NEAR(after.cd - before.cd, (after.cl - before.cl) * std::tan(a * std::numbers::pi / 180), 2e-4) << a;
   }
   for (double a : {-60.0, -8.0, -2.0, 70.0, 150.0}) EXPECT_NEAR(section(delayed, a, 4e4).cd, section(flat, a, 4e4).cd, kTurned) << a;
 }
