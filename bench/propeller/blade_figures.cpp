@@ -172,7 +172,10 @@ std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor)
                                 {"solidity", fmt::format("{:.3f}", blade_solidity(rotor))},
                                 {"inertia of all blades", fmt::format("{:.2g} kg m²", blade.blade_inertia_kg_m2)},
                                 {"stall delay", fmt::format("{:.2g} (c/r)²", blade.stall_delay)},
-                                {"drag scale", fmt::format("{:.2f}", blade.drag_scale)}});
+                                {"its drag", fmt::format("{:.2g}", blade.stall_drag)},
+                                {"drag scale", fmt::format("{:.2f}", blade.drag_scale)},
+                                {"lift scale", fmt::format("{:.2f}", blade.lift_scale)},
+                                {"pitch offset (in the twist)", fmt::format("{:.2f}°", blade.pitch_offset_deg)}});
   out += figure_html(
       "<b>Plan form</b> of one blade, to scale, seen from above; leading edge up. The file gives no sweep: the quarter-chord "
       "line is drawn straight.",

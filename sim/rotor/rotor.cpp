@@ -107,10 +107,10 @@ Rotor::Rotor(const Blade& blade, RotorResolution resolution)
     const double snel = blade.stall_delay * (chord / r) * (chord / r);
     const double stall_delay = 1.0 - 2.0 / (1.0 + exp_exact(2.0 * std::min(snel, 20.0)));  // tanh(snel)
     tables.push_back(prepare_section(blade.polars.at(in.polar), blade.polars.at(out.polar), w, twist_deg,
-                                      {.stall_delay_share = stall_delay,
-                                       .stall_drag = blade.stall_drag,
-                                       .drag_scale = blade.drag_scale,
-                                       .lift_scale = blade.lift_scale}));
+                                     {.stall_delay_share = stall_delay,
+                                      .stall_drag = blade.stall_drag,
+                                      .drag_scale = blade.drag_scale,
+                                      .lift_scale = blade.lift_scale}));
     annuli_.push_back({.r_m = r,
                        .chord_m = chord,
                        .weight_m = 0.5 * node.weight * span * slope,

@@ -49,7 +49,7 @@ class Section {
     }
   }
   SectionCoefficients bare(double alpha_deg) const {
-    const auto ca = polar_at(a_, alpha_deg, reynolds_), cb = polar_at(b_, alpha_deg, reynolds_);
+    const auto ca = polar_at(a_, alpha_deg, reynolds_), cb = &a_ == &b_ ? ca : polar_at(b_, alpha_deg, reynolds_);
     return {ca.cl + weight_ * (cb.cl - ca.cl), ca.cd + weight_ * (cb.cd - ca.cd)};
   }
   // Angle of zero lift: the crossing met first on the way down from 10 degrees; a section without one gets no stall delay.
@@ -78,17 +78,25 @@ SectionTable prepare_section(const Polar& a, const Polar& b, double weight, doub
   const double top = std::max(a.tables.back().reynolds, b.tables.back().reynolds);
   // One Reynolds number only: rows a unit apart, all alike.
   t.reynolds_step = std::max((top - t.reynolds_min) / (SectionTable::kRows - 1), 1.0);
+  struct Direction {
+    double alpha_deg;
+    SinCos inflow;
+  };
+  std::vector<Direction> directions;
+  directions.reserve(kNodes);
+  for (int j = 0; j < kNodes; ++j) {
+    // +-180 degrees are one direction; the file allows rounding between its ends.
+    const double inflow_deg = angle_of_direction_deg(direction(j < kNodes - 1 ? j : 0));
+    double alpha_deg = twist_deg - inflow_deg;
+    alpha_deg += alpha_deg > 180.0 ? -360.0 : (alpha_deg < -180.0 ? 360.0 : 0.0);
+    directions.push_back({alpha_deg, sincos_exact(inflow_deg * std::numbers::pi / 180.0)});
+  }
   t.nodes.reserve(static_cast<std::size_t>(SectionTable::kRows) * SectionTable::kStride);
   for (int i = 0; i < SectionTable::kRows; ++i) {
     const Section section(a, b, weight, t.reynolds_min + i * t.reynolds_step, correction);
-    for (int j = 0; j < kNodes; ++j) {
-      // +-180 degrees are one direction; the file allows rounding between its ends.
-      const double inflow_deg = angle_of_direction_deg(direction(j < kNodes - 1 ? j : 0));
-      double alpha_deg = twist_deg - inflow_deg;
-      alpha_deg += alpha_deg > 180.0 ? -360.0 : (alpha_deg < -180.0 ? 360.0 : 0.0);
-      const SectionCoefficients c = section.at(alpha_deg);
-      const SinCos inflow = sincos_exact(inflow_deg * std::numbers::pi / 180.0);
-      t.nodes.push_back({c.cl * inflow.cos - c.cd * inflow.sin, c.cl * inflow.sin + c.cd * inflow.cos});
+    for (const Direction& d : directions) {
+      const SectionCoefficients c = section.at(d.alpha_deg);
+      t.nodes.push_back({c.cl * d.inflow.cos - c.cd * d.inflow.sin, c.cl * d.inflow.sin + c.cd * d.inflow.cos});
     }
     t.nodes.push_back(t.nodes.back());
   }

@@ -121,6 +121,21 @@ class BadInput(unittest.TestCase):
     def test_report_of_what_is_no_run(self):
         self.refused("hil", "report", "a", says=["a: error: is not a run folder"])
 
+    def test_rotor_validate_needs_measured_data_and_says_how_to_name_them(self):
+        data = os.environ.pop("ROTORLOOP_DATA", None)
+        try:
+            self.refused("rotor", "validate", says=["ROTORLOOP_DATA: error: is not set", "do:"], code=5)
+            os.environ["ROTORLOOP_DATA"] = str(self.path)
+            self.refused("rotor", "validate", says=["holds no folder propellers", "do:"], code=5)
+            (self.path / "propellers").mkdir()
+            self.refused("rotor", "validate", says=["propellers/apc_4.2x4: error: not found", "do:"], code=5)
+            self.refused("rotor", "validate", "--propeller", "apc_5x5", says=['"apc_5x5" is not a measured propeller', "da4002_5x3.75"])
+            self.refused("rotor", "validate", "--stall-drag", "2", says=["--stall-drag", "see rotorloop rotor validate --help"])
+        finally:
+            os.environ.pop("ROTORLOOP_DATA", None)
+            if data is not None:
+                os.environ["ROTORLOOP_DATA"] = data
+
     def test_effects_names_the_known_ones_and_writes_no_page(self):
         self.refused("hil", "effects", "--effect", "nonsense", "-o", "e.md",
                      says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"])

@@ -60,9 +60,9 @@ ReferenceGeometry reference_geometry(const Blade& blade, int elements) {
     const double chord_here = chord(r), per_radius = chord_here / r;
     // tanh of Snel's argument; section_table.hpp has the law.
     const double growth = exp_exact(2.0 * std::min(blade.stall_delay * per_radius * per_radius, 20.0));
-    g.elements.push_back({r, width, chord_here, twist(r) * std::numbers::pi / 180.0,
+    g.elements.push_back({r, width, chord_here, (twist(r) + blade.pitch_offset_deg) * std::numbers::pi / 180.0,
                           polar_section({&blade.polars.at(s[i - 1].polar), &blade.polars.at(s[i].polar), weight,
-                                         (growth - 1.0) / (growth + 1.0), blade.drag_scale})});
+                                         (growth - 1.0) / (growth + 1.0), blade.drag_scale, blade.lift_scale, blade.stall_drag})});
   }
   return g;
 }

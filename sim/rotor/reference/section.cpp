@@ -47,10 +47,12 @@ Section polar_section(const PolarBlend& s) {
       if (alpha_deg > zero_deg) {
         const double fade = std::min(1.0, (kSnelEnd_deg - alpha_deg) / (kSnelEnd_deg - kSnelFullTo_deg));
         const double potential = 2.0 * std::numbers::pi * sin_exact((alpha_deg - zero_deg) * kDegree);
-        c.cl += s.stall_delay_share * fade * std::max(0.0, potential - c.cl);
+        const double gain = s.stall_delay_share * fade * std::max(0.0, potential - c.cl);
+        c.cl += gain;
+        if (alpha_deg > 0.0) c.cd += s.stall_drag * gain * sin_exact(flow.alpha_rad) / cos_exact(flow.alpha_rad);
       }
     }
-    c.cl = compressed(c.cl, flow.mach);
+    c.cl = compressed(s.lift_scale * c.cl, flow.mach);
     return c;
   };
 }

@@ -14,14 +14,16 @@ struct SectionFlow {
 };
 using Section = std::function<SectionCoefficients(const SectionFlow&)>;
 
-// Between two polars (weight 0 is `a`, 1 is `b`), with Snel's stall delay and the drag scale of a blade file; see section_table.hpp
-// for both. The polars must outlive the section.
+// Between two polars (weight 0 is `a`, 1 is `b`), with Snel's stall delay, its drag and the scales of a blade file; see
+// section_table.hpp for them. The polars must outlive the section.
 struct PolarBlend {
   const Polar* a = nullptr;
   const Polar* b = nullptr;
   double weight = 0.0;
   double stall_delay_share = 0.0;
   double drag_scale = 1.0;
+  double lift_scale = 1.0;
+  double stall_drag = 0.0;
 };
 Section polar_section(const PolarBlend& blend);
 

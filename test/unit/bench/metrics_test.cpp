@@ -95,7 +95,7 @@ struct Assessed : ::testing::Test {
   Assessed() {
     s.seeds = {1, 2};
     s.variants = {Variant::pd_ff, Variant::pd_ff_thrust_drag};
-    s.flights = {{"horizontal", ""}};
+    s.flights = {{"horizontal", "", {}}};
     s.limits.error = {{"horizontal", Variant::pd_ff_thrust_drag, 4.0, ErrorAxis::norm_3d}};
     s.limits.reduction = {{"horizontal", Variant::pd_ff, Variant::pd_ff_thrust_drag, 60, ErrorAxis::norm_3d}};
     s.limits.bus_load = {{70, std::nullopt}};
