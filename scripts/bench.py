@@ -53,7 +53,7 @@ def main():
             print(f"skip  BEM, kernel {kernel}: this CPU lacks the instructions", flush=True)
         else:
             row(f"BEM, 12 x 16 nodes, states of a flight, kernel {kernel}", rate, "1/s", limit, False)
-    row("BEM, default 20 x 16 nodes, fastest kernel of this CPU", google_benchmark(f"{BIN}/bench_rotor", "solve/flight_warm_20x16", "items_per_second"),
+    row("BEM, default 24 x 16 nodes, fastest kernel of this CPU", google_benchmark(f"{BIN}/bench_rotor", "solve/flight_warm_24x16", "items_per_second"),
         "1/s", 150e3, False)
     row("mixer", google_benchmark(f"{BIN}/bench_control", "mixer/0") / 1e3, "us", 1.0, True)
     row("one ESC, one 24 kHz period (firmware and drive)", google_benchmark(f"{BIN}/bench_esc", "whole_period"), "ns", 400, True)

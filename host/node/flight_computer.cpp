@@ -11,6 +11,7 @@ namespace state = protocols::state;
 constexpr std::uint64_t kStepsPerReport = 10;  // set-point and status at 100 Hz
 constexpr std::int64_t kSettled_us = 100'000;  // idle speed held this long counts as ready
 constexpr double kIdleTolerance = 0.10;
+constexpr double kIdleSmoothing = 0.05;  // per control step: over 20 ms, so that noise of single reports does not keep the vehicle down
 
 Eigen::Vector3d vector(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 std::array<double, 3> array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -74,6 +75,11 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
 
   if (phase_ == FlightPhase::boot && record_.estimate.valid && escs_.all_operational()) phase_ = FlightPhase::spin_up;
   if (phase_ == FlightPhase::spin_up) {
+    for (std::size_t i = 0; i < kRotors; ++i) {
+      const double speed_rad_s = escs_.esc(i).speed_rad_s;  // NaN: not known
+      idle_speed_rad_s_[i] =
+          std::isfinite(speed_rad_s) ? idle_speed_rad_s_[i] + kIdleSmoothing * (speed_rad_s - idle_speed_rad_s_[i]) : 0.0;
+    }
     const bool idling = all_at(config_.idle_rad_s, kIdleTolerance);
     if (!idling) ready_since_us_ = -1;
     if (idling && ready_since_us_ < 0) ready_since_us_ = now_us;
@@ -113,7 +119,7 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
 
 bool FlightComputer::all_at(double omega_rad_s, double tolerance) const {
   for (std::size_t i = 0; i < kRotors; ++i)
-    if (!(std::fabs(escs_.esc(i).speed_rad_s - omega_rad_s) < tolerance * omega_rad_s)) return false;
+    if (!(std::fabs(idle_speed_rad_s_[i] - omega_rad_s) < tolerance * omega_rad_s)) return false;
   return true;
 }
 
@@ -172,15 +178,15 @@ void FlightComputer::go_safe(SafeReason reason, int esc, std::int64_t now_us) {
 
 void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
   for (const CanFrame& f : state::encode(state::TrackingSetpoint{.time_us = imu_time_us,
-                                                                 .p_W_m = array(record_.setpoint.p_W_m),
-                                                                 .v_W_m_s = array(record_.setpoint.v_W_m_s),
-                                                                 .yaw_rad = record_.setpoint.yaw_rad},
+                           .p_W_m = array(record_.setpoint.p_W_m),
+                           .v_W_m_s = array(record_.setpoint.v_W_m_s),
+                           .yaw_rad = record_.setpoint.yaw_rad},
                                          report_sequence_))
     state_port_.send(f);
   const Limiters& l = record_.command.diagnostics.limiters;
   state::ControllerStatus s;
   s.time_us = imu_time_us;
-  s.mode = phase_ == FlightPhase::flying   ? state::ControllerMode::tracking
+  s.mode = phase_ == FlightPhase::flying    ? state::ControllerMode::tracking
            : phase_ == FlightPhase::spin_up ? state::ControllerMode::idle
            : phase_ == FlightPhase::safe    ? state::ControllerMode::failsafe
                                             : state::ControllerMode::off;
@@ -198,9 +204,9 @@ void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
 namespace {
 // Fault codes of the ESC's vendor status, docs/wire.md.
 const char* fault_text(std::uint8_t code) {
-  constexpr std::array<const char*, 8> kTexts{"reports an error",          "reports over-current",    "reports undervoltage",
-                                              "reports over-voltage",      "reports a stalled rotor", "reports that the motor did not start",
-                                              "reports a sensor fault",    "reports over-temperature"};
+  constexpr std::array<const char*, 8> kTexts{"reports an error",       "reports over-current",    "reports undervoltage",
+                                              "reports over-voltage",   "reports a stalled rotor", "reports that the motor did not start",
+                                              "reports a sensor fault", "reports over-temperature"};
   return code < kTexts.size() ? kTexts[code] : "reports an unknown fault";
 }
 }  // namespace
@@ -208,15 +214,32 @@ const char* fault_text(std::uint8_t code) {
 std::string describe(const SafeState& safe) {
   const char* what = "";
   switch (safe.reason) {
-    case SafeReason::none: return "no safe state";
-    case SafeReason::not_ready: what = "not ready to fly in time"; break;
-    case SafeReason::imu_lost: what = "IMU samples stopped"; break;
-    case SafeReason::pose_lost: what = "estimate not valid: pose messages stopped"; break;
-    case SafeReason::esc_silent: what = "silent: no feedback on the ESC bus"; break;
-    case SafeReason::esc_bus_silent: what = "ESC bus silent: no feedback of any ESC"; break;
-    case SafeReason::esc_fault: what = fault_text(safe.fault_code); break;
-    case SafeReason::esc_not_following: what = "does not follow its set-point"; break;
-    case SafeReason::bus_off: what = "bus off"; break;
+    case SafeReason::none:
+      return "no safe state";
+    case SafeReason::not_ready:
+      what = "not ready to fly in time";
+      break;
+    case SafeReason::imu_lost:
+      what = "IMU samples stopped";
+      break;
+    case SafeReason::pose_lost:
+      what = "estimate not valid: pose messages stopped";
+      break;
+    case SafeReason::esc_silent:
+      what = "silent: no feedback on the ESC bus";
+      break;
+    case SafeReason::esc_bus_silent:
+      what = "ESC bus silent: no feedback of any ESC";
+      break;
+    case SafeReason::esc_fault:
+      what = fault_text(safe.fault_code);
+      break;
+    case SafeReason::esc_not_following:
+      what = "does not follow its set-point";
+      break;
+    case SafeReason::bus_off:
+      what = "bus off";
+      break;
   }
   const auto ms = safe.time_us / 1000;
   std::string text = safe.esc >= 0 ? "ESC " + std::to_string(safe.esc + 1) + " " : std::string();

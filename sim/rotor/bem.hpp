@@ -19,7 +19,7 @@ constexpr int kMaxRadial = kernel::kMaxAnnuli;
 constexpr int kMaxAzimuth = 2 * kernel::kMaxHalfAzimuth;
 
 struct RotorResolution {
-  int radial = 20;          // nodes from hub to tip, Gauss-Legendre in a bent radius, 4..64
+  int radial = 22;          // nodes from hub to tip, Gauss-Legendre in a bent radius, 4..64
   int azimuth = 16;         // uniform nodes (spectral for a periodic integrand), multiple of 4, 8..128
   int max_iterations = 80;  // per annulus; bisection alone needs about 50
 };
