@@ -11,11 +11,11 @@ import sys
 BIN = "build/release/bin"
 
 
-def pinned(command):
+def pinned(command, cwd=None):
     """Runs on one core, with nothing else of ours beside it."""
     if os.path.exists("/usr/bin/taskset"):
         command = ["/usr/bin/taskset", "-c", "0"] + command
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True, cwd=cwd).stdout
 
 
 def google_benchmark(program, name, counter=None, repetitions=5):
@@ -29,11 +29,30 @@ def google_benchmark(program, name, counter=None, repetitions=5):
     return max(b[counter] for b in runs) if counter else min(b["cpu_time"] for b in runs)
 
 
+def compare(old):
+    """The loop and the rotor solve of another revision and of this one, in turn; the best of each."""
+    turns, best = 3, {}
+    for _ in range(turns):
+        for name, folder in (("then", old), ("now", ".")):
+            loop = json.loads(pinned([os.path.abspath(f"{folder}/{BIN}/bench_hil"), "scenarios/paper.toml"], cwd=folder))
+            bem = json.loads(pinned([f"{folder}/{BIN}/bench_rotor", "--benchmark_filter=^solve/flight_warm_12x16$", "--benchmark_format=json",
+                                     "--benchmark_min_time=0.3"]))["benchmarks"][0]["items_per_second"]
+            was = best.get(name, (0.0, 0.0))
+            best[name] = (max(was[0], loop["times_real_time"]), max(was[1], bem))
+    print(f"{os.path.basename(old)} and this tree in turn, best of {turns}:")
+    for i, what in enumerate(("whole loop, times real time", "BEM, 12 x 16 nodes, 1/s")):
+        then, now = best["then"][i], best["now"][i]
+        print(f"        {what:<58} {then:>10.4g} -> {now:>10.4g}   x {now / then:.2f}", flush=True)
+    return best
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("--json", help="also write the figures here", default="build/bench/figures.json")
+    p.add_argument("--against", help="folder of another revision, built (scripts/bench --against REV makes it)")
     args = p.parse_args()
     rows = []
+    comparison = compare(args.against) if args.against else None
 
     def row(what, value, unit, limit, lower_is_better):
         ok = value <= limit if lower_is_better else value >= limit
@@ -53,13 +72,13 @@ def main():
             print(f"skip  BEM, kernel {kernel}: this CPU lacks the instructions", flush=True)
         else:
             row(f"BEM, 12 x 16 nodes, states of a flight, kernel {kernel}", rate, "1/s", limit, False)
-    row("BEM, default 24 x 16 nodes, fastest kernel of this CPU", google_benchmark(f"{BIN}/bench_rotor", "solve/flight_warm_24x16", "items_per_second"),
+    row("BEM, default 22 x 16 nodes, fastest kernel of this CPU", google_benchmark(f"{BIN}/bench_rotor", "solve/flight_warm_22x16", "items_per_second"),
         "1/s", 150e3, False)
     row("mixer", google_benchmark(f"{BIN}/bench_control", "mixer/0") / 1e3, "us", 1.0, True)
     row("one ESC, one 24 kHz period (firmware and drive)", google_benchmark(f"{BIN}/bench_esc", "whole_period"), "ns", 400, True)
     os.makedirs(os.path.dirname(args.json), exist_ok=True)
     with open(args.json, "w") as f:
-        json.dump({"loop": loop, "figures": rows}, f, indent=1)
+        json.dump({"loop": loop, "figures": rows, "comparison": comparison}, f, indent=1)
     sys.exit(0 if all(r["pass"] for r in rows) else 6)
 
 

@@ -48,8 +48,6 @@ BENCHMARK_CAPTURE(solve, flight_warm_12x16_baseline, true, 12, 16, RotorKernel::
 BENCHMARK_CAPTURE(solve, flight_warm_12x16_v3, true, 12, 16, RotorKernel::v3);
 BENCHMARK_CAPTURE(solve, flight_warm_12x16_v4, true, 12, 16, RotorKernel::v4);
 BENCHMARK_CAPTURE(solve, flight_cold_12x16, false, 12, 16);
-BENCHMARK_CAPTURE(solve, flight_warm_24x16, true, 24, 16);
 BENCHMARK_CAPTURE(solve, flight_warm_22x16, true, 22, 16);
-BENCHMARK_CAPTURE(solve, flight_warm_20x16, true, 20, 16);
 BENCHMARK_CAPTURE(solve, flight_warm_64x128, true, 64, 128);
 BENCHMARK_MAIN();

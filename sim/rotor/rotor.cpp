@@ -69,7 +69,7 @@ double monotone_cubic(std::size_t count, std::size_t at, double x, X abscissa, Y
 void check(const RotorResolution& r) {
   const auto refuse = [](const std::string& what, const std::string& remedy) { throw Error({"rotor resolution", what, "", remedy}); };
   if (r.radial < 4 || r.radial > kMaxRadial)
-    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 20, or 64 for a reference");
+    refuse("radial = " + std::to_string(r.radial) + " is outside 4 to 64 nodes", "use 22, or 64 for a reference");
   if (r.azimuth < 8 || r.azimuth > kMaxAzimuth || r.azimuth % 4 != 0)
     refuse("azimuth = " + std::to_string(r.azimuth) + " is not a multiple of 4 in 8 to 128 nodes", "use 16, or 128 for a reference");
   if (r.max_iterations < 1) refuse("max_iterations = " + std::to_string(r.max_iterations) + " is below 1", "use 80");
