@@ -324,7 +324,7 @@ class Motor {
 
   void learn_resistance(float measured_ohm) {
     const float expected_ohm = config_.observer.resistance_ohm;
-    if (magnitude(measured_ohm - expected_ohm) <= config_.start.measure_tolerance * expected_ohm)
+    if (measured_ohm >= config_.start.measure_least * expected_ohm && measured_ohm <= config_.start.measure_most * expected_ohm)
       v_.resistance_ohm = measured_ohm;
     else
       ++v_.counters.resistance_refused;
