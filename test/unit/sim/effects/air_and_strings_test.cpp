@@ -134,6 +134,22 @@ TEST(SlungLoad, PullsAHeldBodyWithItsWeight) {
   EXPECT_NEAR(wrench_of(*e, held).force_B_N.z(), -0.1 * kStandardGravity_m_s2, 1e-6);
   EXPECT_LT(wrench_of(*e, held).moment_B_N_m.norm(), 1e-9) << "hangs below the centre of mass";
 }
+TEST(SlungLoad, HangsToLeewardUnderAHeldBodyByTheDragOfTheWindAndItsDensity) {
+  for (const double density_kg_m3 : {1.225, 0.98}) {
+    const auto e = make("slung_load", 0.1, {{"drag_N_s2_m2", 0.004}});
+    PlantSetup setup = reference_setup();
+    e->prepare(setup);
+    BodyMotion held;
+    held.p_W_m.z() = 10.0;
+    held.R_WB = Eigen::AngleAxisd(0.5236, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    held.v_air_B_m_s = held.R_WB.transpose() * Eigen::Vector3d(-5.0, 0.0, 0.0);  // the wind blows towards +x
+    held.density_kg_m3 = density_kg_m3;
+    for (int i = 0; i < 240'000; ++i) e->advance(held, 5e-4);  // until its own drag has damped the swing
+    const Eigen::Vector3d pull_W_N = held.R_WB * wrench_of(*e, held).force_B_N;
+    EXPECT_NEAR(pull_W_N.x(), 0.004 * 25.0 * density_kg_m3 / 1.225, 1e-3) << density_kg_m3;
+    EXPECT_NEAR(pull_W_N.z(), -0.1 * kStandardGravity_m_s2, 1e-3);
+  }
+}
 TEST(SlungLoad, SwingsLikeAPendulumFromAHeldBodyAndLosesNoMoreThanItsDrag) {
   const auto e = make("slung_load", 0.1, {{"length_m", 1.0}, {"drag_N_s2_m2", 0.0}});
   PlantSetup setup = reference_setup();
