@@ -5,7 +5,7 @@
 
 namespace rotorloop::sim {
 
-constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 288 K (ISA); varies 2 % over 10 K, Reynolds effects are weaker still
+constexpr double kViscosity_Pa_s = 1.81e-5;  // of air at 293 K (Sutherland); varies 2.5 % over 10 K, Reynolds effects are weaker still
 constexpr double kTiny = 1e-12;              // keeps 0/0 out at zero speed; far below any speed that matters
 constexpr double kPittPeters = 15.0 * std::numbers::pi / 32.0;  // skew gain, Pitt & Peters 1981
 

@@ -1,5 +1,6 @@
-// The air is thinner or denser than believed: everything aerodynamic scales with it, 1 % for 3 K or for 100 m of height. The
-// blade-element solve also sees the Reynolds number change.
+// The air is thinner or denser than believed: rotors and body drag scale with it, 1 % for 3 K or for 100 m of height. The
+// blade-element solve also sees the Reynolds number change. Effects whose coefficient lumps density (linear_drag, rate_damping,
+// rotor_rolling_moment, lateral_flapping) do not follow.
 #include "sim/effects/air/air_list.hpp"
 
 namespace rotorloop::sim {

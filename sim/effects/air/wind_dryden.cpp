@@ -1,5 +1,6 @@
 // Turbulence after Dryden: three first-order (Gauss-Markov) components of the wind along, across and up, with the low-altitude
-// lengths of MIL-F-8785C (L_u = h / (0.177 + 0.000823 h)^1.2 in feet, L_w = h), seen frozen at the mean airspeed. Lateral and
+// lengths L_u = h / (0.177 + 0.000823 h)^1.2 in feet (MIL-F-8785C), L_u / 2 across and h / 2 up (MIL-HDBK-1797), seen frozen at the
+// mean airspeed. Lateral and
 // vertical components of the full form are of second order; the first-order form has the same variance and length.
 // Exact discretisation: the variance is right from the first sample and at any step. The same gust reaches all rotors: eddies
 // smaller than the vehicle (0.2 m) are beyond this model.

@@ -1,4 +1,5 @@
-// Coefficients of the aerodynamic effects of this folder are given for the standard atmosphere and scale with the air around.
+// Aerodynamic coefficients of this folder are given for the standard atmosphere and scale with the air around, except those that
+// lump the density with more (linear_drag, rate_damping).
 #pragma once
 #include "sim/airframe/body_loads.hpp"
 

@@ -1,4 +1,4 @@
-// Climb adds to the flow through the disk, lowers the blades' angle of attack and costs thrust: T falls by 11 % at 3.1 m/s here,
+// Climb adds to the flow through the disk, lowers the blades' angle of attack and costs thrust: T falls by 10 % at 3.1 m/s here,
 // at the same rotor speed. The blade-element solve has it; share scales the axial velocity that the rotor meets.
 // Source: Glauert's momentum theory with blade elements; Svacha, Mohta, Kumar 2017 measure it as k_z omega v_z.
 #include "sim/effects/rotor/rotor_list.hpp"

@@ -42,7 +42,8 @@ inline double cone_rad(const FlappingBlade& b, double compliance_rad_N_m, double
   return compliance_rad_N_m * moment_N_m / (1.0 + compliance_rad_N_m * b.inertia_kg_m2 * omega_rad_s * omega_rad_s);
 }
 
-// The blades' part of what sim/effects/body/gyroscopic puts on the body, when they cannot flap. Frame R, about x and y.
+// The blades' part of what sim/effects/body/gyroscopic puts on the body, when they cannot flap. Frame R, about x and y. Effects take
+// it back where blades flap; they count on `gyroscopic` being switched on, as in any plant that is meant to be whole.
 inline Eigen::Vector2d blade_gyroscopic_moment_R_N_m(const RotorSite& s) {
   const double H_N_m_s = s.condition.spin * s.rotor->blade_inertia_kg_m2() * s.condition.omega_rad_s;
   return {-s.condition.w_R_rad_s.y() * H_N_m_s, s.condition.w_R_rad_s.x() * H_N_m_s};

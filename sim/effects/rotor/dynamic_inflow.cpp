@@ -1,6 +1,6 @@
 // The air above and below a disk has mass: the induced velocity follows a change of thrust only after tau, and until then the
 // blades meet the old inflow. A step of rotor speed therefore overshoots in thrust. Apparent mass of the disk 0.849 pi rho R^3:
-//   tau = factor * 0.849 R / (2 (U + v_i dU/dv_i)),  U = sqrt(v_xy^2 + (v_z + v_i)^2);  in hover 0.849 R / (4 v_i) = 1.8 ms here
+//   tau = factor * 0.849 R / (2 (U + v_i dU/dv_i)),  U = sqrt(v_xy^2 + (v_z + v_i)^2);  in hover 0.849 R / (4 v_i) = 1.6 ms here
 // Thrust and torque come from the lagging inflow through the blades' own slopes at fixed rotor speed, which a second solve in a
 // slightly faster climb gives: both change with the whole flow through the disk, climb and induced. Where the wake has rolled up
 // (vortex ring) that flow hardly changes with climb; the last good slopes are kept there, in proportion to rotor speed.

@@ -26,9 +26,10 @@ class GroundEffectVehicle final : public Effect {
  public:
   explicit GroundEffectVehicle(const EffectValues& v) : gain_(v[0]), fountain_(v[1]) {}
 
+  // Effects that act later may still move the centre of mass or lift all hubs, so only where the hubs are from each other is kept.
   void prepare(PlantSetup& setup) override {
     ground_z_m_ = setup.body.ground_z_m;
-    for (std::size_t i = 0; i < kAirframeRotors; ++i) hub_B_m_[i] = setup.body.rotors[i].hub_m - setup.body.com_offset_m;
+    for (std::size_t i = 0; i < kAirframeRotors; ++i) hub_B_m_[i] = setup.body.rotors[i].hub_m;
     for (const Eigen::Vector3d& a : hub_B_m_)
       for (const Eigen::Vector3d& b : hub_B_m_) diagonal_m_ = std::max(diagonal_m_, (a - b).norm());
   }
@@ -43,13 +44,13 @@ class GroundEffectVehicle final : public Effect {
 
  private:
   double height_m(const RotorSite& s, std::size_t rotor) const {
-    const double z_m = s.body->p_W_m.z() + s.body->R_WB.row(2).dot(hub_B_m_[rotor]) - ground_z_m_;
+    const double z_m = s.hub_W_m.z() + s.body->R_WB.row(2).dot(hub_B_m_[rotor] - hub_B_m_[s.index]) - ground_z_m_;
     return std::max(z_m, 0.5 * s.rotor->radius_m());
   }
 
   double gain_, fountain_;
   double ground_z_m_ = 0.0, diagonal_m_ = 0.0;
-  std::array<Eigen::Vector3d, kAirframeRotors> hub_B_m_{};
+  std::array<Eigen::Vector3d, kAirframeRotors> hub_B_m_{};  // from the geometric centre
 };
 
 constexpr EffectOption kOptions[]{{"fountain", "1", 0.0, 4.0, 2.0}};

@@ -1,7 +1,8 @@
 // The side force of a rotor in edgewise flow: coning and stiff blades lean the disk across the wind, to the left of its motion
 // for a counter-clockwise rotor with k_l > 0, to the right for a clockwise one: force spin k_l omega (e_z x v_xy). Over four
 // equal rotors it cancels; a yaw torque in forward flight uncovers it. A disk that leans 0.44 degrees at 15 m/s, as a stiff
-// three-blade propeller does, is k_l = 0.9e-6 N s^2/m at 1.7 N and 945 rad/s. Source: first-harmonic flapping, sine term.
+// three-blade propeller does, is k_l = 0.9e-6 N s^2/m at 1.7 N and 945 rad/s; it lumps the density and does not follow it. Source:
+// first-harmonic flapping, sine term.
 #include "sim/effects/rotor/rotor_list.hpp"
 
 namespace rotorloop::sim {

@@ -5,9 +5,10 @@
 
 namespace rotorloop::sim {
 
-// Order: what the hub's motion is, what scales it, what wakes add to it; after the solve first the terms that add (differences of
-// two solves, flapping of the blades under the loads of the rigid rotor), then those that multiply what is there; thrust_lag after
-// all other aerodynamic loads.
+// Order: what the hub's motion is, what scales it, what wakes add to it; after the solve first the differences of
+// two solves, then what multiplies the in-plane force of the rigid rotor, before flapping leans the thrust into the disk plane (the
+// factor is that of the blade-element force, not of the thrust); then what multiplies the thrust; thrust_lag after all other
+// aerodynamic loads.
 EffectList rotor_effects() {
   static const std::array list{
       // clang-format off
@@ -17,9 +18,10 @@ EffectList rotor_effects() {
       &kDynamicInflow,
       &kTranslationalLift,
       &kTorqueAdvance,
+      &kRotorDrag,
+      &kRotorBodyInterference,
       &kBladeFlapping,
       &kSoftFlapping,
-      &kRotorDrag,
       &kVortexRingLoss,
       &kVortexRingFluctuation,
       &kGroundEffectRotor,
@@ -28,7 +30,6 @@ EffectList rotor_effects() {
       &kHoverInterference,
       &kThrustScale,
       &kThrustSpeedExponent,
-      &kRotorBodyInterference,
       &kBlockageStrut,
       &kRotorRollingMoment,
       &kLateralFlapping,

@@ -3,6 +3,7 @@
 // 6.3 mm/s) for a 20 g rotor at 945 rad/s allows 1.3e-7 kg m; 10 mg missing 50 mm from the shaft are 5e-7 kg m and 0.45 N.
 // The angle is integrated with the rotor's own speed; at 2 kHz a turn has some 13 steps in hover and seven at 17 000 RPM.
 // Source: centripetal force.
+#include <cmath>
 #include <numbers>
 
 #include "host/base/elementary.hpp"
@@ -28,7 +29,7 @@ class RotorImbalance final : public Effect {
   }
   void advance(const BodyMotion&, double dt_s) override {
     angle_rad_ += dt_s * (omega_rad_s_ + 0.5 * dt_s * omega_dot_rad_s2_);
-    while (angle_rad_ > 2.0 * std::numbers::pi) angle_rad_ -= 2.0 * std::numbers::pi;
+    angle_rad_ -= 2.0 * std::numbers::pi * std::floor(angle_rad_ / (2.0 * std::numbers::pi));
   }
 
  private:

@@ -1,5 +1,5 @@
 // Body rates move the hubs: Omega x r adds to the velocity that each rotor meets, and tilts the inflow across each disk. The
-// rotor that goes down thrusts more than the one that goes up, so hover damps roll and pitch by 1.7 mN m s here. A plant has it;
+// rotor that goes down thrusts more than the one that goes up, so hover damps roll and pitch by 1.9 mN m s here. A plant has it;
 // share scales both parts. The yaw rate keeps turning the blades through the air (it adds to omega, not to the inflow).
 // Source: kinematics of a rigid body; Amer 1950 for the damping of a single rotor.
 #include <Eigen/Geometry>

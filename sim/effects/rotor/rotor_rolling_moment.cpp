@@ -1,6 +1,7 @@
 // The advancing side of a rotor lifts more than the retreating one: moment -spin omega mu_R v_xy on the hub, which lowers the
 // retreating side. It comes on top of the hub moment of the blade-element solve, for rotors that show more of it; over the
 // four rotors it cancels unless their speeds differ. Size: mu_R = 1e-6 N s^2 gives 8 mN m per rotor at 8.5 m/s and 945 rad/s.
+// mu_R lumps the density and does not follow it.
 // Source: the rolling-moment term of RotorS (Furrer et al. 2016); Kai, Allibert, Hua, Hamel 2017, eq. (7).
 #include "sim/effects/rotor/rotor_list.hpp"
 

@@ -134,6 +134,46 @@ TEST(SlungLoad, PullsAHeldBodyWithItsWeight) {
   EXPECT_NEAR(wrench_of(*e, held).force_B_N.z(), -0.1 * kStandardGravity_m_s2, 1e-6);
   EXPECT_LT(wrench_of(*e, held).moment_B_N_m.norm(), 1e-9) << "hangs below the centre of mass";
 }
+TEST(SlungLoad, HangsToLeewardUnderAHeldBodyByTheDragOfTheWindAndItsDensity) {
+  for (const double density_kg_m3 : {1.225, 0.98}) {
+    const auto e = make("slung_load", 0.1, {{"drag_N_s2_m2", 0.004}});
+    PlantSetup setup = reference_setup();
+    e->prepare(setup);
+    BodyMotion held;
+    held.p_W_m.z() = 10.0;
+    held.R_WB = Eigen::AngleAxisd(0.5236, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    held.v_air_B_m_s = held.R_WB.transpose() * Eigen::Vector3d(-5.0, 0.0, 0.0);  // the wind blows towards +x
+    held.density_kg_m3 = density_kg_m3;
+    for (int i = 0; i < 240'000; ++i) e->advance(held, 5e-4);  // until its own drag has damped the swing
+    const Eigen::Vector3d pull_W_N = held.R_WB * wrench_of(*e, held).force_B_N;
+    EXPECT_NEAR(pull_W_N.x(), 0.004 * 25.0 * density_kg_m3 / 1.225, 1e-3) << density_kg_m3;
+    EXPECT_NEAR(pull_W_N.z(), -0.1 * kStandardGravity_m_s2, 1e-3);
+  }
+}
+TEST(SlungLoad, TheStringOfTheHeaviestLoadStopsRingingUnderAFreeBodyAtTheLeastDampingThatAFileMayGive) {
+  const EffectInfo* info = find_effect("slung_load");
+  EffectValues values = effect_values(*info, info->parameter.max);
+  std::size_t damping = 0;
+  while (info->options[damping].key != "string_damping") ++damping;
+  values[damping + 1] = info->options[damping].min;
+  EffectSet effects;
+  effects.add("slung_load", values);
+  PlantSetup setup = reference_setup();
+  effects.prepare(setup);
+  FlightDynamics flight(setup, {&rotor(), &rotor(), &rotor(), &rotor()}, std::move(effects), at_height(50.0));
+  const Four omega{1140, 1140, 1140, 1140};  // carries both, nearly
+  double early_N = 0.0, late_N = 0.0, before_N = 0.0;
+  for (int i = 0; i < 6000; ++i) {
+    flight.evaluate_rotors(omega);
+    flight.step(Four{});
+    const double pull_N = flight.airframe().wrench().further.force_B_N.z(), change_N = std::fabs(pull_N - before_N);
+    before_N = pull_N;
+    if (i > 1 && i < 200) early_N = std::max(early_N, change_N);
+    if (i > 5000) late_N = std::max(late_N, change_N);
+  }
+  EXPECT_GT(early_N, 1e-3) << "it did ring";
+  EXPECT_LT(late_N, 1e-3 * early_N);
+}
 TEST(SlungLoad, SwingsLikeAPendulumFromAHeldBodyAndLosesNoMoreThanItsDrag) {
   const auto e = make("slung_load", 0.1, {{"length_m", 1.0}, {"drag_N_s2_m2", 0.0}});
   PlantSetup setup = reference_setup();

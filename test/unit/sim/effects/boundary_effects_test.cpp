@@ -1,6 +1,7 @@
 // Ground and ceiling: sizes of the published laws, limits, and the moments of a vehicle that is not level.
 #include <gtest/gtest.h>
 
+#include "sim/plant/flight_dynamics.hpp"
 #include "test/unit/sim/effects/vehicle.hpp"
 
 namespace rotorloop::sim {
@@ -78,6 +79,29 @@ TEST(GroundEffectVehicle, VanishesHighUpAndInFastFlightAndLeavesTorqueAndInPlane
   EXPECT_LT(gain_of(*effect, above_ground(1, {12, 0, 0})), 0.25 * gain_of(*effect, above_ground(1)));
   const BodyMotion m = above_ground(1, {2, 0, 0});
   EXPECT_EQ(largest_change_beside_thrust(loads_with(*effect, site(0, m)), solved(site(0, m))), 0.0);
+}
+
+// Hubs, not the centre of mass, are what stands above the ground, whichever other effect has moved one against the other.
+TEST(GroundEffectVehicle, FollowsTheTrueHeightOfTheHubsWhenAnotherEffectMovesThemOrTheCentreOfMass) {
+  const auto thrust_of = [](std::string_view other, double value, const Eigen::Vector3d& com_m, double hubs_above_com_m) {
+    EffectSet effects;
+    effects.add("ground_effect_vehicle", 1.0);
+    if (!other.empty()) effects.add(other, effect_values(*find_effect(other), value));
+    PlantSetup setup = reference_setup();
+    effects.prepare(setup);
+    EXPECT_LT((setup.body.com_offset_m - com_m).norm(), 1e-12);
+    AirframeState hover;
+    hover.p_W_m.z() = 1.5 * kR_m - hubs_above_com_m;
+    FlightDynamics flight(setup, {&rotor(), &rotor(), &rotor(), &rotor()}, std::move(effects), hover);
+    std::array<double, 4> omega{};
+    omega.fill(hover_omega());
+    flight.evaluate_rotors(omega);
+    return thrust_N(flight.loads()[0]);
+  };
+  const double plain_N = thrust_of("", 0.0, Eigen::Vector3d::Zero(), kHeight_m);
+  EXPECT_NEAR(thrust_of("rotor_plane_height", 0.03, Eigen::Vector3d::Zero(), kHeight_m + 0.03) / plain_N, 1.0, 1e-12);
+  const double z_m = -0.04 * 0.4 / (0.4 + kMass_kg);
+  EXPECT_NEAR(thrust_of("payload_mass", 0.4, {0.0, 0.0, z_m}, kHeight_m - z_m) / plain_N, 1.0, 1e-12);
 }
 
 BodyMotion below_ceiling(double radii, double ceiling_z_m = 3.0) { return flying({0, 0, 0}, ceiling_z_m - radii * kR_m - kHeight_m); }

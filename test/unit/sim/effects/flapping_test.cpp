@@ -187,6 +187,22 @@ TEST(SoftFlapping, IsWhatBladeFlappingTendsToWithinAFactorOfThree) {
     EXPECT_LT(edgewise_norm(spring.now.moment_R_N_m), 1e-5) << "no moment through a free hinge";
   }
 }
+TEST(SoftFlapping, TheLeanOfTheThrustIsNotDragOfTheRigidRotorSoItsFactorsLeaveItAlone) {
+  const RotorSite s = site(kCounterClockwise, flying({4, 0, 0}));
+  const auto leaned_N = [&](double share, double k_H) {
+    EffectSet set;
+    set.add("soft_flapping", share);
+    set.add("rotor_drag", 0.5);
+    set.add("rotor_body_interference", k_H);
+    RotorLoads l = solved(s);
+    set.rotor_loads(s, l);
+    return l.force_R_N.x();
+  };
+  const double lean_N = leaned_N(1.0, 1.0) - leaned_N(0.0, 1.0);
+  EXPECT_LT(lean_N, -0.02);
+  EXPECT_NEAR(leaned_N(1.0, 3.0) - leaned_N(0.0, 3.0), lean_N, 1e-12);
+  EXPECT_NEAR(leaned_N(0.0, 3.0), 1.5 * solved(s).force_R_N.x(), 1e-12) << "the rigid rotor has the product of both";
+}
 TEST(SoftFlapping, SleepsOnAStoppedRotor) {
   const Changed c = flapped("soft_flapping", 1.0, flying({8.5, 0, 0}), kCounterClockwise, 0.0);
   EXPECT_EQ(c.now.force_R_N, c.rigid.force_R_N);

@@ -144,7 +144,7 @@ TEST(PlantFileErrors, UnknownEffectListsTheKnownOnes) {
                     HasSubstr("use one of: "), HasSubstr(", rotor_inertia_reaction, gyroscopic")));
 }
 TEST(PlantFileErrors, EffectParameterOutOfRange) {
-  EXPECT_THAT(message("k_H = 1.5", "k_H = 0.5"), HasSubstr("k_H = 0.5 is outside 1 to 4"));
+  EXPECT_THAT(message("k_H = 1.56", "k_H = 0.5"), HasSubstr("k_H = 0.5 is outside 1 to 4"));
 }
 TEST(PlantFileErrors, EffectParameterMissing) {
   EXPECT_THAT(message("id = \"gyroscopic\"", "id = \"blockage_strut\"", "[[effect]]\nid = \"blockage_strut\""),
