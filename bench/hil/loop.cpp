@@ -73,7 +73,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     p.fast_feedback_Hz = config.fast_channel_Hz > 0 ? 1000 : 0;  // every set-point is answered, whatever its rate
     firmware::EscNode node(p, identity(i));
     CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
-    const double lag_s = config.esc[index] == EscModel::lag ? config.esc_lag_s : setup.esc[index].lag_s;
+    const double lag_s = setup.esc[index].lag_s + (config.esc[index] == EscModel::lag ? config.esc_lag_s : 0.0);
     if (lag_s > 0.0) {
       escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, setup.esc[index],
                          sim::RandomStream(config.seed, kSpeedNoiseModule + index));
