@@ -10,6 +10,7 @@
 #include "firmware/core/motor/modulator.hpp"
 #include "firmware/core/motor/observer.hpp"
 #include "firmware/core/motor/protection.hpp"
+#include "firmware/core/motor/resistance.hpp"
 #include "firmware/core/motor/speed_loop.hpp"
 #include "firmware/core/motor/start_up.hpp"
 
@@ -29,6 +30,7 @@ struct MotorConfig {
   SpeedLoopConfig speed{};
   StartConfig start{};
   ProtectionConfig protection{};
+  ResistanceConfig resistance{};
   bool compensate_delay = true;  // false only to show what it prevents
   float weaken_A_per_V = 0.6f;   // field weakening integral, per supervision tick
   float weaken_most_A = 0.0f;
@@ -85,6 +87,9 @@ constexpr MotorConfig configure(const Parameters& p) {
 
   c.start.tick_s = c.speed.period_s;
   c.start.current_A = 12.0f < 0.5f * p.phase_current_limit_A ? 12.0f : 0.5f * p.phase_current_limit_A;
+  c.resistance.least_ohm = kResistanceLeast * resistance;
+  c.resistance.most_ohm = kResistanceMost * resistance;
+  c.resistance.learn_ohm_A_s = 50.0f * p.flux_linkage_Wb;  // a second at changes of 10 A and 5 000 electrical rad/s
   c.protection.trip_A = B::kTripCurrent_A;
   c.protection.undervoltage_V = p.undervoltage_V;
   c.protection.overvoltage_V = p.overvoltage_V;

@@ -34,6 +34,7 @@ struct MotorVariables {
   Rotor given_V{};
   float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
   float resistance_ohm = 0.0f;            // phase and switch, measured at the last start
+  ResistanceState learning{};
   bool voltage_limited = false;
   std::uint32_t limited_samples = 0;  // of the last kSlots
   float bus_V = 0.0f, temperature_K = 0.0f;
@@ -222,6 +223,9 @@ class Motor {
         break;
       case 3:
         weaken();
+        if (v_.state == MotorState::running)
+          v_.resistance_ohm =
+              step(config_.resistance, v_.learning, v_.resistance_ohm, v_.observer.flux_ratio, v_.measured_A.q, v_.observer.omega_e_rad_s);
         break;
       case 4:
         v_.range = current_range(config_.limits, {speed_rad_s(), v_.bus_V, v_.temperature_K, v_.wanted_A.d});
@@ -323,8 +327,7 @@ class Motor {
   }
 
   void learn_resistance(float measured_ohm) {
-    const float expected_ohm = config_.observer.resistance_ohm;
-    if (measured_ohm >= config_.start.measure_least * expected_ohm && measured_ohm <= config_.start.measure_most * expected_ohm)
+    if (measured_ohm >= config_.resistance.least_ohm && measured_ohm <= config_.resistance.most_ohm)
       v_.resistance_ohm = measured_ohm;
     else
       ++v_.counters.resistance_refused;
@@ -337,6 +340,7 @@ class Motor {
     v_.phase_s = 0.0f;
     v_.direction = sign_of(v_.observer.omega_e_rad_s);
     v_.wanted_A = {v_.fade_d_A, current_q_A};
+    v_.learning = {v_.observer.flux_ratio, 0.0f};
     enter(config_.speed, v_.speed, speed_rad_s(), current_q_A);
   }
 

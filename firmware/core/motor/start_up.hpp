@@ -21,9 +21,6 @@ struct StartConfig {
   // a wrong one is the observer's worst enemy, and it changes by 0.4 % per kelvin.
   float measure_low_share = 0.5f;      // of current_A, first half
   float measure_window_s = 0.015f;     // at the end of each half, when the swing has died
-  // A result beyond these shares of the parameter is not believed. Upwards they leave room for copper 100 K hotter (1.39) in a
-  // motor 30 % off its data sheet: to refuse a hot winding would be to run on exactly the error that the measurement is there for.
-  float measure_least = 0.65f, measure_most = 1.8f;
   float acceleration_rad_s2 = 800.0f;  // mechanical, of the turned vector: about 60 % of what 12 A can give at full load angle
   // A rotor held by a current vector swings like a pendulum with hardly any friction. Its swing shows in the voltage across the
   // vector, where no resistance error hides it; a current across the vector answers it.

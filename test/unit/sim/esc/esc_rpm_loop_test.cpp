@@ -117,7 +117,7 @@ TEST(RpmLoop, Starts20OutOf20WithinSixHundredMilliseconds) {
       slowest_ms = std::max(slowest_ms, r.reached_ms);
       const StartResult b = measure_start(seed, 2000.0, [](NativeEsc& e) {
         auto& m = e.motor().config();
-        m.start.measure_least = m.start.measure_most = 1.0f;      // resistance as in the parameter
+        m.resistance.least_ohm = m.resistance.most_ohm = 0.064f;  // resistance as in the parameter
         m.observer.length_least = m.observer.length_most = 1.0f;  // flux as in the parameter
         m.observer.speed_corner_rad_s = 1500.0f;                  // speed as wide as the angle
         m.start.damping_A_V = 0.0f;
