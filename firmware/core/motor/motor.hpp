@@ -33,7 +33,7 @@ struct MotorVariables {
   Rotor measured_A{};
   Rotor given_V{};
   float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
-  float resistance_ohm = 0.0f;            // phase and switch, measured at the last start
+  float resistance_ohm = 0.0f;            // phase and switch, measured at the last start and followed since
   ResistanceState learning{};
   bool voltage_limited = false;
   std::uint32_t limited_samples = 0;  // of the last kSlots

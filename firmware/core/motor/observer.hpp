@@ -42,7 +42,7 @@ struct ObserverState {
   float flux_ratio = 0.0f;      // |magnet flux| / expected, filtered
 };
 
-// resistance_ohm: phase and switch, as measured at the last start. modelled: torque_rad_s2 is meaningful.
+// resistance_ohm: phase and switch, as measured and followed (resistance.hpp). modelled: torque_rad_s2 is meaningful.
 // applied_V acted over the period that ended with current_A; torque_rad_s2: electrical acceleration that the known torque gives.
 inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, Stator current_A, float resistance_ohm, float torque_rad_s2,
                  bool modelled) {
