@@ -14,21 +14,16 @@ PlantSetup with(std::string_view id, double value, const std::vector<std::pair<s
   make(id, value, options)->prepare(s);
   return s;
 }
-// Moment about the centre of mass by four equal thrusts along the shafts.
-Eigen::Vector3d hover_moment(const PlantSetup& s, double weight_N) {
+// What four equal thrusts along the shafts, together the weight, put on the body.
+AirframeWrench hover(const PlantSetup& s, double weight_N) {
   Airframe a(s.body, at_height(10.0));
   FourLoads loads{};
   for (RotorLoads& l : loads) l.force_R_N.z() = weight_N / 4.0;
   a.step(loads, Four{}, Four{});
-  return a.wrench().rotor_moment_B_N_m;
+  return a.wrench();
 }
-Eigen::Vector3d hover_force(const PlantSetup& s, double weight_N) {
-  Airframe a(s.body, at_height(10.0));
-  FourLoads loads{};
-  for (RotorLoads& l : loads) l.force_R_N.z() = weight_N / 4.0;
-  a.step(loads, Four{}, Four{});
-  return a.wrench().rotor_force_B_N;
-}
+Eigen::Vector3d hover_moment(const PlantSetup& s, double weight_N) { return hover(s, weight_N).rotor_moment_B_N_m; }
+Eigen::Vector3d hover_force(const PlantSetup& s, double weight_N) { return hover(s, weight_N).rotor_force_B_N; }
 const double kWeight_N = kMass_kg * kStandardGravity_m_s2;
 
 TEST(PayloadMass, AddsItsMassAndMovesTheCentreOfMassByTheLeverRule) {
