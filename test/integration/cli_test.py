@@ -154,6 +154,14 @@ class BadInput(unittest.TestCase):
         strut = next(p for p in probes if p["effect"] == "blockage_strut")
         self.assertAlmostEqual(strut["measured"], -8.0, places=6)
 
+    def test_effects_flies_with_15_rad_s_of_noise_on_reported_rotor_speeds_instead_of_never_being_ready(self):
+        shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
+        done = self.run_command("hil", "effects", "--scenario", str(shipped), "--effect", "rotor_speed_noise", "--seeds", "1", "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line for line in done.stdout.splitlines() if line.startswith("| `rotor_speed_noise`")]
+        self.assertEqual(len(rows), 1, done.stdout)
+        self.assertNotIn("safe_state", rows[0])
+
     def test_rotor_plot_of_bad_blades_names_the_line_and_writes_no_page(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "vehicles" / "blades" / "triblade_5in.toml"
         text = shipped.read_text(encoding="utf-8")
