@@ -331,7 +331,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     ++out.noise_rounds;
     return change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
   };
-  constexpr double kNear = 2e-2;     // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
   constexpr double kCertain = 1e-2;  // a decrement below it is a step that cannot fail: its cost need not be looked at
   double damping = 0.0;
   bool noise_settled = o.noise.rounds == 0;
