@@ -63,11 +63,13 @@ void add_attitude(FlightGrid& g, const Stream<PoseReading>& pose, const host::Ve
 
 }  // namespace
 
-FlightGrid make_grid(const FlightRecord& r, const host::VehicleModel& vehicle, double corner_hz) {
+FlightGrid make_grid(const CheckState& s, double corner_hz) {
+  const FlightRecord& r = s.record;
+  const host::VehicleModel& vehicle = s.vehicle;
   FlightGrid g;
   TimeRange range{HUGE_VAL, -HUGE_VAL};
-  for_each_stream(r, [&](const std::string& name, const auto& s) {
-    if (name != stream_name::battery) range = {std::min(range.from_s, s.t_s.front()), std::max(range.to_s, s.t_s.back())};
+  for_each_stream(r, [&](const std::string& name, const auto& stream) {
+    if (name != stream_name::battery) range = {std::min(range.from_s, stream.t_s.front()), std::max(range.to_s, stream.t_s.back())};
   });
   g.grid = grid_over(range, kGridStep_s);
   if (g.grid.count < 2) return g;
@@ -109,6 +111,8 @@ FlightGrid make_grid(const FlightRecord& r, const host::VehicleModel& vehicle, d
     g.omega_rad_s.resize(g.grid.count);
     for (std::size_t i = 0; i < g.grid.count; ++i) g.omega_rad_s[i] = {w[0][i], w[1][i], w[2][i], w[3][i]};
   }
+  for (const TimeRange& u : s.unusable)
+    for (std::size_t i = g.grid.nearest(u.from_s); i <= g.grid.nearest(u.to_s); ++i) g.valid[i] = 0;
   g.valid = shrunk(g.valid, g.grid.dt_s, 1.0 / corner_hz);
   return g;
 }

@@ -36,7 +36,8 @@ Agreement agreement(const FlightGrid& g, const std::vector<Eigen::Vector3d>& rat
   const auto reach = static_cast<std::ptrdiff_t>(longest_lag_s / g.grid.dt_s);
   for (std::ptrdiff_t lag = -reach; lag <= reach; lag += 4) {
     Agreement a;
-    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, lag); i < static_cast<std::ptrdiff_t>(rate.size()) + std::min<std::ptrdiff_t>(0, lag); ++i) {
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, lag);
+         i < static_cast<std::ptrdiff_t>(rate.size()) + std::min<std::ptrdiff_t>(0, lag); ++i) {
       const auto ig = static_cast<std::size_t>(i), ip = static_cast<std::size_t>(i - lag);
       if (!g.valid[ig] || !g.valid[ip]) continue;
       const Eigen::Vector3d w = g.gyro_B_rad_s[ig] - mean_gyro, r = rate[ip] - mean_rate;
@@ -70,7 +71,8 @@ struct AxisReading {
   double agreement = -1.0;
   bool identity() const { return axis == std::array<int, 3>{1, 2, 3}; }
   bool mirrored() const {
-    const bool odd = (std::abs(axis[0]) > std::abs(axis[1])) ^ (std::abs(axis[0]) > std::abs(axis[2])) ^ (std::abs(axis[1]) > std::abs(axis[2]));
+    const bool odd =
+        (std::abs(axis[0]) > std::abs(axis[1])) ^ (std::abs(axis[0]) > std::abs(axis[2])) ^ (std::abs(axis[1]) > std::abs(axis[2]));
     return odd != (axis[0] * axis[1] * axis[2] < 0);
   }
   std::string words() const {
@@ -117,7 +119,7 @@ void check_rates(CheckState& s, const FlightGrid& g) {
   const TimeRange all = s.span();
   const Agreement as_read = agreement(g, g.pose_rate_B_rad_s, s.limits.longest_lag_s);
   if (as_read.points < 100) return;
-  const double rms = std::sqrt(as_read.rate2.sum() / static_cast<double>(as_read.points));
+  const double rms = std::sqrt(std::min(as_read.rate2.sum(), as_read.gyro2.sum()) / static_cast<double>(as_read.points));
   if (rms < kLeastTurning_rad_s) return;
   bool flipped = false;
   for (int i = 0; i < 3; ++i) {
@@ -130,9 +132,11 @@ void check_rates(CheckState& s, const FlightGrid& g) {
          {std::tuple{kDegrees, "the gyro is in deg/s, read as rad/s", "give the gyro's unit as deg/s"},
           std::tuple{1.0 / kDegrees, "the gyro is in rad/s, converted from deg/s once too often", "give the gyro's unit as rad/s"}})
       if (gain > 0.5 * factor && gain < 2.0 * factor)
-        s.refuse(stream_name::gyro, fmt::format("shows {:.3g} times the rate of the attitude (allowed 0.67 to 1.5)", gain), all, words, remedy);
+        s.refuse(stream_name::gyro, fmt::format("shows {:.3g} times the rate of the attitude (allowed 0.67 to 1.5)", gain), all, words,
+                 remedy);
     if (!s.refused() && (gain < 0.67 || gain > 1.5))
-      s.note(stream_name::gyro, fmt::format("shows {:.3g} times the rate of the attitude; one of the two is scaled or smoothed", gain), all);
+      s.note(stream_name::gyro, fmt::format("shows {:.3g} times the rate of the attitude; one of the two is scaled or smoothed", gain),
+             all);
     return;
   }
   // Another reading of the quaternion, of the gyro's axes, or of both? The simplest that agrees well wins.
@@ -149,8 +153,8 @@ void check_rates(CheckState& s, const FlightGrid& g) {
     quaternion = &reading;
     axes = x;
   }
-  const std::string found = fmt::format("attitude's rate and gyro agree by {:.2f} (allowed {:.2f} to 1)", as_read.total(), kAgree);
-  if (axes.agreement > 0.8) {
+  const std::string found = fmt::format("rate of the attitude and gyro agree by {:.2f} (allowed {:.2f} to 1)", as_read.total(), kAgree);
+  if (axes.agreement > 0.8 && (quaternion->words[0] != '\0' || !axes.identity())) {
     std::string likely, remedy;
     if (quaternion->words[0] != '\0') {
       likely = fmt::format("the quaternion is {}", quaternion->words);
@@ -161,8 +165,9 @@ void check_rates(CheckState& s, const FlightGrid& g) {
       remedy += fmt::format("{}give the gyro's axes or frame in the mapping", remedy.empty() ? "" : "; ");
     }
     s.refuse(stream_name::gyro, found + fmt::format("; {:.2f} when read as told below", axes.agreement), all, likely, remedy);
-  } else if (as_read.total() < kDisagree) {
-    s.refuse(stream_name::gyro, found, all, "attitude and gyro of different vehicles, clocks apart by more than the search, or a frame that is no permutation of ours",
+  } else if (as_read.total() < kDisagree && rms > 0.3) {
+    s.refuse(stream_name::gyro, found, all,
+             "attitude and gyro of different vehicles, clocks apart by more than the search, or a frame that is no permutation of ours",
              "compare both by eye; give the time offset in the mapping");
   } else {
     s.note(stream_name::gyro, found + "; little turning or a noisy attitude", all);
@@ -187,8 +192,8 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   const double shown = (g.has_attitude ? world.z() : body.z()) / host::kGravity_m_s2;
   const double low = g.has_attitude ? 0.75 : 0.5, high = g.has_attitude ? 1.33 : 3.0;
   if (shown >= low && shown <= high) return;
-  const std::string what = fmt::format("mean specific force upwards is {:.4g} m/s^2 (allowed {:.3g} to {:.3g})", shown * host::kGravity_m_s2,
-                                       low * host::kGravity_m_s2, high * host::kGravity_m_s2);
+  const std::string what = fmt::format("mean specific force upwards is {:.4g} m/s^2 (allowed {:.3g} to {:.3g})",
+                                       shown * host::kGravity_m_s2, low * host::kGravity_m_s2, high * host::kGravity_m_s2);
   const auto near = [&](double ratio) { return shown > 0.7 * ratio && shown < 1.4 * ratio; };
   if (near(1.0 / host::kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "the accelerometer is in g", "give its unit as g");
@@ -197,9 +202,11 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   } else if (near(host::kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "an accelerometer in m/s^2, converted from g once too often", "give its unit as m/s^2");
   } else if (shown < -0.5 && shown > -2.0) {
-    s.refuse(stream_name::accel, what, all, "z points down, or the sign of specific force is that of gravity", "give its frame as forward-right-down, or its sign");
+    s.refuse(stream_name::accel, what, all, "z points down, or the sign of specific force is that of gravity",
+             "give its frame as forward-right-down, or its sign");
   } else if (std::abs(shown) < 0.25) {
-    s.refuse(stream_name::accel, what, all, "gravity was taken out of the accelerometer's values", "name acceleration as such, with gravity to be added");
+    s.refuse(stream_name::accel, what, all, "gravity was taken out of the accelerometer's values",
+             "name acceleration as such, with gravity to be added");
   } else if (std::abs(shown) < 0.75 && g.has_attitude && std::abs(body.norm() / host::kGravity_m_s2 - 1.0) < 0.3) {
     s.refuse(stream_name::accel, what, all, "attitude and accelerometer are in different frames, or the quaternion's order is wrong",
              "name the columns of w, x, y, z and the frames in the mapping");
@@ -211,7 +218,7 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
 }  // namespace
 
 void check_inertial(CheckState& s) {
-  const FlightGrid g = make_grid(s.record, s.vehicle, kCorner_hz);
+  const FlightGrid g = make_grid(s, kCorner_hz);
   if (g.has_gyro && g.has_attitude) check_rates(s, g);
   if (g.has_accel) check_gravity(s, g);
 }

@@ -71,7 +71,8 @@ bool refuse_unit(CheckState& s, const char* stream, double gain, const std::stri
 void check_velocity(CheckState& s, const FlightGrid& g) {
   const Likeness as_read = likeness(g.velocity_W_m_s, g.position_rate_W_m_s, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
   if (std::min(as_read.expected_rms, as_read.expected_rms * as_read.gain) < 0.05 && as_read.gain < 10.0 && as_read.gain > 0.1) return;
-  const std::string what = fmt::format("agrees with the rate of the position by {:.2f} (allowed 0.7 to 1), {:.3g} times as large", as_read.correlation, as_read.gain);
+  const std::string what = fmt::format("agrees with the rate of the position by {:.2f} (allowed 0.7 to 1), {:.3g} times as large",
+                                       as_read.correlation, as_read.gain);
   if (as_read.correlation > 0.7) {
     refuse_unit(s, stream_name::velocity, as_read.gain, what);
     return;
@@ -81,14 +82,15 @@ void check_velocity(CheckState& s, const FlightGrid& g) {
     for (std::size_t i = 0; i < turned.size(); ++i) turned[i] = g.q_WB[i] * g.velocity_W_m_s[i];
     const Likeness body = likeness(turned, g.position_rate_W_m_s, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
     if (body.correlation > 0.9) {
-      s.refuse(stream_name::velocity, what + fmt::format("; {:.2f} when turned by the attitude", body.correlation), s.span(), "velocity is in body axes",
-               "give its frame as body in the mapping");
+      s.refuse(stream_name::velocity, what + fmt::format("; {:.2f} when turned by the attitude", body.correlation), s.span(),
+               "velocity is in body axes", "give its frame as body in the mapping");
       return;
     }
   }
   if (as_read.correlation < 0.3 && as_read.correlation_turned > 0.85)
-    s.refuse(stream_name::velocity, what + fmt::format("; {:.2f} when turned by {:.0f} deg about z", as_read.correlation_turned,
-                                                       -as_read.turn_rad * 180.0 / std::numbers::pi),
+    s.refuse(stream_name::velocity,
+             what + fmt::format("; {:.2f} when turned by {:.0f} deg about z", as_read.correlation_turned,
+                                -as_read.turn_rad * 180.0 / std::numbers::pi),
              s.span(), "velocity and position in different world frames", "give the frames in the mapping");
   else
     s.note(stream_name::velocity, what, s.span());
@@ -108,7 +110,8 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
   const Likeness l = likeness(seen, expected, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
   if (l.expected_rms < 0.3) return;  // too little motion to judge by
   const char* by = g.has_accel ? "accelerometer turned by the attitude" : "tilt of the attitude";
-  const std::string what = fmt::format("its acceleration agrees with the {} by {:.2f} (allowed 0.5 to 1), {:.3g} times as large", by, l.correlation, l.gain);
+  const std::string what =
+      fmt::format("its acceleration agrees with the {} by {:.2f} (allowed 0.5 to 1), {:.3g} times as large", by, l.correlation, l.gain);
   const bool strange = l.gain > 30.0 || l.gain < 0.03;
   if ((l.correlation > 0.5 || strange) && refuse_unit(s, stream_name::position, l.gain, what)) return;
   const double turn_deg = l.turn_rad * 180.0 / std::numbers::pi;
@@ -121,8 +124,9 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
     return;
   }
   if (l.axis.x() < -0.5 || l.axis.y() < -0.5) {
-    s.refuse(stream_name::position, what + fmt::format("; axis by axis {:.2f}, {:.2f}, {:.2f}", l.axis.x(), l.axis.y(), l.axis.z()), s.span(),
-             "an axis of the position has the wrong sign (east-north-up against north-west-up?)", "give the frame of the position in the mapping");
+    s.refuse(stream_name::position, what + fmt::format("; axis by axis {:.2f}, {:.2f}, {:.2f}", l.axis.x(), l.axis.y(), l.axis.z()),
+             s.span(), "an axis of the position has the wrong sign (east-north-up against north-west-up?)",
+             "give the frame of the position in the mapping");
     return;
   }
   if (l.correlation < 0.5) s.note(stream_name::position, what, s.span());
@@ -131,7 +135,7 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
 }  // namespace
 
 void check_motion(CheckState& s) {
-  const FlightGrid g = make_grid(s.record, s.vehicle, kCorner_hz);
+  const FlightGrid g = make_grid(s, kCorner_hz);
   if (!g.has_position) return;
   if (g.has_velocity) check_velocity(s, g);
   if (g.has_attitude && !s.refused()) check_acceleration(s, g);

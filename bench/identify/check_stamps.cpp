@@ -14,7 +14,7 @@ namespace {
 // The longest subsequence whose stamps ascend: keeps the most samples whatever went wrong (a repeated row, one wild stamp, a clock
 // that restarted), where "later than all before" would let one stamp far ahead throw away the rest of the flight.
 std::vector<char> longest_ascending(const std::vector<double>& t) {
-  std::vector<std::size_t> tail;                      // tail[k]: index of the smallest stamp that ends a run of k+1
+  std::vector<std::size_t> tail;  // tail[k]: index of the smallest stamp that ends a run of k+1
   std::vector<std::ptrdiff_t> before(t.size(), -1);
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (!std::isfinite(t[i])) continue;
@@ -55,7 +55,8 @@ void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream)
       s.exclude(name, fmt::format("{} samples out of order; largest step back {:.4f} s", out_of_order, -worst_s), range);
     if (share > 0.1)
       s.refuse(name, fmt::format("{:.0f} % of the stamps are out of order (allowed 10 %)", 100.0 * share), range,
-               "a clock that restarts, two logs in one file, or columns of two clocks mixed", "split the log, or name the right time column");
+               "a clock that restarts, two logs in one file, or columns of two clocks mixed",
+               "split the log, or name the right time column");
   }
 }
 
@@ -74,6 +75,16 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   stream = kept(stream, keep);
 }
 
+// Streams of one writer share their gaps: one line for all of them.
+void note_gaps(CheckState& s, const std::string& name, const std::string& what, TimeRange range) {
+  for (LogFinding& f : s.result.findings) {
+    if (f.what != what || f.from_s != range.from_s || f.to_s != range.to_s) continue;
+    f.stream += ", " + name;
+    return;
+  }
+  s.note(name, what, range);
+}
+
 template <class Value>
 void find_gaps(CheckState& s, const std::string& name, const Stream<Value>& stream) {
   const double usual = period_s(stream);
@@ -88,8 +99,9 @@ void find_gaps(CheckState& s, const std::string& name, const Stream<Value>& stre
   }
   if (count == 0) return;
   const TimeRange range{stream.t_s[longest - 1], stream.t_s[longest]};
-  s.note(name, fmt::format("{} gaps, {:.3f} s together, longest {:.3f} s (usual step {:.1f} ms)", count, lost_s, range.span_s(), 1e3 * usual),
-         range);
+  note_gaps(s, name,
+            fmt::format("{} gaps, {:.3f} s together, longest {:.3f} s (usual step {:.1f} ms)", count, lost_s, range.span_s(), 1e3 * usual),
+            range);
 }
 
 }  // namespace

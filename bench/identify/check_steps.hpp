@@ -33,11 +33,11 @@ struct FlightGrid {
   std::vector<Eigen::Vector3d> position_rate_W_m_s;
   std::vector<Eigen::Vector3d> velocity_W_m_s, gyro_B_rad_s, accel_B_m_s2;
   std::vector<RotorValues> omega_rad_s;
-  std::vector<char> valid;  // all streams that are there have samples around
+  std::vector<char> valid;  // all streams that are there have samples around, and nothing said so far makes the time unusable
 };
 
-// Grid of 200 Hz, everything low-passed with the same zero-phase filter. `corner_hz` well below half the slowest stream's rate.
-FlightGrid make_grid(const FlightRecord& record, const host::VehicleModel& vehicle, double corner_hz);
+// Grid of 400 Hz, everything low-passed with the same zero-phase filter. `corner_hz` well below half the slowest stream's rate.
+FlightGrid make_grid(const CheckState& s, double corner_hz);
 
 void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
 void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream

@@ -22,13 +22,16 @@ void CheckState::exclude(std::string stream, std::string what, TimeRange r) {
 void CheckState::refuse(std::string stream, std::string what, TimeRange r, std::string likely, std::string remedy) {
   result.findings.push_back({stream, what, r.from_s, r.to_s, FindingAction::refuse});
   if (refused()) return;
-  result.refusal = ErrorText{record.source.empty() ? record.name : record.source,
-                             fmt::format("{}, {:.2f} to {:.2f} s: {}", stream, r.from_s, r.to_s, what), std::move(likely), std::move(remedy)};
+  result.refusal =
+      ErrorText{record.source.empty() ? record.name : record.source,
+                fmt::format("{}, {:.2f} to {:.2f} s: {}", stream, r.from_s, r.to_s, what), std::move(likely), std::move(remedy)};
 }
 
 TimeRange CheckState::span() const {
   TimeRange r{HUGE_VAL, -HUGE_VAL};
-  for_each_stream(record, [&](const std::string&, const auto& s) { r = {std::min(r.from_s, s.t_s.front()), std::max(r.to_s, s.t_s.back())}; });
+  for_each_stream(record, [&](const std::string&, const auto& s) {
+    r = {std::min(r.from_s, s.t_s.front()), std::max(r.to_s, s.t_s.back())};
+  });
   return r.to_s < r.from_s ? TimeRange{} : r;
 }
 
@@ -55,9 +58,22 @@ TimeRange flown(const FlightRecord& r, TimeRange span) {
   return span;
 }
 
+// What a stream did while the vehicle stood or touched the ground is of no interest beside that.
+void drop_findings_on_ground(CheckState& s) {
+  std::vector<TimeRange> ground;
+  for (const LogFinding& f : s.result.findings)
+    if (f.stream == stream_name::flight && f.action == FindingAction::exclude) ground.push_back({f.from_s, f.to_s});
+  std::erase_if(s.result.findings, [&](const LogFinding& f) {
+    return f.stream != stream_name::flight && f.action == FindingAction::exclude &&
+           std::any_of(ground.begin(), ground.end(), [&](const TimeRange& g) { return g.contains(f.from_s) && g.contains(f.to_s); });
+  });
+}
+
 void cut(CheckState& s) {
+  const TimeRange whole = s.span();
   add_input_gaps(s);
-  s.result.segments = remaining(flown(s.record, s.span()), s.unusable, s.limits.shortest_segment_s);
+  drop_findings_on_ground(s);
+  s.result.segments = remaining(flown(s.record, whole), s.unusable, s.limits.shortest_segment_s);
   const auto& segments = s.result.segments;
   for_each_stream(s.record, [&](const std::string&, auto& stream) {
     std::vector<char> keep(stream.size(), 0);
@@ -66,7 +82,8 @@ void cut(CheckState& s) {
     stream = kept(stream, keep);
   });
   if (segments.empty())
-    s.refuse("flight", fmt::format("no part of at least {:.1f} s is left after the exclusions above", s.limits.shortest_segment_s), s.span(),
+    s.refuse(stream_name::flight,
+             fmt::format("no part of at least {:.1f} s is left after the exclusions above", s.limits.shortest_segment_s), s.span(),
              "too short a flight, or faults throughout", "fly longer, or repair what the findings name");
 }
 

@@ -62,6 +62,7 @@ inline constexpr const char* accel = "accelerometer";
 inline constexpr const char* rotors = "rotor speeds";
 inline constexpr const char* command = "motor command";
 inline constexpr const char* battery = "battery";
+inline constexpr const char* flight = "flight";  // of all streams: on the ground, nothing left
 }  // namespace stream_name
 
 }  // namespace rotorloop::bench

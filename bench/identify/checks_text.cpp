@@ -10,9 +10,12 @@ namespace {
 
 const char* word(FindingAction a) {
   switch (a) {
-    case FindingAction::note: return "note";
-    case FindingAction::exclude: return "exclude";
-    case FindingAction::refuse: return "refuse";
+    case FindingAction::note:
+      return "note";
+    case FindingAction::exclude:
+      return "exclude";
+    case FindingAction::refuse:
+      return "refuse";
   }
   return "";
 }
@@ -21,7 +24,8 @@ const char* word(FindingAction a) {
 
 std::string findings_table(const CheckedFlight& c) {
   std::string out = fmt::format("{}\n  {:<8} {:<17} {:>10} {:>10}  {}\n", c.flight.name, "action", "stream", "from [s]", "to [s]", "what");
-  for (const LogFinding& f : c.findings) out += fmt::format("  {:<8} {:<17} {:>10.3f} {:>10.3f}  {}\n", word(f.action), f.stream, f.from_s, f.to_s, f.what);
+  for (const LogFinding& f : c.findings)
+    out += fmt::format("  {:<8} {:<17} {:>10.3f} {:>10.3f}  {}\n", word(f.action), f.stream, f.from_s, f.to_s, f.what);
   if (c.refusal) {
     out += fmt::format("  refused: {}\n    likely: {}\n    do:     {}\n", c.refusal->what, c.refusal->likely, c.refusal->remedy);
   } else {
@@ -39,7 +43,8 @@ std::string findings_json(const CheckedFlight& c) {
   for (const TimeRange& s : c.segments) j["segments"].push_back({s.from_s, s.to_s});
   j["offsets"] = nlohmann::json::array();
   for (const StreamOffset& o : c.offsets.pairs)
-    j["offsets"].push_back({{"stream", o.stream}, {"against", o.against}, {"late_s", o.late_s}, {"u_s", o.u_s}, {"correlation", o.correlation}});
+    j["offsets"].push_back(
+        {{"stream", o.stream}, {"against", o.against}, {"late_s", o.late_s}, {"u_s", o.u_s}, {"correlation", o.correlation}});
   j["findings"] = nlohmann::json::array();
   for (const LogFinding& f : c.findings)
     j["findings"].push_back({{"stream", f.stream}, {"action", word(f.action)}, {"from_s", f.from_s}, {"to_s", f.to_s}, {"what", f.what}});
