@@ -1,7 +1,7 @@
 // `rotorloop trajectory`: writes the shipped flights as trajectory files and tells their peaks.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -55,8 +55,9 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->required()
       ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
-  c->footer("Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
-            "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");
+  c->footer(
+      "Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
+      "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");
   c->callback([o, &exit_code] { exit_code = write(*o); });
 }
 
