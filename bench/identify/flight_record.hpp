@@ -26,8 +26,8 @@ struct Stream {
 };
 
 struct PoseReading {
-  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();            // of the sensor
-  Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();   // sensor to world, normalised
+  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();           // of the sensor
+  Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();  // sensor to world, normalised
 };
 
 using RotorValues = std::array<double, 4>;  // in this house's order; not-a-number where a rotor has no reading
@@ -36,14 +36,14 @@ struct FlightRecord {
   std::string name;    // of the flight, for reports: the file's stem or the folder's name
   std::string source;  // path, as given
   Stream<PoseReading> pose;
-  Stream<Eigen::Vector3d> position_W_m;          // position alone (no attitude beside it), of the sensor
-  Stream<Eigen::Vector3d> velocity_W_m_s;        // of the pose sensor
+  Stream<Eigen::Vector3d> position_W_m;    // position alone (no attitude beside it), of the sensor
+  Stream<Eigen::Vector3d> velocity_W_m_s;  // of the pose sensor
   Stream<Eigen::Vector3d> gyro_B_rad_s;
-  Stream<Eigen::Vector3d> accel_B_m_s2;          // specific force: +g along z in hover
-  Stream<RotorValues> rotor_omega_rad_s;         // mechanical, positive, measured
-  Stream<RotorValues> motor_command;             // 0 to 1, when the log has commands; meaning left to the motor model
+  Stream<Eigen::Vector3d> accel_B_m_s2;   // specific force: +g along z in hover
+  Stream<RotorValues> rotor_omega_rad_s;  // mechanical, positive, measured
+  Stream<RotorValues> motor_command;      // 0 to 1, when the log has commands; meaning left to the motor model
   Stream<double> battery_V;
-  std::map<std::string, Stream<double>> extra;   // further named columns that a mapping asks for, e.g. "payload_x[m]"
+  std::map<std::string, Stream<double>> extra;  // further named columns that a mapping asks for, e.g. "payload_x[m]"
 };
 
 // One thing the checks found: `exclude` drops the samples before any fit, `refuse` ends it, `note` changes nothing.

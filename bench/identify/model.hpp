@@ -1,0 +1,73 @@
+// One step of the rigid body under the model's loads (eq. 1-8 of the paper plus terms), with its exact derivatives by state and
+// parameters: what the fit, its check and the predictor integrate.
+// State x = (p, v in W; q; Ω in B). Error δx = (δp, δv, δφ, δΩ) in R^12, q = q̂ Exp(δφ).
+// Classical Runge-Kutta of fourth order over (p, v, ξ, Ω) with q = q0 Exp(ξ), so that the quaternion never leaves the sphere and
+// the derivative of the discrete map is exact.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "bench/identify/parameters.hpp"
+#include "bench/identify/rotor_input.hpp"
+
+namespace rotorloop::bench {
+
+struct BodyState {
+  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();
+};
+using StateError = Eigen::Matrix<double, 12, 1>;
+BodyState moved(const BodyState& x, const StateError& d);           // x ⊞ δ
+StateError difference(const BodyState& from, const BodyState& to);  // to ⊟ from
+
+// The parameters by which derivatives are wanted, in the order of the columns.
+using Columns = std::vector<int>;
+inline constexpr int kMaxColumns = 64;
+using StateJacobian = Eigen::Matrix<double, 12, 12>;
+using ParameterJacobian = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::ColMajor, 12, kMaxColumns>;
+
+// Acceleration at a moment; derivatives by state error (12) and columns.
+struct Instant {
+  Eigen::Vector3d specific_force_B_m_s2;  // force over mass, gravity not included
+  Eigen::Vector3d angular_acceleration_B_rad_s2;
+  Eigen::Vector3d force_B_N, torque_B_N_m;
+  bool beyond_equations = false;  // a rotor descends faster than eq. (2) holds, v_z + v_i <= 0
+};
+struct InstantJacobian {
+  Eigen::Matrix<double, 3, 12> force_by_state, angular_by_state;  // of specific force, angular acceleration
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxColumns> force_by, angular_by;
+};
+
+class Model {
+ public:
+  // The values are copied; `columns` may hold dynamics, rotor input and term parameters, others get zero columns.
+  Model(const ModelValues& values, const Columns& columns = {});
+
+  Instant instant(const BodyState& x, const RotorInputSample& input, double t_s, InstantJacobian* jacobian = nullptr) const;
+
+  // x(t1) from x(t0) in `substeps` equal steps.
+  BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps) const;
+  // The same with Jacobians: of the error at t1 by the error at t0, and by the columns.
+  BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
+                 StateJacobian& by_state, ParameterJacobian& by_columns) const;
+
+  const ModelValues& values() const { return values_; }
+  const Columns& columns() const { return columns_; }
+
+ private:
+  struct Slope;  // of one stage
+  struct Partials;
+  void load(const BodyState& x, const RotorInputSample& input, double t_s, Eigen::Vector3d& force, Eigen::Vector3d& torque,
+            Partials* partials, bool* beyond) const;
+
+  ModelValues values_;
+  Columns columns_;
+  std::vector<int> extras_;  // positions in columns_ of parameters that go through ExtraDual
+  Eigen::Matrix3d inertia_, inverse_inertia_;
+  bool has_terms_ = false, needs_input_derivatives_ = false;
+};
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,49 @@
+// Every term that a model may hold, one line each.
+#include "host/effects/rotor_inertia_reaction.hpp"
+#include "host/effects/rotor_local_inflow.hpp"
+#include "host/effects/term.hpp"
+
+namespace rotorloop::host {
+namespace {
+
+constexpr Term kTerms[] = {
+    make_term<RotorLocalInflow>(),
+    make_term<RotorInertiaReaction>(),
+};
+
+}  // namespace
+
+std::span<const Term> all_terms() { return kTerms; }
+
+const Term* find_term(std::string_view id) {
+  for (const Term& t : kTerms) {
+    if (t.info.id == id) return &t;
+  }
+  return nullptr;
+}
+
+bool TermList::add(const Term& term) {
+  const std::size_t n = term.info.parameters.size();
+  if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters) return false;
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (terms_[i]->info.id == term.info.id) return false;
+  }
+  terms_[size_] = &term;
+  first_[size_] = parameters_;
+  ++size_;
+  parameters_ += n;
+  return true;
+}
+
+std::size_t TermList::term_of(std::size_t flat) const {
+  std::size_t i = size_;
+  while (i > 0 && first_[i - 1] > flat) --i;
+  return i - 1;
+}
+
+const TermParameter& TermList::parameter(std::size_t flat) const {
+  const std::size_t i = term_of(flat);
+  return terms_[i]->info.parameters[flat - first_[i]];
+}
+
+}  // namespace rotorloop::host
