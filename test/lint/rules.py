@@ -43,7 +43,7 @@ ARROWS = {
     "bench/calibrate": BELOW_BENCH + ["bench/report"],
     "bench/propeller": BELOW_BENCH + ["bench/report"],
     "bench/stand": BELOW_BENCH + ["bench/report"],
-    "bench/identify": BELOW_BENCH + ["bench/report"],
+    "bench/identify": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp", "bench/hil/flight_columns.hpp"],
     "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
     "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
 }
