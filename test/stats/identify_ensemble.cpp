@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <ostream>
@@ -91,6 +92,32 @@ void print_table(std::ostream& out, const std::vector<Quantity>& quantities, con
   out << fmt::format(
       "\n{} trials, {} not converged. Pooled over the parameters: within 2u {:.2f} % (block-robust u: {:.2f} %), rms z {:.3f}.\n", r.trials,
       r.not_converged, 100 * r.pooled_within_2u, 100 * r.pooled_within_2u_robust, r.pooled_rms_z);
+}
+
+void print_shift(std::ostream& out, const std::vector<Quantity>& quantities, const std::vector<Trial>& changed,
+                 const std::vector<Trial>& usual) {
+  out << "| quantity | mean shift | its standard error | u of one estimate | u changed / usual |\n| --- | --- | --- | --- | --- |\n";
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    const Quantity& q = quantities[i];
+    const double scale = q.relative ? 100.0 / std::fabs(q.truth) : 1000.0;
+    const std::string unit = q.relative ? "%" : "m" + q.unit;
+    double n = 0.0, sum = 0.0, squares = 0.0, u = 0.0, ratio = 0.0;
+    for (const Trial& c : changed) {
+      const auto same = std::find_if(usual.begin(), usual.end(), [&](const Trial& t) { return t.seed == c.seed; });
+      if (same == usual.end()) continue;
+      const double d = scale * (c.outcomes[i].estimate - same->outcomes[i].estimate);
+      n += 1.0;
+      sum += d;
+      squares += d * d;
+      u += scale * same->outcomes[i].u;
+      ratio += c.outcomes[i].u / same->outcomes[i].u;
+    }
+    pairs = static_cast<std::size_t>(n);
+    const double mean = sum / n, error = n > 1.0 ? std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0)) : std::nan("");
+    out << fmt::format("| {} | {:+.3f} {} | {:.3f} | {:.3f} | {:.3f} |\n", q.name, mean, unit, error, u / n, ratio / n);
+  }
+  out << fmt::format("\n{} pairs of the same seed.\n", pairs);
 }
 
 std::string csv_header(const std::vector<Quantity>& quantities) {

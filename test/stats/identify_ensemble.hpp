@@ -38,6 +38,11 @@ std::vector<std::string> missed(const std::vector<Quantity>& quantities, const E
 // The table of docs/acceptance, Markdown.
 void print_table(std::ostream& out, const std::vector<Quantity>& quantities, const EnsembleResult& result);
 
+// What a changed condition does to the estimates, free of the scatter that both have in common: mean of (changed - usual) over the
+// seeds that both have, with its standard error, beside the standard error of one estimate.
+void print_shift(std::ostream& out, const std::vector<Quantity>& quantities, const std::vector<Trial>& changed,
+                 const std::vector<Trial>& usual);
+
 // A trial is one line of a CSV file; the header names the quantities. Lines that a crash cut short are dropped on reading.
 std::string csv_header(const std::vector<Quantity>& quantities);
 std::string csv_line(const Trial& trial);

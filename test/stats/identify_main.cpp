@@ -1,5 +1,7 @@
 // The study as a program: trials that the file lacks are run and appended, then the table is printed and judged.
-//   stats_identify FILE.csv --trials 300 [--jobs 2] [--rotor-log-ms 5] [--estimate-noise] [--pilot-sees-truth] [--no-verdict]
+//   stats_identify FILE.csv --trials 300 [--jobs 2]
+//     [--rotor-log-ms 5] [--estimate-noise] [--pilot-sees-truth] [--quiet]   a changed condition
+//     [--no-verdict] [--against USUAL.csv]                                   shift of the estimates against the usual condition
 // Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -14,7 +16,7 @@
 using namespace rotorloop;
 
 int main(int argc, char** argv) {
-  std::string file;
+  std::string file, against;
   std::uint64_t trials = 300;
   unsigned jobs = 2;
   bool no_verdict = false;
@@ -26,6 +28,8 @@ int main(int argc, char** argv) {
   app.add_option("--rotor-log-ms", settings.rotor_log_every_ms, "interval of logged rotor speeds, ms")->check(CLI::Range(1, 20));
   app.add_flag("--estimate-noise", settings.estimate_noise, "process and measurement noise by EM instead of given");
   app.add_flag("--pilot-sees-truth", settings.pilot_sees_truth, "the loop is closed on motion that the log does not show");
+  app.add_flag("--quiet", settings.quiet, "flights without noise: bias of the method alone");
+  app.add_option("--against", against, "CSV file of the usual condition: print the shift, seed by seed")->check(CLI::ExistingFile);
   app.add_flag("--no-verdict", no_verdict, "print the table, judge nothing");
   try {
     app.parse(argc, argv);
@@ -69,6 +73,7 @@ int main(int argc, char** argv) {
   std::erase_if(done, [&](const auto& t) { return t.seed > trials; });
   const auto result = stats::summarise(quantities, done);
   stats::print_table(std::cout, quantities, result);
+  if (!against.empty()) stats::print_shift(std::cout, quantities, done, stats::read_trials(against, quantities.size()));
   if (no_verdict) return 0;
   const auto lines = stats::missed(quantities, result);
   for (const auto& line : lines) std::cout << "missed: " << line << '\n';

@@ -101,7 +101,9 @@ Trial run_trial(const TrialSettings& s) {
   flown.duration_s = s.duration_s;
   flown.rotor_log_every_ms = s.rotor_log_every_ms;
   flown.pilot_sees_truth = s.pilot_sees_truth;
-  const auto flights = model_true::fly_identification_set(truth, flown);
+  model_true::FlightSettings really = flown;
+  if (s.quiet) really.q_a_m_s2_rtHz = really.q_alpha_rad_s2_rtHz = really.pose_sigma_m = really.pose_sigma_rad = 0.0;
+  const auto flights = model_true::fly_identification_set(truth, really);
 
   std::vector<bench::GridFlight> grids;
   for (const auto& f : flights) grids.push_back(bench::make_grid(f.record, {}));
