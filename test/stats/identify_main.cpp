@@ -17,13 +17,15 @@ using namespace rotorloop;
 
 int main(int argc, char** argv) {
   std::string file, against;
-  std::uint64_t trials = 300;
+  std::uint64_t first = 1, trials = 300;
   unsigned jobs = 2;
   bool no_verdict = false;
   stats::TrialSettings settings;
   CLI::App app("Repeats the identification of model-true flights over seeds 1, 2, 3, … and judges estimates and standard errors.");
   app.add_option("file", file, "CSV file of trials: read, completed, judged")->required();
-  app.add_option("--trials", trials, "seeds 1 to this number")->check(CLI::Range(1, 100000));
+  app.add_option("--trials", trials, "the last seed")->check(CLI::Range(1, 100000));
+  app.add_option("--from", first, "the first seed, to share the work between files: lines of one may be appended to another")
+      ->check(CLI::Range(1, 100000));
   app.add_option("--jobs", jobs, "trials at a time")->check(CLI::Range(1, 64));
   app.add_option("--rotor-log-ms", settings.rotor_log_every_ms, "interval of logged rotor speeds, ms")->check(CLI::Range(1, 20));
   app.add_flag("--estimate-noise", settings.estimate_noise, "process and measurement noise by EM instead of given");
@@ -51,7 +53,7 @@ int main(int argc, char** argv) {
   }
   std::set<std::uint64_t> have;
   for (const auto& t : done) have.insert(t.seed);
-  std::atomic<std::uint64_t> next{1};
+  std::atomic<std::uint64_t> next{first};
   std::mutex mutex;
   std::ofstream out(file, std::ios::app);
   const auto work = [&] {
@@ -63,14 +65,14 @@ int main(int argc, char** argv) {
       const std::lock_guard lock(mutex);
       out << stats::csv_line(trial) << std::endl;
       done.push_back(trial);
-      std::cerr << "trial " << done.size() << " of " << trials << ": seed " << seed << ", " << trial.iterations << " iterations\n";
+      std::cerr << done.size() << " trials: seed " << seed << ", " << trial.iterations << " iterations\n";
     }
   };
   std::vector<std::thread> pool;
   for (unsigned j = 0; j < jobs; ++j) pool.emplace_back(work);
   for (auto& t : pool) t.join();
 
-  std::erase_if(done, [&](const auto& t) { return t.seed > trials; });
+  std::erase_if(done, [&](const auto& t) { return t.seed < first || t.seed > trials; });
   const auto result = stats::summarise(quantities, done);
   stats::print_table(std::cout, quantities, result);
   if (!against.empty()) stats::print_shift(std::cout, quantities, done, stats::read_trials(against, quantities.size()));
