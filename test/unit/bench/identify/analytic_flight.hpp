@@ -18,7 +18,7 @@ class AnalyticPath {
  public:
   explicit AnalyticPath(double phase) : phase_(phase) {}
   Eigen::Vector3d position_m(double t) const {
-    return {1.2 * std::sin(1.7 * t + phase_), 0.9 * std::sin(2.3 * t + 2.0 * phase_),
+    return {0.9 * std::sin(1.6 * t + phase_), 0.6 * std::sin(2.1 * t + 2.0 * phase_),
             1.5 + 0.25 * std::sin(3.1 * t) + 0.05 * std::sin(9.0 * t)};
   }
   Eigen::Vector3d velocity_m_s(double t) const { return (position_m(t + kStep_s) - position_m(t - kStep_s)) / (2.0 * kStep_s); }
@@ -28,7 +28,7 @@ class AnalyticPath {
            host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
   }
   Eigen::Quaterniond attitude(double t) const {
-    const double yaw = 0.4 * std::sin(0.9 * t + phase_);
+    const double yaw = 0.3 * std::sin(0.7 * t + phase_);
     const Eigen::Vector3d up = specific_force_m_s2(t).normalized();
     const Eigen::Vector3d left = up.cross(Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0.0)).normalized();
     Eigen::Matrix3d r;
@@ -67,7 +67,7 @@ inline AnalyticFlight analytic_flight(std::uint64_t seed = 1) {
     return Eigen::Vector3d(deviation * random.gaussian(drawn), deviation * random.gaussian(drawn + 1),
                            deviation * random.gaussian(drawn + 2));
   };
-  for (int i = 0; i < 8000; ++i) {
+  for (int i = 0; i <= 8000; ++i) {
     const double t = 100.0 + 0.002 * i;
     const Eigen::Quaterniond q = path.attitude(t);
     const Eigen::Vector3d w = path.rate_rad_s(t);
