@@ -51,7 +51,7 @@ class AnalyticPath {
 inline AnalyticFlight analytic_flight(std::uint64_t seed = 1) {
   AnalyticFlight f;
   host::VehicleModel& v = f.vehicle;
-  constexpr double kHalf_m = 0.08, kCt_N_s2 = 1.6e-6, kTorquePerThrust_m = 0.012;
+  constexpr double kHalf_m = 0.08, kCt_N_s2 = 1.6e-6, kTorquePerThrust_m = 0.02;
   v.mass_kg = 0.7;
   v.inertia_kg_m2 = {2.0e-3, 2.2e-3, 3.8e-3};
   v.thrust.radius_m = 0.0635;
