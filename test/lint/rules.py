@@ -40,10 +40,10 @@ ARROWS = {
     "sim/plant": ["host/base", "sim"],
     "bench/report": BELOW_BENCH,
     "bench/hil": BELOW_BENCH + ["bench/report"],
-    "bench/calibrate": BELOW_BENCH + ["bench/report"],
+    "bench/calibrate": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp"],
     "bench/propeller": BELOW_BENCH + ["bench/report"],
     "bench/stand": BELOW_BENCH + ["bench/report"],
-    "bench/identify": BELOW_BENCH + ["bench/report"],
+    "bench/identify": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp", "bench/hil/flight_columns.hpp"],
     "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
     "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
 }

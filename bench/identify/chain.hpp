@@ -1,0 +1,94 @@
+// Elimination of one flight's states from the normal equations: block-tridiagonal states, parameters as the arrow. One forward sweep
+// without fill gives the reduced system of the parameters, the log-determinant of the states' information, the cost, scores per
+// block of time, and innovations; a backward sweep gives the states' steps or their marginal covariances.
+// With A = ∂r/∂x_k, B = ∂r/∂x_{k+1}, J = ∂r/∂θ, and D, E, C the blocks of the normal matrix:
+//   L Lᵀ = D - Y₋ᵀY₋,  Y = L⁻¹E,  [Z y] = L⁻¹([C g] - Y₋ᵀ[Z y]₋),  S = ΣJᵀJ - ΣZᵀZ,  s = ΣJᵀr - ΣZᵀy
+//   δx = -L⁻ᵀ(y + Z δθ + Y δx₊),  P = L⁻ᵀ(I + Y P₊ Yᵀ)L⁻¹,  P_{k,k+1} = -L⁻ᵀ Y P₊
+// (a Kalman smoother in information form; Bell 1994: iterated, it is Gauss-Newton).
+#pragma once
+#include <vector>
+
+#include "bench/identify/residuals.hpp"
+
+namespace rotorloop::bench {
+
+// Increment of the reduced system over a block of time, with the state at the block's end known from its past only: these are
+// uncorrelated between blocks when the model is right.
+struct ScoreBlock {
+  double from_s = 0.0, to_s = 0.0;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd score;
+};
+
+// Reading minus its prediction from the past, whitened by the predicted covariance: white and of unit variance when the model is right.
+struct Innovation {
+  double t_s = 0.0;
+  Eigen::Matrix<double, 6, 1> value;
+};
+
+struct Reduced {
+  Eigen::MatrixXd information;          // S, columns x columns
+  Eigen::VectorXd score;                // s; the Newton step of the parameters is -S⁻¹s
+  double cost = 0.0;                    // ½ Σ r² (robust: ½ Σ ρ)
+  double predicted_cost = 0.0;          // after the states' own step, parameters kept
+  double log_det_states = 0.0;          // log|H_xx|
+  std::size_t residuals = 0;            // numbers
+  std::vector<ScoreBlock> blocks;       // when asked for
+  std::vector<Innovation> innovations;  // of the poses, when asked for
+};
+
+struct SweepOptions {
+  double damping = 0.0;      // Levenberg-Marquardt, on the diagonal of D
+  bool keep_factors = true;  // for the backward sweeps
+  double block_s = 0.0;      // length of score blocks; 0: none
+  bool innovations = false;
+  double robust_scale = 0.0;  // Cauchy loss on each pose, in standard deviations of its six numbers together; 0: squares
+};
+
+// What the EM step needs of a flight: mean squares of what the noise has to explain, with the uncertainty of the states in them.
+struct NoiseMoments {
+  // Factors by which the variances assumed would have to be multiplied, and how many numbers each is a mean of.
+  Eigen::Vector3d force, angular, position, attitude, velocity, gyro, accel;
+  double steps = 0.0, poses = 0.0, positions = 0.0, velocities = 0.0, gyros = 0.0, accels = 0.0;
+};
+
+class Chain {
+ public:
+  // `states` is kept by reference and moved by apply().
+  Chain(const GridFlight& flight, std::vector<BodyState>& states, const std::vector<BodyState>& guess);
+
+  Reduced sweep(const Residuals& residuals, const SweepOptions& options);
+  // Steps of the states for a step of the parameters, from the factors of the last sweep; scaled by `share`.
+  void apply(const Eigen::VectorXd& parameter_step, double share);
+  double cost(const Residuals& residuals, double robust_scale) const;
+  // Given the parameters; needs the factors of a sweep without damping at these states.
+  NoiseMoments noise_moments(const Residuals& residuals, double robust_scale) const;
+  // Marginal covariance of each state given the parameters (12 x 12, order of StateError), same needs. Calls `visit(k, P)` backwards.
+  template <class Visit>
+  void marginals(Visit&& visit) const;
+
+ private:
+  struct Factor {
+    Eigen::Matrix<double, 12, 12> l, y;  // L (lower triangle), Y
+  };
+  struct Cursor;  // walks the lists of readings
+  StateJacobian marginal(std::size_t k, const StateJacobian& next) const;
+
+  const GridFlight& flight_;
+  std::vector<BodyState>& states_;
+  const std::vector<BodyState>& guess_;
+  std::vector<Factor> factors_;
+  std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
+  Eigen::Index columns_ = 0;
+};
+
+template <class Visit>
+void Chain::marginals(Visit&& visit) const {
+  StateJacobian p = StateJacobian::Zero();
+  for (std::size_t k = flight_.knots; k-- > 0;) {
+    p = marginal(k, p);
+    visit(k, p);
+  }
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,468 @@
+#include "bench/identify/estimator.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <thread>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kSingular = 1e-11;  // of the information scaled to unit diagonal: below it lies rounding
+
+void for_each_flight(std::size_t flights, int threads, const std::function<void(std::size_t)>& act) {
+  std::vector<std::exception_ptr> failures(flights);
+  const auto guarded = [&](std::size_t f) {
+    try {
+      act(f);
+    } catch (...) {
+      failures[f] = std::current_exception();
+    }
+  };
+  if (threads <= 1 || flights < 2) {
+    for (std::size_t f = 0; f < flights; ++f) guarded(f);
+  } else {
+    const std::size_t workers = std::min<std::size_t>(static_cast<std::size_t>(threads), flights);
+    std::vector<std::thread> pool;
+    for (std::size_t w = 0; w < workers; ++w) {
+      pool.emplace_back([&, w] {
+        for (std::size_t f = w; f < flights; f += workers) guarded(f);
+      });
+    }
+    for (auto& t : pool) t.join();
+  }
+  for (const auto& f : failures) {
+    if (f) std::rethrow_exception(f);
+  }
+}
+
+// Everything about the free numbers: which column of the whole each column of a flight is.
+struct Layout {
+  std::vector<Estimate> estimates;
+  std::vector<std::vector<Eigen::Index>> of_flight;  // flight's column -> estimate
+  Columns columns;                                   // of every flight
+};
+
+Layout make_layout(const FitProblem& p) {
+  Layout l;
+  const int flights = static_cast<int>(p.flights.size());
+  l.of_flight.resize(p.flights.size());
+  for (const FreeParameter& f : p.free) {
+    l.columns.push_back(f.parameter);
+    for (int i = 0; i < (f.per_flight ? flights : 1); ++i) {
+      const auto at = static_cast<Eigen::Index>(l.estimates.size());
+      const bool own_start = f.per_flight && !p.flight_start.empty();
+      const double value =
+          own_start ? p.flight_start[static_cast<std::size_t>(i)][static_cast<std::size_t>(f.parameter)] : p.start[f.parameter];
+      l.estimates.push_back({.parameter = f.parameter, .flight = f.per_flight ? i : -1, .value = value});
+      if (f.per_flight) {
+        l.of_flight[static_cast<std::size_t>(i)].push_back(at);
+      } else {
+        for (auto& own : l.of_flight) own.push_back(at);
+      }
+    }
+  }
+  return l;
+}
+
+struct Priors {
+  VectorXd weight, mean;  // of each estimate; weight 1/u²
+};
+
+Priors make_priors(const FitProblem& p, const Layout& l) {
+  const auto n = static_cast<Eigen::Index>(l.estimates.size());
+  Priors out{VectorXd::Zero(n), VectorXd::Zero(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Estimate& e = l.estimates[static_cast<std::size_t>(i)];
+    out.mean[i] = e.value;
+    for (const FreeParameter& f : p.free) {
+      if (f.parameter == e.parameter && f.prior_u > 0.0) out.weight[i] = 1.0 / (f.prior_u * f.prior_u);
+    }
+  }
+  return out;
+}
+
+// Values of each flight for the estimates of the moment.
+std::vector<ModelValues> flight_values(const FitProblem& p, const Layout& l, const VectorXd& theta) {
+  std::vector<ModelValues> out(p.flights.size(), p.start);
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    if (!p.flight_start.empty()) out[f].values = p.flight_start[f];
+    for (std::size_t c = 0; c < l.columns.size(); ++c) out[f][l.columns[c]] = theta[l.of_flight[f][c]];
+  }
+  return out;
+}
+
+// Scaled to unit diagonal, so that grams and kilometres may stand side by side.
+VectorXd scaling(const MatrixXd& s) {
+  VectorXd d = s.diagonal();
+  for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = d[i] > 0.0 ? 1.0 / std::sqrt(d[i]) : 1.0;
+  return d;
+}
+VectorXd solve_scaled(const MatrixXd& s, const VectorXd& rhs, double damping) {
+  const VectorXd k = scaling(s);
+  MatrixXd a = k.asDiagonal() * s * k.asDiagonal();
+  a.diagonal().array() *= 1.0 + damping;
+  const VectorXd scaled_rhs = k.asDiagonal() * rhs;
+  return k.asDiagonal() * a.ldlt().solve(scaled_rhs);
+}
+MatrixXd inverse_scaled(const MatrixXd& s) {
+  const VectorXd k = scaling(s);
+  const MatrixXd a = k.asDiagonal() * s * k.asDiagonal();
+  return k.asDiagonal() * a.ldlt().solve(MatrixXd::Identity(s.rows(), s.cols())) * k.asDiagonal();
+}
+
+// The Newton step that keeps every value inside its range: a value that would leave it stops at its bound, and the others make the
+// best of that. A positive value loses at most four fifths in one step, for its curvature is known here only.
+VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score, double damping) {
+  const Eigen::Index n = theta.size();
+  VectorXd step = VectorXd::Zero(n), lowest(n), highest(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const ParameterInfo info = parameter_info(l.estimates[static_cast<std::size_t>(i)].parameter, p.start.terms);
+    lowest[i] = info.min > 0.0 ? std::max(info.min - theta[i], -0.8 * theta[i]) : info.min - theta[i];
+    highest[i] = info.max - theta[i];
+  }
+  std::vector<Eigen::Index> open(static_cast<std::size_t>(n)), held;
+  for (Eigen::Index i = 0; i < n; ++i) open[static_cast<std::size_t>(i)] = i;
+  while (!open.empty()) {
+    VectorXd rhs = -score(open);
+    if (!held.empty()) rhs -= s(open, held) * step(held);
+    step(open) = solve_scaled(s(open, open), rhs, damping);
+    // The one that goes too far by the most, in units of its way to the bound, is held; then the rest is solved anew.
+    double worst = 1.0 + 1e-9;
+    auto stops = open.end();
+    for (auto i = open.begin(); i != open.end(); ++i) {
+      const double way = step[*i] < 0.0 ? lowest[*i] : highest[*i], excess = way != 0.0 ? step[*i] / way : (step[*i] != 0.0 ? 1e300 : 0.0);
+      if (excess > worst) worst = excess, stops = i;
+    }
+    if (stops == open.end()) break;
+    step[*stops] = step[*stops] < 0.0 ? lowest[*stops] : highest[*stops];
+    held.push_back(*stops);
+    open.erase(stops);
+  }
+  return step;
+}
+
+// The noise of one flight, or of all, on its way to the maximum of the marginal likelihood. EM alone multiplies each standard
+// deviation by the root of its moment, but creeps where readings say little about one step. The logarithm of that root is, up to a
+// positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's zero instead.
+class NoiseSearch {
+ public:
+  // One step from the moments found with `noise`; returns the largest change still to come, relative.
+  double step(NoiseModel& noise, const NoiseMoments& m, const NoiseFit& o) {
+    double largest = 0.0;
+    std::size_t at = 0;
+    const auto change = [&](Eigen::Vector3d& sd, Eigen::Vector3d factor, double count, bool wanted) {
+      const std::size_t first = at;
+      at += 3;
+      if (!wanted || count <= 0.0) return;
+      if (!o.per_axis) factor.setConstant(factor.mean());
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        Memory& last = memory_[first + static_cast<std::size_t>(i)];
+        const double x = std::log(sd[i]), slope = 0.5 * std::log(std::clamp(factor[i], 1e-6, 1e6));
+        double move = 4.0 * slope;
+        if (last.seen && std::fabs(x - last.x) > 1e-9) {
+          const double fall = (last.slope - slope) / (x - last.x);
+          if (fall > 1e-3) move = slope / fall;
+        }
+        move = std::clamp(move, -kLargestMove, kLargestMove);
+        last = {true, x, slope};
+        sd[i] = std::exp(x + move);
+        largest = std::max(largest, std::fabs(move));
+      }
+    };
+    change(noise.force_m_s2_rtHz, m.force, m.steps, o.process);
+    change(noise.angular_rad_s2_rtHz, m.angular, m.steps, o.process);
+    change(noise.position_m, m.position, m.poses + m.positions, o.readings);
+    change(noise.attitude_rad, m.attitude, m.poses, o.readings);
+    change(noise.velocity_m_s, m.velocity, m.velocities, o.readings);
+    change(noise.gyro_rad_s, m.gyro, m.gyros, o.readings);
+    change(noise.accel_m_s2, m.accel, m.accels, o.readings);
+    return largest;
+  }
+
+ private:
+  static constexpr double kLargestMove = 1.0;  // a factor of e
+  struct Memory {
+    bool seen = false;
+    double x = 0.0, slope = 0.0;
+  };
+  std::array<Memory, 21> memory_{};
+};
+
+NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
+  NoiseMoments out = all.front();
+  const auto pool = [&](Eigen::Vector3d NoiseMoments::*factor, auto&& count) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double n = 0.0;
+    for (const NoiseMoments& m : all) {
+      sum += count(m) * (m.*factor);
+      n += count(m);
+    }
+    if (n > 0.0) {
+      out.*factor = sum / n;
+    } else {
+      (out.*factor).setOnes();
+    }
+  };
+  const auto steps = [](const NoiseMoments& m) { return m.steps; };
+  pool(&NoiseMoments::force, steps);
+  pool(&NoiseMoments::angular, steps);
+  pool(&NoiseMoments::position, [](const NoiseMoments& m) { return m.poses + m.positions; });
+  pool(&NoiseMoments::attitude, [](const NoiseMoments& m) { return m.poses; });
+  pool(&NoiseMoments::velocity, [](const NoiseMoments& m) { return m.velocities; });
+  pool(&NoiseMoments::gyro, [](const NoiseMoments& m) { return m.gyros; });
+  pool(&NoiseMoments::accel, [](const NoiseMoments& m) { return m.accels; });
+  for (std::size_t f = 1; f < all.size(); ++f) {
+    out.steps += all[f].steps;
+    out.poses += all[f].poses;
+    out.positions += all[f].positions;
+    out.velocities += all[f].velocities;
+    out.gyros += all[f].gyros;
+    out.accels += all[f].accels;
+  }
+  return out;
+}
+
+// Sum of logs of all assumed standard deviations: the part of the likelihood that keeps the noise from growing.
+double log_sd(const GridFlight& g, const NoiseModel& n) {
+  std::size_t linked = 0;
+  for (const auto l : g.linked) linked += l;
+  const auto logs = [](const Eigen::Vector3d& v) { return v.array().log().sum(); };
+  const double h = g.step_s, per_axis = std::log(h * h * h / 3.0) / 2.0 + std::log(h / 4.0) / 2.0;
+  double sum = static_cast<double>(linked) * (2.0 * logs(n.force_m_s2_rtHz) + 2.0 * logs(n.angular_rad_s2_rtHz) + 6.0 * per_axis);
+  sum += static_cast<double>(g.pose.size()) * (logs(n.position_m) + logs(n.attitude_rad));
+  sum += static_cast<double>(g.position.size()) * logs(n.position_m) + static_cast<double>(g.velocity.size()) * logs(n.velocity_m_s);
+  sum += static_cast<double>(g.gyro.size()) * logs(n.gyro_rad_s) + static_cast<double>(g.accel.size()) * logs(n.accel_m_s2);
+  return sum;
+}
+
+}  // namespace
+
+const Estimate* Fit::find(int parameter, int flight) const {
+  for (const Estimate& e : estimates) {
+    if (e.parameter == parameter && (e.flight == flight || e.flight == -1)) return &e;
+  }
+  return nullptr;
+}
+
+std::string estimate_name(const Estimate& e, const FitProblem& p) {
+  const std::string symbol = parameter_info(e.parameter, p.start.terms).symbol;
+  return e.flight < 0 ? symbol : symbol + " (" + p.flights[static_cast<std::size_t>(e.flight)]->name + ")";
+}
+
+std::vector<OpenDirection> open_directions(const MatrixXd& information, const std::vector<std::string>& names, double limit) {
+  std::vector<OpenDirection> out;
+  const VectorXd k = scaling(information);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * information * k.asDiagonal()));
+  for (Eigen::Index i = 0; i < information.rows() && eig.eigenvalues()[i] < limit; ++i) {
+    OpenDirection d{eig.eigenvalues()[i], {}};
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(information.rows()));
+    for (std::size_t j = 0; j < order.size(); ++j) order[j] = static_cast<Eigen::Index>(j);
+    const VectorXd v = eig.eigenvectors().col(i);
+    std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return std::fabs(v[a]) > std::fabs(v[b]); });
+    for (const Eigen::Index j : order) {
+      if (std::fabs(v[j]) < 0.1) break;
+      d.parts.emplace_back(names[static_cast<std::size_t>(j)], v[j]);
+    }
+    out.push_back(std::move(d));
+  }
+  return out;
+}
+
+Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) {
+  Layout layout = make_layout(p);
+  const Priors priors = make_priors(p, layout);
+  const std::size_t flights = p.flights.size();
+  const auto n = static_cast<Eigen::Index>(layout.estimates.size());
+  VectorXd theta(n);
+  for (Eigen::Index i = 0; i < n; ++i) theta[i] = layout.estimates[static_cast<std::size_t>(i)].value;
+
+  Fit out;
+  out.noise = p.flight_noise.empty() ? std::vector<NoiseModel>(flights, p.noise) : p.flight_noise;
+  out.values = flight_values(p, layout, theta);
+  out.states.resize(flights);
+  out.reduced.resize(flights);
+  std::vector<std::vector<BodyState>> guess(flights);
+  std::vector<Chain> chains;
+  chains.reserve(flights);
+  for (std::size_t f = 0; f < flights; ++f) {
+    out.states[f] = guess[f] = guess_states(*p.flights[f], out.values[f]);
+    chains.emplace_back(*p.flights[f], out.states[f], guess[f]);
+  }
+
+  MatrixXd information;
+  VectorXd score;
+  double cost = 0.0, states_gain = 0.0;
+  bool want_innovations = false;
+  const auto sweep = [&](double damping) {
+    for_each_flight(flights, o.threads, [&](std::size_t f) {
+      const Residuals res(*p.flights[f], out.values[f], out.noise[f], layout.columns);
+      try {
+        out.reduced[f] = chains[f].sweep(res, {damping, true, o.block_s, want_innovations, o.robust_scale});
+      } catch (const std::domain_error& e) {
+        throw Error({p.flights[f]->name, std::string("the fit cannot go on: ") + e.what(),
+                     "a state that no reading and no model step ties down, or values that are not finite",
+                     "check the log (`rotorloop log info`) and the start values"},
+                    ExitCode::data_quality);
+      }
+    });
+    information = MatrixXd::Zero(n, n);
+    score = VectorXd::Zero(n);
+    cost = states_gain = 0.0;
+    for (std::size_t f = 0; f < flights; ++f) {
+      const auto& at = layout.of_flight[f];
+      for (std::size_t a = 0; a < at.size(); ++a) {
+        score[at[a]] += out.reduced[f].score[static_cast<Eigen::Index>(a)];
+        for (std::size_t b = 0; b < at.size(); ++b)
+          information(at[a], at[b]) += out.reduced[f].information(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+      }
+      cost += out.reduced[f].cost;
+      states_gain += out.reduced[f].cost - out.reduced[f].predicted_cost;
+    }
+    cost += 0.5 * (priors.weight.array() * (theta - priors.mean).array().square()).sum();
+  };
+  const auto with_priors = [&] { return MatrixXd(information + MatrixXd(priors.weight.asDiagonal())); };
+  const auto prior_score = [&] { return VectorXd(score + VectorXd(priors.weight.cwiseProduct(theta - priors.mean))); };
+  const auto total_cost = [&](const VectorXd& at) {
+    std::vector<double> part(flights);
+    for_each_flight(flights, o.threads, [&](std::size_t f) {
+      part[f] = chains[f].cost(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
+    });
+    double sum = 0.5 * (priors.weight.array() * (at - priors.mean).array().square()).sum();
+    for (const double c : part) sum += c;
+    return sum;
+  };
+
+  // The noise is found along with the rest: one step between two steps of the states, once these are near their best values.
+  std::vector<NoiseSearch> search(flights);
+  const auto update_noise = [&](std::vector<NoiseMoments>& moments) {
+    if (!o.noise.per_flight) moments.assign(flights, pooled(moments));
+    double change = 0.0;
+    for (std::size_t f = 0; f < flights; ++f) change = std::max(change, search[f].step(out.noise[f], moments[f], o.noise));
+    ++out.noise_rounds;
+    return change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
+  };
+  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kCertain = 1e-2;  // a decrement below it is a step that cannot fail: its cost need not be looked at
+  double damping = 0.0;
+  bool noise_settled = o.noise.rounds == 0;
+  for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
+    sweep(damping);
+    VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
+    const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
+    if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
+    if (noise_settled && damping == 0.0 && decrement < o.tolerance) {
+      out.converged = true;
+      break;
+    }
+    std::vector<NoiseMoments> moments;
+    if (!noise_settled && damping == 0.0 && decrement < kNear * cost) {
+      moments.resize(flights);
+      for_each_flight(flights, o.threads, [&](std::size_t f) {
+        moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
+      });
+    }
+    // A step that does not lower the cost is taken back and damped.
+    const auto states = out.states;
+    const double before = cost;
+    bool taken = false;
+    for (int tries = 0; tries < 12; ++tries) {
+      const VectorXd moved_theta = theta + step;
+      for (std::size_t f = 0; f < flights; ++f) {
+        VectorXd own(static_cast<Eigen::Index>(layout.columns.size()));
+        for (std::size_t c = 0; c < layout.columns.size(); ++c) own[static_cast<Eigen::Index>(c)] = step[layout.of_flight[f][c]];
+        chains[f].apply(own, 1.0);
+      }
+      out.values = flight_values(p, layout, moved_theta);
+      const bool certain = tries == 0 && damping == 0.0 && decrement < kCertain;
+      if (certain || total_cost(moved_theta) <= before * (1.0 + 1e-12) + 1e-9) {
+        theta = moved_theta;
+        taken = true;
+        if (tries == 0) damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
+        break;
+      }
+      out.states = states;
+      out.values = flight_values(p, layout, theta);
+      damping = damping == 0.0 ? 1e-4 : 10.0 * damping;
+      sweep(damping);
+      step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
+    }
+    if (!taken) break;
+    if (!moments.empty()) noise_settled = update_noise(moments);
+  }
+  // Unless the last sweep was at these very values.
+  if (!out.converged || o.innovations) {
+    want_innovations = o.innovations;
+    sweep(0.0);
+  }
+  const MatrixXd with = with_priors();
+  std::vector<std::string> names;
+  for (const Estimate& e : layout.estimates) names.push_back(estimate_name(e, p));
+  if (const auto open = open_directions(with, names, kSingular); !open.empty()) {
+    std::string text;
+    for (const OpenDirection& d : open) {
+      text += text.empty() ? "" : "; ";
+      for (std::size_t i = 0; i < d.parts.size(); ++i)
+        text += fmt::format("{}{} ({:+.2f})", i ? ", " : "", d.parts[i].first, d.parts[i].second);
+    }
+    throw Error(
+        {p.flights.front()->name, fmt::format("{} direction(s) of the parameters leave every residual unchanged: {}", open.size(), text),
+         "the flights do not excite them, or they cannot be told apart on any flight (mass and all forces; rotor arms and inertia)",
+         "hold one of each direction at a measured value, or fly the manoeuvre that tells them apart (docs/manual.md)"},
+        ExitCode::data_quality);
+  }
+  out.covariance = inverse_scaled(with);
+  out.information = information;
+  // Scatter of the block scores, with neighbours: S⁻¹ V S⁻¹.
+  MatrixXd v = MatrixXd::Zero(n, n);
+  std::size_t blocks = 0;
+  for (std::size_t f = 0; f < flights; ++f) {
+    std::vector<VectorXd> scores;
+    for (const ScoreBlock& b : out.reduced[f].blocks) {
+      VectorXd u = VectorXd::Zero(n);
+      for (std::size_t c = 0; c < layout.columns.size(); ++c) u[layout.of_flight[f][c]] = b.score[static_cast<Eigen::Index>(c)];
+      scores.push_back(u);
+    }
+    for (std::size_t b = 0; b < scores.size(); ++b) {
+      v += scores[b] * scores[b].transpose();
+      if (b + 1 < scores.size()) {
+        const MatrixXd cross = scores[b] * scores[b + 1].transpose();
+        v += 0.5 * (cross + cross.transpose());
+      }
+    }
+    blocks += scores.size();
+  }
+  if (blocks > 1) v *= static_cast<double>(blocks) / static_cast<double>(blocks - 1);
+  out.robust_covariance = out.covariance * (v + MatrixXd(priors.weight.asDiagonal())) * out.covariance;
+
+  out.estimates = layout.estimates;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    Estimate& e = out.estimates[static_cast<std::size_t>(i)];
+    e.value = theta[i];
+    e.u = std::sqrt(std::max(0.0, out.covariance(i, i)));
+    e.u_robust = std::sqrt(std::max(0.0, out.robust_covariance(i, i)));
+    e.prior_share = priors.weight[i] * out.covariance(i, i);
+  }
+  out.cost = cost;
+  double residuals = 0.0, states = 0.0;
+  out.log_likelihood = -cost;
+  for (std::size_t f = 0; f < flights; ++f) {
+    residuals += static_cast<double>(out.reduced[f].residuals);
+    states += 12.0 * static_cast<double>(p.flights[f]->knots);
+    out.log_likelihood -= 0.5 * out.reduced[f].log_det_states + log_sd(*p.flights[f], out.noise[f]);
+  }
+  out.degrees_of_freedom = residuals - states - static_cast<double>(n);
+  return out;
+}
+
+}  // namespace rotorloop::bench

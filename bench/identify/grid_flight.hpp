@@ -1,0 +1,53 @@
+// A flight on the grid of the fit: knots at equal distance, at which the state is unknown, and readings tied to their nearest knot.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "bench/identify/flight_record.hpp"
+#include "bench/identify/model.hpp"
+#include "bench/identify/rotor_input.hpp"
+
+namespace rotorloop::bench {
+
+struct PoseFix {
+  std::size_t knot;
+  double late_s;  // reading minus knot, at most half a step either way
+  PoseReading value;
+};
+struct VectorFix {
+  std::size_t knot;
+  double late_s;
+  Eigen::Vector3d value;
+};
+
+struct GridOptions {
+  double rate_Hz = 200.0;             // of knots; 0: that of the pose, but 100 to 500 Hz
+  double longest_substep_s = 2.6e-3;  // of the integration between knots
+  double from_s = -1e300, to_s = 1e300;
+  bool use_pose = true, use_velocity = false, use_gyro = false, use_accel = false;
+  double longest_gap_s = 0.05;  // of rotor speeds: beyond it the chain of states is cut
+};
+
+struct GridFlight {
+  std::string name;
+  double start_s = 0.0, step_s = 0.0;
+  std::size_t knots = 0;
+  int substeps = 1;
+  std::vector<std::uint8_t> linked;  // knot k and k+1 are tied by the model (knots - 1 entries)
+  std::vector<PoseFix> pose;         // each list in order of knots
+  std::vector<VectorFix> position, velocity, gyro, accel;
+  RotorInput input;
+  // Without poses the start of each piece is held near its guess: standard deviations in the order of StateError; 0: free.
+  StateError anchor = StateError::Zero();
+
+  double time_s(std::size_t knot) const { return start_s + static_cast<double>(knot) * step_s; }
+};
+
+// Sensors faster than the grid are averaged around each knot. Throws Error (data_quality) naming the missing stream, or when fewer than
+// one second is left.
+GridFlight make_grid(const FlightRecord& record, const GridOptions& options);
+
+// First guess of all states: poses (or position and gyro) smoothed; without poses the gyro is integrated and levelled by the accelerometer.
+std::vector<BodyState> guess_states(const GridFlight& flight, const ModelValues& values);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,61 @@
+// The residuals of eq. (10), whitened, with their derivatives by states and parameters: one place that the own elimination, Ceres
+// and the tests share.
+//   process  r = W (x_{k+1} ⊟ f(x_k, u, θ)), 12 rows; readings r = (z - h(x_k, θ)) / σ
+#pragma once
+#include <Eigen/Core>
+
+#include "bench/identify/grid_flight.hpp"
+#include "bench/identify/model.hpp"
+#include "bench/identify/noise_model.hpp"
+
+namespace rotorloop::bench {
+
+// Rows by state error (12) and by columns of the problem.
+template <int Rows>
+struct RowsBy {
+  Eigen::Matrix<double, Rows, 1> r;
+  Eigen::Matrix<double, Rows, 12> state;
+  Eigen::Matrix<double, Rows, Eigen::Dynamic, Eigen::ColMajor, Rows, kMaxColumns> columns;
+};
+struct ProcessRows {
+  Eigen::Matrix<double, 12, 1> r;
+  StateJacobian from, to;  // by the error at knot k, at knot k + 1
+  ParameterJacobian columns;
+};
+
+// All residuals of one flight at one set of values. `columns`: the parameters by which derivatives are taken, any of them.
+class Residuals {
+ public:
+  Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns);
+
+  // Between knots k and k + 1, which must be linked.
+  void process(std::size_t k, const BodyState& from, const BodyState& to, ProcessRows& out) const;
+  Eigen::Matrix<double, 12, 1> process(std::size_t k, const BodyState& from, const BodyState& to) const;
+
+  // Readings; `out.columns` is filled when wanted. Position of the sensor, 3 rows; attitude, 3 rows.
+  void pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, bool derivatives) const;
+  void position(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
+  void velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
+  void gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
+  void accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
+  // Start of a piece against its guess, for flights with an anchor.
+  Eigen::Matrix<double, 12, 1> anchor(const BodyState& guess, const BodyState& x, StateJacobian& by_state) const;
+
+  const GridFlight& flight() const { return flight_; }
+  const Columns& columns() const { return columns_; }
+
+ private:
+  int place_of(int parameter) const;  // among columns_, or -1
+  void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
+
+  const GridFlight& flight_;
+  RotorInput input_;
+  NoiseModel noise_;
+  Columns columns_;
+  std::vector<int> dynamic_;  // places in columns_ of what the model knows
+  Model model_;               // with those columns
+  std::array<int, kCoreParameters> places_{};
+  mutable std::size_t hint_ = 0;
+};
+
+}  // namespace rotorloop::bench

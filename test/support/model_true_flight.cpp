@@ -1,0 +1,114 @@
+// One loop over fine steps: command each millisecond, motors, noise, body, sensors.
+#include "test/support/model_true_flight.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "host/base/elementary.hpp"
+#include "sim/world/random.hpp"
+
+namespace rotorloop::model_true {
+namespace {
+
+// Standard normal vectors in the order they are asked for.
+class Noise {
+ public:
+  Noise(std::uint64_t seed, std::uint64_t module) : stream_(seed, module) {}
+  double next() { return stream_.gaussian(n_++); }
+  Eigen::Vector3d vector() {
+    const double x = next(), y = next(), z = next();
+    return {x, y, z};
+  }
+
+ private:
+  sim::RandomStream stream_;
+  std::uint64_t n_ = 0;
+};
+
+struct Kick {
+  Eigen::Vector3d rate, integral;
+};
+Kick kick(double q, double h, Noise& noise) {
+  const Eigen::Vector3d a = noise.vector(), b = noise.vector();
+  Kick k;
+  for (int i = 0; i < 3; ++i) {
+    const NoiseIncrement n = white_increment(q, h, a[i], b[i]);
+    k.rate[i] = n.rate;
+    k.integral[i] = n.integral;
+  }
+  return k;
+}
+
+RotorSpeeds towards(const RotorSpeeds& now, const RotorSpeeds& goal, double share) {
+  RotorSpeeds out{};
+  for (std::size_t i = 0; i < 4; ++i) out[i] = goal[i] + share * (now[i] - goal[i]);
+  return out;
+}
+
+}  // namespace
+
+NoiseIncrement white_increment(double q, double h, double a, double b) {
+  const double rate = q * std::sqrt(h) * a;
+  return {rate, h / 2 * rate + q * std::sqrt(h * h * h / 12.0) * b};
+}
+
+ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
+  ModelTrueFlight out;
+  out.truth = truth;
+  bench::FlightRecord& log = out.record;
+  log.name = name_of(s.manoeuvre);
+  log.source = "model-true, seed " + std::to_string(s.seed);
+  const std::uint64_t module = 0x6d74ull + 16 * static_cast<std::uint64_t>(s.manoeuvre);  // flights of one seed are unrelated
+  Noise force(s.seed, module), moment(s.seed, module + 1), pose(s.seed, module + 2), imu(s.seed, module + 3);
+
+  const double h = 1e-3 / s.steps_per_ms;
+  const int last = static_cast<int>(std::lround(s.duration_s / h));
+  const double half_lag = exp_exact(-h / 2 / s.motor_lag_s), full_lag = exp_exact(-h / s.motor_lag_s);
+
+  State x;
+  RotorSpeeds omega = hover_speeds(truth), goal = omega;
+  Eigen::Vector3d specific_sum = Eigen::Vector3d::Zero();  // body frame, over the fine steps since the last IMU sample
+  for (int step = 0; step <= last; ++step) {
+    const double t = step * h;
+    const bool whole_ms = step % s.steps_per_ms == 0;
+    const int ms = step / s.steps_per_ms;
+    if (whole_ms && ms % s.rotor_log_every_ms == 0) log.rotor_omega_rad_s.add(t + truth.rotor_delay_s, omega);
+    if (whole_ms && ms % s.pose_every_ms == 0) {
+      bench::PoseReading z;
+      z.p_W_m = x.p_W_m + x.q_WB * truth.r_BS_m + s.pose_sigma_m * pose.vector();
+      z.q_WS = (x.q_WB * truth.q_BS * exponential(s.pose_sigma_rad * pose.vector())).normalized();
+      log.pose.add(t + truth.pose_delay_s, z);
+      out.states.push_back(x);
+    }
+    if (s.imu_every_ms > 0 && whole_ms && step > 0 && ms % s.imu_every_ms == 0) {
+      const int n = s.imu_every_ms * s.steps_per_ms;
+      log.accel_B_m_s2.add(t - n * h / 2, specific_sum / n + s.accel_bias_m_s2 + s.accel_sigma_m_s2 * imu.vector());
+      log.gyro_B_rad_s.add(t, x.omega_B_rad_s + s.gyro_bias_rad_s + s.gyro_sigma_rad_s * imu.vector());
+      specific_sum.setZero();
+    }
+    if (whole_ms) goal = command(truth, s.manoeuvre, t, x, omega);
+
+    State y = advance(truth, x, omega, towards(omega, goal, half_lag), h, &out.least_through_flow_m_s);
+    const Kick a = kick(s.q_a_m_s2_rtHz, h, force), alpha = kick(s.q_alpha_rad_s2_rtHz, h, moment);
+    y.v_W_m_s += a.rate;
+    y.p_W_m += a.integral;
+    y.q_WB = (y.q_WB * exponential(alpha.integral)).normalized();
+    y.omega_B_rad_s += alpha.rate;
+    const Eigen::Quaterniond q_middle = x.q_WB * exponential(h / 2 * x.omega_B_rad_s);
+    specific_sum += q_middle.conjugate() * ((y.v_W_m_s - x.v_W_m_s) / h + Eigen::Vector3d(0, 0, kGravity_m_s2));
+    omega = towards(omega, goal, full_lag);
+    x = y;
+  }
+  return out;
+}
+
+std::vector<ModelTrueFlight> fly_identification_set(const Truth& truth, FlightSettings settings) {
+  std::vector<ModelTrueFlight> out;
+  for (const Manoeuvre m : {Manoeuvre::vertical, Manoeuvre::horizontal, Manoeuvre::rotation}) {
+    settings.manoeuvre = m;
+    out.push_back(fly(truth, settings));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::model_true
