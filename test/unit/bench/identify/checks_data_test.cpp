@@ -101,6 +101,20 @@ TEST_F(MeasuredLogs, NanoDroneRunsHaveTheirOwnOffsetsOfMotorsAgainstAcceleromete
   EXPECT_NEAR(rotor_offset_s("random1_20251017_run1"), -0.025, 0.002);
 }
 
+TEST_F(MeasuredLogs, WithoutPoseOrRotorSpeedsTheFlownWindowsThatTheAuthorsChoseByHandAreKept) {
+  // Thrust curve, roll and pitch inertia, yaw inertia: the windows of the publication's notebook, taken by eye.
+  const std::vector<std::pair<std::string, TimeRange>> windows{
+      {"log10", {35.0, 65.0}}, {"log15", {55.0, 90.0}}, {"log16", {32.0, 38.0}}, {"log16", {45.2, 49.0}}};
+  for (const auto& [name, window] : windows) {
+    const CheckedFlight c = check(measured_flights() / "arpl_crazyflie_sysid" / (name + ".csv"));
+    ASSERT_FALSE(c.refusal) << findings_table(c);
+    bool kept = false;
+    for (const TimeRange& s : c.segments) kept = kept || (s.from_s <= window.from_s && s.to_s >= window.to_s);
+    EXPECT_TRUE(kept) << findings_table(c);
+    EXPECT_EQ(c.findings.front().action, FindingAction::exclude) << "on the ground first\n" << findings_table(c);
+  }
+}
+
 TEST_F(MeasuredLogs, TakeOffAndLandingAreCutAndTheFlightBetweenIsKept) {
   for (const char* set : {"nanobench_cf21", "crazypad_faults"}) {
     for (const auto& file : flights_of(set)) {
