@@ -19,7 +19,7 @@ void require_streams(const FlightToFit& f, const GridOptions& grid) {
                 ExitCode::data_quality);
   };
   if (r.rotor_omega_rad_s.empty() && r.motor_command.empty())
-    lacks("rotor speeds or motor commands", "columns esc_1_rpm_true … or the streams rotor_speed, motor_command");
+    lacks("rotor speeds or motor commands", "columns omega_1[rad/s] … omega_4[rad/s], or command_1[1] … command_4[1],");
   const bool pose = grid.use_pose && !r.pose.empty();
   if (!pose && (f.role == FlightRole::vertical || f.role == FlightRole::horizontal) && r.position_W_m.empty() && r.velocity_W_m_s.empty())
     lacks(f.role == FlightRole::vertical ? "climb speed (k_2 acts through it): poses, positions or velocities"

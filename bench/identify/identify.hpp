@@ -7,6 +7,7 @@
 
 #include "bench/identify/flight_record.hpp"
 #include "bench/identify/parameter_choice.hpp"
+#include "bench/identify/signal.hpp"
 #include "bench/identify/stages.hpp"
 #include "bench/identify/start_values.hpp"
 
