@@ -49,12 +49,6 @@ NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseMod
 
 }  // namespace
 
-Solver IdentifyOptions::fit_own() {
-  return [](const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) {
-    return fit(p, o, progress);
-  };
-}
-
 Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
                         const std::function<void(const IdentifyProgress&)>& progress) {
   Identification out;
@@ -97,17 +91,16 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
       which.push_back(f);
     }
     if (flights.empty()) continue;
-    FitOptions options = o.fit;
-    options.innovations = false;
     NoiseModel noise = shared_noise(stage_noise, o.noise);
-    StageResult stage = run_stage(role, flights, free, values, belief, noise, options, o.solver, report(fmt::format("stage {}", name(role))));
+    StageResult stage = run_stage(role, flights, free, values, belief, noise, o.fit, o.solver, report(fmt::format("stage {}", name(role))));
     stage.flights = which;
     stage_noise.push_back(noise);
     for (const std::size_t f : which) flight_start[f] = values.values;
     out.stages.push_back(std::move(stage));
   }
 
-  out.problem = {.start = values, .free = free, .flights = {}, .noise = shared_noise(stage_noise, o.noise), .flight_noise = {}, .flight_start = {}};
+  out.problem = {
+      .start = values, .free = free, .flights = {}, .noise = shared_noise(stage_noise, o.noise), .flight_noise = {}, .flight_start = {}};
   for (const GridFlight& g : out.flights) out.problem.flights.push_back(&g);
   // Shared parameters start from what the last stage left; those of a flight from its own stage.
   for (auto& own : flight_start) {

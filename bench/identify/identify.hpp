@@ -25,12 +25,11 @@ struct IdentifyOptions {
   ParameterWishes wishes;
   NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
   FitOptions fit;
-  Solver solver = fit_own();
-  static Solver fit_own();
+  Solver solver = own_solver();
 };
 
 struct IdentifyProgress {
-  std::string part;           // "stage vertical", "joint fit"
+  std::string part;  // "stage vertical", "joint fit"
   int part_number = 1, parts = 1;
   FitProgress fit;
 };

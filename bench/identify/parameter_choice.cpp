@@ -70,7 +70,7 @@ std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights
   if (const double u = believed_u(vehicle, kMass, terms); u > 0.0) add(kMass, false, u);
   for (const int p : {kIxx, kIyy, kIzz, kCq, kComX, kComY}) add(p);
   if (speeds) add(kK1);  // with commands alone their gain stands in its place
-  if (place) add(kK2);      // climb speed is known from places only
+  if (place) add(kK2);   // climb speed is known from places only
   add(kCdh);
   if (place) add(kCdxy), add(kCdz);
   if (pose) {

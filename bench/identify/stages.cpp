@@ -13,32 +13,48 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr double kHeldPrior = 1e-7;  // of a parameter's scale: held, but its cross-information is in the answer
+constexpr int kNoiseRounds = 4;      // a stage gives start values; the joint fit settles the noise
 constexpr double kAgreement = 3.0;   // standard deviations; 1 in 370 parameters beyond it by chance
 
 bool is_sensor(int p) { return (p >= kOffsetX && p <= kPoseDelay) || (p >= kGyroBiasX && p <= kImuZ); }
+// Lever arms and the time between attitude and rotor speeds show in turns only.
+bool needs_turns(int p) { return (p >= kOffsetX && p <= kOffsetZ) || p == kPoseDelay || (p >= kImuX && p <= kImuZ); }
 bool is_com(int p) { return p == kComX || p == kComY; }
 
 }  // namespace
 
+Solver own_solver() {
+  return
+      [](const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) { return fit(p, o, progress); };
+}
+
 std::string_view name(FlightRole role) {
   switch (role) {
-    case FlightRole::vertical: return "vertical";
-    case FlightRole::horizontal: return "horizontal";
-    case FlightRole::rotation: return "rotation";
-    case FlightRole::any: break;
+    case FlightRole::vertical:
+      return "vertical";
+    case FlightRole::horizontal:
+      return "horizontal";
+    case FlightRole::rotation:
+      return "rotation";
+    case FlightRole::any:
+      break;
   }
   return "flight";
 }
 
 std::vector<int> stage_parameters(FlightRole role, const std::vector<FreeParameter>& all) {
   const auto wanted = [&](int p) {
-    const bool thrust = p == kK1 || p == kK2 || p >= kCommandGain;
+    const bool thrust = p == kK1 || p == kK2 || (p >= kCommandGain && p < kCoreParameters);
     const bool inertia = (p >= kIxx && p <= kCq) || p == kRotorDelay || p >= kCoreParameters;
     switch (role) {
-      case FlightRole::vertical: return is_com(p) || is_sensor(p) || p == kTiltX || p == kTiltY || (thrust && p < kCoreParameters);
-      case FlightRole::horizontal: return is_com(p) || (p >= kCdh && p <= kCdz);
-      case FlightRole::rotation: return is_com(p) || is_sensor(p) || inertia;
-      case FlightRole::any: break;
+      case FlightRole::vertical:
+        return is_com(p) || (is_sensor(p) && !needs_turns(p)) || p == kTiltX || p == kTiltY || thrust;
+      case FlightRole::horizontal:
+        return is_com(p) || (p >= kCdh && p <= kCdz);
+      case FlightRole::rotation:
+        return is_com(p) || is_sensor(p) || inertia;
+      case FlightRole::any:
+        break;
     }
     return false;
   };
@@ -69,6 +85,9 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
                       const std::function<void(const FitProgress&)>& progress) {
   const std::vector<int> freed = stage_parameters(role, free);
   const std::set<int> is_freed(freed.begin(), freed.end());
+  FitOptions of_stage = options;
+  of_stage.innovations = false;
+  of_stage.noise.rounds = std::min(options.noise.rounds, kNoiseRounds);
   StageResult out{.role = role, .flights = {}, .estimates = {}, .u_alone = {}, .fit = {}};
   if (freed.empty()) return out;
   // Sensor placement and delays are refined from stage to stage; the centre of mass may have moved, it starts afresh.
@@ -83,7 +102,7 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
     problem.free.push_back({p, false, !act ? kHeldPrior * parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
   }
   try {
-    out.fit = solver(problem, options, progress);
+    out.fit = solver(problem, of_stage, progress);
   } catch (const Error& e) {
     ErrorText text = e.text();
     text.what = fmt::format("stage {}: {}", name(role), text.what);

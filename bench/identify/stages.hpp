@@ -29,6 +29,7 @@ struct Belief {
 Belief first_belief(const std::vector<FreeParameter>& free, const host::VehicleFile& vehicle, const ModelValues& values);
 
 using Solver = std::function<Fit(const FitProblem&, const FitOptions&, const std::function<void(const FitProgress&)>&)>;
+Solver own_solver();  // fit()
 
 struct StageResult {
   FlightRole role = FlightRole::any;
