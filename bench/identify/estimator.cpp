@@ -121,14 +121,35 @@ MatrixXd inverse_scaled(const MatrixXd& s) {
   return k.asDiagonal() * a.ldlt().solve(MatrixXd::Identity(s.rows(), s.cols())) * k.asDiagonal();
 }
 
-// The share of a step that keeps every value inside its range.
-double share_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const VectorXd& step) {
-  double share = 1.0;
-  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+// The Newton step that keeps every value inside its range: a value that would leave it stops at its bound, and the others make the
+// best of that. A positive value loses at most four fifths in one step, for its curvature is known here only.
+VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score, double damping) {
+  const Eigen::Index n = theta.size();
+  VectorXd step = VectorXd::Zero(n), lowest(n), highest(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
     const ParameterInfo info = parameter_info(l.estimates[static_cast<std::size_t>(i)].parameter, p.start.terms);
-    while (share > 1e-6 && (theta[i] + share * step[i] < info.min || theta[i] + share * step[i] > info.max)) share *= 0.5;
+    lowest[i] = info.min > 0.0 ? std::max(info.min - theta[i], -0.8 * theta[i]) : info.min - theta[i];
+    highest[i] = info.max - theta[i];
   }
-  return share;
+  std::vector<Eigen::Index> open(static_cast<std::size_t>(n)), held;
+  for (Eigen::Index i = 0; i < n; ++i) open[static_cast<std::size_t>(i)] = i;
+  while (!open.empty()) {
+    VectorXd rhs = -score(open);
+    if (!held.empty()) rhs -= s(open, held) * step(held);
+    step(open) = solve_scaled(s(open, open), rhs, damping);
+    // The one that goes too far by the most, in units of its way to the bound, is held; then the rest is solved anew.
+    double worst = 1.0 + 1e-9;
+    auto stops = open.end();
+    for (auto i = open.begin(); i != open.end(); ++i) {
+      const double way = step[*i] < 0.0 ? lowest[*i] : highest[*i], excess = way != 0.0 ? step[*i] / way : (step[*i] != 0.0 ? 1e300 : 0.0);
+      if (excess > worst) worst = excess, stops = i;
+    }
+    if (stops == open.end()) break;
+    step[*stops] = step[*stops] < 0.0 ? lowest[*stops] : highest[*stops];
+    held.push_back(*stops);
+    open.erase(stops);
+  }
+  return step;
 }
 
 // The noise of one flight, or of all, on its way to the maximum of the marginal likelihood. EM alone multiplies each standard
@@ -337,8 +358,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   bool noise_settled = o.noise.rounds == 0;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
     sweep(damping);
-    VectorXd step = -solve_scaled(with_priors(), prior_score(), damping);
-    const double decrement = states_gain - 0.5 * prior_score().dot(step);
+    VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
+    const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
     if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
     if (noise_settled && damping == 0.0 && decrement < o.tolerance) {
       out.converged = true;
@@ -356,12 +377,11 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     const double before = cost;
     bool taken = false;
     for (int tries = 0; tries < 12; ++tries) {
-      const double share = share_inside(p, layout, theta, step);
-      const VectorXd moved_theta = theta + share * step;
+      const VectorXd moved_theta = theta + step;
       for (std::size_t f = 0; f < flights; ++f) {
         VectorXd own(static_cast<Eigen::Index>(layout.columns.size()));
         for (std::size_t c = 0; c < layout.columns.size(); ++c) own[static_cast<Eigen::Index>(c)] = step[layout.of_flight[f][c]];
-        chains[f].apply(own, share);
+        chains[f].apply(own, 1.0);
       }
       out.values = flight_values(p, layout, moved_theta);
       const bool certain = tries == 0 && damping == 0.0 && decrement < kCertain;
@@ -375,7 +395,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       out.values = flight_values(p, layout, theta);
       damping = damping == 0.0 ? 1e-4 : 10.0 * damping;
       sweep(damping);
-      step = -solve_scaled(with_priors(), prior_score(), damping);
+      step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
     if (!moments.empty()) noise_settled = update_noise(moments);
