@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <thread>
@@ -120,48 +121,83 @@ MatrixXd inverse_scaled(const MatrixXd& s) {
   return k.asDiagonal() * a.ldlt().solve(MatrixXd::Identity(s.rows(), s.cols())) * k.asDiagonal();
 }
 
-// The share of a step that keeps every value inside its range.
-double share_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const VectorXd& step) {
-  double share = 1.0;
-  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+// The Newton step that keeps every value inside its range: a value that would leave it stops at its bound, and the others make the
+// best of that. A positive value loses at most four fifths in one step, for its curvature is known here only.
+VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score, double damping) {
+  const Eigen::Index n = theta.size();
+  VectorXd step = VectorXd::Zero(n), lowest(n), highest(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
     const ParameterInfo info = parameter_info(l.estimates[static_cast<std::size_t>(i)].parameter, p.start.terms);
-    while (share > 1e-6 && (theta[i] + share * step[i] < info.min || theta[i] + share * step[i] > info.max)) share *= 0.5;
+    lowest[i] = info.min > 0.0 ? std::max(info.min - theta[i], -0.8 * theta[i]) : info.min - theta[i];
+    highest[i] = info.max - theta[i];
   }
-  return share;
+  std::vector<Eigen::Index> open(static_cast<std::size_t>(n)), held;
+  for (Eigen::Index i = 0; i < n; ++i) open[static_cast<std::size_t>(i)] = i;
+  while (!open.empty()) {
+    VectorXd rhs = -score(open);
+    if (!held.empty()) rhs -= s(open, held) * step(held);
+    step(open) = solve_scaled(s(open, open), rhs, damping);
+    // The one that goes too far by the most, in units of its way to the bound, is held; then the rest is solved anew.
+    double worst = 1.0 + 1e-9;
+    auto stops = open.end();
+    for (auto i = open.begin(); i != open.end(); ++i) {
+      const double way = step[*i] < 0.0 ? lowest[*i] : highest[*i], excess = way != 0.0 ? step[*i] / way : (step[*i] != 0.0 ? 1e300 : 0.0);
+      if (excess > worst) worst = excess, stops = i;
+    }
+    if (stops == open.end()) break;
+    step[*stops] = step[*stops] < 0.0 ? lowest[*stops] : highest[*stops];
+    held.push_back(*stops);
+    open.erase(stops);
+  }
+  return step;
 }
 
-// Multiplies standard deviations by the roots of the moments.
-void scale_noise(NoiseModel& n, const NoiseMoments& m, const NoiseFit& o, double over) {
-  const auto scale = [&](Eigen::Vector3d& sd, Eigen::Vector3d factor, double count) {
-    if (count <= 0.0) return;
-    if (!o.per_axis) factor.setConstant(factor.mean());
-    for (Eigen::Index i = 0; i < 3; ++i) sd[i] *= std::pow(std::clamp(factor[i], 1e-4, 1e4), 0.5 * over);
-  };
-  if (o.process) {
-    scale(n.force_m_s2_rtHz, m.force, m.steps);
-    scale(n.angular_rad_s2_rtHz, m.angular, m.steps);
+// The noise of one flight, or of all, on its way to the maximum of the marginal likelihood. EM alone multiplies each standard
+// deviation by the root of its moment, but creeps where readings say little about one step. The logarithm of that root is, up to a
+// positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's zero instead.
+class NoiseSearch {
+ public:
+  // One step from the moments found with `noise`; returns the largest change still to come, relative.
+  double step(NoiseModel& noise, const NoiseMoments& m, const NoiseFit& o) {
+    double largest = 0.0;
+    std::size_t at = 0;
+    const auto change = [&](Eigen::Vector3d& sd, Eigen::Vector3d factor, double count, bool wanted) {
+      const std::size_t first = at;
+      at += 3;
+      if (!wanted || count <= 0.0) return;
+      if (!o.per_axis) factor.setConstant(factor.mean());
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        Memory& last = memory_[first + static_cast<std::size_t>(i)];
+        const double x = std::log(sd[i]), slope = 0.5 * std::log(std::clamp(factor[i], 1e-6, 1e6));
+        double move = 4.0 * slope;
+        if (last.seen && std::fabs(x - last.x) > 1e-9) {
+          const double fall = (last.slope - slope) / (x - last.x);
+          if (fall > 1e-3) move = slope / fall;
+        }
+        move = std::clamp(move, -kLargestMove, kLargestMove);
+        last = {true, x, slope};
+        sd[i] = std::exp(x + move);
+        largest = std::max(largest, std::fabs(move));
+      }
+    };
+    change(noise.force_m_s2_rtHz, m.force, m.steps, o.process);
+    change(noise.angular_rad_s2_rtHz, m.angular, m.steps, o.process);
+    change(noise.position_m, m.position, m.poses + m.positions, o.readings);
+    change(noise.attitude_rad, m.attitude, m.poses, o.readings);
+    change(noise.velocity_m_s, m.velocity, m.velocities, o.readings);
+    change(noise.gyro_rad_s, m.gyro, m.gyros, o.readings);
+    change(noise.accel_m_s2, m.accel, m.accels, o.readings);
+    return largest;
   }
-  if (o.readings) {
-    scale(n.position_m, m.position, m.poses + m.positions);
-    scale(n.attitude_rad, m.attitude, m.poses);
-    scale(n.velocity_m_s, m.velocity, m.velocities);
-    scale(n.gyro_rad_s, m.gyro, m.gyros);
-    scale(n.accel_m_s2, m.accel, m.accels);
-  }
-}
 
-double largest_change(const NoiseMoments& m, const NoiseFit& o) {
-  double worst = 0.0;
-  const auto see = [&](const Eigen::Vector3d& factor, double count) {
-    if (count > 0.0) worst = std::max(worst, (0.5 * factor.array().log()).abs().maxCoeff());
+ private:
+  static constexpr double kLargestMove = 1.0;  // a factor of e
+  struct Memory {
+    bool seen = false;
+    double x = 0.0, slope = 0.0;
   };
-  if (o.process) see(m.force, m.steps), see(m.angular, m.steps);
-  if (o.readings) {
-    see(m.position, m.poses + m.positions), see(m.attitude, m.poses), see(m.velocity, m.velocities), see(m.gyro, m.gyros),
-        see(m.accel, m.accels);
-  }
-  return worst;
-}
+  std::array<Memory, 21> memory_{};
+};
 
 NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
   NoiseMoments out = all.front();
@@ -267,11 +303,12 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   MatrixXd information;
   VectorXd score;
   double cost = 0.0, states_gain = 0.0;
-  const auto sweep = [&](double damping, bool last) {
+  bool want_innovations = false;
+  const auto sweep = [&](double damping) {
     for_each_flight(flights, o.threads, [&](std::size_t f) {
       const Residuals res(*p.flights[f], out.values[f], out.noise[f], layout.columns);
       try {
-        out.reduced[f] = chains[f].sweep(res, {damping, true, last ? o.block_s : 0.0, last && o.innovations, o.robust_scale});
+        out.reduced[f] = chains[f].sweep(res, {damping, true, o.block_s, want_innovations, o.robust_scale});
       } catch (const std::domain_error& e) {
         throw Error({p.flights[f]->name, std::string("the fit cannot go on: ") + e.what(),
                      "a state that no reading and no model step ties down, or values that are not finite",
@@ -306,64 +343,68 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     return sum;
   };
 
+  // The noise is found along with the rest: one step between two steps of the states, once these are near their best values.
+  std::vector<NoiseSearch> search(flights);
+  const auto update_noise = [&](std::vector<NoiseMoments>& moments) {
+    if (!o.noise.per_flight) moments.assign(flights, pooled(moments));
+    double change = 0.0;
+    for (std::size_t f = 0; f < flights; ++f) change = std::max(change, search[f].step(out.noise[f], moments[f], o.noise));
+    ++out.noise_rounds;
+    return change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
+  };
+  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kCertain = 1e-2;  // a decrement below it is a step that cannot fail: its cost need not be looked at
   double damping = 0.0;
   bool noise_settled = o.noise.rounds == 0;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
-    sweep(damping, false);
-    VectorXd step = -solve_scaled(with_priors(), prior_score(), damping);
-    const double decrement = states_gain - 0.5 * prior_score().dot(step);
+    sweep(damping);
+    VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
+    const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
     if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
     if (noise_settled && damping == 0.0 && decrement < o.tolerance) {
       out.converged = true;
       break;
+    }
+    std::vector<NoiseMoments> moments;
+    if (!noise_settled && damping == 0.0 && decrement < kNear * cost) {
+      moments.resize(flights);
+      for_each_flight(flights, o.threads, [&](std::size_t f) {
+        moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
+      });
     }
     // A step that does not lower the cost is taken back and damped.
     const auto states = out.states;
     const double before = cost;
     bool taken = false;
     for (int tries = 0; tries < 12; ++tries) {
-      const double share = share_inside(p, layout, theta, step);
-      const VectorXd moved_theta = theta + share * step;
+      const VectorXd moved_theta = theta + step;
       for (std::size_t f = 0; f < flights; ++f) {
         VectorXd own(static_cast<Eigen::Index>(layout.columns.size()));
         for (std::size_t c = 0; c < layout.columns.size(); ++c) own[static_cast<Eigen::Index>(c)] = step[layout.of_flight[f][c]];
-        chains[f].apply(own, share);
+        chains[f].apply(own, 1.0);
       }
       out.values = flight_values(p, layout, moved_theta);
-      const double after = total_cost(moved_theta);
-      if (after <= before * (1.0 + 1e-12) + 1e-9) {
+      const bool certain = tries == 0 && damping == 0.0 && decrement < kCertain;
+      if (certain || total_cost(moved_theta) <= before * (1.0 + 1e-12) + 1e-9) {
         theta = moved_theta;
         taken = true;
-        damping = tries == 0 ? (damping < 1e-6 ? 0.0 : 0.1 * damping) : damping;
+        if (tries == 0) damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
         break;
       }
       out.states = states;
       out.values = flight_values(p, layout, theta);
       damping = damping == 0.0 ? 1e-4 : 10.0 * damping;
-      sweep(damping, false);
-      step = -solve_scaled(with_priors(), prior_score(), damping);
+      sweep(damping);
+      step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
-
-    // EM for the noise between two steps: both need only to be settled at the end.
-    if (out.noise_rounds < o.noise.rounds && out.iterations >= 1 && damping == 0.0) {
-      sweep(0.0, false);
-      std::vector<NoiseMoments> moments(flights);
-      for_each_flight(flights, o.threads, [&](std::size_t f) {
-        moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
-      });
-      if (!o.noise.per_flight) moments.assign(flights, pooled(moments));
-      double change = 0.0;
-      for (std::size_t f = 0; f < flights; ++f) {
-        change = std::max(change, largest_change(moments[f], o.noise));
-        scale_noise(out.noise[f], moments[f], o.noise, 1.0);
-      }
-      ++out.noise_rounds;
-      noise_settled = change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
-    }
+    if (!moments.empty()) noise_settled = update_noise(moments);
   }
-
-  sweep(0.0, true);
+  // Unless the last sweep was at these very values.
+  if (!out.converged || o.innovations) {
+    want_innovations = o.innovations;
+    sweep(0.0);
+  }
   const MatrixXd with = with_priors();
   std::vector<std::string> names;
   for (const Estimate& e : layout.estimates) names.push_back(estimate_name(e, p));

@@ -27,7 +27,7 @@ struct NoiseFit {
 
 struct FitOptions {
   int max_iterations = 40;
-  double tolerance = 1e-5;    // Newton decrement (predicted fall of the cost) that ends the iteration
+  double tolerance = 1e-4;    // Newton decrement (predicted fall of the cost) that ends the iteration
   double robust_scale = 0.0;  // see SweepOptions
   double block_s = 1.0;       // for robust standard errors
   bool innovations = false;   // of the poses, at the end

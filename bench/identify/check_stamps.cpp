@@ -1,0 +1,115 @@
+// Order of stamps, values that are no numbers, gaps. Everything after this may rely on ascending stamps and finite values
+// (a rotor without a reading, not-a-number, takes its whole sample with it: thrust needs all four).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/identify/check_steps.hpp"
+#include "bench/identify/stream_access.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// The longest subsequence whose stamps ascend: keeps the most samples whatever went wrong (a repeated row, one wild stamp, a clock
+// that restarted), where "later than all before" would let one stamp far ahead throw away the rest of the flight.
+std::vector<char> longest_ascending(const std::vector<double>& t) {
+  std::vector<std::size_t> tail;  // tail[k]: index of the smallest stamp that ends a run of k+1
+  std::vector<std::ptrdiff_t> before(t.size(), -1);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (!std::isfinite(t[i])) continue;
+    const auto at = std::lower_bound(tail.begin(), tail.end(), t[i], [&](std::size_t j, double v) { return t[j] < v; });
+    if (at != tail.begin()) before[i] = static_cast<std::ptrdiff_t>(*(at - 1));
+    if (at == tail.end()) {
+      tail.push_back(i);
+    } else if (t[*at] != t[i]) {  // of equal stamps the first stays
+      *at = i;
+    }
+  }
+  std::vector<char> keep(t.size(), 0);
+  for (std::ptrdiff_t i = tail.empty() ? -1 : static_cast<std::ptrdiff_t>(tail.back()); i >= 0; i = before[static_cast<std::size_t>(i)])
+    keep[static_cast<std::size_t>(i)] = 1;
+  return keep;
+}
+
+template <class Value>
+void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream) {
+  const std::vector<char> keep = longest_ascending(stream.t_s);
+  std::size_t repeated = 0, out_of_order = 0;
+  double worst_s = 0.0;
+  TimeRange range{HUGE_VAL, -HUGE_VAL};
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) continue;
+    const double t = stream.t_s[i];
+    const double step = i > 0 ? t - stream.t_s[i - 1] : 0.0;
+    (i > 0 && step == 0.0 ? repeated : out_of_order)++;
+    worst_s = std::min(worst_s, step);
+    if (std::isfinite(t)) range = {std::min(range.from_s, t), std::max(range.to_s, t)};
+  }
+  if (repeated + out_of_order > 0) {
+    const double share = static_cast<double>(out_of_order) / static_cast<double>(keep.size());
+    stream = kept(stream, keep);
+    if (range.to_s < range.from_s) range = {stream.empty() ? 0.0 : stream.t_s.front(), stream.empty() ? 0.0 : stream.t_s.back()};
+    if (repeated > 0) s.exclude(name, fmt::format("{} samples repeat the stamp of the one before", repeated), range);
+    if (out_of_order > 0)
+      s.exclude(name, fmt::format("{} samples out of order; largest step back {:.4f} s", out_of_order, -worst_s), range);
+    if (share > 0.1)
+      s.refuse(name, fmt::format("{:.0f} % of the stamps are out of order (allowed 10 %)", 100.0 * share), range,
+               "a clock that restarts, two logs in one file, or columns of two clocks mixed",
+               "split the log, or name the right time column");
+  }
+}
+
+template <class Value>
+void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stream) {
+  std::vector<char> keep(stream.size(), 1), bad(stream.size(), 0);
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const auto c = channels_of(stream.value[i]);
+    const auto missing = std::count_if(c.begin(), c.end(), [](double v) { return !std::isfinite(v); });
+    if (missing > 0) bad[i] = 1, keep[i] = 0;
+  }
+  const auto count = std::count(bad.begin(), bad.end(), char{1});
+  if (count == 0) return;
+  const auto where = stretches(stream.t_s, bad, HUGE_VAL);
+  s.exclude(name, fmt::format("{} of {} samples are no numbers", count, stream.size()), where.front());
+  stream = kept(stream, keep);
+}
+
+// Streams of one writer share their gaps: one line for all of them.
+void note_gaps(CheckState& s, const std::string& name, const std::string& what, TimeRange range) {
+  for (LogFinding& f : s.result.findings) {
+    if (f.what != what || f.from_s != range.from_s || f.to_s != range.to_s) continue;
+    f.stream += ", " + name;
+    return;
+  }
+  s.note(name, what, range);
+}
+
+template <class Value>
+void find_gaps(CheckState& s, const std::string& name, const Stream<Value>& stream) {
+  const double usual = period_s(stream);
+  std::size_t count = 0, longest = 0;
+  double lost_s = 0.0;
+  for (std::size_t i = 1; i < stream.size(); ++i) {
+    const double d = stream.t_s[i] - stream.t_s[i - 1];
+    if (d <= std::max(5.0 * usual, 0.02)) continue;
+    ++count;
+    lost_s += d;
+    if (longest == 0 || d > stream.t_s[longest] - stream.t_s[longest - 1]) longest = i;
+  }
+  if (count == 0) return;
+  const TimeRange range{stream.t_s[longest - 1], stream.t_s[longest]};
+  note_gaps(s, name,
+            fmt::format("{} gaps, {:.3f} s together, longest {:.3f} s (usual step {:.1f} ms)", count, lost_s, range.span_s(), 1e3 * usual),
+            range);
+}
+
+}  // namespace
+
+void check_stamps(CheckState& s) {
+  for_each_stream(s.record, [&](const std::string& name, auto& stream) { order_stamps(s, name, stream); });
+  for_each_stream(s.record, [&](const std::string& name, auto& stream) { drop_not_finite(s, name, stream); });
+  for_each_stream(s.record, [&](const std::string& name, auto& stream) { find_gaps(s, name, stream); });
+}
+
+}  // namespace rotorloop::bench

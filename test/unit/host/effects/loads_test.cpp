@@ -1,0 +1,180 @@
+// The model's loads: host/vehicle's equations when no term acts; terms vanish at their neutral values and obey the law they name.
+#include "host/effects/loads.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/effects/term.hpp"
+#include "host/vehicle/drag.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
+#include "host/vehicle/thrust.hpp"
+
+namespace rotorloop::host {
+namespace {
+
+VehicleModel vehicle() {
+  VehicleModel m;
+  m.mass_kg = 0.682;
+  m.inertia_kg_m2 = {2.41e-3, 3.42e-3, 5.22e-3};
+  m.com_offset_m = {1.4e-3, -7e-4, 0.0};
+  const double l = 0.0885;
+  m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
+  m.thrust = {3.12e-6, -1.55e-4, 0.0635, 1.2};
+  m.c_q_N_m_s2 = 3.1e-8;
+  m.drag = {0.0175, 0.0055, 0.0185};
+  return m;
+}
+
+LoadInput<double> flight_state() {
+  LoadInput<double> in;
+  in.v_B_m_s = {6.0, -2.0, 1.5};
+  in.rates_B_rad_s = {1.0, -2.0, 3.0};
+  in.world_B = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  in.p_W_m = {0, 0, 2};
+  in.omega_rad_s = {930, 905, 970, 940};
+  in.omega_dot_rad_s2 = {800, -500, 300, 1200};
+  in.battery_V = 15.0;
+  return in;
+}
+
+struct Wrench {
+  Eigen::Vector3d force, torque;
+};
+Wrench wrench(const LoadInput<double>& in, const TermList& terms = {}, const std::vector<double>& values = {}) {
+  const VehicleModel m = vehicle();
+  const LoadParameters<double> p = load_parameters(m);
+  const LoadGeometry g = load_geometry(m);
+  LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
+  const TermSet<double> set(terms, values.data());
+  loads(s, &set);
+  return {{s.force_B_N.x, s.force_B_N.y, s.force_B_N.z}, {s.torque_B_N_m.x, s.torque_B_N_m.y, s.torque_B_N_m.z}};
+}
+
+TermList only(std::string_view id) {
+  TermList list;
+  list.add(*find_term(id));
+  return list;
+}
+
+TEST(Loads, without_terms_are_the_equations_of_the_vehicle_model) {
+  const VehicleModel m = vehicle();
+  const LoadInput<double> in = flight_state();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
+  double sum = 0.0;
+  for (int i = 0; i < kRotors; ++i) {
+    const double omega = in.omega_rad_s[static_cast<std::size_t>(i)];
+    const double t = solve_thrust(m.thrust, omega, 1.5, std::hypot(6.0, 2.0)).thrust_N;
+    sum += t;
+    torque += m.arm_m(i).cross(Eigen::Vector3d(0, 0, t));
+    torque.z() += m.rotors[static_cast<std::size_t>(i)].reaction * m.c_q_N_m_s2 * omega * omega;
+  }
+  const Eigen::Vector3d v(6.0, -2.0, 1.5);
+  force = rotor_drag_B_N(m.drag, sum, v) + airframe_drag_B_N(m.drag, v) + Eigen::Vector3d(0, 0, sum);
+  const Wrench w = wrench(in);
+  EXPECT_LT((w.force - force).norm(), 1e-9);
+  EXPECT_LT((w.torque - torque).norm(), 1e-9);
+}
+
+TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
+  const VehicleModel m = vehicle();
+  const LoadGeometry g = load_geometry(m);
+  const auto evaluate = [&](const std::array<double, 14>& at) {
+    LoadInput<double> in = flight_state();
+    in.v_B_m_s = {at[0], at[1], at[2]};
+    in.rates_B_rad_s = {at[3], at[4], at[5]};
+    const LoadParameters<double> p{at[6], at[7], at[8], at[9], at[10], at[11], at[12], at[13]};
+    LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
+    loads<double>(s, nullptr);
+    return std::array<double, 6>{s.force_B_N.x, s.force_B_N.y, s.force_B_N.z, s.torque_B_N_m.x, s.torque_B_N_m.y, s.torque_B_N_m.z};
+  };
+  const LoadParameters<double> p = load_parameters(m);
+  const std::array<double, 14> at{
+      6.0,           -2.0, 1.5, 1.0, -2.0, 3.0, p.k1_N_s2, p.k2_N_s2_m, p.c_q_N_m_s2, p.com_x_m, p.com_y_m, p.c_dh_s_m, p.c_dxy_N_s2_m2,
+      p.c_dz_N_s2_m2};
+  using D = MotionDual;
+  LoadInput<D> in;
+  const LoadInput<double> plain = flight_state();
+  in.v_B_m_s = {D::variable(at[0], 0), D::variable(at[1], 1), D::variable(at[2], 2)};
+  in.rates_B_rad_s = {D::variable(at[3], 3), D::variable(at[4], 4), D::variable(at[5], 5)};
+  for (std::size_t r = 0; r < 4; ++r) in.omega_rad_s[r] = D(plain.omega_rad_s[r]);
+  const LoadParameters<D> q{D::variable(at[6], 6),   D::variable(at[7], 7),   D::variable(at[8], 8),   D::variable(at[9], 9),
+                            D::variable(at[10], 10), D::variable(at[11], 11), D::variable(at[12], 12), D::variable(at[13], 13)};
+  LoadState<D> s{in, q, g, {}, {}, {}, {}, {}, {}, {}};
+  loads<D>(s, nullptr);
+  const D* const rows[] = {&s.force_B_N.x, &s.force_B_N.y, &s.force_B_N.z, &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
+  for (std::size_t j = 0; j < at.size(); ++j) {
+    const double e = 1e-4 * std::max(std::fabs(at[j]), 1e-9);
+    auto up = at, down = at;
+    up[j] += e;
+    down[j] -= e;
+    const auto a = evaluate(up), b = evaluate(down);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double slope = (a[i] - b[i]) / (2 * e);
+      EXPECT_NEAR(rows[i]->d[j], slope, 1e-5 * (1e-3 + std::fabs(slope))) << "row " << i << ", direction " << j;
+    }
+  }
+}
+
+TEST(Loads, every_term_changes_nothing_at_its_neutral_values) {
+  for (const Term& t : all_terms()) {
+    TermList list;
+    ASSERT_TRUE(list.add(t));
+    std::vector<double> neutral;
+    for (const TermParameter& p : t.info.parameters) neutral.push_back(p.neutral);
+    const Wrench with = wrench(flight_state(), list, neutral), without = wrench(flight_state());
+    EXPECT_LT((with.force - without.force).norm() + (with.torque - without.torque).norm(), 1e-12) << t.info.id;
+  }
+}
+
+TEST(Loads, every_term_has_the_name_parameter_and_unit_of_the_catalogue) {
+  const EffectCatalogue catalogue = builtin_effect_catalogue();
+  for (const Term& t : all_terms()) {
+    const CatalogueParameter* entry = catalogue.parameter_of(t.info.id);
+    ASSERT_NE(entry, nullptr) << t.info.id;
+    EXPECT_EQ(entry->name, t.info.parameters.front().name) << t.info.id;
+  }
+}
+
+TEST(Loads, a_term_is_in_a_list_once_and_finds_its_own_parameters) {
+  TermList list;
+  EXPECT_TRUE(list.add(*find_term("rotor_local_inflow")));
+  EXPECT_TRUE(list.add(*find_term("rotor_inertia_reaction")));
+  EXPECT_FALSE(list.add(*find_term("rotor_local_inflow")));
+  EXPECT_EQ(list.parameters(), 2u);
+  EXPECT_EQ(list.parameter(1).name, "J_r_kg_m2");
+  EXPECT_EQ(list.term_of(1), 1u);
+  EXPECT_EQ(find_term("no_such_effect"), nullptr);
+}
+
+TEST(RotorLocalInflow, opposes_roll_and_pitch_and_leaves_yaw_alone) {
+  const TermList list = only("rotor_local_inflow");
+  for (int axis = 0; axis < 3; ++axis) {
+    LoadInput<double> in = flight_state();
+    in.v_B_m_s = {};
+    in.omega_rad_s.fill(940.0);
+    in.rates_B_rad_s = {axis == 0 ? 2.0 : 0.0, axis == 1 ? 2.0 : 0.0, axis == 2 ? 2.0 : 0.0};
+    const Eigen::Vector3d change = wrench(in, list, {1.0}).torque - wrench(in).torque;
+    if (axis < 2) {
+      EXPECT_LT(change[axis], -1e-4) << "axis " << axis << ", N m at 2 rad/s";
+    } else {
+      EXPECT_LT(change.norm(), 5e-5);
+    }
+  }
+}
+
+TEST(RotorInertiaReaction, body_and_rotors_together_keep_their_angular_momentum_about_yaw) {
+  // What the rotors gain about +z the body loses: torque_z = -d/dt Σ J_r s_i ω_i, with s_i = -reaction.
+  const double J = 9.4e-6;
+  const LoadInput<double> in = flight_state();
+  const Eigen::Vector3d change = wrench(in, only("rotor_inertia_reaction"), {J}).torque - wrench(in).torque;
+  const double rotors_gain = J * (in.omega_dot_rad_s2[0] + in.omega_dot_rad_s2[1] - in.omega_dot_rad_s2[2] - in.omega_dot_rad_s2[3]);
+  EXPECT_NEAR(change.z(), -rotors_gain, 1e-12);
+  const double momentum = J * (in.omega_rad_s[0] + in.omega_rad_s[1] - in.omega_rad_s[2] - in.omega_rad_s[3]);
+  const Eigen::Vector3d gyroscopic = -Eigen::Vector3d(1.0, -2.0, 3.0).cross(Eigen::Vector3d(0, 0, momentum));
+  EXPECT_NEAR(change.x(), gyroscopic.x(), 1e-12);
+  EXPECT_NEAR(change.y(), gyroscopic.y(), 1e-12);
+}
+
+}  // namespace
+}  // namespace rotorloop::host
