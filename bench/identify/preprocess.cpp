@@ -97,48 +97,4 @@ std::size_t bridge_spikes(std::span<double> x, double largest, double largest_ju
   return replaced;
 }
 
-std::vector<double> on_grid(std::span<const double> t_s, std::span<const double> value, double start_s, double step_s, std::size_t count) {
-  std::vector<double> out(count);
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < count && !t_s.empty(); ++k) {
-    const double t = start_s + static_cast<double>(k) * step_s;
-    while (i + 1 < t_s.size() && t_s[i + 1] <= t) ++i;
-    if (t <= t_s.front()) {
-      out[k] = value.front();
-    } else if (i + 1 >= t_s.size()) {
-      out[k] = value.back();
-    } else {
-      out[k] = value[i] + (t - t_s[i]) / (t_s[i + 1] - t_s[i]) * (value[i + 1] - value[i]);
-    }
-  }
-  return out;
-}
-
-Lag lag_between(std::span<const double> early, std::span<const double> late, double rate_Hz, double largest_lag_s) {
-  const auto n = static_cast<std::ptrdiff_t>(std::min(early.size(), late.size()));
-  const auto reach = std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::floor(largest_lag_s * rate_Hz)), n - 2);
-  if (reach < 1) return {};
-  // Over the samples that overlap at this lag, with their own means and variances.
-  const auto correlation = [&](std::ptrdiff_t lag) {
-    const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, -lag), to = n - std::max<std::ptrdiff_t>(0, lag);
-    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-    for (std::ptrdiff_t k = from; k < to; ++k) {
-      const double x = early[static_cast<std::size_t>(k)], y = late[static_cast<std::size_t>(k + lag)];
-      a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
-    }
-    const auto m = static_cast<double>(to - from);
-    const double va = aa - a * a / m, vb = bb - b * b / m;
-    return va > 0.0 && vb > 0.0 ? (ab - a * b / m) / std::sqrt(va * vb) : 0.0;
-  };
-  std::vector<double> c;
-  for (std::ptrdiff_t lag = -reach; lag <= reach; ++lag) c.push_back(correlation(lag));
-  const auto peak = static_cast<std::size_t>(std::max_element(c.begin(), c.end()) - c.begin());
-  double lag = static_cast<double>(static_cast<std::ptrdiff_t>(peak) - reach);
-  if (peak > 0 && peak + 1 < c.size()) {
-    const double curve = c[peak - 1] - 2.0 * c[peak] + c[peak + 1];
-    if (curve < 0.0) lag += 0.5 * (c[peak - 1] - c[peak + 1]) / curve;
-  }
-  return {lag / rate_Hz, c[peak]};
-}
-
 }  // namespace rotorloop::bench

@@ -7,15 +7,11 @@
 #include <functional>
 
 #include "bench/identify/preprocess.hpp"
+#include "bench/identify/signal.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
-
-struct Grid {
-  double start_s, step_s, rate_Hz;
-  std::size_t count;
-};
 
 // `dimensions` numbers of each sample of a stream on the grid, filtered; row k is the grid's k.
 template <class Value>
@@ -25,8 +21,8 @@ std::vector<std::vector<double>> gridded(const Stream<Value>& s, std::size_t dim
   for (std::size_t d = 0; d < dimensions; ++d) {
     std::vector<double> x;
     for (const Value& v : s.value) x.push_back(number(v, d));
-    out.push_back(on_grid(s.t_s, x, g.start_s, g.step_s, g.count));
-    if (cutoff_Hz > 0.0) out.back() = zero_phase_low_pass(out.back(), cutoff_Hz, g.rate_Hz);
+    out.push_back(on_grid(s.t_s, x, g));
+    if (cutoff_Hz > 0.0) out.back() = zero_phase_low_pass(out.back(), cutoff_Hz, 1.0 / g.dt_s);
   }
   return out;
 }
@@ -53,13 +49,13 @@ Stream<PoseReading> one_sign(const Stream<PoseReading>& pose) {
 
 Stream<RotorValues> clean_rotors(const Stream<RotorValues>& s, const TrackFilter& f, const Grid& g) {
   Stream<RotorValues> out;
-  for (std::size_t k = 0; k < g.count; ++k) out.add(g.start_s + static_cast<double>(k) * g.step_s, {});
+  for (std::size_t k = 0; k < g.count; ++k) out.add(g.t_s(k), {});
   for (std::size_t r = 0; r < 4; ++r) {
     std::vector<double> x;
     for (const RotorValues& v : s.value) x.push_back(v[r]);
     bridge_spikes(x, f.largest_rotor_rad_s, f.largest_rotor_jump_rad_s);
-    x = on_grid(s.t_s, x, g.start_s, g.step_s, g.count);
-    if (f.rotor_Hz > 0.0) x = zero_phase_low_pass(x, f.rotor_Hz, g.rate_Hz);
+    x = on_grid(s.t_s, x, g);
+    if (f.rotor_Hz > 0.0) x = zero_phase_low_pass(x, f.rotor_Hz, 1.0 / g.dt_s);
     for (std::size_t k = 0; k < g.count; ++k) out.value[k][r] = x[k];
   }
   return out;
@@ -74,7 +70,7 @@ StateTrack filtered_track(const FlightRecord& r, const TrackFilter& f) {
   const double from = std::max({r.pose.t_s.front(), r.gyro_B_rad_s.t_s.front(), r.rotor_omega_rad_s.t_s.front()});
   const double to = std::min({r.pose.t_s.back(), r.gyro_B_rad_s.t_s.back(), r.rotor_omega_rad_s.t_s.back()});
   const double span = std::max(0.0, to - from);
-  const Grid g{from, 1.0 / f.rate_Hz, f.rate_Hz, static_cast<std::size_t>(std::floor(span * f.rate_Hz + 1e-6)) + 1};
+  const Grid g{from, 1.0 / f.rate_Hz, static_cast<std::size_t>(std::floor(span * f.rate_Hz + 1e-6)) + 1};
 
   const auto position = gridded<PoseReading>(r.pose, 3, g, f.position_Hz,
                                              [](const PoseReading& p, std::size_t d) { return p.p_W_m[static_cast<Eigen::Index>(d)]; });
@@ -88,7 +84,7 @@ StateTrack filtered_track(const FlightRecord& r, const TrackFilter& f) {
     for (std::size_t d = 0; d < 3; ++d) {
       for (std::size_t k = 0; k < g.count; ++k) {
         const std::size_t a = k > 0 ? k - 1 : k, b = std::min(k + 1, g.count - 1);
-        velocity[d][k] = b > a ? (position[d][b] - position[d][a]) / (static_cast<double>(b - a) * g.step_s) : 0.0;
+        velocity[d][k] = b > a ? (position[d][b] - position[d][a]) / (static_cast<double>(b - a) * g.dt_s) : 0.0;
       }
     }
   }
@@ -98,7 +94,7 @@ StateTrack filtered_track(const FlightRecord& r, const TrackFilter& f) {
   rotors.source = r.source;
   rotors.battery_V = r.battery_V;
   rotors.rotor_omega_rad_s = clean_rotors(r.rotor_omega_rad_s, f, g);
-  StateTrack track{r.name, g.start_s, g.step_s, {}, RotorInput(rotors)};
+  StateTrack track{r.name, g.t0_s, g.dt_s, {}, RotorInput(rotors)};
   for (std::size_t k = 0; k < g.count; ++k) {
     BodyState x;
     x.p_W_m = {position[0][k], position[1][k], position[2][k]};
