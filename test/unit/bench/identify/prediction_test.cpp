@@ -262,12 +262,12 @@ TEST(MultiStepFit, NoiseOnRotorSpeedsPullsTheBelievedShareOfTorqueBelowOneAndFor
   const std::vector<StateTrack> clean{flown(truth, speeds(10.0), speeds(10.0), 990)};
   const MultiStepFit without = fit_multi_step(truth, {roll, pitch}, clean, o);
   EXPECT_NEAR(without.values[roll], 1.0, 1e-6);
-  const std::vector<StateTrack> noisy{flown(truth, speeds(10.0), speeds(10.0, 40.0), 990)};
+  const std::vector<StateTrack> noisy{flown(truth, speeds(10.0), speeds(10.0, 60.0), 990)};
   const MultiStepFit with = fit_multi_step(truth, {roll, pitch}, noisy, o);
   EXPECT_LT(with.values[roll], 0.8);
   EXPECT_LT(with.values[pitch], 0.8);
   // On another flight with other noise.
-  const StateTrack other = flown(truth, speeds(10.0), speeds(10.0, 40.0, 99), 990);
+  const StateTrack other = flown(truth, speeds(10.0), speeds(10.0, 60.0, 99), 990);
   const PredictionErrors whole = errors_of(other, whole_model(truth)), shared = errors_of(other, whole_model(with.values));
   EXPECT_LT(summary({&shared, 1}).sim_error[kPredictedRates], summary({&whole, 1}).sim_error[kPredictedRates]);
 }
