@@ -42,4 +42,20 @@ host::VehicleFile calibrated(const host::VehicleFile& base, const LoadFit& fit, 
   return v;
 }
 
+host::VehicleFile calibrated(const host::VehicleFile& base, const FlownFit& fit, const std::string& written_by,
+                             const std::vector<std::string>& inputs) {
+  LoadFit loads;
+  loads.k1_N_s2 = fit.k1_N_s2;
+  loads.k2_N_s2_m = fit.k2_N_s2_m;
+  loads.k1_k2_covariance = fit.k1_k2_covariance;
+  loads.c_q_N_m_s2 = fit.c_q_N_m_s2;
+  loads.c_dh_s_m = fit.c_dh_s_m;
+  loads.c_dxy_N_s2_m2 = fit.c_dxy_N_s2_m2;
+  loads.c_dz_N_s2_m2 = fit.c_dz_N_s2_m2;
+  host::VehicleFile v = calibrated(base, loads, written_by, inputs);
+  v.com_offset_m = {host::Quantity{fit.com_x_m.value, fit.com_x_m.u, host::Origin::stand},
+                    host::Quantity{fit.com_y_m.value, fit.com_y_m.u, host::Origin::stand}};
+  return v;
+}
+
 }  // namespace rotorloop::bench

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bench/calibrate/fit.hpp"
+#include "bench/calibrate/fit_flown.hpp"
 #include "bench/calibrate/tunnel.hpp"
 #include "host/control/trajectory.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -16,6 +17,9 @@ std::vector<FlightState> planned_states(const host::Trajectory& trajectory, doub
 
 // `base` with thrust, torque and drag replaced by the fit (origin stand), their covariance, and the static thrust they imply.
 host::VehicleFile calibrated(const host::VehicleFile& base, const LoadFit& fit, const std::string& written_by,
+                             const std::vector<std::string>& inputs);
+// The same from a fit over flown states, which also replaces the centre of mass.
+host::VehicleFile calibrated(const host::VehicleFile& base, const FlownFit& fit, const std::string& written_by,
                              const std::vector<std::string>& inputs);
 
 }  // namespace rotorloop::bench

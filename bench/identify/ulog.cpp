@@ -7,6 +7,7 @@
 #include <bit>
 #include <charconv>
 #include <limits>
+#include <set>
 
 #include "host/base/error.hpp"
 
@@ -57,6 +58,13 @@ std::optional<TypeText> parse_type(std::string_view text) {
 }
 
 bool is_padding(std::string_view field) { return field.starts_with("_padding"); }
+
+// What C allows, so that a path such as "esc[2].esc_rpm" can be taken apart.
+bool is_identifier(std::string_view name) {
+  return !name.empty() && name.size() <= kLongestName && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
 
 }  // namespace
 
@@ -172,6 +180,7 @@ void ULog::read_format(std::string_view text) {
   const auto colon = text.find(':');
   if (colon == std::string_view::npos || colon == 0 || colon > kLongestName) return void(++bad_format_);
   Format format;
+  std::set<std::string_view> names;
   for (std::string_view rest = text.substr(colon + 1); !rest.empty();) {
     const auto semicolon = rest.find(';');
     const auto field = rest.substr(0, semicolon);
@@ -179,7 +188,7 @@ void ULog::read_format(std::string_view text) {
     if (field.empty()) continue;
     const auto space = field.find(' ');
     const auto type = space == std::string_view::npos ? std::nullopt : parse_type(field.substr(0, space));
-    if (!type || space + 1 == field.size() || field.size() - space - 1 > kLongestName) return void(++bad_format_);
+    if (!type || !is_identifier(field.substr(space + 1)) || !names.insert(field.substr(space + 1)).second) return void(++bad_format_);
     format.fields.push_back({std::string(type->type), std::string(field.substr(space + 1)), type->count, type->is_array});
   }
   if (format.fields.empty()) return void(++bad_format_);

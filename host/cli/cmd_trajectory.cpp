@@ -1,7 +1,7 @@
 // `rotorloop trajectory`: writes the shipped flights as trajectory files and tells their peaks.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -18,6 +18,9 @@ const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p
                                                                  {"vertical_3p1", host::vertical_3p1},
                                                                  {"vertical_3p1_brisk", host::vertical_3p1_brisk},
                                                                  {"general", host::general},
+                                                                 {"identify_vertical", host::identify_vertical},
+                                                                 {"identify_horizontal", host::identify_horizontal},
+                                                                 {"identify_rotation", host::identify_rotation},
                                                                  {"fast_descent", host::fast_descent},
                                                                  {"low_hover", host::low_hover},
                                                                  {"ceiling_hover", host::ceiling_hover}};
@@ -46,12 +49,15 @@ int write(const Options& o) {
 void add_trajectory(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
-  c->add_option("name", o->name, "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, fast_descent, low_hover or ceiling_hover")
+  c->add_option("name", o->name,
+                "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "
+                "fast_descent, low_hover or ceiling_hover")
       ->required()
       ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
-  c->footer("Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
-            "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");
+  c->footer(
+      "Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
+      "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");
   c->callback([o, &exit_code] { exit_code = write(*o); });
 }
 

@@ -1,5 +1,6 @@
-// The flights of scenarios/trajectories, after the paper's Figs 9 to 11, and three that show effects at boundaries. Peaks are reached exactly: a rest-to-rest piece by its
-// length and time, the general flight by scaling (a spline is linear in its waypoints, and time scales all its rates).
+// The flights of scenarios/trajectories, after the paper's Figs 9 to 11, three for identification, and three that show effects at
+// boundaries. Peaks are reached exactly: a rest-to-rest piece by its length and time, the general flight by scaling (a spline is linear in
+// its waypoints, and time scales all its rates).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,15 +17,22 @@ namespace {
 constexpr double kHoverBefore_s = 2.0, kHoverAfter_s = 1.0;
 const Eigen::Vector3d kStart_W_m{0.0, 0.0, 2.0};
 
-// Back and forth along `direction`, `runs` times, each run peaking at the given speed and acceleration.
-Trajectory shuttle(const Eigen::Vector3d& direction, double speed_m_s, double accel_m_s2, int runs) {
+// Back and forth along `direction`, `runs` times from kStart_W_m, each run peaking at the given speed and acceleration.
+std::vector<Segment> shuttle_runs(const Eigen::Vector3d& direction, double speed_m_s, double accel_m_s2, int runs) {
   const double time_s = (kPeakAcceleration / accel_m_s2) * (speed_m_s / kPeakVelocity);
   const double length_m = speed_m_s * time_s / kPeakVelocity;
   const Eigen::Vector3d far = kStart_W_m + direction * length_m;
-  std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
+  std::vector<Segment> segments;
   for (int i = 0; i < runs; ++i)
     segments.push_back(rest_to_rest({.p_W_m = i % 2 ? far : kStart_W_m}, {.p_W_m = i % 2 ? kStart_W_m : far, .time_s = time_s}));
-  segments.push_back(hover(runs % 2 ? far : kStart_W_m, 0.0, kHoverAfter_s));
+  return segments;
+}
+
+// The same with hover before and after; an even number of runs ends where it began.
+Trajectory shuttle(const Eigen::Vector3d& direction, double speed_m_s, double accel_m_s2, int runs) {
+  std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
+  for (const Segment& s : shuttle_runs(direction, speed_m_s, accel_m_s2, runs)) segments.push_back(s);
+  segments.push_back(hover(kStart_W_m, 0.0, kHoverAfter_s));
   return join(segments);
 }
 
@@ -89,6 +97,63 @@ TrajectoryFile general() {
   for (const Segment& s : through(path)) segments.push_back(s);
   segments.push_back(hover(path.back().p_W_m, path.back().yaw_rad, kHoverAfter_s));
   return {"general: figure of eight, climbing turns, yaw", join(segments)};
+}
+
+TrajectoryFile identify_vertical() { return {"identification, vertical, 3.5 m/s", shuttle(Eigen::Vector3d::UnitZ(), 3.5, 2.5, 6)}; }
+
+TrajectoryFile identify_horizontal() {
+  // Along x and along y, so that neither drag nor centre of mass of one axis is inferred from the other. Every second pair of runs is
+  // gentler: at equal speed the rotors then carry less, which tells drag per thrust (eq. 4) from drag of the airframe (eq. 5).
+  constexpr double kSpeed_m_s = 10.5, kBrisk_m_s2 = 12.0, kGentle_m_s2 = 9.0;
+  std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
+  for (const double accel_m_s2 : {kBrisk_m_s2, kGentle_m_s2})
+    for (const Eigen::Vector3d& direction : {Eigen::Vector3d(Eigen::Vector3d::UnitX()), Eigen::Vector3d(Eigen::Vector3d::UnitY())}) {
+      const std::vector<Segment> runs = shuttle_runs(direction, kSpeed_m_s, accel_m_s2, 2);
+      segments.insert(segments.end(), runs.begin(), runs.end());
+    }
+  segments.push_back(hover(kStart_W_m, 0.0, kHoverAfter_s));
+  return {"identification, horizontal, 10.5 m/s", join(segments)};
+}
+
+TrajectoryFile identify_rotation() {
+  // Sideways sways so quick that the vehicle has to swing through large tilts, each axis sweeping its own band, while the heading
+  // turns to and fro and thrust rises and falls. Roll, pitch and yaw then overlap in every combination: the products of rates
+  // carry I_zz apart from c_q, which yaw alone does not.
+  // Planned a little below 6.5 rad/s: flown with vehicles/reference_guess.toml the loops overshoot, roll to 6.6, pitch 6.2, yaw 6.3 rad/s.
+  constexpr double kRollPitchRate_rad_s = 6.2, kYawRate_rad_s = 4.9, kSpan_s = 20.0, kRamp_s = 2.0;
+  constexpr std::size_t kPieces = 110;
+  constexpr double kSway_m = 0.12, kHeave_m = 0.12, kTurn_rad = 6.0;
+  const auto sweep = [](double t, double from_rad_s, double to_rad_s) {
+    return sin_exact((from_rad_s + 0.5 * (to_rad_s - from_rad_s) * t / kSpan_s) * t);
+  };
+  const auto ramp = [](double tau) {
+    const double s = std::clamp(tau, 0.0, 1.0);
+    return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+  };
+  std::vector<Waypoint> path;
+  for (std::size_t i = 0; i <= kPieces; ++i) {
+    const double t = kSpan_s * static_cast<double>(i) / static_cast<double>(kPieces);
+    const double share = ramp(t / kRamp_s) * ramp((kSpan_s - t) / kRamp_s);
+    path.push_back(
+        {.p_W_m = share * Eigen::Vector3d(kSway_m * sweep(t, 5.0, 8.0), kSway_m * sweep(t, 8.0, 5.5), kHeave_m * sweep(t, 4.0, 5.5)),
+         .yaw_rad = share * kTurn_rad * sweep(t, 0.8, 1.2),
+         .time_s = t});
+  }
+  // Yaw first: it turns the sway into other body rates. Then the sway, whose rates grow with it but not in proportion.
+  const Peaks raw = peaks(join(through(path)));
+  for (Waypoint& w : path) w.yaw_rad *= kYawRate_rad_s / raw.yaw_rate_rad_s;
+  for (int i = 0; i < 6; ++i) {
+    const Peaks p = peaks(join(through(path)));
+    for (Waypoint& w : path) {
+      w.p_W_m.x() *= kRollPitchRate_rad_s / std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s);
+      w.p_W_m.y() *= kRollPitchRate_rad_s / std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s);
+    }
+  }
+  for (Waypoint& w : path) w.p_W_m += kStart_W_m;
+  std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
+  for (const Segment& s : through(path)) segments.push_back(s);
+  segments.push_back(hover(kStart_W_m, 0.0, kHoverAfter_s));
+  return {"identification, rotation about three axes, 6.5 rad/s", join(segments)};
 }
 
 }  // namespace rotorloop::host

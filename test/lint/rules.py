@@ -40,7 +40,7 @@ ARROWS = {
     "sim/plant": ["host/base", "sim"],
     "bench/report": BELOW_BENCH,
     "bench/hil": BELOW_BENCH + ["bench/report"],
-    "bench/calibrate": BELOW_BENCH + ["bench/report"],
+    "bench/calibrate": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp"],
     "bench/propeller": BELOW_BENCH + ["bench/report"],
     "bench/stand": BELOW_BENCH + ["bench/report"],
     "bench/identify": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp", "bench/hil/flight_columns.hpp"],

@@ -1,55 +1,17 @@
-// The fit is checked against loads that a second writing of eq. (1)-(5) makes (bisection for the induced velocity, no shared
-// code), so that a formula wrong in the product cannot agree with itself.
+// The staged fit against loads of second_writing.hpp, and the load table.
 #include "bench/calibrate/fit.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "host/base/error.hpp"
+#include "test/unit/bench/calibrate/second_writing.hpp"
 
 namespace rotorloop::bench {
 namespace {
-
-struct Truth {
-  double k1 = 2.4e-6, k2 = -9e-5, c_q = 2.2e-8, c_dh = 0.017, c_dxy = 0.006, c_dz = 0.02;
-};
-constexpr double kRadius_m = 0.0635, kDensity_kg_m3 = 1.2;
-
-double thrust_N(const Truth& t, double w, double v_z, double v_xy) {
-  const double q = 2.0 * kDensity_kg_m3 * 3.14159265358979 * kRadius_m * kRadius_m;
-  const auto surplus = [&](double v_i) { return t.k1 * w * w + t.k2 * w * (v_z + v_i) - q * v_i * std::hypot(v_z + v_i, v_xy); };
-  double low = 0.0, high = 60.0;
-  for (int k = 0; k < 200; ++k) (surplus(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
-  return t.k1 * w * w + t.k2 * w * (v_z + 0.5 * (low + high));
-}
-
-host::VehicleModel geometry() {
-  host::VehicleModel m;
-  m.mass_kg = 0.682;
-  m.rotors = {host::RotorMount{{0.0885, -0.0885, 0}, -1}, host::RotorMount{{-0.0885, 0.0885, 0}, -1},
-              host::RotorMount{{0.0885, 0.0885, 0}, 1}, host::RotorMount{{-0.0885, -0.0885, 0}, 1}};
-  m.thrust.radius_m = kRadius_m;
-  m.thrust.air_density_kg_m3 = kDensity_kg_m3;
-  return m;
-}
-
-LoadPoint point(const Truth& t, const Eigen::Vector3d& v, const std::array<double, 4>& w) {
-  LoadPoint p{.v_B_m_s = v, .omega_rad_s = w};
-  const auto square = [](double x) { return x * std::fabs(x); };
-  double total = 0.0;
-  const std::array<double, 4> reaction{-1, -1, 1, 1};
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (w[i] > 0) total += thrust_N(t, w[i], v.z(), std::hypot(v.x(), v.y()));
-    p.torque_B_N_m.z() += reaction[i] * t.c_q * w[i] * w[i];
-  }
-  p.force_B_N = {-t.c_dh * total * v.x() - t.c_dxy * square(v.x()), -t.c_dh * total * v.y() - t.c_dxy * square(v.y()),
-                 total - t.c_dz * square(v.z())};
-  return p;
-}
 
 std::vector<LoadPoint> programme(const Truth& t) {
   std::vector<LoadPoint> points;
@@ -66,7 +28,8 @@ std::vector<LoadPoint> programme(const Truth& t) {
       points.push_back(point(t, {v, 0, 0.5}, {w, w, w, w}));
       points.push_back(point(t, {0, -v, -0.5}, {w, w, w, w}));
     }
-  for (const double d : {-0.1, -0.05, 0.05, 0.1}) points.push_back(point(t, {0, 0, 0}, {1000 * (1 + d), 1000 * (1 + d), 1000 * (1 - d), 1000 * (1 - d)}));
+  for (const double d : {-0.1, -0.05, 0.05, 0.1})
+    points.push_back(point(t, {0, 0, 0}, {1000 * (1 + d), 1000 * (1 + d), 1000 * (1 - d), 1000 * (1 - d)}));
   return points;
 }
 
@@ -114,15 +77,20 @@ TEST(LoadFit, SaysWhichPointsAreMissing) {
   };
   using ::testing::HasSubstr;
   EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] == 0.0; }), HasSubstr("airframe drag, eq. (5)"));
-  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] > 0.0 && p.omega_rad_s[0] == p.omega_rad_s[2] && p.v_B_m_s.head<2>().norm() < 0.5; }),
+  EXPECT_THAT(without([](const LoadPoint& p) {
+                return p.omega_rad_s[0] > 0.0 && p.omega_rad_s[0] == p.omega_rad_s[2] && p.v_B_m_s.head<2>().norm() < 0.5;
+              }),
               HasSubstr("the thrust model, eq. (1)-(2)"));
-  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] != p.omega_rad_s[2]; }), HasSubstr("the torque coefficient, eq. (3)"));
-  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] > 0.0 && p.v_B_m_s.head<2>().norm() > 0.5; }), HasSubstr("rotor drag, eq. (4)"));
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] != p.omega_rad_s[2]; }),
+              HasSubstr("the torque coefficient, eq. (3)"));
+  EXPECT_THAT(without([](const LoadPoint& p) { return p.omega_rad_s[0] > 0.0 && p.v_B_m_s.head<2>().norm() > 0.5; }),
+              HasSubstr("rotor drag, eq. (4)"));
 }
 
 class LoadTable : public ::testing::Test {
  protected:
-  std::filesystem::path path_ = std::filesystem::temp_directory_path() / ("rotorloop_loads_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + ".csv");
+  std::filesystem::path path_ = std::filesystem::temp_directory_path() /
+                                ("rotorloop_loads_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + ".csv");
   void TearDown() override { std::filesystem::remove(path_); }
 };
 
@@ -145,7 +113,8 @@ TEST_F(LoadTable, ACutRowIsNamedByFileLineAndColumn) {
     read_load_points(path_);
     FAIL() << "no error";
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), ::testing::AllOf(::testing::HasSubstr(":" + std::to_string(rows + 2) + ": error"), ::testing::HasSubstr("column 3 is not a finite number")));
+    EXPECT_THAT(e.what(), ::testing::AllOf(::testing::HasSubstr(":" + std::to_string(rows + 2) + ": error"),
+                                           ::testing::HasSubstr("column 3 is not a finite number")));
   }
 }
 

@@ -211,6 +211,9 @@ constexpr std::array kFlights{Shipped{"horizontal_8p5.toml", horizontal_8p5},
                               Shipped{"vertical_3p1.toml", vertical_3p1},
                               Shipped{"vertical_3p1_brisk.toml", vertical_3p1_brisk},
                               Shipped{"general.toml", general},
+                              Shipped{"identify_vertical.toml", identify_vertical},
+                              Shipped{"identify_horizontal.toml", identify_horizontal},
+                              Shipped{"identify_rotation.toml", identify_rotation},
                               Shipped{"fast_descent.toml", fast_descent},
                               Shipped{"low_hover.toml", low_hover},
                               Shipped{"ceiling_hover.toml", ceiling_hover}};
@@ -252,6 +255,41 @@ TEST(ShippedFlights, GeneralTurnsAndClimbsAsInThePapersFig11) {
   EXPECT_NEAR(p.yaw_rate_rad_s, 5.5, 0.05);
   EXPECT_NEAR(p.roll_rate_rad_s, 2.0, 0.3);
   EXPECT_NEAR(p.pitch_rate_rad_s, 2.0, 0.3);
+}
+
+TEST(ShippedFlights, IdentificationVerticalReaches3p5MetresPerSecondOnTheSpotIn25To35s) {
+  const Trajectory t = read_trajectory(kShipped / "identify_vertical.toml").trajectory;
+  const Peaks p = peaks(t);
+  EXPECT_NEAR(p.speed_z_m_s, 3.5, 0.005);
+  EXPECT_NEAR(p.accel_m_s2, 2.5, 0.01);
+  EXPECT_EQ(p.speed_xy_m_s, 0.0);
+  EXPECT_THAT(t.duration_s(), AllOf(::testing::Gt(25.0), ::testing::Lt(35.0)));
+}
+
+TEST(ShippedFlights, IdentificationHorizontalReaches10p5MetresPerSecondAlongBothAxesWithin20Metres) {
+  const Trajectory t = read_trajectory(kShipped / "identify_horizontal.toml").trajectory;
+  EXPECT_NEAR(peaks(t).accel_m_s2, 12.0, 0.01);
+  double vx = 0.0, vy = 0.0, far = 0.0;
+  for (double time = 0.0; time < t.duration_s(); time += 0.002) {
+    const Setpoint s = t.at(time);
+    vx = std::max(vx, std::fabs(s.v_W_m_s.x()));
+    vy = std::max(vy, std::fabs(s.v_W_m_s.y()));
+    far = std::max(far, s.p_W_m.head<2>().norm());
+  }
+  EXPECT_NEAR(vx, 10.5, 0.01);
+  EXPECT_NEAR(vy, 10.5, 0.01);
+  EXPECT_LT(far, 20.0);
+}
+
+TEST(ShippedFlights, IdentificationRotationTurnsAboutAllThreeAxesAtOnceNearly6p5RadiansPerSecond) {
+  const Trajectory t = read_trajectory(kShipped / "identify_rotation.toml").trajectory;
+  const Peaks p = peaks(t);
+  EXPECT_NEAR(std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s), 6.2, 0.05);
+  EXPECT_GT(std::min(p.roll_rate_rad_s, p.pitch_rate_rad_s), 4.5);
+  EXPECT_NEAR(p.yaw_rate_rad_s, 4.9, 0.05);
+  EXPECT_GT(p.thrust_weight_min, 0.6);  // rotors stay well above their idle speed
+  EXPECT_LT(p.tilt_rad, 0.75);
+  for (double time = 0.0; time < t.duration_s(); time += 0.01) ASSERT_LT((t.at(time).p_W_m - Eigen::Vector3d(0, 0, 2)).norm(), 0.5) << time;
 }
 
 TEST(ShippedFlights, FastDescentPassesThroughTheVortexRingAt5MetresPerSecond) {
