@@ -47,8 +47,8 @@ struct GridFlight {
 // one second is left.
 GridFlight make_grid(const FlightRecord& record, const GridOptions& options);
 
-// Poses are tied to the knot next to the moment they show: their stamp less `delay_s`. From there to the moment the state is carried on in a
-// straight line, so a fit that finds a delay more than half a step from this one must tie them again and go on.
+// Poses are tied to the knot next to the moment they show: their stamp less `delay_s`. From there to the moment the state is carried on in
+// a straight line, so a fit that finds a delay more than half a step from this one must tie them again and go on.
 void tie_poses(GridFlight& flight, double delay_s);
 
 // First guess of all states: poses (or position and gyro) smoothed; without poses the gyro is integrated and levelled by the accelerometer.
