@@ -123,7 +123,8 @@ MatrixXd inverse_scaled(const MatrixXd& s) {
 
 // The Newton step that keeps every value inside its range: a value that would leave it stops at its bound, and the others make the
 // best of that. A positive value loses at most four fifths in one step, for its curvature is known here only.
-VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score, double damping) {
+VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score,
+                     double damping) {
   const Eigen::Index n = theta.size();
   VectorXd step = VectorXd::Zero(n), lowest(n), highest(n);
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -126,6 +126,21 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
   return g;
 }
 
+void tie_poses(GridFlight& g, double delay_s) {
+  std::vector<PoseFix> tied;
+  for (const PoseFix& f : g.pose) {
+    const double stamp = g.time_s(f.knot) + f.late_s, at = std::floor((stamp - delay_s - g.start_s) / g.step_s + 0.5);
+    if (at < 0.0 || at > static_cast<double>(g.knots - 1)) continue;
+    const PoseFix moved{static_cast<std::size_t>(at), stamp - (g.start_s + at * g.step_s), f.value};
+    if (tied.empty() || tied.back().knot != moved.knot) {
+      tied.push_back(moved);
+    } else if (std::fabs(moved.late_s - delay_s) < std::fabs(tied.back().late_s - delay_s)) {
+      tied.back() = moved;
+    }
+  }
+  g.pose = std::move(tied);
+}
+
 std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& values) {
   std::vector<BodyState> x(g.knots);
   const Eigen::Vector3d r(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
@@ -137,7 +152,7 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
       while (i + 1 < g.pose.size() && g.pose[i + 1].knot <= k) ++i;
       const PoseFix& a = g.pose[i];
       const PoseFix& b = g.pose[std::min(i + 1, g.pose.size() - 1)];
-      const double ta = g.time_s(a.knot) + a.late_s, tb = g.time_s(b.knot) + b.late_s;
+      const double ta = g.time_s(a.knot) + a.late_s - values[kPoseDelay], tb = g.time_s(b.knot) + b.late_s - values[kPoseDelay];
       const double s = tb > ta ? std::clamp((g.time_s(k) - ta) / (tb - ta), 0.0, 1.0) : 0.0;
       const Eigen::Vector3d turn = log_q(a.value.q_WS.conjugate() * b.value.q_WS);
       x[k].q_WB = (a.value.q_WS * exp_q(s * turn) * q_SB).normalized();

@@ -11,7 +11,7 @@ namespace rotorloop::bench {
 
 struct PoseFix {
   std::size_t knot;
-  double late_s;  // reading minus knot, at most half a step either way
+  double late_s;  // stamp minus knot; less the sensor's delay, at most half a step either way
   PoseReading value;
 };
 struct VectorFix {
@@ -46,6 +46,10 @@ struct GridFlight {
 // Sensors faster than the grid are averaged around each knot. Throws Error (data_quality) naming the missing stream, or when fewer than
 // one second is left.
 GridFlight make_grid(const FlightRecord& record, const GridOptions& options);
+
+// Poses are tied to the knot next to the moment they show: their stamp less `delay_s`. From there to the moment the state is carried on in
+// a straight line, so a fit that finds a delay more than half a step from this one must tie them again and go on.
+void tie_poses(GridFlight& flight, double delay_s);
 
 // First guess of all states: poses (or position and gyro) smoothed; without poses the gyro is integrated and levelled by the accelerometer.
 std::vector<BodyState> guess_states(const GridFlight& flight, const ModelValues& values);
