@@ -151,8 +151,9 @@ void RunFolder::write_run_toml(const RunResult& r, const std::string& command_li
   std::string flights;
   for (const auto& f : s.flights) flights += (flights.empty() ? "" : ",") + f.name;
   const bool all_flown = s.files.size() <= 4 + s.flights.size();  // scenario, plant, vehicle, gains and one file per flight
-  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{} --name repeat", scenario, seeds,
-                                                            variants, all_flown ? "" : " --flights " + flights)));
+  const std::string vehicle = s.vehicle_given.empty() ? "" : " --vehicle inputs/" + input_path_of(s.vehicle_given);
+  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{}{} --name repeat", scenario, seeds,
+                                                            variants, all_flown ? "" : " --flights " + flights, vehicle)));
   t += fmt::format("\n[rotorloop]\nversion = {}\ngit = {}\n", toml_quoted(r.version), toml_quoted(r.git));
   for (const auto& in : r.inputs)
     t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));

@@ -116,6 +116,7 @@ struct Scenario {
   std::filesystem::path path;  // of the file itself
   std::string name;
   std::filesystem::path plant, vehicle, gains;  // exist
+  std::filesystem::path vehicle_given;          // flown instead of the file's vehicle (then also in `vehicle`); empty: none
   std::vector<std::filesystem::path> files;     // every file it names, itself first; also those of flights left out later
   std::vector<std::uint64_t> seeds;             // >= 1, unique, in file order
   std::vector<Variant> variants;                // >= 1, unique

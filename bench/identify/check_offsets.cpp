@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "bench/identify/check_steps.hpp"
 
@@ -12,6 +13,7 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr double kCorner_hz = 10.0;
+constexpr double kClimbCorner_hz = 1.5;  // below it the climb speed, not the rotors, shapes the force
 constexpr std::size_t kParts = 10;
 
 using Channels = std::vector<std::vector<double>>;
@@ -56,9 +58,10 @@ Peak peak(const std::vector<Sums>& lags, double dt_s) {
   return p;
 }
 
-// y(t) ~ x(t - lag).
-void add_offset(CheckState& s, const FlightGrid& g, const char* y_name, Channels y, const char* x_name, Channels x, double high_pass_hz) {
-  constexpr double kLeastCorrelation = 0.6, kMostUncertain_s = 0.006;
+// y(t) ~ x(t - lag); nothing when this flight does not tell.
+std::optional<StreamOffset> estimate(const CheckState& s, const FlightGrid& g, const char* y_name, Channels y, const char* x_name,
+                                     Channels x, double high_pass_hz) {
+  constexpr double kLeastCorrelation = 0.6;
   high_pass(x, g.grid.dt_s, high_pass_hz);
   high_pass(y, g.grid.dt_s, high_pass_hz);
   const std::vector<char> valid = shrunk(g.valid, g.grid.dt_s, 0.1);
@@ -83,7 +86,7 @@ void add_offset(CheckState& s, const FlightGrid& g, const char* y_name, Channels
   for (const auto& p : part)
     for (std::size_t k = 0; k < lags; ++k) all[k].xy += p[k].xy, all[k].xx += p[k].xx, all[k].yy += p[k].yy;
   const Peak whole = peak(all, g.grid.dt_s);
-  if (!whole.inside || whole.correlation < kLeastCorrelation) return;  // this flight does not tell
+  if (!whole.inside || whole.correlation < kLeastCorrelation) return std::nullopt;
   std::vector<double> without;
   for (const auto& p : part) {
     std::vector<Sums> rest = all;
@@ -94,34 +97,42 @@ void add_offset(CheckState& s, const FlightGrid& g, const char* y_name, Channels
   for (const double w : without) mean += w / static_cast<double>(kParts);
   for (const double w : without) square += (w - mean) * (w - mean);
   const double u = std::sqrt(square * static_cast<double>(kParts - 1) / static_cast<double>(kParts));
-  if (u > kMostUncertain_s) return;
-  s.result.offsets.pairs.push_back({y_name, x_name, whole.lag_s, u, whole.correlation});
-  s.note(y_name,
-         fmt::format("stamps {:+.1f} ms late against {} (u {:.1f} ms, correlation {:.2f})", 1e3 * whole.lag_s, x_name, 1e3 * u,
-                     whole.correlation),
+  return StreamOffset{y_name, x_name, whole.lag_s, u, whole.correlation};
+}
+
+void record(CheckState& s, const std::optional<StreamOffset>& o) {
+  constexpr double kMostUncertain_s = 0.006;
+  if (!o || o->u_s > kMostUncertain_s) return;
+  s.result.offsets.pairs.push_back(*o);
+  s.note(o->stream,
+         fmt::format("stamps {:+.1f} ms late against {} (u {:.1f} ms, correlation {:.2f})", 1e3 * o->late_s, o->against, 1e3 * o->u_s,
+                     o->correlation),
          s.span());
 }
 
 // Climbing takes thrust away, and the climb is the integral of the force: at 1 Hz that alone turns the force ahead of the speeds by
 // 20 ms. The part that goes with Σω times the climb speed is fitted beside Σω² and taken out of the force.
-void take_out_climb(const FlightGrid& g, const std::vector<double>& lift, std::vector<double>& up) {
+// The speeds are read `late_s` late meanwhile.
+void take_out_climb(const FlightGrid& g, const std::vector<double>& lift, double late_s, std::vector<double>& up) {
+  const auto shift = static_cast<std::ptrdiff_t>(std::round(late_s / g.grid.dt_s));
+  const auto n = static_cast<std::ptrdiff_t>(up.size());
+  const double scale = 1.0 / (median(lift) + 1e-9);
   std::vector<double> climb(up.size());
-  for (std::size_t i = 0; i < up.size(); ++i) {
-    const Eigen::Vector3d v = g.q_WB[i].conjugate() * (g.has_velocity ? g.velocity_W_m_s[i] : g.position_rate_W_m_s[i]);
-    climb[i] = v.z() * (g.omega_rad_s[i][0] + g.omega_rad_s[i][1] + g.omega_rad_s[i][2] + g.omega_rad_s[i][3]);
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const auto here = static_cast<std::size_t>(i), read = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i + shift, 0, n - 1));
+    const RotorValues& w = g.omega_rad_s[read];
+    const Eigen::Vector3d v = g.q_WB[here].conjugate() * (g.has_velocity ? g.velocity_W_m_s[here] : g.position_rate_W_m_s[here]);
+    climb[here] = v.z() * (w[0] + w[1] + w[2] + w[3]) * std::sqrt(scale);
+    if (!g.valid[here]) continue;
+    const Eigen::Vector3d row(lift[read] * scale, climb[here], 1.0);
+    normal += row * row.transpose();
+    right += row * up[here];
   }
-  Eigen::Matrix3d n = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  const double lift_scale = 1.0 / (median(lift) + 1e-9);
-  for (std::size_t i = 0; i < up.size(); ++i) {
-    if (!g.valid[i]) continue;
-    const Eigen::Vector3d row(lift[i] * lift_scale, 1e-4 * climb[i], 1.0);
-    n += row * row.transpose();
-    b += row * up[i];
-  }
-  const Eigen::Vector3d x = (n + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(b);
+  const Eigen::Vector3d x = (normal + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(right);
   if (x[1] > 0.0) return;  // physics has it negative; a fit that says otherwise saw something else
-  for (std::size_t i = 0; i < up.size(); ++i) up[i] -= x[1] * 1e-4 * climb[i];
+  for (std::size_t i = 0; i < up.size(); ++i) up[i] -= x[1] * climb[i];
 }
 
 Channels sum_of_squares(const FlightGrid& g) {
@@ -137,11 +148,11 @@ void check_offsets(CheckState& s) {
   const FlightGrid g = make_grid(s, kCorner_hz);
   if (g.grid.count < 400) return;
   if (g.has_gyro && g.has_attitude)
-    add_offset(s, g, stream_name::pose, channels(g.pose_rate_B_rad_s), stream_name::gyro, channels(g.gyro_B_rad_s), 1.0);
+    record(s, estimate(s, g, stream_name::pose, channels(g.pose_rate_B_rad_s), stream_name::gyro, channels(g.gyro_B_rad_s), 1.0));
   if (g.has_accel && g.has_attitude) {
     std::vector<Eigen::Vector3d> felt(g.grid.count);
     for (std::size_t i = 0; i < felt.size(); ++i) felt[i] = g.q_WB[i] * g.accel_B_m_s2[i];
-    add_offset(s, g, stream_name::pose, channels(g.position_acc_W_m_s2), stream_name::accel, channels(felt), 0.5);
+    record(s, estimate(s, g, stream_name::pose, channels(g.position_acc_W_m_s2), stream_name::accel, channels(felt), 0.5));
   }
   if (g.has_rotors && (g.has_accel || g.has_attitude)) {
     const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
@@ -149,12 +160,18 @@ void check_offsets(CheckState& s) {
     for (std::size_t i = 0; i < up[0].size(); ++i)
       up[0][i] = g.has_accel ? g.accel_B_m_s2[i].z() : (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity)).z();
     const Channels lift = sum_of_squares(g);
-    if (g.has_attitude) take_out_climb(g, lift[0], up[0]);
-    add_offset(s, g, stream_name::rotors, lift, g.has_accel ? stream_name::accel : stream_name::pose, up, 1.5);
+    const char* against = g.has_accel ? stream_name::accel : stream_name::pose;
+    std::optional<StreamOffset> o = estimate(s, g, stream_name::rotors, lift, against, up, kClimbCorner_hz);
+    for (int round = 0; round < 3 && o && g.has_attitude; ++round) {  // how late and how much of it is climb depend on each other
+      Channels without = up;
+      take_out_climb(g, lift[0], o->late_s, without[0]);
+      o = estimate(s, g, stream_name::rotors, lift, against, without, kClimbCorner_hz);
+    }
+    record(s, o);
   }
   if (g.has_velocity && g.has_position)
-    add_offset(s, g, stream_name::velocity, channels(g.velocity_W_m_s), g.has_attitude ? stream_name::pose : stream_name::position,
-               channels(g.position_rate_W_m_s), 0.5);
+    record(s, estimate(s, g, stream_name::velocity, channels(g.velocity_W_m_s), g.has_attitude ? stream_name::pose : stream_name::position,
+                       channels(g.position_rate_W_m_s), 0.5));
 }
 
 const StreamOffset* StreamOffsets::find(const std::string& stream, const std::string& against) const {

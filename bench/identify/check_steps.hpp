@@ -13,10 +13,14 @@ struct CheckState {
   const host::VehicleModel& vehicle;
   const CheckLimits& limits;
   CheckedFlight result;
-  std::vector<TimeRange> unusable = {};  // no fit may use these times, whatever samples are left
+  std::vector<TimeRange> unusable = {};  // see lose and split
 
   void note(std::string stream, std::string what, TimeRange range);
   void exclude(std::string stream, std::string what, TimeRange range);
+  // No fit may use this time, its end points included, or may step across it.
+  void lose(TimeRange range) { unusable.push_back({range.from_s - 1e-6, range.to_s + 1e-6}); }
+  // The end points are good, but no step of a fit may join them.
+  void split(TimeRange range) { unusable.push_back({range.from_s + 1e-6, range.to_s - 1e-6}); }
   // The first refusal is the one that is told; later ones are findings only.
   void refuse(std::string stream, std::string what, TimeRange range, std::string likely, std::string remedy);
   bool refused() const { return result.refusal.has_value(); }

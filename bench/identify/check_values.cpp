@@ -77,7 +77,7 @@ void split_at_jumps(CheckState& s, const std::string& name, const Stream<Value>&
     if (step_m[i] <= kLeastJump_m + usual * (kRepeated_s + 1.5 * dt)) continue;
     const TimeRange at{stream.t_s[i - 1], stream.t_s[i]};
     s.exclude(name, fmt::format("jumps by {:.3f} m in {:.1f} ms at {:.2f} m/s, and stays: split there", step_m[i], 1e3 * dt, usual), at);
-    s.unusable.push_back(at);
+    s.split(at);
   }
 }
 
@@ -116,13 +116,13 @@ void drop_turned_parts(CheckState& s) {
       *std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.range.span_s() < b.range.span_s(); });
   std::vector<TimeRange> out;
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    if (k > 0) s.unusable.push_back({parts[k - 1].range.to_s, parts[k].range.from_s});
+    if (k > 0) s.split({parts[k - 1].range.to_s, parts[k].range.from_s});
     if (parts[k].turn.angularDistance(most.turn) > kAgree_rad) out.push_back(parts[k].range);
   }
   for (const TimeRange& r : joined(out, 0.2)) {
     s.exclude(stream_name::pose,
               fmt::format("its axes are turned by {:.2f} rad from one sample to the next and stay so: markers exchanged?", largest), r);
-    s.unusable.push_back(r);
+    s.lose(r);
   }
   if (out.empty())
     s.exclude(stream_name::pose, fmt::format("turns by {:.2f} rad between two samples: split there", largest),
@@ -271,7 +271,7 @@ void note_command_limits(CheckState& s) {
 
 void drop_battery_that_is_no_measurement(CheckState& s) {
   auto& b = s.record.battery_V;
-  if (b.size() < 2 || b.t_s.back() - b.t_s.front() < 5.0) return;
+  if (b.empty() || s.span().span_s() < 5.0) return;  // one sample: a log whose repeated values were dropped
   if (std::any_of(b.value.begin(), b.value.end(), [&](double v) { return v != b.value.front(); })) return;
   s.exclude(stream_name::battery,
             fmt::format("reads {:.3f} V from first to last sample: a constant of the log, not a measurement", b.value.front()),
@@ -308,7 +308,7 @@ void check_values(CheckState& s) {
     for (const RotorValues& w : r.rotor_omega_rad_s.value) all.insert(all.end(), w.begin(), w.end());
     for (const TimeRange& f :
          find_frozen(s, stream_name::rotors, r.rotor_omega_rad_s, {"rotor 1 speed", "rotor 2 speed", "rotor 3 speed", "rotor 4 speed"}))
-      s.unusable.push_back(f);  // without its input no step of a fit is worth anything
+      s.lose(f);  // without its input no step of a fit is worth anything
     // A rotor of 5 inch changes its speed by 1 % per millisecond at most, one of 2 inch by 3 %.
     drop_spikes(s, stream_name::rotors, r.rotor_omega_rad_s, 0, 4, {3, 0.25 * quantile(std::move(all), 0.75), "rad/s"});
   }

@@ -187,7 +187,13 @@ std::string own_log_text(const FlightRecord& f) {
   add(f.battery_V, std::array<std::string, 1>{"bus[V]"}, one);
   add(f.gyro_B_rad_s, names("gyro", kXyz, "rad/s"), xyz);
   add(f.accel_B_m_s2, names("accel", kXyz, "m/s2"), xyz);
-  for (const auto& [name, stream] : f.extra) add(stream, std::array<std::string, 1>{name}, one);
+  const auto taken = flight_column_names();
+  for (const auto& [name, stream] : f.extra) {
+    if (!is_extra(name, taken))
+      throw Error({f.source, fmt::format("extra \"{}\" has the name of a column of the flight log", name), "",
+                   "give it another name in the mapping"});
+    add(stream, std::array<std::string, 1>{name}, one);
+  }
 
   std::string text = "# rotorloop flight log 1\n# start_utc: 1970-01-01T00:00:00Z\n# source: converted\n# flight: " + f.name + "\nt[s]";
   std::vector<const std::vector<double>*> stamps;

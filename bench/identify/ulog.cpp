@@ -18,7 +18,6 @@ constexpr std::size_t kHeaderBytes = 16, kMessageHeaderBytes = 3;
 constexpr std::size_t kLargestMessage = 65535;  // its size is a 16-bit number
 constexpr std::size_t kLongestName = 255;
 constexpr int kDeepestNesting = 16;
-constexpr std::string_view kSyncBytes{"\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8};
 constexpr std::string_view kIgnoredTypes = "BMPQRLCS";  // flags (read before), parameters, text and marks: no part of a flight
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
@@ -134,10 +133,10 @@ void ULog::read_segment(std::size_t begin, std::size_t end, bool last) {
       continue;
     }
     // A message that reaches past the end: damage when a synchronisation mark follows, else the end of a log that was cut.
-    const std::size_t mark = bytes_.find(kSyncBytes, at);
-    if (mark != std::string::npos && mark + kSyncBytes.size() <= end) {
-      skipped_bytes_ += mark + kSyncBytes.size() - at;
-      at = mark + kSyncBytes.size();
+    const std::size_t mark = bytes_.find(kULogSync, at);
+    if (mark != std::string::npos && mark + kULogSync.size() <= end) {
+      skipped_bytes_ += mark + kULogSync.size() - at;
+      at = mark + kULogSync.size();
       continue;
     }
     notes_.push_back(fmt::format("{} at byte {}: the message there is cut ({} of {} bytes)",

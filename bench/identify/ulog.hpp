@@ -14,6 +14,7 @@
 namespace rotorloop::bench {
 
 inline constexpr std::string_view kULogMagic{"ULog\x01\x12\x35", 7};
+inline constexpr std::string_view kULogSync{"\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8};  // body of a synchronisation message
 
 struct ULogTopic {
   std::string name;

@@ -120,6 +120,76 @@ void subscriptions(Bytes& out, const FlightRecord& f) {
     subscribe(out, static_cast<std::uint8_t>(k), static_cast<std::uint16_t>(first_extra + k), kULogExtraTopic);
 }
 
+// The streams in the order in which their stamps are merged; extras follow.
+enum StreamIndex : std::size_t { s_pose, s_velocity, s_gyro, s_accel, s_rotors, s_command, s_battery, s_position, s_first_extra };
+
+void vector_or_none(Bytes& b, const Stream<Eigen::Vector3d>& s, std::size_t i) {
+  if (i == kNoRow)
+    b.none(3);
+  else
+    b.turned(s.value[i]);
+}
+
+// The messages of one time, each handed to write(message id, fields after the time stamp).
+template <class Write>
+void messages_of(const FlightRecord& f, const std::vector<const Stream<double>*>& extras, const MergedRow& row, const Write& write) {
+  const auto& at = row.index;
+  const auto t_us = static_cast<std::uint64_t>(row.t_s);
+  const auto has = [&](StreamIndex s) { return at[s] != kNoRow; };
+  if (has(s_pose) || has(s_velocity)) {
+    Bytes b;
+    b.u64(t_us);  // of the sample
+    if (has(s_pose)) {
+      const PoseReading& r = f.pose.value[at[s_pose]];
+      b.turned(r.p_W_m);
+      b.f32(r.q_WS.w());
+      b.turned(r.q_WS.vec());  // turning both frames by half a circle about x changes the signs of y and z
+    } else {
+      b.none(7);
+    }
+    vector_or_none(b, f.velocity_W_m_s, at[s_velocity]);
+    b.u8(kFrameNed);
+    b.u8(kFrameNed);
+    write(odometry, b);
+  }
+  if (has(s_gyro) || has(s_accel)) {
+    Bytes b;
+    vector_or_none(b, f.gyro_B_rad_s, at[s_gyro]);
+    vector_or_none(b, f.accel_B_m_s2, at[s_accel]);
+    write(imu, b);
+  }
+  if (has(s_rotors)) {
+    Bytes b;
+    b.u8(4);
+    for (const double omega : f.rotor_omega_rad_s.value[at[s_rotors]]) {
+      b.u64(t_us);
+      b.f32(omega * kRpm_per_rad_s);
+    }
+    write(esc, b);
+  }
+  if (has(s_command)) {
+    Bytes b;
+    for (const double u : f.motor_command.value[at[s_command]]) b.f32(u);
+    write(motors, b);
+  }
+  if (has(s_battery)) {
+    Bytes b;
+    b.f32(f.battery_V.value[at[s_battery]]);
+    write(battery, b);
+  }
+  if (has(s_position)) {
+    Bytes b;
+    b.turned(f.position_W_m.value[at[s_position]]);
+    write(position, b);
+  }
+  for (std::size_t k = 0; k < extras.size(); ++k) {
+    if (at[s_first_extra + k] == kNoRow) continue;
+    Bytes b;
+    b.f64(extras[k]->value[at[s_first_extra + k]]);
+    write(static_cast<std::uint16_t>(first_extra + k), b);
+  }
+}
+
 }  // namespace
 
 std::string ulog_extra_key(int multi_id) { return fmt::format("{}_{}", kULogExtraTopic, multi_id); }
@@ -130,7 +200,7 @@ std::string ulog_bytes(const FlightRecord& f) {
                 ExitCode::data_quality);
   Stamps stamps;
   for (const auto* t : {&f.pose.t_s, &f.velocity_W_m_s.t_s, &f.gyro_B_rad_s.t_s, &f.accel_B_m_s2.t_s, &f.rotor_omega_rad_s.t_s,
-                        &f.motor_command.t_s, &f.battery_V.t_s, &f.position_W_m.t_s})
+                        &f.motor_command.t_s, &f.battery_V.t_s, &f.position_W_m.t_s})  // as StreamIndex
     stamps.add(*t);
   std::vector<const Stream<double>*> extras;
   for (const auto& [name, stream] : f.extra) {
@@ -149,57 +219,14 @@ std::string ulog_bytes(const FlightRecord& f) {
   definitions(out, f, stamps.shift_s);
   subscriptions(out, f);
   std::size_t messages = 0;
-  for (const auto& row : rows) {
-    const auto t = static_cast<std::uint64_t>(row.t_s);
-    const auto& at = row.index;
-    const auto data = [&](std::uint16_t id, bool there, const auto& fill) {
-      if (!there) return;
+  for (const auto& row : rows)
+    messages_of(f, extras, row, [&](std::uint16_t id, const Bytes& fields) {
       Bytes body;
       body.u16(id);
-      body.u64(t);
-      fill(body);
-      message(out, 'D', body.text);
-      if (++messages % kMessagesPerSync == 0) message(out, 'S', std::string("\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8));
-    };
-    const auto vector_or_none = [](Bytes& b, const Stream<Eigen::Vector3d>& s, std::size_t i) {
-      if (i == kNoRow)
-        b.none(3);
-      else
-        b.turned(s.value[i]);
-    };
-    data(odometry, at[0] != kNoRow || at[1] != kNoRow, [&](Bytes& b) {
-      b.u64(t);
-      if (at[0] == kNoRow) {
-        b.none(7);
-      } else {
-        const PoseReading& r = f.pose.value[at[0]];
-        b.turned(r.p_W_m);
-        b.f32(r.q_WS.w());
-        b.turned(r.q_WS.vec());  // turning both frames by half a circle about x changes the signs of y and z
-      }
-      vector_or_none(b, f.velocity_W_m_s, at[1]);
-      b.u8(kFrameNed);
-      b.u8(kFrameNed);
+      body.u64(static_cast<std::uint64_t>(row.t_s));
+      message(out, 'D', body.text + fields.text);
+      if (++messages % kMessagesPerSync == 0) message(out, 'S', std::string(kULogSync));
     });
-    data(imu, at[2] != kNoRow || at[3] != kNoRow, [&](Bytes& b) {
-      vector_or_none(b, f.gyro_B_rad_s, at[2]);
-      vector_or_none(b, f.accel_B_m_s2, at[3]);
-    });
-    data(esc, at[4] != kNoRow, [&](Bytes& b) {
-      b.u8(4);
-      for (const double omega : f.rotor_omega_rad_s.value[at[4]]) {
-        b.u64(t);
-        b.f32(omega * kRpm_per_rad_s);
-      }
-    });
-    data(motors, at[5] != kNoRow, [&](Bytes& b) {
-      for (const double u : f.motor_command.value[at[5]]) b.f32(u);
-    });
-    data(battery, at[6] != kNoRow, [&](Bytes& b) { b.f32(f.battery_V.value[at[6]]); });
-    data(position, at[7] != kNoRow, [&](Bytes& b) { b.turned(f.position_W_m.value[at[7]]); });
-    for (std::size_t k = 0; k < extras.size(); ++k)
-      data(static_cast<std::uint16_t>(first_extra + k), at[8 + k] != kNoRow, [&](Bytes& b) { b.f64(extras[k]->value[at[8 + k]]); });
-  }
   return out.text;
 }
 

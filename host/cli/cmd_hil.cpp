@@ -17,7 +17,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> scenarios;
-  std::string out = "runs", name, seeds, variants, flights;
+  std::string out = "runs", name, seeds, variants, flights, vehicle;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool json = false, quiet = false, force = false, dry_run = false;
 };
@@ -68,6 +68,12 @@ bench::Scenario narrowed(const std::string& path, const Options& o) {
   if (!o.seeds.empty()) s.seeds = bench::parse_seeds(o.seeds);
   if (!o.variants.empty()) s.variants = bench::parse_variants(o.variants);
   if (!o.flights.empty()) choose_flights(s, o.flights);
+  if (!o.vehicle.empty()) {
+    if (!std::filesystem::is_regular_file(o.vehicle))
+      throw Error({"--vehicle", fmt::format("\"{}\": no such file", o.vehicle), "",
+                   "give a vehicle file, such as rotorloop identify or calibrate writes"});
+    s.vehicle = s.vehicle_given = o.vehicle;
+  }
   return s;
 }
 
@@ -163,6 +169,7 @@ std::vector<std::string> words_of(const Options& o) {
   add("--variants", o.variants);
   add("--flights", o.flights);
   add("--name", o.name);
+  add("--vehicle", o.vehicle);
   return w;
 }
 
@@ -177,6 +184,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
   c->add_option("--variants", o->variants, "only these controllers: pd_ff,pd_ff_drag,pd_ff_thrust_drag");
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
+  c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: what the controller believes");
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
   c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
   c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
@@ -188,6 +196,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       "  rotorloop hil scenarios/paper.toml --seeds 3 -j 2      a quick look with seeds 1 to 3\n"
       "  rotorloop hil scenarios/paper.toml --dry-run           check the file, fly nothing\n"
       "  rotorloop hil scenarios/paper.toml --name after        keep this run beside the last one\n"
+      "  rotorloop hil scenarios/paper.toml --vehicle identified.toml --name identified\n"
       "  rotorloop hil compare runs/paper runs/after            what changed, and is it more than scatter\n"
       "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
       "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or could not be\n"

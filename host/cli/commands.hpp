@@ -9,7 +9,9 @@ class App;
 namespace rotorloop::cli {
 
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
+void add_nanodrone(CLI::App& app, int& exit_code);
 void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code);
 void add_rotor_validate(CLI::App& rotor_group, int& exit_code);

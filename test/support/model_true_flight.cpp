@@ -1,6 +1,7 @@
 // One loop over fine steps: command each millisecond, motors, noise, body, sensors.
 #include "test/support/model_true_flight.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -45,6 +46,22 @@ RotorSpeeds towards(const RotorSpeeds& now, const RotorSpeeds& goal, double shar
   return out;
 }
 
+// The pilot's filter: a pose that was taken when he believed `then` moves what he believes now, with the fixed gains of natural
+// frequency (q/(σ√T))^½ and damping 0.71, at most 30 rad/s because of the interval that has passed.
+void correct(const Truth& truth, const FlightSettings& s, const bench::PoseReading& z, const State& then, State& now) {
+  const double T = 1e-3 * s.pose_every_ms;
+  const auto frequency = [&](double q, double sigma) {
+    return std::clamp(std::sqrt(q / (std::max(sigma, 1e-5) * std::sqrt(T))), 5.0, 30.0);
+  };
+  const double wp = frequency(s.q_a_m_s2_rtHz, s.pose_sigma_m), wr = frequency(s.q_alpha_rad_s2_rtHz, s.pose_sigma_rad);
+  const Eigen::Quaterniond q = (z.q_WS * truth.q_BS.conjugate()).normalized(), turn = then.q_WB.conjugate() * q;
+  const Eigen::Vector3d p_error = z.p_W_m - q * truth.r_BS_m - then.p_W_m, r_error = (turn.w() < 0 ? -2.0 : 2.0) * turn.vec();
+  now.p_W_m += 1.41 * wp * T * p_error;
+  now.v_W_m_s += wp * wp * T * p_error;
+  now.q_WB = (now.q_WB * exponential(1.41 * wr * T * r_error)).normalized();
+  now.omega_B_rad_s += wr * wr * T * r_error;
+}
+
 }  // namespace
 
 NoiseIncrement white_increment(double q, double h, double a, double b) {
@@ -65,7 +82,8 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
   const int last = static_cast<int>(std::lround(s.duration_s / h));
   const double half_lag = exp_exact(-h / 2 / s.motor_lag_s), full_lag = exp_exact(-h / s.motor_lag_s);
 
-  State x;
+  State x, seen, then;         // true; as the pilot estimates it, now and at the last pose
+  bench::PoseReading awaited;  // the last pose, which reaches the pilot with the next one
   RotorSpeeds omega = hover_speeds(truth), goal = omega;
   Eigen::Vector3d specific_sum = Eigen::Vector3d::Zero();  // body frame, over the fine steps since the last IMU sample
   for (int step = 0; step <= last; ++step) {
@@ -79,6 +97,9 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
       z.q_WS = (x.q_WB * truth.q_BS * exponential(s.pose_sigma_rad * pose.vector())).normalized();
       log.pose.add(t + truth.pose_delay_s, z);
       out.states.push_back(x);
+      if (step > 0) correct(truth, s, awaited, then, seen);
+      awaited = z;
+      then = seen;
     }
     if (s.imu_every_ms > 0 && whole_ms && step > 0 && ms % s.imu_every_ms == 0) {
       const int n = s.imu_every_ms * s.steps_per_ms;
@@ -86,7 +107,10 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
       log.gyro_B_rad_s.add(t, x.omega_B_rad_s + s.gyro_bias_rad_s + s.gyro_sigma_rad_s * imu.vector());
       specific_sum.setZero();
     }
-    if (whole_ms) goal = command(truth, s.manoeuvre, t, x, omega);
+    if (whole_ms) {
+      goal = command(truth, s.manoeuvre, t, s.pilot_sees_truth ? x : seen, omega);
+      seen = advance(truth, seen, omega, towards(omega, goal, exp_exact(-0.5e-3 / s.motor_lag_s)), 1e-3);
+    }
 
     State y = advance(truth, x, omega, towards(omega, goal, half_lag), h, &out.least_through_flow_m_s);
     const Kick a = kick(s.q_a_m_s2_rtHz, h, force), alpha = kick(s.q_alpha_rad_s2_rtHz, h, moment);

@@ -25,6 +25,10 @@ struct FlightSettings {
   double pose_sigma_rad = 0.002;  // white, per axis of the sensor
   int rotor_log_every_ms = 1;     // 5: rotor speeds at 200 Hz
   int imu_every_ms = 0;           // 0: no gyro and accelerometer
+  // The pilot flies by the logged poses, each an interval old. By the true state instead, rotor speeds would answer to motion that the log
+  // does not show: an estimate that takes rotor speeds for given is then biased, as with any loop closed on a sensor that the fit does not
+  // use.
+  bool pilot_sees_truth = false;
   // Per sample and axis, beside a constant bias. The accelerometer sits in the centre of mass and reads the mean specific force of
   // the interval before it (stamped in its middle), process noise included; the gyro reads the rate at its stamp.
   double gyro_sigma_rad_s = 0.005;

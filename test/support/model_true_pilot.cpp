@@ -93,8 +93,8 @@ Reference reference(Manoeuvre manoeuvre, double t) {
     case Manoeuvre::rotation: {
       // Yaw near what the rotors' reaction can do (c_q), roll and pitch fast (inertia), all at once (I_zz by the gyroscopic term).
       const double s = ease_in(t, 1.0);
-      r.yaw_rad = swing(u, 5.3, 0.53);
-      r.tilt_B_rad = s * Eigen::Vector3d(sine(t, 3.7, 1.9) + sine(t, 0.6, 3.1), sine(t, 3.5, 2.1, 1.0) + sine(t, 0.6, 2.9), 0.0);
+      r.yaw_rad = swing(u, 5.5, 0.53);
+      r.tilt_B_rad = s * Eigen::Vector3d(sine(t, 3.5, 2.7) + sine(t, 0.3, 3.1), sine(t, 3.9, 2.5, 1.0) + sine(t, 0.3, 2.9), 0.0);
       break;
     }
   }

@@ -1,5 +1,5 @@
 // The three identification flights of the paper's section V-B as references over time, and a controller that follows them closely
-// enough to reach their speeds and rates. It sees the true state; it knows the truth's thrust equations and uses them backwards.
+// enough to reach their speeds and rates. It knows the truth's thrust equations and uses them backwards.
 // None of this is judged: identification must not care who flew.
 #pragma once
 #include "test/support/model_true_airframe.hpp"

@@ -91,6 +91,19 @@ TEST_F(Inputs, RunTomlSaysHowToRepeatAndHoldsNoAbsolutePath) {
   EXPECT_EQ(read_text(run.path() / "run.toml").find(folder.path().string()), std::string::npos);
 }
 
+TEST_F(Inputs, RunTomlRepeatsWithTheVehicleThatWasGivenInPlaceOfTheScenarios) {
+  auto s = read_scenario(scenario_file);
+  s.vehicle = s.vehicle_given = folder.write("kit/identified.toml", "format = 1");
+  auto run = RunFolder::create(folder.path() / "runs", "n", false);
+  RunResult r;
+  std::vector<fs::path> files = s.files;  // as the scenario's own vehicle, which its copy still names
+  files.push_back(s.vehicle);
+  r.inputs = run.copy_inputs(files);
+  run.write_run_toml(r, "rotorloop hil s.toml --vehicle identified.toml", s);
+  EXPECT_EQ(TomlFile::read(run.path() / "run.toml").root().text("repeat"),
+            "rotorloop hil inputs/scenarios/s.toml --seeds 3, --variants pd_ff --vehicle inputs/identified.toml --name repeat");
+}
+
 TEST(LogHash, DependsOnNamesAndBytesButNotOnPlaceOrOrderOfWriting) {
   TempFolder f;
   const auto fly = [&](const std::string& place, bool backwards) {

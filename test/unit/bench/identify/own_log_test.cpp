@@ -73,6 +73,12 @@ TEST(OwnLog, PositionWithoutAttitudeReadsBackAsPosition) {
   EXPECT_EQ(b.position_W_m.value, a.position_W_m.value);
 }
 
+TEST(OwnLog, ExtraThatWouldPassForAColumnOfTheFlightLogIsRefused) {
+  FlightRecord a;
+  a.extra["p_x[m]"].add(0.5, 1);
+  EXPECT_THAT(error_of([&] { (void)own_log_text(a); }), HasSubstr("give it another name in the mapping"));
+}
+
 TEST(OwnLog, TruthIsRefused) {
   TempFolder folder;
   {

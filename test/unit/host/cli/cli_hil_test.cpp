@@ -84,6 +84,15 @@ TEST_F(HilCommand, SeedsVariantsFlightsNarrowIt) {
   EXPECT_EQ(options_[0].name, "n");
   EXPECT_THAT(options_[0].command_line, HasSubstr("--seeds 1,3 --variants pd_ff_drag --flights v --name n"));
 }
+TEST_F(HilCommand, AnotherVehicleFileTakesThePlaceOfTheScenarios) {
+  const std::string other = folder_.write("identified.toml", "format = 1\n").string();
+  run({scenario_, "--vehicle", other});
+  EXPECT_EQ(flown_[0].vehicle, other);
+  EXPECT_EQ(flown_[0].vehicle_given, other);
+  EXPECT_THAT(options_[0].command_line, HasSubstr("--vehicle " + other));
+  EXPECT_THAT(error({scenario_, "--vehicle", "no/such.toml"}),
+              AllOf(HasSubstr("--vehicle: error: \"no/such.toml\": no such file"), HasSubstr("identify")));
+}
 TEST_F(HilCommand, ExitCodeIsSixUnlessEverythingPassed) {
   EXPECT_EQ(run({scenario_}, bench::Verdict::fail), 6);
   EXPECT_EQ(run({scenario_}, bench::Verdict::incomplete), 6);

@@ -1,0 +1,33 @@
+// The vehicle file that a fit leaves behind: what it estimated replaces what was believed, with uncertainty, covariance and
+// origin `flight`; what it held stays as it was.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/identify/derived.hpp"
+#include "bench/identify/estimator.hpp"
+#include "host/vehicle/vehicle_file.hpp"
+
+namespace rotorloop::bench {
+
+// The uncertainty that is reported: the larger of the classical one and the one that holds for correlated residuals.
+double reported_u(const Estimate& e);
+
+// One estimate per parameter: as it is when shared; else the mean over the flights weighted by 1/u², its u that of the mean or the
+// scatter of the flights about it, whichever is larger. `correlation` is that of the classical covariance, in the same order
+// (a mean over flights counts as uncorrelated).
+struct SharedEstimates {
+  std::vector<Estimate> estimates;  // flight -1
+  Eigen::MatrixXd correlation;
+};
+SharedEstimates shared_estimates(const Fit& fit);
+
+// `base`: the vehicle file the fit started from. `rpm_flown`: window of rotor speeds of the flights; {0, 0} keeps that of the file.
+// Uncertainties are the reported ones; covariance blocks have the correlations of the classical covariance.
+host::VehicleFile identified_vehicle(const Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
+                                     const std::string& written_by, const std::vector<std::string>& inputs);
+
+// Rotor speeds of the flights, RPM, from the lowest to the highest 0.1 %; {0, 0} when there are only commands.
+std::array<double, 2> flown_rpm(const std::vector<GridFlight>& flights);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,126 @@
+#include "bench/identify/identify.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
+void require_streams(const FlightToFit& f, const GridOptions& grid) {
+  const FlightRecord& r = f.record;
+  const std::string stage = f.role == FlightRole::any ? "the fit" : fmt::format("stage {}", name(f.role));
+  const auto lacks = [&](const std::string& what, const std::string& columns) {
+    throw Error({r.source.empty() ? r.name : r.source, fmt::format("{} needs {}, and this log has none", stage, what),
+                 columns + " are missing", "log them, or name their columns in the mapping file (--mapping)"},
+                ExitCode::data_quality);
+  };
+  if (r.rotor_omega_rad_s.empty() && r.motor_command.empty())
+    lacks("rotor speeds or motor commands", "columns omega_1[rad/s] … omega_4[rad/s], or command_1[1] … command_4[1],");
+  const bool pose = grid.use_pose && !r.pose.empty();
+  if (!pose && (f.role == FlightRole::vertical || f.role == FlightRole::horizontal) && r.position_W_m.empty() && r.velocity_W_m_s.empty())
+    lacks(f.role == FlightRole::vertical ? "climb speed (k_2 acts through it): poses, positions or velocities"
+                                         : "speed (drag acts through it): poses, positions or velocities",
+          "columns p_x[m] … q_z[1]");
+  if (!pose && (r.gyro_B_rad_s.empty() || r.accel_B_m_s2.empty()))
+    lacks("poses, or gyro and accelerometer", "columns p_x[m] … q_z[1], or gyro_x[rad/s] … accel_z[m/s2]");
+  if (grid.use_velocity && r.velocity_W_m_s.empty()) lacks("velocities (--use velocity)", "columns v_x[m/s] … v_z[m/s]");
+  if (grid.use_gyro && r.gyro_B_rad_s.empty()) lacks("gyro readings (--use gyro)", "columns gyro_x[rad/s] … gyro_z[rad/s]");
+  if (grid.use_accel && r.accel_B_m_s2.empty()) lacks("accelerometer readings (--use accel)", "columns accel_x[m/s2] … accel_z[m/s2]");
+}
+
+void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments) {
+  if (segments.empty()) return;
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    const double a = g.time_s(k), b = g.time_s(k + 1);
+    bool inside = false;
+    // A step that only just begins or ends outside is still held by readings of its segment.
+    for (const TimeRange& s : segments) inside = inside || (a >= s.from_s - g.step_s && b <= s.to_s + g.step_s);
+    if (!inside) g.linked[k] = 0;
+  }
+}
+
+NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
+  return of_stages.empty() ? otherwise : of_stages.back();
+}
+
+}  // namespace
+
+Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
+                        const std::function<void(const IdentifyProgress&)>& progress) {
+  Identification out;
+  out.flights.reserve(given.size());
+  for (const FlightToFit& f : given) {
+    require_streams(f, o.grid);
+    out.flights.push_back(make_grid(f.record, o.grid));
+    cut_between_segments(out.flights.back(), f.segments);
+  }
+  const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
+  out.start = start_values(out.flights, vehicle, o.terms);
+  ModelValues values = out.start.values;
+
+  constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
+  int parts = 1, part = 0;
+  for (const FlightRole role : kStages) {
+    for (const FlightToFit& f : given) {
+      if (f.role == role) {
+        ++parts;
+        break;
+      }
+    }
+  }
+  const auto report = [&](const std::string& what) {
+    ++part;
+    return [&progress, what, parts, part](const FitProgress& p) {
+      if (progress) progress({what, part, parts, p});
+    };
+  };
+
+  Belief belief = first_belief(free, vehicle, values);
+  std::vector<std::vector<double>> flight_start(given.size(), values.values);
+  std::vector<NoiseModel> stage_noise;
+  for (const FlightRole role : kStages) {
+    std::vector<const GridFlight*> flights;
+    std::vector<std::size_t> which;
+    for (std::size_t f = 0; f < given.size(); ++f) {
+      if (given[f].role != role) continue;
+      flights.push_back(&out.flights[f]);
+      which.push_back(f);
+    }
+    if (flights.empty()) continue;
+    NoiseModel noise = shared_noise(stage_noise, o.noise);
+    StageResult stage = run_stage(role, flights, free, values, belief, noise, o.fit, o.solver, report(fmt::format("stage {}", name(role))));
+    stage.flights = which;
+    stage_noise.push_back(noise);
+    for (const std::size_t f : which) flight_start[f] = values.values;
+    out.stages.push_back(std::move(stage));
+  }
+
+  out.problem = {
+      .start = values, .free = free, .flights = {}, .noise = shared_noise(stage_noise, o.noise), .flight_noise = {}, .flight_start = {}};
+  for (const GridFlight& g : out.flights) out.problem.flights.push_back(&g);
+  // Shared parameters start from what the last stage left; those of a flight from its own stage.
+  for (auto& own : flight_start) {
+    std::vector<double> merged = values.values;
+    for (const FreeParameter& f : free) {
+      if (f.per_flight) merged[static_cast<std::size_t>(f.parameter)] = own[static_cast<std::size_t>(f.parameter)];
+    }
+    own = merged;
+  }
+  out.problem.flight_start = flight_start;
+  // Priors are about the values of the vehicle file, not about what a stage made of them.
+  for (const FreeParameter& f : free) {
+    if (f.prior_u <= 0.0) continue;
+    const auto at = static_cast<std::size_t>(f.parameter);
+    out.problem.start.values[at] = out.start.values.values[at];
+    for (auto& own : out.problem.flight_start) own[at] = out.start.values.values[at];
+  }
+  out.fit = o.solver(out.problem, o.fit, report("joint fit"));
+  out.comparison = compare_stages(out.stages, out.fit);
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,56 @@
+// The whole way from logs to an identified vehicle: what the streams allow is freed, start values are made, the paper's stages run
+// on the flights that have a role, then one joint fit over all flights. Nothing here prints or reads files.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/identify/flight_record.hpp"
+#include "bench/identify/parameter_choice.hpp"
+#include "bench/identify/signal.hpp"
+#include "bench/identify/stages.hpp"
+#include "bench/identify/start_values.hpp"
+
+namespace rotorloop::bench {
+
+struct FlightToFit {
+  FlightRecord record;  // only what may be fitted
+  FlightRole role = FlightRole::any;
+  std::vector<TimeRange> segments;  // no step of the model crosses from one to the next; empty: one
+};
+
+struct IdentifyOptions {
+  GridOptions grid;
+  host::TermList terms;
+  ParameterWishes wishes;
+  NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
+  FitOptions fit;
+  Solver solver = own_solver();
+};
+
+struct IdentifyProgress {
+  std::string part;  // "stage vertical", "joint fit"
+  int part_number = 1, parts = 1;
+  FitProgress fit;
+};
+
+struct Identification {
+  std::vector<GridFlight> flights;
+  StartValues start;
+  std::vector<StageResult> stages;
+  std::vector<StageComparison> comparison;  // stages against the joint fit
+  FitProblem problem;                       // of the joint fit; points into `flights`
+  Fit fit;
+
+  Identification() = default;
+  Identification(const Identification&) = delete;
+  Identification(Identification&&) = default;
+  Identification& operator=(const Identification&) = delete;
+  Identification& operator=(Identification&&) = default;
+};
+
+// Throws Error (data_quality) for a log that lacks what its stage needs, naming both, and for directions that stay open.
+Identification identify(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const IdentifyOptions& options,
+                        const std::function<void(const IdentifyProgress&)>& progress = {});
+
+}  // namespace rotorloop::bench

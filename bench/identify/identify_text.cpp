@@ -1,0 +1,95 @@
+#include "bench/identify/identify_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/identify/identified_vehicle.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kModelErrorRatio = 5.0;
+
+// Columns count characters, not bytes.
+std::string padded(const std::string& text, std::size_t width) {
+  std::size_t shown = 0;
+  for (const char c : text) shown += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  return text + std::string(width > shown ? width - shown : 0, ' ');
+}
+
+// Value of the vehicle file in the fit's parameter: the sensor's rotation starts from it, at zero.
+double value_before(const Identification& r, int parameter) { return r.start.values[parameter]; }
+
+}  // namespace
+
+std::string mark_of(const Estimate& e) {
+  if (e.prior_share > 0.5) return e.parameter == kMass ? "weighed" : "not identified";
+  if (e.u > 0.0 && e.u_robust >= kModelErrorRatio * e.u) return "model error";
+  return "";
+}
+
+std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
+  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}\n", padded("parameter", 22), "estimate", "u", "robust u",
+                                padded("unit", 9), "file says", "z");
+  for (const Estimate& e : r.fit.estimates) {
+    const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
+    const double u_before = believed_u(before, e.parameter, r.problem.start.terms);
+    const double was = value_before(r, e.parameter);
+    out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate_name(e, r.problem), 22), e.value, e.u, e.u_robust,
+                       padded(info.unit, 9), was);
+    out += u_before > 0.0 && e.prior_share <= 0.5 ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
+                                                  : "        ";
+    const std::string mark = mark_of(e);
+    out += (mark.empty() ? "" : "  " + mark) + "\n";
+  }
+  return out;
+}
+
+std::string derived_table(const std::vector<DerivedQuantity>& derived) {
+  std::string out;
+  for (const DerivedQuantity& d : derived)
+    out +=
+        fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{}\n", padded(d.symbol, 22), d.value, d.u, d.u_robust, padded(d.unit, 9), d.meaning);
+  return out;
+}
+
+std::string stages_table(const Identification& r) {
+  if (r.comparison.empty()) return "";
+  std::string out = fmt::format("{}{}{:>13}  {:>9}  {:>13}  {:>9} {:>7}\n", padded("stage", 12), padded("parameter", 12), "stage", "u",
+                                "joint fit", "u", "z");
+  std::size_t apart = 0;
+  for (const StageComparison& c : r.comparison) {
+    const ParameterInfo info = parameter_info(c.parameter, r.problem.start.terms);
+    out += fmt::format("{}{}{:>13.5g}  {:>9.2g}  {:>13.5g}  {:>9.2g} {:>7.1f}{}\n", padded(std::string(name(c.role)), 12),
+                       padded(info.symbol, 12), c.stage, c.u_stage, c.joint, c.u_joint, c.z, c.agrees ? "" : "  apart");
+    apart += !c.agrees;
+  }
+  if (apart == 0) return out + "Stages and joint fit agree within 3 standard uncertainties in every parameter.\n";
+  out += "Stages and joint fit differ by more than 3 standard uncertainties in:";
+  for (const StageComparison& c : r.comparison) {
+    if (!c.agrees)
+      out += fmt::format(" {} ({}, by {:+.3g} {}, z {:+.1f})", parameter_info(c.parameter, r.problem.start.terms).symbol, name(c.role),
+                         c.stage - c.joint, parameter_info(c.parameter, r.problem.start.terms).unit, c.z);
+  }
+  return out + "\n";
+}
+
+std::string noise_table(const Identification& r) {
+  std::string out;
+  for (std::size_t f = 0; f < r.flights.size(); ++f) {
+    const GridFlight& g = r.flights[f];
+    const NoiseModel& n = r.fit.noise[f];
+    const auto three = [](const Eigen::Vector3d& v) { return fmt::format("{:.3g} {:.3g} {:.3g}", v[0], v[1], v[2]); };
+    out += fmt::format("{}: q_a {} m/s²/√Hz, q_α {} rad/s²/√Hz", g.name, three(n.force_m_s2_rtHz), three(n.angular_rad_s2_rtHz));
+    if (!g.pose.empty()) out += fmt::format("; pose {} m, {} rad", three(n.position_m), three(n.attitude_rad));
+    if (!g.velocity.empty()) out += fmt::format("; velocity {} m/s", three(n.velocity_m_s));
+    if (!g.gyro.empty()) out += fmt::format("; gyro {} rad/s", three(n.gyro_rad_s));
+    if (!g.accel.empty()) out += fmt::format("; accelerometer {} m/s²", three(n.accel_m_s2));
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,20 @@
+// What a fit says, as tables for a terminal.
+#pragma once
+#include <string>
+
+#include "bench/identify/derived.hpp"
+#include "bench/identify/identify.hpp"
+
+namespace rotorloop::bench {
+
+// Marks beside an estimate: "not identified" when its prior holds more than half of what is known ("weighed" for the mass, which no
+// flight can tell), "model error" when the
+// uncertainty that holds for correlated residuals is 5 times the classical one or more.
+std::string mark_of(const Estimate& e);
+
+std::string estimates_table(const Identification& result, const host::VehicleFile& before);
+std::string derived_table(const std::vector<DerivedQuantity>& derived);
+std::string stages_table(const Identification& result);
+std::string noise_table(const Identification& result);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,185 @@
+#include "bench/identify/prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "bench/identify/rotations.hpp"
+#include "host/base/error.hpp"
+#include "sim/world/random.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::uint64_t kBootstrapModule = 0x5052444Cu;
+
+// Position, velocity and attitude with constant body rates: Runge-Kutta of fourth order in position and velocity; the attitude is exact.
+BodyState step_with_rates_held(const Model& model, const StateTrack& track, const BodyState& x, double t_s, double h, std::size_t& hint) {
+  const ModelValues& values = model.values();
+  const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d(values[kTiltX], values[kTiltY], -1.0);
+  const auto turned = [&](double ahead) { return (x.q_WB * exp_q(ahead * x.w_B_rad_s)).normalized(); };
+  const auto acceleration = [&](const BodyState& y, double ahead) -> Eigen::Vector3d {
+    const RotorInputSample u = track.input.at(t_s + ahead, hint, false);
+    const Eigen::Vector3d f = y.q_WB * model.instant(y, u, t_s + ahead).specific_force_B_m_s2;
+    return f + gravity;
+  };
+  const auto moved_by = [&](double ahead, const Eigen::Vector3d& v, const Eigen::Vector3d& a) {
+    BodyState y = x;
+    y.p_W_m += ahead * v;
+    y.v_W_m_s += ahead * a;
+    y.q_WB = turned(ahead);
+    return y;
+  };
+  const Eigen::Vector3d a1 = acceleration(x, 0.0), v1 = x.v_W_m_s;
+  const BodyState x2 = moved_by(0.5 * h, v1, a1);
+  const Eigen::Vector3d a2 = acceleration(x2, 0.5 * h), v2 = x2.v_W_m_s;
+  const BodyState x3 = moved_by(0.5 * h, v2, a2);
+  const Eigen::Vector3d a3 = acceleration(x3, 0.5 * h), v3 = x3.v_W_m_s;
+  const BodyState x4 = moved_by(h, v3, a3);
+  const Eigen::Vector3d a4 = acceleration(x4, h), v4 = x4.v_W_m_s;
+  return moved_by(h, (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0);
+}
+
+// Starts of one flight that are drawn together, with their summed errors.
+struct Block {
+  double a = 0.0, b = 0.0;
+};
+std::vector<std::vector<Block>> blocks_of(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q,
+                                          std::size_t from, std::size_t to, double block_s) {
+  std::vector<std::vector<Block>> flights;
+  for (std::size_t f = 0; f < a.size(); ++f) {
+    if (f >= b.size() || a[f].starts != b[f].starts || a[f].horizon != b[f].horizon || to > a[f].horizon || from < 1 || from > to) {
+      throw Error({.where = "paired comparison of predictions",
+                   .what = "the two predictions differ in starts or horizon, or the horizons asked for are not among them",
+                   .likely = "",
+                   .remedy = "predict the same flights from the same starts"});
+    }
+    std::vector<Block> blocks;
+    std::size_t current = 0;
+    for (std::size_t s = 0; s < a[f].starts.size(); ++s) {
+      const auto block = static_cast<std::size_t>(static_cast<double>(a[f].starts[s]) * a[f].step_s / block_s);
+      if (blocks.empty() || block != current) blocks.emplace_back();
+      current = block;
+      for (std::size_t h = from; h <= to; ++h) {
+        blocks.back().a += a[f].at(q, s, h);
+        blocks.back().b += b[f].at(q, s, h);
+      }
+    }
+    if (!blocks.empty()) flights.push_back(std::move(blocks));
+  }
+  return flights;
+}
+
+}  // namespace
+
+Predictor state_held() {
+  return
+      [](const StateTrack& track, std::size_t start, std::span<BodyState> out) { std::fill(out.begin(), out.end(), track.state[start]); };
+}
+
+Predictor rates_held(const ModelValues& values) {
+  const auto model = std::make_shared<const Model>(values);
+  return [model](const StateTrack& track, std::size_t start, std::span<BodyState> out) {
+    BodyState x = track.state[start];
+    std::size_t hint = start;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      x = step_with_rates_held(*model, track, x, track.time_s(start + k), track.step_s, hint);
+      out[k] = x;
+    }
+  };
+}
+
+Predictor whole_model(const ModelValues& values, int substeps) {
+  const auto model = std::make_shared<const Model>(values);
+  return [model, substeps](const StateTrack& track, std::size_t start, std::span<BodyState> out) {
+    BodyState x = track.state[start];
+    std::size_t hint = start;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      x = model->step(x, track.input, hint, track.time_s(start + k), track.time_s(start + k + 1), substeps);
+      out[k] = x;
+    }
+  };
+}
+
+std::vector<std::size_t> prediction_starts(const StateTrack& track, std::size_t horizon, std::size_t stride) {
+  std::vector<std::size_t> starts;
+  for (std::size_t k = 0; k + horizon < track.state.size(); k += stride) starts.push_back(k);
+  return starts;
+}
+
+PredictionErrors predict(const StateTrack& track, const Predictor& predictor, std::span<const std::size_t> starts, std::size_t horizon) {
+  PredictionErrors out{track.name, track.step_s, horizon, {starts.begin(), starts.end()}, {}};
+  for (auto& e : out.error) e.reserve(starts.size() * horizon);
+  std::vector<BodyState> ahead(horizon);
+  for (const std::size_t start : starts) {
+    predictor(track, start, ahead);
+    for (std::size_t h = 0; h < horizon; ++h) {
+      const BodyState& truth = track.state.at(start + h + 1);
+      const StateError d = difference(truth, ahead[h]);
+      for (std::size_t q = 0; q < kPredictedQuantities; ++q) out.error[q].push_back(d.segment<3>(static_cast<Eigen::Index>(3 * q)).norm());
+    }
+  }
+  return out;
+}
+
+PredictionSummary summary(std::span<const PredictionErrors> flights) {
+  PredictionSummary s;
+  if (flights.empty()) return s;
+  s.step_s = flights.front().step_s;
+  s.horizon = flights.front().horizon;
+  for (auto& m : s.mean) m.assign(s.horizon, 0.0);
+  for (const PredictionErrors& f : flights) {
+    s.starts += f.starts.size();
+    for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+      for (std::size_t i = 0; i < f.error[q].size(); ++i) s.mean[q][i % s.horizon] += f.error[q][i];
+    }
+  }
+  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+    for (double& m : s.mean[q]) {
+      m /= static_cast<double>(std::max<std::size_t>(1, s.starts));
+      s.sim_error[q] += m;
+    }
+  }
+  return s;
+}
+
+ErrorRatio error_ratio(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t from,
+                       std::size_t to, const Bootstrap& options) {
+  const auto flights = blocks_of(a, b, q, from, to, options.block_s);
+  ErrorRatio ratio;
+  if (flights.empty()) return ratio;
+  double sum_a = 0.0, sum_b = 0.0;
+  for (const auto& blocks : flights) {
+    for (const Block& x : blocks) sum_a += x.a, sum_b += x.b;
+  }
+  ratio.value = sum_a / sum_b;
+
+  const sim::RandomStream random(options.seed, kBootstrapModule);
+  std::uint64_t draw = 0;
+  const auto pick = [&](std::size_t count) { return static_cast<std::size_t>(random.uniform(draw++) * static_cast<double>(count)); };
+  std::vector<double> ratios;
+  for (int i = 0; i < options.resamples; ++i) {
+    double ra = 0.0, rb = 0.0;
+    for (std::size_t f = 0; f < flights.size(); ++f) {
+      const auto& blocks = flights[flights.size() > 1 ? pick(flights.size()) : 0];
+      for (std::size_t k = 0; k < blocks.size(); ++k) {
+        const Block& x = blocks[pick(blocks.size())];
+        ra += x.a, rb += x.b;
+      }
+    }
+    ratios.push_back(ra / rb);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  const auto quantile = [&](double p) { return ratios[static_cast<std::size_t>(p * static_cast<double>(ratios.size() - 1) + 0.5)]; };
+  ratio.low = quantile(0.5 * (1.0 - options.level));
+  ratio.high = quantile(0.5 * (1.0 + options.level));
+  return ratio;
+}
+
+double helpful_horizon_s(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q) {
+  std::size_t steps = 0;
+  while (steps < std::min(a.mean[q].size(), b.mean[q].size()) && a.mean[q][steps] < b.mean[q][steps]) ++steps;
+  return static_cast<double>(steps) * a.step_s;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,163 @@
+#include "bench/identify/stages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "bench/identify/parameter_choice.hpp"
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kHeldPrior = 1e-7;  // of a parameter's scale: held, but its cross-information is in the answer
+constexpr int kNoiseRounds = 4;      // a stage gives start values; the joint fit settles the noise
+constexpr double kAgreement = 3.0;   // standard deviations; 1 in 370 parameters beyond it by chance
+
+bool is_sensor(int p) { return (p >= kOffsetX && p <= kPoseDelay) || (p >= kGyroBiasX && p <= kImuZ); }
+// Lever arms and the time between attitude and rotor speeds show in turns only.
+bool needs_turns(int p) { return (p >= kOffsetX && p <= kOffsetZ) || p == kPoseDelay || (p >= kImuX && p <= kImuZ); }
+bool is_com(int p) { return p == kComX || p == kComY; }
+
+}  // namespace
+
+Solver own_solver() {
+  return
+      [](const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) { return fit(p, o, progress); };
+}
+
+std::string_view name(FlightRole role) {
+  switch (role) {
+    case FlightRole::vertical:
+      return "vertical";
+    case FlightRole::horizontal:
+      return "horizontal";
+    case FlightRole::rotation:
+      return "rotation";
+    case FlightRole::any:
+      break;
+  }
+  return "flight";
+}
+
+std::vector<int> stage_parameters(FlightRole role, const std::vector<FreeParameter>& all) {
+  const auto wanted = [&](int p) {
+    const bool thrust = p == kK1 || p == kK2 || (p >= kCommandGain && p < kCoreParameters);
+    const bool inertia = (p >= kIxx && p <= kCq) || p == kRotorDelay || p >= kCoreParameters;
+    switch (role) {
+      case FlightRole::vertical:
+        return is_com(p) || (is_sensor(p) && !needs_turns(p)) || p == kTiltX || p == kTiltY || thrust;
+      case FlightRole::horizontal:
+        return is_com(p) || (p >= kCdh && p <= kCdz);
+      case FlightRole::rotation:
+        return is_com(p) || is_sensor(p) || inertia;
+      case FlightRole::any:
+        break;
+    }
+    return false;
+  };
+  std::vector<int> out;
+  for (const FreeParameter& f : all) {
+    if (wanted(f.parameter)) out.push_back(f.parameter);
+  }
+  return out;
+}
+
+Belief first_belief(const std::vector<FreeParameter>& free, const host::VehicleFile& vehicle, const ModelValues& values) {
+  Belief b;
+  const auto n = static_cast<Eigen::Index>(free.size());
+  b.covariance = Eigen::MatrixXd::Zero(n, n);
+  b.estimated.assign(free.size(), false);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const FreeParameter& f = free[static_cast<std::size_t>(i)];
+    b.parameters.push_back(f.parameter);
+    double u = f.prior_u > 0.0 ? f.prior_u : believed_u(vehicle, f.parameter, values.terms);
+    if (u <= 0.0) u = std::max(std::fabs(values[f.parameter]), parameter_info(f.parameter, values.terms).scale);
+    b.covariance(i, i) = u * u;
+  }
+  return b;
+}
+
+StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& flights, const std::vector<FreeParameter>& free,
+                      ModelValues& values, Belief& belief, NoiseModel& noise, const FitOptions& options, const Solver& solver,
+                      const std::function<void(const FitProgress&)>& progress) {
+  const std::vector<int> freed = stage_parameters(role, free);
+  const std::set<int> is_freed(freed.begin(), freed.end());
+  FitOptions of_stage = options;
+  of_stage.innovations = false;
+  of_stage.noise.rounds = std::min(options.noise.rounds, kNoiseRounds);
+  StageResult out{.role = role, .flights = {}, .estimates = {}, .u_alone = {}, .fit = {}};
+  if (freed.empty()) return out;
+  // Sensor placement and delays are refined from stage to stage; the centre of mass may have moved, it starts afresh.
+  FitProblem problem{.start = values, .free = {}, .flights = flights, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  std::vector<Eigen::Index> active, held;  // into the belief
+  for (std::size_t i = 0; i < belief.parameters.size(); ++i) {
+    const int p = belief.parameters[i];
+    const auto at = static_cast<Eigen::Index>(i);
+    const double u = std::sqrt(belief.covariance(at, at));
+    const bool act = is_freed.contains(p);
+    (act ? active : held).push_back(at);
+    problem.free.push_back({p, false, !act ? kHeldPrior * parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
+  }
+  try {
+    out.fit = solver(problem, of_stage, progress);
+  } catch (const Error& e) {
+    ErrorText text = e.text();
+    text.what = fmt::format("stage {}: {}", name(role), text.what);
+    throw Error(text, e.exit_code());
+  }
+
+  // With S the information of the flights and C what is believed of the held parameters h: a = â + K (h - ĥ), K = -S_aa⁻¹ S_ah,
+  // hence C_aa = S_aa⁻¹ + K C_hh Kᵀ, C_ah = K C_hh.
+  Eigen::MatrixXd s_aa = out.fit.information(active, active);
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const double prior_u = problem.free[static_cast<std::size_t>(active[i])].prior_u;
+    const auto at = static_cast<Eigen::Index>(i);
+    if (prior_u > 0.0) s_aa(at, at) += 1.0 / (prior_u * prior_u);
+  }
+  const Eigen::VectorXd scale = s_aa.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * s_aa * scale.asDiagonal();
+  const Eigen::MatrixXd alone =
+      scale.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(s_aa.rows(), s_aa.cols())) * scale.asDiagonal();
+  const Eigen::MatrixXd gain = -alone * out.fit.information(active, held);
+  const Eigen::MatrixXd c_hh = belief.covariance(held, held);
+  const Eigen::MatrixXd cross = gain * c_hh;
+  belief.covariance(active, active) = alone + cross * gain.transpose();
+  belief.covariance(active, held) = cross;
+  belief.covariance(held, active) = cross.transpose();
+
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const auto k = static_cast<std::size_t>(active[i]);
+    Estimate e = out.fit.estimates[k];
+    const double own = std::sqrt(alone(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
+    out.u_alone.push_back(std::max(own, e.u_robust));
+    e.u = std::sqrt(belief.covariance(active[i], active[i]));
+    e.u_robust = std::sqrt(std::max(e.u * e.u + e.u_robust * e.u_robust - own * own, 0.0));
+    values[e.parameter] = e.value;
+    belief.estimated[k] = true;
+    out.estimates.push_back(e);
+  }
+  if (!out.fit.noise.empty()) noise = out.fit.noise.front();
+  return out;
+}
+
+std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stages, const Fit& joint) {
+  std::vector<StageComparison> out;
+  for (const StageResult& s : stages) {
+    for (const Estimate& e : s.estimates) {
+      const int flight = s.flights.empty() ? -1 : static_cast<int>(s.flights.front());
+      const Estimate* j = joint.find(e.parameter, flight);
+      if (!j) continue;
+      StageComparison c{s.role, e.parameter, e.value, std::max(e.u, e.u_robust), j->value, std::max(j->u, j->u_robust), 0.0, true};
+      const double variance = std::max(c.u_stage * c.u_stage - c.u_joint * c.u_joint, 0.25 * c.u_stage * c.u_stage);
+      c.z = variance > 0.0 ? (c.stage - c.joint) / std::sqrt(variance) : 0.0;
+      c.agrees = std::fabs(c.z) <= kAgreement;
+      out.push_back(c);
+    }
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,184 @@
+// `rotorloop identify`: flight logs in, a vehicle file with uncertainties out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/hil/run_folder.hpp"
+#include "bench/identify/checks.hpp"
+#include "bench/identify/identified_vehicle.hpp"
+#include "bench/identify/identify.hpp"
+#include "bench/identify/identify_text.hpp"
+#include "bench/identify/read_flight.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
+#include "host/cli/commands.hpp"
+#include "host/cli/identify_progress.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path vehicle, mapping, out, report;
+  std::vector<fs::path> vertical, horizontal, rotation, flights;
+  std::vector<std::string> free, hold, per_flight, terms, use;
+  double rate_Hz = 200.0, from_s = -1e300, to_s = 1e300, drag_speed_m_s = 8.5;
+  std::string noise = "em", solver = "own";
+  bool json = false, quiet = false, no_checks = false;
+};
+
+host::TermList term_list(const std::vector<std::string>& ids) {
+  host::TermList list;
+  for (const std::string& id : ids) {
+    const host::Term* term = host::find_term(id);
+    if (!term) {
+      std::string known;
+      for (const host::Term& t : host::all_terms()) known += (known.empty() ? "" : ", ") + std::string(t.info.id);
+      throw Error({"--term " + id, "is no term that can be fitted", "", "use one of " + known});
+    }
+    if (!list.add(*term)) throw Error({"--term " + id, "is given twice", "", "give it once"});
+  }
+  return list;
+}
+
+struct Read {
+  std::vector<bench::FlightToFit> flights;
+  std::vector<bench::CheckedFlight> checked;  // in the same order; empty without checks
+  std::vector<std::string> inputs;            // hashes
+};
+
+Read read_all(const Options& o, const host::VehicleModel& vehicle) {
+  std::optional<bench::LogMapping> mapping;
+  if (!o.mapping.empty()) mapping = bench::read_log_mapping(o.mapping);
+  Read out;
+  const auto read = [&](const std::vector<fs::path>& paths, bench::FlightRole role) {
+    for (const fs::path& path : paths) {
+      std::vector<bench::LogFinding> notes;
+      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}};
+      out.inputs.push_back("sha256:" + sha256_file(fs::is_directory(path) ? path / "flight.csv" : path));
+      if (!o.no_checks) {
+        bench::CheckedFlight checked = bench::check_flight(f.record, vehicle);
+        checked.findings.insert(checked.findings.begin(), notes.begin(), notes.end());
+        if (!o.quiet && !checked.findings.empty()) fmt::print(stderr, "{}", bench::findings_table(checked));
+        checked.throw_if_refused();
+        f.record = checked.flight;
+        f.segments = checked.segments;
+        out.checked.push_back(std::move(checked));
+      }
+      out.flights.push_back(std::move(f));
+    }
+  };
+  read(o.vertical, bench::FlightRole::vertical);
+  read(o.horizontal, bench::FlightRole::horizontal);
+  read(o.rotation, bench::FlightRole::rotation);
+  read(o.flights, bench::FlightRole::any);
+  if (out.flights.empty())
+    throw Error({"rotorloop identify", "was given no flight", "", "name logs with --vertical, --horizontal, --rotation or --flight"});
+  return out;
+}
+
+bench::IdentifyOptions identify_options(const Options& o) {
+  bench::IdentifyOptions i;
+  i.grid.rate_Hz = o.rate_Hz;
+  i.grid.from_s = o.from_s;
+  i.grid.to_s = o.to_s;
+  for (const std::string& stream : o.use) {
+    if (stream == "gyro") i.grid.use_gyro = true;
+    if (stream == "accel") i.grid.use_accel = true;
+    if (stream == "velocity") i.grid.use_velocity = true;
+  }
+  i.terms = term_list(o.terms);
+  i.wishes = {o.free, o.hold, o.per_flight};
+  i.fit.noise.rounds = o.noise == "em" ? 30 : 0;
+  i.fit.innovations = true;
+  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return i;
+}
+
+// What a reader of the file would refuse is not written: a fit of a poor flight must not become a vehicle.
+void write_checked(const fs::path& path, const host::VehicleFile& v) {
+  try {
+    (void)host::parse_vehicle(host::vehicle_text(v), path, host::builtin_effect_catalogue());
+  } catch (const Error& e) {
+    ErrorText text = e.text();
+    text.what = "the identified vehicle is not credible and was not written: " + text.what;
+    text.likely = "the flights do not tell these parameters, or a stream is wrong (see the findings of the checks)";
+    text.remedy = "hold what they cannot tell (--hold), or fly the manoeuvres that excite it";
+    throw Error(text, ExitCode::data_quality);
+  }
+  host::write_vehicle(path, v);
+}
+
+int identify(const Options& o) {
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  Read read = read_all(o, host::to_model(base));
+  IdentifyProgressLine progress(progress_style(o.quiet), stderr);
+  const bench::Identification result =
+      bench::identify(read.flights, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
+  const auto derived = bench::derived_quantities(result.fit, host::to_model(base), o.drag_speed_m_s);
+
+  read.inputs.insert(read.inputs.begin(), "sha256:" + sha256_file(o.vehicle));
+  const host::VehicleFile identified = bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
+                                                                 std::string("rotorloop identify ") + kVersion, read.inputs);
+  fmt::print("{}\n{}", bench::stages_table(result), bench::estimates_table(result, base));
+  fmt::print("\n{}\n{}", bench::derived_table(derived), bench::noise_table(result));
+  fmt::print("{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
+             result.fit.noise_rounds, result.fit.converged ? "" : " (NOT CONVERGED)",
+             2.0 * result.fit.cost / result.fit.degrees_of_freedom);
+  if (!o.out.empty()) {
+    write_checked(o.out, identified);
+    fmt::print("written: {}\n", o.out.generic_string());
+  }
+  return result.fit.converged ? 0 : static_cast<int>(ExitCode::data_quality);
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values")->required();
+  c->add_option("-m,--mapping", o->mapping, "mapping file, for logs of other tools");
+  c->add_option("--vertical", o->vertical, "stage 1: flight with fast climbs and descents (thrust)");
+  c->add_option("--horizontal", o->horizontal, "stage 2: fast horizontal flight (drag)");
+  c->add_option("--rotation", o->rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
+  c->add_option("--flight", o->flights, "any other flight, for the joint fit");
+  c->add_option("-o,--out", o->out, "vehicle file to write");
+  c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
+  c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
+  c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
+  c->add_option("--term", o->terms, "add an effect to the model, by its id in docs/effects.toml");
+  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
+  c->add_option("--rate", o->rate_Hz, "states per second; 0: as many as poses")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
+  c->add_option("--from", o->from_s, "leave out what lies before, s");
+  c->add_option("--to", o->to_s, "leave out what lies after, s");
+  c->add_option("--noise", o->noise, "em: noise figures from the flights; fixed: as given")
+      ->check(CLI::IsMember({"em", "fixed"}))
+      ->capture_default_str();
+  c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
+  c->add_flag("--json", o->json, "result.json on stdout instead of tables");
+  c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
+  c->footer(
+      "Example: the paper's three flights, then a fourth that had no part in it\n"
+      "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
+      "    --rotation run/rotation -o vehicles/identified.toml --report report\n"
+      "A log of another tool needs a mapping file (docs/files.md); one flight without a role is enough when it excites everything:\n"
+      "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
+      "Exit codes: 0 done, 2 usage or bad input file, 5 the logs cannot tell (the message names what and what to fly).");
+  c->callback([o, &exit_code] { exit_code = identify(*o); });
+}
+
+}  // namespace rotorloop::cli
