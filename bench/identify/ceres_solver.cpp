@@ -326,6 +326,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   out.noise = p.flight_noise.empty() ? std::vector<NoiseModel>(p.flights.size(), p.noise) : p.flight_noise;
   out.cost = summary.final_cost;
   out.degrees_of_freedom = degrees_of_freedom(p, out.estimates.size());
+  out.robust_covariance = Eigen::MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN());
   out.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   out.converged = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
   return out;
