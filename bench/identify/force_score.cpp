@@ -1,43 +1,17 @@
 #include "bench/identify/force_score.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "bench/identify/model.hpp"
-#include "bench/identify/rotations.hpp"
 #include "bench/identify/rotor_input.hpp"
+#include "bench/identify/stream_reader.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
 using Eigen::Vector3d;
-
-// Reads a stream at rising times by straight lines between samples.
-template <class Value>
-class Reader {
- public:
-  explicit Reader(const Stream<Value>& stream) : stream_(stream) {}
-  bool covers(double t_s) const { return !stream_.empty() && t_s >= stream_.t_s.front() && t_s <= stream_.t_s.back(); }
-  Value at(double t_s) {
-    while (next_ + 1 < stream_.size() && stream_.t_s[next_] < t_s) ++next_;
-    const std::size_t before = next_ == 0 ? 0 : next_ - 1;
-    const double span = stream_.t_s[next_] - stream_.t_s[before];
-    const double share = span > 0.0 ? std::clamp((t_s - stream_.t_s[before]) / span, 0.0, 1.0) : 0.0;
-    return between(stream_.value[before], stream_.value[next_], share);
-  }
-
- private:
-  static double between(double a, double b, double share) { return a + share * (b - a); }
-  static Vector3d between(const Vector3d& a, const Vector3d& b, double share) { return a + share * (b - a); }
-  static PoseReading between(const PoseReading& a, const PoseReading& b, double share) {
-    return {between(a.p_W_m, b.p_W_m, share), a.q_WS.slerp(share, b.q_WS)};
-  }
-
-  const Stream<Value>& stream_;
-  std::size_t next_ = 0;
-};
 
 struct Sums {
   std::size_t n = 0;
@@ -66,7 +40,7 @@ void need(bool present, const FlightRecord& record, const char* stream) {
 }
 
 // Rates about the accelerometer's sample, and their slope from the gyro's readings on both sides.
-Vector3d slope(Reader<Vector3d>& gyro_before, Reader<Vector3d>& gyro_after, double t_s) {
+Vector3d slope(StreamReader<Vector3d>& gyro_before, StreamReader<Vector3d>& gyro_after, double t_s) {
   constexpr double kHalf_s = 5e-3;
   return (gyro_after.at(t_s + kHalf_s) - gyro_before.at(t_s - kHalf_s)) / (2.0 * kHalf_s);
 }
@@ -78,8 +52,9 @@ void each_sample(const FlightRecord& record, const ModelValues& values,
   need(!record.pose.empty(), record, "pose");
   need(!record.velocity_W_m_s.empty(), record, "velocity");
   need(!record.gyro_B_rad_s.empty(), record, "gyro");
-  Reader<PoseReading> pose(record.pose);
-  Reader<Vector3d> velocity(record.velocity_W_m_s), gyro(record.gyro_B_rad_s), before(record.gyro_B_rad_s), after(record.gyro_B_rad_s);
+  StreamReader<PoseReading> pose(record.pose);
+  StreamReader<Vector3d> velocity(record.velocity_W_m_s), gyro(record.gyro_B_rad_s), before(record.gyro_B_rad_s),
+      after(record.gyro_B_rad_s);
   const Vector3d gyro_bias(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
   const Vector3d accel_bias(values[kAccelBiasX], values[kAccelBiasY], values[kAccelBiasZ]);
   const Vector3d imu(values[kImuX], values[kImuY], values[kImuZ]), sensor(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
@@ -118,7 +93,7 @@ std::optional<ForceScore> score_logged_force(const FlightRecord& record, const M
   const auto find = [&](const char* axis) { return record.extra.find(prefix + axis + "[N]"); };
   const auto x = find("x"), y = find("y"), z = find("z");
   if (x == record.extra.end() || y == record.extra.end() || z == record.extra.end()) return std::nullopt;
-  Reader<double> fx(x->second), fy(y->second), fz(z->second);
+  StreamReader<double> fx(x->second), fy(y->second), fz(z->second);
   Sums sums;
   each_sample(record, values, [&](double t, const BodyState&, const Vector3d& measured_N) {
     if (fx.covers(t)) sums.add(Vector3d(fx.at(t), fy.at(t), fz.at(t)) - measured_N);

@@ -49,7 +49,7 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
   }
   const PredictionSummary a = summary(before), b = summary(after);
   out.starts = b.starts;
-  out.rotation_helps_s = helpful_horizon_s(b, summary(held), kPredictedAttitude);
+  out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
   for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
     for (const double h : kHorizons_s) {
       const auto steps = static_cast<std::size_t>(std::max(1L, std::lround(h / b.step_s)));
@@ -67,15 +67,16 @@ std::string held_out_table(const HeldOutScores& s) {
   for (const HeldOutRow& r : s.rows)
     out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:5.2f} ({:.2f} to {:.2f})\n", kQuantityNames[r.quantity],
                        r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], r.ratio.value, r.ratio.low, r.ratio.high);
-  return out + fmt::format("  the rotation model beats held rates up to {:.2f} s\n", s.rotation_helps_s);
+  return out +
+         fmt::format("  the rotation model beats held rates from {:.2f} to {:.2f} s\n", s.rotation_helps.from_s, s.rotation_helps.to_s);
 }
 
 std::string held_out_html(const HeldOutScores& s) {
   std::string out = fmt::format(
       "<h2 id=\"held-out\">Flights that had no part in the fit</h2>\n<p>{}; {} starts, open loop with the logged rotor speeds from the "
       "same "
-      "smoothed states. Before: the vehicle file; after: identified. The rotation model beats held rates up to {:.2f} s.</p>\n",
-      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, s.rotation_helps_s);
+      "smoothed states. Before: the vehicle file; after: identified. The rotation model beats held rates from {:.2f} to {:.2f} s.</p>\n",
+      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, s.rotation_helps.from_s, s.rotation_helps.to_s);
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
       "class=\"l\">unit</th><th>ratio</th><th>95 %</th></tr></thead><tbody>\n";

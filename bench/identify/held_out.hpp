@@ -20,7 +20,7 @@ struct HeldOutScores {
   std::vector<std::string> flights;
   std::size_t starts = 0;
   std::vector<HeldOutRow> rows;
-  double rotation_helps_s = 0.0;  // up to where the identified model beats held rates in attitude
+  HelpfulRange rotation_helps;  // where the identified model beats held rates in attitude
 };
 
 // One step of the grid, then 0.02 to 2 s. Starts every 0.25 s from states smoothed under process noise so large that the poses make
