@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 
 #include "host/base/error.hpp"
 
@@ -43,6 +44,30 @@ void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments)
   }
 }
 
+// Ties the poses of flights anew whose delay came out more than half a step from where they are tied; true when there was one.
+bool tie_anew(std::vector<GridFlight>& flights, std::vector<double>& tied_s, const Fit& fit) {
+  bool any = false;
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    const double delay_s = fit.values[f][kPoseDelay];
+    if (flights[f].pose.empty() || std::fabs(delay_s - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
+    tie_poses(flights[f], delay_s);
+    tied_s[f] = delay_s;
+    any = true;
+  }
+  return any;
+}
+
+// Goes on from a fit; what has a prior starts where its prior stands.
+void start_from(FitProblem& problem, const Fit& fit) {
+  problem.flight_noise = fit.noise;
+  for (const FreeParameter& f : problem.free) {
+    if (f.prior_u > 0.0) continue;
+    const auto at = static_cast<std::size_t>(f.parameter);
+    for (std::size_t i = 0; i < fit.values.size(); ++i) problem.flight_start[i][at] = fit.values[i].values[at];
+    if (!f.per_flight) problem.start.values[at] = fit.values.front().values[at];
+  }
+}
+
 NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
   return of_stages.empty() ? otherwise : of_stages.back();
 }
@@ -53,14 +78,20 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
                         const std::function<void(const IdentifyProgress&)>& progress) {
   Identification out;
   out.flights.reserve(given.size());
+  std::vector<double> tied_s;
+  double mean_late_s = 0.0;
   for (const FlightToFit& f : given) {
     require_streams(f, o.grid);
     out.flights.push_back(make_grid(f.record, o.grid));
     cut_between_segments(out.flights.back(), f.segments);
+    tie_poses(out.flights.back(), f.pose_late_s);
+    tied_s.push_back(f.pose_late_s);
+    mean_late_s += f.pose_late_s / static_cast<double>(given.size());
   }
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   ModelValues values = out.start.values;
+  values[kPoseDelay] += mean_late_s;
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;
@@ -118,7 +149,12 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     out.problem.start.values[at] = out.start.values.values[at];
     for (auto& own : out.problem.flight_start) own[at] = out.start.values.values[at];
   }
-  out.fit = o.solver(out.problem, o.fit, report("joint fit"));
+  const auto joint = report("joint fit");
+  out.fit = o.solver(out.problem, o.fit, joint);
+  for (int round = 0; round < 3 && tie_anew(out.flights, tied_s, out.fit); ++round) {
+    start_from(out.problem, out.fit);
+    out.fit = o.solver(out.problem, o.fit, joint);
+  }
   out.comparison = compare_stages(out.stages, out.fit);
   return out;
 }
