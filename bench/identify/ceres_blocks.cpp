@@ -58,14 +58,13 @@ class ProcessCost final : public FlightCost {
  public:
   ProcessCost(const CeresFlight& flight, std::size_t knot) : FlightCost(flight, 12, 2), knot_(knot) { depend_on_parameters(); }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    if (!flight_.residuals()) return false;
     const BodyState from = from_block(x[0]), to = from_block(x[1]);
     RowMajor<12, 1> r(residuals);
     if (!jacobians) {
-      r = flight_.residuals()->process(knot_, from, to);
+      r = flight_.residuals().process(knot_, from, to);
     } else {
       ProcessRows rows;
-      flight_.residuals()->process(knot_, from, to, rows);
+      flight_.residuals().process(knot_, from, to, rows);
       r = rows.r;
       write_state<12>(rows.from, x[0], jacobians[0]);
       write_state<12>(rows.to, x[1], jacobians[1]);
@@ -86,9 +85,8 @@ class ReadingCost final : public FlightCost {
     depend_on_parameters();
   }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    if (!flight_.residuals()) return false;
     RowsBy<Rows> rows;
-    (flight_.residuals()->*residual_)(fix_, from_block(x[0]), rows, jacobians != nullptr);
+    (flight_.residuals().*residual_)(fix_, from_block(x[0]), rows, jacobians != nullptr);
     RowMajor<Rows, 1> r(residuals);
     r = rows.r;
     if (jacobians) {
@@ -107,10 +105,9 @@ class AnchorCost final : public FlightCost {
  public:
   AnchorCost(const CeresFlight& flight, std::size_t knot) : FlightCost(flight, 12, 1), knot_(knot) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    if (!flight_.residuals()) return false;
     StateJacobian by;
     RowMajor<12, 1> r(residuals);
-    r = flight_.residuals()->anchor(flight_.guess[knot_], from_block(x[0]), by);
+    r = flight_.residuals().anchor(flight_.guess[knot_], from_block(x[0]), by);
     if (jacobians) write_state<12>(by, x[0], jacobians[0]);
     return true;
   }
@@ -166,16 +163,10 @@ CeresFlight::CeresFlight(const GridFlight& flight, const ModelValues& values, co
 }
 
 void CeresFlight::renew() {
-  bool inside = true;
   for (const ParameterBlock* b : blocks_) {
-    for (std::size_t i = 0; i < b->column.size(); ++i) {
-      const int parameter = columns_[b->column[i]];
-      const ParameterInfo info = parameter_info(parameter, values_.terms);
-      values_[parameter] = b->value(i);
-      inside = inside && values_[parameter] >= info.min && values_[parameter] <= info.max;
-    }
+    for (std::size_t i = 0; i < b->column.size(); ++i) values_[columns_[b->column[i]]] = b->value(i);
   }
-  residuals_ = inside ? std::make_unique<Residuals>(flight_, values_, noise_, columns_) : nullptr;
+  residuals_ = std::make_unique<Residuals>(flight_, values_, noise_, columns_);
 }
 
 void RenewFlights::PrepareForEvaluation(bool /*derivatives*/, bool new_point) {

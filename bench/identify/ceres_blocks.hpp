@@ -34,10 +34,9 @@ class CeresFlight {
   CeresFlight(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns,
               std::vector<ParameterBlock*> blocks);
 
-  void renew();  // from the numbers in the blocks
-  // Null while a value lies outside its range: Ceres then takes the step back.
-  const Residuals* residuals() const { return residuals_.get(); }
-  const ModelValues& values() const { return values_; }  // of the last renew()
+  void renew();                                               // from the numbers in the blocks
+  const Residuals& residuals() const { return *residuals_; }  // of the last renew()
+  const ModelValues& values() const { return values_; }
   const GridFlight& flight() const { return flight_; }
   const std::vector<ParameterBlock*>& blocks() const { return blocks_; }
 

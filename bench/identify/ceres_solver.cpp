@@ -5,11 +5,14 @@
 #include <ceres/problem.h>
 #include <ceres/product_manifold.h>
 #include <ceres/solver.h>
+#include <fmt/format.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "bench/identify/ceres_blocks.hpp"
 #include "host/base/error.hpp"
@@ -19,7 +22,7 @@ namespace {
 
 // Undamped from the first step on, as Gauss-Newton is: damping of 1e-4, Ceres's default, slows the weak directions of a chain of
 // states down to hundreds of iterations. A step that fails shrinks the region.
-constexpr double kFirstRegion = 1e10, kLargestRegion = 1e20;
+constexpr double kFirstRegion = 1e16;
 
 [[noreturn]] void fail(const FitProblem& p, const std::string& what, const std::string& likely, const std::string& remedy) {
   throw Error({p.flights.front()->name, what, likely, remedy}, ExitCode::data_quality);
@@ -64,6 +67,18 @@ std::unique_ptr<Unknowns> make_unknowns(const FitProblem& p) {
       add(u->own[i], static_cast<int>(i), start_values(p, i)[static_cast<std::size_t>(f.parameter)]);
   }
   return u;
+}
+
+// The first estimate outside its range. Ceres steps freely: its own bounds cut steps short one number at a time, and shrink the region
+// for dozens of iterations. What counts is where it ends.
+std::optional<std::string> outside_range(const FitProblem& p, const Unknowns& u) {
+  for (const Place& place : u.places) {
+    const ParameterInfo info = parameter_info(u.columns[place.block->column[place.at]], p.start.terms);
+    const double value = place.block->value(place.at);
+    if (value < info.min || value > info.max)
+      return fmt::format("{} is {:g} {}, allowed {:g} to {:g}", info.name, value, info.unit, info.min, info.max);
+  }
+  return std::nullopt;
 }
 
 // The least-squares problem with all that it points to.
@@ -221,22 +236,29 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
                 ExitCode::usage);
   }
   CeresProblem c(p, o.robust_scale);
+  if (const auto bad = outside_range(p, *c.unknowns)) {
+    throw Error({p.flights.front()->name, "at the start " + *bad, "the vehicle file, or a guess for what it does not hold",
+                 "start from a value inside the range"},
+                ExitCode::usage);
+  }
   Watch watch(o.tolerance, progress);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = o.max_iterations;
   options.num_threads = 1;  // Residuals keep a hint of the last place in the rotor log
   options.initial_trust_region_radius = kFirstRegion;
-  options.max_trust_region_radius = kLargestRegion;
-  options.max_num_consecutive_invalid_steps = 20;
   options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0.0;  // the watch ends it
   options.logging_type = ceres::SILENT;
   options.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(options, c.problem.get(), &summary);
   if (!summary.IsSolutionUsable()) {
-    fail(p, "Ceres cannot go on: " + summary.message, "start values outside their range, or readings and speeds that are not finite",
+    fail(p, "Ceres cannot go on: " + summary.message, "readings or rotor speeds that are not finite",
          "check the log (`rotorloop log info`) and the start values");
+  }
+  if (const auto bad = outside_range(p, *c.unknowns)) {
+    fail(p, "at the optimum " + *bad, "an effect that this flight does not have, or a model that lacks one that it has",
+         "hold that parameter at the nearest value allowed");
   }
 
   Fit out;

@@ -14,7 +14,7 @@ namespace rotorloop::bench {
 // degrees_of_freedom, iterations, converged. What comes from the own sweep stays empty: reduced, robust_covariance; log_likelihood
 // is NaN.
 // Throws Error: usage when EM for the noise is asked for (give the noise of a fit() instead), data_quality when Ceres cannot go on
-// or finds the Jacobian rank deficient (fit() then names the directions).
+// or finds the Jacobian rank deficient (fit() then names the directions), or when an estimate ends outside its range.
 Fit fit_with_ceres(const FitProblem& problem, const FitOptions& options = {}, const std::function<void(const FitProgress&)>& progress = {});
 
 }  // namespace rotorloop::bench

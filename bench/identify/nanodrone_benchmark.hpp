@@ -48,7 +48,8 @@ struct NanodroneResult {
   std::vector<NanodroneScore> scores;  // in order of the steps that were taken
   std::array<NanodroneLimit, kPredictedQuantities> limits;
   std::vector<NanodroneHorizon> horizons;
-  double attitude_helps_up_to_s = 0.0, rates_help_up_to_s = 0.0;
+  // Horizons to 2 s at which the rotation model beats constant rates; and that of the maximum-likelihood fit, when it was made.
+  HelpfulRange attitude_helps, rates_help, likelihood_rates_help;
   double k_F_N_s2 = 0.0;  // static thrust coefficient of the translation fit
   ModelValues predicting;
   std::vector<int> predicting_free;  // its parameters that were fitted

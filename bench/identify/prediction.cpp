@@ -176,10 +176,19 @@ ErrorRatio error_ratio(std::span<const PredictionErrors> a, std::span<const Pred
   return ratio;
 }
 
-double helpful_horizon_s(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q) {
-  std::size_t steps = 0;
-  while (steps < std::min(a.mean[q].size(), b.mean[q].size()) && a.mean[q][steps] < b.mean[q][steps]) ++steps;
-  return static_cast<double>(steps) * a.step_s;
+HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q) {
+  const std::size_t steps = std::min(a.mean[q].size(), b.mean[q].size());
+  std::size_t first = 0, run = 0, best_first = 0, best_run = 0;
+  for (std::size_t k = 0; k < steps; ++k) {
+    if (!(a.mean[q][k] < b.mean[q][k])) {
+      run = 0;
+      continue;
+    }
+    if (run++ == 0) first = k;
+    if (run > best_run) best_first = first, best_run = run;
+  }
+  if (best_run == 0) return {};
+  return {static_cast<double>(best_first + 1) * a.step_s, static_cast<double>(best_first + best_run) * a.step_s};
 }
 
 }  // namespace rotorloop::bench

@@ -65,7 +65,10 @@ struct ErrorRatio {
 ErrorRatio error_ratio(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t from,
                        std::size_t to, const Bootstrap& bootstrap = {});
 
-// Up to which horizon `a` beats `b` at every step on the way, in seconds; 0 when it does not at the first.
-double helpful_horizon_s(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q);
+// The longest run of horizons at each of which `a` errs less than `b` in the mean; both 0 when there is none.
+struct HelpfulRange {
+  double from_s = 0.0, to_s = 0.0;
+};
+HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q);
 
 }  // namespace rotorloop::bench

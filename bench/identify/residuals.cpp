@@ -39,15 +39,23 @@ Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const 
 int Residuals::place_of(int parameter) const { return places_[static_cast<std::size_t>(parameter)]; }
 
 // Rows (p, v) and (φ, Ω) of each axis are correlated by [h³/3, h²/2; h²/2, h] q²; this is its inverse Cholesky factor.
+// In a flight that reads no position nothing depends on it. Its tight rows (weight² 1e10) would then only round: false readings of the
+// place that shrank standard errors by 0.3 % after 10 s and more with the cube of time. There p wanders by q √s³ a step, apart from v.
 void Residuals::whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
-  const double h = flight_.step_s, near = 1.0 / std::sqrt(h * h * h / 3.0), far = 2.0 / std::sqrt(h), mix = 1.5 / h;
+  struct Weights {
+    double place, rate, mix;
+  };
+  const double h = flight_.step_s;
+  const Weights tied{1.0 / std::sqrt(h * h * h / 3.0), 2.0 / std::sqrt(h), 1.5 / h}, apart{1.0, 1.0 / std::sqrt(h), 0.0};
+  const bool reads_place = !flight_.pose.empty() || !flight_.position.empty();
   for (Eigen::Index i = 0; i < 3; ++i) {
     const double q[] = {1.0 / noise_.force_m_s2_rtHz[i], 1.0 / noise_.angular_rad_s2_rtHz[i]};
     for (Eigen::Index b = 0; b < 2; ++b) {
+      const Weights& w = b == 1 || reads_place ? tied : apart;
       auto place = rows.row(6 * b + i);
       auto rate = rows.row(6 * b + 3 + i);
-      rate = (far * q[b]) * (rate - mix * place);
-      place *= near * q[b];
+      rate = (w.rate * q[b]) * (rate - w.mix * place);
+      place *= w.place * q[b];
     }
   }
 }

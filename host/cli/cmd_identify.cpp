@@ -5,17 +5,19 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/checks.hpp"
+#include "bench/identify/diagnostics_text.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
+#include "bench/identify/identify_report.hpp"
 #include "bench/identify/identify_text.hpp"
 #include "bench/identify/read_flight.hpp"
 #include "host/base/error.hpp"
@@ -31,7 +33,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path vehicle, mapping, out, report;
-  std::vector<fs::path> vertical, horizontal, rotation, flights;
+  std::vector<fs::path> vertical, horizontal, rotation, flights, trail;
   std::vector<std::string> free, hold, per_flight, terms, use;
   double rate_Hz = 200.0, from_s = -1e300, to_s = 1e300, drag_speed_m_s = 8.5;
   std::string noise = "em", solver = "own";
@@ -55,7 +57,7 @@ host::TermList term_list(const std::vector<std::string>& ids) {
 struct Read {
   std::vector<bench::FlightToFit> flights;
   std::vector<bench::CheckedFlight> checked;  // in the same order; empty without checks
-  std::vector<std::string> inputs;            // hashes
+  std::vector<bench::InputHash> inputs;
 };
 
 Read read_all(const Options& o, const host::VehicleModel& vehicle) {
@@ -66,7 +68,8 @@ Read read_all(const Options& o, const host::VehicleModel& vehicle) {
     for (const fs::path& path : paths) {
       std::vector<bench::LogFinding> notes;
       bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, 0.0};
-      out.inputs.push_back("sha256:" + sha256_file(fs::is_directory(path) ? path / "flight.csv" : path));
+      const fs::path file = fs::is_directory(path) ? path / "flight.csv" : path;
+      out.inputs.push_back({file.generic_string(), sha256_file(file)});
       if (!o.no_checks) {
         bench::CheckedFlight checked = bench::check_flight(f.record, vehicle);
         checked.findings.insert(checked.findings.begin(), notes.begin(), notes.end());
@@ -123,25 +126,60 @@ void write_checked(const fs::path& path, const host::VehicleFile& v) {
   host::write_vehicle(path, v);
 }
 
+// Text or JSON to stdout, the page and result.json into the folder.
+void publish(const Options& o, const bench::Identification& result, const Read& read, const host::VehicleFile& base,
+             const bench::RunClock& clock) {
+  const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  const std::string json =
+      bench::identify_result_json(result, analysis, read.checked, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+  if (o.json) {
+    fmt::print("{}", json);
+  } else {
+    if (!result.comparison.empty()) fmt::print("{}\n", bench::stages_table(result));
+    fmt::print("{}\n{}\n{}", bench::estimates_table(result, base), bench::derived_table(analysis.derived), bench::noise_table(result));
+    fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
+               bench::observability_table(analysis.observability));
+    fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
+               result.fit.noise_rounds, result.fit.converged ? "" : " (NOT CONVERGED)",
+               2.0 * result.fit.cost / result.fit.degrees_of_freedom);
+  }
+  if (o.report.empty()) return;
+  fs::create_directories(o.report);
+  bench::write_text_file(o.report / "result.json", json);
+  std::vector<bench::TrailPoint> trail;
+  for (const fs::path& path : o.trail) trail.push_back(bench::read_trail_point(path));
+  if (!trail.empty()) trail.push_back(bench::read_trail_point(o.report));
+  std::string flights;
+  for (const bench::GridFlight& g : result.flights) flights += (flights.empty() ? "" : ", ") + g.name;
+  bench::write_text_file(o.report / "report.html",
+                         bench::identify_report_html({result,
+                                                      analysis,
+                                                      read.checked,
+                                                      base,
+                                                      base.name,
+                                                      "identified from " + flights,
+                                                      {{"rotorloop", kVersion}, {"vehicle file", o.vehicle.filename().generic_string()}},
+                                                      trail,
+                                                      ""}));
+}
+
 int identify(const Options& o) {
+  const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   Read read = read_all(o, host::to_model(base));
-  IdentifyProgressLine progress(progress_style(o.quiet), stderr);
-  const bench::Identification result =
-      bench::identify(read.flights, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
-  const auto derived = bench::derived_quantities(result.fit, host::to_model(base), o.drag_speed_m_s);
-
-  read.inputs.insert(read.inputs.begin(), "sha256:" + sha256_file(o.vehicle));
-  const host::VehicleFile identified = bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
-                                                                 std::string("rotorloop identify ") + kVersion, read.inputs);
-  fmt::print("{}\n{}", bench::stages_table(result), bench::estimates_table(result, base));
-  fmt::print("\n{}\n{}", bench::derived_table(derived), bench::noise_table(result));
-  fmt::print("{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
-             result.fit.noise_rounds, result.fit.converged ? "" : " (NOT CONVERGED)",
-             2.0 * result.fit.cost / result.fit.degrees_of_freedom);
+  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  bench::Identification result;
+  {
+    IdentifyProgressLine progress(progress_style(o.quiet), stderr);
+    result = bench::identify(read.flights, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
+  }
+  publish(o, result, read, base, clock);
   if (!o.out.empty()) {
-    write_checked(o.out, identified);
-    fmt::print("written: {}\n", o.out.generic_string());
+    std::vector<std::string> inputs;
+    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
+    write_checked(o.out, bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
+                                                   std::string("rotorloop identify ") + kVersion, inputs));
+    if (!o.json) fmt::print("written: {}\n", o.out.generic_string());
   }
   return result.fit.converged ? 0 : static_cast<int>(ExitCode::data_quality);
 }
@@ -159,6 +197,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--flight", o->flights, "any other flight, for the joint fit");
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
   c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
@@ -173,6 +212,7 @@ void add_identify(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"em", "fixed"}))
       ->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
+  c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
   c->footer(

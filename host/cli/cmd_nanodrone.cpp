@@ -50,7 +50,17 @@ void print_limits(const bench::NanodroneResult& r) {
     fmt::print("  {:>4.0f} ms  attitude {:.3f} ({:.3f} to {:.3f})  rates {:.3f} ({:.3f} to {:.3f})\n", 1e3 * h.horizon_s, h.attitude.value,
                h.attitude.low, h.attitude.high, h.rates.value, h.rates.low, h.rates.high);
   }
-  fmt::print("it helps without a break up to {:.2f} s in attitude, {:.2f} s in rates\n", r.attitude_helps_up_to_s, r.rates_help_up_to_s);
+  const auto range = [](const char* what, const bench::HelpfulRange& h) {
+    if (h.to_s > 0.0) {
+      fmt::print("{} from {:.2f} to {:.2f} s ahead\n", what, h.from_s, h.to_s);
+    } else {
+      fmt::print("{} at no horizon\n", what);
+    }
+  };
+  fmt::print("looked for up to 2 s, the rotation model beats constant rates:\n");
+  range("  in attitude", r.attitude_helps);
+  range("  in rates", r.rates_help);
+  if (r.likelihood) range("  in rates, with the maximum-likelihood parameters,", r.likelihood_rates_help);
 }
 
 void print_parameters(const bench::NanodroneResult& r) {
@@ -82,8 +92,8 @@ nlohmann::json as_json(const bench::NanodroneResult& r) {
                                           {"met", l.met}};
   }
   j["k_F_N_s2"] = r.k_F_N_s2;
-  j["rates_help_up_to_s"] = r.rates_help_up_to_s;
-  j["attitude_helps_up_to_s"] = r.attitude_helps_up_to_s;
+  j["rates_help_s"] = {r.rates_help.from_s, r.rates_help.to_s};
+  j["attitude_helps_s"] = {r.attitude_helps.from_s, r.attitude_helps.to_s};
   for (const int p : r.predicting_free) j["predicting"][bench::parameter_info(p, r.predicting.terms).name] = r.predicting[p];
   return j;
 }

@@ -1,5 +1,6 @@
 // The own elimination and Ceres, on the same problems: both give the same cost, the same estimates and the same standard errors.
 // They share the residuals and their derivatives; retraction, factorisation, damping, stopping and covariance are each their own.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +14,6 @@
 namespace rotorloop::bench {
 namespace {
 
-using model_true::FlightSettings;
 using model_true::Manoeuvre;
 
 const model_true::Truth kTruth;
@@ -50,23 +50,13 @@ NoiseModel true_noise() {
   return n;
 }
 
-// Flights on their grids, and the problem that points to them.
-struct Flights {
-  std::vector<GridFlight> grids;
-  explicit Flights(const FlightSettings& common, const GridOptions& options = {}) {
-    for (const Manoeuvre m : {Manoeuvre::vertical, Manoeuvre::horizontal, Manoeuvre::rotation}) {
-      FlightSettings s = common;
-      s.manoeuvre = m;
-      s.seed = common.seed + static_cast<std::uint64_t>(grids.size());
-      grids.push_back(make_grid(model_true::fly(kTruth, s).record, options));
-    }
-  }
-  FitProblem problem(const ModelValues& start, const std::vector<FreeParameter>& free) const {
-    FitProblem p{.start = start, .free = free, .flights = {}, .noise = true_noise(), .flight_noise = {}, .flight_start = {}};
-    for (const GridFlight& g : grids) p.flights.push_back(&g);
-    return p;
-  }
-};
+FitProblem problem_of(std::vector<const GridFlight*> flights, const ModelValues& start, const std::vector<FreeParameter>& free) {
+  return {.start = start, .free = free, .flights = std::move(flights), .noise = true_noise(), .flight_noise = {}, .flight_start = {}};
+}
+
+GridFlight flown(Manoeuvre manoeuvre, std::uint64_t seed, double duration_s) {
+  return make_grid(model_true::fly(kTruth, {.manoeuvre = manoeuvre, .seed = seed, .duration_s = duration_s}).record, {});
+}
 
 FitOptions to_the_end(double robust_scale = 0.0) {
   FitOptions o;
@@ -81,32 +71,29 @@ void expect_same(const Fit& own, const Fit& ceres) {
   EXPECT_NEAR(ceres.cost / own.cost, 1.0, 1e-8);
   EXPECT_EQ(ceres.degrees_of_freedom, own.degrees_of_freedom);
   ASSERT_EQ(ceres.estimates.size(), own.estimates.size());
-  double worst = 0, worst_u = 0;
   for (std::size_t i = 0; i < own.estimates.size(); ++i) {
     const Estimate &a = own.estimates[i], &b = ceres.estimates[i];
     EXPECT_EQ(a.parameter, b.parameter);
     EXPECT_EQ(a.flight, b.flight);
-    worst = std::max(worst, std::fabs(b.value - a.value) / a.u);
-    worst_u = std::max(worst_u, std::fabs(b.u / a.u - 1));
     EXPECT_NEAR((b.value - a.value) / a.u, 0.0, 1e-4) << parameter_info(a.parameter, own.values[0].terms).name << " in standard errors";
     EXPECT_NEAR(b.u / a.u, 1.0, 1e-6) << parameter_info(a.parameter, own.values[0].terms).name;
     EXPECT_NEAR(b.prior_share, a.prior_share, 1e-6);
   }
-  const Eigen::VectorXd k = own.covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd difference = k.asDiagonal() * (ceres.covariance - own.covariance) * k.asDiagonal();
-  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6) << "of correlations";
-  double worst_x = 0;
+  const Eigen::VectorXd scale = own.covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd apart = scale.asDiagonal() * (ceres.covariance - own.covariance) * scale.asDiagonal();
+  EXPECT_LT(apart.cwiseAbs().maxCoeff(), 1e-6) << "of correlations";
   for (std::size_t f = 0; f < own.states.size(); ++f) {
-    for (std::size_t s = 0; s < own.states[f].size(); ++s)
-      worst_x = std::max(worst_x, (own.states[f][s].p_W_m - ceres.states[f][s].p_W_m).norm());
+    ASSERT_EQ(ceres.states[f].size(), own.states[f].size());
+    StateError worst = StateError::Zero();
+    for (std::size_t k = 0; k < own.states[f].size(); ++k)
+      worst = worst.cwiseMax(difference(own.states[f][k], ceres.states[f][k]).cwiseAbs());
+    EXPECT_LT(worst.maxCoeff(), 1e-4) << "m, m/s, rad, rad/s, of flight " << f;
   }
-  std::printf("cost %.9g rel %.2e  est %.2e  u %.2e corr %.2e x %.2e iterations %d %d\n", own.cost, ceres.cost / own.cost - 1, worst,
-              worst_u, difference.cwiseAbs().maxCoeff(), worst_x, own.iterations, ceres.iterations);
 }
 
 // Poses, gyro, accelerometer and velocity of one flight, with every 40th pose off by 0.1 m: what a tracking system does.
 GridFlight flight_with_all_sensors(Manoeuvre manoeuvre, std::uint64_t seed, double duration_s) {
-  FlightSettings s{.manoeuvre = manoeuvre, .seed = seed, .duration_s = duration_s, .imu_every_ms = 1};
+  model_true::FlightSettings s{.manoeuvre = manoeuvre, .seed = seed, .duration_s = duration_s, .imu_every_ms = 1};
   s.gyro_bias_rad_s = {0.01, -0.02, 0.005};
   s.accel_bias_m_s2 = {0.1, -0.05, 0.2};
   model_true::ModelTrueFlight f = model_true::fly(kTruth, s);
@@ -119,10 +106,22 @@ GridFlight flight_with_all_sensors(Manoeuvre manoeuvre, std::uint64_t seed, doub
   return make_grid(f.record, {.use_velocity = true, .use_gyro = true, .use_accel = true});
 }
 
+// The flight's speeds as answers to commands given 30 ms before.
+FlightRecord commanded(FlightRecord r) {
+  for (std::size_t k = 0; k + 30 < r.rotor_omega_rad_s.size(); ++k) {
+    RotorValues u = r.rotor_omega_rad_s.value[k + 30];
+    for (double& v : u) v /= 2000.0;
+    r.motor_command.add(r.rotor_omega_rad_s.t_s[k], u);
+  }
+  r.rotor_omega_rad_s = {};
+  return r;
+}
+
 TEST(IdentifyCeres, GivesTheSameFitOfPosesFromDifferentStarts) {
-  const Flights flights({.duration_s = 2.0});
+  const GridFlight up = flown(Manoeuvre::vertical, 1, 2.0), fast = flown(Manoeuvre::horizontal, 2, 2.0);
+  const GridFlight turning = flown(Manoeuvre::rotation, 3, 2.0);
   const auto free = papers_parameters();
-  const auto start = [&](double share) { return flights.problem(away_from(truth_values(), free, share), free); };
+  const auto start = [&](double share) { return problem_of({&up, &fast, &turning}, away_from(truth_values(), free, share), free); };
   const Fit own = fit(start(0.05), to_the_end());
   expect_same(own, fit_with_ceres(start(0.05), to_the_end()));
   expect_same(own, fit_with_ceres(start(-0.1), to_the_end()));
@@ -140,88 +139,86 @@ TEST(IdentifyCeres, GivesTheSameFitOfAllSensorsWithRobustLossPriorsAndParameters
     free.push_back({.parameter = p, .per_flight = true});
   for (const int p : {kImuX, kImuY, kImuZ}) free.push_back({.parameter = p, .prior_u = 0.01});
   const ModelValues start = away_from(truth_values(), free, 0.02);
-  FitProblem p{.start = start, .free = free, .flights = {&grids[0], &grids[1]}, .noise = {}, .flight_noise = {}, .flight_start = {}};
+  FitProblem p = problem_of({&grids[0], &grids[1]}, start, free);
   p.flight_noise = {true_noise(), true_noise()};
   p.flight_noise[1].position_m = {3e-3, 2e-3, 4e-3};
   p.flight_start = {start.values, away_from(start, free, 0.01).values};
   const Fit own = fit(p, to_the_end(3.0));
   expect_same(own, fit_with_ceres(p, to_the_end(3.0)));
   EXPECT_GT(own.find(kPoseDelay, 0)->prior_share, 0.1) << "the prior counts";
-  EXPECT_GT(std::fabs(fit(p, to_the_end()).find(kOffsetX)->value - own.find(kOffsetX)->value), own.find(kOffsetX)->u) << "so does the loss";
+  EXPECT_GT(fit(p, to_the_end()).cost, 2.0 * own.cost) << "so does the loss";
 }
 
-TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsAndALateRotorLogWithAGap) {
+TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsWhenTheRotorLogHasAGap) {
   host::TermList terms;
   terms.add(*host::find_term("rotor_local_inflow"));
   terms.add(*host::find_term("rotor_inertia_reaction"));
+  // Equations 1 to 8 have neither effect. A late rotor log and an I_zz held too large make the fit want both.
   model_true::Truth late = kTruth;
   late.rotor_delay_s = 0.004;
   model_true::ModelTrueFlight f = model_true::fly(late, {.manoeuvre = Manoeuvre::rotation, .seed = 9, .duration_s = 4.0});
-  auto& speeds = f.record.rotor_omega_rad_s;
-  for (std::size_t k = 2000; k < 2200; ++k) speeds.value[k].fill(std::nan(""));
+  for (std::size_t k = 2000; k < 2200; ++k) f.record.rotor_omega_rad_s.value[k].fill(std::nan(""));
   const GridFlight grid = make_grid(f.record, {});
   ASSERT_LT(std::count(grid.linked.begin(), grid.linked.end(), 1), static_cast<std::ptrdiff_t>(grid.knots) - 30) << "the chain is cut";
-  const auto free = free_of({kIxx, kIyy, kIzz, kCq, kK1, kComX, kComY, kRotorDelay, kCoreParameters, kCoreParameters + 1});
-  const FitProblem p{.start = away_from(truth_values(terms), free, 0.05),
-                     .free = free,
-                     .flights = {&grid},
-                     .noise = true_noise(),
-                     .flight_noise = {},
-                     .flight_start = {}};
-  const Fit own = fit(p, to_the_end());
-  expect_same(own, fit_with_ceres(p, to_the_end()));
+  const auto free = free_of({kIxx, kIyy, kCq, kK1, kComX, kComY, kCoreParameters, kCoreParameters + 1});
+  ModelValues start = away_from(truth_values(terms), free, 0.05);
+  start[kIzz] *= 1.3;
+  start[kCoreParameters] = 0.5;
+  start[kCoreParameters + 1] = 3e-6;
+  const FitProblem p = problem_of({&grid}, start, free);
+  expect_same(fit(p, to_the_end()), fit_with_ceres(p, to_the_end()));
 }
 
-TEST(IdentifyCeres, GivesTheSameFitWithoutPosesFromMotorCommands) {
-  // Gyro and accelerometer alone; speeds follow commands through a motor whose gain and lag are unknown.
-  FlightSettings s{.manoeuvre = Manoeuvre::rotation, .seed = 12, .duration_s = 3.0, .imu_every_ms = 1};
-  FlightRecord r = model_true::fly(kTruth, s).record;
+TEST(IdentifyCeres, GivesTheSameFitOfGyroAccelerometerAndMotorCommandsAlone) {
+  FlightRecord r =
+      commanded(model_true::fly(kTruth, {.manoeuvre = Manoeuvre::rotation, .seed = 12, .duration_s = 6.0, .imu_every_ms = 1}).record);
   r.pose = {};
-  for (std::size_t k = 0; k + 30 < r.rotor_omega_rad_s.size(); ++k) {  // a command that speeds answer 30 ms later
-    RotorValues u = r.rotor_omega_rad_s.value[k + 30];
-    for (double& v : u) v /= 2000.0;
-    r.motor_command.add(r.rotor_omega_rad_s.t_s[k], u);
-  }
-  r.rotor_omega_rad_s = {};
   const GridFlight grid = make_grid(r, {.use_pose = false});
   ASSERT_GT(grid.anchor.norm(), 0.0);
   ModelValues start = truth_values();
   start[kCommandGain] = 2000.0;
   start[kCommandLag] = 0.03;
   const auto free = free_of({kIxx, kIyy, kIzz, kCommandGain, kCommandLag, kGyroBiasX, kGyroBiasY, kGyroBiasZ});
-  const FitProblem p{.start = away_from(start, free, 0.05),
-                     .free = free,
-                     .flights = {&grid},
-                     .noise = true_noise(),
-                     .flight_noise = {},
-                     .flight_start = {}};
+  const FitProblem p = problem_of({&grid}, away_from(start, free, 0.05), free);
   expect_same(fit(p, to_the_end()), fit_with_ceres(p, to_the_end()));
 }
 
 TEST(IdentifyCeres, RefusesWhatTheDataDoNotTell) {
-  // Mass, inertia, thrust and torque coefficients scale together: no flight tells their common factor.
-  const Flights flights({.duration_s = 1.5});
-  FitProblem p = flights.problem(truth_values(), free_of({kMass, kIxx, kIyy, kIzz, kCq, kK1, kK2, kCdxy, kCdz}));
+  // At a constant battery voltage the gain of a motor and the exponent of its voltage law are one number.
+  FlightRecord r = commanded(model_true::fly(kTruth, {.manoeuvre = Manoeuvre::rotation, .seed = 3, .duration_s = 1.5}).record);
+  for (const double t : {0.0, 1.5}) r.battery_V.add(t, 15.0);
+  const GridFlight grid = make_grid(r, {});
+  ModelValues start = truth_values();
+  start[kCommandGain] = 2000.0;
+  start.reference_V = 16.0;
+  const FitProblem p = problem_of({&grid}, start, free_of({kIxx, kIyy, kIzz, kCommandGain, kVoltageExponent}));
   for (const auto& solve : {&fit, &fit_with_ceres}) {
     try {
       solve(p, {}, {});
-      FAIL() << "no error";
+      ADD_FAILURE() << "no error";
     } catch (const Error& e) {
       EXPECT_EQ(e.exit_code(), ExitCode::data_quality) << e.what();
     }
   }
 }
 
-TEST(IdentifyCeres, SaysThatItDoesNotEstimateTheNoise) {
-  const Flights flights({.duration_s = 1.5});
-  FitOptions o;
-  o.noise.rounds = 5;
-  try {
-    fit_with_ceres(flights.problem(truth_values(), papers_parameters()), o);
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.exit_code(), ExitCode::usage);
-  }
+TEST(IdentifyCeres, SaysThatItDoesNotEstimateTheNoiseAndNamesAStartOutsideItsRange) {
+  const GridFlight grid = flown(Manoeuvre::rotation, 3, 1.5);
+  const auto refused = [&](const ModelValues& start, const FitOptions& o) {
+    try {
+      fit_with_ceres(problem_of({&grid}, start, free_of({kIxx, kIyy})), o);
+      return std::string("no error");
+    } catch (const Error& e) {
+      EXPECT_EQ(e.exit_code(), ExitCode::usage);
+      return std::string(e.what());
+    }
+  };
+  FitOptions with_noise;
+  with_noise.noise.rounds = 5;
+  EXPECT_THAT(refused(truth_values(), with_noise), testing::HasSubstr("no EM for the noise"));
+  ModelValues start = truth_values();
+  start[kIyy] = -0.004;
+  EXPECT_THAT(refused(start, {}), testing::HasSubstr("body.inertia.yy is -0.004 kg m2, allowed 1e-09 to 1000"));
 }
 
 }  // namespace

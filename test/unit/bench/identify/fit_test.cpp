@@ -149,7 +149,7 @@ TEST(Fit, ends_with_the_directions_that_no_flight_can_tell_instead_of_numbers) {
   p.free.push_back({kCdz});
   // The scale of the disk's momentum (density, radius) still ties thrust to Newtons, but the battery of readings here cannot: without
   // that tie nothing is left. Remove it.
-  p.start.geometry.air_density_kg_m3 *= 1e6;
+  p.start.geometry.air_density_kg_m3 *= 1e9;
   try {
     fit(p);
     FAIL() << "a singular problem gave numbers";

@@ -149,13 +149,15 @@ TEST(PredictionStarts, EveryStartHasItsWholeHorizonAhead) {
   EXPECT_TRUE(prediction_starts(track, 100).empty());
 }
 
-TEST(HelpfulHorizon, EndsAtTheFirstStepThatIsNoBetter) {
+TEST(HelpfulRangeOfHorizons, IsTheLongestRunOfStepsThatAreAllBetter) {
   PredictionErrors a = constant(10, 8, 1.0);
   const PredictionErrors b = constant(10, 8, 1.1);
-  for (std::size_t s = 0; s < 10; ++s) a.error[kPredictedRates][s * 8 + 5] = 1.2;  // worse at step 6 alone
-  EXPECT_NEAR(helpful_horizon_s(summary({&a, 1}), summary({&b, 1}), kPredictedRates), 0.05, 1e-12);
-  EXPECT_NEAR(helpful_horizon_s(summary({&a, 1}), summary({&b, 1}), kPredictedPosition), 0.08, 1e-12);
-  EXPECT_EQ(helpful_horizon_s(summary({&b, 1}), summary({&a, 1}), kPredictedPosition), 0.0);
+  for (std::size_t s = 0; s < 10; ++s) a.error[kPredictedRates][s * 8 + 1] = 1.2;  // worse at step 2 alone
+  const PredictionSummary better = summary({&a, 1}), worse = summary({&b, 1});
+  EXPECT_NEAR(helpful_range(better, worse, kPredictedRates).from_s, 0.03, 1e-12);
+  EXPECT_NEAR(helpful_range(better, worse, kPredictedRates).to_s, 0.08, 1e-12);
+  EXPECT_NEAR(helpful_range(better, worse, kPredictedPosition).from_s, 0.01, 1e-12);
+  EXPECT_EQ(helpful_range(worse, better, kPredictedPosition).to_s, 0.0);
 }
 
 TEST(ErrorRatioOfPredictions, IsExactWhenOneErrsInProportionToTheOther) {

@@ -32,13 +32,13 @@ TEST(IdentifyStudy, SixTrialsFindTheTruthWithinTheirOwnStandardErrors) {
   }
 }
 
-TEST(IdentifyStudy, NoiseFoundByTheFitIsThatOfTheFlightsWithin4Percent) {
+TEST(IdentifyStudy, NoiseFoundByTheFitIsThatOfTheFlightsWithin5Percent) {
   const auto all = trials({.estimate_noise = true}, 1);
   EXPECT_TRUE(all[0].converged);
-  EXPECT_NEAR(all[0].q_a_m_s2_rtHz, 0.03, 0.0012);
-  EXPECT_NEAR(all[0].q_alpha_rad_s2_rtHz, 0.3, 0.012);
-  EXPECT_NEAR(all[0].pose_sigma_m, 0.002, 0.00008);
-  EXPECT_NEAR(all[0].pose_sigma_rad, 0.002, 0.00008);
+  EXPECT_NEAR(all[0].q_a_m_s2_rtHz, 0.03, 0.0015);
+  EXPECT_NEAR(all[0].q_alpha_rad_s2_rtHz, 0.3, 0.015);
+  EXPECT_NEAR(all[0].pose_sigma_m, 0.002, 0.00005);
+  EXPECT_NEAR(all[0].pose_sigma_rad, 0.002, 0.00005);
 }
 
 }  // namespace

@@ -1,0 +1,123 @@
+#include "bench/identify/homogeneity.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/identify/whiteness.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTold = 1e-9;  // of the information scaled to unit diagonal: what a flight tells about a direction at all
+constexpr double kLevel = 0.01;
+
+struct FlightSummary {
+  MatrixXd information;  // of the shared parameters, per-flight ones eliminated
+  VectorXd score;
+};
+
+VectorXd unit_scale(const MatrixXd& s) {
+  VectorXd k = s.diagonal();
+  for (Eigen::Index i = 0; i < k.size(); ++i) k[i] = k[i] > 0.0 ? 1.0 / std::sqrt(k[i]) : 0.0;
+  return k;
+}
+
+// Pseudo-inverse in the directions told, scaled to unit diagonal first; `rank` counts them.
+MatrixXd told_inverse(const MatrixXd& s, double& rank) {
+  const VectorXd k = unit_scale(s);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * s * k.asDiagonal()));
+  VectorXd inverse = VectorXd::Zero(s.rows());
+  rank = 0.0;
+  for (Eigen::Index i = 0; i < s.rows(); ++i) {
+    if (eig.eigenvalues()[i] > kTold) inverse[i] = 1.0 / eig.eigenvalues()[i], rank += 1.0;
+  }
+  return k.asDiagonal() * eig.eigenvectors() * inverse.asDiagonal() * eig.eigenvectors().transpose() * k.asDiagonal();
+}
+
+// Columns of the shared or of the per-flight parameters. One that its prior holds (the mass) counts as known: freed in each flight,
+// it would take the scale of all others with it.
+std::vector<Eigen::Index> places(const FitProblem& p, const Fit& fit, bool per_flight) {
+  std::vector<Eigen::Index> out;
+  for (std::size_t i = 0; i < p.free.size(); ++i) {
+    const Estimate* e = fit.find(p.free[i].parameter, 0);
+    if (p.free[i].per_flight == per_flight && e && e->prior_share <= 0.5) out.push_back(static_cast<Eigen::Index>(i));
+  }
+  return out;
+}
+
+FlightSummary summary_of(const FitProblem& p, const Fit& fit, const Reduced& r) {
+  const auto shared = places(p, fit, false), own = places(p, fit, true);
+  FlightSummary out{r.information(shared, shared), r.score(shared)};
+  if (own.empty()) return out;
+  double rank = 0.0;
+  const MatrixXd inverse = told_inverse(r.information(own, own), rank);
+  const MatrixXd cross = r.information(shared, own);
+  out.information -= cross * inverse * cross.transpose();
+  out.score -= cross * inverse * r.score(own);
+  return out;
+}
+
+}  // namespace
+
+Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation) {
+  Homogeneity out;
+  const auto shared = places(problem, fit, false);
+  if (fit.reduced.size() < 2 || shared.empty()) return out;
+  std::vector<FlightSummary> flights;
+  for (const Reduced& r : fit.reduced) flights.push_back(summary_of(problem, fit, r));
+  MatrixXd total = MatrixXd::Zero(flights.front().information.rows(), flights.front().information.cols());
+  double ranks = 0.0;
+  for (const FlightSummary& f : flights) {
+    double rank = 0.0;
+    out.chi2 += f.score.dot(told_inverse(f.information, rank) * f.score) / inflation;
+    ranks += rank;
+    total += f.information;
+  }
+  double joint_rank = 0.0;
+  (void)told_inverse(total, joint_rank);
+  out.degrees = std::max(0.0, ranks - joint_rank);
+  out.p = out.degrees > 0.0 ? chi_square_tail(out.chi2, out.degrees) : 1.0;
+
+  // Parameter by parameter: each flight's own estimate and its variance with all others free, about their weighted mean.
+  for (std::size_t i = 0; i < shared.size(); ++i) {
+    const int parameter = problem.free[static_cast<std::size_t>(shared[i])].parameter;
+    const auto at = static_cast<Eigen::Index>(i);
+    const Estimate* joint = fit.find(parameter);
+    ParameterHomogeneity h;
+    h.parameter = parameter;
+    double weights = 0.0, sum = 0.0;
+    for (const FlightSummary& f : flights) {
+      double rank = 0.0;
+      const MatrixXd inverse = told_inverse(f.information, rank);
+      // A parameter with a part in a direction that the flight does not tell is not told.
+      const MatrixXd resolution = inverse * f.information;
+      const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99;
+      h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
+      h.u.push_back(told ? std::sqrt(inverse(at, at) * inflation) : std::numeric_limits<double>::infinity());
+      if (!told) continue;
+      weights += 1.0 / (h.u.back() * h.u.back());
+      sum += h.value.back() / (h.u.back() * h.u.back());
+      h.degrees += 1.0;
+    }
+    if (h.degrees >= 2.0) {
+      for (std::size_t f = 0; f < h.value.size(); ++f) {
+        if (std::isfinite(h.u[f])) h.chi2 += std::pow((h.value[f] - sum / weights) / h.u[f], 2);
+      }
+      h.degrees -= 1.0;
+      h.p = chi_square_tail(h.chi2, h.degrees);
+      h.moved = h.p < kLevel / static_cast<double>(shared.size());
+    } else {
+      h.degrees = 0.0;
+    }
+    out.parameters.push_back(std::move(h));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

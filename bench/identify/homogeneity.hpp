@@ -1,0 +1,28 @@
+// Do the flights tell the same vehicle? At the joint optimum each flight's reduced system says where it would move the shared
+// parameters by itself; under one vehicle the weighted sum of these moves is χ² distributed (sysid: between-flight homogeneity).
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/identify/estimator.hpp"
+
+namespace rotorloop::bench {
+
+// One shared parameter between the flights: with the information of each flight about it, all other parameters free.
+struct ParameterHomogeneity {
+  int parameter = 0;
+  std::vector<double> value, u;  // of each flight by itself, to first order; u infinite: the flight cannot tell
+  double chi2 = 0.0, degrees = 0.0, p = 1.0;
+  bool moved = false;  // p below 1 % shared among the parameters
+};
+struct Homogeneity {
+  double chi2 = 0.0, degrees = 0.0, p = 1.0;  // all shared parameters together
+  std::vector<ParameterHomogeneity> parameters;
+};
+
+// Σ_f (θ_f - θ)ᵀ S_f (θ_f - θ) with θ_f - θ = -S_f⁺ s_f, that is Σ s_fᵀ S_f⁺ s_f, in the directions that a flight tells at all. Per-flight
+// parameters are eliminated first. `inflation`: by which robust variances exceed classical ones; divides χ², since correlated
+// residuals make flights differ by more than S says; 1: none. Empty for a single flight.
+Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation = 1.0);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,138 @@
+#include "bench/identify/report_figures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/identify/identified_vehicle.hpp"
+#include "bench/report/page.hpp"
+#include "bench/report/svg_plot.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr int kHalf_px = 500;  // two figures beside each other
+constexpr std::size_t kPointsPerLine = 1500;
+
+}  // namespace
+
+std::string autocorrelation_figure(const FlightWhiteness& w) {
+  Plot p;
+  p.title = w.flight + ": autocorrelation of the innovations";
+  p.x_label = "lag, s";
+  p.y_label = "correlation";
+  p.width_px = kHalf_px;
+  double n = 0.0;
+  for (std::size_t c = 0; c < w.channels.size(); ++c) {
+    Series s{.label = w.channels[c].channel, .x = {}, .y = {}, .colour = static_cast<int>(c % kPaletteSize), .width_px = 1.0};
+    for (std::size_t k = 1; k < w.channels[c].correlation.size(); ++k) {
+      s.x.push_back(w.channels[c].lag_s[k]);
+      s.y.push_back(w.channels[c].correlation[k]);
+    }
+    p.series.push_back(std::move(s));
+  }
+  for (std::size_t k = 0; k < w.second_s.size(); ++k) n += 1.0 / w.step_s;
+  const double band = n > 0.0 ? 2.0 / std::sqrt(n) : 0.0;
+  p.marks = {{band, "2/√n"}, {-band, ""}};
+  p.y_min = -0.2;
+  p.y_max = 0.2;
+  for (const Series& s : p.series) {
+    for (const double y : s.y) p.y_min = std::min(*p.y_min, 1.1 * y), p.y_max = std::max(*p.y_max, 1.1 * y);
+  }
+  return figure_html("<b>Autocorrelation</b>; white noise stays within ± 2/√n in 95 % of the lags.", plot_svg(p));
+}
+
+std::string cost_figure(const FlightWhiteness& w) {
+  Plot p;
+  p.title = w.flight + ": mean square of the innovations in each second";
+  p.x_label = "time, s";
+  p.y_label = "mean square";
+  p.width_px = kHalf_px;
+  p.y_from_zero = true;
+  p.y_max = 2.0;
+  for (const double v : w.cost_per_number) p.y_max = std::max(*p.y_max, 1.1 * v);
+  p.series.push_back({.label = "", .x = w.second_s, .y = w.cost_per_number, .colour = 0, .stepped = true});
+  p.marks = {{1.0, "model"}};
+  return figure_html("<b>Mean square</b> in each second: above 1 lies what the model lacks or the noise figures deny.", plot_svg(p));
+}
+
+std::string innovation_figure(const std::string& flight, const std::vector<Innovation>& all) {
+  std::string out = "<div class=\"two\">\n";
+  constexpr const char* kNames[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+  for (int group = 0; group < 2; ++group) {
+    Plot p;
+    p.title = flight + (group == 0 ? ": innovations of position" : ": innovations of attitude");
+    p.x_label = "time, s";
+    p.y_label = "standard deviations";
+    p.width_px = kHalf_px;
+    p.y_min = -6.0;
+    p.y_max = 6.0;
+    const std::size_t thin = std::max<std::size_t>(1, all.size() / kPointsPerLine);
+    for (int axis = 0; axis < 3; ++axis) {
+      Series s{.label = kNames[3 * group + axis], .x = {}, .y = {}, .colour = axis, .width_px = 0.8};
+      for (std::size_t i = 0; i < all.size(); i += thin) {
+        s.x.push_back(all[i].t_s);
+        s.y.push_back(all[i].value[3 * group + axis]);
+      }
+      p.series.push_back(std::move(s));
+    }
+    p.marks = {{2.0, ""}, {-2.0, ""}};
+    out += figure_html(fmt::format("<b>{}</b>, {}; lines at ± 2", xml_escaped(flight), group == 0 ? "position" : "attitude"), plot_svg(p));
+  }
+  return out + "</div>\n";
+}
+
+// One square for each pair; strength by opacity, sign by colour.
+std::string correlation_map(const Identification& r) {
+  const auto n = static_cast<int>(r.fit.estimates.size());
+  constexpr double kCell = 26.0, kLeft = 120.0, kTop = 92.0;
+  std::string out = open_svg(static_cast<int>(kLeft + n * kCell + 20.0), kTop + n * kCell + 10.0, "correlations between the estimates");
+  for (int a = 0; a < n; ++a) {
+    const std::string label = xml_escaped(estimate_name(r.fit.estimates[static_cast<std::size_t>(a)], r.problem));
+    const double middle = kCell * (a + 0.5);
+    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(kLeft - 6.0), px(kTop + middle + 4.0),
+                       label);
+    out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", px(kLeft + middle),
+                       px(kTop - 6.0), label);
+    for (int b = 0; b < n; ++b) {
+      const double c = r.fit.covariance(a, b) / std::sqrt(r.fit.covariance(a, a) * r.fit.covariance(b, b));
+      const double strength = std::min(std::fabs(c), 1.0);
+      out += fmt::format(
+          "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>\n",
+          px(kLeft + b * kCell), px(kTop + a * kCell), px(kCell), px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
+      if (a != b && strength > 0.895)
+        out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" style=\"font-size:9px\">{}</text>\n",
+                           px(kLeft + (b + 0.5) * kCell), px(kTop + middle + 3.0),
+                           xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
+    }
+  }
+  return out + "</svg>\n";
+}
+
+std::string trail_figure(const std::vector<TrailPoint>& trail, const std::string& parameter, const std::string& unit) {
+  Plot p;
+  p.title = parameter + " over trials";
+  p.x_label = "trial";
+  p.y_label = parameter + (unit == "1" ? "" : ", " + unit);
+  p.width_px = kHalf_px;
+  p.height_px = 200;
+  Series value{.label = "", .x = {}, .y = {}, .colour = 0, .marker = Marker::dot};
+  Series bars{.label = "", .x = {}, .y = {}, .colour = 0};
+  for (std::size_t t = 0; t < trail.size(); ++t) {
+    const auto found = std::find(trail[t].names.begin(), trail[t].names.end(), parameter);
+    if (found == trail[t].names.end()) continue;
+    const auto i = static_cast<std::size_t>(found - trail[t].names.begin());
+    const double x = static_cast<double>(t + 1);
+    value.x.push_back(x);
+    value.y.push_back(trail[t].value[i]);
+    for (const double sign : {-2.0, 2.0}) bars.x.push_back(x), bars.y.push_back(trail[t].value[i] + sign * trail[t].u[i]);
+    bars.x.push_back(NAN), bars.y.push_back(NAN);
+  }
+  p.x_min = 0.5;
+  p.x_max = static_cast<double>(trail.size()) + 0.5;
+  p.series = {std::move(bars), std::move(value)};
+  return figure_html("<b>" + xml_escaped(parameter) + "</b>", plot_svg(p));
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,16 @@
+// The drawings of the identification report, as SVG or as figures with caption.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/identify/identify_result.hpp"
+
+namespace rotorloop::bench {
+
+std::string autocorrelation_figure(const FlightWhiteness& whiteness);  // with the ± 2/√n band of white noise
+std::string cost_figure(const FlightWhiteness& whiteness);             // mean square of innovations in each second
+std::string innovation_figure(const std::string& flight, const std::vector<Innovation>& innovations);
+std::string correlation_map(const Identification& result);  // SVG
+std::string trail_figure(const std::vector<TrailPoint>& trail, const std::string& parameter, const std::string& unit);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,161 @@
+#include "bench/identify/whiteness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kLags_s[] = {0.1, 0.5, 2.0};
+constexpr double kLevel = 0.01;  // of all tests of a flight together (Bonferroni)
+constexpr double kSettling_s = 1.0;
+constexpr const char* kChannels[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+
+// Regularised upper incomplete gamma function Q(a, x): series below a + 1, continued fraction above (Lentz).
+double gamma_q(double a, double x) {
+  if (x <= 0.0) return 1.0;
+  const double front = std::exp(-x + a * std::log(x) - std::lgamma(a));
+  if (x < a + 1.0) {
+    double term = 1.0 / a, sum = term;
+    for (int n = 1; n < 10000 && std::fabs(term) > 1e-16 * std::fabs(sum); ++n) sum += term *= x / (a + n);
+    return std::max(0.0, 1.0 - front * sum);
+  }
+  constexpr double kTiny = 1e-300;
+  double b = x + 1.0 - a, c = 1.0 / kTiny, d = 1.0 / b, h = d;
+  for (int n = 1; n < 10000; ++n) {
+    const double an = -n * (n - a);
+    b += 2.0;
+    d = an * d + b;
+    if (std::fabs(d) < kTiny) d = kTiny;
+    c = b + an / c;
+    if (std::fabs(c) < kTiny) c = kTiny;
+    d = 1.0 / d;
+    const double change = d * c;
+    h *= change;
+    if (std::fabs(change - 1.0) < 1e-15) break;
+  }
+  return front * h;
+}
+
+double median_step(std::span<const Innovation> in) {
+  std::vector<double> d;
+  for (std::size_t i = 0; i + 1 < in.size(); ++i) d.push_back(in[i + 1].t_s - in[i].t_s);
+  if (d.empty()) return 0.0;
+  std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
+  return d[d.size() / 2];
+}
+
+}  // namespace
+
+double chi_square_tail(double x, double k) { return gamma_q(0.5 * k, 0.5 * x); }
+double normal_two_sided(double z) { return std::erfc(std::fabs(z) / std::sqrt(2.0)); }
+
+std::vector<double> autocorrelation(std::span<const double> s, std::size_t max_lag) {
+  double mean = 0.0, n = 0.0;
+  for (const double v : s) {
+    if (std::isfinite(v)) mean += v, n += 1.0;
+  }
+  std::vector<double> out(max_lag + 1, 0.0);
+  if (n < 2.0) return out;
+  mean /= n;
+  std::vector<double> c(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) c[i] = std::isfinite(s[i]) ? s[i] - mean : 0.0;  // a gap adds nothing
+  for (std::size_t lag = 0; lag <= max_lag && lag < s.size(); ++lag) {
+    double sum = 0.0;
+    for (std::size_t i = lag; i < s.size(); ++i) sum += c[i] * c[i - lag];
+    out[lag] = sum;
+  }
+  if (const double variance = out[0]; variance > 0.0) {
+    for (double& r : out) r /= variance;
+  }
+  return out;
+}
+
+PortmanteauTest ljung_box(std::span<const double> s, std::size_t lags) {
+  double n = 0.0;
+  for (const double v : s) n += std::isfinite(v);
+  PortmanteauTest t;
+  t.lags = std::min<std::size_t>(lags, s.empty() ? 0 : s.size() - 1);
+  const auto r = autocorrelation(s, t.lags);
+  for (std::size_t k = 1; k <= t.lags; ++k) t.q += r[k] * r[k] / (n - static_cast<double>(k));
+  t.q *= n * (n + 2.0);
+  if (t.lags > 0) t.p = chi_square_tail(t.q, static_cast<double>(t.lags));
+  return t;
+}
+
+RunsTest runs_test(std::span<const double> s) {
+  std::vector<double> v;
+  for (const double x : s) {
+    if (std::isfinite(x)) v.push_back(x);
+  }
+  RunsTest t;
+  if (v.size() < 20) return t;
+  std::vector<double> sorted = v;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+  const double median = sorted[sorted.size() / 2];
+  double above = 0.0, below = 0.0;
+  int last = 0;
+  for (const double x : v) {
+    if (x == median) continue;
+    const int side = x > median ? 1 : -1;
+    (side > 0 ? above : below) += 1.0;
+    t.runs += side != last;
+    last = side;
+  }
+  const double n = above + below, product = 2.0 * above * below;
+  if (above < 1.0 || below < 1.0) return t;
+  const double mean = product / n + 1.0, variance = product * (product - n) / (n * n * (n - 1.0));
+  t.z = variance > 0.0 ? (static_cast<double>(t.runs) - mean) / std::sqrt(variance) : 0.0;
+  t.p = normal_two_sided(t.z);
+  return t;
+}
+
+bool FlightWhiteness::white() const {
+  return std::all_of(channels.begin(), channels.end(), [](const ChannelWhiteness& c) { return c.white; });
+}
+
+FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovation> all) {
+  FlightWhiteness out{.flight = flight, .step_s = median_step(all), .channels = {}, .second_s = {}, .cost_per_number = {}};
+  std::size_t first = 0;
+  while (first < all.size() && all[first].t_s < all.front().t_s + kSettling_s) ++first;
+  const auto in = all.subspan(first);
+  if (in.size() < 50 || out.step_s <= 0.0) return out;
+  // Gaps become not-a-number, so that a lag is a time.
+  std::vector<std::size_t> place;
+  for (const Innovation& i : in)
+    place.push_back(static_cast<std::size_t>(std::max(0.0, std::round((i.t_s - in.front().t_s) / out.step_s))));
+  const auto lags_of = [&](double s) { return std::max<std::size_t>(1, static_cast<std::size_t>(std::round(s / out.step_s))); };
+  const double tests = 6.0 * 4.0;
+  for (Eigen::Index c = 0; c < 6; ++c) {
+    ChannelWhiteness w;
+    w.channel = kChannels[c];
+    std::vector<double> series(place.back() + 1, std::numeric_limits<double>::quiet_NaN());
+    double squares = 0.0;
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      series[place[i]] = in[i].value[c];
+      squares += in[i].value[c] * in[i].value[c];
+    }
+    w.rms = std::sqrt(squares / static_cast<double>(in.size()));
+    w.correlation = autocorrelation(series, std::min(lags_of(kLags_s[2]), series.size() - 1));
+    for (std::size_t k = 0; k < w.correlation.size(); ++k) w.lag_s.push_back(static_cast<double>(k) * out.step_s);
+    for (const double lag : kLags_s) w.ljung_box.push_back(ljung_box(series, lags_of(lag)));
+    w.runs = runs_test(series);
+    w.white = w.runs.p >= kLevel / tests;
+    for (const PortmanteauTest& t : w.ljung_box) w.white = w.white && t.p >= kLevel / tests;
+    out.channels.push_back(std::move(w));
+  }
+  double sum = 0.0, n = 0.0, second = std::floor(in.front().t_s);
+  const auto close = [&] {
+    if (n > 0.0) out.second_s.push_back(second), out.cost_per_number.push_back(sum / n);
+    sum = n = 0.0;
+  };
+  for (const Innovation& i : in) {
+    if (std::floor(i.t_s) != second) close(), second = std::floor(i.t_s);
+    sum += i.value.squaredNorm(), n += 6.0;
+  }
+  close();
+  return out;
+}
+
+}  // namespace rotorloop::bench

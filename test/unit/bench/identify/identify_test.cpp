@@ -1,0 +1,278 @@
+// From logs to parameters on short flights that obey the model: stages, joint fit, poor starts, other inputs than pose and speeds.
+#include "bench/identify/identify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bench/identify/derived.hpp"
+#include "bench/identify/identified_vehicle.hpp"
+#include "host/base/error.hpp"
+#include "host/vehicle/thrust.hpp"
+#include "test/support/model_true_flight.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using model_true::Manoeuvre;
+
+host::VehicleFile paper() {
+  return host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue());
+}
+
+FlightToFit flown(Manoeuvre m, double duration_s, bool imu = false) {
+  model_true::FlightSettings s;
+  s.manoeuvre = m;
+  s.seed = 11 + static_cast<std::uint64_t>(m);
+  s.duration_s = duration_s;
+  s.imu_every_ms = imu ? 2 : 0;
+  const FlightRole role = m == Manoeuvre::vertical     ? FlightRole::vertical
+                          : m == Manoeuvre::horizontal ? FlightRole::horizontal
+                                                       : FlightRole::rotation;
+  return {model_true::fly({}, s).record, role, {}};
+}
+
+// The three flights, flown once for all tests.
+const std::vector<FlightToFit>& three_flights() {
+  static const std::vector<FlightToFit> flights{flown(Manoeuvre::vertical, 6.0), flown(Manoeuvre::horizontal, 6.0),
+                                                flown(Manoeuvre::rotation, 6.0)};
+  return flights;
+}
+
+// The noise that the flights have, kept: these tests are about parameters.
+IdentifyOptions quick() {
+  IdentifyOptions o;
+  o.grid.rate_Hz = 200.0;
+  o.noise.force_m_s2_rtHz.setConstant(0.03);
+  o.noise.angular_rad_s2_rtHz.setConstant(0.3);
+  return o;
+}
+
+// The values of the truth in the order of Parameter, for what a vehicle has.
+double truth(int p) {
+  const model_true::Truth t;
+  switch (p) {
+    case kIxx:
+      return t.inertia_kg_m2.x();
+    case kIyy:
+      return t.inertia_kg_m2.y();
+    case kIzz:
+      return t.inertia_kg_m2.z();
+    case kCq:
+      return t.c_q_N_m_s2;
+    case kComX:
+      return t.com_offset_m.x();
+    case kComY:
+      return t.com_offset_m.y();
+    case kK1:
+      return t.k1_N_s2;
+    case kK2:
+      return t.k2_N_s2_m;
+    case kCdh:
+      return t.c_dh_s_m;
+    case kCdxy:
+      return t.c_dxy_N_s2_m2;
+    case kCdz:
+      return t.c_dz_N_s2_m2;
+    case kOffsetX:
+      return t.r_BS_m.x();
+    case kOffsetY:
+      return t.r_BS_m.y();
+    case kOffsetZ:
+      return t.r_BS_m.z();
+    default:
+      return 0.0;
+  }
+}
+
+void expect_truth_within(double z, const std::vector<Estimate>& estimates, const std::string& what) {
+  for (const Estimate& e : estimates) {
+    if (e.parameter == kMass || (e.parameter >= kTurnX && e.parameter <= kTurnZ)) continue;
+    EXPECT_LT(std::fabs(e.value - truth(e.parameter)), z * reported_u(e)) << what << " " << parameter_info(e.parameter, {}).symbol;
+  }
+}
+
+TEST(Identify, FindsAllParametersOfThreeFlightsWithinFourStandardUncertainties) {
+  const Identification r = identify(three_flights(), paper(), quick());
+  ASSERT_TRUE(r.fit.converged);
+  EXPECT_EQ(r.fit.estimates.size(), 19u);  // mass, 17 of the paper (q_BS counts three), pose delay
+  expect_truth_within(4.0, r.fit.estimates, "joint");
+  EXPECT_LT(r.fit.find(kIxx)->u / truth(kIxx), 0.02);
+  EXPECT_NEAR(2.0 * r.fit.cost / r.fit.degrees_of_freedom, 1.0, 0.05);
+}
+
+TEST(Identify, StagesFindTheirParametersAndAgreeWithTheJointFit) {
+  const Identification r = identify(three_flights(), paper(), quick());
+  ASSERT_EQ(r.stages.size(), 3u);
+  for (const StageResult& s : r.stages) expect_truth_within(4.0, s.estimates, std::string(name(s.role)));
+  for (const StageComparison& c : r.comparison)
+    EXPECT_TRUE(c.agrees) << name(c.role) << " " << parameter_info(c.parameter, {}).symbol << " " << c.z;
+}
+
+TEST(Identify, AStageCarriesTheUncertaintyOfWhatItHolds) {
+  // Stage 1 holds c_d,z; with its uncertainty, k_2 is less certain than if c_d,z were known.
+  const Identification r = identify(three_flights(), paper(), quick());
+  const StageResult& vertical = r.stages.front();
+  for (std::size_t i = 0; i < vertical.estimates.size(); ++i) {
+    if (vertical.estimates[i].parameter == kK2) {
+      EXPECT_GT(reported_u(vertical.estimates[i]), 1.5 * vertical.u_alone[i]);
+    }
+  }
+}
+
+TEST(Identify, ConvergesToTheSameOptimumFromStartsOffByAFactorOfTwo) {
+  const Identification good = identify(three_flights(), paper(), quick());
+  for (const double factor : {0.5, 2.0}) {
+    host::VehicleFile v = paper();
+    for (host::Quantity* q : {&v.inertia_kg_m2[0], &v.inertia_kg_m2[1], &v.inertia_kg_m2[2], &v.k1_N_s2, &v.k2_N_s2_m, &v.c_q_N_m_s2,
+                              &v.c_dh_s_m, &v.c_dxy_N_s2_m2, &v.c_dz_N_s2_m2}) {
+      q->value *= factor;
+      q->u = std::fabs(q->value);
+    }
+    const Identification poor = identify(three_flights(), v, quick());
+    ASSERT_TRUE(poor.fit.converged) << factor;
+    if (factor == 2.0) {
+      EXPECT_LT(poor.start.thrust_scale, 0.7) << "the start already carries the weight";
+    }
+    for (std::size_t i = 0; i < good.fit.estimates.size(); ++i) {
+      const Estimate &a = good.fit.estimates[i], &b = poor.fit.estimates[i];
+      EXPECT_NEAR(a.value, b.value, 0.02 * a.u) << factor << " " << parameter_info(a.parameter, {}).symbol;
+    }
+  }
+}
+
+TEST(Identify, StaticThrustIsKnownFarBetterThanItsTwoConstants) {
+  const Identification r = identify(three_flights(), paper(), quick());
+  const auto derived = derived_quantities(r.fit, host::to_model(paper()), 8.5);
+  ASSERT_EQ(derived.front().id, "static_c_t");
+  const double c_t = model_true::static_thrust_coefficient({});
+  EXPECT_NEAR(derived.front().value, c_t, 4.0 * derived.front().u);
+  EXPECT_LT(derived.front().u / c_t, 0.4 * r.fit.find(kK1)->u / truth(kK1));
+}
+
+TEST(Identify, WritesAVehicleThatReadsBackWithCovarianceOriginAndWindow) {
+  const Identification r = identify(three_flights(), paper(), quick());
+  const host::VehicleFile v = identified_vehicle(r.fit, paper(), flown_rpm(r.flights), "test", {"sha256:00"});
+  const host::VehicleFile back = host::parse_vehicle(host::vehicle_text(v), "out.toml", host::builtin_effect_catalogue());
+  EXPECT_EQ(back, v);
+  EXPECT_EQ(v.k1_N_s2.origin, host::Origin::flight);
+  EXPECT_EQ(v.mass_kg.origin, host::Origin::cad) << "no flight weighs";
+  EXPECT_EQ(v.rotor_inertia_kg_m2, paper().rotor_inertia_kg_m2) << "held: as it was";
+  ASSERT_EQ(v.covariance.size(), 1u);
+  EXPECT_GT(v.rpm_window[0], 3000.0);
+  EXPECT_LT(v.rpm_window[1], 20000.0);
+  const host::StaticThrust* c_t = v.static_thrust_of(host::Origin::flight);
+  ASSERT_NE(c_t, nullptr);
+  EXPECT_NEAR(c_t->c_t_N_s2, host::static_c_t(host::to_model(v).thrust), 1e-15);
+  EXPECT_NE(v.static_thrust_of(host::Origin::stand), nullptr) << "what the stand said stays beside it";
+  // The sensor's rotation: within 4 u of the truth, about each axis.
+  const Eigen::Quaterniond q(v.pose_sensor.quaternion_wxyz[0], v.pose_sensor.quaternion_wxyz[1], v.pose_sensor.quaternion_wxyz[2],
+                             v.pose_sensor.quaternion_wxyz[3]);
+  const Eigen::Vector3d off = 2.0 * (model_true::Truth{}.q_BS.conjugate() * q).vec();
+  for (int i = 0; i < 3; ++i) EXPECT_LT(std::fabs(off[i]), 4.0 * v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(i)]) << i;
+}
+
+TEST(Identify, EstimatesPerFlightWhatMovedBetweenFlights) {
+  std::vector<FlightToFit> flights{three_flights()[0], three_flights()[2]};
+  model_true::Truth shifted;
+  shifted.com_offset_m.x() += 3e-3;
+  model_true::FlightSettings s;
+  s.manoeuvre = Manoeuvre::rotation;
+  s.duration_s = 6.0;
+  flights[1].record = model_true::fly(shifted, s).record;
+  IdentifyOptions o = quick();
+  o.wishes.per_flight = {"body.com_offset"};
+  const Identification r = identify(flights, paper(), o);
+  EXPECT_NEAR(r.fit.find(kComX, 1)->value - r.fit.find(kComX, 0)->value, 3e-3,
+              4.0 * std::hypot(r.fit.find(kComX, 0)->u, r.fit.find(kComX, 1)->u));
+}
+
+TEST(Identify, FitsTheGainOfMotorCommandsInPlaceOfRotorSpeeds) {
+  std::vector<FlightToFit> flights{three_flights()[0], three_flights()[2]};
+  // Commands of a motor that follows with 30 ms: u = (ω + lag ω̇) / gain, by differences over the log's millisecond.
+  constexpr double kGain = 2000.0, kLag_s = 0.03;
+  for (FlightToFit& f : flights) {
+    const auto& w = f.record.rotor_omega_rad_s;
+    for (std::size_t i = 0; i + 1 < w.size(); ++i) {
+      RotorValues u;
+      for (std::size_t r = 0; r < 4; ++r)
+        u[r] = (w.value[i][r] + kLag_s * (w.value[i + 1][r] - w.value[i][r]) / (w.t_s[i + 1] - w.t_s[i])) / kGain;
+      f.record.motor_command.add(w.t_s[i], u);
+    }
+    f.record.rotor_omega_rad_s = {};
+  }
+  host::VehicleFile v = paper();
+  v.k1_N_s2.value = truth(kK1);  // held: gain and k1 cannot be told apart
+  const Identification r = identify(flights, v, quick());
+  EXPECT_EQ(r.fit.find(kK1), nullptr);
+  EXPECT_NEAR(r.fit.find(kCommandGain)->value, kGain, 0.02 * kGain);
+  EXPECT_NEAR(r.fit.find(kCommandLag)->value, kLag_s, 0.003);
+}
+
+TEST(Identify, FitsInertiaAndThrustFromGyroAndAccelerometerAlone) {
+  FlightToFit f = flown(Manoeuvre::rotation, 8.0, true);
+  f.role = FlightRole::any;
+  f.record.pose = {};
+  IdentifyOptions o = quick();
+  o.noise.gyro_rad_s.setConstant(0.005);
+  o.noise.accel_m_s2.setConstant(0.1);
+  const Identification r = identify({f}, paper(), o);
+  EXPECT_EQ(r.fit.find(kOffsetX), nullptr) << "no pose sensor";
+  EXPECT_NEAR(r.fit.find(kIxx)->value, truth(kIxx), 0.03 * truth(kIxx));
+  EXPECT_NEAR(r.fit.find(kIyy)->value, truth(kIyy), 0.03 * truth(kIyy));
+}
+
+// The message of the Error that `act` throws; its exit code goes to `code`.
+template <class Act>
+std::string error_of(Act&& act, ExitCode* code = nullptr) {
+  try {
+    act();
+  } catch (const Error& e) {
+    if (code) *code = e.exit_code();
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(IdentifyRefuses, ALogWithoutWhatItsStageNeedsNamingColumnAndStage) {
+  std::vector<FlightToFit> flights{three_flights()[0]};
+  flights[0].record.rotor_omega_rad_s = {};
+  ExitCode code{};
+  std::string text = error_of([&] { (void)identify(flights, paper(), quick()); }, &code);
+  EXPECT_EQ(code, ExitCode::data_quality);
+  EXPECT_NE(text.find("stage vertical needs rotor speeds or motor commands"), std::string::npos) << text;
+  EXPECT_NE(text.find("omega_1[rad/s]"), std::string::npos) << text;
+
+  flights = {flown(Manoeuvre::horizontal, 2.0, true)};
+  flights[0].record.pose = {};
+  text = error_of([&] { (void)identify(flights, paper(), quick()); });
+  EXPECT_NE(text.find("stage horizontal needs speed"), std::string::npos) << text;
+  EXPECT_NE(text.find("p_x[m]"), std::string::npos) << text;
+
+  IdentifyOptions o = quick();
+  o.grid.use_gyro = true;
+  text = error_of([&] { (void)identify(three_flights(), paper(), o); });
+  EXPECT_NE(text.find("gyro_x[rad/s]"), std::string::npos) << text;
+}
+
+TEST(IdentifyRefuses, ParametersThatNoFlightTellsByNameInsteadOfGivingNumbers) {
+  // The place of an accelerometer that is not read.
+  IdentifyOptions o = quick();
+  o.wishes.free = {"imu_place.x"};
+  ExitCode code{};
+  const std::string text = error_of([&] { (void)identify({three_flights()[2]}, paper(), o); }, &code);
+  EXPECT_EQ(code, ExitCode::data_quality);
+  EXPECT_NE(text.find("r_BI,x"), std::string::npos) << text;
+  EXPECT_NE(text.find("stage rotation"), std::string::npos) << text;
+}
+
+TEST(IdentifyRefuses, UnknownNamesWithTheListOfThoseThatExist) {
+  IdentifyOptions o = quick();
+  o.wishes.hold = {"drag.cdh"};
+  const std::string text = error_of([&] { (void)identify(three_flights(), paper(), o); });
+  EXPECT_NE(text.find("drag.cdh"), std::string::npos) << text;
+  EXPECT_NE(text.find("drag.c_dh"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
