@@ -77,6 +77,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   ModelValues values = out.start.values;
+  for (const FlightToFit& f : given) values[kPoseDelay] += f.pose_late_s / static_cast<double>(given.size());
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -69,7 +70,7 @@ Read read_all(const Options& o, const host::VehicleModel& vehicle) {
   const auto read = [&](const std::vector<fs::path>& paths, bench::FlightRole role) {
     for (const fs::path& path : paths) {
       std::vector<bench::LogFinding> notes;
-      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}};
+      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, 0.0};
       const fs::path file = fs::is_directory(path) ? path / "flight.csv" : path;
       out.inputs.push_back({file.generic_string(), sha256_file(file)});
       if (!o.no_checks) {
@@ -79,6 +80,9 @@ Read read_all(const Options& o, const host::VehicleModel& vehicle) {
         checked.throw_if_refused();
         f.record = checked.flight;
         f.segments = checked.segments;
+        // Below three of its standard uncertainties an offset is none.
+        const auto late = checked.offsets.between("pose", "gyro");
+        if (late && std::fabs(late->late_s) > 3.0 * late->u_s) f.pose_late_s = late->late_s;
         out.checked.push_back(std::move(checked));
       }
       out.flights.push_back(std::move(f));
