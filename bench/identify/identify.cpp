@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
+
+constexpr int kTieRounds = 3;
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
 void require_streams(const FlightToFit& f, const GridOptions& grid) {
@@ -43,6 +46,19 @@ void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments)
   }
 }
 
+// Ties each flight's poses to the moments they show. True when a delay differs from the one they were tied with by so much that the
+// fit must go on.
+bool tie_again(std::vector<GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
+  bool moved = false;
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    if (flights[f].pose.empty() || std::fabs(delay_s[f] - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
+    tie_poses(flights[f], delay_s[f]);
+    tied_s[f] = delay_s[f];
+    moved = true;
+  }
+  return moved;
+}
+
 NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
   return of_stages.empty() ? otherwise : of_stages.back();
 }
@@ -61,6 +77,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   ModelValues values = out.start.values;
+  for (const FlightToFit& f : given) values[kPoseDelay] += f.pose_late_s / static_cast<double>(given.size());
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;
@@ -79,6 +96,9 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     };
   };
 
+  std::vector<double> tied_s(given.size(), 0.0);
+  const auto delays = [&] { return std::vector<double>(given.size(), values[kPoseDelay]); };
+  tie_again(out.flights, tied_s, delays());
   Belief belief = first_belief(free, vehicle, values);
   std::vector<std::vector<double>> flight_start(given.size(), values.values);
   std::vector<NoiseModel> stage_noise;
@@ -97,6 +117,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     stage_noise.push_back(noise);
     for (const std::size_t f : which) flight_start[f] = values.values;
     out.stages.push_back(std::move(stage));
+    tie_again(out.flights, tied_s, delays());
   }
 
   out.problem = {
@@ -118,7 +139,15 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     out.problem.start.values[at] = out.start.values.values[at];
     for (auto& own : out.problem.flight_start) own[at] = out.start.values.values[at];
   }
-  out.fit = o.solver(out.problem, o.fit, report("joint fit"));
+  const auto joint = report("joint fit");
+  out.fit = o.solver(out.problem, o.fit, joint);
+  for (int again = 0; again < kTieRounds; ++again) {
+    std::vector<double> found_s;
+    for (const ModelValues& v : out.fit.values) found_s.push_back(v[kPoseDelay]);
+    if (!tie_again(out.flights, tied_s, found_s)) break;
+    out.problem.flight_noise = out.fit.noise;
+    out.fit = o.solver(out.problem, o.fit, joint);
+  }
   out.comparison = compare_stages(out.stages, out.fit);
   return out;
 }

@@ -17,6 +17,7 @@ struct FlightToFit {
   FlightRecord record;  // only what may be fitted
   FlightRole role = FlightRole::any;
   std::vector<TimeRange> segments;  // no step of the model crosses from one to the next; empty: one
+  double pose_late_s = 0.0;         // first guess of how much later than the moment shown a pose is stamped
 };
 
 struct IdentifyOptions {
