@@ -8,10 +8,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "bench/identify/ceres_blocks.hpp"
@@ -69,16 +70,18 @@ std::unique_ptr<Unknowns> make_unknowns(const FitProblem& p) {
   return u;
 }
 
-// The first estimate outside its range. Ceres steps freely: its own bounds cut steps short one number at a time, and shrink the region
-// for dozens of iterations. What counts is where it ends.
-std::optional<std::string> outside_range(const FitProblem& p, const Unknowns& u) {
-  for (const Place& place : u.places) {
-    const ParameterInfo info = parameter_info(u.columns[place.block->column[place.at]], p.start.terms);
-    const double value = place.block->value(place.at);
-    if (value < info.min || value > info.max)
-      return fmt::format("{} is {:g} {}, allowed {:g} to {:g}", info.name, value, info.unit, info.min, info.max);
-  }
-  return std::nullopt;
+// How far an estimate lies outside its range, in units of its scale, and the nearest value allowed; 0 inside.
+struct Excess {
+  double by = 0.0, nearest = 0.0;
+  ParameterInfo info;
+};
+Excess excess_of(const FitProblem& p, const Unknowns& u, const Place& place) {
+  Excess e{.info = parameter_info(u.columns[place.block->column[place.at]], p.start.terms)};
+  const double value = place.block->value(place.at);
+  e.nearest = std::clamp(value, e.info.min, e.info.max);
+  e.by = std::fabs(value - e.nearest) / e.info.scale;
+  if (e.by < 1e-9) e.by = 0.0;  // rounding by the scale of one that is held
+  return e;
 }
 
 // The least-squares problem with all that it points to.
@@ -88,12 +91,18 @@ struct CeresProblem {
   RenewFlights renew{flights};
   ceres::ProductManifold<ceres::EuclideanManifold<6>, ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> manifold;
   std::unique_ptr<ceres::LossFunction> loss;
+  std::vector<std::unique_ptr<ceres::SubsetManifold>> fixed;
   std::unique_ptr<ceres::Problem> problem;
   std::vector<ParameterBlock*> used;  // those with numbers
 
   CeresProblem(const FitProblem& p, double robust_scale);
+  // Ceres steps freely, since its own bounds cut a step short one number at a time and shrink the region for dozens of iterations. The
+  // estimate that ends farthest outside its range is then held at its bound, and the rest solved anew. False: all are inside.
+  bool hold_the_farthest_outside(const FitProblem& p);
+  void release();  // for the covariance, to which every estimate belongs
 
  private:
+  std::map<ParameterBlock*, std::vector<int>> held;
   void add_flight(CeresFlight& f);
   void add_prior(ParameterBlock& b);
 };
@@ -166,6 +175,33 @@ void CeresProblem::add_flight(CeresFlight& f) {
   add_all(g.accel, &Residuals::accel);
 }
 
+bool CeresProblem::hold_the_farthest_outside(const FitProblem& p) {
+  const Place* farthest = nullptr;
+  Excess most;
+  for (const Place& place : unknowns->places) {
+    if (const Excess e = excess_of(p, *unknowns, place); e.by > most.by) most = e, farthest = &place;
+  }
+  if (!farthest) return false;
+  ParameterBlock& b = *farthest->block;
+  b.number[farthest->at] = most.nearest / b.scale[farthest->at];
+  std::vector<int>& places = held[&b];
+  places.push_back(static_cast<int>(farthest->at));
+  if (places.size() == b.number.size()) {
+    problem->SetParameterBlockConstant(b.number.data());
+  } else {
+    fixed.push_back(std::make_unique<ceres::SubsetManifold>(static_cast<int>(b.number.size()), places));
+    problem->SetManifold(b.number.data(), fixed.back().get());
+  }
+  return true;
+}
+
+void CeresProblem::release() {
+  for (const auto& [block, places] : held) {
+    problem->SetManifold(block->number.data(), nullptr);
+    problem->SetParameterBlockVariable(block->number.data());
+  }
+}
+
 // Ends where fit() ends: when a step lowers the cost by less than the tolerance.
 class Watch final : public ceres::IterationCallback {
  public:
@@ -236,10 +272,15 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
                 ExitCode::usage);
   }
   CeresProblem c(p, o.robust_scale);
-  if (const auto bad = outside_range(p, *c.unknowns)) {
-    throw Error({p.flights.front()->name, "at the start " + *bad, "the vehicle file, or a guess for what it does not hold",
-                 "start from a value inside the range"},
-                ExitCode::usage);
+  for (const Place& place : c.unknowns->places) {
+    const Excess e = excess_of(p, *c.unknowns, place);
+    if (e.by > 0.0) {
+      throw Error({p.flights.front()->name,
+                   fmt::format("start value of {} is {:g} {}, allowed {:g} to {:g}", e.info.name, place.block->value(place.at), e.info.unit,
+                               e.info.min, e.info.max),
+                   "the vehicle file, or a guess for what it does not hold", "start from a value inside the range"},
+                  ExitCode::usage);
+    }
   }
   Watch watch(o.tolerance, progress);
   ceres::Solver::Options options;
@@ -251,17 +292,17 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   options.logging_type = ceres::SILENT;
   options.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
-  ceres::Solve(options, c.problem.get(), &summary);
-  if (!summary.IsSolutionUsable()) {
-    fail(p, "Ceres cannot go on: " + summary.message, "readings or rotor speeds that are not finite",
-         "check the log (`rotorloop log info`) and the start values");
-  }
-  if (const auto bad = outside_range(p, *c.unknowns)) {
-    fail(p, "at the optimum " + *bad, "an effect that this flight does not have, or a model that lacks one that it has",
-         "hold that parameter at the nearest value allowed");
-  }
-
   Fit out;
+  do {
+    ceres::Solve(options, c.problem.get(), &summary);
+    if (!summary.IsSolutionUsable()) {
+      fail(p, "Ceres cannot go on: " + summary.message, "readings or rotor speeds that are not finite",
+           "check the log (`rotorloop log info`) and the start values");
+    }
+    out.iterations += static_cast<int>(summary.iterations.size()) - 1;
+  } while (c.hold_the_farthest_outside(p));
+  c.release();
+
   out.covariance = parameter_covariance(p, c);
   const auto n = static_cast<Eigen::Index>(c.unknowns->estimates.size());
   out.information = n > 0 ? Eigen::MatrixXd(out.covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n))) : out.covariance;
@@ -285,8 +326,8 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   out.noise = p.flight_noise.empty() ? std::vector<NoiseModel>(p.flights.size(), p.noise) : p.flight_noise;
   out.cost = summary.final_cost;
   out.degrees_of_freedom = degrees_of_freedom(p, out.estimates.size());
+  out.robust_covariance = Eigen::MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN());
   out.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  out.iterations = static_cast<int>(summary.iterations.size()) - 1;
   out.converged = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
   return out;
 }

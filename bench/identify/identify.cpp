@@ -10,6 +10,8 @@
 namespace rotorloop::bench {
 namespace {
 
+constexpr int kTieRounds = 3;
+
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
 void require_streams(const FlightToFit& f, const GridOptions& grid) {
   const FlightRecord& r = f.record;
@@ -44,28 +46,17 @@ void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments)
   }
 }
 
-// Ties the poses of flights anew whose delay came out more than half a step from where they are tied; true when there was one.
-bool tie_anew(std::vector<GridFlight>& flights, std::vector<double>& tied_s, const Fit& fit) {
-  bool any = false;
+// Ties each flight's poses to the moments they show. True when a delay differs from the one they were tied with by so much that the
+// fit must go on.
+bool tie_again(std::vector<GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
+  bool moved = false;
   for (std::size_t f = 0; f < flights.size(); ++f) {
-    const double delay_s = fit.values[f][kPoseDelay];
-    if (flights[f].pose.empty() || std::fabs(delay_s - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
-    tie_poses(flights[f], delay_s);
-    tied_s[f] = delay_s;
-    any = true;
+    if (flights[f].pose.empty() || std::fabs(delay_s[f] - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
+    tie_poses(flights[f], delay_s[f]);
+    tied_s[f] = delay_s[f];
+    moved = true;
   }
-  return any;
-}
-
-// Goes on from a fit; what has a prior starts where its prior stands.
-void start_from(FitProblem& problem, const Fit& fit) {
-  problem.flight_noise = fit.noise;
-  for (const FreeParameter& f : problem.free) {
-    if (f.prior_u > 0.0) continue;
-    const auto at = static_cast<std::size_t>(f.parameter);
-    for (std::size_t i = 0; i < fit.values.size(); ++i) problem.flight_start[i][at] = fit.values[i].values[at];
-    if (!f.per_flight) problem.start.values[at] = fit.values.front().values[at];
-  }
+  return moved;
 }
 
 NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
@@ -78,20 +69,15 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
                         const std::function<void(const IdentifyProgress&)>& progress) {
   Identification out;
   out.flights.reserve(given.size());
-  std::vector<double> tied_s;
-  double mean_late_s = 0.0;
   for (const FlightToFit& f : given) {
     require_streams(f, o.grid);
     out.flights.push_back(make_grid(f.record, o.grid));
     cut_between_segments(out.flights.back(), f.segments);
-    tie_poses(out.flights.back(), f.pose_late_s);
-    tied_s.push_back(f.pose_late_s);
-    mean_late_s += f.pose_late_s / static_cast<double>(given.size());
   }
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   ModelValues values = out.start.values;
-  values[kPoseDelay] += mean_late_s;
+  for (const FlightToFit& f : given) values[kPoseDelay] += f.pose_late_s / static_cast<double>(given.size());
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;
@@ -110,6 +96,9 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     };
   };
 
+  std::vector<double> tied_s(given.size(), 0.0);
+  const auto delays = [&] { return std::vector<double>(given.size(), values[kPoseDelay]); };
+  tie_again(out.flights, tied_s, delays());
   Belief belief = first_belief(free, vehicle, values);
   std::vector<std::vector<double>> flight_start(given.size(), values.values);
   std::vector<NoiseModel> stage_noise;
@@ -128,6 +117,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     stage_noise.push_back(noise);
     for (const std::size_t f : which) flight_start[f] = values.values;
     out.stages.push_back(std::move(stage));
+    tie_again(out.flights, tied_s, delays());
   }
 
   out.problem = {
@@ -151,8 +141,11 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   const auto joint = report("joint fit");
   out.fit = o.solver(out.problem, o.fit, joint);
-  for (int round = 0; round < 3 && tie_anew(out.flights, tied_s, out.fit); ++round) {
-    start_from(out.problem, out.fit);
+  for (int again = 0; again < kTieRounds; ++again) {
+    std::vector<double> found_s;
+    for (const ModelValues& v : out.fit.values) found_s.push_back(v[kPoseDelay]);
+    if (!tie_again(out.flights, tied_s, found_s)) break;
+    out.problem.flight_noise = out.fit.noise;
     out.fit = o.solver(out.problem, o.fit, joint);
   }
   out.comparison = compare_stages(out.stages, out.fit);

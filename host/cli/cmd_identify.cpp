@@ -15,11 +15,13 @@
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/checks.hpp"
 #include "bench/identify/diagnostics_text.hpp"
+#include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
 #include "bench/identify/identify_report.hpp"
 #include "bench/identify/identify_text.hpp"
 #include "bench/identify/read_flight.hpp"
+#include "bench/identify/solvers.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
@@ -33,7 +35,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path vehicle, mapping, out, report;
-  std::vector<fs::path> vertical, horizontal, rotation, flights, trail;
+  std::vector<fs::path> vertical, horizontal, rotation, flights, held_out, trail;
   std::vector<std::string> free, hold, per_flight, terms, use;
   double rate_Hz = 200.0, from_s = -1e300, to_s = 1e300, drag_speed_m_s = 8.5;
   std::string noise = "em", solver = "own";
@@ -55,7 +57,8 @@ host::TermList term_list(const std::vector<std::string>& ids) {
 }
 
 struct Read {
-  std::vector<bench::FlightToFit> flights;
+  std::vector<bench::FlightToFit> flights;  // those of the fit, then those held out
+  std::size_t fitted = 0;
   std::vector<bench::CheckedFlight> checked;  // in the same order; empty without checks
   std::vector<bench::InputHash> inputs;
 };
@@ -89,7 +92,9 @@ Read read_all(const Options& o, const host::VehicleModel& vehicle) {
   read(o.horizontal, bench::FlightRole::horizontal);
   read(o.rotation, bench::FlightRole::rotation);
   read(o.flights, bench::FlightRole::any);
-  if (out.flights.empty())
+  out.fitted = out.flights.size();
+  read(o.held_out, bench::FlightRole::any);
+  if (out.fitted == 0)
     throw Error({"rotorloop identify", "was given no flight", "", "name logs with --vertical, --horizontal, --rotation or --flight"});
   return out;
 }
@@ -105,6 +110,7 @@ bench::IdentifyOptions identify_options(const Options& o) {
     if (stream == "velocity") i.grid.use_velocity = true;
   }
   i.terms = term_list(o.terms);
+  if (o.solver == "ceres") i.solver = bench::ceres_solver();
   i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = o.noise == "em" ? 30 : 0;
   i.fit.innovations = true;
@@ -130,6 +136,11 @@ void write_checked(const fs::path& path, const host::VehicleFile& v) {
 void publish(const Options& o, const bench::Identification& result, const Read& read, const host::VehicleFile& base,
              const bench::RunClock& clock) {
   const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  std::optional<bench::HeldOutScores> held_out;
+  if (read.flights.size() > read.fitted) {
+    const auto first = read.flights.begin() + static_cast<std::ptrdiff_t>(read.fitted);
+    held_out = bench::score_held_out({first, read.flights.end()}, result, identify_options(o).grid);
+  }
   const std::string json =
       bench::identify_result_json(result, analysis, read.checked, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
@@ -139,6 +150,7 @@ void publish(const Options& o, const bench::Identification& result, const Read& 
     fmt::print("{}\n{}\n{}", bench::estimates_table(result, base), bench::derived_table(analysis.derived), bench::noise_table(result));
     fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
                bench::observability_table(analysis.observability));
+    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
     fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
                result.fit.noise_rounds, result.fit.converged ? "" : " (NOT CONVERGED)",
                2.0 * result.fit.cost / result.fit.degrees_of_freedom);
@@ -151,16 +163,12 @@ void publish(const Options& o, const bench::Identification& result, const Read& 
   if (!trail.empty()) trail.push_back(bench::read_trail_point(o.report));
   std::string flights;
   for (const bench::GridFlight& g : result.flights) flights += (flights.empty() ? "" : ", ") + g.name;
-  bench::write_text_file(o.report / "report.html",
-                         bench::identify_report_html({result,
-                                                      analysis,
-                                                      read.checked,
-                                                      base,
-                                                      base.name,
-                                                      "identified from " + flights,
-                                                      {{"rotorloop", kVersion}, {"vehicle file", o.vehicle.filename().generic_string()}},
-                                                      trail,
-                                                      ""}));
+  const std::vector<std::pair<std::string, std::string>> facts{{"rotorloop", kVersion},
+                                                               {"vehicle file", o.vehicle.filename().generic_string()}};
+  const bench::IdentifyPage page{result, analysis,  read.checked,
+                                 base,   base.name, "identified from " + flights,
+                                 facts,  trail,     held_out ? bench::held_out_html(*held_out) : std::string()};
+  bench::write_text_file(o.report / "report.html", bench::identify_report_html(page));
 }
 
 int identify(const Options& o) {
@@ -171,7 +179,9 @@ int identify(const Options& o) {
   bench::Identification result;
   {
     IdentifyProgressLine progress(progress_style(o.quiet), stderr);
-    result = bench::identify(read.flights, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
+    const auto begin = read.flights.begin();
+    const std::vector<bench::FlightToFit> fitted(begin, begin + static_cast<std::ptrdiff_t>(read.fitted));
+    result = bench::identify(fitted, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
   }
   publish(o, result, read, base, clock);
   if (!o.out.empty()) {
@@ -195,6 +205,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--horizontal", o->horizontal, "stage 2: fast horizontal flight (drag)");
   c->add_option("--rotation", o->rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
   c->add_option("--flight", o->flights, "any other flight, for the joint fit");
+  c->add_option("--held-out", o->held_out,
+                "flight that has no part in the fit: the identified model foretells it, beside the vehicle file's");
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
@@ -210,6 +222,9 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--to", o->to_s, "leave out what lies after, s");
   c->add_option("--noise", o->noise, "em: noise figures from the flights; fixed: as given")
       ->check(CLI::IsMember({"em", "fixed"}))
+      ->capture_default_str();
+  c->add_option("--solver", o->solver, "own: elimination of the states; ceres: the same problem by Ceres, slower, as a check")
+      ->check(CLI::IsMember({"own", "ceres"}))
       ->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");

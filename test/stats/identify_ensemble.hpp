@@ -26,7 +26,7 @@ struct EnsembleResult {
 };
 EnsembleResult summarise(const std::vector<Quantity>& quantities, const std::vector<Trial>& trials);
 
-// What the issue of identification asks of the ensemble.
+// What is asked of the ensemble; the limits of scatter stand in quantities().
 struct EnsembleLimits {
   double pooled_from = 0.93, pooled_to = 0.975;
   double each_from = 0.90, each_to = 0.99;

@@ -149,11 +149,11 @@ TEST(IdentifyCeres, GivesTheSameFitOfAllSensorsWithRobustLossPriorsAndParameters
   EXPECT_GT(fit(p, to_the_end()).cost, 2.0 * own.cost) << "so does the loss";
 }
 
-TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsWhenTheRotorLogHasAGap) {
+TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsOneAtItsBoundWhenTheRotorLogHasAGap) {
   host::TermList terms;
   terms.add(*host::find_term("rotor_local_inflow"));
   terms.add(*host::find_term("rotor_inertia_reaction"));
-  // Equations 1 to 8 have neither effect. A late rotor log and an I_zz held too large make the fit want both.
+  // Equations 1 to 8 have neither effect; a late rotor log looks like local inflow, more of it than there can be: it ends at its bound.
   model_true::Truth late = kTruth;
   late.rotor_delay_s = 0.004;
   model_true::ModelTrueFlight f = model_true::fly(late, {.manoeuvre = Manoeuvre::rotation, .seed = 9, .duration_s = 4.0});
@@ -162,11 +162,12 @@ TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsWhenTheRotorLogHasAGap)
   ASSERT_LT(std::count(grid.linked.begin(), grid.linked.end(), 1), static_cast<std::ptrdiff_t>(grid.knots) - 30) << "the chain is cut";
   const auto free = free_of({kIxx, kIyy, kCq, kK1, kComX, kComY, kCoreParameters, kCoreParameters + 1});
   ModelValues start = away_from(truth_values(terms), free, 0.05);
-  start[kIzz] *= 1.3;
   start[kCoreParameters] = 0.5;
   start[kCoreParameters + 1] = 3e-6;
   const FitProblem p = problem_of({&grid}, start, free);
-  expect_same(fit(p, to_the_end()), fit_with_ceres(p, to_the_end()));
+  const Fit own = fit(p, to_the_end());
+  expect_same(own, fit_with_ceres(p, to_the_end()));
+  EXPECT_EQ(own.find(kCoreParameters)->value, 1.3);
 }
 
 TEST(IdentifyCeres, GivesTheSameFitOfGyroAccelerometerAndMotorCommandsAlone) {

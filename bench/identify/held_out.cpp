@@ -1,0 +1,99 @@
+#include "bench/identify/held_out.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/report/svg_pieces.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kHorizons_s[] = {0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0};  // 0: one step of the grid
+constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
+// Ten times what models of small multirotors leave: the poses, not the model, then make the states.
+constexpr double kForceNoise_m_s2_rtHz = 1.0, kAngularNoise_rad_s2_rtHz = 10.0;
+constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "body rates"};
+
+StateTrack track_of(const GridFlight& g, const Identification& r) {
+  NoiseModel noise = r.fit.noise.front();
+  noise.force_m_s2_rtHz.setConstant(kForceNoise_m_s2_rtHz);
+  noise.angular_rad_s2_rtHz.setConstant(kAngularNoise_rad_s2_rtHz);
+  FitProblem p{.start = r.fit.values.front(), .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  p.free.push_back({kMass, false, 1e-9});  // nothing but the states is free
+  const Fit states = fit(p, {});
+  return fitted_track(g, states.states.front(), states.values.front());
+}
+
+}  // namespace
+
+HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+  HeldOutScores out;
+  std::vector<PredictionErrors> before, after, held;
+  ModelValues old = r.start.values;
+  const ModelValues& identified = r.fit.values.front();
+  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = identified[p];
+  for (const FlightToFit& f : flights) {
+    GridFlight g = make_grid(f.record, grid);
+    tie_poses(g, identified[kPoseDelay]);
+    const StateTrack track = track_of(g, r);
+    const auto horizon = static_cast<std::size_t>(std::lround(kLongest_s / track.step_s));
+    const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
+    const auto starts = prediction_starts(track, horizon, stride);
+    before.push_back(predict(track, whole_model(old, g.substeps), starts, horizon));
+    after.push_back(predict(track, whole_model(identified, g.substeps), starts, horizon));
+    held.push_back(predict(track, rates_held(identified), starts, horizon));
+    out.flights.push_back(f.record.name);
+  }
+  const PredictionSummary a = summary(before), b = summary(after);
+  out.starts = b.starts;
+  out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
+  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+    for (const double h : kHorizons_s) {
+      const auto steps = static_cast<std::size_t>(std::max(1L, std::lround(h / b.step_s)));
+      const auto quantity = static_cast<PredictedQuantity>(q);
+      out.rows.push_back({static_cast<double>(steps) * b.step_s, quantity, a.mean[q][steps - 1], b.mean[q][steps - 1],
+                          error_ratio(after, before, quantity, steps, steps)});
+    }
+  }
+  return out;
+}
+
+std::string held_out_table(const HeldOutScores& s) {
+  std::string out = fmt::format("Held out: {} ({} starts, open loop). Mean error before -> after, ratio with 95 % interval:\n",
+                                fmt::join(s.flights, ", "), s.starts);
+  for (const HeldOutRow& r : s.rows)
+    out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:5.2f} ({:.2f} to {:.2f})\n", kQuantityNames[r.quantity],
+                       r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], r.ratio.value, r.ratio.low, r.ratio.high);
+  return out +
+         fmt::format("  the rotation model beats held rates from {:.2f} to {:.2f} s\n", s.rotation_helps.from_s, s.rotation_helps.to_s);
+}
+
+std::string held_out_html(const HeldOutScores& s) {
+  std::string out = fmt::format(
+      "<h2 id=\"held-out\">Flights that had no part in the fit</h2>\n<p>{}; {} starts, open loop with the logged rotor speeds from the "
+      "same "
+      "smoothed states. Before: the vehicle file; after: identified. The rotation model beats held rates from {:.2f} to {:.2f} s.</p>\n",
+      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, s.rotation_helps.from_s, s.rotation_helps.to_s);
+  out +=
+      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
+      "class=\"l\">unit</th><th>ratio</th><th>95 %</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < s.rows.size(); ++i) {
+    const HeldOutRow& r = s.rows[i];
+    const bool first = i == 0 || s.rows[i - 1].quantity != r.quantity;
+    out += fmt::format(
+        "<tr{}><td class=\"l\">{}</td><td>{:.3f}</td><td>{:.3g}</td><td class=\"big\">{:.3g}</td><td class=\"l\">{}</td><td "
+        "class=\"{}\">{:.2f}</td><td>{:.2f} … {:.2f}</td></tr>\n",
+        first ? " class=\"first\"" : "", first ? kQuantityNames[r.quantity] : "", r.horizon_s, r.before, r.after,
+        kPredictedUnits[r.quantity],
+        r.ratio.high < 1.0  ? "pass"
+        : r.ratio.low > 1.0 ? "fail"
+                            : "",
+        r.ratio.value, r.ratio.low, r.ratio.high);
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+}  // namespace rotorloop::bench
