@@ -102,7 +102,8 @@ bench::IdentifyOptions identify_options(const Options& o) {
   }
   i.terms = term_list(o.terms);
   i.wishes = {o.free, o.hold, o.per_flight};
-  i.fit.noise.rounds = o.noise == "em" ? 30 : 0;
+  i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
+  i.fit.noise.per_flight = o.noise == "em-per-flight";
   i.fit.innovations = true;
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return i;
@@ -204,8 +205,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--rate", o->rate_Hz, "states per second; 0: as many as poses")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
   c->add_option("--from", o->from_s, "leave out what lies before, s");
   c->add_option("--to", o->to_s, "leave out what lies after, s");
-  c->add_option("--noise", o->noise, "em: noise figures from the flights; fixed: as given")
-      ->check(CLI::IsMember({"em", "fixed"}))
+  c->add_option("--noise", o->noise, "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: as given")
+      ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
       ->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
