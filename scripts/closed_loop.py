@@ -142,7 +142,8 @@ def main():
     parser.add_argument("--seeds", type=seed_list, default=seed_list("1..10"), help="judged seeds: 1..10 or 1,4; identification flies 100 + seed")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("runs/closed_loop"))
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--identify", default="", help="further options for rotorloop identify, in one word: '--term rotor_inertia_reaction'")
+    parser.add_argument("--identify", default="--noise em-per-flight --term rotor_inertia_reaction",
+                        help="options of rotorloop identify, in one word")
     o = parser.parse_args()
     o.out.mkdir(parents=True, exist_ok=True)
 

@@ -74,6 +74,7 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     factors_.resize(flight_.knots);
     arrow_.resize(flight_.knots * 12 * static_cast<std::size_t>(p + 1));
   }
+  steps_.resize(o.keep_steps ? flight_.knots : 0);
   StateJacobian d = StateJacobian::Zero(), e, d_next = StateJacobian::Zero();
   Arrow b(12, p + 1), b_next(12, p + 1), z(12, p + 1);
   b.setZero();
@@ -150,6 +151,7 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     b_next.setZero();
     if (linked) {
       res.process(k, x, states_[k + 1], step);
+      if (o.keep_steps) steps_[k] = {step.from, step.to, step.r};
       d.noalias() += step.from.transpose() * step.from;
       e.noalias() = step.from.transpose() * step.to;
       d_next.noalias() = step.to.transpose() * step.to;
@@ -236,14 +238,19 @@ NoiseMoments Chain::noise_moments(const Residuals& res, double robust_scale) con
   Cursor at{flight_.pose.size(), flight_.position.size(), flight_.velocity.size(), flight_.gyro.size(), flight_.accel.size()};
   RowsBy<6> six;
   RowsBy<3> three;
-  ProcessRows step;
+  ProcessRows rows;
+  Step fresh;
   StateJacobian p = StateJacobian::Zero();
   for (std::size_t k = flight_.knots; k-- > 0;) {
     const BodyState& x = states_[k];
     const StateJacobian next = p;
     p = marginal(k, next);
     if (k + 1 < flight_.knots && flight_.linked[k]) {
-      res.process(k, x, states_[k + 1], step);
+      if (steps_.empty()) {
+        res.process(k, x, states_[k + 1], rows);
+        fresh = {rows.from, rows.to, rows.r};
+      }
+      const Step& step = steps_.empty() ? fresh : steps_[k];
       const StateJacobian joint = -(factors_[k].l.triangularView<Eigen::Lower>().transpose().solve(factors_[k].y * next));  // P_{k,k+1}
       const StateJacobian left = step.from * p + step.to * joint.transpose(), right = step.from * joint + step.to * next;
       for (Eigen::Index i = 0; i < 12; ++i) {

@@ -40,6 +40,7 @@ struct Reduced {
 struct SweepOptions {
   double damping = 0.0;      // Levenberg-Marquardt, on the diagonal of D
   bool keep_factors = true;  // for the backward sweeps
+  bool keep_steps = false;   // linearised steps too, 2.4 kB each: noise_moments() then need not linearise again
   double block_s = 0.0;      // length of score blocks; 0: none
   bool innovations = false;
   double robust_scale = 0.0;  // Cauchy loss on each pose, in standard deviations of its six numbers together; 0: squares
@@ -77,7 +78,12 @@ class Chain {
   const GridFlight& flight_;
   std::vector<BodyState>& states_;
   const std::vector<BodyState>& guess_;
+  struct Step {
+    StateJacobian from, to;
+    StateError r;
+  };
   std::vector<Factor> factors_;
+  std::vector<Step> steps_;    // empty unless kept
   std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };

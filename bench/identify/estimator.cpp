@@ -306,10 +306,15 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   double cost = 0.0, states_gain = 0.0;
   bool want_innovations = false;
   const auto sweep = [&](double damping) {
+    const SweepOptions sweep_options{.damping = damping,
+                                     .keep_steps = o.noise.rounds > 0,
+                                     .block_s = o.block_s,
+                                     .innovations = want_innovations,
+                                     .robust_scale = o.robust_scale};
     for_each_flight(flights, o.threads, [&](std::size_t f) {
       const Residuals res(*p.flights[f], out.values[f], out.noise[f], layout.columns);
       try {
-        out.reduced[f] = chains[f].sweep(res, {damping, true, o.block_s, want_innovations, o.robust_scale});
+        out.reduced[f] = chains[f].sweep(res, sweep_options);
       } catch (const std::domain_error& e) {
         throw Error({p.flights[f]->name, std::string("the fit cannot go on: ") + e.what(),
                      "a state that no reading and no model step ties down, or values that are not finite",
@@ -354,7 +359,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     return change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
   };
   constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
-  constexpr double kCertain = 1e-2;  // a decrement below it is a step that cannot fail: its cost need not be looked at
+  constexpr double kCertain = 1.0;  // a decrement below it is a step that cannot fail: its cost need not be looked at
   double damping = 0.0;
   bool noise_settled = o.noise.rounds == 0;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {

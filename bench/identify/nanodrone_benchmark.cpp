@@ -191,7 +191,8 @@ ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<StateTra
     for (const ModelValues& f : fitted.values) v[p] += f[p] / static_cast<double>(fitted.values.size());
   }
   v[kRotorDelay] = 0.0;
-  for (const Estimate& e : fitted.estimates) out.likelihood_names.push_back(estimate_name(e, problem));
+  for (const Estimate& e : fitted.estimates)
+    out.likelihood_names.push_back(e.parameter < kCoreParameters ? estimate_name(e, problem) : parameter_info(e.parameter, terms).name);
   out.likelihood = std::move(fitted);
   return v;
 }

@@ -37,6 +37,13 @@ void want(const FlightRecord& r, const Stream<Value>& s, const char* what, std::
               ExitCode::data_quality);
 }
 
+// Central differences, one-sided at the ends.
+std::vector<std::vector<double>> slopes(const std::vector<std::vector<double>>& x, const Grid& g) {
+  std::vector<std::vector<double>> out;
+  for (const auto& row : x) out.push_back(derivative(row, g.dt_s));
+  return out;
+}
+
 // Signs of neighbouring quaternions agree, so that they can be filtered as four numbers.
 Stream<PoseReading> one_sign(const Stream<PoseReading>& pose) {
   Stream<PoseReading> s = pose;
@@ -79,15 +86,8 @@ StateTrack filtered_track(const FlightRecord& r, const TrackFilter& f) {
   });
   const auto component = [](const Eigen::Vector3d& v, std::size_t d) { return v[static_cast<Eigen::Index>(d)]; };
   const auto rates = gridded<Eigen::Vector3d>(r.gyro_B_rad_s, 3, g, f.rates_Hz, component);
-  auto velocity = gridded<Eigen::Vector3d>(r.velocity_W_m_s, 3, g, r.velocity_W_m_s.empty() ? 0.0 : f.velocity_Hz, component);
-  if (r.velocity_W_m_s.empty()) {
-    for (std::size_t d = 0; d < 3; ++d) {
-      for (std::size_t k = 0; k < g.count; ++k) {
-        const std::size_t a = k > 0 ? k - 1 : k, b = std::min(k + 1, g.count - 1);
-        velocity[d][k] = b > a ? (position[d][b] - position[d][a]) / (static_cast<double>(b - a) * g.dt_s) : 0.0;
-      }
-    }
-  }
+  const auto velocity =
+      r.velocity_W_m_s.empty() ? slopes(position, g) : gridded<Eigen::Vector3d>(r.velocity_W_m_s, 3, g, f.velocity_Hz, component);
 
   FlightRecord rotors;
   rotors.name = r.name;

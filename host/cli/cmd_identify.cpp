@@ -112,7 +112,8 @@ bench::IdentifyOptions identify_options(const Options& o) {
   i.terms = term_list(o.terms);
   if (o.solver == "ceres") i.solver = bench::ceres_solver();
   i.wishes = {o.free, o.hold, o.per_flight};
-  i.fit.noise.rounds = o.noise == "em" ? 30 : 0;
+  i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
+  i.fit.noise.per_flight = o.noise == "em-per-flight";
   i.fit.innovations = true;
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return i;
@@ -220,8 +221,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--rate", o->rate_Hz, "states per second; 0: as many as poses")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
   c->add_option("--from", o->from_s, "leave out what lies before, s");
   c->add_option("--to", o->to_s, "leave out what lies after, s");
-  c->add_option("--noise", o->noise, "em: noise figures from the flights; fixed: as given")
-      ->check(CLI::IsMember({"em", "fixed"}))
+  c->add_option("--noise", o->noise, "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: as given")
+      ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
       ->capture_default_str();
   c->add_option("--solver", o->solver, "own: elimination of the states; ceres: the same problem by Ceres, slower, as a check")
       ->check(CLI::IsMember({"own", "ceres"}))

@@ -73,7 +73,7 @@ void print_parameters(const bench::NanodroneResult& r) {
   fmt::print("\nmaximum likelihood (classical and block-robust standard error):\n");
   for (std::size_t i = 0; i < r.likelihood->estimates.size(); ++i) {
     const auto& e = r.likelihood->estimates[i];
-    fmt::print("  {:<40} {:>11.4e} ± {:.1e} ({:.1e})\n", r.likelihood_names[i], e.value, e.u, e.u_robust);
+    fmt::print("  {:<48} {:>11.4e} ± {:.1e} ({:.1e})\n", r.likelihood_names[i], e.value, e.u, e.u_robust);
   }
 }
 
