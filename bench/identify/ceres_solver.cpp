@@ -258,7 +258,7 @@ double degrees_of_freedom(const FitProblem& p, std::size_t estimates) {
     for (const auto linked : g->linked) rows += 12.0 * linked;
     rows += 6.0 * static_cast<double>(g->pose.size());
     rows += 3.0 * static_cast<double>(g->position.size() + g->velocity.size() + g->gyro.size() + g->accel.size());
-    rows -= 12.0 * static_cast<double>(g->knots);
+    rows -= 12.0 * static_cast<double>(g->tied_knots());
   }
   return rows - static_cast<double>(estimates);
 }

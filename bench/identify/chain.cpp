@@ -15,7 +15,6 @@ double robust_weight(double s, double c) { return c > 0.0 ? 1.0 / (1.0 + s / (c 
 
 // Whether knot k begins a piece: nothing ties it to the one before.
 bool begins(const GridFlight& f, std::size_t k) { return k == 0 || !f.linked[k - 1]; }
-// Whether anything is known about knot k at all; knots of dropped pieces are left alone.
 }  // namespace
 
 // Positions in the lists of readings while the knots are walked upwards.

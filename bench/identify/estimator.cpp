@@ -282,6 +282,10 @@ std::vector<OpenDirection> open_directions(const MatrixXd& information, const st
 
 Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) {
   Layout layout = make_layout(p);
+  if (layout.columns.size() > kMaxColumns) {
+    throw Error({"the fit", fmt::format("{} free parameters; at most {} can be fitted at once", layout.columns.size(), kMaxColumns), "",
+                 "hold some of them (--hold)"});
+  }
   const Priors priors = make_priors(p, layout);
   const std::size_t flights = p.flights.size();
   const auto n = static_cast<Eigen::Index>(layout.estimates.size());
@@ -336,6 +340,12 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       states_gain += out.reduced[f].cost - out.reduced[f].predicted_cost;
     }
     cost += 0.5 * (priors.weight.array() * (theta - priors.mean).array().square()).sum();
+    if (!std::isfinite(cost)) {
+      throw Error({p.flights.front()->name, "the misfit of the flights is not a finite number",
+                   "a reading or a start value is not one, or a value ran away",
+                   "let the checks look at the log, and give start values nearer to the vehicle"},
+                  ExitCode::data_quality);
+    }
   };
   const auto with_priors = [&] { return MatrixXd(information + MatrixXd(priors.weight.asDiagonal())); };
   const auto prior_score = [&] { return VectorXd(score + VectorXd(priors.weight.cwiseProduct(theta - priors.mean))); };
@@ -356,12 +366,13 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     double change = 0.0;
     for (std::size_t f = 0; f < flights; ++f) change = std::max(change, search[f].step(out.noise[f], moments[f], o.noise));
     ++out.noise_rounds;
-    return change < o.noise.tolerance || out.noise_rounds == o.noise.rounds;
+    return change < o.noise.tolerance;
   };
-  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kNear = 1e-3;    // of the cost: a decrement below it leaves residuals that say how large the noise is
   constexpr double kCertain = 1.0;  // a decrement below it is a step that cannot fail: its cost need not be looked at
   double damping = 0.0;
   bool noise_settled = o.noise.rounds == 0;
+  out.noise_settled = noise_settled;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
     sweep(damping);
     VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
@@ -390,7 +401,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
         chains[f].apply(own, 1.0);
       }
       out.values = flight_values(p, layout, moved_theta);
-      const bool certain = tries == 0 && damping == 0.0 && decrement < kCertain;
+      const bool certain = tries == 0 && damping == 0.0 && decrement >= 0.0 && decrement < kCertain;
       if (certain || total_cost(moved_theta) <= before * (1.0 + 1e-12) + 1e-9) {
         theta = moved_theta;
         taken = true;
@@ -404,7 +415,10 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
-    if (!moments.empty()) noise_settled = update_noise(moments);
+    if (!moments.empty()) {
+      out.noise_settled = update_noise(moments);
+      noise_settled = out.noise_settled || out.noise_rounds == o.noise.rounds;
+    }
   }
   // Unless the last sweep was at these very values.
   if (!out.converged || o.innovations) {
@@ -464,7 +478,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   out.log_likelihood = -cost;
   for (std::size_t f = 0; f < flights; ++f) {
     residuals += static_cast<double>(out.reduced[f].residuals);
-    states += 12.0 * static_cast<double>(p.flights[f]->knots);
+    states += 12.0 * static_cast<double>(p.flights[f]->tied_knots());
     out.log_likelihood -= 0.5 * out.reduced[f].log_det_states + log_sd(*p.flights[f], out.noise[f]);
   }
   out.degrees_of_freedom = residuals - states - static_cast<double>(n);

@@ -68,6 +68,7 @@ struct Fit {
   double log_likelihood = 0.0;      // marginal over the states (Laplace), constants left out
   int iterations = 0, noise_rounds = 0;
   bool converged = false;
+  bool noise_settled = false;  // or kept as given; false: the rounds ran out before every figure came to rest
 
   const Estimate* find(int parameter, int flight = -1) const;
 };

@@ -65,6 +65,10 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
   const std::vector<double>& clock = pose ? record.pose.t_s : record.gyro_B_rad_s.t_s;
   double rate = o.rate_Hz;
   if (rate <= 0.0) rate = std::clamp(std::round(1.0 / std::max(median_step(clock), 1e-4)), 100.0, 500.0);
+  if (!(rate >= 20.0 && rate <= 2000.0)) {
+    throw Error({g.name, fmt::format("{} states a second; allowed are 20 to 2000, or 0 for the rate of the poses", rate), "",
+                 "choose another --rate"});
+  }
   g.step_s = 1.0 / rate;
   g.substeps = std::max(1, static_cast<int>(std::ceil(g.step_s / o.longest_substep_s - 1e-9)));
   // The grid starts at a reading, so that a sensor with the grid's own rate is read at the knots.
@@ -76,6 +80,11 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
                      pose ? "poses" : "inertial readings"),
          "streams do not overlap in time, or the checks excluded most of the flight", "look at the streams with `rotorloop log info`");
   }
+  constexpr double kLongest_s = 4 * 3600.0;
+  if (to - *first > kLongest_s) {
+    fail(fmt::format("the log spans {:.0f} s; at most {:.0f} s can be fitted as one flight", to - *first, kLongest_s),
+         "a wild time stamp, or several flights in one file", "cut the log with --from and --to");
+  }
   g.start_s = *first;
   g.knots = static_cast<std::size_t>(std::floor((to - g.start_s) / g.step_s + 1e-6)) + 1;
   g.linked.assign(g.knots - 1, 1);
@@ -84,7 +93,9 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
   if (pose) {
     for (std::size_t i = 0; i < record.pose.size(); ++i) {
       const double at = (record.pose.t_s[i] - g.start_s) / g.step_s;
-      if (at < -0.5 || at > static_cast<double>(g.knots) - 0.5 || !record.pose.value[i].p_W_m.allFinite()) continue;
+      if (at < -0.5 || at > static_cast<double>(g.knots) - 0.5 || !record.pose.value[i].p_W_m.allFinite() ||
+          !record.pose.value[i].q_WS.coeffs().allFinite())
+        continue;
       const auto knot = static_cast<std::size_t>(std::min(std::max(std::floor(at + 0.5), 0.0), static_cast<double>(g.knots - 1)));
       const PoseFix fix{knot, record.pose.t_s[i] - g.time_s(knot), record.pose.value[i]};
       // A pose cannot be averaged: of several around a knot the nearest counts.
@@ -102,35 +113,53 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
   if (o.use_gyro || !pose) g.gyro = gathered(record.gyro_B_rad_s, g);
   if (o.use_accel || !pose) g.accel = gathered(record.accel_B_m_s2, g);
 
-  // Pieces too short to hold a state by themselves are dropped: their knots keep the link to nothing and no readings.
+  drop_short_pieces(g);
+  return g;
+}
+
+std::size_t GridFlight::tied_knots() const {
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < knots; ++k) n += tied(k);
+  return n;
+}
+
+void drop_short_pieces(GridFlight& g) {
+  const bool pose = !g.pose.empty();
   std::vector<std::uint8_t> keep(g.knots, 1);
   const auto shortest = static_cast<std::size_t>(std::ceil(0.2 / g.step_s));
+  std::size_t next_pose = 0;
   for (std::size_t begin = 0; begin < g.knots;) {
     std::size_t end = begin;
     while (end + 1 < g.knots && g.linked[end]) ++end;
     std::size_t readings = 0;
-    for (const PoseFix& f : g.pose) readings += f.knot >= begin && f.knot <= end;
+    for (; next_pose < g.pose.size() && g.pose[next_pose].knot <= end; ++next_pose) ++readings;
     if (end - begin < shortest || (pose && readings < 4))
       std::fill(keep.begin() + static_cast<std::ptrdiff_t>(begin), keep.begin() + static_cast<std::ptrdiff_t>(end) + 1, 0);
     begin = end + 1;
   }
-  if (std::find(keep.begin(), keep.end(), 0) != keep.end()) {
-    const auto drop = [&](auto& list) { std::erase_if(list, [&](const auto& f) { return !keep[f.knot]; }); };
-    drop(g.pose);
-    drop(g.position);
-    drop(g.velocity);
-    drop(g.gyro);
-    drop(g.accel);
-    for (std::size_t k = 0; k + 1 < g.knots; ++k) g.linked[k] = g.linked[k] && keep[k] && keep[k + 1];
+  const auto drop = [&](auto& list) { std::erase_if(list, [&](const auto& f) { return !keep[f.knot]; }); };
+  drop(g.pose);
+  drop(g.position);
+  drop(g.velocity);
+  drop(g.gyro);
+  drop(g.accel);
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) g.linked[k] = g.linked[k] && keep[k] && keep[k + 1];
+  const double left_s = static_cast<double>(std::count(g.linked.begin(), g.linked.end(), 1)) * g.step_s;
+  if (left_s < 1.0) {
+    throw Error(
+        {g.name,
+         fmt::format("{:.2f} s of {:.2f} s are left after cuts at gaps; at least 1 s is needed", left_s, g.time_s(g.knots - 1) - g.start_s),
+         "rotor speeds come too slowly or with gaps (a gap is 0.05 s without a reading), or poses are missing for long",
+         "log rotor speeds at 100 Hz or more; look at the streams with `rotorloop log info`"},
+        ExitCode::data_quality);
   }
-  return g;
 }
 
 void tie_poses(GridFlight& g, double delay_s) {
   std::vector<PoseFix> tied;
   for (const PoseFix& f : g.pose) {
     const double stamp = g.time_s(f.knot) + f.late_s, at = std::floor((stamp - delay_s - g.start_s) / g.step_s + 0.5);
-    if (at < 0.0 || at > static_cast<double>(g.knots - 1)) continue;
+    if (at < 0.0 || at > static_cast<double>(g.knots - 1) || !g.tied(static_cast<std::size_t>(at))) continue;
     const PoseFix moved{static_cast<std::size_t>(at), stamp - (g.start_s + at * g.step_s), f.value};
     if (tied.empty() || tied.back().knot != moved.knot) {
       tied.push_back(moved);

@@ -41,11 +41,18 @@ struct GridFlight {
   StateError anchor = StateError::Zero();
 
   double time_s(std::size_t knot) const { return start_s + static_cast<double>(knot) * step_s; }
+  // Whether the model ties this knot to a neighbour; only such knots are estimated.
+  bool tied(std::size_t knot) const { return (knot > 0 && linked[knot - 1]) || (knot + 1 < knots && linked[knot]); }
+  std::size_t tied_knots() const;
 };
 
 // Sensors faster than the grid are averaged around each knot. Throws Error (data_quality) naming the missing stream, or when fewer than
 // one second is left.
 GridFlight make_grid(const FlightRecord& record, const GridOptions& options);
+
+// Unties pieces between cuts that are too short to hold a state by themselves (below 0.2 s, or fewer than four poses) and drops their
+// readings. To be called after links were cut. Throws Error (data_quality) when less than one second stays tied.
+void drop_short_pieces(GridFlight& flight);
 
 // Poses are tied to the knot next to the moment they show: their stamp less `delay_s`. From there to the moment the state is carried on in
 // a straight line, so a fit that finds a delay more than half a step from this one must tie them again and go on.

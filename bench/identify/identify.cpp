@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -35,15 +36,18 @@ void require_streams(const FlightToFit& f, const GridOptions& grid) {
   if (grid.use_accel && r.accel_B_m_s2.empty()) lacks("accelerometer readings (--use accel)", "columns accel_x[m/s2] … accel_z[m/s2]");
 }
 
-void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments) {
-  if (segments.empty()) return;
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
-    const double a = g.time_s(k), b = g.time_s(k + 1);
-    bool inside = false;
-    // A step that only just begins or ends outside is still held by readings of its segment.
-    for (const TimeRange& s : segments) inside = inside || (a >= s.from_s - g.step_s && b <= s.to_s + g.step_s);
-    if (!inside) g.linked[k] = 0;
+// The segment that a moment belongs to: the nearest, for a reading lies up to half a step from its knot; -1 for none.
+int segment_of(double t_s, const std::vector<TimeRange>& segments, double step_s) {
+  int best = -1;
+  double nearest = 0.5 * step_s + 2e-6;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const double away = std::max({0.0, segments[i].from_s - t_s, t_s - segments[i].to_s});
+    if (away < nearest) {
+      nearest = away;
+      best = static_cast<int>(i);
+    }
   }
+  return best;
 }
 
 // Ties each flight's poses to the moments they show. True when a delay differs from the one they were tied with by so much that the
@@ -64,6 +68,15 @@ NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseMod
 }
 
 }  // namespace
+
+void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments) {
+  if (segments.empty()) return;
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    const int from = segment_of(g.time_s(k), segments, g.step_s), to = segment_of(g.time_s(k + 1), segments, g.step_s);
+    if (from < 0 || from != to) g.linked[k] = 0;
+  }
+  drop_short_pieces(g);
+}
 
 Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
                         const std::function<void(const IdentifyProgress&)>& progress) {

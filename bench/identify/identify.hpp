@@ -50,6 +50,9 @@ struct Identification {
   Identification& operator=(Identification&&) = default;
 };
 
+// No step of the model stays linked from one segment to the next, or outside them.
+void cut_between_segments(GridFlight& flight, const std::vector<TimeRange>& segments);
+
 // Throws Error (data_quality) for a log that lacks what its stage needs, naming both, and for directions that stay open.
 Identification identify(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const IdentifyOptions& options,
                         const std::function<void(const IdentifyProgress&)>& progress = {});

@@ -133,7 +133,7 @@ void RotorInput::prepare(const ModelValues& v) {
   Four omega{};
   std::array<Four, 4> by{};
   for (std::size_t k = 0; k < n; ++k) {
-    const double ratio = battery_V_.empty() || v.reference_V <= 0.0 ? 1.0 : battery_V_[k] / v.reference_V;
+    const double ratio = battery_V_.empty() || v.reference_V <= 0.0 || !(battery_V_[k] > 0.0) ? 1.0 : battery_V_[k] / v.reference_V;
     const double power = std::pow(ratio, exponent);
     const double h = k + 1 < n ? t_s_[k + 1] - t_s_[k] : 0.0, decay = std::exp(-h / lag);
     for (std::size_t r = 0; r < 4; ++r) {
