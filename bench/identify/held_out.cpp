@@ -27,6 +27,9 @@ StateTrack track_of(const GridFlight& g, const Identification& r) {
   return fitted_track(g, states.states.front(), states.values.front());
 }
 
+// A ratio of errors that are both nil (one step without excitation) is none.
+std::string ratio_text(double v) { return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–"; }
+
 }  // namespace
 
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
@@ -65,8 +68,9 @@ std::string held_out_table(const HeldOutScores& s) {
   std::string out = fmt::format("Held out: {} ({} starts, open loop). Mean error before -> after, ratio with 95 % interval:\n",
                                 fmt::join(s.flights, ", "), s.starts);
   for (const HeldOutRow& r : s.rows)
-    out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:5.2f} ({:.2f} to {:.2f})\n", kQuantityNames[r.quantity],
-                       r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], r.ratio.value, r.ratio.low, r.ratio.high);
+    out +=
+        fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})\n", kQuantityNames[r.quantity], r.horizon_s, r.before,
+                    r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high));
   return out +
          fmt::format("  the rotation model beats held rates from {:.2f} to {:.2f} s\n", s.rotation_helps.from_s, s.rotation_helps.to_s);
 }
@@ -85,13 +89,13 @@ std::string held_out_html(const HeldOutScores& s) {
     const bool first = i == 0 || s.rows[i - 1].quantity != r.quantity;
     out += fmt::format(
         "<tr{}><td class=\"l\">{}</td><td>{:.3f}</td><td>{:.3g}</td><td class=\"big\">{:.3g}</td><td class=\"l\">{}</td><td "
-        "class=\"{}\">{:.2f}</td><td>{:.2f} … {:.2f}</td></tr>\n",
+        "class=\"{}\">{}</td><td>{} … {}</td></tr>\n",
         first ? " class=\"first\"" : "", first ? kQuantityNames[r.quantity] : "", r.horizon_s, r.before, r.after,
         kPredictedUnits[r.quantity],
         r.ratio.high < 1.0  ? "pass"
         : r.ratio.low > 1.0 ? "fail"
                             : "",
-        r.ratio.value, r.ratio.low, r.ratio.high);
+        ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high));
   }
   return out + "</tbody></table></div>\n";
 }
