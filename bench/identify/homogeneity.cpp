@@ -14,7 +14,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTold = 1e-9;  // of the information scaled to unit diagonal: what a flight tells about a direction at all
+constexpr double kTold = 1e-9;   // of the information scaled to unit diagonal: what a flight tells about a direction at all
+constexpr double kHeard = 0.04;  // share of the joint information from which on a flight counts
 constexpr double kLevel = 0.01;
 
 struct FlightSummary {
@@ -72,17 +73,24 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
   std::vector<FlightSummary> flights;
   for (const Reduced& r : fit.reduced) flights.push_back(summary_of(problem, fit, r));
   MatrixXd total = MatrixXd::Zero(flights.front().information.rows(), flights.front().information.cols());
-  double ranks = 0.0;
+  for (const FlightSummary& f : flights) total += f.information;
+  // In the basis where the joint information is the identity, the eigenvalues of a flight's are its shares.
+  const VectorXd scale = unit_scale(total);
+  const Eigen::LLT<MatrixXd> llt(MatrixXd(scale.asDiagonal() * total * scale.asDiagonal()));
+  if (llt.info() != Eigen::Success) return out;
   for (const FlightSummary& f : flights) {
-    double rank = 0.0;
-    out.chi2 += f.score.dot(told_inverse(f.information, rank) * f.score) / inflation;
-    ranks += rank;
-    total += f.information;
+    const MatrixXd half = llt.matrixL().solve(MatrixXd(scale.asDiagonal() * f.information * scale.asDiagonal()));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(llt.matrixL().solve(half.transpose())));
+    const VectorXd score = eig.eigenvectors().transpose() * llt.matrixL().solve(VectorXd(scale.asDiagonal() * f.score));
+    for (Eigen::Index i = 0; i < score.size(); ++i) {
+      const double share = eig.eigenvalues()[i];
+      if (share < kHeard) continue;
+      out.chi2 += score[i] * score[i] / (share * inflation);
+      out.degrees += std::max(0.0, 1.0 - share);
+    }
   }
-  double joint_rank = 0.0;
-  (void)told_inverse(total, joint_rank);
-  out.degrees = std::max(0.0, ranks - joint_rank);
-  out.p = out.degrees > 0.0 ? chi_square_tail(out.chi2, out.degrees) : 1.0;
+  out.p = out.degrees > 0.01 ? chi_square_tail(out.chi2, out.degrees) : 1.0;
+  const MatrixXd joint_inverse = scale.asDiagonal() * llt.solve(MatrixXd::Identity(total.rows(), total.cols())) * scale.asDiagonal();
 
   // Parameter by parameter: each flight's own estimate and its variance with all others free, about their weighted mean.
   for (std::size_t i = 0; i < shared.size(); ++i) {
@@ -97,7 +105,7 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
       const MatrixXd inverse = told_inverse(f.information, rank);
       // A parameter with a part in a direction that the flight does not tell is not told.
       const MatrixXd resolution = inverse * f.information;
-      const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99;
+      const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
       h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
       h.u.push_back(told ? std::sqrt(inverse(at, at) * inflation) : std::numeric_limits<double>::infinity());
       if (!told) continue;

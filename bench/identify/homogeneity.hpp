@@ -11,7 +11,7 @@ namespace rotorloop::bench {
 // One shared parameter between the flights: with the information of each flight about it, all other parameters free.
 struct ParameterHomogeneity {
   int parameter = 0;
-  std::vector<double> value, u;  // of each flight by itself, to first order; u infinite: the flight cannot tell
+  std::vector<double> value, u;  // of each flight by itself, to first order; u infinite: it tells less than 4 % of what all tell
   double chi2 = 0.0, degrees = 0.0, p = 1.0;
   bool moved = false;  // p below 1 % shared among the parameters
 };
@@ -20,9 +20,11 @@ struct Homogeneity {
   std::vector<ParameterHomogeneity> parameters;
 };
 
-// Σ_f (θ_f - θ)ᵀ S_f (θ_f - θ) with θ_f - θ = -S_f⁺ s_f, that is Σ s_fᵀ S_f⁺ s_f, in the directions that a flight tells at all. Per-flight
-// parameters are eliminated first. `inflation`: by which robust variances exceed classical ones; divides χ², since correlated
-// residuals make flights differ by more than S says; 1: none. Empty for a single flight.
+// Σ_f (θ_f - θ)ᵀ S_f (θ_f - θ) with θ_f - θ = -S_f⁻¹ s_f, that is Σ s_fᵀ S_f⁻¹ s_f, over the directions in which a flight holds at least 4
+// % of the joint information: elsewhere the joint fit hardly listens to it, and its own estimate is biased (the states' share of the
+// likelihood, log|H_xx|, moves a maximum that is nearly flat). In such directions with share λ the expected square is 1 - λ; their sum is
+// the number of degrees. Per-flight parameters are eliminated first. `inflation`: by which robust variances exceed classical ones;
+// divides χ², since correlated residuals make flights differ by more than S says; 1: none. Empty for a single flight.
 Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation = 1.0);
 
 }  // namespace rotorloop::bench

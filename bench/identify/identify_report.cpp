@@ -65,7 +65,7 @@ std::string stages_html(const IdentifyPage& p) {
   std::string out =
       "<h2 id=\"stages\">Stages beside the joint fit</h2>\n<p>Each stage frees its own parameters on its own flight; what it holds counts "
       "with "
-      "its uncertainty. z is the difference against √(u² of the stage − u² of the joint fit), as the joint fit saw the same data.</p>\n";
+      "its uncertainty. z is the difference in uncertainties of the stage.</p>\n";
   out += head({"stage", "parameter", "stage", "u", "held exact", "joint fit", "u", "z", ""});
   std::string last;
   for (const StageComparison& c : r.comparison) {

@@ -151,8 +151,7 @@ std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stag
       const Estimate* j = joint.find(e.parameter, flight);
       if (!j) continue;
       StageComparison c{s.role, e.parameter, e.value, std::max(e.u, e.u_robust), j->value, std::max(j->u, j->u_robust), 0.0, true};
-      const double variance = std::max(c.u_stage * c.u_stage - c.u_joint * c.u_joint, 0.25 * c.u_stage * c.u_stage);
-      c.z = variance > 0.0 ? (c.stage - c.joint) / std::sqrt(variance) : 0.0;
+      c.z = c.u_stage > 0.0 ? (c.stage - c.joint) / c.u_stage : 0.0;
       c.agrees = std::fabs(c.z) <= kAgreement;
       out.push_back(c);
     }

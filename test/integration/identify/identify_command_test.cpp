@@ -50,7 +50,7 @@ TEST_F(IdentifyCommand, WritesVehicleReportAndResultOfThreeFlights) {
        {"id=\"parameters\"", "id=\"stages\"", "id=\"held-out\"", "id=\"residuals\"", "id=\"flights\"", "id=\"observability\""})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   for (const std::string& text : {page, read_text(scratch / "out.toml"), read_text(scratch / "report" / "result.json")})
-    EXPECT_EQ(text.find("nan"), std::string::npos);
+    EXPECT_EQ(text.find(">nan"), std::string::npos);
 }
 
 TEST_F(IdentifyCommand, PrintsResultJsonAloneOnStdout) {
