@@ -7,11 +7,12 @@
 #include <cmath>
 
 #include "bench/report/svg_pieces.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
-constexpr double kHorizons_s[] = {0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0};  // 0: one step of the grid
+constexpr double kHorizons_s[] = {0.1, 0.2, 0.5, 1.0, 2.0};
 constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
 // Ten times what models of small multirotors leave: the poses, not the model, then make the states.
 constexpr double kForceNoise_m_s2_rtHz = 1.0, kAngularNoise_rad_s2_rtHz = 10.0;
@@ -30,25 +31,43 @@ StateTrack track_of(const GridFlight& g, const Identification& r) {
 // A ratio of errors that are both nil (one step without excitation) is none.
 std::string ratio_text(double v) { return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–"; }
 
+std::string rotation_text(const HeldOutScores& s) {
+  if (s.rotation_helps.to_s <= 0.0) return "the rotation model beats held rates nowhere";
+  return fmt::format("the rotation model beats held rates from {:.2f} to {:.2f} s", s.rotation_helps.from_s, s.rotation_helps.to_s);
+}
+
 }  // namespace
 
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
   HeldOutScores out;
   std::vector<PredictionErrors> before, after, held;
-  ModelValues old = r.start.values;
+  ModelValues old = r.start.file;
   const ModelValues& identified = r.fit.values.front();
   for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = identified[p];
   for (const FlightToFit& f : flights) {
     GridFlight g = make_grid(f.record, grid);
+    cut_between_segments(g, f.segments);
     tie_poses(g, identified[kPoseDelay]);
     const StateTrack track = track_of(g, r);
     const auto horizon = static_cast<std::size_t>(std::lround(kLongest_s / track.step_s));
     const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
-    const auto starts = prediction_starts(track, horizon, stride);
+    auto starts = prediction_starts(track, horizon, stride);
+    std::erase_if(starts, [&](std::size_t at) {
+      const auto from = g.linked.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto to = from + static_cast<std::ptrdiff_t>(std::min(horizon, g.linked.size() - at));
+      return std::find(from, to, 0) != to;
+    });
+    if (starts.empty()) continue;
     before.push_back(predict(track, whole_model(old, g.substeps), starts, horizon));
     after.push_back(predict(track, whole_model(identified, g.substeps), starts, horizon));
     held.push_back(predict(track, rates_held(identified), starts, horizon));
     out.flights.push_back(f.record.name);
+  }
+  if (after.empty()) {
+    throw Error({flights.empty() ? "held-out flights" : flights.front().record.name,
+                 fmt::format("no held-out flight has {:.0f} s in one piece", kLongest_s), "the flight is too short, or gaps cut it",
+                 "hold out a longer flight"},
+                ExitCode::data_quality);
   }
   const PredictionSummary a = summary(before), b = summary(after);
   out.starts = b.starts;
@@ -71,16 +90,15 @@ std::string held_out_table(const HeldOutScores& s) {
     out +=
         fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})\n", kQuantityNames[r.quantity], r.horizon_s, r.before,
                     r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high));
-  return out +
-         fmt::format("  the rotation model beats held rates from {:.2f} to {:.2f} s\n", s.rotation_helps.from_s, s.rotation_helps.to_s);
+  return out + "  " + rotation_text(s) + "\n";
 }
 
 std::string held_out_html(const HeldOutScores& s) {
   std::string out = fmt::format(
       "<h2 id=\"held-out\">Flights that had no part in the fit</h2>\n<p>{}; {} starts, open loop with the logged rotor speeds from the "
       "same "
-      "smoothed states. Before: the vehicle file; after: identified. The rotation model beats held rates from {:.2f} to {:.2f} s.</p>\n",
-      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, s.rotation_helps.from_s, s.rotation_helps.to_s);
+      "smoothed states. Before: the vehicle file; after: identified. {}.</p>\n",
+      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, rotation_text(s));
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
       "class=\"l\">unit</th><th>ratio</th><th>95 %</th></tr></thead><tbody>\n";

@@ -1,5 +1,5 @@
-// How well the identified model foretells flights that had no part in the fit, beside the model it started from: open loop from
-// states that neither made, so that the starts favour no model.
+// How well the identified model foretells flights that had no part in the fit, beside the vehicle file's: open loop from states that
+// the poses make (smoothed under large process noise). Below 0.1 s the smoother's own model shows in them: no such horizon is scored.
 #pragma once
 #include <span>
 #include <string>
@@ -23,8 +23,8 @@ struct HeldOutScores {
   HelpfulRange rotation_helps;  // where the identified model beats held rates in attitude
 };
 
-// One step of the grid, then 0.02 to 2 s. Starts every 0.25 s from states smoothed under process noise so large that the poses make
-// them. Throws like identify() for flights that cannot be fitted.
+// 0.1 to 2 s, starts every 0.25 s; no prediction runs across a cut. Throws like identify() for flights that cannot be fitted, and when
+// no flight has 2 s in one piece.
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& result, const GridOptions& grid);
 
 std::string held_out_table(const HeldOutScores& scores);

@@ -149,8 +149,8 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   for (const FreeParameter& f : free) {
     if (f.prior_u <= 0.0) continue;
     const auto at = static_cast<std::size_t>(f.parameter);
-    out.problem.start.values[at] = out.start.values.values[at];
-    for (auto& own : out.problem.flight_start) own[at] = out.start.values.values[at];
+    out.problem.start.values[at] = out.start.file.values[at];
+    for (auto& own : out.problem.flight_start) own[at] = out.start.file.values[at];
   }
   const auto joint = report("joint fit");
   out.fit = o.solver(out.problem, o.fit, joint);

@@ -40,7 +40,7 @@ std::string parameters_html(const IdentifyPage& p) {
   std::string out = head({"parameter", "estimate", "u", "u classical", "u robust", "unit", "file said", "u", "z", ""});
   for (const Estimate& e : r.fit.estimates) {
     const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
-    const double before_u = believed_u(p.before, e.parameter, r.problem.start.terms), was = r.start.values[e.parameter];
+    const double before_u = believed_u(p.before, e.parameter, r.problem.start.terms), was = r.start.file[e.parameter];
     const double z = before_u > 0.0 && e.prior_share <= 0.5 ? (e.value - was) / std::hypot(before_u, reported_u(e)) : kNone;
     const std::string mark = mark_of(e);
     out += "<tr>" + cell(xml_escaped(estimate_name(e, r.problem)), " class=\"l\"") + cell(num(e.value, "{:.5g}"), " class=\"big\"") +

@@ -20,7 +20,7 @@ std::string padded(const std::string& text, std::size_t width) {
 }
 
 // Value of the vehicle file in the fit's parameter: the sensor's rotation starts from it, at zero.
-double value_before(const Identification& r, int parameter) { return r.start.values[parameter]; }
+double value_before(const Identification& r, int parameter) { return r.start.file[parameter]; }
 
 }  // namespace
 

@@ -47,7 +47,7 @@ double mean_battery_V(const GridFlight& g) {
 
 StartValues start_values(std::span<const GridFlight> flights, const host::VehicleFile& vehicle, const host::TermList& terms) {
   const host::VehicleModel model = host::to_model(vehicle);
-  StartValues out{model_values(model, terms), 1.0};
+  StartValues out{.values = model_values(model, terms), .file = {}};
   ModelValues& v = out.values;
   for (std::size_t k = 0; k < terms.parameters(); ++k) {
     const auto term = terms.term_of(k);
@@ -63,6 +63,7 @@ StartValues start_values(std::span<const GridFlight> flights, const host::Vehicl
     if (const double V = mean_battery_V(g); g.input.from_commands() && V > 0.0) volts += V, with_volts += 1.0;
   }
   v.reference_V = with_volts > 0.0 ? volts / with_volts : 0.0;
+  out.file = v;
   const double c_t = host::static_c_t(model.thrust);
   if (const double u2 = mean_square_upright(flights, v, true); u2 > 0.0) v[kCommandGain] = std::sqrt(model.weight_N() / (c_t * u2));
   if (const double w2 = mean_square_upright(flights, v, false); w2 > 0.0) {

@@ -10,6 +10,7 @@ namespace rotorloop::bench {
 
 struct StartValues {
   ModelValues values;
+  ModelValues file;           // as the vehicle file says, before any scaling: what estimates are compared with, and priors are about
   double thrust_scale = 1.0;  // by which k1, k2 and c_q of the vehicle file were multiplied; 1: they carry the weight within 10 %
 };
 

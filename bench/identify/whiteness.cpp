@@ -76,11 +76,19 @@ PortmanteauTest ljung_box(std::span<const double> s, std::size_t lags) {
   double n = 0.0;
   for (const double v : s) n += std::isfinite(v);
   PortmanteauTest t;
-  t.lags = std::min<std::size_t>(lags, s.empty() ? 0 : s.size() - 1);
+  t.lags = std::min<std::size_t>(lags, static_cast<std::size_t>(n / 4.0));
   const auto r = autocorrelation(s, t.lags);
-  for (std::size_t k = 1; k <= t.lags; ++k) t.q += r[k] * r[k] / (n - static_cast<double>(k));
-  t.q *= n * (n + 2.0);
-  if (t.lags > 0) t.p = chi_square_tail(t.q, static_cast<double>(t.lags));
+  double used = 0.0;
+  for (std::size_t k = 1; k <= t.lags; ++k) {
+    // With gaps a lag has fewer pairs than n - k: its correlation is the sum over those pairs, not shrunk by the missing ones.
+    double pairs = 0.0;
+    for (std::size_t i = k; i < s.size(); ++i) pairs += std::isfinite(s[i]) && std::isfinite(s[i - k]);
+    if (pairs < 1.0) continue;
+    const double full = r[k] * (n - static_cast<double>(k)) / pairs;
+    t.q += n * (n + 2.0) * full * full * pairs / ((n - static_cast<double>(k)) * (n - static_cast<double>(k)));
+    used += 1.0;
+  }
+  if (used > 0.0) t.p = chi_square_tail(t.q, used);
   return t;
 }
 

@@ -93,7 +93,15 @@ Read read_all(const Options& o, const host::VehicleModel& vehicle) {
   read(o.rotation, bench::FlightRole::rotation);
   read(o.flights, bench::FlightRole::any);
   out.fitted = out.flights.size();
+  const std::size_t fitted_inputs = out.inputs.size();
   read(o.held_out, bench::FlightRole::any);
+  for (std::size_t h = fitted_inputs; h < out.inputs.size(); ++h) {
+    for (std::size_t f = 0; f < fitted_inputs; ++f) {
+      if (out.inputs[h].sha256 != out.inputs[f].sha256) continue;
+      throw Error(
+          {out.inputs[h].path, "is held out and also fitted: " + out.inputs[f].path, "", "hold out a flight that has no part in the fit"});
+    }
+  }
   if (out.fitted == 0)
     throw Error({"rotorloop identify", "was given no flight", "", "name logs with --vertical, --horizontal, --rotation or --flight"});
   return out;
@@ -184,14 +192,22 @@ int identify(const Options& o) {
     const std::vector<bench::FlightToFit> fitted(begin, begin + static_cast<std::ptrdiff_t>(read.fitted));
     result = bench::identify(fitted, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
   }
-  publish(o, result, read, base, clock);
-  if (!o.out.empty()) {
+  if (!o.out.empty() && result.fit.converged) {
     std::vector<std::string> inputs;
     for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
     write_checked(o.out, bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
                                                    std::string("rotorloop identify ") + kVersion, inputs));
-    if (!o.json) fmt::print("written: {}\n", o.out.generic_string());
   }
+  publish(o, result, read, base, clock);
+  if (!o.out.empty() && !result.fit.converged) {
+    throw Error(
+        {o.out.generic_string(),
+         fmt::format("the fit did not converge in {} iterations; no vehicle file was written", result.fit.iterations),
+         "noise figures that chase each other, or parameters that these flights cannot tell",
+         "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
+        ExitCode::data_quality);
+  }
+  if (!o.out.empty() && !o.json) fmt::print("written: {}\n", o.out.generic_string());
   return result.fit.converged ? 0 : static_cast<int>(ExitCode::data_quality);
 }
 
@@ -218,10 +234,13 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
       ->delimiter(',')
       ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
-  c->add_option("--rate", o->rate_Hz, "states per second; 0: as many as poses")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
+  c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
   c->add_option("--from", o->from_s, "leave out what lies before, s");
   c->add_option("--to", o->to_s, "leave out what lies after, s");
-  c->add_option("--noise", o->noise, "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: as given")
+  c->add_option("--noise", o->noise,
+                "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
       ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
       ->capture_default_str();
   c->add_option("--solver", o->solver, "own: elimination of the states; ceres: the same problem by Ceres, slower, as a check")
