@@ -90,7 +90,13 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   ModelValues values = out.start.values;
-  for (const FlightToFit& f : given) values[kPoseDelay] += f.pose_late_s / static_cast<double>(given.size());
+  // A delay that is held stays at its start value, whatever the checks found.
+  const bool delay_is_free = std::any_of(free.begin(), free.end(), [](const FreeParameter& f) { return f.parameter == kPoseDelay; });
+  double late_s = 0.0, known = 0.0;
+  for (const FlightToFit& f : given) {
+    if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
+  }
+  if (delay_is_free && known > 0.0) values[kPoseDelay] += late_s / known;
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;

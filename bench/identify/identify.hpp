@@ -2,6 +2,7 @@
 // on the flights that have a role, then one joint fit over all flights. Nothing here prints or reads files.
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,8 @@ namespace rotorloop::bench {
 struct FlightToFit {
   FlightRecord record;  // only what may be fitted
   FlightRole role = FlightRole::any;
-  std::vector<TimeRange> segments;  // no step of the model crosses from one to the next; empty: one
-  double pose_late_s = 0.0;         // first guess of how much later than the moment shown a pose is stamped
+  std::vector<TimeRange> segments;    // no step of the model crosses from one to the next; empty: one
+  std::optional<double> pose_late_s;  // first guess of how much later than the moment shown a pose is stamped
 };
 
 struct IdentifyOptions {

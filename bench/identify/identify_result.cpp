@@ -1,5 +1,7 @@
 #include "bench/identify/identify_result.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -68,6 +70,32 @@ IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base
   a.homogeneity = homogeneity_of(r.problem, r.fit, a.inflation);
   a.observability = observability_of(r.problem, r.fit);
   return a;
+}
+
+// What a reader of the figures must know first: [{"where", "what"}].
+static ordered_json warnings_json(const Identification& r, const IdentifyAnalysis& a) {
+  ordered_json out = ordered_json::array();
+  const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({{"where", where}, {"what", what}}); };
+  if (!r.fit.converged) warn("fit", "did not converge: values and uncertainties are those of the last step");
+  if (!r.fit.noise_settled) warn("noise", "the rounds ran out before every noise figure came to rest");
+  if (r.start.thrust_scale != 1.0)
+    warn("start values",
+         fmt::format("thrust and torque of the vehicle file were multiplied by {:.3g} to carry the weight", r.start.thrust_scale));
+  for (const Estimate& e : r.fit.estimates) {
+    if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate_name(e, r.problem), mark);
+  }
+  for (const StageComparison& c : r.comparison) {
+    if (!c.agrees)
+      warn(fmt::format("stage {}", name(c.role)), fmt::format("{} is {:+.1f} standard uncertainties from the joint fit",
+                                                              parameter_info(c.parameter, r.problem.start.terms).symbol, c.z));
+  }
+  for (const FlightWhiteness& w : a.whiteness) {
+    if (!w.white()) warn(w.flight, "innovations are not white: the model lacks something in this flight, or the noise is not white");
+  }
+  for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
+    if (h.moved) warn("between flights", parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
+  }
+  return out;
 }
 
 std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const std::vector<CheckedFlight>& checked,
@@ -142,10 +170,11 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   j["checks"] = checks;
   j["fit"] = {{"iterations", r.fit.iterations},
               {"noise_rounds", r.fit.noise_rounds},
+              {"noise_settled", r.fit.noise_settled},
               {"converged", r.fit.converged},
               {"states", steps},
               {"flights", r.flights.size()}};
-  j["warnings"] = ordered_json::array();
+  j["warnings"] = warnings_json(r, a);
   j["errors"] = ordered_json::array();
   return j.dump(1) + "\n";
 }
@@ -163,7 +192,11 @@ TrailPoint read_trail_point(const std::filesystem::path& given) {
   if (j.value("format", 0) != 1) fail("has a format that this program does not know");
   TrailPoint out;
   out.label = path.parent_path().filename().generic_string();
+  if (!j.contains("estimates") || !j.at("estimates").is_array()) fail("holds no estimates");
   for (const auto& e : j.at("estimates")) {
+    for (const char* key : {"flight", "symbol", "unit", "value", "u", "u_robust"}) {
+      if (!e.is_object() || !e.contains(key)) fail(std::string("holds an estimate without ") + key);
+    }
     if (!e.at("flight").is_null() || !e.at("value").is_number() || !e.at("u").is_number()) continue;
     out.names.push_back(e.at("symbol").get<std::string>());
     out.units.push_back(e.at("unit").get<std::string>());

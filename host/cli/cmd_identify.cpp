@@ -65,12 +65,15 @@ struct Read {
 
 Read read_all(const Options& o, const host::VehicleModel& vehicle) {
   std::optional<bench::LogMapping> mapping;
-  if (!o.mapping.empty()) mapping = bench::read_log_mapping(o.mapping);
   Read out;
+  if (!o.mapping.empty()) {
+    mapping = bench::read_log_mapping(o.mapping);
+    out.inputs.push_back({o.mapping.generic_string(), sha256_file(o.mapping)});
+  }
   const auto read = [&](const std::vector<fs::path>& paths, bench::FlightRole role) {
     for (const fs::path& path : paths) {
       std::vector<bench::LogFinding> notes;
-      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, 0.0};
+      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, {}};
       const fs::path file = fs::is_directory(path) ? path / "flight.csv" : path;
       out.inputs.push_back({file.generic_string(), sha256_file(file)});
       if (!o.no_checks) {
@@ -161,7 +164,10 @@ void publish(const Options& o, const bench::Identification& result, const Read& 
                bench::observability_table(analysis.observability));
     if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
     fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
-               result.fit.noise_rounds, result.fit.converged ? "" : " (NOT CONVERGED)",
+               result.fit.noise_rounds,
+               !result.fit.converged      ? " (NOT CONVERGED)"
+               : result.fit.noise_settled ? ""
+                                          : " (noise not settled)",
                2.0 * result.fit.cost / result.fit.degrees_of_freedom);
   }
   if (o.report.empty()) return;

@@ -29,19 +29,20 @@ S rotor_thrust(const LoadParameters<S>& p, const LoadGeometry& g, const S& omega
     return S(0.0);
   }
   const double u = value_of(v.z) + solved.induced_m_s;
+  const S speed = magnitude(omega);  // a rotor's sense of rotation is not told by the sign of its speed
   if constexpr (std::is_same_v<S, double>) {
     through = u;
   } else {
     // One Newton step in S from the root: changes the value by nothing, the derivatives to those of the root.
     const double q = model.momentum_kg_m(), w2 = value_of(across2);
     const double s = std::fmax(std::sqrt(u * u + w2), 1e-9);
-    double slope = q * s + q * solved.induced_m_s * u / s - model.k2_N_s2_m * value_of(omega);
+    double slope = q * s + q * solved.induced_m_s * u / s - model.k2_N_s2_m * value_of(speed);
     if (std::fabs(slope) < 1e-6 * q) slope = std::copysign(1e-6 * q, slope);
-    S difference = (u - v.z) * square_root(across2 + u * u) * q - p.k2_N_s2_m * omega * u - p.k1_N_s2 * omega * omega;
+    S difference = (u - v.z) * square_root(across2 + u * u) * q - p.k2_N_s2_m * speed * u - p.k1_N_s2 * omega * omega;
     difference.a = 0.0;
     through = u - difference / slope;
   }
-  return p.k1_N_s2 * omega * omega + p.k2_N_s2_m * omega * through;
+  return p.k1_N_s2 * omega * omega + p.k2_N_s2_m * speed * through;
 }
 
 template <class S>
