@@ -17,8 +17,8 @@ namespace rotorloop::bench {
 struct FlightToFit {
   FlightRecord record;  // only what may be fitted
   FlightRole role = FlightRole::any;
-  std::vector<TimeRange> segments;    // no step of the model crosses from one to the next; empty: one
-  std::optional<double> pose_late_s;  // first guess of how much later than the moment shown a pose is stamped
+  std::vector<TimeRange> segments;                   // no step of the model crosses from one to the next; empty: one
+  std::optional<double> pose_late_s = std::nullopt;  // first guess of how much later than the moment shown a pose is stamped
 };
 
 struct IdentifyOptions {
