@@ -102,7 +102,7 @@ TOKEN_RULES = [
               {"bench/hil/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed",
                "bench/hil/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
                "host/cli/progress_line.hpp": "how long to wait, on stderr",
-               "host/cli/identify_progress.hpp": "the same"}),
+               "host/cli/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
     TokenRule("std-random", LOCKSTEP_ROOMS + ["bench", "host"],
               r"\bstd::mt19937\w*|\bstd::\w+_engine\b|\brandom_device\b|\b\w+_distribution\b|(?<![\w.>:])s?rand\s*\(|\bstd::s?rand\s*\(|\bdrand48\b",
               "`{0}` is not a seeded stream of this house", "use sim/world/random.hpp: RandomStream(seed, module)"),
