@@ -1,0 +1,90 @@
+// What a diagnosis says, for text, JSON, the page and other programs: the verdict, the effects it names with the evidence for and
+// against each candidate, what these flights could not have shown, and the error before and after. Data only.
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "bench/identify/held_out.hpp"
+
+namespace rotorloop::bench {
+
+// clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
+// members these flights cannot tell apart. unexplained: the residual is real, and no effect of the library explains what is left
+// (effects may have been added before). faulty: a sensor or the log is at fault, and no physics was fitted to it.
+enum class Verdict { clean, named, ambiguous, unexplained, faulty };
+std::string_view name(Verdict v);
+
+struct NamedValue {
+  std::string name, unit;
+  double value = 0.0, u = 0.0;  // u: the larger of the classical and the block-robust standard error
+};
+
+// One effect of the library against the residual of one model.
+struct CandidateEvidence {
+  std::string id;                    // docs/effects.toml, or that of a user's term
+  std::vector<NamedValue> one_step;  // estimate of its parameters from the screening, without a refit
+  double chi2 = 0.0;                 // classical score statistic
+  double wald = 0.0;                 // block-robust, over its degrees of freedom: an F statistic
+  int degrees = 0;
+  double p = 1.0, p_holm = 1.0;  // of the robust statistic; Holm over all candidates
+  double gain = 0.0;             // predicted rise of the log likelihood, deflated for correlated residuals
+  double gain_relative = 0.0;    // predicted fall of the misfit that the model's errors cause, 0 to 1
+  double bic = 0.0;              // gain less ½ d log(n_eff)
+  double cross_validated = 0.0;  // rise of the log likelihood on blocks or flights that did not estimate it, deflated likewise
+  bool inside_bounds = true;     // of its physical range, within two u
+  std::string ruled_out_by;      // first criterion it fails, in words; empty: it could be the missing effect
+  // The smallest size that these flights would have shown (3.3 u), by its first parameter, and what is typical (catalogue).
+  double detectable = 0.0, typical = 0.0;
+};
+
+struct ClassMember {
+  std::string id;
+  double correlation = 0.0;  // canonical, with the winner, after the model's parameters took their share
+  double gain_share = 0.0;   // its gain over the winner's
+  std::vector<NamedValue> parameters;
+};
+
+// One effect that was added.
+struct AddedEffect {
+  std::string id;                      // the best of the class, or the effect itself
+  std::vector<NamedValue> parameters;  // after the refit
+  std::vector<ClassMember> twins;      // what these flights cannot tell from it; empty: named
+  std::string determined;              // for a class: the combination that is determined
+  std::string manoeuvre;               // for a class: the flight that would tell its members apart
+  CandidateEvidence evidence;
+  std::vector<std::pair<std::string, double>> shifts;  // parameters of the model that it moved by more than one u: relative change
+};
+
+// A sweep of all candidates, and what was done upon it.
+struct DiagnosisRound {
+  std::vector<CandidateEvidence> candidates;  // best first
+  double placebo_wald = 0.0;                  // 99th percentile of the placebos' statistic
+  std::size_t placebos = 0;
+  std::string decision;  // in words: "added rotor_inertia_reaction", "nothing passes every criterion"
+};
+
+// An effect that these flights could not have shown at its typical size, or never can.
+struct NotObservable {
+  std::string id, why, needs;
+  double detectable = 0.0, typical = 0.0;
+  std::string unit;
+};
+
+struct LogFault {
+  std::string flight, stream, what;
+  double from_s = 0.0, to_s = 0.0;
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::clean;
+  std::vector<LogFault> faults;
+  std::vector<AddedEffect> added;  // in the order they were found
+  std::vector<DiagnosisRound> rounds;
+  std::vector<CandidateEvidence> rejected;  // effects that were tried in a full refit and taken out again, and why
+  std::vector<NotObservable> not_observable;
+  bool white = true;                 // innovations after the last round
+  std::vector<std::string> remarks;  // in words, most important first
+};
+
+}  // namespace rotorloop::bench
