@@ -157,12 +157,16 @@ const Term* UserTerms::find(std::string_view id) const {
 void UserTerms::join(EffectCatalogue& catalogue) const {
   catalogue.parameters.resize(catalogue.ids.size());
   catalogue.model.resize(catalogue.ids.size());
+  catalogue.facts.resize(catalogue.ids.size());
   for (const auto& e : terms_) {
     catalogue.ids.push_back(e->id);
     auto& model = catalogue.model.emplace_back();
     for (const TermParameter& p : e->parameters)
       model.push_back({std::string(p.name), std::string(p.unit), p.min, p.max, p.neutral, p.scale});
     catalogue.parameters.push_back(model.front());
+    EffectFacts& facts = catalogue.facts.emplace_back();
+    facts.name = e->title;
+    facts.unit = model.front().unit;
   }
 }
 
