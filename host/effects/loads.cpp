@@ -49,7 +49,11 @@ template <class S>
 void loads(LoadState<S>& s, const TermSet<S>* terms) {
   const auto each = [&](auto&& act) {
     if constexpr (!std::is_same_v<S, MotionDual>) {
-      if (terms) terms->each(act);
+      if (!terms) return;
+      terms->each([&](const auto& h, const S* c, const S* memory) {
+        s.memory = memory;
+        act(h, c);
+      });
     }
   };
   s.omega_rad_s = s.in.omega_rad_s;

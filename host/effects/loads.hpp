@@ -91,6 +91,7 @@ struct LoadState {
   std::array<RotorLoad<S>, kRotors> rotor{};             // inflow terms act on v_air, thrust and torque terms on the loads
   S thrust_sum_N{};
   Vec3<S> force_B_N, torque_B_N_m;  // the answer, gravity not included
+  const S* memory = nullptr;        // of the term whose hook runs (memory.hpp); never null there
 };
 
 template <class S>

@@ -6,13 +6,16 @@
 //   rotor(c, state, i)        state.rotor[i].thrust_N, .torque_N_m, after it is solved
 //   body(c, state)            state.force_B_N, state.torque_B_N_m, after everything else
 // Hooks of several terms run in the order in which the terms are listed in the model.
+// A term whose load depends on the past names its `kMemory` and has `advance` (memory.hpp); its hooks find the numbers in state.memory.
 #pragma once
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string_view>
 
 #include "host/effects/loads.hpp"
+#include "host/effects/memory.hpp"
 
 namespace rotorloop::host {
 
@@ -26,6 +29,7 @@ struct TermParameter {
 struct TermInfo {
   std::string_view id;  // docs/effects.toml
   std::span<const TermParameter> parameters;
+  std::span<const TermMemory> memory = {};
 };
 
 template <class S>
@@ -43,6 +47,7 @@ struct Term {
   TermHooks<double> plain;
   TermHooks<PlaceDual> place;
   TermHooks<ExtraDual> extra;
+  Advance advance = nullptr;  // of a term with memory
 
   template <class S>
   const TermHooks<S>& hooks() const;
@@ -68,7 +73,7 @@ inline constexpr std::size_t kMaxTerms = 64, kMaxTermParameters = 128;
 // The terms of a model, in order, and where the parameters of each begin in one flat list.
 class TermList {
  public:
-  // False when the list is full or has the term already.
+  // False when the list, or the memory of all terms, is full, or has the term already.
   bool add(const Term& term);
   std::size_t size() const { return size_; }
   std::size_t parameters() const { return parameters_; }
@@ -76,26 +81,36 @@ class TermList {
   std::size_t first_parameter(std::size_t i) const { return first_[i]; }
   const TermParameter& parameter(std::size_t flat) const;  // and the term it belongs to:
   std::size_t term_of(std::size_t flat) const;
+  // Where the memory of each term begins in one flat list, and how many numbers that list has.
+  std::size_t memory() const { return memory_; }
+  std::size_t first_memory(std::size_t i) const { return first_memory_[i]; }
 
  private:
   std::array<const Term*, kMaxTerms> terms_{};
-  std::array<std::size_t, kMaxTerms> first_{};
-  std::size_t size_ = 0, parameters_ = 0;
+  std::array<std::size_t, kMaxTerms> first_{}, first_memory_{};
+  std::size_t size_ = 0, parameters_ = 0, memory_ = 0;
 };
 
-// A TermList with the values of its parameters.
+template <class S>
+inline constexpr std::array<S, kMaxTermMemory> kAtRest{};
+
+// A TermList with the values of its parameters, and of its memory when there is one: nullptr is rest.
 template <class S>
 class TermSet {
  public:
-  TermSet(const TermList& list, const S* values) : list_(list), values_(values) {}
+  TermSet(const TermList& list, const S* values, const S* memory = nullptr) : list_(list), values_(values), memory_(memory) {}
+  // act(hooks, parameters, memory)
   template <class Act>
   void each(Act&& act) const {
-    for (std::size_t i = 0; i < list_.size(); ++i) act(list_.term(i).template hooks<S>(), values_ + list_.first_parameter(i));
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+      act(list_.term(i).template hooks<S>(), values_ + list_.first_parameter(i),
+          memory_ ? memory_ + list_.first_memory(i) : kAtRest<S>.data());
+    }
   }
 
  private:
   const TermList& list_;
-  const S* values_;
+  const S *values_, *memory_;
 };
 
 // Fills the hooks of term T that exist.
@@ -113,7 +128,13 @@ constexpr TermHooks<S> hooks_of() {
 }
 template <class T>
 constexpr Term make_term() {
-  return {{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
+  Term t{{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
+  if constexpr (requires { T::kMemory; }) {
+    static_assert(std::size(T::kMemory) <= kMaxTermMemory);
+    t.info.memory = T::kMemory;
+    t.advance = &T::advance;
+  }
+  return t;
 }
 
 }  // namespace rotorloop::host

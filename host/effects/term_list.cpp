@@ -1,7 +1,10 @@
 // Every term that a model may hold, one line each.
+#include "host/effects/dynamic_inflow.hpp"
 #include "host/effects/rotor_inertia_reaction.hpp"
 #include "host/effects/rotor_local_inflow.hpp"
+#include "host/effects/slung_load.hpp"
 #include "host/effects/term.hpp"
+#include "host/effects/thrust_lag.hpp"
 
 namespace rotorloop::host {
 namespace {
@@ -9,6 +12,9 @@ namespace {
 constexpr Term kTerms[] = {
     make_term<RotorLocalInflow>(),
     make_term<RotorInertiaReaction>(),
+    make_term<ThrustLag>(),
+    make_term<DynamicInflow>(),
+    make_term<SlungLoad>(),
 };
 
 }  // namespace
@@ -23,15 +29,17 @@ const Term* find_term(std::string_view id) {
 }
 
 bool TermList::add(const Term& term) {
-  const std::size_t n = term.info.parameters.size();
-  if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters) return false;
+  const std::size_t n = term.info.parameters.size(), m = term.info.memory.size();
+  if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters || memory_ + m > kMaxMemory) return false;
   for (std::size_t i = 0; i < size_; ++i) {
     if (terms_[i]->info.id == term.info.id) return false;
   }
   terms_[size_] = &term;
   first_[size_] = parameters_;
+  first_memory_[size_] = memory_;
   ++size_;
   parameters_ += n;
+  memory_ += m;
   return true;
 }
 

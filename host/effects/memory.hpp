@@ -1,0 +1,35 @@
+// What a term remembers: a load on a string still swings after the vehicle stopped, thrust lags behind rotor speed. Such a term
+// names its numbers (kMemory) and says how the motion of the body carries them on (advance). To the loads of a moment they are
+// known numbers, so a term with memory adds no state to the fit: the fit, the predictor and the controller each run `advance`.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "host/effects/loads.hpp"
+
+namespace rotorloop::host {
+
+inline constexpr std::size_t kMaxTermMemory = 6;  // numbers of one term
+inline constexpr std::size_t kMaxMemory = 24;     // of all terms of a model
+
+// One number of a term's memory. Zero is rest: a term whose memory is zero acts as if it had always been in a steady state.
+struct TermMemory {
+  std::string_view name, unit;
+  // How far from zero it may be when a flight begins, as a standard deviation: then each flight has a start value of its own.
+  // 0: forgotten sooner than it matters.
+  double start_u = 0.0;
+};
+
+// A step of time, seen from both ends. The loads of both were taken with the memory of the beginning.
+struct MemoryStep {
+  const LoadState<double>&from, &to;
+  Vec3<double> acceleration_W_m_s2;  // of the centre of mass, gravity included (0 in hover), mean over the step
+  Vec3<double> angular_acceleration_B_rad_s2;
+  double dt_s = 0.0;
+};
+
+// `c`: the term's parameters; `memory`: its numbers, at the beginning on entry, at the end on return.
+using Advance = void (*)(const double* c, const MemoryStep& step, double* memory);
+
+}  // namespace rotorloop::host
