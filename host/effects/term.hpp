@@ -84,6 +84,7 @@ class TermList {
   // Where the memory of each term begins in one flat list, and how many numbers that list has.
   std::size_t memory() const { return memory_; }
   std::size_t first_memory(std::size_t i) const { return first_memory_[i]; }
+  std::size_t term_of_memory(std::size_t flat) const;
 
  private:
   std::array<const Term*, kMaxTerms> terms_{};
@@ -130,7 +131,7 @@ template <class T>
 constexpr Term make_term() {
   Term t{{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
   if constexpr (requires { T::kMemory; }) {
-    static_assert(std::size(T::kMemory) <= kMaxTermMemory);
+    static_assert(std::size(T::kMemory) <= kMaxTermMemory && std::size(T::kParameters) <= kMaxMemoryParameters);
     t.info.memory = T::kMemory;
     t.advance = &T::advance;
   }

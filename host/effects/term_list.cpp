@@ -49,6 +49,13 @@ std::size_t TermList::term_of(std::size_t flat) const {
   return i - 1;
 }
 
+std::size_t TermList::term_of_memory(std::size_t flat) const {
+  for (std::size_t i = size_; i-- > 0;) {
+    if (first_memory_[i] <= flat && !terms_[i]->info.memory.empty()) return i;
+  }
+  return 0;
+}
+
 const TermParameter& TermList::parameter(std::size_t flat) const {
   const std::size_t i = term_of(flat);
   return terms_[i]->info.parameters[flat - first_[i]];
