@@ -13,7 +13,7 @@ namespace rotorloop::host {
 struct SlungLoad {
   static constexpr std::string_view kId = "slung_load";
   // drag_1_m: drag of the load over its mass, ½ ρ c_d A / m. The hook's height counts from the geometric centre.
-  static constexpr TermParameter kParameters[] = {{"mass_kg", "kg", 0.0, 10.0, 1e-2, 0.0},
+  static constexpr TermParameter kParameters[] = {{"mass_kg", "kg", 0.0, 0.3, 1e-2, 0.0},
                                                   {"length_m", "m", 0.05, 10.0, 1e-1, 0.5},
                                                   {"damping", "1", 0.0, 0.5, 2e-2, 0.02},
                                                   {"drag_1_m", "1/m", 0.0, 1.0, 2e-2, 0.0},
