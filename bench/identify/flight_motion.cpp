@@ -29,7 +29,8 @@ Motion motion_of(const GridFlight& g, const std::vector<BodyState>& states) {
     if (!g.tied(k)) continue;
     const std::size_t from = last == g.knots ? 0 : last + 1;
     for (std::size_t j = from; j < k; ++j) {
-      out.states[j] = last == g.knots ? states[k] : between(states[last], states[k], static_cast<double>(j - last) / static_cast<double>(k - last));
+      out.states[j] =
+          last == g.knots ? states[k] : between(states[last], states[k], static_cast<double>(j - last) / static_cast<double>(k - last));
     }
     last = k;
   }

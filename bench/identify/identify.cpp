@@ -12,7 +12,7 @@
 namespace rotorloop::bench {
 namespace {
 
-constexpr int kRounds = 3;  // of fits again, with poses tied or memory run anew
+constexpr int kRounds = 3;      // of fits again, with poses tied or memory run anew
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.

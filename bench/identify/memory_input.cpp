@@ -58,7 +58,8 @@ void advance_memory(const ModelValues& v, const BodyState& from, const RotorInpu
   const host::MemoryStep step = step_between(a, b, from, to, to_s - from_s);
   for (std::size_t i = 0; i < v.terms.size(); ++i) {
     if (v.terms.term(i).advance)
-      v.terms.term(i).advance(v.values.data() + kCoreParameters + v.terms.first_parameter(i), step, memory.data() + v.terms.first_memory(i));
+      v.terms.term(i).advance(v.values.data() + kCoreParameters + v.terms.first_parameter(i), step,
+                              memory.data() + v.terms.first_memory(i));
   }
 }
 

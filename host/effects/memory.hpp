@@ -10,8 +10,8 @@
 
 namespace rotorloop::host {
 
-inline constexpr std::size_t kMaxTermMemory = 6;  // numbers of one term
-inline constexpr std::size_t kMaxMemory = 24;     // of all terms of a model
+inline constexpr std::size_t kMaxTermMemory = 6;        // numbers of one term
+inline constexpr std::size_t kMaxMemory = 24;           // of all terms of a model
 inline constexpr std::size_t kMaxMemoryParameters = 8;  // of a term that has memory
 
 // One number of a term's memory. Zero is rest: a term whose memory is zero acts as if it had always been in a steady state.

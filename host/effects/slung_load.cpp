@@ -12,7 +12,9 @@ using Swing = std::array<double, 4>;  // x, y of d and of its rate
 
 constexpr double kLowest = 0.94;  // of |(d_x, d_y)|: 70° from the vertical
 
-Vec to_world(const Vec& v_B, const std::array<Vec, 3>& world_B) { return {dot(world_B[0], v_B), dot(world_B[1], v_B), dot(world_B[2], v_B)}; }
+Vec to_world(const Vec& v_B, const std::array<Vec, 3>& world_B) {
+  return {dot(world_B[0], v_B), dot(world_B[1], v_B), dot(world_B[2], v_B)};
+}
 
 // Of a point of the body that is `arm_B` from the centre of mass.
 Vec hook_velocity_W(const LoadState<double>& s, const Vec& arm_B) {
@@ -26,8 +28,8 @@ void SlungLoad::advance(const double* c, const MemoryStep& step, double* memory)
   const LoadState<double>& s = step.from;
   const Vec arm{-s.parameters.com_x_m, -s.parameters.com_y_m, c[4] - s.geometry.com_z_m};
   const Vec& w = s.in.rates_B_rad_s;
-  const Vec hook_W = step.acceleration_W_m_s2 +
-                     to_world(cross(step.angular_acceleration_B_rad_s2, arm) + cross(w, cross(w, arm)), s.in.world_B);
+  const Vec hook_W =
+      step.acceleration_W_m_s2 + to_world(cross(step.angular_acceleration_B_rad_s2, arm) + cross(w, cross(w, arm)), s.in.world_B);
   const Vec v_W = scaled(0.5, hook_velocity_W(s, arm) + hook_velocity_W(step.to, arm));
   const Vec fall{-hook_W.x, -hook_W.y, -kGravity_m_s2 - hook_W.z};
 
