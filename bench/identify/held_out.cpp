@@ -22,14 +22,11 @@ constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "b
 ModelValues with_starts(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
   const host::TermList& terms = values.terms;
   FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
-  for (std::size_t t = 0; t < terms.size(); ++t) {
-    const auto memory = terms.term(t).info.memory;
-    for (std::size_t k = 0; k < memory.size(); ++k) {
-      if (memory[k].start_u <= 0.0) continue;
-      const int start = start_parameter(terms.first_memory(t) + k, terms);
-      p.start[start] = 0.0;
-      p.free.push_back({start, false, memory[k].start_u});
-    }
+  for (std::size_t k = 0; k < terms.parameters(); ++k) {
+    if (!terms.is_start(k) || terms.start_u(k) <= 0.0) continue;
+    const int start = kCoreParameters + static_cast<int>(k);
+    p.start[start] = 0.0;
+    p.free.push_back({start, false, terms.start_u(k)});
   }
   return p.free.empty() ? values : fit(p).values.front();
 }

@@ -73,7 +73,6 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
     return;
   }
   const double* values = v.values.data() + kCoreParameters;
-  const double* starts = values + terms.parameters();
 
   // Two branches for each parameter and start of a term with memory; one where the parameter stands at its bound.
   std::vector<Branch> branches;
@@ -86,7 +85,8 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
     if (info.memory.empty() || measured[i]) continue;
     Branch own{.term = i};
     std::copy_n(values + terms.first_parameter(i), info.parameters.size(), own.parameters.begin());
-    std::copy_n(starts + terms.first_memory(i), info.memory.size(), own.memory.begin());
+    const double* starts = values + terms.first_start(i);
+    std::copy_n(starts, info.memory.size(), own.memory.begin());
     const auto pair = [&](int parameter, double low, double high, auto&& number_of) {
       places_.push_back({parameter, width_, terms.first_memory(i), info.memory.size()});
       width_ += info.memory.size();
@@ -107,7 +107,7 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
     for (std::size_t k = 0; k < info.memory.size(); ++k) {
       if (info.memory[k].start_u <= 0.0) continue;
       const double at = own.memory[k], e = 1e-3 * info.memory[k].start_u;
-      pair(start_parameter(terms.first_memory(i) + k, terms), at - e, at + e, [k](Branch& b) -> double& { return b.memory[k]; });
+      pair(kCoreParameters + static_cast<int>(terms.first_start(i) + k), at - e, at + e, [k](Branch& b) -> double& { return b.memory[k]; });
     }
   }
 
@@ -117,8 +117,8 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
   MemoryNumbers memory{};
   for (std::size_t i = 0; i < terms.size(); ++i) {
     for (std::size_t k = 0; k < terms.term(i).info.memory.size(); ++k) {
-      const std::size_t at = terms.first_memory(i) + k;
-      memory[at] = terms.term(i).info.memory[k].start_u > 0.0 ? starts[at] : 0.0;
+      const double start = values[terms.first_start(i) + k];
+      memory[terms.first_memory(i) + k] = terms.term(i).info.memory[k].start_u > 0.0 ? start : 0.0;
     }
   }
   const auto write = [&](std::size_t knot) {

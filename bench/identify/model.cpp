@@ -183,7 +183,7 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
         }
       } else {
         const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
-        if (flat < values_.terms.parameters()) c[flat].d[j] = 1.0;
+        c[flat].d[j] = 1.0;
         if (u.memory_input)
           u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double by) { memory[i].d[j] = by; });
       }

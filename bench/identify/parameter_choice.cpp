@@ -18,7 +18,7 @@ constexpr double kAccelBiasPrior_m_s2 = 0.3;
 
 [[noreturn]] void unknown(const std::string& name, const host::TermList& terms) {
   std::vector<std::string> names;
-  for (int i = 0; i < parameter_count(terms); ++i) names.push_back(parameter_info(i, terms).name);
+  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) names.push_back(parameter_info(i, terms).name);
   throw Error({name, "is no parameter of this model", "a misspelt name, or a term that was not added with --term",
                "use one of " + fmt::format("{}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
 }
@@ -42,7 +42,7 @@ NamedNumber with_prior(const std::string& text) {
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms) {
   if (const int one = find_parameter(name, terms); one >= 0) return {one};
   std::vector<int> out;
-  for (int i = 0; i < parameter_count(terms); ++i) {
+  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) {
     if (parameter_info(i, terms).name.starts_with(name + ".")) out.push_back(i);
   }
   if (out.empty()) unknown(name, terms);
@@ -80,12 +80,13 @@ std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights
   for (int i = 0; accel && i < 3; ++i) add(kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
   if (commands) add(kCommandGain), add(kCommandLag);
   if (battery) add(kVoltageExponent);
-  for (std::size_t k = 0; k < terms.parameters(); ++k) add(kCoreParameters + static_cast<int>(k));
   // What a term remembered when the flight began is that flight's own.
-  for (std::size_t t = 0; t < terms.size(); ++t) {
-    const auto memory = terms.term(t).info.memory;
-    for (std::size_t k = 0; k < memory.size(); ++k) {
-      if (memory[k].start_u > 0.0) add(start_parameter(terms.first_memory(t) + k, terms), flights.size() > 1, memory[k].start_u);
+  for (std::size_t k = 0; k < terms.parameters(); ++k) {
+    const int parameter = kCoreParameters + static_cast<int>(k);
+    if (!terms.is_start(k)) {
+      add(parameter);
+    } else if (const double u = terms.start_u(k); u > 0.0) {
+      add(parameter, flights.size() > 1, u);
     }
   }
 

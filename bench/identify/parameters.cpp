@@ -1,7 +1,5 @@
 #include "bench/identify/parameters.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "bench/identify/rotations.hpp"
@@ -57,37 +55,19 @@ constexpr std::array<CoreInfo, kCoreParameters> kCore{{
 
 }  // namespace
 
-int parameter_count(const host::TermList& terms) { return kCoreParameters + static_cast<int>(terms.parameters() + terms.memory()); }
-
-int start_parameter(std::size_t memory, const host::TermList& terms) {
-  return kCoreParameters + static_cast<int>(terms.parameters() + memory);
-}
-
 ParameterInfo parameter_info(int parameter, const host::TermList& terms) {
   if (parameter < kCoreParameters) {
     const CoreInfo& c = kCore[static_cast<std::size_t>(parameter)];
     return {c.name, c.symbol, c.unit, c.scale, c.min, c.max};
   }
   const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
-  if (flat >= terms.parameters()) {
-    const std::size_t memory = flat - terms.parameters(), t = terms.term_of_memory(memory);
-    const host::TermInfo& info = terms.term(t).info;
-    const host::TermMemory& m = info.memory[memory - terms.first_memory(t)];
-    const double wide = m.start_u > 0.0 ? 10.0 * m.start_u : 0.0;
-    return {fmt::format("effect.{}.start.{}", info.id, m.name),
-            fmt::format("{}(0)", m.name),
-            std::string(m.unit),
-            m.start_u > 0.0 ? 0.1 * m.start_u : 1.0,
-            -wide,
-            wide};
-  }
   const host::TermParameter& p = terms.parameter(flat);
   const std::string id(terms.term(terms.term_of(flat)).info.id);
   return {"effect." + id + "." + std::string(p.name), std::string(p.name), std::string(p.unit), p.scale, p.min, p.max};
 }
 
 int find_parameter(std::string_view name, const host::TermList& terms) {
-  for (int i = 0; i < parameter_count(terms); ++i) {
+  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) {
     const ParameterInfo info = parameter_info(i, terms);
     if (info.name == name || info.symbol == name) return i;
   }
@@ -111,7 +91,7 @@ ModelValues model_values(const host::VehicleModel& m, const host::TermList& term
   out.geometry = host::load_geometry(m);
   out.start_q_BS = m.pose_sensor_q_BS;
   out.terms = terms;
-  out.values.assign(static_cast<std::size_t>(parameter_count(terms)), 0.0);
+  out.values.assign(kCoreParameters + terms.parameters(), 0.0);
   out[kMass] = m.mass_kg;
   out[kCq] = m.c_q_N_m_s2;
   out[kK1] = m.thrust.k1_N_s2;

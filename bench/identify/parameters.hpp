@@ -1,6 +1,5 @@
 // What can be estimated: the paper's θ, named extensions, and the parameters of added terms, in one flat list of numbers.
-// Index = core parameter (enum below), or kCoreParameters + place in the model's TermList; behind those, for terms with memory, what each
-// remembers at the start of a flight.
+// Index = core parameter (enum below), or kCoreParameters + place in the model's TermList.
 #pragma once
 #include <Eigen/Geometry>
 #include <string>
@@ -67,10 +66,6 @@ struct ParameterInfo {
   double min = 0.0, max = 0.0;
 };
 
-// How many indices there are, and that of the start of a number of the memory (place in the TermList's memory).
-int parameter_count(const host::TermList& terms);
-int start_parameter(std::size_t memory, const host::TermList& terms);
-
 ParameterInfo parameter_info(int parameter, const host::TermList& terms);
 // Index of a parameter by name or symbol; -1 when there is none.
 int find_parameter(std::string_view name_or_symbol, const host::TermList& terms);
@@ -81,7 +76,7 @@ struct ModelValues {
   Eigen::Quaterniond start_q_BS = Eigen::Quaterniond::Identity();
   double reference_V = 0.0;  // of the voltage law; 0 when commands are not used
   host::TermList terms;
-  std::vector<double> values;  // parameter_count(terms)
+  std::vector<double> values;  // kCoreParameters + terms.parameters()
 
   double operator[](int parameter) const { return values[static_cast<std::size_t>(parameter)]; }
   double& operator[](int parameter) { return values[static_cast<std::size_t>(parameter)]; }

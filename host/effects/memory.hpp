@@ -2,9 +2,7 @@
 // names its numbers (kMemory) and says how the motion of the body carries them on (advance). To the loads of a moment they are
 // known numbers, so a term with memory adds no state to the fit: the fit, the predictor and the controller each run `advance`.
 #pragma once
-#include <array>
 #include <cstddef>
-#include <string_view>
 
 #include "host/effects/loads.hpp"
 
@@ -13,14 +11,6 @@ namespace rotorloop::host {
 inline constexpr std::size_t kMaxTermMemory = 6;        // numbers of one term
 inline constexpr std::size_t kMaxMemory = 24;           // of all terms of a model
 inline constexpr std::size_t kMaxMemoryParameters = 8;  // of a term that has memory
-
-// One number of a term's memory. Zero is rest: a term whose memory is zero acts as if it had always been in a steady state.
-struct TermMemory {
-  std::string_view name, unit;
-  // How far from zero it may be when a flight begins, as a standard deviation: then each flight has a start value of its own.
-  // 0: forgotten sooner than it matters.
-  double start_u = 0.0;
-};
 
 // A step of time, seen from both ends. The loads of both were taken with the memory of the beginning.
 struct MemoryStep {

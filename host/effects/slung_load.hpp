@@ -6,6 +6,8 @@
 //   d̈ = (f - (f·d) d) / L - |ḋ|² d - 2 ζ sqrt(g / L) ḋ,   f = g - a_h - k |v| v,   v: velocity of the load over ground
 // Good up to 70° from the vertical.
 #pragma once
+#include <array>
+
 #include "host/effects/term.hpp"
 
 namespace rotorloop::host {
@@ -18,7 +20,19 @@ struct SlungLoad {
                                                   {"damping", "1", 0.0, 0.5, 2e-2, 0.02},
                                                   {"drag_1_m", "1/m", 0.0, 1.0, 2e-2, 0.0},
                                                   {"attach_z_m", "m", -0.3, 0.3, 1e-2, 0.0}};
-  static constexpr TermMemory kMemory[] = {{"d_x", "1", 0.2}, {"d_y", "1", 0.2}, {"rate_x", "1/s", 1.0}, {"rate_y", "1/s", 1.0}};
+  static constexpr TermMemory kMemory[] = {{{"start_d_x", "1", -0.9, 0.9, 0.02, 0.0}, 0.2}, {{"start_d_y", "1", -0.9, 0.9, 0.02, 0.0}, 0.2}, {{"start_rate_x", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}, {{"start_rate_y", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}};
+
+  // Swings from 0.29 to 1.6 Hz, free, dragged through the air, and damped.
+  static constexpr std::array<double, 180> kScan = [] {
+    std::array<double, 180> rows{};
+    std::size_t at = 0;
+    for (const double length_m : {0.1, 0.15, 0.2, 0.27, 0.35, 0.45, 0.55, 0.7, 0.9, 1.2, 1.8, 3.0}) {
+      for (const auto& [damping, drag_1_m] : {std::array{0.02, 0.0}, std::array{0.02, 0.02}, std::array{0.15, 0.0}}) {
+        for (const double x : {0.0, length_m, damping, drag_1_m, 0.0}) rows[at++] = x;
+      }
+    }
+    return rows;
+  }();
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {

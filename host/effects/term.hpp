@@ -27,10 +27,19 @@ struct TermParameter {
   double neutral = 0.0;
 };
 
+// One number of a term's memory. Zero is rest: a term whose memory is zero acts as if it had always been in a steady state.
+struct TermMemory {
+  TermParameter start;  // its value when a flight begins; a number of that flight, not of the vehicle
+  // How far from zero it may be then, as a standard deviation; 0: forgotten sooner than it matters, and taken as zero.
+  double start_u = 0.0;
+};
+
 struct TermInfo {
   std::string_view id;  // docs/effects.toml
   std::span<const TermParameter> parameters;
   std::span<const TermMemory> memory = {};
+  // Rows of parameters at which to look for it first, where at neutral only the first parameter says something.
+  std::span<const double> scan = {};
 };
 
 template <class S>
@@ -74,7 +83,8 @@ const Term* find_term(std::string_view id);  // nullptr when the list has none o
 
 inline constexpr std::size_t kMaxTerms = 96, kMaxTermParameters = 192;
 
-// The terms of a model, in order, and where the parameters of each begin in one flat list.
+// The terms of a model, in order, and where the parameters of each begin in one flat list. Behind a term's own parameters stand the
+// starts of its memory.
 class TermList {
  public:
   // False when the list, or the memory of all terms, is full, or has the term already.
@@ -88,7 +98,9 @@ class TermList {
   // Where the memory of each term begins in one flat list, and how many numbers that list has.
   std::size_t memory() const { return memory_; }
   std::size_t first_memory(std::size_t i) const { return first_memory_[i]; }
-  std::size_t term_of_memory(std::size_t flat) const;
+  std::size_t first_start(std::size_t i) const { return first_[i] + terms_[i]->info.parameters.size(); }
+  bool is_start(std::size_t flat) const;
+  double start_u(std::size_t flat) const;  // of a start
 
  private:
   std::array<const Term*, kMaxTerms> terms_{};
@@ -143,6 +155,7 @@ constexpr Term make_term() {
     static_assert(std::size(T::kMemory) <= kMaxTermMemory && std::size(T::kParameters) <= kMaxMemoryParameters);
     t.info.memory = T::kMemory;
     t.advance = &T::advance;
+    if constexpr (requires { T::kScan; }) t.info.scan = T::kScan;
   }
   return t;
 }

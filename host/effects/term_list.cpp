@@ -104,7 +104,7 @@ const Term* find_term(std::string_view id) {
 }
 
 bool TermList::add(const Term& term) {
-  const std::size_t n = term.info.parameters.size(), m = term.info.memory.size();
+  const std::size_t m = term.info.memory.size(), n = term.info.parameters.size() + m;
   if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters || memory_ + m > kMaxMemory) return false;
   for (std::size_t i = 0; i < size_; ++i) {
     if (terms_[i]->info.id == term.info.id) return false;
@@ -124,16 +124,17 @@ std::size_t TermList::term_of(std::size_t flat) const {
   return i - 1;
 }
 
-std::size_t TermList::term_of_memory(std::size_t flat) const {
-  for (std::size_t i = size_; i-- > 0;) {
-    if (first_memory_[i] <= flat && !terms_[i]->info.memory.empty()) return i;
-  }
-  return 0;
+bool TermList::is_start(std::size_t flat) const { return flat >= first_start(term_of(flat)); }
+
+double TermList::start_u(std::size_t flat) const {
+  const std::size_t i = term_of(flat);
+  return terms_[i]->info.memory[flat - first_start(i)].start_u;
 }
 
 const TermParameter& TermList::parameter(std::size_t flat) const {
   const std::size_t i = term_of(flat);
-  return terms_[i]->info.parameters[flat - first_[i]];
+  const TermInfo& info = terms_[i]->info;
+  return is_start(flat) ? info.memory[flat - first_start(i)].start : info.parameters[flat - first_[i]];
 }
 
 }  // namespace rotorloop::host

@@ -151,7 +151,11 @@ TEST(TermMemory, is_counted_in_the_order_of_the_list_and_refused_beyond_its_room
   EXPECT_TRUE(list.add(*find_term("linear_drag")));
   EXPECT_EQ(list.memory(), 4u);
   EXPECT_EQ(list.first_memory(1), 0u);
-  EXPECT_EQ(list.term_of_memory(3), 1u);
+  EXPECT_EQ(list.parameters(), 1u + 9u + 3u);
+  EXPECT_FALSE(list.is_start(5));
+  EXPECT_TRUE(list.is_start(6));
+  EXPECT_FALSE(list.is_start(10));
+  EXPECT_EQ(list.parameter(9).name, "start_rate_y");
   std::array<Term, 8> more;
   more.fill(*find_term("slung_load"));
   const char* names[] = {"a", "b", "c", "d", "e", "f", "g", "h"};
