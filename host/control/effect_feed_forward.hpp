@@ -3,7 +3,7 @@
 // eq. (1)-(3), gives the wanted thrust and torque.
 //
 // The loads are evaluated at the state estimate and at commanded rotor speeds: always there, never stale, and a loop of 10 ms
-// away from the measured ones (decision 0080). Speeds are taken as steady: what terms say about their derivatives is left out.
+// away from the measured ones (decision 0048). Speeds are taken as steady: what terms say about their derivatives is left out.
 #pragma once
 #include <Eigen/Core>
 #include <array>
