@@ -5,8 +5,10 @@
 
 namespace rotorloop::host {
 
-// Torque from power: Q = Q_0 (1 + 4.5 μ²) + (T (v_z + v_i) - H v_xy) / ω, μ = v_xy / (ω R), H = c_dh T v_xy, with the profile part Q_0
-// such that still air gives c_q ω² (Bramwell, Helicopter Dynamics). Physics says share = 1; eq. (3) is share = 0.
+// Torque from power: Q = Q_0 (1 + 4.5 μ²) + T (v_z + v_i) / ω, μ = v_xy / (ω R), with the profile part Q_0 such that still air gives
+// c_q ω² (Bramwell, Helicopter Dynamics). The power of the force in the disk plane is left out: eq. (4) holds a force that the body raises,
+// and it would turn the sign of the whole. Physics says share = 1; eq. (3) is share = 0. In level flight the rotors' changes nearly cancel;
+// climb and descent show it.
 struct TorqueAdvance {
   static constexpr std::string_view kId = "torque_advance";
   static constexpr TermParameter kParameters[] = {{"share", "1", 0.0, 2.0, 1.0, 0.0}};
@@ -18,14 +20,12 @@ struct TorqueAdvance {
     RotorLoad<S>& r = s.rotor[i];
     const double q = momentum_kg_m(s.geometry), R2 = s.geometry.radius_m * s.geometry.radius_m;
     const S flow = still_flow_m(s), induced = q * flow * flow * flow;  // torque of the induced power in still air over ω²
-    const S v2 = across2(r.v_air_B_m_s);
-    const S profile = (s.parameters.c_q_N_m_s2 - induced) * (4.5 / R2) * v2;
-    const S power = r.thrust_N * (r.through_m_s - s.parameters.c_dh_s_m * v2);
-    r.torque_N_m += c[0] * (profile + power / speed - induced * speed * speed);
+    const S profile = (s.parameters.c_q_N_m_s2 - induced) * (4.5 / R2) * across2(r.v_air_B_m_s);
+    r.torque_N_m += c[0] * (profile + r.thrust_N * r.through_m_s / speed - induced * speed * speed);
   }
 };
 
-// Q += k_q ω (flow through the disk less that in still air): the same cause with a free coefficient.
+// Q += k_q ω (flow through the disk less that in still air): the induced power T u / ω with a free coefficient.
 struct InflowTorque {
   static constexpr std::string_view kId = "inflow_torque";
   static constexpr TermParameter kParameters[] = {{"k_q_N_s2", "N s2", 0.0, 2e-5, 1e-6, 0.0}};
