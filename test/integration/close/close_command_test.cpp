@@ -36,7 +36,7 @@ struct CloseTest : ::testing::Test {
         "secret/plan.toml",
         "format = 1\nname = \"strut\"\nplant = \"" + v + "/reference_plant.toml\"\nvehicle = \"" + v +
             "/calibrated.toml\"\n[controller]\ngains = \"" + v +
-            "/gains.toml\"\n[seeds]\nlearn = [201]\nheld_out = [301]\njudged = [1, 2]\n[[undeclared]]\nid = \"blockage_strut\"\nloss = "
+            "/gains.toml\"\n[seeds]\nlearn = [201]\nheld_out = [301]\njudged = [1, 2, 3, 4]\n[[undeclared]]\nid = \"blockage_strut\"\nloss = "
             "0.08\n[[learn]]\nname = \"up\"\ntrajectory = \"../up.toml\"\n[[held_out]]\nname = \"up\"\ntrajectory = \"../up.toml\"\n"
             "[[judged]]\nname = \"up\"\ntrajectory = \"../up.toml\"\naxis = \"z\"\nexpect = \"better\"\npercent = " +
             std::to_string(percent) + "\n[analyst]\ndiagnose = [\"--factor\", \"0.92\", \"--pry\", \"" +
@@ -64,7 +64,7 @@ TEST_F(CloseTest, GoesRoundOnceFromFlightToFlightAndSaysWhatItBrought) {
   EXPECT_EQ(result["verdict"], "pass");
   EXPECT_EQ(result["diagnosis"]["added"][0]["id"], "blockage_strut");
   const auto& t = result["tracking"][0];
-  EXPECT_EQ(t["before_cm"].size(), 2u);
+  EXPECT_EQ(t["before_cm"].size(), 4u);
   EXPECT_GT(t["reduction"]["low"].get<double>(), 20.0) << "8 % of the thrust is 5 cm at this vertical stiffness";
   EXPECT_EQ(t["before_cm"], t["identified_cm"]) << "the fake analyst's identification changes nothing: the same flights to the bit";
   EXPECT_TRUE(fs::is_regular_file(run_folder() / "report.html"));
