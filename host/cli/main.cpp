@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_close(app, exit_code);
   rotorloop::cli::add_identify(app, exit_code);
+  rotorloop::cli::add_diagnose(app, exit_code);
   rotorloop::cli::add_log(app, exit_code);
   rotorloop::cli::add_nanodrone(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);
