@@ -102,7 +102,8 @@ struct Kind {
 // g of that share more. Balance of force, roll and pitch moment and yaw torque then gives:
 //   load m at (x, y): m/M (1 + x X_i / X² + y Y_i / Y²): no change of yaw. Its place must be within two arms.
 //   a rotor that gives less thrust and torque alike at a given command: its own demand only.
-//   one that loses the two in other proportion: besides, all four change by the reaction's sign to balance yaw.
+//   one that loses the two in other proportion: besides, all four change by the reaction's sign to balance yaw. One that keeps its torque
+//   does exactly as a load at its hub of a quarter of the thrust lost.
 std::vector<Kind> kinds(const host::VehicleModel& v) {
   Vector4 x, y, spin;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -130,6 +131,10 @@ std::vector<Kind> kinds(const host::VehicleModel& v) {
   add({"payload_mass"}, {{"load", "of the weight"}}, {total}, positive);
   add({"body_torque_bias"}, {{"yaw", "of the demand"}}, {spin}, [](const Eigen::VectorXd&) { return std::string(); });
   for (int i = 0; i < 4; ++i) add({fmt::format("weak_rotor {}", i + 1)}, {{"demand", "1"}}, {Vector4::Unit(i)}, loses(1));
+  for (int i = 0; i < 4; ++i) {
+    const Vector4 below = total + pitch * x(i) / X + roll * y(i) / Y;
+    add({fmt::format("payload_mass at rotor {}", i + 1)}, {{"load", "of the weight"}}, {below}, positive);
+  }
   add({"com_offset"}, {{"x", "of the arm"}, {"y", "of the arm"}}, {pitch, roll}, [](const Eigen::VectorXd&) { return std::string(); });
   for (int i = 0; i < 4; ++i)
     add({fmt::format("weak_rotor {}", i + 1)}, {{"demand", "1"}, {"yaw", "of the demand"}}, {Vector4::Unit(i), spin}, loses(1));
@@ -173,6 +178,23 @@ HoverHypothesis judge(const Kind& kind, const Vector4& change, double u, double 
   if (h.ruled_out_by.empty() && h.misfit > limit)
     h.ruled_out_by = fmt::format("it leaves {:.1f} times the scatter of the reference, {:.1f} allowed", h.misfit, limit);
   return h;
+}
+
+std::string all_ids(const HoverHypothesis& h);
+
+// What makes the same pattern and so cannot be told from it by commands alone.
+void add_twins(HoverDiagnosis& d) {
+  if (d.named.size() != 1 || d.named[0].find('+') != std::string::npos) return;
+  const std::string rotor = d.named[0].substr(d.named[0].rfind(' '));
+  if (d.named[0].starts_with("weak_rotor")) {
+    d.named.push_back("motor_resistance" + rotor);
+    d.remarks.push_back(
+        "to tell them apart: change the propeller, then the motor; or log rotor speed, which a bad propeller raises and a bad motor does "
+        "not");
+  } else if (d.named[0].starts_with("payload_mass at rotor")) {
+    d.named.push_back("blockage_strut" + rotor);
+    d.remarks.push_back("to tell them apart: weigh the vehicle; a rotor that loses thrust and keeps its torque asks for the same commands");
+  }
 }
 
 std::string all_ids(const HoverHypothesis& h) { return fmt::format("{}", fmt::join(h.ids, " + ")); }
@@ -282,14 +304,7 @@ HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<Flig
     fewest = h.degrees;
     d.named.push_back(all_ids(h));
   }
-  // Commands alone do not tell a propeller from its motor, nor from something in its wake that takes the thrust away again.
-  if (d.named.size() == 1 && d.named[0].starts_with("weak_rotor") && d.named[0].find('+') == std::string::npos) {
-    const std::string rotor = d.named[0].substr(d.named[0].rfind(' '));
-    d.named.insert(d.named.end(), {"motor_resistance" + rotor, "blockage_strut" + rotor});
-    d.remarks.push_back(
-        "to tell them apart: change the propeller, then the motor; or log rotor speed, which only a bad propeller or a blocked wake "
-        "raises");
-  }
+  add_twins(d);
   d.verdict = d.named.empty() ? Verdict::unexplained : d.named.size() == 1 ? Verdict::named : Verdict::ambiguous;
   return d;
 }

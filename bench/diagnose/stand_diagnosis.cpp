@@ -16,7 +16,7 @@ namespace {
 constexpr double kRunGap_s = 3.0;    // a longer pause in speed at rest begins another run
 constexpr double kRunGap_m_s = 1.0;  // so does another airspeed
 constexpr double kBlock_s = 5.0;     // of a run: longer than the slowest thing on a stand, the motor's warming aside
-constexpr double kTwin = 1.25;       // held-out rms within this factor of the best: these files do not tell them apart
+constexpr double kToldApart = 0.02;  // least fall of held-out rms, at 95 %, from one candidate to another that is better
 constexpr int kParts = 5;            // of a file of steady points, to be left out in turn
 constexpr double kStill_m_s = 0.5;   // the air in a room with a propeller in it
 
@@ -106,15 +106,16 @@ double joint_z(const BlockFit& f, Eigen::Index d) {
 }
 
 // The best for held-out runs is named, unless another kind of thing does about as well.
-void decide(StandChannelFit& f) {
+void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, const std::vector<int>& block, std::uint64_t seed) {
   if (f.candidates.empty() || !f.candidates.front().ruled_out_by.empty()) return;
   f.best = 0;
   const StandCandidate& best = f.candidates.front();
-  for (auto& c : f.candidates) {
-    if (&c == &best || !c.ruled_out_by.empty()) continue;
+  for (std::size_t k = 1; k < f.candidates.size(); ++k) {
+    StandCandidate& c = f.candidates[k];
+    if (!c.ruled_out_by.empty()) continue;
     if (c.id == best.id)
       c.ruled_out_by = "the same effect with fewer terms serves held-out runs better";
-    else if (c.held_out_rms <= kTwin * best.held_out_rms)
+    else if (fall_of_rms(held_out[k], held_out[0], block, seed).low <= kToldApart)
       f.twins.push_back(c.id);
     else
       c.ruled_out_by =
@@ -134,6 +135,7 @@ StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagno
   f.points = d.block.size(), f.runs = static_cast<std::size_t>(*std::max_element(d.run.begin(), d.run.end()) + 1);
   const Eigen::VectorXd held_out_plain = left_out_errors(d.w2, d.y, d.run);
   std::vector<BlockFit> fits;
+  std::vector<Eigen::VectorXd> errors;
   for (const auto& term : terms_for(thrust, d)) {
     const Eigen::MatrixXd extra = term.columns(d);
     if (d.y.size() < 2 * (extra.cols() + 2)) continue;
@@ -157,6 +159,7 @@ StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagno
                                    100.0 * c.held_out_fall.low, 100.0 * c.held_out_fall.high);
     f.candidates.push_back(std::move(c));
     fits.push_back(with);
+    errors.push_back(held_out);
   }
   std::vector<std::size_t> order(fits.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -167,7 +170,9 @@ StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagno
   std::vector<StandCandidate> sorted;
   for (const auto i : order) sorted.push_back(f.candidates[i]);
   f.candidates = std::move(sorted);
-  decide(f);
+  std::vector<Eigen::VectorXd> errors_sorted;
+  for (const auto i : order) errors_sorted.push_back(errors[i]);
+  decide(f, errors_sorted, d.block, o.seed);
   if (f.best) f.with_best = fits[order[*f.best]];
   return f;
 }
