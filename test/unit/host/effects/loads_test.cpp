@@ -127,12 +127,25 @@ TEST(Loads, every_term_changes_nothing_at_its_neutral_values) {
   }
 }
 
-TEST(Loads, every_term_has_the_name_parameter_and_unit_of_the_catalogue) {
+TEST(Loads, every_term_has_the_parameters_units_and_ranges_that_the_catalogue_gives_to_models) {
+  const auto spelt = [](std::string unit) {  // "kg m^2" in the catalogue, "kg m2" in code
+    std::erase(unit, '^');
+    return unit;
+  };
   const EffectCatalogue catalogue = builtin_effect_catalogue();
   for (const Term& t : all_terms()) {
-    const CatalogueParameter* entry = catalogue.parameter_of(t.info.id);
-    ASSERT_NE(entry, nullptr) << t.info.id;
-    EXPECT_EQ(entry->name, t.info.parameters.front().name) << t.info.id;
+    const std::vector<CatalogueParameter> entry = catalogue.model_parameters_of(t.info.id);
+    ASSERT_EQ(entry.size(), t.info.parameters.size()) << t.info.id;
+    for (std::size_t k = 0; k < entry.size(); ++k) {
+      const TermParameter& p = t.info.parameters[k];
+      EXPECT_EQ(entry[k].name, p.name) << t.info.id;
+      EXPECT_EQ(spelt(entry[k].unit), p.unit) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].min, p.min) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].max, p.max) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].neutral, p.neutral) << t.info.id << "." << p.name;
+      EXPECT_GT(p.scale, 0.0) << t.info.id << "." << p.name;
+      EXPECT_LE(p.scale, p.max - p.min) << t.info.id << "." << p.name;
+    }
   }
 }
 
@@ -170,6 +183,12 @@ TEST(RotorInertiaReaction, body_and_rotors_together_keep_their_angular_momentum_
   const Eigen::Vector3d change = wrench(in, only("rotor_inertia_reaction"), {J}).torque - wrench(in).torque;
   const double rotors_gain = J * (in.omega_dot_rad_s2[0] + in.omega_dot_rad_s2[1] - in.omega_dot_rad_s2[2] - in.omega_dot_rad_s2[3]);
   EXPECT_NEAR(change.z(), -rotors_gain, 1e-12);
+}
+
+TEST(Gyroscopic, body_that_turns_tilts_the_momentum_of_its_rotors) {
+  const double J = 9.4e-6;
+  const LoadInput<double> in = flight_state();
+  const Eigen::Vector3d change = wrench(in, only("gyroscopic"), {J}).torque - wrench(in).torque;
   const double momentum = J * (in.omega_rad_s[0] + in.omega_rad_s[1] - in.omega_rad_s[2] - in.omega_rad_s[3]);
   const Eigen::Vector3d gyroscopic = -Eigen::Vector3d(1.0, -2.0, 3.0).cross(Eigen::Vector3d(0, 0, momentum));
   EXPECT_NEAR(change.x(), gyroscopic.x(), 1e-12);
