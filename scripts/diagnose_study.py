@@ -20,7 +20,7 @@ import tomllib
 import diagnose_score
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROTORLOOP = ROOT / "build/release/bin/rotorloop"
+BUILT = ROOT / "build/release/bin/rotorloop"
 STUDY = ROOT / "scripts/diagnose_study.toml"
 MODEL_TRUE = ROOT / "build/release/test-bin/model_true_logs"
 DIAGNOSE = ["--use", "gyro,accel", "--rate", "100", "--json", "-q"]  # one command line for all
@@ -115,7 +115,7 @@ def run(words, log, limit_s):
     return code, time.monotonic() - before
 
 
-def fly(case, seed, folder, study):
+def fly(case, seed, folder, o, study):
     """Logs of the three flights and how each ended."""
     if case.kind == "clean_reduced":
         code, _ = run([MODEL_TRUE, "--seed", seed, "--out", folder], folder / "fly.txt", 300)
@@ -125,21 +125,21 @@ def fly(case, seed, folder, study):
     text = source.read_text(encoding="utf-8").replace(f'"../{study["plant"]}"', f'"{folder / "plant.toml"}"')
     text = text.replace('"../', f'"{ROOT}/').replace('"trajectories/', f'"{source.parent}/trajectories/')
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
-    run([ROTORLOOP, "hil", folder / "scenario.toml", "--seeds", f"{seed},", "--out", folder, "--name", "flights", "--force", "-q", "-j", 1],
+    run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--seeds", f"{seed},", "--out", folder, "--name", "flights", "--force", "-q", "-j", 1],
         folder / "fly.txt", 300)
     result = json.loads((folder / "flights/result.json").read_text(encoding="utf-8"))
     ends = {f["flight"]: f["end"] for f in result["flights"]}
     return [folder / "flights" / f["flight"] / f["variant"] / str(seed) / "flight.csv" for f in result["flights"]], ends
 
 
-def logs_of(case, seed, folder, study):
+def logs_of(case, seed, folder, o, study):
     """The flights of a trial, flown when they are not there yet: paths of their logs, and how each ended."""
     flown, plant = folder / "flown.json", folder / "plant.toml"
     same = case.kind == "clean_reduced" or (plant.exists() and plant.read_text(encoding="utf-8") == plant_text(case, study))
     if not (flown.exists() and same):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        logs, ends = fly(case, seed, folder, study)
+        logs, ends = fly(case, seed, folder, o, study)
         for i, log in enumerate(logs):
             log.rename(folder / f"{i + 1}.csv")
         shutil.rmtree(folder / "flights", ignore_errors=True)
@@ -152,7 +152,7 @@ def trial(case, seed, o, study):
     done = folder / "trial.json"
     if done.exists():
         return
-    logs, ends = logs_of(case, seed, folder, study)
+    logs, ends = logs_of(case, seed, folder, o, study)
     if o.fly_only:
         print(f"{case.name} {seed}: {ends}", file=sys.stderr, flush=True)
         return
@@ -162,7 +162,7 @@ def trial(case, seed, o, study):
     elif case.unbelieved:
         write_belief(folder / "believed.toml", case, vehicle)
         vehicle = folder / "believed.toml"
-    code, wall_s = run([ROTORLOOP, "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
+    code, wall_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
                        folder / "result.json", 900)
     record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1)}
     if not o.keep_logs:
@@ -199,6 +199,9 @@ def main():
     if not wanted:
         sys.exit(f"error: no case is called {o.only}\n  do: take an effect's id, or a kind: separable, pair, foreign, clean_full, …")
     if not o.score_only:
+        o.out = o.out.resolve()
+        o.out.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(BUILT, o.out / "rotorloop")  # the whole study with one program, whatever is built meanwhile
         clean_seeds = o.clean_seeds or o.seeds
         # All cases of one seed before the next seed: a study that is stopped has judged every case equally often.
         work = [(c, s) for s in sorted({*o.seeds, *clean_seeds}) for c in wanted if s in (clean_seeds if c.kind.startswith("clean") else o.seeds)]
