@@ -268,6 +268,7 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
   const auto is_free = [&](int parameter) {
     return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
   };
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   Screening out;
   Columns held;
   for (const CoreEffect& e : core_effects()) {
@@ -276,9 +277,13 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return !g->pose.empty(); });
     if ((e.parameters.front() == kRotorDelay && commands) || (e.parameters.front() == kPoseDelay && !poses)) continue;
     Candidate c{.id = e.id, .core = e.parameters};
+    // What matters of it is what matters of the effect.
+    const host::Term* same = host::find_term(e.id);
+    const host::CatalogueParameter* typical = catalogue.parameter_of(e.id);
+    const double size = same ? same->info.parameters.front().scale : typical ? std::fabs(typical->typical_value) : 0.0;
     for (const int parameter : e.parameters) {
       const ParameterInfo info = parameter_info(parameter, p.start.terms);
-      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, info.scale});
+      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, size > 0.0 ? size : info.scale});
       held.push_back(parameter);
     }
     out.candidates.push_back(std::move(c));
