@@ -2,17 +2,17 @@
 
 namespace rotorloop::bench {
 
-std::string_view name(Verdict v) {
+std::string_view name(DiagnosisVerdict v) {
   switch (v) {
-    case Verdict::clean:
+    case DiagnosisVerdict::clean:
       return "clean";
-    case Verdict::named:
+    case DiagnosisVerdict::named:
       return "named";
-    case Verdict::ambiguous:
+    case DiagnosisVerdict::ambiguous:
       return "ambiguous";
-    case Verdict::unexplained:
+    case DiagnosisVerdict::unexplained:
       return "unexplained";
-    case Verdict::faulty:
+    case DiagnosisVerdict::faulty:
       return "faulty";
   }
   return "";

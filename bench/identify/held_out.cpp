@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "bench/identify/flight_motion.hpp"
 #include "bench/report/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
@@ -14,18 +16,25 @@ namespace {
 
 constexpr double kHorizons_s[] = {0.1, 0.2, 0.5, 1.0, 2.0};
 constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
-// Ten times what models of small multirotors leave: the poses, not the model, then make the states.
-constexpr double kForceNoise_m_s2_rtHz = 1.0, kAngularNoise_rad_s2_rtHz = 10.0;
 constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "body rates"};
 
-StateTrack track_of(const GridFlight& g, const Identification& r) {
-  NoiseModel noise = r.fit.noise.front();
-  noise.force_m_s2_rtHz.setConstant(kForceNoise_m_s2_rtHz);
-  noise.angular_rad_s2_rtHz.setConstant(kAngularNoise_rad_s2_rtHz);
-  FitProblem p{.start = r.fit.values.front(), .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
-  p.free.push_back({kMass, false, 1e-9});  // nothing but the states is free
-  const Fit states = fit(p, {});
-  return fitted_track(g, states.states.front(), states.values.front());
+// What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
+ModelValues with_starts(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
+  const host::TermList& terms = values.terms;
+  FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  for (std::size_t k = 0; k < terms.parameters(); ++k) {
+    if (!terms.is_start(k) || terms.start_u(k) <= 0.0) continue;
+    const int start = kCoreParameters + static_cast<int>(k);
+    p.start[start] = 0.0;
+    p.free.push_back({start, false, terms.start_u(k)});
+  }
+  return p.free.empty() ? values : fit(p).values.front();
+}
+
+StateTrack track_of(GridFlight& g, const Identification& r) {
+  const std::vector<BodyState> states = states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
+  follow_states({&g, 1}, std::array{states});
+  return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
 }
 
 // A ratio of errors that are both nil (one step without excitation) is none.
@@ -38,12 +47,11 @@ std::string rotation_text(const HeldOutScores& s) {
 
 }  // namespace
 
-HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+namespace {
+HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& old, const Identification& r, const GridOptions& grid) {
   HeldOutScores out;
   std::vector<PredictionErrors> before, after, held;
-  ModelValues old = r.start.file;
   const ModelValues& identified = r.fit.values.front();
-  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = identified[p];
   for (const FlightToFit& f : flights) {
     GridFlight g = make_grid(f.record, grid);
     cut_between_segments(g, f.segments);
@@ -81,6 +89,19 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
     }
   }
   return out;
+}
+
+}  // namespace
+
+HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+  ModelValues old = r.start.file;
+  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = r.fit.values.front()[p];
+  return score(flights, old, r, grid);
+}
+
+HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
+                           const GridOptions& grid) {
+  return score(flights, before.fit.values.front(), after, grid);
 }
 
 std::string held_out_table(const HeldOutScores& s) {

@@ -21,6 +21,11 @@ std::vector<CatalogueParameter> EffectCatalogue::model_parameters_of(std::string
   return only ? std::vector{*only} : std::vector<CatalogueParameter>{};
 }
 
+const EffectFacts* EffectCatalogue::facts_of(std::string_view id) const {
+  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
+  return at < facts.size() ? &facts[at] : nullptr;
+}
+
 namespace {
 void read_range(const TomlTable& t, CatalogueParameter& p) {
   const std::vector<double> range = t.numbers("range", 2, {-1e9, 1e9, p.unit});
@@ -34,6 +39,10 @@ EffectCatalogue catalogue_of(const TomlFile& file) {
   for (const TomlTable& effect : file.root().tables("effect", 1, 1000)) {
     std::string id = effect.text("id");
     if (out.knows(id)) effect.fail("id", "effect id \"" + id + "\" occurs twice", "a copied block", "give every effect its own id");
+    EffectFacts facts{effect.text("name", id),      effect.text("unit", "1"), effect.text("class", ""), {},
+                      effect.text("manoeuvre", ""), effect.text("needs", "")};
+    if (effect.has("twins")) facts.twins = effect.texts("twins");
+    out.facts.push_back(std::move(facts));
     out.ids.push_back(std::move(id));
     CatalogueParameter parameter;
     parameter.name = effect.text("parameter", "");

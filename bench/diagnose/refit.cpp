@@ -1,0 +1,130 @@
+#include "bench/diagnose/refit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/identify/flight_motion.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// A copy whose problem points into its own flights and starts where `last` ended. Priors stay about what they were about.
+Identification continued(const Identification& last) {
+  Identification out;
+  out.flights = last.flights;
+  out.start = last.start;
+  out.problem = last.problem;
+  out.problem.flights.clear();
+  for (const GridFlight& g : out.flights) out.problem.flights.push_back(&g);
+  FitProblem& p = out.problem;
+  p.flight_noise = last.fit.noise;
+  p.states = last.fit.states;
+  p.flight_start.clear();
+  for (const ModelValues& v : last.fit.values) p.flight_start.push_back(v.values);
+  for (const FreeParameter& f : p.free) {
+    const auto at = static_cast<std::size_t>(f.parameter);
+    if (f.prior_u > 0.0) {
+      for (auto& own : p.flight_start) own[at] = p.start.values[at];
+    } else if (!f.per_flight) {
+      p.start.values[at] = last.fit.values.front().values[at];
+    }
+  }
+  return out;
+}
+
+void set(FitProblem& p, int parameter, double value) {
+  p.start[parameter] = value;
+  for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
+}
+
+constexpr int kRounds = 3;       // of fits, each with the terms remembering along the states of the one before
+constexpr double kStill = 0.2;   // of a standard uncertainty: a change below it needs no further round
+
+void run(Identification& r, const FitOptions& options) {
+  const bool memory = r.problem.start.terms.memory() > 0;
+  if (memory && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
+  r.fit = fit(r.problem, options);
+  for (int again = 1; memory && again < kRounds; ++again) {
+    const std::vector<Estimate> before = r.fit.estimates;
+    follow_states(r.flights, r.fit.states);
+    r.problem.states = r.fit.states;
+    r.fit = fit(r.problem, options);
+    bool still = true;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      still = still && std::fabs(r.fit.estimates[i].value - before[i].value) <= kStill * r.fit.estimates[i].u;
+    if (still) break;
+  }
+}
+
+}  // namespace
+
+Identification copy_of(const Identification& fitted) {
+  Identification out = continued(fitted);
+  out.problem = fitted.problem;
+  for (std::size_t f = 0; f < out.flights.size(); ++f) out.problem.flights[f] = &out.flights[f];
+  out.fit = fitted.fit;
+  return out;
+}
+
+std::vector<int> parameters_of(const Candidate& c, const host::TermList& terms) {
+  if (!c.term) return c.core;
+  std::vector<int> out;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    if (terms.term(t).info.id != c.id) continue;
+    for (std::size_t k = 0; k < c.parameters.size(); ++k) out.push_back(kCoreParameters + static_cast<int>(terms.first_parameter(t) + k));
+  }
+  return out;
+}
+
+Identification refit_with(const Identification& last, const Candidate& c, const Eigen::VectorXd& estimate, const FitOptions& options) {
+  Identification out = continued(last);
+  FitProblem& p = out.problem;
+  if (c.term) {
+    const std::size_t before = p.start.terms.parameters();
+    p.start.terms.add(*c.term);
+    // Terms stand behind the core parameters: the new ones are last, and what they remember starts at rest.
+    const auto grow = [&](std::vector<double>& values) { values.resize(kCoreParameters + p.start.terms.parameters(), 0.0); };
+    grow(p.start.values);
+    for (auto& own : p.flight_start) grow(own);
+    out.start.values.terms = out.start.file.terms = p.start.terms;
+    for (auto* values : {&out.start.values.values, &out.start.file.values}) {
+      values->resize(kCoreParameters + before);
+      for (const CandidateParameter& q : c.parameters) values->push_back(q.neutral);
+      grow(*values);
+    }
+    for (std::size_t k = before; k < p.start.terms.parameters(); ++k) {
+      if (p.start.terms.is_start(k) && p.start.terms.start_u(k) > 0.0)
+        p.free.push_back({kCoreParameters + static_cast<int>(k), p.flights.size() > 1, p.start.terms.start_u(k)});
+    }
+  }
+  const std::vector<int> parameters = parameters_of(c, p.start.terms);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const CandidateParameter& q = c.parameters[k];
+    set(p, parameters[k], std::clamp(q.neutral + estimate[static_cast<Eigen::Index>(k)], q.min, q.max));
+    p.free.push_back({parameters[k], false, 0.0});
+  }
+  run(out, options);
+  return out;
+}
+
+Identification refit_without(const Identification& last, const Candidate& c, const FitOptions& options) {
+  Identification out = continued(last);
+  FitProblem& p = out.problem;
+  const std::vector<int> parameters = parameters_of(c, p.start.terms);
+  // Held at neutral: a term that changes nothing may stay in the list.
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    set(p, parameters[k], c.parameters[k].neutral);
+    std::erase_if(p.free, [&](const FreeParameter& f) { return f.parameter == parameters[k]; });
+  }
+  if (c.term) {
+    std::erase_if(p.free, [&](const FreeParameter& f) {
+      const int flat = f.parameter - kCoreParameters;
+      return flat >= 0 && p.start.terms.is_start(static_cast<std::size_t>(flat)) &&
+             p.start.terms.term(p.start.terms.term_of(static_cast<std::size_t>(flat))).info.id == c.id;
+    });
+  }
+  run(out, options);
+  return out;
+}
+
+}  // namespace rotorloop::bench
