@@ -204,7 +204,7 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<FlightRecord>& 
                                    scatter(shown), scatter(x.per_flight));
     if (x.ruled_out_by.empty()) d.named.push_back(x.id);
   }
-  d.verdict = d.named.empty() ? Verdict::clean : d.named.size() == 1 ? Verdict::named : Verdict::ambiguous;
+  d.verdict = d.named.empty() ? DiagnosisVerdict::clean : d.named.size() == 1 ? DiagnosisVerdict::named : DiagnosisVerdict::ambiguous;
   return d;
 }
 

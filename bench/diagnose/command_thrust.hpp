@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/diagnose/block_fit.hpp"
-#include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/flight_record.hpp"
 
 namespace rotorloop::bench {
@@ -42,7 +42,7 @@ struct CommandThrustDiagnosis {
   std::vector<double> own_r2;  // of a map of its own for each flight
   FlightDifference none;
   std::vector<FlightDifference> differences;  // best first
-  Verdict verdict = Verdict::clean;
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
   std::vector<std::string> named;  // one, or a class
 };
 

@@ -5,20 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/held_out.hpp"
 
 namespace rotorloop::bench {
-
-// clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
-// members these flights cannot tell apart. unexplained: the residual is real, and no effect of the library explains what is left
-// (effects may have been added before). faulty: a sensor or the log is at fault, and no physics was fitted to it.
-enum class Verdict { clean, named, ambiguous, unexplained, faulty };
-std::string_view name(Verdict v);
-
-struct NamedValue {
-  std::string name, unit;
-  double value = 0.0, u = 0.0;  // u: the larger of the classical and the block-robust standard error
-};
 
 // One effect of the library against the residual of one model.
 struct CandidateEvidence {
@@ -47,13 +37,13 @@ struct ClassMember {
 
 // One effect that was added.
 struct AddedEffect {
-  std::string id;                      // the best of the class, or the effect itself
-  std::vector<NamedValue> parameters;  // after the refit
-  std::vector<ClassMember> twins;      // what these flights cannot tell from it; empty: named
-  std::string determined;              // for a class: the combination that is determined
-  std::string manoeuvre;               // for a class: the flight that would tell its members apart
-  CandidateEvidence evidence;
-  std::vector<std::pair<std::string, double>> shifts;  // parameters of the model that it moved by more than one u: relative change
+  std::string id = {};                      // the best of the class, or the effect itself
+  std::vector<NamedValue> parameters = {};  // after the refit
+  std::vector<ClassMember> twins = {};      // what these flights cannot tell from it; empty: named
+  std::string determined = {};              // for a class: the combination that is determined
+  std::string manoeuvre = {};               // for a class: the flight that would tell its members apart
+  CandidateEvidence evidence = {};
+  std::vector<std::pair<std::string, double>> shifts = {};  // parameters of the model that it moved by more than one u: relative change
 };
 
 // A sweep of all candidates, and what was done upon it.
@@ -77,7 +67,7 @@ struct LogFault {
 };
 
 struct Diagnosis {
-  Verdict verdict = Verdict::clean;
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
   std::vector<LogFault> faults;
   std::vector<AddedEffect> added;  // in the order they were found
   std::vector<DiagnosisRound> rounds;

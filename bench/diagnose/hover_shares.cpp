@@ -293,7 +293,7 @@ HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<Flig
   if (swings && change.sum() > kBeyond * 2.0 * d.u) {
     // A load on a string away from the centre turns the body as it swings, which nothing that is fixed to it does.
     d.named.push_back("slung_load");
-    d.verdict = Verdict::named;
+    d.verdict = DiagnosisVerdict::named;
     d.remarks.push_back(fmt::format("demand rises by {:.1f} ± {:.1f} % in total", 25.0 * change.sum(), 50.0 * d.u));
     return d;
   }
@@ -305,7 +305,7 @@ HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<Flig
     d.named.push_back(all_ids(h));
   }
   add_twins(d);
-  d.verdict = d.named.empty() ? Verdict::unexplained : d.named.size() == 1 ? Verdict::named : Verdict::ambiguous;
+  d.verdict = d.named.empty() ? DiagnosisVerdict::unexplained : d.named.size() == 1 ? DiagnosisVerdict::named : DiagnosisVerdict::ambiguous;
   return d;
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/flight_record.hpp"
 #include "host/vehicle/model.hpp"
 
@@ -46,7 +46,7 @@ struct HoverDiagnosis {
   std::array<double, 4> change{};           // of each rotor's demand, relative to the reference
   double u = 0.0;                           // of a change: scatter of the reference flights, and of their mean
   std::vector<HoverHypothesis> hypotheses;  // fewest unknowns first, best first
-  Verdict verdict = Verdict::clean;
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
   std::vector<std::string> named;  // one: named; several: a class
   std::optional<int> rotor;        // the one whose demand changed most, 1 to 4, when any change is beyond 3.3 u
   std::vector<std::string> remarks;

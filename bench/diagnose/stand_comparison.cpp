@@ -97,7 +97,7 @@ void compare_stands(StandDiagnosis& all) {
       fault.likely = "another propeller than the name says, or one mounted upside down; else a wrong gain of thrust";
     }
     f.faults.push_back(std::move(fault));
-    f.verdict = Verdict::faulty;
+    f.verdict = DiagnosisVerdict::faulty;
   }
 }
 

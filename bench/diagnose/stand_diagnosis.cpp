@@ -121,7 +121,7 @@ void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, co
       c.ruled_out_by =
           fmt::format("{} serves held-out runs better: {:.3g} against {:.3g} {}", best.id, best.held_out_rms, c.held_out_rms, f.unit);
   }
-  f.verdict = !f.twins.empty() ? Verdict::ambiguous : best.of_the_rotor ? Verdict::named : Verdict::unexplained;
+  f.verdict = !f.twins.empty() ? DiagnosisVerdict::ambiguous : best.of_the_rotor ? DiagnosisVerdict::named : DiagnosisVerdict::unexplained;
 }
 
 StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {
@@ -202,8 +202,9 @@ StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOption
     if (s.torque == StandChannelState::good) d.channels.push_back(fit_channel(s.record, false, o));
   }
   if (d.channels.empty() && d.faults.empty()) d.notes.push_back("neither thrust nor torque in this file: nothing to diagnose");
-  for (const auto& c : d.channels) d.verdict = std::max(d.verdict, c.verdict);  // in the order of Verdict: a class says less than a name
-  if (!d.faults.empty()) d.verdict = Verdict::faulty;
+  for (const auto& c : d.channels)
+    d.verdict = std::max(d.verdict, c.verdict);  // in the order of DiagnosisVerdict: a class says less than a name
+  if (!d.faults.empty()) d.verdict = DiagnosisVerdict::faulty;
   return d;
 }
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bench/diagnose/block_fit.hpp"
-#include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/stand_checks.hpp"
+#include "bench/diagnose/verdict.hpp"
 
 namespace rotorloop::bench {
 
@@ -31,16 +31,16 @@ struct StandChannelFit {
   NamedValue coefficient;     // c_t or c_q: of one rotor, SI
   double rms = 0.0, r2 = 0.0, largest = 0.0;
   std::size_t points = 0, runs = 0;
-  std::vector<StandCandidate> candidates;  // the one that serves held-out runs best first
-  Verdict verdict = Verdict::clean;        // unexplained: real, and best described by something that is none of the rotor's
-  std::optional<std::size_t> best;         // index into candidates: named, or first of the class
-  std::vector<std::string> twins;          // ambiguous: what serves held-out runs about as well
-  BlockFit with_best;                      // c and the best candidate's coefficients
+  std::vector<StandCandidate> candidates;              // the one that serves held-out runs best first
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;  // unexplained: real, and best described by something that is none of the rotor's
+  std::optional<std::size_t> best;                     // index into candidates: named, or first of the class
+  std::vector<std::string> twins;                      // ambiguous: what serves held-out runs about as well
+  BlockFit with_best;                                  // c and the best candidate's coefficients
 };
 
 struct StandFileDiagnosis {
   std::string name, motor, propeller;
-  Verdict verdict = Verdict::clean;
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
   std::vector<StandFault> faults;
   std::vector<std::string> notes;
   std::vector<StandChannelFit> channels;

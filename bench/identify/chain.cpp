@@ -64,7 +64,7 @@ double Chain::cost(const Residuals& res, double robust_scale) const {
 }
 
 Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
-  columns_ = static_cast<Eigen::Index>(res.columns().size());
+  columns_ = res.width();
   const Eigen::Index p = columns_;
   Reduced out;
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p + 1, p + 1);  // of [J r]ᵀ[J r], then minus [Z y]ᵀ[Z y]

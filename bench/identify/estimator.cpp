@@ -75,22 +75,61 @@ Layout make_layout(const FitProblem& p) {
   return l;
 }
 
-struct Priors {
-  VectorXd weight, mean;  // of each estimate; weight 1/u²
-};
-
-Priors make_priors(const FitProblem& p, const Layout& l) {
-  const auto n = static_cast<Eigen::Index>(l.estimates.size());
-  Priors out{VectorXd::Zero(n), VectorXd::Zero(n)};
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Estimate& e = l.estimates[static_cast<std::size_t>(i)];
-    out.mean[i] = e.value;
-    for (const FreeParameter& f : p.free) {
-      if (f.parameter == e.parameter && f.prior_u > 0.0) out.weight[i] = 1.0 / (f.prior_u * f.prior_u);
+// Gaussian knowledge about the estimates, in their order.
+class Priors {
+ public:
+  Priors(const FitProblem& p, const Layout& l) : size_(static_cast<Eigen::Index>(l.estimates.size())) {
+    VectorXd weight = VectorXd::Zero(size_), mean = VectorXd::Zero(size_);
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      const Estimate& e = l.estimates[static_cast<std::size_t>(i)];
+      mean[i] = e.value;
+      for (const FreeParameter& f : p.free) {
+        if (f.parameter == e.parameter && f.prior_u > 0.0) weight[i] = 1.0 / (f.prior_u * f.prior_u);
+      }
     }
+    parts_.push_back({mean, weight.asDiagonal()});
+    for (const JointPrior& prior : p.priors) parts_.push_back(spread(prior, l));
+    information_ = MatrixXd::Zero(size_, size_);
+    for (const Part& part : parts_) information_ += part.information;
   }
-  return out;
-}
+  const MatrixXd& information() const { return information_; }
+  VectorXd score(const VectorXd& theta) const {
+    VectorXd sum = VectorXd::Zero(size_);
+    for (const Part& part : parts_) sum += part.information * (theta - part.mean);
+    return sum;
+  }
+  double cost(const VectorXd& theta) const {
+    double sum = 0.0;
+    for (const Part& part : parts_) sum += 0.5 * (theta - part.mean).dot(part.information * (theta - part.mean));
+    return sum;
+  }
+
+ private:
+  struct Part {
+    VectorXd mean;
+    MatrixXd information;
+  };
+  Part spread(const JointPrior& prior, const Layout& l) const {
+    Part out{VectorXd::Zero(size_), MatrixXd::Zero(size_, size_)};
+    std::vector<Eigen::Index> from, to;
+    for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
+      for (Eigen::Index i = 0; i < size_; ++i) {
+        const Estimate& e = l.estimates[static_cast<std::size_t>(i)];
+        if (e.parameter != prior.parameters[k] || e.flight >= 0) continue;
+        from.push_back(static_cast<Eigen::Index>(k));
+        to.push_back(i);
+      }
+    }
+    for (std::size_t a = 0; a < to.size(); ++a) {
+      out.mean[to[a]] = prior.mean[from[a]];
+      for (std::size_t b = 0; b < to.size(); ++b) out.information(to[a], to[b]) = prior.information(from[a], from[b]);
+    }
+    return out;
+  }
+  Eigen::Index size_;
+  std::vector<Part> parts_;
+  MatrixXd information_;
+};
 
 // Values of each flight for the estimates of the moment.
 std::vector<ModelValues> flight_values(const FitProblem& p, const Layout& l, const VectorXd& theta) {
@@ -286,7 +325,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     throw Error({"the fit", fmt::format("{} free parameters; at most {} can be fitted at once", layout.columns.size(), kMaxColumns), "",
                  "hold some of them (--hold)"});
   }
-  const Priors priors = make_priors(p, layout);
+  const Priors priors(p, layout);
   const std::size_t flights = p.flights.size();
   const auto n = static_cast<Eigen::Index>(layout.estimates.size());
   VectorXd theta(n);
@@ -301,7 +340,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   std::vector<Chain> chains;
   chains.reserve(flights);
   for (std::size_t f = 0; f < flights; ++f) {
-    out.states[f] = guess[f] = guess_states(*p.flights[f], out.values[f]);
+    guess[f] = guess_states(*p.flights[f], out.values[f]);
+    out.states[f] = p.states.empty() ? guess[f] : p.states[f];
     chains.emplace_back(*p.flights[f], out.states[f], guess[f]);
   }
 
@@ -339,7 +379,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       cost += out.reduced[f].cost;
       states_gain += out.reduced[f].cost - out.reduced[f].predicted_cost;
     }
-    cost += 0.5 * (priors.weight.array() * (theta - priors.mean).array().square()).sum();
+    cost += priors.cost(theta);
     if (!std::isfinite(cost)) {
       throw Error({p.flights.front()->name, "the misfit of the flights is not a finite number",
                    "a reading or a start value is not one, or a value ran away",
@@ -347,14 +387,14 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
                   ExitCode::data_quality);
     }
   };
-  const auto with_priors = [&] { return MatrixXd(information + MatrixXd(priors.weight.asDiagonal())); };
-  const auto prior_score = [&] { return VectorXd(score + VectorXd(priors.weight.cwiseProduct(theta - priors.mean))); };
+  const auto with_priors = [&] { return MatrixXd(information + priors.information()); };
+  const auto prior_score = [&] { return VectorXd(score + priors.score(theta)); };
   const auto total_cost = [&](const VectorXd& at) {
     std::vector<double> part(flights);
     for_each_flight(flights, o.threads, [&](std::size_t f) {
       part[f] = chains[f].cost(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
     });
-    double sum = 0.5 * (priors.weight.array() * (at - priors.mean).array().square()).sum();
+    double sum = priors.cost(at);
     for (const double c : part) sum += c;
     return sum;
   };
@@ -463,15 +503,16 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     blocks += scores.size();
   }
   if (blocks > 1) v *= static_cast<double>(blocks) / static_cast<double>(blocks - 1);
-  out.robust_covariance = out.covariance * (v + MatrixXd(priors.weight.asDiagonal())) * out.covariance;
+  out.robust_covariance = out.covariance * (v + priors.information()) * out.covariance;
 
+  const VectorXd prior_share = (priors.information() * out.covariance).diagonal();
   out.estimates = layout.estimates;
   for (Eigen::Index i = 0; i < n; ++i) {
     Estimate& e = out.estimates[static_cast<std::size_t>(i)];
     e.value = theta[i];
     e.u = std::sqrt(std::max(0.0, out.covariance(i, i)));
     e.u_robust = std::sqrt(std::max(0.0, out.robust_covariance(i, i)));
-    e.prior_share = priors.weight[i] * out.covariance(i, i);
+    e.prior_share = prior_share[i];
   }
   out.cost = cost;
   double residuals = 0.0, states = 0.0;

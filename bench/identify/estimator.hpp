@@ -16,6 +16,14 @@ struct FreeParameter {
   double prior_u = 0.0;     // standard deviation of a Gaussian about the start value; 0: none
 };
 
+// What is known of several shared parameters together, before any flight: ½ (θ - mean)ᵀ information (θ - mean) joins the cost.
+// Parameters that the fit does not free count as known.
+struct JointPrior {
+  std::vector<int> parameters;
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd information;
+};
+
 // Which noise figures EM may change, and what flights share.
 struct NoiseFit {
   int rounds = 0;           // at most; 0: the noise given is kept
@@ -43,6 +51,9 @@ struct FitProblem {
   std::vector<NoiseModel> flight_noise;  // … or one for each
   std::vector<std::vector<double>>
       flight_start;  // optional: start values of each flight (as ModelValues::values), for parameters per flight
+  std::vector<JointPrior> priors = {};
+  // Optional: first guess of the states of each flight, as an earlier fit left them.
+  std::vector<std::vector<BodyState>> states = {};
 };
 
 // One estimated number.

@@ -38,12 +38,11 @@ std::string rotation_text(const HeldOutScores& s) {
 
 }  // namespace
 
-HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+namespace {
+HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& old, const Identification& r, const GridOptions& grid) {
   HeldOutScores out;
   std::vector<PredictionErrors> before, after, held;
-  ModelValues old = r.start.file;
   const ModelValues& identified = r.fit.values.front();
-  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = identified[p];
   for (const FlightToFit& f : flights) {
     GridFlight g = make_grid(f.record, grid);
     cut_between_segments(g, f.segments);
@@ -81,6 +80,19 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
     }
   }
   return out;
+}
+
+}  // namespace
+
+HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+  ModelValues old = r.start.file;
+  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = r.fit.values.front()[p];
+  return score(flights, old, r, grid);
+}
+
+HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
+                           const GridOptions& grid) {
+  return score(flights, before.fit.values.front(), after, grid);
 }
 
 std::string held_out_table(const HeldOutScores& s) {

@@ -27,6 +27,10 @@ struct HeldOutScores {
 // no flight has 2 s in one piece.
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& result, const GridOptions& grid);
 
+// The same for two fits, the first as `before`; both start from the states that the poses make under the second's sensor.
+HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
+                           const GridOptions& grid);
+
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report
 

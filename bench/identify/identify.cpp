@@ -158,6 +158,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
     out.problem.start.values[at] = out.start.file.values[at];
     for (auto& own : out.problem.flight_start) own[at] = out.start.file.values[at];
   }
+  if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
   const auto joint = report("joint fit");
   out.fit = o.solver(out.problem, o.fit, joint);
   for (int again = 0; again < kTieRounds; ++again) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct IdentifyOptions {
   host::TermList terms;
   ParameterWishes wishes;
   NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
+  // What is known before the joint fit, about its free parameters; told the vehicle file's values.
+  std::function<std::vector<JointPrior>(const host::VehicleFile&, std::span<const FreeParameter>, const ModelValues&)> beliefs = {};
   FitOptions fit;
   Solver solver = own_solver();
 };

@@ -187,6 +187,13 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     motion(MotionDual{});
   }
 
+  if (!extras_.empty()) wrench_by_extras(x, u, t_s, out->columns);
+}
+
+void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, double t_s, Eigen::Ref<Eigen::MatrixXd> by) const {
+  const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
+  const Vector3d v_B = world_B * x.v_W_m_s;
+  const double* term_values = values_.values.data() + kCoreParameters;
   for (std::size_t first = 0; first < extras_.size(); first += kExtraWidth) {
     const std::size_t count = std::min<std::size_t>(kExtraWidth, extras_.size() - first);
     LoadInput<ExtraDual> in = load_input<ExtraDual>(x, world_B, v_B, u, t_s);
@@ -210,7 +217,7 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     const ExtraDual* const rows[] = {&s.force_B_N.x,    &s.force_B_N.y,    &s.force_B_N.z,
                                      &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
     for (int i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < count; ++j) out->columns(i, extras_[first + j]) = rows[i]->d[j];
+      for (std::size_t j = 0; j < count; ++j) by(i, extras_[first + j]) = rows[i]->d[j];
     }
   }
 }

@@ -25,7 +25,7 @@ StateError difference(const BodyState& from, const BodyState& to);  // to ⊟ fr
 
 // The parameters by which derivatives are wanted, in the order of the columns.
 using Columns = std::vector<int>;
-inline constexpr int kMaxColumns = 64;
+inline constexpr int kMaxColumns = 384;  // of a sweep that also screens terms; a fit frees some twenty
 using StateJacobian = Eigen::Matrix<double, 12, 12>;
 using ParameterJacobian = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::ColMajor, 12, kMaxColumns>;
 
@@ -47,6 +47,10 @@ class Model {
   Model(const ModelValues& values, const Columns& columns = {});
 
   Instant instant(const BodyState& x, const RotorInputSample& input, double t_s, InstantJacobian* jacobian = nullptr) const;
+
+  // Derivatives of force (rows 0-2, N) and torque (rows 3-5, N m) in B by the columns that are parameters of terms or of the rotor
+  // input, at this moment and state; those of other columns stay 0. `by`: 6 x columns.
+  void wrench_by_extras(const BodyState& x, const RotorInputSample& input, double t_s, Eigen::Ref<Eigen::MatrixXd> by) const;
 
   // x(t1) from x(t0) in `substeps` equal steps.
   BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps) const;

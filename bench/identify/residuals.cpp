@@ -1,5 +1,6 @@
 #include "bench/identify/residuals.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "bench/identify/rotations.hpp"
@@ -27,8 +28,15 @@ RotorInput prepared(RotorInput input, const ModelValues& values) {
 
 }  // namespace
 
-Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns)
-    : flight_(flight), input_(prepared(flight.input, values)), noise_(noise), columns_(columns), model_(values, model_columns(columns)) {
+Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns,
+                     const ExtraColumns* extra)
+    : flight_(flight),
+      input_(prepared(flight.input, values)),
+      noise_(noise),
+      columns_(columns),
+      model_(values, model_columns(columns)),
+      extra_(extra && extra->count > 0 ? extra : nullptr),
+      inverse_inertia_(values.inertia_kg_m2().inverse()) {
   places_.fill(-1);
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (of_the_model(columns[c])) dynamic_.push_back(static_cast<int>(c));
@@ -82,11 +90,23 @@ void Residuals::process(std::size_t k, const BodyState& from, const BodyState& t
   through_prediction(by);
   out.to.setIdentity();
   out.to.block<3, 3>(6, 6) = inverse_right_jacobian(turn);
-  out.columns.setZero(12, static_cast<Eigen::Index>(columns_.size()));
+  out.columns.setZero(12, width());
   for (std::size_t c = 0; c < dynamic_.size(); ++c) out.columns.col(dynamic_[c]) = by.col(static_cast<Eigen::Index>(c));
+  if (extra_) {
+    const double h = flight_.step_s;
+    const Matrix3d rot = (from.q_WB * exp_q(0.5 * h * from.w_B_rad_s)).toRotationMatrix();
+    const auto wrench = extra_->at<6>(extra_->wrench, k);
+    const Eigen::Matrix3Xd push = -h / model_.values()[kMass] * (rot * wrench.topRows<3>());
+    const Eigen::Matrix3Xd turn_rate = -h * (inverse_inertia_ * wrench.bottomRows<3>());
+    auto place = out.columns.rightCols(extra_->count);
+    place.middleRows<3>(0) = 0.5 * h * push;
+    place.middleRows<3>(3) = push;
+    place.middleRows<3>(6) = 0.5 * h * turn_rate;
+    place.middleRows<3>(9) = turn_rate;
+  }
   // One call per matrix: rows of different matrices share no memory.
   Eigen::Matrix<double, 12, 12 + 12 + 1 + kMaxColumns> all;
-  const auto width = 25 + static_cast<Eigen::Index>(columns_.size());
+  const Eigen::Index width = 25 + this->width();
   all.leftCols<12>() = out.from;
   all.middleCols<12>(12) = out.to;
   all.col(24) = out.r;
@@ -116,7 +136,7 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
     out.state.block<3, 3>(0, 9) = lever * rate;
     out.state.block<3, 3>(3, 6) = from_body * start;
     out.state.block<3, 3>(3, 9) = from_body * rate;
-    out.columns.setZero(6, static_cast<Eigen::Index>(columns_.size()));
+    out.columns.setZero(6, width());
     const Matrix3d sensor_turn = -inverse_left_jacobian(out.r.tail<3>()) * right_jacobian(Vector3d(v[kTurnX], v[kTurnY], v[kTurnZ]));
     for (int i = 0; i < 3; ++i) {
       if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c).head<3>() = -rot.col(i);
@@ -125,6 +145,9 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
     if (const int c = place_of(kPoseDelay); c >= 0) {
       out.columns.col(c).head<3>() = x.v_W_m_s - lever * x.w_B_rad_s;
       out.columns.col(c).tail<3>() = -from_body * x.w_B_rad_s;
+    }
+    if (extra_ && !extra_->pose.empty()) {
+      out.columns.rightCols(extra_->count) = -extra_->at<6>(extra_->pose, static_cast<std::size_t>(&fix - flight_.pose.data()));
     }
   }
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -157,7 +180,7 @@ void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
   out.state.block<3, 3>(0, 3) = -Matrix3d(weight.asDiagonal());
   out.state.block<3, 3>(0, 6) = weight.asDiagonal() * (rot * skew(swing));
   out.state.block<3, 3>(0, 9) = weight.asDiagonal() * (rot * skew(r));
-  out.columns.setZero(3, static_cast<Eigen::Index>(columns_.size()));
+  out.columns.setZero(3, width());
   const Matrix3d by_offset = -(weight.asDiagonal() * (rot * skew(x.w_B_rad_s)));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c) = by_offset.col(i);
@@ -171,9 +194,13 @@ void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, b
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 9) = -Matrix3d(weight.asDiagonal());
-  out.columns.setZero(3, static_cast<Eigen::Index>(columns_.size()));
+  out.columns.setZero(3, width());
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kGyroBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
+  }
+  if (extra_ && !extra_->gyro.empty()) {
+    out.columns.rightCols(extra_->count) =
+        -(weight.asDiagonal() * extra_->at<3>(extra_->gyro, static_cast<std::size_t>(&fix - flight_.gyro.data())));
   }
 }
 
@@ -193,7 +220,7 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
   const Matrix3d lever = skew(r), minus = -Matrix3d(weight.asDiagonal());
   out.state = minus * (j.force_by_state - lever * j.angular_by_state);
   out.state.block<3, 3>(0, 9) -= minus * (skew(w.cross(r)) + skew(w) * lever);
-  out.columns.setZero(3, static_cast<Eigen::Index>(columns_.size()));
+  out.columns.setZero(3, width());
   for (std::size_t c = 0; c < dynamic_.size(); ++c) {
     const auto from = static_cast<Eigen::Index>(c);
     out.columns.col(dynamic_[c]) = minus * (j.force_by.col(from) - lever * j.angular_by.col(from));
@@ -202,6 +229,12 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kAccelBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
     if (const int c = place_of(kImuX + i); c >= 0) out.columns.col(c) = by_place.col(i);
+  }
+  if (extra_) {
+    const auto wrench = extra_->at<6>(extra_->wrench, std::min(fix.knot, flight_.knots - 2));
+    auto place = out.columns.rightCols(extra_->count);
+    place = minus * (wrench.topRows<3>() / v[kMass] - lever * (inverse_inertia_ * wrench.bottomRows<3>()));
+    if (!extra_->accel.empty()) place += minus * extra_->at<3>(extra_->accel, static_cast<std::size_t>(&fix - flight_.accel.data()));
   }
 }
 

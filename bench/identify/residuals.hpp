@@ -23,10 +23,26 @@ struct ProcessRows {
   ParameterJacobian columns;
 };
 
+// Columns beside the parameters, known as series over a flight: what a term that the model does not hold would do per unit of its
+// size. A sweep then tells their scores without a refit. Empty lists: none act there.
+struct ExtraColumns {
+  Eigen::Index count = 0;
+  std::vector<double> wrench;       // [step][column][6]: force, N, and torque, N m, in B, mean over the step from knot k to k + 1
+  std::vector<double> pose;         // [pose fix][column][6]: of the sensor's position in W, m, and attitude, rotation vector in S, rad
+  std::vector<double> gyro, accel;  // [fix][column][3]: of the readings, B, without what the wrench does to them
+
+  template <int Rows>
+  Eigen::Map<const Eigen::Matrix<double, Rows, Eigen::Dynamic>> at(const std::vector<double>& list, std::size_t i) const {
+    return {list.data() + i * static_cast<std::size_t>(Rows * count), Rows, count};
+  }
+};
+
 // All residuals of one flight at one set of values. `columns`: the parameters by which derivatives are taken, any of them.
 class Residuals {
  public:
-  Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns);
+  // `extra` columns stand behind these; kept by reference.
+  Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns,
+            const ExtraColumns* extra = nullptr);
 
   // Between knots k and k + 1, which must be linked.
   void process(std::size_t k, const BodyState& from, const BodyState& to, ProcessRows& out) const;
@@ -43,6 +59,7 @@ class Residuals {
 
   const GridFlight& flight() const { return flight_; }
   const Columns& columns() const { return columns_; }
+  Eigen::Index width() const { return static_cast<Eigen::Index>(columns_.size()) + (extra_ ? extra_->count : 0); }
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
@@ -55,6 +72,8 @@ class Residuals {
   std::vector<int> dynamic_;  // places in columns_ of what the model knows
   Model model_;               // with those columns
   std::array<int, kCoreParameters> places_{};
+  const ExtraColumns* extra_ = nullptr;
+  Eigen::Matrix3d inverse_inertia_ = Eigen::Matrix3d::Identity();
   mutable std::size_t hint_ = 0;
 };
 

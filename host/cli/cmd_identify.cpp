@@ -13,18 +13,17 @@
 
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
-#include "bench/identify/checks.hpp"
 #include "bench/identify/diagnostics_text.hpp"
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
 #include "bench/identify/identify_report.hpp"
 #include "bench/identify/identify_text.hpp"
-#include "bench/identify/read_flight.hpp"
 #include "bench/identify/solvers.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/flight_inputs.hpp"
 #include "host/cli/identify_progress.hpp"
 #include "rotorloop_version.hpp"
 
@@ -34,81 +33,14 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  fs::path vehicle, mapping, out, report;
-  std::vector<fs::path> vertical, horizontal, rotation, flights, held_out, trail;
+  FlightPaths paths;
+  fs::path vehicle, out, report;
+  std::vector<fs::path> trail;
   std::vector<std::string> free, hold, per_flight, terms, use;
   double rate_Hz = 200.0, from_s = -1e300, to_s = 1e300, drag_speed_m_s = 8.5;
   std::string noise = "em", solver = "own";
-  bool json = false, quiet = false, no_checks = false;
+  bool json = false, no_checks = false;
 };
-
-host::TermList term_list(const std::vector<std::string>& ids) {
-  host::TermList list;
-  for (const std::string& id : ids) {
-    const host::Term* term = host::find_term(id);
-    if (!term) {
-      std::string known;
-      for (const host::Term& t : host::all_terms()) known += (known.empty() ? "" : ", ") + std::string(t.info.id);
-      throw Error({"--term " + id, "is no term that can be fitted", "", "use one of " + known});
-    }
-    if (!list.add(*term)) throw Error({"--term " + id, "is given twice", "", "give it once"});
-  }
-  return list;
-}
-
-struct Read {
-  std::vector<bench::FlightToFit> flights;  // those of the fit, then those held out
-  std::size_t fitted = 0;
-  std::vector<bench::CheckedFlight> checked;  // in the same order; empty without checks
-  std::vector<bench::InputHash> inputs;
-};
-
-Read read_all(const Options& o, const host::VehicleModel& vehicle) {
-  std::optional<bench::LogMapping> mapping;
-  Read out;
-  if (!o.mapping.empty()) {
-    mapping = bench::read_log_mapping(o.mapping);
-    out.inputs.push_back({o.mapping.generic_string(), sha256_file(o.mapping)});
-  }
-  const auto read = [&](const std::vector<fs::path>& paths, bench::FlightRole role) {
-    for (const fs::path& path : paths) {
-      std::vector<bench::LogFinding> notes;
-      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, {}};
-      const fs::path file = fs::is_directory(path) ? path / "flight.csv" : path;
-      out.inputs.push_back({file.generic_string(), sha256_file(file)});
-      if (!o.no_checks) {
-        bench::CheckedFlight checked = bench::check_flight(f.record, vehicle);
-        checked.findings.insert(checked.findings.begin(), notes.begin(), notes.end());
-        if (!o.quiet && !checked.findings.empty()) fmt::print(stderr, "{}", bench::findings_table(checked));
-        checked.throw_if_refused();
-        f.record = checked.flight;
-        f.segments = checked.segments;
-        // Below three of its standard uncertainties an offset is none.
-        const auto late = checked.offsets.between("pose", "gyro");
-        if (late && std::fabs(late->late_s) > 3.0 * late->u_s) f.pose_late_s = late->late_s;
-        out.checked.push_back(std::move(checked));
-      }
-      out.flights.push_back(std::move(f));
-    }
-  };
-  read(o.vertical, bench::FlightRole::vertical);
-  read(o.horizontal, bench::FlightRole::horizontal);
-  read(o.rotation, bench::FlightRole::rotation);
-  read(o.flights, bench::FlightRole::any);
-  out.fitted = out.flights.size();
-  const std::size_t fitted_inputs = out.inputs.size();
-  read(o.held_out, bench::FlightRole::any);
-  for (std::size_t h = fitted_inputs; h < out.inputs.size(); ++h) {
-    for (std::size_t f = 0; f < fitted_inputs; ++f) {
-      if (out.inputs[h].sha256 != out.inputs[f].sha256) continue;
-      throw Error(
-          {out.inputs[h].path, "is held out and also fitted: " + out.inputs[f].path, "", "hold out a flight that has no part in the fit"});
-    }
-  }
-  if (out.fitted == 0)
-    throw Error({"rotorloop identify", "was given no flight", "", "name logs with --vertical, --horizontal, --rotation or --flight"});
-  return out;
-}
 
 bench::IdentifyOptions identify_options(const Options& o) {
   bench::IdentifyOptions i;
@@ -145,13 +77,12 @@ void write_checked(const fs::path& path, const host::VehicleFile& v) {
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const Options& o, const bench::Identification& result, const Read& read, const host::VehicleFile& base,
+void publish(const Options& o, const bench::Identification& result, const FlightInputs& read, const host::VehicleFile& base,
              const bench::RunClock& clock) {
   const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) {
-    const auto first = read.flights.begin() + static_cast<std::ptrdiff_t>(read.fitted);
-    held_out = bench::score_held_out({first, read.flights.end()}, result, identify_options(o).grid);
+    held_out = bench::score_held_out(read.held_out(), result, identify_options(o).grid);
   }
   const std::string json =
       bench::identify_result_json(result, analysis, read.checked, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
@@ -189,14 +120,14 @@ void publish(const Options& o, const bench::Identification& result, const Read& 
 int identify(const Options& o) {
   const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
-  Read read = read_all(o, host::to_model(base));
+  FlightPaths paths = o.paths;
+  paths.checks = !o.no_checks;
+  FlightInputs read = read_flights(paths, host::to_model(base));
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   bench::Identification result;
   {
-    IdentifyProgressLine progress(progress_style(o.quiet), stderr);
-    const auto begin = read.flights.begin();
-    const std::vector<bench::FlightToFit> fitted(begin, begin + static_cast<std::ptrdiff_t>(read.fitted));
-    result = bench::identify(fitted, base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
+    IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr);
+    result = bench::identify(read.to_fit(), base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
   }
   if (!o.out.empty() && result.fit.converged) {
     std::vector<std::string> inputs;
@@ -223,12 +154,12 @@ void add_identify(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
   c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values")->required();
-  c->add_option("-m,--mapping", o->mapping, "mapping file, for logs of other tools");
-  c->add_option("--vertical", o->vertical, "stage 1: flight with fast climbs and descents (thrust)");
-  c->add_option("--horizontal", o->horizontal, "stage 2: fast horizontal flight (drag)");
-  c->add_option("--rotation", o->rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
-  c->add_option("--flight", o->flights, "any other flight, for the joint fit");
-  c->add_option("--held-out", o->held_out,
+  c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
+  c->add_option("--vertical", o->paths.vertical, "stage 1: flight with fast climbs and descents (thrust)");
+  c->add_option("--horizontal", o->paths.horizontal, "stage 2: fast horizontal flight (drag)");
+  c->add_option("--rotation", o->paths.rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
+  c->add_option("--flight", o->paths.flights, "any other flight, for the joint fit");
+  c->add_option("--held-out", o->paths.held_out,
                 "flight that has no part in the fit: the identified model foretells it, beside the vehicle file's");
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
@@ -255,7 +186,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
-  c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
+  c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
   c->footer(
       "Example: the paper's three flights, then a fourth that had no part in it\n"
       "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_identify(app, exit_code);
+  rotorloop::cli::add_diagnose(app, exit_code);
   rotorloop::cli::add_log(app, exit_code);
   rotorloop::cli::add_nanodrone(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);

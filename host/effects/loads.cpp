@@ -54,12 +54,12 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
   };
   s.omega_rad_s = s.in.omega_rad_s;
   s.omega_dot_rad_s2 = s.in.omega_dot_rad_s2;
-  each([&](const auto& h, const S* c) {
-    if (h.speeds) h.speeds(c, s);
+  each([&](const auto& h, const void* own, const S* c) {
+    if (h.speeds) h.speeds(own, c, s);
   });
   s.v_air_B_m_s = s.in.v_B_m_s;
-  each([&](const auto& h, const S* c) {
-    if (h.air) h.air(c, s);
+  each([&](const auto& h, const void* own, const S* c) {
+    if (h.air) h.air(own, c, s);
   });
 
   const LoadParameters<S>& p = s.parameters;
@@ -70,13 +70,13 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
     const RotorMount& mount = s.geometry.rotors[i];
     r.arm_B_m = {mount.position_m.x() - p.com_x_m, mount.position_m.y() - p.com_y_m, S(mount.position_m.z() - s.geometry.com_z_m)};
     r.v_air_B_m_s = s.v_air_B_m_s;
-    each([&](const auto& h, const S* c) {
-      if (h.inflow) h.inflow(c, s, i);
+    each([&](const auto& h, const void* own, const S* c) {
+      if (h.inflow) h.inflow(own, c, s, i);
     });
     r.thrust_N = rotor_thrust(p, s.geometry, s.omega_rad_s[i], r.v_air_B_m_s, r.through_m_s);
     r.torque_N_m = p.c_q_N_m_s2 * s.omega_rad_s[i] * s.omega_rad_s[i];
-    each([&](const auto& h, const S* c) {
-      if (h.rotor) h.rotor(c, s, i);
+    each([&](const auto& h, const void* own, const S* c) {
+      if (h.rotor) h.rotor(own, c, s, i);
     });
     s.thrust_sum_N += r.thrust_N;
     // Eq. (3).
@@ -90,8 +90,15 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
   s.force_B_N.x = -(rotor_drag * v.x) - p.c_dxy_N_s2_m2 * v.x * magnitude(v.x);
   s.force_B_N.y = -(rotor_drag * v.y) - p.c_dxy_N_s2_m2 * v.y * magnitude(v.y);
   s.force_B_N.z = s.thrust_sum_N - p.c_dz_N_s2_m2 * v.z * magnitude(v.z);
-  each([&](const auto& h, const S* c) {
-    if (h.body) h.body(c, s);
+  each([&](const auto& h, const void* own, const S* c) {
+    if (h.body) h.body(own, c, s);
+  });
+}
+
+template <class S>
+void readings(ReadingState<S>& r, const TermSet<S>& terms) {
+  terms.each([&](const auto& h, const void* own, const S* c) {
+    if (h.reading) h.reading(own, c, r);
   });
 }
 
@@ -106,5 +113,8 @@ template void loads(LoadState<double>&, const TermSet<double>*);
 template void loads(LoadState<MotionDual>&, const TermSet<MotionDual>*);
 template void loads(LoadState<PlaceDual>&, const TermSet<PlaceDual>*);
 template void loads(LoadState<ExtraDual>&, const TermSet<ExtraDual>*);
+template void readings(ReadingState<double>&, const TermSet<double>&);
+template void readings(ReadingState<PlaceDual>&, const TermSet<PlaceDual>&);
+template void readings(ReadingState<ExtraDual>&, const TermSet<ExtraDual>&);
 
 }  // namespace rotorloop::host

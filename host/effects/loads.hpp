@@ -56,6 +56,7 @@ struct LoadGeometry {
   double com_z_m = 0.0;
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
   double mass_kg = 0.0;
+  double ground_z_m = 0.0, ceiling_z_m = 3.0;  // of the room, in the log's world; for the effects of ground and ceiling
 };
 
 LoadGeometry load_geometry(const VehicleModel& model);
@@ -93,6 +94,16 @@ struct LoadState {
   Vec3<S> force_B_N, torque_B_N_m;  // the answer, gravity not included
 };
 
+// What the terms make sensors read beyond the truth: given what they look at, each adds its part.
+template <class S>
+struct ReadingState {
+  const LoadInput<S>& in;
+  Vec3<S> sensor_p_W_m, sensor_v_W_m_s;  // true place and velocity of the pose sensor
+  Vec3<S> angular_acceleration_B_rad_s2;
+  // Added to the reading. `turn`: the attitude reads q Exp(turn) where q is the attitude of the body.
+  Vec3<S> position_W_m{}, velocity_W_m_s{}, turn_B_rad{}, gyro_B_rad_s{}, accel_B_m_s2{};
+};
+
 template <class S>
 class TermSet;  // term.hpp: the added terms of a model, with their parameters as S
 
@@ -104,6 +115,10 @@ S rotor_thrust(const LoadParameters<S>& p, const LoadGeometry& g, const S& omega
 // The whole load. `terms` may be nullptr: the paper's model alone.
 template <class S>
 void loads(LoadState<S>& state, const TermSet<S>* terms);
+
+// The parts of a reading that terms add. For double, PlaceDual, ExtraDual.
+template <class S>
+void readings(ReadingState<S>& state, const TermSet<S>& terms);
 
 // Instantiated in loads.cpp and term_list.cpp for these scalars.
 // The motion of the body (velocity, rates) and the parameters of the paper: 14 directions.

@@ -1,10 +1,11 @@
-// How a term joins the loads. A term is a struct with `kInfo` and any of the hooks below, as static templates over the scalar;
-// `c` points to its parameters in SI, in the order of kInfo; at their neutral values it must change nothing.
+// How a term joins the loads. A term is a struct with `kId`, `kParameters` and any of the hooks below, as static templates over the
+// scalar; `c` points to its parameters in SI, in the order of kParameters; at their neutral values it must change nothing.
 //   speeds(c, state)          sensor of rotor speed: state.omega_rad_s, state.omega_dot_rad_s2
 //   air(c, state)             state.v_air_B_m_s: wind
-//   inflow(c, state, i)       state.rotor[i].v_air_B_m_s, before the thrust is solved
+//   inflow(c, state, i)       state.rotor[i].v_air_B_m_s, .arm_B_m, before the thrust is solved
 //   rotor(c, state, i)        state.rotor[i].thrust_N, .torque_N_m, after it is solved
 //   body(c, state)            state.force_B_N, state.torque_B_N_m, after everything else
+//   reading(c, reading)       what sensors read beyond the truth
 // Hooks of several terms run in the order in which the terms are listed in the model.
 #pragma once
 #include <array>
@@ -30,11 +31,13 @@ struct TermInfo {
 
 template <class S>
 struct TermHooks {
-  void (*speeds)(const S*, LoadState<S>&) = nullptr;
-  void (*air)(const S*, LoadState<S>&) = nullptr;
-  void (*inflow)(const S*, LoadState<S>&, std::size_t) = nullptr;
-  void (*rotor)(const S*, LoadState<S>&, std::size_t) = nullptr;
-  void (*body)(const S*, LoadState<S>&) = nullptr;
+  // The first argument is the term's `own`.
+  void (*speeds)(const void*, const S*, LoadState<S>&) = nullptr;
+  void (*air)(const void*, const S*, LoadState<S>&) = nullptr;
+  void (*inflow)(const void*, const S*, LoadState<S>&, std::size_t) = nullptr;
+  void (*rotor)(const void*, const S*, LoadState<S>&, std::size_t) = nullptr;
+  void (*body)(const void*, const S*, LoadState<S>&) = nullptr;
+  void (*reading)(const void*, const S*, ReadingState<S>&) = nullptr;
 };
 
 // A term of the list, for each scalar.
@@ -43,6 +46,7 @@ struct Term {
   TermHooks<double> plain;
   TermHooks<PlaceDual> place;
   TermHooks<ExtraDual> extra;
+  const void* own = nullptr;  // what its hooks need beside the parameters; a term written in C++ needs nothing
 
   template <class S>
   const TermHooks<S>& hooks() const;
@@ -63,7 +67,7 @@ inline const TermHooks<ExtraDual>& Term::hooks<ExtraDual>() const {
 std::span<const Term> all_terms();
 const Term* find_term(std::string_view id);  // nullptr when the list has none of that id
 
-inline constexpr std::size_t kMaxTerms = 64, kMaxTermParameters = 128;
+inline constexpr std::size_t kMaxTerms = 96, kMaxTermParameters = 192;
 
 // The terms of a model, in order, and where the parameters of each begin in one flat list.
 class TermList {
@@ -90,7 +94,10 @@ class TermSet {
   TermSet(const TermList& list, const S* values) : list_(list), values_(values) {}
   template <class Act>
   void each(Act&& act) const {
-    for (std::size_t i = 0; i < list_.size(); ++i) act(list_.term(i).template hooks<S>(), values_ + list_.first_parameter(i));
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+      const Term& t = list_.term(i);
+      act(t.template hooks<S>(), t.own, values_ + list_.first_parameter(i));
+    }
   }
 
  private:
@@ -102,13 +109,18 @@ class TermSet {
 template <class T, class S>
 constexpr TermHooks<S> hooks_of() {
   TermHooks<S> h;
-  if constexpr (requires(const S* c, LoadState<S>& s) { T::speeds(c, s); }) h.speeds = [](const S* c, LoadState<S>& s) { T::speeds(c, s); };
-  if constexpr (requires(const S* c, LoadState<S>& s) { T::air(c, s); }) h.air = [](const S* c, LoadState<S>& s) { T::air(c, s); };
+  if constexpr (requires(const S* c, LoadState<S>& s) { T::speeds(c, s); })
+    h.speeds = [](const void*, const S* c, LoadState<S>& s) { T::speeds(c, s); };
+  if constexpr (requires(const S* c, LoadState<S>& s) { T::air(c, s); })
+    h.air = [](const void*, const S* c, LoadState<S>& s) { T::air(c, s); };
   if constexpr (requires(const S* c, LoadState<S>& s, std::size_t i) { T::inflow(c, s, i); })
-    h.inflow = [](const S* c, LoadState<S>& s, std::size_t i) { T::inflow(c, s, i); };
+    h.inflow = [](const void*, const S* c, LoadState<S>& s, std::size_t i) { T::inflow(c, s, i); };
   if constexpr (requires(const S* c, LoadState<S>& s, std::size_t i) { T::rotor(c, s, i); })
-    h.rotor = [](const S* c, LoadState<S>& s, std::size_t i) { T::rotor(c, s, i); };
-  if constexpr (requires(const S* c, LoadState<S>& s) { T::body(c, s); }) h.body = [](const S* c, LoadState<S>& s) { T::body(c, s); };
+    h.rotor = [](const void*, const S* c, LoadState<S>& s, std::size_t i) { T::rotor(c, s, i); };
+  if constexpr (requires(const S* c, LoadState<S>& s) { T::body(c, s); })
+    h.body = [](const void*, const S* c, LoadState<S>& s) { T::body(c, s); };
+  if constexpr (requires(const S* c, ReadingState<S>& r) { T::reading(c, r); })
+    h.reading = [](const void*, const S* c, ReadingState<S>& r) { T::reading(c, r); };
   return h;
 }
 template <class T>

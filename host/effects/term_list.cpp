@@ -1,14 +1,92 @@
 // Every term that a model may hold, one line each.
-#include "host/effects/rotor_inertia_reaction.hpp"
-#include "host/effects/rotor_local_inflow.hpp"
+#include "host/effects/air.hpp"
+#include "host/effects/body_drag.hpp"
+#include "host/effects/body_moments.hpp"
+#include "host/effects/flapping.hpp"
+#include "host/effects/mass_geometry.hpp"
+#include "host/effects/outside_forces.hpp"
+#include "host/effects/rotor_drag.hpp"
+#include "host/effects/rotor_inertia.hpp"
+#include "host/effects/rotor_inflow.hpp"
+#include "host/effects/rotor_thrust_terms.hpp"
+#include "host/effects/rotor_torque_terms.hpp"
+#include "host/effects/sensors.hpp"
+#include "host/effects/surroundings.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::host {
 namespace {
 
 constexpr Term kTerms[] = {
+    // sensors.hpp
+    make_term<RotorSpeedScale>(),
+    make_term<RotorSpeedDelay>(),
+    // air.hpp
+    make_term<WindSteady>(),
+    make_term<WindShear>(),
+    make_term<AirDensity>(),
+    // rotor_inflow.hpp
     make_term<RotorLocalInflow>(),
+    make_term<AxialInflow>(),
+    make_term<TranslationalLift>(),
+    make_term<RotorWakeInterference>(),
+    make_term<HoverInterference>(),
+    make_term<VortexRingLoss>(),
+    // surroundings.hpp
+    make_term<GroundEffectRotor>(),
+    make_term<GroundEffectVehicle>(),
+    make_term<CeilingEffect>(),
+    // rotor_thrust_terms.hpp
+    make_term<ThrustScale>(),
+    make_term<BlockageStrut>(),
+    make_term<ThrustSpeedExponent>(),
+    make_term<WeakRotor>(),
+    make_term<ThrustLag>(),
+    make_term<DynamicInflow>(),
+    // rotor_torque_terms.hpp
+    make_term<TorqueAdvance>(),
+    make_term<InflowTorque>(),
+    make_term<TorqueSpeedExponent>(),
+    make_term<RotorTorqueScale>(),
+    // rotor_drag.hpp
+    make_term<RotorDrag>(),
+    make_term<RotorBodyInterference>(),
+    make_term<RotorDragWithSpeed>(),
+    make_term<RotorDragAtHubs>(),
+    make_term<RotorPlaneHeight>(),
+    // flapping.hpp
+    make_term<BladeFlapping>(),
+    make_term<SoftFlapping>(),
+    make_term<LateralFlapping>(),
+    make_term<RotorRollingMoment>(),
+    make_term<HubMoment>(),
+    // rotor_inertia.hpp
     make_term<RotorInertiaReaction>(),
+    make_term<Gyroscopic>(),
+    // mass_geometry.hpp
+    make_term<ComOffset>(),
+    make_term<PayloadMass>(),
+    make_term<RotorTilt>(),
+    // body_drag.hpp
+    make_term<ParasiticDrag>(),
+    make_term<DragIsotropy>(),
+    make_term<LinearDrag>(),
+    make_term<DragCentreOffset>(),
+    make_term<BodyLift>(),
+    // body_moments.hpp
+    make_term<BodyPitchMoment>(),
+    make_term<SideslipYawMoment>(),
+    make_term<RateDamping>(),
+    make_term<QuadraticRateDamping>(),
+    // outside_forces.hpp
+    make_term<BodyForceBias>(),
+    make_term<BodyTorqueBias>(),
+    make_term<Tether>(),
+    make_term<GravityTilt>(),
+    // sensors.hpp
+    make_term<PoseScale>(),
+    make_term<SensorMountCompliance>(),
+    make_term<VibrationRectification>(),
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/vehicle/vehicle_checks.hpp"
@@ -90,13 +92,17 @@ VehicleEffect read_effect(const TomlTable& t, const EffectCatalogue& catalogue) 
     t.fail("id", fmt::format("effect \"{}\" is not in the catalogue", e.id), "a misspelt id, or a file of a newer rotorloop",
            fmt::format("use one of: {}", fmt::join(catalogue.ids, ", ")));
   const TomlTable parameters = t.table("parameter");
-  const CatalogueParameter* declared = catalogue.parameter_of(e.id);
+  const std::vector<CatalogueParameter> known = catalogue.model_parameters_of(e.id);
   for (const std::string& key : parameters.keys()) {
-    if (declared && key != declared->name)
+    const auto declared = std::find_if(known.begin(), known.end(), [&](const CatalogueParameter& p) { return p.name == key; });
+    if (!known.empty() && declared == known.end()) {
+      std::string names;
+      for (const CatalogueParameter& p : known) names += fmt::format("{}{}, in {}", names.empty() ? "" : "; ", p.name, p.unit);
       parameters.fail(key, fmt::format("effect \"{}\" has no parameter \"{}\"", e.id, key),
                       "a misspelt name, or the parameter of another effect",
-                      fmt::format("its parameter is {}, in {}", declared->name, declared->unit));
-    e.parameters.push_back({key, quantity(parameters, key, declared ? Range{declared->min, declared->max, declared->unit} : kAny)});
+                      fmt::format("its parameter{} {}", known.size() > 1 ? "s are" : " is", names));
+    }
+    e.parameters.push_back({key, quantity(parameters, key, known.empty() ? kAny : Range{declared->min, declared->max, declared->unit})});
   }
   if (const auto evidence = t.optional_table("evidence"))
     e.evidence = EffectEvidence{evidence->number("held_out_before", {0.0, 1e9, "the unit named beside it"}),

@@ -45,7 +45,7 @@ TEST(CrazyPadHover, six_normal_flights_judged_by_the_others_of_their_vehicle_are
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
       const HoverDiagnosis d = diagnose_hover((*vehicle)[k], others, c.vehicle);
       std::printf("%s", hover_text(d).c_str());
-      EXPECT_EQ(d.verdict, Verdict::clean) << d.share.flight;
+      EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << d.share.flight;
     }
   }
 }
@@ -60,7 +60,7 @@ TEST(CrazyPadHover, defect_at_motor_3_is_found_in_all_ten_flights_and_its_rotor_
   for (const auto& f : c.defect) {
     const HoverDiagnosis d = diagnose_hover(f, c.normal_e9, c.vehicle);
     std::printf("%s", hover_text(d).c_str());
-    EXPECT_NE(d.verdict, Verdict::clean) << f.name;
+    EXPECT_NE(d.verdict, DiagnosisVerdict::clean) << f.name;
     rotor_2 += d.rotor == 2;
     outcome[label(f.name)].push_back(d.named.empty() ? "unexplained" : d.named[0]);
     EXPECT_TRUE(d.rotor == 2 || label(f.name) == "cut_propeller_M3_1mm") << f.name;
@@ -117,7 +117,7 @@ TEST(NanoBenchThrust, a_factor_on_motor_voltage_that_differs_by_flight_is_named_
   for (const auto& f : flights_of("nanobench_cf21")) flights.push_back(read_measured(f).record);
   const CommandThrustDiagnosis d = diagnose_command_thrust(flights);
   std::printf("%s", command_thrust_text(d).c_str());
-  EXPECT_EQ(d.verdict, Verdict::named);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::named);
   EXPECT_EQ(d.named, (std::vector<std::string>{"battery_gain"}));
   EXPECT_NEAR(d.none.r2, 0.55, 0.02) << "one map, as published";
   for (const auto& x : d.differences) {

@@ -54,14 +54,14 @@ std::vector<FlightRecord> reference(bool duty = false) {
 
 TEST(HoverShares, another_flight_without_defect_is_clean) {
   const auto d = diagnose_hover(hover({}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, Verdict::clean) << hover_text(d);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << hover_text(d);
   EXPECT_FALSE(d.rotor);
 }
 
 TEST(HoverShares, load_of_3_percent_under_the_rear_left_rotor_is_a_class_with_a_blocked_wake_there) {
   // m/M (1 ± 1 ± 1): 9 % on the arm that carries it, -3 % opposite, 3 % on the others.
   const auto d = diagnose_hover(hover({.change = {-0.03, 0.09, 0.03, 0.03}}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, Verdict::ambiguous);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::ambiguous);
   EXPECT_EQ(d.named, (std::vector<std::string>{"payload_mass at rotor 2", "blockage_strut 2"})) << hover_text(d);
 }
 
@@ -86,7 +86,7 @@ TEST(HoverShares, rotor_that_loses_8_percent_is_a_class_of_propeller_and_motor) 
     HoverCase c;
     c.change[i] = 0.087;
     const auto d = diagnose_hover(hover(c, 4), reference(), vehicle());
-    EXPECT_EQ(d.verdict, Verdict::ambiguous);
+    EXPECT_EQ(d.verdict, DiagnosisVerdict::ambiguous);
     ASSERT_EQ(d.named.size(), 2u) << hover_text(d);
     EXPECT_EQ(d.named[0], "weak_rotor " + std::to_string(i + 1));
     EXPECT_EQ(d.rotor, static_cast<int>(i) + 1);
@@ -100,14 +100,14 @@ TEST(HoverShares, load_on_a_string_is_told_by_yaw_that_sways) {
 
 TEST(HoverShares, pattern_that_no_defect_makes_is_unexplained) {
   const auto d = diagnose_hover(hover({.change = {-0.05, 0.10, -0.08, 0.04}}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, Verdict::unexplained) << hover_text(d);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::unexplained) << hover_text(d);
 }
 
 TEST(HoverShares, commands_that_are_shares_of_the_battery_are_recognised_and_its_voltage_is_no_defect) {
   EXPECT_EQ(command_meaning(reference(false)), CommandMeaning::thrust);
   EXPECT_EQ(command_meaning(reference(true)), CommandMeaning::duty);
   const auto d = diagnose_hover(hover({.volts = 3.3, .duty = true}, 4), reference(true), vehicle());
-  EXPECT_EQ(d.verdict, Verdict::clean) << hover_text(d);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << hover_text(d);
 }
 
 }  // namespace

@@ -9,57 +9,14 @@
 #include "host/vehicle/drag.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/thrust.hpp"
+#include "test/unit/host/effects/flown.hpp"
 
 namespace rotorloop::host {
 namespace {
 
-VehicleModel vehicle() {
-  VehicleModel m;
-  m.mass_kg = 0.682;
-  m.inertia_kg_m2 = {2.41e-3, 3.42e-3, 5.22e-3};
-  m.com_offset_m = {1.4e-3, -7e-4, 0.0};
-  const double l = 0.0885;
-  m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
-  m.thrust = {3.12e-6, -1.55e-4, 0.0635, 1.2};
-  m.c_q_N_m_s2 = 3.1e-8;
-  m.drag = {0.0175, 0.0055, 0.0185};
-  return m;
-}
-
-LoadInput<double> flight_state() {
-  LoadInput<double> in;
-  in.v_B_m_s = {6.0, -2.0, 1.5};
-  in.rates_B_rad_s = {1.0, -2.0, 3.0};
-  in.world_B = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  in.p_W_m = {0, 0, 2};
-  in.omega_rad_s = {930, 905, 970, 940};
-  in.omega_dot_rad_s2 = {800, -500, 300, 1200};
-  in.battery_V = 15.0;
-  return in;
-}
-
-struct Wrench {
-  Eigen::Vector3d force, torque;
-};
-Wrench wrench(const LoadInput<double>& in, const TermList& terms = {}, const std::vector<double>& values = {}) {
-  const VehicleModel m = vehicle();
-  const LoadParameters<double> p = load_parameters(m);
-  const LoadGeometry g = load_geometry(m);
-  LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
-  const TermSet<double> set(terms, values.data());
-  loads(s, &set);
-  return {{s.force_B_N.x, s.force_B_N.y, s.force_B_N.z}, {s.torque_B_N_m.x, s.torque_B_N_m.y, s.torque_B_N_m.z}};
-}
-
-TermList only(std::string_view id) {
-  TermList list;
-  list.add(*find_term(id));
-  return list;
-}
-
 TEST(Loads, without_terms_are_the_equations_of_the_vehicle_model) {
-  const VehicleModel m = vehicle();
-  const LoadInput<double> in = flight_state();
+  const VehicleModel m = paper_vehicle();
+  const LoadInput<double> in = general_flight();
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
   double sum = 0.0;
   for (int i = 0; i < kRotors; ++i) {
@@ -77,10 +34,10 @@ TEST(Loads, without_terms_are_the_equations_of_the_vehicle_model) {
 }
 
 TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
-  const VehicleModel m = vehicle();
+  const VehicleModel m = paper_vehicle();
   const LoadGeometry g = load_geometry(m);
   const auto evaluate = [&](const std::array<double, 14>& at) {
-    LoadInput<double> in = flight_state();
+    LoadInput<double> in = general_flight();
     in.v_B_m_s = {at[0], at[1], at[2]};
     in.rates_B_rad_s = {at[3], at[4], at[5]};
     const LoadParameters<double> p{at[6], at[7], at[8], at[9], at[10], at[11], at[12], at[13]};
@@ -94,7 +51,7 @@ TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
       p.c_dz_N_s2_m2};
   using D = MotionDual;
   LoadInput<D> in;
-  const LoadInput<double> plain = flight_state();
+  const LoadInput<double> plain = general_flight();
   in.v_B_m_s = {D::variable(at[0], 0), D::variable(at[1], 1), D::variable(at[2], 2)};
   in.rates_B_rad_s = {D::variable(at[3], 3), D::variable(at[4], 4), D::variable(at[5], 5)};
   for (std::size_t r = 0; r < 4; ++r) in.omega_rad_s[r] = D(plain.omega_rad_s[r]);
@@ -118,21 +75,30 @@ TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
 
 TEST(Loads, every_term_changes_nothing_at_its_neutral_values) {
   for (const Term& t : all_terms()) {
-    TermList list;
-    ASSERT_TRUE(list.add(t));
-    std::vector<double> neutral;
-    for (const TermParameter& p : t.info.parameters) neutral.push_back(p.neutral);
-    const Wrench with = wrench(flight_state(), list, neutral), without = wrench(flight_state());
+    const Wrench with = wrench(general_flight(), only(t), neutral(t)), without = wrench(general_flight());
     EXPECT_LT((with.force - without.force).norm() + (with.torque - without.torque).norm(), 1e-12) << t.info.id;
   }
 }
 
-TEST(Loads, every_term_has_the_name_parameter_and_unit_of_the_catalogue) {
+TEST(Loads, every_term_has_the_parameters_units_and_ranges_that_the_catalogue_gives_to_models) {
+  const auto spelt = [](std::string unit) {  // "kg m^2" in the catalogue, "kg m2" in code
+    std::erase(unit, '^');
+    return unit;
+  };
   const EffectCatalogue catalogue = builtin_effect_catalogue();
   for (const Term& t : all_terms()) {
-    const CatalogueParameter* entry = catalogue.parameter_of(t.info.id);
-    ASSERT_NE(entry, nullptr) << t.info.id;
-    EXPECT_EQ(entry->name, t.info.parameters.front().name) << t.info.id;
+    const std::vector<CatalogueParameter> entry = catalogue.model_parameters_of(t.info.id);
+    ASSERT_EQ(entry.size(), t.info.parameters.size()) << t.info.id;
+    for (std::size_t k = 0; k < entry.size(); ++k) {
+      const TermParameter& p = t.info.parameters[k];
+      EXPECT_EQ(entry[k].name, p.name) << t.info.id;
+      EXPECT_EQ(spelt(entry[k].unit), p.unit) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].min, p.min) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].max, p.max) << t.info.id << "." << p.name;
+      EXPECT_EQ(entry[k].neutral, p.neutral) << t.info.id << "." << p.name;
+      EXPECT_GT(p.scale, 0.0) << t.info.id << "." << p.name;
+      EXPECT_LE(p.scale, p.max - p.min) << t.info.id << "." << p.name;
+    }
   }
 }
 
@@ -150,7 +116,7 @@ TEST(Loads, a_term_is_in_a_list_once_and_finds_its_own_parameters) {
 TEST(RotorLocalInflow, opposes_roll_and_pitch_and_leaves_yaw_alone) {
   const TermList list = only("rotor_local_inflow");
   for (int axis = 0; axis < 3; ++axis) {
-    LoadInput<double> in = flight_state();
+    LoadInput<double> in = general_flight();
     in.v_B_m_s = {};
     in.omega_rad_s.fill(940.0);
     in.rates_B_rad_s = {axis == 0 ? 2.0 : 0.0, axis == 1 ? 2.0 : 0.0, axis == 2 ? 2.0 : 0.0};
@@ -166,10 +132,16 @@ TEST(RotorLocalInflow, opposes_roll_and_pitch_and_leaves_yaw_alone) {
 TEST(RotorInertiaReaction, body_and_rotors_together_keep_their_angular_momentum_about_yaw) {
   // What the rotors gain about +z the body loses: torque_z = -d/dt Σ J_r s_i ω_i, with s_i = -reaction.
   const double J = 9.4e-6;
-  const LoadInput<double> in = flight_state();
+  const LoadInput<double> in = general_flight();
   const Eigen::Vector3d change = wrench(in, only("rotor_inertia_reaction"), {J}).torque - wrench(in).torque;
   const double rotors_gain = J * (in.omega_dot_rad_s2[0] + in.omega_dot_rad_s2[1] - in.omega_dot_rad_s2[2] - in.omega_dot_rad_s2[3]);
   EXPECT_NEAR(change.z(), -rotors_gain, 1e-12);
+}
+
+TEST(Gyroscopic, body_that_turns_tilts_the_momentum_of_its_rotors) {
+  const double J = 9.4e-6;
+  const LoadInput<double> in = general_flight();
+  const Eigen::Vector3d change = wrench(in, only("gyroscopic"), {J}).torque - wrench(in).torque;
   const double momentum = J * (in.omega_rad_s[0] + in.omega_rad_s[1] - in.omega_rad_s[2] - in.omega_rad_s[3]);
   const Eigen::Vector3d gyroscopic = -Eigen::Vector3d(1.0, -2.0, 3.0).cross(Eigen::Vector3d(0, 0, momentum));
   EXPECT_NEAR(change.x(), gyroscopic.x(), 1e-12);

@@ -70,6 +70,15 @@ const std::map<std::string, Entry>& catalogue() {
         for (const TomlTable& o : t.tables("option", 1, 8))
           e.options.push_back(
               {o.text("key"), o.text("unit"), o.numbers("range", 2, {-1e6, 1e6, "1"}), o.number("default", {-1e6, 1e6, "1"})});
+      if (t.has("model")) {  // parameters of the model's term; test/unit/host/effects compares them with the term
+        for (const TomlTable& m : t.tables("model", 1, 16)) {
+          const std::string key = id + "." + m.text("key");
+          const auto range = m.numbers("range", 2, {-1e6, 1e6, "1"});
+          const double neutral = m.number("neutral", {-1e6, 1e6, "1"});
+          EXPECT_TRUE(range[0] < range[1] && range[0] <= neutral && neutral <= range[1]) << key;
+          EXPECT_FALSE(m.text("unit").empty()) << key;
+        }
+      }
       for (const auto& twin : twins) e.confounders.push_back(twin);
       EXPECT_TRUE(out.emplace(id, e).second) << id << " occurs twice";
     }

@@ -1,0 +1,127 @@
+#include "bench/diagnose/beliefs.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "host/vehicle/thrust.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// Standard uncertainty of what the file knows of a parameter; nothing where it guesses.
+std::optional<double> known_u(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
+  const auto unless_guess = [](const host::Quantity& q) -> std::optional<double> {
+    if (q.origin == host::Origin::guess || q.u <= 0.0) return std::nullopt;
+    return q.u;
+  };
+  const auto of_sensor = [](host::Origin origin, double u) -> std::optional<double> {
+    if (origin == host::Origin::guess || u <= 0.0) return std::nullopt;
+    return u;
+  };
+  switch (parameter) {
+    case kMass:
+      return std::nullopt;  // the fit itself asks the file
+    case kIxx:
+      return unless_guess(v.inertia_kg_m2[0]);
+    case kIyy:
+      return unless_guess(v.inertia_kg_m2[1]);
+    case kIzz:
+      return unless_guess(v.inertia_kg_m2[2]);
+    case kCq:
+      return unless_guess(v.c_q_N_m_s2);
+    case kComX:
+      return unless_guess(v.com_offset_m[0]);
+    case kComY:
+      return unless_guess(v.com_offset_m[1]);
+    case kK1:
+      return unless_guess(v.k1_N_s2);
+    case kK2:
+      return unless_guess(v.k2_N_s2_m);
+    case kCdh:
+      return unless_guess(v.c_dh_s_m);
+    case kCdxy:
+      return unless_guess(v.c_dxy_N_s2_m2);
+    case kCdz:
+      return unless_guess(v.c_dz_N_s2_m2);
+    default:
+      break;
+  }
+  if (parameter >= kOffsetX && parameter <= kOffsetZ)
+    return of_sensor(v.pose_sensor.offset_origin, v.pose_sensor.offset_u_m[static_cast<std::size_t>(parameter - kOffsetX)]);
+  if (parameter >= kTurnX && parameter <= kTurnZ)
+    return of_sensor(v.pose_sensor.rotation_origin, v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(parameter - kTurnX)]);
+  if (parameter < kCoreParameters) return std::nullopt;
+  const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
+  const auto id = terms.term(terms.term_of(flat)).info.id;
+  for (const host::VehicleEffect& e : v.effects) {
+    if (e.id != id) continue;
+    for (const host::EffectParameter& q : e.parameters) {
+      if (q.name == terms.parameter(flat).name) return unless_guess(q.quantity);
+    }
+  }
+  return std::nullopt;
+}
+
+// Static thrust found on a stand ties k1 and k2 in one direction.
+void add_stand(const host::VehicleFile& v, const ModelValues& at, std::vector<JointPrior>& out) {
+  const host::StaticThrust* stand = v.static_thrust_of(host::Origin::stand);
+  if (!stand || stand->u_N_s2 <= 0.0) return;
+  const auto c_t = [&](double k1, double k2) { return host::static_c_t({k1, k2, at.geometry.radius_m, at.geometry.air_density_kg_m3}); };
+  const double k1 = at[kK1], k2 = at[kK2], here = c_t(k1, k2);
+  constexpr double kStep = 1e-4;
+  const Eigen::Vector2d slope((c_t(k1 * (1 + kStep), k2) - here) / (k1 * kStep), (c_t(k1, k2 * (1 + kStep)) - here) / (k2 * kStep));
+  // Thrust scales with the density of the air at a given c_t; the stand's figure is taken to this model's density.
+  const double density = stand->air_density_kg_m3 > 0.0 ? at.geometry.air_density_kg_m3 / stand->air_density_kg_m3 : 1.0;
+  JointPrior p{{kK1, kK2}, Eigen::Vector2d(k1, k2), slope * slope.transpose() / (stand->u_N_s2 * stand->u_N_s2)};
+  p.mean[0] += (stand->c_t_N_s2 * density - here) / slope[0];
+  out.push_back(std::move(p));
+}
+
+}  // namespace
+
+std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const FreeParameter> free, const ModelValues& at) {
+  std::vector<JointPrior> out;
+  std::map<std::string, int> of_name;
+  std::map<int, double> left;  // standard uncertainties that no covariance block has spoken for
+  for (const FreeParameter& f : free) {
+    if (f.per_flight || f.prior_u > 0.0) continue;
+    if (const auto u = known_u(v, f.parameter, at.terms)) {
+      of_name[parameter_info(f.parameter, at.terms).name] = f.parameter;
+      left[f.parameter] = *u;
+    }
+  }
+  for (const host::CovarianceBlock& block : v.covariance) {
+    std::vector<Eigen::Index> rows;
+    JointPrior p;
+    for (std::size_t i = 0; i < block.of.size(); ++i) {
+      const auto found = of_name.find(block.of[i]);
+      if (found == of_name.end() || !left.contains(found->second)) continue;
+      rows.push_back(static_cast<Eigen::Index>(i));
+      p.parameters.push_back(found->second);
+    }
+    if (rows.empty()) continue;
+    const auto n = static_cast<Eigen::Index>(block.of.size());
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(block.matrix.data(), n, n);
+    const Eigen::MatrixXd covariance = all(rows, rows);
+    const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
+    if (factor.info() != Eigen::Success || !scale.allFinite()) continue;  // the single uncertainties then speak
+    p.information = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(scale.size(), scale.size())) * scale.asDiagonal();
+    p.mean.resize(scale.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      p.mean[static_cast<Eigen::Index>(i)] = at[p.parameters[i]];
+      left.erase(p.parameters[i]);
+    }
+    out.push_back(std::move(p));
+  }
+  for (const auto& [parameter, u] : left) {
+    JointPrior p{{parameter}, Eigen::VectorXd::Constant(1, at[parameter]), Eigen::MatrixXd::Constant(1, 1, 1.0 / (u * u))};
+    out.push_back(std::move(p));
+  }
+  add_stand(v, at, out);
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,18 @@
+// A fit once more with one effect more, or one less: from the states, noise and values that the last one left.
+#pragma once
+#include "bench/diagnose/screening.hpp"
+
+namespace rotorloop::bench {
+
+// `estimate`: of the candidate's parameters, about their neutral values; where the new fit starts.
+Identification refit_with(const Identification& last, const Candidate& candidate, const Eigen::VectorXd& estimate,
+                          const FitOptions& options);
+Identification refit_without(const Identification& last, const Candidate& candidate, const FitOptions& options);
+
+// The same fit, its problem pointing into its own flights.
+Identification copy_of(const Identification& fitted);
+
+// The candidate's parameters in a fit that has it.
+std::vector<int> parameters_of(const Candidate& candidate, const host::TermList& terms);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,223 @@
+#include "bench/diagnose/score_table.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "bench/diagnose/statistics.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Index = ScoreTable::Index;
+
+constexpr double kOpen = 1e-6;         // of a column's own information: what is less is rounding, or the model's own
+constexpr double kFewestBlocks = 4.0;  // degrees of freedom of the scatter, at least
+
+// Scaled to unit diagonal, so that kilograms and radians may stand side by side; solved with the least ridge that rounding asks for.
+class Scaled {
+ public:
+  explicit Scaled(const MatrixXd& s) : scale_(s.diagonal()) {
+    for (Index i = 0; i < scale_.size(); ++i) scale_[i] = scale_[i] > 0.0 ? 1.0 / std::sqrt(scale_[i]) : 1.0;
+    MatrixXd a = scale_.asDiagonal() * s * scale_.asDiagonal();
+    a.diagonal().array() += 1e-13;
+    factor_.compute(a);
+  }
+  MatrixXd solve(const MatrixXd& rhs) const { return scale_.asDiagonal() * MatrixXd(factor_.solve(MatrixXd(scale_.asDiagonal() * rhs))); }
+
+ private:
+  VectorXd scale_;
+  Eigen::LDLT<MatrixXd> factor_;
+};
+
+struct ReducedGroup {
+  MatrixXd information;  // S̃
+  VectorXd score;        // s̃
+  MatrixXd a;            // S_γθ S_θθ⁻¹
+  VectorXd own;          // diagonal of S_γγ
+};
+
+ReducedGroup reduce(const MatrixXd& s, const VectorXd& score, const ColumnSet& model, const ColumnSet& group) {
+  ReducedGroup out;
+  out.information = s(group, group);
+  out.own = out.information.diagonal();
+  out.score = score(group);
+  out.a = MatrixXd::Zero(static_cast<Index>(group.size()), static_cast<Index>(model.size()));
+  if (model.empty()) return out;
+  out.a = Scaled(s(model, model)).solve(s(model, group)).transpose();
+  out.information -= out.a * s(model, group);
+  out.information = (0.5 * (out.information + out.information.transpose())).eval();
+  out.score -= out.a * score(model);
+  return out;
+}
+
+// T with TᵀS̃T = 1 over the directions that are open: columns scaled to the group's own information first.
+MatrixXd whitening(const ReducedGroup& r) {
+  VectorXd k = r.own;
+  for (Index i = 0; i < k.size(); ++i) k[i] = k[i] > 0.0 ? 1.0 / std::sqrt(k[i]) : 0.0;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * r.information * k.asDiagonal()));
+  std::vector<Index> kept;
+  for (Index i = 0; i < k.size(); ++i) {
+    if (eig.eigenvalues()[i] > kOpen) kept.push_back(i);
+  }
+  MatrixXd t(k.size(), static_cast<Index>(kept.size()));
+  for (std::size_t j = 0; j < kept.size(); ++j)
+    t.col(static_cast<Index>(j)) = k.asDiagonal() * eig.eigenvectors().col(kept[j]) / std::sqrt(eig.eigenvalues()[kept[j]]);
+  return t;
+}
+
+// Where the columns `wanted` stand among those of a block; -1: the block does not know one.
+std::vector<Index> places(const ScoreTable::Block& b, const ColumnSet& wanted) {
+  std::vector<Index> out;
+  for (const Index w : wanted) {
+    const auto found = std::find(b.at.begin(), b.at.end(), w);
+    out.push_back(found == b.at.end() ? -1 : found - b.at.begin());
+  }
+  return out;
+}
+
+// -A Δs_θ + Δs_γ and its information [-A I] ΔS [-A I]ᵀ, in the whitened directions of `t`.
+struct BlockPart {
+  VectorXd score;
+  MatrixXd information;
+};
+BlockPart part_of(const ScoreTable::Block& b, const ColumnSet& model, const ColumnSet& group, const MatrixXd& a, const MatrixXd& t) {
+  const ColumnSet all = with(model, group);
+  const auto at = places(b, all);
+  MatrixXd left(a.rows(), static_cast<Index>(all.size()));
+  left << -a, MatrixXd::Identity(a.rows(), a.rows());
+  std::vector<Index> columns, from;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (at[i] < 0) continue;
+    columns.push_back(static_cast<Index>(i));
+    from.push_back(at[i]);
+  }
+  const MatrixXd mix = t.transpose() * left(Eigen::all, columns);
+  return {mix * b.score(from), mix * b.information(from, from) * mix.transpose()};
+}
+
+}  // namespace
+
+ColumnSet with(ColumnSet a, const ColumnSet& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+ColumnSet base_columns(const ScoreTable& table) {
+  ColumnSet out;
+  for (Index i = 0; i < table.base; ++i) out.push_back(i);
+  return out;
+}
+
+GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group) {
+  GroupTest out;
+  const auto d = static_cast<Index>(group.size());
+  out.estimate = VectorXd::Zero(d);
+  out.covariance = MatrixXd::Zero(d, d);
+  const ReducedGroup r = reduce(table.information, table.score, model, group);
+  for (Index i = 0; i < d; ++i) {
+    if (r.own[i] > 0.0) out.open = std::max(out.open, r.information(i, i) / r.own[i]);
+  }
+  const MatrixXd t = whitening(r);
+  out.degrees = static_cast<int>(t.cols());
+  if (out.degrees == 0) return out;
+  const VectorXd z = t.transpose() * r.score;  // standard normal under the model with white residuals
+  out.estimate = -t * z;
+  out.chi2 = z.squaredNorm();
+
+  // Scatter of the blocks with the effect taken out, neighbours included.
+  MatrixXd v = MatrixXd::Zero(t.cols(), t.cols());
+  VectorXd last;
+  std::size_t last_flight = 0, count = 0;
+  double sum = 0.0, squares = 0.0;
+  for (const ScoreTable::Block& b : table.blocks) {
+    const BlockPart part = part_of(b, model, group, r.a, t);
+    const VectorXd u = part.score - part.information * z;
+    v += u * u.transpose();
+    if (count > 0 && last_flight == b.flight) {
+      const MatrixXd cross = last * u.transpose();
+      v += 0.5 * (cross + cross.transpose());
+    }
+    last = u;
+    last_flight = b.flight;
+    ++count;
+    const double information = part.information.trace();
+    sum += information;
+    squares += information * information;
+  }
+  if (count > 1) v *= static_cast<double>(count) / static_cast<double>(count - 1);
+  out.blocks = squares > 0.0 ? sum * sum / squares : 0.0;
+  // Correlation can make an estimate worse than the classical variance says, hardly better: a smaller scatter is chance.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(v);
+  const VectorXd spread = eig.eigenvalues().cwiseMax(1.0);
+  out.inflation = spread.mean();
+  const VectorXd along = eig.eigenvectors().transpose() * z;
+  const double robust = (along.array().square() / spread.array()).sum();
+  out.gain = 0.5 * robust;
+  out.wald = robust / out.degrees;
+  out.p = f_tail(out.wald, out.degrees, std::max(kFewestBlocks, out.blocks - out.degrees));
+  out.covariance = t * eig.eigenvectors() * spread.asDiagonal() * eig.eigenvectors().transpose() * t.transpose();
+  return out;
+}
+
+double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation) {
+  const ColumnSet all = with(model, group);
+  const auto n = static_cast<Index>(all.size()), m = static_cast<Index>(model.size());
+  const int folds = table.fold.empty() ? 0 : *std::max_element(table.fold.begin(), table.fold.end()) + 1;
+  const MatrixXd whole = table.information(all, all);
+  const VectorXd whole_score = table.score(all);
+  double sum = 0.0;
+  for (int f = 0; f < folds; ++f) {
+    MatrixXd s = MatrixXd::Zero(n, n);
+    VectorXd score = VectorXd::Zero(n);
+    for (std::size_t i = 0; i < table.blocks.size(); ++i) {
+      if (table.fold[i] != f) continue;
+      const auto& b = table.blocks[i];
+      const auto at = places(b, all);
+      for (std::size_t x = 0; x < at.size(); ++x) {
+        if (at[x] < 0) continue;
+        score[static_cast<Index>(x)] += b.score[at[x]];
+        for (std::size_t y = 0; y < at.size(); ++y) {
+          if (at[y] >= 0) s(static_cast<Index>(x), static_cast<Index>(y)) += b.information(at[x], at[y]);
+        }
+      }
+    }
+    const MatrixXd rest = whole - s;
+    const VectorXd rest_score = whole_score - score;
+    const auto cost = [&](const VectorXd& step) { return score.dot(step) + 0.5 * step.dot(s * step); };
+    VectorXd without = VectorXd::Zero(n);
+    without.head(m) = -Scaled(rest.topLeftCorner(m, m)).solve(rest_score.head(m));
+    // The group's own estimate from the other folds, in the directions that they know.
+    ColumnSet inner_model, inner_group;
+    for (Index i = 0; i < n; ++i) (i < m ? inner_model : inner_group).push_back(i);
+    const ReducedGroup r = reduce(rest, rest_score, inner_model, inner_group);
+    const MatrixXd t = whitening(r);
+    VectorXd step = VectorXd::Zero(n);
+    step.tail(n - m) = -t * (t.transpose() * r.score);
+    step.head(m) = -Scaled(rest.topLeftCorner(m, m)).solve(rest_score.head(m) + rest.topRightCorner(m, n - m) * step.tail(n - m));
+    sum += cost(without) - cost(step);
+  }
+  return sum / inflation;
+}
+
+double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b) {
+  const ColumnSet both = with(a, b);
+  const ReducedGroup r = reduce(table.information, table.score, model, both);
+  const auto na = static_cast<Index>(a.size()), nb = static_cast<Index>(b.size());
+  const auto part = [&](Index from, Index count) {
+    ReducedGroup p;
+    p.information = r.information.block(from, from, count, count);
+    p.own = r.own.segment(from, count);
+    return whitening(p);
+  };
+  const MatrixXd ta = part(0, na), tb = part(na, nb);
+  if (ta.cols() == 0 || tb.cols() == 0) return 0.0;
+  const MatrixXd c = ta.transpose() * r.information.topRightCorner(na, nb) * tb;
+  return std::min(1.0, Eigen::JacobiSVD<MatrixXd>(c).singularValues()[0]);
+}
+
+}  // namespace rotorloop::bench

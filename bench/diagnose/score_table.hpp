@@ -1,0 +1,58 @@
+// The likelihood of all flights as a quadratic function of the model's free parameters and of terms that it does not hold, about the
+// fit: information and score, in sum, per flight and per block of time, with the states eliminated. What a term would gain, its
+// estimate, what it is confounded with and whether it foretells blocks that did not estimate it, is then linear algebra.
+//   S̃ = S_γγ - S_γθ S_θθ⁻¹ S_θγ,  s̃ = s_γ - S_γθ S_θθ⁻¹ s_θ,  γ̂ = -S̃⁻¹ s̃,  χ² = s̃ᵀ S̃⁻¹ s̃
+// Residuals of real flights are correlated, so χ² is no test. Each block's contribution to the reduced score, with the estimated
+// effect taken out (u_b = c_b + I_b γ̂, else its own size would count as scatter), gives V, and with it a Wald statistic that holds.
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace rotorloop::bench {
+
+struct ScoreTable {
+  using Index = Eigen::Index;
+  // Columns: the model's free numbers first, then those of terms.
+  Index base = 0;
+  Eigen::MatrixXd information;  // with what was known before
+  Eigen::VectorXd score;
+
+  struct Block {
+    std::size_t flight = 0;
+    double from_s = 0.0, to_s = 0.0;
+    std::vector<Index> at;        // columns of the table that this flight knows
+    Eigen::MatrixXd information;  // over `at`, of the data alone
+    Eigen::VectorXd score;
+  };
+  std::vector<Block> blocks;
+  std::vector<int> fold;  // of each block, for cross-validation
+  double readings = 0.0;  // numbers read, for the information criterion
+};
+
+using ColumnSet = std::vector<ScoreTable::Index>;
+
+// What the data say of the columns `group` beside the columns `model`.
+struct GroupTest {
+  Eigen::VectorXd estimate;    // γ̂, about the fit
+  Eigen::MatrixXd covariance;  // the larger of classical and block-robust, direction by direction
+  int degrees = 0;             // directions that the data tell at all
+  double chi2 = 0.0;           // classical
+  double wald = 0.0, p = 1.0;  // robust F statistic and its chance
+  double blocks = 0.0;         // effective number of blocks that know of it
+  double gain = 0.0;           // rise of the log likelihood, ½ χ², deflated by the scatter of the blocks
+  double inflation = 1.0;      // mean variance of blocks over the classical one, at least 1
+  double open = 0.0;           // share of its own information that is left beside the model, 0 to 1
+};
+GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group);
+
+// Rise of the log likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
+double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
+
+// Largest canonical correlation of two groups of columns, after the model took its share.
+double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b);
+
+ColumnSet with(ColumnSet a, const ColumnSet& b);
+ColumnSet base_columns(const ScoreTable& table);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,306 @@
+#include "bench/diagnose/screening.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <thread>
+#include <unsupported/Eigen/FFT>
+
+#include "bench/identify/rotations.hpp"
+#include "host/base/error.hpp"
+#include "sim/world/random.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Index = ScoreTable::Index;
+
+constexpr double kSample_s = 5e-3;  // of the terms' wrenches: motors answer in 30 ms
+constexpr double kFoldBlocks = 4;   // neighbouring blocks that stay in one fold
+constexpr int kFolds = 5;
+constexpr std::uint64_t kPlaceboStream = 0xD1A6;
+
+// Quantities of the fit itself that an effect of the catalogue changes.
+struct CoreEffect {
+  const char* id;
+  std::vector<int> parameters;
+};
+const std::vector<CoreEffect>& core_effects() {
+  static const std::vector<CoreEffect> all{{"gravity_tilt", {kTiltX, kTiltY}},
+                                           {"products_of_inertia", {kIxy, kIxz, kIyz}},
+                                           {"rotor_speed_delay", {kRotorDelay}},
+                                           {"pose_delay", {kPoseDelay}}};
+  return all;
+}
+
+// All parameters of the fit, per flight or shared, in the order of its estimates; which of them flight f knows.
+std::vector<Index> columns_of_flight(const FitProblem& p, std::size_t f) {
+  std::vector<Index> out;
+  Index at = 0;
+  for (const FreeParameter& free : p.free) {
+    out.push_back(free.per_flight ? at + static_cast<Index>(f) : at);
+    at += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
+  }
+  return out;
+}
+Index estimates_of(const FitProblem& p) {
+  Index n = 0;
+  for (const FreeParameter& free : p.free) n += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
+  return n;
+}
+
+// What a flight knows before any reading: the priors of the fit.
+void add_priors(const FitProblem& p, const Fit& fit, ScoreTable& table) {
+  for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
+    for (const FreeParameter& free : p.free) {
+      if (free.parameter != fit.estimates[i].parameter || free.prior_u <= 0.0) continue;
+      const auto at = static_cast<Index>(i);
+      const double weight = 1.0 / (free.prior_u * free.prior_u);
+      table.information(at, at) += weight;
+      table.score[at] += weight * (fit.estimates[i].value - p.start[free.parameter]);
+    }
+  }
+  for (const JointPrior& prior : p.priors) {
+    for (std::size_t a = 0; a < fit.estimates.size(); ++a) {
+      if (fit.estimates[a].flight >= 0) continue;
+      for (std::size_t b = 0; b < fit.estimates.size(); ++b) {
+        if (fit.estimates[b].flight >= 0) continue;
+        for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
+          if (prior.parameters[i] != fit.estimates[a].parameter) continue;
+          for (std::size_t j = 0; j < prior.parameters.size(); ++j) {
+            if (prior.parameters[j] != fit.estimates[b].parameter) continue;
+            const double weight = prior.information(static_cast<Index>(i), static_cast<Index>(j));
+            table.information(static_cast<Index>(a), static_cast<Index>(b)) += weight;
+            table.score[static_cast<Index>(a)] += weight * (fit.estimates[b].value - prior.mean[static_cast<Index>(j)]);
+          }
+        }
+      }
+    }
+  }
+}
+
+// The model with every term of the library in it: those that it lacks at their neutral values.
+ModelValues with_library(const ModelValues& values, const std::vector<Candidate>& candidates, std::vector<int>& parameters) {
+  ModelValues all = values;
+  for (const Candidate& c : candidates) {
+    if (!c.term) continue;
+    if (!all.terms.add(*c.term)) {
+      throw Error(
+          {c.id, fmt::format("the library has more terms than a model can hold ({})", host::kMaxTerms), "", "leave some out (--without)"});
+    }
+    const std::size_t first = all.terms.first_parameter(all.terms.size() - 1);
+    for (std::size_t k = 0; k < c.term->info.parameters.size(); ++k) {
+      parameters.push_back(kCoreParameters + static_cast<int>(first + k));
+      all.values.push_back(c.term->info.parameters[k].neutral);
+    }
+  }
+  return all;
+}
+
+BodyState between(const BodyState& a, const BodyState& b, double share) {
+  return {a.p_W_m + share * (b.p_W_m - a.p_W_m), a.v_W_m_s + share * (b.v_W_m_s - a.v_W_m_s), a.q_WB.slerp(share, b.q_WB),
+          a.w_B_rad_s + share * (b.w_B_rad_s - a.w_B_rad_s)};
+}
+
+ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& fitted,
+                       const std::vector<Candidate>& candidates) {
+  std::vector<int> parameters;
+  const ModelValues values = with_library(fitted, candidates, parameters);
+  ExtraColumns out;
+  out.count = static_cast<Index>(parameters.size());
+  if (out.count == 0) return out;
+  const Model model(values, parameters);
+  RotorInput input = g.input;
+  input.prepare(values);
+  const auto per_step = static_cast<std::size_t>(6 * out.count);
+  out.wrench.assign((g.knots - 1) * per_step, 0.0);
+  const int samples = std::max(1, static_cast<int>(std::lround(g.step_s / kSample_s)));
+  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(6, out.count);
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    if (!g.linked[k]) continue;
+    Eigen::Map<Eigen::MatrixXd> mean(&out.wrench[k * per_step], 6, out.count);
+    for (int s = 0; s < samples; ++s) {
+      const double share = (s + 0.5) / samples, t = g.time_s(k) + share * g.step_s;
+      model.wrench_by_extras(between(states[k], states[k + 1], share), input.at(t, hint, false), t, by);
+      mean += by / samples;
+    }
+  }
+  return out;
+}
+
+void for_flights(std::size_t flights, int threads, const auto& act) {
+  std::vector<std::thread> pool;
+  const std::size_t workers = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, threads)), 1, flights);
+  std::vector<std::exception_ptr> failures(workers);
+  for (std::size_t w = 0; w < workers; ++w) {
+    pool.emplace_back([&, w] {
+      try {
+        for (std::size_t f = w; f < flights; f += workers) act(f);
+      } catch (...) {
+        failures[w] = std::current_exception();
+      }
+    });
+  }
+  for (auto& t : pool) t.join();
+  for (const auto& f : failures) {
+    if (f) std::rethrow_exception(f);
+  }
+}
+
+// Sums the sweeps of all flights into one table. `held`: core parameters beside the free ones, in the order of their columns.
+ScoreTable table_of(const Identification& r, const Columns& held, const std::vector<ExtraColumns>& extra, double block_s, int threads) {
+  const FitProblem& p = r.problem;
+  const Index base = estimates_of(p), core = static_cast<Index>(held.size()), terms = extra.front().count;
+  ScoreTable table;
+  table.base = base;
+  const Index n = base + core + terms;
+  table.information = Eigen::MatrixXd::Zero(n, n);
+  table.score = Eigen::VectorXd::Zero(n);
+  Columns columns;
+  for (const FreeParameter& f : p.free) columns.push_back(f.parameter);
+  columns.insert(columns.end(), held.begin(), held.end());
+
+  std::vector<Reduced> reduced(p.flights.size());
+  for_flights(p.flights.size(), threads, [&](std::size_t f) {
+    std::vector<BodyState> states = r.fit.states[f];
+    Chain chain(*p.flights[f], states, states);
+    reduced[f] = chain.sweep(Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
+                             {.keep_factors = false, .block_s = block_s});
+  });
+  for (std::size_t f = 0; f < reduced.size(); ++f) {
+    std::vector<Index> at = columns_of_flight(p, f);
+    for (Index c = 0; c < core + terms; ++c) at.push_back(base + c);
+    table.score(at) += reduced[f].score;
+    for (std::size_t b = 0; b < at.size(); ++b) {
+      for (std::size_t a = 0; a < at.size(); ++a)
+        table.information(at[a], at[b]) += reduced[f].information(static_cast<Index>(a), static_cast<Index>(b));
+    }
+    table.readings += static_cast<double>(reduced[f].residuals) - 12.0 * static_cast<double>(p.flights[f]->tied_knots());
+    for (ScoreBlock& b : reduced[f].blocks) {
+      table.fold.push_back(static_cast<int>(static_cast<double>(table.blocks.size()) / kFoldBlocks) % kFolds);
+      table.blocks.push_back({f, b.from_s, b.to_s, at, std::move(b.information), std::move(b.score)});
+    }
+  }
+  add_priors(p, r.fit, table);
+  return table;
+}
+
+// The largest product of 2, 3 and 5 that is at most n: transforms of other lengths are slow.
+std::size_t smooth_length(std::size_t n) {
+  for (std::size_t m = n; m > 1; --m) {
+    std::size_t rest = m;
+    for (const std::size_t factor : {2u, 3u, 5u}) {
+      while (rest % factor == 0) rest /= factor;
+    }
+    if (rest == 1) return m;
+  }
+  return n;
+}
+
+// A row of numbers with the phases of its spectrum turned by `turn` (one angle for each frequency, the same for all rows).
+void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eigen::FFT<double>& fft) {
+  std::vector<std::complex<double>> spectrum;
+  fft.fwd(spectrum, row);
+  const std::size_t n = row.size();
+  for (std::size_t k = 1; k < (n + 1) / 2; ++k) {
+    spectrum[k] *= std::polar(1.0, turn[k]);
+    spectrum[n - k] = std::conj(spectrum[k]);
+  }
+  fft.inv(row, spectrum);
+}
+
+}  // namespace
+
+Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads) {
+  const FitProblem& p = r.problem;
+  const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
+  const auto is_free = [&](int parameter) {
+    return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
+  };
+  Screening out;
+  Columns held;
+  for (const CoreEffect& e : core_effects()) {
+    if (excluded(e.id) || std::any_of(e.parameters.begin(), e.parameters.end(), is_free)) continue;
+    const bool commands = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->input.from_commands(); });
+    const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return !g->pose.empty(); });
+    if ((e.parameters.front() == kRotorDelay && commands) || (e.parameters.front() == kPoseDelay && !poses)) continue;
+    Candidate c{.id = e.id, .core = e.parameters};
+    for (const int parameter : e.parameters) {
+      const ParameterInfo info = parameter_info(parameter, p.start.terms);
+      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, info.scale});
+      held.push_back(parameter);
+    }
+    out.candidates.push_back(std::move(c));
+  }
+  for (const host::Term& term : host::all_terms()) {
+    const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
+    bool has = false;
+    for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
+    if (core || has || excluded(term.info.id)) continue;
+    Candidate c{.id = std::string(term.info.id), .term = &term};
+    for (const host::TermParameter& t : term.info.parameters)
+      c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale});
+    out.candidates.push_back(std::move(c));
+  }
+  Index next = estimates_of(p);
+  for (Candidate& c : out.candidates) {
+    for (std::size_t k = 0; k < c.parameters.size(); ++k) c.columns.push_back(next++);
+  }
+  out.series.resize(p.flights.size());
+  for_flights(p.flights.size(), threads,
+              [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); });
+  out.table = table_of(r, held, out.series, block_s, threads);
+  return out;
+}
+
+std::vector<double> placebo_statistics(const Identification& r, const Screening& screening, std::size_t count, std::uint64_t seed,
+                                       double block_s, int threads) {
+  const auto columns = static_cast<std::size_t>(screening.series.front().count);
+  if (columns == 0 || count == 0) return {};
+  const std::size_t flights = r.problem.flights.size();
+  std::vector<ExtraColumns> placebos(flights);
+  for_flights(flights, threads, [&](std::size_t f) {
+    const ExtraColumns& real = screening.series[f];
+    ExtraColumns& out = placebos[f];
+    const std::size_t steps = r.problem.flights[f]->knots - 1, every = 6 * columns, wide = 6 * count;
+    out.count = static_cast<Index>(count);
+    out.wrench.assign(steps * wide, 0.0);
+    Eigen::FFT<double> fft;
+    const std::size_t turned = smooth_length(steps);  // a few steps at the end stay as they are
+    std::vector<double> row(steps), head(turned), turn(steps);
+    const sim::RandomStream random(seed, kPlaceboStream + f);
+    std::uint64_t sample = 0;
+    const auto shortest = static_cast<std::size_t>(2.0 / r.problem.flights[f]->step_s);
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::size_t of = (c * 7919) % columns;  // every candidate has its turn
+      const bool shifted = c % 4 == 3 && steps > 3 * shortest;
+      for (double& a : turn) a = 2.0 * std::numbers::pi * random.uniform(sample++);
+      const auto shift = shortest + static_cast<std::size_t>(random.uniform(sample++) * static_cast<double>(steps - 2 * shortest));
+      for (std::size_t axis = 0; axis < 6; ++axis) {
+        for (std::size_t k = 0; k < steps; ++k) row[k] = real.wrench[k * every + of * 6 + axis];
+        if (shifted) {
+          std::rotate(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(shift), row.end());
+        } else {
+          head.assign(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(turned));
+          turn_phases(head, turn, fft);
+          std::copy(head.begin(), head.end(), row.begin());
+        }
+        for (std::size_t k = 0; k < steps; ++k) out.wrench[k * wide + c * 6 + axis] = row[k];
+      }
+    }
+  });
+  const ScoreTable table = table_of(r, {}, placebos, block_s, threads);
+  std::vector<double> out;
+  for (std::size_t c = 0; c < count; ++c) {
+    const GroupTest t = test_group(table, base_columns(table), {table.base + static_cast<Index>(c)});
+    if (t.degrees > 0) out.push_back(t.wald);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace rotorloop::bench

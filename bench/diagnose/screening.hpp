@@ -1,0 +1,42 @@
+// From a fit to the table of scores: which effects are candidates, and one sweep of the elimination with a column for each of their
+// parameters. A candidate is a term that the model lacks, or a quantity that the fit holds or that the vehicle file believed to know
+// (gravity's direction, delays, products of inertia).
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/diagnose/score_table.hpp"
+#include "bench/identify/identify.hpp"
+
+namespace rotorloop::bench {
+
+struct CandidateParameter {
+  std::string name, unit;
+  double neutral = 0.0, min = 0.0, max = 0.0;
+  double scale = 1.0;  // a change that matters
+};
+
+struct Candidate {
+  std::string id;                    // docs/effects.toml
+  const host::Term* term = nullptr;  // or, for quantities of the fit itself:
+  std::vector<int> core = {};        // enum Parameter
+  std::vector<CandidateParameter> parameters = {};
+  ColumnSet columns = {};  // of the table
+};
+
+struct Screening {
+  ScoreTable table;
+  std::vector<Candidate> candidates;
+  std::vector<ExtraColumns> series;  // of each flight: columns of the terms, in the order of the candidates
+};
+
+// The linearisation stands at the fit. `without`: ids that are not considered.
+Screening screen(const Identification& result, const std::vector<std::string>& without, double block_s, int threads);
+
+// Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
+// between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.
+std::vector<double> placebo_statistics(const Identification& result, const Screening& screening, std::size_t count, std::uint64_t seed,
+                                       double block_s, int threads);
+
+}  // namespace rotorloop::bench

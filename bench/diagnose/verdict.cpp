@@ -1,0 +1,21 @@
+#include "bench/diagnose/verdict.hpp"
+
+namespace rotorloop::bench {
+
+std::string_view name(DiagnosisVerdict v) {
+  switch (v) {
+    case DiagnosisVerdict::clean:
+      return "clean";
+    case DiagnosisVerdict::named:
+      return "named";
+    case DiagnosisVerdict::ambiguous:
+      return "ambiguous";
+    case DiagnosisVerdict::unexplained:
+      return "unexplained";
+    case DiagnosisVerdict::faulty:
+      return "faulty";
+  }
+  return "";
+}
+
+}  // namespace rotorloop::bench

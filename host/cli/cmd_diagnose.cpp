@@ -1,0 +1,185 @@
+// `rotorloop diagnose`: which physical effect explains what the model leaves unexplained.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/diagnosis_text.hpp"
+#include "bench/hil/run_clock.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "bench/identify/held_out.hpp"
+#include "bench/identify/identified_vehicle.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
+#include "host/cli/commands.hpp"
+#include "host/cli/diagnose_commands.hpp"
+#include "host/cli/diagnose_stand.hpp"
+#include "host/cli/flight_inputs.hpp"
+#include "host/cli/progress_line.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  FlightPaths paths;
+  fs::path vehicle, out, report;
+  std::vector<fs::path> stand, reference;
+  std::vector<std::string> free, hold, per_flight, without, use;
+  double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
+  int max_effects = 6;
+  std::size_t placebos = 100;
+  std::uint64_t seed = 1;
+  bool json = false, no_checks = false, forget = false;
+};
+
+bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle) {
+  bench::DiagnoseOptions d;
+  bench::IdentifyOptions& i = d.identify;
+  i.grid.rate_Hz = o.rate_Hz;
+  i.grid.longest_substep_s = 5e-3;
+  i.grid.from_s = o.from_s;
+  i.grid.to_s = o.to_s;
+  for (const std::string& stream : o.use) {
+    if (stream == "gyro") i.grid.use_gyro = true;
+    if (stream == "accel") i.grid.use_accel = true;
+    if (stream == "velocity") i.grid.use_velocity = true;
+  }
+  std::vector<std::string> terms;
+  for (const host::VehicleEffect& e : vehicle.effects) {
+    if (host::find_term(e.id)) terms.push_back(e.id);
+  }
+  i.terms = term_list(terms);
+  i.wishes = {o.free, o.hold, o.per_flight};
+  i.fit.noise.rounds = 30;
+  i.fit.noise.per_flight = true;
+  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  d.without = o.without;
+  d.beliefs = !o.forget;
+  d.max_effects = o.max_effects;
+  d.placebos = o.placebos;
+  d.seed = o.seed;
+  return d;
+}
+
+// Flights that the checks refuse are a verdict, not an error: the fault is what was to be found.
+int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
+  bench::DiagnosisRun run;
+  run.diagnosis.verdict = bench::DiagnosisVerdict::faulty;
+  const ErrorText& text = error.text();
+  run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
+  const std::string json = bench::diagnosis_json(run, std::nullopt, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
+  fmt::print("{}", o.json ? json : bench::diagnosis_text(run));
+  if (!o.report.empty()) {
+    fs::create_directories(o.report);
+    bench::write_text_file(o.report / "result.json", json);
+  }
+  return 0;
+}
+
+int diagnose(const Options& o) {
+  if (!o.stand.empty()) {
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed});
+    return 0;
+  }
+  if (o.vehicle.empty() || o.paths.flights.empty())
+    throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
+  const bench::RunClock clock;
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
+  FlightPaths paths = o.paths;
+  paths.checks = !o.no_checks;
+  FlightInputs read;
+  try {
+    read = read_flights(paths, host::to_model(base));
+  } catch (const Error& e) {
+    if (e.exit_code() != ExitCode::data_quality) throw;
+    return faulty(o, e, clock);
+  }
+  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  const bench::DiagnoseOptions options = diagnose_options(o, base);
+  const ProgressStyle style = progress_style(o.paths.quiet);
+  bench::DiagnosisRun run = bench::diagnose(read.to_fit(), base, options, [&](const bench::DiagnoseProgress& p) {
+    if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
+  });
+  for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
+    for (const bench::LogFinding& finding : read.checked[f].findings) {
+      if (finding.action != bench::FindingAction::note)
+        run.diagnosis.faults.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+    }
+  }
+  std::optional<bench::HeldOutScores> held_out;
+  if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);
+  if (!o.out.empty()) {
+    std::vector<std::string> inputs;
+    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
+    host::write_vehicle(o.out, bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
+                                                         std::string("rotorloop diagnose ") + kVersion, inputs));
+  }
+  const std::string json = bench::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+  if (o.json) {
+    fmt::print("{}", json);
+  } else {
+    fmt::print("{}", bench::diagnosis_text(run));
+    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
+  }
+  if (!o.report.empty()) {
+    fs::create_directories(o.report);
+    bench::write_text_file(o.report / "result.json", json);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* c =
+      app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
+  c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
+  c->add_option("--flight", o->paths.flights, "flights to diagnose");
+  c->add_option("--reference", o->reference,
+                "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
+  c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
+  c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
+  c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
+  c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
+  c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
+  c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
+  c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
+  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
+  c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000")->check(CLI::Range(20.0, 1000.0))->capture_default_str();
+  c->add_option("--from", o->from_s, "leave out what lies before, s");
+  c->add_option("--to", o->to_s, "leave out what lies after, s");
+  c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
+  c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
+      ->check(CLI::Range(0, 300))
+      ->capture_default_str();
+  c->add_option("--seed", o->seed, "of the placebos")->capture_default_str();
+  c->add_flag("--forget", o->forget, "estimate everything anew: what the vehicle file knows is start value only");
+  c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--json", o->json, "result.json on stdout instead of tables");
+  c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
+  c->footer(
+      "Verdicts: clean, named, ambiguous (a class that these flights cannot tell apart, with the flight that would), unexplained, faulty.\n"
+      "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
+      "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
+      "better.toml\n"
+      "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
+      "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
+      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used.");
+  c->callback([o, &exit_code] { exit_code = diagnose(*o); });
+}
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,87 @@
+// Thrust that is not what eq. (1)-(2) say of this rotor speed: another coefficient, one rotor alone, another law, or late.
+#pragma once
+#include "host/effects/term_math.hpp"
+
+namespace rotorloop::host {
+
+struct ThrustScale {
+  static constexpr std::string_view kId = "thrust_scale";
+  static constexpr TermParameter kParameters[] = {{"scale", "1", 0.7, 1.3, 0.05, 1.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].thrust_N *= c[0];
+  }
+};
+
+struct BlockageStrut {
+  static constexpr std::string_view kId = "blockage_strut";
+  static constexpr TermParameter kParameters[] = {{"loss", "1", 0.0, 0.3, 0.08, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].thrust_N *= 1.0 - c[0];
+  }
+};
+
+// T *= (ω / ω_0)^exponent, ω_0 the speed that carries the believed weight in still air.
+struct ThrustSpeedExponent {
+  static constexpr std::string_view kId = "thrust_speed_exponent";
+  static constexpr TermParameter kParameters[] = {{"exponent", "1", -0.5, 0.5, 0.05, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    const S speed = magnitude(s.omega_rad_s[i]);
+    if (value_of(speed) < kStopped_rad_s) return;
+    s.rotor[i].thrust_N *= power(speed / hover_speed_rad_s(s), c[0]);
+  }
+};
+
+// T_i *= 1 + ε_i. The mean of the four is what k1 holds.
+struct WeakRotor {
+  static constexpr std::string_view kId = "weak_rotor";
+  static constexpr TermParameter kParameters[] = {{"epsilon_1", "1", -0.5, 0.1, 0.05, 0.0},
+                                                  {"epsilon_2", "1", -0.5, 0.1, 0.05, 0.0},
+                                                  {"epsilon_3", "1", -0.5, 0.1, 0.05, 0.0},
+                                                  {"epsilon_4", "1", -0.5, 0.1, 0.05, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].thrust_N *= 1.0 + c[i];
+  }
+};
+
+// First order in the lag: T - τ dT/dt, with dT/dt by the change of rotor speed alone; torque alike.
+struct ThrustLag {
+  static constexpr std::string_view kId = "thrust_lag";
+  static constexpr TermParameter kParameters[] = {{"tau_s", "s", 0.0, 0.05, 0.01, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    RotorLoad<S>& r = s.rotor[i];
+    if (value_of(magnitude(s.omega_rad_s[i])) < kStopped_rad_s) return;
+    const S late = 2.0 * c[0] * s.omega_dot_rad_s2[i] / s.omega_rad_s[i];
+    r.thrust_N -= late * r.thrust_N;
+    r.torque_N_m -= late * r.torque_N_m;
+  }
+};
+
+// The induced velocity follows with τ = factor 0.849 R / (2 (U + v_i dU/dv_i)) (Carpenter, Fridovich 1953); until it has, the blades
+// thrust by -k2 ω τ dv_i/dt more, with dv_i/dt = v_i ω̇ / ω.
+struct DynamicInflow {
+  static constexpr std::string_view kId = "dynamic_inflow";
+  static constexpr TermParameter kParameters[] = {{"tau_factor", "1", 0.0, 5.0, 1.0, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    RotorLoad<S>& r = s.rotor[i];
+    const S induced = r.through_m_s - r.v_air_B_m_s.z;
+    const S flow = square_root(across2(r.v_air_B_m_s) + squared(r.through_m_s) + 1e-6);
+    const S slowness = 2.0 * (flow + induced * r.through_m_s / flow);
+    if (value_of(slowness) < 0.1) return;  // m/s: the flow turns round, the law has no meaning
+    const S tau = c[0] * (0.849 * s.geometry.radius_m) / slowness;
+    r.thrust_N -= s.parameters.k2_N_s2_m * tau * induced * s.omega_dot_rad_s2[i];
+  }
+};
+
+}  // namespace rotorloop::host

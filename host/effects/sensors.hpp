@@ -1,0 +1,72 @@
+// What the log says that is not so: speeds of rotors that are scaled or late, poses that are scaled, a pose sensor that gives way, an
+// accelerometer that rectifies vibration. Delay of the pose itself is a parameter of the fit (pose_delay).
+#pragma once
+#include "host/effects/term_math.hpp"
+
+namespace rotorloop::host {
+
+// reported = (1 + error) true.
+struct RotorSpeedScale {
+  static constexpr std::string_view kId = "rotor_speed_scale";
+  static constexpr TermParameter kParameters[] = {{"error_1", "1", -0.2, 0.2, 0.03, 0.0},
+                                                  {"error_2", "1", -0.2, 0.2, 0.03, 0.0},
+                                                  {"error_3", "1", -0.2, 0.2, 0.03, 0.0},
+                                                  {"error_4", "1", -0.2, 0.2, 0.03, 0.0}};
+
+  template <class S>
+  static void speeds(const S* c, LoadState<S>& s) {
+    for (std::size_t i = 0; i < kRotors; ++i) {
+      s.omega_rad_s[i] = s.omega_rad_s[i] / (1.0 + c[i]);
+      s.omega_dot_rad_s2[i] = s.omega_dot_rad_s2[i] / (1.0 + c[i]);
+    }
+  }
+};
+
+// log(t) = true(t - delay), to first order in the delay.
+struct RotorSpeedDelay {
+  static constexpr std::string_view kId = "rotor_speed_delay";
+  static constexpr TermParameter kParameters[] = {{"delay_s", "s", 0.0, 0.05, 5e-3, 0.0}};
+
+  template <class S>
+  static void speeds(const S* c, LoadState<S>& s) {
+    for (std::size_t i = 0; i < kRotors; ++i) s.omega_rad_s[i] += c[0] * s.omega_dot_rad_s2[i];
+  }
+};
+
+// Position and velocity are reported too long by this share, from the world's origin.
+struct PoseScale {
+  static constexpr std::string_view kId = "pose_scale";
+  static constexpr TermParameter kParameters[] = {{"error", "1", -0.1, 0.1, 0.02, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    r.position_W_m += scaled(c[0], r.sensor_p_W_m);
+    r.velocity_W_m_s += scaled(c[0], r.sensor_v_W_m_s);
+  }
+};
+
+// A soft mount far below its resonance: the sensor stays behind by Ω̇ / ω_s².
+struct SensorMountCompliance {
+  static constexpr std::string_view kId = "sensor_mount_compliance";
+  static constexpr TermParameter kParameters[] = {{"compliance_s2", "s2", 0.0, 4e-4, 1e-5, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    r.turn_B_rad -= scaled(c[0], r.angular_acceleration_B_rad_s2);
+  }
+};
+
+// Bias of the accelerometer along z in proportion to the mean square of the rotor speeds.
+struct VibrationRectification {
+  static constexpr std::string_view kId = "vibration_rectification";
+  static constexpr TermParameter kParameters[] = {{"bias_per_speed2_m", "m", -1e-6, 1e-6, 1e-7, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    S sum{};
+    for (const S& w : r.in.omega_rad_s) sum += w * w;
+    r.accel_B_m_s2.z += c[0] * 0.25 * sum;
+  }
+};
+
+}  // namespace rotorloop::host
