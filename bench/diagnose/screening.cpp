@@ -9,6 +9,8 @@
 #include <thread>
 #include <unsupported/Eigen/FFT>
 
+#include "bench/diagnose/memory_scan.hpp"
+#include "bench/identify/flight_motion.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/base/error.hpp"
 #include "sim/world/random.hpp"
@@ -92,10 +94,11 @@ ModelValues with_library(const ModelValues& values, const std::vector<Candidate>
           {c.id, fmt::format("the library has more terms than a model can hold ({})", host::kMaxTerms), "", "leave some out (--without)"});
     }
     const std::size_t first = all.terms.first_parameter(all.terms.size() - 1);
-    for (std::size_t k = 0; k < c.term->info.parameters.size(); ++k) {
+    for (std::size_t k = 0; k < c.parameters.size(); ++k) {
       parameters.push_back(kCoreParameters + static_cast<int>(first + k));
-      all.values.push_back(c.term->info.parameters[k].neutral);
+      all.values.push_back(c.parameters[k].neutral);
     }
+    all.values.resize(kCoreParameters + all.terms.parameters(), 0.0);  // what it remembers starts at rest
   }
   return all;
 }
@@ -114,6 +117,7 @@ ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states
   if (out.count == 0) return out;
   const Model model(values, parameters);
   RotorInput input = g.input;
+  if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
   input.prepare(values);
   const auto per_step = static_cast<std::size_t>(6 * out.count);
   out.wrench.assign((g.knots - 1) * per_step, 0.0);
@@ -245,6 +249,9 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     for (const host::TermParameter& t : term.info.parameters)
       c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale});
     out.candidates.push_back(std::move(c));
+  }
+  for (Candidate& c : out.candidates) {
+    if (c.term && !c.term->info.scan.empty()) look_where_it_swings(r, c, threads);
   }
   Index next = estimates_of(p);
   for (Candidate& c : out.candidates) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bench/identify/load_input.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/effects/term.hpp"
 
@@ -26,40 +27,9 @@ constexpr std::array<int, host::kLoadParameters> kLoadOrder{kK1, kK2, kCq, kComX
 constexpr int kExtraWidth = 8;
 
 template <class S>
-LoadParameters<S> load_parameters(const ModelValues& v) {
-  LoadParameters<S> p;
-  p.k1_N_s2 = S(v[kK1]);
-  p.k2_N_s2_m = S(v[kK2]);
-  p.c_q_N_m_s2 = S(v[kCq]);
-  p.com_x_m = S(v[kComX]);
-  p.com_y_m = S(v[kComY]);
-  p.c_dh_s_m = S(v[kCdh]);
-  p.c_dxy_N_s2_m2 = S(v[kCdxy]);
-  p.c_dz_N_s2_m2 = S(v[kCdz]);
-  return p;
-}
-
-template <class S>
 void seed_parameters(LoadParameters<S>& p) {
   S* const all[] = {&p.k1_N_s2, &p.k2_N_s2_m, &p.c_q_N_m_s2, &p.com_x_m, &p.com_y_m, &p.c_dh_s_m, &p.c_dxy_N_s2_m2, &p.c_dz_N_s2_m2};
   for (std::size_t j = 0; j < std::size(all); ++j) all[j]->d[static_cast<std::size_t>(kDirParameters<S>) + j] = 1.0;
-}
-
-template <class S>
-LoadInput<S> load_input(const BodyState& x, const Matrix3d& world_B, const Vector3d& v_B, const RotorInputSample& u, double t_s) {
-  LoadInput<S> in;
-  const auto vec = [](const auto& v) { return host::Vec3<S>{S(v[0]), S(v[1]), S(v[2])}; };
-  in.v_B_m_s = vec(v_B);
-  in.rates_B_rad_s = vec(x.w_B_rad_s);
-  for (int i = 0; i < 3; ++i) in.world_B[static_cast<std::size_t>(i)] = vec(world_B.col(i));
-  in.p_W_m = vec(x.p_W_m);
-  for (std::size_t r = 0; r < 4; ++r) {
-    in.omega_rad_s[r] = S(u.omega_rad_s[r]);
-    in.omega_dot_rad_s2[r] = S(u.omega_dot_rad_s2[r]);
-  }
-  in.t_s = t_s;
-  in.battery_V = u.battery_V;
-  return in;
 }
 
 template <class S>
@@ -137,7 +107,7 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     const LoadInput<double> in = load_input<double>(x, world_B, v_B, u, t_s);
     const LoadParameters<double> p = load_parameters<double>(values_);
     LoadState<double> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<double> set(values_.terms, term_values);
+    const host::TermSet<double> set(values_.terms, term_values, u.memory.data());
     host::loads(s, has_terms_ ? &set : nullptr);
     finish(s);
     return;
@@ -153,7 +123,9 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     if constexpr (std::is_same_v<S, PlaceDual>) {
       std::array<S, host::kMaxTermParameters> c;
       for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = S(term_values[k]);
-      const host::TermSet<S> set(values_.terms, c.data());
+      std::array<S, host::kMaxMemory> memory;
+      for (std::size_t k = 0; k < values_.terms.memory(); ++k) memory[k] = S(u.memory[k]);
+      const host::TermSet<S> set(values_.terms, c.data(), memory.data());
       host::loads(s, &set);
     } else {
       host::loads<S>(s, nullptr);
@@ -200,6 +172,8 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
     const LoadParameters<ExtraDual> p = load_parameters<ExtraDual>(values_);
     std::array<ExtraDual, host::kMaxTermParameters> c;
     for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = ExtraDual(term_values[k]);
+    std::array<ExtraDual, host::kMaxMemory> memory;
+    for (std::size_t k = 0; k < values_.terms.memory(); ++k) memory[k] = ExtraDual(u.memory[k]);
     for (std::size_t j = 0; j < count; ++j) {
       const int parameter = columns_[static_cast<std::size_t>(extras_[first + j])];
       if (const int place = input_place(parameter); place >= 0) {
@@ -208,11 +182,14 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
           in.omega_dot_rad_s2[r].d[j] = u.omega_dot_by[static_cast<std::size_t>(place)][r];
         }
       } else {
-        c[static_cast<std::size_t>(parameter - kCoreParameters)].d[j] = 1.0;
+        const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
+        c[flat].d[j] = 1.0;
+        if (u.memory_input)
+          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double by) { memory[i].d[j] = by; });
       }
     }
     LoadState<ExtraDual> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<ExtraDual> set(values_.terms, c.data());
+    const host::TermSet<ExtraDual> set(values_.terms, c.data(), memory.data());
     host::loads(s, has_terms_ ? &set : nullptr);
     const ExtraDual* const rows[] = {&s.force_B_N.x,    &s.force_B_N.y,    &s.force_B_N.z,
                                      &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
@@ -267,7 +244,8 @@ struct Model::Slope {
   Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::RowMajor, 12, kMaxColumns + 12> m;
 };
 
-BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps) const {
+BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
+                      const MemoryEnds* memory) const {
   const double h = (t1 - t0) / substeps;
   const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
   Eigen::Matrix<double, 12, 1> y;
@@ -280,10 +258,18 @@ BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& 
     d << s.v_W_m_s, s.q_WB * now.specific_force_B_m_s2 + gravity, inverse_right_jacobian(xi) * w, now.angular_acceleration_B_rad_s2;
     return d;
   };
-  RotorInputSample u0 = input.at(t0, hint, false);
+  const auto input_at = [&](double t) {
+    RotorInputSample u = input.at(t, hint, false);
+    if (memory) {
+      const double share = (t - t0) / (t1 - t0);
+      for (std::size_t i = 0; i < u.memory.size(); ++i) u.memory[i] = memory->from[i] + share * (memory->to[i] - memory->from[i]);
+    }
+    return u;
+  };
+  RotorInputSample u0 = input_at(t0);
   for (int k = 0; k < substeps; ++k) {
     const double t = t0 + k * h;
-    const RotorInputSample um = input.at(t + 0.5 * h, hint, false), u1 = input.at(t + h, hint, false);
+    const RotorInputSample um = input_at(t + 0.5 * h), u1 = input_at(t + h);
     const auto k1 = slope(y, u0, t);
     const auto k2 = slope(y + 0.5 * h * k1, um, t + 0.5 * h);
     const auto k3 = slope(y + 0.5 * h * k2, um, t + 0.5 * h);

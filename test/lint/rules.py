@@ -45,6 +45,7 @@ ARROWS = {
     "bench/stand": BELOW_BENCH + ["bench/report"],
     "bench/identify": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp", "bench/hil/flight_columns.hpp"],
     "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
+    "bench/close": BELOW_BENCH + ["bench/report", "bench/hil"],
     "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
 }
 

@@ -181,6 +181,7 @@ const std::vector<Law>& laws() {
       {"rotor_tilt", {kRad / 4, 0, 0}, "N: one motor 1 degree askew", still(), force(0), 0.028, 0.031},
       {"rotor_tilt", {0, 0, 0.7071 * kRad / 4}, "N m: its yaw", still(), torque(2), 2.4e-3, 2.8e-3},
       // forces and moments on the body
+      {"slung_load", {0.05, 0.5, 0, 0, 0}, "N: m M / (m + M) g when the thrust carries the body alone", still(), force(2), -0.458, -0.456},
       {"tether", {0.5, 0, 0, 0, 0}, "N at 2 m", at(2, 0, 0), force(0), -1.001, -0.999},
       {"tether", {0.0, 0.05, 0, 0, 0}, "N at 2 m/s", moving(0, 2, 0), force(1), -0.1001, -0.0999},
       {"parasitic_drag", {0}, "N at 8.5 m/s", moving(8.5, 0, 0), force(0), 0.39, 0.41},

@@ -1,0 +1,86 @@
+#include "bench/diagnose/residual_findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::size_t kMostSteps = 3;
+
+std::string named(const VarianceEffect& e) { return e.id.empty() ? e.what : e.id; }
+
+void add_words(ResidualFindings& f) {
+  const Samples& samples = f.series.samples;
+  for (std::size_t n = 0; n < std::min(kMostSteps, f.steps.events.size()); ++n) {
+    const auto& event = f.steps.events[n];
+    const TimeStep& s = f.steps.steps[event.front()];
+    std::string others;
+    for (std::size_t i = 1; i < event.size(); ++i) {
+      const TimeStep& o = f.steps.steps[event[i]];
+      if (o.effect != s.effect && others.find(o.effect) == std::string::npos) others += (others.empty() ? "" : ", ") + o.effect;
+    }
+    f.words.push_back(fmt::format("{} changes at {:.1f} s of {}: {} by {:.3g} ± {:.2g} {} (p {:.1e}){}.", s.effect, s.at_s,
+                                  samples.flights[s.flight], s.parameter, s.size, s.u, s.unit, s.p_holm,
+                                  others.empty() ? "" : "; the same moment would suit " + others));
+  }
+  if (f.steps.events.size() > kMostSteps)
+    f.words.push_back(fmt::format("{} further steps in time pass.", f.steps.events.size() - kMostSteps));
+  for (const LagFinding& l : f.lag.findings) f.words.push_back(l.words);
+  for (const VarianceEffect& e : f.variance.effects) {
+    if (!e.found) continue;
+    std::string twins;
+    for (const auto& [id, c] : e.twins) twins += (twins.empty() ? "" : ", ") + id;
+    f.words.push_back(fmt::format("The scatter changes as {} would make it ({}; {} about {:.2g} {}, p {:.1e}){}.", named(e), e.what,
+                                  e.parameter, e.size, e.unit, e.p_holm, twins.empty() ? "" : "; hard to tell from " + twins));
+  }
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    const AxisUnexplained& x = f.unexplained.axis[a];
+    if (f.unexplained.kind[a] == ResidualKind::systematic) {
+      std::string by;
+      for (std::size_t i = 0; i < std::min<std::size_t>(2, x.explainable.curves.size()); ++i)
+        by += (by.empty() ? "" : " and ") + f.series.inputs[x.explainable.curves[i].input].name;
+      f.words.push_back(fmt::format("{:.0f} % of the power of the missing {} can be foretold on blocks that had no part in it{}.",
+                                    100.0 * x.explainable.share, kAxisNames[a], by.empty() ? "" : ", most by " + by));
+    } else if (f.unexplained.kind[a] == ResidualKind::bursts) {
+      f.words.push_back(fmt::format("{:.0f} % of the power of the missing {} comes in bursts.", 100.0 * x.burst_share, kAxisNames[a]));
+    } else if (f.unexplained.kind[a] == ResidualKind::stochastic) {
+      f.words.push_back(
+          fmt::format("The missing {} ({:.2g} {} rms, {:.2g} by the noise figures) is foretold by nothing: noise of the flight.",
+                      kAxisNames[a], x.rms, kAxisUnits[a], x.rms_expected));
+    }
+  }
+}
+
+}  // namespace
+
+ResidualFindings analyse_residuals(const Identification& result, const ResidualOptions& o) {
+  ResidualFindings f;
+  SeriesOptions series;
+  series.seed = o.seed;
+  series.logs = o.logs;
+  f.series = residual_series(result, series);
+  ResidualSeries& s = f.series;
+  SpectrumOptions spectrum;
+  f.spectra = spectra(s.samples, s.free, std::span(s.simulated).first(std::min<std::size_t>(8, s.simulated.size())), s.inputs, spectrum);
+  DependenceOptions dependence_options;
+  dependence_options.seed = o.seed;
+  f.dependence = dependence(s.samples, s.free, s.simulated, s.inputs, dependence_options);
+  LagOptions lag;
+  lag.seed = o.seed;
+  f.lag = lag_analysis(s.samples, s.model, s.free, lag);
+  f.unexplained = unexplained(s.samples, s.free, s.simulated, s.inputs);
+  f.variance = variance_effects(s, variance_kinds(s));
+  StepOptions steps;
+  steps.seed = o.seed;
+  f.steps = steps_in_time(s, step_kinds(s.state), steps);
+  add_words(f);
+  s.simulated.clear();
+  s.state.clear();
+  s.whitened = {};
+  return f;
+}
+
+}  // namespace rotorloop::bench
