@@ -193,6 +193,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   out.before = identify(flights, vehicle, first);
   Identification model = copy_of(out.before);
   FitOptions again = first.fit;
+  again.noise.rounds = std::min(again.noise.rounds, 6);  // from where the last fit left it
 
   std::vector<std::string> without = o.without;
   std::vector<Candidate> added;
@@ -246,6 +247,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
         added.push_back(*t.candidate);
         model = std::move(next);
         accepted = true;
+        // What failed beside a model that lacked this may hold beside one that has it.
+        without = o.without;
         break;
       }
     }

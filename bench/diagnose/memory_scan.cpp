@@ -100,7 +100,8 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
       for (Eigen::Index c = 0; c < a.cols(); ++c) {
         const std::size_t k = left[f].knot[static_cast<std::size_t>(c)];
         const Wrench w = wrench.col(static_cast<Eigen::Index>(k));
-        a.col(c).head<3>() = (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
+        a.col(c).head<3>() =
+            (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
         a.col(c).tail<3>() = (inverse_inertia * w.tail<3>()).cwiseQuotient(r.fit.noise[f].angular_rad_s2_rtHz);
       }
       without_means(a);

@@ -37,8 +37,8 @@ void set(FitProblem& p, int parameter, double value) {
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
 
-constexpr int kRounds = 3;       // of fits, each with the terms remembering along the states of the one before
-constexpr double kStill = 0.2;   // of a standard uncertainty: a change below it needs no further round
+constexpr int kRounds = 3;      // of fits, each with the terms remembering along the states of the one before
+constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 void run(Identification& r, const FitOptions& options) {
   const bool memory = r.problem.start.terms.memory() > 0;

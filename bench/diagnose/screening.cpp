@@ -11,6 +11,7 @@
 
 #include "bench/diagnose/memory_scan.hpp"
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/reading_terms.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/base/error.hpp"
 #include "sim/world/random.hpp"
@@ -108,6 +109,47 @@ BodyState between(const BodyState& a, const BodyState& b, double share) {
           a.w_B_rad_s + share * (b.w_B_rad_s - a.w_B_rad_s)};
 }
 
+// What the candidates would add to each reading.
+void add_readings(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const std::vector<int>& parameters,
+                  const Model& model, const RotorInput& input, ExtraColumns& out) {
+  std::vector<int> reading;
+  std::vector<std::size_t> place;
+  for (const int p : reading_parameters(values.terms)) {
+    const auto found = std::find(parameters.begin(), parameters.end(), p);
+    if (found == parameters.end()) continue;
+    reading.push_back(p);
+    place.push_back(static_cast<std::size_t>(found - parameters.begin()));
+  }
+  if (reading.empty()) return;
+  const auto width = static_cast<std::size_t>(out.count);
+  std::vector<ReadingChange> by(reading.size());
+  std::size_t hint = 0;
+  const auto at = [&](std::size_t knot) {
+    const RotorInputSample u = input.at(g.time_s(knot), hint, false);
+    const BodyState& x = states[knot];
+    reading_change(values, x, u, g.time_s(knot), model.instant(x, u, g.time_s(knot)).angular_acceleration_B_rad_s2, reading, by);
+  };
+  const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
+  const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();
+  out.pose.assign(g.pose.size() * width * 6, 0.0);
+  for (std::size_t i = 0; i < g.pose.size(); ++i) {
+    at(g.pose[i].knot);
+    for (std::size_t k = 0; k < by.size(); ++k) {
+      put(&out.pose[(i * width + place[k]) * 6], by[k].position_W_m);
+      put(&out.pose[(i * width + place[k]) * 6 + 3], to_sensor * by[k].turn_B_rad);
+    }
+  }
+  const auto vectors = [&](const std::vector<VectorFix>& list, std::vector<double>& to, Eigen::Vector3d ReadingChange::*what) {
+    to.assign(list.size() * width * 3, 0.0);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      at(list[i].knot);
+      for (std::size_t k = 0; k < by.size(); ++k) put(&to[(i * width + place[k]) * 3], by[k].*what);
+    }
+  };
+  vectors(g.gyro, out.gyro, &ReadingChange::gyro_B_rad_s);
+  vectors(g.accel, out.accel, &ReadingChange::accel_B_m_s2);
+}
+
 ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& fitted,
                        const std::vector<Candidate>& candidates) {
   std::vector<int> parameters;
@@ -133,6 +175,7 @@ ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states
       mean += by / samples;
     }
   }
+  add_readings(g, states, values, parameters, model, input, out);
   return out;
 }
 

@@ -185,7 +185,7 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
         const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
         c[flat].d[j] = 1.0;
         if (u.memory_input)
-          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double by) { memory[i].d[j] = by; });
+          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) { memory[i].d[j] = slope; });
       }
     }
     LoadState<ExtraDual> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};

@@ -43,7 +43,7 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
   i.grid.rate_Hz = o.rate_Hz;
-  i.grid.longest_substep_s = 5e-3;
+  i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
   i.grid.from_s = o.from_s;
   i.grid.to_s = o.to_s;
   for (const std::string& stream : o.use) {
@@ -57,7 +57,9 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
   }
   i.terms = term_list(terms);
   i.wishes = {o.free, o.hold, o.per_flight};
-  i.fit.noise.rounds = 30;
+  i.fit.noise.rounds = 16;
+  i.fit.noise.tolerance = 0.05;
+  i.fit.max_iterations = 80;
   i.fit.noise.per_flight = true;
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   d.without = o.without;
