@@ -16,6 +16,8 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/diagnose_commands.hpp"
+#include "host/cli/diagnose_stand.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
 #include "rotorloop_version.hpp"
@@ -28,6 +30,7 @@ namespace fs = std::filesystem;
 struct Options {
   FlightPaths paths;
   fs::path vehicle, out, report;
+  std::vector<fs::path> stand, reference;
   std::vector<std::string> free, hold, per_flight, without, use;
   double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
   int max_effects = 6;
@@ -83,8 +86,16 @@ int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
 }
 
 int diagnose(const Options& o) {
+  if (!o.stand.empty()) {
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed});
+    return 0;
+  }
+  if (o.vehicle.empty() || o.paths.flights.empty())
+    throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
   const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -134,9 +145,12 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c =
       app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
-  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model")->required();
+  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
   c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
-  c->add_option("--flight", o->paths.flights, "flights to diagnose")->required();
+  c->add_option("--flight", o->paths.flights, "flights to diagnose");
+  c->add_option("--reference", o->reference,
+                "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
+  c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
   c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
   c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
@@ -164,6 +178,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
       "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
       "better.toml\n"
+      "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
+      "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
       "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used.");
   c->callback([o, &exit_code] { exit_code = diagnose(*o); });
 }
