@@ -47,7 +47,7 @@ def change_for(effect, study, in_plant, believed):
         return (), (), (name,)
     if name in in_plant:
         return (), (name,), ()
-    return ((name, {key: effect["typical_value"], **study["option"].get(name, {})}),), (), ()
+    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), (), ()
 
 
 def cases(study, catalogue):
