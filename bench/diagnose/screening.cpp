@@ -262,7 +262,8 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 
 }  // namespace
 
-Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads) {
+Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads,
+                 const std::vector<const host::Term*>& own_terms) {
   const FitProblem& p = r.problem;
   const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
   const auto is_free = [&](int parameter) {
@@ -288,7 +289,10 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     }
     out.candidates.push_back(std::move(c));
   }
-  for (const host::Term& term : host::all_terms()) {
+  std::vector<const host::Term*> library = own_terms;
+  for (const host::Term& term : host::all_terms()) library.push_back(&term);
+  for (const host::Term* each : library) {
+    const host::Term& term = *each;
     const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
     bool has = false;
     for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;

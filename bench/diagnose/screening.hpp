@@ -32,7 +32,8 @@ struct Screening {
 };
 
 // The linearisation stands at the fit. `without`: ids that are not considered.
-Screening screen(const Identification& result, const std::vector<std::string>& without, double block_s, int threads);
+Screening screen(const Identification& result, const std::vector<std::string>& without, double block_s, int threads,
+                 const std::vector<const host::Term*>& own_terms = {});
 
 // Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
 // between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.

@@ -8,7 +8,9 @@
 #include <thread>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/diagnosis_report.hpp"
 #include "bench/diagnose/diagnosis_text.hpp"
+#include "bench/diagnose/residual_findings.hpp"
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/held_out.hpp"
@@ -20,6 +22,7 @@
 #include "host/cli/diagnose_stand.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
+#include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -29,7 +32,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   FlightPaths paths;
-  fs::path vehicle, out, report;
+  fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
   std::vector<std::string> free, hold, per_flight, without, use;
   double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
@@ -94,7 +97,13 @@ int diagnose(const Options& o) {
     throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
                  "give --vehicle and --flight; or --stand, for files of a thrust stand"});
   const bench::RunClock clock;
-  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  std::optional<host::UserTerms> own_terms;
+  if (!o.library.empty()) {
+    own_terms = host::UserTerms::read(o.library, catalogue);
+    own_terms->join(catalogue);
+  }
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
   if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
@@ -106,9 +115,11 @@ int diagnose(const Options& o) {
     return faulty(o, e, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  const bench::DiagnoseOptions options = diagnose_options(o, base);
+  bench::DiagnoseOptions options = diagnose_options(o, base);
+  for (std::size_t i = 0; own_terms && i < own_terms->size(); ++i) options.own_terms.push_back(&(*own_terms)[i]);
   const ProgressStyle style = progress_style(o.paths.quiet);
-  bench::DiagnosisRun run = bench::diagnose(read.to_fit(), base, options, [&](const bench::DiagnoseProgress& p) {
+  const std::vector<bench::FlightToFit> fitted = read.to_fit();
+  bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
   });
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
@@ -116,6 +127,13 @@ int diagnose(const Options& o) {
       if (finding.action != bench::FindingAction::note)
         run.diagnosis.faults.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
+  }
+  bench::ResidualFindings left;
+  if (run.after.problem.flights.front()->pose.empty()) {
+    run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  } else {
+    left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
+    bench::judge_residuals(left, run.diagnosis);
   }
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);
@@ -135,6 +153,9 @@ int diagnose(const Options& o) {
   if (!o.report.empty()) {
     fs::create_directories(o.report);
     bench::write_text_file(o.report / "result.json", json);
+    bench::write_text_file(
+        o.report / "report.html",
+        bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
   }
   return 0;
 }
@@ -154,6 +175,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
   c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--library", o->library, "TOML file with terms of your own, tested beside the built-in ones (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
