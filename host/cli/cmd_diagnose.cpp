@@ -18,6 +18,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
+#include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   FlightPaths paths;
-  fs::path vehicle, out, report;
+  fs::path vehicle, out, report, library;
   std::vector<std::string> free, hold, per_flight, without, use;
   double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
   int max_effects = 6;
@@ -36,7 +37,7 @@ struct Options {
   bool json = false, no_checks = false, forget = false;
 };
 
-bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle) {
+bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
   i.grid.rate_Hz = o.rate_Hz;
@@ -53,6 +54,12 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
     if (host::find_term(e.id)) terms.push_back(e.id);
   }
   i.terms = term_list(terms);
+  for (std::size_t t = 0; own && t < own->size(); ++t) {
+    d.library.push_back(&(*own)[t]);
+    for (const host::VehicleEffect& e : vehicle.effects) {
+      if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
+    }
+  }
   i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = 16;
   i.fit.noise.tolerance = 0.05;
@@ -84,7 +91,13 @@ int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
 
 int diagnose(const Options& o) {
   const bench::RunClock clock;
-  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  std::optional<host::UserTerms> own;
+  if (!o.library.empty()) {
+    own = host::UserTerms::read(o.library, catalogue);
+    own->join(catalogue);
+  }
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -95,7 +108,8 @@ int diagnose(const Options& o) {
     return faulty(o, e, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  const bench::DiagnoseOptions options = diagnose_options(o, base);
+  if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
+  const bench::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
   bench::DiagnosisRun run = bench::diagnose(read.to_fit(), base, options, [&](const bench::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
@@ -140,6 +154,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
   c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
