@@ -69,6 +69,7 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
   i.fit.noise.rounds = 16;
   i.fit.noise.tolerance = 0.05;
   i.fit.max_iterations = 80;
+  i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
   i.fit.noise.per_flight = true;
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   d.without = o.without;
