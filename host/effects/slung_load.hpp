@@ -43,9 +43,9 @@ struct SlungLoad {
     const S swing2 = m[2] * m[2] + m[3] * m[3] + rate_z * rate_z;
     const Vec3<S> d = scaled(m[0], s.in.world_B[0]) + scaled(m[1], s.in.world_B[1]) + scaled(z, s.in.world_B[2]);
     const double M = s.geometry.mass_kg;
-    const S tension = c[0] * (M * c[1] * swing2 - dot(s.force_B_N, d)) / (c[0] + M);
-    if (value_of(tension) <= 0.0) return;
-    const Vec3<S> pull = scaled(tension, d);
+    const S apart = M * c[1] * swing2 - dot(s.force_B_N, d);
+    if (value_of(apart) <= 0.0) return;  // slack; not asked of the tension, whose slope by a mass of zero must stay
+    const Vec3<S> pull = scaled(c[0] * apart / (c[0] + M), d);
     const Vec3<S> arm{-s.parameters.com_x_m, -s.parameters.com_y_m, c[4] - s.geometry.com_z_m};
     s.torque_B_N_m += cross(arm, pull);
     s.force_B_N += pull;
