@@ -16,6 +16,8 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/base/toml_file.hpp"
+#include "host/effects/term.hpp"
+#include "host/vehicle/vehicle_file.hpp"
 #include "sim/plant/plant_file.hpp"
 #include "sim/rotor/blade.hpp"
 
@@ -237,6 +239,10 @@ class Loop {
       const bool role = log.option != "--held-out" && command != "identify";
       arguments.insert(arguments.end(), {role ? "--flight" : log.option, log.on_desk});
     }
+    // A diagnosis takes the effects of the vehicle file by itself, an identification those that it is told.
+    if (command == "identify")
+      for (const auto& effect : host::read_vehicle(vehicle, host::builtin_effect_catalogue()).effects)
+        if (host::find_term(effect.id)) arguments.insert(arguments.end(), {"--term", effect.id});
     arguments.insert(arguments.end(), {"-o", "out/vehicle.toml", "--report", "out/report"});
     arguments.insert(arguments.end(), extra.begin(), extra.end());
     const Stage stage(folder, in);
