@@ -38,7 +38,8 @@ Flown flown(const ScratchFolder& folder, const char* axis) {
   const auto done = rotorloop_command("hil case.toml -q -j 2 --name run", folder.path());
   EXPECT_EQ(done.exit_code, 0) << done.err;
   Flown out;
-  for (const auto& f : result_of(folder / "runs" / "run").at("flights")) {
+  const auto run = result_of(folder / "runs" / "run");
+  for (const auto& f : run.at("flights")) {
     EXPECT_EQ(f.at("end"), "completed");
     const bool with = f.at("variant") == "pd_ff_thrust_drag";
     (with ? out.with_cm : out.without_cm) = f.at("error_cm").at(axis);
