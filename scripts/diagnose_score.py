@@ -15,6 +15,17 @@ import json
 import math
 
 LARGEST_CLASS = 3
+HEAD = """# Which undeclared effects a diagnosis finds in simulated flights
+
+Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resumable; exit code 6 when a limit is missed). This page is made by it.
+
+**Flights.** `scenarios/diagnose.toml`: three of 20 s, the same for all, reference plant and sensors, flown with `vehicles/calibrated.toml`. The plant gets one effect
+of `docs/effects.toml` at its typical value, or loses one that it has; where the vehicle file holds the effect already, the file loses it instead. Exceptions,
+pairs and foreign effects with their sizes and reasons: `scripts/diagnose_study.toml`.
+**Belief.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 and 302 and pooled, frozen before the study.
+**Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial whose flights or diagnosis failed counts as missed.
+"""
+
 LIMITS = [  # what, kinds, outcome that counts, least share
     ("separable: named first and alone", ("separable",), "right", 0.90),
     ("class only: a class of at most three holds it", ("class_only",), "right", 0.90),
@@ -104,7 +115,7 @@ def page(out, wanted):
             unflown += [f"`{c.name}` seed {trial['seed']}: {flight} {end}" for flight, end in trial["ends"].items() if end != "completed"]
     lines, missed = summary(judged, kinds)
     seeds = sorted({t[3] for trials in judged.values() for t in trials})
-    lines += ["", f"Seeds {seeds}." if seeds else "No trial yet.", ""]
+    lines = [HEAD, f"Seeds {', '.join(map(str, seeds))}.\n" if seeds else "No trial yet.\n", *lines, ""]
     lines += table(judged, kinds)
     lines += ["", "## Flights that did not end as planned", "", *([f"- {u}" for u in unflown] or ["None."])]
     return "\n".join(lines) + "\n", missed

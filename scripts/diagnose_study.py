@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILT = ROOT / "build/release/bin/rotorloop"
 STUDY = ROOT / "scripts/diagnose_study.toml"
 MODEL_TRUE = ROOT / "build/release/test-bin/model_true_logs"
-DIAGNOSE = ["--use", "gyro,accel", "--rate", "100", "--json", "-q"]  # one command line for all
+DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--json", "-q"]  # one command line for all
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +47,7 @@ def change_for(effect, study, in_plant, believed):
         return (), (), (name,)
     if name in in_plant:
         return (), (name,), ()
-    return ((name, {key: effect["typical_value"], **study["option"].get(name, {})}),), (), ()
+    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), (), ()
 
 
 def cases(study, catalogue):
@@ -163,7 +163,7 @@ def trial(case, seed, o, study):
         write_belief(folder / "believed.toml", case, vehicle)
         vehicle = folder / "believed.toml"
     code, wall_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
-                       folder / "result.json", 900)
+                       folder / "result.json", 3600)
     record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1)}
     if not o.keep_logs:
         for log in logs:

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/diagnose/block_fit.hpp"
-#include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/flight_record.hpp"
 
 namespace rotorloop::bench {

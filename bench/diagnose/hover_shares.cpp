@@ -185,7 +185,9 @@ std::string all_ids(const HoverHypothesis& h);
 // What makes the same pattern and so cannot be told from it by commands alone.
 void add_twins(HoverDiagnosis& d) {
   if (d.named.size() != 1 || d.named[0].find('+') != std::string::npos) return;
-  const std::string rotor = d.named[0].substr(d.named[0].rfind(' '));
+  const auto number = d.named[0].rfind(' ');
+  if (number == std::string::npos) return;  // of no one rotor
+  const std::string rotor = d.named[0].substr(number);
   if (d.named[0].starts_with("weak_rotor")) {
     d.named.push_back("motor_resistance" + rotor);
     d.remarks.push_back(

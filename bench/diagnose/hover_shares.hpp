@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/flight_record.hpp"
 #include "host/vehicle/model.hpp"
 

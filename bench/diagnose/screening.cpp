@@ -14,6 +14,7 @@
 #include "bench/identify/reading_terms.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/base/error.hpp"
+#include "host/effects/term_size.hpp"
 #include "sim/world/random.hpp"
 
 namespace rotorloop::bench {
@@ -262,12 +263,14 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 
 }  // namespace
 
-Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads) {
+Screening screen(const Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+                 double block_s, int threads) {
   const FitProblem& p = r.problem;
   const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
   const auto is_free = [&](int parameter) {
     return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
   };
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   Screening out;
   Columns held;
   for (const CoreEffect& e : core_effects()) {
@@ -276,21 +279,31 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return !g->pose.empty(); });
     if ((e.parameters.front() == kRotorDelay && commands) || (e.parameters.front() == kPoseDelay && !poses)) continue;
     Candidate c{.id = e.id, .core = e.parameters};
+    // What matters of it is what matters of the effect.
+    const host::Term* same = host::find_term(e.id);
+    const host::CatalogueParameter* typical = catalogue.parameter_of(e.id);
+    const double size = same ? same->info.parameters.front().scale : typical ? std::fabs(typical->typical_value) : 0.0;
     for (const int parameter : e.parameters) {
       const ParameterInfo info = parameter_info(parameter, p.start.terms);
-      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, info.scale});
+      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, size > 0.0 ? size : info.scale});
       held.push_back(parameter);
     }
     out.candidates.push_back(std::move(c));
   }
-  for (const host::Term& term : host::all_terms()) {
+  const double mass = p.start[kMass], arm = host::arm_m(p.start.geometry);
+  std::vector<const host::Term*> terms;
+  for (const host::Term& term : host::all_terms()) terms.push_back(&term);
+  terms.insert(terms.end(), library.begin(), library.end());
+  for (const host::Term* of_list : terms) {
+    const host::Term& term = *of_list;
     const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
     bool has = false;
     for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
     if (core || has || excluded(term.info.id)) continue;
     Candidate c{.id = std::string(term.info.id), .term = &term};
     for (const host::TermParameter& t : term.info.parameters)
-      c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale});
+      c.parameters.push_back(
+          {std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass, arm)});
     out.candidates.push_back(std::move(c));
   }
   for (Candidate& c : out.candidates) {

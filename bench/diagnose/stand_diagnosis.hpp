@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bench/diagnose/block_fit.hpp"
-#include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/stand_checks.hpp"
+#include "bench/diagnose/verdict.hpp"
 
 namespace rotorloop::bench {
 

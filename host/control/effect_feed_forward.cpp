@@ -36,17 +36,17 @@ bool cut(double& value, double limit) {
 }  // namespace
 
 EffectFeedForward::EffectFeedForward(const VehicleModel& vehicle, const VehicleTerms& terms, const MixerConfig& mixer)
-    : terms_(terms),
-      geometry_(load_geometry(vehicle)),
-      parameters_(load_parameters(vehicle)),
-      drag_(vehicle.drag),
-      weight_N_(vehicle.weight_N()) {
+    : geometry_(load_geometry(vehicle)), parameters_(load_parameters(vehicle)), drag_(vehicle.drag), weight_N_(vehicle.weight_N()) {
+  if (terms.empty()) return;
   // The mixer lets each rotor see its own place in the air. A file that says nothing about it does not take that away.
-  if (!terms_.empty() && mixer.local_velocity) {
-    bool named = false;
-    for (std::size_t i = 0; i < terms_.list.size(); ++i) named |= terms_.list.term(i).info.id == kLocalInflow;
-    const double whole = 1.0;
-    if (const Term* local = named ? nullptr : find_term(kLocalInflow)) terms_.add(*local, {&whole, 1});
+  bool named = false;
+  for (std::size_t i = 0; i < terms.list.size(); ++i) named |= terms.list.term(i).info.id == kLocalInflow;
+  const double whole = 1.0;
+  const Term* local = named || !mixer.local_velocity ? nullptr : find_term(kLocalInflow);
+  if (local) terms_.add(*local, {&whole, 1});
+  for (std::size_t i = 0; i < terms.list.size(); ++i) {
+    const Term& term = terms.list.term(i);
+    terms_.add(term, {terms.values.data() + terms.list.first_parameter(i), term.info.parameters.size()});
   }
   const double hover = hover_omega_rad_s(vehicle);
   for (int i = 0; i < kRotors; ++i) {

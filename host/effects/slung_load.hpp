@@ -20,7 +20,10 @@ struct SlungLoad {
                                                   {"damping", "1", 0.0, 0.5, 2e-2, 0.02},
                                                   {"drag_1_m", "1/m", 0.0, 1.0, 2e-2, 0.0},
                                                   {"attach_z_m", "m", -0.3, 0.3, 1e-2, 0.0}};
-  static constexpr TermMemory kMemory[] = {{{"start_d_x", "1", -0.9, 0.9, 0.02, 0.0}, 0.2}, {{"start_d_y", "1", -0.9, 0.9, 0.02, 0.0}, 0.2}, {{"start_rate_x", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}, {{"start_rate_y", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}};
+  static constexpr TermMemory kMemory[] = {{{"start_d_x", "1", -0.9, 0.9, 0.02, 0.0}, 0.2},
+                                           {{"start_d_y", "1", -0.9, 0.9, 0.02, 0.0}, 0.2},
+                                           {{"start_rate_x", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0},
+                                           {{"start_rate_y", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}};
 
   // Swings from 0.29 to 1.6 Hz, free, dragged through the air, and damped.
   static constexpr std::array<double, 180> kScan = [] {

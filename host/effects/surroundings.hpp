@@ -23,7 +23,7 @@ void confine(const S& gain, RotorLoad<S>& r, const S& image) {
 
 struct GroundEffectRotor {
   static constexpr std::string_view kId = "ground_effect_rotor";
-  static constexpr TermParameter kParameters[] = {{"gain", "1", 0.0, 2.0, 1.0, 0.0}};
+  static constexpr TermParameter kParameters[] = {{"gain", "1", 0.0, 5.0, 1.0, 0.0}};
 
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {

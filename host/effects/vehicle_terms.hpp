@@ -14,7 +14,8 @@ struct VehicleTerms {
   std::array<double, kMaxTermParameters> values{};  // SI, in the order of the list's parameters
 
   bool empty() const { return list.size() == 0; }
-  // False, and nothing added, when the list is full, has the term already, or the number of values is not the term's.
+  // Adds it with its memory, if it has one, at rest. False, and nothing added, when the list is full, has the term already, or the number
+  // of values is not the term's.
   bool add(const Term& term, std::span<const double> parameters) {
     const std::size_t first = list.parameters();
     if (parameters.size() != term.info.parameters.size() || !list.add(term)) return false;

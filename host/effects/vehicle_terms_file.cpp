@@ -24,6 +24,9 @@ std::vector<double> values_of(const VehicleEffect& effect, const Term& term, con
   std::vector<double> values;
   for (const TermParameter& p : parameters) values.push_back(p.neutral);
   for (const EffectParameter& given : effect.parameters) {
+    const bool start =
+        std::any_of(term.info.memory.begin(), term.info.memory.end(), [&](const TermMemory& m) { return m.start.name == given.name; });
+    if (start) continue;  // of the flights it was identified from
     const auto at = std::find_if(parameters.begin(), parameters.end(), [&](const TermParameter& p) { return p.name == given.name; });
     if (at == parameters.end())
       throw Error({where, fmt::format("effect \"{}\" has no parameter \"{}\"", effect.id, given.name), "a file of another rotorloop",
@@ -45,13 +48,15 @@ FileTerms terms_of(const VehicleFile& vehicle, const std::string& where) {
   FileTerms out;
   for (const VehicleEffect& effect : vehicle.effects) {
     const Term* term = find_term(effect.id);
-    if (!term || !is_load(*term)) {
-      out.not_flown.push_back(effect.id);
-      continue;
+    if (!term || !is_load(*term)) out.not_flown.push_back(effect.id);
+  }
+  for (const Term& term : all_terms()) {  // the order in which loads come about, whatever the file's
+    for (const VehicleEffect& effect : vehicle.effects) {
+      if (effect.id != term.info.id || !is_load(term)) continue;
+      if (!out.terms.add(term, values_of(effect, term, where)))
+        throw Error({where, fmt::format("effect \"{}\" cannot be added", effect.id), "it occurs twice, or the file has too many",
+                     fmt::format("give each effect once, at most {}", kMaxTerms - 1)});
     }
-    if (!out.terms.add(*term, values_of(effect, *term, where)))
-      throw Error({where, fmt::format("effect \"{}\" cannot be added", effect.id), "it occurs twice, or the file has too many",
-                   fmt::format("give each effect once, at most {}", kMaxTerms - 1)});
   }
   return out;
 }
