@@ -264,6 +264,10 @@ class Loop {
         program, arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { tell(name, line); }, o_.stop);
     desk.take_back("out", folder / "out");
     if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
+    if (code >= 128)
+      throw Error({name, fmt::format("the analyst's `{}` was ended by signal {}", command, code - 128),
+                   "no memory left, or somebody ended it", "the same command goes on from here"},
+                  ExitCode::device);
     // Without a vehicle file the identified vehicle is left out of the comparison; without a diagnosis there is no loop to close.
     if (code != 0) {
       tell(name, fmt::format("`{}` ended with {}, see {}", command, code, (folder / "messages.txt").generic_string()));

@@ -86,7 +86,7 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   for (std::size_t i = 0; i < n; ++i) squares += (after[i] - ratio * before[i]) * (after[i] - ratio * before[i]);
   const double half = 100.0 * student_975(n - 1) * std::sqrt(squares / (dn - 1.0) / dn) / mean(before);
   out.low = std::min(out.low, out.percent - half);
-  out.high = std::max(out.high, out.percent + half);
+  out.high = std::min(100.0, std::max(out.high, out.percent + half));
   return out;
 }
 
