@@ -132,7 +132,7 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
   const Identification r = identify(to_fit, vehicle, o, [](const IdentifyProgress& p) {
     std::fprintf(stderr, "%s %d: %g\n", p.part.c_str(), p.fit.iteration, p.fit.cost);
   });
-  const Screening s = screen(r, {}, 1.0, 2);
+  const Screening s = screen(r, {}, {}, 1.0, 2);
   const Eigen::Index base = s.table.base;
   const Eigen::LDLT<Eigen::MatrixXd> model(s.table.information.topLeftCorner(base, base));
 
