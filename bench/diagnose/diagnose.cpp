@@ -205,7 +205,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   for (int round = 0;; ++round) {
     const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
     say("screening", done);
-    const Screening s = screen(model, without, o.block_s, threads, o.own_terms);
+    const Screening s = screen(model, without, o.library, o.block_s, threads);
     const std::vector<double> placebos =
         placebo_statistics(model, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
     const double limit =

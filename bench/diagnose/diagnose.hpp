@@ -26,9 +26,9 @@ struct Criteria {
 struct DiagnoseOptions {
   IdentifyOptions identify;
   Criteria criteria;
-  std::vector<std::string> without;               // effects that are not considered
-  std::vector<const host::Term*> own_terms = {};  // candidates beside those of host/effects; must outlive the run
-  bool beliefs = true;                            // what the vehicle file knows (not guesses) counts as knowledge
+  std::vector<std::string> without;             // effects that are not considered
+  std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
+  bool beliefs = true;                          // what the vehicle file knows (not guesses) counts as knowledge
   double block_s = 1.0;
   int max_effects = 6;
   std::size_t placebos = 100;

@@ -14,6 +14,7 @@
 #include "bench/identify/reading_terms.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/base/error.hpp"
+#include "host/effects/term_size.hpp"
 #include "sim/world/random.hpp"
 
 namespace rotorloop::bench {
@@ -262,8 +263,8 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 
 }  // namespace
 
-Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads,
-                 const std::vector<const host::Term*>& own_terms) {
+Screening screen(const Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+                 double block_s, int threads) {
   const FitProblem& p = r.problem;
   const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
   const auto is_free = [&](int parameter) {
@@ -289,17 +290,20 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     }
     out.candidates.push_back(std::move(c));
   }
-  std::vector<const host::Term*> library = own_terms;
-  for (const host::Term& term : host::all_terms()) library.push_back(&term);
-  for (const host::Term* each : library) {
-    const host::Term& term = *each;
+  const double mass = p.start[kMass], arm = host::arm_m(p.start.geometry);
+  std::vector<const host::Term*> terms;
+  for (const host::Term& term : host::all_terms()) terms.push_back(&term);
+  terms.insert(terms.end(), library.begin(), library.end());
+  for (const host::Term* of_list : terms) {
+    const host::Term& term = *of_list;
     const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
     bool has = false;
     for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
     if (core || has || excluded(term.info.id)) continue;
     Candidate c{.id = std::string(term.info.id), .term = &term};
     for (const host::TermParameter& t : term.info.parameters)
-      c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale});
+      c.parameters.push_back(
+          {std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass, arm)});
     out.candidates.push_back(std::move(c));
   }
   for (Candidate& c : out.candidates) {

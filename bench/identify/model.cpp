@@ -24,7 +24,7 @@ constexpr int kDirVelocity = 0, kDirRates = 3, kDirAttitude = 6, kDirPlace = 9;
 template <class S>
 constexpr int kDirParameters = std::is_same_v<S, MotionDual> ? 6 : 12;
 constexpr std::array<int, host::kLoadParameters> kLoadOrder{kK1, kK2, kCq, kComX, kComY, kCdh, kCdxy, kCdz};
-constexpr int kExtraWidth = 8;
+constexpr std::size_t kExtraWidth = 8;
 
 template <class S>
 void seed_parameters(LoadParameters<S>& p) {
@@ -86,7 +86,25 @@ Model::Model(const ModelValues& values, const Columns& columns) : values_(values
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const bool input = input_place(columns[c]) >= 0;
     needs_input_derivatives_ = needs_input_derivatives_ || input;
-    if (input || columns[c] >= kCoreParameters) extras_.push_back(static_cast<int>(c));
+    if (!input && columns[c] < kCoreParameters) continue;
+    if (extras_.empty() || extras_.back().columns.size() == kExtraWidth) extras_.emplace_back();
+    extras_.back().columns.push_back(static_cast<int>(c));
+  }
+  for (ExtraGroup& group : extras_) {
+    for (std::size_t t = 0; t < values_.terms.size(); ++t) {
+      const host::TermInfo& info = values_.terms.term(t).info;
+      const std::size_t first = values_.terms.first_parameter(t), count = info.parameters.size() + info.memory.size();
+      bool acts = false;
+      for (std::size_t k = first; k < first + count; ++k) {
+        const int parameter = kCoreParameters + static_cast<int>(k);
+        acts = acts || values_[parameter] != values_.terms.parameter(k).neutral;
+        for (const int c : group.columns) acts = acts || columns_[static_cast<std::size_t>(c)] == parameter;
+      }
+      if (!acts) continue;
+      group.terms.add(values_.terms.term(t));
+      for (std::size_t k = first; k < first + count; ++k) group.flat.push_back(k);
+      for (std::size_t k = 0; k < info.memory.size(); ++k) group.memory.push_back(values_.terms.first_memory(t) + k);
+    }
   }
 }
 
@@ -166,35 +184,39 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
   const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
   const Vector3d v_B = world_B * x.v_W_m_s;
   const double* term_values = values_.values.data() + kCoreParameters;
-  for (std::size_t first = 0; first < extras_.size(); first += kExtraWidth) {
-    const std::size_t count = std::min<std::size_t>(kExtraWidth, extras_.size() - first);
+  const auto place_in = [](const std::vector<std::size_t>& list, std::size_t flat) {
+    return static_cast<std::size_t>(std::find(list.begin(), list.end(), flat) - list.begin());
+  };
+  for (const ExtraGroup& group : extras_) {
     LoadInput<ExtraDual> in = load_input<ExtraDual>(x, world_B, v_B, u, t_s);
     const LoadParameters<ExtraDual> p = load_parameters<ExtraDual>(values_);
     std::array<ExtraDual, host::kMaxTermParameters> c;
-    for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = ExtraDual(term_values[k]);
+    for (std::size_t k = 0; k < group.flat.size(); ++k) c[k] = ExtraDual(term_values[group.flat[k]]);
     std::array<ExtraDual, host::kMaxMemory> memory;
-    for (std::size_t k = 0; k < values_.terms.memory(); ++k) memory[k] = ExtraDual(u.memory[k]);
-    for (std::size_t j = 0; j < count; ++j) {
-      const int parameter = columns_[static_cast<std::size_t>(extras_[first + j])];
+    for (std::size_t k = 0; k < group.memory.size(); ++k) memory[k] = ExtraDual(u.memory[group.memory[k]]);
+    for (std::size_t j = 0; j < group.columns.size(); ++j) {
+      const int parameter = columns_[static_cast<std::size_t>(group.columns[j])];
       if (const int place = input_place(parameter); place >= 0) {
         for (std::size_t r = 0; r < 4; ++r) {
           in.omega_rad_s[r].d[j] = u.omega_by[static_cast<std::size_t>(place)][r];
           in.omega_dot_rad_s2[r].d[j] = u.omega_dot_by[static_cast<std::size_t>(place)][r];
         }
       } else {
-        const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
-        c[flat].d[j] = 1.0;
-        if (u.memory_input)
-          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) { memory[i].d[j] = slope; });
+        c[place_in(group.flat, static_cast<std::size_t>(parameter - kCoreParameters))].d[j] = 1.0;
+        if (u.memory_input) {
+          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) {
+            if (const std::size_t at = place_in(group.memory, i); at < group.memory.size()) memory[at].d[j] = slope;
+          });
+        }
       }
     }
     LoadState<ExtraDual> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<ExtraDual> set(values_.terms, c.data(), memory.data());
-    host::loads(s, has_terms_ ? &set : nullptr);
+    const host::TermSet<ExtraDual> set(group.terms, c.data(), memory.data());
+    host::loads(s, group.terms.size() > 0 ? &set : nullptr);
     const ExtraDual* const rows[] = {&s.force_B_N.x,    &s.force_B_N.y,    &s.force_B_N.z,
                                      &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
     for (int i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < count; ++j) by(i, extras_[first + j]) = rows[i]->d[j];
+      for (std::size_t j = 0; j < group.columns.size(); ++j) by(i, group.columns[j]) = rows[i]->d[j];
     }
   }
 }

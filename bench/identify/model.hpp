@@ -65,7 +65,14 @@ class Model {
 
   ModelValues values_;
   Columns columns_;
-  std::vector<int> extras_;  // positions in columns_ of parameters that go through ExtraDual
+  // Parameters that go through ExtraDual, some at a time, with the terms that act then: those of the parameters, and all that are not
+  // at their neutral values.
+  struct ExtraGroup {
+    std::vector<int> columns;  // positions in columns_
+    host::TermList terms;
+    std::vector<std::size_t> flat, memory;  // of each of their parameters and numbers of memory, its place in values_.terms
+  };
+  std::vector<ExtraGroup> extras_;
   Eigen::Matrix3d inertia_, inverse_inertia_;
   bool has_terms_ = false, needs_input_derivatives_ = false;
 };

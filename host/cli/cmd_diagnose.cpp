@@ -42,7 +42,7 @@ struct Options {
   bool json = false, no_checks = false, forget = false;
 };
 
-bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle) {
+bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
   i.grid.rate_Hz = o.rate_Hz;
@@ -59,6 +59,12 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
     if (host::find_term(e.id)) terms.push_back(e.id);
   }
   i.terms = term_list(terms);
+  for (std::size_t t = 0; own && t < own->size(); ++t) {
+    d.library.push_back(&(*own)[t]);
+    for (const host::VehicleEffect& e : vehicle.effects) {
+      if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
+    }
+  }
   i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = 16;
   i.fit.noise.tolerance = 0.05;
@@ -98,10 +104,10 @@ int diagnose(const Options& o) {
                  "give --vehicle and --flight; or --stand, for files of a thrust stand"});
   const bench::RunClock clock;
   host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  std::optional<host::UserTerms> own_terms;
+  std::optional<host::UserTerms> own;
   if (!o.library.empty()) {
-    own_terms = host::UserTerms::read(o.library, catalogue);
-    own_terms->join(catalogue);
+    own = host::UserTerms::read(o.library, catalogue);
+    own->join(catalogue);
   }
   const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
   if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
@@ -115,8 +121,8 @@ int diagnose(const Options& o) {
     return faulty(o, e, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  bench::DiagnoseOptions options = diagnose_options(o, base);
-  for (std::size_t i = 0; own_terms && i < own_terms->size(); ++i) options.own_terms.push_back(&(*own_terms)[i]);
+  if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
+  const bench::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
   const std::vector<bench::FlightToFit> fitted = read.to_fit();
   bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
@@ -175,7 +181,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
   c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--library", o->library, "TOML file with terms of your own, tested beside the built-in ones (docs/own_terms.md)");
+  c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");

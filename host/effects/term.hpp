@@ -23,7 +23,7 @@ namespace rotorloop::host {
 struct TermParameter {
   std::string_view name, unit;
   double min = 0.0, max = 0.0;  // outside: not this effect
-  double scale = 1.0;           // a change that matters; conditions the fit
+  double scale = 1.0;           // a change that matters, on the reference quadrotor (term_size.hpp); conditions the fit
   double neutral = 0.0;
 };
 
