@@ -32,6 +32,7 @@ constexpr Term kTerms[] = {
     make_term<TranslationalLift>(),
     make_term<RotorWakeInterference>(),
     make_term<HoverInterference>(),
+    make_term<DescentInflow>(),
     make_term<VortexRingLoss>(),
     // surroundings.hpp
     make_term<GroundEffectRotor>(),
