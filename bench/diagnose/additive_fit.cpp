@@ -135,18 +135,18 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
   const MatrixXd shape = penalty_of(design);
   const double information = xx.diagonal().tail(design.columns - 1).sum() / static_cast<double>(std::max<Index>(1, design.columns - 1));
 
-  // Coefficients from all folds but one, for one penalty, all residuals at once; `keep`: 0 removes a column.
-  const auto solved = [&](std::size_t left_out, double penalty, const VectorXd* keep) {
+  // Coefficients from all folds but one, for one penalty, all residuals at once or `only` one; `keep`: 0 removes a column.
+  const auto solved = [&](std::size_t left_out, double penalty, const VectorXd* keep, Index only = -1) {
     MatrixXd m = xx + penalty * information * shape;
-    MatrixXd rhs = xy;
-    if (left_out < s.xx.size()) m -= s.xx[left_out], rhs -= s.xy[left_out];
+    MatrixXd rhs = only < 0 ? xy : MatrixXd(xy.col(only));
+    if (left_out < s.xx.size()) m -= s.xx[left_out], rhs -= only < 0 ? s.xy[left_out] : MatrixXd(s.xy[left_out].col(only));
     if (keep) {
       m = keep->asDiagonal() * m * keep->asDiagonal();
       m.diagonal() += (VectorXd::Ones(design.columns) - *keep) * information;
       rhs = keep->asDiagonal() * rhs;
     }
     m.diagonal().array() += 1e-9 * information;
-    return MatrixXd(m.ldlt().solve(rhs));
+    return MatrixXd(m.llt().solve(rhs));
   };
   std::vector<double> best(ys.size(), -1e300);
   for (const double penalty : o.penalties) {
@@ -165,9 +165,9 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
     AdditiveFit& fit = out[y];
     const auto i = static_cast<Index>(y);
     if (!(fit.share > 0.0)) continue;
-    const VectorXd whole = solved(s.xx.size(), fit.penalty, nullptr).col(i);
+    const VectorXd whole = solved(s.xx.size(), fit.penalty, nullptr, i).col(0);
     std::vector<VectorXd> parts;
-    for (std::size_t f = 0; f < s.xx.size(); ++f) parts.push_back(solved(f, fit.penalty, nullptr).col(i));
+    for (std::size_t f = 0; f < s.xx.size(); ++f) parts.push_back(solved(f, fit.penalty, nullptr, i).col(0));
     for (const Spline& sp : design.splines) {
       PartialCurve c{.input = sp.input, .at = {}, .value = {}, .u = {}};
       const auto rows = Eigen::seqN(sp.first, sp.count);
@@ -198,7 +198,7 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
         if (sp.input == fit.curves[n].input) keep.segment(sp.first, sp.count).setZero();
       }
       double total = 0.0;
-      for (std::size_t f = 0; f < s.xx.size(); ++f) total += gain(s, f, solved(f, fit.penalty, &keep).col(i), i);
+      for (std::size_t f = 0; f < s.xx.size(); ++f) total += gain(s, f, solved(f, fit.penalty, &keep, i).col(0), i);
       fit.curves[n].alone = fit.share - total / yy[i];
     }
   }

@@ -9,8 +9,26 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr std::size_t kMostSteps = 3;
+constexpr double kAverage_s = 0.2;  // of what is regressed and judged as a whole: above some 2 Hz the readings' own noise rules
+constexpr double kBandStandsOut = 2.0;
 
-std::string named(const VarianceEffect& e) { return e.id.empty() ? e.what : e.id; }
+// Mean over `window_s` about each sample, within its piece.
+Axes averaged(const Samples& samples, const Axes& axes, double window_s) {
+  Axes out;
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    out[a].resize(samples.size);
+    for (const Piece& p : samples.pieces) {
+      const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
+      std::vector<double> sum(p.count + 1, 0.0);
+      for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + axes[a][p.first + i];
+      for (std::size_t i = 0; i < p.count; ++i) {
+        const std::size_t from = i > half ? i - half : 0, to = std::min(p.count, i + half + 1);
+        out[a][p.first + i] = (sum[to] - sum[from]) / static_cast<double>(to - from);
+      }
+    }
+  }
+  return out;
+}
 
 void add_words(ResidualFindings& f) {
   const Samples& samples = f.series.samples;
@@ -33,8 +51,16 @@ void add_words(ResidualFindings& f) {
     if (!e.found) continue;
     std::string twins;
     for (const auto& [id, c] : e.twins) twins += (twins.empty() ? "" : ", ") + id;
-    f.words.push_back(fmt::format("The scatter changes as {} would make it ({}; {} about {:.2g} {}, p {:.1e}){}.", named(e), e.what,
-                                  e.parameter, e.size, e.unit, e.p_holm, twins.empty() ? "" : "; hard to tell from " + twins));
+    f.words.push_back(fmt::format("The scatter changes as by {} ({} about {:.2g} {}, p {:.1e}){}.",
+                                  e.id.empty() ? e.what + ", which is no effect of the library" : e.id + ": " + e.what, e.parameter, e.size,
+                                  e.unit, e.p_holm, twins.empty() ? "" : "; hard to tell from " + twins));
+  }
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    for (const SpectrumBand& b : f.spectra.axis[a].bands) {
+      if (b.rms > kBandStandsOut * b.rms_expected && b.rms_expected > 0.0)
+        f.words.push_back(fmt::format("Between {:.3g} and {:.3g} Hz {} is {:.1f} times what the noise figures expect ({:.2g} {}).",
+                                      b.from_Hz, b.to_Hz, kAxisNames[a], b.rms / b.rms_expected, b.rms, kAxisUnits[a]));
+    }
   }
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& x = f.unexplained.axis[a];
@@ -67,11 +93,14 @@ ResidualFindings analyse_residuals(const Identification& result, const ResidualO
   f.spectra = spectra(s.samples, s.free, std::span(s.simulated).first(std::min<std::size_t>(8, s.simulated.size())), s.inputs, spectrum);
   DependenceOptions dependence_options;
   dependence_options.seed = o.seed;
-  f.dependence = dependence(s.samples, s.free, s.simulated, s.inputs, dependence_options);
+  const Axes slow = averaged(s.samples, s.free, kAverage_s);
+  std::vector<Axes> slow_simulated;
+  for (const Axes& a : s.simulated) slow_simulated.push_back(averaged(s.samples, a, kAverage_s));
+  f.dependence = dependence(s.samples, slow, slow_simulated, s.inputs, dependence_options);
   LagOptions lag;
   lag.seed = o.seed;
   f.lag = lag_analysis(s.samples, s.model, s.free, lag);
-  f.unexplained = unexplained(s.samples, s.free, s.simulated, s.inputs);
+  f.unexplained = unexplained(s.samples, slow, slow_simulated, s.inputs);
   f.variance = variance_effects(s, variance_kinds(s));
   StepOptions steps;
   steps.seed = o.seed;

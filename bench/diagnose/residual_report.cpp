@@ -31,7 +31,8 @@ constexpr const char* kTableEnd = "</tbody></table></div>\n";
 
 std::string power_html(const ResidualFindings& f) {
   std::string out =
-      "<p>Force and torque that the model lacks, from a pass in which the readings alone decide. “Expected” is what the same pass makes of "
+      "<p>Force and torque that the model lacks, from a pass in which the readings alone decide, averaged over 0.2 s "
+      "(bands and curves over time: as they are). “Expected” is what the same pass makes of "
       "noise of the fitted figures; “foretold” the share of the power that smooth functions of the motion, rotors and time explain on "
       "flights or blocks that had no part in them.</p>\n";
   std::vector<std::string> names{"missing", "unit", "rms", "expected", "foretold, %", "by chance, %", "in bursts, %", "kind"};

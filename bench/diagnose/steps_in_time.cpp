@@ -175,11 +175,14 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
         shuffled(without, block, random, drawn, other);
         largest.push_back(best_of(step_statistic(other.score, other.information), margin).chi2);
       }
-      s.limit = quantile(largest, 0.99);
+      // What was taken out took two of the blocks' degrees of freedom with it.
+      const double blocks = std::floor(static_cast<double>(n) / static_cast<double>(block));
+      s.limit = quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
       s.p = (1.0 + as_large) / (1.0 + o.resamples);
-      // Beyond the draws: the tail of a largest squared bridge is exponential, in units of the scatter that the limit shows.
+      // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
       constexpr double kLimit = 12.4;  // 1 % of white noise on the inner 84 % (Andrews 1993)
-      if (as_large == 0 && s.limit > 0.0) s.p = std::min(s.p, 0.01 * std::exp(-0.5 * kLimit * (s.chi2 / s.limit - 1.0)));
+      if (as_large == 0 && s.limit > 0.0 && s.chi2 > s.limit)
+        s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
       out.steps.push_back(std::move(s));
     }
   }
