@@ -25,14 +25,17 @@ inline double size_ratio(std::string_view unit, double mass_kg, double arm) {
   const double mass = mass_kg / kReferenceMass_kg, length = arm / kReferenceArm_m;
   double ratio = 1.0;
   bool below = false;  // behind the stroke
+  const auto letter = [&](std::size_t i) {
+    return i < unit.size() && ((unit[i] >= 'a' && unit[i] <= 'z') || (unit[i] >= 'A' && unit[i] <= 'Z'));
+  };
   for (std::size_t i = 0; i < unit.size();) {
     if (unit[i] == '/') below = true;
-    if (unit[i] < 'A') {  // blank, stroke, parenthesis, the figure 1
+    if (!letter(i)) {  // blank, stroke, parenthesis, the figure 1
       ++i;
       continue;
     }
     std::size_t end = i;
-    while (end < unit.size() && unit[end] >= 'A') ++end;
+    while (letter(end)) ++end;
     const std::string_view name = unit.substr(i, end - i);
     if (end < unit.size() && unit[end] == '^') ++end;
     int power = 1;
