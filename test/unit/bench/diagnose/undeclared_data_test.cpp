@@ -35,7 +35,7 @@ bool names(const AddedEffect& a, const std::string& id) {
 
 TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFoundAsAClass) {
   if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
-  const Diagnosis d = diagnosed("undeclared_a", {"horizontal", "general"}, 1);
+  const Diagnosis d = diagnosed("undeclared_a", {"vertical", "horizontal", "rotation"}, 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_plane_height"));
   EXPECT_EQ(d.verdict, DiagnosisVerdict::ambiguous);
