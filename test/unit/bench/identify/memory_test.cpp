@@ -25,7 +25,7 @@ int parameter(const char* name) { return find_parameter(std::string("effect.slun
 
 FlightRecord flight_with_load(std::uint64_t seed) {
   model_true::FlightSettings s;
-  s.manoeuvre = model_true::Manoeuvre::horizontal;
+  s.manoeuvre = model_true::Manoeuvre::vertical;  // gentle: swings stay far below the 70° to which the pendulum is good
   s.seed = seed;
   s.duration_s = 8.0;
   s.load_kg = kLoad_kg;
@@ -52,9 +52,10 @@ TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of
   v[parameter("attach_z_m")] = -0.02;
   v[parameter("start_d_x")] = 0.1;
   v[parameter("start_rate_y")] = -0.5;
-  follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states_by_readings(g, v, flown_noise())});
+  const std::vector<BodyState> states = states_by_readings(g, v, flown_noise());
+  follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states});
   const std::size_t knot = 700;  // 3.5 s after the start
-  const BodyState x = motion_of(g, states_by_readings(g, v, flown_noise())).states[knot];
+  const BodyState& x = states[knot];
   const auto stepped = [&](const ModelValues& at) {
     RotorInput input = g.input;
     input.prepare(at);
