@@ -23,18 +23,26 @@ host::TermList slung_load() {
 }
 int parameter(const char* name) { return find_parameter(std::string("effect.slung_load.") + name, slung_load()); }
 
-FlightRecord flight_with_load(std::uint64_t seed) {
+// The string pulls at the centre of mass; the model's hook is below the geometric centre.
+model_true::Truth balanced() {
+  model_true::Truth t;
+  t.com_offset_m.setZero();
+  return t;
+}
+
+FlightRecord flight_with_load(std::uint64_t seed, bool quiet = false) {
   model_true::FlightSettings s;
   s.manoeuvre = model_true::Manoeuvre::vertical;  // gentle: swings stay far below the 70° to which the pendulum is good
   s.seed = seed;
   s.duration_s = 8.0;
+  if (quiet) s.q_a_m_s2_rtHz = s.q_alpha_rad_s2_rtHz = 0.0, s.pose_sigma_m = s.pose_sigma_rad = 1e-5;
   s.load_kg = kLoad_kg;
   s.load_length_m = kLength_m;
   s.load_aside_m = {kAside_m, 0.0, 0.0};
-  return model_true::fly({}, s).record;
+  return model_true::fly(balanced(), s).record;
 }
 
-ModelValues truth_without_load() { return model_values(model_true::vehicle_of({}), slung_load()); }
+ModelValues truth_without_load() { return model_values(model_true::vehicle_of(balanced()), slung_load()); }
 
 NoiseModel flown_noise() {
   NoiseModel n;
@@ -119,15 +127,18 @@ TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_perc
   EXPECT_LT(2.0 * r.cost / r.degrees_of_freedom, 1.1);
 }
 
-// Open loop from one start: the load swings on with the vehicle that is foretold.
+// Open loop, without noise, which would hide the load behind the error of the start: it swings on with the vehicle that is foretold.
 TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_leaves_it_out_after_1_s) {
-  GridFlight g = make_grid(flight_with_load(3), {.rate_Hz = 100.0});
+  GridFlight g = make_grid(flight_with_load(3, true), {.rate_Hz = 100.0});
   ModelValues v = truth_without_load();
   v[parameter("mass_kg")] = kLoad_kg;
   v[parameter("length_m")] = kLength_m;
   v[parameter("damping")] = 0.0;
   v[parameter("start_d_x")] = kAside_m / kLength_m;
-  const std::vector<BodyState> states = states_by_readings(g, v, flown_noise());
+  NoiseModel noise = flown_noise();
+  noise.position_m.setConstant(1e-5);
+  noise.attitude_rad.setConstant(1e-5);
+  const std::vector<BodyState> states = states_by_readings(g, v, noise);
   follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states});
   const StateTrack track = fitted_track(g, states, v);
   ModelValues without = v;
