@@ -87,7 +87,7 @@ const std::vector<Slip> kScenarioSlips{
     {"NegativeSeed", kScenario, "seeds = [1]", "seeds = [-1]", {"seeds has -1", "0 to 4294967295"}},
     {"SeedTwice", kScenario, "seeds = [1]", "seeds = [3, 3]", {"seeds has 3 twice"}},
     {"NoSeed", kScenario, "seeds = [1]", "seeds = []", {"seeds is an empty list", "seeds = [1, 2, 3]"}},
-    {"UnknownVariant", kScenario, "\"pd_ff_thrust_drag\"", "\"lqr\"", {"\"lqr\"", "pd_ff, pd_ff_drag, pd_ff_thrust_drag"}},
+    {"UnknownVariant", kScenario, "\"pd_ff_thrust_drag\"", "\"lqr\"", {"\"lqr\"", "pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag"}},
     {"MissingVehicle", kScenario, "calibrated.toml", "nowhere.toml", {"vehicle = \"../vehicles/nowhere.toml\": no such file"}},
     {"FlightNameIsAPath", kScenario, "name = \"climb\"", "name = \"../climb\"", {"flight.name = \"../climb\"", "letters, digits"}},
     {"RealHardwareBus",

@@ -142,7 +142,7 @@ TEST_F(ScenarioFile, SeedTwice) {
 TEST_F(ScenarioFile, NegativeSeed) { EXPECT_THAT(error(with("[1, 2, 3]", "[-1]")), HasSubstr("seeds has -1, outside 0 to 4294967295")); }
 TEST_F(ScenarioFile, UnknownVariantListsTheKnownOnes) {
   EXPECT_THAT(error(with("\"pd_ff_drag\"", "\"pdff\"")), AllOf(HasSubstr("scenario.toml:6: error: variants has \"pdff\""),
-                                                               HasSubstr("use one of: pd_ff, pd_ff_drag, pd_ff_thrust_drag")));
+                                                               HasSubstr("use one of: pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag")));
 }
 TEST_F(ScenarioFile, VariantTwice) { EXPECT_THAT(error(with("\"pd_ff_drag\"", "\"pd_ff\"")), HasSubstr("variants has \"pd_ff\" twice")); }
 TEST_F(ScenarioFile, EmptyVariants) {
