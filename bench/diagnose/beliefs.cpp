@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -9,6 +10,9 @@
 
 namespace rotorloop::bench {
 namespace {
+
+// Of a parameter's scale: a finer figure is a fit's rounding, and would only spoil the arithmetic.
+constexpr double kFinest = 1e-4;
 
 // Standard uncertainty of what the file knows of a parameter; nothing where it guesses.
 std::optional<double> known_u(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
@@ -88,8 +92,9 @@ std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const Free
   for (const FreeParameter& f : free) {
     if (f.per_flight || f.prior_u > 0.0) continue;
     if (const auto u = known_u(v, f.parameter, at.terms)) {
-      of_name[parameter_info(f.parameter, at.terms).name] = f.parameter;
-      left[f.parameter] = *u;
+      const ParameterInfo info = parameter_info(f.parameter, at.terms);
+      of_name[info.name] = f.parameter;
+      left[f.parameter] = std::max(*u, kFinest * info.scale);
     }
   }
   for (const host::CovarianceBlock& block : v.covariance) {
@@ -104,7 +109,11 @@ std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const Free
     if (rows.empty()) continue;
     const auto n = static_cast<Eigen::Index>(block.of.size());
     const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(block.matrix.data(), n, n);
-    const Eigen::MatrixXd covariance = all(rows, rows);
+    Eigen::MatrixXd covariance = all(rows, rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      covariance(k, k) = std::max(covariance(k, k), std::pow(kFinest * parameter_info(p.parameters[i], at.terms).scale, 2));
+    }
     const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
     if (factor.info() != Eigen::Success || !scale.allFinite()) continue;  // the single uncertainties then speak

@@ -8,6 +8,7 @@
 
 #include "bench/diagnose/beliefs.hpp"
 #include "bench/diagnose/refit.hpp"
+#include "bench/diagnose/residual_findings.hpp"
 #include "bench/diagnose/statistics.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -16,6 +17,10 @@ namespace rotorloop::bench {
 namespace {
 
 using Index = ScoreTable::Index;
+
+// Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time foretells on other blocks: from here on
+// it is a part of the physics that the library lacks.
+constexpr double kSystematic = 0.1;
 
 // A candidate with all that the table says of it.
 struct Tested {
@@ -193,13 +198,14 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   out.before = identify(flights, vehicle, first);
   Identification model = copy_of(out.before);
   FitOptions again = first.fit;
+  again.noise.rounds = std::min(again.noise.rounds, 6);  // from where the last fit left it
 
   std::vector<std::string> without = o.without;
   std::vector<Candidate> added;
   for (int round = 0;; ++round) {
     const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
     say("screening", done);
-    const Screening s = screen(model, without, o.block_s, threads);
+    const Screening s = screen(model, without, o.library, o.block_s, threads);
     const std::vector<double> placebos =
         placebo_statistics(model, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
     const double limit =
@@ -246,6 +252,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
         added.push_back(*t.candidate);
         model = std::move(next);
         accepted = true;
+        // What failed beside a model that lacked this may hold beside one that has it.
+        without = o.without;
         break;
       }
     }
@@ -299,6 +307,17 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
   say("done", 1.0);
   return out;
+}
+
+void judge_residuals(const ResidualFindings& left, Diagnosis& d) {
+  bool real = false;
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    const ResidualKind kind = left.unexplained.kind[a];
+    const AdditiveFit& fit = left.unexplained.axis[a].explainable;
+    real = real || kind == ResidualKind::bursts || (kind == ResidualKind::systematic && fit.share > kSystematic);
+  }
+  if (d.added.empty() && real && !d.white) d.verdict = DiagnosisVerdict::unexplained;
+  d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());
 }
 
 }  // namespace rotorloop::bench

@@ -26,8 +26,9 @@ struct Criteria {
 struct DiagnoseOptions {
   IdentifyOptions identify;
   Criteria criteria;
-  std::vector<std::string> without;  // effects that are not considered
-  bool beliefs = true;               // what the vehicle file knows (not guesses) counts as knowledge
+  std::vector<std::string> without;             // effects that are not considered
+  std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
+  bool beliefs = true;                          // what the vehicle file knows (not guesses) counts as knowledge
   double block_s = 1.0;
   int max_effects = 6;
   std::size_t placebos = 100;
@@ -47,5 +48,9 @@ struct DiagnosisRun {
 // Throws like identify().
 DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
+
+// What the residuals of the last model say by themselves: a systematic rest or bursts without an effect found make it `unexplained`.
+struct ResidualFindings;
+void judge_residuals(const ResidualFindings& left, Diagnosis& diagnosis);
 
 }  // namespace rotorloop::bench

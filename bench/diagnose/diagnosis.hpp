@@ -5,20 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/diagnose/verdict.hpp"
 #include "bench/identify/held_out.hpp"
 
 namespace rotorloop::bench {
-
-// clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
-// members these flights cannot tell apart. unexplained: the residual is real, and no effect of the library explains what is left
-// (effects may have been added before). faulty: a sensor or the log is at fault, and no physics was fitted to it.
-enum class DiagnosisVerdict { clean, named, ambiguous, unexplained, faulty };
-std::string_view name(DiagnosisVerdict v);
-
-struct NamedValue {
-  std::string name, unit;
-  double value = 0.0, u = 0.0;  // u: the larger of the classical and the block-robust standard error
-};
 
 // One effect of the library against the residual of one model.
 struct CandidateEvidence {

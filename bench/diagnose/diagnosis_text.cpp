@@ -83,7 +83,7 @@ ordered_json held_out_json(const HeldOutScores& s) {
 
 std::string diagnosis_text(const DiagnosisRun& run) {
   const Diagnosis& d = run.diagnosis;
-  std::string out = "DiagnosisVerdict: " + verdict_text(d) + "\n";
+  std::string out = "Verdict: " + verdict_text(d) + "\n";
   for (const LogFault& f : d.faults)
     out += fmt::format("  fault  {}  {}: {} ({:.2f} to {:.2f} s)\n", f.flight, f.stream, f.what, f.from_s, f.to_s);
   for (const AddedEffect& a : d.added) {

@@ -1,6 +1,9 @@
 #include "bench/diagnose/refit.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "bench/identify/flight_motion.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -34,7 +37,24 @@ void set(FitProblem& p, int parameter, double value) {
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
 
-void run(Identification& r, const FitOptions& options) { r.fit = fit(r.problem, options); }
+constexpr int kRounds = 3;      // of fits, each with the terms remembering along the states of the one before
+constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
+
+void run(Identification& r, const FitOptions& options) {
+  const bool memory = r.problem.start.terms.memory() > 0;
+  if (memory && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
+  r.fit = fit(r.problem, options);
+  for (int again = 1; memory && again < kRounds; ++again) {
+    const std::vector<Estimate> before = r.fit.estimates;
+    follow_states(r.flights, r.fit.states);
+    r.problem.states = r.fit.states;
+    r.fit = fit(r.problem, options);
+    bool still = true;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      still = still && std::fabs(r.fit.estimates[i].value - before[i].value) <= kStill * r.fit.estimates[i].u;
+    if (still) break;
+  }
+}
 
 }  // namespace
 
@@ -62,14 +82,19 @@ Identification refit_with(const Identification& last, const Candidate& c, const 
   if (c.term) {
     const std::size_t before = p.start.terms.parameters();
     p.start.terms.add(*c.term);
-    // Terms stand behind the core parameters: the new ones are last.
-    const auto grow = [&](std::vector<double>& values) { values.resize(kCoreParameters + before + c.parameters.size()); };
+    // Terms stand behind the core parameters: the new ones are last, and what they remember starts at rest.
+    const auto grow = [&](std::vector<double>& values) { values.resize(kCoreParameters + p.start.terms.parameters(), 0.0); };
     grow(p.start.values);
     for (auto& own : p.flight_start) grow(own);
     out.start.values.terms = out.start.file.terms = p.start.terms;
     for (auto* values : {&out.start.values.values, &out.start.file.values}) {
       values->resize(kCoreParameters + before);
       for (const CandidateParameter& q : c.parameters) values->push_back(q.neutral);
+      grow(*values);
+    }
+    for (std::size_t k = before; k < p.start.terms.parameters(); ++k) {
+      if (p.start.terms.is_start(k) && p.start.terms.start_u(k) > 0.0)
+        p.free.push_back({kCoreParameters + static_cast<int>(k), p.flights.size() > 1, p.start.terms.start_u(k)});
     }
   }
   const std::vector<int> parameters = parameters_of(c, p.start.terms);
@@ -90,6 +115,13 @@ Identification refit_without(const Identification& last, const Candidate& c, con
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     set(p, parameters[k], c.parameters[k].neutral);
     std::erase_if(p.free, [&](const FreeParameter& f) { return f.parameter == parameters[k]; });
+  }
+  if (c.term) {
+    std::erase_if(p.free, [&](const FreeParameter& f) {
+      const int flat = f.parameter - kCoreParameters;
+      return flat >= 0 && p.start.terms.is_start(static_cast<std::size_t>(flat)) &&
+             p.start.terms.term(p.start.terms.term_of(static_cast<std::size_t>(flat))).info.id == c.id;
+    });
   }
   run(out, options);
   return out;

@@ -80,12 +80,14 @@ std::vector<Index> places(const ScoreTable::Block& b, const ColumnSet& wanted) {
   return out;
 }
 
-// -A Δs_θ + Δs_γ and its information [-A I] ΔS [-A I]ᵀ, in the whitened directions of `t`.
+// -A Δs_θ + Δs_γ where everything has taken its estimated `step`, and the information [-A I] ΔS [-A I]ᵀ of the group alone, in the
+// whitened directions of `t`.
 struct BlockPart {
   VectorXd score;
   MatrixXd information;
 };
-BlockPart part_of(const ScoreTable::Block& b, const ColumnSet& model, const ColumnSet& group, const MatrixXd& a, const MatrixXd& t) {
+BlockPart part_of(const ScoreTable::Block& b, const ColumnSet& model, const ColumnSet& group, const MatrixXd& a, const MatrixXd& t,
+                  const VectorXd& step) {
   const ColumnSet all = with(model, group);
   const auto at = places(b, all);
   MatrixXd left(a.rows(), static_cast<Index>(all.size()));
@@ -97,7 +99,8 @@ BlockPart part_of(const ScoreTable::Block& b, const ColumnSet& model, const Colu
     from.push_back(at[i]);
   }
   const MatrixXd mix = t.transpose() * left(Eigen::all, columns);
-  return {mix * b.score(from), mix * b.information(from, from) * mix.transpose()};
+  const MatrixXd information = b.information(from, from);
+  return {mix * (b.score(from) + information * step(columns)), mix * information * mix.transpose()};
 }
 
 }  // namespace
@@ -129,14 +132,20 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
   out.estimate = -t * z;
   out.chi2 = z.squaredNorm();
 
+  VectorXd step(static_cast<Index>(model.size()) + d);
+  step.tail(d) = out.estimate;
+  if (!model.empty())
+    step.head(static_cast<Index>(model.size())) =
+        -Scaled(table.information(model, model)).solve(table.score(model) + table.information(model, group) * out.estimate);
+
   // Scatter of the blocks with the effect taken out, neighbours included.
   MatrixXd v = MatrixXd::Zero(t.cols(), t.cols());
   VectorXd last;
   std::size_t last_flight = 0, count = 0;
   double sum = 0.0, squares = 0.0;
   for (const ScoreTable::Block& b : table.blocks) {
-    const BlockPart part = part_of(b, model, group, r.a, t);
-    const VectorXd u = part.score - part.information * z;
+    const BlockPart part = part_of(b, model, group, r.a, t, step);
+    const VectorXd& u = part.score;
     v += u * u.transpose();
     if (count > 0 && last_flight == b.flight) {
       const MatrixXd cross = last * u.transpose();

@@ -9,8 +9,12 @@
 #include <thread>
 #include <unsupported/Eigen/FFT>
 
+#include "bench/diagnose/memory_scan.hpp"
+#include "bench/identify/flight_motion.hpp"
+#include "bench/identify/reading_terms.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/base/error.hpp"
+#include "host/effects/term_size.hpp"
 #include "sim/world/random.hpp"
 
 namespace rotorloop::bench {
@@ -92,10 +96,11 @@ ModelValues with_library(const ModelValues& values, const std::vector<Candidate>
           {c.id, fmt::format("the library has more terms than a model can hold ({})", host::kMaxTerms), "", "leave some out (--without)"});
     }
     const std::size_t first = all.terms.first_parameter(all.terms.size() - 1);
-    for (std::size_t k = 0; k < c.term->info.parameters.size(); ++k) {
+    for (std::size_t k = 0; k < c.parameters.size(); ++k) {
       parameters.push_back(kCoreParameters + static_cast<int>(first + k));
-      all.values.push_back(c.term->info.parameters[k].neutral);
+      all.values.push_back(c.parameters[k].neutral);
     }
+    all.values.resize(kCoreParameters + all.terms.parameters(), 0.0);  // what it remembers starts at rest
   }
   return all;
 }
@@ -103,6 +108,47 @@ ModelValues with_library(const ModelValues& values, const std::vector<Candidate>
 BodyState between(const BodyState& a, const BodyState& b, double share) {
   return {a.p_W_m + share * (b.p_W_m - a.p_W_m), a.v_W_m_s + share * (b.v_W_m_s - a.v_W_m_s), a.q_WB.slerp(share, b.q_WB),
           a.w_B_rad_s + share * (b.w_B_rad_s - a.w_B_rad_s)};
+}
+
+// What the candidates would add to each reading.
+void add_readings(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const std::vector<int>& parameters,
+                  const Model& model, const RotorInput& input, ExtraColumns& out) {
+  std::vector<int> reading;
+  std::vector<std::size_t> place;
+  for (const int p : reading_parameters(values.terms)) {
+    const auto found = std::find(parameters.begin(), parameters.end(), p);
+    if (found == parameters.end()) continue;
+    reading.push_back(p);
+    place.push_back(static_cast<std::size_t>(found - parameters.begin()));
+  }
+  if (reading.empty()) return;
+  const auto width = static_cast<std::size_t>(out.count);
+  std::vector<ReadingChange> by(reading.size());
+  std::size_t hint = 0;
+  const auto at = [&](std::size_t knot) {
+    const RotorInputSample u = input.at(g.time_s(knot), hint, false);
+    const BodyState& x = states[knot];
+    reading_change(values, x, u, g.time_s(knot), model.instant(x, u, g.time_s(knot)).angular_acceleration_B_rad_s2, reading, by);
+  };
+  const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
+  const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();
+  out.pose.assign(g.pose.size() * width * 6, 0.0);
+  for (std::size_t i = 0; i < g.pose.size(); ++i) {
+    at(g.pose[i].knot);
+    for (std::size_t k = 0; k < by.size(); ++k) {
+      put(&out.pose[(i * width + place[k]) * 6], by[k].position_W_m);
+      put(&out.pose[(i * width + place[k]) * 6 + 3], to_sensor * by[k].turn_B_rad);
+    }
+  }
+  const auto vectors = [&](const std::vector<VectorFix>& list, std::vector<double>& to, Eigen::Vector3d ReadingChange::*what) {
+    to.assign(list.size() * width * 3, 0.0);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      at(list[i].knot);
+      for (std::size_t k = 0; k < by.size(); ++k) put(&to[(i * width + place[k]) * 3], by[k].*what);
+    }
+  };
+  vectors(g.gyro, out.gyro, &ReadingChange::gyro_B_rad_s);
+  vectors(g.accel, out.accel, &ReadingChange::accel_B_m_s2);
 }
 
 ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& fitted,
@@ -114,6 +160,7 @@ ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states
   if (out.count == 0) return out;
   const Model model(values, parameters);
   RotorInput input = g.input;
+  if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
   input.prepare(values);
   const auto per_step = static_cast<std::size_t>(6 * out.count);
   out.wrench.assign((g.knots - 1) * per_step, 0.0);
@@ -129,6 +176,7 @@ ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states
       mean += by / samples;
     }
   }
+  add_readings(g, states, values, parameters, model, input, out);
   return out;
 }
 
@@ -215,12 +263,14 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 
 }  // namespace
 
-Screening screen(const Identification& r, const std::vector<std::string>& without, double block_s, int threads) {
+Screening screen(const Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+                 double block_s, int threads) {
   const FitProblem& p = r.problem;
   const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
   const auto is_free = [&](int parameter) {
     return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
   };
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   Screening out;
   Columns held;
   for (const CoreEffect& e : core_effects()) {
@@ -229,22 +279,35 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
     const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return !g->pose.empty(); });
     if ((e.parameters.front() == kRotorDelay && commands) || (e.parameters.front() == kPoseDelay && !poses)) continue;
     Candidate c{.id = e.id, .core = e.parameters};
+    // What matters of it is what matters of the effect.
+    const host::Term* same = host::find_term(e.id);
+    const host::CatalogueParameter* typical = catalogue.parameter_of(e.id);
+    const double size = same ? same->info.parameters.front().scale : typical ? std::fabs(typical->typical_value) : 0.0;
     for (const int parameter : e.parameters) {
       const ParameterInfo info = parameter_info(parameter, p.start.terms);
-      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, info.scale});
+      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, size > 0.0 ? size : info.scale});
       held.push_back(parameter);
     }
     out.candidates.push_back(std::move(c));
   }
-  for (const host::Term& term : host::all_terms()) {
+  const double mass = p.start[kMass], arm = host::arm_m(p.start.geometry);
+  std::vector<const host::Term*> terms;
+  for (const host::Term& term : host::all_terms()) terms.push_back(&term);
+  terms.insert(terms.end(), library.begin(), library.end());
+  for (const host::Term* of_list : terms) {
+    const host::Term& term = *of_list;
     const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
     bool has = false;
     for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
     if (core || has || excluded(term.info.id)) continue;
     Candidate c{.id = std::string(term.info.id), .term = &term};
     for (const host::TermParameter& t : term.info.parameters)
-      c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale});
+      c.parameters.push_back(
+          {std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass, arm)});
     out.candidates.push_back(std::move(c));
+  }
+  for (Candidate& c : out.candidates) {
+    if (c.term && !c.term->info.scan.empty()) look_where_it_swings(r, c, threads);
   }
   Index next = estimates_of(p);
   for (Candidate& c : out.candidates) {

@@ -3,6 +3,7 @@
 // (gravity's direction, delays, products of inertia).
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,9 @@ struct Screening {
   std::vector<ExtraColumns> series;  // of each flight: columns of the terms, in the order of the candidates
 };
 
-// The linearisation stands at the fit. `without`: ids that are not considered.
-Screening screen(const Identification& result, const std::vector<std::string>& without, double block_s, int threads);
+// The linearisation stands at the fit. `without`: ids that are not considered; `library`: terms beside those of host/effects.
+Screening screen(const Identification& result, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+                 double block_s, int threads);
 
 // Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
 // between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.

@@ -178,6 +178,10 @@ std::map<std::string, double> counters_of(Loop& loop, const Sums& sums, const st
           {"control.bad_input", count(ctl.bad_input)},
           {"control.limited", count(ctl.limited)},
           {"control.mixer_not_converged", count(ctl.mixer_not_converged)},
+          {"control.effects_off", count(ctl.effects_off)},
+          {"control.effects_not_finite", count(ctl.effects_not_finite)},
+          {"control.effects_bounded", count(ctl.effects_bounded)},
+          {"control.effects_not_converged", count(ctl.effects_not_converged)},
           {"control.mixer_iterations_max", count(sums.mixer_iterations_max)},
           {"control.mixer_iterations_mean", sums.flying_steps ? count(sums.mixer_iterations) / count(sums.flying_steps) : 0.0},
           {"rotor.not_converged", count(loop.counters().inflow_not_converged)},
@@ -197,7 +201,9 @@ Inputs read_inputs(const Scenario& scenario) {
   Inputs in;
   in.plant = sim::read_plant(scenario.plant);
   in.rotors = sim::read_rotors(in.plant);
-  in.vehicle = host::to_model(host::read_vehicle(scenario.vehicle, host::builtin_effect_catalogue()));
+  const host::VehicleFile vehicle = host::read_vehicle(scenario.vehicle, host::builtin_effect_catalogue());
+  in.vehicle = host::to_model(vehicle);
+  in.effects = host::terms_of(vehicle, scenario.vehicle.generic_string());
   in.gains = host::read_gains(scenario.gains);
   in.files = {scenario.path, scenario.plant, scenario.vehicle, scenario.gains};
   for (const FlightPlan& f : scenario.flights) {
@@ -231,6 +237,7 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
       c.halts.push_back({f.rotor - 1, static_cast<std::int64_t>(f.at_s * 1e9),
                          f.duration_s > 0.0 ? static_cast<std::int64_t>((f.at_s + f.duration_s) * 1e9) : sim::kNever_ns});
   c.computer.controller = host::controller_config(inputs.gains, q.variant);
+  c.computer.controller.terms = inputs.effects.terms;
   c.computer.estimator.compensate_latency = scenario.ablation.latency_compensation;
   c.computer.escs.fast_channel = scenario.esc.fast_channel_Hz > 0;
   // Without the fast channel, esc.RPMCommand at 200 Hz: two frames each, as fast as autopilots send it.

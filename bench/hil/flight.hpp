@@ -11,6 +11,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "bench/hil/scenario.hpp"
 #include "host/control/gains_file.hpp"
+#include "host/effects/vehicle_terms_file.hpp"
 #include "sim/plant/assemble.hpp"
 
 namespace rotorloop::bench {
@@ -20,6 +21,7 @@ struct Inputs {
   sim::PlantFile plant;
   sim::SharedRotors rotors;
   host::VehicleModel vehicle;
+  host::FileTerms effects;                         // of the vehicle file
   host::GainsFile gains;
   std::vector<host::Trajectory> trajectories;      // one per FlightPlan
   std::vector<std::filesystem::path> files;        // all that was read, the scenario first

@@ -94,8 +94,7 @@ RunFolder RunFolder::create(const fs::path& runs_dir, const std::string& name, b
   return RunFolder(path);
 }
 
-std::vector<InputFile> RunFolder::copy_inputs(const std::vector<fs::path>& files) {
-  // Below the deepest folder that holds them all, files keep their places: relative paths inside them stay true.
+std::map<fs::path, std::string> copy_together(const std::vector<fs::path>& files, const fs::path& folder) {
   std::map<fs::path, fs::path> absolute;  // as given -> real place
   for (const auto& f : files) absolute[f] = fs::absolute(f).lexically_normal();
   fs::path base;
@@ -107,21 +106,27 @@ std::vector<InputFile> RunFolder::copy_inputs(const std::vector<fs::path>& files
       continue;
     }
     fs::path common;
-    const auto folder = full.parent_path();
-    for (auto a = base.begin(), b = folder.begin(); a != base.end() && b != folder.end() && *a == *b; ++a, ++b) common /= *a;
+    const auto parent = full.parent_path();
+    for (auto a = base.begin(), b = parent.begin(); a != base.end() && b != parent.end() && *a == *b; ++a, ++b) common /= *a;
     base = common;
   }
-  std::map<std::string, InputFile> copied;
+  std::map<fs::path, std::string> out;
   for (const auto& [given, full] : absolute) {
     const fs::path relative = full.lexically_relative(base);
-    const fs::path target = path_ / "inputs" / relative;
+    const fs::path target = folder / relative;
     std::error_code ec;
     fs::create_directories(target.parent_path(), ec);
     if (!ec) fs::copy_file(full, target, fs::copy_options::overwrite_existing, ec);
     if (ec) device_error(given, fmt::format("cannot be copied to {}", target.generic_string()), ec.message());
-    inputs_[given] = relative.generic_string();
-    copied[relative.generic_string()] = {relative.generic_string(), sha256_file(target)};
+    out[given] = relative.generic_string();
   }
+  return out;
+}
+
+std::vector<InputFile> RunFolder::copy_inputs(const std::vector<fs::path>& files) {
+  inputs_ = copy_together(files, path_ / "inputs");
+  std::map<std::string, InputFile> copied;
+  for (const auto& [given, relative] : inputs_) copied[relative] = {relative, sha256_file(path_ / "inputs" / relative)};
   std::vector<InputFile> out;
   for (auto& [path, input] : copied) out.push_back(std::move(input));
   return out;

@@ -95,6 +95,11 @@ class RunFolder {
   mutable std::mutex mutex_;
 };
 
+// Copies files into `folder`: below the deepest folder that holds them all they keep their places, so that relative paths inside them
+// stay true. Returns where each came to lie, relative to `folder`, by its name as given. Throws Error (ExitCode::device).
+std::map<std::filesystem::path, std::string> copy_together(const std::vector<std::filesystem::path>& files,
+                                                           const std::filesystem::path& folder);
+
 // Writes a text file or throws Error (ExitCode::device): full disk, no permission.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 

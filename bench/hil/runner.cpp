@@ -70,13 +70,15 @@ class FlightPool {
   std::exception_ptr error_;
 };
 
-std::vector<Warning> warnings_of(const Scenario& scenario, const std::vector<FlightResult>& flights) {
+std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs, const std::vector<FlightResult>& flights) {
   std::vector<Warning> out;
+  for (const std::string& id : inputs.effects.not_flown)
+    out.push_back({scenario.vehicle.generic_string(), "effect " + id + " is no load that a controller could counter: not used"});
   for (const std::string& text : ablation_texts(scenario.ablation)) out.push_back({"ablation", text});
   for (const FlightResult& f : flights) {
     const std::string where = f.flight + "/" + std::string(variant_name(f.variant)) + "/" + std::to_string(f.seed);
     if (f.end != FlightEnd::completed) out.push_back({where, std::string(flight_end_name(f.end)) + ": " + f.end_detail});
-    for (const char* name : {"rotor.not_converged", "control.bad_input", "sensor.frames_refused", "estimator.resets"}) {
+    for (const char* name : {"rotor.not_converged", "control.bad_input", "control.effects_not_finite", "control.effects_bounded", "sensor.frames_refused", "estimator.resets"}) {
       const auto found = f.counters.find(name);
       if (found != f.counters.end() && found->second > 0) out.push_back({where, std::string(name) + " = " + std::to_string(static_cast<long long>(found->second))});
     }
@@ -122,7 +124,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.published = scenario.published;
   r.log_hashes = folder.log_hashes();
   r.log_sha256 = hash_of_logs(r.log_hashes);
-  r.warnings = warnings_of(scenario, out.flights);
+  r.warnings = warnings_of(scenario, inputs, out.flights);
   for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
   r.wall_s = clock.elapsed_s();
   folder.write_result(r);

@@ -256,6 +256,8 @@ std::string_view variant_label(Variant v) {
       return "PD FF";
     case Variant::pd_ff_drag:
       return "PD FF + DRG";
+    case Variant::pd_ff_no_effects:
+      return "PD FF + THR + DRG, effects off";
     case Variant::pd_ff_thrust_drag:
       return "PD FF + THR + DRG";
   }

@@ -13,9 +13,10 @@
 
 namespace rotorloop::bench {
 
-// The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model.
+// The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model (with the
+// vehicle file's [[effect]]s if it has any; pd_ff_no_effects leaves them out). In the order in which each adds to the one before.
 using host::Variant;
-inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_thrust_drag};
+inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_no_effects, Variant::pd_ff_thrust_drag};
 std::string_view variant_name(Variant v);   // as written in files: "pd_ff_drag"
 std::string_view variant_label(Variant v);  // as in the paper: "PD FF + DRG"
 std::optional<Variant> variant_from_name(std::string_view name);

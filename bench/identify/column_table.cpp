@@ -97,13 +97,15 @@ std::string read_log_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, char separator) {
+ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, char separator,
+                           const std::vector<std::string>& given) {
   const std::string bytes = read_log_bytes(path);
   Lines lines{bytes};
   if (lines.rest.starts_with("\xEF\xBB\xBF")) lines.rest.remove_prefix(3);
   ColumnTable table;
   table.label = path.filename().generic_string();
-  const auto header = lines.next();
+  const std::string given_line = fmt::format("{}", fmt::join(given, std::string(1, separator)));
+  const auto header = given.empty() ? lines.next() : std::optional<std::string_view>(given_line);
   if (!header) bad(path, lines.number + 1, "has no row of column names", "the file is empty or was cut", "export the log again");
 
   std::vector<std::vector<double>*> keep;

@@ -22,7 +22,9 @@ struct ColumnTable {
 // One row of names, then rows of numbers; blank lines, lines that begin with '#', a byte order mark and CRLF are allowed. Blank cells,
 // "nan" and "null" are not-a-number, true and false 1 and 0. Only the columns in `wanted` are kept and checked.
 // A last line that was cut off is left out and noted. Throws Error (ExitCode::data_quality) with file and line for anything else.
-ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, char separator);
+// `header`: the names of a file that has no row of names.
+ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, char separator,
+                           const std::vector<std::string>& header = {});
 
 // The whole file. Throws Error (ExitCode::usage) when it cannot be read.
 std::string read_log_bytes(const std::filesystem::path& path);

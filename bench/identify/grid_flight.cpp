@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bench/identify/rotations.hpp"
+#include "bench/identify/stream_reader.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
@@ -41,6 +42,23 @@ std::vector<VectorFix> gathered(const Stream<Eigen::Vector3d>& s, const GridFlig
   return out;
 }
 
+// Of the load on a string, at each knot. Throws Error when the log does not hold it.
+std::vector<Eigen::Vector3d> load_places(const FlightRecord& record, const GridFlight& g) {
+  std::vector<StreamReader<double>> axes;
+  for (const char* name : {"payload_x[m]", "payload_y[m]", "payload_z[m]"}) {
+    const auto found = record.extra.find(name);
+    if (found == record.extra.end() || found->second.size() < 2) {
+      throw Error({record.source.empty() ? record.name : record.source, fmt::format("no stream {}: where the load is cannot be used", name),
+                   "the log or the mapping file does not name it", "map the three columns as `extra`, or leave the load's place out"},
+                  ExitCode::data_quality);
+    }
+    axes.emplace_back(found->second);
+  }
+  std::vector<Eigen::Vector3d> out;
+  for (std::size_t k = 0; k < g.knots; ++k) out.emplace_back(axes[0].at(g.time_s(k)), axes[1].at(g.time_s(k)), axes[2].at(g.time_s(k)));
+  return out;
+}
+
 }  // namespace
 
 GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
@@ -61,6 +79,7 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
                .velocity = {},
                .gyro = {},
                .accel = {},
+               .load_W_m = {},
                .input = RotorInput(record, 0.012, o.longest_gap_s)};
   const std::vector<double>& clock = pose ? record.pose.t_s : record.gyro_B_rad_s.t_s;
   double rate = o.rate_Hz;
@@ -112,6 +131,8 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
   if (o.use_velocity) g.velocity = gathered(record.velocity_W_m_s, g);
   if (o.use_gyro || !pose) g.gyro = gathered(record.gyro_B_rad_s, g);
   if (o.use_accel || !pose) g.accel = gathered(record.accel_B_m_s2, g);
+
+  if (o.use_load) g.load_W_m = load_places(record, g);
 
   drop_short_pieces(g);
   return g;

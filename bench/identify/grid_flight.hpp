@@ -24,6 +24,7 @@ struct GridOptions {
   double rate_Hz = 200.0;             // of knots; 0: that of the pose, but 100 to 500 Hz
   double longest_substep_s = 2.6e-3;  // of the integration between knots
   double from_s = -1e300, to_s = 1e300;
+  bool use_load = false;  // place of a load on a string, streams payload_x[m] … payload_z[m]
   bool use_pose = true, use_velocity = false, use_gyro = false, use_accel = false;
   double longest_gap_s = 0.05;  // of rotor speeds: beyond it the chain of states is cut
 };
@@ -36,6 +37,7 @@ struct GridFlight {
   std::vector<std::uint8_t> linked;  // knot k and k+1 are tied by the model (knots - 1 entries)
   std::vector<PoseFix> pose;         // each list in order of knots
   std::vector<VectorFix> position, velocity, gyro, accel;
+  std::vector<Eigen::Vector3d> load_W_m;  // place of a load that was measured too, at each knot; else empty
   RotorInput input;
   // Without poses the start of each piece is held near its guess: standard deviations in the order of StateError; 0: free.
   StateError anchor = StateError::Zero();

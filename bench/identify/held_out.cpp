@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "bench/identify/flight_motion.hpp"
 #include "bench/report/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
@@ -14,18 +16,25 @@ namespace {
 
 constexpr double kHorizons_s[] = {0.1, 0.2, 0.5, 1.0, 2.0};
 constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
-// Ten times what models of small multirotors leave: the poses, not the model, then make the states.
-constexpr double kForceNoise_m_s2_rtHz = 1.0, kAngularNoise_rad_s2_rtHz = 10.0;
 constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "body rates"};
 
-StateTrack track_of(const GridFlight& g, const Identification& r) {
-  NoiseModel noise = r.fit.noise.front();
-  noise.force_m_s2_rtHz.setConstant(kForceNoise_m_s2_rtHz);
-  noise.angular_rad_s2_rtHz.setConstant(kAngularNoise_rad_s2_rtHz);
-  FitProblem p{.start = r.fit.values.front(), .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
-  p.free.push_back({kMass, false, 1e-9});  // nothing but the states is free
-  const Fit states = fit(p, {});
-  return fitted_track(g, states.states.front(), states.values.front());
+// What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
+ModelValues with_starts(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
+  const host::TermList& terms = values.terms;
+  FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  for (std::size_t k = 0; k < terms.parameters(); ++k) {
+    if (!terms.is_start(k) || terms.start_u(k) <= 0.0) continue;
+    const int start = kCoreParameters + static_cast<int>(k);
+    p.start[start] = 0.0;
+    p.free.push_back({start, false, terms.start_u(k)});
+  }
+  return p.free.empty() ? values : fit(p).values.front();
+}
+
+StateTrack track_of(GridFlight& g, const Identification& r) {
+  const std::vector<BodyState> states = states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
+  follow_states({&g, 1}, std::array{states});
+  return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
 }
 
 // A ratio of errors that are both nil (one step without excitation) is none.

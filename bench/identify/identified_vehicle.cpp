@@ -53,7 +53,7 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& va
     if (found == v.effects.end()) found = v.effects.insert(v.effects.end(), {id, {}, {}});
     found->parameters.clear();
     for (std::size_t k = 0; k < terms.parameters(); ++k) {
-      if (terms.term_of(k) != t) continue;
+      if (terms.term_of(k) != t || terms.is_start(k)) continue;
       const int p = kCoreParameters + static_cast<int>(k);
       host::Quantity q{values[p], 0.0, Origin::guess};  // held
       for (const Estimate& e : s.estimates) {

@@ -6,12 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "bench/identify/flight_motion.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
-constexpr int kTieRounds = 3;
+constexpr int kRounds = 3;      // of fits again, with poses tied or memory run anew
+constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
 void require_streams(const FlightToFit& f, const GridOptions& grid) {
@@ -61,6 +63,17 @@ bool tie_again(std::vector<GridFlight>& flights, std::vector<double>& tied_s, co
     moved = true;
   }
   return moved;
+}
+
+// What terms remember follows the states, and the states follow from the fit. True when the fit found with the motion of before
+// differs from the one before that by more than rounding of its uncertainty, so that it must go on.
+bool remember_again(std::vector<GridFlight>& flights, const Fit& fit, const std::vector<Estimate>& before) {
+  follow_states(flights, fit.states);
+  if (before.size() != fit.estimates.size()) return true;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (std::fabs(fit.estimates[i].value - before[i].value) > kStill * fit.estimates[i].u) return true;
+  }
+  return false;
 }
 
 NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
@@ -118,6 +131,9 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   std::vector<double> tied_s(given.size(), 0.0);
   const auto delays = [&] { return std::vector<double>(given.size(), values[kPoseDelay]); };
   tie_again(out.flights, tied_s, delays());
+  if (o.terms.memory() > 0) {
+    for (GridFlight& g : out.flights) follow_states({&g, 1}, std::array{states_by_readings(g, values, o.noise)});
+  }
   Belief belief = first_belief(free, vehicle, values);
   std::vector<std::vector<double>> flight_start(given.size(), values.values);
   std::vector<NoiseModel> stage_noise;
@@ -161,10 +177,14 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
   const auto joint = report("joint fit");
   out.fit = o.solver(out.problem, o.fit, joint);
-  for (int again = 0; again < kTieRounds; ++again) {
+  std::vector<Estimate> before;
+  for (int again = 0; again < kRounds; ++again) {
     std::vector<double> found_s;
     for (const ModelValues& v : out.fit.values) found_s.push_back(v[kPoseDelay]);
-    if (!tie_again(out.flights, tied_s, found_s)) break;
+    const bool tied = tie_again(out.flights, tied_s, found_s);
+    const bool remembered = o.terms.memory() > 0 && remember_again(out.flights, out.fit, before);
+    if (!tied && !remembered) break;
+    before = out.fit.estimates;
     out.problem.flight_noise = out.fit.noise;
     out.fit = o.solver(out.problem, o.fit, joint);
   }

@@ -38,6 +38,7 @@ constexpr std::array kUnits{
     LogUnit{"A", "A", 1.0},
     LogUnit{"mA", "A", 1e-3},
     LogUnit{"N", "N", 1.0},
+    LogUnit{"gf", "N", 1e-3 * kStandardGravity_m_s2},
     LogUnit{"N m", "N m", 1.0},
     LogUnit{"1", "1", 1.0},
     LogUnit{"%", "1", 1e-2},

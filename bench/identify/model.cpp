@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bench/identify/load_input.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/effects/term.hpp"
 
@@ -23,43 +24,12 @@ constexpr int kDirVelocity = 0, kDirRates = 3, kDirAttitude = 6, kDirPlace = 9;
 template <class S>
 constexpr int kDirParameters = std::is_same_v<S, MotionDual> ? 6 : 12;
 constexpr std::array<int, host::kLoadParameters> kLoadOrder{kK1, kK2, kCq, kComX, kComY, kCdh, kCdxy, kCdz};
-constexpr int kExtraWidth = 8;
-
-template <class S>
-LoadParameters<S> load_parameters(const ModelValues& v) {
-  LoadParameters<S> p;
-  p.k1_N_s2 = S(v[kK1]);
-  p.k2_N_s2_m = S(v[kK2]);
-  p.c_q_N_m_s2 = S(v[kCq]);
-  p.com_x_m = S(v[kComX]);
-  p.com_y_m = S(v[kComY]);
-  p.c_dh_s_m = S(v[kCdh]);
-  p.c_dxy_N_s2_m2 = S(v[kCdxy]);
-  p.c_dz_N_s2_m2 = S(v[kCdz]);
-  return p;
-}
+constexpr std::size_t kExtraWidth = 8;
 
 template <class S>
 void seed_parameters(LoadParameters<S>& p) {
   S* const all[] = {&p.k1_N_s2, &p.k2_N_s2_m, &p.c_q_N_m_s2, &p.com_x_m, &p.com_y_m, &p.c_dh_s_m, &p.c_dxy_N_s2_m2, &p.c_dz_N_s2_m2};
   for (std::size_t j = 0; j < std::size(all); ++j) all[j]->d[static_cast<std::size_t>(kDirParameters<S>) + j] = 1.0;
-}
-
-template <class S>
-LoadInput<S> load_input(const BodyState& x, const Matrix3d& world_B, const Vector3d& v_B, const RotorInputSample& u, double t_s) {
-  LoadInput<S> in;
-  const auto vec = [](const auto& v) { return host::Vec3<S>{S(v[0]), S(v[1]), S(v[2])}; };
-  in.v_B_m_s = vec(v_B);
-  in.rates_B_rad_s = vec(x.w_B_rad_s);
-  for (int i = 0; i < 3; ++i) in.world_B[static_cast<std::size_t>(i)] = vec(world_B.col(i));
-  in.p_W_m = vec(x.p_W_m);
-  for (std::size_t r = 0; r < 4; ++r) {
-    in.omega_rad_s[r] = S(u.omega_rad_s[r]);
-    in.omega_dot_rad_s2[r] = S(u.omega_dot_rad_s2[r]);
-  }
-  in.t_s = t_s;
-  in.battery_V = u.battery_V;
-  return in;
 }
 
 template <class S>
@@ -116,7 +86,25 @@ Model::Model(const ModelValues& values, const Columns& columns) : values_(values
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const bool input = input_place(columns[c]) >= 0;
     needs_input_derivatives_ = needs_input_derivatives_ || input;
-    if (input || columns[c] >= kCoreParameters) extras_.push_back(static_cast<int>(c));
+    if (!input && columns[c] < kCoreParameters) continue;
+    if (extras_.empty() || extras_.back().columns.size() == kExtraWidth) extras_.emplace_back();
+    extras_.back().columns.push_back(static_cast<int>(c));
+  }
+  for (ExtraGroup& group : extras_) {
+    for (std::size_t t = 0; t < values_.terms.size(); ++t) {
+      const host::TermInfo& info = values_.terms.term(t).info;
+      const std::size_t first = values_.terms.first_parameter(t), count = info.parameters.size() + info.memory.size();
+      bool acts = false;
+      for (std::size_t k = first; k < first + count; ++k) {
+        const int parameter = kCoreParameters + static_cast<int>(k);
+        acts = acts || values_[parameter] != values_.terms.parameter(k).neutral;
+        for (const int c : group.columns) acts = acts || columns_[static_cast<std::size_t>(c)] == parameter;
+      }
+      if (!acts) continue;
+      group.terms.add(values_.terms.term(t));
+      for (std::size_t k = first; k < first + count; ++k) group.flat.push_back(k);
+      for (std::size_t k = 0; k < info.memory.size(); ++k) group.memory.push_back(values_.terms.first_memory(t) + k);
+    }
   }
 }
 
@@ -137,7 +125,7 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     const LoadInput<double> in = load_input<double>(x, world_B, v_B, u, t_s);
     const LoadParameters<double> p = load_parameters<double>(values_);
     LoadState<double> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<double> set(values_.terms, term_values);
+    const host::TermSet<double> set(values_.terms, term_values, u.memory.data());
     host::loads(s, has_terms_ ? &set : nullptr);
     finish(s);
     return;
@@ -153,7 +141,9 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     if constexpr (std::is_same_v<S, PlaceDual>) {
       std::array<S, host::kMaxTermParameters> c;
       for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = S(term_values[k]);
-      const host::TermSet<S> set(values_.terms, c.data());
+      std::array<S, host::kMaxMemory> memory;
+      for (std::size_t k = 0; k < values_.terms.memory(); ++k) memory[k] = S(u.memory[k]);
+      const host::TermSet<S> set(values_.terms, c.data(), memory.data());
       host::loads(s, &set);
     } else {
       host::loads<S>(s, nullptr);
@@ -194,30 +184,39 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
   const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
   const Vector3d v_B = world_B * x.v_W_m_s;
   const double* term_values = values_.values.data() + kCoreParameters;
-  for (std::size_t first = 0; first < extras_.size(); first += kExtraWidth) {
-    const std::size_t count = std::min<std::size_t>(kExtraWidth, extras_.size() - first);
+  const auto place_in = [](const std::vector<std::size_t>& list, std::size_t flat) {
+    return static_cast<std::size_t>(std::find(list.begin(), list.end(), flat) - list.begin());
+  };
+  for (const ExtraGroup& group : extras_) {
     LoadInput<ExtraDual> in = load_input<ExtraDual>(x, world_B, v_B, u, t_s);
     const LoadParameters<ExtraDual> p = load_parameters<ExtraDual>(values_);
     std::array<ExtraDual, host::kMaxTermParameters> c;
-    for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = ExtraDual(term_values[k]);
-    for (std::size_t j = 0; j < count; ++j) {
-      const int parameter = columns_[static_cast<std::size_t>(extras_[first + j])];
+    for (std::size_t k = 0; k < group.flat.size(); ++k) c[k] = ExtraDual(term_values[group.flat[k]]);
+    std::array<ExtraDual, host::kMaxMemory> memory;
+    for (std::size_t k = 0; k < group.memory.size(); ++k) memory[k] = ExtraDual(u.memory[group.memory[k]]);
+    for (std::size_t j = 0; j < group.columns.size(); ++j) {
+      const int parameter = columns_[static_cast<std::size_t>(group.columns[j])];
       if (const int place = input_place(parameter); place >= 0) {
         for (std::size_t r = 0; r < 4; ++r) {
           in.omega_rad_s[r].d[j] = u.omega_by[static_cast<std::size_t>(place)][r];
           in.omega_dot_rad_s2[r].d[j] = u.omega_dot_by[static_cast<std::size_t>(place)][r];
         }
       } else {
-        c[static_cast<std::size_t>(parameter - kCoreParameters)].d[j] = 1.0;
+        c[place_in(group.flat, static_cast<std::size_t>(parameter - kCoreParameters))].d[j] = 1.0;
+        if (u.memory_input) {
+          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) {
+            if (const std::size_t at = place_in(group.memory, i); at < group.memory.size()) memory[at].d[j] = slope;
+          });
+        }
       }
     }
     LoadState<ExtraDual> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<ExtraDual> set(values_.terms, c.data());
-    host::loads(s, has_terms_ ? &set : nullptr);
+    const host::TermSet<ExtraDual> set(group.terms, c.data(), memory.data());
+    host::loads(s, group.terms.size() > 0 ? &set : nullptr);
     const ExtraDual* const rows[] = {&s.force_B_N.x,    &s.force_B_N.y,    &s.force_B_N.z,
                                      &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
     for (int i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < count; ++j) by(i, extras_[first + j]) = rows[i]->d[j];
+      for (std::size_t j = 0; j < group.columns.size(); ++j) by(i, group.columns[j]) = rows[i]->d[j];
     }
   }
 }
@@ -267,7 +266,8 @@ struct Model::Slope {
   Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::RowMajor, 12, kMaxColumns + 12> m;
 };
 
-BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps) const {
+BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
+                      const MemoryEnds* memory) const {
   const double h = (t1 - t0) / substeps;
   const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
   Eigen::Matrix<double, 12, 1> y;
@@ -280,10 +280,18 @@ BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& 
     d << s.v_W_m_s, s.q_WB * now.specific_force_B_m_s2 + gravity, inverse_right_jacobian(xi) * w, now.angular_acceleration_B_rad_s2;
     return d;
   };
-  RotorInputSample u0 = input.at(t0, hint, false);
+  const auto input_at = [&](double t) {
+    RotorInputSample u = input.at(t, hint, false);
+    if (memory) {
+      const double share = (t - t0) / (t1 - t0);
+      for (std::size_t i = 0; i < u.memory.size(); ++i) u.memory[i] = memory->from[i] + share * (memory->to[i] - memory->from[i]);
+    }
+    return u;
+  };
+  RotorInputSample u0 = input_at(t0);
   for (int k = 0; k < substeps; ++k) {
     const double t = t0 + k * h;
-    const RotorInputSample um = input.at(t + 0.5 * h, hint, false), u1 = input.at(t + h, hint, false);
+    const RotorInputSample um = input_at(t + 0.5 * h), u1 = input_at(t + h);
     const auto k1 = slope(y, u0, t);
     const auto k2 = slope(y + 0.5 * h * k1, um, t + 0.5 * h);
     const auto k3 = slope(y + 0.5 * h * k2, um, t + 0.5 * h);

@@ -8,17 +8,12 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "bench/identify/body_state.hpp"
 #include "bench/identify/parameters.hpp"
 #include "bench/identify/rotor_input.hpp"
 
 namespace rotorloop::bench {
 
-struct BodyState {
-  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();
-};
 using StateError = Eigen::Matrix<double, 12, 1>;
 BodyState moved(const BodyState& x, const StateError& d);           // x ⊞ δ
 StateError difference(const BodyState& from, const BodyState& to);  // to ⊟ from
@@ -52,8 +47,9 @@ class Model {
   // input, at this moment and state; those of other columns stay 0. `by`: 6 x columns.
   void wrench_by_extras(const BodyState& x, const RotorInputSample& input, double t_s, Eigen::Ref<Eigen::MatrixXd> by) const;
 
-  // x(t1) from x(t0) in `substeps` equal steps.
-  BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps) const;
+  // x(t1) from x(t0) in `substeps` equal steps. `memory`: that of the terms, instead of the input's.
+  BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
+                 const MemoryEnds* memory = nullptr) const;
   // The same with Jacobians: of the error at t1 by the error at t0, and by the columns.
   BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
                  StateJacobian& by_state, ParameterJacobian& by_columns) const;
@@ -69,7 +65,14 @@ class Model {
 
   ModelValues values_;
   Columns columns_;
-  std::vector<int> extras_;  // positions in columns_ of parameters that go through ExtraDual
+  // Parameters that go through ExtraDual, some at a time, with the terms that act then: those of the parameters, and all that are not
+  // at their neutral values.
+  struct ExtraGroup {
+    std::vector<int> columns;  // positions in columns_
+    host::TermList terms;
+    std::vector<std::size_t> flat, memory;  // of each of their parameters and numbers of memory, its place in values_.terms
+  };
+  std::vector<ExtraGroup> extras_;
   Eigen::Matrix3d inertia_, inverse_inertia_;
   bool has_terms_ = false, needs_input_derivatives_ = false;
 };

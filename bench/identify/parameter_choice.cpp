@@ -80,7 +80,15 @@ std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights
   for (int i = 0; accel && i < 3; ++i) add(kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
   if (commands) add(kCommandGain), add(kCommandLag);
   if (battery) add(kVoltageExponent);
-  for (std::size_t k = 0; k < terms.parameters(); ++k) add(kCoreParameters + static_cast<int>(k));
+  // What a term remembered when the flight began is that flight's own.
+  for (std::size_t k = 0; k < terms.parameters(); ++k) {
+    const int parameter = kCoreParameters + static_cast<int>(k);
+    if (!terms.is_start(k)) {
+      add(parameter);
+    } else if (const double u = terms.start_u(k); u > 0.0) {
+      add(parameter, flights.size() > 1, u);
+    }
+  }
 
   for (const std::string& text : wishes.free) {
     const NamedNumber wish = with_prior(text);

@@ -67,8 +67,7 @@ ParameterInfo parameter_info(int parameter, const host::TermList& terms) {
 }
 
 int find_parameter(std::string_view name, const host::TermList& terms) {
-  const int count = kCoreParameters + static_cast<int>(terms.parameters());
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) {
     const ParameterInfo info = parameter_info(i, terms);
     if (info.name == name || info.symbol == name) return i;
   }

@@ -40,6 +40,18 @@ BodyState step_with_rates_held(const Model& model, const StateTrack& track, cons
   return moved_by(h, (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0);
 }
 
+// One step of a model whose terms remember: the memory runs along the step that it would give if it stood still, then the step is taken
+// again along the memory.
+BodyState step_with_memory(const Model& model, const StateTrack& track, const BodyState& x, double from_s, double to_s, int substeps,
+                           std::size_t& hint, MemoryNumbers& memory) {
+  MemoryEnds ends{memory, memory};
+  const BodyState first = model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
+  const RotorInputSample from = track.input.at(from_s, hint, false), to = track.input.at(to_s, hint, false);
+  advance_memory(model.values(), x, from, from_s, first, to, to_s, ends.to);
+  memory = ends.to;
+  return model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
+}
+
 // Starts of one flight that are drawn together, with their summed errors.
 struct Block {
   double a = 0.0, b = 0.0;
@@ -94,6 +106,14 @@ Predictor whole_model(const ModelValues& values, int substeps) {
   return [model, substeps](const StateTrack& track, std::size_t start, std::span<BodyState> out) {
     BodyState x = track.state[start];
     std::size_t hint = start;
+    if (model->values().terms.memory() > 0) {
+      MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        x = step_with_memory(*model, track, x, track.time_s(start + k), track.time_s(start + k + 1), substeps, hint, memory);
+        out[k] = x;
+      }
+      return;
+    }
     for (std::size_t k = 0; k < out.size(); ++k) {
       x = model->step(x, track.input, hint, track.time_s(start + k), track.time_s(start + k + 1), substeps);
       out[k] = x;

@@ -21,7 +21,7 @@ using Predictor = std::function<void(const StateTrack& track, std::size_t start,
 Predictor state_held();
 // Translation by the model, body rates as at the start: what the model's torque has to beat.
 Predictor rates_held(const ModelValues& values);
-// The whole model, in equal substeps of a step.
+// The whole model, in equal substeps of a step. Terms with memory start from that of the track's input and then remember what is foretold.
 Predictor whole_model(const ModelValues& values, int substeps = 1);
 
 enum PredictedQuantity : std::size_t { kPredictedPosition, kPredictedVelocity, kPredictedAttitude, kPredictedRates, kPredictedQuantities };

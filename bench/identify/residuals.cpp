@@ -38,6 +38,16 @@ Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const 
       extra_(extra && extra->count > 0 ? extra : nullptr),
       inverse_inertia_(values.inertia_kg_m2().inverse()) {
   places_.fill(-1);
+  reads_ = has_readings(values.terms);
+  if (reads_) {
+    for (const int p : reading_parameters(values.terms)) {
+      const auto found = std::find(columns.begin(), columns.end(), p);
+      if (found == columns.end()) continue;
+      reading_parameters_.push_back(p);
+      reading_places_.push_back(static_cast<int>(found - columns.begin()));
+    }
+    reading_by_.resize(reading_parameters_.size());
+  }
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (of_the_model(columns[c])) dynamic_.push_back(static_cast<int>(c));
     if (columns[c] < kCoreParameters) places_[static_cast<std::size_t>(columns[c])] = static_cast<int>(c);
@@ -118,14 +128,22 @@ void Residuals::process(std::size_t k, const BodyState& from, const BodyState& t
   out.columns = all.middleCols(25, width - 25);
 }
 
+ReadingChange Residuals::terms_read(const BodyState& x, double t_s, bool derivatives) const {
+  const RotorInputSample u = input_.at(t_s, hint_, false);
+  const Vector3d angular = model_.instant(x, u, t_s).angular_acceleration_B_rad_s2;
+  if (!derivatives) return reading_change(model_.values(), x, u, t_s, angular, {}, {});
+  return reading_change(model_.values(), x, u, t_s, angular, reading_parameters_, reading_by_);
+}
+
 void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
   const double ahead = fix.late_s - v[kPoseDelay];
   const Vector3d r(v[kOffsetX], v[kOffsetY], v[kOffsetZ]), turn = ahead * x.w_B_rad_s;
   const Eigen::Quaterniond q = x.q_WB * exp_q(turn), q_BS = v.q_BS();
   const Matrix3d rot = q.toRotationMatrix();
-  out.r.head<3>() = fix.value.p_W_m - (x.p_W_m + ahead * x.v_W_m_s + rot * r);
-  out.r.tail<3>() = log_q((q * q_BS).conjugate() * fix.value.q_WS);
+  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  out.r.head<3>() = fix.value.p_W_m - (x.p_W_m + ahead * x.v_W_m_s + rot * r) - change.position_W_m;
+  out.r.tail<3>() = log_q((q * exp_q(change.turn_B_rad) * q_BS).conjugate() * fix.value.q_WS);
   if (derivatives) {
     const Matrix3d lever = rot * skew(r), from_body = -inverse_left_jacobian(out.r.tail<3>()) * q_BS.toRotationMatrix().transpose();
     const Matrix3d start = exp_q(turn).toRotationMatrix().transpose(), rate = ahead * right_jacobian(turn);
@@ -146,8 +164,13 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
       out.columns.col(c).head<3>() = x.v_W_m_s - lever * x.w_B_rad_s;
       out.columns.col(c).tail<3>() = -from_body * x.w_B_rad_s;
     }
-    if (extra_ && !extra_->pose.empty()) {
-      out.columns.rightCols(extra_->count) = -extra_->at<6>(extra_->pose, static_cast<std::size_t>(&fix - flight_.pose.data()));
+    for (std::size_t k = 0; k < reading_places_.size(); ++k) {
+      out.columns.col(reading_places_[k]).head<3>() = -reading_by_[k].position_W_m;
+      out.columns.col(reading_places_[k]).tail<3>() = -(q_BS.conjugate() * reading_by_[k].turn_B_rad);
+    }
+    const std::ptrdiff_t index = &fix - flight_.pose.data();  // a position alone comes as a fix of its own
+    if (extra_ && !extra_->pose.empty() && index >= 0 && index < static_cast<std::ptrdiff_t>(flight_.pose.size())) {
+      out.columns.rightCols(extra_->count) = -extra_->at<6>(extra_->pose, static_cast<std::size_t>(index));
     }
   }
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -174,13 +197,16 @@ void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
   const Vector3d r(v[kOffsetX], v[kOffsetY], v[kOffsetZ]), swing = x.w_B_rad_s.cross(r);
   const Matrix3d rot = x.q_WB.toRotationMatrix();
   const Vector3d weight = noise_.velocity_m_s.cwiseInverse();
-  out.r = weight.cwiseProduct(fix.value - x.v_W_m_s - rot * swing);
+  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  out.r = weight.cwiseProduct(fix.value - x.v_W_m_s - rot * swing - change.velocity_W_m_s);
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 3) = -Matrix3d(weight.asDiagonal());
   out.state.block<3, 3>(0, 6) = weight.asDiagonal() * (rot * skew(swing));
   out.state.block<3, 3>(0, 9) = weight.asDiagonal() * (rot * skew(r));
   out.columns.setZero(3, width());
+  for (std::size_t k = 0; k < reading_places_.size(); ++k)
+    out.columns.col(reading_places_[k]) = -weight.cwiseProduct(reading_by_[k].velocity_W_m_s);
   const Matrix3d by_offset = -(weight.asDiagonal() * (rot * skew(x.w_B_rad_s)));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c) = by_offset.col(i);
@@ -190,7 +216,8 @@ void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
 void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
   const Vector3d weight = noise_.gyro_rad_s.cwiseInverse();
-  out.r = weight.cwiseProduct(fix.value - x.w_B_rad_s - Vector3d(v[kGyroBiasX], v[kGyroBiasY], v[kGyroBiasZ]));
+  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  out.r = weight.cwiseProduct(fix.value - x.w_B_rad_s - Vector3d(v[kGyroBiasX], v[kGyroBiasY], v[kGyroBiasZ]) - change.gyro_B_rad_s);
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 9) = -Matrix3d(weight.asDiagonal());
@@ -198,6 +225,8 @@ void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, b
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kGyroBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
   }
+  for (std::size_t k = 0; k < reading_places_.size(); ++k)
+    out.columns.col(reading_places_[k]) = -weight.cwiseProduct(reading_by_[k].gyro_B_rad_s);
   if (extra_ && !extra_->gyro.empty()) {
     out.columns.rightCols(extra_->count) =
         -(weight.asDiagonal() * extra_->at<3>(extra_->gyro, static_cast<std::size_t>(&fix - flight_.gyro.data())));
@@ -215,7 +244,8 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
   const Instant now = model_.instant(x, u, t, derivatives ? &j : nullptr);
   const Vector3d r(v[kImuX], v[kImuY], v[kImuZ]), &w = x.w_B_rad_s, weight = noise_.accel_m_s2.cwiseInverse();
   const Vector3d expected = now.specific_force_B_m_s2 + now.angular_acceleration_B_rad_s2.cross(r) + w.cross(w.cross(r));
-  out.r = weight.cwiseProduct(fix.value - expected - Vector3d(v[kAccelBiasX], v[kAccelBiasY], v[kAccelBiasZ]));
+  const ReadingChange change = reads_ ? terms_read(x, t, derivatives) : ReadingChange{};
+  out.r = weight.cwiseProduct(fix.value - expected - Vector3d(v[kAccelBiasX], v[kAccelBiasY], v[kAccelBiasZ]) - change.accel_B_m_s2);
   if (!derivatives) return;
   const Matrix3d lever = skew(r), minus = -Matrix3d(weight.asDiagonal());
   out.state = minus * (j.force_by_state - lever * j.angular_by_state);
@@ -225,6 +255,7 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
     const auto from = static_cast<Eigen::Index>(c);
     out.columns.col(dynamic_[c]) = minus * (j.force_by.col(from) - lever * j.angular_by.col(from));
   }
+  for (std::size_t k = 0; k < reading_places_.size(); ++k) out.columns.col(reading_places_[k]) += minus * reading_by_[k].accel_B_m_s2;
   const Matrix3d by_place = minus * (skew(now.angular_acceleration_B_rad_s2) + skew(w) * skew(w));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kAccelBiasX + i); c >= 0) out.columns(i, c) = -weight[i];

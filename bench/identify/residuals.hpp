@@ -7,6 +7,7 @@
 #include "bench/identify/grid_flight.hpp"
 #include "bench/identify/model.hpp"
 #include "bench/identify/noise_model.hpp"
+#include "bench/identify/reading_terms.hpp"
 
 namespace rotorloop::bench {
 
@@ -63,6 +64,8 @@ class Residuals {
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
+  // What terms add to the readings at a moment, into reading_by_ when wanted.
+  ReadingChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
 
   const GridFlight& flight_;
@@ -73,6 +76,9 @@ class Residuals {
   Model model_;               // with those columns
   std::array<int, kCoreParameters> places_{};
   const ExtraColumns* extra_ = nullptr;
+  std::vector<int> reading_parameters_, reading_places_;  // of terms that read: parameter, place in columns_; those that are free
+  bool reads_ = false;
+  mutable std::vector<ReadingChange> reading_by_;
   Eigen::Matrix3d inverse_inertia_ = Eigen::Matrix3d::Identity();
   mutable std::size_t hint_ = 0;
 };

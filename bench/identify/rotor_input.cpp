@@ -121,10 +121,14 @@ bool RotorInput::covers(double from_s, double to_s) const {
   return true;
 }
 
-// With commands: ω̇ = (ω_target - ω) / lag, exact for a target that is held between samples, and its derivatives by the same rule.
 void RotorInput::prepare(const ModelValues& v) {
   delay_s_ = v[kRotorDelay];
-  if (!from_commands_) return;
+  if (from_commands_) run_motors(v);
+  memory_.prepare(v, *this);
+}
+
+// With commands: ω̇ = (ω_target - ω) / lag, exact for a target that is held between samples, and its derivatives by the same rule.
+void RotorInput::run_motors(const ModelValues& v) {
   const std::size_t n = t_s_.size();
   const double gain = v[kCommandGain], offset = v[kCommandOffset], exponent = v[kVoltageExponent], lag = v[kCommandLag];
   for (auto& b : by_) b.assign(n, Four{});
@@ -189,6 +193,7 @@ RotorInputSample RotorInput::at(double t_s, std::size_t& hint, bool derivatives)
     }
   }
   if (!battery_V_.empty()) out.battery_V = battery_V_[k] + a * (battery_V_[k + 1] - battery_V_[k]);
+  memory_.at(t_s, out);
   return out;
 }
 

@@ -1,10 +1,12 @@
-// The rotor speeds that drive the model, at any time: interpolated from measured speeds, or made from motor commands and battery
-// voltage by a first-order motor. Knows its derivatives by its own parameters (delay; gain, offset, voltage exponent, lag).
+// What drives the model beside its state, at any time: rotor speeds, interpolated from measured ones or made from motor commands and
+// battery voltage by a first-order motor, and the memory of terms. Knows its derivatives by its own parameters (delay; gain, offset,
+// voltage exponent, lag; those of memory_input.hpp).
 #pragma once
 #include <array>
 #include <vector>
 
 #include "bench/identify/flight_record.hpp"
+#include "bench/identify/memory_input.hpp"
 #include "bench/identify/parameters.hpp"
 
 namespace rotorloop::bench {
@@ -16,6 +18,11 @@ struct RotorInputSample {
   // By the parameters in the order of kRotorInputParameters.
   std::array<std::array<double, 4>, 5> omega_by{}, omega_dot_by{};
   double battery_V = 0.0;
+  MemoryNumbers memory{};
+  // Where the derivatives of the memory stand; nullptr: it has none.
+  const MemoryInput* memory_input = nullptr;
+  std::size_t memory_row = 0;
+  double memory_share = 0.0;
 };
 
 class RotorInput {
@@ -36,8 +43,13 @@ class RotorInput {
   // `hint`: the caller's cursor, any value; makes neighbouring times cheap. Outside the readings the nearest one is held.
   RotorInputSample at(double t_s, std::size_t& hint, bool derivatives) const;
 
+  // The motion along which terms remember; to be followed by prepare().
+  void follow(std::shared_ptr<const Motion> motion) { memory_.follow(std::move(motion)); }
+  bool follows() const { return memory_.follows(); }
+
  private:
   void slopes(double window_s);
+  void run_motors(const ModelValues& values);
   std::size_t interval(double t_s, std::size_t hint) const;
 
   bool from_commands_ = false;
@@ -49,6 +61,7 @@ class RotorInput {
   std::vector<double> battery_V_;               // at each sample; empty without the stream
   std::vector<std::array<double, 4>> omega_, omega_dot_;
   std::array<std::vector<std::array<double, 4>>, 4> by_, dot_by_;  // with commands: by gain, offset, exponent, lag
+  MemoryInput memory_;
 };
 
 }  // namespace rotorloop::bench

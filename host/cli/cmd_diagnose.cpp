@@ -8,7 +8,9 @@
 #include <thread>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/diagnosis_report.hpp"
 #include "bench/diagnose/diagnosis_text.hpp"
+#include "bench/diagnose/residual_findings.hpp"
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/held_out.hpp"
@@ -16,8 +18,11 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/diagnose_commands.hpp"
+#include "host/cli/diagnose_stand.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
+#include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -27,7 +32,8 @@ namespace fs = std::filesystem;
 
 struct Options {
   FlightPaths paths;
-  fs::path vehicle, out, report;
+  fs::path vehicle, out, report, library;
+  std::vector<fs::path> stand, reference;
   std::vector<std::string> free, hold, per_flight, without, use;
   double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
   int max_effects = 6;
@@ -36,11 +42,11 @@ struct Options {
   bool json = false, no_checks = false, forget = false;
 };
 
-bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle) {
+bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
   i.grid.rate_Hz = o.rate_Hz;
-  i.grid.longest_substep_s = 5e-3;
+  i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
   i.grid.from_s = o.from_s;
   i.grid.to_s = o.to_s;
   for (const std::string& stream : o.use) {
@@ -53,8 +59,17 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
     if (host::find_term(e.id)) terms.push_back(e.id);
   }
   i.terms = term_list(terms);
+  for (std::size_t t = 0; own && t < own->size(); ++t) {
+    d.library.push_back(&(*own)[t]);
+    for (const host::VehicleEffect& e : vehicle.effects) {
+      if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
+    }
+  }
   i.wishes = {o.free, o.hold, o.per_flight};
-  i.fit.noise.rounds = 30;
+  i.fit.noise.rounds = 16;
+  i.fit.noise.tolerance = 0.05;
+  i.fit.max_iterations = 80;
+  i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
   i.fit.noise.per_flight = true;
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   d.without = o.without;
@@ -81,8 +96,22 @@ int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
 }
 
 int diagnose(const Options& o) {
+  if (!o.stand.empty()) {
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed});
+    return 0;
+  }
+  if (o.vehicle.empty() || o.paths.flights.empty())
+    throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
   const bench::RunClock clock;
-  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  std::optional<host::UserTerms> own;
+  if (!o.library.empty()) {
+    own = host::UserTerms::read(o.library, catalogue);
+    own->join(catalogue);
+  }
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -93,9 +122,11 @@ int diagnose(const Options& o) {
     return faulty(o, e, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  const bench::DiagnoseOptions options = diagnose_options(o, base);
+  if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
+  const bench::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
-  bench::DiagnosisRun run = bench::diagnose(read.to_fit(), base, options, [&](const bench::DiagnoseProgress& p) {
+  const std::vector<bench::FlightToFit> fitted = read.to_fit();
+  bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
   });
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
@@ -103,6 +134,13 @@ int diagnose(const Options& o) {
       if (finding.action != bench::FindingAction::note)
         run.diagnosis.faults.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
+  }
+  bench::ResidualFindings left;
+  if (run.after.problem.flights.front()->pose.empty()) {
+    run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  } else {
+    left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
+    bench::judge_residuals(left, run.diagnosis);
   }
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);
@@ -122,6 +160,9 @@ int diagnose(const Options& o) {
   if (!o.report.empty()) {
     fs::create_directories(o.report);
     bench::write_text_file(o.report / "result.json", json);
+    bench::write_text_file(
+        o.report / "report.html",
+        bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
   }
   return 0;
 }
@@ -132,12 +173,16 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c =
       app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
-  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model")->required();
+  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
   c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
-  c->add_option("--flight", o->paths.flights, "flights to diagnose")->required();
+  c->add_option("--flight", o->paths.flights, "flights to diagnose");
+  c->add_option("--reference", o->reference,
+                "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
+  c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
   c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
   c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
@@ -162,6 +207,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
       "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
       "better.toml\n"
+      "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
+      "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
       "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used.");
   c->callback([o, &exit_code] { exit_code = diagnose(*o); });
 }

@@ -23,7 +23,10 @@ const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p
                                                                  {"identify_rotation", host::identify_rotation},
                                                                  {"fast_descent", host::fast_descent},
                                                                  {"low_hover", host::low_hover},
-                                                                 {"ceiling_hover", host::ceiling_hover}};
+                                                                 {"ceiling_hover", host::ceiling_hover},
+                                                                 {"diagnose_vertical", host::diagnose_vertical},
+                                                                 {"diagnose_horizontal", host::diagnose_horizontal},
+                                                                 {"diagnose_rotation", host::diagnose_rotation}};
 
 struct Options {
   std::string name;
@@ -51,7 +54,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
   CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
   c->add_option("name", o->name,
                 "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "
-                "fast_descent, low_hover or ceiling_hover")
+                "fast_descent, low_hover, ceiling_hover, diagnose_vertical, diagnose_horizontal or diagnose_rotation")
       ->required()
       ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");

@@ -9,6 +9,7 @@ class App;
 namespace rotorloop::cli {
 
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_close(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
                           [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_close(app, exit_code);
   rotorloop::cli::add_identify(app, exit_code);
   rotorloop::cli::add_diagnose(app, exit_code);
   rotorloop::cli::add_log(app, exit_code);

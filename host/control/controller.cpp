@@ -29,7 +29,8 @@ bool sane(const StateEstimate& e, const Setpoint& s) {
 }
 
 MixerConfig mixer_config(const ControllerConfig& c) {
-  return {.lookup = c.variant == Variant::pd_ff_thrust_drag ? c.thrust_lookup : ThrustLookup::still_air,
+  const bool solved = c.variant == Variant::pd_ff_thrust_drag || c.variant == Variant::pd_ff_no_effects;
+  return {.lookup = solved ? c.thrust_lookup : ThrustLookup::still_air,
           .local_velocity = c.rotor_local_velocity,
           .omega_min_rad_s = c.omega_min_rad_s,
           .omega_max_rad_s = c.omega_max_rad_s};
@@ -53,12 +54,14 @@ std::string_view name(Variant variant) {
       return "pd_ff_drag";
     case Variant::pd_ff_thrust_drag:
       return "pd_ff_thrust_drag";
+    case Variant::pd_ff_no_effects:
+      return "pd_ff_no_effects";
   }
   return "unknown";
 }
 
 bool parse(std::string_view word, Variant& variant) {
-  for (const Variant v : {Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_thrust_drag})
+  for (const Variant v : {Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_no_effects, Variant::pd_ff_thrust_drag})
     if (name(v) == word) {
       variant = v;
       return true;
@@ -70,10 +73,12 @@ Controller::Controller(const VehicleModel& vehicle, const ControllerConfig& conf
     : vehicle_(vehicle),
       config_(config),
       mixer_(vehicle, mixer_config(config)),
+      effects_(vehicle, config.variant == Variant::pd_ff_thrust_drag ? config.terms : VehicleTerms{}, mixer_config(config)),
       yaw_shaping_s_(yaw_shaping(vehicle, config, mixer_.hover_omega_rad_s())) {}
 
 // Eq. (9), then the limits: the vertical part is kept and the horizontal part shortened, so that height is the last to suffer.
-Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, Limiters& limiters) const {
+Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint,
+                                              const Eigen::Vector3d& effect_force_B_N, Limiters& limiters) const {
   const Gains& k = config_.gains;
   const Eigen::Vector3d kp(k.horizontal.kp(), k.horizontal.kp(), k.vertical.kp());
   const Eigen::Vector3d kd(k.horizontal.kd(), k.horizontal.kd(), k.vertical.kd());
@@ -85,7 +90,7 @@ Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, con
     const Eigen::Matrix3d R_WB = estimate.q_WB.toRotationMatrix();
     const Eigen::Vector3d v_B = R_WB.transpose() * (config_.drag_velocity == DragVelocity::setpoint ? setpoint.v_W_m_s : estimate.v_W_m_s);
     const double carried_N = std::max(0.0, thrust.dot(R_WB.col(2)));  // ΣT of eq. (4)
-    thrust -= R_WB * (airframe_drag_B_N(vehicle_.drag, v_B) + rotor_drag_B_N(vehicle_.drag, carried_N, v_B));
+    thrust -= R_WB * (airframe_drag_B_N(vehicle_.drag, v_B) + rotor_drag_B_N(vehicle_.drag, carried_N, v_B) + effect_force_B_N);
   }
 
   const double weight = vehicle_.weight_N(), total_max = config_.limits.total_max_weight * weight;
@@ -129,7 +134,17 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
     used.v_W_m_s.setZero();
   }
 
-  d.thrust_W_N = wanted_thrust_W_N(used, setpoint, d.limiters);
+  const EffectMotion motion{.R_WB = R_WB,
+                            .p_W_m = used.p_W_m,
+                            .v_B_m_s = R_WB.transpose() * used.v_W_m_s,
+                            .w_B_rad_s = used.w_B_rad_s,
+                            .t_s = 1e-6 * static_cast<double>(estimate.time_us)};
+  const bool with_effects = effects_.any() && estimate.valid;  // without place and velocity the terms know nothing
+  state.counters.effects_off += effects_.any() && !estimate.valid;
+  EffectLoad effect;
+  if (with_effects) effect = effects_.load(mixer_, motion, state.omega_rad_s);
+  d.effect_force_B_N = effect.force_B_N;
+  d.thrust_W_N = wanted_thrust_W_N(used, setpoint, effect.force_B_N, d.limiters);
   const AttitudeSetpoint attitude =
       flat_attitude(d.thrust_W_N / vehicle_.mass_kg, setpoint.j_W_m_s3, setpoint.yaw_rad, setpoint.yaw_rate_rad_s, state.heading);
   d.limiters.direction_held = attitude.direction_held;
@@ -149,11 +164,20 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
 
   // The part of the wanted thrust along the present axis: while the attitude catches up the rest would push sideways.
   d.thrust_B_N = std::max(0.0, d.thrust_W_N.dot(R_WB.col(2)));
-  const MixerResult mixed = mixer_.solve({.thrust_N = d.thrust_B_N,
-                                          .torque_B_N_m = mixer_torque_B_N_m,
-                                          .v_B_m_s = R_WB.transpose() * used.v_W_m_s,
-                                          .w_B_rad_s = used.w_B_rad_s},
-                                         state.omega_rad_s);
+  const MixerDemand demand{
+      .thrust_N = d.thrust_B_N, .torque_B_N_m = mixer_torque_B_N_m, .v_B_m_s = motion.v_B_m_s, .w_B_rad_s = motion.w_B_rad_s};
+  MixerResult mixed;
+  if (with_effects) {
+    const EffectFeedForward::Mixed whole = effects_.solve(mixer_, demand, motion, effect, state.omega_rad_s);
+    mixed = whole.result;
+    d.effect_thrust_N = whole.at_result.thrust_N;
+    d.effect_rounds = whole.rounds;
+    state.counters.effects_not_finite += !effect.finite || !whole.at_result.finite;
+    state.counters.effects_bounded += effect.bounded || whole.at_result.bounded;
+    state.counters.effects_not_converged += !whole.converged;
+  } else {
+    mixed = mixer_.solve(demand, state.omega_rad_s);
+  }
   d.mixer_iterations = mixed.iterations;
   d.mixer_residual_rad_s = mixed.residual_rad_s;
   d.limiters.yaw = mixed.yaw_limited;

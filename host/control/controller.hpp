@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "host/control/attitude.hpp"
+#include "host/control/effect_feed_forward.hpp"
 #include "host/control/mixer.hpp"
 #include "host/control/setpoint.hpp"
 #include "host/estimate/samples.hpp"
@@ -14,11 +15,12 @@
 
 namespace rotorloop::host {
 
-// The three controllers that the paper compares; gains are the same in all.
+// The three controllers that the paper compares, and the last of them without what diagnosis added; gains are the same in all.
 enum class Variant : std::uint8_t {
   pd_ff,              // no drag compensation, c_t of still air
   pd_ff_drag,         // eq. (9), c_t of still air
-  pd_ff_thrust_drag,  // eq. (9), c_t of the flight state
+  pd_ff_no_effects,   // eq. (9), c_t of the flight state: the paper's third
+  pd_ff_thrust_drag,  // the same with the vehicle's added terms; without such terms it is the paper's third
 };
 std::string_view name(Variant variant);
 // False when the word names no variant.
@@ -54,12 +56,13 @@ struct ControllerConfig {
   ThrustLimits limits;
   Variant variant = Variant::pd_ff_thrust_drag;
   DragVelocity drag_velocity = DragVelocity::estimate;
-  ThrustLookup thrust_lookup = ThrustLookup::full;  // for pd_ff_thrust_drag; the other variants use still air
+  ThrustLookup thrust_lookup = ThrustLookup::full;  // for pd_ff_thrust_drag and _no_effects; the others use still air
   bool rotor_local_velocity = true;
   // Yaw torque comes from the propellers' drag and, while they change speed, from their inertia: a speed change gives J dω/dt
   // at once and c_q ω² later. True: the mixer's yaw demand is softened for it (decision 0047). False: only to show the
   // damage, a yaw loop that shakes the rotors.
   bool rotor_reaction = true;
+  VehicleTerms terms;      // of the vehicle file; used by pd_ff_thrust_drag
   double period_s = 1e-3;  // of step()
   double omega_min_rad_s = MixerConfig{}.omega_min_rad_s;
   double omega_max_rad_s = MixerConfig{}.omega_max_rad_s;
@@ -84,6 +87,9 @@ struct Diagnostics {
   Eigen::Vector3d torque_B_N_m = Eigen::Vector3d::Zero();
   int mixer_iterations = 0;
   double mixer_residual_rad_s = 0.0;
+  Eigen::Vector3d effect_force_B_N = Eigen::Vector3d::Zero();  // of the added terms, countered by thrust and attitude
+  double effect_thrust_N = 0.0;                                // by which the mixer's demand was raised for them
+  int effect_rounds = 0;
   Limiters limiters;
   bool bad_input = false;         // not finite: the last good command was repeated (hover speeds when there is none)
   bool estimate_invalid = false;  // position feedback was off: level attitude, weight as thrust
@@ -100,6 +106,9 @@ struct ControllerCounters {
   std::uint64_t estimate_invalid = 0;
   std::uint64_t mixer_not_converged = 0;
   std::uint64_t limited = 0;  // steps in which any limiter acted
+  // Steps in which the added terms, if the vehicle has any, were left out for want of a valid estimate; gave no number, so that
+  // eq. (1)-(5) flew; were cut to kEffectShare; or left the speeds more than their tolerance from the demand.
+  std::uint64_t effects_off = 0, effects_not_finite = 0, effects_bounded = 0, effects_not_converged = 0;
 };
 
 struct ControllerState {
@@ -118,11 +127,13 @@ class Controller {
   double hover_omega_rad_s() const { return mixer_.hover_omega_rad_s(); }
 
  private:
-  Eigen::Vector3d wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, Limiters& limiters) const;
+  Eigen::Vector3d wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, const Eigen::Vector3d& effect_force_B_N,
+                                    Limiters& limiters) const;
 
   VehicleModel vehicle_;
   ControllerConfig config_;
   Mixer mixer_;
+  EffectFeedForward effects_;
   double yaw_shaping_s_;
 };
 

@@ -149,12 +149,30 @@ bool Mixer::shape(const Bounds& bounds, double yaw_base_N_m, const Vector4& yaw_
   return !flags.yaw_limited && !flags.thrust_limited && !flags.torque_limited;
 }
 
+Eigen::Vector3d Mixer::hub_velocity_m_s(int rotor, const Eigen::Vector3d& v_B_m_s, const Eigen::Vector3d& w_B_rad_s) const {
+  if (!config_.local_velocity) return v_B_m_s;
+  return v_B_m_s + w_B_rad_s.cross(arm_m_[static_cast<std::size_t>(rotor)]);
+}
+
+MixerWrench Mixer::wrench(const std::array<double, kRotors>& omega_rad_s, const Eigen::Vector3d& v_B_m_s,
+                          const Eigen::Vector3d& w_B_rad_s) const {
+  MixerWrench out;
+  for (int i = 0; i < kRotors; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Vector3d v = hub_velocity_m_s(i, v_B_m_s, w_B_rad_s);
+    const double w = omega_rad_s[at] * omega_rad_s[at];
+    const double thrust = table_.at(omega_rad_s[at], v.z(), std::sqrt(v.x() * v.x() + v.y() * v.y())).c_t_N_s2 * w;
+    out.thrust_N += thrust;
+    out.torque_B_N_m += Eigen::Vector3d(arm_m_[at].y() * thrust, -arm_m_[at].x() * thrust, reaction_[i] * c_q_N_m_s2_ * w);
+  }
+  return out;
+}
+
 MixerResult Mixer::solve(const MixerDemand& wanted, const std::array<double, kRotors>& guess_rad_s) const {
   const double w_min = config_.omega_min_rad_s * config_.omega_min_rad_s, w_max = config_.omega_max_rad_s * config_.omega_max_rad_s;
   Vector4 v_z, v_xy, w;  // w: ω²
   for (int i = 0; i < kRotors; ++i) {
-    Eigen::Vector3d v = wanted.v_B_m_s;
-    if (config_.local_velocity) v += wanted.w_B_rad_s.cross(arm_m_[static_cast<std::size_t>(i)]);
+    const Eigen::Vector3d v = hub_velocity_m_s(i, wanted.v_B_m_s, wanted.w_B_rad_s);
     v_z[i] = v.z();
     v_xy[i] = std::sqrt(v.x() * v.x() + v.y() * v.y());
     const double guess = guess_rad_s[static_cast<std::size_t>(i)];

@@ -34,6 +34,12 @@ struct MixerResult {
   bool table_edge = false;
 };
 
+// What four speeds give by the mixer's own model.
+struct MixerWrench {
+  double thrust_N = 0.0;
+  Eigen::Vector3d torque_B_N_m = Eigen::Vector3d::Zero();
+};
+
 class Mixer {
  public:
   static constexpr int kMaxIterations = 6;
@@ -45,12 +51,17 @@ class Mixer {
   // `guess_rad_s`: where to start, usually the last command. The demand must be finite.
   MixerResult solve(const MixerDemand& demand, const std::array<double, kRotors>& guess_rad_s) const;
 
+  // The other way round: thrust and torque of these speeds, under the model that solve() inverts.
+  MixerWrench wrench(const std::array<double, kRotors>& omega_rad_s, const Eigen::Vector3d& v_B_m_s,
+                     const Eigen::Vector3d& w_B_rad_s) const;
+
   const MixerConfig& config() const { return config_; }
   double hover_omega_rad_s() const { return hover_omega_rad_s_; }
 
  private:
   using Vector4 = Eigen::Matrix<double, kRotors, 1>;
   struct Bounds;
+  Eigen::Vector3d hub_velocity_m_s(int rotor, const Eigen::Vector3d& v_B_m_s, const Eigen::Vector3d& w_B_rad_s) const;
   bool shape(const Bounds& bounds, double yaw_base_N_m, const Vector4& yaw_per_N, MixerDemand& demand, Vector4& thrust_N,
              MixerResult& flags) const;
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "host/base/elementary.hpp"
+#include "host/control/sway.hpp"
 #include "host/control/trajectory_generator.hpp"
 
 namespace rotorloop::host {
@@ -116,39 +117,9 @@ TrajectoryFile identify_horizontal() {
 }
 
 TrajectoryFile identify_rotation() {
-  // Sideways sways so quick that the vehicle has to swing through large tilts, each axis sweeping its own band, while the heading
-  // turns to and fro and thrust rises and falls. Roll, pitch and yaw then overlap in every combination: the products of rates
-  // carry I_zz apart from c_q, which yaw alone does not.
   // Planned a little below 6.5 rad/s: flown with vehicles/reference_guess.toml the loops overshoot, roll to 6.6, pitch 6.2, yaw 6.3 rad/s.
-  constexpr double kRollPitchRate_rad_s = 6.2, kYawRate_rad_s = 4.9, kSpan_s = 20.0, kRamp_s = 2.0;
-  constexpr std::size_t kPieces = 110;
-  constexpr double kSway_m = 0.12, kHeave_m = 0.12, kTurn_rad = 6.0;
-  const auto sweep = [](double t, double from_rad_s, double to_rad_s) {
-    return sin_exact((from_rad_s + 0.5 * (to_rad_s - from_rad_s) * t / kSpan_s) * t);
-  };
-  const auto ramp = [](double tau) {
-    const double s = std::clamp(tau, 0.0, 1.0);
-    return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-  };
-  std::vector<Waypoint> path;
-  for (std::size_t i = 0; i <= kPieces; ++i) {
-    const double t = kSpan_s * static_cast<double>(i) / static_cast<double>(kPieces);
-    const double share = ramp(t / kRamp_s) * ramp((kSpan_s - t) / kRamp_s);
-    path.push_back(
-        {.p_W_m = share * Eigen::Vector3d(kSway_m * sweep(t, 5.0, 8.0), kSway_m * sweep(t, 8.0, 5.5), kHeave_m * sweep(t, 4.0, 5.5)),
-         .yaw_rad = share * kTurn_rad * sweep(t, 0.8, 1.2),
-         .time_s = t});
-  }
-  // Yaw first: it turns the sway into other body rates. Then the sway, whose rates grow with it but not in proportion.
-  const Peaks raw = peaks(join(through(path)));
-  for (Waypoint& w : path) w.yaw_rad *= kYawRate_rad_s / raw.yaw_rate_rad_s;
-  for (int i = 0; i < 6; ++i) {
-    const Peaks p = peaks(join(through(path)));
-    for (Waypoint& w : path) {
-      w.p_W_m.x() *= kRollPitchRate_rad_s / std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s);
-      w.p_W_m.y() *= kRollPitchRate_rad_s / std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s);
-    }
-  }
+  std::vector<Waypoint> path =
+      sway({.x = {5.0, 8.0}, .y = {8.0, 5.5}, .z = {4.0, 5.5}, .yaw = {0.8, 1.2}, .roll_pitch_rate_rad_s = 6.2, .yaw_rate_rad_s = 4.9});
   for (Waypoint& w : path) w.p_W_m += kStart_W_m;
   std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
   for (const Segment& s : through(path)) segments.push_back(s);

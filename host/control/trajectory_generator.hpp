@@ -41,10 +41,10 @@ struct Peaks {
 Peaks peaks(const Trajectory& trajectory, double step_s = 1e-3);
 
 // The shipped flights (scenarios/trajectories), after the paper's Figs 9 to 11 …
-TrajectoryFile horizontal_8p5();  // back and forth along x: 8.5 m/s, 10.8 m/s²
-TrajectoryFile vertical_3p1();    // up and down: ±3.1 m/s, 2.0 m/s²
+TrajectoryFile horizontal_8p5();      // back and forth along x: 8.5 m/s, 10.8 m/s²
+TrajectoryFile vertical_3p1();        // up and down: ±3.1 m/s, 2.0 m/s²
 TrajectoryFile vertical_3p1_brisk();  // the same speed at 4.5 m/s²: thrust far from hover
-TrajectoryFile general();         // 5.7 m/s, 2 m/s up and down, roll and pitch about 2 rad/s, yaw 5.5 rad/s
+TrajectoryFile general();             // 5.7 m/s, 2 m/s up and down, roll and pitch about 2 rad/s, yaw 5.5 rad/s
 // … those of scenarios/identify.toml, after the paper's section V: one for each group of parameters …
 TrajectoryFile identify_vertical();    // up and down: ±3.5 m/s, 2.5 m/s²: thrust model, centre of mass, sensor
 TrajectoryFile identify_horizontal();  // 10.5 m/s along x and y, 12 and 9 m/s²: drag
@@ -53,5 +53,9 @@ TrajectoryFile identify_rotation();    // about all three axes at once, 6.5 rad/
 TrajectoryFile fast_descent();   // ±5 m/s vertically: through the vortex ring
 TrajectoryFile low_hover();      // staircase from 0.5 m down to 0.15 m: ground effect
 TrajectoryFile ceiling_hover();  // staircase from 2 m up to 2.9 m: ceiling effect
+// … and the three of scenarios/diagnose.toml, 20 s each, that excite every effect of the catalogue between them.
+TrajectoryFile diagnose_vertical();    // between ground and ceiling, 3.3 m/s
+TrajectoryFile diagnose_horizontal();  // out and back at several speeds and headings, 9.3 m/s
+TrajectoryFile diagnose_rotation();    // about three axes while climbing; then down through the vortex ring
 
 }  // namespace rotorloop::host

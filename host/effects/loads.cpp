@@ -49,7 +49,11 @@ template <class S>
 void loads(LoadState<S>& s, const TermSet<S>* terms) {
   const auto each = [&](auto&& act) {
     if constexpr (!std::is_same_v<S, MotionDual>) {
-      if (terms) terms->each(act);
+      if (!terms) return;
+      terms->each([&](const auto& h, const void* own, const S* c, const S* memory) {
+        s.memory = memory;
+        act(h, own, c);
+      });
     }
   };
   s.omega_rad_s = s.in.omega_rad_s;
@@ -97,7 +101,8 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
 
 template <class S>
 void readings(ReadingState<S>& r, const TermSet<S>& terms) {
-  terms.each([&](const auto& h, const void* own, const S* c) {
+  terms.each([&](const auto& h, const void* own, const S* c, const S* memory) {
+    r.memory = memory;
     if (h.reading) h.reading(own, c, r);
   });
 }

@@ -92,6 +92,7 @@ struct LoadState {
   std::array<RotorLoad<S>, kRotors> rotor{};             // inflow terms act on v_air, thrust and torque terms on the loads
   S thrust_sum_N{};
   Vec3<S> force_B_N, torque_B_N_m;  // the answer, gravity not included
+  const S* memory = nullptr;        // of the term whose hook runs (memory.hpp); never null there
 };
 
 // What the terms make sensors read beyond the truth: given what they look at, each adds its part.
@@ -102,6 +103,7 @@ struct ReadingState {
   Vec3<S> angular_acceleration_B_rad_s2;
   // Added to the reading. `turn`: the attitude reads q Exp(turn) where q is the attitude of the body.
   Vec3<S> position_W_m{}, velocity_W_m_s{}, turn_B_rad{}, gyro_B_rad_s{}, accel_B_m_s2{};
+  const S* memory = nullptr;  // as in LoadState
 };
 
 template <class S>

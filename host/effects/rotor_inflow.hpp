@@ -76,6 +76,21 @@ struct HoverInterference {
   }
 };
 
+// In descent the flow through the disk is more than eq. (2) has it, because part of the own wake comes back: T_i -= k 2ρA v_z², at most
+// k T_i. k in units of (v_z / v_h)²: 0.17 for the curve of measured inflow in Johnson, NASA TP-2005-213477, up to 0.8 v_h.
+struct DescentInflow {
+  static constexpr std::string_view kId = "descent_inflow";
+  static constexpr TermParameter kParameters[] = {{"loss", "1", 0.0, 0.5, 0.1, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    RotorLoad<S>& r = s.rotor[i];
+    const S fall = momentum_kg_m(s.geometry) * squared(positive_part(-r.v_air_B_m_s.z));
+    const S most = positive_part(r.thrust_N);
+    r.thrust_N -= c[0] * (value_of(fall) < value_of(most) ? fall : most);
+  }
+};
+
 // Descent into the own wake: bounds of the ring state after Johnson, NASA TP-2005-213477, in units of v_h = sqrt(T / 2ρA): from 0.3 to
 // 1.7 of descent, up to 0.95 across; smooth in between.
 struct VortexRingLoss {

@@ -23,7 +23,7 @@ void confine(const S& gain, RotorLoad<S>& r, const S& image) {
 
 struct GroundEffectRotor {
   static constexpr std::string_view kId = "ground_effect_rotor";
-  static constexpr TermParameter kParameters[] = {{"gain", "1", 0.0, 2.0, 1.0, 0.0}};
+  static constexpr TermParameter kParameters[] = {{"gain", "1", 0.0, 5.0, 1.0, 0.0}};
 
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
@@ -65,6 +65,7 @@ struct CeilingEffect {
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
     const S gap = s.geometry.ceiling_z_m - s.in.p_W_m.z - dot(s.rotor[i].arm_B_m, s.in.world_B[2]);
+    if (value_of(gap) < 0.0) return;  // flies above it: a roof, and free air
     confine(c[0], s.rotor[i], squared(s.geometry.radius_m * 0.25 / at_least_half_a_radius(gap, s.geometry.radius_m)));
   }
 };

@@ -7,26 +7,39 @@
 //   body(c, state)            state.force_B_N, state.torque_B_N_m, after everything else
 //   reading(c, reading)       what sensors read beyond the truth
 // Hooks of several terms run in the order in which the terms are listed in the model.
+// A term whose load depends on the past names its `kMemory` and has `advance` (memory.hpp); its hooks find the numbers in state.memory.
 #pragma once
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string_view>
 
 #include "host/effects/loads.hpp"
+#include "host/effects/memory.hpp"
 
 namespace rotorloop::host {
 
 struct TermParameter {
   std::string_view name, unit;
   double min = 0.0, max = 0.0;  // outside: not this effect
-  double scale = 1.0;           // a change that matters; conditions the fit
+  double scale = 1.0;           // a change that matters, on the reference quadrotor (term_size.hpp); conditions the fit
   double neutral = 0.0;
+};
+
+// One number of a term's memory. Zero is rest: a term whose memory is zero acts as if it had always been in a steady state.
+struct TermMemory {
+  TermParameter start;  // its value when a flight begins; a number of that flight, not of the vehicle
+  // How far from zero it may be then, as a standard deviation; 0: forgotten sooner than it matters, and taken as zero.
+  double start_u = 0.0;
 };
 
 struct TermInfo {
   std::string_view id;  // docs/effects.toml
   std::span<const TermParameter> parameters;
+  std::span<const TermMemory> memory = {};
+  // Rows of parameters at which to look for it first, where at neutral only the first parameter says something.
+  std::span<const double> scan = {};
 };
 
 template <class S>
@@ -47,6 +60,7 @@ struct Term {
   TermHooks<PlaceDual> place;
   TermHooks<ExtraDual> extra;
   const void* own = nullptr;  // what its hooks need beside the parameters; a term written in C++ needs nothing
+  Advance advance = nullptr;  // of a term with memory
 
   template <class S>
   const TermHooks<S>& hooks() const;
@@ -69,10 +83,11 @@ const Term* find_term(std::string_view id);  // nullptr when the list has none o
 
 inline constexpr std::size_t kMaxTerms = 96, kMaxTermParameters = 192;
 
-// The terms of a model, in order, and where the parameters of each begin in one flat list.
+// The terms of a model, in order, and where the parameters of each begin in one flat list. Behind a term's own parameters stand the
+// starts of its memory.
 class TermList {
  public:
-  // False when the list is full or has the term already.
+  // False when the list, or the memory of all terms, is full, or has the term already.
   bool add(const Term& term);
   std::size_t size() const { return size_; }
   std::size_t parameters() const { return parameters_; }
@@ -80,29 +95,39 @@ class TermList {
   std::size_t first_parameter(std::size_t i) const { return first_[i]; }
   const TermParameter& parameter(std::size_t flat) const;  // and the term it belongs to:
   std::size_t term_of(std::size_t flat) const;
+  // Where the memory of each term begins in one flat list, and how many numbers that list has.
+  std::size_t memory() const { return memory_; }
+  std::size_t first_memory(std::size_t i) const { return first_memory_[i]; }
+  std::size_t first_start(std::size_t i) const { return first_[i] + terms_[i]->info.parameters.size(); }
+  bool is_start(std::size_t flat) const;
+  double start_u(std::size_t flat) const;  // of a start
 
  private:
   std::array<const Term*, kMaxTerms> terms_{};
-  std::array<std::size_t, kMaxTerms> first_{};
-  std::size_t size_ = 0, parameters_ = 0;
+  std::array<std::size_t, kMaxTerms> first_{}, first_memory_{};
+  std::size_t size_ = 0, parameters_ = 0, memory_ = 0;
 };
 
-// A TermList with the values of its parameters.
+template <class S>
+inline constexpr std::array<S, kMaxTermMemory> kAtRest{};
+
+// A TermList with the values of its parameters, and of its memory when there is one: nullptr is rest.
 template <class S>
 class TermSet {
  public:
-  TermSet(const TermList& list, const S* values) : list_(list), values_(values) {}
+  TermSet(const TermList& list, const S* values, const S* memory = nullptr) : list_(list), values_(values), memory_(memory) {}
+  // act(hooks, own, parameters, memory)
   template <class Act>
   void each(Act&& act) const {
     for (std::size_t i = 0; i < list_.size(); ++i) {
       const Term& t = list_.term(i);
-      act(t.template hooks<S>(), t.own, values_ + list_.first_parameter(i));
+      act(t.template hooks<S>(), t.own, values_ + list_.first_parameter(i), memory_ ? memory_ + list_.first_memory(i) : kAtRest<S>.data());
     }
   }
 
  private:
   const TermList& list_;
-  const S* values_;
+  const S *values_, *memory_;
 };
 
 // Fills the hooks of term T that exist.
@@ -125,7 +150,14 @@ constexpr TermHooks<S> hooks_of() {
 }
 template <class T>
 constexpr Term make_term() {
-  return {{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
+  Term t{{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
+  if constexpr (requires { T::kMemory; }) {
+    static_assert(std::size(T::kMemory) <= kMaxTermMemory && std::size(T::kParameters) <= kMaxMemoryParameters);
+    t.info.memory = T::kMemory;
+    t.advance = &T::advance;
+    if constexpr (requires { T::kScan; }) t.info.scan = T::kScan;
+  }
+  return t;
 }
 
 }  // namespace rotorloop::host

@@ -11,6 +11,7 @@
 #include "host/effects/rotor_thrust_terms.hpp"
 #include "host/effects/rotor_torque_terms.hpp"
 #include "host/effects/sensors.hpp"
+#include "host/effects/slung_load.hpp"
 #include "host/effects/surroundings.hpp"
 #include "host/effects/term.hpp"
 
@@ -31,6 +32,7 @@ constexpr Term kTerms[] = {
     make_term<TranslationalLift>(),
     make_term<RotorWakeInterference>(),
     make_term<HoverInterference>(),
+    make_term<DescentInflow>(),
     make_term<VortexRingLoss>(),
     // surroundings.hpp
     make_term<GroundEffectRotor>(),
@@ -83,6 +85,8 @@ constexpr Term kTerms[] = {
     make_term<BodyTorqueBias>(),
     make_term<Tether>(),
     make_term<GravityTilt>(),
+    // slung_load.hpp: after every other force, for the string's tension follows from them
+    make_term<SlungLoad>(),
     // sensors.hpp
     make_term<PoseScale>(),
     make_term<SensorMountCompliance>(),
@@ -101,15 +105,17 @@ const Term* find_term(std::string_view id) {
 }
 
 bool TermList::add(const Term& term) {
-  const std::size_t n = term.info.parameters.size();
-  if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters) return false;
+  const std::size_t m = term.info.memory.size(), n = term.info.parameters.size() + m;
+  if (size_ == kMaxTerms || parameters_ + n > kMaxTermParameters || memory_ + m > kMaxMemory) return false;
   for (std::size_t i = 0; i < size_; ++i) {
     if (terms_[i]->info.id == term.info.id) return false;
   }
   terms_[size_] = &term;
   first_[size_] = parameters_;
+  first_memory_[size_] = memory_;
   ++size_;
   parameters_ += n;
+  memory_ += m;
   return true;
 }
 
@@ -119,9 +125,17 @@ std::size_t TermList::term_of(std::size_t flat) const {
   return i - 1;
 }
 
+bool TermList::is_start(std::size_t flat) const { return flat >= first_start(term_of(flat)); }
+
+double TermList::start_u(std::size_t flat) const {
+  const std::size_t i = term_of(flat);
+  return terms_[i]->info.memory[flat - first_start(i)].start_u;
+}
+
 const TermParameter& TermList::parameter(std::size_t flat) const {
   const std::size_t i = term_of(flat);
-  return terms_[i]->info.parameters[flat - first_[i]];
+  const TermInfo& info = terms_[i]->info;
+  return is_start(flat) ? info.memory[flat - first_start(i)].start : info.parameters[flat - first_[i]];
 }
 
 }  // namespace rotorloop::host

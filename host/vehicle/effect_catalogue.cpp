@@ -14,16 +14,16 @@ const CatalogueParameter* EffectCatalogue::parameter_of(std::string_view id) con
   return at < parameters.size() && !parameters[at].name.empty() ? &parameters[at] : nullptr;
 }
 
-const EffectFacts* EffectCatalogue::facts_of(std::string_view id) const {
-  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
-  return at < facts.size() ? &facts[at] : nullptr;
-}
-
 std::vector<CatalogueParameter> EffectCatalogue::model_parameters_of(std::string_view id) const {
   const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
   if (at < model.size() && !model[at].empty()) return model[at];
   const CatalogueParameter* only = parameter_of(id);
   return only ? std::vector{*only} : std::vector<CatalogueParameter>{};
+}
+
+const EffectFacts* EffectCatalogue::facts_of(std::string_view id) const {
+  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
+  return at < facts.size() ? &facts[at] : nullptr;
 }
 
 namespace {

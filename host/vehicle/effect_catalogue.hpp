@@ -27,18 +27,18 @@ struct EffectFacts {
 
 struct EffectCatalogue {
   std::vector<std::string> ids;
-  std::vector<EffectFacts> facts;                        // in the order of ids
   std::vector<CatalogueParameter> parameters;            // in the order of ids; may be shorter
   std::vector<std::vector<CatalogueParameter>> model{};  // of the model's term; where empty or absent it has the one above
+  std::vector<EffectFacts> facts{};                      // in the order of ids; may be shorter
   bool knows(std::string_view id) const;
   const CatalogueParameter* parameter_of(std::string_view id) const;  // nullptr when none is declared
-  const EffectFacts* facts_of(std::string_view id) const;             // nullptr for an unknown id
   // What a vehicle file holds of an effect; empty when none is declared.
   std::vector<CatalogueParameter> model_parameters_of(std::string_view id) const;
+  const EffectFacts* facts_of(std::string_view id) const;  // nullptr for an unknown id
 };
 
-// Takes id, parameter, unit, range, neutral, typical_value and model of every [[effect]]; other keys are the business of other readers.
-// Throws Error on a duplicate id.
+// Takes of every [[effect]] id, name, parameter, unit, range, neutral, typical_value, model, class, twins, manoeuvre and needs; other keys
+// are the business of other readers. Throws Error on a duplicate id.
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
 
 // docs/effects.toml as it was when this program was built.

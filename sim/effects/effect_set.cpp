@@ -42,6 +42,8 @@ std::span<const EffectInfo* const> builtin_effects() {
 const EffectInfo* find_effect(std::string_view id) {
   for (const EffectInfo* e : builtin_effects())
     if (e->id == id) return e;
+  for (const EffectInfo* e : foreign_effects())
+    if (e->id == id) return e;
   return nullptr;
 }
 

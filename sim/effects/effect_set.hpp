@@ -10,9 +10,9 @@
 
 namespace rotorloop::sim {
 
-// All effects that the plant knows, in the order in which they act.
+// All effects of the catalogue that the plant knows, in the order in which they act.
 std::span<const EffectInfo* const> builtin_effects();
-// Null when no effect has this id.
+// Also one of the foreign effects, which no list shows. Null when no effect has this id.
 const EffectInfo* find_effect(std::string_view id);
 // "a, b, c": for messages.
 std::string known_effect_ids();

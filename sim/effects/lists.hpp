@@ -9,9 +9,10 @@ namespace rotorloop::sim {
 
 using EffectList = std::span<const EffectInfo* const>;
 
-EffectList rotor_effects();   // rotor/: inflow and loads of each rotor
-EffectList body_effects();    // body/: forces and moments on the body, mass and geometry
-EffectList air_effects();     // air/: wind and density
-EffectList system_effects();  // system/: ESC, battery, sensors
+EffectList rotor_effects();    // rotor/: inflow and loads of each rotor
+EffectList body_effects();     // body/: forces and moments on the body, mass and geometry
+EffectList air_effects();      // air/: wind and density
+EffectList system_effects();   // system/: ESC, battery, sensors
+EffectList foreign_effects();  // foreign/: what no catalogue knows; acts last, and is no part of builtin_effects()
 
 }  // namespace rotorloop::sim

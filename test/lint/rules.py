@@ -45,6 +45,7 @@ ARROWS = {
     "bench/stand": BELOW_BENCH + ["bench/report"],
     "bench/identify": BELOW_BENCH + ["bench/report", "bench/hil/log_reader.hpp", "bench/hil/flight_columns.hpp"],
     "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
+    "bench/close": BELOW_BENCH + ["bench/report", "bench/hil"],
     "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
 }
 
@@ -124,7 +125,8 @@ TOKEN_RULES = [
               "`{0}` in the control loop", "use a fixed-size array; a file that only runs at set-up is listed in test/lint/rules.py",
               {path: "reads or makes trajectories and gains before the flight"
                for path in ("host/control/trajectory_file.cpp", "host/control/trajectory_file.hpp", "host/control/trajectory_generator.cpp",
-                            "host/control/trajectory_generator.hpp", "host/control/shipped_trajectories.cpp")}),
+                            "host/control/trajectory_generator.hpp", "host/control/shipped_trajectories.cpp", "host/control/diagnose_trajectories.cpp",
+                            "host/control/sway.cpp", "host/control/sway.hpp")}),
 ]
 
 # --- (e) build options ------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@
 
 #include "host/base/elementary.hpp"
 #include "sim/world/random.hpp"
+#include "test/support/string_load.hpp"
 
 namespace rotorloop::model_true {
 namespace {
@@ -85,6 +86,8 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
   State x, seen, then;         // true; as the pilot estimates it, now and at the last pose
   bench::PoseReading awaited;  // the last pose, which reaches the pilot with the next one
   RotorSpeeds omega = hover_speeds(truth), goal = omega;
+  StringLoad load{.mass_kg = s.load_kg, .length_m = s.load_length_m};
+  load.hang_under(x, s.load_aside_m);
   Eigen::Vector3d specific_sum = Eigen::Vector3d::Zero();  // body frame, over the fine steps since the last IMU sample
   for (int step = 0; step <= last; ++step) {
     const double t = step * h;
@@ -118,6 +121,7 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
     y.p_W_m += a.integral;
     y.q_WB = (y.q_WB * exponential(alpha.integral)).normalized();
     y.omega_B_rad_s += alpha.rate;
+    if (s.load_kg > 0.0) y.v_W_m_s += h / truth.mass_kg * load.pull(x, h);
     const Eigen::Quaterniond q_middle = x.q_WB * exponential(h / 2 * x.omega_B_rad_s);
     specific_sum += q_middle.conjugate() * ((y.v_W_m_s - x.v_W_m_s) / h + Eigen::Vector3d(0, 0, kGravity_m_s2));
     omega = towards(omega, goal, full_lag);

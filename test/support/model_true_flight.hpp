@@ -35,6 +35,9 @@ struct FlightSettings {
   double accel_sigma_m_s2 = 0.1;
   Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
+  // A load on a string at the centre of mass, released aside of the vehicle; the pilot does not know of it.
+  double load_kg = 0.0, load_length_m = 0.5;
+  Eigen::Vector3d load_aside_m = Eigen::Vector3d::Zero();
 };
 
 struct ModelTrueFlight {

@@ -6,6 +6,7 @@
 #include "host/estimate/estimator.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
+#include "test/unit/host/control/test_terms.hpp"
 
 namespace rotorloop::host {
 namespace {
@@ -30,8 +31,17 @@ void mixer(benchmark::State& run) {
 }
 BENCHMARK(mixer)->Arg(0)->Arg(1)->Arg(2);
 
+// The argument: how many added terms the vehicle has.
 void controller_step(benchmark::State& run) {
-  const Controller c(kVehicle, config());
+  ControllerConfig with = config();
+  if (run.range(0) >= 1) test::add(with.terms, test::kThrustGrowth, {0.2});
+  if (run.range(0) >= 5) {
+    test::add(with.terms, test::kThrustScale, {0.95});
+    test::add(with.terms, test::kWeakThird, {-0.05});
+    test::add(with.terms, test::kRearDownwash, {0.1});
+    test::add(with.terms, test::kPush, {0.1, 0.003});
+  }
+  const Controller c(kVehicle, with);
   const Trajectory t = general().trajectory;
   ControllerState state;
   StateEstimate e;
@@ -48,7 +58,7 @@ void controller_step(benchmark::State& run) {
     benchmark::DoNotOptimize(command);
   }
 }
-BENCHMARK(controller_step);
+BENCHMARK(controller_step)->Arg(0)->Arg(1)->Arg(5);
 
 void trajectory_at(benchmark::State& run) {
   const Trajectory t = general().trajectory;

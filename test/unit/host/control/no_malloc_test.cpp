@@ -9,6 +9,7 @@
 #include "host/control/trajectory.hpp"
 #include "host/estimate/estimator.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
+#include "test/unit/host/control/test_terms.hpp"
 
 namespace {
 long allocations = 0;
@@ -64,6 +65,8 @@ TEST(ControlLoop, TenSecondsOfEstimatorTrajectoryAndControllerAllocateNothing) {
   const VehicleModel vehicle = test::paper_vehicle();
   ControllerConfig config;
   config.gains = {{3.4, 0.8}, {4.2, 0.9}, {20.0, 0.9}, {6.0, 0.9}};
+  config.terms = test::terms_with(test::kThrustGrowth, {0.2});
+  test::add(config.terms, test::kRearDownwash, {0.1});
   const Controller controller(vehicle, config);
   ControllerState state;
   Estimator estimator({}, vehicle);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <string_view>
 
 #include "host/base/error.hpp"
 #include "host/control/trajectory_file.hpp"
@@ -216,7 +217,10 @@ constexpr std::array kFlights{Shipped{"horizontal_8p5.toml", horizontal_8p5},
                               Shipped{"identify_rotation.toml", identify_rotation},
                               Shipped{"fast_descent.toml", fast_descent},
                               Shipped{"low_hover.toml", low_hover},
-                              Shipped{"ceiling_hover.toml", ceiling_hover}};
+                              Shipped{"ceiling_hover.toml", ceiling_hover},
+                              Shipped{"diagnose_vertical.toml", diagnose_vertical},
+                              Shipped{"diagnose_horizontal.toml", diagnose_horizontal},
+                              Shipped{"diagnose_rotation.toml", diagnose_rotation}};
 
 TEST(ShippedFlights, FilesAreWhatTheGeneratorMakes) {
   for (const Shipped& s : kFlights) {
@@ -315,6 +319,31 @@ TEST(ShippedFlights, HoversVisitGroundTo15CentimetresAndCeilingTo10AndStandStill
   };
   EXPECT_NEAR(extreme_z_m("low_hover.toml", true), 0.15, 1e-9);
   EXPECT_NEAR(extreme_z_m("ceiling_hover.toml", false), 2.9, 1e-9);
+}
+
+TEST(ShippedFlights, DiagnosisFliesThreeTimes20SecondsAndOnlyTheFirstOneBetweenGroundAndCeiling) {
+  for (const char* file : {"diagnose_vertical.toml", "diagnose_horizontal.toml", "diagnose_rotation.toml"}) {
+    const Trajectory t = read_trajectory(kShipped / file).trajectory;
+    const bool indoors = std::string_view(file) == "diagnose_vertical.toml";
+    EXPECT_NEAR(t.duration_s(), 20.0, 0.6) << file;
+    EXPECT_GT(peaks(t).thrust_weight_min, 0.15) << file;
+    for (double time = 0.0; time < t.duration_s(); time += 0.01) {
+      const double z_m = t.at(time).p_W_m.z();
+      ASSERT_GE(z_m, indoors ? 0.139 : 3.8) << file << ' ' << time;
+      ASSERT_LE(z_m, indoors ? 2.901 : 14.3) << file << ' ' << time;
+    }
+  }
+}
+
+TEST(ShippedFlights, DiagnosisMeets9MetresPerSecondOverGroundAnd5p8DownwardsAnd5RadiansPerSecond) {
+  EXPECT_GT(peaks(read_trajectory(kShipped / "diagnose_horizontal.toml").trajectory).speed_xy_m_s, 9.0);
+  const Trajectory t = read_trajectory(kShipped / "diagnose_rotation.toml").trajectory;
+  const Peaks p = peaks(t);
+  EXPECT_NEAR(std::max(p.roll_rate_rad_s, p.pitch_rate_rad_s), 5.0, 0.1);
+  EXPECT_NEAR(p.yaw_rate_rad_s, 4.5, 0.05);
+  double down_m_s = 0.0;
+  for (double time = 0.0; time < t.duration_s(); time += 0.01) down_m_s = std::max(down_m_s, -t.at(time).v_W_m_s.z());
+  EXPECT_NEAR(down_m_s, 5.83, 0.05);
 }
 
 }  // namespace

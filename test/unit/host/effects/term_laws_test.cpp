@@ -97,6 +97,9 @@ const std::vector<Law>& laws() {
       {"rotor_wake_interference", {0.35}, "N m: nose-down backwards", moving(-8.5, 0, 0), torque(1), 19e-3, 57e-3},
       {"hover_interference", {0.03}, "share of thrust in hover", still(), thrust(), -0.0301, -0.0299},
       {"hover_interference", {0.03}, "little of it at 12 m/s", moving(12, 0, 0), thrust(), -0.006, -1e-4},
+      {"descent_inflow", {0.17}, "share of thrust at 3.1 m/s of descent", moving(0, 0, -3.1), thrust(), -0.031, -0.024},
+      {"descent_inflow", {0.17}, "nothing in climb", moving(0, 0, 3.1), thrust(), -1e-12, 1e-12},
+      {"descent_inflow", {0.17}, "at most this share", moving(0, 0, -12.0), thrust(), -0.1701, -0.1699},
       {"vortex_ring_loss", {0.15}, "share of thrust in the ring", moving(0, 0, -8.0), thrust(), -0.15, -0.12},
       {"vortex_ring_loss", {0.15}, "nothing in slow descent", moving(0, 0, -1.5), thrust(), -1e-12, 1e-12},
       {"vortex_ring_loss", {0.15}, "nothing when it also moves sideways", moving(10, 0, -8), thrust(), -1e-12, 1e-12},
@@ -181,6 +184,7 @@ const std::vector<Law>& laws() {
       {"rotor_tilt", {kRad / 4, 0, 0}, "N: one motor 1 degree askew", still(), force(0), 0.028, 0.031},
       {"rotor_tilt", {0, 0, 0.7071 * kRad / 4}, "N m: its yaw", still(), torque(2), 2.4e-3, 2.8e-3},
       // forces and moments on the body
+      {"slung_load", {0.05, 0.5, 0, 0, 0}, "N: m M / (m + M) g when the thrust carries the body alone", still(), force(2), -0.458, -0.456},
       {"tether", {0.5, 0, 0, 0, 0}, "N at 2 m", at(2, 0, 0), force(0), -1.001, -0.999},
       {"tether", {0.0, 0.05, 0, 0, 0}, "N at 2 m/s", moving(0, 2, 0), force(1), -0.1001, -0.0999},
       {"parasitic_drag", {0}, "N at 8.5 m/s", moving(8.5, 0, 0), force(0), 0.39, 0.41},

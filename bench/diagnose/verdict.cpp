@@ -1,4 +1,4 @@
-#include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/verdict.hpp"
 
 namespace rotorloop::bench {
 

@@ -1,0 +1,79 @@
+#include "bench/close/desk.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::bench {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void no_desk(const fs::path& path, const std::string& why) {
+  throw Error({path.generic_string(), "the analyst's desk cannot be laid: " + why, "no space or no permission in the temporary folder",
+               "set TMPDIR to a folder with some hundred megabytes free"},
+              ExitCode::device);
+}
+
+}  // namespace
+
+Desk::Desk(const std::vector<std::pair<fs::path, std::string>>& papers) {
+  std::string place = (fs::temp_directory_path() / "desk-XXXXXX").string();
+  if (!::mkdtemp(place.data())) no_desk(place, std::strerror(errno));
+  place_ = place;
+  path_ = place_ / "desk";
+  std::error_code ec;
+  fs::create_directories(path_, ec);
+  for (const auto& [from, name] : papers) {
+    fs::create_directories((path_ / name).parent_path(), ec);
+    if (!ec) fs::copy_file(from, path_ / name, ec);
+    if (ec) no_desk(from, ec.message());
+  }
+}
+
+Desk::~Desk() {
+  std::error_code ec;
+  fs::remove_all(place_, ec);
+}
+
+const std::vector<ProbeResult>& Desk::isolate(const fs::path& program, const std::vector<fs::path>& secrets) {
+  probes_ = find_isolation({path_, program}, secrets);
+  return probes_;
+}
+
+int Desk::run(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& output, const fs::path& errors,
+              const std::function<void(const std::string&)>& line, const std::atomic<bool>* stop) const {
+  ProgramCall call;
+  call.program = program;
+  call.arguments = arguments;
+  call.folder = path_;
+  call.output = output;
+  call.errors = errors;
+  call.line = line;
+  call.stop = stop;
+  const Isolation isolation = probes_.empty() ? Isolation{} : probes_.back().isolation;
+  call.room = {isolation, Room{path_, program}};
+  return run_program(call);
+}
+
+std::size_t Desk::take_back(const std::string& folder, const fs::path& to) const {
+  std::size_t count = 0;
+  std::error_code ec;
+  const fs::path from = path_ / folder;
+  if (!fs::is_directory(fs::symlink_status(from, ec))) return 0;
+  for (const auto& entry : fs::recursive_directory_iterator(from, ec)) {
+    if (entry.is_symlink() || !entry.is_regular_file() || entry.hard_link_count() != 1) continue;
+    const fs::path target = to / entry.path().lexically_relative(from);
+    fs::create_directories(target.parent_path());
+    fs::copy_file(entry.path(), target, fs::copy_options::overwrite_existing);
+    fs::permissions(target, fs::perms::owner_read | fs::perms::owner_write, ec);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,39 @@
+// The analyst's desk: a folder in the temporary folder with copies of what the analyst may know, where the analyst's program runs shut in,
+// and from which only plain files are taken back.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench/close/child_process.hpp"
+#include "bench/close/isolation_probe.hpp"
+
+namespace rotorloop::bench {
+
+class Desk {
+ public:
+  // `papers`: file -> its name on the desk ("flights/learn_1.csv"). The names tell nothing: neither does the desk's.
+  explicit Desk(const std::vector<std::pair<std::filesystem::path, std::string>>& papers);
+  ~Desk();
+  Desk(const Desk&) = delete;
+  Desk& operator=(const Desk&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  // Chooses the isolation that holds against `secrets`; the results of all that were tried, the chosen one last.
+  const std::vector<ProbeResult>& isolate(const std::filesystem::path& program, const std::vector<std::filesystem::path>& secrets);
+
+  // The program on this desk, isolated as chosen. Its exit code.
+  int run(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& output,
+          const std::filesystem::path& errors, const std::function<void(const std::string&)>& line, const std::atomic<bool>* stop) const;
+
+  // Copies plain files of a folder on the desk (links and devices are left) to `to`; how many.
+  std::size_t take_back(const std::string& folder, const std::filesystem::path& to) const;
+
+ private:
+  std::filesystem::path place_, path_;
+  std::vector<ProbeResult> probes_;
+};
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,23 @@
+// isolation.json of an analyst's stage: how the analyst was shut in, and every way to the truth that was tried from inside.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/close/isolation_probe.hpp"
+
+namespace rotorloop::bench {
+
+std::string isolation_record(const std::vector<ProbeResult>& tried);
+
+struct IsolationSummary {
+  std::string layers = "not isolated";  // name() of what was used
+  bool holds = false;
+  std::size_t attempts = 0;
+  std::vector<std::string> ways;     // without repetition
+  std::vector<std::string> opened;   // "its path: plant.toml"
+  std::vector<std::string> gave_up;  // layers tried before, and why not
+};
+IsolationSummary read_isolation_record(const std::filesystem::path& file);  // as not isolated when there is no such file
+
+}  // namespace rotorloop::bench

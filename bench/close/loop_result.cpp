@@ -1,0 +1,120 @@
+#include "bench/close/loop_result.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/close/run_layout.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "host/base/error.hpp"
+#include "host/base/toml_file.hpp"
+
+namespace rotorloop::bench {
+namespace fs = std::filesystem;
+namespace {
+using Json = nlohmann::ordered_json;
+
+Json measured(double v) { return std::isnan(v) ? Json(nullptr) : Json(v); }
+
+Json to_json(const PairedReduction& r) {
+  return {{"percent", measured(r.percent)}, {"low", measured(r.low)}, {"high", measured(r.high)}, {"pairs", r.pairs}};
+}
+
+Json to_json(const TrackedFlight& t) {
+  Json j{{"flight", t.plan.flight.name},
+         {"axis", axis_name(t.plan.axis)},
+         {"expect", t.plan.expect == Expectation::better ? "better" : "no_worse"},
+         {"percent", t.plan.percent},
+         {"seeds", t.seeds},
+         {"before_cm", t.before},
+         {"identified_cm", t.identified},
+         {"after_cm", t.after},
+         {"lost", t.lost}};
+  j["reduction"] = to_json(t.reduction);
+  j["reduction_identified"] = to_json(t.reduction_identified);
+  j["pass"] = t.pass;
+  j["reason"] = t.reason;
+  return j;
+}
+
+std::string spread_text(const std::vector<double>& v) {
+  const Spread s = spread_of(v);
+  return s.n == 0 ? "-" : fmt::format("{:.2f} ± {:.2f}", s.mean, s.std);
+}
+
+}  // namespace
+
+LoopResult assemble_loop(const fs::path& run) {
+  const LoopLayout at{run};
+  if (!fs::is_regular_file(at.run_toml()))
+    throw Error({run.generic_string(), "is no folder of `rotorloop close`", "it holds no run.toml", "name the folder that it printed"});
+  const auto file = TomlFile::read(at.run_toml());
+  const auto root = file.root();
+  if (root.text("command", "") != "close")
+    throw Error({at.run_toml().generic_string(), "is a run of another command", "", "name a folder that `rotorloop close` wrote"});
+  if (!fs::is_regular_file(at.diagnosis()))
+    throw Error({run.generic_string(), "holds no diagnosis", "the run was stopped before its end", "run the same `rotorloop close` again"});
+  LoopResult r;
+  r.run = run;
+  r.plan = read_loop_plan(run / root.text("plan"));
+  r.command_line = root.text("command_line");
+  r.version = root.text("version");
+  r.isolation = read_isolation_record(at.diagnose() / "isolation.json");
+  r.findings = read_findings(at.diagnosis());
+  const RunResult before = read_result(at.before() / "judged");
+  r.identified = fs::is_regular_file(at.identified() / "done.toml");
+  r.after_is_before = !fs::is_regular_file(at.after() / "done.toml");
+  const RunResult after = r.after_is_before ? before : read_result(at.after() / "judged");
+  RunResult identified;
+  if (r.identified) identified = read_result(at.identified() / "judged");
+  r.tracking = compare_tracking(r.plan.judged, before, r.identified ? &identified : nullptr, after);
+  r.pass = std::all_of(r.tracking.begin(), r.tracking.end(), [](const TrackedFlight& t) { return t.pass; });
+  if ((r.truth_told = fs::is_regular_file(at.truth()))) r.truth = read_truth(at.truth());
+  return r;
+}
+
+std::string loop_result_json(const LoopResult& r) {
+  Json j{{"format", 1}, {"command", "close"}, {"version", r.version}, {"name", r.plan.name}, {"verdict", r.pass ? "pass" : "fail"}};
+  j["isolation"] = {{"layers", r.isolation.layers},
+                    {"holds", r.isolation.holds},
+                    {"ways_tried", r.isolation.attempts},
+                    {"opened", r.isolation.opened},
+                    {"gave_up", r.isolation.gave_up}};
+  j["diagnosis"] = {{"verdict", r.findings.verdict}, {"added", Json::array()}};
+  for (const auto& e : r.findings.added) {
+    Json parameters = Json::array();
+    for (const auto& p : e.parameters) parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"value", p.value}, {"u", p.u}});
+    j["diagnosis"]["added"].push_back({{"id", e.id}, {"parameters", parameters}, {"twins", e.twins}});
+  }
+  j["flown_again"] = !r.after_is_before;
+  j["tracking"] = Json::array();
+  for (const auto& t : r.tracking) j["tracking"].push_back(to_json(t));
+  if (r.truth_told) j["truth"] = Json::parse(truth_json(r.truth));
+  return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string loop_result_text(const LoopResult& r) {
+  std::string out = fmt::format("{}\nanalyst   {}{}\n", r.plan.name, r.isolation.layers,
+                                r.isolation.holds ? fmt::format(", {} ways to the truth tried, none opened", r.isolation.attempts) : "");
+  out += fmt::format("diagnosis {}\n", r.findings.verdict);
+  for (const auto& e : r.findings.added) {
+    out += fmt::format("  added   {}", e.id);
+    for (const auto& p : e.parameters) out += fmt::format("  {} = {:.4g} ± {:.2g} {}", p.name, p.value, p.u, p.unit == "1" ? "" : p.unit);
+    if (!e.twins.empty()) out += fmt::format("\n          or {}; {}", fmt::join(e.twins, ", "), e.manoeuvre);
+    out += "\n";
+  }
+  for (const auto& f : r.findings.faults) out += "  fault   " + f + "\n";
+  out +=
+      fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "as believed", "identified", "with the effects", "less error");
+  for (const auto& t : r.tracking)
+    out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == ErrorAxis::z ? " (|z|)" : " (3-D)"),
+                       spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);
+  if (r.after_is_before) out += "the diagnosis gave no vehicle file: nothing was flown again\n";
+  out += fmt::format("\nverdict: {}\nrun:     {}\nreport:  {}\n", r.pass ? "pass" : "fail", r.run.generic_string(),
+                     LoopLayout{r.run}.report().generic_string());
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,36 @@
+// What a loop comes to, put together from the files of its stages alone: result.json, the page and the table are made of this, and can
+// be made again from an old run folder.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/close/findings.hpp"
+#include "bench/close/isolation_record.hpp"
+#include "bench/close/plan.hpp"
+#include "bench/close/tracking.hpp"
+#include "bench/close/truth.hpp"
+
+namespace rotorloop::bench {
+
+struct LoopResult {
+  std::filesystem::path run;
+  LoopPlan plan;
+  std::string command_line, version;
+  IsolationSummary isolation;  // of the diagnosis
+  Findings findings;
+  bool identified = false;       // the analyst's identification gave a vehicle file
+  bool after_is_before = false;  // the diagnosis gave no vehicle file: nothing changed, nothing was flown again
+  std::vector<TrackedFlight> tracking;
+  bool pass = false;        // every judged flight
+  bool truth_told = false;  // `rotorloop close truth` has compared
+  TruthComparison truth;
+};
+
+// Throws Error for a folder that is no loop's or not complete.
+LoopResult assemble_loop(const std::filesystem::path& run);
+
+std::string loop_result_json(const LoopResult& result);
+std::string loop_result_text(const LoopResult& result);  // for a terminal
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,304 @@
+#include "bench/close/run.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "bench/close/desk.hpp"
+#include "bench/close/isolation_record.hpp"
+#include "bench/close/loop_result.hpp"
+#include "bench/close/report.hpp"
+#include "bench/close/run_layout.hpp"
+#include "bench/close/stage.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
+#include "host/base/toml_file.hpp"
+#include "host/effects/term.hpp"
+#include "host/vehicle/vehicle_file.hpp"
+#include "sim/plant/plant_file.hpp"
+#include "sim/rotor/blade.hpp"
+
+namespace rotorloop::bench {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kFlownPlant = "flown_plant.toml";
+
+std::string file_text(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The plan with what it names, copied into the run: the run repeats from its own folder.
+struct CopiedInputs {
+  std::map<fs::path, std::string> place;  // as given -> below inputs/
+  fs::path plant;                         // with the undeclared effects, below inputs/
+  StageInputs hashes;                     // of what decides how a flight goes
+};
+
+std::vector<fs::path> files_of(const LoopPlan& p) {
+  std::vector<fs::path> files{p.path, p.plant, p.vehicle, p.gains};
+  for (const auto& f : p.learn) files.push_back(f.trajectory);
+  for (const auto& f : p.held_out) files.push_back(f.trajectory);
+  for (const auto& f : p.judged) files.push_back(f.flight.trajectory);
+  const auto plant = sim::read_plant(p.plant);
+  for (const auto& r : plant.rotors) {
+    files.insert(files.end(), {r.blade_path, r.motor_path});
+    const auto polars = sim::read_blade(r.blade_path).polar_files;
+    files.insert(files.end(), polars.begin(), polars.end());
+  }
+  return files;
+}
+
+class Loop {
+ public:
+  Loop(const LoopPlan& plan, const LoopOptions& options, fs::path run) : plan_(plan), o_(options), at_{std::move(run)} {}
+
+  void go() {
+    copy_inputs();
+    fly();
+    fly_judged("2-before", at_.before(), "inputs/" + inputs_.place.at(plan_.vehicle));
+    analyse("3-identify", at_.identify(), "identify", plan_.identify_arguments);
+    analyse("4-diagnose", at_.diagnose(), "diagnose", plan_.diagnose_arguments);
+    if (fs::is_regular_file(at_.identified_vehicle()))
+      fly_judged("5-identified", at_.identified(), "3-identify/out/vehicle.toml");
+    else
+      fs::remove_all(at_.identified());
+    if (fs::is_regular_file(at_.diagnosed_vehicle()))
+      fly_judged("6-after", at_.after(), "4-diagnose/out/vehicle.toml");
+    else
+      fs::remove_all(at_.after());
+  }
+
+ private:
+  void tell(const std::string& stage, const std::string& text) const {
+    if (o_.tell) o_.tell(stage, text);
+  }
+
+  void copy_inputs() {
+    const auto files = files_of(plan_);
+    std::error_code ec;
+    fs::remove_all(at_.inputs(), ec);
+    inputs_.place = copy_together(files, at_.inputs());
+    for (const auto& [given, place] : inputs_.place) {
+      // The vehicle counts where it is flown or read, the plan by what it makes of the scenarios.
+      if (given != plan_.vehicle && given != plan_.path) inputs_.hashes["inputs/" + place] = sha256_file(at_.inputs() / place);
+    }
+    const fs::path plant = inputs_.place.at(plan_.plant);
+    inputs_.plant = plant.parent_path() / kFlownPlant;
+    write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.undeclared));
+    inputs_.hashes["inputs/" + inputs_.plant.generic_string()] = sha256_file(at_.inputs() / inputs_.plant);
+    (void)sim::read_plant(at_.inputs() / inputs_.plant);  // an effect that cannot be is found before the first flight
+    std::vector<PlannedFlight> judged;
+    for (const auto& j : plan_.judged) judged.push_back(j.flight);
+    write_scenario("learn", plan_.learn, plan_.learn_seeds);
+    write_scenario("held_out", plan_.held_out, plan_.held_out_seeds);
+    write_scenario("judged", judged, plan_.judged_seeds);
+    write_run_toml();
+  }
+
+  void write_scenario(const char* which, const std::vector<PlannedFlight>& flights, const std::vector<std::uint64_t>& seeds) const {
+    ScenarioPaths paths{inputs_.plant.generic_string(), inputs_.place.at(plan_.vehicle), inputs_.place.at(plan_.gains), {}};
+    std::vector<std::string> names;
+    for (const auto& f : flights) {
+      names.push_back(f.name);
+      paths.trajectories.push_back(inputs_.place.at(f.trajectory));
+    }
+    write_text_file(at_.scenario(which), hil_scenario_text(paths, plan_.variant, names, seeds));
+  }
+
+  void write_run_toml() const {
+    std::string t = "# All that is needed to repeat this run; paths are relative to this folder.\nformat = 1\ncommand = \"close\"\n";
+    const std::string plan = "inputs/" + inputs_.place.at(plan_.path), vehicle = "inputs/" + inputs_.place.at(plan_.vehicle);
+    t += fmt::format("plan = \"{}\"\nvehicle = \"{}\"\nflown_plant = \"inputs/{}\"\n", plan, vehicle, inputs_.plant.generic_string());
+    const auto seeds = [](const std::vector<std::uint64_t>& s) { return fmt::format("{}{}", fmt::join(s, ","), s.size() == 1 ? "," : ""); };
+    t += fmt::format("command_line = '{}'\nversion = \"{}\"\n", o_.command_line, o_.version);
+    t += fmt::format("repeat = \"rotorloop close {} --vehicle {} --learn-seeds {} --held-out-seeds {} --seeds {} --name repeat\"\n", plan,
+                     vehicle, seeds(plan_.learn_seeds), seeds(plan_.held_out_seeds), seeds(plan_.judged_seeds));
+    std::map<std::string, std::string> sorted;
+    for (const auto& [given, place] : inputs_.place) sorted["inputs/" + place] = sha256_file(at_.inputs() / place);
+    for (const auto& [path, sha] : sorted) t += fmt::format("\n[[input]]\npath = \"{}\"\nsha256 = \"{}\"\n", path, sha);
+    write_text_file(at_.run_toml(), t);
+  }
+
+  // True when the stage has to be made.
+  bool open(const Stage& stage, const std::string& name, const std::string& what) const {
+    if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
+    if (stage.done()) {
+      tell(name, "done before");
+      if (const auto by = stage.made_by(); by != o_.version)
+        tell(name, fmt::format("warning: made by {}, this is {}; --force makes all anew", by, o_.version));
+      return false;
+    }
+    tell(name, what);
+    stage.begin();
+    return true;
+  }
+
+  void hil(const std::string& stage, const char* scenario, const fs::path& into, const std::string& vehicle) const {
+    ProgramCall call;
+    call.program = o_.program;
+    call.folder = at_.run;
+    call.arguments = {"hil",    fs::path("inputs") / (std::string(scenario) + ".toml"),
+                      "--out",  into.lexically_relative(at_.run).generic_string(),
+                      "--name", scenario,
+                      "--jobs", std::to_string(o_.jobs),
+                      "--force"};
+    if (!vehicle.empty()) call.arguments.insert(call.arguments.end(), {"--vehicle", vehicle});
+    call.output = into / (std::string(scenario) + ".txt");
+    call.errors = into / (std::string(scenario) + ".messages.txt");
+    call.line = [&](const std::string& line) { tell(stage, line); };
+    call.stop = o_.stop;
+    const int code = run_program(call);
+    if (code == static_cast<int>(ExitCode::interrupted))
+      throw Error({stage, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
+    // A flight that crashed is a result, not an error.
+    if (code != 0 && code != static_cast<int>(ExitCode::verdict))
+      throw Error({stage, fmt::format("`rotorloop hil` ended with {}", code), "", "see " + call.errors.generic_string()},
+                  code == 2 || code == 3 ? ExitCode{code} : ExitCode::device);
+  }
+
+  void fly() const {
+    StageInputs in = inputs_.hashes;
+    in["vehicle"] = sha256_file(plan_.vehicle);
+    in["learn.toml"] = file_text(at_.scenario("learn"));
+    in["held_out.toml"] = file_text(at_.scenario("held_out"));
+    const Stage stage(at_.fly(), in);
+    if (!open(stage, "1-fly",
+              fmt::format("{} flights to learn from, {} held out", plan_.learn.size() * plan_.learn_seeds.size(),
+                          plan_.held_out.size() * plan_.held_out_seeds.size())))
+      return;
+    hil("1-fly", "learn", at_.fly(), "");
+    hil("1-fly", "held_out", at_.fly(), "");
+    stage.finish(o_.version);
+  }
+
+  void fly_judged(const std::string& name, const fs::path& folder, const std::string& vehicle) const {
+    StageInputs in = inputs_.hashes;
+    in["vehicle"] = sha256_file(at_.run / vehicle);
+    in["judged.toml"] = file_text(at_.scenario("judged"));
+    const Stage stage(folder, in);
+    if (!open(stage, name, fmt::format("{} judged flights", plan_.judged.size() * plan_.judged_seeds.size()))) return;
+    hil(name, "judged", folder, vehicle);
+    stage.finish(o_.version);
+  }
+
+  struct Log {
+    fs::path file;
+    std::string on_desk, option;
+  };
+  std::vector<Log> logs() const {
+    std::vector<Log> out;
+    const auto add = [&](const char* run, const std::vector<PlannedFlight>& flights, const std::vector<std::uint64_t>& seeds) {
+      const RunResult result = read_result(at_.fly() / run);
+      for (const auto& f : flights)
+        for (const auto seed : seeds) {
+          // What was flown until a crash is no flight to learn from.
+          for (const auto& r : result.flights)
+            if (r.flight == f.name && r.seed == seed && r.end != FlightEnd::completed)
+              throw Error(
+                  {f.name, fmt::format("seed {} ended as {} {}", seed, flight_end_name(r.end), r.end_detail),
+                   "the vehicle file is too wrong for this flight, or the plant too hard", "fly gentler trajectories to learn from"},
+                  ExitCode::data_quality);
+          out.push_back({at_.fly() / run / f.name / variant_name(plan_.variant) / std::to_string(seed) / "flight.csv",
+                         fmt::format("flights/{}_{}_{}.csv", run, f.name, seed),
+                         std::string(run) == "held_out"      ? "--held-out"
+                         : f.role == "any" || f.role.empty() ? "--flight"
+                                                             : "--" + f.role});
+        }
+    };
+    add("learn", plan_.learn, plan_.learn_seeds);
+    add("held_out", plan_.held_out, plan_.held_out_seeds);
+    return out;
+  }
+
+  // Everything that tells the truth, where it lies now.
+  std::vector<fs::path> secrets() const {
+    std::vector<fs::path> out{fs::absolute(plan_.path), fs::absolute(plan_.plant), at_.run_toml(), at_.inputs() / inputs_.plant};
+    for (const auto& f : plan_.learn)
+      out.push_back(at_.fly() / "learn" / f.name / variant_name(plan_.variant) / std::to_string(plan_.learn_seeds.front()) / "truth.csv");
+    for (auto& p : out) p = fs::weakly_canonical(p);
+    return out;
+  }
+
+  void analyse(const std::string& name, const fs::path& folder, const std::string& command, const std::vector<std::string>& extra) const {
+    const auto flights = logs();
+    const fs::path vehicle = at_.inputs() / inputs_.place.at(plan_.vehicle);
+    const fs::path program = o_.analyst.empty() ? o_.program : o_.analyst;
+    StageInputs in{{"vehicle", sha256_file(vehicle)}, {"arguments", fmt::format("{}", fmt::join(extra, " "))}};
+    if (!o_.analyst.empty()) in["analyst"] = sha256_file(program);
+    std::vector<std::pair<fs::path, std::string>> papers{{vehicle, "vehicle.toml"}};
+    std::vector<std::string> arguments{command, "--vehicle", "vehicle.toml"};
+    for (const auto& log : flights) {
+      in[log.on_desk] = sha256_file(log.file);
+      papers.emplace_back(log.file, log.on_desk);
+      // Roles are for the stages of `identify`; a diagnosis takes every flight alike.
+      const bool role = log.option != "--held-out" && command != "identify";
+      arguments.insert(arguments.end(), {role ? "--flight" : log.option, log.on_desk});
+    }
+    // A diagnosis takes the effects of the vehicle file by itself, an identification those that it is told.
+    if (command == "identify")
+      for (const auto& effect : host::read_vehicle(vehicle, host::builtin_effect_catalogue()).effects)
+        if (host::find_term(effect.id)) arguments.insert(arguments.end(), {"--term", effect.id});
+    arguments.insert(arguments.end(), {"-o", "out/vehicle.toml", "--report", "out/report"});
+    arguments.insert(arguments.end(), extra.begin(), extra.end());
+    const Stage stage(folder, in);
+    if (!open(stage, name, fmt::format("the analyst: {}", command))) return;
+
+    Desk desk(papers);
+    fs::create_directories(desk.path() / "out" / "report");
+    const auto& probes = desk.isolate(program, secrets());
+    write_text_file(folder / "isolation.json", isolation_record(probes));
+    const ProbeResult& chosen = probes.back();
+    tell(name, chosen.holds() ? fmt::format("isolated by {}: {} ways to the truth tried, none opened", bench::name(chosen.isolation),
+                                            chosen.attempts.size())
+                              : std::string("not isolated: the analyst could reach the truth"));
+    if (!chosen.holds() && o_.require_isolation)
+      throw Error({name, "nothing on this machine keeps the analyst from the truth", "a kernel without Landlock and without namespaces",
+                   "start as root, or leave --require-isolation out: the run then says that it is not isolated"},
+                  ExitCode::device);
+    const int code = desk.run(
+        program, arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { tell(name, line); }, o_.stop);
+    desk.take_back("out", folder / "out");
+    if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
+    if (code >= 128)
+      throw Error({name, fmt::format("the analyst's `{}` was ended by signal {}", command, code - 128),
+                   "no memory left, or somebody ended it", "the same command goes on from here"},
+                  ExitCode::device);
+    // Without a vehicle file the identified vehicle is left out of the comparison; without a diagnosis there is no loop to close.
+    if (code != 0) {
+      tell(name, fmt::format("`{}` ended with {}, see {}", command, code, (folder / "messages.txt").generic_string()));
+      if (command == "diagnose")
+        throw Error({name, fmt::format("the analyst's `{}` ended with {}", command, code),
+                     "the logs cannot be used, or the program is another", "see " + (folder / "messages.txt").generic_string()},
+                    ExitCode::data_quality);
+    }
+    stage.finish(o_.version);
+  }
+
+  const LoopPlan& plan_;
+  const LoopOptions& o_;
+  LoopLayout at_;
+  CopiedInputs inputs_;
+};
+
+}  // namespace
+
+fs::path close_loop(const LoopPlan& plan, const LoopOptions& options) {
+  const std::string name = options.name.empty() ? "close-" + folder_name(plan.name) : options.name;
+  fs::path run = options.runs_dir / name;
+  // A run that was stopped goes on; anything else in the way is refused by create().
+  if (options.force || !fs::is_regular_file(run / "run.toml")) run = RunFolder::create(options.runs_dir, name, options.force).path();
+  run = fs::canonical(run);
+  fs::permissions(run, fs::perms::owner_all);
+  Loop(plan, options, run).go();
+  const LoopResult result = assemble_loop(run);
+  write_text_file(LoopLayout{run}.result(), loop_result_json(result));
+  write_text_file(LoopLayout{run}.report(), loop_report_html(result));
+  return run;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,121 @@
+#include "bench/close/tracking.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "sim/world/random.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::size_t kResamples = 20'000;
+constexpr std::uint64_t kModule = 0x636C6F7365;  // "close": the same resampling for the same pairs, always
+
+double mean(std::span<const double> v) { return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size()); }
+
+const FlightResult* find(const RunResult& r, const std::string& flight, std::uint64_t seed) {
+  for (const auto& f : r.flights)
+    if (f.flight == flight && f.seed == seed) return &f;
+  return nullptr;
+}
+
+double error_cm(const FlightResult& f, ErrorAxis axis) {
+  return axis == ErrorAxis::z ? f.tracking.truth.mean_z_cm : f.tracking.truth.mean_3d_cm;
+}
+
+void judge(TrackedFlight& t) {
+  const auto& r = t.reduction;
+  const bool better = t.plan.expect == Expectation::better;
+  const double limit = better ? t.plan.percent : -t.plan.percent;
+  if (t.lost > 0) {
+    t.reason = fmt::format("{} flights were lost that were completed before", t.lost);
+  } else if (std::isnan(r.low)) {
+    t.reason = "fewer than two pairs of flights";
+  } else {
+    t.pass = better ? r.low > limit : r.low >= limit;
+    const std::string interval = fmt::format("{:.1f} % less error, 95 %: {:.1f} to {:.1f} %", r.percent, r.low, r.high);
+    t.reason =
+        better ? fmt::format("{}; wanted above {:g} %", interval, limit) : fmt::format("{}; allowed down to {:g} %", interval, limit);
+  }
+}
+
+}  // namespace
+
+double student_975(std::size_t degrees) {
+  constexpr std::array kTable{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
+                              2.120,  2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042};
+  constexpr double kNormal = 1.95996;
+  if (degrees == 0) return kTable.front();
+  if (degrees <= kTable.size()) return kTable[degrees - 1];
+  return kNormal + (kNormal * kNormal * kNormal + kNormal) / (4.0 * static_cast<double>(degrees));
+}
+
+PairedReduction paired_reduction(std::span<const double> before, std::span<const double> after) {
+  PairedReduction out;
+  out.pairs = before.size();
+  if (out.pairs == 0) return out;
+  out.percent = 100.0 * (1.0 - mean(after) / mean(before));
+  if (out.pairs < 2) return out;
+  const std::size_t n = out.pairs;
+  const sim::RandomStream random(n, kModule);
+  std::vector<double> values(kResamples);
+  std::uint64_t sample = 0;
+  for (double& v : values) {
+    double b = 0.0, a = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(random.uniform(sample++) * static_cast<double>(n));
+      b += before[k];
+      a += after[k];
+    }
+    v = 100.0 * (1.0 - a / b);
+  }
+  std::sort(values.begin(), values.end());
+  const double dn = static_cast<double>(n);
+  const double z = std::sqrt(dn / (dn - 1.0)) * student_975(n - 1);
+  const double tail = 0.5 * std::erfc(z / std::sqrt(2.0));
+  const auto at = static_cast<std::size_t>(tail * static_cast<double>(kResamples - 1));
+  out.low = values[at];
+  out.high = values[kResamples - 1 - at];
+  // Resampling cannot show a scatter that few pairs do not have in them: Student's interval of the linearised ratio beside it.
+  const double ratio = mean(after) / mean(before);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < n; ++i) squares += (after[i] - ratio * before[i]) * (after[i] - ratio * before[i]);
+  const double half = 100.0 * student_975(n - 1) * std::sqrt(squares / (dn - 1.0) / dn) / mean(before);
+  out.low = std::min(out.low, out.percent - half);
+  out.high = std::min(100.0, std::max(out.high, out.percent + half));
+  return out;
+}
+
+std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const RunResult& before, const RunResult* identified,
+                                            const RunResult& after) {
+  std::vector<TrackedFlight> out;
+  for (const JudgedFlight& p : plan) {
+    TrackedFlight t;
+    t.plan = p;
+    for (const auto& b : before.flights) {
+      if (b.flight != p.flight.name || b.end != FlightEnd::completed) continue;
+      const auto* a = find(after, b.flight, b.seed);
+      if (!a || a->end != FlightEnd::completed) {
+        ++t.lost;
+        continue;
+      }
+      const auto* i = identified ? find(*identified, b.flight, b.seed) : nullptr;
+      t.seeds.push_back(b.seed);
+      t.before.push_back(error_cm(b, p.axis));
+      t.after.push_back(error_cm(*a, p.axis));
+      if (i && i->end == FlightEnd::completed) t.identified.push_back(error_cm(*i, p.axis));
+    }
+    if (t.identified.size() != t.before.size()) t.identified.clear();  // a lost flight would unpair the rest
+    t.reduction = paired_reduction(t.before, t.after);
+    if (!t.identified.empty()) t.reduction_identified = paired_reduction(t.before, t.identified);
+    judge(t);
+    out.push_back(std::move(t));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,145 @@
+#include "bench/close/truth.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "bench/close/findings.hpp"
+#include "bench/close/plan.hpp"
+#include "bench/close/run_layout.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "host/base/error.hpp"
+#include "host/base/toml_file.hpp"
+#include "host/vehicle/vehicle_file.hpp"
+#include "sim/plant/assemble.hpp"
+
+namespace rotorloop::bench {
+namespace fs = std::filesystem;
+namespace {
+using Json = nlohmann::ordered_json;
+
+bool holds(const std::vector<std::string>& list, const std::string& id) { return std::find(list.begin(), list.end(), id) != list.end(); }
+
+// The names under which a hidden effect may appear.
+bool stands_for(const Undeclared& u, const std::string& id) { return id == u.id || holds(u.shows_as, id); }
+
+const char* word(Told t) { return t == Told::right ? "right" : t == Told::in_class ? "class" : "missed"; }
+
+// Mass properties as flown, with what effects (a payload) make of them, beside those that the controller flies with.
+void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::path& vehicle_file) {
+  const sim::PlantFile plant = sim::read_plant(plant_file);
+  const sim::SharedRotors rotors = sim::read_rotors(plant);
+  sim::PlantSetup setup = sim::plant_setup(plant, sim::pointers(rotors), 500'000, 1);
+  sim::EffectSet effects = sim::effect_set(plant);
+  effects.prepare(setup);
+  const host::VehicleFile v = host::read_vehicle(vehicle_file, host::builtin_effect_catalogue());
+  const auto add = [&](const char* what, const char* unit, double truth, double found, double u) {
+    c.values.push_back({what, unit, truth, found, u});
+  };
+  // An effect that displaces or loads is part of what the controller believes.
+  double mass = v.mass_kg.value, x = v.com_offset_m[0].value, y = v.com_offset_m[1].value, ux = v.com_offset_m[0].u,
+         uy = v.com_offset_m[1].u;
+  for (const auto& e : v.effects)
+    for (const auto& p : e.parameters) {
+      if (e.id == "com_offset" && p.name == "dx_m") x += p.quantity.value, ux = std::hypot(ux, p.quantity.u);
+      if (e.id == "com_offset" && p.name == "dy_m") y += p.quantity.value, uy = std::hypot(uy, p.quantity.u);
+      if (e.id == "payload_mass" && p.name == "mass_kg") mass += p.quantity.value;
+    }
+  const auto& b = setup.body;
+  add("mass", "kg", b.mass_kg, mass, v.mass_kg.u);
+  add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), v.inertia_kg_m2[0].value, v.inertia_kg_m2[0].u);
+  add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), v.inertia_kg_m2[1].value, v.inertia_kg_m2[1].u);
+  add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), v.inertia_kg_m2[2].value, v.inertia_kg_m2[2].u);
+  add("centre of mass x", "m", b.com_offset_m.x(), x, ux);
+  add("centre of mass y", "m", b.com_offset_m.y(), y, uy);
+}
+
+}  // namespace
+
+bool TruthComparison::right() const {
+  return wrong.empty() && std::none_of(hidden.begin(), hidden.end(), [](const HiddenEffect& h) { return h.told == Told::missed; });
+}
+
+TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) {
+  TruthComparison c;
+  for (const Undeclared& u : plan.undeclared) {
+    HiddenEffect h{u.id, Told::missed, ""};
+    for (const FoundEffect& f : findings.added) {
+      const bool named = stands_for(u, f.id);
+      const bool among = std::any_of(f.twins.begin(), f.twins.end(), [&](const std::string& t) { return stands_for(u, t); });
+      if (!named && !among) continue;
+      const Told told = f.id == u.id && f.twins.empty() ? Told::right : Told::in_class;
+      if (h.told == Told::missed || told == Told::right) h = {u.id, told, f.id};
+      if (f.id != u.id) continue;
+      for (const FoundValue& v : f.parameters)
+        for (const auto& [name, value] : u.values)
+          if (name == v.name) c.values.push_back({fmt::format("{} of {}", name, u.id), v.unit, value, v.value, v.u});
+    }
+    c.hidden.push_back(h);
+  }
+  for (const FoundEffect& f : findings.added) {
+    const auto meant = [&](const std::string& id) {
+      return holds(plan.also_true, id) ||
+             std::any_of(plan.undeclared.begin(), plan.undeclared.end(), [&](const Undeclared& u) { return stands_for(u, id); });
+    };
+    if (!meant(f.id) && std::none_of(f.twins.begin(), f.twins.end(), meant)) c.wrong.push_back(f.id);
+  }
+  return c;
+}
+
+TruthComparison tell_truth(const fs::path& run) {
+  const LoopLayout at{run};
+  if (!fs::is_regular_file(at.run_toml()) || !fs::is_regular_file(at.diagnosis()))
+    throw Error({run.generic_string(), "holds no finished loop", "another folder, or a run that was stopped before its diagnosis",
+                 "name a folder that `rotorloop close` wrote, or let the run end"});
+  const auto file = TomlFile::read(at.run_toml());
+  const auto root = file.root();
+  const LoopPlan plan = read_loop_plan(run / root.text("plan"));
+  TruthComparison c = compare_effects(plan, read_findings(at.diagnosis()));
+  const fs::path vehicle = fs::is_regular_file(at.diagnosed_vehicle()) ? at.diagnosed_vehicle() : run / root.text("vehicle");
+  compare_vehicle(c, run / root.text("flown_plant"), vehicle);
+  write_text_file(at.truth(), truth_json(c));
+  return c;
+}
+
+std::string truth_json(const TruthComparison& c) {
+  Json j{{"format", 1}, {"right", c.right()}, {"hidden", Json::array()}, {"wrong", c.wrong}, {"values", Json::array()}};
+  for (const auto& h : c.hidden) j["hidden"].push_back({{"id", h.id}, {"told", word(h.told)}, {"answer", h.answer}});
+  for (const auto& v : c.values)
+    j["values"].push_back(
+        {{"what", v.what}, {"unit", v.unit}, {"truth", v.truth}, {"found", v.found}, {"u", v.u}, {"errors_in_u", v.errors_in_u()}});
+  return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+TruthComparison read_truth(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const Json j = Json::parse(in, nullptr, false);
+  TruthComparison c;
+  if (j.is_discarded())
+    throw Error({path.generic_string(), "is no JSON", "the file was edited or cut", "run `rotorloop close truth` again"});
+  for (const Json& h : j.at("hidden")) {
+    const auto told = h.at("told").get<std::string>();
+    c.hidden.push_back({h.at("id"), told == "right" ? Told::right : told == "class" ? Told::in_class : Told::missed, h.at("answer")});
+  }
+  c.wrong = j.at("wrong").get<std::vector<std::string>>();
+  for (const Json& v : j.at("values")) c.values.push_back({v.at("what"), v.at("unit"), v.at("truth"), v.at("found"), v.at("u")});
+  return c;
+}
+
+std::string truth_text(const TruthComparison& c) {
+  std::string out;
+  if (c.hidden.empty()) out += "nothing was hidden\n";
+  for (const auto& h : c.hidden)
+    out += fmt::format("hidden    {:<26} {}{}\n", h.id, word(h.told), h.answer.empty() ? "" : ", as " + h.answer);
+  for (const auto& w : c.wrong) out += fmt::format("wrong     {:<26} the plant does not have it\n", w);
+  out += fmt::format("\n{:<36}{:>14}{:>14}{:>12}{:>12}\n", "", "truth", "found", "u", "error / u");
+  for (const auto& v : c.values)
+    out += fmt::format("{:<36}{:>14.5g}{:>14.5g}{:>12.2g}{:>12}\n", v.what + ", " + v.unit, v.truth, v.found, v.u,
+                       v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "-");
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,18 @@
+// The page of a diagnosis: verdict, evidence for and against each candidate, what is left, errors before and after.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "bench/diagnose/diagnose.hpp"
+
+namespace rotorloop::bench {
+
+struct DiagnosisPage {
+  const DiagnosisRun& run;
+  const std::optional<HeldOutScores>& held_out;
+  std::string vehicle_name;
+  std::string residual_sections;  // made by residual_sections_html(); may be empty
+};
+std::string diagnosis_report_html(const DiagnosisPage& page);
+
+}  // namespace rotorloop::bench

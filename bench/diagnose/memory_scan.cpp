@@ -1,0 +1,133 @@
+#include "bench/diagnose/memory_scan.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <thread>
+
+#include "bench/identify/flight_motion.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Rows = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+using Wrench = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kEvery_s = 0.02;  // of the residual: loads that swing are slower
+
+// What the model leaves on the body, in units of its own noise over a step: force in the world, torque in the body.
+struct Leftover {
+  std::vector<std::size_t> knot;
+  Rows value;  // accelerations over the process noise
+};
+
+Leftover leftover(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const NoiseModel& noise) {
+  RotorInput input = g.input;
+  if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
+  input.prepare(values);
+  const Model model(values);
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(kEvery_s / g.step_s)));
+  Leftover out;
+  std::vector<Wrench> rows;
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k + stride < g.knots; k += stride) {
+    Wrench sum = Wrench::Zero();
+    bool whole = true;
+    for (std::size_t j = k; j < k + stride && whole; ++j) {
+      whole = g.linked[j];
+      if (!whole) break;
+      const StateError d = difference(model.step(states[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps), states[j + 1]);
+      sum.head<3>() += d.segment<3>(3).cwiseQuotient(noise.force_m_s2_rtHz);
+      sum.tail<3>() += d.segment<3>(9).cwiseQuotient(noise.angular_rad_s2_rtHz);
+    }
+    if (!whole) continue;
+    out.knot.push_back(k + stride / 2);
+    rows.push_back(sum / (static_cast<double>(stride) * g.step_s));
+  }
+  out.value.resize(6, static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) out.value.col(static_cast<Eigen::Index>(i)) = rows[i];
+  return out;
+}
+
+void without_means(Rows& x) {
+  if (x.cols() > 0) x.colwise() -= Wrench(x.rowwise().mean());
+}
+
+}  // namespace
+
+Rows wrench_per_unit(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& model, const host::Term& term,
+                     const std::vector<double>& parameters) {
+  ModelValues values = model;
+  values.terms.add(term);
+  values.values.insert(values.values.end(), parameters.begin(), parameters.end());
+  values.values.resize(kCoreParameters + values.terms.parameters(), 0.0);
+  const int size = kCoreParameters + static_cast<int>(values.terms.first_parameter(values.terms.size() - 1));
+  const Model with(values, {size});
+  RotorInput input = g.input;
+  input.follow(std::make_shared<const Motion>(motion_of(g, states)));
+  input.prepare(values);
+  Rows out(6, static_cast<Eigen::Index>(g.knots));
+  Eigen::MatrixXd by(6, 1);
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k < g.knots; ++k) {
+    by.setZero();
+    with.wrench_by_extras(states[k], input.at(g.time_s(k), hint, false), g.time_s(k), by);
+    out.col(static_cast<Eigen::Index>(k)) = by;
+  }
+  return out;
+}
+
+std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& term, int threads) {
+  const std::size_t flights = r.flights.size(), width = term.info.parameters.size(), points = term.info.scan.size() / width;
+  std::vector<Leftover> left(flights);
+  double all = 0.0;
+  for (std::size_t f = 0; f < flights; ++f) {
+    left[f] = leftover(r.flights[f], r.fit.states[f], r.fit.values[f], r.fit.noise[f]);
+    without_means(left[f].value);
+    all += left[f].value.squaredNorm();
+  }
+  std::vector<ScanPoint> out(points);
+  const auto try_point = [&](std::size_t i) {
+    const auto row = term.info.scan.subspan(i * width, width);
+    ScanPoint& p = out[i];
+    p.parameters.assign(row.begin(), row.end());
+    p.parameters.front() = term.info.parameters.front().neutral;
+    double along = 0.0, size = 0.0;
+    for (std::size_t f = 0; f < flights; ++f) {
+      const ModelValues& v = r.fit.values[f];
+      const Rows wrench = wrench_per_unit(r.flights[f], r.fit.states[f], v, term, p.parameters);
+      const Eigen::Matrix3d inverse_inertia = v.inertia_kg_m2().inverse();
+      Rows a(6, left[f].value.cols());
+      for (Eigen::Index c = 0; c < a.cols(); ++c) {
+        const std::size_t k = left[f].knot[static_cast<std::size_t>(c)];
+        const Wrench w = wrench.col(static_cast<Eigen::Index>(k));
+        a.col(c).head<3>() =
+            (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
+        a.col(c).tail<3>() = (inverse_inertia * w.tail<3>()).cwiseQuotient(r.fit.noise[f].angular_rad_s2_rtHz);
+      }
+      without_means(a);
+      along += a.cwiseProduct(left[f].value).sum();
+      size += a.squaredNorm();
+    }
+    const double estimate = size > 0.0 ? along / size : 0.0;
+    p.parameters.front() += estimate;
+    p.gain = all > 0.0 && p.parameters.front() > term.info.parameters.front().min ? estimate * along / all : 0.0;
+  };
+  std::vector<std::thread> pool;
+  const auto workers = static_cast<std::size_t>(std::max(1, threads));
+  for (std::size_t w = 0; w < workers; ++w) {
+    pool.emplace_back([&, w] {
+      for (std::size_t i = w; i < points; i += workers) try_point(i);
+    });
+  }
+  for (auto& t : pool) t.join();
+  std::stable_sort(out.begin(), out.end(), [](const ScanPoint& a, const ScanPoint& b) { return a.gain > b.gain; });
+  return out;
+}
+
+void look_where_it_swings(const Identification& fitted, Candidate& c, int threads) {
+  const std::vector<ScanPoint> points = scan_memory(fitted, *c.term, threads);
+  if (points.empty()) return;
+  for (std::size_t k = 1; k < c.parameters.size(); ++k) c.parameters[k].neutral = points.front().parameters[k];
+}
+
+}  // namespace rotorloop::bench

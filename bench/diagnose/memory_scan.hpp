@@ -1,0 +1,28 @@
+// Where to look for a term with memory. At its neutral size its other numbers (length and damping of a load on a string) change nothing,
+// so the sweep of all candidates cannot find them: they are chosen before it, where the term's load follows best what the model leaves.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "bench/diagnose/screening.hpp"
+
+namespace rotorloop::bench {
+
+// Force and torque (N, N m per unit of its first parameter, body axes, 6 x knots) that a term puts on the body along the states of a
+// flight, with its memory running along them from rest. `parameters`: its own, the first at its neutral value.
+Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_per_unit(const GridFlight& flight, const std::vector<BodyState>& states,
+                                                         const ModelValues& model, const host::Term& term,
+                                                         const std::vector<double>& parameters);
+
+struct ScanPoint {
+  std::vector<double> parameters;  // the first is its estimate
+  double gain = 0.0;               // share of the residual's weighted squares that goes, 0 to 1; 0 when the estimate has the wrong sign
+};
+// The term's scan (TermInfo::scan) against the residual of a fit, best first. Constant parts of either do not count: weight is told by
+// thrust, not by a swing.
+std::vector<ScanPoint> scan_memory(const Identification& fitted, const host::Term& term, int threads);
+
+// Moves the candidate's parameters but the first to the best of the scan.
+void look_where_it_swings(const Identification& fitted, Candidate& candidate, int threads);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,19 @@
+// What a diagnosis may come to, of flights, stands or motor commands alike; and a value with its uncertainty.
+#pragma once
+#include <string>
+#include <string_view>
+
+namespace rotorloop::bench {
+
+// clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
+// members these flights cannot tell apart. unexplained: the residual is real, and no effect of the library explains what is left
+// (effects may have been added before). faulty: a sensor or the log is at fault, and no physics was fitted to it.
+enum class DiagnosisVerdict { clean, named, ambiguous, unexplained, faulty };
+std::string_view name(DiagnosisVerdict v);
+
+struct NamedValue {
+  std::string name, unit;
+  double value = 0.0, u = 0.0;  // u: the larger of the classical and the block-robust standard error
+};
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,43 @@
+// From the numbers of the fit to those of the loads (host/effects), for any scalar of theirs.
+#pragma once
+#include "bench/identify/body_state.hpp"
+#include "bench/identify/parameters.hpp"
+#include "bench/identify/rotor_input.hpp"
+#include "host/effects/loads.hpp"
+
+namespace rotorloop::bench {
+
+template <class S>
+host::LoadParameters<S> load_parameters(const ModelValues& v) {
+  host::LoadParameters<S> p;
+  p.k1_N_s2 = S(v[kK1]);
+  p.k2_N_s2_m = S(v[kK2]);
+  p.c_q_N_m_s2 = S(v[kCq]);
+  p.com_x_m = S(v[kComX]);
+  p.com_y_m = S(v[kComY]);
+  p.c_dh_s_m = S(v[kCdh]);
+  p.c_dxy_N_s2_m2 = S(v[kCdxy]);
+  p.c_dz_N_s2_m2 = S(v[kCdz]);
+  return p;
+}
+
+// `world_B`: R_WB transposed; `v_B`: velocity in body axes.
+template <class S>
+host::LoadInput<S> load_input(const BodyState& x, const Eigen::Matrix3d& world_B, const Eigen::Vector3d& v_B, const RotorInputSample& u,
+                              double t_s) {
+  host::LoadInput<S> in;
+  const auto vec = [](const auto& v) { return host::Vec3<S>{S(v[0]), S(v[1]), S(v[2])}; };
+  in.v_B_m_s = vec(v_B);
+  in.rates_B_rad_s = vec(x.w_B_rad_s);
+  for (int i = 0; i < 3; ++i) in.world_B[static_cast<std::size_t>(i)] = vec(world_B.col(i));
+  in.p_W_m = vec(x.p_W_m);
+  for (std::size_t r = 0; r < 4; ++r) {
+    in.omega_rad_s[r] = S(u.omega_rad_s[r]);
+    in.omega_dot_rad_s2[r] = S(u.omega_dot_rad_s2[r]);
+  }
+  in.t_s = t_s;
+  in.battery_V = u.battery_V;
+  return in;
+}
+
+}  // namespace rotorloop::bench

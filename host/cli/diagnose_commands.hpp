@@ -1,0 +1,21 @@
+// `rotorloop diagnose` for logs that hold motor commands and no rotor speeds: no wrench can be fitted there, but hover demand against
+// reference flights tells a rotor, and thrust over motor voltage tells flights apart.
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "host/vehicle/model.hpp"
+
+namespace rotorloop::cli {
+
+struct CommandLogs {
+  std::vector<std::filesystem::path> flights;
+  std::vector<std::filesystem::path> reference;  // the same vehicle without a defect; fewer than two: only the flights' differences
+  std::filesystem::path mapping;
+  bool json = false;
+};
+
+// False, and nothing done, when the first flight has rotor speeds. Else prints to stdout. Throws Error for logs that cannot be used.
+bool diagnose_command_logs(const CommandLogs& logs, const host::VehicleModel& vehicle);
+
+}  // namespace rotorloop::cli

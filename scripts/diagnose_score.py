@@ -1,0 +1,156 @@
+"""Judges what diagnoses said against what the plants had: rules, counts, confusion table. See scripts/diagnose_study.py.
+
+An answer is a list of sets: each effect that was added, with the twins it cannot be told from. The rules, one outcome for a trial:
+  separable       right: the first answer is the effect, alone
+  class_only      right: a set of up to three holds the effect, with the manoeuvre that tells when it has more than one member
+  not_observable  right: verdict clean, and the effect stands in not_observable. silent: clean, but not listed
+  pair            right: both are in the answer. half: one is
+  foreign         right: verdict unexplained and nothing named
+  clean           right: verdict clean
+Otherwise inside (the effect is in an answer, but not so), missed (nothing named) or wrong. Beside the outcome, `wrong` counts every trial with any set that holds nothing of the truth.
+"""
+
+import collections
+import json
+import math
+
+LARGEST_CLASS = 3
+HEAD = """# Which undeclared effects a diagnosis finds in simulated flights
+
+Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resumable; exit code 6 when a limit is missed). This page is made by it.
+
+**Flights.** `scenarios/diagnose.toml`: three of 20 s, the same for all, reference plant and sensors, flown with `vehicles/calibrated.toml`. The plant gets one effect
+of `docs/effects.toml` at its typical value, or loses one that it has; where the vehicle file holds the effect already, the file loses it instead. Exceptions,
+pairs and foreign effects with their sizes and reasons: `scripts/diagnose_study.toml`.
+**Belief.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 and 302 and pooled, frozen before the study.
+**Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial whose flights or diagnosis failed counts as missed.
+"""
+
+LIMITS = [  # what, kinds, outcome that counts, least share
+    ("separable: named first and alone", ("separable",), "right", 0.90),
+    ("class only: a class of at most three holds it", ("class_only",), "right", 0.90),
+    ("not observable: said so", ("not_observable",), "right", 0.90),
+    ("two at once: both in the answer", ("pair",), "right", 0.80),
+    ("foreign: unexplained, no name", ("foreign",), "right", 0.75),
+    ("clean, plant of eq. 1-8", ("clean_reduced",), "right", 0.95),
+    ("clean, full plant with its findings", ("clean_full",), "right", 0.95),
+]
+MOST_WRONG = 0.02
+LEAST_OF_EACH = 0.7  # of a single effect's trials
+
+
+def answer_sets(result):
+    return [(a["id"], *(t["id"] for t in a.get("twins", []))) for a in result.get("added", [])]
+
+
+def outcome(trial, result):
+    """(outcome, wrong): of one trial."""
+    kind, truth = trial["kind"], set(trial["truth"])
+    sets, verdict = answer_sets(result), result["verdict"]
+    wrong = any(truth.isdisjoint(s) for s in sets)
+    holding = [i for i, s in enumerate(sets) if not truth.isdisjoint(s)]
+    otherwise = "inside" if holding else "wrong" if sets else "missed"
+    if kind in ("clean_full", "clean_reduced"):
+        return ("right" if verdict == "clean" else "wrong" if sets else "false alarm"), wrong
+    if kind == "foreign":
+        return ("right" if verdict == "unexplained" and not sets else "wrong" if sets else "missed"), wrong
+    if kind == "pair":
+        found = truth & {i for s in sets for i in s}
+        return ("right" if found == truth else "half" if found else "wrong" if sets else "missed"), wrong
+    if kind == "not_observable":
+        listed = truth <= {n["id"] for n in result.get("not_observable", [])}
+        return ("wrong" if sets else "right" if verdict == "clean" and listed else "silent" if verdict == "clean" else "missed"), wrong
+    if kind == "separable":
+        return ("right" if sets and sets[0] == tuple(trial["truth"]) else otherwise), wrong
+    told = [i for i in holding if len(sets[i]) == 1 or (len(sets[i]) <= LARGEST_CLASS and result["added"][i].get("manoeuvre"))]
+    return ("right" if told else otherwise), wrong
+
+
+def read(folder):
+    """The trial and what was said, or None for what is not complete."""
+    try:
+        trial = json.loads((folder / "trial.json").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    try:
+        return trial, json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    except (FileNotFoundError, json.JSONDecodeError):
+        return trial, {"verdict": f"no result, exit {trial['exit']}"}
+
+
+def said(result):
+    """The answer in words: "a | b, c" is an effect named, then a class of two."""
+    return " | ".join(", ".join(s) for s in answer_sets(result)) or result["verdict"]
+
+
+def in_words(folder):
+    trial, result = read(folder)
+    judged, wrong = outcome(trial, result)
+    return f"{judged}{' (and a wrong name)' if wrong and judged != 'wrong' else ''}: {result['verdict']}, {said(result)}, {trial['wall_s']} s"
+
+
+def interval(hits, n):
+    """Wilson's 95 % interval of a share."""
+    z, p = 1.96, hits / n
+    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
+
+
+def percent(hits, n):
+    low, high = interval(hits, n)
+    return f"{100 * hits / n:.1f} % ({hits} of {n}; 95 %: {100 * low:.0f} to {100 * high:.0f})"
+
+
+def page(out, wanted):
+    """The page as Markdown, and whether a limit was missed."""
+    judged = collections.defaultdict(list)  # case -> [(outcome, wrong, answer, seed)]
+    kinds, unflown = {c.name: c.kind for c in wanted}, []
+    for c in wanted:
+        for folder in sorted((out / c.name).glob("*"), key=lambda f: f.name):
+            both = read(folder)
+            if both is None:
+                continue
+            trial, result = both
+            judged[c.name].append((*outcome(trial, result), said(result), trial["seed"]))
+            unflown += [f"`{c.name}` seed {trial['seed']}: {flight} {end}" for flight, end in trial["ends"].items() if end != "completed"]
+    lines, missed = summary(judged, kinds)
+    seeds = sorted({t[3] for trials in judged.values() for t in trials})
+    lines = [HEAD, f"Seeds {', '.join(map(str, seeds))}.\n" if seeds else "No trial yet.\n", *lines, ""]
+    lines += table(judged, kinds)
+    lines += ["", "## Flights that did not end as planned", "", *([f"- {u}" for u in unflown] or ["None."])]
+    return "\n".join(lines) + "\n", missed
+
+
+def summary(judged, kinds):
+    lines, missed = ["| what | measured | limit | |", "| --- | --- | --- | --- |"], False
+
+    def row(what, measured, limit, ok):
+        nonlocal missed
+        missed |= not ok
+        lines.append(f"| {what} | {measured} | {limit} | {'' if ok else '**missed**'} |")
+
+    for what, of, right, least in LIMITS:
+        trials = [t for name, ts in judged.items() if kinds[name] in of for t in ts]
+        hits = sum(t[0] == right for t in trials)
+        if trials:
+            row(what, percent(hits, len(trials)), f"≥ {100 * least:.0f} %", hits >= least * len(trials))
+    effects = [n for n in judged if kinds[n] in ("separable", "class_only", "not_observable")]
+    weak = [n for n in effects if sum(t[0] == "right" for t in judged[n]) < LEAST_OF_EACH * len(judged[n])]
+    if effects:
+        row("single effects below 7 of 10", f"{len(weak)} of {len(effects)}", "0", not weak)
+        trials = [t for n in effects for t in judged[n]]
+        wrong = sum(t[1] for t in trials)
+        row("confidently wrong: any name or class without the truth", percent(wrong, len(trials)), f"≤ {100 * MOST_WRONG:.0f} %",
+            wrong <= MOST_WRONG * len(trials))
+    return lines, missed
+
+
+def table(judged, kinds):
+    """Confusion: what the plant had against what was said; equal answers counted."""
+    lines = ["## What was said", "", "`a | b, c`: effect a named, then a class of b and c. In front: how often.", "",
+             "| plant | kind | trials | right | a wrong name | answers |", "| --- | --- | ---: | ---: | ---: | --- |"]
+    for name, trials in judged.items():
+        answers = collections.Counter(t[2] for t in trials).most_common()
+        words = "; ".join(f"{n} × {a}".replace("|", "\\|") for a, n in answers)
+        lines.append(f"| `{name}` | {kinds[name]} | {len(trials)} | {sum(t[0] == 'right' for t in trials)} | {sum(t[1] for t in trials)} | {words} |")
+    return lines

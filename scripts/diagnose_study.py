@@ -1,0 +1,224 @@
+"""Flies a plant with one undeclared effect after the other, lets `rotorloop diagnose` say what the logs show, and keeps what it
+said: see scripts/stats diagnose. Uses the command line of rotorloop alone; scripts/diagnose_score.py judges.
+
+A trial is one plant and one seed: build/stats/diagnose/CASE/SEED with plant.toml, the vehicle file that is believed, and trial.json
+(how the flights ended, what was said). A trial that has its trial.json is not repeated; logs are deleted once they are read.
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import json
+import pathlib
+import resource
+import shutil
+import subprocess
+import sys
+import time
+import tomllib
+
+import diagnose_score
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILT = ROOT / "build/release/bin/rotorloop"
+STUDY = ROOT / "scripts/diagnose_study.toml"
+MODEL_TRUE = ROOT / "build/release/test-bin/model_true_logs"
+DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--json", "-q"]  # one command line for all
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    name: str
+    kind: str                    # separable, class_only, not_observable, pair, foreign, clean_full, clean_reduced
+    truth: tuple = ()            # ids that the answer should hold
+    entries: tuple = ()          # (id, {key: value}) that the plant gets, over those of its file
+    without: tuple = ()          # ids that the plant loses
+    unbelieved: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
+
+
+def toml(path):
+    return tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+
+
+def change_for(effect, study, in_plant, believed):
+    """(entries, without, unbelieved) that make this effect one that the vehicle file does not know."""
+    key, name = effect["parameter"], effect["id"]
+    if name in believed:
+        return (), (), (name,)
+    if name in in_plant:
+        return (), (name,), ()
+    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), (), ()
+
+
+def cases(study, catalogue):
+    effects = {e["id"]: e for e in catalogue["effect"] if e["plant"]}
+    in_plant = {e["id"] for e in toml(ROOT / study["plant"]).get("effect", [])}
+    believed = {e["id"] for e in toml(ROOT / study["vehicle"]).get("effect", [])}
+
+    def case(name, kind, ids):
+        parts = [change_for(effects[i], study, in_plant, believed) for i in ids]
+        return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(3)))
+
+    out = [case(i, e["class"], [i]) for i, e in effects.items()]
+    out += [case("+".join(p["effects"]), "pair", p["effects"]) for p in study["pair"]]
+    out += [Case(f["id"], "foreign", (), ((f["id"], {k: v for k, v in f.items() if k != "id"}),)) for f in study["foreign"]]
+    return [*out, Case("clean_full", "clean_full"), Case("clean_reduced", "clean_reduced")]
+
+
+def blocks(text):
+    """A TOML file as the lines before its first [[…]] and those of each such block."""
+    out = [[]]
+    for line in text.splitlines():
+        if line.startswith("["):
+            out.append([])
+        out[-1].append(line)
+    return ["\n".join(b) + "\n" for b in out]
+
+
+def plant_text(case, study):
+    source = ROOT / study["plant"]
+    text = source.read_text(encoding="utf-8").replace('"blades/', f'"{source.parent}/blades/').replace('"motors/', f'"{source.parent}/motors/')
+    gone = set(case.without) | {i for i, _ in case.entries}
+    kept = [b for b in blocks(text) if not (b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in gone)]
+    for name, values in case.entries:
+        kept.append(f'\n[[effect]]\nid = "{name}"\n' + "".join(f"{k} = {v}\n" for k, v in values.items()))
+    return "".join(kept)
+
+
+def write_belief(path, case, vehicle):
+    """The vehicle file without the terms that the case takes from it; covariance blocks lose their rows."""
+    out = []
+    for b in blocks(vehicle.read_text(encoding="utf-8")):
+        if b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in case.unbelieved:
+            continue
+        if b.startswith("[[covariance]]") and any(f"effect.{i}" in b for i in case.unbelieved):
+            c = tomllib.loads(b)["covariance"][0]
+            keep = [k for k, n in enumerate(c["of"]) if not any(n.startswith(f"effect.{i}") for i in case.unbelieved)]
+            n = len(c["of"])
+            if len(keep) < 2:
+                continue
+            names = ", ".join(f'"{c["of"][k]}"' for k in keep)
+            matrix = ", ".join(repr(c["matrix"][i * n + k]) for i in keep for k in keep)
+            b = f"[[covariance]]\nof = [{names}]\nmatrix = [{matrix}]\n\n"
+        out.append(b)
+    path.write_text("".join(out), encoding="utf-8")
+
+
+def run(words, log, limit_s):
+    """Exit code and CPU seconds of a command; what it prints goes to `log`."""
+    before = time.monotonic()
+    with open(log, "w", encoding="utf-8") as out, open(f"{log}.err", "w", encoding="utf-8") as err:
+        try:
+            code = subprocess.run([str(w) for w in words], stdout=out, stderr=err, check=False, timeout=limit_s).returncode
+        except subprocess.TimeoutExpired:
+            code = 124
+    return code, time.monotonic() - before
+
+
+def fly(case, seed, folder, o, study):
+    """Logs of the three flights and how each ended."""
+    if case.kind == "clean_reduced":
+        code, _ = run([MODEL_TRUE, "--seed", seed, "--out", folder], folder / "fly.txt", 300)
+        return sorted(folder.glob("*.csv")), {"model true": "completed" if code == 0 else f"exit {code}"}
+    (folder / "plant.toml").write_text(plant_text(case, study), encoding="utf-8")
+    source = ROOT / study["scenario"]
+    text = source.read_text(encoding="utf-8").replace(f'"../{study["plant"]}"', f'"{folder / "plant.toml"}"')
+    text = text.replace('"../', f'"{ROOT}/').replace('"trajectories/', f'"{source.parent}/trajectories/')
+    (folder / "scenario.toml").write_text(text, encoding="utf-8")
+    run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--seeds", f"{seed},", "--out", folder, "--name", "flights", "--force", "-q", "-j", 1],
+        folder / "fly.txt", 300)
+    result = json.loads((folder / "flights/result.json").read_text(encoding="utf-8"))
+    ends = {f["flight"]: f["end"] for f in result["flights"]}
+    return [folder / "flights" / f["flight"] / f["variant"] / str(seed) / "flight.csv" for f in result["flights"]], ends
+
+
+def logs_of(case, seed, folder, o, study):
+    """The flights of a trial, flown when they are not there yet: paths of their logs, and how each ended."""
+    flown, plant = folder / "flown.json", folder / "plant.toml"
+    same = case.kind == "clean_reduced" or (plant.exists() and plant.read_text(encoding="utf-8") == plant_text(case, study))
+    if not (flown.exists() and same):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        logs, ends = fly(case, seed, folder, o, study)
+        for i, log in enumerate(logs):
+            log.rename(folder / f"{i + 1}.csv")
+        shutil.rmtree(folder / "flights", ignore_errors=True)
+        flown.write_text(json.dumps(ends) + "\n", encoding="utf-8")
+    return sorted(folder.glob("?.csv")), json.loads(flown.read_text(encoding="utf-8"))
+
+
+def trial(case, seed, o, study):
+    folder = (o.out / case.name / str(seed)).resolve()
+    done = folder / "trial.json"
+    if done.exists():
+        return
+    logs, ends = logs_of(case, seed, folder, o, study)
+    if o.fly_only:
+        print(f"{case.name} {seed}: {ends}", file=sys.stderr, flush=True)
+        return
+    vehicle = ROOT / study["vehicle"]
+    if case.kind == "clean_reduced":
+        vehicle = ROOT / study["vehicle_reduced"]
+    elif case.unbelieved:
+        write_belief(folder / "believed.toml", case, vehicle)
+        vehicle = folder / "believed.toml"
+    code, wall_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
+                       folder / "result.json", 3600)
+    record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1)}
+    if not o.keep_logs:
+        for log in logs:
+            log.unlink()
+        (folder / "flown.json").unlink()
+    done.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    print(f"{case.name} {seed}: {diagnose_score.in_words(folder)}", file=sys.stderr, flush=True)
+
+
+def seed_list(text):
+    """"1..10", "3,5" or "4"."""
+    out = []
+    for part in text.split(","):
+        low, _, high = part.partition("..")
+        out += range(int(low), int(high or low) + 1)
+    return out
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/stats diagnose", description="which effects `rotorloop diagnose` finds in simulated flights")
+    parser.add_argument("--seeds", type=seed_list, default=seed_list("501..510"), help="1..10 or 3,5")
+    parser.add_argument("--clean-seeds", type=seed_list, help="of the two clean controls; default: --seeds")
+    parser.add_argument("--only", type=lambda t: t.split(","), help="these cases, by name or kind")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/stats/diagnose")
+    parser.add_argument("--program", type=pathlib.Path, default=BUILT, help="rotorloop to use")
+    parser.add_argument("--jobs", "-j", type=int, default=2)
+    parser.add_argument("--table", type=pathlib.Path, help="page to write, as docs/acceptance/diagnose_hil.md")
+    parser.add_argument("--fly-only", action="store_true", help="how the flights end, without a diagnosis")
+    parser.add_argument("--keep-logs", action="store_true", help="20 MB for each trial: remove trial.json, and only the diagnosis is made again")
+    parser.add_argument("--score-only", action="store_true", help="judge what is there")
+    o = parser.parse_args()
+    study, catalogue = toml(STUDY), toml(ROOT / "docs/effects.toml")
+    wanted = [c for c in cases(study, catalogue) if not o.only or c.name in o.only or c.kind in o.only]
+    if not wanted:
+        sys.exit(f"error: no case is called {o.only}\n  do: take an effect's id, or a kind: separable, pair, foreign, clean_full, …")
+    if not o.score_only:
+        o.out = o.out.resolve()
+        o.out.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(o.program, o.out / "rotorloop")  # the whole study with one program, whatever is built meanwhile
+        clean_seeds = o.clean_seeds or o.seeds
+        # All cases of one seed before the next seed: a study that is stopped has judged every case equally often.
+        work = [(c, s) for s in sorted({*o.seeds, *clean_seeds}) for c in wanted if s in (clean_seeds if c.kind.startswith("clean") else o.seeds)]
+        with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
+            for future in [pool.submit(trial, c, s, o, study) for c, s in work]:
+                future.result()
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        print(f"{used.ru_utime + used.ru_stime:.0f} s of CPU", file=sys.stderr)
+    if o.fly_only:
+        return 0
+    page, missed = diagnose_score.page(o.out, wanted)
+    if o.table:
+        o.table.write_text(page, encoding="utf-8")
+    print(page)
+    return 6 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

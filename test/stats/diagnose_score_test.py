@@ -1,0 +1,124 @@
+"""The judge of scripts/stats diagnose: which answer to which plant counts as what."""
+
+import json
+import pathlib
+import sys
+import tempfile
+import types
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+import diagnose_score as score  # noqa: E402
+import diagnose_study as study  # noqa: E402
+
+
+def trial(kind, *truth):
+    return {"kind": kind, "truth": list(truth)}
+
+
+def said(verdict, *sets, manoeuvre="fly it", not_observable=()):
+    """An answer: each set is an effect and its twins."""
+    return {"verdict": verdict,
+            "added": [{"id": s[0], "twins": [{"id": t} for t in s[1:]], "manoeuvre": manoeuvre} for s in sets],
+            "not_observable": [{"id": i} for i in not_observable]}
+
+
+class Judge(unittest.TestCase):
+    def expect(self, outcome, wrong, kind, truth, answer):
+        self.assertEqual(score.outcome(trial(kind, *truth), answer), (outcome, wrong))
+
+    def test_separable_must_be_named_first_and_alone(self):
+        for outcome, wrong, answer in [
+            ("right", False, said("named", ["a"])),
+            ("right", True, said("named", ["a"], ["b"])),
+            ("inside", False, said("ambiguous", ["a", "b"])),
+            ("inside", True, said("named", ["b"], ["a"])),
+            ("wrong", True, said("named", ["b"])),
+            ("missed", False, said("clean")),
+            ("missed", False, said("unexplained")),
+        ]:
+            self.expect(outcome, wrong, "separable", ["a"], answer)
+
+    def test_class_of_up_to_three_with_the_manoeuvre_that_tells(self):
+        for outcome, wrong, answer in [
+            ("right", False, said("ambiguous", ["b", "a", "c"])),
+            ("right", False, said("named", ["a"], manoeuvre="")),
+            ("inside", False, said("ambiguous", ["b", "a"], manoeuvre="")),
+            ("inside", False, said("ambiguous", ["b", "a", "c", "d"])),
+            ("wrong", True, said("ambiguous", ["b", "c"])),
+        ]:
+            self.expect(outcome, wrong, "class_only", ["a"], answer)
+
+    def test_not_observable_must_be_said_and_nothing_named(self):
+        self.expect("right", False, "not_observable", ["a"], said("clean", not_observable=["a"]))
+        self.expect("silent", False, "not_observable", ["a"], said("clean"))
+        self.expect("wrong", True, "not_observable", ["a"], said("named", ["b"], not_observable=["a"]))
+
+    def test_both_of_two(self):
+        self.expect("right", False, "pair", ["a", "b"], said("ambiguous", ["b"], ["a", "c"]))
+        self.expect("half", True, "pair", ["a", "b"], said("named", ["b"], ["c"]))
+
+    def test_a_name_for_what_no_library_knows_is_wrong(self):
+        self.expect("right", False, "foreign", [], said("unexplained"))
+        self.expect("wrong", True, "foreign", [], said("unexplained", ["b"]))
+        self.expect("missed", False, "foreign", [], said("clean"))
+        self.expect("wrong", True, "clean_full", [], said("named", ["b"]))
+        self.expect("false alarm", False, "clean_full", [], said("unexplained"))
+        self.expect("right", False, "clean_reduced", [], said("clean"))
+
+    def test_page_misses_a_limit_by_one_trial_and_names_the_effect_below_seven_of_ten(self):
+        with tempfile.TemporaryDirectory() as name:
+            out = pathlib.Path(name)
+            for seed in range(10):
+                folder = out / "a" / str(seed)
+                folder.mkdir(parents=True)
+                record = {**trial("separable", "a"), "seed": seed, "ends": {"vertical": "completed"}, "exit": 0, "wall_s": 1.0}
+                (folder / "trial.json").write_text(json.dumps(record))
+                (folder / "result.json").write_text(json.dumps(said("named", ["a"] if seed < 6 else ["b"])))
+            page, missed = score.page(out, [types.SimpleNamespace(name="a", kind="separable")])
+            self.assertTrue(missed)
+            self.assertIn("60.0 % (6 of 10", page)
+            self.assertIn("| single effects below 7 of 10 | 1 of 1 | 0 | **missed** |", page)
+            self.assertIn("6 × a; 4 × b", page)
+
+
+class Plants(unittest.TestCase):
+    """Every case of the study is a plant that the vehicle file does not know, made from the files as they are."""
+
+    def setUp(self):
+        self.study, self.catalogue = study.toml(study.STUDY), study.toml(ROOT / "docs/effects.toml")
+        self.cases = {c.name: c for c in study.cases(self.study, self.catalogue)}
+
+    def test_every_effect_of_the_plant_is_a_case_and_changes_plant_or_belief(self):
+        for e in self.catalogue["effect"]:
+            if e["plant"]:
+                c = self.cases[e["id"]]
+                self.assertTrue(c.entries or c.without or c.unbelieved, c.name)
+
+    def test_plant_files_hold_what_the_case_says(self):
+        for c in self.cases.values():
+            ids = [e["id"] for e in study.tomllib.loads(study.plant_text(c, self.study)).get("effect", [])]
+            self.assertEqual(len(ids), len(set(ids)), c.name)
+            for i, _ in c.entries:
+                self.assertIn(i, ids)
+            for i in c.without:
+                self.assertNotIn(i, ids)
+
+    def test_belief_loses_the_term_and_its_rows_of_the_covariance(self):
+        with tempfile.TemporaryDirectory() as name:
+            for c in self.cases.values():
+                if not c.unbelieved:
+                    continue
+                path = pathlib.Path(name) / "believed.toml"
+                study.write_belief(path, c, ROOT / self.study["vehicle"])
+                believed = study.toml(path)
+                for i in c.unbelieved:
+                    self.assertNotIn(i, [e["id"] for e in believed.get("effect", [])])
+                for block in believed.get("covariance", []):
+                    self.assertEqual(len(block["matrix"]), len(block["of"]) ** 2)
+                    self.assertFalse([n for n in block["of"] if n.split(".")[1] in c.unbelieved and n.startswith("effect.")])
+
+
+if __name__ == "__main__":
+    unittest.main()

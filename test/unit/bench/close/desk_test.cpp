@@ -1,0 +1,88 @@
+#include "bench/close/desk.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "test/unit/bench/temp_folder.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DeskTest : ::testing::Test {
+  TempFolder folder;
+  // A shell script on the desk, run shut in; what it printed.
+  std::string run(Desk& desk, const std::string& script, int* code = nullptr) {
+    const int c = desk.run("/bin/sh", {"-c", script}, folder.path() / "out.txt", folder.path() / "errors.txt", {}, nullptr);
+    if (code) *code = c;
+    return read_text(folder.path() / "out.txt");
+  }
+};
+
+TEST_F(DeskTest, HoldsCopiesUnderTheNamesGivenAndNothingElse) {
+  const auto paper = folder.write("runs/secret-name/flight.csv", "1,2\n");
+  Desk desk({{paper, "flights/learn_1.csv"}});
+  const std::vector secrets{folder.write("bench/plant.toml", "the truth")};
+  desk.isolate("/bin/sh", secrets);
+  int code = -1;
+  EXPECT_EQ(run(desk, "cat flights/learn_1.csv; ls -R . | grep -c secret; pwd | grep -c secret; env | grep -c secret", &code),
+            "1,2\n0\n0\n0\n");
+}
+
+TEST_F(DeskTest, WhatTheAnalystMayNotOpenItsShellCannotReadEither) {
+  const auto secret = folder.write("bench/plant.toml", "the truth");
+  fs::permissions(folder.path(), fs::perms::all);
+  Desk desk({});
+  if (!desk.isolate("/bin/sh", std::vector{secret}).back().holds()) GTEST_SKIP() << "not isolated on this machine";
+  const std::string s = secret.string();
+  int code = 0;
+  EXPECT_EQ(
+      run(desk, "cat " + s + " ../../../../../../.." + s + " /proc/*/root" + s + "; ln " + s + " x && cat x; ln -s " + s + " y && cat y",
+          &code),
+      "");
+  EXPECT_NE(code, 0);
+}
+
+TEST_F(DeskTest, TakesBackPlainFilesAndLeavesLinks) {
+  const auto secret = folder.write("bench/plant.toml", "the truth");
+  Desk desk({});
+  desk.isolate("/bin/sh", std::vector{secret});
+  run(desk, "mkdir -p out/sub; echo a > out/a; echo b > out/sub/b; ln -s " + secret.string() +
+                " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
+  EXPECT_EQ(desk.take_back("out", folder.path() / "back"), 2u);
+  EXPECT_EQ(read_text(folder.path() / "back/a"), "a\n");
+  EXPECT_EQ(read_text(folder.path() / "back/sub/b"), "b\n");
+  EXPECT_FALSE(fs::exists(folder.path() / "back/c"));
+  EXPECT_FALSE(fs::exists(folder.path() / "back/d"));
+}
+
+TEST_F(DeskTest, IsGoneAfterwards) {
+  fs::path place;
+  {
+    Desk desk({});
+    place = desk.path();
+    EXPECT_TRUE(fs::exists(place));
+  }
+  EXPECT_FALSE(fs::exists(place.parent_path()));
+}
+
+TEST_F(DeskTest, ReportsTheProgramsExitCodeAndItsMessagesLineByLine) {
+  Desk desk({});
+  std::vector<std::string> lines;
+  const int code = desk.run(
+      "/bin/sh", {"-c", "echo one >&2; printf 'two\\rthree' >&2; exit 5"}, folder.path() / "o", folder.path() / "e",
+      [&](const std::string& l) { lines.push_back(l); }, nullptr);
+  EXPECT_EQ(code, 5);
+  EXPECT_EQ(lines, (std::vector<std::string>{"one", "two", "three"}));
+}
+
+TEST_F(DeskTest, AProgramThatIsNoneIsAnErrorOfTheDevice) {
+  Desk desk({});
+  const auto text = folder.write("program", "no program");
+  EXPECT_THAT(error_of([&] { desk.run(text, {}, folder.path() / "o", folder.path() / "e", {}, nullptr); }, ExitCode::device),
+              ::testing::HasSubstr("cannot be run"));
+}
+
+}  // namespace
+}  // namespace rotorloop::bench

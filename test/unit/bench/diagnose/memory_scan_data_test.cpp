@@ -1,0 +1,29 @@
+// The scan for terms with memory on measured flights: with a load on a cable, and of the same kind of vehicle without.
+#include "bench/diagnose/memory_scan.hpp"
+#include "test/unit/bench/identify/payload_flights.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// The residual of the vehicle without a load has the shape of a load's pull, and of a load on a string of about this length.
+TEST(SlungLoadMeasured, stands_out_of_the_payload_flights_at_its_length_and_not_of_the_bare_ones) {
+  if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not scanned";
+  const host::VehicleFile v = vehicle_without_load();
+  print("bare", bare_fit());
+  const Identification without = identify(checked(kPayload, kFlights), v, knowing(v));
+  print("payload without a load in the model", without);
+  const host::Term& term = *host::find_term("slung_load");
+  const auto loaded = scan_memory(without, term, 2), bare = scan_memory(bare_fit(), term, 2);
+  for (const auto* points : {&loaded, &bare}) {
+    for (std::size_t i = 0; i < 5; ++i) {
+      const ScanPoint& p = (*points)[i];
+      fmt::print("  {:.2f} g on {:.2f} m, damping {:.2f}, drag {:.2f}: {:.1f} % of the residual\n", 1e3 * p.parameters[0], p.parameters[1],
+                 p.parameters[2], p.parameters[3], 100.0 * p.gain);
+    }
+  }
+  EXPECT_GT(loaded.front().gain, 5.0 * bare.front().gain);
+  EXPECT_NEAR(loaded.front().parameters[1], kSwing_m, 0.1);
+}
+
+}  // namespace
+}  // namespace rotorloop::bench

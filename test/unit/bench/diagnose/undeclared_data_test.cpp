@@ -1,0 +1,64 @@
+// Verdicts on simulated flights of another simulator, whose physics nobody declared: three of the five flights, half the usual rate.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "host/vehicle/vehicle_file.hpp"
+#include "test/unit/bench/identify/measured_flights.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+Diagnosis diagnosed(const std::string& set, const std::vector<std::string>& flights, int max_effects) {
+  std::vector<FlightToFit> logs;
+  for (const std::string& f : flights)
+    logs.push_back({testing::read_measured(testing::measured_flights() / set / (f + ".csv")).record, FlightRole::any, {}, {}});
+  const host::VehicleFile vehicle = host::read_vehicle(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/measured" / (set + ".toml"),
+                                                       host::builtin_effect_catalogue());
+  DiagnoseOptions o;
+  o.identify.grid.rate_Hz = 50.0;
+  o.identify.grid.longest_substep_s = 1e-2;
+  o.identify.fit.noise = {.rounds = 16, .tolerance = 0.05, .per_flight = true};
+  o.identify.fit.max_iterations = 80;
+  o.identify.fit.tolerance = 0.02;
+  o.identify.fit.threads = 2;
+  o.max_effects = max_effects;
+  o.placebos = 30;
+  return diagnose(logs, vehicle, o).diagnosis;
+}
+
+bool names(const AddedEffect& a, const std::string& id) {
+  return a.id == id || std::any_of(a.twins.begin(), a.twins.end(), [&](const ClassMember& m) { return m.id == id; });
+}
+
+TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFound) {
+  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  const Diagnosis d = diagnosed("undeclared_a", {"vertical", "horizontal", "rotation"}, 1);
+  ASSERT_EQ(d.added.size(), 1u);
+  EXPECT_TRUE(names(d.added.front(), "rotor_plane_height") || names(d.added.front(), "hub_moment")) << d.added.front().id;
+  EXPECT_GT(d.added.front().evidence.wald, 10.0 * d.rounds.front().placebo_wald);
+}
+
+TEST(UndeclaredFlights, RotorInertiaIsFoundInBothOfItsActionsWithOneSize) {
+  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  const Diagnosis d = diagnosed("undeclared_d", {"horizontal", "rotation"}, 2);
+  ASSERT_EQ(d.added.size(), 2u);
+  double sum = 0.0;
+  for (const AddedEffect& a : d.added) {
+    EXPECT_TRUE(a.id == "gyroscopic" || a.id == "rotor_inertia_reaction") << a.id;
+    sum += a.parameters.front().value;
+  }
+  EXPECT_NEAR(d.added[0].parameters.front().value, d.added[1].parameters.front().value, 0.05 * sum);
+}
+
+TEST(UndeclaredFlights, NothingIsAddedWhereNothingIsMissing) {
+  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  const Diagnosis d = diagnosed("undeclared_c", {"vertical", "horizontal", "rotation"}, 2);
+  EXPECT_TRUE(d.added.empty()) << d.added.front().id;
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean);
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
