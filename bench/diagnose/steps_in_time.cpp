@@ -39,12 +39,13 @@ Cells cells(const ResidualSeries& r, const StepKind& kind, std::size_t flight, d
   return out;
 }
 
-// Blocks must be longer than the residual remembers: three times its integrated correlation time, but six blocks at least are left.
+// Blocks must be longer than the residual remembers: four times its integrated correlation time (short series
+// make that look shorter than it is), but six blocks at least are left.
 std::size_t block_length(const std::vector<double>& score, std::size_t least) {
   const std::vector<double> r = autocorrelation(score, score.size() / 4);
   double cells = 1.0;
   for (std::size_t k = 1; k < r.size() && r[k] > 0.0; ++k) cells += 2.0 * r[k];
-  return std::clamp(static_cast<std::size_t>(std::ceil(3.0 * cells)), least, std::max(least, score.size() / 6));
+  return std::clamp(static_cast<std::size_t>(std::ceil(4.0 * cells)), least, std::max(least, score.size() / 6));
 }
 
 struct Best {
@@ -180,8 +181,9 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
       s.limit = quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
       s.p = (1.0 + as_large) / (1.0 + o.resamples);
       // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
-      constexpr double kLimit = 12.4;  // 1 % of white noise on the inner 84 % (Andrews 1993)
-      if (as_large == 0 && s.limit > 0.0 && s.chi2 > s.limit)
+      constexpr double kLimit = 12.4;        // 1 % of white noise on the inner 84 % (Andrews 1993)
+      constexpr double kLeastBlocks = 10.0;  // fewer tell no tail: a gust or two look like a step
+      if (as_large == 0 && blocks >= kLeastBlocks && s.limit > 0.0 && s.chi2 > s.limit)
         s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
       out.steps.push_back(std::move(s));
     }

@@ -32,7 +32,7 @@ struct StepsResult {
 };
 
 struct StepOptions {
-  double block_s = 1.5, grid_s = 0.25;  // blocks at least so long, and three times the correlation time
+  double block_s = 1.5, grid_s = 0.25;  // blocks at least so long, and four times the correlation time
   double margin = 0.08;                 // share of the flight at either end in which no step is sought
   int resamples = 999;
   std::uint64_t seed = 1;

@@ -1,14 +1,13 @@
-// Residuals of whole fits: a flight that obeys the model has none to report; measured yaw leads its torque.
+// Residuals of whole fits: flights that obey the model have none to report.
 #include "bench/diagnose/residual_findings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "host/vehicle/vehicle_file.hpp"
 #include "test/support/model_true_flight.hpp"
-#include "test/unit/bench/identify/measured_fit.hpp"
 #include "test/unit/bench/markup.hpp"
 
 namespace rotorloop::bench {
@@ -61,29 +60,6 @@ TEST(ResidualFindings, are_told_in_text_markup_and_json) {
   const auto j = nlohmann::json::parse(residual_json(clean()));
   EXPECT_EQ(j["axes"].size(), 6u);
   EXPECT_EQ(j["axes"][5]["unit"], "N m");
-}
-
-TEST(ResidualFindings, measured_yaw_of_a_nano_drone_leads_the_drag_of_its_rotors_and_stops_to_lead_when_the_model_has_their_inertia) {
-  if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: the lead of measured yaw is not tested";
-  const MeasuredSet set{"idsia_nanodrone_cf21bl"};
-  const auto yaw_with = [&](const char* term) {
-    IdentifyOptions o;
-    o.grid.rate_Hz = 100.0;
-    o.grid.use_gyro = true;
-    o.grid.from_s = 10.0, o.grid.to_s = 30.0;
-    o.fit.noise.rounds = 3;
-    if (term) o.terms.add(*host::find_term(term));
-    return analyse_residuals(identify(without_roles(set.flights({"random1_20251017_run1"})), set.vehicle(), o)).lag;
-  };
-  const LagResult before = yaw_with(nullptr), after = yaw_with("rotor_inertia_reaction");
-  EXPECT_TRUE(before.axis[5].known);
-  EXPECT_LT(before.axis[5].high_s, -0.020);
-  EXPECT_GT(before.axis[5].low_s, -0.060);
-  EXPECT_TRUE(std::any_of(before.findings.begin(), before.findings.end(), [](const LagFinding& f) {
-    return f.verdict == LagVerdict::leads && std::find(f.effects.begin(), f.effects.end(), "rotor_inertia_reaction") != f.effects.end();
-  }));
-  EXPECT_GT(after.axis[5].lag_s, -0.010);
-  EXPECT_GT(after.axis[5].share, before.axis[5].share_at_zero + 0.3);
 }
 
 }  // namespace

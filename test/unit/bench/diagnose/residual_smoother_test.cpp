@@ -121,7 +121,7 @@ TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_readin
     return unwhiten.row(10).dot(out.step(140).col(0)) / turn.y();
   };
   EXPECT_NEAR(in_the_middle(100.0), 1.0, 0.02);
-  EXPECT_LT(in_the_middle(1e-4), 0.1);
+  EXPECT_LT(in_the_middle(1e-6), 0.1);
 }
 
 }  // namespace
