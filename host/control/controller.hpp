@@ -19,8 +19,8 @@ namespace rotorloop::host {
 enum class Variant : std::uint8_t {
   pd_ff,              // no drag compensation, c_t of still air
   pd_ff_drag,         // eq. (9), c_t of still air
-  pd_ff_no_effects,   // eq. (9), c_t of the flight state: the paper's third
-  pd_ff_thrust_drag,  // the same with the vehicle's added terms; without such terms it is the paper's third
+  pd_ff_thrust_drag,  // eq. (9), c_t of the flight state, the vehicle's added terms; without such terms it is the paper's third
+  pd_ff_no_effects,   // the same without the added terms
 };
 std::string_view name(Variant variant);
 // False when the word names no variant.
