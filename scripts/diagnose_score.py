@@ -23,7 +23,8 @@ Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resum
 of `docs/effects.toml` at its typical value, or loses one that it has; where the vehicle file holds the effect already, the file loses it instead. Exceptions,
 pairs and foreign effects with their sizes and reasons: `scripts/diagnose_study.toml`.
 **Belief.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 and 302 and pooled, frozen before the study.
-**Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial whose flights or diagnosis failed counts as missed.
+**Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial without a
+result does not count as right. Flights that ended early are listed below; their trials are judged like the others.
 """
 
 LIMITS = [  # what, kinds, outcome that counts, least share
