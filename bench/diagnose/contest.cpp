@@ -25,6 +25,12 @@ bool at_bound(const Candidate& c, const std::vector<NamedValue>& values) {
   return false;
 }
 
+Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t k = 0; k < values.size(); ++k) out[static_cast<Eigen::Index>(k)] = values[k].value - c.parameters[k].neutral;
+  return out;
+}
+
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
 // Whose refit is worth its time; each with those that say the same.
@@ -84,13 +90,13 @@ double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
   return out;
 }
 
-std::vector<Contestant> contest(const Identification& model, const Screening& s, const std::vector<Tested>& all, const Criteria& criteria,
-                                const FitOptions& options) {
+std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& s,
+                                const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options) {
   std::vector<Contestant> field = chosen(s, all, criteria);
   for (Contestant& c : field) {
     const Candidate& candidate = *c.tested->candidate;
     try {
-      c.fit = refit_with(model, candidate, c.tested->test.estimate, options);
+      c.fit = refit_with(start, candidate, c.tested->test.estimate, options);
     } catch (const std::exception& e) {
       c.failure = std::string("the refit fails: ") + e.what();
       continue;
@@ -107,6 +113,8 @@ std::vector<Contestant> contest(const Identification& model, const Screening& s,
       c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
     } else if (sure < criteria.fewest_u) {
       c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
+    } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
+      c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
     }
   }
   std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
