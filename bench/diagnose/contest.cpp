@@ -123,19 +123,33 @@ std::vector<Contestant> contest(const Identification& start, const Identificatio
   return field;
 }
 
-std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Contestant>& field, const Criteria& criteria) {
+std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>& all, const std::vector<Contestant>& field,
+                                  const Criteria& criteria) {
   std::vector<ClassMember> out;
   const Contestant& winner = field.front();
   const ColumnSet model = base_columns(s.table);
   const double margin = criteria.twin * std::clamp(winner.tested->test.inflation, 1.0, kLargestInflation);
+  std::vector<const Tested*> known;
   const auto add = [&](const Tested& t, const std::vector<NamedValue>& values, double gain_share) {
     out.push_back(
         {t.candidate->id, confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns), gain_share, values});
   };
   for (const Contestant& c : field) {
+    known.push_back(c.tested);
+    known.insert(known.end(), c.same.begin(), c.same.end());
     if (!c.failure.empty() || (&c != &winner && winner.score - c.score > margin)) continue;
     if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
     for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
+  }
+  // What was not worth a refit by itself may still be as good as the winner by the residuals, and much the same.
+  for (const Tested& t : all) {
+    if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
+    if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;
+    const double behind =
+        0.5 * (winner.tested->test.chi2 - t.test.chi2) - cost_of(*winner.tested, s.table.readings) + cost_of(t, s.table.readings);
+    if (behind > margin || confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns) < criteria.much_alike)
+      continue;
+    add(t, t.evidence.one_step, t.test.chi2 / winner.tested->test.chi2);
   }
   return out;
 }

@@ -26,7 +26,8 @@ std::vector<Contestant> contest(const Identification& start, const Identificatio
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
 
 // Which of the others these flights cannot tell from the winner, which is the first of `field`.
-std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Contestant>& field, const Criteria& criteria);
+std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Tested>& all, const std::vector<Contestant>& field,
+                                  const Criteria& criteria);
 
 // The candidate's values in a fit that has it, and the largest of them over its standard error.
 std::vector<NamedValue> values_in(const Identification& fit, const Candidate& candidate);

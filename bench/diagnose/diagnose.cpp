@@ -85,6 +85,9 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
       say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
       std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
       for (Contestant& c : field) {
+        for (CandidateEvidence& e : record.candidates) {
+          if (e.id == c.tested->candidate->id) e.rise = c.rise;
+        }
         if (c.failure.empty() && c.rise < o.criteria.least_share * largest_rise)
           c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, largest_rise);
         if (c.failure.empty()) continue;
@@ -95,7 +98,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
         Contestant& winner = field.front();
         AddedEffect a{.id = winner.tested->candidate->id,
                       .parameters = winner.values,
-                      .twins = twins_of(s, field, o.criteria),
+                      .twins = twins_of(s, all, field, o.criteria),
                       .evidence = winner.tested->evidence};
         a.evidence.rise = winner.rise;
         a.shifts = shifts(model, winner.fit);

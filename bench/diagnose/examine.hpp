@@ -17,7 +17,8 @@ struct Criteria {
   double fewest_u = 3.3;      // estimate over its robust standard error, after the refit
   double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are not told apart
   double alike = 0.98;        // correlation of columns from which on no refit could tell them apart either
-  double least_share = 0.03;  // of the largest rise of log likelihood by one effect, which a further one must bring
+  double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
+  double least_share = 0.05;  // of the largest rise of log likelihood by one effect, which a further one must bring
 };
 
 // A candidate with all that the table says of it.
