@@ -79,6 +79,16 @@ ordered_json held_out_json(const HeldOutScores& s) {
   return {{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
 }
 
+ordered_json advice_json(const ManoeuvreAdvice& a) {
+  ordered_json ranked = ordered_json::array();
+  for (const ManoeuvreValue& v : a.ranked) {
+    ordered_json from = ordered_json::object();
+    for (std::size_t b = 0; b < a.twins.size(); ++b) from[a.twins[b]] = number(v.separation[b]);
+    ranked.push_back({{"id", v.id}, {"words", v.words}, {"separation", from}, {"least", number(v.least)}});
+  }
+  return {{"seconds", a.seconds}, {"not_told", a.open}, {"impossible", a.impossible}, {"manoeuvres", ranked}};
+}
+
 }  // namespace
 
 std::string diagnosis_text(const DiagnosisRun& run) {
@@ -141,6 +151,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
                      {"twins", twins},
                      {"determined", a.determined},
                      {"manoeuvre", a.manoeuvre},
+                     {"manoeuvre_search", advice_json(a.advice)},
                      {"evidence", evidence_json(a.evidence)},
                      {"shifts", shifts}});
   }
