@@ -192,19 +192,10 @@ std::array<double, 2> extent(const std::vector<PathPoint>& path) {
 
 ManoeuvreSetting manoeuvre_setting(const Identification& r) {
   const auto& flights = r.problem.flights;
-  ManoeuvreSetting out{.values = r.fit.values.front(), .noise = r.fit.noise.front(), .like = flights.front()};
+  ManoeuvreSetting out{.values = r.fit.values.front(), .noise = mean_noise(r.fit.noise), .like = flights.front()};
   for (std::size_t k = 0; k < out.values.terms.parameters(); ++k) {
     if (out.values.terms.is_start(k)) out.values[kCoreParameters + static_cast<int>(k)] = 0.0;
   }
-  const auto mean = [&](Vector3d NoiseModel::*what) {
-    Vector3d sum = Vector3d::Zero();
-    for (const NoiseModel& n : r.fit.noise) sum += (n.*what).cwiseAbs2();
-    out.noise.*what = (sum / static_cast<double>(r.fit.noise.size())).cwiseSqrt();
-  };
-  for (auto what : {&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular_rad_s2_rtHz, &NoiseModel::position_m, &NoiseModel::attitude_rad,
-                    &NoiseModel::velocity_m_s, &NoiseModel::gyro_rad_s, &NoiseModel::accel_m_s2})
-    mean(what);
-
   out.length_ratio = host::arm_m(out.values.geometry) / host::kReferenceArm_m;
   double sum = 0.0, count = 0.0, highest = 0.0;
   std::vector<double> heights;
