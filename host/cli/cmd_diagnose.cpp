@@ -48,6 +48,7 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
   bench::IdentifyOptions& i = d.identify;
   i.grid.rate_Hz = o.rate_Hz;
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
+  i.grid.slopes_by_middle = true;
   i.grid.from_s = o.from_s;
   i.grid.to_s = o.to_s;
   for (const std::string& stream : o.use) {
