@@ -37,6 +37,24 @@ std::string effects_html(const Diagnosis& d) {
   return out + "</tbody></table></div>\n";
 }
 
+// The best candidates of a screening, and what speaks against each.
+std::string round_html(const DiagnosisRound& r, std::size_t number) {
+  std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; 99 % of {} placebos stay below W = {:.1f}.</p>\n", number,
+                                xml_escaped(r.decision), r.candidates.size(), r.placebos, r.placebo_wald);
+  out +=
+      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">effect</th><th>W</th><th>p (Holm)</th><th>gain</th><th>held</th><th "
+      "class=\"l\">estimate</th><th class=\"l\">what speaks against it</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < std::min(kShownCandidates, r.candidates.size()); ++i) {
+    const CandidateEvidence& e = r.candidates[i];
+    out += fmt::format(
+        "<tr><td class=\"l\">{}</td><td>{:.1f}</td><td>{:.1e}</td><td>{:.1f}</td><td>{:.1f}</td><td class=\"l\">{}</td><td class=\"l "
+        "{}\">{}</td></tr>\n",
+        xml_escaped(e.id), e.wald, e.p_holm, e.gain, e.cross_validated, e.one_step.empty() ? "" : figure(e.one_step.front()),
+        e.ruled_out_by.empty() ? "pass" : "", e.ruled_out_by.empty() ? "nothing" : xml_escaped(e.ruled_out_by));
+  }
+  return out + "</tbody></table></div>\n";
+}
+
 // What each of the manoeuvres tried in simulation would tell of a class.
 std::string advice_html(const AddedEffect& effect) {
   const ManoeuvreAdvice& a = effect.advice;
@@ -52,24 +70,6 @@ std::string advice_html(const AddedEffect& effect) {
     out += "<tr><td class=\"l\">" + xml_escaped(a.ranked[i].words) + "</td>";
     for (const double s : a.ranked[i].separation) out += fmt::format("<td>{:.2g}</td>", s);
     out += "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
-
-// The best candidates of a screening, and what speaks against each.
-std::string round_html(const DiagnosisRound& r, std::size_t number) {
-  std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; 99 % of {} placebos stay below W = {:.1f}.</p>\n", number,
-                                xml_escaped(r.decision), r.candidates.size(), r.placebos, r.placebo_wald);
-  out +=
-      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">effect</th><th>W</th><th>p (Holm)</th><th>gain</th><th>held</th><th "
-      "class=\"l\">estimate</th><th class=\"l\">what speaks against it</th></tr></thead><tbody>\n";
-  for (std::size_t i = 0; i < std::min(kShownCandidates, r.candidates.size()); ++i) {
-    const CandidateEvidence& e = r.candidates[i];
-    out += fmt::format(
-        "<tr><td class=\"l\">{}</td><td>{:.1f}</td><td>{:.1e}</td><td>{:.1f}</td><td>{:.1f}</td><td class=\"l\">{}</td><td class=\"l "
-        "{}\">{}</td></tr>\n",
-        xml_escaped(e.id), e.wald, e.p_holm, e.gain, e.cross_validated, e.one_step.empty() ? "" : figure(e.one_step.front()),
-        e.ruled_out_by.empty() ? "pass" : "", e.ruled_out_by.empty() ? "nothing" : xml_escaped(e.ruled_out_by));
   }
   return out + "</tbody></table></div>\n";
 }

@@ -73,13 +73,13 @@ ordered_json held_out_json(const HeldOutScores& s) {
                     {"unit", kPredictedUnits[r.quantity]},
                     {"before", number(r.before)},
                     {"after", number(r.after)},
-                    {"ratio", number(r.ratio.value)},
-                    {"low", number(r.ratio.low)},
-                    {"high", number(r.ratio.high)},
                     {"floor", number(r.floor)},
                     {"closed", number(r.closed.value)},
                     {"closed_low", number(r.closed.low)},
-                    {"closed_high", number(r.closed.high)}});
+                    {"closed_high", number(r.closed.high)},
+                    {"ratio", number(r.ratio.value)},
+                    {"low", number(r.ratio.low)},
+                    {"high", number(r.ratio.high)}});
   return {{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
 }
 

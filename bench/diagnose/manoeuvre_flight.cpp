@@ -263,6 +263,7 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
     g.step_s = step;
     g.knots = knots;
     g.substeps = 1;
+    g.slopes_by_middle = s.like->slopes_by_middle;
     g.linked.assign(knots - 1, 1);
     g.anchor = s.like->anchor;
     const Vector3d lever(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
