@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/mean_noise.hpp"
 #include "bench/identify/rotations.hpp"
 #include "host/effects/term_size.hpp"
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/mean_noise.hpp"
 #include "bench/identify/noise_floor.hpp"
 #include "bench/report/svg_pieces.hpp"
 #include "host/base/error.hpp"

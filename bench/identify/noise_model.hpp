@@ -1,7 +1,6 @@
 // How uncertain one step of the model and each reading is. Process noise: white acceleration densities, constant over a flight.
 #pragma once
 #include <Eigen/Core>
-#include <span>
 
 namespace rotorloop::bench {
 
@@ -16,17 +15,5 @@ struct NoiseModel {
   Eigen::Vector3d gyro_rad_s = Eigen::Vector3d::Constant(2e-2);
   Eigen::Vector3d accel_m_s2 = Eigen::Vector3d::Constant(3e-1);
 };
-
-// Of several flights: mean variances. At least one.
-inline NoiseModel mean_noise(std::span<const NoiseModel> flights) {
-  NoiseModel out;
-  for (auto what : {&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular_rad_s2_rtHz, &NoiseModel::position_m, &NoiseModel::attitude_rad,
-                    &NoiseModel::velocity_m_s, &NoiseModel::gyro_rad_s, &NoiseModel::accel_m_s2}) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const NoiseModel& n : flights) sum += (n.*what).cwiseAbs2();
-    out.*what = (sum / static_cast<double>(flights.size())).cwiseSqrt();
-  }
-  return out;
-}
 
 }  // namespace rotorloop::bench

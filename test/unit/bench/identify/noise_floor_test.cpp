@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
@@ -31,15 +30,16 @@ const Scored& scored() {
     Scored out;
     const ModelValues right = model_values(model_true::vehicle_of({}));
     ModelValues wrong = right;
-    wrong[kCdh] = 0.0;
-    wrong[kIxx] *= 1.15;
+    wrong[kK1] *= 1.06;
+    wrong[kIxx] *= 1.5;
+    wrong[kIyy] *= 1.5;
     for (const auto m : {model_true::Manoeuvre::horizontal, model_true::Manoeuvre::rotation}) {
       model_true::FlightSettings s;
       s.manoeuvre = m;
       s.seed = 77;
-      const GridFlight g = make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
+      const GridFlight g = make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0, .longest_substep_s = 1e-2});
       const StateTrack track = fitted_track(g, states_by_readings(g, right, true_noise()), right);
-      const auto starts = prediction_starts(track, kSecond, 10);
+      const auto starts = prediction_starts(track, kSecond, 20);
       out.right.push_back(predict(track, whole_model(right, g.substeps), starts, kSecond));
       out.wrong.push_back(predict(track, whole_model(wrong, g.substeps), starts, kSecond));
       out.floor.push_back(noise_floor(g, track, right, true_noise(), true_noise(), starts, kSecond, 1));
