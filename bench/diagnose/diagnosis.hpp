@@ -36,6 +36,21 @@ struct ClassMember {
   std::vector<NamedValue> parameters;
 };
 
+// What a flight of a class's manoeuvre would tell (manoeuvre_search.hpp).
+struct ManoeuvreValue {
+  std::string id, words;
+  std::vector<double> separation;  // from each of the twins told of below: log likelihood that the manoeuvre is expected to bring
+  double least = 0.0;              // of those that any manoeuvre tells
+};
+struct ManoeuvreAdvice {
+  double seconds = 0.0;                 // of each manoeuvre
+  std::vector<std::string> twins;       // in the order of the separations
+  std::vector<double> reached;          // from each twin, by the manoeuvre that tells it best
+  std::vector<std::string> open;        // twins that no manoeuvre tells
+  std::vector<ManoeuvreValue> ranked;   // best first
+  std::vector<std::string> impossible;  // manoeuvres that rotors or room do not allow
+};
+
 // One effect that was added.
 struct AddedEffect {
   std::string id = {};                      // the best of the class, or the effect itself
@@ -43,6 +58,7 @@ struct AddedEffect {
   std::vector<ClassMember> twins = {};      // what these flights cannot tell from it; empty: named
   std::string determined = {};              // for a class: the combination that is determined
   std::string manoeuvre = {};               // for a class: the flight that would tell its members apart
+  ManoeuvreAdvice advice = {};              // … and how well, in simulation
   CandidateEvidence evidence = {};
   std::vector<std::pair<std::string, double>> shifts = {};  // parameters of the model that it moved by more than one u: relative change
 };

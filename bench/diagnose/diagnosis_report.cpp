@@ -12,6 +12,7 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr std::size_t kShownCandidates = 14;  // of a screening, in the page
+constexpr std::size_t kShownManoeuvres = 8;   // of a class, in the page
 
 std::string figure(const NamedValue& v) {
   return fmt::format("{} = {:.4g} ± {:.2g} {}", xml_escaped(v.name), v.value, v.u, v.unit == "1" ? "" : xml_escaped(v.unit));
@@ -54,6 +55,25 @@ std::string round_html(const DiagnosisRound& r, std::size_t number) {
   return out + "</tbody></table></div>\n";
 }
 
+// What each of the manoeuvres tried in simulation would tell of a class.
+std::string advice_html(const AddedEffect& effect) {
+  const ManoeuvreAdvice& a = effect.advice;
+  if (a.ranked.empty()) return {};
+  std::string out = fmt::format(
+      "<h3>What would tell {} from its twins</h3>\n<p>Log likelihood that {:.0f} s of each manoeuvre, flown in simulation by the fitted "
+      "model, are expected to bring beside the flights so far; 3 are odds of 20 to 1.</p>\n<div class=\"scroll\"><table><thead><tr><th "
+      "class=\"l\">manoeuvre</th>",
+      xml_escaped(effect.id), a.seconds);
+  for (const std::string& twin : a.twins) out += "<th>" + xml_escaped(twin) + "</th>";
+  out += "</tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < std::min(kShownManoeuvres, a.ranked.size()); ++i) {
+    out += "<tr><td class=\"l\">" + xml_escaped(a.ranked[i].words) + "</td>";
+    for (const double s : a.ranked[i].separation) out += fmt::format("<td>{:.2g}</td>", s);
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
 }  // namespace
 
 std::string diagnosis_report_html(const DiagnosisPage& page) {
@@ -67,6 +87,7 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
   out += "<h2 id=\"effects\">Effects</h2>\n" + effects_html(d);
   for (const std::string& remark : d.remarks) out += "<p>" + xml_escaped(remark) + "</p>\n";
   if (page.held_out) out += held_out_html(*page.held_out);
+  for (const AddedEffect& a : d.added) out += advice_html(a);
   out += "<h2 id=\"evidence\">Evidence</h2>\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) out += round_html(d.rounds[i], i + 1);
   if (!d.faults.empty()) {

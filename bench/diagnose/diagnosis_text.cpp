@@ -100,12 +100,26 @@ ordered_json held_out_json(const HeldOutScores& s) {
                     {"unit", kPredictedUnits[r.quantity]},
                     {"before", number(r.before)},
                     {"after", number(r.after)},
+                    {"floor", number(r.floor)},
+                    {"closed", number(r.closed.value)},
+                    {"closed_low", number(r.closed.low)},
+                    {"closed_high", number(r.closed.high)},
                     {"ratio", number(r.ratio.value)},
                     {"low", number(r.ratio.low)},
                     {"high", number(r.ratio.high)}});
   ordered_json out{{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
   if (!s.wrench.after.empty()) out["wrench"] = wrench_json(s.wrench);
   return out;
+}
+
+ordered_json advice_json(const ManoeuvreAdvice& a) {
+  ordered_json ranked = ordered_json::array();
+  for (const ManoeuvreValue& v : a.ranked) {
+    ordered_json from = ordered_json::object();
+    for (std::size_t b = 0; b < a.twins.size(); ++b) from[a.twins[b]] = number(v.separation[b]);
+    ranked.push_back({{"id", v.id}, {"words", v.words}, {"separation", from}, {"least", number(v.least)}});
+  }
+  return {{"seconds", a.seconds}, {"not_told", a.open}, {"impossible", a.impossible}, {"manoeuvres", ranked}};
 }
 
 }  // namespace
@@ -170,6 +184,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
                      {"twins", twins},
                      {"determined", a.determined},
                      {"manoeuvre", a.manoeuvre},
+                     {"manoeuvre_search", advice_json(a.advice)},
                      {"evidence", evidence_json(a.evidence)},
                      {"shifts", shifts}});
   }

@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/mean_noise.hpp"
+#include "bench/identify/noise_floor.hpp"
 #include "bench/report/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
@@ -16,6 +18,7 @@ namespace {
 
 constexpr double kHorizons_s[] = {0.1, 0.2, 0.5, 1.0, 2.0};
 constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
+constexpr std::uint64_t kFloorSeed = 1;
 constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "body rates"};
 
 // What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
@@ -34,6 +37,12 @@ ModelValues with_starts(const GridFlight& g, const ModelValues& values, const No
 // A ratio of errors that are both nil (one step without excitation) is none.
 std::string ratio_text(double v) { return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–"; }
 
+// Of a gap that is there.
+std::string closed_text(const ErrorRatio& r) {
+  if (!std::isfinite(r.value)) return "– (no gap)";
+  return fmt::format("{} ({} to {})", ratio_text(r.value), ratio_text(r.low), ratio_text(r.high));
+}
+
 std::string rotation_text(const HeldOutScores& s) {
   if (s.rotation_helps.to_s <= 0.0) return "the rotation model beats held rates nowhere";
   return fmt::format("the rotation model beats held rates from {:.2f} to {:.2f} s", s.rotation_helps.from_s, s.rotation_helps.to_s);
@@ -50,7 +59,8 @@ StateTrack held_out_track(GridFlight& g, const Identification& r) {
 namespace {
 HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& old, const Identification& r, const GridOptions& grid) {
   HeldOutScores out;
-  std::vector<PredictionErrors> before, after, held;
+  std::vector<PredictionErrors> before, after, held, floor;
+  const NoiseModel noise = mean_noise(r.fit.noise);
   const ModelValues& identified = r.fit.values.front();
   for (const FlightToFit& f : flights) {
     GridFlight g = make_grid(f.record, grid);
@@ -68,6 +78,7 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& 
     if (starts.empty()) continue;
     before.push_back(predict(track, whole_model(old, g.substeps), starts, horizon));
     after.push_back(predict(track, whole_model(identified, g.substeps), starts, horizon));
+    floor.push_back(noise_floor(g, track, identified, r.fit.noise.front(), noise, starts, horizon, kFloorSeed + floor.size()));
     held.push_back(predict(track, rates_held(identified), starts, horizon));
     out.flights.push_back(f.record.name);
   }
@@ -77,7 +88,7 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& 
                  "hold out a longer flight"},
                 ExitCode::data_quality);
   }
-  const PredictionSummary a = summary(before), b = summary(after);
+  const PredictionSummary a = summary(before), b = summary(after), least = summary(floor);
   out.starts = b.starts;
   out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
   for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
@@ -85,7 +96,8 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& 
       const auto steps = static_cast<std::size_t>(std::max(1L, std::lround(h / b.step_s)));
       const auto quantity = static_cast<PredictedQuantity>(q);
       out.rows.push_back({static_cast<double>(steps) * b.step_s, quantity, a.mean[q][steps - 1], b.mean[q][steps - 1],
-                          error_ratio(after, before, quantity, steps, steps)});
+                          error_ratio(after, before, quantity, steps, steps), least.mean[q][steps - 1],
+                          share_closed(before, after, floor, quantity, steps, steps)});
     }
   }
   return out;
@@ -107,12 +119,14 @@ HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identi
 }
 
 std::string held_out_table(const HeldOutScores& s) {
-  std::string out = fmt::format("Held out: {} ({} starts, open loop). Mean error before -> after, ratio with 95 % interval:\n",
-                                fmt::join(s.flights, ", "), s.starts);
+  std::string out = fmt::format(
+      "Held out: {} ({} starts, open loop). Mean error before -> after, ratio with 95 % interval; floor: what noise alone would give a "
+      "model that is right; share of the gap down to it that is closed:\n",
+      fmt::join(s.flights, ", "), s.starts);
   for (const HeldOutRow& r : s.rows)
-    out +=
-        fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})\n", kQuantityNames[r.quantity], r.horizon_s, r.before,
-                    r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high));
+    out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})  floor {:9.3g}  closed {}\n",
+                       kQuantityNames[r.quantity], r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value),
+                       ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
   return out + "  " + rotation_text(s) + "\n" + wrench_table(s.wrench);
 }
 
@@ -120,23 +134,24 @@ std::string held_out_html(const HeldOutScores& s) {
   std::string out = fmt::format(
       "<h2 id=\"held-out\">Flights that had no part in the fit</h2>\n<p>{}; {} starts, open loop with the logged rotor speeds from the "
       "same "
-      "smoothed states. Before: the vehicle file; after: identified. {}.</p>\n",
+      "smoothed states. Before: the vehicle file; after: identified. Floor: what the noise of readings and motion alone would give a model "
+      "that is exactly right; closed: share of the gap between the error before and that floor. {}.</p>\n",
       xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, rotation_text(s));
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
-      "class=\"l\">unit</th><th>ratio</th><th>95 %</th></tr></thead><tbody>\n";
+      "class=\"l\">unit</th><th>ratio</th><th>95 %</th><th>floor</th><th>closed</th></tr></thead><tbody>\n";
   for (std::size_t i = 0; i < s.rows.size(); ++i) {
     const HeldOutRow& r = s.rows[i];
     const bool first = i == 0 || s.rows[i - 1].quantity != r.quantity;
     out += fmt::format(
         "<tr{}><td class=\"l\">{}</td><td>{:.3f}</td><td>{:.3g}</td><td class=\"big\">{:.3g}</td><td class=\"l\">{}</td><td "
-        "class=\"{}\">{}</td><td>{} … {}</td></tr>\n",
+        "class=\"{}\">{}</td><td>{} … {}</td><td>{:.3g}</td><td>{}</td></tr>\n",
         first ? " class=\"first\"" : "", first ? kQuantityNames[r.quantity] : "", r.horizon_s, r.before, r.after,
         kPredictedUnits[r.quantity],
         r.ratio.high < 1.0  ? "pass"
         : r.ratio.low > 1.0 ? "fail"
                             : "",
-        ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high));
+        ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
   }
   return out + "</tbody></table></div>\n" + wrench_html(s.wrench);
 }

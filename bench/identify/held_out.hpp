@@ -16,6 +16,8 @@ struct HeldOutRow {
   PredictedQuantity quantity = kPredictedPosition;
   double before = 0.0, after = 0.0;  // mean error
   ErrorRatio ratio;                  // after / before at this horizon, 95 % by blocks of 2 s
+  double floor = 0.0;                // what noise alone would give the identified model, were it exactly right (noise_floor.hpp)
+  ErrorRatio closed;                 // share of the gap that is closed, (before - after) / (before - floor); not a number: no gap
 };
 struct HeldOutScores {
   std::vector<std::string> flights;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "bench/identify/rotations.hpp"
@@ -11,7 +12,7 @@
 namespace rotorloop::bench {
 namespace {
 
-constexpr std::uint64_t kBootstrapModule = 0x5052444Cu;
+constexpr std::uint64_t kBootstrapModule = 0x5052444Cu, kProcessModule = 0x50524F43u;
 
 // Position, velocity and attitude with constant body rates: Runge-Kutta of fourth order in position and velocity; the attitude is exact.
 BodyState step_with_rates_held(const Model& model, const StateTrack& track, const BodyState& x, double t_s, double h, std::size_t& hint) {
@@ -52,17 +53,18 @@ BodyState step_with_memory(const Model& model, const StateTrack& track, const Bo
   return model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
 }
 
-// Starts of one flight that are drawn together, with their summed errors.
-struct Block {
-  double a = 0.0, b = 0.0;
-};
-std::vector<std::vector<Block>> blocks_of(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q,
-                                          std::size_t from, std::size_t to, double block_s) {
+// Starts of one flight that are drawn together, with the summed errors of each of the predictions compared.
+using Block = std::array<double, 3>;
+using Predictions = std::span<const std::span<const PredictionErrors>>;
+std::vector<std::vector<Block>> blocks_of(Predictions all, PredictedQuantity q, std::size_t from, std::size_t to, double block_s) {
+  const std::span<const PredictionErrors> a = all.front();
   std::vector<std::vector<Block>> flights;
   for (std::size_t f = 0; f < a.size(); ++f) {
-    if (f >= b.size() || a[f].starts != b[f].starts || a[f].horizon != b[f].horizon || to > a[f].horizon || from < 1 || from > to) {
+    for (const auto& b : all) {
+      if (f < b.size() && a[f].starts == b[f].starts && a[f].horizon == b[f].horizon && to <= a[f].horizon && from >= 1 && from <= to)
+        continue;
       throw Error({.where = "paired comparison of predictions",
-                   .what = "the two predictions differ in starts or horizon, or the horizons asked for are not among them",
+                   .what = "the predictions differ in starts or horizon, or the horizons asked for are not among them",
                    .likely = "",
                    .remedy = "predict the same flights from the same starts"});
     }
@@ -73,13 +75,44 @@ std::vector<std::vector<Block>> blocks_of(std::span<const PredictionErrors> a, s
       if (blocks.empty() || block != current) blocks.emplace_back();
       current = block;
       for (std::size_t h = from; h <= to; ++h) {
-        blocks.back().a += a[f].at(q, s, h);
-        blocks.back().b += b[f].at(q, s, h);
+        for (std::size_t i = 0; i < all.size(); ++i) blocks.back()[i] += all[i][f].at(q, s, h);
       }
     }
     if (!blocks.empty()) flights.push_back(std::move(blocks));
   }
   return flights;
+}
+
+// A figure of summed errors, with its interval when blocks are drawn anew.
+template <class Figure>
+ErrorRatio drawn_anew(const std::vector<std::vector<Block>>& flights, const Bootstrap& options, Figure&& figure) {
+  ErrorRatio out;
+  if (flights.empty()) return out;
+  const auto add = [](Block& sum, const Block& x) {
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += x[i];
+  };
+  Block whole{};
+  for (const auto& blocks : flights) {
+    for (const Block& x : blocks) add(whole, x);
+  }
+  out.value = figure(whole);
+  const sim::RandomStream random(options.seed, kBootstrapModule);
+  std::uint64_t draw = 0;
+  const auto pick = [&](std::size_t count) { return static_cast<std::size_t>(random.uniform(draw++) * static_cast<double>(count)); };
+  std::vector<double> figures;
+  for (int i = 0; i < options.resamples; ++i) {
+    Block sum{};
+    for (std::size_t f = 0; f < flights.size(); ++f) {
+      const auto& blocks = flights[flights.size() > 1 ? pick(flights.size()) : 0];
+      for (std::size_t k = 0; k < blocks.size(); ++k) add(sum, blocks[pick(blocks.size())]);
+    }
+    figures.push_back(figure(sum));
+  }
+  std::sort(figures.begin(), figures.end());
+  const auto quantile = [&](double p) { return figures[static_cast<std::size_t>(p * static_cast<double>(figures.size() - 1) + 0.5)]; };
+  out.low = quantile(0.5 * (1.0 - options.level));
+  out.high = quantile(0.5 * (1.0 + options.level));
+  return out;
 }
 
 }  // namespace
@@ -116,6 +149,40 @@ Predictor whole_model(const ModelValues& values, int substeps) {
     }
     for (std::size_t k = 0; k < out.size(); ++k) {
       x = model->step(x, track.input, hint, track.time_s(start + k), track.time_s(start + k + 1), substeps);
+      out[k] = x;
+    }
+  };
+}
+
+Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel& noise, std::uint64_t seed) {
+  const auto model = std::make_shared<const Model>(values);
+  return [model, substeps, noise, random = sim::RandomStream(seed, kProcessModule)](const StateTrack& track, std::size_t start,
+                                                                                    std::span<BodyState> out) {
+    BodyState x = track.state[start];
+    std::size_t hint = start;
+    const bool remembers = model->values().terms.memory() > 0;
+    MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
+    const double h = track.step_s, rate = std::sqrt(h), rest = std::sqrt(h * h * h / 12.0);
+    std::uint64_t draw = static_cast<std::uint64_t>(start) << 20;
+    const auto normal = [&] {
+      const double a = random.gaussian(draw), b = random.gaussian(draw + 1), c = random.gaussian(draw + 2);
+      draw += 3;
+      return Eigen::Vector3d(a, b, c);
+    };
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      const double from = track.time_s(start + k), to = track.time_s(start + k + 1);
+      x = remembers ? step_with_memory(*model, track, x, from, to, substeps, hint, memory)
+                    : model->step(x, track.input, hint, from, to, substeps);
+      // White acceleration of density q over a step: covariance q² [h³/3, h²/2; h²/2, h], as the fit takes it.
+      StateError kick;
+      const auto push = [&](Eigen::Index place, const Eigen::Vector3d& q) {
+        const Eigen::Vector3d velocity = rate * q.cwiseProduct(normal());
+        kick.segment<3>(place) = 0.5 * h * velocity + rest * q.cwiseProduct(normal());
+        kick.segment<3>(place + 3) = velocity;
+      };
+      push(0, noise.force_m_s2_rtHz);
+      push(6, noise.angular_rad_s2_rtHz);
+      x = moved(x, kick);
       out[k] = x;
     }
   };
@@ -165,35 +232,29 @@ PredictionSummary summary(std::span<const PredictionErrors> flights) {
 
 ErrorRatio error_ratio(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t from,
                        std::size_t to, const Bootstrap& options) {
-  const auto flights = blocks_of(a, b, q, from, to, options.block_s);
-  ErrorRatio ratio;
-  if (flights.empty()) return ratio;
-  double sum_a = 0.0, sum_b = 0.0;
-  for (const auto& blocks : flights) {
-    for (const Block& x : blocks) sum_a += x.a, sum_b += x.b;
-  }
-  ratio.value = sum_a / sum_b;
+  const std::array<std::span<const PredictionErrors>, 2> both{a, b};
+  return drawn_anew(blocks_of(both, q, from, to, options.block_s), options, [](const Block& sum) { return sum[0] / sum[1]; });
+}
 
-  const sim::RandomStream random(options.seed, kBootstrapModule);
-  std::uint64_t draw = 0;
-  const auto pick = [&](std::size_t count) { return static_cast<std::size_t>(random.uniform(draw++) * static_cast<double>(count)); };
-  std::vector<double> ratios;
-  for (int i = 0; i < options.resamples; ++i) {
-    double ra = 0.0, rb = 0.0;
-    for (std::size_t f = 0; f < flights.size(); ++f) {
-      const auto& blocks = flights[flights.size() > 1 ? pick(flights.size()) : 0];
-      for (std::size_t k = 0; k < blocks.size(); ++k) {
-        const Block& x = blocks[pick(blocks.size())];
-        ra += x.a, rb += x.b;
-      }
+ErrorRatio share_closed(std::span<const PredictionErrors> before, std::span<const PredictionErrors> after,
+                        std::span<const PredictionErrors> floor, PredictedQuantity q, std::size_t from, std::size_t to,
+                        const Bootstrap& options) {
+  constexpr double kAvoidable = 0.02;
+  const std::array<std::span<const PredictionErrors>, 3> three{before, after, floor};
+  const auto flights = blocks_of(three, q, from, to, options.block_s);
+  Block whole{};
+  for (const auto& blocks : flights) {
+    for (const Block& x : blocks) {
+      for (std::size_t i = 0; i < x.size(); ++i) whole[i] += x[i];
     }
-    ratios.push_back(ra / rb);
   }
-  std::sort(ratios.begin(), ratios.end());
-  const auto quantile = [&](double p) { return ratios[static_cast<std::size_t>(p * static_cast<double>(ratios.size() - 1) + 0.5)]; };
-  ratio.low = quantile(0.5 * (1.0 - options.level));
-  ratio.high = quantile(0.5 * (1.0 + options.level));
-  return ratio;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (whole[0] - whole[2] <= kAvoidable * whole[0]) return {kNone, kNone, kNone};
+  // A draw of blocks in which nothing could be avoided says nothing either way: any share may be.
+  return drawn_anew(flights, options, [](const Block& sum) {
+    const double gap = sum[0] - sum[2], closed = sum[0] - sum[1];
+    return gap > 0.0 ? closed / gap : std::copysign(std::numeric_limits<double>::infinity(), closed);
+  });
 }
 
 HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/noise_model.hpp"
 #include "bench/identify/state_track.hpp"
 
 namespace rotorloop::bench {
@@ -23,6 +24,9 @@ Predictor state_held();
 Predictor rates_held(const ModelValues& values);
 // The whole model, in equal substeps of a step. Terms with memory start from that of the track's input and then remember what is foretold.
 Predictor whole_model(const ModelValues& values, int substeps = 1);
+
+// The same with process noise of the given densities after each step: the same draws for the same seed, start and step.
+Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel& noise, std::uint64_t seed);
 
 enum PredictedQuantity : std::size_t { kPredictedPosition, kPredictedVelocity, kPredictedAttitude, kPredictedRates, kPredictedQuantities };
 inline constexpr std::array<const char*, kPredictedQuantities> kPredictedUnits{"m", "m/s", "rad", "rad/s"};
@@ -64,6 +68,12 @@ struct ErrorRatio {
 };
 ErrorRatio error_ratio(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t from,
                        std::size_t to, const Bootstrap& bootstrap = {});
+
+// Share of the avoidable error that is gone, (before - after) / (before - floor), on the same starts, with the same interval; not a
+// number where no more than 2 % of the error before could be avoided.
+ErrorRatio share_closed(std::span<const PredictionErrors> before, std::span<const PredictionErrors> after,
+                        std::span<const PredictionErrors> floor, PredictedQuantity q, std::size_t from, std::size_t to,
+                        const Bootstrap& bootstrap = {});
 
 // The longest run of horizons at each of which `a` errs less than `b` in the mean; both 0 when there is none.
 struct HelpfulRange {

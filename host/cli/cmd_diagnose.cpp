@@ -10,6 +10,7 @@
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/diagnose/diagnosis_report.hpp"
 #include "bench/diagnose/diagnosis_text.hpp"
+#include "bench/diagnose/manoeuvre_search.hpp"
 #include "bench/diagnose/residual_findings.hpp"
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
@@ -132,6 +133,7 @@ int diagnose(const Options& o) {
   bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
   });
+  bench::choose_manoeuvres(run, options.library, options.identify.fit.threads);
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
     for (const bench::LogFinding& finding : read.checked[f].findings) {
       if (finding.action != bench::FindingAction::note)

@@ -111,7 +111,8 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
       specific_sum.setZero();
     }
     if (whole_ms) {
-      goal = command(truth, s.manoeuvre, t, s.pilot_sees_truth ? x : seen, omega);
+      const State& believed = s.pilot_sees_truth ? x : seen;
+      goal = s.path ? command(truth, s.path, false, t, believed, omega) : command(truth, s.manoeuvre, t, believed, omega);
       seen = advance(truth, seen, omega, towards(omega, goal, exp_exact(-0.5e-3 / s.motor_lag_s)), 1e-3);
     }
 

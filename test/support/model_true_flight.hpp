@@ -14,6 +14,7 @@ namespace rotorloop::model_true {
 
 struct FlightSettings {
   Manoeuvre manoeuvre = Manoeuvre::vertical;
+  Path path = {};  // flown instead, when there is one
   std::uint64_t seed = 1;
   double duration_s = 20.0;
   int steps_per_ms = 4;  // fine step 0.25 ms

@@ -33,9 +33,9 @@ double eased_time(double t_s, double over_s) {
 }
 
 // Feed-forward acceleration of the reference position, by the central difference: exact to 1e-6 for sines below 3 Hz.
-Eigen::Vector3d acceleration(Manoeuvre m, double t_s) {
+Eigen::Vector3d acceleration(const Path& path, double t_s) {
   constexpr double e = 1e-3;
-  return (reference(m, t_s + e).p_W_m - 2.0 * reference(m, t_s).p_W_m + reference(m, t_s - e).p_W_m) / (e * e);
+  return (path(t_s + e).p_W_m - 2.0 * path(t_s).p_W_m + path(t_s - e).p_W_m) / (e * e);
 }
 
 // Attitude whose z axis is along `thrust_W` and whose x axis is as near to the heading as that allows.
@@ -48,8 +48,8 @@ Eigen::Quaterniond attitude_of(const Eigen::Vector3d& thrust_W, const Reference&
   return Eigen::Quaterniond(R) * exponential(r.tilt_B_rad);
 }
 
-Eigen::Quaterniond planned_attitude(Manoeuvre m, double t_s) {
-  return attitude_of(acceleration(m, t_s) + Eigen::Vector3d(0, 0, kGravity_m_s2), reference(m, t_s));
+Eigen::Quaterniond planned_attitude(const Path& path, double t_s) {
+  return attitude_of(acceleration(path, t_s) + Eigen::Vector3d(0, 0, kGravity_m_s2), path(t_s));
 }
 
 // Rotation vector from `a` to `b` in the frame of `a`, to second order for small angles.
@@ -102,16 +102,20 @@ Reference reference(Manoeuvre manoeuvre, double t) {
 }
 
 RotorSpeeds command(const Truth& truth, Manoeuvre m, double t, const State& x, const RotorSpeeds& now) {
-  constexpr double e = 1e-3;
   // In the rotation flight the sideways motion that its own tilt causes is to pass: gains below its frequencies there.
-  const bool loose = m == Manoeuvre::rotation;
+  return command(
+      truth, [m](double at) { return reference(m, at); }, m == Manoeuvre::rotation, t, x, now);
+}
+
+RotorSpeeds command(const Truth& truth, const Path& path, bool loose, double t, const State& x, const RotorSpeeds& now) {
+  constexpr double e = 1e-3;
   const double kPosition_1_s2 = loose ? 1.0 : 6.0, kVelocity_1_s = loose ? 1.4 : 4.0;
   const Eigen::Vector3d kAttitude_1_s2(150.0, 150.0, 40.0), kRate_1_s(22.0, 22.0, 10.0);  // 12 rad/s; yaw 6 rad/s, as c_q is small
   constexpr double kLead = 2.0, kLeast_N = 0.15, kMost_N = 6.0;
 
-  const Reference r = reference(m, t);
-  const Eigen::Vector3d v_ref = (reference(m, t + e).p_W_m - reference(m, t - e).p_W_m) / (2 * e);
-  const Eigen::Vector3d a = acceleration(m, t) + kPosition_1_s2 * (r.p_W_m - x.p_W_m) + kVelocity_1_s * (v_ref - x.v_W_m_s);
+  const Reference r = path(t);
+  const Eigen::Vector3d v_ref = (path(t + e).p_W_m - path(t - e).p_W_m) / (2 * e);
+  const Eigen::Vector3d a = acceleration(path, t) + kPosition_1_s2 * (r.p_W_m - x.p_W_m) + kVelocity_1_s * (v_ref - x.v_W_m_s);
   const Eigen::Vector3d v_B = x.q_WB.conjugate() * x.v_W_m_s;
   // Drag is paid for in the thrust wanted: eq. 4 at hover thrust and eq. 5 are near enough for a pilot.
   const Eigen::Vector3d linear = Eigen::Vector3d(v_B.x(), v_B.y(), 0) * (truth.mass_kg * kGravity_m_s2 * truth.c_dh_s_m);
@@ -119,7 +123,7 @@ RotorSpeeds command(const Truth& truth, Manoeuvre m, double t, const State& x, c
       Eigen::Vector3d(truth.c_dxy_N_s2_m2, truth.c_dxy_N_s2_m2, truth.c_dz_N_s2_m2).cwiseProduct(v_B.cwiseProduct(v_B.cwiseAbs()));
   const Eigen::Vector3d wanted_W = truth.mass_kg * (a + Eigen::Vector3d(0, 0, kGravity_m_s2)) + x.q_WB * (linear + square);
 
-  const Eigen::Quaterniond ahead = planned_attitude(m, t + e), here = planned_attitude(m, t), behind = planned_attitude(m, t - e);
+  const Eigen::Quaterniond ahead = planned_attitude(path, t + e), here = planned_attitude(path, t), behind = planned_attitude(path, t - e);
   const Eigen::Vector3d rate = between(behind, ahead) / (2 * e);
   const Eigen::Vector3d rate_change = (between(here, ahead) - between(behind, here)) / (e * e);
   const Eigen::Vector3d alpha =
