@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/diagnose/diagnosis_report.hpp"
@@ -20,6 +19,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/diagnose_commands.hpp"
 #include "host/cli/diagnose_stand.hpp"
+#include "host/cli/fit_options.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
 #include "host/effects/user_term.hpp"
@@ -34,8 +34,8 @@ struct Options {
   FlightPaths paths;
   fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
-  std::vector<std::string> free, hold, per_flight, without, use;
-  double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
+  std::vector<std::string> without;
+  FitOptions fit{.rate_Hz = 100.0};
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
@@ -45,15 +45,8 @@ struct Options {
 bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
-  i.grid.rate_Hz = o.rate_Hz;
+  o.fit.apply(i);
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
-  i.grid.from_s = o.from_s;
-  i.grid.to_s = o.to_s;
-  for (const std::string& stream : o.use) {
-    if (stream == "gyro") i.grid.use_gyro = true;
-    if (stream == "accel") i.grid.use_accel = true;
-    if (stream == "velocity") i.grid.use_velocity = true;
-  }
   std::vector<std::string> terms;
   for (const host::VehicleEffect& e : vehicle.effects) {
     if (host::find_term(e.id)) terms.push_back(e.id);
@@ -65,13 +58,11 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
       if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
     }
   }
-  i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = 16;
   i.fit.noise.tolerance = 0.05;
   i.fit.max_iterations = 80;
   i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
   i.fit.noise.per_flight = true;
-  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   d.without = o.without;
   d.beliefs = !o.forget;
   d.max_effects = o.max_effects;
@@ -144,12 +135,6 @@ int diagnose(const Options& o) {
   }
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);
-  if (!o.out.empty()) {
-    std::vector<std::string> inputs;
-    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
-    host::write_vehicle(o.out, bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
-                                                         std::string("rotorloop diagnose ") + kVersion, inputs));
-  }
   const std::string json = bench::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
     fmt::print("{}", json);
@@ -163,6 +148,15 @@ int diagnose(const Options& o) {
     bench::write_text_file(
         o.report / "report.html",
         bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
+  }
+  // Last: what was found is told even when no vehicle file can be made of it.
+  if (!o.out.empty()) {
+    std::vector<std::string> inputs;
+    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
+    write_checked(o.out,
+                  bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
+                                            std::string("rotorloop diagnose ") + kVersion, inputs),
+                  catalogue);
   }
   return 0;
 }
@@ -184,15 +178,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
-  c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
-  c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
-  c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
-  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
-  c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000")->check(CLI::Range(20.0, 1000.0))->capture_default_str();
-  c->add_option("--from", o->from_s, "leave out what lies before, s");
-  c->add_option("--to", o->to_s, "leave out what lies after, s");
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000", 20.0);
   c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
   c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
       ->check(CLI::Range(0, 300))
@@ -209,7 +195,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "better.toml\n"
       "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
       "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used.");
+      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used, or no credible vehicle file (-o) "
+      "comes of them.");
   c->callback([o, &exit_code] { exit_code = diagnose(*o); });
 }
 
