@@ -60,6 +60,7 @@ void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream)
   }
 }
 
+// Before the first number and after the last a stream has not begun or has ended; a hole between them is a fault.
 template <class Value>
 void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stream) {
   std::vector<char> keep(stream.size(), 1), bad(stream.size(), 0);
@@ -70,8 +71,22 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   }
   const auto count = std::count(bad.begin(), bad.end(), char{1});
   if (count == 0) return;
-  const auto where = stretches(stream.t_s, bad, HUGE_VAL);
-  s.exclude(name, fmt::format("{} of {} samples are no numbers", count, stream.size()), where.front());
+  const auto first = static_cast<std::size_t>(std::find(keep.begin(), keep.end(), char{1}) - keep.begin());
+  const auto end = static_cast<std::size_t>(std::find(keep.rbegin(), keep.rend(), char{1}).base() - keep.begin());
+  const std::size_t all = stream.size();
+  if (first == all) {
+    s.exclude(name, fmt::format("{} of {} samples are no numbers", count, all), {stream.t_s.front(), stream.t_s.back()});
+  } else {
+    const auto blank = [&](std::size_t n, const char* where, TimeRange r) {
+      if (n > 0) s.leave_out(name, fmt::format("{} of {} samples {} are no numbers", n, all, where), r);
+    };
+    blank(first, "before its first reading", {stream.t_s.front(), stream.t_s[first]});
+    blank(all - end, "after its last reading", {stream.t_s[end - 1], stream.t_s.back()});
+    std::fill(bad.begin(), bad.begin() + static_cast<std::ptrdiff_t>(first), char{0});
+    std::fill(bad.begin() + static_cast<std::ptrdiff_t>(end), bad.end(), char{0});
+    if (const auto holes = std::count(bad.begin(), bad.end(), char{1}); holes > 0)
+      s.exclude(name, fmt::format("{} of {} samples are no numbers", holes, all), stretches(stream.t_s, bad, HUGE_VAL).front());
+  }
   stream = kept(stream, keep);
 }
 

@@ -122,8 +122,9 @@ int diagnose(const Options& o) {
   });
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
     for (const bench::LogFinding& finding : read.checked[f].findings) {
-      if (finding.action != bench::FindingAction::note)
-        run.diagnosis.faults.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+      if (finding.action == bench::FindingAction::note) continue;
+      auto& list = finding.fault ? run.diagnosis.faults : run.diagnosis.left_out;
+      list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
   }
   bench::ResidualFindings left;
