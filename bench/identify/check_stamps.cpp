@@ -60,7 +60,10 @@ void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream)
   }
 }
 
-// Before the first number and after the last a stream has not begun or has ended; a hole between them is a fault.
+constexpr double kMostBlank = 0.05;  // of a stream's samples: telemetry may say now and then that it does not know
+
+// Before the first number and after the last a stream has not begun or has ended, and a blank now and then says that a reading is not
+// known; a lasting hole between them is a fault.
 template <class Value>
 void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stream) {
   std::vector<char> keep(stream.size(), 1), bad(stream.size(), 0);
@@ -84,8 +87,15 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
     blank(all - end, "after its last reading", {stream.t_s[end - 1], stream.t_s.back()});
     std::fill(bad.begin(), bad.begin() + static_cast<std::ptrdiff_t>(first), char{0});
     std::fill(bad.begin() + static_cast<std::ptrdiff_t>(end), bad.end(), char{0});
-    if (const auto holes = std::count(bad.begin(), bad.end(), char{1}); holes > 0)
-      s.exclude(name, fmt::format("{} of {} samples are no numbers", holes, all), stretches(stream.t_s, bad, HUGE_VAL).front());
+    if (const auto holes = std::count(bad.begin(), bad.end(), char{1}); holes > 0) {
+      double longest_s = 0.0;
+      for (std::size_t i = first, good = first; i < end; ++i)
+        if (keep[i]) longest_s = std::max(longest_s, stream.t_s[i] - stream.t_s[good]), good = i;
+      const bool fault = static_cast<double>(holes) > kMostBlank * static_cast<double>(all) || longest_s > s.limits.longest_rotor_gap_s;
+      const std::string what = fmt::format("{} of {} samples are no numbers, longest gap {:.3f} s", holes, all, longest_s);
+      const TimeRange where = stretches(stream.t_s, bad, HUGE_VAL).front();
+      fault ? s.exclude(name, what, where) : s.leave_out(name, what, where);
+    }
   }
   stream = kept(stream, keep);
 }

@@ -218,7 +218,18 @@ TEST_P(Fault, ValuesThatAreNoNumbersAreDropped) {
   EXPECT_NE(find(c, "accelerometer", FindingAction::exclude, "1 of 8001 samples are no numbers"), nullptr) << findings_table(c);
   const LogFinding* hole = find(c, "rotor speeds", FindingAction::exclude, "1 of 8001 samples are no numbers");
   ASSERT_NE(hole, nullptr) << findings_table(c);
-  EXPECT_TRUE(hole->fault) << "a hole within a stream";
+  EXPECT_FALSE(hole->fault) << "one reading that is not known";
+}
+
+TEST_P(Fault, ALastingHoleWithinAStreamIsAFault) {
+  auto& gyro = flight.record.gyro_B_rad_s;
+  for (std::size_t i = 4000; i < 4000 + 80; ++i) gyro.value[i].x() = std::numeric_limits<double>::quiet_NaN();
+  const double gap_s = gyro.t_s[4080] - gyro.t_s[3999];
+  ASSERT_GT(gap_s, CheckLimits{}.longest_rotor_gap_s);
+  const CheckedFlight c = checked();
+  const LogFinding* hole = find(c, "gyro", FindingAction::exclude, "80 of 8001 samples are no numbers");
+  ASSERT_NE(hole, nullptr) << findings_table(c);
+  EXPECT_TRUE(hole->fault);
 }
 
 TEST_P(Fault, BlanksBeforeTheFirstReadingAndAfterTheLastAreLeftOutAndNoFault) {
