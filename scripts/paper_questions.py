@@ -66,7 +66,11 @@ def flight_key(case, study):
 
 
 def fly(case, seed, folder, o, study):
-    """{flight: log} and how each flight ended."""
+    """{flight: log} and how each flight ended. Flights that a study which was stopped has left are taken as they are."""
+    flown = folder / "flown.json"
+    if flown.exists():
+        logs, ends = json.loads(flown.read_text(encoding="utf-8"))
+        return {name: pathlib.Path(log) for name, log in logs.items()}, ends
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "plant.toml").write_text(plant_text(case, study["plant"]), encoding="utf-8")
@@ -75,8 +79,10 @@ def fly(case, seed, folder, o, study):
         subprocess.run([o.program, "hil", folder / "scenario.toml", "--seeds", f"{seed},", "--out", folder, "--name", "run", "--force", "-q", "-j", "1"],
                        stdout=log, stderr=log, check=False)
     result = json.loads((folder / "run/result.json").read_text(encoding="utf-8"))
-    return ({f["flight"]: folder / "run" / f["flight"] / f["variant"] / str(seed) / "flight.csv" for f in result["flights"]},
-            {f["flight"]: f["end"] for f in result["flights"]})
+    logs = {f["flight"]: folder / "run" / f["flight"] / f["variant"] / str(seed) / "flight.csv" for f in result["flights"]}
+    ends = {f["flight"]: f["end"] for f in result["flights"]}
+    flown.write_text(json.dumps([{name: str(log) for name, log in logs.items()}, ends]) + "\n", encoding="utf-8")
+    return logs, ends
 
 
 def identify(case, logs, folder, o, study):
