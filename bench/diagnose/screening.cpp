@@ -22,8 +22,7 @@ namespace {
 
 using Index = ScoreTable::Index;
 
-constexpr double kSample_s = 5e-3;  // of the terms' wrenches: motors answer in 30 ms
-constexpr double kFoldBlocks = 4;   // neighbouring blocks that stay in one fold
+constexpr double kFoldBlocks = 4;  // neighbouring blocks that stay in one fold
 constexpr int kFolds = 5;
 constexpr std::uint64_t kPlaceboStream = 0xD1A6;
 
@@ -164,17 +163,13 @@ ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states
   input.prepare(values);
   const auto per_step = static_cast<std::size_t>(6 * out.count);
   out.wrench.assign((g.knots - 1) * per_step, 0.0);
-  const int samples = std::max(1, static_cast<int>(std::lround(g.step_s / kSample_s)));
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(6, out.count);
   std::size_t hint = 0;
   for (std::size_t k = 0; k + 1 < g.knots; ++k) {
     if (!g.linked[k]) continue;
-    Eigen::Map<Eigen::MatrixXd> mean(&out.wrench[k * per_step], 6, out.count);
-    for (int s = 0; s < samples; ++s) {
-      const double share = (s + 0.5) / samples, t = g.time_s(k) + share * g.step_s;
-      model.wrench_by_extras(between(states[k], states[k + 1], share), input.at(t, hint, false), t, by);
-      mean += by / samples;
-    }
+    const double from = g.time_s(k), to = g.time_s(k + 1);
+    model.wrench_by_extras(between(states[k], states[k + 1], 0.5), input.mean(from, to, g.substeps, hint, false), 0.5 * (from + to), by);
+    Eigen::Map<Eigen::MatrixXd>(&out.wrench[k * per_step], 6, out.count) = by;
   }
   add_readings(g, states, values, parameters, model, input, out);
   return out;

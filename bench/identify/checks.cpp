@@ -48,8 +48,9 @@ namespace {
 // Holes in the inputs end a segment: a rotor's speed is not guessed across them.
 void add_input_gaps(CheckState& s) {
   const auto& w = s.record.rotor_omega_rad_s;
+  const double longest_s = std::max(s.limits.longest_rotor_gap_s, 3.5 * period_s(w));
   for (std::size_t i = 1; i < w.size(); ++i)
-    if (w.t_s[i] - w.t_s[i - 1] > std::max(s.limits.longest_rotor_gap_s, 3.5 * period_s(w))) s.split({w.t_s[i - 1], w.t_s[i]});
+    if (w.t_s[i] - w.t_s[i - 1] > longest_s) s.split({w.t_s[i - 1], w.t_s[i]});
 }
 
 TimeRange flown(const FlightRecord& r, TimeRange span) {

@@ -408,8 +408,9 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     ++out.noise_rounds;
     return change < o.noise.tolerance;
   };
-  constexpr double kNear = 1e-3;    // of the cost: a decrement below it leaves residuals that say how large the noise is
-  constexpr double kCertain = 1.0;  // a decrement below it is a step that cannot fail: its cost need not be looked at
+  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kShorten = 0.05;  // of the cost: a decrement below it is near the optimum
+  constexpr double kCertain = 1.0;   // a decrement below it is a step that cannot fail: its cost need not be looked at
   double damping = 0.0;
   bool noise_settled = o.noise.rounds == 0;
   out.noise_settled = noise_settled;
@@ -429,16 +430,19 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
         moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
       });
     }
-    // A step that does not lower the cost is taken back and damped.
+    // A step that does not lower the cost is taken back and damped. Near the optimum it is shortened first: where a scale and all places
+    // that it scales move together the way is right and only too long, and damping would hold each place by itself.
+    const int shorter = decrement < kShorten * cost ? 2 : 0;
     const auto states = out.states;
     const double before = cost;
     bool taken = false;
-    for (int tries = 0; tries < 12; ++tries) {
-      const VectorXd moved_theta = theta + step;
+    for (int tries = 0; tries < 12 + shorter; ++tries) {
+      const double share = damping == 0.0 ? std::ldexp(1.0, -tries) : 1.0;
+      const VectorXd moved_theta = theta + share * step;
       for (std::size_t f = 0; f < flights; ++f) {
         VectorXd own(static_cast<Eigen::Index>(layout.columns.size()));
         for (std::size_t c = 0; c < layout.columns.size(); ++c) own[static_cast<Eigen::Index>(c)] = step[layout.of_flight[f][c]];
-        chains[f].apply(own, 1.0);
+        chains[f].apply(own, share);
       }
       out.values = flight_values(p, layout, moved_theta);
       const bool certain = tries == 0 && damping == 0.0 && decrement >= 0.0 && decrement < kCertain;
@@ -450,6 +454,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       }
       out.states = states;
       out.values = flight_values(p, layout, theta);
+      if (damping == 0.0 && tries < shorter) continue;
       damping = damping == 0.0 ? 1e-4 : 10.0 * damping;
       sweep(damping);
       step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);

@@ -89,6 +89,7 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
                  "choose another --rate"});
   }
   g.step_s = 1.0 / rate;
+  g.slopes_by_middle = o.slopes_by_middle;
   g.substeps = std::max(1, static_cast<int>(std::ceil(g.step_s / o.longest_substep_s - 1e-9)));
   // The grid starts at a reading, so that a sensor with the grid's own rate is read at the knots.
   const double from = std::max({o.from_s, g.input.first_s(), clock.front()});

@@ -23,6 +23,7 @@ struct VectorFix {
 struct GridOptions {
   double rate_Hz = 200.0;             // of knots; 0: that of the pose, but 100 to 500 Hz
   double longest_substep_s = 2.6e-3;  // of the integration between knots
+  bool slopes_by_middle = false;      // derivatives as Model::step_by_middle has them
   double from_s = -1e300, to_s = 1e300;
   bool use_load = false;  // place of a load on a string, streams payload_x[m] … payload_z[m]
   bool use_pose = true, use_velocity = false, use_gyro = false, use_accel = false;
@@ -34,6 +35,7 @@ struct GridFlight {
   double start_s = 0.0, step_s = 0.0;
   std::size_t knots = 0;
   int substeps = 1;
+  bool slopes_by_middle = false;
   std::vector<std::uint8_t> linked;  // knot k and k+1 are tied by the model (knots - 1 entries)
   std::vector<PoseFix> pose;         // each list in order of knots
   std::vector<VectorFix> position, velocity, gyro, accel;

@@ -40,4 +40,27 @@ host::LoadInput<S> load_input(const BodyState& x, const Eigen::Matrix3d& world_B
   return in;
 }
 
+// Directions of PlaceDual, the first six also of MotionDual: velocity in body axes, body rates, attitude, place.
+inline constexpr int kDirVelocity = 0, kDirRates = 3, kDirAttitude = 6, kDirPlace = 9;
+
+template <class S>
+void seed_motion(host::LoadInput<S>& in) {
+  const auto seed = [](host::Vec3<S>& v, int first) {
+    v.x.d[static_cast<std::size_t>(first)] = v.y.d[static_cast<std::size_t>(first) + 1] = v.z.d[static_cast<std::size_t>(first) + 2] = 1.0;
+  };
+  seed(in.v_B_m_s, kDirVelocity);
+  seed(in.rates_B_rad_s, kDirRates);
+  if constexpr (std::is_same_v<S, host::PlaceDual>) {
+    seed(in.p_W_m, kDirPlace);
+    // Turning the body by δφ turns a world axis e, seen from the body, by e x δφ.
+    for (auto& e : in.world_B) {
+      const double x = e.x.a, y = e.y.a, z = e.z.a;
+      constexpr std::size_t a = kDirAttitude;
+      e.x.d[a + 1] = -z, e.x.d[a + 2] = y;
+      e.y.d[a] = z, e.y.d[a + 2] = -x;
+      e.z.d[a] = -y, e.z.d[a + 1] = x;
+    }
+  }
+}
+
 }  // namespace rotorloop::bench

@@ -19,8 +19,6 @@ using host::LoadState;
 using host::MotionDual;
 using host::PlaceDual;
 
-// Directions of PlaceDual and MotionDual.
-constexpr int kDirVelocity = 0, kDirRates = 3, kDirAttitude = 6, kDirPlace = 9;
 template <class S>
 constexpr int kDirParameters = std::is_same_v<S, MotionDual> ? 6 : 12;
 constexpr std::array<int, host::kLoadParameters> kLoadOrder{kK1, kK2, kCq, kComX, kComY, kCdh, kCdxy, kCdz};
@@ -30,26 +28,6 @@ template <class S>
 void seed_parameters(LoadParameters<S>& p) {
   S* const all[] = {&p.k1_N_s2, &p.k2_N_s2_m, &p.c_q_N_m_s2, &p.com_x_m, &p.com_y_m, &p.c_dh_s_m, &p.c_dxy_N_s2_m2, &p.c_dz_N_s2_m2};
   for (std::size_t j = 0; j < std::size(all); ++j) all[j]->d[static_cast<std::size_t>(kDirParameters<S>) + j] = 1.0;
-}
-
-template <class S>
-void seed_motion(LoadInput<S>& in) {
-  const auto seed = [](host::Vec3<S>& v, int first) {
-    v.x.d[static_cast<std::size_t>(first)] = v.y.d[static_cast<std::size_t>(first) + 1] = v.z.d[static_cast<std::size_t>(first) + 2] = 1.0;
-  };
-  seed(in.v_B_m_s, kDirVelocity);
-  seed(in.rates_B_rad_s, kDirRates);
-  if constexpr (std::is_same_v<S, PlaceDual>) {
-    seed(in.p_W_m, kDirPlace);
-    // Turning the body by δφ turns a world axis e, seen from the body, by e x δφ.
-    for (auto& e : in.world_B) {
-      const double x = e.x.a, y = e.y.a, z = e.z.a;
-      constexpr std::size_t a = kDirAttitude;
-      e.x.d[a + 1] = -z, e.x.d[a + 2] = y;
-      e.y.d[a] = z, e.y.d[a + 2] = -x;
-      e.z.d[a] = -y, e.z.d[a + 1] = x;
-    }
-  }
 }
 
 bool is_dynamics(int p) { return p <= kTiltY; }
@@ -392,6 +370,43 @@ BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& 
   by_columns = m.rightCols(parameters);
   by_columns.middleRows<3>(6) = jr * m.block(6, 12, 3, parameters);
   return {y.segment<3>(0), y.segment<3>(3), (x.q_WB * exp_q(y.segment<3>(6))).normalized(), y.segment<3>(9)};
+}
+
+BodyState Model::step_by_middle(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
+                                StateJacobian& by_state, ParameterJacobian& by_columns) const {
+  const BodyState end = step(x, input, hint, t0, t1, substeps);
+  const double h = t1 - t0;
+  const BodyState middle{0.5 * (x.p_W_m + end.p_W_m), 0.5 * (x.v_W_m_s + end.v_W_m_s), x.q_WB.slerp(0.5, end.q_WB),
+                         0.5 * (x.w_B_rad_s + end.w_B_rad_s)};
+  InstantJacobian j;
+  const Instant now = instant(middle, input.mean(t0, t1, substeps, hint, needs_input_derivatives_), 0.5 * (t0 + t1), &j);
+  const Matrix3d r = middle.q_WB.toRotationMatrix();
+
+  // δẋ = A δx + B δθ, with A and B as in the middle: Φ = exp(A h), Γ = ∫ exp(A s) ds B.
+  StateJacobian a = StateJacobian::Zero();
+  a.block<3, 3>(0, 3).setIdentity();
+  a.middleRows<3>(3) = r * j.force_by_state;
+  a.block<3, 3>(3, 6) -= r * skew(now.specific_force_B_m_s2);
+  a.block<3, 3>(6, 6) = -skew(middle.w_B_rad_s);
+  a.block<3, 3>(6, 9).setIdentity();
+  a.middleRows<3>(9) = j.angular_by_state;
+  const StateJacobian one = h * a, two = one * one, three = two * one;
+  by_state = StateJacobian::Identity() + one + two / 2.0 + three / 6.0;
+  const StateJacobian sum = h * (StateJacobian::Identity() + one / 2.0 + two / 6.0 + three / 24.0);
+
+  const auto parameters = static_cast<Eigen::Index>(columns_.size());
+  Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxColumns> b(6, parameters);
+  b.setZero();
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const auto col = static_cast<Eigen::Index>(c);
+    if (columns_[c] == kTiltX || columns_[c] == kTiltY) {
+      b(columns_[c] - kTiltX, col) = host::kGravity_m_s2;
+    } else if (is_dynamics(columns_[c]) || columns_[c] >= kCoreParameters || input_place(columns_[c]) >= 0) {
+      b.col(col) << r * j.force_by.col(col), j.angular_by.col(col);
+    }
+  }
+  by_columns = sum.middleCols<3>(3) * b.topRows<3>() + sum.rightCols<3>() * b.bottomRows<3>();
+  return end;
 }
 
 }  // namespace rotorloop::bench

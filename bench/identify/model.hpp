@@ -53,6 +53,10 @@ class Model {
   // The same with Jacobians: of the error at t1 by the error at t0, and by the columns.
   BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
                  StateJacobian& by_state, ParameterJacobian& by_columns) const;
+  // The same end state, with Jacobians of the error's linear motion about the middle of the step: one evaluation for all substeps.
+  // Off by the third order of the step: 1e-3 of their size at 50 Hz, where this takes a quarter of the time.
+  BodyState step_by_middle(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
+                           StateJacobian& by_state, ParameterJacobian& by_columns) const;
 
   const ModelValues& values() const { return values_; }
   const Columns& columns() const { return columns_; }

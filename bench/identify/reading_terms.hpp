@@ -25,4 +25,11 @@ ReadingChange reading_change(const ModelValues& values, const BodyState& x, cons
                              const Eigen::Vector3d& angular_acceleration_B_rad_s2, std::span<const int> parameters,
                              std::span<ReadingChange> by);
 
+// Its derivatives by the error of the state (p, v, φ, Ω; see Model); angular acceleration and memory stay.
+struct ReadingSlope {
+  Eigen::Matrix<double, 3, 12> position_W_m, velocity_W_m_s, turn_B_rad, gyro_B_rad_s, accel_B_m_s2;
+};
+ReadingSlope reading_by_state(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
+                              const Eigen::Vector3d& angular_acceleration_B_rad_s2);
+
 }  // namespace rotorloop::bench

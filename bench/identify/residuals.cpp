@@ -87,7 +87,9 @@ Eigen::Matrix<double, 12, 1> Residuals::process(std::size_t k, const BodyState& 
 
 void Residuals::process(std::size_t k, const BodyState& from, const BodyState& to, ProcessRows& out) const {
   ParameterJacobian by;
-  const BodyState f = model_.step(from, input_, hint_, flight_.time_s(k), flight_.time_s(k + 1), flight_.substeps, out.from, by);
+  const double t0 = flight_.time_s(k), t1 = flight_.time_s(k + 1);
+  const BodyState f = flight_.slopes_by_middle ? model_.step_by_middle(from, input_, hint_, t0, t1, flight_.substeps, out.from, by)
+                                               : model_.step(from, input_, hint_, t0, t1, flight_.substeps, out.from, by);
   out.r = difference(f, to);
   const Vector3d turn = out.r.segment<3>(6);
   const Matrix3d by_prediction = -inverse_left_jacobian(turn);
@@ -132,6 +134,7 @@ ReadingChange Residuals::terms_read(const BodyState& x, double t_s, bool derivat
   const RotorInputSample u = input_.at(t_s, hint_, false);
   const Vector3d angular = model_.instant(x, u, t_s).angular_acceleration_B_rad_s2;
   if (!derivatives) return reading_change(model_.values(), x, u, t_s, angular, {}, {});
+  reading_slope_ = reading_by_state(model_.values(), x, u, t_s, angular);
   return reading_change(model_.values(), x, u, t_s, angular, reading_parameters_, reading_by_);
 }
 
@@ -155,9 +158,16 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
     out.state.block<3, 3>(3, 6) = from_body * start;
     out.state.block<3, 3>(3, 9) = from_body * rate;
     out.columns.setZero(6, width());
+    Matrix3d by_offset = rot;
+    if (reads_) {
+      // Terms read the place at the knot, not at the moment the pose shows.
+      by_offset += reading_slope_.position_W_m.leftCols<3>() * x.q_WB.toRotationMatrix();
+      out.state.topRows<3>() -= reading_slope_.position_W_m;
+      out.state.bottomRows<3>() -= q_BS.toRotationMatrix().transpose() * reading_slope_.turn_B_rad;
+    }
     const Matrix3d sensor_turn = -inverse_left_jacobian(out.r.tail<3>()) * right_jacobian(Vector3d(v[kTurnX], v[kTurnY], v[kTurnZ]));
     for (int i = 0; i < 3; ++i) {
-      if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c).head<3>() = -rot.col(i);
+      if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c).head<3>() = -by_offset.col(i);
       if (const int c = place_of(kTurnX + i); c >= 0) out.columns.col(c).tail<3>() = sensor_turn.col(i);
     }
     if (const int c = place_of(kPoseDelay); c >= 0) {
@@ -204,10 +214,12 @@ void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
   out.state.block<3, 3>(0, 3) = -Matrix3d(weight.asDiagonal());
   out.state.block<3, 3>(0, 6) = weight.asDiagonal() * (rot * skew(swing));
   out.state.block<3, 3>(0, 9) = weight.asDiagonal() * (rot * skew(r));
+  if (reads_) out.state -= weight.asDiagonal() * reading_slope_.velocity_W_m_s;
   out.columns.setZero(3, width());
   for (std::size_t k = 0; k < reading_places_.size(); ++k)
     out.columns.col(reading_places_[k]) = -weight.cwiseProduct(reading_by_[k].velocity_W_m_s);
-  const Matrix3d by_offset = -(weight.asDiagonal() * (rot * skew(x.w_B_rad_s)));
+  Matrix3d by_offset = -(weight.asDiagonal() * (rot * skew(x.w_B_rad_s)));
+  if (reads_) by_offset -= weight.asDiagonal() * (reading_slope_.velocity_W_m_s.middleCols<3>(3) * (rot * skew(x.w_B_rad_s)));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c) = by_offset.col(i);
   }
@@ -221,6 +233,7 @@ void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, b
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 9) = -Matrix3d(weight.asDiagonal());
+  if (reads_) out.state -= weight.asDiagonal() * reading_slope_.gyro_B_rad_s;
   out.columns.setZero(3, width());
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kGyroBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
@@ -250,6 +263,7 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
   const Matrix3d lever = skew(r), minus = -Matrix3d(weight.asDiagonal());
   out.state = minus * (j.force_by_state - lever * j.angular_by_state);
   out.state.block<3, 3>(0, 9) -= minus * (skew(w.cross(r)) + skew(w) * lever);
+  if (reads_) out.state += minus * reading_slope_.accel_B_m_s2;
   out.columns.setZero(3, width());
   for (std::size_t c = 0; c < dynamic_.size(); ++c) {
     const auto from = static_cast<Eigen::Index>(c);

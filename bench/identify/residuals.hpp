@@ -64,7 +64,7 @@ class Residuals {
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
-  // What terms add to the readings at a moment, into reading_by_ when wanted.
+  // What terms add to the readings at a moment, its derivatives into reading_by_ and reading_slope_ when wanted.
   ReadingChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
 
@@ -79,6 +79,7 @@ class Residuals {
   std::vector<int> reading_parameters_, reading_places_;  // of terms that read: parameter, place in columns_; those that are free
   bool reads_ = false;
   mutable std::vector<ReadingChange> reading_by_;
+  mutable ReadingSlope reading_slope_;
   Eigen::Matrix3d inverse_inertia_ = Eigen::Matrix3d::Identity();
   mutable std::size_t hint_ = 0;
 };

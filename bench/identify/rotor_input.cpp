@@ -197,4 +197,29 @@ RotorInputSample RotorInput::at(double t_s, std::size_t& hint, bool derivatives)
   return out;
 }
 
+RotorInputSample RotorInput::mean(double from_s, double to_s, int parts, std::size_t& hint, bool derivatives) const {
+  const double h = (to_s - from_s) / (2.0 * parts);
+  RotorInputSample out;
+  const auto add = [](auto& sum, const auto& more, double weight) {
+    for (std::size_t r = 0; r < 4; ++r) sum[r] += weight * more[r];
+  };
+  for (int i = 0; i <= 2 * parts; ++i) {
+    const double weight = (i == 0 || i == 2 * parts ? 1.0 : i % 2 == 1 ? 4.0 : 2.0) / (6.0 * parts);
+    const RotorInputSample u = at(from_s + i * h, hint, derivatives);
+    add(out.omega_rad_s, u.omega_rad_s, weight);
+    add(out.omega_dot_rad_s2, u.omega_dot_rad_s2, weight);
+    for (std::size_t j = 0; derivatives && j < u.omega_by.size(); ++j) {
+      add(out.omega_by[j], u.omega_by[j], weight);
+      add(out.omega_dot_by[j], u.omega_dot_by[j], weight);
+    }
+    if (i != parts) continue;
+    out.battery_V = u.battery_V;
+    out.memory = u.memory;
+    out.memory_input = u.memory_input;
+    out.memory_row = u.memory_row;
+    out.memory_share = u.memory_share;
+  }
+  return out;
+}
+
 }  // namespace rotorloop::bench

@@ -42,6 +42,8 @@ class RotorInput {
   void prepare(const ModelValues& values);
   // `hint`: the caller's cursor, any value; makes neighbouring times cheap. Outside the readings the nearest one is held.
   RotorInputSample at(double t_s, std::size_t& hint, bool derivatives) const;
+  // Mean over [from, to] by Simpson's rule in `parts` parts; battery and memory as they are in the middle.
+  RotorInputSample mean(double from_s, double to_s, int parts, std::size_t& hint, bool derivatives) const;
 
   // The motion along which terms remember; to be followed by prepare().
   void follow(std::shared_ptr<const Motion> motion) { memory_.follow(std::move(motion)); }

@@ -47,6 +47,7 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
   bench::IdentifyOptions& i = d.identify;
   o.fit.apply(i);
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
+  i.grid.slopes_by_middle = true;
   std::vector<std::string> terms;
   for (const host::VehicleEffect& e : vehicle.effects) {
     if (host::find_term(e.id)) terms.push_back(e.id);

@@ -34,7 +34,7 @@ struct RotorBodyInterference {
   }
 };
 
-// In proportion to rotor speed instead of thrust, -k_d ω_i v_xy (Bangura 2016), each at its hub.
+// In proportion to rotor speed instead of thrust, -k_d ω_i v_xy (Bangura 2016), each at its hub with the hub's velocity v + Ω x r_i.
 struct RotorDragWithSpeed {
   static constexpr std::string_view kId = "rotor_drag_with_speed";
   static constexpr TermParameter kParameters[] = {{"k_d_N_s2_m", "N s2/m", 0.0, 1e-3, 1e-5, 0.0}};
@@ -42,8 +42,9 @@ struct RotorDragWithSpeed {
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
     for (std::size_t i = 0; i < kRotors; ++i) {
+      const Vec3<S> v = s.v_air_B_m_s + cross(s.in.rates_B_rad_s, s.rotor[i].arm_B_m);
       const S drag = c[0] * magnitude(s.omega_rad_s[i]);
-      push_at_hub(s, i, -(drag * s.rotor[i].v_air_B_m_s.x), -(drag * s.rotor[i].v_air_B_m_s.y));
+      push_at_hub(s, i, -(drag * v.x), -(drag * v.y));
     }
   }
 };

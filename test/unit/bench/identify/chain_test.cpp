@@ -167,15 +167,15 @@ TEST(Chain, score_blocks_add_up_to_the_whole_flight) {
   EXPECT_LT((score - r.score).norm(), 1e-8 * r.score.norm());
 }
 
-TEST(Residuals, of_every_reading_have_the_derivatives_of_differences) {
-  Short s;
-  ModelValues v = s.values;
+// Central differences of every reading's residuals by state and columns, `v` with what a test sets.
+void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns columns) {
   v[kPoseDelay] = 2e-3;
   v[kTurnX] = 0.05;
   v[kImuX] = 0.02;
   v[kImuZ] = -0.03;
-  Columns columns{kOffsetX,    kOffsetY, kOffsetZ, kTurnX, kTurnY, kTurnZ, kPoseDelay, kGyroBiasY,
-                  kAccelBiasX, kImuX,    kImuY,    kImuZ,  kK1,    kIyy,   kMass};
+  for (const int p :
+       {kOffsetX, kOffsetY, kOffsetZ, kTurnX, kTurnY, kTurnZ, kPoseDelay, kGyroBiasY, kAccelBiasX, kImuX, kImuY, kImuZ, kK1, kIyy, kMass})
+    columns.push_back(p);
   const Residuals res(s.grid, v, s.noise, columns);
   BodyState x = s.states[40];
   x.v_W_m_s = {3, -2, 1};
@@ -212,6 +212,20 @@ TEST(Residuals, of_every_reading_have_the_derivatives_of_differences) {
     const VectorXd slope = (all(Residuals(s.grid, up, s.noise, columns), x) - all(Residuals(s.grid, down, s.noise, columns), x)) / (2 * e);
     EXPECT_LT((slope - by.col(static_cast<Eigen::Index>(k))).norm(), 1e-4 * slope.norm()) << parameter_info(columns[k], v.terms).name;
   }
+}
+
+TEST(Residuals, of_every_reading_have_the_derivatives_of_differences) {
+  const Short s;
+  expect_derivatives_of_differences(s, s.values, {});
+}
+
+TEST(Residuals, of_a_sensor_whose_scale_is_2_percent_off_have_the_derivatives_of_differences) {
+  const Short s;
+  host::TermList terms;
+  terms.add(*host::find_term("pose_scale"));
+  ModelValues v = model_values(guessed_vehicle(), terms);
+  v[kCoreParameters] = 0.02;
+  expect_derivatives_of_differences(s, v, {kCoreParameters});
 }
 
 }  // namespace

@@ -103,6 +103,28 @@ TEST(IdentifyModel, derivatives_are_exact_with_terms_too_and_by_their_parameters
   expect_exact_derivatives(v, RotorInput(wavy_speeds()), columns);
 }
 
+TEST(IdentifyModel, derivatives_about_the_middle_of_a_20_ms_step_are_those_along_it_within_5_percent_and_the_step_is_the_same) {
+  ModelValues v = model_values(paper_vehicle(), both_terms());
+  v[kCoreParameters] = 0.9;
+  v[kCoreParameters + 1] = 7e-6;
+  Columns columns = kAllDynamics;
+  columns.push_back(kCoreParameters);
+  columns.push_back(kCoreParameters + 1);
+  RotorInput input(wavy_speeds());
+  input.prepare(v);
+  const Model model(v, columns);
+  StateJacobian along, middle;
+  ParameterJacobian along_by, middle_by;
+  std::size_t hint = 0;
+  const BodyState a = model.step(fast_state(), input, hint, 0.02, 0.04, 2, along, along_by);
+  const BodyState b = model.step_by_middle(fast_state(), input, hint, 0.02, 0.04, 2, middle, middle_by);
+  EXPECT_LT(difference(a, b).norm(), 1e-12);
+  EXPECT_LT((along - middle).norm(), 1e-3 * along.norm());
+  for (Eigen::Index c = 0; c < along_by.cols(); ++c)
+    EXPECT_LT((along_by.col(c) - middle_by.col(c)).norm(), 0.05 * along_by.col(c).norm())
+        << parameter_info(columns[static_cast<std::size_t>(c)], v.terms).name;
+}
+
 TEST(IdentifyModel, derivative_by_the_delay_of_the_rotor_log_is_that_of_differences) {
   // The time lies inside a sample interval for all stages, so that the interpolation has one slope there.
   FlightRecord r = wavy_speeds();
