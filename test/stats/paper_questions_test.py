@@ -84,6 +84,13 @@ class Judge(unittest.TestCase):
         self.assertAlmostEqual(table.chi2(e, table.NAMES), 0.0, places=9)
         self.assertEqual(table.signs(e), 4)
 
+    def test_a_lever_takes_a_common_factor_out_of_inertia_and_torque_and_leaves_thrust_alone(self):
+        e = {n: (1 + table.PAPER[n]) / 1.2 - 1 for n in table.NAMES} | {"c_t": 0.01}
+        at, s = table.levered(e)
+        self.assertAlmostEqual(s, 1.2, places=9)
+        self.assertAlmostEqual(at["I_zz"], table.PAPER["I_zz"], places=9)
+        self.assertEqual(at["c_t"], 0.01)
+
     def test_static_c_t_of_table_one_is_that_of_the_vehicle_file(self):
         self.assertAlmostEqual(table.static_c_t(3.119e-6, -1.547e-4) / 1.897e-6, 1.0, delta=0.002)
 
