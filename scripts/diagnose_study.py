@@ -32,7 +32,6 @@ class Case:
     kind: str                    # separable, class_only, not_observable, pair, foreign, clean_full, clean_reduced
     truth: tuple = ()            # ids that the answer should hold
     entries: tuple = ()          # (id, {key: value}) that the plant gets, over those of its file
-    without: tuple = ()          # ids that the plant loses
     unbelieved: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
 
 
@@ -41,13 +40,13 @@ def toml(path):
 
 
 def change_for(effect, study, in_plant, believed):
-    """(entries, without, unbelieved) that make this effect one that the vehicle file does not know."""
+    """(entries, unbelieved) that make this effect one that the vehicle file does not know: what the file holds it loses, and the plant
+    gets the effect, unless it has it by itself."""
     key, name = effect["parameter"], effect["id"]
-    if name in believed:
-        return (), (), (name,)
-    if name in in_plant:
-        return (), (name,), ()
-    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), (), ()
+    unbelieved = (name,) if name in believed else ()
+    if name in in_plant and unbelieved:
+        return (), unbelieved
+    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), unbelieved
 
 
 def cases(study, catalogue):
@@ -57,7 +56,7 @@ def cases(study, catalogue):
 
     def case(name, kind, ids):
         parts = [change_for(effects[i], study, in_plant, believed) for i in ids]
-        return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(3)))
+        return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(2)))
 
     out = [case(i, e["class"], [i]) for i, e in effects.items()]
     out += [case("+".join(p["effects"]), "pair", p["effects"]) for p in study["pair"]]
@@ -78,7 +77,7 @@ def blocks(text):
 def plant_text(case, study):
     source = ROOT / study["plant"]
     text = source.read_text(encoding="utf-8").replace('"blades/', f'"{source.parent}/blades/').replace('"motors/', f'"{source.parent}/motors/')
-    gone = set(case.without) | {i for i, _ in case.entries}
+    gone = {i for i, _ in case.entries}
     kept = [b for b in blocks(text) if not (b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in gone)]
     for name, values in case.entries:
         kept.append(f'\n[[effect]]\nid = "{name}"\n' + "".join(f"{k} = {v}\n" for k, v in values.items()))

@@ -1,5 +1,5 @@
-// The whole diagnosis: fit with what the vehicle file holds, screen every effect against what is left, add the best one that passes
-// every criterion, refit in full, screen again; at the end take out what the others made needless. Nothing here prints or reads files.
+// The whole diagnosis: fit with what the vehicle file holds, screen every effect against what is left, refit with each that could
+// be it, add the best, screen again; at the end take out what the others made needless. Nothing here prints or reads files.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -7,21 +7,10 @@
 #include <vector>
 
 #include "bench/diagnose/diagnosis.hpp"
-#include "bench/diagnose/screening.hpp"
+#include "bench/diagnose/examine.hpp"
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::bench {
-
-// When an effect is taken for real. All must hold.
-struct Criteria {
-  double p = 0.01;                // of the block-robust statistic, after Holm
-  double relevant = 0.1;          // of the size that matters (a term's scale): a smaller effect is left out, however certain
-  double gain_per_reading = 0.0;  // least gain of log likelihood over the number of readings
-  double held_share = 0.25;       // of its gain that must also show on blocks that did not estimate it
-  double twin_bic = 3.0;          // difference of the criterion within which two effects are not told apart …
-  double twin_correlation = 0.7;  // … or up to twice that difference, when their columns correlate so much
-  double fewest_u = 3.3;          // estimate over its robust standard error, after the refit
-};
 
 struct DiagnoseOptions {
   IdentifyOptions identify;
@@ -51,6 +40,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
 
 // What the residuals of the last model say by themselves: a systematic rest or bursts without an effect found make it `unexplained`.
 struct ResidualFindings;
-void judge_residuals(const ResidualFindings& left, Diagnosis& diagnosis);
+// Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
+void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& diagnosis);
 
 }  // namespace rotorloop::bench

@@ -58,6 +58,7 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"gain_relative", number(e.gain_relative)},
           {"bic", number(e.bic)},
           {"cross_validated", number(e.cross_validated)},
+          {"rise", number(e.rise)},
           {"inside_bounds", e.inside_bounds},
           {"detectable", number(e.detectable)},
           {"typical", number(e.typical)},

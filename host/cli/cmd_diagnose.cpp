@@ -133,7 +133,7 @@ int diagnose(const Options& o) {
     run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
   } else {
     left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
-    bench::judge_residuals(left, run.diagnosis);
+    bench::judge_residuals(left, run.after.problem.start, run.diagnosis);
   }
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);

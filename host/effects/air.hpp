@@ -38,6 +38,7 @@ struct AirDensity {
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
     s.rotor[i].thrust_N *= c[0];
     s.rotor[i].torque_N_m *= c[0];
+    s.rotor[i].drag_N_s_m *= c[0];
   }
   template <class S>
   static void body(const S* c, LoadState<S>& s) {

@@ -79,6 +79,7 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
     });
     r.thrust_N = rotor_thrust(p, s.geometry, s.omega_rad_s[i], r.v_air_B_m_s, r.through_m_s);
     r.torque_N_m = p.c_q_N_m_s2 * s.omega_rad_s[i] * s.omega_rad_s[i];
+    r.drag_N_s_m = S(0.0);
     each([&](const auto& h, const void* own, const S* c) {
       if (h.rotor) h.rotor(own, c, s, i);
     });
@@ -94,6 +95,10 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
   s.force_B_N.x = -(rotor_drag * v.x) - p.c_dxy_N_s2_m2 * v.x * magnitude(v.x);
   s.force_B_N.y = -(rotor_drag * v.y) - p.c_dxy_N_s2_m2 * v.y * magnitude(v.y);
   s.force_B_N.z = s.thrust_sum_N - p.c_dz_N_s2_m2 * v.z * magnitude(v.z);
+  for (std::size_t i = 0; terms && i < kRotors; ++i) {
+    const Vec3<S> at = hub_velocity(s, i);
+    push_at_hub(s, i, -(s.rotor[i].drag_N_s_m * at.x), -(s.rotor[i].drag_N_s_m * at.y));
+  }
   each([&](const auto& h, const void* own, const S* c) {
     if (h.body) h.body(own, c, s);
   });

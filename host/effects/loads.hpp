@@ -80,6 +80,7 @@ struct RotorLoad {
   S through_m_s{};      // flow through the disk, v_z + v_i
   S thrust_N{};         // along +z
   S torque_N_m{};       // aerodynamic, > 0; acts on the body about z with the sign `reaction`
+  S drag_N_s_m{};       // force in the disk plane over the hub's velocity there, beside eq. (4)
 };
 
 template <class S>
@@ -94,6 +95,23 @@ struct LoadState {
   Vec3<S> force_B_N, torque_B_N_m;  // the answer, gravity not included
   const S* memory = nullptr;        // of the term whose hook runs (memory.hpp); never null there
 };
+
+// A force in the disk plane of rotor i, in body axes, with its moment.
+template <class S>
+void push_at_hub(LoadState<S>& s, std::size_t i, const S& x, const S& y) {
+  const Vec3<S>& arm = s.rotor[i].arm_B_m;
+  s.force_B_N.x += x;
+  s.force_B_N.y += y;
+  s.torque_B_N_m.x -= arm.z * y;
+  s.torque_B_N_m.y += arm.z * x;
+  s.torque_B_N_m.z += arm.x * y - arm.y * x;
+}
+
+// Velocity of hub i through the air, without what only its inflow feels.
+template <class S>
+Vec3<S> hub_velocity(const LoadState<S>& s, std::size_t i) {
+  return s.v_air_B_m_s + cross(s.in.rates_B_rad_s, s.rotor[i].arm_B_m);
+}
 
 // What the terms make sensors read beyond the truth: given what they look at, each adds its part.
 template <class S>

@@ -5,12 +5,17 @@
 
 namespace rotorloop::host {
 
-// Eq. (4) times (1 + more).
+// The rotors' whole force in their plane, eq. (4) and what goes with rotor speed, times (1 + more).
 template <class S>
 void add_rotor_drag(const S& more, LoadState<S>& s) {
   const S drag = more * s.parameters.c_dh_s_m * s.thrust_sum_N;
   s.force_B_N.x -= drag * s.v_air_B_m_s.x;
   s.force_B_N.y -= drag * s.v_air_B_m_s.y;
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const Vec3<S> v = hub_velocity(s, i);
+    const S own = more * s.rotor[i].drag_N_s_m;
+    push_at_hub(s, i, -(own * v.x), -(own * v.y));
+  }
 }
 
 struct RotorDrag {
@@ -40,12 +45,8 @@ struct RotorDragWithSpeed {
   static constexpr TermParameter kParameters[] = {{"k_d_N_s2_m", "N s2/m", 0.0, 1e-3, 1e-5, 0.0}};
 
   template <class S>
-  static void body(const S* c, LoadState<S>& s) {
-    for (std::size_t i = 0; i < kRotors; ++i) {
-      const Vec3<S> v = s.v_air_B_m_s + cross(s.in.rates_B_rad_s, s.rotor[i].arm_B_m);
-      const S drag = c[0] * magnitude(s.omega_rad_s[i]);
-      push_at_hub(s, i, -(drag * v.x), -(drag * v.y));
-    }
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].drag_N_s_m += c[0] * magnitude(s.omega_rad_s[i]);
   }
 };
 
@@ -57,25 +58,28 @@ struct RotorDragAtHubs {
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
-    add_rotor_drag(-c[0], s);
+    const S at_centre = c[0] * s.parameters.c_dh_s_m * s.thrust_sum_N;
+    s.force_B_N.x += at_centre * s.v_air_B_m_s.x;
+    s.force_B_N.y += at_centre * s.v_air_B_m_s.y;
     for (std::size_t i = 0; i < kRotors; ++i) {
-      const Vec3<S> v = s.v_air_B_m_s + cross(s.in.rates_B_rad_s, s.rotor[i].arm_B_m);
+      const Vec3<S> v = hub_velocity(s, i);
       const S drag = c[0] * s.parameters.c_dh_s_m * s.rotor[i].thrust_N;
       push_at_hub(s, i, -(drag * v.x), -(drag * v.y));
     }
   }
 };
 
-// τ = h e_z x F with F of eq. (4): the disks lie higher above the centre of mass than believed.
+// τ = h e_z x F with F the rotors' force in their plane: the disks lie higher above the centre of mass than believed.
 struct RotorPlaneHeight {
   static constexpr std::string_view kId = "rotor_plane_height";
   static constexpr TermParameter kParameters[] = {{"h_m", "m", -0.05, 0.05, 0.02, 0.0}};
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
-    const S drag = c[0] * s.parameters.c_dh_s_m * s.thrust_sum_N;
-    s.torque_B_N_m.x += drag * s.v_air_B_m_s.y;
-    s.torque_B_N_m.y -= drag * s.v_air_B_m_s.x;
+    S drag = s.parameters.c_dh_s_m * s.thrust_sum_N;
+    for (const RotorLoad<S>& r : s.rotor) drag += r.drag_N_s_m;
+    s.torque_B_N_m.x += c[0] * drag * s.v_air_B_m_s.y;
+    s.torque_B_N_m.y -= c[0] * drag * s.v_air_B_m_s.x;
   }
 };
 

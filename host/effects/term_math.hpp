@@ -60,17 +60,6 @@ S wake_below(const RotorLoad<S>& r) {
   return induced2 / (induced2 + across2(r.v_air_B_m_s) + 1e-12);
 }
 
-// A force in the disk plane of rotor i, in body axes, with its moment.
-template <class S>
-void push_at_hub(LoadState<S>& s, std::size_t i, const S& x, const S& y) {
-  const Vec3<S>& arm = s.rotor[i].arm_B_m;
-  s.force_B_N.x += x;
-  s.force_B_N.y += y;
-  s.torque_B_N_m.x -= arm.z * y;
-  s.torque_B_N_m.y += arm.z * x;
-  s.torque_B_N_m.z += arm.x * y - arm.y * x;
-}
-
 // A force given in world axes, at the centre of mass.
 template <class S>
 void push_in_world(LoadState<S>& s, const Vec3<S>& f_W) {

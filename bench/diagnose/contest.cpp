@@ -1,0 +1,135 @@
+#include "bench/diagnose/contest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/identify/identified_vehicle.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
+constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
+
+// An effect that is absent altogether (a share of 0 where 1 is neutral) stands at a bound and is right there.
+bool at_bound(const Candidate& c, const std::vector<NamedValue>& values) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const CandidateParameter& q = c.parameters[k];
+    const double slack = 1e-6 * (q.max - q.min);
+    const bool low = values[k].value <= q.min + slack && q.min != q.neutral && q.min != 0.0;
+    const bool high = values[k].value >= q.max - slack && q.max != q.neutral;
+    if (low || high) return true;
+  }
+  return false;
+}
+
+double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
+
+// Whose refit is worth its time; each with those that say the same.
+std::vector<Contestant> chosen(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
+  std::vector<const Tested*> by_scatter, by_likelihood;
+  for (const Tested& t : all) {
+    if (t.real) by_scatter.push_back(&t);
+  }
+  by_likelihood = by_scatter;
+  const auto likelihood = [&](const Tested* t) { return 0.5 * t->test.chi2 - cost_of(*t, s.table.readings); };
+  std::stable_sort(by_likelihood.begin(), by_likelihood.end(),
+                   [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
+  std::vector<Contestant> out;
+  const ColumnSet model = base_columns(s.table);
+  const auto take = [&](const std::vector<const Tested*>& order, std::size_t most) {
+    std::size_t taken = 0;
+    for (const Tested* t : order) {
+      if (taken == most) break;
+      bool known = false;
+      for (Contestant& c : out) {
+        const auto& other = c.tested->candidate->columns;
+        if (c.tested == t || std::find(c.same.begin(), c.same.end(), t) != c.same.end()) {
+          known = true;
+        } else if (other.size() == t->candidate->columns.size() &&
+                   confounding(s.table, model, other, t->candidate->columns) > criteria.alike) {
+          c.same.push_back(t);
+          known = true;
+        }
+        if (known) break;
+      }
+      ++taken;
+      if (!known) out.push_back({.tested = t});
+    }
+  };
+  take(by_likelihood, kByLikelihood);
+  take(by_scatter, kByScatter);
+  return out;
+}
+
+}  // namespace
+
+std::vector<NamedValue> values_in(const Identification& r, const Candidate& c) {
+  std::vector<NamedValue> out;
+  const auto parameters = parameters_of(c, r.problem.start.terms);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const Estimate* e = r.fit.find(parameters[k]);
+    out.push_back({c.parameters[k].name, c.parameters[k].unit, e ? e->value : c.parameters[k].neutral, e ? reported_u(*e) : 0.0});
+  }
+  return out;
+}
+
+double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
+  double out = 0.0;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (values[k].u > 0.0) out = std::max(out, std::fabs(values[k].value - c.parameters[k].neutral) / values[k].u);
+  }
+  return out;
+}
+
+std::vector<Contestant> contest(const Identification& model, const Screening& s, const std::vector<Tested>& all, const Criteria& criteria,
+                                const FitOptions& options) {
+  std::vector<Contestant> field = chosen(s, all, criteria);
+  for (Contestant& c : field) {
+    const Candidate& candidate = *c.tested->candidate;
+    try {
+      c.fit = refit_with(model, candidate, c.tested->test.estimate, options);
+    } catch (const std::exception& e) {
+      c.failure = std::string("the refit fails: ") + e.what();
+      continue;
+    }
+    c.values = values_in(c.fit, candidate);
+    c.rise = c.fit.fit.log_likelihood - model.fit.log_likelihood;
+    c.score = c.rise - cost_of(*c.tested, s.table.readings);
+    const double sure = certainty(candidate, c.values);
+    if (!c.fit.fit.converged) {
+      c.failure = "the refit does not converge";
+    } else if (at_bound(candidate, c.values)) {
+      c.failure = "the refit ends at the bound of its physical range";
+    } else if (c.score <= 0.0) {
+      c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
+    } else if (sure < criteria.fewest_u) {
+      c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
+    }
+  }
+  std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
+    return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.score > b.score;
+  });
+  return field;
+}
+
+std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Contestant>& field, const Criteria& criteria) {
+  std::vector<ClassMember> out;
+  const Contestant& winner = field.front();
+  const ColumnSet model = base_columns(s.table);
+  const double margin = criteria.twin * std::clamp(winner.tested->test.inflation, 1.0, kLargestInflation);
+  const auto add = [&](const Tested& t, const std::vector<NamedValue>& values, double gain_share) {
+    out.push_back(
+        {t.candidate->id, confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns), gain_share, values});
+  };
+  for (const Contestant& c : field) {
+    if (!c.failure.empty() || (&c != &winner && winner.score - c.score > margin)) continue;
+    if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
+    for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,34 @@
+// Effects that could be what is missing, refitted side by side. One step of the screening ranks them by what the residuals of a model
+// that lacks the effect say, noise figures swollen by the misfit; the refit shows what each makes of the likelihood once noise and
+// parameters have settled with it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/diagnose/examine.hpp"
+#include "bench/diagnose/refit.hpp"
+
+namespace rotorloop::bench {
+
+struct Contestant {
+  const Tested* tested = nullptr;
+  Identification fit = {};               // with the effect
+  std::vector<NamedValue> values = {};   // of its parameters there
+  double rise = 0.0;                     // of the log likelihood
+  double score = 0.0;                    // rise less what its parameters cost
+  std::string failure = {};              // why it cannot be the missing effect; empty: it could
+  std::vector<const Tested*> same = {};  // others whose columns are those of this one
+};
+
+// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
+std::vector<Contestant> contest(const Identification& model, const Screening& screening, const std::vector<Tested>& all,
+                                const Criteria& criteria, const FitOptions& options);
+
+// Which of the others these flights cannot tell from the winner, which is the first of `field`.
+std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Contestant>& field, const Criteria& criteria);
+
+// The candidate's values in a fit that has it, and the largest of them over its standard error.
+std::vector<NamedValue> values_in(const Identification& fit, const Candidate& candidate);
+double certainty(const Candidate& candidate, const std::vector<NamedValue>& values);
+
+}  // namespace rotorloop::bench

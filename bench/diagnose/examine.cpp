@@ -1,0 +1,96 @@
+#include "bench/diagnose/examine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/diagnose/statistics.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Index = ScoreTable::Index;
+
+double deflated_bic(const GroupTest& t, double readings) {
+  return t.gain - 0.5 * t.degrees * std::log(readings / std::max(1.0, t.inflation));
+}
+
+// Two standard errors inside the physical range, and some of what one step may overshoot by where the effect is not linear.
+bool inside(const Candidate& c, const GroupTest& t, double overshoot) {
+  for (std::size_t k = 0; k < c.parameters.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    const CandidateParameter& q = c.parameters[k];
+    const double value = q.neutral + t.estimate[i], slack = 2.0 * std::sqrt(std::max(0.0, t.covariance(i, i)));
+    const double below = slack + overshoot * (q.neutral - q.min), above = slack + overshoot * (q.max - q.neutral);
+    if (value < q.min - below || value > q.max + above) return false;
+  }
+  return true;
+}
+
+// Largest parameter over the size that matters.
+double relevance(const Candidate& c, const Eigen::VectorXd& estimate) {
+  double out = 0.0;
+  for (std::size_t k = 0; k < c.parameters.size(); ++k)
+    out = std::max(out, std::fabs(estimate[static_cast<Index>(k)]) / c.parameters[k].scale);
+  return out;
+}
+
+Tested examine(const ScoreTable& table, const ColumnSet& model, const Candidate& c, double overshoot) {
+  Tested out{.candidate = &c, .test = test_group(table, model, c.columns)};
+  const GroupTest& t = out.test;
+  CandidateEvidence& e = out.evidence;
+  e.id = c.id;
+  for (std::size_t k = 0; k < c.parameters.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    e.one_step.push_back({c.parameters[k].name, c.parameters[k].unit, c.parameters[k].neutral + t.estimate[i],
+                          std::sqrt(std::max(0.0, t.covariance(i, i)))});
+  }
+  e.chi2 = t.chi2;
+  e.wald = t.wald;
+  e.degrees = t.degrees;
+  e.p = t.p;
+  e.gain = t.gain;
+  e.gain_relative = 2.0 * t.gain / table.readings;
+  e.bic = deflated_bic(t, table.readings);
+  e.inside_bounds = inside(c, t, overshoot);
+  if (t.degrees > 0) e.cross_validated = cross_validated_gain(table, model, c.columns, t.inflation);
+  e.typical = c.parameters.front().scale;
+  e.detectable = t.degrees > 0 ? 3.3 * e.one_step.front().u : 0.0;
+  return out;
+}
+
+std::string first_failure(const Tested& t, const Criteria& criteria, double placebo) {
+  const CandidateEvidence& e = t.evidence;
+  if (e.degrees == 0) return "the model's own parameters take all of it";
+  if (e.p_holm > criteria.p) return fmt::format("chance: p {:.2g} after Holm", e.p_holm);
+  if (e.wald < placebo) return fmt::format("no better than placebos (W {:.1f}, theirs {:.1f})", e.wald, placebo);
+  if (!e.inside_bounds) return "outside its physical range";
+  if (const double size = relevance(*t.candidate, t.test.estimate); size < criteria.relevant)
+    return fmt::format("too small to matter ({:.2f} of a size that does)", size);
+  if (e.bic <= 0.0) return fmt::format("its gain ({:.1f}) does not pay for its {} parameters", e.gain, e.degrees);
+  if (e.cross_validated < criteria.held_share * e.gain)
+    return fmt::format("does not hold on blocks that did not estimate it ({:.1f} of {:.1f})", e.cross_validated, e.gain);
+  return {};
+}
+
+}  // namespace
+
+std::vector<Tested> examine_all(const Screening& s, const Criteria& criteria, double placebo) {
+  std::vector<Tested> all;
+  const ColumnSet model = base_columns(s.table);
+  for (const Candidate& c : s.candidates) all.push_back(examine(s.table, model, c, criteria.overshoot));
+  std::vector<double> p;
+  for (const Tested& t : all) p.push_back(t.evidence.p);
+  const std::vector<double> adjusted = holm(p);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].evidence.p_holm = adjusted[i];
+    all[i].evidence.ruled_out_by = first_failure(all[i], criteria, placebo);
+    all[i].real = all[i].evidence.ruled_out_by.empty();
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Tested& a, const Tested& b) { return a.real != b.real ? a.real : a.evidence.bic > b.evidence.bic; });
+  return all;
+}
+
+}  // namespace rotorloop::bench
