@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import random
 import sys
 import tempfile
 import unittest
@@ -11,6 +12,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import alter_log  # noqa: E402
 import paper_questions as study  # noqa: E402
 import paper_questions_table as table  # noqa: E402
+import torque_regression as regression  # noqa: E402
 from diagnose_study import toml  # noqa: E402
 
 STUDY = toml(study.STUDY)
@@ -50,6 +52,31 @@ class Logs(unittest.TestCase):
             cells = [float(c) for c in line.split(",")]
             self.assertAlmostEqual(math.hypot(*cells[5:9]), 1.0, places=6)
             self.assertAlmostEqual(cells[12], 4.16, places=9)
+
+
+class Regression(unittest.TestCase):
+    """Torques made up by Euler's equations for rates and accelerations drawn at random: no flight, but the equations hold."""
+
+    def samples(self, reaction=0.0):
+        draw, i, out = random.Random(1), regression.TRUE, []
+        for _ in range(400):
+            p, q, r, dp, dq = (draw.gauss(0.0, s) for s in (3.0, 3.0, 3.0, 20.0, 20.0))
+            yaw, spin_rate = draw.gauss(0.0, 2e6), draw.gauss(0.0, 3e3)
+            dr = (i["c_q"] * yaw + reaction * spin_rate - (i["I_yy"] - i["I_xx"]) * p * q) / i["I_zz"]
+            out.append({"rate": (p, q, r), "acceleration": (dp, dq, dr), "thrust": 6.7 + draw.gauss(0.0, 1.0), "yaw": yaw, "spin_rate": -spin_rate,
+                        "spin": 0.0, "velocity": (0.0, 0.0, 0.0), "roll": i["I_xx"] * dp + (i["I_zz"] - i["I_yy"]) * q * r,
+                        "pitch": i["I_yy"] * dq + (i["I_xx"] - i["I_zz"]) * p * r})
+        return out
+
+    def test_inertia_and_torque_coefficient_come_out_of_motion_that_obeys_the_equations(self):
+        found = regression.regress(self.samples())
+        for name, value in regression.TRUE.items():
+            self.assertAlmostEqual(found[name] / value, 1.0, places=6, msg=name)
+
+    def test_rotor_inertia_is_found_when_it_is_there_and_asked_for(self):
+        found = regression.regress(self.samples(reaction=9.4e-6), ("reaction",))
+        self.assertAlmostEqual(found["reaction"] / 9.4e-6, 1.0, places=6)
+        self.assertAlmostEqual(found["c_q"] / regression.TRUE["c_q"], 1.0, places=6)
 
 
 class Cases(unittest.TestCase):
