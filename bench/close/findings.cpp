@@ -33,6 +33,12 @@ std::string id_or_text(const Json& j) { return j.is_string() ? j.get<std::string
 
 }  // namespace
 
+std::string twin_names(const FoundEffect& effect) {
+  std::string out;
+  for (const auto& t : effect.twins) out += (out.empty() ? "" : ", ") + t.id;
+  return out;
+}
+
 Findings read_findings(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const Json j = Json::parse(in, nullptr, false);
@@ -44,7 +50,8 @@ Findings read_findings(const std::filesystem::path& path) {
   f.verdict = text(j, "verdict");
   for (const Json& e : list(j, "added")) {
     FoundEffect out{text(e, "id"), text(e, "determined"), text(e, "manoeuvre"), values(e, "parameters"), {}};
-    for (const Json& t : list(e, "twins")) out.twins.push_back(id_or_text(t));
+    for (const Json& t : list(e, "twins"))
+      out.twins.push_back({id_or_text(t), t.is_object() ? values(t, "parameters") : std::vector<FoundValue>{}});
     f.added.push_back(std::move(out));
   }
   for (const Json& r : list(j, "rounds")) {

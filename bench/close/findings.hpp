@@ -17,11 +17,16 @@ struct FoundCandidate {
   double wald = 0.0, gain_relative = 0.0, cross_validated = 0.0, p_holm = 1.0;
   std::vector<FoundValue> one_step;
 };
+struct FoundTwin {
+  std::string id;
+  std::vector<FoundValue> parameters;  // what it would be, were it this one
+};
 struct FoundEffect {
   std::string id, determined, manoeuvre;
   std::vector<FoundValue> parameters;
-  std::vector<std::string> twins;
+  std::vector<FoundTwin> twins;  // what these flights cannot tell from it
 };
+std::string twin_names(const FoundEffect& effect);  // "a, b"; empty: none
 struct FoundRound {
   std::vector<FoundCandidate> candidates;  // best first
   double placebo_wald = 0.0;

@@ -10,6 +10,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
+#include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {
 namespace fs = std::filesystem;
@@ -46,6 +47,16 @@ std::string spread_text(const std::vector<double>& v) {
 
 }  // namespace
 
+std::string why_not_flyable(const fs::path& vehicle) {
+  if (!fs::is_regular_file(vehicle)) return "the analyst wrote no vehicle file";
+  try {
+    (void)host::read_vehicle(vehicle, host::builtin_effect_catalogue());
+  } catch (const Error& e) {
+    return e.text().what;
+  }
+  return "";
+}
+
 LoopResult assemble_loop(const fs::path& run) {
   const LoopLayout at{run};
   if (!fs::is_regular_file(at.run_toml()))
@@ -66,11 +77,14 @@ LoopResult assemble_loop(const fs::path& run) {
   const RunResult before = read_result(at.before() / "judged");
   r.identified = fs::is_regular_file(at.identified() / "done.toml");
   r.after_is_before = !fs::is_regular_file(at.after() / "done.toml");
+  if (r.after_is_before) r.why_not_flown = why_not_flyable(at.diagnosed_vehicle());
   const RunResult after = r.after_is_before ? before : read_result(at.after() / "judged");
   RunResult identified;
   if (r.identified) identified = read_result(at.identified() / "judged");
   r.tracking = compare_tracking(r.plan.judged, before, r.identified ? &identified : nullptr, after);
-  r.pass = std::all_of(r.tracking.begin(), r.tracking.end(), [](const TrackedFlight& t) { return t.pass; });
+  // Nothing flown again is no success, even where nothing had to get better: unless nothing was to be changed.
+  const bool closed = !r.after_is_before || r.findings.added.empty();
+  r.pass = closed && std::all_of(r.tracking.begin(), r.tracking.end(), [](const TrackedFlight& t) { return t.pass; });
   if ((r.truth_told = fs::is_regular_file(at.truth()))) r.truth = read_truth(at.truth());
   return r;
 }
@@ -84,11 +98,13 @@ std::string loop_result_json(const LoopResult& r) {
                     {"gave_up", r.isolation.gave_up}};
   j["diagnosis"] = {{"verdict", r.findings.verdict}, {"added", Json::array()}};
   for (const auto& e : r.findings.added) {
-    Json parameters = Json::array();
+    Json parameters = Json::array(), twin_ids = Json::array();
+    for (const auto& t : e.twins) twin_ids.push_back(t.id);
     for (const auto& p : e.parameters) parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"value", p.value}, {"u", p.u}});
-    j["diagnosis"]["added"].push_back({{"id", e.id}, {"parameters", parameters}, {"twins", e.twins}});
+    j["diagnosis"]["added"].push_back({{"id", e.id}, {"parameters", parameters}, {"twins", twin_ids}});
   }
   j["flown_again"] = !r.after_is_before;
+  if (r.after_is_before) j["why_not_flown"] = r.why_not_flown;
   j["tracking"] = Json::array();
   for (const auto& t : r.tracking) j["tracking"].push_back(to_json(t));
   if (r.truth_told) j["truth"] = Json::parse(truth_json(r.truth));
@@ -102,7 +118,7 @@ std::string loop_result_text(const LoopResult& r) {
   for (const auto& e : r.findings.added) {
     out += fmt::format("  added   {}", e.id);
     for (const auto& p : e.parameters) out += fmt::format("  {} = {:.4g} ± {:.2g} {}", p.name, p.value, p.u, p.unit == "1" ? "" : p.unit);
-    if (!e.twins.empty()) out += fmt::format("\n          or {}; {}", fmt::join(e.twins, ", "), e.manoeuvre);
+    if (!e.twins.empty()) out += fmt::format("\n          or {}; {}", twin_names(e), e.manoeuvre);
     out += "\n";
   }
   for (const auto& f : r.findings.faults) out += "  fault   " + f + "\n";
@@ -111,7 +127,7 @@ std::string loop_result_text(const LoopResult& r) {
   for (const auto& t : r.tracking)
     out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == ErrorAxis::z ? " (|z|)" : " (3-D)"),
                        spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);
-  if (r.after_is_before) out += "the diagnosis gave no vehicle file: nothing was flown again\n";
+  if (r.after_is_before) out += "nothing was flown again: " + r.why_not_flown + "\n";
   out += fmt::format("\nverdict: {}\nrun:     {}\nreport:  {}\n", r.pass ? "pass" : "fail", r.run.generic_string(),
                      LoopLayout{r.run}.report().generic_string());
   return out;

@@ -20,12 +20,16 @@ struct LoopResult {
   IsolationSummary isolation;  // of the diagnosis
   Findings findings;
   bool identified = false;       // the analyst's identification gave a vehicle file
-  bool after_is_before = false;  // the diagnosis gave no vehicle file: nothing changed, nothing was flown again
+  bool after_is_before = false;  // the diagnosis gave no vehicle file that can be flown: nothing was flown again
+  std::string why_not_flown;     // then: why
   std::vector<TrackedFlight> tracking;
   bool pass = false;        // every judged flight
   bool truth_told = false;  // `rotorloop close truth` has compared
   TruthComparison truth;
 };
+
+// Why a vehicle file of the analyst's cannot be flown: there is none, or what is wrong with it. Empty: it can.
+std::string why_not_flyable(const std::filesystem::path& vehicle);
 
 // Throws Error for a folder that is no loop's or not complete.
 LoopResult assemble_loop(const std::filesystem::path& run);

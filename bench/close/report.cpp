@@ -31,7 +31,7 @@ std::string added_text(const Findings& f) {
     out += (out.empty() ? "" : "; ") + e.id;
     for (const auto& p : e.parameters)
       out += fmt::format(", {} = {:.4g} ± {:.2g}{}", p.name, p.value, p.u, p.unit == "1" ? "" : " " + p.unit);
-    if (!e.twins.empty()) out += fmt::format(" (or {})", fmt::join(e.twins, ", "));
+    if (!e.twins.empty()) out += fmt::format(" (or {})", twin_names(e));
   }
   return out.empty() ? "nothing added" : out;
 }
@@ -52,7 +52,7 @@ std::string head(const LoopResult& r) {
   if (!r.isolation.holds)
     warnings.push_back(
         "Not isolated: the analyst's process could have opened the plant. Nothing shows that it did; nothing kept it from it.");
-  if (r.after_is_before) warnings.push_back("The diagnosis gave no vehicle file: nothing was flown again, after is before.");
+  if (r.after_is_before) warnings.push_back("Nothing was flown again, after is before: " + r.why_not_flown + ".");
   if (!r.identified) warnings.push_back("Identification without effects gave no vehicle file that can be flown; its column is empty.");
   for (const auto& f : r.findings.faults) warnings.push_back("Fault found in the logs: " + f);
   if (!warnings.empty()) {
@@ -189,6 +189,8 @@ std::string truth_section(const LoopResult& r) {
   return out + "</table></div>\n";
 }
 
+fs::path diagnosis_page(const LoopResult& r) { return LoopLayout{r.run}.diagnosis().parent_path() / "report.html"; }
+
 std::string provenance_section(const LoopResult& r) {
   const auto file = TomlFile::read(LoopLayout{r.run}.run_toml());
   const auto root = file.root();
@@ -204,7 +206,8 @@ std::string provenance_section(const LoopResult& r) {
 
 std::string loop_report_html(const LoopResult& r) {
   return head(r) + tracking_section(r) + time_section(r) + evidence_section(r.findings) + added_section(r.findings) +
-         held_out_section(r.findings) + truth_section(r) + isolation_section(r) + provenance_section(r) + page_end();
+         held_out_section(r.findings) + residual_section(diagnosis_page(r), diagnosis_page(r).lexically_relative(r.run).generic_string()) +
+         truth_section(r) + isolation_section(r) + provenance_section(r) + page_end();
 }
 
 }  // namespace rotorloop::bench

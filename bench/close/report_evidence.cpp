@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 
 #include "bench/report/page.hpp"
 #include "bench/report/svg_plot.hpp"
@@ -10,14 +12,21 @@
 namespace rotorloop::bench {
 namespace {
 
-constexpr std::size_t kShown = 12;  // candidates of a round
-constexpr int kOut = 0, kIn = 2;    // colours: ruled out, could be it
+constexpr std::size_t kShown = 12;     // candidates of a round
+constexpr std::size_t kFewValues = 2;  // parameters of a candidate that is not chosen yet: a table row has no room for more
+constexpr int kOut = 0, kIn = 2;       // colours: ruled out, could be it
 
 std::string values_text(const std::vector<FoundValue>& values) {
   std::string out;
   for (const auto& v : values)
     out += fmt::format("{}{} = {:.4g} ± {:.2g}{}", out.empty() ? "" : ", ", v.name, v.value, v.u, v.unit == "1" ? "" : " " + v.unit);
   return out;
+}
+
+std::string few_values_text(std::vector<FoundValue> values) {
+  const bool more = values.size() > kFewValues;
+  if (more) values.resize(kFewValues);
+  return values_text(values) + (more ? ", …" : "");
 }
 
 std::string round_html(const FoundRound& round, std::size_t number) {
@@ -39,7 +48,7 @@ std::string round_html(const FoundRound& round, std::size_t number) {
     chart.bars.push_back(bar);
     rows += fmt::format(
         "<tr><td class=\"l\">{}</td><td class=\"l\">{}</td><td>{:.3g}</td><td>{:.1f} %</td><td>{:.3g}</td><td class=\"l\">{}</td></tr>\n",
-        xml_escaped(c.id), xml_escaped(values_text(c.one_step)), c.wald, 100.0 * c.gain_relative, c.cross_validated,
+        xml_escaped(c.id), xml_escaped(few_values_text(c.one_step)), c.wald, 100.0 * c.gain_relative, c.cross_validated,
         c.ruled_out_by.empty() ? "<b>could be it</b>" : xml_escaped(c.ruled_out_by));
   }
   return fmt::format("<h3>Sweep {}: {}</h3>\n", number, xml_escaped(round.decision)) + figure_html("", bar_chart_svg(chart)) +
@@ -75,8 +84,7 @@ std::string added_section(const Findings& f) {
   std::string notes;
   for (const auto& e : f.added) {
     out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l\">{}</td><td class=\"l\">{}</td></tr>\n", xml_escaped(e.id),
-                       xml_escaped(values_text(e.parameters)),
-                       e.twins.empty() ? "nothing" : xml_escaped(fmt::format("{}", fmt::join(e.twins, ", "))));
+                       xml_escaped(values_text(e.parameters)), e.twins.empty() ? "nothing" : xml_escaped(twin_names(e)));
     if (!e.determined.empty()) notes += "<p>" + xml_escaped(e.id + ": determined is " + e.determined) + "</p>\n";
     if (!e.manoeuvre.empty() && !e.twins.empty()) notes += "<p>" + xml_escaped("To tell them apart: " + e.manoeuvre) + "</p>\n";
   }
@@ -109,6 +117,17 @@ std::string held_out_section(const Findings& f) {
          "<div class=\"scroll\"><table><tr><th class=\"l\">quantity</th><th>horizon, s</th><th>before</th><th>after</th><th>ratio (95 "
          "%)</th></tr>\n" +
          rows + "</table></div>\n";
+}
+
+std::string residual_section(const std::filesystem::path& page, const std::string& link) {
+  std::ifstream in(page, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.empty()) return "";
+  const std::string own = fmt::format("<p><a href=\"{}\">The diagnosis's own page</a> has all of it.</p>\n", link);
+  const auto begin = text.find("<h2 id=\"wrench\">");
+  if (begin == std::string::npos || text.find("<script") != std::string::npos) return own;
+  const auto end = std::min(text.find("<h2", begin + 1), text.find("</main>", begin));
+  return text.substr(begin, end - begin) + "<p class=\"cap\">Of the model with what was added: this is the residual after.</p>\n" + own;
 }
 
 }  // namespace rotorloop::bench

@@ -63,14 +63,8 @@ class Loop {
     fly_judged("2-before", at_.before(), "inputs/" + inputs_.place.at(plan_.vehicle));
     analyse("3-identify", at_.identify(), "identify", plan_.identify_arguments);
     analyse("4-diagnose", at_.diagnose(), "diagnose", plan_.diagnose_arguments);
-    if (fs::is_regular_file(at_.identified_vehicle()))
-      fly_judged("5-identified", at_.identified(), "3-identify/out/vehicle.toml");
-    else
-      fs::remove_all(at_.identified());
-    if (fs::is_regular_file(at_.diagnosed_vehicle()))
-      fly_judged("6-after", at_.after(), "4-diagnose/out/vehicle.toml");
-    else
-      fs::remove_all(at_.after());
+    fly_with_analysts("5-identified", at_.identified(), at_.identified_vehicle());
+    fly_with_analysts("6-after", at_.after(), at_.diagnosed_vehicle());
   }
 
  private:
@@ -184,6 +178,16 @@ class Loop {
     if (!open(stage, name, fmt::format("{} judged flights", plan_.judged.size() * plan_.judged_seeds.size()))) return;
     hil(name, "judged", folder, vehicle);
     stage.finish(o_.version);
+  }
+
+  // A vehicle that cannot be flown is a result of the analyst's, not the end of the run: the loop is judged without it.
+  void fly_with_analysts(const std::string& name, const fs::path& folder, const fs::path& vehicle) const {
+    if (const auto why = why_not_flyable(vehicle); !why.empty()) {
+      tell(name, "not flown: " + why);
+      fs::remove_all(folder);
+    } else {
+      fly_judged(name, folder, vehicle.lexically_relative(at_.run).generic_string());
+    }
   }
 
   struct Log {

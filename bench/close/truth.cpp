@@ -69,14 +69,19 @@ TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) 
     HiddenEffect h{u.id, Told::missed, ""};
     for (const FoundEffect& f : findings.added) {
       const bool named = stands_for(u, f.id);
-      const bool among = std::any_of(f.twins.begin(), f.twins.end(), [&](const std::string& t) { return stands_for(u, t); });
+      const bool among = std::any_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return stands_for(u, t.id); });
       if (!named && !among) continue;
       const Told told = f.id == u.id && f.twins.empty() ? Told::right : Told::in_class;
       if (h.told == Told::missed || told == Told::right) h = {u.id, told, f.id};
-      if (f.id != u.id) continue;
-      for (const FoundValue& v : f.parameters)
-        for (const auto& [name, value] : u.values)
-          if (name == v.name) c.values.push_back({fmt::format("{} of {}", name, u.id), v.unit, value, v.value, v.u});
+      // Its size, as named or as the member of a class.
+      const auto compare = [&](const std::vector<FoundValue>& parameters) {
+        for (const FoundValue& v : parameters)
+          for (const auto& [name, value] : u.values)
+            if (name == v.name) c.values.push_back({fmt::format("{} of {}", name, u.id), v.unit, value, v.value, v.u});
+      };
+      if (f.id == u.id) compare(f.parameters);
+      for (const FoundTwin& t : f.twins)
+        if (t.id == u.id) compare(t.parameters);
     }
     c.hidden.push_back(h);
   }
@@ -85,7 +90,8 @@ TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) 
       return holds(plan.also_true, id) ||
              std::any_of(plan.undeclared.begin(), plan.undeclared.end(), [&](const Undeclared& u) { return stands_for(u, id); });
     };
-    if (!meant(f.id) && std::none_of(f.twins.begin(), f.twins.end(), meant)) c.wrong.push_back(f.id);
+    if (!meant(f.id) && std::none_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return meant(t.id); }))
+      c.wrong.push_back(f.id);
   }
   return c;
 }

@@ -78,6 +78,7 @@ struct NotObservable {
   std::string unit;
 };
 
+// Something the checks of the logs took out: a fault of a sensor or stream, or what is only left out.
 struct LogFault {
   std::string flight, stream, what;
   double from_s = 0.0, to_s = 0.0;
@@ -85,7 +86,8 @@ struct LogFault {
 
 struct Diagnosis {
   DiagnosisVerdict verdict = DiagnosisVerdict::clean;
-  std::vector<LogFault> faults;
+  std::vector<LogFault> faults;    // a sensor or its stream is wrong
+  std::vector<LogFault> left_out;  // no fault: on the ground, before a stream begins or after it ends
   std::vector<AddedEffect> added;  // in the order they were found
   std::vector<DiagnosisRound> rounds;
   std::vector<CandidateEvidence> rejected;  // effects that were tried in a full refit and taken out again, and why

@@ -37,6 +37,15 @@ std::string effects_html(const Diagnosis& d) {
   return out + "</tbody></table></div>\n";
 }
 
+std::string log_html(const char* heading, const std::vector<LogFault>& all) {
+  if (all.empty()) return "";
+  std::string out = std::string(heading) + "<ul>\n";
+  for (const LogFault& f : all)
+    out += fmt::format("<li>{} {}: {} ({:.2f} to {:.2f} s)</li>\n", xml_escaped(f.flight), xml_escaped(f.stream), xml_escaped(f.what),
+                       f.from_s, f.to_s);
+  return out + "</ul>\n";
+}
+
 // The best candidates of a screening, and what speaks against each.
 std::string round_html(const DiagnosisRound& r, std::size_t number) {
   std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; 99 % of {} placebos stay below W = {:.1f}.</p>\n", number,
@@ -90,13 +99,7 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
   for (const AddedEffect& a : d.added) out += advice_html(a);
   out += "<h2 id=\"evidence\">Evidence</h2>\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) out += round_html(d.rounds[i], i + 1);
-  if (!d.faults.empty()) {
-    out += "<h2 id=\"faults\">Faults of the logs</h2>\n<ul>\n";
-    for (const LogFault& f : d.faults)
-      out += fmt::format("<li>{} {}: {} ({:.2f} to {:.2f} s)</li>\n", xml_escaped(f.flight), xml_escaped(f.stream), xml_escaped(f.what),
-                         f.from_s, f.to_s);
-    out += "</ul>\n";
-  }
+  out += log_html("<h2 id=\"faults\">Faults of the logs</h2>\n", d.faults);
   if (!d.not_observable.empty()) {
     out += "<h2 id=\"hidden\">What these flights could not have shown</h2>\n<ul>\n";
     for (const NotObservable& n : d.not_observable)
@@ -104,6 +107,7 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
                          n.needs.empty() ? "" : "; " + xml_escaped(n.needs));
     out += "</ul>\n";
   }
+  out += log_html("<h2 id=\"left-out\">Left out of the logs, as no fault of a sensor</h2>\n", d.left_out);
   return out + page.residual_sections + page_end();
 }
 

@@ -91,6 +91,13 @@ ordered_json wrench_json(const WrenchComparison& c) {
           {"after_aligned", scores(c.after_aligned)}};
 }
 
+ordered_json log_json(const std::vector<LogFault>& all) {
+  ordered_json out = ordered_json::array();
+  for (const LogFault& f : all)
+    out.push_back({{"flight", f.flight}, {"stream", f.stream}, {"what", f.what}, {"from_s", f.from_s}, {"to_s", f.to_s}});
+  return out;
+}
+
 ordered_json held_out_json(const HeldOutScores& s) {
   constexpr const char* kQuantities[] = {"position", "velocity", "attitude", "body_rates"};
   ordered_json rows = ordered_json::array();
@@ -164,13 +171,18 @@ std::string diagnosis_text(const DiagnosisRun& run) {
     for (const NotObservable& n : d.not_observable)
       out += fmt::format("  {:<26} {}{}{}\n", n.id, n.why, n.needs.empty() ? "" : "; ", n.needs);
   }
+  if (!d.left_out.empty()) {
+    out += "\nLeft out, as no fault of a sensor:\n";
+    for (const LogFault& f : d.left_out)
+      out += fmt::format("  {}  {}: {} ({:.2f} to {:.2f} s)\n", f.flight, f.stream, f.what, f.from_s, f.to_s);
+  }
   return out;
 }
 
 std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutScores>& held_out, const IdentifyProvenance& from) {
   const Diagnosis& d = run.diagnosis;
   ordered_json added = ordered_json::array(), rounds = ordered_json::array(), rejected = ordered_json::array(),
-               hidden = ordered_json::array(), faults = ordered_json::array(), inputs = ordered_json::array();
+               hidden = ordered_json::array(), inputs = ordered_json::array();
   for (const AddedEffect& a : d.added) {
     ordered_json twins = ordered_json::array(), shifts = ordered_json::array();
     for (const ClassMember& m : a.twins)
@@ -202,8 +214,6 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
                       {"detectable", number(n.detectable)},
                       {"typical", number(n.typical)},
                       {"unit", n.unit}});
-  for (const LogFault& f : d.faults)
-    faults.push_back({{"flight", f.flight}, {"stream", f.stream}, {"what", f.what}, {"from_s", f.from_s}, {"to_s", f.to_s}});
   for (const InputHash& i : from.inputs) inputs.push_back({{"path", i.path}, {"sha256", i.sha256}});
   ordered_json out{
       {"format", 1},
@@ -212,7 +222,8 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
       {"added", added},
       {"rejected", rejected},
       {"not_observable", hidden},
-      {"faults", faults},
+      {"faults", log_json(d.faults)},
+      {"left_out", log_json(d.left_out)},
       {"white", d.white},
       {"remarks", d.remarks},
       {"log_likelihood", {{"before", number(run.before.fit.log_likelihood)}, {"after", number(run.after.fit.log_likelihood)}}},

@@ -88,8 +88,8 @@ void find_ground(CheckState& s, const FlightGrid& g, const std::vector<double>& 
     found.push_back(r);
   }
   for (const TimeRange& r : joined(found, 1.0)) {
-    s.exclude(stream_name::flight,
-              fmt::format("on the ground, taking off or landing for {:.2f} s: the rotors lift less than the weight", r.span_s()), r);
+    s.leave_out(stream_name::flight,
+                fmt::format("on the ground, taking off or landing for {:.2f} s: the rotors lift less than the weight", r.span_s()), r);
     s.lose(r);
     for (std::size_t i = g.grid.nearest(r.from_s); i <= g.grid.nearest(r.to_s); ++i) airborne[i] = 0;
   }

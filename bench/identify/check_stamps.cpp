@@ -60,6 +60,10 @@ void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream)
   }
 }
 
+constexpr double kMostBlank = 0.05;  // of a stream's samples: telemetry may say now and then that it does not know
+
+// Before the first number and after the last a stream has not begun or has ended, and a blank now and then says that a reading is not
+// known; a lasting hole between them is a fault.
 template <class Value>
 void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stream) {
   std::vector<char> keep(stream.size(), 1), bad(stream.size(), 0);
@@ -70,8 +74,29 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   }
   const auto count = std::count(bad.begin(), bad.end(), char{1});
   if (count == 0) return;
-  const auto where = stretches(stream.t_s, bad, HUGE_VAL);
-  s.exclude(name, fmt::format("{} of {} samples are no numbers", count, stream.size()), where.front());
+  const auto first = static_cast<std::size_t>(std::find(keep.begin(), keep.end(), char{1}) - keep.begin());
+  const auto end = static_cast<std::size_t>(std::find(keep.rbegin(), keep.rend(), char{1}).base() - keep.begin());
+  const std::size_t all = stream.size();
+  if (first == all) {
+    s.exclude(name, fmt::format("{} of {} samples are no numbers", count, all), {stream.t_s.front(), stream.t_s.back()});
+  } else {
+    const auto blank = [&](std::size_t n, const char* where, TimeRange r) {
+      if (n > 0) s.leave_out(name, fmt::format("{} of {} samples {} are no numbers", n, all, where), r);
+    };
+    blank(first, "before its first reading", {stream.t_s.front(), stream.t_s[first]});
+    blank(all - end, "after its last reading", {stream.t_s[end - 1], stream.t_s.back()});
+    std::fill(bad.begin(), bad.begin() + static_cast<std::ptrdiff_t>(first), char{0});
+    std::fill(bad.begin() + static_cast<std::ptrdiff_t>(end), bad.end(), char{0});
+    if (const auto holes = std::count(bad.begin(), bad.end(), char{1}); holes > 0) {
+      double longest_s = 0.0;
+      for (std::size_t i = first, good = first; i < end; ++i)
+        if (keep[i]) longest_s = std::max(longest_s, stream.t_s[i] - stream.t_s[good]), good = i;
+      const bool fault = static_cast<double>(holes) > kMostBlank * static_cast<double>(all) || longest_s > s.limits.longest_rotor_gap_s;
+      const std::string what = fmt::format("{} of {} samples are no numbers, longest gap {:.3f} s", holes, all, longest_s);
+      const TimeRange where = stretches(stream.t_s, bad, HUGE_VAL).front();
+      fault ? s.exclude(name, what, where) : s.leave_out(name, what, where);
+    }
+  }
   stream = kept(stream, keep);
 }
 

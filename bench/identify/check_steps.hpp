@@ -16,7 +16,8 @@ struct CheckState {
   std::vector<TimeRange> unusable = {};  // see lose and split
 
   void note(std::string stream, std::string what, TimeRange range);
-  void exclude(std::string stream, std::string what, TimeRange range);
+  void exclude(std::string stream, std::string what, TimeRange range);    // a fault of this stream
+  void leave_out(std::string stream, std::string what, TimeRange range);  // excluded too, and nobody's fault
   // No fit may use this time, its end points included, or may step across it.
   void lose(TimeRange range) { unusable.push_back({range.from_s - 1e-6, range.to_s + 1e-6}); }
   // The end points are good, but no step of a fit may join them.

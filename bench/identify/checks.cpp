@@ -16,11 +16,15 @@ void CheckState::note(std::string stream, std::string what, TimeRange r) {
 }
 
 void CheckState::exclude(std::string stream, std::string what, TimeRange r) {
-  result.findings.push_back({std::move(stream), std::move(what), r.from_s, r.to_s, FindingAction::exclude});
+  result.findings.push_back({std::move(stream), std::move(what), r.from_s, r.to_s, FindingAction::exclude, true});
+}
+
+void CheckState::leave_out(std::string stream, std::string what, TimeRange r) {
+  result.findings.push_back({std::move(stream), std::move(what), r.from_s, r.to_s, FindingAction::exclude, false});
 }
 
 void CheckState::refuse(std::string stream, std::string what, TimeRange r, std::string likely, std::string remedy) {
-  result.findings.push_back({stream, what, r.from_s, r.to_s, FindingAction::refuse});
+  result.findings.push_back({stream, what, r.from_s, r.to_s, FindingAction::refuse, true});
   if (refused()) return;
   result.refusal =
       ErrorText{record.source.empty() ? record.name : record.source,

@@ -47,7 +47,8 @@ std::string findings_json(const CheckedFlight& c) {
         {{"stream", o.stream}, {"against", o.against}, {"late_s", o.late_s}, {"u_s", o.u_s}, {"correlation", o.correlation}});
   j["findings"] = nlohmann::json::array();
   for (const LogFinding& f : c.findings)
-    j["findings"].push_back({{"stream", f.stream}, {"action", word(f.action)}, {"from_s", f.from_s}, {"to_s", f.to_s}, {"what", f.what}});
+    j["findings"].push_back(
+        {{"stream", f.stream}, {"action", word(f.action)}, {"from_s", f.from_s}, {"to_s", f.to_s}, {"what", f.what}, {"fault", f.fault}});
   j["refusal"] = nullptr;
   if (c.refusal)
     j["refusal"] = {{"where", c.refusal->where}, {"what", c.refusal->what}, {"likely", c.refusal->likely}, {"do", c.refusal->remedy}};

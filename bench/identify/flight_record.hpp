@@ -53,6 +53,8 @@ struct LogFinding {
   std::string what;    // in words, with figures and units
   double from_s = 0.0, to_s = 0.0;
   FindingAction action = FindingAction::note;
+  // A sensor or its stream is wrong. Not so: time on the ground, samples before a stream begins or after it ends.
+  bool fault = false;
 };
 
 }  // namespace rotorloop::bench

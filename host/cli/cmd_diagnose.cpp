@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/diagnose/diagnosis_report.hpp"
@@ -21,6 +20,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/diagnose_commands.hpp"
 #include "host/cli/diagnose_stand.hpp"
+#include "host/cli/fit_options.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/progress_line.hpp"
 #include "host/effects/user_term.hpp"
@@ -35,9 +35,9 @@ struct Options {
   FlightPaths paths;
   fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
-  std::vector<std::string> free, hold, per_flight, without, use;
+  std::vector<std::string> without;
+  FitOptions fit{.rate_Hz = 100.0};
   std::vector<double> wrench_band;
-  double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
@@ -47,17 +47,9 @@ struct Options {
 bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   bench::DiagnoseOptions d;
   bench::IdentifyOptions& i = d.identify;
-  i.grid.rate_Hz = o.rate_Hz;
+  o.fit.apply(i);
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
   i.grid.slopes_by_middle = true;
-  i.grid.from_s = o.from_s;
-  i.grid.to_s = o.to_s;
-  for (const std::string& stream : o.use) {
-    if (stream == "gyro") i.grid.use_gyro = true;
-    if (stream == "accel") i.grid.use_accel = true;
-    if (stream == "velocity") i.grid.use_velocity = true;
-    if (stream == "load") i.grid.use_load = true;
-  }
   std::vector<std::string> terms;
   for (const host::VehicleEffect& e : vehicle.effects) {
     if (host::find_term(e.id)) terms.push_back(e.id);
@@ -69,13 +61,11 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
       if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
     }
   }
-  i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = 16;
   i.fit.noise.tolerance = 0.05;
   i.fit.max_iterations = 80;
   i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
   i.fit.noise.per_flight = true;
-  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   d.without = o.without;
   d.beliefs = !o.forget;
   d.max_effects = o.max_effects;
@@ -136,8 +126,9 @@ int diagnose(const Options& o) {
   bench::choose_manoeuvres(run, options.library, options.identify.fit.threads);
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
     for (const bench::LogFinding& finding : read.checked[f].findings) {
-      if (finding.action != bench::FindingAction::note)
-        run.diagnosis.faults.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+      if (finding.action == bench::FindingAction::note) continue;
+      auto& list = finding.fault ? run.diagnosis.faults : run.diagnosis.left_out;
+      list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
   }
   bench::ResidualFindings left;
@@ -152,12 +143,6 @@ int diagnose(const Options& o) {
   if (!o.wrench_band.empty()) band = {o.wrench_band[0], o.wrench_band[1]};
   if (read.flights.size() > read.fitted)
     held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
-  if (!o.out.empty()) {
-    std::vector<std::string> inputs;
-    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
-    host::write_vehicle(o.out, bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
-                                                         std::string("rotorloop diagnose ") + kVersion, inputs));
-  }
   const std::string json = bench::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
     fmt::print("{}", json);
@@ -171,6 +156,15 @@ int diagnose(const Options& o) {
     bench::write_text_file(
         o.report / "report.html",
         bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
+  }
+  // Last: what was found is told even when no vehicle file can be made of it.
+  if (!o.out.empty()) {
+    std::vector<std::string> inputs;
+    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
+    write_checked(o.out,
+                  bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
+                                            std::string("rotorloop diagnose ") + kVersion, inputs),
+                  catalogue);
   }
   return 0;
 }
@@ -192,21 +186,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in docs/effects.toml");
-  c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
-  c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
-  c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
-  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"gyro", "accel", "velocity", "load"}));
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000", 20.0);
   c->add_option("--wrench-band", o->wrench_band,
                 "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::NonNegativeNumber)
       ->default_str("0,10");
-  c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000")->check(CLI::Range(20.0, 1000.0))->capture_default_str();
-  c->add_option("--from", o->from_s, "leave out what lies before, s");
-  c->add_option("--to", o->to_s, "leave out what lies after, s");
   c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
   c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
       ->check(CLI::Range(0, 300))
@@ -223,7 +209,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "better.toml\n"
       "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
       "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used.");
+      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used, or no credible vehicle file (-o) "
+      "comes of them.");
   c->callback([o, &exit_code] { exit_code = diagnose(*o); });
 }
 

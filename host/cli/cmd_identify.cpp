@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "bench/hil/run_clock.hpp"
@@ -23,6 +22,7 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/fit_options.hpp"
 #include "host/cli/flight_inputs.hpp"
 #include "host/cli/identify_progress.hpp"
 #include "rotorloop_version.hpp"
@@ -36,44 +36,22 @@ struct Options {
   FlightPaths paths;
   fs::path vehicle, out, report;
   std::vector<fs::path> trail;
-  std::vector<std::string> free, hold, per_flight, terms, use;
-  double rate_Hz = 200.0, from_s = -1e300, to_s = 1e300, drag_speed_m_s = 8.5;
+  std::vector<std::string> terms;
+  FitOptions fit{.rate_Hz = 200.0};
+  double drag_speed_m_s = 8.5;
   std::string noise = "em", solver = "own";
   bool json = false, no_checks = false;
 };
 
 bench::IdentifyOptions identify_options(const Options& o) {
   bench::IdentifyOptions i;
-  i.grid.rate_Hz = o.rate_Hz;
-  i.grid.from_s = o.from_s;
-  i.grid.to_s = o.to_s;
-  for (const std::string& stream : o.use) {
-    if (stream == "gyro") i.grid.use_gyro = true;
-    if (stream == "accel") i.grid.use_accel = true;
-    if (stream == "velocity") i.grid.use_velocity = true;
-  }
+  o.fit.apply(i);
   i.terms = term_list(o.terms);
   if (o.solver == "ceres") i.solver = bench::ceres_solver();
-  i.wishes = {o.free, o.hold, o.per_flight};
   i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
   i.fit.noise.per_flight = o.noise == "em-per-flight";
   i.fit.innovations = true;
-  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return i;
-}
-
-// What a reader of the file would refuse is not written: a fit of a poor flight must not become a vehicle.
-void write_checked(const fs::path& path, const host::VehicleFile& v) {
-  try {
-    (void)host::parse_vehicle(host::vehicle_text(v), path, host::builtin_effect_catalogue());
-  } catch (const Error& e) {
-    ErrorText text = e.text();
-    text.what = "the identified vehicle is not credible and was not written: " + text.what;
-    text.likely = "the flights do not tell these parameters, or a stream is wrong (see the findings of the checks)";
-    text.remedy = "hold what they cannot tell (--hold), or fly the manoeuvres that excite it";
-    throw Error(text, ExitCode::data_quality);
-  }
-  host::write_vehicle(path, v);
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
@@ -132,8 +110,10 @@ int identify(const Options& o) {
   if (!o.out.empty() && result.fit.converged) {
     std::vector<std::string> inputs;
     for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
-    write_checked(o.out, bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
-                                                   std::string("rotorloop identify ") + kVersion, inputs));
+    write_checked(o.out,
+                  bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
+                                            std::string("rotorloop identify ") + kVersion, inputs),
+                  host::builtin_effect_catalogue());
   }
   publish(o, result, read, base, clock);
   if (!o.out.empty() && !result.fit.converged) {
@@ -164,18 +144,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
-  c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
-  c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
-  c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in docs/effects.toml");
-  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
-  c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  c->add_option("--from", o->from_s, "leave out what lies before, s");
-  c->add_option("--to", o->to_s, "leave out what lies after, s");
   c->add_option("--noise", o->noise,
                 "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
       ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))

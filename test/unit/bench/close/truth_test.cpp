@@ -17,7 +17,7 @@ LoopPlan hiding(std::vector<Undeclared> hidden) {
 FoundEffect found(const std::string& id, std::vector<std::string> twins = {}, std::vector<FoundValue> parameters = {}) {
   FoundEffect f;
   f.id = id;
-  f.twins = std::move(twins);
+  for (auto& t : twins) f.twins.push_back({std::move(t), {}});
   f.parameters = std::move(parameters);
   return f;
 }
@@ -43,6 +43,14 @@ TEST(CompareEffects, AmongTheMembersOfAClassIsAClassNotANameAndNotWrong) {
   EXPECT_EQ(c.hidden[0].told, Told::in_class);
   EXPECT_TRUE(c.wrong.empty());
   EXPECT_TRUE(c.right());
+}
+
+TEST(CompareEffects, TheSizeOfAMemberOfAClassIsComparedToo) {
+  auto answer = found("thrust_scale", {"blockage_strut"});
+  answer.twins[0].parameters = {{"loss", "1", 0.083, 0.002}};
+  const auto c = compare_effects(hiding({{"blockage_strut", {{"loss", 0.08}}, {}}}), naming({answer}));
+  ASSERT_EQ(c.values.size(), 1u);
+  EXPECT_NEAR(c.values[0].errors_in_u(), 1.5, 1e-9);
 }
 
 TEST(CompareEffects, AnotherNameIsWrongAndTheHiddenOneMissed) {

@@ -216,7 +216,33 @@ TEST_P(Fault, ValuesThatAreNoNumbersAreDropped) {
   flight.record.rotor_omega_rad_s.value[78][which] = std::numeric_limits<double>::quiet_NaN();
   const CheckedFlight c = checked();
   EXPECT_NE(find(c, "accelerometer", FindingAction::exclude, "1 of 8001 samples are no numbers"), nullptr) << findings_table(c);
-  EXPECT_NE(find(c, "rotor speeds", FindingAction::exclude, "1 of 8001 samples are no numbers"), nullptr) << findings_table(c);
+  const LogFinding* hole = find(c, "rotor speeds", FindingAction::exclude, "1 of 8001 samples are no numbers");
+  ASSERT_NE(hole, nullptr) << findings_table(c);
+  EXPECT_FALSE(hole->fault) << "one reading that is not known";
+}
+
+TEST_P(Fault, ALastingHoleWithinAStreamIsAFault) {
+  auto& gyro = flight.record.gyro_B_rad_s;
+  for (std::size_t i = 4000; i < 4000 + 80; ++i) gyro.value[i].x() = std::numeric_limits<double>::quiet_NaN();
+  const double gap_s = gyro.t_s[4080] - gyro.t_s[3999];
+  ASSERT_GT(gap_s, CheckLimits{}.longest_rotor_gap_s);
+  const CheckedFlight c = checked();
+  const LogFinding* hole = find(c, "gyro", FindingAction::exclude, "80 of 8001 samples are no numbers");
+  ASSERT_NE(hole, nullptr) << findings_table(c);
+  EXPECT_TRUE(hole->fault);
+}
+
+TEST_P(Fault, BlanksBeforeTheFirstReadingAndAfterTheLastAreLeftOutAndNoFault) {
+  auto& gyro = flight.record.gyro_B_rad_s;
+  for (std::size_t i = 0; i < 40; ++i) gyro.value[i].x() = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = gyro.size() - 7; i < gyro.size(); ++i) gyro.value[i].z() = std::numeric_limits<double>::quiet_NaN();
+  const CheckedFlight c = checked();
+  const LogFinding* before = find(c, "gyro", FindingAction::exclude, "40 of 8001 samples before its first reading");
+  const LogFinding* after = find(c, "gyro", FindingAction::exclude, "7 of 8001 samples after its last reading");
+  ASSERT_TRUE(before && after) << findings_table(c);
+  EXPECT_FALSE(before->fault);
+  EXPECT_FALSE(after->fault);
+  EXPECT_EQ(c.flight.gyro_B_rad_s.size(), gyro.size() - 47);
 }
 
 TEST_P(Fault, GyroInDegreesPerSecondIsRefusedWithTheUnit) {
@@ -327,6 +353,7 @@ TEST_P(Fault, StandingOnTheGroundBeforeAndAfterIsExcluded) {
   const CheckedFlight c = check_flight(ground, f.vehicle);
   ASSERT_FALSE(c.refusal) << findings_table(c);
   expect_found(c, "flight", FindingAction::exclude, "on the ground", 97.0, 100.5, 0.3);
+  for (const LogFinding& finding : c.findings) EXPECT_FALSE(finding.fault) << finding.what;
   ASSERT_FALSE(c.segments.empty());
   EXPECT_GE(c.flight.gyro_B_rad_s.t_s.front(), 100.0);
 }

@@ -1,0 +1,30 @@
+// Options that every command that fits flights has: which parameters are free, which readings count, at what rate, and from when to
+// when. `identify` and `diagnose` fit the same model, so a word means the same in both.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/identify/identify.hpp"
+#include "host/vehicle/vehicle_file.hpp"
+
+namespace rotorloop::cli {
+
+struct FitOptions {
+  std::vector<std::string> free = {}, hold = {}, per_flight = {}, use = {};
+  double rate_Hz = 0.0;  // 0, where the command allows it: as many as poses
+  double from_s = -1e300, to_s = 1e300;
+
+  // Grid, readings and wishes of `i`; all else stays.
+  void apply(bench::IdentifyOptions& i) const;
+};
+
+// --free, --hold, --per-flight, --use, --rate (`rate_help`, from `least_rate_Hz` to 1000), --from and --to.
+void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz);
+
+// Writes what a reader of vehicle files accepts. What it would refuse is not written, since a fit of a poor flight must not become a
+// vehicle: Error (data quality).
+void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue);
+
+}  // namespace rotorloop::cli
