@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILT = ROOT / "build/release/bin/rotorloop"
 STUDY = ROOT / "scripts/diagnose_study.toml"
 MODEL_TRUE = ROOT / "build/release/test-bin/model_true_logs"
-DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--json", "-q"]  # one command line for all
+DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--max-effects", "3", "--json", "-q"]  # one command line for all
 
 
 @dataclasses.dataclass(frozen=True)

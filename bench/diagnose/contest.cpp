@@ -25,6 +25,12 @@ bool at_bound(const Candidate& c, const std::vector<NamedValue>& values) {
   return false;
 }
 
+Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t k = 0; k < values.size(); ++k) out[static_cast<Eigen::Index>(k)] = values[k].value - c.parameters[k].neutral;
+  return out;
+}
+
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
 // Whose refit is worth its time; each with those that say the same.
@@ -84,13 +90,13 @@ double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
   return out;
 }
 
-std::vector<Contestant> contest(const Identification& model, const Screening& s, const std::vector<Tested>& all, const Criteria& criteria,
-                                const FitOptions& options) {
+std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& s,
+                                const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options) {
   std::vector<Contestant> field = chosen(s, all, criteria);
   for (Contestant& c : field) {
     const Candidate& candidate = *c.tested->candidate;
     try {
-      c.fit = refit_with(model, candidate, c.tested->test.estimate, options);
+      c.fit = refit_with(start, candidate, c.tested->test.estimate, options);
     } catch (const std::exception& e) {
       c.failure = std::string("the refit fails: ") + e.what();
       continue;
@@ -107,6 +113,8 @@ std::vector<Contestant> contest(const Identification& model, const Screening& s,
       c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
     } else if (sure < criteria.fewest_u) {
       c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
+    } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
+      c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
     }
   }
   std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
@@ -115,19 +123,33 @@ std::vector<Contestant> contest(const Identification& model, const Screening& s,
   return field;
 }
 
-std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Contestant>& field, const Criteria& criteria) {
+std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>& all, const std::vector<Contestant>& field,
+                                  const Criteria& criteria) {
   std::vector<ClassMember> out;
   const Contestant& winner = field.front();
   const ColumnSet model = base_columns(s.table);
   const double margin = criteria.twin * std::clamp(winner.tested->test.inflation, 1.0, kLargestInflation);
+  std::vector<const Tested*> known;
   const auto add = [&](const Tested& t, const std::vector<NamedValue>& values, double gain_share) {
     out.push_back(
         {t.candidate->id, confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns), gain_share, values});
   };
   for (const Contestant& c : field) {
+    known.push_back(c.tested);
+    known.insert(known.end(), c.same.begin(), c.same.end());
     if (!c.failure.empty() || (&c != &winner && winner.score - c.score > margin)) continue;
     if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
     for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
+  }
+  // What was not worth a refit by itself may still be as good as the winner by the residuals, and much the same.
+  for (const Tested& t : all) {
+    if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
+    if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;
+    const double behind =
+        0.5 * (winner.tested->test.chi2 - t.test.chi2) - cost_of(*winner.tested, s.table.readings) + cost_of(t, s.table.readings);
+    if (behind > margin || confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns) < criteria.much_alike)
+      continue;
+    add(t, t.evidence.one_step, t.test.chi2 / winner.tested->test.chi2);
   }
   return out;
 }

@@ -21,11 +21,13 @@ struct Contestant {
 };
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
-std::vector<Contestant> contest(const Identification& model, const Screening& screening, const std::vector<Tested>& all,
-                                const Criteria& criteria, const FitOptions& options);
+// `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better.
+std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& screening,
+                                const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
 
 // Which of the others these flights cannot tell from the winner, which is the first of `field`.
-std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Contestant>& field, const Criteria& criteria);
+std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Tested>& all, const std::vector<Contestant>& field,
+                                  const Criteria& criteria);
 
 // The candidate's values in a fit that has it, and the largest of them over its standard error.
 std::vector<NamedValue> values_in(const Identification& fit, const Candidate& candidate);

@@ -22,6 +22,8 @@ constexpr double kSystematic = 0.1;
 // Missing wrench over weight, or over weight times arm: 33 mN and 3 mN m for the reference quadrotor, whose blade-element plant leaves
 // 0.6 mN m beyond the terms of this library.
 constexpr double kMatters = 0.005;
+// Of an effect on the scatter: what of its typical size matters.
+constexpr double kOfTypical = 0.3;
 
 std::vector<std::pair<std::string, double>> shifts(const Identification& before, const Identification& after) {
   std::vector<std::pair<std::string, double>> out;
@@ -67,9 +69,10 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   for (int round = 0;; ++round) {
     const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
     say("screening", done);
-    const Screening s = screen(model, o.without, o.library, o.block_s, threads);
+    const Identification start = at_beliefs(model, again);
+    const Screening s = screen(start, o.without, o.library, o.block_s, threads);
     const std::vector<double> placebos =
-        placebo_statistics(model, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
+        placebo_statistics(start, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
     const double limit =
         placebos.empty() ? 0.0
                          : placebos[std::min(placebos.size() - 1, static_cast<std::size_t>(0.99 * static_cast<double>(placebos.size())))];
@@ -80,8 +83,11 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     bool accepted = false;
     if (static_cast<int>(added.size()) < o.max_effects) {
       say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
-      std::vector<Contestant> field = contest(model, s, all, o.criteria, again);
+      std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
       for (Contestant& c : field) {
+        for (CandidateEvidence& e : record.candidates) {
+          if (e.id == c.tested->candidate->id) e.rise = c.rise;
+        }
         if (c.failure.empty() && c.rise < o.criteria.least_share * largest_rise)
           c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, largest_rise);
         if (c.failure.empty()) continue;
@@ -92,7 +98,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
         Contestant& winner = field.front();
         AddedEffect a{.id = winner.tested->candidate->id,
                       .parameters = winner.values,
-                      .twins = twins_of(s, field, o.criteria),
+                      .twins = twins_of(s, all, field, o.criteria),
                       .evidence = winner.tested->evidence};
         a.evidence.rise = winner.rise;
         a.shifts = shifts(model, winner.fit);
@@ -161,14 +167,13 @@ namespace {
 
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
 // like these cannot show for certain stays a remark.
-void add_scatter(const VarianceResult& variance, double weight_N, Diagnosis& d) {
+void add_scatter(const VarianceResult& variance, Diagnosis& d) {
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   for (const VarianceEffect& v : variance.effects) {
     const host::EffectFacts* facts = catalogue.facts_of(v.id);
     const host::CatalogueParameter* typical = catalogue.parameter_of(v.id);
     if (!v.found || !facts || !typical || facts->observability == "not_observable") continue;
-    // The size of a gust stands in newtons here; elsewhere the size is the catalogue's own parameter.
-    const double matters = v.unit == "N" ? kMatters * weight_N : 0.1 * std::fabs(typical->typical_value);
+    const double matters = kOfTypical * std::fabs(typical->typical_value);
     if (v.size < matters) continue;
     CandidateEvidence e;
     e.id = v.id;
@@ -201,7 +206,7 @@ void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, D
     real = real || (matters && (kind == ResidualKind::bursts || systematic));
   }
   if (d.added.empty()) {
-    add_scatter(left.variance, weight_N, d);
+    add_scatter(left.variance, d);
     if (!d.added.empty())
       d.verdict = DiagnosisVerdict::named;
     else if (real && !d.white)

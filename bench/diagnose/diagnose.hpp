@@ -18,7 +18,7 @@ struct DiagnoseOptions {
   std::vector<std::string> without;             // effects that are not considered
   std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
   bool beliefs = true;                          // what the vehicle file knows (not guesses) counts as knowledge
-  double block_s = 1.0;
+  double block_s = 0.5;
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;

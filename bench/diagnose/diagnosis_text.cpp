@@ -65,6 +65,32 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"ruled_out_by", e.ruled_out_by}};
 }
 
+ordered_json axes_json(const WrenchAxes& v) {
+  ordered_json out = ordered_json::array();
+  for (Eigen::Index i = 0; i < 6; ++i) out.push_back(number(v[i]));
+  return out;
+}
+
+// Axes: force x, y, z in N, torque x, y, z in N m; the last score is that of all flights.
+ordered_json wrench_json(const WrenchComparison& c) {
+  const auto scores = [](const std::vector<WrenchScore>& all) {
+    ordered_json out = ordered_json::array();
+    for (const WrenchScore& s : all)
+      out.push_back({{"flight", s.flight},
+                     {"samples", s.samples},
+                     {"delay_s", number(s.delay_s)},
+                     {"rms", axes_json(s.rms)},
+                     {"explained", axes_json(s.explained)}});
+    return out;
+  };
+  return {{"from_Hz", c.band.from_Hz},
+          {"to_Hz", c.band.to_Hz},
+          {"before", scores(c.before)},
+          {"after", scores(c.after)},
+          {"before_aligned", scores(c.before_aligned)},
+          {"after_aligned", scores(c.after_aligned)}};
+}
+
 ordered_json held_out_json(const HeldOutScores& s) {
   constexpr const char* kQuantities[] = {"position", "velocity", "attitude", "body_rates"};
   ordered_json rows = ordered_json::array();
@@ -81,7 +107,9 @@ ordered_json held_out_json(const HeldOutScores& s) {
                     {"ratio", number(r.ratio.value)},
                     {"low", number(r.ratio.low)},
                     {"high", number(r.ratio.high)}});
-  return {{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
+  ordered_json out{{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
+  if (!s.wrench.after.empty()) out["wrench"] = wrench_json(s.wrench);
+  return out;
 }
 
 ordered_json advice_json(const ManoeuvreAdvice& a) {

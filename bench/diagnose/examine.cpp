@@ -8,9 +8,16 @@
 #include "bench/diagnose/statistics.hpp"
 
 namespace rotorloop::bench {
-namespace {
-
 using Index = ScoreTable::Index;
+
+double relevance(const Candidate& c, const Eigen::VectorXd& change) {
+  double out = 0.0;
+  for (std::size_t k = 0; k < c.parameters.size(); ++k)
+    out = std::max(out, std::fabs(change[static_cast<Index>(k)]) / c.parameters[k].scale);
+  return out;
+}
+
+namespace {
 
 double deflated_bic(const GroupTest& t, double readings) {
   return t.gain - 0.5 * t.degrees * std::log(readings / std::max(1.0, t.inflation));
@@ -26,14 +33,6 @@ bool inside(const Candidate& c, const GroupTest& t, double overshoot) {
     if (value < q.min - below || value > q.max + above) return false;
   }
   return true;
-}
-
-// Largest parameter over the size that matters.
-double relevance(const Candidate& c, const Eigen::VectorXd& estimate) {
-  double out = 0.0;
-  for (std::size_t k = 0; k < c.parameters.size(); ++k)
-    out = std::max(out, std::fabs(estimate[static_cast<Index>(k)]) / c.parameters[k].scale);
-  return out;
 }
 
 Tested examine(const ScoreTable& table, const ColumnSet& model, const Candidate& c, double overshoot) {

@@ -103,6 +103,15 @@ void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std
       wrench[a].push_back(now.force_B_N[static_cast<Eigen::Index>(a)]);
       wrench[a + 3].push_back(now.torque_B_N_m[static_cast<Eigen::Index>(a)]);
     }
+    // Wind is motion through the air the other way.
+    constexpr double kStep_m_s = 0.05;
+    for (Eigen::Index a = 0; a < 2; ++a) {
+      BodyState with = s.x, against = s.x;
+      with.v_W_m_s[a] -= kStep_m_s, against.v_W_m_s[a] += kStep_m_s;
+      const Instant more = model.instant(with, u, t), less = model.instant(against, u, t);
+      s.wrench_by_wind.col(a) << more.force_B_N - less.force_B_N, more.torque_B_N_m - less.torque_B_N_m;
+    }
+    s.wrench_by_wind /= 2.0 * kStep_m_s;
     const Vector3d& w = s.x.w_B_rad_s;
     const double row[] = {s.v_B_m_s.x(),
                           s.v_B_m_s.y(),

@@ -37,6 +37,7 @@ void set(FitProblem& p, int parameter, double value) {
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
 
+constexpr double kHeld = 1e-3;  // of its uncertainty: how far a known value may move where it is to stay
 constexpr int kRounds = 3;      // of fits, each with the terms remembering along the states of the one before
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
@@ -57,6 +58,27 @@ void run(Identification& r, const FitOptions& options) {
 }
 
 }  // namespace
+
+Identification at_beliefs(const Identification& fitted, const FitOptions& options) {
+  const bool by_single = std::any_of(fitted.problem.free.begin(), fitted.problem.free.end(),
+                                     [](const FreeParameter& f) { return f.prior_u > 0.0 && !f.per_flight; });
+  if (fitted.problem.priors.empty() && !by_single) return copy_of(fitted);
+  Identification out = continued(fitted);
+  for (JointPrior& prior : out.problem.priors) {
+    for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
+      // Of two beliefs about one parameter the first is where it starts; both then hold it.
+      set(out.problem, prior.parameters[i], prior.mean[static_cast<Eigen::Index>(i)]);
+    }
+    prior.information /= kHeld * kHeld;
+  }
+  for (FreeParameter& f : out.problem.free) {
+    if (!f.per_flight) f.prior_u *= kHeld;
+  }
+  run(out, options);
+  out.problem.priors = fitted.problem.priors;
+  out.problem.free = fitted.problem.free;
+  return out;
+}
 
 Identification copy_of(const Identification& fitted) {
   Identification out = continued(fitted);

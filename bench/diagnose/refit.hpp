@@ -9,6 +9,11 @@ Identification refit_with(const Identification& last, const Candidate& candidate
                           const FitOptions& options);
 Identification refit_without(const Identification& last, const Candidate& candidate, const FitOptions& options);
 
+// The same model with what is known beforehand at its known values, and all else fitted: states, noise, what nothing was known of. Here
+// what the model lacks stands in the residuals as it is; in the fit itself the known values have moved to hide as much of it as they can.
+// The problem keeps its priors as they were. Without priors: the same fit.
+Identification at_beliefs(const Identification& fitted, const FitOptions& options);
+
 // The same fit, its problem pointing into its own flights.
 Identification copy_of(const Identification& fitted);
 

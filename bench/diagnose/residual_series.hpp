@@ -34,6 +34,8 @@ struct SampleState {
   double induced_hover_m_s = 0.0;              // of a rotor that gives a quarter of the thrust at rest
   double mass_kg = 0.0, step_s = 0.0;
   Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 6, 2> wrench_by_wind =
+      Eigen::Matrix<double, 6, 2>::Zero();          // of the model, by air moving along world x, y: N s/m, N s
   Eigen::Matrix<double, 12, 6> whitened_by_wrench;  // residual rows of a step by a constant body wrench over it
 };
 

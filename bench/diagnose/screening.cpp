@@ -339,7 +339,10 @@ std::vector<double> placebo_statistics(const Identification& r, const Screening&
       for (double& a : turn) a = 2.0 * std::numbers::pi * random.uniform(sample++);
       const auto shift = shortest + static_cast<std::size_t>(random.uniform(sample++) * static_cast<double>(steps - 2 * shortest));
       for (std::size_t axis = 0; axis < 6; ++axis) {
-        for (std::size_t k = 0; k < steps; ++k) row[k] = real.wrench[k * every + of * 6 + axis];
+        // Without its mean: a constant force or torque is an effect, whatever is done to phases.
+        double mean = 0.0;
+        for (std::size_t k = 0; k < steps; ++k) mean += real.wrench[k * every + of * 6 + axis] / static_cast<double>(steps);
+        for (std::size_t k = 0; k < steps; ++k) row[k] = real.wrench[k * every + of * 6 + axis] - mean;
         if (shifted) {
           std::rotate(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(shift), row.end());
         } else {

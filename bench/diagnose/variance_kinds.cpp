@@ -76,16 +76,10 @@ std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
     if (k.directions.empty()) k.untested = "the fit used no poses";
     b.out.push_back(std::move(k));
   }
-  // Gusts push along the world's axes, whatever way the body points, and last about a second. Size in force: what wind makes it depends on
-  // the drag.
-  b.steps(kind("wind_dryden", "horizontal force that wanders in the world, about a second at a time", "force_N", "N", 1.0),
-          [](const SampleState& s) {
-            const Eigen::Matrix3d to_body = s.x.q_WB.toRotationMatrix().transpose();
-            std::array<Wrench, 2> w{Wrench::Zero(), Wrench::Zero()};
-            w[0].head<3>() = to_body.col(0);
-            w[1].head<3>() = to_body.col(1);
-            return w;
-          });
+  // Gusts blow along the world's axes, whatever way the body points, and last about a second: the model says what wrench they make.
+  b.steps(kind("wind_dryden", "horizontal gusts, about a second long", "sigma_m_s", "m/s", 1.0), [](const SampleState& s) {
+    return std::array<Wrench, 2>{Wrench(s.wrench_by_wind.col(0)), Wrench(s.wrench_by_wind.col(1))};
+  });
   b.steps(kind("vortex_ring_fluctuation", "thrust of each rotor that wanders in vertical descent", "sigma", "1", 0.1),
           [](const SampleState& s) {
             const double bump = ring_bump(s);

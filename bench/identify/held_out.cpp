@@ -34,12 +34,6 @@ ModelValues with_starts(const GridFlight& g, const ModelValues& values, const No
   return p.free.empty() ? values : fit(p).values.front();
 }
 
-StateTrack track_of(GridFlight& g, const Identification& r) {
-  const std::vector<BodyState> states = states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
-  follow_states({&g, 1}, std::array{states});
-  return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
-}
-
 // A ratio of errors that are both nil (one step without excitation) is none.
 std::string ratio_text(double v) { return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–"; }
 
@@ -56,6 +50,12 @@ std::string rotation_text(const HeldOutScores& s) {
 
 }  // namespace
 
+StateTrack held_out_track(GridFlight& g, const Identification& r) {
+  const std::vector<BodyState> states = states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
+  follow_states({&g, 1}, std::array{states});
+  return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
+}
+
 namespace {
 HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& old, const Identification& r, const GridOptions& grid) {
   HeldOutScores out;
@@ -66,7 +66,7 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& 
     GridFlight g = make_grid(f.record, grid);
     cut_between_segments(g, f.segments);
     tie_poses(g, identified[kPoseDelay]);
-    const StateTrack track = track_of(g, r);
+    const StateTrack track = held_out_track(g, r);
     const auto horizon = static_cast<std::size_t>(std::lround(kLongest_s / track.step_s));
     const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
     auto starts = prediction_starts(track, horizon, stride);
@@ -112,8 +112,10 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
 }
 
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                           const GridOptions& grid) {
-  return score(flights, before.fit.values.front(), after, grid);
+                           const GridOptions& grid, const WrenchBand& band) {
+  HeldOutScores out = score(flights, before.fit.values.front(), after, grid);
+  out.wrench = score_wrenches(flights, before, after, grid, band);
+  return out;
 }
 
 std::string held_out_table(const HeldOutScores& s) {
@@ -125,7 +127,7 @@ std::string held_out_table(const HeldOutScores& s) {
     out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})  floor {:9.3g}  closed {}\n",
                        kQuantityNames[r.quantity], r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value),
                        ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
-  return out + "  " + rotation_text(s) + "\n";
+  return out + "  " + rotation_text(s) + "\n" + wrench_table(s.wrench);
 }
 
 std::string held_out_html(const HeldOutScores& s) {
@@ -151,7 +153,7 @@ std::string held_out_html(const HeldOutScores& s) {
                             : "",
         ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
   }
-  return out + "</tbody></table></div>\n";
+  return out + "</tbody></table></div>\n" + wrench_html(s.wrench);
 }
 
 }  // namespace rotorloop::bench

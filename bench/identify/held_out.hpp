@@ -7,6 +7,7 @@
 
 #include "bench/identify/identify.hpp"
 #include "bench/identify/prediction.hpp"
+#include "bench/identify/wrench_score.hpp"
 
 namespace rotorloop::bench {
 
@@ -23,6 +24,7 @@ struct HeldOutScores {
   std::size_t starts = 0;
   std::vector<HeldOutRow> rows;
   HelpfulRange rotation_helps;  // where the identified model beats held rates in attitude
+  WrenchComparison wrench;      // of two fits; empty without accelerometer and gyro
 };
 
 // 0.1 to 2 s, starts every 0.25 s; no prediction runs across a cut. Throws like identify() for flights that cannot be fitted, and when
@@ -31,7 +33,10 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
 
 // The same for two fits, the first as `before`; both start from the states that the poses make under the second's sensor.
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                           const GridOptions& grid);
+                           const GridOptions& grid, const WrenchBand& band = {});
+
+// A held-out flight as predictions start from it: states that the readings make, terms remembering along them under the fit's values.
+StateTrack held_out_track(GridFlight& flight, const Identification& result);
 
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report

@@ -36,6 +36,7 @@ struct Options {
   fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
   std::vector<std::string> free, hold, per_flight, without, use;
+  std::vector<double> wrench_band;
   double rate_Hz = 100.0, from_s = -1e300, to_s = 1e300;
   int max_effects = 6;
   std::size_t placebos = 100;
@@ -55,6 +56,7 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
     if (stream == "gyro") i.grid.use_gyro = true;
     if (stream == "accel") i.grid.use_accel = true;
     if (stream == "velocity") i.grid.use_velocity = true;
+    if (stream == "load") i.grid.use_load = true;
   }
   std::vector<std::string> terms;
   for (const host::VehicleEffect& e : vehicle.effects) {
@@ -146,7 +148,10 @@ int diagnose(const Options& o) {
     bench::judge_residuals(left, run.after.problem.start, run.diagnosis);
   }
   std::optional<bench::HeldOutScores> held_out;
-  if (read.flights.size() > read.fitted) held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid);
+  bench::WrenchBand band;
+  if (!o.wrench_band.empty()) band = {o.wrench_band[0], o.wrench_band[1]};
+  if (read.flights.size() > read.fitted)
+    held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
   if (!o.out.empty()) {
     std::vector<std::string> inputs;
     for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
@@ -190,9 +195,15 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--free", o->free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
   c->add_option("--hold", o->hold, "hold a parameter or group at its start value");
   c->add_option("--per-flight", o->per_flight, "one value of a parameter or group for each flight");
-  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity")
+  c->add_option("--use", o->use, "readings beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"gyro", "accel", "velocity"}));
+      ->check(CLI::IsMember({"gyro", "accel", "velocity", "load"}));
+  c->add_option("--wrench-band", o->wrench_band,
+                "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber)
+      ->default_str("0,10");
   c->add_option("--rate", o->rate_Hz, "states per second, 20 to 1000")->check(CLI::Range(20.0, 1000.0))->capture_default_str();
   c->add_option("--from", o->from_s, "leave out what lies before, s");
   c->add_option("--to", o->to_s, "leave out what lies after, s");

@@ -1,0 +1,199 @@
+#include "bench/identify/wrench_score.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "bench/identify/held_out.hpp"
+#include "bench/identify/preprocess.hpp"
+#include "bench/identify/stream_reader.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::Vector3d;
+using Rows = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+using Index = Eigen::Index;
+
+constexpr double kSlowest_Hz = 100.0;  // of the samples
+constexpr double kMargin_s = 0.25;     // about cuts, for the filters
+constexpr double kLongestDelay_s = 0.04, kDelayStep_s = 0.0025;
+
+// What belongs to a flight is not known of one that was not fitted: its usual value stands for it.
+double usual(const Fit& fit, int parameter) {
+  double sum = 0.0;
+  for (const ModelValues& v : fit.values) sum += v[parameter];
+  return sum / static_cast<double>(fit.values.size());
+}
+Vector3d usual_vector(const Fit& fit, int first) { return {usual(fit, first), usual(fit, first + 1), usual(fit, first + 2)}; }
+
+void filter(Rows& x, const WrenchBand& band, double rate_Hz) {
+  for (Index a = 0; a < 6; ++a) {
+    std::vector<double> row(x.row(a).begin(), x.row(a).end());
+    if (band.to_Hz > 0.0 && band.to_Hz < 0.5 * rate_Hz) row = zero_phase_low_pass(row, band.to_Hz, rate_Hz);
+    if (band.from_Hz > 0.0) {
+      const std::vector<double> slow = zero_phase_low_pass(row, band.from_Hz, rate_Hz);
+      for (std::size_t k = 0; k < row.size(); ++k) row[k] -= slow[k];
+    }
+    for (std::size_t k = 0; k < row.size(); ++k) x(a, static_cast<Index>(k)) = row[k];
+  }
+}
+
+// What makes a wrench of an acceleration, and readings of a wrench.
+struct Reference {
+  double mass_kg = 0.0;
+  Eigen::Matrix3d inertia_kg_m2;
+  Vector3d accel_bias_m_s2, imu_m;
+};
+
+// Specific force and angular acceleration at each knot, `late_s` later, by the readings; times mass and inertia.
+Rows measured(const FlightRecord& record, const StateTrack& track, const Reference& ref, double late_s) {
+  StreamReader<Vector3d> gyro_before(record.gyro_B_rad_s), gyro_after(record.gyro_B_rad_s);
+  // Four readings within a step: what a faster sensor shows beyond half the rate of the knots is averaged out.
+  constexpr std::array kWithin{-0.375, -0.125, 0.125, 0.375};
+  std::vector<StreamReader<Vector3d>> accel(kWithin.size(), StreamReader<Vector3d>(record.accel_B_m_s2));
+  Rows out = Rows::Zero(6, static_cast<Index>(track.state.size()));
+  for (std::size_t k = 0; k < track.state.size(); ++k) {
+    const auto c = static_cast<Index>(k);
+    const double t = track.time_s(k) + late_s, half = 0.5 * track.step_s;
+    Vector3d slope = Vector3d::Zero();
+    if (!record.gyro_B_rad_s.empty()) slope = (gyro_after.at(t + half) - gyro_before.at(t - half)) / track.step_s;
+    out.col(c).tail<3>() = ref.inertia_kg_m2 * slope;
+    if (record.accel_B_m_s2.empty()) continue;
+    Vector3d f = -ref.accel_bias_m_s2;
+    for (std::size_t i = 0; i < kWithin.size(); ++i) f += accel[i].at(t + kWithin[i] * track.step_s) / static_cast<double>(kWithin.size());
+    const Vector3d& w = track.state[k].w_B_rad_s;
+    out.col(c).head<3>() = ref.mass_kg * (f - slope.cross(ref.imu_m) - w.cross(w.cross(ref.imu_m)));
+  }
+  return out;
+}
+
+Rows modelled(const StateTrack& track, const RotorInput& input, const ModelValues& values, const Reference& ref) {
+  const Model model(values);
+  Rows out(6, static_cast<Index>(track.state.size()));
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k < track.state.size(); ++k) {
+    const double t = track.time_s(k);
+    const Instant i = model.instant(track.state[k], input.at(t, hint, false), t);
+    out.col(static_cast<Index>(k)) << ref.mass_kg * i.specific_force_B_m_s2, ref.inertia_kg_m2 * i.angular_acceleration_B_rad_s2;
+  }
+  return out;
+}
+
+struct Sums {
+  std::size_t n = 0;
+  WrenchAxes error2 = WrenchAxes::Zero(), sum = WrenchAxes::Zero(), square = WrenchAxes::Zero();
+
+  void add(const Sums& o) {
+    n += o.n;
+    error2 += o.error2;
+    sum += o.sum;
+    square += o.square;
+  }
+  WrenchScore score(const std::string& flight, double delay_s) const {
+    WrenchScore s{.flight = flight, .samples = n, .delay_s = delay_s};
+    if (n == 0) return s;
+    const double count = static_cast<double>(n);
+    s.rms = (error2 / count).cwiseSqrt();
+    const WrenchAxes variance = square - sum.cwiseAbs2() / count;
+    for (Index a = 0; a < 6; ++a) s.explained[a] = variance[a] > 0.0 ? 1.0 - error2[a] / variance[a] : 0.0;
+    return s;
+  }
+};
+
+Sums sums_of(const Rows& model, const Rows& reference, const std::vector<char>& counts) {
+  Sums s;
+  for (Index k = 0; k < model.cols(); ++k) {
+    if (!counts[static_cast<std::size_t>(k)]) continue;
+    ++s.n;
+    s.error2 += (model.col(k) - reference.col(k)).cwiseAbs2();
+    s.sum += reference.col(k);
+    s.square += reference.col(k).cwiseAbs2();
+  }
+  return s;
+}
+
+// Knots that the model ties on both sides and that keep their distance from cuts.
+std::vector<char> scored_knots(const GridFlight& g, const WrenchBand& band) {
+  const double margin_s = std::max(kMargin_s, band.from_Hz > 0.0 ? 0.5 / band.from_Hz : 0.0);
+  std::vector<char> tied(g.knots, 1);
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    if (!g.linked[k]) tied[k] = tied[k + 1] = 0;
+  }
+  tied.front() = tied.back() = 0;
+  return shrunk(tied, g.step_s, margin_s);
+}
+
+struct OfModel {
+  std::vector<WrenchScore>&plain, &aligned;
+  Sums plain_sums = {}, aligned_sums = {};
+
+  void finish() {
+    plain.push_back(plain_sums.score("pooled", 0.0));
+    aligned.push_back(aligned_sums.score("pooled", 0.0));
+  }
+};
+
+}  // namespace
+
+WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
+                                const GridOptions& grid, const WrenchBand& band) {
+  WrenchComparison out{.band = band};
+  Reference ref;
+  ref.mass_kg = before.start.file[kMass];
+  ref.inertia_kg_m2 = before.start.file.inertia_kg_m2();
+  ref.accel_bias_m_s2 = usual_vector(after.fit, kAccelBiasX);
+  ref.imu_m = usual_vector(after.fit, kImuX);
+  GridOptions options = grid;
+  options.rate_Hz = std::max(grid.rate_Hz, kSlowest_Hz);
+  OfModel old{out.before, out.before_aligned}, found{out.after, out.after_aligned};
+  for (const FlightToFit& f : flights) {
+    const bool force = !f.record.accel_B_m_s2.empty(), torque = !f.record.gyro_B_rad_s.empty();
+    if (!force && !torque) continue;
+    options.use_gyro = torque;
+    GridFlight g = make_grid(f.record, options);
+    cut_between_segments(g, f.segments);
+    tie_poses(g, after.fit.values.front()[kPoseDelay]);
+    const StateTrack track = held_out_track(g, after);
+    const std::vector<char> counts = scored_knots(g, band);
+    if (std::find(counts.begin(), counts.end(), 1) == counts.end()) continue;
+    out.force = out.force || force;
+    out.torque = out.torque || torque;
+    const double rate_Hz = 1.0 / track.step_s;
+
+    std::vector<std::pair<double, Rows>> references;
+    const auto steps = static_cast<int>(std::lround(kLongestDelay_s / kDelayStep_s));
+    for (int d = -steps; d <= steps; ++d) {
+      references.emplace_back(kDelayStep_s * d, measured(f.record, track, ref, kDelayStep_s * d));
+      filter(references.back().second, band, rate_Hz);
+    }
+    const auto score = [&](const RotorInput& input, const ModelValues& values, OfModel& to) {
+      Rows model = modelled(track, input, values, ref);
+      filter(model, band, rate_Hz);
+      Sums as_stamped, best;
+      double best_s = 0.0, most = -1e300;
+      for (const auto& [late_s, reference] : references) {
+        const Sums s = sums_of(model, reference, counts);
+        if (std::fabs(late_s) < 0.5 * kDelayStep_s) as_stamped = s;
+        const double explained = s.score("", 0.0).explained.tail<3>().sum();
+        if (explained > most) most = explained, best = s, best_s = late_s;
+      }
+      if (!torque) best = as_stamped, best_s = 0.0;
+      to.plain.push_back(as_stamped.score(f.record.name, 0.0));
+      to.aligned.push_back(best.score(f.record.name, best_s));
+      to.plain_sums.add(as_stamped);
+      to.aligned_sums.add(best);
+    };
+    RotorInput input = track.input;
+    input.prepare(before.fit.values.front());
+    score(input, before.fit.values.front(), old);
+    score(track.input, after.fit.values.front(), found);
+  }
+  if (out.before.empty()) return out;
+  old.finish();
+  found.finish();
+  return out;
+}
+
+}  // namespace rotorloop::bench

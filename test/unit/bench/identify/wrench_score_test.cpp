@@ -1,0 +1,96 @@
+// The score of force and torque against a flight made from geometry alone, whose rotor speeds are those that its motion needs.
+#include "bench/identify/wrench_score.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "test/unit/bench/identify/analytic_flight.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kCt_N_s2 = 1.6e-6, kTorquePerThrust_m = 0.02;  // of analytic_flight.hpp
+enum : Eigen::Index { kForceX, kForceY, kForceZ, kTorqueX, kTorqueY, kTorqueZ };
+
+ModelValues true_values(const testing::AnalyticFlight& f) {
+  ModelValues v = model_values(f.vehicle);
+  v[kK1] = kCt_N_s2;
+  v[kK2] = 0.0;
+  v[kCq] = kCt_N_s2 * kTorquePerThrust_m;
+  v[kCdh] = v[kCdxy] = v[kCdz] = 0.0;
+  return v;
+}
+
+Identification fit_of(const ModelValues& values) {
+  Identification r;
+  r.start.file = values;
+  r.fit.values = {values};
+  r.fit.noise = {NoiseModel{}};
+  return r;
+}
+
+// The flight's own motion ends at 2 Hz.
+WrenchComparison score(const FlightRecord& record, const ModelValues& before, const ModelValues& after,
+                       const WrenchBand& band = {.from_Hz = 0.0, .to_Hz = 3.0}) {
+  return score_wrenches({{record, FlightRole::any, {}, {}}}, fit_of(before), fit_of(after), {.rate_Hz = 100.0}, band);
+}
+
+TEST(WrenchScore, TrueModelExplainsEveryAxisThatMovesAndATorqueThatIsLeftOutShowsAboutItsAxisAlone) {
+  const testing::AnalyticFlight f = testing::analytic_flight();
+  const ModelValues truth = true_values(f);
+  ModelValues without_yaw = truth;
+  without_yaw[kCq] = 0.0;
+  const WrenchComparison c = score(f.record, without_yaw, truth);
+  ASSERT_EQ(c.after.size(), 2u);  // the flight, and all in one pot
+  EXPECT_EQ(c.after.front().flight, "analytic");
+  EXPECT_EQ(c.after.back().samples, c.after.front().samples);
+  for (const Eigen::Index axis : {kForceZ, kTorqueX, kTorqueY, kTorqueZ}) EXPECT_GT(c.after.back().explained[axis], 0.9) << axis;
+  EXPECT_LT(c.before.back().explained[kTorqueZ], 0.05);
+  EXPECT_NEAR(c.before.back().explained[kTorqueX], c.after.back().explained[kTorqueX], 1e-9);
+  EXPECT_NEAR(c.before.back().force_N(), c.after.back().force_N(), 1e-9);
+}
+
+TEST(WrenchScore, ThrustOneTenthTooHighIsOneTenthOfTheThrustInNewtons) {
+  const testing::AnalyticFlight f = testing::analytic_flight();
+  const ModelValues truth = true_values(f);
+  ModelValues strong = truth;
+  strong[kK1] *= 1.1;
+  const WrenchComparison c = score(f.record, strong, truth);
+  // 0.7 kg; 9.81 m/s² and climbs of 2.4 and 4.1 m/s² in sines: 10.4 m/s² rms.
+  EXPECT_NEAR(c.before.back().rms[kForceZ], 0.1 * 0.7 * 10.4, 0.05);
+  EXPECT_LT(c.after.back().rms[kForceZ], 0.1);
+  EXPECT_LT(c.before.back().explained[kForceZ], c.after.back().explained[kForceZ] - 0.05);
+}
+
+TEST(WrenchScore, RotorSpeedsStampedTwentyMillisecondsEarlyCostTorqueThatAlignmentGivesBack) {
+  testing::AnalyticFlight f = testing::analytic_flight();
+  const ModelValues truth = true_values(f);
+  const WrenchScore on_time = score(f.record, truth, truth).after.back();
+  for (double& t : f.record.rotor_omega_rad_s.t_s) t -= 0.020;
+  const WrenchComparison c = score(f.record, truth, truth);
+  EXPECT_NEAR(c.after_aligned.front().delay_s, 0.020, 0.0026);
+  EXPECT_GT(c.after.back().torque_N_m(), 1.2 * on_time.torque_N_m());
+  EXPECT_LT(c.after_aligned.back().torque_N_m(), 1.1 * on_time.torque_N_m());
+}
+
+TEST(WrenchScore, FlightsWithoutInertialSensorsGiveNoScore) {
+  testing::AnalyticFlight f = testing::analytic_flight();
+  const ModelValues truth = true_values(f);
+  f.record.gyro_B_rad_s = {};
+  f.record.accel_B_m_s2 = {};
+  const WrenchComparison c = score(f.record, truth, truth);
+  EXPECT_TRUE(c.after.empty());
+  EXPECT_EQ(wrench_table(c), "");
+}
+
+TEST(WrenchScore, TableNamesBandAxesAndUnits) {
+  const testing::AnalyticFlight f = testing::analytic_flight();
+  const ModelValues truth = true_values(f);
+  const std::string text = wrench_table(score(f.record, truth, truth, {.from_Hz = 1.0, .to_Hz = 10.0}));
+  for (const char* part : {"1 to 10 Hz", "force z", "torque z", "N m", "analytic", "pooled"})
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
