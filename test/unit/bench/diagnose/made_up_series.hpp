@@ -67,6 +67,7 @@ inline ResidualSeries known_states() {
     s.induced_hover_m_s = 7.5;
     s.mass_kg = 0.7;
     s.step_s = kStep_s;
+    s.wrench_by_wind.topRows<2>() = 0.2 * Eigen::Matrix2d::Identity();  // 0.2 N for each m/s of wind
     s.whitened_by_wrench.setZero();
     s.whitened_by_wrench.block<3, 3>(3, 0) = Eigen::Matrix3d::Identity() * 2.0;    // one step knows a force to half a newton
     s.whitened_by_wrench.block<3, 3>(9, 3) = Eigen::Matrix3d::Identity() * 100.0;  // and a torque to 10 mN m

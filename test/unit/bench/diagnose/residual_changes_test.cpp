@@ -107,15 +107,15 @@ TEST(VarianceEffects, find_thrust_that_wanders_in_vertical_descent_alone) {
   EXPECT_NEAR(v.effects.front().size, 0.1, 0.04);
 }
 
-TEST(VarianceEffects, find_a_gusty_force_that_keeps_its_direction_for_a_second) {
+TEST(VarianceEffects, find_gusts_of_1_m_s_that_keep_their_direction_for_a_second) {
   ResidualSeries r = known_states();
   const std::vector<double> x = wandering(330, 1.0), y = wandering(331, 1.0);
   for (std::size_t i = 0; i < kAll; ++i)
-    r.whitened.steps[i].col(0) +=
-        (0.2 * (x[i] * r.state[i].whitened_by_wrench.col(0) + y[i] * r.state[i].whitened_by_wrench.col(1))).cast<float>();
+    r.whitened.steps[i].col(0) += (r.state[i].whitened_by_wrench * r.state[i].wrench_by_wind * Eigen::Vector2d(x[i], y[i])).cast<float>();
   const VarianceResult v = variance_effects(r, variance_kinds(r));
   EXPECT_EQ(v.effects.front().id, "wind_dryden");
   EXPECT_TRUE(v.effects.front().found);
+  EXPECT_NEAR(v.effects.front().size, 1.0, 0.5);
 }
 
 TEST(VarianceEffects, give_force_noise_that_grows_with_speed_no_name_of_the_catalogue) {
