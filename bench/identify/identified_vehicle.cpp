@@ -45,6 +45,9 @@ host::Quantity* place_of(VehicleFile& v, int p) {
   }
 }
 
+// Standard uncertainties below zero within which a drag coefficient is none: nothing is pushed along by its drag.
+constexpr double kNothing = 3.0;
+
 void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& values) {
   const host::TermList& terms = values.terms;
   for (std::size_t t = 0; t < terms.size(); ++t) {
@@ -171,7 +174,8 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
   for (const Estimate& e : s.estimates) {
     if (host::Quantity* q = place_of(v, e.parameter)) {
       // A mass that only its prior knows is still the weighed one.
-      *q = {e.value, e.u, e.prior_share > 0.5 ? q->origin : Origin::flight};
+      const bool no_drag = e.parameter >= kCdh && e.parameter <= kCdz && e.value < 0.0 && e.value > -kNothing * e.u;
+      *q = {no_drag ? 0.0 : e.value, e.u, e.prior_share > 0.5 ? q->origin : Origin::flight};
     } else if (const int axis = e.parameter - kOffsetX; axis >= 0 && axis < 3) {
       v.pose_sensor.offset_m[static_cast<std::size_t>(axis)] = e.value;
       v.pose_sensor.offset_u_m[static_cast<std::size_t>(axis)] = e.u;

@@ -181,6 +181,19 @@ TEST(Identify, WritesAVehicleThatReadsBackWithCovarianceOriginAndWindow) {
   for (int i = 0; i < 3; ++i) EXPECT_LT(std::fabs(off[i]), 4.0 * v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(i)]) << i;
 }
 
+TEST(Identify, WritesADragJustBelowZeroAsNone) {
+  Fit fit = result().fit;
+  const auto written = [&](double uncertainties) {
+    for (Estimate& e : fit.estimates) {
+      if (e.parameter == kCdz) e.value = uncertainties * reported_u(e);
+    }
+    return identified_vehicle(fit, paper(), {0, 0}, "test", {}).c_dz_N_s2_m2.value;
+  };
+  EXPECT_EQ(written(-1.0), 0.0);
+  EXPECT_LT(written(-5.0), 0.0) << "that is no rounding: for the reader to refuse";
+  EXPECT_GT(written(1.0), 0.0);
+}
+
 TEST(Identify, EstimatesPerFlightWhatMovedBetweenFlights) {
   std::vector<FlightToFit> flights{three_flights()[0], three_flights()[2]};
   model_true::Truth shifted;
