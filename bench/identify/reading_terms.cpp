@@ -45,7 +45,7 @@ ReadingChange reading_change(const ModelValues& v, const BodyState& x, const Rot
     for (std::size_t k = 0; k < v.terms.parameters(); ++k) c[k] = ExtraDual(v.values[kCoreParameters + k]);
     for (std::size_t j = 0; j < count; ++j) c[static_cast<std::size_t>(parameters[first + j] - kCoreParameters)].d[j] = 1.0;
     const auto vec = [](const Vector3d& a) { return host::Vec3<ExtraDual>{ExtraDual(a[0]), ExtraDual(a[1]), ExtraDual(a[2])}; };
-    host::ReadingState<ExtraDual> r{in, vec(place), vec(speed), vec(angular)};
+    host::ReadingState<ExtraDual> r{in, vec(place), vec(speed), vec(angular), v.geometry.mass_kg};
     std::array<ExtraDual, host::kMaxMemory> memory;
     for (std::size_t k = 0; k < v.terms.memory(); ++k) memory[k] = ExtraDual(u.memory[k]);
     const host::TermSet<ExtraDual> set(v.terms, c.data(), memory.data());
@@ -84,7 +84,7 @@ ReadingSlope reading_by_state(const ModelValues& v, const BodyState& x, const Ro
   host::ReadingState<PlaceDual> r{
       in, seeded(x.p_W_m + rot * lever, {{kDirPlace, Eigen::Matrix3d::Identity()}, {kDirAttitude, -rot * skew(lever)}}),
       seeded(x.v_W_m_s + rot * swing, {{kDirVelocity, rot}, {kDirAttitude, -rot * skew(v_B + swing)}, {kDirRates, -rot * skew(lever)}}),
-      seeded(angular, {})};
+      seeded(angular, {}), v.geometry.mass_kg};
   std::array<PlaceDual, host::kMaxTermParameters> c;
   for (std::size_t k = 0; k < v.terms.parameters(); ++k) c[k] = PlaceDual(v.values[kCoreParameters + k]);
   std::array<PlaceDual, host::kMaxMemory> memory;

@@ -21,13 +21,19 @@ struct BladeFlapping {
   }
 };
 
-// Freely hinged blades: thrust leans back by share a_1 / (ωR) v_xy and stays behind a turning body by share 16 / (γ ω) Ω.
+// Freely hinged blades: thrust leans back by share a_1 / (ωR) v_xy and stays behind a turning body by share 16 / (γ ω) Ω; the hub is
+// rid of as much of what rigid blades would pass on (hub_moment, rotor_rolling_moment).
 struct SoftFlapping {
   static constexpr std::string_view kId = "soft_flapping";
   static constexpr TermParameter kParameters[] = {{"share", "1", 0.0, 1.0, 0.3, 0.0}};
   // 8/3 θ + 2 λ with 12 degrees of pitch and the inflow of hover: 5.2 degrees back at 8.5 m/s and 945 rad/s. Size known to a third.
   static constexpr double kLeanPerAdvance = 0.65;
   static constexpr double kLockNumber = 0.5;  // moulded 5-inch blade: 2 degrees per rad/s at 945 rad/s. Size known to a factor of two.
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    if (i == 0) s.hub_moment_share -= c[0];
+  }
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
@@ -65,7 +71,7 @@ struct RotorRollingMoment {
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
     for (std::size_t i = 0; i < kRotors; ++i) {
-      const S k = spin(s, i) * c[0] * magnitude(s.omega_rad_s[i]);
+      const S k = spin(s, i) * c[0] * magnitude(s.omega_rad_s[i]) * s.hub_moment_share;
       s.torque_B_N_m.x -= k * s.rotor[i].v_air_B_m_s.x;
       s.torque_B_N_m.y -= k * s.rotor[i].v_air_B_m_s.y;
     }
@@ -83,6 +89,7 @@ struct HubMoment {
   static void body(const S* c, LoadState<S>& s) {
     S sum{};
     for (const S& w : s.omega_rad_s) sum += magnitude(w);
+    sum *= s.hub_moment_share;
     s.torque_B_N_m.x += c[0] * sum * s.v_air_B_m_s.y;
     s.torque_B_N_m.y -= c[1] * sum * s.v_air_B_m_s.x;
   }

@@ -11,6 +11,7 @@ LoadGeometry load_geometry(const VehicleModel& model) {
   g.radius_m = model.thrust.radius_m;
   g.air_density_kg_m3 = model.thrust.air_density_kg_m3;
   g.mass_kg = model.mass_kg;
+  g.inertia_kg_m2 = {model.inertia_kg_m2.x(), model.inertia_kg_m2.y(), model.inertia_kg_m2.z()};
   return g;
 }
 
@@ -69,6 +70,7 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
   const LoadParameters<S>& p = s.parameters;
   s.thrust_sum_N = S(0.0);
   s.torque_B_N_m = {};
+  s.hub_moment_share = S(1.0);
   for (std::size_t i = 0; i < kRotors; ++i) {
     RotorLoad<S>& r = s.rotor[i];
     const RotorMount& mount = s.geometry.rotors[i];

@@ -56,6 +56,7 @@ struct LoadGeometry {
   double com_z_m = 0.0;
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
   double mass_kg = 0.0;
+  std::array<double, 3> inertia_kg_m2{};       // about x, y, z, as believed
   double ground_z_m = 0.0, ceiling_z_m = 3.0;  // of the room, in the log's world; for the effects of ground and ceiling
 };
 
@@ -94,6 +95,7 @@ struct LoadState {
   S thrust_sum_N{};
   Vec3<S> force_B_N, torque_B_N_m;  // the answer, gravity not included
   const S* memory = nullptr;        // of the term whose hook runs (memory.hpp); never null there
+  S hub_moment_share{1.0};          // of what rigid blades pass on to their hub
 };
 
 // A force in the disk plane of rotor i, in body axes, with its moment.
@@ -119,6 +121,7 @@ struct ReadingState {
   const LoadInput<S>& in;
   Vec3<S> sensor_p_W_m, sensor_v_W_m_s;  // true place and velocity of the pose sensor
   Vec3<S> angular_acceleration_B_rad_s2;
+  double mass_kg = 0.0;  // as believed
   // Added to the reading. `turn`: the attitude reads q Exp(turn) where q is the attitude of the body.
   Vec3<S> position_W_m{}, velocity_W_m_s{}, turn_B_rad{}, gyro_B_rad_s{}, accel_B_m_s2{};
   const S* memory = nullptr;  // as in LoadState

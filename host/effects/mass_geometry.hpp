@@ -17,15 +17,52 @@ struct ComOffset {
   }
 };
 
-// A load at the centre of mass: the same forces accelerate more mass. The fit divides by the believed mass, hence the factor.
+// A load fixed to the body: mass and its first moment about the believed centre of mass. The same forces accelerate more mass, about a
+// centre of mass that moves towards the load, and turn more inertia (parallel axes, once the mass is there to divide by). The fit
+// divides by the believed mass and inertia, hence the factors. The place of the pose sensor counts from the centre of mass as well.
 struct PayloadMass {
   static constexpr std::string_view kId = "payload_mass";
-  static constexpr TermParameter kParameters[] = {{"mass_kg", "kg", 0.0, 0.5, 0.05, 0.0}};
+  // A moment without mass is com_offset: it does not matter by itself.
+  static constexpr TermParameter kParameters[] = {{"mass_kg", "kg", 0.0, 0.5, 0.05, 0.0},
+                                                  {"moment_x_kg_m", "kg m", -0.05, 0.05, 0.05, 0.0},
+                                                  {"moment_y_kg_m", "kg m", -0.05, 0.05, 0.05, 0.0},
+                                                  {"moment_z_kg_m", "kg m", -0.05, 0.05, 0.05, 0.0}};
+  static constexpr double kLeast_kg = 1e-3;  // below it the place says nothing
+
+  template <class S>
+  static Vec3<S> shift_m(const S* c, double mass_kg) {
+    const S per_mass = 1.0 / (mass_kg + c[0]);
+    return {c[1] * per_mass, c[2] * per_mass, c[3] * per_mass};
+  }
+
+  template <class S>
+  static void inflow(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].arm_B_m -= shift_m(c, s.geometry.mass_kg);
+  }
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
-    const S factor = s.geometry.mass_kg / (s.geometry.mass_kg + c[0]);
+    const double mass = s.geometry.mass_kg;
+    const S factor = mass / (mass + c[0]);
     s.force_B_N = scaled(factor, s.force_B_N);
+    if (value_of(c[0]) < kLeast_kg) return;
+    const S per_mass = factor / c[0];
+    const auto about = [&](const S& torque, double inertia, const S& a, const S& b) {
+      return inertia > 0.0 ? torque * (inertia / (inertia + per_mass * (a * a + b * b))) : torque;
+    };
+    s.torque_B_N_m = {about(s.torque_B_N_m.x, s.geometry.inertia_kg_m2[0], c[2], c[3]),
+                      about(s.torque_B_N_m.y, s.geometry.inertia_kg_m2[1], c[3], c[1]),
+                      about(s.torque_B_N_m.z, s.geometry.inertia_kg_m2[2], c[1], c[2])};
+  }
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    const Vec3<S> back = shift_m(c, r.mass_kg);
+    const auto to_world = [&](const Vec3<S>& v) {
+      return Vec3<S>{dot(r.in.world_B[0], v), dot(r.in.world_B[1], v), dot(r.in.world_B[2], v)};
+    };
+    r.position_W_m -= to_world(back);
+    r.velocity_W_m_s -= to_world(cross(r.in.rates_B_rad_s, back));
   }
 };
 

@@ -31,7 +31,7 @@ struct BodyTorqueBias {
 struct Tether {
   static constexpr std::string_view kId = "tether";
   static constexpr TermParameter kParameters[] = {{"stiffness_N_m", "N/m", 0.0, 20.0, 0.2, 0.0},
-                                                  {"damping_N_s_m", "N s/m", 0.0, 1.0, 0.05, 0.0},
+                                                  {"damping_N_s_m", "N s/m", 0.0, 1.0, 0.5, 0.0},  // alone it is linear_drag
                                                   {"pull_x_N", "N", -5.0, 5.0, 0.2, 0.0},
                                                   {"pull_y_N", "N", -5.0, 5.0, 0.2, 0.0},
                                                   {"pull_z_N", "N", -5.0, 5.0, 0.2, 0.0}};

@@ -180,7 +180,8 @@ const std::vector<Law>& laws() {
       // mass and geometry
       {"com_offset", {1.4e-3, 0}, "N m: nose-down", still(), torque(1), 9.2e-3, 9.6e-3},
       {"com_offset", {0, 1.4e-3}, "N m: left side down", still(), torque(0), -9.6e-3, -9.2e-3},
-      {"payload_mass", {0.1}, "N: the same force for 15 % more mass", still(), force(2), -0.86, -0.85},
+      {"payload_mass", {0.1, 0, 0, 0}, "N: the same force for 15 % more mass", still(), force(2), -0.86, -0.85},
+      {"payload_mass", {0.1, 0.003, 0, 0}, "N m: hung 30 mm ahead it turns the nose down", still(), torque(1), 24e-3, 26e-3},
       {"rotor_tilt", {kRad / 4, 0, 0}, "N: one motor 1 degree askew", still(), force(0), 0.028, 0.031},
       {"rotor_tilt", {0, 0, 0.7071 * kRad / 4}, "N m: its yaw", still(), torque(2), 2.4e-3, 2.8e-3},
       // forces and moments on the body
@@ -221,9 +222,33 @@ TEST(TermLaws, have_the_sign_and_the_size_that_the_catalogue_gives) {
   }
 }
 
+TEST(TermLaws, a_load_of_100_g_hung_100_mm_below_turns_a_third_slower_about_x_and_as_fast_about_z) {
+  const VehicleModel m = paper_vehicle();
+  LoadInput<double> in = hover(m);
+  in.omega_rad_s = {900.0, 950.0, 1000.0, 940.0};
+  const Wrench without = wrench(m, in), with = wrench(m, in, only("payload_mass"), {0.1, 0.0, 0.0, -0.01});
+  const double more = m.mass_kg / (m.mass_kg + 0.1) * 0.1 * 0.1 * 0.1;  // reduced mass times distance squared
+  EXPECT_NEAR(with.torque.x() / without.torque.x(), m.inertia_kg_m2.x() / (m.inertia_kg_m2.x() + more), 1e-12);
+  EXPECT_NEAR(with.torque.z(), without.torque.z(), 1e-15);
+}
+
+TEST(TermLaws, freely_hinged_blades_pass_nothing_on_of_what_stiff_ones_would) {
+  const VehicleModel m = paper_vehicle();
+  LoadInput<double> in = hover(m);
+  in.v_B_m_s = {5.0, 2.0, 0.0};
+  TermList both = only("soft_flapping");
+  both.add(*find_term("hub_moment"));
+  both.add(*find_term("rotor_rolling_moment"));
+  const Wrench hinged = wrench(m, in, only("soft_flapping"), {1.0});
+  EXPECT_LT((wrench(m, in, both, {1.0, 2e-6, 1e-6, 3e-6}).torque - hinged.torque).norm(), 1e-15);
+  const Eigen::Vector3d stiff = wrench(m, in, both, {0.0, 2e-6, 1e-6, 3e-6}).torque - wrench(m, in).torque;
+  const Eigen::Vector3d half = wrench(m, in, both, {0.5, 2e-6, 1e-6, 3e-6}).torque - wrench(m, in, only("soft_flapping"), {0.5}).torque;
+  EXPECT_LT((half - 0.5 * stiff).norm(), 1e-15);
+}
+
 TEST(TermLaws, every_term_of_the_loads_has_one) {
   for (const Term& t : all_terms()) {
-    if (t.plain.reading) continue;
+    if (t.plain.reading && !t.plain.body) continue;
     bool found = false;
     for (const Law& law : laws()) found = found || law.id == t.info.id;
     EXPECT_TRUE(found) << t.info.id;
@@ -246,6 +271,16 @@ TEST(Readings, scaled_pose_reports_places_and_velocities_too_long) {
   EXPECT_LT((r.position - 0.02 * Eigen::Vector3d(1, -2, 3)).norm(), 1e-15);
   EXPECT_LT((r.velocity - 0.02 * Eigen::Vector3d(4, 5, -6)).norm(), 1e-15);
   EXPECT_EQ(r.turn.norm() + r.gyro.norm() + r.accel.norm(), 0.0);
+}
+
+TEST(Readings, a_load_hung_below_leaves_the_pose_sensor_further_above_the_centre_of_mass) {
+  const LoadInput<double> in = hover(paper_vehicle());
+  ReadingState<double> r{in, {}, {}, {}, 0.4};
+  const double values[] = {0.1, 0.0, 0.0, -0.005};
+  const TermList list = only("payload_mass");
+  readings(r, TermSet<double>(list, values));
+  EXPECT_NEAR(r.position_W_m.z, 0.01, 1e-15);
+  EXPECT_NEAR(r.velocity_W_m_s.x, 0.0, 1e-15);
 }
 
 TEST(Readings, soft_mount_lags_by_2_mrad_at_200_rad_s2_and_50_Hz) {
