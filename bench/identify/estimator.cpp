@@ -411,7 +411,13 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
   constexpr double kShorten = 0.05;  // of the cost: a decrement below it is near the optimum
   constexpr double kCertain = 1.0;   // a decrement below it is a step that cannot fail: its cost need not be looked at
+  // Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
+  constexpr double kStill = 0.1;
+  constexpr int kPatience = 2;
+  const bool exact = std::none_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->slopes_by_middle; });
   double damping = 0.0;
+  int still = 0;
+  bool swept = false;  // the last sweep was at these very values
   bool noise_settled = o.noise.rounds == 0;
   out.noise_settled = noise_settled;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
@@ -420,11 +426,15 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
     if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
     if (noise_settled && damping == 0.0 && decrement < o.tolerance) {
+      out.converged = swept = true;
+      break;
+    }
+    if (still == kPatience && noise_settled) {
       out.converged = true;
       break;
     }
     std::vector<NoiseMoments> moments;
-    if (!noise_settled && damping == 0.0 && decrement < kNear * cost) {
+    if (!noise_settled && ((damping == 0.0 && decrement < kNear * cost) || still == kPatience)) {
       moments.resize(flights);
       for_each_flight(flights, o.threads, [&](std::size_t f) {
         moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
@@ -435,6 +445,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     const int shorter = decrement < kShorten * cost ? 2 : 0;
     const auto states = out.states;
     const double before = cost;
+    double after = cost;
     bool taken = false;
     for (int tries = 0; tries < 12 + shorter; ++tries) {
       const double share = damping == 0.0 ? std::ldexp(1.0, -tries) : 1.0;
@@ -446,7 +457,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       }
       out.values = flight_values(p, layout, moved_theta);
       const bool certain = tries == 0 && damping == 0.0 && decrement >= 0.0 && decrement < kCertain;
-      if (certain || total_cost(moved_theta) <= before * (1.0 + 1e-12) + 1e-9) {
+      if (certain || (after = total_cost(moved_theta)) <= before * (1.0 + 1e-12) + 1e-9) {
         theta = moved_theta;
         taken = true;
         if (tries == 0) damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
@@ -460,13 +471,15 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
+    still = !exact && damping > 0.0 && before - after < kStill ? std::min(still + 1, kPatience) : 0;
     if (!moments.empty()) {
+      still = 0;
+      damping = 0.0;
       out.noise_settled = update_noise(moments);
       noise_settled = out.noise_settled || out.noise_rounds == o.noise.rounds;
     }
   }
-  // Unless the last sweep was at these very values.
-  if (!out.converged || o.innovations) {
+  if (!swept || o.innovations) {
     want_innovations = o.innovations;
     sweep(0.0);
   }

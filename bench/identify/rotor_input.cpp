@@ -200,6 +200,7 @@ RotorInputSample RotorInput::at(double t_s, std::size_t& hint, bool derivatives)
 RotorInputSample RotorInput::mean(double from_s, double to_s, int parts, std::size_t& hint, bool derivatives) const {
   const double h = (to_s - from_s) / (2.0 * parts);
   RotorInputSample out;
+  Four by_delay{}, dot_by_delay{};
   const auto add = [](auto& sum, const auto& more, double weight) {
     for (std::size_t r = 0; r < 4; ++r) sum[r] += weight * more[r];
   };
@@ -212,12 +213,23 @@ RotorInputSample RotorInput::mean(double from_s, double to_s, int parts, std::si
       add(out.omega_by[j], u.omega_by[j], weight);
       add(out.omega_dot_by[j], u.omega_dot_by[j], weight);
     }
+    if (derivatives && (i == 0 || i == 2 * parts)) {  // by the delay: what the ends say is exact for a mean
+      const double per_s = (i == 0 ? -1.0 : 1.0) / (to_s - from_s);
+      for (std::size_t r = 0; r < 4; ++r) {
+        by_delay[r] += per_s * u.omega_rad_s[r];
+        dot_by_delay[r] += per_s * u.omega_dot_rad_s2[r];
+      }
+    }
     if (i != parts) continue;
     out.battery_V = u.battery_V;
     out.memory = u.memory;
     out.memory_input = u.memory_input;
     out.memory_row = u.memory_row;
     out.memory_share = u.memory_share;
+  }
+  if (derivatives) {
+    out.omega_by[0] = by_delay;
+    out.omega_dot_by[0] = dot_by_delay;
   }
   return out;
 }

@@ -139,6 +139,18 @@ TEST(Fit, does_not_depend_on_the_number_of_threads) {
   for (std::size_t i = 0; i < a.estimates.size(); ++i) EXPECT_EQ(a.estimates[i].value, b.estimates[i].value);
 }
 
+TEST(Fit, ends_at_the_same_misfit_with_slopes_about_the_middle_of_steps_of_50_ms) {
+  GridOptions exact, middle;
+  exact.rate_Hz = middle.rate_Hz = 20.0;
+  middle.slopes_by_middle = true;
+  const FlightRecord flown = rotation_flight(11);
+  const std::vector<GridFlight> by_exact{make_grid(flown, exact)}, by_middle{make_grid(flown, middle)};
+  const Fit a = fit(rotation_problem(by_exact)), b = fit(rotation_problem(by_middle));
+  ASSERT_TRUE(a.converged);
+  ASSERT_TRUE(b.converged);
+  EXPECT_NEAR(b.cost, a.cost, 1e-3 * a.cost);
+}
+
 TEST(Fit, ends_with_the_directions_that_no_flight_can_tell_instead_of_numbers) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(10, {}, 2.0), {})};
   FitProblem p = rotation_problem(flights);
