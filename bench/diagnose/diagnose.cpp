@@ -19,9 +19,9 @@ namespace {
 // Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time foretells on other blocks: from here on
 // it is a part of the physics that the library lacks.
 constexpr double kSystematic = 0.1;
-// Missing wrench over weight, or over weight times arm: 33 mN and 3 mN m for the reference quadrotor, whose blade-element plant leaves
-// 0.6 mN m beyond the terms of this library.
-constexpr double kMatters = 0.005;
+// Missing force over weight, and torque over weight times arm: 33 mN and 1.7 mN m for the reference quadrotor, whose blade-element plant
+// leaves 19 mN and 0.4 mN m beyond the terms of this library.
+constexpr double kForceMatters = 0.005, kTorqueMatters = 0.002;
 // Of an effect on the scatter: what of its typical size matters.
 constexpr double kOfTypical = 0.3;
 
@@ -40,6 +40,30 @@ bool innovations_white(const Identification& r) {
     if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
   }
   return true;
+}
+
+// How late the poses are stamped is free in every fit, and no candidate therefore: a delay that matters is a finding all the same, and
+// as a fault of a sensor the first.
+void add_pose_delay(const Identification& r, const Criteria& criteria, const host::EffectCatalogue& catalogue, Diagnosis& d) {
+  constexpr const char* kId = "pose_delay";
+  const host::CatalogueParameter* typical = catalogue.parameter_of(kId);
+  double information = 0.0, sum = 0.0;
+  for (const Estimate& e : r.fit.estimates) {
+    if (e.parameter != kPoseDelay || e.u <= 0.0) continue;
+    information += 1.0 / (reported_u(e) * reported_u(e));
+    sum += e.value / (reported_u(e) * reported_u(e));
+  }
+  if (!typical || information <= 0.0) return;
+  const double delay_s = sum / information, u_s = 1.0 / std::sqrt(information), matters_s = std::fabs(typical->typical_value);
+  if (std::fabs(delay_s) < criteria.relevant * matters_s || std::fabs(delay_s) < criteria.fewest_u * u_s) return;
+  CandidateEvidence e;
+  e.id = kId;
+  e.one_step = {{typical->name, typical->unit, delay_s, u_s}};
+  e.wald = delay_s * delay_s / (u_s * u_s);
+  e.degrees = 1;
+  e.typical = matters_s;
+  e.detectable = criteria.fewest_u * u_s;
+  d.added.insert(d.added.begin(), AddedEffect{.id = kId, .parameters = e.one_step, .evidence = e});
 }
 
 }  // namespace
@@ -61,7 +85,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   out.before = identify(flights, vehicle, first);
   Identification model = copy_of(out.before);
   FitOptions again = first.fit;
-  again.noise.rounds = std::min(again.noise.rounds, 6);  // from where the last fit left it
+  again.noise.rounds = std::min(again.noise.rounds, 4);  // from where the last fit left it
+  again.tolerance = std::max(again.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
   again.max_iterations = std::min(again.max_iterations, 30);
 
   std::vector<Candidate> added;
@@ -147,6 +172,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   }
   for (std::size_t i = 0; i < added.size(); ++i) d.added[i].parameters = values_in(model, added[i]);
 
+  add_pose_delay(model, o.criteria, catalogue, d);
+
   // What can never be seen in such logs.
   for (std::size_t i = 0; i < catalogue.ids.size(); ++i) {
     const host::EffectFacts& facts = catalogue.facts[i];
@@ -201,7 +228,7 @@ void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, D
     const ResidualKind kind = left.unexplained.kind[a];
     const AxisUnexplained& axis = left.unexplained.axis[a];
     const double beyond = std::sqrt(std::max(0.0, axis.rms * axis.rms - axis.rms_expected * axis.rms_expected));
-    const bool matters = beyond > kMatters * (a < 3 ? weight_N : weight_N * arm_m);
+    const bool matters = beyond > (a < 3 ? kForceMatters * weight_N : kTorqueMatters * weight_N * arm_m);
     const bool systematic = kind == ResidualKind::systematic && axis.explainable.share > kSystematic;
     real = real || (matters && (kind == ResidualKind::bursts || systematic));
   }
@@ -209,7 +236,7 @@ void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, D
     add_scatter(left.variance, d);
     if (!d.added.empty())
       d.verdict = DiagnosisVerdict::named;
-    else if (real && !d.white)
+    else if (real)
       d.verdict = DiagnosisVerdict::unexplained;
   }
   d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "bench/identify/rotations.hpp"
@@ -20,25 +22,54 @@ double median_step(const std::vector<double>& t) {
   return d[d.size() / 2];
 }
 
-// Means of the readings around each knot.
+// The readings around a knot: sums over powers of their distance in time, over half a step.
+struct Gathered {
+  std::array<double, 5> power{};
+  std::array<Eigen::Vector3d, 3> value{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+
+  void add(double at, const Eigen::Vector3d& v) {
+    double p = 1.0;
+    for (std::size_t i = 0; i < power.size(); ++i, p *= at) {
+      power[i] += p;
+      if (i < value.size()) value[i] += p * v;
+    }
+  }
+};
+
+// The mean of readings over a step h is off by ẅ h² / 24 from what they are in its middle: at 50 steps a second a gyro's mean runs behind
+// the attitude like a mount of 1.7e-5 s². Where there are enough, the parabola through them counts at the knot, at the price of half as
+// much noise again; else their mean at its own time.
+VectorFix fix_of(std::size_t knot, const Gathered& g, double half_step_s) {
+  constexpr double kEnough = 9.5;  // readings
+  if (g.power[0] > kEnough && std::fabs(g.power[1]) < 0.1 * g.power[0]) {
+    Eigen::Matrix3d moments;
+    Eigen::Matrix3d values;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) moments(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = g.power[i + j];
+      values.row(static_cast<Eigen::Index>(i)) = g.value[i].transpose();
+    }
+    return {knot, 0.0, moments.ldlt().solve(values).row(0).transpose()};
+  }
+  return {knot, half_step_s * g.power[1] / g.power[0], g.value[0] / g.power[0]};
+}
+
 std::vector<VectorFix> gathered(const Stream<Eigen::Vector3d>& s, const GridFlight& g) {
   std::vector<VectorFix> out;
-  std::size_t count = 0;
+  const double half = 0.5 * g.step_s;
+  std::size_t last = g.knots;
+  Gathered sums;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const double place = (s.t_s[i] - g.start_s) / g.step_s;
     if (place < -0.5 || place > static_cast<double>(g.knots) - 0.5 || !s.value[i].allFinite()) continue;
     const auto knot = static_cast<std::size_t>(std::min(std::max(std::floor(place + 0.5), 0.0), static_cast<double>(g.knots - 1)));
-    const double late = s.t_s[i] - g.time_s(knot);
-    if (!out.empty() && out.back().knot == knot) {
-      ++count;
-      const double share = 1.0 / static_cast<double>(count);
-      out.back().value += share * (s.value[i] - out.back().value);
-      out.back().late_s += share * (late - out.back().late_s);
-    } else {
-      out.push_back({knot, late, s.value[i]});
-      count = 1;
+    if (knot != last) {
+      if (last != g.knots) out.push_back(fix_of(last, sums, half));
+      sums = {};
+      last = knot;
     }
+    sums.add((s.t_s[i] - g.time_s(knot)) / half, s.value[i]);
   }
+  if (last != g.knots) out.push_back(fix_of(last, sums, half));
   return out;
 }
 

@@ -71,7 +71,9 @@ struct PayloadMass {
 struct RotorTilt {
   static constexpr std::string_view kId = "rotor_tilt";
   static constexpr TermParameter kParameters[] = {
-      {"lean_x_rad", "rad", -0.1, 0.1, 0.01, 0.0}, {"lean_y_rad", "rad", -0.1, 0.1, 0.01, 0.0}, {"twist_rad", "rad", -0.1, 0.1, 0.01, 0.0}};
+      {"lean_x_rad", "rad", -0.1, 0.1, 4e-3, 0.0},
+      {"lean_y_rad", "rad", -0.1, 0.1, 4e-3, 0.0},
+      {"twist_rad", "rad", -0.1, 0.1, 4e-3, 0.0}};  // a quarter of a degree: one motor askew by one
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {

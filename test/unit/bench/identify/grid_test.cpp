@@ -1,6 +1,7 @@
 // Cuts in a flight: no step of the model crosses them, nothing is tied to what lies between, and what is left is still a fit.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "bench/identify/estimator.hpp"
@@ -28,6 +29,45 @@ TEST(Grid, a_split_between_two_readings_cuts_exactly_the_step_between_them) {
   const std::size_t before = links(g), at = record.pose.size() / 2;
   cut_between_segments(g, {{record.pose.t_s.front(), record.pose.t_s[at]}, {record.pose.t_s[at + 1], record.pose.t_s.back()}});
   EXPECT_EQ(links(g), before - 1);
+}
+
+FlightRecord with_gyro_along_a_parabola() {
+  FlightRecord record = short_flight();
+  record.gyro_B_rad_s = {};
+  const double t0 = record.pose.t_s.front();
+  for (double t = t0; t < record.pose.t_s.back(); t += 1e-3) {
+    const double s = t - t0;
+    record.gyro_B_rad_s.add(t, Eigen::Vector3d(1.0, 2.0 * s, 300.0 * s * s));
+  }
+  return record;
+}
+
+TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean_of_a_curve) {
+  GridOptions o;
+  o.rate_Hz = 50.0;
+  o.use_gyro = true;
+  const FlightRecord record = with_gyro_along_a_parabola();
+  const GridFlight g = make_grid(record, o);
+  ASSERT_GT(g.gyro.size(), 100u);
+  for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {  // the mean would be 10 mrad/s higher: 300 · 0.02² / 12
+    const double s = g.time_s(g.gyro[i].knot) - record.pose.t_s.front();
+    EXPECT_EQ(g.gyro[i].late_s, 0.0);
+    EXPECT_LT((g.gyro[i].value - Eigen::Vector3d(1.0, 2.0 * s, 300.0 * s * s)).norm(), 1e-9) << s << " s";
+  }
+}
+
+TEST(Grid, five_gyro_readings_about_a_knot_are_averaged_at_their_mean_time) {
+  GridOptions o;
+  o.rate_Hz = 200.0;
+  o.use_gyro = true;
+  const FlightRecord record = with_gyro_along_a_parabola();
+  const GridFlight g = make_grid(record, o);
+  ASSERT_GT(g.gyro.size(), 400u);
+  for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {
+    const double s = g.time_s(g.gyro[i].knot) + g.gyro[i].late_s - record.pose.t_s.front();
+    EXPECT_NEAR(g.gyro[i].value.y(), 2.0 * s, 1e-9);
+    EXPECT_LE(std::fabs(g.gyro[i].late_s), 0.5e-3 + 1e-9);
+  }
 }
 
 TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) {

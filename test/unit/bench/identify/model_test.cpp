@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "bench/identify/rotations.hpp"
 #include "host/vehicle/thrust.hpp"
 
@@ -83,6 +85,33 @@ void expect_exact_derivatives(const ModelValues& values, const RotorInput& rotor
     EXPECT_LT((slope - by_columns.col(static_cast<Eigen::Index>(c))).norm(), 2e-5 * slope.norm())
         << parameter_info(columns[c], values.terms).name;
     EXPECT_GT(slope.norm(), 0.0) << parameter_info(columns[c], values.terms).name;
+  }
+}
+
+TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_however_noisy_the_readings) {
+  FlightRecord record;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise_rad_s(0.0, 3.0);
+  for (int k = 0; k < 1000; ++k) {
+    const double t = 1e-3 * k, smooth = 950.0 + 60.0 * std::sin(12.0 * t);
+    RotorValues v;
+    for (std::size_t r = 0; r < host::kRotors; ++r) v[r] = smooth + noise_rad_s(random);
+    record.rotor_omega_rad_s.add(t, v);
+  }
+  RotorInput input(record);
+  ModelValues values = model_values(host::VehicleModel{});
+  const auto mean_at = [&](double delay_s, bool derivatives) {
+    values[kRotorDelay] = delay_s;
+    input.prepare(values);
+    std::size_t hint = 0;
+    return input.mean(0.5, 0.52, 8, hint, derivatives);
+  };
+  const double e = 2e-3;
+  const RotorInputSample now = mean_at(0.0, true), later = mean_at(e, false), earlier = mean_at(-e, false);
+  for (std::size_t r = 0; r < host::kRotors; ++r) {
+    const double slope = (later.omega_rad_s[r] - earlier.omega_rad_s[r]) / (2 * e);
+    EXPECT_NEAR(now.omega_by[0][r], slope, 250.0) << "rad/s²; readings 1 ms apart would scatter by 4000";
+    EXPECT_NEAR(now.omega_by[0][r], 720.0 * std::cos(12.0 * 0.51), 250.0);
   }
 }
 

@@ -1,0 +1,63 @@
+// What the residuals say by themselves becomes a verdict only where it is real and large enough to matter to this vehicle.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/residual_findings.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::size_t kForceZ = 2, kTorqueX = 3;
+
+ModelValues quadrotor_of_0_7_kg_and_125_mm() {
+  host::VehicleModel m;
+  m.mass_kg = 0.7;
+  m.inertia_kg_m2 = {2.4e-3, 3.4e-3, 5.2e-3};
+  const double l = 0.125 / std::sqrt(2.0);
+  m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
+  return model_values(m);
+}
+
+ResidualFindings left(std::size_t axis, ResidualKind kind, double rms, double expected, double explainable = 0.0) {
+  ResidualFindings out;
+  out.unexplained.kind[axis] = kind;
+  out.unexplained.axis[axis].rms = rms;
+  out.unexplained.axis[axis].rms_expected = expected;
+  out.unexplained.axis[axis].explainable.share = explainable;
+  return out;
+}
+
+DiagnosisVerdict verdict(const ResidualFindings& findings, Diagnosis d = {}) {
+  judge_residuals(findings, quadrotor_of_0_7_kg_and_125_mm(), d);
+  return d.verdict;
+}
+
+TEST(Verdict, is_unexplained_where_torque_bursts_of_3_mN_m_stand_over_noise_of_1) {
+  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3)), DiagnosisVerdict::unexplained);
+}
+
+TEST(Verdict, stays_clean_where_bursts_are_a_tenth_of_a_per_cent_of_weight_times_arm) {
+  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 1e-3, 0.5e-3)), DiagnosisVerdict::clean);
+}
+
+TEST(Verdict, is_unexplained_where_the_motion_foretells_a_fifth_of_a_force_of_50_mN) {
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.2)), DiagnosisVerdict::unexplained);
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2)), DiagnosisVerdict::clean) << "25 mN of 6.9 N";
+}
+
+TEST(Verdict, stays_clean_where_a_large_residual_is_what_the_noise_figures_say) {
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::none, 0.5, 0.5)), DiagnosisVerdict::clean);
+}
+
+TEST(Verdict, keeps_the_name_of_an_effect_that_was_found) {
+  Diagnosis named;
+  named.verdict = DiagnosisVerdict::named;
+  named.added.push_back({.id = "linear_drag"});
+  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3), named), DiagnosisVerdict::named);
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
