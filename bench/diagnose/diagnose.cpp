@@ -8,6 +8,7 @@
 
 #include "bench/diagnose/beliefs.hpp"
 #include "bench/diagnose/contest.hpp"
+#include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/residual_findings.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -40,6 +41,32 @@ bool innovations_white(const Identification& r) {
     if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
   }
   return true;
+}
+
+// Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.
+bool blows(const GustScore& gust, const host::EffectCatalogue& catalogue) {
+  constexpr double kLasts_s = 1.0;
+  const host::CatalogueParameter* typical = catalogue.parameter_of("wind_dryden");
+  return typical && gust.time_s > kLasts_s && gust.sigma_m_s > kOfTypical * std::fabs(typical->typical_value);
+}
+
+// In flights of twenty seconds gusts have a mean, and many a constant looks like it. What raises the likelihood less than gusts do is
+// taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
+void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {
+  constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
+  const Contestant& first = field.front();
+  double wind_m_s = 0.0;
+  if (first.failure.empty() && first.tested->candidate->id == "wind_steady") {
+    for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
+  }
+  const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
+  for (Contestant& c : field) {
+    if (!c.failure.empty() || (!their_mean && c.rise >= gust.gain)) continue;
+    c.failure = their_mean ? fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", wind_m_s,
+                                         gust.sigma_m_s, gust.time_s)
+                           : fmt::format("raises the log likelihood by {:.1f}, gusts of {:.2f} m/s that last {:.1f} s by {:.1f}", c.rise,
+                                         gust.sigma_m_s, gust.time_s, gust.gain);
+  }
 }
 
 // How late the poses are stamped is free in every fit, and no candidate therefore: a delay that matters is a finding all the same, and
@@ -109,6 +136,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     if (static_cast<int>(added.size()) < o.max_effects) {
       say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
       std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
+      if (const GustScore gust = score_gust(start); !field.empty() && blows(gust, catalogue)) leave_to_gusts(gust, field);
       for (Contestant& c : field) {
         for (CandidateEvidence& e : record.candidates) {
           if (e.id == c.tested->candidate->id) e.rise = c.rise;
@@ -193,7 +221,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
 namespace {
 
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
-// like these cannot show for certain stays a remark.
+// like these cannot show for certain stays a remark, and so does what is found after the first: it shares its blocks.
 void add_scatter(const VarianceResult& variance, Diagnosis& d) {
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   for (const VarianceEffect& v : variance.effects) {
@@ -216,6 +244,7 @@ void add_scatter(const VarianceResult& variance, Diagnosis& d) {
     }
     if (!a.twins.empty()) a.manoeuvre = facts->manoeuvre;
     d.added.push_back(std::move(a));
+    return;
   }
 }
 
