@@ -38,7 +38,7 @@ void set(FitProblem& p, int parameter, double value) {
 }
 
 constexpr double kHeld = 1e-3;  // of its uncertainty: how far a known value may move where it is to stay
-constexpr int kRounds = 3;      // of fits, each with the terms remembering along the states of the one before
+constexpr int kRounds = 4;      // of fits, each from where the one before ended, with the terms remembering along its states
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 void run(Identification& r, const FitOptions& options) {
@@ -47,10 +47,12 @@ void run(Identification& r, const FitOptions& options) {
   r.fit = fit(r.problem, options);
   for (int again = 1; memory && again < kRounds; ++again) {
     const std::vector<Estimate> before = r.fit.estimates;
-    follow_states(r.flights, r.fit.states);
-    r.problem.states = r.fit.states;
-    r.fit = fit(r.problem, options);
-    bool still = true;
+    const bool converged = r.fit.converged;
+    Identification next = continued(r);
+    follow_states(next.flights, next.problem.states);
+    next.fit = fit(next.problem, options);
+    r = std::move(next);
+    bool still = converged;
     for (std::size_t i = 0; i < before.size(); ++i)
       still = still && std::fabs(r.fit.estimates[i].value - before[i].value) <= kStill * r.fit.estimates[i].u;
     if (still) break;
