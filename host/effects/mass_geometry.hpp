@@ -24,9 +24,9 @@ struct PayloadMass {
   static constexpr std::string_view kId = "payload_mass";
   // A moment without mass is com_offset: it does not matter by itself.
   static constexpr TermParameter kParameters[] = {{"mass_kg", "kg", 0.0, 0.5, 0.05, 0.0},
-                                                  {"moment_x_kg_m", "kg m", -0.05, 0.05, 0.5, 0.0},
-                                                  {"moment_y_kg_m", "kg m", -0.05, 0.05, 0.5, 0.0},
-                                                  {"moment_z_kg_m", "kg m", -0.05, 0.05, 0.5, 0.0}};
+                                                  {"moment_x_kg_m", "kg m", -0.25, 0.25, 0.5, 0.0},
+                                                  {"moment_y_kg_m", "kg m", -0.25, 0.25, 0.5, 0.0},
+                                                  {"moment_z_kg_m", "kg m", -0.25, 0.25, 0.5, 0.0}};
   static constexpr double kLeast_kg = 1e-3;  // below it the place says nothing
 
   template <class S>
