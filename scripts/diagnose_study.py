@@ -187,7 +187,7 @@ def main():
     parser.add_argument("--clean-seeds", type=seed_list, help="of the two clean controls; default: --seeds")
     parser.add_argument("--only", type=lambda t: t.split(","), help="these cases, by name or kind")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/stats/diagnose")
-    parser.add_argument("--program", type=pathlib.Path, default=BUILT, help="rotorloop to use")
+    parser.add_argument("--program", type=pathlib.Path, default=BUILT, help="rotorloop to use; a study that is resumed keeps the one that lies in its folder")
     parser.add_argument("--jobs", "-j", type=int, default=2)
     parser.add_argument("--table", type=pathlib.Path, help="page to write, as docs/acceptance/diagnose_hil.md")
     parser.add_argument("--fly-only", action="store_true", help="how the flights end, without a diagnosis")
@@ -201,7 +201,8 @@ def main():
     if not o.score_only:
         o.out = o.out.resolve()
         o.out.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(o.program, o.out / "rotorloop")  # the whole study with one program, whatever is built meanwhile
+        if not (o.out / "rotorloop").exists():  # the whole study with one program, whatever is built until it is resumed
+            shutil.copy2(o.program, o.out / "rotorloop")
         clean_seeds = o.clean_seeds or o.seeds
         # All cases of one seed before the next seed: a study that is stopped has judged every case equally often.
         work = [(c, s) for s in sorted({*o.seeds, *clean_seeds}) for c in wanted if s in (clean_seeds if c.kind.startswith("clean") else o.seeds)]
