@@ -42,12 +42,16 @@ FlightRecord with_gyro_along_a_parabola() {
   return record;
 }
 
-TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean_of_a_curve) {
+GridFlight with_its_gyro(const FlightRecord& record, double rate_Hz) {
   GridOptions o;
-  o.rate_Hz = 50.0;
+  o.rate_Hz = rate_Hz;
   o.use_gyro = true;
+  return make_grid(record, o);
+}
+
+TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean_of_a_curve) {
   const FlightRecord record = with_gyro_along_a_parabola();
-  const GridFlight g = make_grid(record, o);
+  const GridFlight g = with_its_gyro(record, 50.0);
   ASSERT_GT(g.gyro.size(), 100u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {  // the mean would be 10 mrad/s higher: 300 · 0.02² / 12
     const double s = g.time_s(g.gyro[i].knot) - record.pose.t_s.front();
@@ -57,11 +61,8 @@ TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean
 }
 
 TEST(Grid, five_gyro_readings_about_a_knot_are_averaged_at_their_mean_time) {
-  GridOptions o;
-  o.rate_Hz = 200.0;
-  o.use_gyro = true;
   const FlightRecord record = with_gyro_along_a_parabola();
-  const GridFlight g = make_grid(record, o);
+  const GridFlight g = with_its_gyro(record, 200.0);
   ASSERT_GT(g.gyro.size(), 400u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {
     const double s = g.time_s(g.gyro[i].knot) + g.gyro[i].late_s - record.pose.t_s.front();

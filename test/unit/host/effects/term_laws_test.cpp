@@ -222,7 +222,7 @@ TEST(TermLaws, have_the_sign_and_the_size_that_the_catalogue_gives) {
   }
 }
 
-TEST(TermLaws, a_load_of_100_g_hung_100_mm_below_turns_a_third_slower_about_x_and_as_fast_about_z) {
+TEST(TermLaws, a_load_of_100_g_hung_100_mm_below_turns_a_quarter_slower_about_x_and_as_fast_about_z) {
   const VehicleModel m = paper_vehicle();
   LoadInput<double> in = hover(m);
   in.omega_rad_s = {900.0, 950.0, 1000.0, 940.0};
