@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "bench/identify/local_parabola.hpp"
 #include "bench/identify/rotations.hpp"
 #include "bench/identify/stream_reader.hpp"
 #include "host/base/error.hpp"
@@ -22,35 +22,16 @@ double median_step(const std::vector<double>& t) {
   return d[d.size() / 2];
 }
 
-// The readings around a knot: sums over powers of their distance in time, over half a step.
-struct Gathered {
-  std::array<double, 5> power{};
-  std::array<Eigen::Vector3d, 3> value{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-
-  void add(double at, const Eigen::Vector3d& v) {
-    double p = 1.0;
-    for (std::size_t i = 0; i < power.size(); ++i, p *= at) {
-      power[i] += p;
-      if (i < value.size()) value[i] += p * v;
-    }
-  }
-};
+// The readings around a knot, by their distance in half steps.
+using Gathered = LocalParabola<3>;
 
 // The mean of readings over a step h is off by ẅ h² / 24 from what they are in its middle: at 50 steps a second a gyro's mean runs behind
 // the attitude like a mount of 1.7e-5 s². Where there are enough, the parabola through them counts at the knot, at the price of half as
 // much noise again; else their mean at its own time.
 VectorFix fix_of(std::size_t knot, const Gathered& g, double half_step_s) {
   constexpr double kEnough = 9.5;  // readings
-  if (g.power[0] > kEnough && std::fabs(g.power[1]) < 0.1 * g.power[0]) {
-    Eigen::Matrix3d moments;
-    Eigen::Matrix3d values;
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) moments(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = g.power[i + j];
-      values.row(static_cast<Eigen::Index>(i)) = g.value[i].transpose();
-    }
-    return {knot, 0.0, moments.ldlt().solve(values).row(0).transpose()};
-  }
-  return {knot, half_step_s * g.power[1] / g.power[0], g.value[0] / g.power[0]};
+  if (g.count() > kEnough && std::fabs(g.mean_place()) < 0.1) return {knot, 0.0, g.at_moment()};
+  return {knot, half_step_s * g.mean_place(), g.mean()};
 }
 
 std::vector<VectorFix> gathered(const Stream<Eigen::Vector3d>& s, const GridFlight& g) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/identify/local_parabola.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
@@ -78,7 +79,24 @@ RotorInput::RotorInput(const FlightRecord& record, double rate_window_s, double 
   } else {
     omega_ = std::move(values);
   }
+  if (!from_commands_) smooth();
   slopes(rate_window_s_);
+}
+
+// Readings at a high rate scatter, and a fit that moves them in time (their delay) would climb over every one of them. Where there are
+// enough, the parabola through those around stands for a reading. Over more of the window it would round the corners that commands leave.
+void RotorInput::smooth() {
+  constexpr double kEnough = 6.5;  // readings in the window
+  const std::vector<Four> raw = omega_;
+  const double half = rate_window_s_ / 3.0;
+  std::size_t from = 0;
+  for (std::size_t k = 0; k < raw.size(); ++k) {
+    while (t_s_[from] < t_s_[k] - half) ++from;
+    LocalParabola<4> window;
+    for (std::size_t j = from; j < raw.size() && t_s_[j] <= t_s_[k] + half; ++j)
+      window.add((t_s_[j] - t_s_[k]) / half, Eigen::Map<const Eigen::Vector4d>(raw[j].data()));
+    if (window.count() > kEnough) Eigen::Map<Eigen::Vector4d>(omega_[k].data()) = window.at_moment();
+  }
 }
 
 // Least-squares slope through the samples within half a window: noise and quantisation of the reading would otherwise be

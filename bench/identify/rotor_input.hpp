@@ -28,7 +28,8 @@ struct RotorInputSample {
 class RotorInput {
  public:
   // From measured speeds when the record has them, else from commands. ω̇ is the slope of a straight line through the samples of
-  // `rate_window_s` around each sample. A rotor's missing readings are bridged by straight lines up to `longest_gap_s`.
+  // `rate_window_s` around each sample; ω, where two thirds of the window hold seven or more, that of a parabola through these. A rotor's
+  // missing readings are bridged by straight lines up to `longest_gap_s`.
   // Throws Error (data_quality) when the record has neither stream.
   RotorInput(const FlightRecord& record, double rate_window_s = 0.012, double longest_gap_s = 0.05);
 
@@ -50,6 +51,7 @@ class RotorInput {
   bool follows() const { return memory_.follows(); }
 
  private:
+  void smooth();
   void slopes(double window_s);
   void run_motors(const ModelValues& values);
   std::size_t interval(double t_s, std::size_t hint) const;

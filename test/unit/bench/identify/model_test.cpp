@@ -115,6 +115,29 @@ TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_
   }
 }
 
+TEST(RotorInput, speeds_read_at_a_high_rate_lose_half_of_their_scatter_and_nothing_of_their_course) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise_rad_s(0.0, 1.0);
+  const auto course = [](double t) { return 950.0 + 60.0 * std::sin(30.0 * t); };  // 5 Hz
+  for (const double scatter_rad_s : {0.0, 3.0}) {
+    FlightRecord record;
+    for (int k = 0; k < 1000; ++k) {
+      RotorValues v;
+      for (std::size_t r = 0; r < host::kRotors; ++r) v[r] = course(1e-3 * k) + scatter_rad_s * noise_rad_s(random);
+      record.rotor_omega_rad_s.add(1e-3 * k, v);
+    }
+    RotorInput input(record);
+    input.prepare(model_values(host::VehicleModel{}));
+    double squares = 0.0, n = 0.0;
+    std::size_t hint = 0;
+    for (double t = 0.05; t < 0.95; t += 0.01) {
+      for (const double omega : input.at(t, hint, false).omega_rad_s) squares += std::pow(omega - course(t), 2), n += 1.0;
+    }
+    const double rms_rad_s = std::sqrt(squares / n);
+    EXPECT_LT(rms_rad_s, scatter_rad_s > 0.0 ? 0.55 * scatter_rad_s : 0.01);  // a parabola through nine: 0.505
+  }
+}
+
 const Columns kAllDynamics{kMass, kIxx, kIyy, kIzz, kIxy, kIxz, kIyz, kCq, kComX, kComY, kK1, kK2, kCdh, kCdxy, kCdz, kTiltX, kTiltY};
 
 TEST(IdentifyModel, derivatives_of_a_step_are_those_of_differences_for_the_papers_model) {
