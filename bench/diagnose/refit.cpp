@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/known_first.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -16,19 +17,7 @@ Identification continued(const Identification& last) {
   out.problem = last.problem;
   out.problem.flights.clear();
   for (const GridFlight& g : out.flights) out.problem.flights.push_back(&g);
-  FitProblem& p = out.problem;
-  p.flight_noise = last.fit.noise;
-  p.states = last.fit.states;
-  p.flight_start.clear();
-  for (const ModelValues& v : last.fit.values) p.flight_start.push_back(v.values);
-  for (const FreeParameter& f : p.free) {
-    const auto at = static_cast<std::size_t>(f.parameter);
-    if (f.prior_u > 0.0) {
-      for (auto& own : p.flight_start) own[at] = p.start.values[at];
-    } else if (!f.per_flight) {
-      p.start.values[at] = last.fit.values.front().values[at];
-    }
-  }
+  start_from(last.fit, out.problem);
   return out;
 }
 
@@ -37,13 +26,13 @@ void set(FitProblem& p, int parameter, double value) {
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
 
-constexpr double kHeld = 1e-3;  // of its uncertainty: how far a known value may move where it is to stay
 constexpr int kRounds = 4;      // of fits, each from where the one before ended, with the terms remembering along its states
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 void run(Identification& r, const FitOptions& options) {
   const bool memory = r.problem.start.terms.memory() > 0;
   if (memory && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
+  settle_about_known(r.problem, [&](const FitProblem& held) { return fit(held, options); });
   r.fit = fit(r.problem, options);
   for (int again = 1; memory && again < kRounds; ++again) {
     const std::vector<Estimate> before = r.fit.estimates;
@@ -62,23 +51,13 @@ void run(Identification& r, const FitOptions& options) {
 }  // namespace
 
 Identification at_beliefs(const Identification& fitted, const FitOptions& options) {
-  const bool by_single = std::any_of(fitted.problem.free.begin(), fitted.problem.free.end(),
-                                     [](const FreeParameter& f) { return f.prior_u > 0.0 && !f.per_flight; });
-  if (fitted.problem.priors.empty() && !by_single) return copy_of(fitted);
+  if (!anything_known(fitted.problem)) return copy_of(fitted);
   Identification out = continued(fitted);
-  for (JointPrior& prior : out.problem.priors) {
-    for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
-      // Of two beliefs about one parameter the first is where it starts; both then hold it.
-      set(out.problem, prior.parameters[i], prior.mean[static_cast<Eigen::Index>(i)]);
-    }
-    prior.information /= kHeld * kHeld;
-  }
-  for (FreeParameter& f : out.problem.free) {
-    if (!f.per_flight) f.prior_u *= kHeld;
-  }
-  run(out, options);
-  out.problem.priors = fitted.problem.priors;
-  out.problem.free = fitted.problem.free;
+  if (out.problem.start.terms.memory() > 0) follow_states(out.flights, out.problem.states);
+  settle_about_known(out.problem, [&](const FitProblem& held) { return fit(held, options); });
+  FitOptions as_it_is = options;
+  as_it_is.max_iterations = 0;
+  out.fit = fit(out.problem, as_it_is);
   return out;
 }
 

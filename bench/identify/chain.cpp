@@ -73,7 +73,8 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     factors_.resize(flight_.knots);
     arrow_.resize(flight_.knots * 12 * static_cast<std::size_t>(p + 1));
   }
-  steps_.resize(o.keep_steps ? flight_.knots : 0);
+  steps_.resize(o.keep_rows ? flight_.knots : 0);
+  readings_ = {};
   StateJacobian d = StateJacobian::Zero(), e, d_next = StateJacobian::Zero();
   Arrow b(12, p + 1), b_next(12, p + 1), z(12, p + 1);
   b.setZero();
@@ -131,18 +132,20 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
         six.state *= root;
         six.columns *= root;
       }
+      if (o.keep_rows) readings_.pose.push_back({six.state, six.r, weight});
       add(six);
     });
-    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, auto&& residual) {
+    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, std::vector<Reading<3>>& kept, auto&& residual) {
       Cursor::at(list, i, k, [&](const VectorFix& f) {
         residual(f);
+        if (o.keep_rows) kept.push_back({three.state, three.r});
         add(three);
       });
     };
-    vector(flight_.position, at.position, [&](const VectorFix& f) { res.position(f, x, three, true); });
-    vector(flight_.velocity, at.velocity, [&](const VectorFix& f) { res.velocity(f, x, three, true); });
-    vector(flight_.gyro, at.gyro, [&](const VectorFix& f) { res.gyro(f, x, three, true); });
-    vector(flight_.accel, at.accel, [&](const VectorFix& f) { res.accel(f, x, three, true); });
+    vector(flight_.position, at.position, readings_.position, [&](const VectorFix& f) { res.position(f, x, three, true); });
+    vector(flight_.velocity, at.velocity, readings_.velocity, [&](const VectorFix& f) { res.velocity(f, x, three, true); });
+    vector(flight_.gyro, at.gyro, readings_.gyro, [&](const VectorFix& f) { res.gyro(f, x, three, true); });
+    vector(flight_.accel, at.accel, readings_.accel, [&](const VectorFix& f) { res.accel(f, x, three, true); });
 
     const bool linked = k + 1 < flight_.knots && flight_.linked[k];
     e.setZero();
@@ -150,7 +153,7 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     b_next.setZero();
     if (linked) {
       res.process(k, x, states_[k + 1], step);
-      if (o.keep_steps) steps_[k] = {step.from, step.to, step.r};
+      if (o.keep_rows) steps_[k] = {step.from, step.to, step.r};
       d.noalias() += step.from.transpose() * step.from;
       e.noalias() = step.from.transpose() * step.to;
       d_next.noalias() = step.to.transpose() * step.to;
@@ -231,68 +234,44 @@ StateJacobian Chain::marginal(std::size_t k, const StateJacobian& next) const {
   return l.transpose().solve(half.transpose());
 }
 
-NoiseMoments Chain::noise_moments(const Residuals& res, double robust_scale) const {
+NoiseMoments Chain::noise_moments() const {
   NoiseMoments m;
-  for (auto* v : {&m.force, &m.angular, &m.position, &m.attitude, &m.velocity, &m.gyro, &m.accel}) v->setZero();
   Cursor at{flight_.pose.size(), flight_.position.size(), flight_.velocity.size(), flight_.gyro.size(), flight_.accel.size()};
-  RowsBy<6> six;
-  RowsBy<3> three;
-  ProcessRows rows;
-  Step fresh;
   StateJacobian p = StateJacobian::Zero();
+  const auto add = [&](NoiseMoment& to, const auto& row, Eigen::Index first) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const auto state = row.state.row(first + i);
+      to.squares[i] += row.r[first + i] * row.r[first + i] + state * p * state.transpose();
+    }
+    to.count += row.weight;
+  };
   for (std::size_t k = flight_.knots; k-- > 0;) {
-    const BodyState& x = states_[k];
     const StateJacobian next = p;
     p = marginal(k, next);
     if (k + 1 < flight_.knots && flight_.linked[k]) {
-      if (steps_.empty()) {
-        res.process(k, x, states_[k + 1], rows);
-        fresh = {rows.from, rows.to, rows.r};
-      }
-      const Step& step = steps_.empty() ? fresh : steps_[k];
+      const Step& step = steps_[k];
       const StateJacobian joint = -(factors_[k].l.triangularView<Eigen::Lower>().transpose().solve(factors_[k].y * next));  // P_{k,k+1}
       const StateJacobian left = step.from * p + step.to * joint.transpose(), right = step.from * joint + step.to * next;
       for (Eigen::Index i = 0; i < 12; ++i) {
         const double square = step.r[i] * step.r[i] + left.row(i).dot(step.from.row(i)) + right.row(i).dot(step.to.row(i));
-        (i < 6 ? m.force : m.angular)[i % 3] += 0.5 * square;  // each density has two rows
+        (i < 6 ? m.force : m.angular).squares[i % 3] += 0.5 * square;  // each density has two rows
       }
-      m.steps += 1.0;
+      m.force.count += 1.0;
+      m.angular.count += 1.0;
     }
     Cursor::down(flight_.pose, at.pose, k, [&](const PoseFix& f) {
-      res.pose(f, x, six, true);
-      const double weight = robust_weight(six.r.squaredNorm(), robust_scale);
-      for (Eigen::Index i = 0; i < 6; ++i) {
-        const double square = weight * (six.r[i] * six.r[i] + six.state.row(i) * p * six.state.row(i).transpose());
-        (i < 3 ? m.position : m.attitude)[i % 3] += square;
-      }
-      m.poses += weight;
+      const Reading<6>& row = readings_.pose[static_cast<std::size_t>(&f - flight_.pose.data())];
+      add(m.position, row, 0);
+      add(m.attitude, row, 3);
     });
-    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, Eigen::Vector3d& sum, double& count, auto&& residual) {
-      Cursor::down(list, i, k, [&](const VectorFix& f) {
-        residual(f);
-        for (Eigen::Index a = 0; a < 3; ++a) sum[a] += three.r[a] * three.r[a] + three.state.row(a) * p * three.state.row(a).transpose();
-        count += 1.0;
-      });
+    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, const std::vector<Reading<3>>& kept, NoiseMoment& to) {
+      Cursor::down(list, i, k, [&](const VectorFix& f) { add(to, kept[static_cast<std::size_t>(&f - list.data())], 0); });
     };
-    vector(flight_.position, at.position, m.position, m.positions, [&](const VectorFix& f) { res.position(f, x, three, true); });
-    vector(flight_.velocity, at.velocity, m.velocity, m.velocities, [&](const VectorFix& f) { res.velocity(f, x, three, true); });
-    vector(flight_.gyro, at.gyro, m.gyro, m.gyros, [&](const VectorFix& f) { res.gyro(f, x, three, true); });
-    vector(flight_.accel, at.accel, m.accel, m.accels, [&](const VectorFix& f) { res.accel(f, x, three, true); });
+    vector(flight_.position, at.position, readings_.position, m.position);
+    vector(flight_.velocity, at.velocity, readings_.velocity, m.velocity);
+    vector(flight_.gyro, at.gyro, readings_.gyro, m.gyro);
+    vector(flight_.accel, at.accel, readings_.accel, m.accel);
   }
-  const auto mean = [](Eigen::Vector3d& sum, double count) {
-    if (count > 0.0) {
-      sum /= count;
-    } else {
-      sum.setOnes();
-    }
-  };
-  mean(m.force, m.steps);
-  mean(m.angular, m.steps);
-  mean(m.position, m.poses + m.positions);
-  mean(m.attitude, m.poses);
-  mean(m.velocity, m.velocities);
-  mean(m.gyro, m.gyros);
-  mean(m.accel, m.accels);
   return m;
 }
 

@@ -40,17 +40,20 @@ struct Reduced {
 struct SweepOptions {
   double damping = 0.0;      // Levenberg-Marquardt, on the diagonal of D
   bool keep_factors = true;  // for the backward sweeps
-  bool keep_steps = false;   // linearised steps too, 2.4 kB each: noise_moments() then need not linearise again
+  bool keep_rows = false;    // linearised steps and readings, some 4 kB a step: noise_moments() needs them
   double block_s = 0.0;      // length of score blocks; 0: none
   bool innovations = false;
   double robust_scale = 0.0;  // Cauchy loss on each pose, in standard deviations of its six numbers together; 0: squares
 };
 
-// What the EM step needs of a flight: mean squares of what the noise has to explain, with the uncertainty of the states in them.
+// What the EM step needs of a flight: squares of what one noise figure has to explain, whitened, with the uncertainty of the states in
+// them. Over their count they are the factor by which the variance assumed would have to be multiplied.
+struct NoiseMoment {
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  double count = 0.0;
+};
 struct NoiseMoments {
-  // Factors by which the variances assumed would have to be multiplied, and how many numbers each is a mean of.
-  Eigen::Vector3d force, angular, position, attitude, velocity, gyro, accel;
-  double steps = 0.0, poses = 0.0, positions = 0.0, velocities = 0.0, gyros = 0.0, accels = 0.0;
+  NoiseMoment force, angular, position, attitude, velocity, gyro, accel;
 };
 
 class Chain {
@@ -62,9 +65,10 @@ class Chain {
   // Steps of the states for a step of the parameters, from the factors of the last sweep; scaled by `share`.
   void apply(const Eigen::VectorXd& parameter_step, double share);
   double cost(const Residuals& residuals, double robust_scale) const;
-  // Given the parameters; needs the factors of a sweep without damping at these states.
-  NoiseMoments noise_moments(const Residuals& residuals, double robust_scale) const;
-  // Marginal covariance of each state given the parameters (12 x 12, order of StateError), same needs. Calls `visit(k, P)` backwards.
+  // Given the parameters; needs the factors and rows of a sweep without damping at these states.
+  NoiseMoments noise_moments() const;
+  // Marginal covariance of each state given the parameters (12 x 12, order of StateError); needs the factors of such a sweep. Calls
+  // `visit(k, P)` backwards.
   template <class Visit>
   void marginals(Visit&& visit) const;
 
@@ -82,8 +86,19 @@ class Chain {
     StateJacobian from, to;
     StateError r;
   };
+  template <int N>
+  struct Reading {
+    Eigen::Matrix<double, N, 12> state;
+    Eigen::Matrix<double, N, 1> r;
+    double weight = 1.0;  // of a robust loss, already in the rows
+  };
+  struct Readings {
+    std::vector<Reading<6>> pose;
+    std::vector<Reading<3>> position, velocity, gyro, accel;
+  };
   std::vector<Factor> factors_;
-  std::vector<Step> steps_;    // empty unless kept
+  std::vector<Step> steps_;  // empty unless rows are kept
+  Readings readings_;        // the same; in the order of the flight's lists
   std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };

@@ -201,10 +201,11 @@ class NoiseSearch {
   double step(NoiseModel& noise, const NoiseMoments& m, const NoiseFit& o) {
     double largest = 0.0;
     std::size_t at = 0;
-    const auto change = [&](Eigen::Vector3d& sd, Eigen::Vector3d factor, double count, bool wanted) {
+    const auto change = [&](Eigen::Vector3d& sd, const NoiseMoment& of, bool wanted) {
       const std::size_t first = at;
       at += 3;
-      if (!wanted || count <= 0.0) return;
+      if (!wanted || of.count <= 0.0) return;
+      Eigen::Vector3d factor = of.squares / of.count;
       if (!o.per_axis) factor.setConstant(factor.mean());
       for (Eigen::Index i = 0; i < 3; ++i) {
         Memory& last = memory_[first + static_cast<std::size_t>(i)];
@@ -220,13 +221,13 @@ class NoiseSearch {
         largest = std::max(largest, std::fabs(move));
       }
     };
-    change(noise.force_m_s2_rtHz, m.force, m.steps, o.process);
-    change(noise.angular_rad_s2_rtHz, m.angular, m.steps, o.process);
-    change(noise.position_m, m.position, m.poses + m.positions, o.readings);
-    change(noise.attitude_rad, m.attitude, m.poses, o.readings);
-    change(noise.velocity_m_s, m.velocity, m.velocities, o.readings);
-    change(noise.gyro_rad_s, m.gyro, m.gyros, o.readings);
-    change(noise.accel_m_s2, m.accel, m.accels, o.readings);
+    change(noise.force_m_s2_rtHz, m.force, o.process);
+    change(noise.angular_rad_s2_rtHz, m.angular, o.process);
+    change(noise.position_m, m.position, o.readings);
+    change(noise.attitude_rad, m.attitude, o.readings);
+    change(noise.velocity_m_s, m.velocity, o.readings);
+    change(noise.gyro_rad_s, m.gyro, o.readings);
+    change(noise.accel_m_s2, m.accel, o.readings);
     return largest;
   }
 
@@ -240,35 +241,13 @@ class NoiseSearch {
 };
 
 NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
-  NoiseMoments out = all.front();
-  const auto pool = [&](Eigen::Vector3d NoiseMoments::*factor, auto&& count) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double n = 0.0;
-    for (const NoiseMoments& m : all) {
-      sum += count(m) * (m.*factor);
-      n += count(m);
+  NoiseMoments out;
+  for (const NoiseMoments& m : all) {
+    for (NoiseMoment NoiseMoments::*figure : {&NoiseMoments::force, &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
+                                              &NoiseMoments::velocity, &NoiseMoments::gyro, &NoiseMoments::accel}) {
+      (out.*figure).squares += (m.*figure).squares;
+      (out.*figure).count += (m.*figure).count;
     }
-    if (n > 0.0) {
-      out.*factor = sum / n;
-    } else {
-      (out.*factor).setOnes();
-    }
-  };
-  const auto steps = [](const NoiseMoments& m) { return m.steps; };
-  pool(&NoiseMoments::force, steps);
-  pool(&NoiseMoments::angular, steps);
-  pool(&NoiseMoments::position, [](const NoiseMoments& m) { return m.poses + m.positions; });
-  pool(&NoiseMoments::attitude, [](const NoiseMoments& m) { return m.poses; });
-  pool(&NoiseMoments::velocity, [](const NoiseMoments& m) { return m.velocities; });
-  pool(&NoiseMoments::gyro, [](const NoiseMoments& m) { return m.gyros; });
-  pool(&NoiseMoments::accel, [](const NoiseMoments& m) { return m.accels; });
-  for (std::size_t f = 1; f < all.size(); ++f) {
-    out.steps += all[f].steps;
-    out.poses += all[f].poses;
-    out.positions += all[f].positions;
-    out.velocities += all[f].velocities;
-    out.gyros += all[f].gyros;
-    out.accels += all[f].accels;
   }
   return out;
 }
@@ -351,7 +330,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   bool want_innovations = false;
   const auto sweep = [&](double damping) {
     const SweepOptions sweep_options{.damping = damping,
-                                     .keep_steps = o.noise.rounds > 0,
+                                     .keep_rows = o.noise.rounds > 0,
                                      .block_s = o.block_s,
                                      .innovations = want_innovations,
                                      .robust_scale = o.robust_scale};
@@ -436,9 +415,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     std::vector<NoiseMoments> moments;
     if (!noise_settled && ((damping == 0.0 && decrement < kNear * cost) || still == kPatience)) {
       moments.resize(flights);
-      for_each_flight(flights, o.threads, [&](std::size_t f) {
-        moments[f] = chains[f].noise_moments(Residuals(*p.flights[f], out.values[f], out.noise[f], {}), o.robust_scale);
-      });
+      for_each_flight(flights, o.threads, [&](std::size_t f) { moments[f] = chains[f].noise_moments(); });
     }
     // A step that does not lower the cost is taken back and damped. Near the optimum it is shortened first: where a scale and all places
     // that it scales move together the way is right and only too long, and damping would hold each place by itself.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bench/identify/flight_motion.hpp"
+#include "bench/identify/known_first.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
@@ -176,6 +177,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
   const auto joint = report("joint fit");
+  settle_about_known(out.problem, [&](const FitProblem& held) { return o.solver(held, o.fit, joint); });
   out.fit = o.solver(out.problem, o.fit, joint);
   std::vector<Estimate> before;
   for (int again = 0; again < kRounds; ++again) {
