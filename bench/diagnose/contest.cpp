@@ -11,6 +11,7 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
+constexpr double kTowers = 2.0;                           // times the best classical statistic of those that pass
 constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
 
 // An effect that is absent altogether (a share of 0 where 1 is neutral) stands at a bound and is right there.
@@ -67,6 +68,18 @@ std::vector<Contestant> chosen(const Screening& s, const std::vector<Tested>& al
   };
   take(by_likelihood, kByLikelihood);
   take(by_scatter, kByScatter);
+  // Where the model lacks much, its blocks scatter by just that, and one step is short: what the lack is may fail every test of scatter
+  // that a small part of it passes. What explains far more than anything that passes is refitted beside it.
+  if (by_likelihood.empty()) return out;
+  double best = 0.0;
+  for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
+  std::vector<const Tested*> towering;
+  for (const Tested& t : all) {
+    if (!t.real && t.test.degrees > 0 && t.test.chi2 > kTowers * best && relevance(*t.candidate, t.test.estimate) > criteria.relevant)
+      towering.push_back(&t);
+  }
+  std::stable_sort(towering.begin(), towering.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
+  take(towering, kByScatter);
   return out;
 }
 
