@@ -58,7 +58,7 @@ def cases(study, catalogue):
         parts = [change_for(effects[i], study, in_plant, believed) for i in ids]
         return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(2)))
 
-    out = [case(i, e["class"], [i]) for i, e in effects.items()]
+    out = [case(i, study["class"].get(i, e["class"]), [i]) for i, e in effects.items()]
     out += [case("+".join(p["effects"]), "pair", p["effects"]) for p in study["pair"]]
     out += [Case(f["id"], "foreign", (), ((f["id"], {k: v for k, v in f.items() if k != "id"}),)) for f in study["foreign"]]
     return [*out, Case("clean_full", "clean_full"), Case("clean_reduced", "clean_reduced")]

@@ -202,12 +202,13 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
 
   add_pose_delay(model, o.criteria, catalogue, d);
 
-  // What can never be seen in such logs.
+  // What cannot be seen in such logs as a rule, unless it was.
   for (std::size_t i = 0; i < catalogue.ids.size(); ++i) {
     const host::EffectFacts& facts = catalogue.facts[i];
-    const bool listed =
-        std::any_of(d.not_observable.begin(), d.not_observable.end(), [&](const NotObservable& n) { return n.id == catalogue.ids[i]; });
-    if (facts.observability == "not_observable" && !listed)
+    const auto is_it = [&](const auto& one) { return one.id == catalogue.ids[i]; };
+    const bool listed = std::any_of(d.not_observable.begin(), d.not_observable.end(), is_it),
+               found = std::any_of(d.added.begin(), d.added.end(), is_it);
+    if (facts.observability == "not_observable" && !listed && !found)
       d.not_observable.push_back({catalogue.ids[i], "does not show in flight logs of this kind", facts.needs, 0.0, 0.0, facts.unit});
   }
   out.after = std::move(model);
