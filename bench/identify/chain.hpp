@@ -97,8 +97,8 @@ class Chain {
     std::vector<Reading<3>> position, velocity, gyro, accel;
   };
   std::vector<Factor> factors_;
-  std::vector<Step> steps_;  // empty unless rows are kept
-  Readings readings_;        // the same; in the order of the flight's lists
+  std::vector<Step> steps_;    // empty unless rows are kept
+  Readings readings_;          // the same; in the order of the flight's lists
   std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };

@@ -243,8 +243,9 @@ class NoiseSearch {
 NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
   NoiseMoments out;
   for (const NoiseMoments& m : all) {
-    for (NoiseMoment NoiseMoments::*figure : {&NoiseMoments::force, &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
-                                              &NoiseMoments::velocity, &NoiseMoments::gyro, &NoiseMoments::accel}) {
+    for (NoiseMoment NoiseMoments::*figure :
+         {&NoiseMoments::force, &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude, &NoiseMoments::velocity,
+          &NoiseMoments::gyro, &NoiseMoments::accel}) {
       (out.*figure).squares += (m.*figure).squares;
       (out.*figure).count += (m.*figure).count;
     }
