@@ -48,6 +48,22 @@ host::Quantity* place_of(VehicleFile& v, int p) {
 // Standard uncertainties below zero within which a drag coefficient is none: nothing is pushed along by its drag.
 constexpr double kNothing = 3.0;
 
+// No rigid body has a moment of inertia above the sum of the other two. Where the fit leaves one above by no more than that, in standard
+// uncertainties of the difference, all three move to the nearest such body, each as far as its own uncertainty allows.
+void onto_a_rigid_body(VehicleFile& v) {
+  auto& inertia = v.inertia_kg_m2;
+  double u2 = 0.0;
+  for (const host::Quantity& q : inertia) u2 += q.u * q.u;
+  for (host::Quantity& largest : inertia) {
+    double excess = 2.0 * largest.value;
+    for (const host::Quantity& q : inertia) excess -= q.value;
+    if (excess <= 0.0 || excess > kNothing * std::sqrt(u2)) continue;
+    constexpr double kInside = 1.0 + 1e-9;  // past the bound by more than rounding
+    for (host::Quantity& q : inertia) q.value += (&q == &largest ? -1.0 : 1.0) * kInside * excess * q.u * q.u / u2;
+    return;
+  }
+}
+
 void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& values) {
   const host::TermList& terms = values.terms;
   for (std::size_t t = 0; t < terms.size(); ++t) {
@@ -185,6 +201,7 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
       v.pose_sensor.rotation_origin = Origin::flight;
     }
   }
+  onto_a_rigid_body(v);
   const Eigen::Quaterniond q = values.q_BS();
   v.pose_sensor.quaternion_wxyz = {q.w(), q.x(), q.y(), q.z()};
   put_effects(v, s, values);

@@ -23,7 +23,8 @@ struct SharedEstimates {
 SharedEstimates shared_estimates(const Fit& fit);
 
 // `base`: the vehicle file the fit started from. `rpm_flown`: window of rotor speeds of the flights; {0, 0} keeps that of the file.
-// A drag coefficient below zero by no more than three standard uncertainties is written as 0. Uncertainties are the reported ones;
+// A drag coefficient below zero by no more than three standard uncertainties is written as 0, and moments of inertia that no rigid body
+// has by no more than that are moved to the nearest that one has. Uncertainties are the reported ones;
 // covariance blocks have the correlations of the classical covariance.
 host::VehicleFile identified_vehicle(const Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                      const std::string& written_by, const std::vector<std::string>& inputs);

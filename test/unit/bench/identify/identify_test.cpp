@@ -194,6 +194,26 @@ TEST(Identify, WritesADragJustBelowZeroAsNone) {
   EXPECT_GT(written(1.0), 0.0);
 }
 
+TEST(Identify, WritesInertiaJustBeyondARigidBodysAsTheNearestThatOneHas) {
+  Fit fit = result().fit;
+  const auto written = [&](double uncertainties) {
+    double sum = 0.0, u2 = 0.0;
+    for (const Estimate& e : fit.estimates) {
+      if (e.parameter == kIxx || e.parameter == kIyy) sum += e.value;
+      if (e.parameter >= kIxx && e.parameter <= kIzz) u2 += reported_u(e) * reported_u(e);
+    }
+    for (Estimate& e : fit.estimates) {
+      if (e.parameter == kIzz) e.value = sum + uncertainties * std::sqrt(u2);
+    }
+    const auto inertia = identified_vehicle(fit, paper(), {0, 0}, "test", {}).inertia_kg_m2;
+    return (inertia[0].value + inertia[1].value - inertia[2].value) / std::sqrt(u2);
+  };
+  EXPECT_NEAR(written(-2.0), 2.0, 1e-6) << "a body that can be is left alone";
+  EXPECT_GE(written(2.0), 0.0);
+  EXPECT_NEAR(written(2.0), 0.0, 1e-6);
+  EXPECT_NEAR(written(5.0), -5.0, 1e-6) << "that is no rounding: for the reader to refuse";
+}
+
 TEST(Identify, EstimatesPerFlightWhatMovedBetweenFlights) {
   std::vector<FlightToFit> flights{three_flights()[0], three_flights()[2]};
   model_true::Truth shifted;
