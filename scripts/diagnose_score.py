@@ -112,6 +112,7 @@ def page(out, wanted):
             if both is None:
                 continue
             trial, result = both
+            trial["kind"] = c.kind  # as the study has it now; the answer does not depend on it
             judged[c.name].append((*outcome(trial, result), said(result), trial["seed"]))
             unflown += [f"`{c.name}` seed {trial['seed']}: {flight} {end}" for flight, end in trial["ends"].items() if end != "completed"]
     lines, missed = summary(judged, kinds)

@@ -34,8 +34,9 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
-// Whose refit is worth its time; each with those that say the same.
-std::vector<Contestant> chosen(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
+}  // namespace
+
+std::vector<Contestant> worth_a_refit(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
   std::vector<const Tested*> by_scatter, by_likelihood;
   for (const Tested& t : all) {
     if (t.real) by_scatter.push_back(&t);
@@ -83,8 +84,6 @@ std::vector<Contestant> chosen(const Screening& s, const std::vector<Tested>& al
   return out;
 }
 
-}  // namespace
-
 std::vector<NamedValue> values_in(const Identification& r, const Candidate& c) {
   std::vector<NamedValue> out;
   const auto parameters = parameters_of(c, r.problem.start.terms);
@@ -105,7 +104,7 @@ double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
 
 std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& s,
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options) {
-  std::vector<Contestant> field = chosen(s, all, criteria);
+  std::vector<Contestant> field = worth_a_refit(s, all, criteria);
   for (Contestant& c : field) {
     const Candidate& candidate = *c.tested->candidate;
     try {
@@ -134,6 +133,24 @@ std::vector<Contestant> contest(const Identification& start, const Identificatio
     return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.score > b.score;
   });
   return field;
+}
+
+void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {
+  if (field.empty() || !blows(gust)) return;
+  constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
+  const Contestant& first = field.front();
+  double wind_m_s = 0.0;
+  if (first.failure.empty() && first.tested->candidate->id == "wind_steady") {
+    for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
+  }
+  const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
+  for (Contestant& c : field) {
+    if (!c.failure.empty() || (!their_mean && c.rise >= gust.gain)) continue;
+    c.failure = their_mean ? fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", wind_m_s,
+                                         gust.sigma_m_s, gust.time_s)
+                           : fmt::format("raises the log likelihood by {:.1f}, gusts of {:.2f} m/s that last {:.1f} s by {:.1f}", c.rise,
+                                         gust.sigma_m_s, gust.time_s, gust.gain);
+  }
 }
 
 std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>& all, const std::vector<Contestant>& field,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/diagnose/examine.hpp"
+#include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/refit.hpp"
 
 namespace rotorloop::bench {
@@ -20,10 +21,17 @@ struct Contestant {
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
 };
 
+// Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
+std::vector<Contestant> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
+
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
 // `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better.
 std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& screening,
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
+
+// In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
+// gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
+void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field);
 
 // Which of the others these flights cannot tell from the winner, which is the first of `field`.
 std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Tested>& all, const std::vector<Contestant>& field,

@@ -9,6 +9,7 @@
 #include "bench/diagnose/beliefs.hpp"
 #include "bench/diagnose/contest.hpp"
 #include "bench/diagnose/gust.hpp"
+#include "bench/diagnose/late_poses.hpp"
 #include "bench/diagnose/residual_findings.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -23,8 +24,6 @@ constexpr double kSystematic = 0.1;
 // Missing force over weight, and torque over weight times arm: 33 mN and 1.7 mN m for the reference quadrotor, whose blade-element plant
 // leaves 19 mN and 0.4 mN m beyond the terms of this library.
 constexpr double kForceMatters = 0.005, kTorqueMatters = 0.002;
-// Of an effect on the scatter: what of its typical size matters.
-constexpr double kOfTypical = 0.3;
 
 std::vector<std::pair<std::string, double>> shifts(const Identification& before, const Identification& after) {
   std::vector<std::pair<std::string, double>> out;
@@ -41,56 +40,6 @@ bool innovations_white(const Identification& r) {
     if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
   }
   return true;
-}
-
-// Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.
-bool blows(const GustScore& gust, const host::EffectCatalogue& catalogue) {
-  constexpr double kLasts_s = 1.0;
-  const host::CatalogueParameter* typical = catalogue.parameter_of("wind_dryden");
-  return typical && gust.time_s > kLasts_s && gust.sigma_m_s > kOfTypical * std::fabs(typical->typical_value);
-}
-
-// In flights of twenty seconds gusts have a mean, and many a constant looks like it. What raises the likelihood less than gusts do is
-// taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
-void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {
-  constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
-  const Contestant& first = field.front();
-  double wind_m_s = 0.0;
-  if (first.failure.empty() && first.tested->candidate->id == "wind_steady") {
-    for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
-  }
-  const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
-  for (Contestant& c : field) {
-    if (!c.failure.empty() || (!their_mean && c.rise >= gust.gain)) continue;
-    c.failure = their_mean ? fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", wind_m_s,
-                                         gust.sigma_m_s, gust.time_s)
-                           : fmt::format("raises the log likelihood by {:.1f}, gusts of {:.2f} m/s that last {:.1f} s by {:.1f}", c.rise,
-                                         gust.sigma_m_s, gust.time_s, gust.gain);
-  }
-}
-
-// How late the poses are stamped is free in every fit, and no candidate therefore: a delay that matters is a finding all the same, and
-// as a fault of a sensor the first.
-void add_pose_delay(const Identification& r, const Criteria& criteria, const host::EffectCatalogue& catalogue, Diagnosis& d) {
-  constexpr const char* kId = "pose_delay";
-  const host::CatalogueParameter* typical = catalogue.parameter_of(kId);
-  double information = 0.0, sum = 0.0;
-  for (const Estimate& e : r.fit.estimates) {
-    if (e.parameter != kPoseDelay || e.u <= 0.0) continue;
-    information += 1.0 / (reported_u(e) * reported_u(e));
-    sum += e.value / (reported_u(e) * reported_u(e));
-  }
-  if (!typical || information <= 0.0) return;
-  const double delay_s = sum / information, u_s = 1.0 / std::sqrt(information), matters_s = std::fabs(typical->typical_value);
-  if (std::fabs(delay_s) < criteria.relevant * matters_s || std::fabs(delay_s) < criteria.fewest_u * u_s) return;
-  CandidateEvidence e;
-  e.id = kId;
-  e.one_step = {{typical->name, typical->unit, delay_s, u_s}};
-  e.wald = delay_s * delay_s / (u_s * u_s);
-  e.degrees = 1;
-  e.typical = matters_s;
-  e.detectable = criteria.fewest_u * u_s;
-  d.added.insert(d.added.begin(), AddedEffect{.id = kId, .parameters = e.one_step, .evidence = e});
 }
 
 }  // namespace
@@ -136,7 +85,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     if (static_cast<int>(added.size()) < o.max_effects) {
       say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
       std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
-      if (const GustScore gust = score_gust(start); !field.empty() && blows(gust, catalogue)) leave_to_gusts(gust, field);
+      if (!field.empty()) leave_to_gusts(score_gust(start), field);
       for (Contestant& c : field) {
         for (CandidateEvidence& e : record.candidates) {
           if (e.id == c.tested->candidate->id) e.rise = c.rise;
@@ -200,7 +149,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   }
   for (std::size_t i = 0; i < added.size(); ++i) d.added[i].parameters = values_in(model, added[i]);
 
-  add_pose_delay(model, o.criteria, catalogue, d);
+  if (auto late = late_poses(model.fit, o.criteria)) d.added.insert(d.added.begin(), std::move(*late));
 
   // What cannot be seen in such logs as a rule, unless it was.
   for (std::size_t i = 0; i < catalogue.ids.size(); ++i) {
@@ -229,7 +178,7 @@ void add_scatter(const VarianceResult& variance, Diagnosis& d) {
     const host::EffectFacts* facts = catalogue.facts_of(v.id);
     const host::CatalogueParameter* typical = catalogue.parameter_of(v.id);
     if (!v.found || !facts || !typical || facts->observability == "not_observable") continue;
-    const double matters = kOfTypical * std::fabs(typical->typical_value);
+    const double matters = kScatterMatters * std::fabs(typical->typical_value);
     if (v.size < matters) continue;
     CandidateEvidence e;
     e.id = v.id;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace rotorloop::bench {
 namespace {
 
@@ -111,6 +110,13 @@ GustScore score_gust(const Identification& r) {
     out.time_s = (out.axis[0].gain * out.axis[0].time_s + out.axis[1].gain * out.axis[1].time_s) / out.gain;
   }
   return out;
+}
+
+bool blows(const GustScore& gust) {
+  constexpr double kLasts_s = 1.0;
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  const host::CatalogueParameter* typical = catalogue.parameter_of("wind_dryden");
+  return typical && gust.time_s > kLasts_s && gust.sigma_m_s > kScatterMatters * std::fabs(typical->typical_value);
 }
 
 }  // namespace rotorloop::bench

@@ -15,6 +15,8 @@ inline const MeasuredSet kBare{"imrc_cf21bl_bare"}, kPayload{"imrc_cf21bl_payloa
 // 4.7 g by the lab's scales. The load's place against the vehicle's, both by motion capture, swings as a pendulum of 0.483 m does whose
 // pivot is the vehicle (0.476 to 0.488 m in five flights); from frame to frame they are 0.52 m apart.
 inline constexpr double kLoad_kg = 4.7e-3, kSwing_m = 0.483;
+// So the hook hangs below the origin of the vehicle's markers by the difference.
+inline constexpr double kHookBelowPose_m = 0.519 - kSwing_m;
 
 // Turning is the vehicle file's: these flights are slow, and the load shows in the forces.
 inline const char* const kHeld[] = {"body.mass",    "pose_sensor.offset", "pose_delay",

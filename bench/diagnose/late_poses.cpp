@@ -1,0 +1,33 @@
+#include "bench/diagnose/late_poses.hpp"
+
+#include <cmath>
+
+#include "bench/identify/identified_vehicle.hpp"
+
+namespace rotorloop::bench {
+
+std::optional<AddedEffect> late_poses(const Fit& fit, const Criteria& criteria) {
+  constexpr const char* kId = "pose_delay";
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  const host::CatalogueParameter* typical = catalogue.parameter_of(kId);
+  double information = 0.0, sum = 0.0;
+  for (const Estimate& e : fit.estimates) {
+    const double u_s = reported_u(e);
+    if (e.parameter != kPoseDelay || u_s <= 0.0) continue;
+    information += 1.0 / (u_s * u_s);
+    sum += e.value / (u_s * u_s);
+  }
+  if (!typical || information <= 0.0) return std::nullopt;
+  const double delay_s = sum / information, u_s = 1.0 / std::sqrt(information), matters_s = std::fabs(typical->typical_value);
+  if (std::fabs(delay_s) < criteria.relevant * matters_s || std::fabs(delay_s) < criteria.fewest_u * u_s) return std::nullopt;
+  CandidateEvidence e;
+  e.id = kId;
+  e.one_step = {{typical->name, typical->unit, delay_s, u_s}};
+  e.wald = delay_s * delay_s / (u_s * u_s);
+  e.degrees = 1;
+  e.typical = matters_s;
+  e.detectable = criteria.fewest_u * u_s;
+  return AddedEffect{.id = kId, .parameters = e.one_step, .evidence = e};
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,158 @@
+// Who is refitted, what gusts explain better, and late poses: rules that need no flight.
+#include "bench/diagnose/contest.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bench/diagnose/late_poses.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+// Candidates of one parameter each, independent of each other unless said otherwise, whose size matters from 1 on.
+class Made {
+ public:
+  Made& candidate(const std::string& id, double chi2, double wald, bool real, double size = 2.0) {
+    Candidate c{.id = id};
+    c.parameters.push_back({.name = "x", .unit = "1", .neutral = 0.0, .min = -10.0, .max = 10.0, .scale = 1.0});
+    c.columns = {static_cast<ScoreTable::Index>(screening_.candidates.size())};
+    screening_.candidates.push_back(c);
+    Tested t;
+    t.test.chi2 = chi2;
+    t.test.wald = wald;
+    t.test.degrees = 1;
+    t.test.estimate = Eigen::VectorXd::Constant(1, size);
+    t.real = real;
+    tested_.push_back(t);
+    return *this;
+  }
+  Made& alike(const std::string& a, const std::string& b) {
+    pairs_.emplace_back(place(a), place(b));
+    return *this;
+  }
+  std::vector<std::string> refitted() {
+    const auto n = static_cast<Eigen::Index>(tested_.size());
+    screening_.table.information = 100.0 * Eigen::MatrixXd::Identity(n, n);
+    for (const auto& [a, b] : pairs_) screening_.table.information(a, b) = screening_.table.information(b, a) = 99.9;
+    screening_.table.score = Eigen::VectorXd::Zero(n);
+    screening_.table.readings = 3000.0;
+    for (std::size_t i = 0; i < tested_.size(); ++i) tested_[i].candidate = &screening_.candidates[i];
+    std::stable_sort(tested_.begin(), tested_.end(), [](const Tested& a, const Tested& b) { return a.test.wald > b.test.wald; });
+    std::vector<std::string> out;
+    for (const Contestant& c : worth_a_refit(screening_, tested_, Criteria{})) {
+      out.push_back(c.tested->candidate->id);
+      for (const Tested* t : c.same) out.back() += "=" + t->candidate->id;
+    }
+    return out;
+  }
+
+ private:
+  Eigen::Index place(const std::string& id) const {
+    for (std::size_t i = 0; i < screening_.candidates.size(); ++i) {
+      if (screening_.candidates[i].id == id) return static_cast<Eigen::Index>(i);
+    }
+    return 0;
+  }
+  Screening screening_;
+  std::vector<Tested> tested_;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
+};
+
+using Names = std::vector<std::string>;
+
+TEST(Contest, refits_the_three_likeliest_of_those_that_pass_and_the_two_that_scatter_least) {
+  Made made;
+  made.candidate("a", 500, 20, true).candidate("b", 400, 30, true).candidate("c", 300, 10, true).candidate("d", 200, 90, true);
+  made.candidate("e", 100, 5, true).candidate("f", 450, 80, false);
+  EXPECT_EQ(made.refitted(), (Names{"a", "b", "c", "d"}));
+}
+
+TEST(Contest, refits_what_explains_more_than_twice_as_much_as_anything_that_passes) {
+  Made made;
+  made.candidate("part", 103, 33, true).candidate("whole", 1394, 27, false).candidate("much", 195, 25, false);
+  EXPECT_EQ(made.refitted(), (Names{"part", "whole"}));
+}
+
+TEST(Contest, refits_nothing_where_nothing_passes_and_nothing_that_is_too_small_to_matter) {
+  EXPECT_EQ(Made().candidate("burst", 1394, 27, false).refitted(), Names{});
+  EXPECT_EQ(Made().candidate("part", 103, 33, true).candidate("small", 1394, 27, false, 0.1).refitted(), (Names{"part"}));
+}
+
+TEST(Contest, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_beside_it) {
+  Made made;
+  made.candidate("a", 500, 20, true).candidate("b", 490, 19, true).candidate("c", 300, 10, true).alike("a", "b");
+  EXPECT_EQ(made.refitted(), (Names{"a=b", "c"}));
+}
+
+struct Field {
+  Candidate wind{.id = "wind_steady"}, drag{.id = "linear_drag"};
+  Tested of_wind{.candidate = &wind}, of_drag{.candidate = &drag};
+  // Standing in a field: `first` leads.
+  std::vector<Contestant> of(const Tested& first, double first_rise, const Tested& second, double second_rise, double wind_m_s) const {
+    std::vector<Contestant> out;
+    for (const auto& [tested, rise] : {std::pair{&first, first_rise}, std::pair{&second, second_rise}}) {
+      out.push_back({.tested = tested});
+      out.back().rise = rise;
+      if (tested == &of_wind) out.back().values = {{"x", "m/s", wind_m_s, 0.05}};
+    }
+    return out;
+  }
+};
+
+GustScore gusts(double sigma_m_s, double time_s, double gain) {
+  GustScore g;
+  g.sigma_m_s = sigma_m_s;
+  g.time_s = time_s;
+  g.gain = gain;
+  return g;
+}
+
+TEST(Contest, leaves_to_gusts_of_0_5_m_s_that_last_3_s_a_wind_of_1_m_s_and_what_else_explains_it_but_not_one_of_2) {
+  const Field f;
+  auto field = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 1.0);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
+  EXPECT_FALSE(field[0].failure.empty());
+  EXPECT_FALSE(field[1].failure.empty());
+  field = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 2.0);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
+  EXPECT_EQ(field[0].failure + field[1].failure, "");
+}
+
+TEST(Contest, leaves_to_gusts_what_raises_the_likelihood_less_than_they_do) {
+  const Field f;
+  auto field = f.of(f.of_drag, 300.0, f.of_wind, 150.0, 0.4);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
+  EXPECT_EQ(field[0].failure, "");
+  EXPECT_FALSE(field[1].failure.empty());
+}
+
+TEST(Contest, leaves_nothing_to_gusts_that_last_half_a_second_or_are_a_tenth_of_a_metre_per_second) {
+  const Field f;
+  auto field = f.of(f.of_wind, 100.0, f.of_drag, 50.0, 0.2);
+  leave_to_gusts(gusts(0.5, 0.5, 200.0), field);
+  leave_to_gusts(gusts(0.1, 3.0, 200.0), field);
+  EXPECT_EQ(field[0].failure + field[1].failure, "");
+}
+
+Fit fit_with_poses_late_by(double first_s, double second_s, double u_s) {
+  Fit f;
+  f.estimates = {{.parameter = kPoseDelay, .flight = 0, .value = first_s, .u = u_s, .u_robust = u_s},
+                 {.parameter = kPoseDelay, .flight = 1, .value = second_s, .u = u_s, .u_robust = u_s}};
+  return f;
+}
+
+TEST(LatePoses, of_20_ms_are_a_finding_with_the_mean_of_the_flights_and_its_uncertainty) {
+  const auto found = late_poses(fit_with_poses_late_by(0.019, 0.021, 1e-3), Criteria{});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->id, "pose_delay");
+  EXPECT_NEAR(found->parameters[0].value, 0.020, 1e-12);
+  EXPECT_NEAR(found->parameters[0].u, 1e-3 / std::sqrt(2.0), 1e-12);
+}
+
+TEST(LatePoses, are_none_where_they_are_a_millisecond_or_not_known) {
+  EXPECT_FALSE(late_poses(fit_with_poses_late_by(1e-3, 1e-3, 1e-5), Criteria{}));
+  EXPECT_FALSE(late_poses(fit_with_poses_late_by(0.02, 0.02, 0.01), Criteria{})) << "2.8 standard errors";
+  EXPECT_FALSE(late_poses(Fit{}, Criteria{}));
+}
+
+}  // namespace
+}  // namespace rotorloop::bench
