@@ -401,6 +401,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   bool noise_settled = o.noise.rounds == 0;
   out.noise_settled = noise_settled;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
+    if (still == kPatience) damping = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     sweep(damping);
     VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);

@@ -177,7 +177,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
   const auto joint = report("joint fit");
-  settle_about_known(out.problem, [&](const FitProblem& held) { return o.solver(held, o.fit, joint); });
+  if (o.beliefs) settle_about_known(out.problem, [&](const FitProblem& held) { return o.solver(held, o.fit, joint); });
   out.fit = o.solver(out.problem, o.fit, joint);
   std::vector<Estimate> before;
   for (int again = 0; again < kRounds; ++again) {
