@@ -179,6 +179,7 @@ def neurobem(rotorloop, data, verdicts):
             "--vehicle", VEHICLES / f"{name}.toml", "-m", VEHICLES / f"{name}.mapping.toml",
             "--flight", *flights(data, name, [f for f in NEUROBEM if f != held]), "--held-out", *flights(data, name, [held]),
             "--rate", "50", "--use", "gyro,accel", "--hold", "body.mass", "--hold", "pose_sensor", "--hold", "pose_delay",
+            "--without", "wind_steady", "--without", "wind_shear", "--without", "wind_dryden",  # indoors
             *PLACEBOS, "--wrench-band", "0,0"], needs_vehicle=False)
         b, a = run.wrench("before")[-1], run.wrench("after")[-1]
         force = lambda s: math.hypot(*s["rms"][:3])

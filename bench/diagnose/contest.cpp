@@ -108,7 +108,7 @@ std::vector<Contestant> contest(const Identification& start, const Identificatio
   for (Contestant& c : field) {
     const Candidate& candidate = *c.tested->candidate;
     try {
-      c.fit = refit_with(start, candidate, c.tested->test.estimate, options);
+      c.fit = refit_with(start, candidate, c.tested->test.estimate, model.fit.noise, options);
     } catch (const std::exception& e) {
       c.failure = std::string("the refit fails: ") + e.what();
       continue;

@@ -25,7 +25,8 @@ struct Contestant {
 std::vector<Contestant> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
-// `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better.
+// `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
+// first.
 std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& screening,
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
 

@@ -35,6 +35,8 @@ std::vector<std::pair<std::string, double>> shifts(const Identification& before,
   return out;
 }
 
+bool among(std::string_view id, const std::vector<std::string>& ids) { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
+
 bool innovations_white(const Identification& r) {
   for (std::size_t f = 0; f < r.fit.reduced.size(); ++f) {
     if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
@@ -63,7 +65,6 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   FitOptions again = first.fit;
   again.noise.rounds = std::min(again.noise.rounds, 4);  // from where the last fit left it
   again.tolerance = std::max(again.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
-  again.max_iterations = std::min(again.max_iterations, 30);
 
   std::vector<Candidate> added;
   double largest_rise = 0.0;
@@ -85,7 +86,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     if (static_cast<int>(added.size()) < o.max_effects) {
       say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
       std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
-      if (!field.empty()) leave_to_gusts(score_gust(start), field);
+      if (!field.empty() && !among("wind_dryden", o.without)) leave_to_gusts(score_gust(start), field);
       for (Contestant& c : field) {
         for (CandidateEvidence& e : record.candidates) {
           if (e.id == c.tested->candidate->id) e.rise = c.rise;
@@ -172,12 +173,12 @@ namespace {
 
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
 // like these cannot show for certain stays a remark, and so does what is found after the first: it shares its blocks.
-void add_scatter(const VarianceResult& variance, Diagnosis& d) {
+void add_scatter(const VarianceResult& variance, const std::vector<std::string>& without, Diagnosis& d) {
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   for (const VarianceEffect& v : variance.effects) {
     const host::EffectFacts* facts = catalogue.facts_of(v.id);
     const host::CatalogueParameter* typical = catalogue.parameter_of(v.id);
-    if (!v.found || !facts || !typical || facts->observability == "not_observable") continue;
+    if (!v.found || !facts || !typical || facts->observability == "not_observable" || among(v.id, without)) continue;
     const double matters = kScatterMatters * std::fabs(typical->typical_value);
     if (v.size < matters) continue;
     CandidateEvidence e;
@@ -200,7 +201,7 @@ void add_scatter(const VarianceResult& variance, Diagnosis& d) {
 
 }  // namespace
 
-void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& d) {
+void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
   bool real = false;
   const double weight_N = vehicle[kMass] * host::kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
@@ -212,7 +213,7 @@ void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, D
     real = real || (matters && (kind == ResidualKind::bursts || systematic));
   }
   if (d.added.empty()) {
-    add_scatter(left.variance, d);
+    add_scatter(left.variance, without, d);
     if (!d.added.empty())
       d.verdict = DiagnosisVerdict::named;
     else if (real)

@@ -41,6 +41,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
 // What the residuals of the last model say by themselves: a systematic rest or bursts without an effect found make it `unexplained`.
 struct ResidualFindings;
 // Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
-void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& diagnosis);
+// `without`: effects on the scatter that are not considered.
+void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& diagnosis,
+                     const std::vector<std::string>& without = {});
 
 }  // namespace rotorloop::bench

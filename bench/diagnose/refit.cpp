@@ -32,7 +32,11 @@ constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it 
 void run(Identification& r, const FitOptions& options) {
   const bool memory = r.problem.start.terms.memory() > 0;
   if (memory && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
-  settle_about_known(r.problem, [&](const FitProblem& held) { return fit(held, options); });
+  // With what is known held, an effect that could hide behind it must first stand for itself: many have a second, lesser optimum. The
+  // noise stays out of this, for where what is known is wrong it would swell.
+  FitOptions values_only = options;
+  values_only.noise.rounds = 0;
+  settle_about_known(r.problem, [&](const FitProblem& held) { return fit(held, values_only); });
   r.fit = fit(r.problem, options);
   for (int again = 1; memory && again < kRounds; ++again) {
     const std::vector<Estimate> before = r.fit.estimates;
@@ -79,9 +83,11 @@ std::vector<int> parameters_of(const Candidate& c, const host::TermList& terms) 
   return out;
 }
 
-Identification refit_with(const Identification& last, const Candidate& c, const Eigen::VectorXd& estimate, const FitOptions& options) {
+Identification refit_with(const Identification& last, const Candidate& c, const Eigen::VectorXd& estimate,
+                          const std::vector<NoiseModel>& noise, const FitOptions& options) {
   Identification out = continued(last);
   FitProblem& p = out.problem;
+  p.flight_noise = noise;
   if (c.term) {
     const std::size_t before = p.start.terms.parameters();
     p.start.terms.add(*c.term);

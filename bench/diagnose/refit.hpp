@@ -1,12 +1,12 @@
-// A fit once more with one effect more, or one less: from the states, noise and values that the last one left.
+// A fit once more with one effect more, or one less: from the states and values that the last one left.
 #pragma once
 #include "bench/diagnose/screening.hpp"
 
 namespace rotorloop::bench {
 
-// `estimate`: of the candidate's parameters, about their neutral values; where the new fit starts.
+// `estimate`: of the candidate's parameters, about their neutral values; where the new fit starts. `noise`: of each flight, likewise.
 Identification refit_with(const Identification& last, const Candidate& candidate, const Eigen::VectorXd& estimate,
-                          const FitOptions& options);
+                          const std::vector<NoiseModel>& noise, const FitOptions& options);
 Identification refit_without(const Identification& last, const Candidate& candidate, const FitOptions& options);
 
 // The same model with what is known beforehand at its known values, and all else fitted: states, noise, what nothing was known of. Here

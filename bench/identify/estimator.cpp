@@ -388,13 +388,13 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     ++out.noise_rounds;
     return change < o.noise.tolerance;
   };
-  constexpr double kNear = 1e-3;     // of the cost: a decrement below it leaves residuals that say how large the noise is
-  constexpr double kShorten = 0.05;  // of the cost: a decrement below it is near the optimum
-  constexpr double kCertain = 1.0;   // a decrement below it is a step that cannot fail: its cost need not be looked at
+  const bool exact = std::none_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->slopes_by_middle; });
+  const double near = exact ? 1e-3 : 5e-3;  // of the cost: a decrement below it leaves residuals that say how large the noise is
+  constexpr double kShorten = 0.05;         // of the cost: a decrement below it is near the optimum
+  constexpr double kCertain = 1.0;          // a decrement below it is a step that cannot fail: its cost need not be looked at
   // Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
   constexpr double kStill = 0.1;
   constexpr int kPatience = 2;
-  const bool exact = std::none_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->slopes_by_middle; });
   double damping = 0.0;
   int still = 0;
   bool swept = false;  // the last sweep was at these very values
@@ -415,7 +415,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       break;
     }
     std::vector<NoiseMoments> moments;
-    if (!noise_settled && ((damping == 0.0 && decrement < kNear * cost) || still == kPatience)) {
+    if (!noise_settled && ((damping == 0.0 && decrement < near * cost) || still == kPatience)) {
       moments.resize(flights);
       for_each_flight(flights, o.threads, [&](std::size_t f) { moments[f] = chains[f].noise_moments(); });
     }

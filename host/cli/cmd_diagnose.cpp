@@ -136,7 +136,7 @@ int diagnose(const Options& o) {
     run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
   } else {
     left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
-    bench::judge_residuals(left, run.after.problem.start, run.diagnosis);
+    bench::judge_residuals(left, run.after.problem.start, run.diagnosis, o.without);
   }
   std::optional<bench::HeldOutScores> held_out;
   bench::WrenchBand band;

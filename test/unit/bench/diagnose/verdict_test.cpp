@@ -59,5 +59,22 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found) {
   EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3), named), DiagnosisVerdict::named);
 }
 
+TEST(Verdict, names_gusts_of_a_metre_per_second_unless_the_user_says_that_there_are_none) {
+  ResidualFindings gusts;
+  VarianceEffect e;
+  e.id = "wind_dryden";
+  e.parameter = "sigma_m_s";
+  e.unit = "m/s";
+  e.size = 1.0;
+  e.u = 0.1;
+  e.found = true;
+  gusts.variance.effects.push_back(e);
+  Diagnosis outdoors, indoors;
+  judge_residuals(gusts, quadrotor_of_0_7_kg_and_125_mm(), outdoors);
+  judge_residuals(gusts, quadrotor_of_0_7_kg_and_125_mm(), indoors, {"wind_dryden"});
+  EXPECT_EQ(outdoors.verdict, DiagnosisVerdict::named);
+  EXPECT_EQ(indoors.verdict, DiagnosisVerdict::clean);
+}
+
 }  // namespace
 }  // namespace rotorloop::bench
