@@ -150,7 +150,10 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   }
   for (std::size_t i = 0; i < added.size(); ++i) d.added[i].parameters = values_in(model, added[i]);
 
-  if (auto late = late_poses(model.fit, o.criteria)) d.added.insert(d.added.begin(), std::move(*late));
+  // Where the user held the delay it was a candidate like any other.
+  const bool was_candidate =
+      std::any_of(added.begin(), added.end(), [](const Candidate& c) { return c.core == std::vector<int>{kPoseDelay}; });
+  if (auto late = late_poses(model.fit, o.criteria); late && !was_candidate) d.added.insert(d.added.begin(), std::move(*late));
 
   // What cannot be seen in such logs as a rule, unless it was.
   for (std::size_t i = 0; i < catalogue.ids.size(); ++i) {
