@@ -13,8 +13,6 @@ using Arrow = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::ColMajor, 12, kMa
 double robust_cost(double s, double c) { return c > 0.0 ? 0.5 * c * c * std::log1p(s / (c * c)) : 0.5 * s; }
 double robust_weight(double s, double c) { return c > 0.0 ? 1.0 / (1.0 + s / (c * c)) : 1.0; }
 
-// Whether knot k begins a piece: nothing ties it to the one before.
-bool begins(const GridFlight& f, std::size_t k) { return k == 0 || !f.linked[k - 1]; }
 }  // namespace
 
 // Positions in the lists of readings while the knots are walked upwards.
@@ -23,11 +21,6 @@ struct Chain::Cursor {
   template <class List, class Act>
   static void at(const List& list, std::size_t& i, std::size_t knot, Act&& act) {
     for (; i < list.size() && list[i].knot == knot; ++i) act(list[i]);
-  }
-  // The same downwards.
-  template <class List, class Act>
-  static void down(const List& list, std::size_t& i, std::size_t knot, Act&& act) {
-    for (; i > 0 && list[i - 1].knot == knot; --i) act(list[i - 1]);
   }
 };
 
@@ -43,7 +36,7 @@ double Chain::cost(const Residuals& res, double robust_scale) const {
   StateJacobian unused;
   for (std::size_t k = 0; k < flight_.knots; ++k) {
     const BodyState& x = states_[k];
-    if (anchored && begins(flight_, k)) sum += 0.5 * res.anchor(guess_[k], x, unused).squaredNorm();
+    if (anchored && flight_.begins(k)) sum += 0.5 * res.anchor(guess_[k], x, unused).squaredNorm();
     Cursor::at(flight_.pose, at.pose, k, [&](const PoseFix& f) {
       res.pose(f, x, six, false);
       sum += robust_cost(six.r.squaredNorm(), robust_scale);
@@ -73,8 +66,8 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     factors_.resize(flight_.knots);
     arrow_.resize(flight_.knots * 12 * static_cast<std::size_t>(p + 1));
   }
-  steps_.resize(o.keep_rows ? flight_.knots : 0);
-  readings_ = {};
+  rows_ = {};
+  rows_.steps.resize(o.keep_rows ? flight_.knots : 0);
   StateJacobian d = StateJacobian::Zero(), e, d_next = StateJacobian::Zero();
   Arrow b(12, p + 1), b_next(12, p + 1), z(12, p + 1);
   b.setZero();
@@ -104,10 +97,11 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
 
   for (std::size_t k = 0; k < flight_.knots; ++k) {
     const BodyState& x = states_[k];
-    if (begins(flight_, k)) in_piece = 0;
-    if (anchored && begins(flight_, k)) {
+    if (flight_.begins(k)) in_piece = 0;
+    if (anchored && flight_.begins(k)) {
       StateJacobian by;
       const Eigen::Matrix<double, 12, 1> r = res.anchor(guess_[k], x, by);
+      if (o.keep_rows) rows_.anchors.push_back({by, r});
       d.noalias() += by.transpose() * by;
       b.col(p).noalias() += by.transpose() * r;
       squares += r.squaredNorm();
@@ -132,20 +126,21 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
         six.state *= root;
         six.columns *= root;
       }
-      if (o.keep_rows) readings_.pose.push_back({six.state, six.r, weight});
+      if (o.keep_rows) rows_.pose.push_back({six.state, six.r, weight});
       add(six);
     });
-    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, std::vector<Reading<3>>& kept, auto&& residual) {
+    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, std::vector<LinearRows::Reading<3>>& kept,
+                            auto&& residual) {
       Cursor::at(list, i, k, [&](const VectorFix& f) {
         residual(f);
         if (o.keep_rows) kept.push_back({three.state, three.r});
         add(three);
       });
     };
-    vector(flight_.position, at.position, readings_.position, [&](const VectorFix& f) { res.position(f, x, three, true); });
-    vector(flight_.velocity, at.velocity, readings_.velocity, [&](const VectorFix& f) { res.velocity(f, x, three, true); });
-    vector(flight_.gyro, at.gyro, readings_.gyro, [&](const VectorFix& f) { res.gyro(f, x, three, true); });
-    vector(flight_.accel, at.accel, readings_.accel, [&](const VectorFix& f) { res.accel(f, x, three, true); });
+    vector(flight_.position, at.position, rows_.position, [&](const VectorFix& f) { res.position(f, x, three, true); });
+    vector(flight_.velocity, at.velocity, rows_.velocity, [&](const VectorFix& f) { res.velocity(f, x, three, true); });
+    vector(flight_.gyro, at.gyro, rows_.gyro, [&](const VectorFix& f) { res.gyro(f, x, three, true); });
+    vector(flight_.accel, at.accel, rows_.accel, [&](const VectorFix& f) { res.accel(f, x, three, true); });
 
     const bool linked = k + 1 < flight_.knots && flight_.linked[k];
     e.setZero();
@@ -153,7 +148,7 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
     b_next.setZero();
     if (linked) {
       res.process(k, x, states_[k + 1], step);
-      if (o.keep_rows) steps_[k] = {step.from, step.to, step.r};
+      if (o.keep_rows) rows_.steps[k] = {step.from, step.to, step.r};
       d.noalias() += step.from.transpose() * step.from;
       e.noalias() = step.from.transpose() * step.to;
       d_next.noalias() = step.to.transpose() * step.to;
@@ -234,45 +229,34 @@ StateJacobian Chain::marginal(std::size_t k, const StateJacobian& next) const {
   return l.transpose().solve(half.transpose());
 }
 
-NoiseMoments Chain::noise_moments() const {
-  NoiseMoments m;
-  Cursor at{flight_.pose.size(), flight_.position.size(), flight_.velocity.size(), flight_.gyro.size(), flight_.accel.size()};
-  StateJacobian p = StateJacobian::Zero();
-  const auto add = [&](NoiseMoment& to, const auto& row, Eigen::Index first) {
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      const auto state = row.state.row(first + i);
-      to.squares[i] += row.r[first + i] * row.r[first + i] + state * p * state.transpose();
-    }
-    to.count += row.weight;
-  };
-  for (std::size_t k = flight_.knots; k-- > 0;) {
-    const StateJacobian next = p;
-    p = marginal(k, next);
-    if (k + 1 < flight_.knots && flight_.linked[k]) {
-      const Step& step = steps_[k];
-      const StateJacobian joint = -(factors_[k].l.triangularView<Eigen::Lower>().transpose().solve(factors_[k].y * next));  // P_{k,k+1}
-      const StateJacobian left = step.from * p + step.to * joint.transpose(), right = step.from * joint + step.to * next;
-      for (Eigen::Index i = 0; i < 12; ++i) {
-        const double square = step.r[i] * step.r[i] + left.row(i).dot(step.from.row(i)) + right.row(i).dot(step.to.row(i));
-        (i < 6 ? m.force : m.angular).squares[i % 3] += 0.5 * square;  // each density has two rows
-      }
-      m.force.count += 1.0;
-      m.angular.count += 1.0;
-    }
-    Cursor::down(flight_.pose, at.pose, k, [&](const PoseFix& f) {
-      const Reading<6>& row = readings_.pose[static_cast<std::size_t>(&f - flight_.pose.data())];
-      add(m.position, row, 0);
-      add(m.attitude, row, 3);
-    });
-    const auto vector = [&](const std::vector<VectorFix>& list, std::size_t& i, const std::vector<Reading<3>>& kept, NoiseMoment& to) {
-      Cursor::down(list, i, k, [&](const VectorFix& f) { add(to, kept[static_cast<std::size_t>(&f - list.data())], 0); });
-    };
-    vector(flight_.position, at.position, readings_.position, m.position);
-    vector(flight_.velocity, at.velocity, readings_.velocity, m.velocity);
-    vector(flight_.gyro, at.gyro, readings_.gyro, m.gyro);
-    vector(flight_.accel, at.accel, readings_.accel, m.accel);
+void Chain::move(const std::vector<StateError>& by) {
+  for (std::size_t k = 0; k < flight_.knots; ++k) states_[k] = moved(states_[k], by[k]);
+}
+
+const LinearRows& Chain::rows_here(const Residuals& res) {
+  RowsBy<6> six;
+  RowsBy<3> three;
+  StateJacobian unused;
+  std::size_t anchor = 0;
+  for (std::size_t k = 0; k < flight_.knots; ++k) {
+    if (!rows_.anchors.empty() && flight_.begins(k)) rows_.anchors[anchor++].r = res.anchor(guess_[k], states_[k], unused);
+    if (k + 1 < flight_.knots && flight_.linked[k]) rows_.steps[k].r = res.process(k, states_[k], states_[k + 1]);
   }
-  return m;
+  for (std::size_t i = 0; i < flight_.pose.size(); ++i) {
+    res.pose(flight_.pose[i], states_[flight_.pose[i].knot], six, false);
+    rows_.pose[i].r = std::sqrt(rows_.pose[i].weight) * six.r;
+  }
+  const auto vector = [&](const std::vector<VectorFix>& list, std::vector<LinearRows::Reading<3>>& rows, auto&& residual) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      residual(list[i], states_[list[i].knot]);
+      rows[i].r = three.r;
+    }
+  };
+  vector(flight_.position, rows_.position, [&](const VectorFix& f, const BodyState& x) { res.position(f, x, three, false); });
+  vector(flight_.velocity, rows_.velocity, [&](const VectorFix& f, const BodyState& x) { res.velocity(f, x, three, false); });
+  vector(flight_.gyro, rows_.gyro, [&](const VectorFix& f, const BodyState& x) { res.gyro(f, x, three, false); });
+  vector(flight_.accel, rows_.accel, [&](const VectorFix& f, const BodyState& x) { res.accel(f, x, three, false); });
+  return rows_;
 }
 
 }  // namespace rotorloop::bench

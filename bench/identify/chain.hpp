@@ -8,6 +8,7 @@
 #pragma once
 #include <vector>
 
+#include "bench/identify/linear_rows.hpp"
 #include "bench/identify/residuals.hpp"
 
 namespace rotorloop::bench {
@@ -40,20 +41,10 @@ struct Reduced {
 struct SweepOptions {
   double damping = 0.0;      // Levenberg-Marquardt, on the diagonal of D
   bool keep_factors = true;  // for the backward sweeps
-  bool keep_rows = false;    // linearised steps and readings, some 4 kB a step: noise_moments() needs them
+  bool keep_rows = false;    // linearised steps and readings, some 4 kB a step, for rows_here()
   double block_s = 0.0;      // length of score blocks; 0: none
   bool innovations = false;
   double robust_scale = 0.0;  // Cauchy loss on each pose, in standard deviations of its six numbers together; 0: squares
-};
-
-// What the EM step needs of a flight: squares of what one noise figure has to explain, whitened, with the uncertainty of the states in
-// them. Over their count they are the factor by which the variance assumed would have to be multiplied.
-struct NoiseMoment {
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  double count = 0.0;
-};
-struct NoiseMoments {
-  NoiseMoment force, angular, position, attitude, velocity, gyro, accel;
 };
 
 class Chain {
@@ -65,8 +56,9 @@ class Chain {
   // Steps of the states for a step of the parameters, from the factors of the last sweep; scaled by `share`.
   void apply(const Eigen::VectorXd& parameter_step, double share);
   double cost(const Residuals& residuals, double robust_scale) const;
-  // Given the parameters; needs the factors and rows of a sweep without damping at these states.
-  NoiseMoments noise_moments() const;
+  void move(const std::vector<StateError>& by);
+  // The rows kept by the last sweep: slopes of there, residuals of here.
+  const LinearRows& rows_here(const Residuals& residuals);
   // Marginal covariance of each state given the parameters (12 x 12, order of StateError); needs the factors of such a sweep. Calls
   // `visit(k, P)` backwards.
   template <class Visit>
@@ -82,23 +74,8 @@ class Chain {
   const GridFlight& flight_;
   std::vector<BodyState>& states_;
   const std::vector<BodyState>& guess_;
-  struct Step {
-    StateJacobian from, to;
-    StateError r;
-  };
-  template <int N>
-  struct Reading {
-    Eigen::Matrix<double, N, 12> state;
-    Eigen::Matrix<double, N, 1> r;
-    double weight = 1.0;  // of a robust loss, already in the rows
-  };
-  struct Readings {
-    std::vector<Reading<6>> pose;
-    std::vector<Reading<3>> position, velocity, gyro, accel;
-  };
   std::vector<Factor> factors_;
-  std::vector<Step> steps_;    // empty unless rows are kept
-  Readings readings_;          // the same; in the order of the flight's lists
+  LinearRows rows_;            // empty unless they are kept
   std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <exception>
 #include <thread>
@@ -192,67 +191,6 @@ VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta
   return step;
 }
 
-// The noise of one flight, or of all, on its way to the maximum of the marginal likelihood. EM alone multiplies each standard
-// deviation by the root of its moment, but creeps where readings say little about one step. The logarithm of that root is, up to a
-// positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's zero instead.
-class NoiseSearch {
- public:
-  // One step from the moments found with `noise`; returns the largest change still to come, relative.
-  double step(NoiseModel& noise, const NoiseMoments& m, const NoiseFit& o) {
-    double largest = 0.0;
-    std::size_t at = 0;
-    const auto change = [&](Eigen::Vector3d& sd, const NoiseMoment& of, bool wanted) {
-      const std::size_t first = at;
-      at += 3;
-      if (!wanted || of.count <= 0.0) return;
-      Eigen::Vector3d factor = of.squares / of.count;
-      if (!o.per_axis) factor.setConstant(factor.mean());
-      for (Eigen::Index i = 0; i < 3; ++i) {
-        Memory& last = memory_[first + static_cast<std::size_t>(i)];
-        const double x = std::log(sd[i]), slope = 0.5 * std::log(std::clamp(factor[i], 1e-6, 1e6));
-        double move = 4.0 * slope;
-        if (last.seen && std::fabs(x - last.x) > 1e-9) {
-          const double fall = (last.slope - slope) / (x - last.x);
-          if (fall > 1e-3) move = slope / fall;
-        }
-        move = std::clamp(move, -kLargestMove, kLargestMove);
-        last = {true, x, slope};
-        sd[i] = std::exp(x + move);
-        largest = std::max(largest, std::fabs(move));
-      }
-    };
-    change(noise.force_m_s2_rtHz, m.force, o.process);
-    change(noise.angular_rad_s2_rtHz, m.angular, o.process);
-    change(noise.position_m, m.position, o.readings);
-    change(noise.attitude_rad, m.attitude, o.readings);
-    change(noise.velocity_m_s, m.velocity, o.readings);
-    change(noise.gyro_rad_s, m.gyro, o.readings);
-    change(noise.accel_m_s2, m.accel, o.readings);
-    return largest;
-  }
-
- private:
-  static constexpr double kLargestMove = 1.0;  // a factor of e
-  struct Memory {
-    bool seen = false;
-    double x = 0.0, slope = 0.0;
-  };
-  std::array<Memory, 21> memory_{};
-};
-
-NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
-  NoiseMoments out;
-  for (const NoiseMoments& m : all) {
-    for (NoiseMoment NoiseMoments::*figure :
-         {&NoiseMoments::force, &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude, &NoiseMoments::velocity,
-          &NoiseMoments::gyro, &NoiseMoments::accel}) {
-      (out.*figure).squares += (m.*figure).squares;
-      (out.*figure).count += (m.*figure).count;
-    }
-  }
-  return out;
-}
-
 // Sum of logs of all assumed standard deviations: the part of the likelihood that keeps the noise from growing.
 double log_sd(const GridFlight& g, const NoiseModel& n) {
   std::size_t linked = 0;
@@ -379,14 +317,16 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     return sum;
   };
 
-  // The noise is found along with the rest: one step between two steps of the states, once these are near their best values.
-  std::vector<NoiseSearch> search(flights);
-  const auto update_noise = [&](std::vector<NoiseMoments>& moments) {
-    if (!o.noise.per_flight) moments.assign(flights, pooled(moments));
-    double change = 0.0;
-    for (std::size_t f = 0; f < flights; ++f) change = std::max(change, search[f].step(out.noise[f], moments[f], o.noise));
+  // The noise is found along with the rest: between two steps of the fit, once the states are near their best values.
+  const auto update_noise = [&] {
+    std::vector<FlightRows> rows;
+    for (std::size_t f = 0; f < flights; ++f)
+      rows.push_back({*p.flights[f], chains[f].rows_here(Residuals(*p.flights[f], out.values[f], out.noise[f], {}))});
+    SettledNoise found = settle_noise(rows, out.noise, o.noise, [&](const auto& act) { for_each_flight(flights, o.threads, act); });
+    for (std::size_t f = 0; f < flights; ++f) chains[f].move(found.moves[f]);
+    out.noise = std::move(found.noise);
     ++out.noise_rounds;
-    return change < o.noise.tolerance;
+    return found.change < o.noise.tolerance;
   };
   const bool exact = std::none_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->slopes_by_middle; });
   const double near = exact ? 1e-3 : 5e-3;  // of the cost: a decrement below it leaves residuals that say how large the noise is
@@ -414,11 +354,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       out.converged = true;
       break;
     }
-    std::vector<NoiseMoments> moments;
-    if (!noise_settled && ((damping == 0.0 && decrement < near * cost) || still == kPatience)) {
-      moments.resize(flights);
-      for_each_flight(flights, o.threads, [&](std::size_t f) { moments[f] = chains[f].noise_moments(); });
-    }
+    const bool tells_noise = !noise_settled && ((damping == 0.0 && decrement < near * cost) || still == kPatience);
     // A step that does not lower the cost is taken back and damped. Near the optimum it is shortened first: where a scale and all places
     // that it scales move together the way is right and only too long, and damping would hold each place by itself.
     const int shorter = decrement < kShorten * cost ? 2 : 0;
@@ -451,10 +387,10 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     }
     if (!taken) break;
     still = !exact && damping > 0.0 && before - after < kStill ? std::min(still + 1, kPatience) : 0;
-    if (!moments.empty()) {
+    if (tells_noise) {
       still = 0;
       damping = 0.0;
-      out.noise_settled = update_noise(moments);
+      out.noise_settled = update_noise();
       noise_settled = out.noise_settled || out.noise_rounds == o.noise.rounds;
     }
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/identify/chain.hpp"
+#include "bench/identify/noise_search.hpp"
 
 namespace rotorloop::bench {
 
@@ -22,15 +23,6 @@ struct JointPrior {
   std::vector<int> parameters;
   Eigen::VectorXd mean;
   Eigen::MatrixXd information;
-};
-
-// Which noise figures EM may change, and what flights share.
-struct NoiseFit {
-  int rounds = 0;           // at most; 0: the noise given is kept
-  double tolerance = 0.01;  // relative change of every standard deviation that ends it
-  bool process = true, readings = true;
-  bool per_flight = false;  // else one noise model for all
-  bool per_axis = true;     // else one figure for the three axes
 };
 
 struct FitOptions {

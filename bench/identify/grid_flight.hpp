@@ -45,6 +45,8 @@ struct GridFlight {
   StateError anchor = StateError::Zero();
 
   double time_s(std::size_t knot) const { return start_s + static_cast<double>(knot) * step_s; }
+  // Whether this knot begins a piece: nothing ties it to the one before.
+  bool begins(std::size_t knot) const { return knot == 0 || !linked[knot - 1]; }
   // Whether the model ties this knot to a neighbour; only such knots are estimated.
   bool tied(std::size_t knot) const { return (knot > 0 && linked[knot - 1]) || (knot + 1 < knots && linked[knot]); }
   std::size_t tied_knots() const;

@@ -19,12 +19,12 @@ bool says_all(const JointPrior& prior) {
 
 bool held_by_itself(const FreeParameter& f) { return f.prior_u > 0.0 && !f.per_flight; }
 
-void set(FitProblem& p, int parameter, double value) {
+}  // namespace
+
+void start_at(FitProblem& p, int parameter, double value) {
   p.start[parameter] = value;
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
-
-}  // namespace
 
 bool anything_known(const FitProblem& p) {
   return std::any_of(p.free.begin(), p.free.end(), held_by_itself) || std::any_of(p.priors.begin(), p.priors.end(), says_all);
@@ -56,7 +56,7 @@ FitProblem with_known_held(const FitProblem& problem) {
     const Eigen::VectorXd likely =
         scale.asDiagonal() *
         Eigen::VectorXd(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()).ldlt().solve(scale.asDiagonal() * pull));
-    for (const auto& [parameter, at] : place) set(out, parameter, likely[at]);
+    for (const auto& [parameter, at] : place) start_at(out, parameter, likely[at]);
     std::erase_if(out.priors, of_held);
   }
   std::erase_if(out.free, [&](const FreeParameter& f) { return held_by_itself(f) || (!f.per_flight && place.contains(f.parameter)); });
@@ -78,8 +78,11 @@ void start_from(const Fit& fit, FitProblem& p) {
   }
 }
 
-void settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit) {
-  if (anything_known(problem)) start_from(fit(with_known_held(problem)), problem);
+std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit) {
+  if (!anything_known(problem)) return std::nullopt;
+  std::optional<Fit> held = fit(with_known_held(problem));
+  start_from(*held, problem);
+  return held;
 }
 
 }  // namespace rotorloop::bench

@@ -2,6 +2,7 @@
 // of settle about it; then all is free. The noise takes most of the sweeps, and one with few columns takes a third of the time.
 #pragma once
 #include <functional>
+#include <optional>
 
 #include "bench/identify/estimator.hpp"
 
@@ -16,7 +17,10 @@ bool anything_known(const FitProblem& problem);
 // those that a single prior is about, for a prior's mean is the start.
 void start_from(const Fit& fit, FitProblem& problem);
 
-// Sets the starts of `problem` by a fit with its known values held.
-void settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit);
+// The same for one parameter of every flight.
+void start_at(FitProblem& problem, int parameter, double value);
+
+// Sets the starts of `problem` by a fit with its known values held, and returns it. Nothing where nothing is known.
+std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit);
 
 }  // namespace rotorloop::bench

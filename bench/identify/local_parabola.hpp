@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
 
 namespace rotorloop::bench {
 

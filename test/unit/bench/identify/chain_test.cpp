@@ -145,6 +145,74 @@ TEST(Chain, marginal_covariances_are_blocks_of_the_dense_inverse) {
   EXPECT_EQ(seen, s.grid.knots);
 }
 
+TEST(RowSmoother, moves_and_noise_moments_under_another_noise_are_those_of_the_dense_normal_equations_with_it) {
+  Short s;
+  NoiseModel other = s.noise;
+  other.force_m_s2_rtHz = {0.02, 0.09, 0.05};
+  other.angular_rad_s2_rtHz.setConstant(1.1);
+  other.position_m *= 1.7;
+  other.attitude_rad = {1e-3, 2e-3, 5e-3};
+  other.gyro_rad_s.setConstant(0.03);
+  other.accel_m_s2 = {0.5, 0.2, 0.1};
+  const Residuals res(s.grid, s.values, s.noise, kSome), res_other(s.grid, s.values, other, kSome);
+  const Dense dense(s, res_other);
+  const auto n = 12 * static_cast<Eigen::Index>(s.grid.knots);
+  const Eigen::LLT<MatrixXd> llt(dense.h.topLeftCorner(n, n));
+  const VectorXd move = -llt.solve(dense.g.head(n));
+  const MatrixXd covariance = llt.solve(MatrixXd::Identity(n, n));
+  const auto at = [](std::size_t knot) { return 12 * static_cast<Eigen::Index>(knot); };
+
+  Chain chain(s.grid, s.states, s.guess);
+  chain.sweep(res, {.keep_rows = true});
+  RowSmoother smoother(s.grid, chain.rows_here(res), s.noise);
+  const NoiseMoments found = smoother.smooth(other);
+
+  for (std::size_t k = 0; k < s.grid.knots; ++k) {
+    const StateError expected = move.segment<12>(at(k));
+    EXPECT_LT((smoother.moves()[k] - expected).norm(), 1e-6 * (1e-6 + expected.norm())) << "knot " << k;
+  }
+  RowsBy<3> three;
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();
+  for (const VectorFix& f : s.grid.gyro) {
+    res_other.gyro(f, s.states[f.knot], three, true);
+    gyro += (three.r + three.state * move.segment<12>(at(f.knot))).cwiseAbs2();
+    gyro += (three.state * covariance.block<12, 12>(at(f.knot), at(f.knot)) * three.state.transpose()).diagonal();
+  }
+  EXPECT_LT((found.gyro.squares - gyro).norm(), 1e-6 * gyro.norm());
+  EXPECT_EQ(found.gyro.count, static_cast<double>(s.grid.gyro.size()));
+
+  ProcessRows step;
+  Eigen::Matrix<double, 12, 1> process = Eigen::Matrix<double, 12, 1>::Zero();
+  for (std::size_t k = 0; k + 1 < s.grid.knots; ++k) {
+    if (!s.grid.linked[k]) continue;
+    res_other.process(k, s.states[k], s.states[k + 1], step);
+    Eigen::Matrix<double, 12, 24> both;
+    both << step.from, step.to;
+    process += (step.r + both * move.segment<24>(at(k))).cwiseAbs2();
+    process += (both * covariance.block<24, 24>(at(k), at(k)) * both.transpose()).diagonal();
+  }
+  const Eigen::Vector3d force = 0.5 * (process.segment<3>(0) + process.segment<3>(3)),
+                        angular = 0.5 * (process.segment<3>(6) + process.segment<3>(9));
+  EXPECT_LT((found.force.squares - force).norm(), 1e-6 * force.norm());
+  EXPECT_LT((found.angular.squares - angular).norm(), 1e-6 * angular.norm());
+}
+
+TEST(Chain, rows_here_have_the_residuals_of_states_that_moved_since_the_sweep) {
+  Short s;
+  const Residuals res(s.grid, s.values, s.noise, kSome);
+  Chain chain(s.grid, s.states, s.guess);
+  chain.sweep(res, {.keep_rows = true});
+  chain.move(std::vector<StateError>(s.grid.knots, StateError::Constant(1e-3)));
+  const LinearRows& rows = chain.rows_here(res);
+  RowsBy<6> six;
+  RowsBy<3> three;
+  res.pose(s.grid.pose[7], s.states[s.grid.pose[7].knot], six, false);
+  res.accel(s.grid.accel[5], s.states[s.grid.accel[5].knot], three, false);
+  EXPECT_EQ(rows.pose[7].r, six.r);
+  EXPECT_EQ(rows.accel[5].r, three.r);
+  EXPECT_EQ(rows.steps[3].r, res.process(3, s.states[3], s.states[4]));
+}
+
 TEST(Chain, score_blocks_add_up_to_the_whole_flight) {
   Short s;
   const Residuals res(s.grid, s.values, s.noise, kSome);
