@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
 constexpr double kTowers = 2.0;                           // times the best classical statistic of those that pass
+constexpr double kFar = 0.5;                              // of what the leader explains: below it no refit makes up for it
+constexpr double kFewest = 50.0;                          // of log likelihood, by which it must be behind
 constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
 
 // An effect that is absent altogether (a share of 0 where 1 is neutral) stands at a bound and is right there.
@@ -33,6 +35,27 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 }
 
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
+
+// What the refit says of an effect, and why it cannot be what is missing, if so.
+void judge(Contestant& c, const Identification& model, const Screening& s, const Criteria& criteria) {
+  const Candidate& candidate = *c.tested->candidate;
+  const Fit& fit = c.refit.fit.fit;
+  c.values = values_in(c.refit.fit, candidate);
+  c.rise = fit.log_likelihood - model.fit.log_likelihood;
+  c.score = c.rise - cost_of(*c.tested, s.table.readings);
+  const double sure = certainty(candidate, c.values);
+  if (!fit.converged) {
+    c.failure = "the refit does not converge";
+  } else if (at_bound(candidate, c.values)) {
+    c.failure = "the refit ends at the bound of its physical range";
+  } else if (c.score <= 0.0) {
+    c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
+  } else if (sure < criteria.fewest_u) {
+    c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
+  } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
+    c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
+  }
+}
 
 }  // namespace
 
@@ -102,32 +125,41 @@ double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
   return out;
 }
 
+bool far_behind(const Contestant& c, const Contestant& leader, double without, double freed) {
+  if (!c.refit.cost_held || !leader.refit.cost_held) return false;
+  const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
+  if (by_leader <= 0.0 || by_leader <= kFar * (without - freed) || explained >= kFar * by_leader) return false;
+  return leader.rise * (1.0 - std::max(explained, 0.0) / by_leader) > kFewest;
+}
+
 std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& s,
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options) {
   std::vector<Contestant> field = worth_a_refit(s, all, criteria);
-  for (Contestant& c : field) {
-    const Candidate& candidate = *c.tested->candidate;
+  const auto attempt = [](Contestant& c, auto&& act) {
     try {
-      c.fit = refit_with(start, candidate, c.tested->test.estimate, model.fit.noise, options);
+      act();
     } catch (const std::exception& e) {
       c.failure = std::string("the refit fails: ") + e.what();
+    }
+  };
+  for (Contestant& c : field)
+    attempt(c, [&] { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, options); });
+  const auto unexplained = [](const Contestant& c) { return c.refit.cost_held.value_or(0.0); };
+  std::stable_sort(field.begin(), field.end(), [&](const Contestant& a, const Contestant& b) { return unexplained(a) < unexplained(b); });
+  std::optional<double> without;
+  const Contestant* leader = nullptr;
+  for (Contestant& c : field) {
+    if (!c.failure.empty()) continue;
+    if (leader && !without) without = cost_held(start, model.fit.noise, options);
+    if (leader && without && far_behind(c, *leader, *without, model.fit.cost)) {
+      c.failure =
+          fmt::format("explains less than {:.0f} % of what {} does, with what is known held", 100.0 * kFar, leader->tested->candidate->id);
       continue;
     }
-    c.values = values_in(c.fit, candidate);
-    c.rise = c.fit.fit.log_likelihood - model.fit.log_likelihood;
-    c.score = c.rise - cost_of(*c.tested, s.table.readings);
-    const double sure = certainty(candidate, c.values);
-    if (!c.fit.fit.converged) {
-      c.failure = "the refit does not converge";
-    } else if (at_bound(candidate, c.values)) {
-      c.failure = "the refit ends at the bound of its physical range";
-    } else if (c.score <= 0.0) {
-      c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
-    } else if (sure < criteria.fewest_u) {
-      c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
-    } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
-      c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
-    }
+    attempt(c, [&] { finish_refit(c.refit, options); });
+    if (!c.failure.empty()) continue;
+    judge(c, model, s, criteria);
+    if (!leader && c.failure.empty()) leader = &c;
   }
   std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
     return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.score > b.score;

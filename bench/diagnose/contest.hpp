@@ -13,7 +13,7 @@ namespace rotorloop::bench {
 
 struct Contestant {
   const Tested* tested = nullptr;
-  Identification fit = {};               // with the effect
+  Refit refit = {};                      // with the effect
   std::vector<NamedValue> values = {};   // of its parameters there
   double rise = 0.0;                     // of the log likelihood
   double score = 0.0;                    // rise less what its parameters cost
@@ -23,6 +23,11 @@ struct Contestant {
 
 // Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
 std::vector<Contestant> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
+
+// Whether `c` needs no refit to be beaten by `leader`, whose refit is done: with what is known held, and the same noise, it explains less
+// than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing the known values does:
+// there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and no effect.
+bool far_behind(const Contestant& c, const Contestant& leader, double without, double freed);
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
 // `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at

@@ -104,13 +104,13 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
                       .twins = twins_of(s, all, field, o.criteria),
                       .evidence = winner.tested->evidence};
         a.evidence.rise = winner.rise;
-        a.shifts = shifts(model, winner.fit);
+        a.shifts = shifts(model, winner.refit.fit);
         if (const host::EffectFacts* facts = catalogue.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
         record.decision = fmt::format("added {}", a.id);
         largest_rise = std::max(largest_rise, winner.rise);
         d.added.push_back(std::move(a));
         added.push_back(*winner.tested->candidate);
-        model = std::move(winner.fit);
+        model = std::move(winner.refit.fit);
         accepted = true;
       }
     }

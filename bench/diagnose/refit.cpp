@@ -21,22 +21,21 @@ Identification continued(const Identification& last) {
   return out;
 }
 
-void set(FitProblem& p, int parameter, double value) {
-  p.start[parameter] = value;
-  for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
-}
-
 constexpr int kRounds = 4;      // of fits, each from where the one before ended, with the terms remembering along its states
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
-void run(Identification& r, const FitOptions& options) {
-  const bool memory = r.problem.start.terms.memory() > 0;
-  if (memory && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
-  // With what is known held, an effect that could hide behind it must first stand for itself: many have a second, lesser optimum. The
-  // noise stays out of this, for where what is known is wrong it would swell.
+// Values and states with what is known held: an effect that could hide behind it must first stand for itself, for many have a second,
+// lesser optimum. The noise stays out of this: where what is known is wrong it would swell. Returns the cost there.
+std::optional<double> settle_values(Identification& r, const FitOptions& options) {
+  if (r.problem.start.terms.memory() > 0 && !r.problem.states.empty()) follow_states(r.flights, r.problem.states);
   FitOptions values_only = options;
   values_only.noise.rounds = 0;
-  settle_about_known(r.problem, [&](const FitProblem& held) { return fit(held, values_only); });
+  const std::optional<Fit> held = settle_about_known(r.problem, [&](const FitProblem& p) { return fit(p, values_only); });
+  return held ? std::optional(held->cost) : std::nullopt;
+}
+
+void run(Identification& r, const FitOptions& options) {
+  const bool memory = r.problem.start.terms.memory() > 0;
   r.fit = fit(r.problem, options);
   for (int again = 1; memory && again < kRounds; ++again) {
     const std::vector<Estimate> before = r.fit.estimates;
@@ -83,9 +82,16 @@ std::vector<int> parameters_of(const Candidate& c, const host::TermList& terms) 
   return out;
 }
 
-Identification refit_with(const Identification& last, const Candidate& c, const Eigen::VectorXd& estimate,
-                          const std::vector<NoiseModel>& noise, const FitOptions& options) {
+std::optional<double> cost_held(const Identification& last, const std::vector<NoiseModel>& noise, const FitOptions& options) {
   Identification out = continued(last);
+  out.problem.flight_noise = noise;
+  return settle_values(out, options);
+}
+
+Refit begin_refit(const Identification& last, const Candidate& c, const Eigen::VectorXd& estimate, const std::vector<NoiseModel>& noise,
+                  const FitOptions& options) {
+  Refit refit{.fit = continued(last), .cost_held = {}};
+  Identification& out = refit.fit;
   FitProblem& p = out.problem;
   p.flight_noise = noise;
   if (c.term) {
@@ -109,12 +115,14 @@ Identification refit_with(const Identification& last, const Candidate& c, const 
   const std::vector<int> parameters = parameters_of(c, p.start.terms);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const CandidateParameter& q = c.parameters[k];
-    set(p, parameters[k], std::clamp(q.neutral + estimate[static_cast<Eigen::Index>(k)], q.min, q.max));
+    start_at(p, parameters[k], std::clamp(q.neutral + estimate[static_cast<Eigen::Index>(k)], q.min, q.max));
     p.free.push_back({parameters[k], false, 0.0});
   }
-  run(out, options);
-  return out;
+  refit.cost_held = settle_values(out, options);
+  return refit;
 }
+
+void finish_refit(Refit& refit, const FitOptions& options) { run(refit.fit, options); }
 
 Identification refit_without(const Identification& last, const Candidate& c, const FitOptions& options) {
   Identification out = continued(last);
@@ -122,7 +130,7 @@ Identification refit_without(const Identification& last, const Candidate& c, con
   const std::vector<int> parameters = parameters_of(c, p.start.terms);
   // Held at neutral: a term that changes nothing may stay in the list.
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    set(p, parameters[k], c.parameters[k].neutral);
+    start_at(p, parameters[k], c.parameters[k].neutral);
     std::erase_if(p.free, [&](const FreeParameter& f) { return f.parameter == parameters[k]; });
   }
   if (c.term) {
@@ -132,6 +140,7 @@ Identification refit_without(const Identification& last, const Candidate& c, con
              p.start.terms.term(p.start.terms.term_of(static_cast<std::size_t>(flat))).info.id == c.id;
     });
   }
+  settle_values(out, options);
   run(out, options);
   return out;
 }

@@ -83,6 +83,34 @@ TEST(Contest, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_b
   EXPECT_EQ(made.refitted(), (Names{"a=b", "c"}));
 }
 
+Contestant settled_at(double cost_held, double rise = 0.0) {
+  Contestant c;
+  c.refit.cost_held = cost_held;
+  c.rise = rise;
+  return c;
+}
+
+TEST(Contest, needs_no_refit_of_what_explains_less_than_half_of_what_the_leader_does) {
+  const Contestant leader = settled_at(4000.0, 700.0);
+  EXPECT_TRUE(far_behind(settled_at(9000.0), leader, 10000.0, 5000.0));
+  EXPECT_TRUE(far_behind(settled_at(10050.0), leader, 10000.0, 5000.0));
+  EXPECT_FALSE(far_behind(settled_at(6900.0), leader, 10000.0, 5000.0));
+}
+
+TEST(Contest, refits_what_is_behind_by_less_than_50_of_log_likelihood) {
+  EXPECT_FALSE(far_behind(settled_at(9000.0), settled_at(4000.0, 60.0), 10000.0, 5000.0));
+}
+
+TEST(Contest, refits_all_where_the_leader_explains_less_than_half_of_what_other_values_of_the_known_do) {
+  EXPECT_FALSE(far_behind(settled_at(9900.0), settled_at(9000.0, 700.0), 10000.0, 5000.0));
+}
+
+TEST(Contest, refits_all_where_nothing_is_known) {
+  Contestant leader, other;
+  leader.rise = 700.0;
+  EXPECT_FALSE(far_behind(other, leader, 10000.0, 5000.0));
+}
+
 struct Field {
   Candidate wind{.id = "wind_steady"}, drag{.id = "linear_drag"};
   Tested of_wind{.candidate = &wind}, of_drag{.candidate = &drag};
