@@ -124,11 +124,19 @@ def fly(case, seed, folder, o, study):
     text = source.read_text(encoding="utf-8").replace(f'"../{study["plant"]}"', f'"{folder / "plant.toml"}"')
     text = text.replace('"../', f'"{ROOT}/').replace('"trajectories/', f'"{source.parent}/trajectories/')
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
-    run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--seeds", f"{seed},", "--out", folder, "--name", "flights", "--force", "-q", "-j", 1],
-        folder / "fly.txt", 300)
-    result = json.loads((folder / "flights/result.json").read_text(encoding="utf-8"))
-    ends = {f["flight"]: f["end"] for f in result["flights"]}
-    return [folder / "flights" / f["flight"] / f["variant"] / str(seed) / "flight.csv" for f in result["flights"]], ends
+    logs, ends = [], {}
+    for i, name in enumerate(f["name"] for f in tomllib.loads(text)["flight"]):
+        # Gusts and noise of one flight are not those of the next. A motor that does not start is started again, as at the field.
+        for attempt in range(3):
+            own_seed, out = 100 * seed + 10 * i + attempt, folder / "flights" / name
+            run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--flights", name, "--seeds", f"{own_seed},", "--out", folder / "flights",
+                 "--name", name, "--force", "-q", "-j", 1], folder / f"fly_{name}.txt", 300)
+            flown = json.loads((out / "result.json").read_text(encoding="utf-8"))["flights"][0]
+            if "did not start" not in (flown["end_detail"] or ""):
+                break
+        ends[name] = flown["end"]
+        logs.append(out / name / flown["variant"] / str(own_seed) / "flight.csv")
+    return logs, ends
 
 
 def logs_of(case, seed, folder, o, study):
