@@ -50,6 +50,8 @@ class Run:
             sizes = ", ".join(f"{p['name']} {p['value']:.4g} ± {p['u']:.2g} {p['unit']}" for p in a["parameters"])
             twins = "; or " + ", ".join(t["id"] for t in a["twins"]) if a["twins"] else ""
             print(f"    {a['id']}: {sizes} (W {a['evidence']['wald']:.0f}){twins}")
+            for r in a["ratios"]:
+                print(f"      determined: {r['name']} {r['value']:.4g} ± {r['u']:.2g}")
         for r in self.result["rejected"]:
             print(f"    tried and taken out again: {r['id']}: {r['ruled_out_by']}")
 
@@ -58,6 +60,14 @@ class Run:
         for a in self.result["added"]:
             if a["id"] == effect:
                 return {p["name"]: p["value"] for p in a["parameters"]}
+        return None
+
+    def ratio(self, effect, name):
+        """Ratio of an added effect's parameter to a scale of the vehicle, and its u, where the flights tell it better than either alone."""
+        for a in self.result["added"]:
+            for r in a["ratios"] if a["id"] == effect else []:
+                if r["name"] == name:
+                    return r["value"], r["u"]
         return None
 
     def wrench(self, which):
@@ -103,11 +113,16 @@ def yaw(run, verdicts, least, ratio):
     verdicts.row("yaw R² of held-out flights, aligned", f"{was_aligned['explained'][5]:.3f} -> {r2:.3f}", f">= {least}", r2 >= least)
     if not found:
         return
-    if not run.vehicle.exists():
-        verdicts.row("J_r/J_z", "inertia not told by these flights, no vehicle file", f"{ratio} ± 15 %", False)
+    # Yaw tells this ratio; J_r and J_z themselves only as far as the vehicle file's inertia does.
+    firm = run.ratio("rotor_inertia_reaction", "J_r_kg_m2 / I_zz")
+    if firm:
+        got, text = firm[0], f"{firm[0]:.3e} ± {firm[1]:.1e}"
+    elif run.vehicle.exists():
+        got = found["J_r_kg_m2"] / run.value("body", "inertia_kg_m2", "zz")
+        text = f"{got:.3e} of J_r {found['J_r_kg_m2']:.3e} kg m²"
+    else:
+        verdicts.row("J_r/J_z", "not told better than J_r, and no vehicle file", f"{ratio} ± 15 %", False)
         return
-    got = found["J_r_kg_m2"] / run.value("body", "inertia_kg_m2", "zz")
-    text = f"{got:.3e} of J_r {found['J_r_kg_m2']:.3e} kg m²"
     if ratio:
         verdicts.row("J_r/J_z", f"{text}, {100 * (got / ratio - 1):+.1f} %", f"{ratio} ± 15 %", abs(got / ratio - 1) <= 0.15)
     else:

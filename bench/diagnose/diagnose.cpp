@@ -10,6 +10,7 @@
 #include "bench/diagnose/contest.hpp"
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/late_poses.hpp"
+#include "bench/diagnose/ratios.hpp"
 #include "bench/diagnose/residual_findings.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -148,7 +149,13 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     d.added.erase(d.added.begin() + static_cast<std::ptrdiff_t>(i));
     added.erase(added.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  for (std::size_t i = 0; i < added.size(); ++i) d.added[i].parameters = values_in(model, added[i]);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    d.added[i].parameters = values_in(model, added[i]);
+    for (const int p : parameters_of(added[i], model.problem.start.terms)) {
+      const std::vector<NamedValue> ratios = firm_ratios(model.fit, p, model.problem.start.terms);
+      d.added[i].ratios.insert(d.added[i].ratios.end(), ratios.begin(), ratios.end());
+    }
+  }
 
   // Where the user held the delay it was a candidate like any other.
   const bool was_candidate =

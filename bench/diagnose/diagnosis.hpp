@@ -56,7 +56,7 @@ struct AddedEffect {
   std::string id = {};                      // the best of the class, or the effect itself
   std::vector<NamedValue> parameters = {};  // after the refit
   std::vector<ClassMember> twins = {};      // what these flights cannot tell from it; empty: named
-  std::string determined = {};              // for a class: the combination that is determined
+  std::vector<NamedValue> ratios = {};      // of its parameters to scales of the vehicle, where they are told much better (ratios.hpp)
   std::string manoeuvre = {};               // for a class: the flight that would tell its members apart
   ManoeuvreAdvice advice = {};              // … and how well, in simulation
   CandidateEvidence evidence = {};

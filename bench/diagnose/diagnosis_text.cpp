@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/diagnose/ratios.hpp"
+
 namespace rotorloop::bench {
 namespace {
 
@@ -143,7 +145,7 @@ std::string diagnosis_text(const DiagnosisRun& run) {
     for (const ClassMember& m : a.twins)
       out += fmt::format("      or {}: {} (correlation {:.2f}, {:.0f} % of the gain)\n", m.id, values_text(m.parameters), m.correlation,
                          100.0 * m.gain_share);
-    if (!a.determined.empty()) out += "      determined: " + a.determined + "\n";
+    if (!a.ratios.empty()) out += "      determined: " + ratios_text(a.ratios) + "\n";
     if (!a.manoeuvre.empty()) out += "      fly: " + a.manoeuvre + "\n";
     std::string moved;
     for (const auto& [name, change] : a.shifts) moved += fmt::format("{}{} {:+.1f} %", moved.empty() ? "" : ", ", name, 100.0 * change);
@@ -194,7 +196,8 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
     added.push_back({{"id", a.id},
                      {"parameters", values_json(a.parameters)},
                      {"twins", twins},
-                     {"determined", a.determined},
+                     {"determined", ratios_text(a.ratios)},
+                     {"ratios", values_json(a.ratios)},
                      {"manoeuvre", a.manoeuvre},
                      {"manoeuvre_search", advice_json(a.advice)},
                      {"evidence", evidence_json(a.evidence)},

@@ -333,6 +333,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   constexpr double kShorten = 0.05;         // of the cost: a decrement below it is near the optimum
   constexpr double kCertain = 1.0;          // a decrement below it is a step that cannot fail: its cost need not be looked at
   // Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
+  // With exact ones they end nothing, but where they gain less than `near` the noise is read all the same: a fit that stays damped would
+  // else keep the noise it began with, and what that weighs too much (torque, by forty) draws it into a lesser optimum.
   constexpr double kStill = 0.1;
   constexpr int kPatience = 2;
   double damping = 0.0;
@@ -386,7 +388,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
-    still = !exact && damping > 0.0 && before - after < kStill ? std::min(still + 1, kPatience) : 0;
+    const bool stalls = damping > 0.0 && (exact ? !noise_settled && before - after < near * before : before - after < kStill);
+    still = stalls ? std::min(still + 1, kPatience) : 0;
     if (tells_noise) {
       still = 0;
       damping = 0.0;
