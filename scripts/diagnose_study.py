@@ -132,7 +132,7 @@ def fly(case, seed, folder, o, study):
             run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--flights", name, "--seeds", f"{own_seed},", "--out", folder / "flights",
                  "--name", name, "--force", "-q", "-j", 1], folder / f"fly_{name}.txt", 300)
             flown = json.loads((out / "result.json").read_text(encoding="utf-8"))["flights"][0]
-            if "did not start" not in (flown["end_detail"] or ""):
+            if "did not start" not in flown.get("end_detail", ""):
                 break
         ends[name] = flown["end"]
         logs.append(out / name / flown["variant"] / str(own_seed) / "flight.csv")

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <thread>
 
 #include "host/base/error.hpp"
@@ -331,7 +332,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   const bool exact = std::none_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->slopes_by_middle; });
   const double near = exact ? 1e-3 : 5e-3;  // of the cost: a decrement below it leaves residuals that say how large the noise is
   constexpr double kShorten = 0.05;         // of the cost: a decrement below it is near the optimum
-  constexpr double kCertain = 1.0;          // a decrement below it is a step that cannot fail: its cost need not be looked at
+  constexpr double kCertain = 1.0;          // a decrement below it is a step that cannot fail: its cost need not be looked at …
   // Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
   // With exact ones they end nothing, but where they gain less than `near` the noise is read all the same: a fit that stays damped would
   // else keep the noise it began with, and what that weighs too much (torque, by forty) draws it into a lesser optimum.
@@ -340,11 +341,17 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   double damping = 0.0;
   int still = 0;
   bool swept = false;  // the last sweep was at these very values
+  // … unless one did: slopes that are not exact can lead to and fro between two points for ever.
+  bool trusted = true;
+  constexpr double kSeen = std::numeric_limits<double>::infinity();
+  double unseen = kSeen;  // the cost before a step that was taken so, with this noise
   bool noise_settled = o.noise.rounds == 0;
   out.noise_settled = noise_settled;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
     if (still == kPatience) damping = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     sweep(damping);
+    trusted = trusted && cost <= unseen + kCertain;
+    unseen = kSeen;
     VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
     if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
@@ -373,7 +380,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
         chains[f].apply(own, share);
       }
       out.values = flight_values(p, layout, moved_theta);
-      const bool certain = tries == 0 && damping == 0.0 && decrement >= 0.0 && decrement < kCertain;
+      const bool certain = trusted && tries == 0 && damping == 0.0 && decrement >= 0.0 && decrement < kCertain;
+      if (certain) unseen = before;
       if (certain || (after = total_cost(moved_theta)) <= before * (1.0 + 1e-12) + 1e-9) {
         theta = moved_theta;
         taken = true;
@@ -391,6 +399,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     const bool stalls = damping > 0.0 && (exact ? !noise_settled && before - after < near * before : before - after < kStill);
     still = stalls ? std::min(still + 1, kPatience) : 0;
     if (tells_noise) {
+      unseen = kSeen;
       still = 0;
       damping = 0.0;
       out.noise_settled = update_noise();
