@@ -268,6 +268,16 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   VectorXd score;
   double cost = 0.0, states_gain = 0.0;
   bool want_innovations = false;
+  const auto guarded = [&](std::size_t f, auto&& act) {
+    try {
+      act();
+    } catch (const std::domain_error& e) {
+      throw Error({p.flights[f]->name, std::string("the fit cannot go on: ") + e.what(),
+                   "a state that no reading and no model step ties down, or values that are not finite",
+                   "check the log (`rotorloop log info`) and the start values"},
+                  ExitCode::data_quality);
+    }
+  };
   const auto sweep = [&](double damping) {
     const SweepOptions sweep_options{.damping = damping,
                                      .keep_rows = o.noise.rounds > 0,
@@ -276,14 +286,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
                                      .robust_scale = o.robust_scale};
     for_each_flight(flights, o.threads, [&](std::size_t f) {
       const Residuals res(*p.flights[f], out.values[f], out.noise[f], layout.columns);
-      try {
-        out.reduced[f] = chains[f].sweep(res, sweep_options);
-      } catch (const std::domain_error& e) {
-        throw Error({p.flights[f]->name, std::string("the fit cannot go on: ") + e.what(),
-                     "a state that no reading and no model step ties down, or values that are not finite",
-                     "check the log (`rotorloop log info`) and the start values"},
-                    ExitCode::data_quality);
-      }
+      guarded(f, [&] { out.reduced[f] = chains[f].sweep(res, sweep_options); });
     });
     information = MatrixXd::Zero(n, n);
     score = VectorXd::Zero(n);
@@ -323,7 +326,9 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     std::vector<FlightRows> rows;
     for (std::size_t f = 0; f < flights; ++f)
       rows.push_back({*p.flights[f], chains[f].rows_here(Residuals(*p.flights[f], out.values[f], out.noise[f], {}))});
-    SettledNoise found = settle_noise(rows, out.noise, o.noise, [&](const auto& act) { for_each_flight(flights, o.threads, act); });
+    SettledNoise found = settle_noise(rows, out.noise, o.noise, [&](const auto& act) {
+      for_each_flight(flights, o.threads, [&](std::size_t f) { guarded(f, [&] { act(f); }); });
+    });
     for (std::size_t f = 0; f < flights; ++f) chains[f].move(found.moves[f]);
     out.noise = std::move(found.noise);
     ++out.noise_rounds;
