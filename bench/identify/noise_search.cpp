@@ -14,7 +14,7 @@ constexpr std::array kFigures{&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular
                               &NoiseModel::accel_m_s2};
 constexpr std::array kMoments{&NoiseMoments::force,    &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
                               &NoiseMoments::velocity, &NoiseMoments::gyro,    &NoiseMoments::accel};
-constexpr std::size_t kProcessFigures = 2;  // the first of them
+constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; how many, from the first, are of the process
 
 // EM alone multiplies each standard deviation by the root of its moment, but creeps where readings say little about one step. The
 // logarithm of that root is, up to a positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's
@@ -24,9 +24,13 @@ class SecantSteps {
   // One step from the moments found with `noise`; returns the largest relative change.
   double step(NoiseModel& noise, const NoiseMoments& moments, const NoiseFit& o) {
     double largest = 0.0;
+    const bool tracked = moments.position.count > 0.0 || moments.velocity.count > 0.0;
     for (std::size_t figure = 0; figure < kFigures.size(); ++figure) {
       const NoiseMoment& of = moments.*kMoments[figure];
       if (!(figure < kProcessFigures ? o.process : o.readings) || of.count <= 0.0) continue;
+      // By gyro and accelerometer alone nothing tells a velocity: with forces left to chance it would wander until it explains every
+      // reading of the accelerometer by inflow and drag.
+      if (figure == kForce && !tracked) continue;
       Eigen::Vector3d& sd = noise.*kFigures[figure];
       Eigen::Vector3d factor = of.squares / of.count;
       if (!o.per_axis) factor.setConstant(factor.mean());
