@@ -1,5 +1,6 @@
 """Diagnoses of measured flights, one command each, and their figures against the limits; see scripts/measured."""
 import argparse
+import hashlib
 import json
 import math
 import os
@@ -21,7 +22,8 @@ class Run:
     def __init__(self, rotorloop, name, command, arguments, needs_vehicle=True):
         self.folder = OUT / name
         self.vehicle = self.folder / "vehicle.toml"
-        done = self.folder / "done"
+        done, made_by = self.folder / "done", self.folder / "made_by"
+        program = hashlib.sha256(pathlib.Path(rotorloop).read_bytes()).hexdigest()
         line = [str(rotorloop), command, *map(str, arguments)]
         if needs_vehicle:
             line += ["-o", str(self.vehicle)]
@@ -29,7 +31,8 @@ class Run:
             line += ["--report", str(self.folder)]
         shown = " ".join(line).replace(str(ROOT) + "/", "").replace(os.environ["ROTORLOOP_DATA"], "$ROTORLOOP_DATA")
         print(f"\n{name}: {shown}", flush=True)
-        if not done.exists():
+        if not (done.exists() and made_by.exists() and made_by.read_text() == program):
+            done.unlink(missing_ok=True)
             self.folder.mkdir(parents=True, exist_ok=True)
             before = os.times()
             with open(self.folder / "stdout", "w") as out, open(self.folder / "stderr", "w") as err:
@@ -37,6 +40,7 @@ class Run:
             after = os.times()
             if code != 0 or (needs_vehicle and not self.vehicle.exists()):
                 sys.exit(f"{name} failed with exit code {code}:\n{(self.folder / 'stderr').read_text()[-1500:]}")
+            made_by.write_text(program)
             done.write_text(f"{after.children_user - before.children_user:.0f} s of one core\n")
         print(f"  {done.read_text().strip()}")
         path = self.folder / "result.json"
