@@ -28,36 +28,61 @@ bool stands_for(const Undeclared& u, const std::string& id) { return id == u.id 
 
 const char* word(Told t) { return t == Told::right ? "right" : t == Told::in_class ? "class" : "missed"; }
 
-// Mass properties as flown, with what effects (a payload) make of them, beside those that the controller flies with.
+// Mass properties as flown beside those that the controller flies with.
 void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::path& vehicle_file) {
   const sim::PlantFile plant = sim::read_plant(plant_file);
   const sim::SharedRotors rotors = sim::read_rotors(plant);
   sim::PlantSetup setup = sim::plant_setup(plant, sim::pointers(rotors), 500'000, 1);
   sim::EffectSet effects = sim::effect_set(plant);
   effects.prepare(setup);
-  const host::VehicleFile v = host::read_vehicle(vehicle_file, host::builtin_effect_catalogue());
-  const auto add = [&](const char* what, const char* unit, double truth, double found, double u) {
-    c.values.push_back({what, unit, truth, found, u});
+  const FlyingBody believed = flying_body(host::read_vehicle(vehicle_file, host::builtin_effect_catalogue()));
+  const auto add = [&](const char* what, const char* unit, double truth, const host::Quantity& found) {
+    c.values.push_back({what, unit, truth, found.value, found.u});
   };
-  // An effect that displaces or loads is part of what the controller believes.
-  double mass = v.mass_kg.value, x = v.com_offset_m[0].value, y = v.com_offset_m[1].value, ux = v.com_offset_m[0].u,
-         uy = v.com_offset_m[1].u;
-  for (const auto& e : v.effects)
-    for (const auto& p : e.parameters) {
-      if (e.id == "com_offset" && p.name == "dx_m") x += p.quantity.value, ux = std::hypot(ux, p.quantity.u);
-      if (e.id == "com_offset" && p.name == "dy_m") y += p.quantity.value, uy = std::hypot(uy, p.quantity.u);
-      if (e.id == "payload_mass" && p.name == "mass_kg") mass += p.quantity.value;
-    }
   const auto& b = setup.body;
-  add("mass", "kg", b.mass_kg, mass, v.mass_kg.u);
-  add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), v.inertia_kg_m2[0].value, v.inertia_kg_m2[0].u);
-  add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), v.inertia_kg_m2[1].value, v.inertia_kg_m2[1].u);
-  add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), v.inertia_kg_m2[2].value, v.inertia_kg_m2[2].u);
-  add("centre of mass x", "m", b.com_offset_m.x(), x, ux);
-  add("centre of mass y", "m", b.com_offset_m.y(), y, uy);
+  add("mass", "kg", b.mass_kg, believed.mass_kg);
+  add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), believed.inertia_kg_m2[0]);
+  add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), believed.inertia_kg_m2[1]);
+  add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), believed.inertia_kg_m2[2]);
+  add("centre of mass x", "m", b.com_offset_m.x(), believed.com_m[0]);
+  add("centre of mass y", "m", b.com_offset_m.y(), believed.com_m[1]);
 }
 
 }  // namespace
+
+FlyingBody flying_body(const host::VehicleFile& v) {
+  FlyingBody b{.mass_kg = v.mass_kg,
+               .com_m = {v.com_offset_m[0], v.com_offset_m[1]},
+               .inertia_kg_m2 = {v.inertia_kg_m2[0], v.inertia_kg_m2[1], v.inertia_kg_m2[2]}};
+  const auto more = [](host::Quantity& to, double value, double u) {
+    to.value += value;
+    to.u = std::hypot(to.u, u);
+  };
+  for (const host::VehicleEffect& e : v.effects) {
+    const auto of = [&](std::string_view name) {
+      const auto found = std::find_if(e.parameters.begin(), e.parameters.end(), [&](const auto& p) { return p.name == name; });
+      return found == e.parameters.end() ? host::Quantity{} : found->quantity;
+    };
+    if (e.id == "com_offset") {
+      more(b.com_m[0], of("dx_m").value, of("dx_m").u);
+      more(b.com_m[1], of("dy_m").value, of("dy_m").u);
+    }
+    if (e.id != "payload_mass") continue;
+    // The term's moments are about the centre of mass without the payload; both bodies turn about the one that they have together.
+    const host::Quantity payload = of("mass_kg");
+    const std::array<host::Quantity, 3> moment{of("moment_x_kg_m"), of("moment_y_kg_m"), of("moment_z_kg_m")};
+    const double body_kg = b.mass_kg.value, total_kg = body_kg + payload.value;
+    for (std::size_t i = 0; i < b.com_m.size(); ++i) more(b.com_m[i], moment[i].value / total_kg, moment[i].u / total_kg);
+    if (payload.value > 0.0) {
+      for (std::size_t i = 0; i < b.inertia_kg_m2.size(); ++i) {
+        const double p = moment[(i + 1) % 3].value, q = moment[(i + 2) % 3].value;
+        b.inertia_kg_m2[i].value += body_kg / total_kg / payload.value * (p * p + q * q);
+      }
+    }
+    more(b.mass_kg, payload.value, payload.u);
+  }
+  return b;
+}
 
 bool TruthComparison::right() const {
   return wrong.empty() && std::none_of(hidden.begin(), hidden.end(), [](const HiddenEffect& h) { return h.told == Told::missed; });

@@ -1,8 +1,11 @@
 // Afterwards, and only then: what the analyst said against what the plant had.
 #pragma once
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {
 
@@ -27,6 +30,14 @@ struct TruthComparison {
   std::vector<TruthValue> values;
   bool right() const;  // nothing missed, nothing wrong
 };
+
+// The body that flies by a vehicle file: as it says, with the payload and the shift of the centre of mass that its effects add.
+struct FlyingBody {
+  host::Quantity mass_kg;
+  std::array<host::Quantity, 2> com_m;          // x and y in B from the file's origin
+  std::array<host::Quantity, 3> inertia_kg_m2;  // xx, yy, zz about its centre of mass
+};
+FlyingBody flying_body(const host::VehicleFile& vehicle);
 
 struct LoopPlan;
 struct Findings;

@@ -77,6 +77,33 @@ TEST(CompareEffects, WhatThePlantHasBesidesIsNeverWrong) {
   EXPECT_TRUE(compare_effects(plan, naming({found("thrust_speed_exponent")})).right());
 }
 
+TEST(FlyingBody, APayloadOf100GramsAheadAndBelowMovesTheCentreOfMassAndAddsInertiaAboutTheNewOne) {
+  host::VehicleFile v;
+  v.mass_kg = {0.7, 0.003, host::Origin::flight};
+  v.com_offset_m[0] = {0.002, 0.0, host::Origin::flight};
+  v.inertia_kg_m2[0].value = 2e-3;
+  v.inertia_kg_m2[1].value = 3e-3;
+  v.inertia_kg_m2[2].value = 5e-3;
+  const double x_m = 0.06, z_m = -0.03, payload_kg = 0.1;  // from the centre of mass without it
+  v.effects.push_back({"payload_mass",
+                       {{"mass_kg", {payload_kg, 0.004, host::Origin::flight}},
+                        {"moment_x_kg_m", {payload_kg * x_m, 8e-4, host::Origin::flight}},
+                        {"moment_y_kg_m", {0.0, 0.0, host::Origin::flight}},
+                        {"moment_z_kg_m", {payload_kg * z_m, 0.0, host::Origin::flight}}},
+                       {}});
+  const FlyingBody b = flying_body(v);
+  EXPECT_NEAR(b.mass_kg.value, 0.8, 1e-12);
+  EXPECT_NEAR(b.mass_kg.u, 0.005, 1e-12);
+  const double forward = payload_kg * x_m / 0.8, up = payload_kg * z_m / 0.8;
+  EXPECT_NEAR(b.com_m[0].value, 0.002 + forward, 1e-12);
+  EXPECT_NEAR(b.com_m[0].u, 1e-3, 1e-12);
+  // Steiner's theorem for each of the two bodies.
+  const double ahead = x_m - forward, below = z_m - up;
+  EXPECT_NEAR(b.inertia_kg_m2[0].value, 2e-3 + 0.7 * up * up + payload_kg * below * below, 1e-12);
+  EXPECT_NEAR(b.inertia_kg_m2[1].value, 3e-3 + 0.7 * (up * up + forward * forward) + payload_kg * (below * below + ahead * ahead), 1e-12);
+  EXPECT_NEAR(b.inertia_kg_m2[2].value, 5e-3 + 0.7 * forward * forward + payload_kg * ahead * ahead, 1e-12);
+}
+
 TEST(TruthJson, ReadsBack) {
   TempFolder folder;
   TruthComparison c;
