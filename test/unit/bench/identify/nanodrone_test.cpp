@@ -6,6 +6,7 @@
 #include "bench/identify/nanodrone_benchmark.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/vehicle_file.hpp"
+#include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -19,8 +20,9 @@ NanodroneInputs shipped_inputs() {
 }
 
 TEST(NanodroneBenchmark, RefusesAFolderWithoutItsFlights) {
+  const TempFolder empty;
   NanodroneInputs in = shipped_inputs();
-  in.flights = ::testing::TempDir();
+  in.flights = empty.path();
   try {
     run_nanodrone(in);
     FAIL() << "accepted";
