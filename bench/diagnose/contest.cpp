@@ -36,6 +36,21 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
+double variation_of(const Identification& refit, const Candidate& c) {
+  const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
+  ColumnSet own, others;
+  Eigen::VectorXd size(static_cast<Eigen::Index>(parameters.size()));
+  const auto& estimates = refit.fit.estimates;
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    const auto found = std::find(parameters.begin(), parameters.end(), estimates[i].parameter);
+    (found == parameters.end() ? others : own).push_back(static_cast<Eigen::Index>(i));
+    if (found == parameters.end()) continue;
+    const auto k = static_cast<std::size_t>(found - parameters.begin());
+    size[static_cast<Eigen::Index>(own.size()) - 1] = estimates[i].value - c.parameters[k].neutral;
+  }
+  return variation(table_of(refit), others, own, size);
+}
+
 // What the refit says of an effect, and why it cannot be what is missing, if so.
 void judge(Contestant& c, const Identification& model, const Screening& s, const Criteria& criteria) {
   const Candidate& candidate = *c.tested->candidate;
@@ -44,6 +59,7 @@ void judge(Contestant& c, const Identification& model, const Screening& s, const
   c.rise = fit.log_likelihood - model.fit.log_likelihood;
   c.score = c.rise - cost_of(*c.tested, s.table.readings);
   const double sure = certainty(candidate, c.values);
+  c.variation = variation_of(c.refit.fit, candidate);
   if (!fit.converged) {
     c.failure = "the refit does not converge";
   } else if (at_bound(candidate, c.values)) {
@@ -54,6 +70,8 @@ void judge(Contestant& c, const Identification& model, const Screening& s, const
     c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
     c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
+  } else if (acts_on_body(candidate) && c.variation > criteria.variation) {
+    c.failure = fmt::format("its size varies by {:.1f} times itself from one stretch of the flights to another", c.variation);
   }
 }
 
@@ -165,6 +183,16 @@ std::vector<Contestant> contest(const Identification& start, const Identificatio
     return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.score > b.score;
   });
   return field;
+}
+
+void RisesBefore::count(const Contestant& winner) {
+  any = std::max(any, winner.rise);
+  if (acts_on_body(*winner.tested->candidate)) on_body = std::max(on_body, winner.rise);
+}
+
+bool too_little_beside(const RisesBefore& before, const Contestant& c, const Criteria& criteria) {
+  return c.rise < criteria.least_share * before.any ||
+         (acts_on_body(*c.tested->candidate) && c.rise < criteria.beside_law * before.on_body);
 }
 
 void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {

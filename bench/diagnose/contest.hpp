@@ -17,6 +17,7 @@ struct Contestant {
   std::vector<NamedValue> values = {};   // of its parameters there
   double rise = 0.0;                     // of the log likelihood
   double score = 0.0;                    // rise less what its parameters cost
+  double variation = 0.0;                // of its size between stretches of the flights, over that size
   std::string failure = {};              // why it cannot be the missing effect; empty: it could
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
 };
@@ -34,6 +35,15 @@ bool far_behind(const Contestant& c, const Contestant& leader, double without, d
 // first.
 std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& screening,
                                 const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
+
+// Largest rise of the log likelihood by an effect found before, and by one of them that acts on the body.
+struct RisesBefore {
+  double any = 0.0, on_body = 0.0;
+  void count(const Contestant& winner);
+};
+// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts: on the body it is not
+// told from a further effect that is as small.
+bool too_little_beside(const RisesBefore& before, const Contestant& c, const Criteria& criteria);
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
 // gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.

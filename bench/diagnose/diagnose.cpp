@@ -68,7 +68,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   again.tolerance = std::max(again.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
 
   std::vector<Candidate> added;
-  double largest_rise = 0.0;
+  RisesBefore risen;
   for (int round = 0;; ++round) {
     const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
     say("screening", done);
@@ -90,10 +90,12 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
       if (!field.empty() && !among("wind_dryden", o.without)) leave_to_gusts(score_gust(start), field);
       for (Contestant& c : field) {
         for (CandidateEvidence& e : record.candidates) {
-          if (e.id == c.tested->candidate->id) e.rise = c.rise;
+          if (e.id != c.tested->candidate->id) continue;
+          e.rise = c.rise;
+          e.variation = c.variation;
         }
-        if (c.failure.empty() && c.rise < o.criteria.least_share * largest_rise)
-          c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, largest_rise);
+        if (c.failure.empty() && too_little_beside(risen, c, o.criteria))
+          c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, risen.any);
         if (c.failure.empty()) continue;
         d.rejected.push_back(c.tested->evidence);
         d.rejected.back().ruled_out_by = c.failure;
@@ -105,10 +107,11 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
                       .twins = twins_of(s, all, field, o.criteria),
                       .evidence = winner.tested->evidence};
         a.evidence.rise = winner.rise;
+        a.evidence.variation = winner.variation;
         a.shifts = shifts(model, winner.refit.fit);
         if (const host::EffectFacts* facts = catalogue.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
         record.decision = fmt::format("added {}", a.id);
-        largest_rise = std::max(largest_rise, winner.rise);
+        risen.count(winner);
         d.added.push_back(std::move(a));
         added.push_back(*winner.tested->candidate);
         model = std::move(winner.refit.fit);

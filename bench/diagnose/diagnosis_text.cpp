@@ -61,6 +61,7 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"bic", number(e.bic)},
           {"cross_validated", number(e.cross_validated)},
           {"rise", number(e.rise)},
+          {"variation", number(e.variation)},
           {"inside_bounds", e.inside_bounds},
           {"detectable", number(e.detectable)},
           {"typical", number(e.typical)},

@@ -73,6 +73,19 @@ std::string first_failure(const Tested& t, const Criteria& criteria, double plac
   return {};
 }
 
+// Where a single number better attested, but too small to matter, leaves nothing of a candidate with several: what is believed is off by
+// a little there, and no effect is missing.
+std::string lesser_cause(const ScoreTable& table, const ColumnSet& model, const Tested& t, const std::vector<Tested>& all,
+                         const Criteria& criteria, double placebo) {
+  for (const Tested& m : all) {
+    if (!m.minor || m.test.degrees >= t.test.degrees || m.test.wald <= t.test.wald) continue;
+    const GroupTest beside = test_group(table, with(model, m.candidate->columns), t.candidate->columns);
+    if (beside.wald < placebo || beside.p > criteria.p)
+      return fmt::format("{}, too small to matter, leaves W {:.1f} of it", m.candidate->id, beside.wald);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<Tested> examine_all(const Screening& s, const Criteria& criteria, double placebo) {
@@ -86,6 +99,13 @@ std::vector<Tested> examine_all(const Screening& s, const Criteria& criteria, do
     all[i].evidence.p_holm = adjusted[i];
     all[i].evidence.ruled_out_by = first_failure(all[i], criteria, placebo);
     all[i].real = all[i].evidence.ruled_out_by.empty();
+    Criteria of_any_size = criteria;
+    of_any_size.relevant = 0.0;
+    all[i].minor = !all[i].real && first_failure(all[i], of_any_size, placebo).empty();
+  }
+  for (Tested& t : all) {
+    if (t.real) t.evidence.ruled_out_by = lesser_cause(s.table, model, t, all, criteria, placebo);
+    t.real = t.evidence.ruled_out_by.empty();
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const Tested& a, const Tested& b) { return a.real != b.real ? a.real : a.evidence.bic > b.evidence.bic; });

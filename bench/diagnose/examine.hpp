@@ -18,7 +18,9 @@ struct Criteria {
   double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are not told apart
   double alike = 0.98;        // correlation of columns from which on no refit could tell them apart either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
-  double least_share = 0.03;  // of the largest rise of log likelihood by one effect, which a further one must bring
+  double least_share = 0.02;  // of the largest rise of log likelihood by one effect, which a further one must bring …
+  double beside_law = 0.1;    // … where both act on the body (contest.hpp)
+  double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect
 };
 
 // A candidate with all that the table says of it.
@@ -26,7 +28,8 @@ struct Tested {
   const Candidate* candidate = nullptr;
   GroupTest test = {};
   CandidateEvidence evidence = {};
-  bool real = false;  // meets every criterion that needs no refit
+  bool real = false;   // meets every criterion that needs no refit
+  bool minor = false;  // every one but that it matters
 };
 
 // Largest parameter over the size that matters. `change`: of the candidate's parameters from their neutral values.

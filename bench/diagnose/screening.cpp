@@ -194,29 +194,16 @@ void for_flights(std::size_t flights, int threads, const auto& act) {
   }
 }
 
-// Sums the sweeps of all flights into one table. `held`: core parameters beside the free ones, in the order of their columns.
-ScoreTable table_of(const Identification& r, const Columns& held, const std::vector<ExtraColumns>& extra, double block_s, int threads) {
-  const FitProblem& p = r.problem;
-  const Index base = estimates_of(p), core = static_cast<Index>(held.size()), terms = extra.front().count;
+// Sums the sweeps of all flights into one table. `beside`: columns that each sweep has behind those of its free parameters.
+ScoreTable gathered(const FitProblem& p, const Fit& fit, std::vector<Reduced> reduced, Index beside) {
   ScoreTable table;
-  table.base = base;
-  const Index n = base + core + terms;
+  table.base = estimates_of(p);
+  const Index n = table.base + beside;
   table.information = Eigen::MatrixXd::Zero(n, n);
   table.score = Eigen::VectorXd::Zero(n);
-  Columns columns;
-  for (const FreeParameter& f : p.free) columns.push_back(f.parameter);
-  columns.insert(columns.end(), held.begin(), held.end());
-
-  std::vector<Reduced> reduced(p.flights.size());
-  for_flights(p.flights.size(), threads, [&](std::size_t f) {
-    std::vector<BodyState> states = r.fit.states[f];
-    Chain chain(*p.flights[f], states, states);
-    reduced[f] = chain.sweep(Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
-                             {.keep_factors = false, .block_s = block_s});
-  });
   for (std::size_t f = 0; f < reduced.size(); ++f) {
     std::vector<Index> at = columns_of_flight(p, f);
-    for (Index c = 0; c < core + terms; ++c) at.push_back(base + c);
+    for (Index c = 0; c < beside; ++c) at.push_back(table.base + c);
     table.score(at) += reduced[f].score;
     for (std::size_t b = 0; b < at.size(); ++b) {
       for (std::size_t a = 0; a < at.size(); ++a)
@@ -228,8 +215,24 @@ ScoreTable table_of(const Identification& r, const Columns& held, const std::vec
       table.blocks.push_back({f, b.from_s, b.to_s, at, std::move(b.information), std::move(b.score)});
     }
   }
-  add_priors(p, r.fit, table);
+  add_priors(p, fit, table);
   return table;
+}
+
+// One more sweep. `held`: core parameters beside the free ones, in the order of their columns.
+ScoreTable table_of(const Identification& r, const Columns& held, const std::vector<ExtraColumns>& extra, double block_s, int threads) {
+  const FitProblem& p = r.problem;
+  Columns columns;
+  for (const FreeParameter& f : p.free) columns.push_back(f.parameter);
+  columns.insert(columns.end(), held.begin(), held.end());
+  std::vector<Reduced> reduced(p.flights.size());
+  for_flights(p.flights.size(), threads, [&](std::size_t f) {
+    std::vector<BodyState> states = r.fit.states[f];
+    Chain chain(*p.flights[f], states, states);
+    reduced[f] = chain.sweep(Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
+                             {.keep_factors = false, .block_s = block_s});
+  });
+  return gathered(p, r.fit, std::move(reduced), static_cast<Index>(held.size()) + extra.front().count);
 }
 
 // The largest product of 2, 3 and 5 that is at most n: transforms of other lengths are slow.
@@ -257,6 +260,14 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 }
 
 }  // namespace
+
+bool acts_on_body(const Candidate& c) {
+  if (!c.term) return c.core.front() != kPoseDelay;
+  const host::TermHooks<double>& h = c.term->plain;
+  return h.speeds || h.air || h.inflow || h.rotor || h.body;
+}
+
+ScoreTable table_of(const Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
 
 Screening screen(const Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads) {

@@ -26,6 +26,9 @@ struct Candidate {
   ColumnSet columns = {};  // of the table
 };
 
+// Whether it changes force and torque (by the rotor speeds they are reckoned from, too), not only what poses and inertial sensors read.
+bool acts_on_body(const Candidate& candidate);
+
 struct Screening {
   ScoreTable table;
   std::vector<Candidate> candidates;
@@ -35,6 +38,9 @@ struct Screening {
 // The linearisation stands at the fit. `without`: ids that are not considered; `library`: terms beside those of host/effects.
 Screening screen(const Identification& result, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads);
+
+// The scores of a fit by themselves, without candidates.
+ScoreTable table_of(const Identification& fit);
 
 // Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
 // between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/diagnose/late_poses.hpp"
+#include "host/effects/term.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -109,6 +110,26 @@ TEST(Contest, refits_all_where_nothing_is_known) {
   Contestant leader, other;
   leader.rise = 700.0;
   EXPECT_FALSE(far_behind(other, leader, 10000.0, 5000.0));
+}
+
+TEST(Contest, takes_a_tenth_of_an_effect_on_the_body_for_what_its_law_leaves_unless_it_is_of_the_sensors) {
+  const auto of_term = [](const char* id) { return Candidate{.id = id, .term = host::find_term(id)}; };
+  const Candidate load = of_term("slung_load"), ground = of_term("ground_effect_vehicle"), scale = of_term("pose_scale");
+  const Tested of_load{.candidate = &load}, of_ground{.candidate = &ground}, of_scale{.candidate = &scale};
+  const auto by = [](const Tested& t, double rise) {
+    Contestant c{.tested = &t};
+    c.rise = rise;
+    return c;
+  };
+  RisesBefore before;
+  before.count(by(of_load, 5000.0));
+  EXPECT_TRUE(too_little_beside(before, by(of_ground, 400.0), {}));
+  EXPECT_FALSE(too_little_beside(before, by(of_ground, 600.0), {}));
+  EXPECT_FALSE(too_little_beside(before, by(of_scale, 200.0), {}));
+  EXPECT_TRUE(too_little_beside(before, by(of_scale, 90.0), {}));
+  RisesBefore of_sensors;
+  of_sensors.count(by(of_scale, 5000.0));
+  EXPECT_FALSE(too_little_beside(of_sensors, by(of_ground, 400.0), {}));
 }
 
 struct Field {

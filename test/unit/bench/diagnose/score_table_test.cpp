@@ -7,60 +7,12 @@
 #include <vector>
 
 #include "bench/diagnose/statistics.hpp"
-#include "sim/world/random.hpp"
+#include "test/unit/bench/diagnose/made_up_regression.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
-using Index = ScoreTable::Index;
-
-// y = Σ columns θ + noise of unit variance, in blocks of `per_block` samples; the table stands at θ = 0.
-struct Regression {
-  std::vector<std::vector<double>> columns;
-  std::vector<double> y;
-  std::size_t base = 1, per_block = 50;
-
-  ScoreTable table() const {
-    const auto n = static_cast<Index>(columns.size());
-    ScoreTable t;
-    t.base = static_cast<Index>(base);
-    t.information = Eigen::MatrixXd::Zero(n, n);
-    t.score = Eigen::VectorXd::Zero(n);
-    t.readings = static_cast<double>(y.size());
-    std::vector<Index> all;
-    for (Index i = 0; i < n; ++i) all.push_back(i);
-    for (std::size_t from = 0; from + per_block <= y.size(); from += per_block) {
-      ScoreTable::Block b{0,   static_cast<double>(from),   static_cast<double>(from + per_block),
-                          all, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
-      for (std::size_t k = from; k < from + per_block; ++k) {
-        Eigen::VectorXd x(n);
-        for (Index i = 0; i < n; ++i) x[i] = columns[static_cast<std::size_t>(i)][k];
-        b.information += x * x.transpose();
-        b.score -= x * y[k];
-      }
-      t.information += b.information;
-      t.score += b.score;
-      t.fold.push_back(static_cast<int>(t.blocks.size() / 4 % 5));
-      t.blocks.push_back(std::move(b));
-    }
-    return t;
-  }
-};
-
-constexpr std::size_t kSamples = 3000;
-
-std::vector<double> noise(std::uint64_t seed, std::uint64_t module) {
-  const sim::RandomStream random(seed, module);
-  std::vector<double> out(kSamples);
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = random.gaussian(k);
-  return out;
-}
-// First-order process of unit variance that remembers `memory` of its last value.
-std::vector<double> coloured(std::uint64_t seed, std::uint64_t module, double memory) {
-  std::vector<double> out = noise(seed, module);
-  for (std::size_t k = 1; k < out.size(); ++k) out[k] = memory * out[k - 1] + std::sqrt(1.0 - memory * memory) * out[k];
-  return out;
-}
+using namespace test;
 
 TEST(ScoreTable, EstimateAndUncertaintyAreThoseOfLeastSquares) {
   Regression r{{noise(1, 1), noise(1, 2)}, noise(1, 3)};
@@ -109,6 +61,30 @@ TEST(ScoreTable, ARealEffectHoldsOnBlocksThatDidNotEstimateIt) {
   const ScoreTable t = r.table();
   const GroupTest g = test_group(t, {0}, {1});
   EXPECT_GT(cross_validated_gain(t, {0}, {1}, g.inflation), 0.8 * g.gain);
+}
+
+// Sizes of 0.4 (1 + e), e of standard deviation `spread` and drawn for each block; what the table says of their spread.
+double told_spread(std::uint64_t seed, double spread) {
+  Regression r{{noise(seed, 1), noise(seed, 2)}, noise(seed, 3)};
+  const std::vector<double> of_block = noise(seed, 4);
+  for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += 0.4 * (1.0 + spread * of_block[k / r.per_block]) * r.columns[1][k];
+  const ScoreTable t = r.table();
+  return variation(t, {0}, {1}, test_group(t, {0}, {1}).estimate);
+}
+TEST(ScoreTable, TheSizeOfAnEffectThatIsTheSameEverywhereDoesNotVary) {
+  for (std::uint64_t seed = 10; seed < 20; ++seed) EXPECT_LT(told_spread(seed, 0.0), 0.3) << seed;
+}
+TEST(ScoreTable, HowMuchASizeVariesFromBlockToBlockIsTold) {
+  double sum = 0.0;
+  constexpr int kTrials = 20;
+  for (int i = 0; i < kTrials; ++i) sum += told_spread(30 + static_cast<std::uint64_t>(i), 1.0) / kTrials;
+  EXPECT_NEAR(sum, 1.0, 0.25);
+}
+TEST(ScoreTable, AnEffectOfEveryFifthBlockVariesByTwiceItself) {
+  Regression r{{noise(6, 1), noise(6, 2)}, noise(6, 3)};
+  for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += (k / r.per_block) % 5 == 0 ? 2.0 * r.columns[1][k] : 0.0;
+  const ScoreTable t = r.table();
+  EXPECT_NEAR(variation(t, {0}, {1}, test_group(t, {0}, {1}).estimate), 2.0, 0.5);
 }
 
 TEST(ScoreTable, ConfoundingOfTwinsIsOneAndOfStrangersNothing) {
