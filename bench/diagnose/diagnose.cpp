@@ -38,6 +38,33 @@ std::vector<std::pair<std::string, double>> shifts(const Identification& before,
 
 bool among(std::string_view id, const std::vector<std::string>& ids) { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
 
+// What the refits say, in the record of the screening. Where none is accepted, no candidate is left standing as if nothing spoke against
+// it.
+void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
+  const bool accepted = !field.empty() && field.front().failure.empty();
+  for (CandidateEvidence& e : record.candidates) {
+    const auto c = std::find_if(field.begin(), field.end(), [&](const Contestant& one) { return one.tested->candidate->id == e.id; });
+    const auto stands_for_it = [&](const Contestant& one) {
+      return std::any_of(one.same.begin(), one.same.end(), [&](const Tested* t) { return t->candidate->id == e.id; });
+    };
+    if (c != field.end()) {
+      e.rise = c->rise;
+      e.variation = c->variation;
+      if (e.ruled_out_by.empty()) e.ruled_out_by = c->failure;
+    } else if (const auto same = std::find_if(field.begin(), field.end(), stands_for_it); same != field.end()) {
+      if (e.ruled_out_by.empty() && !same->failure.empty())
+        e.ruled_out_by = fmt::format("as {}: {}", same->tested->candidate->id, same->failure);
+    } else if (e.ruled_out_by.empty() && !accepted) {
+      e.ruled_out_by = "not refitted: those that explain more were, and failed";
+    }
+  }
+}
+
+// What it takes to see an effect: what is needed beside such logs, and the flight.
+std::string needs_of(const host::EffectFacts& facts) {
+  return facts.needs + (facts.needs.empty() || facts.manoeuvre.empty() ? "" : "; ") + facts.manoeuvre;
+}
+
 bool innovations_white(const Identification& r) {
   for (std::size_t f = 0; f < r.fit.reduced.size(); ++f) {
     if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
@@ -89,13 +116,12 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
       std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
       if (!field.empty() && !among("wind_dryden", o.without)) leave_to_gusts(score_gust(start), field);
       for (Contestant& c : field) {
-        for (CandidateEvidence& e : record.candidates) {
-          if (e.id != c.tested->candidate->id) continue;
-          e.rise = c.rise;
-          e.variation = c.variation;
-        }
         if (c.failure.empty() && too_little_beside(risen, c, o.criteria))
           c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, risen.any);
+      }
+      std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.empty(); });
+      note_refits(field, record);
+      for (const Contestant& c : field) {
         if (c.failure.empty()) continue;
         d.rejected.push_back(c.tested->evidence);
         d.rejected.back().ruled_out_by = c.failure;
@@ -125,13 +151,12 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
         const double typical = t.evidence.typical;
         if (t.test.degrees == 0 || t.evidence.detectable > typical) {
           const host::EffectFacts* facts = catalogue.facts_of(t.candidate->id);
-          d.not_observable.push_back({t.candidate->id,
-                                      t.test.degrees == 0
-                                          ? "the model's own parameters take all of it"
-                                          : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable,
-                                                        t.candidate->parameters.front().unit, typical),
-                                      facts ? facts->needs + facts->manoeuvre : std::string(), t.evidence.detectable, typical,
-                                      t.candidate->parameters.front().unit});
+          d.not_observable.push_back(
+              {t.candidate->id,
+               t.test.degrees == 0 ? "the model's own parameters take all of it"
+                                   : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable,
+                                                 t.candidate->parameters.front().unit, typical),
+               facts ? needs_of(*facts) : std::string(), t.evidence.detectable, typical, t.candidate->parameters.front().unit});
         }
       }
       d.rounds.push_back(std::move(record));
