@@ -16,10 +16,8 @@ constexpr double kFirmer = 0.5;  // relative uncertainty of a ratio over that of
 
 // Place among the estimates of a parameter that all flights share; -1 for none.
 Eigen::Index shared(const Fit& fit, int parameter) {
-  for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
-    if (fit.estimates[i].parameter == parameter && fit.estimates[i].flight < 0) return static_cast<Eigen::Index>(i);
-  }
-  return -1;
+  const Estimate* e = fit.find(parameter);
+  return e && e->flight < 0 ? e - fit.estimates.data() : -1;
 }
 
 double value(const Fit& fit, Eigen::Index at) { return fit.estimates[static_cast<std::size_t>(at)].value; }

@@ -222,13 +222,6 @@ void Chain::apply(const Eigen::VectorXd& parameter_step, double share) {
   }
 }
 
-StateJacobian Chain::marginal(std::size_t k, const StateJacobian& next) const {
-  const auto l = factors_[k].l.triangularView<Eigen::Lower>();
-  const StateJacobian middle = StateJacobian::Identity() + factors_[k].y * next * factors_[k].y.transpose();
-  const StateJacobian half = l.transpose().solve(middle);
-  return l.transpose().solve(half.transpose());
-}
-
 void Chain::move(const std::vector<StateError>& by) {
   for (std::size_t k = 0; k < flight_.knots; ++k) states_[k] = moved(states_[k], by[k]);
 }

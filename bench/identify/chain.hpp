@@ -1,9 +1,9 @@
 // Elimination of one flight's states from the normal equations: block-tridiagonal states, parameters as the arrow. One forward sweep
 // without fill gives the reduced system of the parameters, the log-determinant of the states' information, the cost, scores per
-// block of time, and innovations; a backward sweep gives the states' steps or their marginal covariances.
+// block of time, and innovations; a backward sweep gives the states' steps.
 // With A = ∂r/∂x_k, B = ∂r/∂x_{k+1}, J = ∂r/∂θ, and D, E, C the blocks of the normal matrix:
 //   L Lᵀ = D - Y₋ᵀY₋,  Y = L⁻¹E,  [Z y] = L⁻¹([C g] - Y₋ᵀ[Z y]₋),  S = ΣJᵀJ - ΣZᵀZ,  s = ΣJᵀr - ΣZᵀy
-//   δx = -L⁻ᵀ(y + Z δθ + Y δx₊),  P = L⁻ᵀ(I + Y P₊ Yᵀ)L⁻¹,  P_{k,k+1} = -L⁻ᵀ Y P₊
+//   δx = -L⁻ᵀ(y + Z δθ + Y δx₊)
 // (a Kalman smoother in information form; Bell 1994: iterated, it is Gauss-Newton).
 #pragma once
 #include <vector>
@@ -59,17 +59,12 @@ class Chain {
   void move(const std::vector<StateError>& by);
   // The rows kept by the last sweep: slopes of there, residuals of here.
   const LinearRows& rows_here(const Residuals& residuals);
-  // Marginal covariance of each state given the parameters (12 x 12, order of StateError); needs the factors of such a sweep. Calls
-  // `visit(k, P)` backwards.
-  template <class Visit>
-  void marginals(Visit&& visit) const;
 
  private:
   struct Factor {
     Eigen::Matrix<double, 12, 12> l, y;  // L (lower triangle), Y
   };
   struct Cursor;  // walks the lists of readings
-  StateJacobian marginal(std::size_t k, const StateJacobian& next) const;
 
   const GridFlight& flight_;
   std::vector<BodyState>& states_;
@@ -79,14 +74,5 @@ class Chain {
   std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };
-
-template <class Visit>
-void Chain::marginals(Visit&& visit) const {
-  StateJacobian p = StateJacobian::Zero();
-  for (std::size_t k = flight_.knots; k-- > 0;) {
-    p = marginal(k, p);
-    visit(k, p);
-  }
-}
 
 }  // namespace rotorloop::bench

@@ -348,15 +348,15 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   bool swept = false;  // the last sweep was at these very values
   // … unless one did: slopes that are not exact can lead to and fro between two points for ever.
   bool trusted = true;
-  constexpr double kSeen = std::numeric_limits<double>::infinity();
-  double unseen = kSeen;  // the cost before a step that was taken so, with this noise
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  double unseen = kNone;  // the cost before a step that was taken so, with this noise
   bool noise_settled = o.noise.rounds == 0;
   out.noise_settled = noise_settled;
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
     if (still == kPatience) damping = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     sweep(damping);
     trusted = trusted && cost <= unseen + kCertain;
-    unseen = kSeen;
+    unseen = kNone;
     VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     const double decrement = states_gain - prior_score().dot(step) - 0.5 * step.dot(with_priors() * step);
     if (progress) progress({out.iterations, cost, decrement, out.noise_rounds});
@@ -404,7 +404,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     const bool stalls = damping > 0.0 && (exact ? !noise_settled && before - after < near * before : before - after < kStill);
     still = stalls ? std::min(still + 1, kPatience) : 0;
     if (tells_noise) {
-      unseen = kSeen;
+      unseen = kNone;
       still = 0;
       damping = 0.0;
       out.noise_settled = update_noise();

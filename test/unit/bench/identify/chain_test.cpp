@@ -127,24 +127,6 @@ TEST(Chain, reduced_system_log_determinant_cost_and_steps_are_those_of_the_dense
   }
 }
 
-TEST(Chain, marginal_covariances_are_blocks_of_the_dense_inverse) {
-  Short s;
-  const Residuals res(s.grid, s.values, s.noise, kSome);
-  const Dense dense(s, res);
-  const auto n = 12 * static_cast<Eigen::Index>(s.grid.knots);
-  const MatrixXd inverse = dense.h.topLeftCorner(n, n).llt().solve(MatrixXd::Identity(n, n));
-  Chain chain(s.grid, s.states, s.guess);
-  chain.sweep(res, {});
-  std::size_t seen = 0;
-  chain.marginals([&](std::size_t k, const StateJacobian& p) {
-    const auto at = 12 * static_cast<Eigen::Index>(k);
-    const StateJacobian expected = inverse.block<12, 12>(at, at);
-    EXPECT_LT((p - expected).norm(), 1e-6 * expected.norm()) << "knot " << k;
-    ++seen;
-  });
-  EXPECT_EQ(seen, s.grid.knots);
-}
-
 TEST(RowSmoother, moves_and_noise_moments_under_another_noise_are_those_of_the_dense_normal_equations_with_it) {
   Short s;
   NoiseModel other = s.noise;
