@@ -36,7 +36,7 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
-double variation_of(const Identification& refit, const Candidate& c) {
+Evenness evenness_of(const Identification& refit, const Candidate& c) {
   const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
   ColumnSet own, others;
   Eigen::VectorXd size(static_cast<Eigen::Index>(parameters.size()));
@@ -48,7 +48,7 @@ double variation_of(const Identification& refit, const Candidate& c) {
     const auto k = static_cast<std::size_t>(found - parameters.begin());
     size[static_cast<Eigen::Index>(own.size()) - 1] = estimates[i].value - c.parameters[k].neutral;
   }
-  return variation(table_of(refit), others, own, size);
+  return evenness(table_of(refit), others, own, size);
 }
 
 // What the refit says of an effect, and why it cannot be what is missing, if so.
@@ -59,7 +59,7 @@ void judge(Contestant& c, const Identification& model, const Screening& s, const
   c.rise = fit.log_likelihood - model.fit.log_likelihood;
   c.score = c.rise - cost_of(*c.tested, s.table.readings);
   const double sure = certainty(candidate, c.values);
-  c.variation = variation_of(c.refit.fit, candidate);
+  c.even = evenness_of(c.refit.fit, candidate);
   if (!fit.converged) {
     c.failure = "the refit does not converge";
   } else if (at_bound(candidate, c.values)) {
@@ -70,8 +70,8 @@ void judge(Contestant& c, const Identification& model, const Screening& s, const
     c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
     c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
-  } else if (acts_on_body(candidate) && c.variation > criteria.variation) {
-    c.failure = fmt::format("its size varies by {:.1f} times itself from one stretch of the flights to another", c.variation);
+  } else if (acts_on_body(candidate) && c.even.variation > criteria.variation && c.even.scatter > criteria.scatter) {
+    c.failure = fmt::format("its size varies by {:.1f} times itself from one stretch of the flights to another", c.even.variation);
   }
 }
 

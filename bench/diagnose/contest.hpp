@@ -17,7 +17,7 @@ struct Contestant {
   std::vector<NamedValue> values = {};   // of its parameters there
   double rise = 0.0;                     // of the log likelihood
   double score = 0.0;                    // rise less what its parameters cost
-  double variation = 0.0;                // of its size between stretches of the flights, over that size
+  Evenness even = {};                    // of its size over the flights
   std::string failure = {};              // why it cannot be the missing effect; empty: it could
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
 };

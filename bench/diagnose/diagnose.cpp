@@ -49,7 +49,8 @@ void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
     };
     if (c != field.end()) {
       e.rise = c->rise;
-      e.variation = c->variation;
+      e.variation = c->even.variation;
+      e.scatter = c->even.scatter;
       if (e.ruled_out_by.empty()) e.ruled_out_by = c->failure;
     } else if (const auto same = std::find_if(field.begin(), field.end(), stands_for_it); same != field.end()) {
       if (e.ruled_out_by.empty() && !same->failure.empty())
@@ -133,7 +134,8 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
                       .twins = twins_of(s, all, field, o.criteria),
                       .evidence = winner.tested->evidence};
         a.evidence.rise = winner.rise;
-        a.evidence.variation = winner.variation;
+        a.evidence.variation = winner.even.variation;
+        a.evidence.scatter = winner.even.scatter;
         a.shifts = shifts(model, winner.refit.fit);
         if (const host::EffectFacts* facts = catalogue.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
         record.decision = fmt::format("added {}", a.id);

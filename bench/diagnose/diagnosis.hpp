@@ -23,9 +23,10 @@ struct CandidateEvidence {
   double bic = 0.0;              // gain less ½ d log(n_eff)
   double cross_validated = 0.0;  // rise of the log likelihood on blocks or flights that did not estimate it, deflated likewise
   double rise = 0.0;             // of the log likelihood by the refit with it; 0: it was not refitted
-  double variation = 0.0;        // of its size there between stretches of the flights, over that size (score_table.hpp)
-  bool inside_bounds = true;     // of its physical range, within two u
-  std::string ruled_out_by;      // first criterion it fails, in words; empty: it could be the missing effect
+  // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
+  double variation = 0.0, scatter = 1.0;
+  bool inside_bounds = true;  // of its physical range, within two u
+  std::string ruled_out_by;   // first criterion it fails, in words; empty: it could be the missing effect
   // The smallest size that these flights would have shown (3.3 u), by its first parameter, and what is typical (catalogue).
   double detectable = 0.0, typical = 0.0;
 };

@@ -62,6 +62,7 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"cross_validated", number(e.cross_validated)},
           {"rise", number(e.rise)},
           {"variation", number(e.variation)},
+          {"scatter", number(e.scatter)},
           {"inside_bounds", e.inside_bounds},
           {"detectable", number(e.detectable)},
           {"typical", number(e.typical)},

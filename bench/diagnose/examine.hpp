@@ -20,7 +20,8 @@ struct Criteria {
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
   double least_share = 0.02;  // of the largest rise of log likelihood by one effect, which a further one must bring …
   double beside_law = 0.1;    // … where both act on the body (contest.hpp)
-  double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect
+  double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect …
+  double scatter = 4.0;       // … if these scatter by more than what the reduced laws of a whole model leave, as a variance over noise
 };
 
 // A candidate with all that the table says of it.

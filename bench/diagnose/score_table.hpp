@@ -49,10 +49,16 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
 // Rise of the log likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 
-// Standard deviation of the group's size between blocks over that size, γ about neutral: what the scatter of the block scores about it
-// says beyond the noise, by the method of moments (DerSimonian and Laird, Meta-analysis in clinical trials, 1986). 0: the same
-// everywhere, as far as can be told.
-double variation(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& size);
+// How even an effect is over the blocks.
+struct Evenness {
+  // Standard deviation of the group's size between blocks over that size: what the scatter of the block scores about it says beyond the
+  // noise, by the method of moments (DerSimonian and Laird, Meta-analysis in clinical trials, 1986). 0: the same everywhere, as far as can
+  // be told.
+  double variation = 0.0;
+  double scatter = 1.0;  // that scatter over the one that noise gives, as a variance
+};
+// `size`: of the group, γ about neutral.
+Evenness evenness(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& size);
 
 // Largest canonical correlation of two groups of columns, after the model took its share.
 double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b);

@@ -69,7 +69,7 @@ double told_spread(std::uint64_t seed, double spread) {
   const std::vector<double> of_block = noise(seed, 4);
   for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += 0.4 * (1.0 + spread * of_block[k / r.per_block]) * r.columns[1][k];
   const ScoreTable t = r.table();
-  return variation(t, {0}, {1}, test_group(t, {0}, {1}).estimate);
+  return evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate).variation;
 }
 TEST(ScoreTable, TheSizeOfAnEffectThatIsTheSameEverywhereDoesNotVary) {
   for (std::uint64_t seed = 10; seed < 20; ++seed) EXPECT_LT(told_spread(seed, 0.0), 0.3) << seed;
@@ -84,7 +84,17 @@ TEST(ScoreTable, AnEffectOfEveryFifthBlockVariesByTwiceItself) {
   Regression r{{noise(6, 1), noise(6, 2)}, noise(6, 3)};
   for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += (k / r.per_block) % 5 == 0 ? 2.0 * r.columns[1][k] : 0.0;
   const ScoreTable t = r.table();
-  EXPECT_NEAR(variation(t, {0}, {1}, test_group(t, {0}, {1}).estimate), 2.0, 0.5);
+  const Evenness e = evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate);
+  EXPECT_NEAR(e.variation, 2.0, 0.5);
+  EXPECT_GT(e.scatter, 10.0);
+}
+
+TEST(ScoreTable, ASmallEffectBesideNoiseThatWandersScattersLittleThoughItsSizeIsNotToldEverywhere) {
+  Regression r{{noise(8, 1), noise(8, 2)}, coloured(8, 3, 0.5)};
+  r.columns[1] = coloured(8, 2, 0.5);
+  for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += 0.1 * r.columns[1][k];
+  const ScoreTable t = r.table();
+  EXPECT_LT(evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate).scatter, 4.0);
 }
 
 TEST(ScoreTable, ConfoundingOfTwinsIsOneAndOfStrangersNothing) {

@@ -39,6 +39,7 @@ TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFound) {
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_plane_height") || names(d.added.front(), "hub_moment")) << d.added.front().id;
   EXPECT_GT(d.added.front().evidence.wald, 10.0 * d.rounds.front().placebo_wald);
+  EXPECT_LT(d.added.front().evidence.variation, 0.2) << "one size from second to second";
 }
 
 TEST(UndeclaredFlights, RotorInertiaIsFoundInBothOfItsActionsWithOneSize) {
@@ -58,6 +59,7 @@ TEST(UndeclaredFlights, NothingIsAddedWhereNothingIsMissing) {
   const Diagnosis d = diagnosed("undeclared_c", {"vertical", "horizontal", "rotation"}, 2);
   EXPECT_TRUE(d.added.empty()) << d.added.front().id;
   EXPECT_EQ(d.verdict, DiagnosisVerdict::clean);
+  for (const CandidateEvidence& e : d.rounds.back().candidates) EXPECT_FALSE(e.ruled_out_by.empty()) << e.id;
 }
 
 }  // namespace
