@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "bench/identify/identified_vehicle.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::bench {
@@ -13,6 +14,8 @@ namespace {
 
 // Of a parameter's scale: a finer figure is a fit's rounding, and would only spoil the arithmetic.
 constexpr double kFinest = 1e-4;
+constexpr double kTold = 0.1;         // of a belief's variance that the flights must take away to say anything of it
+constexpr double kContradicts = 3.5;  // of forty numbers one in fifty diagnoses has such a one by chance
 
 // Standard uncertainty of what the file knows of a parameter; nothing where it guesses.
 std::optional<double> known_u(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
@@ -130,6 +133,25 @@ std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const Free
     out.push_back(std::move(p));
   }
   add_stand(v, at, out);
+  return out;
+}
+
+std::vector<Contradiction> contradictions(const FitProblem& problem, const Fit& fit) {
+  std::vector<Contradiction> out;
+  for (const JointPrior& prior : problem.priors) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(prior.information);
+    if (factor.info() != Eigen::Success) continue;  // one direction of several numbers: it says nothing of each
+    const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(prior.information.rows(), prior.information.cols()));
+    for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
+      const Estimate* e = fit.find(prior.parameters[k]);
+      const auto at = static_cast<Eigen::Index>(k);
+      const double believed = covariance(at, at), taken = e ? believed - e->u * e->u : 0.0;
+      if (!(taken > kTold * believed)) continue;
+      const double z = (e->value - prior.mean[at]) / std::sqrt(taken) / std::max(1.0, e->u_robust / e->u);
+      if (std::fabs(z) > kContradicts) out.push_back({e->parameter, prior.mean[at], std::sqrt(believed), e->value, reported_u(*e), z});
+    }
+  }
+  std::stable_sort(out.begin(), out.end(), [](const Contradiction& a, const Contradiction& b) { return std::fabs(a.z) > std::fabs(b.z); });
   return out;
 }
 

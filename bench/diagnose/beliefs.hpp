@@ -1,5 +1,5 @@
 // What the vehicle file knows, as knowledge that a fit starts from: values with their uncertainty and, where the file has them, their
-// covariance; and static thrust found on a stand. Guesses are no knowledge.
+// covariance; and static thrust found on a stand. Guesses are no knowledge. And, after the fit, what the flights make of it.
 #pragma once
 #include <span>
 #include <vector>
@@ -11,5 +11,17 @@ namespace rotorloop::bench {
 
 // About the free, shared parameters among `free`.
 std::vector<JointPrior> beliefs(const host::VehicleFile& vehicle, std::span<const FreeParameter> free, const ModelValues& file_values);
+
+// What the file knows of a number and the flights contradict.
+struct Contradiction {
+  int parameter = 0;
+  double believed = 0.0, believed_u = 0.0;
+  double found = 0.0, found_u = 0.0;  // by file and flights together
+  // How far the flights moved it, over what they could have moved it by chance: were both right, that is of variance believed_u² - found_u²
+  // (Evans and Moshonov, Checking for prior-data conflict, 2006). Larger where the blocks of the flights scatter more than their noise.
+  double z = 0.0;
+};
+// Those beyond 3.5, the worst first. `problem`: as it was fitted, priors about the beliefs.
+std::vector<Contradiction> contradictions(const FitProblem& problem, const Fit& fit);
 
 }  // namespace rotorloop::bench

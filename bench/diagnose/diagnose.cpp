@@ -61,6 +61,20 @@ void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
   }
 }
 
+// What the file is wrong about is no effect that the model lacks, and yet changes what it foretells.
+void note_contradictions(const Identification& model, Diagnosis& d) {
+  constexpr std::size_t kMost = 5;
+  const std::vector<Contradiction> all = contradictions(model.problem, model.fit);
+  for (std::size_t i = 0; i < std::min(kMost, all.size()); ++i) {
+    const Contradiction& c = all[i];
+    const ParameterInfo info = parameter_info(c.parameter, model.problem.start.terms);
+    d.remarks.push_back(
+        fmt::format("The flights contradict what the file knows of {}: {:.4g} ± {:.2g} {} there, {:.4g} ± {:.2g} with them ({:.1f} "
+                    "standard deviations).",
+                    info.name, c.believed, c.believed_u, info.unit, c.found, c.found_u, std::fabs(c.z)));
+  }
+}
+
 // What it takes to see an effect: what is needed beside such logs, and the flight.
 std::string needs_of(const host::EffectFacts& facts) {
   return facts.needs + (facts.needs.empty() || facts.manoeuvre.empty() ? "" : "; ") + facts.manoeuvre;
@@ -201,6 +215,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
     if (facts.observability == "not_observable" && !listed && !found)
       d.not_observable.push_back({catalogue.ids[i], "does not show in flight logs of this kind", facts.needs, 0.0, 0.0, facts.unit});
   }
+  note_contradictions(model, d);
   out.after = std::move(model);
   d.white = innovations_white(out.after);
   const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
