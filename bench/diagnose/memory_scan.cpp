@@ -23,7 +23,7 @@ struct Leftover {
 Leftover leftover(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const NoiseModel& noise) {
   RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
-  input.prepare(values);
+  input.prepare(values, false);
   const Model model(values);
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(kEvery_s / g.step_s)));
   Leftover out;
@@ -52,35 +52,46 @@ void without_means(Rows& x) {
   if (x.cols() > 0) x.colwise() -= Wrench(x.rowwise().mean());
 }
 
-}  // namespace
+constexpr double kSmall = 1e-3;  // of a size that matters: what the term is given to see what it does
 
-Rows wrench_per_unit(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& model, const host::Term& term,
-                     const std::vector<double>& parameters) {
-  ModelValues values = model;
-  values.terms.add(term);
-  values.values.insert(values.values.end(), parameters.begin(), parameters.end());
-  values.values.resize(kCoreParameters + values.terms.parameters(), 0.0);
-  const int size = kCoreParameters + static_cast<int>(values.terms.first_parameter(values.terms.size() - 1));
-  const Model with(values, {size});
+// Force and torque (N, N m, body axes) of a model along the states of a flight, at its knots.
+Rows wrench_along(const GridFlight& g, const std::vector<BodyState>& states, const std::shared_ptr<const Motion>& motion,
+                  const ModelValues& values) {
   RotorInput input = g.input;
-  input.follow(std::make_shared<const Motion>(motion_of(g, states)));
-  input.prepare(values);
+  if (values.terms.memory() > 0) input.follow(motion);
+  input.prepare(values, false);
+  const Model model(values);
   Rows out(6, static_cast<Eigen::Index>(g.knots));
-  Eigen::MatrixXd by(6, 1);
   std::size_t hint = 0;
   for (std::size_t k = 0; k < g.knots; ++k) {
-    by.setZero();
-    with.wrench_by_extras(states[k], input.at(g.time_s(k), hint, false), g.time_s(k), by);
-    out.col(static_cast<Eigen::Index>(k)) = by;
+    const Instant now = model.instant(states[k], input.at(g.time_s(k), hint, false), g.time_s(k));
+    out.col(static_cast<Eigen::Index>(k)) << now.force_B_N, now.torque_B_N_m;
   }
   return out;
 }
 
+// The model with one term more.
+ModelValues with_term(const ModelValues& model, const host::Term& term, const std::vector<double>& parameters) {
+  ModelValues out = model;
+  out.terms.add(term);
+  out.values.insert(out.values.end(), parameters.begin(), parameters.end());
+  out.values.resize(kCoreParameters + out.terms.parameters(), 0.0);
+  return out;
+}
+
+}  // namespace
+
 std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& term, int threads) {
   const std::size_t flights = r.flights.size(), width = term.info.parameters.size(), points = term.info.scan.size() / width;
+  const host::TermParameter& size_of = term.info.parameters.front();
+  const double given = size_of.scale * kSmall;
   std::vector<Leftover> left(flights);
+  std::vector<Rows> without(flights);
+  std::vector<std::shared_ptr<const Motion>> motion(flights);
   double all = 0.0;
   for (std::size_t f = 0; f < flights; ++f) {
+    motion[f] = std::make_shared<const Motion>(motion_of(r.flights[f], r.fit.states[f]));
+    without[f] = wrench_along(r.flights[f], r.fit.states[f], motion[f], r.fit.values[f]);
     left[f] = leftover(r.flights[f], r.fit.states[f], r.fit.values[f], r.fit.noise[f]);
     without_means(left[f].value);
     all += left[f].value.squaredNorm();
@@ -90,11 +101,12 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
     const auto row = term.info.scan.subspan(i * width, width);
     ScanPoint& p = out[i];
     p.parameters.assign(row.begin(), row.end());
-    p.parameters.front() = term.info.parameters.front().neutral;
+    p.parameters.front() = size_of.neutral + given;
     double along = 0.0, size = 0.0;
     for (std::size_t f = 0; f < flights; ++f) {
       const ModelValues& v = r.fit.values[f];
-      const Rows wrench = wrench_per_unit(r.flights[f], r.fit.states[f], v, term, p.parameters);
+      const Rows with = wrench_along(r.flights[f], r.fit.states[f], motion[f], with_term(v, term, p.parameters));
+      const Rows wrench = (with - without[f]) / given;
       const Eigen::Matrix3d inverse_inertia = v.inertia_kg_m2().inverse();
       Rows a(6, left[f].value.cols());
       for (Eigen::Index c = 0; c < a.cols(); ++c) {
@@ -109,8 +121,8 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
       size += a.squaredNorm();
     }
     const double estimate = size > 0.0 ? along / size : 0.0;
-    p.parameters.front() += estimate;
-    p.gain = all > 0.0 && p.parameters.front() > term.info.parameters.front().min ? estimate * along / all : 0.0;
+    p.parameters.front() = size_of.neutral + estimate;
+    p.gain = all > 0.0 && p.parameters.front() > size_of.min ? estimate * along / all : 0.0;
   };
   std::vector<std::thread> pool;
   const auto workers = static_cast<std::size_t>(std::max(1, threads));

@@ -1,18 +1,11 @@
 // Where to look for a term with memory. At its neutral size its other numbers (length and damping of a load on a string) change nothing,
 // so the sweep of all candidates cannot find them: they are chosen before it, where the term's load follows best what the model leaves.
 #pragma once
-#include <Eigen/Core>
 #include <vector>
 
 #include "bench/diagnose/screening.hpp"
 
 namespace rotorloop::bench {
-
-// Force and torque (N, N m per unit of its first parameter, body axes, 6 x knots) that a term puts on the body along the states of a
-// flight, with its memory running along them from rest. `parameters`: its own, the first at its neutral value.
-Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_per_unit(const GridFlight& flight, const std::vector<BodyState>& states,
-                                                         const ModelValues& model, const host::Term& term,
-                                                         const std::vector<double>& parameters);
 
 struct ScanPoint {
   std::vector<double> parameters;  // the first is its estimate

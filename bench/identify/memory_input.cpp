@@ -63,7 +63,7 @@ void advance_memory(const ModelValues& v, const BodyState& from, const RotorInpu
   }
 }
 
-void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
+void MemoryInput::prepare(const ModelValues& v, const RotorInput& input, bool derivatives) {
   const host::TermList& terms = v.terms;
   numbers_ = terms.memory();
   places_.clear();
@@ -82,7 +82,7 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input) {
     for (const MeasuredMemory& m : motion_->measured) {
       if (m.term == info.id && m.at_knot.size() == motion_->states.size()) measured[i] = &m;
     }
-    if (info.memory.empty() || measured[i]) continue;
+    if (info.memory.empty() || measured[i] || !derivatives) continue;
     Branch own{.term = i};
     std::copy_n(values + terms.first_parameter(i), info.parameters.size(), own.parameters.begin());
     const double* starts = values + terms.first_start(i);

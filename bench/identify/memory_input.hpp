@@ -38,8 +38,8 @@ class MemoryInput {
   // Without a motion every memory is at rest.
   void follow(std::shared_ptr<const Motion> motion) { motion_ = std::move(motion); }
   bool follows() const { return motion_ != nullptr; }
-  // Runs the filters with these values; `input` is prepared with the same.
-  void prepare(const ModelValues& values, const RotorInput& input);
+  // Runs the filters with these values; `input` is prepared with the same. Their derivatives take as many runs more as there are numbers.
+  void prepare(const ModelValues& values, const RotorInput& input, bool derivatives = true);
   // Puts the memory at time t, and where its derivatives stand, into `out`; held outside the motion.
   void at(double t_s, RotorInputSample& out) const;
   // visit(i, ∂memory_i / ∂parameter) for what depends on that parameter, at the moment of the sample.

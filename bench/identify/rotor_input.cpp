@@ -139,10 +139,10 @@ bool RotorInput::covers(double from_s, double to_s) const {
   return true;
 }
 
-void RotorInput::prepare(const ModelValues& v) {
+void RotorInput::prepare(const ModelValues& v, bool derivatives) {
   delay_s_ = v[kRotorDelay];
   if (from_commands_) run_motors(v);
-  memory_.prepare(v, *this);
+  memory_.prepare(v, *this, derivatives);
 }
 
 // With commands: ω̇ = (ω_target - ω) / lag, exact for a target that is held between samples, and its derivatives by the same rule.

@@ -40,7 +40,8 @@ class RotorInput {
   double last_s() const { return t_s_.back(); }
 
   // Must be called before at() whenever the values change: with commands it runs the motor model over the flight.
-  void prepare(const ModelValues& values);
+  // `derivatives`: of the terms' memory; what asks for no slopes by their numbers can do without.
+  void prepare(const ModelValues& values, bool derivatives = true);
   // `hint`: the caller's cursor, any value; makes neighbouring times cheap. Outside the readings the nearest one is held.
   RotorInputSample at(double t_s, std::size_t& hint, bool derivatives) const;
   // Mean over [from, to] by Simpson's rule in `parts` parts; battery and memory as they are in the middle.
