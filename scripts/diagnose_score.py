@@ -116,11 +116,24 @@ def page(out, wanted):
             judged[c.name].append((*outcome(trial, result), said(result), trial["seed"]))
             unflown += [f"`{c.name}` seed {trial['seed']}: {flight} {end}" for flight, end in trial["ends"].items() if end != "completed"]
     lines, missed = summary(judged, kinds)
-    seeds = sorted({t[3] for trials in judged.values() for t in trials})
-    lines = [HEAD, f"Seeds {', '.join(map(str, seeds))}.\n" if seeds else "No trial yet.\n", *lines, ""]
+    clean = {t[3] for name, trials in judged.items() for t in trials if kinds[name].startswith("clean")}
+    others = {t[3] for name, trials in judged.items() for t in trials if not kinds[name].startswith("clean")}
+    told = [f"{what}{spans(seeds)}" for what, seeds in (("Seeds ", others), ("clean controls ", clean)) if seeds]
+    lines = [HEAD, "; ".join(told) + ".\n" if told else "No trial yet.\n", *lines, ""]
     lines += table(judged, kinds)
     lines += ["", "## Flights that did not end as planned", "", *([f"- {u}" for u in unflown] or ["None."])]
     return "\n".join(lines) + "\n", missed
+
+
+def spans(seeds):
+    """{1, 2, 3, 5} as '1 to 3, 5'."""
+    runs = []
+    for s in sorted(seeds):
+        if runs and s == runs[-1][1] + 1:
+            runs[-1][1] = s
+        else:
+            runs.append([s, s])
+    return ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in runs)
 
 
 def summary(judged, kinds):
