@@ -44,6 +44,8 @@ std::vector<NamedValue> firm_ratios(const Fit& fit, int parameter, const host::T
   if (of < 0 || value(fit, of) == 0.0) return {};
   const double alone = relative_u(fit, of, -1);
   const ParameterInfo info = parameter_info(parameter, terms);
+  const std::string own_name(parameter < kCoreParameters ? info.symbol
+                                                         : terms.parameter(static_cast<std::size_t>(parameter - kCoreParameters)).name);
   std::vector<NamedValue> out;
   for (const int scale : kScales) {
     const Eigen::Index over = shared(fit, scale);
@@ -53,7 +55,7 @@ std::vector<NamedValue> firm_ratios(const Fit& fit, int parameter, const host::T
     const ParameterInfo by = parameter_info(scale, terms);
     const double ratio = value(fit, of) / value(fit, over);
     const std::string unit = info.unit == by.unit ? "1" : fmt::format("({})/({})", info.unit, by.unit);
-    out.push_back({fmt::format("{} / {}", info.symbol, by.symbol), unit, ratio, relative * std::fabs(ratio)});
+    out.push_back({fmt::format("{} / {}", own_name, by.symbol), unit, ratio, relative * std::fabs(ratio)});
   }
   std::stable_sort(out.begin(), out.end(),
                    [](const NamedValue& a, const NamedValue& b) { return a.u * std::fabs(b.value) < b.u * std::fabs(a.value); });

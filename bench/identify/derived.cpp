@@ -6,18 +6,47 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/identify/model.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
-// Thrust of all rotors at hover speed by climb speed: what damps the vertical motion.
-double thrust_by_climb(const host::VehicleModel& m) {
-  constexpr double kStep_m_s = 0.01;
-  const double omega = host::hover_omega_rad_s(m);
-  const auto thrust = [&](double v) { return host::kRotors * host::solve_thrust(m.thrust, omega, v, 0.0).thrust_N; };
-  return (thrust(kStep_m_s) - thrust(-kStep_m_s)) / (2.0 * kStep_m_s);
-}
+constexpr double kStep_m_s = 0.01;
+constexpr double kStill = 1e-9;  // relative move of rotor speed that ends the search for the one that carries the weight
+
+// Level and without rates, all rotors alike, in the middle of the room: with every term of the model.
+class LevelFlight {
+ public:
+  explicit LevelFlight(const ModelValues& v) : model_(v), weight_N_(v[kMass] * host::kGravity_m_s2) {
+    x_.p_W_m.z() = 0.5 * (v.geometry.ground_z_m + v.geometry.ceiling_z_m);
+  }
+  Eigen::Vector3d force_B_N(double omega_rad_s, double forward_m_s, double climb_m_s) {
+    x_.v_W_m_s = {forward_m_s, 0.0, climb_m_s};
+    RotorInputSample u;
+    u.omega_rad_s.fill(omega_rad_s);
+    return model_.instant(x_, u, 0.0).force_B_N;
+  }
+  // The rotor speed that carries the weight, from a first guess.
+  double omega_rad_s(double guess_rad_s, double forward_m_s) {
+    double omega = guess_rad_s;
+    for (int i = 0; i < 20; ++i) {
+      const double lift = force_B_N(omega, forward_m_s, 0.0).z();
+      const double step = 1e-4 * omega;
+      const double slope = (force_B_N(omega + step, forward_m_s, 0.0).z() - lift) / step;
+      if (!(slope > 0.0)) break;
+      const double move = std::clamp((weight_N_ - lift) / slope, -0.3 * omega, 0.3 * omega);
+      omega += move;
+      if (std::fabs(move) < kStill * omega) break;
+    }
+    return omega;
+  }
+
+ private:
+  Model model_;
+  double weight_N_;
+  BodyState x_;
+};
 
 }  // namespace
 
@@ -44,24 +73,37 @@ DerivedQuantity propagated(const Fit& fit, const std::function<double(const Mode
 std::vector<DerivedQuantity> derived_quantities(const Fit& fit, const host::VehicleModel& base, double speed) {
   std::vector<DerivedQuantity> out;
   const auto add = [&](std::string id, std::string symbol, std::string meaning, std::string unit, auto&& function) {
-    DerivedQuantity d = propagated(fit, [&](const ModelValues& v) { return function(vehicle_model(v, base)); });
+    DerivedQuantity d = propagated(fit, function);
     d.id = std::move(id);
     d.symbol = std::move(symbol);
     d.meaning = std::move(meaning);
     d.unit = std::move(unit);
     out.push_back(std::move(d));
   };
-  using Vehicle = host::VehicleModel;
-  add("static_c_t", "c_t", "static thrust coefficient, that of hover", "N s2", [](const Vehicle& m) { return host::static_c_t(m.thrust); });
-  add("hover_speed", "ω_hover", "rotor speed in hover", "RPM",
-      [](const Vehicle& m) { return host::hover_omega_rad_s(m) * 30.0 / std::numbers::pi; });
-  add("thrust_by_climb", "dT/dv_z", "thrust of all rotors by climb speed, about hover", "N s/m", thrust_by_climb);
-  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe, thrust taken as the weight", "N",
-      [speed](const Vehicle& m) { return m.weight_N() * m.drag.c_dh_s_m * speed + m.drag.c_dxy_N_s2_m2 * speed * speed; });
+  const auto hover = [&base](const ModelValues& v, LevelFlight& f) {
+    return f.omega_rad_s(host::hover_omega_rad_s(vehicle_model(v, base)), 0.0);
+  };
+  add("static_c_t", "c_t", "static thrust coefficient of eq. (1)-(2), that of hover", "N s2",
+      [&](const ModelValues& v) { return host::static_c_t(vehicle_model(v, base).thrust); });
+  add("hover_speed", "ω_hover", "rotor speed in hover", "RPM", [&](const ModelValues& v) {
+    LevelFlight f(v);
+    return hover(v, f) * 30.0 / std::numbers::pi;
+  });
+  add("thrust_by_climb", "dT/dv_z", "thrust of all rotors by climb speed, about hover", "N s/m", [&](const ModelValues& v) {
+    LevelFlight f(v);
+    const double omega = hover(v, f);
+    return (f.force_B_N(omega, 0.0, kStep_m_s).z() - f.force_B_N(omega, 0.0, -kStep_m_s).z()) / (2.0 * kStep_m_s);
+  });
+  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe", "N", [&](const ModelValues& v) {
+    LevelFlight f(v);
+    return -f.force_B_N(f.omega_rad_s(hover(v, f), speed), speed, 0.0).x();
+  });
   add("izz_by_cq", "I_zz/c_q", "yaw inertia by torque coefficient: one flaw of a model moves both together", "m2/N",
-      [](const Vehicle& m) { return m.inertia_kg_m2[2] / m.c_q_N_m_s2; });
-  add("figure_of_merit", "FM", "ideal by real power in hover; credible: 0.3 to 0.85", "1",
-      [](const Vehicle& m) { return host::figure_of_merit(m.thrust, m.c_q_N_m_s2); });
+      [](const ModelValues& v) { return v[kIzz] / v[kCq]; });
+  add("figure_of_merit", "FM", "ideal by real power in hover; credible: 0.3 to 0.85", "1", [&](const ModelValues& v) {
+    const host::VehicleModel m = vehicle_model(v, base);
+    return host::figure_of_merit(m.thrust, m.c_q_N_m_s2);
+  });
   return out;
 }
 

@@ -17,7 +17,8 @@ struct DerivedQuantity {
   double value = 0.0, u = 0.0, u_robust = 0.0;
 };
 
-// `drag_speed_m_s`: of level flight, for the total drag. Of the values of the first flight where parameters are per flight.
+// Loads are those of the whole model, its terms included. `drag_speed_m_s`: for the total drag, of flight with the rotors level and the
+// thrust as heavy as the vehicle. Of the values of the first flight where parameters are per flight.
 std::vector<DerivedQuantity> derived_quantities(const Fit& fit, const host::VehicleModel& base, double drag_speed_m_s);
 
 // Any function of the values: its standard uncertainties by central differences over the estimates.

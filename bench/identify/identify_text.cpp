@@ -13,10 +13,20 @@ namespace {
 constexpr double kModelErrorRatio = 5.0;
 
 // Columns count characters, not bytes.
-std::string padded(const std::string& text, std::size_t width) {
+std::size_t characters(const std::string& text) {
   std::size_t shown = 0;
   for (const char c : text) shown += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  return shown;
+}
+std::string padded(const std::string& text, std::size_t width) {
+  const std::size_t shown = characters(text);
   return text + std::string(width > shown ? width - shown : 0, ' ');
+}
+// Of a column of names: the longest and a gap, at least `least`.
+template <class List, class Name>
+std::size_t column_width(const List& list, std::size_t least, Name&& name) {
+  for (const auto& of : list) least = std::max(least, characters(name(of)) + 2);
+  return least;
 }
 
 // Value of the vehicle file in the fit's parameter: the sensor's rotation starts from it, at zero.
@@ -31,13 +41,14 @@ std::string mark_of(const Estimate& e) {
 }
 
 std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
-  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}\n", padded("parameter", 22), "estimate", "u", "robust u",
+  const std::size_t width = column_width(r.fit.estimates, 22, [&](const Estimate& e) { return estimate_name(e, r.problem); });
+  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}\n", padded("parameter", width), "estimate", "u", "robust u",
                                 padded("unit", 9), "file says", "z");
   for (const Estimate& e : r.fit.estimates) {
     const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
     const double u_before = believed_u(before, e.parameter, r.problem.start.terms);
     const double was = value_before(r, e.parameter);
-    out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate_name(e, r.problem), 22), e.value, e.u, e.u_robust,
+    out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate_name(e, r.problem), width), e.value, e.u, e.u_robust,
                        padded(info.unit, 9), was);
     out += u_before > 0.0 && e.prior_share <= 0.5 ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
                                                   : "        ";
@@ -57,21 +68,22 @@ std::string derived_table(const std::vector<DerivedQuantity>& derived) {
 
 std::string stages_table(const Identification& r) {
   if (r.comparison.empty()) return "";
-  std::string out = fmt::format("{}{}{:>13}  {:>9}  {:>13}  {:>9} {:>7}\n", padded("stage", 12), padded("parameter", 12), "stage", "u",
+  const auto symbol = [&](const StageComparison& c) { return parameter_info(c.parameter, r.problem.start.terms).symbol; };
+  const std::size_t width = column_width(r.comparison, 12, symbol);
+  std::string out = fmt::format("{}{}{:>13}  {:>9}  {:>13}  {:>9} {:>7}\n", padded("stage", 12), padded("parameter", width), "stage", "u",
                                 "joint fit", "u", "z");
   std::size_t apart = 0;
   for (const StageComparison& c : r.comparison) {
-    const ParameterInfo info = parameter_info(c.parameter, r.problem.start.terms);
     out += fmt::format("{}{}{:>13.5g}  {:>9.2g}  {:>13.5g}  {:>9.2g} {:>7.1f}{}\n", padded(std::string(name(c.role)), 12),
-                       padded(info.symbol, 12), c.stage, c.u_stage, c.joint, c.u_joint, c.z, c.agrees ? "" : "  apart");
+                       padded(symbol(c), width), c.stage, c.u_stage, c.joint, c.u_joint, c.z, c.agrees ? "" : "  apart");
     apart += !c.agrees;
   }
   if (apart == 0) return out + "Stages and joint fit agree within 3 standard uncertainties in every parameter.\n";
   out += "Stages and joint fit differ by more than 3 standard uncertainties in:";
   for (const StageComparison& c : r.comparison) {
     if (!c.agrees)
-      out += fmt::format(" {} ({}, by {:+.3g} {}, z {:+.1f})", parameter_info(c.parameter, r.problem.start.terms).symbol, name(c.role),
-                         c.stage - c.joint, parameter_info(c.parameter, r.problem.start.terms).unit, c.z);
+      out += fmt::format(" {} ({}, by {:+.3g} {}, z {:+.1f})", symbol(c), name(c.role), c.stage - c.joint,
+                         parameter_info(c.parameter, r.problem.start.terms).unit, c.z);
   }
   return out + "\n";
 }

@@ -62,8 +62,9 @@ ParameterInfo parameter_info(int parameter, const host::TermList& terms) {
   }
   const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
   const host::TermParameter& p = terms.parameter(flat);
-  const std::string id(terms.term(terms.term_of(flat)).info.id);
-  return {"effect." + id + "." + std::string(p.name), std::string(p.name), std::string(p.unit), p.scale, p.min, p.max};
+  // Several terms have a "share": the symbol says whose.
+  const std::string symbol = std::string(terms.term(terms.term_of(flat)).info.id) + "." + std::string(p.name);
+  return {"effect." + symbol, symbol, std::string(p.unit), p.scale, p.min, p.max};
 }
 
 int find_parameter(std::string_view name, const host::TermList& terms) {

@@ -60,7 +60,7 @@ enum Parameter : int {
 
 struct ParameterInfo {
   std::string name;    // as in covariance blocks of a vehicle file where it has that quantity: "body.inertia.xx"
-  std::string symbol;  // "I_xx"
+  std::string symbol;  // "I_xx", "translational_lift.share"
   std::string unit;
   double scale = 1.0;  // a change that matters; the fit works in these
   double min = 0.0, max = 0.0;

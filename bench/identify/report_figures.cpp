@@ -86,24 +86,29 @@ std::string innovation_figure(const std::string& flight, const std::vector<Innov
 // One square for each pair; strength by opacity, sign by colour.
 std::string correlation_map(const Identification& r) {
   const auto n = static_cast<int>(r.fit.estimates.size());
-  constexpr double kCell = 26.0, kLeft = 120.0, kTop = 92.0;
-  std::string out = open_svg(static_cast<int>(kLeft + n * kCell + 20.0), kTop + n * kCell + 10.0, "correlations between the estimates");
+  constexpr double kCell = 26.0, kCharacter = 6.6, kSteep = 0.87, kFlat = 0.5;  // sine and cosine of the labels' 60 degrees
+  std::size_t longest = 12;
+  for (const Estimate& e : r.fit.estimates) longest = std::max(longest, estimate_name(e, r.problem).size());
+  const double label_px = kCharacter * static_cast<double>(longest);
+  const double left = label_px + 20.0, top = kSteep * label_px + 20.0;
+  std::string out =
+      open_svg(static_cast<int>(left + n * kCell + kFlat * label_px), top + n * kCell + 10.0, "correlations between the estimates");
   for (int a = 0; a < n; ++a) {
     const std::string label = xml_escaped(estimate_name(r.fit.estimates[static_cast<std::size_t>(a)], r.problem));
     const double middle = kCell * (a + 0.5);
-    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(kLeft - 6.0), px(kTop + middle + 4.0),
-                       label);
-    out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", px(kLeft + middle),
-                       px(kTop - 6.0), label);
+    out +=
+        fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(left - 6.0), px(top + middle + 4.0), label);
+    out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", px(left + middle),
+                       px(top - 6.0), label);
     for (int b = 0; b < n; ++b) {
       const double c = r.fit.covariance(a, b) / std::sqrt(r.fit.covariance(a, a) * r.fit.covariance(b, b));
       const double strength = std::min(std::fabs(c), 1.0);
       out += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>\n",
-          px(kLeft + b * kCell), px(kTop + a * kCell), px(kCell), px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
+          px(left + b * kCell), px(top + a * kCell), px(kCell), px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
       if (a != b && strength > 0.895)
         out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" style=\"font-size:9px\">{}</text>\n",
-                           px(kLeft + (b + 0.5) * kCell), px(kTop + middle + 3.0),
+                           px(left + (b + 0.5) * kCell), px(top + middle + 3.0),
                            xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
     }
   }

@@ -55,9 +55,8 @@ bench::IdentifyOptions identify_options(const Options& o) {
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const Options& o, const bench::Identification& result, const FlightInputs& read, const host::VehicleFile& base,
-             const bench::RunClock& clock) {
-  const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis, const FlightInputs& read,
+             const host::VehicleFile& base, const bench::RunClock& clock) {
   std::optional<bench::HeldOutScores> held_out;
   if (read.flights.size() > read.fitted) {
     held_out = bench::score_held_out(read.held_out(), result, identify_options(o).grid);
@@ -95,6 +94,26 @@ void publish(const Options& o, const bench::Identification& result, const Flight
   bench::write_text_file(o.report / "report.html", bench::identify_report_html(page));
 }
 
+// A fit without an end: what the flights disagree about says why, when they do.
+[[noreturn]] void throw_not_converged(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis) {
+  std::string moved;
+  for (const bench::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
+    if (p.moved) moved += (moved.empty() ? "" : ", ") + bench::parameter_info(p.parameter, result.problem.start.terms).symbol;
+  }
+  const std::string what = fmt::format("the fit did not converge in {} iterations{}", result.fit.iterations,
+                                       o.out.empty() ? "" : "; no vehicle file was written");
+  if (moved.empty()) {
+    throw Error(
+        {"identify", what, "noise figures that chase each other, or parameters that these flights cannot tell",
+         "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
+        ExitCode::data_quality);
+  }
+  throw Error({"identify", what, "the flights ask for different values of " + moved + ": the model lacks an effect that some of them show",
+               "add it (--term; `rotorloop diagnose` names it), hold what cannot differ (--hold pose_delay for synchronised logs), or "
+               "leave out the flight that disagrees"},
+              ExitCode::data_quality);
+}
+
 int identify(const Options& o) {
   const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
@@ -107,7 +126,11 @@ int identify(const Options& o) {
     IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr);
     result = bench::identify(read.to_fit(), base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
   }
-  if (!o.out.empty() && result.fit.converged) {
+  const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  publish(o, result, analysis, read, base, clock);
+  if (!result.fit.converged) throw_not_converged(o, result, analysis);
+  // Last: what was found is told even when no vehicle file can be made of it.
+  if (!o.out.empty()) {
     std::vector<std::string> inputs;
     for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
     write_checked(o.out,
@@ -115,17 +138,8 @@ int identify(const Options& o) {
                                             std::string("rotorloop identify ") + kVersion, inputs),
                   host::builtin_effect_catalogue());
   }
-  publish(o, result, read, base, clock);
-  if (!o.out.empty() && !result.fit.converged) {
-    throw Error(
-        {o.out.generic_string(),
-         fmt::format("the fit did not converge in {} iterations; no vehicle file was written", result.fit.iterations),
-         "noise figures that chase each other, or parameters that these flights cannot tell",
-         "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
-        ExitCode::data_quality);
-  }
   if (!o.out.empty() && !o.json) fmt::print("written: {}\n", o.out.generic_string());
-  return result.fit.converged ? 0 : static_cast<int>(ExitCode::data_quality);
+  return 0;
 }
 
 }  // namespace

@@ -38,8 +38,11 @@ void write_checked(const std::filesystem::path& path, const host::VehicleFile& v
   } catch (const Error& e) {
     ErrorText text = e.text();
     text.what = "the identified vehicle is not credible and was not written: " + text.what;
-    text.likely = "the flights do not tell these parameters, or a stream is wrong (see the findings of the checks)";
-    text.remedy = "hold what they cannot tell (--hold), or fly the manoeuvres that excite it";
+    text.likely =
+        "the flights do not tell these parameters, the model lacks an effect that they show, or a stream is wrong (see the findings of the "
+        "checks)";
+    text.remedy =
+        "hold what they cannot tell (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that excite it";
     throw Error(text, ExitCode::data_quality);
   }
   host::write_vehicle(path, v);
