@@ -14,7 +14,7 @@ import tomllib
 
 ROTORLOOP = "build/release/bin/rotorloop"
 PLANT = "vehicles/reference_plant.toml"
-START = "vehicles/reference_guess.toml"  # what identification starts from and what the identification flights are flown with
+START = "vehicles/reference_guess.toml"  # what the identification flights are flown with, and identification starts from
 CAD = "vehicles/reference_cad.toml"      # what the yardstick takes over: mass, geometry, inertia
 IDENTIFICATION_SEED = 100
 VARIANTS = ["pd_ff", "pd_ff_drag", "pd_ff_thrust_drag"]
@@ -149,6 +149,7 @@ def main():
     parser.add_argument("--seeds", type=seed_list, default=seed_list("1..10"), help="judged seeds: 1..10 or 1,4; identification flies 100 + seed")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("runs/closed_loop"))
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--start", type=pathlib.Path, default=pathlib.Path(START), help="vehicle file that identification starts from; default: %(default)s")
     parser.add_argument("--identify", default="--noise em-per-flight --rate 100 " + " ".join("--term " + t for t in TERMS),
                         help="options of rotorloop identify, in one word; default: %(default)s")
     o = parser.parse_args()
@@ -167,7 +168,7 @@ def main():
     def identify(seed):
         vehicle = o.out / f"identified_{seed}.toml"
         if not vehicle.exists():
-            words = ["identify", "--vehicle", START, "-o", vehicle, *o.identify.split()]
+            words = ["identify", "--vehicle", o.start, "-o", vehicle, "--report", o.out / f"identify_{seed}", *o.identify.split()]
             for stage in ("vertical", "horizontal", "rotation"):
                 words += [f"--{stage}", first / stage / "pd_ff" / str(IDENTIFICATION_SEED + seed) / "flight.csv"]
             run(words, o.out / f"identify_{seed}.txt")

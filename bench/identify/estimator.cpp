@@ -18,7 +18,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kSingular = 1e-11;  // of the information scaled to unit diagonal: below it lies rounding
+constexpr double kSingular = 1e-11;        // of the information scaled to unit diagonal: below it lies rounding
+constexpr double kSingularAtStart = 1e-9;  // the same away from the optimum, where directions are not quite flat
 
 void for_each_flight(std::size_t flights, int threads, const std::function<void(std::size_t)>& act) {
   std::vector<std::exception_ptr> failures(flights);
@@ -264,6 +265,11 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     chains.emplace_back(*p.flights[f], out.states[f], guess[f]);
   }
 
+  std::vector<std::string> names;
+  for (const Estimate& e : layout.estimates) names.push_back(estimate_name(e, p));
+  std::string where;
+  for (const GridFlight* g : p.flights) where += (where.empty() ? "" : ", ") + g->name;
+
   MatrixXd information;
   VectorXd score;
   double cost = 0.0, states_gain = 0.0;
@@ -340,9 +346,11 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   constexpr double kCertain = 1.0;          // a decrement below it is a step that cannot fail: its cost need not be looked at …
   // Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
   // With exact ones they end nothing, but where they gain less than `near` the noise is read all the same: a fit that stays damped would
-  // else keep the noise it began with, and what that weighs too much (torque, by forty) draws it into a lesser optimum.
-  constexpr double kStill = 0.1;
+  // else keep the noise it began with, and what that weighs too much (torque, by forty) draws it into a lesser optimum. Only where even an
+  // undamped step promises less than this and damped ones bring nothing is the rest rounding (a heading and a gyro's bias without poses).
+  constexpr double kStill = 0.1, kRest = 1e-3;
   constexpr int kPatience = 2;
+  bool told = true;  // by the flights at the start values: every direction
   double damping = 0.0;
   int still = 0;
   bool swept = false;  // the last sweep was at these very values
@@ -355,6 +363,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   for (out.iterations = 0; out.iterations < o.max_iterations; ++out.iterations) {
     if (still == kPatience) damping = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     sweep(damping);
+    if (out.iterations == 0) told = open_directions(with_priors(), names, kSingularAtStart).empty();
     trusted = trusted && cost <= unseen + kCertain;
     unseen = kNone;
     VectorXd step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
@@ -364,7 +373,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       out.converged = swept = true;
       break;
     }
-    if (still == kPatience && noise_settled) {
+    if (still == kPatience && noise_settled && (!exact || decrement < kStill)) {
       out.converged = true;
       break;
     }
@@ -401,7 +410,8 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       step = step_inside(p, layout, theta, with_priors(), prior_score(), damping);
     }
     if (!taken) break;
-    const bool stalls = damping > 0.0 && (exact ? !noise_settled && before - after < near * before : before - after < kStill);
+    const double gained = before - after, little = !exact ? kStill : noise_settled ? kRest : near * before;
+    const bool stalls = damping > 0.0 && gained < little;
     still = stalls ? std::min(still + 1, kPatience) : 0;
     if (tells_noise) {
       unseen = kNone;
@@ -416,8 +426,6 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     sweep(0.0);
   }
   const MatrixXd with = with_priors();
-  std::vector<std::string> names;
-  for (const Estimate& e : layout.estimates) names.push_back(estimate_name(e, p));
   if (const auto open = open_directions(with, names, kSingular); !open.empty()) {
     std::string text;
     for (const OpenDirection& d : open) {
@@ -425,17 +433,25 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
       for (std::size_t i = 0; i < d.parts.size(); ++i)
         text += fmt::format("{}{} ({:+.2f})", i ? ", " : "", d.parts[i].first, d.parts[i].second);
     }
-    throw Error(
-        {p.flights.front()->name, fmt::format("{} direction(s) of the parameters leave every residual unchanged: {}", open.size(), text),
-         "the flights do not excite them, or they cannot be told apart on any flight (mass and all forces; rotor arms and inertia)",
-         "hold one of each direction at a measured value, or fly the manoeuvre that tells them apart (docs/manual.md)"},
-        ExitCode::data_quality);
+    if (told && !out.converged) {
+      throw Error(
+          {where,
+           fmt::format("the fit ran away: after {} iterations it can no longer tell {}, which these flights told at the start values",
+                       out.iterations, text),
+           "a model that is not these flights': rotor columns exchanged, a rotor speed that is scaled or lost for a while, a stream whose "
+           "stamps are off, or start values far from the vehicle",
+           "look at `rotorloop log info`, try each flight alone, hold what is known (--hold), or start from a better vehicle file"},
+          ExitCode::data_quality);
+    }
+    throw Error({where, fmt::format("{} direction(s) of the parameters leave every residual unchanged: {}", open.size(), text),
+                 "the flights do not excite them, or they cannot be told apart on any flight (mass and all forces; rotor arms and inertia)",
+                 "hold one of each direction at a measured value, or fly the manoeuvre that tells them apart (docs/manual.md)"},
+                ExitCode::data_quality);
   }
   out.covariance = inverse_scaled(with);
   out.information = information;
   // Scatter of the block scores, with neighbours: S⁻¹ V S⁻¹.
   MatrixXd v = MatrixXd::Zero(n, n);
-  std::size_t blocks = 0;
   for (std::size_t f = 0; f < flights; ++f) {
     std::vector<VectorXd> scores;
     for (const ScoreBlock& b : out.reduced[f].blocks) {
@@ -450,9 +466,9 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
         v += 0.5 * (cross + cross.transpose());
       }
     }
-    blocks += scores.size();
+    out.blocks += scores.size();
   }
-  if (blocks > 1) v *= static_cast<double>(blocks) / static_cast<double>(blocks - 1);
+  if (out.blocks > 1) v *= static_cast<double>(out.blocks) / static_cast<double>(out.blocks - 1);
   out.robust_covariance = out.covariance * (v + priors.information()) * out.covariance;
 
   const VectorXd prior_share = (priors.information() * out.covariance).diagonal();
@@ -463,6 +479,12 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
     e.u = std::sqrt(std::max(0.0, out.covariance(i, i)));
     e.u_robust = std::sqrt(std::max(0.0, out.robust_covariance(i, i)));
     e.prior_share = prior_share[i];
+    for (const FreeParameter& f : p.free) {
+      if (f.parameter == e.parameter && f.prior_u > 0.0)
+        e.prior_z = (e.value - layout.estimates[static_cast<std::size_t>(i)].value) / f.prior_u;
+    }
+    const ParameterInfo info = parameter_info(e.parameter, p.start.terms);
+    e.at_bound = e.value <= info.min || e.value >= info.max;
   }
   out.cost = cost;
   double residuals = 0.0, states = 0.0;

@@ -56,6 +56,8 @@ struct Estimate {
   double u = 0.0;            // standard error from the information matrix
   double u_robust = 0.0;     // from the scatter of block scores: holds when residuals are correlated
   double prior_share = 0.0;  // of the information: above one half the data did not determine it
+  double prior_z = 0.0;      // by how many of its own prior's standard deviations the data moved it; 0 without one
+  bool at_bound = false;     // stopped at the end of its range (ParameterInfo): the data ask for more; u is that of a free one
 };
 
 struct Fit {
@@ -69,6 +71,7 @@ struct Fit {
   double cost = 0.0;
   double degrees_of_freedom = 0.0;  // residuals minus states minus parameters
   double log_likelihood = 0.0;      // marginal over the states (Laplace), constants left out
+  std::size_t blocks = 0;           // of residuals, whose scatter the robust covariance is made of
   int iterations = 0, noise_rounds = 0;
   bool converged = false;
   bool noise_settled = false;  // or kept as given; false: the rounds ran out before every figure came to rest

@@ -42,12 +42,13 @@ MatrixXd told_inverse(const MatrixXd& s, double& rank) {
 }
 
 // Columns of the shared or of the per-flight parameters. One that its prior holds (the mass) counts as known: freed in each flight,
-// it would take the scale of all others with it.
+// it would take the scale of all others with it. So does one at its bound: its scores do not sum to zero, which is no difference of
+// flights.
 std::vector<Eigen::Index> places(const FitProblem& p, const Fit& fit, bool per_flight) {
   std::vector<Eigen::Index> out;
   for (std::size_t i = 0; i < p.free.size(); ++i) {
     const Estimate* e = fit.find(p.free[i].parameter, 0);
-    if (p.free[i].per_flight == per_flight && e && e->prior_share <= 0.5) out.push_back(static_cast<Eigen::Index>(i));
+    if (p.free[i].per_flight == per_flight && e && e->prior_share <= 0.5 && !e->at_bound) out.push_back(static_cast<Eigen::Index>(i));
   }
   return out;
 }
@@ -99,6 +100,9 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
     const Estimate* joint = fit.find(parameter);
     ParameterHomogeneity h;
     h.parameter = parameter;
+    // What correlated residuals add differs by parameter: a distorted one has a hundred times the classical variance beside others with
+    // twice.
+    const double own = joint && joint->u > 0.0 ? std::max(1.0, joint->u_robust * joint->u_robust / (joint->u * joint->u)) : 1.0;
     double weights = 0.0, sum = 0.0;
     for (const FlightSummary& f : flights) {
       double rank = 0.0;
@@ -107,7 +111,7 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
       const MatrixXd resolution = inverse * f.information;
       const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
       h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
-      h.u.push_back(told ? std::sqrt(inverse(at, at) * inflation) : std::numeric_limits<double>::infinity());
+      h.u.push_back(told ? std::sqrt(inverse(at, at) * own) : std::numeric_limits<double>::infinity());
       if (!told) continue;
       weights += 1.0 / (h.u.back() * h.u.back());
       sum += h.value.back() / (h.u.back() * h.u.back());

@@ -24,7 +24,8 @@ struct Homogeneity {
 // % of the joint information: elsewhere the joint fit hardly listens to it, and its own estimate is biased (the states' share of the
 // likelihood, log|H_xx|, moves a maximum that is nearly flat). In such directions with share λ the expected square is 1 - λ; their sum is
 // the number of degrees. Per-flight parameters are eliminated first. `inflation`: by which robust variances exceed classical ones;
-// divides χ², since correlated residuals make flights differ by more than S says; 1: none. Empty for a single flight.
+// divides χ², since correlated residuals make flights differ by more than S says; 1: none. A single parameter has its own ratio. Empty for
+// a single flight.
 Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation = 1.0);
 
 }  // namespace rotorloop::bench

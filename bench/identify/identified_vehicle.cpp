@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "bench/identify/rotations.hpp"
 #include "host/vehicle/thrust.hpp"
@@ -70,15 +71,32 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& va
     const std::string id(terms.term(t).info.id);
     auto found = std::find_if(v.effects.begin(), v.effects.end(), [&](const host::VehicleEffect& e) { return e.id == id; });
     if (found == v.effects.end()) found = v.effects.insert(v.effects.end(), {id, {}, {}});
-    found->parameters.clear();
+    const auto before = std::exchange(found->parameters, {});
     for (std::size_t k = 0; k < terms.parameters(); ++k) {
       if (terms.term_of(k) != t || terms.is_start(k)) continue;
       const int p = kCoreParameters + static_cast<int>(k);
-      host::Quantity q{values[p], 0.0, Origin::guess};  // held
+      host::Quantity q{values[p], 0.0, Origin::guess};  // held: as it was
+      for (const host::EffectParameter& was : before) {
+        if (was.name == terms.parameter(k).name) q = was.quantity;
+      }
       for (const Estimate& e : s.estimates) {
         if (e.parameter == p) q = {e.value, e.u, Origin::flight};
       }
       found->parameters.push_back({std::string(terms.parameter(k).name), q});
+    }
+  }
+}
+
+// The rotors' inertia that yaw steps told, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by it.
+void put_rotor_inertia(VehicleFile& v) {
+  for (const std::string_view name : kRotorInertiaNames) {
+    for (const host::VehicleEffect& e : v.effects) {
+      for (const host::EffectParameter& p : e.parameters) {
+        if ("effect." + e.id + "." + p.name != name || p.quantity.origin != Origin::flight || p.quantity.value <= 0.0) continue;
+        const bool better = v.rotor_inertia_kg_m2.u <= 0.0 || p.quantity.u < v.rotor_inertia_kg_m2.u;
+        if (better) v.rotor_inertia_kg_m2 = p.quantity;
+        return;
+      }
     }
   }
 }
@@ -189,9 +207,10 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
 
   for (const Estimate& e : s.estimates) {
     if (host::Quantity* q = place_of(v, e.parameter)) {
-      // A mass that only its prior knows is still the weighed one.
+      // A mass that only its prior knows is still the weighed one, unless the flights moved it beyond what the scales allow.
+      const bool still_weighed = e.prior_share > 0.5 && std::fabs(e.value - q->value) <= q->u;
       const bool no_drag = e.parameter >= kCdh && e.parameter <= kCdz && e.value < 0.0 && e.value > -kNothing * e.u;
-      *q = {no_drag ? 0.0 : e.value, e.u, e.prior_share > 0.5 ? q->origin : Origin::flight};
+      *q = {no_drag ? 0.0 : e.value, e.u, still_weighed ? q->origin : Origin::flight};
     } else if (const int axis = e.parameter - kOffsetX; axis >= 0 && axis < 3) {
       v.pose_sensor.offset_m[static_cast<std::size_t>(axis)] = e.value;
       v.pose_sensor.offset_u_m[static_cast<std::size_t>(axis)] = e.u;
@@ -205,6 +224,7 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
   const Eigen::Quaterniond q = values.q_BS();
   v.pose_sensor.quaternion_wxyz = {q.w(), q.x(), q.y(), q.z()};
   put_effects(v, s, values);
+  put_rotor_inertia(v);
   put_covariance(v, s, values.terms);
 
   const host::VehicleModel model = host::to_model(v);

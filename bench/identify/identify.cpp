@@ -103,6 +103,12 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
+  // The file may know a rotor's inertia by another name. Not where beliefs count: there a term that the file lacks is one not believed.
+  for (const std::string_view name : kRotorInertiaNames) {
+    const int parameter = find_parameter(name, o.terms);
+    if (parameter < 0 || o.beliefs || host::uncertainty_of(vehicle, name)) continue;
+    out.start.file[parameter] = out.start.values[parameter] = vehicle.rotor_inertia_kg_m2.value;
+  }
   ModelValues values = out.start.values;
   // A delay that is held stays at its start value, whatever the checks found.
   const bool delay_is_free = std::any_of(free.begin(), free.end(), [](const FreeParameter& f) { return f.parameter == kPoseDelay; });
@@ -180,14 +186,14 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   if (o.beliefs) settle_about_known(out.problem, [&](const FitProblem& held) { return o.solver(held, o.fit, joint); });
   out.fit = o.solver(out.problem, o.fit, joint);
   std::vector<Estimate> before;
-  for (int again = 0; again < kRounds; ++again) {
+  for (int again = 0; again < kRounds && (again == 0 || out.fit.converged); ++again) {
     std::vector<double> found_s;
     for (const ModelValues& v : out.fit.values) found_s.push_back(v[kPoseDelay]);
     const bool tied = tie_again(out.flights, tied_s, found_s);
     const bool remembered = o.terms.memory() > 0 && remember_again(out.flights, out.fit, before);
     if (!tied && !remembered) break;
     before = out.fit.estimates;
-    out.problem.flight_noise = out.fit.noise;
+    start_from(out.fit, out.problem);
     out.fit = o.solver(out.problem, o.fit, joint);
   }
   out.comparison = compare_stages(out.stages, out.fit);

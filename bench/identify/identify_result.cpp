@@ -77,6 +77,7 @@ static ordered_json warnings_json(const Identification& r, const IdentifyAnalysi
   ordered_json out = ordered_json::array();
   const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({{"where", where}, {"what", what}}); };
   if (!r.fit.converged) warn("fit", "did not converge: values and uncertainties are those of the last step");
+  if (const std::string note = blocks_note(r.fit); !note.empty()) warn("robust u", note);
   if (!r.fit.noise_settled) warn("noise", "the rounds ran out before every noise figure came to rest");
   if (r.start.thrust_scale != 1.0)
     warn("start values",

@@ -11,6 +11,8 @@ namespace rotorloop::bench {
 namespace {
 
 constexpr double kModelErrorRatio = 5.0;
+constexpr std::size_t kBlocksEach = 2;  // of a parameter: below, the scatter of so few holds too little
+constexpr double kContradicted = 2.0;   // standard deviations of the prior
 
 // Columns count characters, not bytes.
 std::size_t characters(const std::string& text) {
@@ -35,9 +37,19 @@ double value_before(const Identification& r, int parameter) { return r.start.fil
 }  // namespace
 
 std::string mark_of(const Estimate& e) {
+  if (e.at_bound) return "at its bound";
+  if (e.prior_share > 0.5 && std::fabs(e.prior_z) > kContradicted) return "contradicted";
   if (e.prior_share > 0.5) return e.parameter == kMass ? "weighed" : "not identified";
   if (e.u > 0.0 && e.u_robust >= kModelErrorRatio * e.u) return "model error";
   return "";
+}
+
+std::string blocks_note(const Fit& fit) {
+  if (fit.blocks >= kBlocksEach * fit.estimates.size()) return "";
+  return fmt::format(
+      "robust u rests on {} blocks of residuals for {} parameters, fewer than two each: too small; longer flights or shorter blocks "
+      "(--block)",
+      fit.blocks, fit.estimates.size());
 }
 
 std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
@@ -50,8 +62,11 @@ std::string estimates_table(const Identification& r, const host::VehicleFile& be
     const double was = value_before(r, e.parameter);
     out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate_name(e, r.problem), width), e.value, e.u, e.u_robust,
                        padded(info.unit, 9), was);
-    out += u_before > 0.0 && e.prior_share <= 0.5 ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
-                                                  : "        ";
+    // Against a prior of its own an estimate is compared with that prior alone: both hold the same knowledge.
+    const bool free_of_it = e.prior_share <= 0.5;
+    out += u_before > 0.0 && free_of_it ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
+           : !free_of_it                ? fmt::format(" {:>7.1f}", e.prior_z)
+                                        : "        ";
     const std::string mark = mark_of(e);
     out += (mark.empty() ? "" : "  " + mark) + "\n";
   }

@@ -64,9 +64,9 @@ PredictionSummary score_far(const std::vector<StateTrack>& flights, const Predic
   return summary(errors);
 }
 
-int named(const host::TermList& terms, const char* name) {
+int named(const host::TermList& terms, const std::string& name) {
   const int p = find_parameter(name, terms);
-  if (p < 0) throw Error({.where = "nano-drone benchmark", .what = std::string("no parameter ") + name, .likely = "", .remedy = ""});
+  if (p < 0) throw Error({.where = "nano-drone benchmark", .what = "no parameter " + name, .likely = "", .remedy = ""});
   return p;
 }
 
@@ -89,7 +89,7 @@ ModelValues fit_translation(const NanodroneInputs& in, const std::vector<StateTr
   host::TermList terms;
   terms.add(kTorqueShare);
   ModelValues v = start_values(in.vehicle, terms);
-  for (const char* axis : {"roll", "pitch", "yaw"}) v[named(terms, axis)] = 0.0;  // rates held: translation alone
+  for (const std::string axis : {"roll", "pitch", "yaw"}) v[named(terms, "prediction.torque_share." + axis)] = 0.0;  // rates held: translation alone
   MultiStepOptions o;
   o.horizon = 10;
   o.scale = kTranslationScale;

@@ -50,7 +50,9 @@ std::vector<int> parameters_named(const std::string& name, const host::TermList&
 }
 
 double believed_u(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms) {
-  return host::uncertainty_of(vehicle, parameter_info(parameter, terms).name).value_or(0.0);
+  const std::string name = parameter_info(parameter, terms).name;
+  const bool rotor = std::find(kRotorInertiaNames.begin(), kRotorInertiaNames.end(), name) != kRotorInertiaNames.end();
+  return host::uncertainty_of(vehicle, name).value_or(rotor ? vehicle.rotor_inertia_kg_m2.u : 0.0);
 }
 
 std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights, const host::VehicleFile& vehicle,

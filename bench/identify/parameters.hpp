@@ -2,6 +2,7 @@
 // Index = core parameter (enum below), or kCoreParameters + place in the model's TermList.
 #pragma once
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +66,10 @@ struct ParameterInfo {
   double scale = 1.0;  // a change that matters; the fit works in these
   double min = 0.0, max = 0.0;
 };
+
+// Names under which terms know what a vehicle file calls torque_model.rotor_inertia; the first tells it best.
+inline constexpr std::array<std::string_view, 2> kRotorInertiaNames{"effect.rotor_inertia_reaction.J_r_kg_m2",
+                                                                    "effect.gyroscopic.J_r_kg_m2"};
 
 ParameterInfo parameter_info(int parameter, const host::TermList& terms);
 // Index of a parameter by name or symbol; -1 when there is none.

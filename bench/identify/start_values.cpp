@@ -65,7 +65,10 @@ StartValues start_values(std::span<const GridFlight> flights, const host::Vehicl
   v.reference_V = with_volts > 0.0 ? volts / with_volts : 0.0;
   out.file = v;
   const double c_t = host::static_c_t(model.thrust);
-  if (const double u2 = mean_square_upright(flights, v, true); u2 > 0.0) v[kCommandGain] = std::sqrt(model.weight_N() / (c_t * u2));
+  if (const double u2 = mean_square_upright(flights, v, true); u2 > 0.0) {
+    v[kCommandGain] = std::sqrt(model.weight_N() / (c_t * u2));
+    out.file[kCommandGain] = v[kCommandGain];  // no vehicle file has one: a prior is about this
+  }
   if (const double w2 = mean_square_upright(flights, v, false); w2 > 0.0) {
     const double scale = model.weight_N() / (c_t * w2);
     if (std::fabs(scale - 1.0) > kGood) {

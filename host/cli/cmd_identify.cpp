@@ -39,6 +39,8 @@ struct Options {
   std::vector<std::string> terms;
   FitOptions fit{.rate_Hz = 200.0};
   double drag_speed_m_s = 8.5;
+  double robust_scale = 0.0, block_s = 1.0;
+  int iterations = 100;
   std::string noise = "em", solver = "own";
   bool json = false, no_checks = false;
 };
@@ -51,6 +53,9 @@ bench::IdentifyOptions identify_options(const Options& o) {
   i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
   i.fit.noise.per_flight = o.noise == "em-per-flight";
   i.fit.innovations = true;
+  i.fit.robust_scale = o.robust_scale;
+  i.fit.block_s = o.block_s;
+  i.fit.max_iterations = o.iterations;
   return i;
 }
 
@@ -68,6 +73,7 @@ void publish(const Options& o, const bench::Identification& result, const bench:
   } else {
     if (!result.comparison.empty()) fmt::print("{}\n", bench::stages_table(result));
     fmt::print("{}\n{}\n{}", bench::estimates_table(result, base), bench::derived_table(analysis.derived), bench::noise_table(result));
+    if (const std::string note = bench::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
     fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
                bench::observability_table(analysis.observability));
     if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
@@ -166,6 +172,17 @@ void add_identify(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   c->add_option("--solver", o->solver, "own: elimination of the states; ceres: the same problem by Ceres, slower, as a check")
       ->check(CLI::IsMember({"own", "ceres"}))
+      ->capture_default_str();
+  c->add_option("--robust", o->robust_scale,
+                "a pose farther off than this many standard deviations counts less and less (Cauchy loss), 1 to 100; 0: squares for all")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  c->add_option("--block", o->block_s,
+                "length of the blocks whose scatter gives robust u, s: twice what residuals stay correlated for, or more")
+      ->check(CLI::Range(0.05, 60.0))
+      ->capture_default_str();
+  c->add_option("--iterations", o->iterations, "of each fit, at most")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");

@@ -7,6 +7,7 @@
 
 #include "bench/identify/derived.hpp"
 #include "bench/identify/identified_vehicle.hpp"
+#include "bench/identify/identify_text.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "test/support/model_true_flight.hpp"
@@ -212,6 +213,71 @@ TEST(Identify, WritesInertiaJustBeyondARigidBodysAsTheNearestThatOneHas) {
   EXPECT_GE(written(2.0), 0.0);
   EXPECT_NEAR(written(2.0), 0.0, 1e-6);
   EXPECT_NEAR(written(5.0), -5.0, 1e-6) << "that is no rounding: for the reader to refuse";
+}
+
+TEST(Identify, WritesAMassThatTheFlightsMovedAsOneOfFlight) {
+  Fit fit = result().fit;
+  const auto written = [&](double weighed_u) {
+    for (Estimate& e : fit.estimates) {
+      if (e.parameter == kMass) e.value = paper().mass_kg.value + weighed_u * paper().mass_kg.u;
+    }
+    return identified_vehicle(fit, paper(), {0, 0}, "test", {}).mass_kg.origin;
+  };
+  EXPECT_EQ(written(-0.5), host::Origin::cad);
+  EXPECT_EQ(written(-3.0), host::Origin::flight);
+}
+
+TEST(Identify, MarksAMassAgainstTheScalesAndAnEstimateAtItsBound) {
+  EXPECT_EQ(mark_of({.parameter = kMass, .prior_share = 0.9, .prior_z = 1.0}), "weighed");
+  EXPECT_EQ(mark_of({.parameter = kMass, .prior_share = 0.9, .prior_z = -3.9}), "contradicted");
+  EXPECT_EQ(mark_of({.parameter = kIxx, .prior_share = 0.9, .prior_z = 1.0}), "not identified");
+  EXPECT_EQ(mark_of({.parameter = kIxx, .u = 1.0, .u_robust = 6.0, .at_bound = true}), "at its bound");
+  for (const Estimate& e : result().fit.estimates) EXPECT_FALSE(e.at_bound) << parameter_info(e.parameter, {}).symbol;
+}
+
+// Eq. (1)-(8) know no inertia of the rotors: its reaction comes out as next to nothing, better known than the file had it.
+TEST(Identify, WritesTheRotorInertiaThatItsReactionToldWhereTheControllerLooksForIt) {
+  host::VehicleFile start = paper();
+  ASSERT_GT(start.rotor_inertia_kg_m2.u, 0.0);
+  start.rotor_inertia_kg_m2.value = 2.0 * start.rotor_inertia_kg_m2.u;
+  IdentifyOptions o = quick();
+  o.terms.add(*host::find_term("rotor_inertia_reaction"));
+  const Identification r = identify(three_flights(), start, o);
+  EXPECT_EQ(r.start.file[kCoreParameters], start.rotor_inertia_kg_m2.value) << "what the file says of it";
+  const Estimate* told = r.fit.find(kCoreParameters);
+  ASSERT_NE(told, nullptr);
+  const host::VehicleFile v = identified_vehicle(r.fit, start, {0, 0}, "test", {});
+  if (told->value > 0.0) {
+    EXPECT_EQ(v.rotor_inertia_kg_m2.value, told->value);
+    EXPECT_EQ(v.rotor_inertia_kg_m2.origin, host::Origin::flight);
+  } else {
+    EXPECT_EQ(v.rotor_inertia_kg_m2, start.rotor_inertia_kg_m2) << "no rotor is without";
+  }
+  EXPECT_LT(reported_u(*told), start.rotor_inertia_kg_m2.u);
+}
+
+TEST(Identify, AHeldEffectOfTheFileKeepsItsUncertaintyAndOrigin) {
+  host::VehicleFile start = paper();
+  const host::Quantity known{0.9, 0.05, host::Origin::stand};
+  start.effects.push_back({"rotor_local_inflow", {{"share", known}}, {}});
+  IdentifyOptions o = quick();
+  o.terms.add(*host::find_term("rotor_local_inflow"));
+  o.wishes.hold = {"effect.rotor_local_inflow"};
+  const Identification r = identify({three_flights()[2]}, start, o);
+  EXPECT_EQ(identified_vehicle(r.fit, start, {0, 0}, "test", {}).effects.front().parameters.front().quantity, known);
+}
+
+TEST(Identify, ExchangedRotorColumnsAreAFitThatRanAwayAndNotFlightsThatTellTooLittle) {
+  FlightToFit f = flown(Manoeuvre::rotation, 8.0);
+  for (RotorValues& w : f.record.rotor_omega_rad_s.value) std::swap(w[0], w[1]);
+  f.role = FlightRole::any;
+  try {
+    const Identification r = identify({f}, paper(), quick());
+    EXPECT_FALSE(r.fit.converged);
+  } catch (const Error& e) {
+    EXPECT_NE(e.text().what.find("ran away"), std::string::npos) << e.what();
+    EXPECT_NE(e.text().likely.find("rotor columns exchanged"), std::string::npos) << e.what();
+  }
 }
 
 TEST(Identify, EstimatesPerFlightWhatMovedBetweenFlights) {
