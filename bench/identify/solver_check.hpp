@@ -11,11 +11,11 @@ namespace rotorloop::bench {
 
 // How far two fits of one problem lie apart.
 struct FitDifference {
-  double cost = 0.0;         // of the own cost
-  double estimate_u = 0.0;   // largest, in standard uncertainties of the own fit; signed: Ceres minus own
-  std::string estimate;      // whose
-  double uncertainty = 0.0;  // largest, of the own standard uncertainty; signed
-  std::string of;            // whose
+  double cost = 0.0;          // of the own cost
+  double estimate_u = 0.0;    // largest, in standard uncertainties of the own fit; signed: Ceres minus own
+  std::string estimate = {};  // whose
+  double uncertainty = 0.0;   // largest, of the own standard uncertainty; signed
+  std::string of = {};        // whose
 };
 FitDifference difference_of_fits(const Fit& own, const Fit& ceres, const FitProblem& problem);
 

@@ -38,9 +38,10 @@ IdentifyProgressText::Told IdentifyProgressText::operator()(const bench::Identif
   Told out;
   out.due = new_part || new_round || elapsed_s - last_line_s_ >= kLineEvery_s;
   if (out.due) last_line_s_ = elapsed_s;
-  out.text = fmt::format("[{}/{}] {}{}: iteration {} of at most {}, cost {:.6g}, still to fall {:.2g}", p.part_number, p.parts, p.part,
-                         round_ > 1 ? fmt::format(" again, round {}", round_) : "", p.fit.iteration, fit_.max_iterations, p.fit.cost,
-                         p.fit.decrement);
+  out.text = fmt::format("[{}/{}] {}{}: iteration {} of at most {}, cost {:.6g}", p.part_number, p.parts, p.part,
+                         round_ > 1 ? fmt::format(" again, round {}", round_) : "", p.fit.iteration, fit_.max_iterations, p.fit.cost);
+  // Ceres foretells nothing before its first step.
+  if (p.fit.decrement > 0.0) out.text += fmt::format(", still to fall {:.2g}", p.fit.decrement);
   if (fit_.noise.rounds > 0) out.text += fmt::format(", noise round {}", p.fit.noise_round);
   out.text += fmt::format("; {} so far", duration_text(elapsed_s));
   if (const double left = left_s(p.fit, elapsed_s); left >= 0.0)
