@@ -102,7 +102,8 @@ void publish(const Options& o, const bench::Identification& result, const bench:
     if (p.moved) moved += (moved.empty() ? "" : ", ") + bench::parameter_info(p.parameter, result.problem.start.terms).symbol;
   }
   const std::string what = fmt::format("the fit did not converge in {} iterations{}", result.fit.iterations,
-                                       o.out.empty() ? "" : "; no vehicle file was written");
+                                       o.out.empty() ? "" : "; no vehicle file was written") +
+                           (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
   if (moved.empty()) {
     throw Error(
         {"identify", what, "noise figures that chase each other, or parameters that these flights cannot tell",
