@@ -51,6 +51,27 @@ ordered_json observability_json(const Observability& o) {
   return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice}};
 }
 
+ordered_json difference_json(const FitDifference& d) {
+  return {{"cost", number(d.cost)},
+          {"estimate_u", number(d.estimate_u)},
+          {"estimate", d.estimate},
+          {"uncertainty", number(d.uncertainty)},
+          {"uncertainty_of", d.of}};
+}
+
+ordered_json solver_check_json(const SolverCheck& c) {
+  ordered_json j = {{"solver", "ceres"}, {"good", c.good()}, {"problem", solver_check_problem(c)}};
+  if (!c.failure.empty()) return j;
+  j["own_cost"] = number(c.own_cost);
+  j["ceres_cost"] = number(c.ceres_cost);
+  j["iterations"] = c.iterations;
+  j["converged"] = c.converged;
+  j["told"] = difference_json(c.told);
+  j["to_the_end"] = difference_json(c.to_the_end);
+  j["within_acceptance"] = within_acceptance(c.to_the_end);
+  return j;
+}
+
 }  // namespace
 
 IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base, double drag_speed_m_s) {
@@ -79,6 +100,7 @@ static ordered_json warnings_json(const Identification& r, const IdentifyAnalysi
   if (!r.fit.converged) warn("fit", "did not converge: values and uncertainties are those of the last step");
   if (const std::string note = blocks_note(r.fit); !note.empty()) warn("robust u", note);
   if (!r.fit.noise_settled) warn("noise", "the rounds ran out before every noise figure came to rest");
+  if (a.solver_check && !a.solver_check->good()) warn("solver", solver_check_problem(*a.solver_check));
   if (r.start.thrust_scale != 1.0)
     warn("start values",
          fmt::format("thrust and torque of the vehicle file were multiplied by {:.3g} to carry the weight", r.start.thrust_scale));
@@ -105,7 +127,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   for (const InputHash& i : p.inputs) j["inputs"].push_back({{"path", i.path}, {"sha256", i.sha256}});
   j["started_utc"] = p.started_utc;
   j["wall_s"] = p.wall_s;
-  j["verdict"] = r.fit.converged ? "pass" : "incomplete";
+  j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
   j["limits"] = ordered_json::array();
 
   std::size_t steps = 0;
@@ -175,6 +197,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
               {"converged", r.fit.converged},
               {"states", steps},
               {"flights", r.flights.size()}};
+  if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
   j["warnings"] = warnings_json(r, a);
   j["errors"] = ordered_json::array();
   return j.dump(1) + "\n";

@@ -1,6 +1,7 @@
 // result.json of `identify`: figures that another program, or a later report, reads without parsing tables.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "bench/identify/homogeneity.hpp"
 #include "bench/identify/identify.hpp"
 #include "bench/identify/observability.hpp"
+#include "bench/identify/solver_check.hpp"
 #include "bench/identify/whiteness.hpp"
 
 namespace rotorloop::bench {
@@ -20,6 +22,7 @@ struct IdentifyAnalysis {
   Homogeneity homogeneity;
   double inflation = 1.0;  // median ratio of robust to classical variance, at least 1: what correlated residuals add
   Observability observability;
+  std::optional<SolverCheck> solver_check;  // when it was asked for
 };
 IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);
 

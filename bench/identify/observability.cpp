@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "bench/identify/identified_vehicle.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -103,8 +104,13 @@ std::string manoeuvre_for(int p, const host::TermList& terms) {
   if (p >= kGyroBiasX && p <= kGyroBiasZ) return "a few seconds of hover";
   if (p >= kAccelBiasX && p <= kAccelBiasZ) return "hover at several headings";
   if (p >= kImuX && p <= kImuZ) return "quick turns about all three axes";
+  static const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   const auto flat = static_cast<std::size_t>(p - kCoreParameters);
-  return fmt::format("that of {} in docs/effects.toml", terms.term(terms.term_of(flat)).info.id);
+  const std::string id(terms.term(terms.term_of(flat)).info.id);
+  const host::EffectFacts* facts = catalogue.facts_of(id);
+  if (facts && !facts->manoeuvre.empty()) return facts->manoeuvre;
+  // A term of the user's own, which the catalogue does not know.
+  return fmt::format("what changes the load of {} by much while the rest of the motion stays as it is", id);
 }
 
 Observability observability_of(const FitProblem& problem, const Fit& fit) {

@@ -18,7 +18,8 @@
 #include "bench/identify/identify.hpp"
 #include "bench/identify/identify_report.hpp"
 #include "bench/identify/identify_text.hpp"
-#include "bench/identify/solvers.hpp"
+#include "bench/identify/parameter_names.hpp"
+#include "bench/identify/solver_check.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
@@ -42,14 +43,13 @@ struct Options {
   double robust_scale = 0.0, block_s = 1.0;
   int iterations = 100;
   std::string noise = "em", solver = "own";
-  bool json = false, no_checks = false;
+  bool json = false, no_checks = false, names = false;
 };
 
 bench::IdentifyOptions identify_options(const Options& o) {
   bench::IdentifyOptions i;
   o.fit.apply(i);
   i.terms = term_list(o.terms);
-  if (o.solver == "ceres") i.solver = bench::ceres_solver();
   i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
   i.fit.noise.per_flight = o.noise == "em-per-flight";
   i.fit.innovations = true;
@@ -83,6 +83,7 @@ void publish(const Options& o, const bench::Identification& result, const bench:
                : result.fit.noise_settled ? ""
                                           : " (noise not settled)",
                2.0 * result.fit.cost / result.fit.degrees_of_freedom);
+    if (analysis.solver_check) fmt::print("{}", bench::solver_check_text(*analysis.solver_check));
   }
   if (o.report.empty()) return;
   fs::create_directories(o.report);
@@ -92,8 +93,8 @@ void publish(const Options& o, const bench::Identification& result, const bench:
   if (!trail.empty()) trail.push_back(bench::read_trail_point(o.report));
   std::string flights;
   for (const bench::GridFlight& g : result.flights) flights += (flights.empty() ? "" : ", ") + g.name;
-  const std::vector<std::pair<std::string, std::string>> facts{{"rotorloop", kVersion},
-                                                               {"vehicle file", o.vehicle.filename().generic_string()}};
+  std::vector<std::pair<std::string, std::string>> facts{{"rotorloop", kVersion}, {"vehicle file", o.vehicle.filename().generic_string()}};
+  if (analysis.solver_check) facts.emplace_back("check by another solver", bench::solver_check_text(*analysis.solver_check));
   const bench::IdentifyPage page{result, analysis,  read.checked,
                                  base,   base.name, "identified from " + flights,
                                  facts,  trail,     held_out ? bench::held_out_html(*held_out) : std::string()};
@@ -107,7 +108,8 @@ void publish(const Options& o, const bench::Identification& result, const bench:
     if (p.moved) moved += (moved.empty() ? "" : ", ") + bench::parameter_info(p.parameter, result.problem.start.terms).symbol;
   }
   const std::string what = fmt::format("the fit did not converge in {} iterations{}", result.fit.iterations,
-                                       o.out.empty() ? "" : "; no vehicle file was written");
+                                       o.out.empty() ? "" : "; no vehicle file was written") +
+                           (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
   if (moved.empty()) {
     throw Error(
         {"identify", what, "noise figures that chase each other, or parameters that these flights cannot tell",
@@ -120,6 +122,14 @@ void publish(const Options& o, const bench::Identification& result, const bench:
               ExitCode::data_quality);
 }
 
+[[noreturn]] void throw_solvers_differ(const Options& o, const bench::SolverCheck& check) {
+  throw Error(
+      {"identify --solver ceres", bench::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
+       "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
+       "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
+      ExitCode::data_quality);
+}
+
 int identify(const Options& o) {
   const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
@@ -127,14 +137,29 @@ int identify(const Options& o) {
   paths.checks = !o.no_checks;
   FlightInputs read = read_flights(paths, host::to_model(base));
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  const bench::IdentifyOptions options = identify_options(o);
+  const bool check = o.solver == "ceres";
   bench::Identification result;
+  std::optional<bench::SolverCheck> solver_check;
   {
-    IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr);
-    result = bench::identify(read.to_fit(), base, identify_options(o), [&](const bench::IdentifyProgress& p) { progress(p); });
+    IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr, options.fit);
+    int parts = 0;
+    result = bench::identify(read.to_fit(), base, options, [&](bench::IdentifyProgress p) {
+      parts = p.parts += check ? 1 : 0;
+      progress(p);
+    });
+    if (check && result.fit.converged) {
+      progress.goes_on_with(bench::check_options(options.fit));
+      solver_check = bench::check_by_ceres(result, options.fit, [&](const bench::FitProgress& p) {
+        progress({"check by Ceres", parts, parts, p});
+      });
+    }
   }
-  const bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  analysis.solver_check = solver_check;
   publish(o, result, analysis, read, base, clock);
   if (!result.fit.converged) throw_not_converged(o, result, analysis);
+  if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {
     std::vector<std::string> inputs;
@@ -153,7 +178,7 @@ int identify(const Options& o) {
 void add_identify(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
-  c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values")->required();
+  c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values; needed but for --names");
   c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
   c->add_option("--vertical", o->paths.vertical, "stage 1: flight with fast climbs and descents (thrust)");
   c->add_option("--horizontal", o->paths.horizontal, "stage 2: fast horizontal flight (drag)");
@@ -165,12 +190,13 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
   add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
-  c->add_option("--term", o->terms, "add an effect to the model, by its id in docs/effects.toml");
+  c->add_option("--term", o->terms, "add an effect to the model, by its id in docs/effects.toml (--names lists them)");
   c->add_option("--noise", o->noise,
                 "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
       ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
       ->capture_default_str();
-  c->add_option("--solver", o->solver, "own: elimination of the states; ceres: the same problem by Ceres, slower, as a check")
+  c->add_option("--solver", o->solver,
+                "own: elimination of the states; ceres: that, then the joint fit by Ceres as well, slower, and how far the two lie apart")
       ->check(CLI::IsMember({"own", "ceres"}))
       ->capture_default_str();
   c->add_option("--robust", o->robust_scale,
@@ -186,16 +212,30 @@ void add_identify(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
   c->footer(
       "Example: the paper's three flights, then a fourth that had no part in it\n"
       "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
-      "    --rotation run/rotation -o vehicles/identified.toml --report report\n"
+      "    --rotation run/rotation --held-out run/general -o vehicles/identified.toml --report report\n"
       "A log of another tool needs a mapping file (docs/files.md); one flight without a role is enough when it excites everything:\n"
       "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
-      "Exit codes: 0 done, 2 usage or bad input file, 5 the logs cannot tell (the message names what and what to fly).");
-  c->callback([o, &exit_code] { exit_code = identify(*o); });
+      "Which names --free, --hold, --per-flight and --term take:\n"
+      "  rotorloop identify --names\n"
+      "Exit codes: 0 done; 2 usage or bad input file; 5 data quality: the logs lack what the fit needs or cannot tell a parameter, the "
+      "fit\n"
+      "did not converge, the identified vehicle is not credible, or --solver ceres gives another answer. The message names what, and what "
+      "to do.");
+  c->callback([o, &exit_code] {
+    if (o->names) {
+      fmt::print("{}", bench::names_table(host::builtin_effect_catalogue()));
+      return;
+    }
+    // Here and not as `required()`, since --names does without.
+    if (o->vehicle.empty()) throw CLI::RequiredError("--vehicle");
+    exit_code = identify(*o);
+  });
 }
 
 }  // namespace rotorloop::cli

@@ -21,7 +21,9 @@ void FitOptions::apply(bench::IdentifyOptions& i) const {
 }
 
 void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz) {
-  app.add_option("--free", o.free, "NAME or NAME=U: free a parameter or group, with a prior of U about its start value");
+  app.add_option(
+      "--free", o.free,
+      "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
   app.add_option("--hold", o.hold, "hold a parameter or group at its start value");
   app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
   app.add_option("--use", o.use, "readings beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")

@@ -1,19 +1,20 @@
-// Progress of `rotorloop identify` on stderr: on a terminal one line that is redrawn, else one line for each part. Uses the wall
-// clock: it tells a person how long to wait and has no part in any result.
+// Progress of `rotorloop identify` on stderr: on a terminal one line that is redrawn, else a line for each part and round and one
+// every ten seconds between. Uses the wall clock: it tells a person how long to wait and has no part in any result.
 #pragma once
 #include <chrono>
 #include <cstdio>
-#include <string>
 
-#include "bench/identify/identify.hpp"
+#include "host/cli/identify_progress_text.hpp"
 #include "host/cli/progress_line.hpp"
 
 namespace rotorloop::cli {
 
 class IdentifyProgressLine {
  public:
-  IdentifyProgressLine(ProgressStyle style, std::FILE* out) : style_(style), out_(out), begun_(Clock::now()) {}
+  IdentifyProgressLine(ProgressStyle style, std::FILE* out, const bench::FitOptions& fit)
+      : style_(style), out_(out), text_(fit), begun_(Clock::now()) {}
   ~IdentifyProgressLine() { erase(); }
+  void goes_on_with(const bench::FitOptions& fit) { text_.goes_on_with(fit); }
   void operator()(const bench::IdentifyProgress& p);
 
  private:
@@ -22,8 +23,8 @@ class IdentifyProgressLine {
 
   const ProgressStyle style_;
   std::FILE* const out_;
-  Clock::time_point begun_, part_begun_{};
-  int part_ = 0;
+  IdentifyProgressText text_;
+  const Clock::time_point begun_;
   bool on_screen_ = false;
 };
 

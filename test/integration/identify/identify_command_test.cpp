@@ -83,6 +83,52 @@ TEST_F(IdentifyCommand, PrintsResultJsonAloneOnStdout) {
   EXPECT_EQ(r.err, "");
 }
 
+TEST_F(IdentifyCommand, TellsHowFarCeresLiesFromTheOwnSolverInTextResultAndPage) {
+  const CommandResult r =
+      run("--flight rotation.csv --hold pose_delay --rate 50 --noise fixed --solver ceres --term rotor_local_inflow -o out.toml --report "
+          "report");
+  ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
+  EXPECT_NE(r.out.find("the same fit by Ceres: cost "), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("docs/acceptance/identify_speed.md"), std::string::npos) << r.out;
+  const auto result = result_of(scratch / "report");
+  EXPECT_EQ(result.at("verdict"), "pass");
+  const auto& check = result.at("solver_check");
+  EXPECT_TRUE(check.at("good").get<bool>());
+  EXPECT_EQ(check.at("problem"), "");
+  EXPECT_NEAR(check.at("ceres_cost").get<double>() / check.at("own_cost").get<double>(), 1.0, 1e-8);
+  EXPECT_LT(std::fabs(check.at("to_the_end").at("estimate_u").get<double>()), 1e-3);
+  EXPECT_LT(std::fabs(check.at("to_the_end").at("uncertainty").get<double>()), 1e-4);
+  const std::string farthest = check.at("told").at("estimate").get<std::string>();
+  bool is_an_estimate = false;
+  for (const auto& e : result.at("estimates")) is_an_estimate = is_an_estimate || e.at("symbol") == farthest;
+  EXPECT_TRUE(is_an_estimate) << farthest;
+  EXPECT_NE(read_text(scratch / "report" / "report.html").find("the same fit by Ceres"), std::string::npos);
+}
+
+TEST_F(IdentifyCommand, TellsNothingOfCeresWhereNobodyAsked) {
+  const CommandResult r = run("--flight rotation.csv --hold pose_delay --rate 50 --noise fixed --json --quiet");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_FALSE(nlohmann::json::parse(r.out).contains("solver_check"));
+}
+
+TEST_F(IdentifyCommand, WritesALineForEachPartWhereStderrIsNoTerminal) {
+  const CommandResult r = run("--rotation rotation.csv --hold pose_delay --rate 50 --noise fixed --no-checks");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_TRUE(r.err.starts_with("[1/2] stage rotation: iteration 0 of at most 40, cost ")) << r.err;
+  EXPECT_NE(r.err.find("\n[2/2] joint fit: iteration 0 of at most 40, cost "), std::string::npos) << r.err;
+  EXPECT_EQ(r.err.find('\r'), std::string::npos);
+}
+
+TEST_F(IdentifyCommand, ListsNamesWithoutAVehicleFileAndAsksForOneOtherwise) {
+  const CommandResult r = rotorloop_command("identify --names", scratch.path());
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_NE(r.out.find("drag.c_dh"), std::string::npos);
+  EXPECT_NE(r.out.find("rotor_local_inflow"), std::string::npos);
+  const CommandResult none = rotorloop_command("identify --flight rotation.csv", scratch.path());
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("--vehicle is required"), std::string::npos) << none.err;
+}
+
 TEST_F(IdentifyCommand, EndsWith5ForALogWithoutRotorSpeedsNamingStageAndColumns) {
   const CommandResult r = run("--vertical no_speeds.csv --no-checks -o out.toml");
   EXPECT_EQ(r.exit_code, 5);
