@@ -19,7 +19,8 @@ constexpr const char* kQuantityIds[] = {"position", "velocity", "attitude", "bod
 // A ratio of errors that are both nil (one step without excitation) is none; a bound may lie anywhere.
 std::string ratio_text(double v) {
   if (std::isinf(v)) return v > 0.0 ? "∞" : "-∞";
-  return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–";
+  if (std::isfinite(v)) return fmt::format("{:.2f}", std::fabs(v) < 0.005 ? 0.0 : v);  // no minus before a nil
+  return "–";
 }
 
 // Of a gap that is there.
