@@ -102,27 +102,6 @@ ordered_json log_json(const std::vector<LogFault>& all) {
   return out;
 }
 
-ordered_json held_out_json(const HeldOutScores& s) {
-  constexpr const char* kQuantities[] = {"position", "velocity", "attitude", "body_rates"};
-  ordered_json rows = ordered_json::array();
-  for (const HeldOutRow& r : s.rows)
-    rows.push_back({{"horizon_s", r.horizon_s},
-                    {"quantity", kQuantities[r.quantity]},
-                    {"unit", kPredictedUnits[r.quantity]},
-                    {"before", number(r.before)},
-                    {"after", number(r.after)},
-                    {"floor", number(r.floor)},
-                    {"closed", number(r.closed.value)},
-                    {"closed_low", number(r.closed.low)},
-                    {"closed_high", number(r.closed.high)},
-                    {"ratio", number(r.ratio.value)},
-                    {"low", number(r.ratio.low)},
-                    {"high", number(r.ratio.high)}});
-  ordered_json out{{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}};
-  if (!s.wrench.after.empty()) out["wrench"] = wrench_json(s.wrench);
-  return out;
-}
-
 ordered_json advice_json(const ManoeuvreAdvice& a) {
   ordered_json ranked = ordered_json::array();
   for (const ManoeuvreValue& v : a.ranked) {
@@ -219,7 +198,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
                       {"detectable", number(n.detectable)},
                       {"typical", number(n.typical)},
                       {"unit", n.unit}});
-  for (const InputHash& i : from.inputs) inputs.push_back({{"path", i.path}, {"sha256", i.sha256}});
+  for (const InputHash& i : from.inputs) inputs.push_back(input_json(i));
   ordered_json out{
       {"format", 1},
       {"made_by", "rotorloop diagnose"},
@@ -235,7 +214,10 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
       {"rounds", rounds},
       {"provenance",
        {{"version", from.version}, {"git", from.git}, {"started_utc", from.started_utc}, {"wall_s", from.wall_s}, {"inputs", inputs}}}};
-  if (held_out) out["held_out"] = held_out_json(*held_out);
+  if (held_out) {
+    out["held_out"] = held_out_json(*held_out);
+    if (!held_out->wrench.after.empty()) out["held_out"]["wrench"] = wrench_json(held_out->wrench);
+  }
   return out.dump(1) + "\n";
 }
 

@@ -115,7 +115,7 @@ Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
           const Eigen::Matrix<double, 6, 1> ahead = six.r - six.state * past.solve(b.col(p));
           const Eigen::Matrix<double, 6, 6> cov = Eigen::Matrix<double, 6, 6>::Identity() + six.state * past.solve(six.state.transpose());
           const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(cov);
-          out.innovations.push_back({flight_.time_s(k) + f.late_s, factor.matrixL().solve(ahead)});
+          out.innovations.push_back({flight_.time_s(k) + f.late_s, factor.matrixL().solve(ahead), factor.matrixL()});
         }
       }
       const double s = six.r.squaredNorm(), weight = robust_weight(s, o.robust_scale);

@@ -25,6 +25,8 @@ struct ScoreBlock {
 struct Innovation {
   double t_s = 0.0;
   Eigen::Matrix<double, 6, 1> value;
+  // The predicted covariance L Lᵀ, in units of the reading's own variances: lower triangle L.
+  Eigen::Matrix<double, 6, 6> root = Eigen::Matrix<double, 6, 6>::Identity();
 };
 
 struct Reduced {

@@ -10,16 +10,20 @@
 #include "bench/identify/flight_motion.hpp"
 #include "bench/identify/mean_noise.hpp"
 #include "bench/identify/noise_floor.hpp"
-#include "bench/report/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
 
-constexpr double kHorizons_s[] = {0.1, 0.2, 0.5, 1.0, 2.0};
-constexpr double kLongest_s = 2.0, kBetweenStarts_s = 0.25;
+constexpr double kHorizons_s[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0};
+constexpr double kBetweenStarts_s = 0.25;
+constexpr double kSameHorizon = 0.3;  // of a horizon: a whole number of steps that is nearer stands for it
 constexpr std::uint64_t kFloorSeed = 1;
-constexpr const char* kQuantityNames[] = {"position", "velocity", "attitude", "body rates"};
+
+struct NoisyModel {
+  ModelValues values;
+  NoiseModel noise;
+};
 
 // What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
 ModelValues with_starts(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
@@ -34,18 +38,110 @@ ModelValues with_starts(const GridFlight& g, const ModelValues& values, const No
   return p.free.empty() ? values : fit(p).values.front();
 }
 
-// A ratio of errors that are both nil (one step without excitation) is none.
-std::string ratio_text(double v) { return std::isfinite(v) ? fmt::format("{:.2f}", v) : "–"; }
-
-// Of a gap that is there.
-std::string closed_text(const ErrorRatio& r) {
-  if (!std::isfinite(r.value)) return "– (no gap)";
-  return fmt::format("{} ({} to {})", ratio_text(r.value), ratio_text(r.low), ratio_text(r.high));
+// The steps that stand for each horizon; 0 where none does.
+std::size_t steps_of(double horizon_s, double step_s) {
+  const double steps = std::round(horizon_s / step_s);
+  return std::fabs(steps * step_s - horizon_s) <= kSameHorizon * horizon_s ? static_cast<std::size_t>(steps) : 0;
 }
 
-std::string rotation_text(const HeldOutScores& s) {
-  if (s.rotation_helps.to_s <= 0.0) return "the rotation model beats held rates nowhere";
-  return fmt::format("the rotation model beats held rates from {:.2f} to {:.2f} s", s.rotation_helps.from_s, s.rotation_helps.to_s);
+// A held-out flight on the grid, with the states that predictions start from and are compared with.
+struct Prepared {
+  GridFlight grid;
+  StateTrack track;
+
+  // Every so often, where the model ties all steps of the horizon.
+  std::vector<std::size_t> starts(std::size_t horizon) const {
+    const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
+    auto out = prediction_starts(track, horizon, stride);
+    std::erase_if(out, [&](std::size_t at) {
+      const auto from = grid.linked.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto to = from + static_cast<std::ptrdiff_t>(std::min(horizon, grid.linked.size() - at));
+      return std::find(from, to, 0) != to;
+    });
+    return out;
+  }
+};
+
+// Of the flights as they are, the longest horizon that one of them holds; what is out of reach is told.
+double longest_horizon(const std::vector<Prepared>& flights, std::vector<std::string>& remarks) {
+  for (std::size_t h = std::size(kHorizons_s); h-- > 0;) {
+    const auto holds = [&](const Prepared& f) {
+      const std::size_t steps = steps_of(kHorizons_s[h], f.track.step_s);
+      return steps > 0 && !f.starts(steps).empty();
+    };
+    if (std::none_of(flights.begin(), flights.end(), holds)) continue;
+    if (h + 1 < std::size(kHorizons_s)) {
+      remarks.push_back(
+          fmt::format("beyond {:g} s nothing is foretold: no held-out flight has {:g} s in one piece", kHorizons_s[h], kHorizons_s[h + 1]));
+    }
+    return kHorizons_s[h];
+  }
+  throw Error({flights.empty() ? "held-out flights" : flights.front().grid.name,
+               fmt::format("no held-out flight has {:g} s in one piece", kHorizons_s[0]), "the flight is too short, or gaps cut it",
+               "hold out a longer flight"},
+              ExitCode::data_quality);
+}
+
+// Both models open loop from the same states, and what noise alone would do.
+void foretell(const std::vector<Prepared>& flights, const ModelValues& old, const NoisyModel& now, const NoiseModel& smoothed_with,
+              HeldOutScores& out) {
+  std::vector<PredictionErrors> before, after, held, floor;
+  const double longest_s = longest_horizon(flights, out.remarks);
+  for (const Prepared& f : flights) {
+    const auto horizon = steps_of(longest_s, f.track.step_s);
+    const auto starts = f.starts(horizon);
+    if (starts.empty()) {
+      out.remarks.push_back(fmt::format("{}: not foretold, it has no {:g} s in one piece", f.grid.name, longest_s));
+      continue;
+    }
+    before.push_back(predict(f.track, whole_model(old, f.grid.substeps), starts, horizon));
+    after.push_back(predict(f.track, whole_model(now.values, f.grid.substeps), starts, horizon));
+    floor.push_back(noise_floor(f.grid, f.track, now.values, smoothed_with, now.noise, starts, horizon, kFloorSeed + floor.size()));
+    held.push_back(predict(f.track, rates_held(now.values), starts, horizon));
+    out.flights.push_back(f.grid.name);
+  }
+  const PredictionSummary a = summary(before), b = summary(after), least = summary(floor);
+  out.starts = b.starts;
+  out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
+  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+    for (const double h : kHorizons_s) {
+      const std::size_t steps = steps_of(h, b.step_s);
+      if (steps == 0 || steps > b.horizon) continue;
+      const auto quantity = static_cast<PredictedQuantity>(q);
+      out.rows.push_back({static_cast<double>(steps) * b.step_s, quantity, a.mean[q][steps - 1], b.mean[q][steps - 1],
+                          error_ratio(after, before, quantity, steps, steps), least.mean[q][steps - 1],
+                          share_closed(before, after, floor, quantity, steps, steps)});
+    }
+  }
+  std::vector<std::string> short_s;
+  for (const double h : kHorizons_s) {
+    if (h <= longest_s && steps_of(h, b.step_s) == 0) short_s.push_back(fmt::format("{:g}", h));
+  }
+  if (!short_s.empty()) {
+    out.remarks.push_back(fmt::format("{} s: not foretold, a step of the states is {:g} s long; give more states per second (--rate)",
+                                      fmt::join(short_s, ", "), b.step_s));
+  }
+}
+
+HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& old, const Identification& r, const GridOptions& grid) {
+  HeldOutScores out;
+  const NoisyModel now{r.fit.values.front(), mean_noise(r.fit.noise)};
+  std::vector<Prepared> all;
+  std::vector<OneStepErrors> before, after;
+  for (const FlightToFit& f : flights) {
+    GridFlight g = make_grid(f.record, grid);
+    cut_between_segments(g, f.segments);
+    tie_poses(g, now.values[kPoseDelay]);
+    StateTrack track = held_out_track(g, r);
+    all.push_back({std::move(g), std::move(track)});
+    const GridFlight& kept = all.back().grid;
+    before.push_back(one_step(kept, with_starts(kept, old.values, old.noise), old.noise, kFloorSeed + before.size()));
+    after.push_back(one_step(kept, with_starts(kept, now.values, now.noise), now.noise, kFloorSeed + after.size()));
+  }
+  foretell(all, old.values, now, r.fit.noise.front(), out);
+  out.one_step = compare(before, after);
+  if (out.one_step.poses == 0) out.remarks.push_back("one step: not scored, the flights have no poses");
+  return out;
 }
 
 }  // namespace
@@ -56,104 +152,18 @@ StateTrack held_out_track(GridFlight& g, const Identification& r) {
   return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
 }
 
-namespace {
-HeldOutScores score(const std::vector<FlightToFit>& flights, const ModelValues& old, const Identification& r, const GridOptions& grid) {
-  HeldOutScores out;
-  std::vector<PredictionErrors> before, after, held, floor;
-  const NoiseModel noise = mean_noise(r.fit.noise);
-  const ModelValues& identified = r.fit.values.front();
-  for (const FlightToFit& f : flights) {
-    GridFlight g = make_grid(f.record, grid);
-    cut_between_segments(g, f.segments);
-    tie_poses(g, identified[kPoseDelay]);
-    const StateTrack track = held_out_track(g, r);
-    const auto horizon = static_cast<std::size_t>(std::lround(kLongest_s / track.step_s));
-    const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
-    auto starts = prediction_starts(track, horizon, stride);
-    std::erase_if(starts, [&](std::size_t at) {
-      const auto from = g.linked.begin() + static_cast<std::ptrdiff_t>(at);
-      const auto to = from + static_cast<std::ptrdiff_t>(std::min(horizon, g.linked.size() - at));
-      return std::find(from, to, 0) != to;
-    });
-    if (starts.empty()) continue;
-    before.push_back(predict(track, whole_model(old, g.substeps), starts, horizon));
-    after.push_back(predict(track, whole_model(identified, g.substeps), starts, horizon));
-    floor.push_back(noise_floor(g, track, identified, r.fit.noise.front(), noise, starts, horizon, kFloorSeed + floor.size()));
-    held.push_back(predict(track, rates_held(identified), starts, horizon));
-    out.flights.push_back(f.record.name);
-  }
-  if (after.empty()) {
-    throw Error({flights.empty() ? "held-out flights" : flights.front().record.name,
-                 fmt::format("no held-out flight has {:.0f} s in one piece", kLongest_s), "the flight is too short, or gaps cut it",
-                 "hold out a longer flight"},
-                ExitCode::data_quality);
-  }
-  const PredictionSummary a = summary(before), b = summary(after), least = summary(floor);
-  out.starts = b.starts;
-  out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
-  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
-    for (const double h : kHorizons_s) {
-      const auto steps = static_cast<std::size_t>(std::max(1L, std::lround(h / b.step_s)));
-      const auto quantity = static_cast<PredictedQuantity>(q);
-      out.rows.push_back({static_cast<double>(steps) * b.step_s, quantity, a.mean[q][steps - 1], b.mean[q][steps - 1],
-                          error_ratio(after, before, quantity, steps, steps), least.mean[q][steps - 1],
-                          share_closed(before, after, floor, quantity, steps, steps)});
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
-HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const GridOptions& grid) {
+HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const IdentifyOptions& o) {
+  // How the log was made is no part of the vehicle: both models get it as identified.
   ModelValues old = r.start.file;
-  for (const int p : {kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag}) old[p] = r.fit.values.front()[p];
-  return score(flights, old, r, grid);
+  for (int p = kOffsetX; p < kCoreParameters; ++p) old[p] = r.fit.values.front()[p];
+  return score(flights, {old, noise_under(old, r.flights, r.fit.noise, o.fit.noise, o.fit.threads)}, r, o.grid);
 }
 
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                            const GridOptions& grid, const WrenchBand& band) {
-  HeldOutScores out = score(flights, before.fit.values.front(), after, grid);
+  HeldOutScores out = score(flights, {before.fit.values.front(), mean_noise(before.fit.noise)}, after, grid);
   out.wrench = score_wrenches(flights, before, after, grid, band);
   return out;
-}
-
-std::string held_out_table(const HeldOutScores& s) {
-  std::string out = fmt::format(
-      "Held out: {} ({} starts, open loop). Mean error before -> after, ratio with 95 % interval; floor: what noise alone would give a "
-      "model that is right; share of the gap down to it that is closed:\n",
-      fmt::join(s.flights, ", "), s.starts);
-  for (const HeldOutRow& r : s.rows)
-    out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})  floor {:9.3g}  closed {}\n",
-                       kQuantityNames[r.quantity], r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value),
-                       ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
-  return out + "  " + rotation_text(s) + "\n" + wrench_table(s.wrench);
-}
-
-std::string held_out_html(const HeldOutScores& s) {
-  std::string out = fmt::format(
-      "<h2 id=\"held-out\">Flights that had no part in the fit</h2>\n<p>{}; {} starts, open loop with the logged rotor speeds from the "
-      "same "
-      "smoothed states. Before: the vehicle file; after: identified. Floor: what the noise of readings and motion alone would give a model "
-      "that is exactly right; closed: share of the gap between the error before and that floor. {}.</p>\n",
-      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, rotation_text(s));
-  out +=
-      "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
-      "class=\"l\">unit</th><th>ratio</th><th>95 %</th><th>floor</th><th>closed</th></tr></thead><tbody>\n";
-  for (std::size_t i = 0; i < s.rows.size(); ++i) {
-    const HeldOutRow& r = s.rows[i];
-    const bool first = i == 0 || s.rows[i - 1].quantity != r.quantity;
-    out += fmt::format(
-        "<tr{}><td class=\"l\">{}</td><td>{:.3f}</td><td>{:.3g}</td><td class=\"big\">{:.3g}</td><td class=\"l\">{}</td><td "
-        "class=\"{}\">{}</td><td>{} … {}</td><td>{:.3g}</td><td>{}</td></tr>\n",
-        first ? " class=\"first\"" : "", first ? kQuantityNames[r.quantity] : "", r.horizon_s, r.before, r.after,
-        kPredictedUnits[r.quantity],
-        r.ratio.high < 1.0  ? "pass"
-        : r.ratio.low > 1.0 ? "fail"
-                            : "",
-        ratio_text(r.ratio.value), ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
-  }
-  return out + "</tbody></table></div>\n" + wrench_html(s.wrench);
 }
 
 }  // namespace rotorloop::bench

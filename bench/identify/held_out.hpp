@@ -1,11 +1,15 @@
-// How well the identified model foretells flights that had no part in the fit, beside the vehicle file's: open loop from states that
-// the poses make (smoothed under large process noise). Below 0.1 s the smoother's own model shows in them: no such horizon is scored.
+// How well the identified model foretells flights that had no part in the fit, beside the vehicle file's. Open loop, 0.01 to 2 s, from
+// states that the readings make (smoothed under large process noise) and against them: up to some 0.05 s most of an error is the noise
+// of those states, so each stands beside the floor that noise alone would give. One step: each pose from the readings before it, without
+// any smoothing; here a model that is right is known by errors as large as it expects them.
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bench/identify/identify.hpp"
+#include "bench/identify/one_step.hpp"
 #include "bench/identify/prediction.hpp"
 #include "bench/identify/wrench_score.hpp"
 
@@ -22,16 +26,19 @@ struct HeldOutRow {
 struct HeldOutScores {
   std::vector<std::string> flights;
   std::size_t starts = 0;
-  std::vector<HeldOutRow> rows;
-  HelpfulRange rotation_helps;  // where the identified model beats held rates in attitude
-  WrenchComparison wrench;      // of two fits; empty without accelerometer and gyro
+  std::vector<HeldOutRow> rows;      // by quantity, then horizon
+  OneStepComparison one_step;        // empty without poses
+  std::vector<std::string> remarks;  // what could not be scored, and why
+  HelpfulRange rotation_helps;       // where the identified model beats held rates in attitude
+  WrenchComparison wrench;           // of two fits; empty without accelerometer and gyro
 };
 
-// 0.1 to 2 s, starts every 0.25 s; no prediction runs across a cut. Throws like identify() for flights that cannot be fitted, and when
-// no flight has 2 s in one piece.
-HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& result, const GridOptions& grid);
+// 0.01 to 2 s as far as the flights and their grid reach, starts every 0.25 s; no prediction runs across a cut. The vehicle file's model
+// reads through the sensors as identified, and its noise figures are looked for on the fitted flights as `options` says. Throws like
+// identify() for flights that cannot be fitted, and when no flight has even the shortest horizon in one piece.
+HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& result, const IdentifyOptions& options);
 
-// The same for two fits, the first as `before`; both start from the states that the poses make under the second's sensor.
+// The same for two fits, the first as `before`, each with the noise figures of its own; both start from the same states.
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                            const GridOptions& grid, const WrenchBand& band = {});
 
@@ -40,5 +47,7 @@ StateTrack held_out_track(GridFlight& flight, const Identification& result);
 
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report
+// For result.json; without the wrenches.
+nlohmann::ordered_json held_out_json(const HeldOutScores& scores);
 
 }  // namespace rotorloop::bench

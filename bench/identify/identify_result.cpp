@@ -74,6 +74,12 @@ ordered_json solver_check_json(const SolverCheck& c) {
 
 }  // namespace
 
+ordered_json input_json(const InputHash& i) {
+  ordered_json out{{"path", i.path}, {"sha256", i.sha256}};
+  if (i.held_out) out["held_out"] = true;
+  return out;
+}
+
 IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base, double drag_speed_m_s) {
   IdentifyAnalysis a;
   a.derived = derived_quantities(r.fit, base, drag_speed_m_s);
@@ -124,7 +130,7 @@ static ordered_json warnings_json(const Identification& r, const IdentifyAnalysi
 std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const std::vector<CheckedFlight>& checked,
                                  const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
-  for (const InputHash& i : p.inputs) j["inputs"].push_back({{"path", i.path}, {"sha256", i.sha256}});
+  for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;
   j["wall_s"] = p.wall_s;
   j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
@@ -189,6 +195,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
                       {"inflation", number(a.inflation)},
                       {"parameters", homogeneity}};
   j["observability"] = observability_json(a.observability);
+  if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
   for (const CheckedFlight& c : checked) checks.push_back(ordered_json::parse(findings_json(c)));
   j["checks"] = checks;
   j["fit"] = {{"iterations", r.fit.iterations},

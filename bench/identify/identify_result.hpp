@@ -7,6 +7,7 @@
 
 #include "bench/identify/checks.hpp"
 #include "bench/identify/derived.hpp"
+#include "bench/identify/held_out.hpp"
 #include "bench/identify/homogeneity.hpp"
 #include "bench/identify/identify.hpp"
 #include "bench/identify/observability.hpp"
@@ -23,12 +24,15 @@ struct IdentifyAnalysis {
   double inflation = 1.0;  // median ratio of robust to classical variance, at least 1: what correlated residuals add
   Observability observability;
   std::optional<SolverCheck> solver_check;  // when it was asked for
+  std::optional<HeldOutScores> held_out;  // when flights were held out; analyse() has none
 };
 IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);
 
 struct InputHash {
   std::string path, sha256;
+  bool held_out = false;  // had no part in what came of the others
 };
+nlohmann::ordered_json input_json(const InputHash& input);
 struct IdentifyProvenance {
   std::string version, git, started_utc;
   double wall_s = 0.0;

@@ -257,6 +257,15 @@ ErrorRatio share_closed(std::span<const PredictionErrors> before, std::span<cons
   });
 }
 
+ErrorRatio mean_difference(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t steps,
+                           const Bootstrap& options) {
+  std::vector<PredictionErrors> ones(a.begin(), a.end());  // blocks hold unequal numbers of starts
+  for (PredictionErrors& f : ones) f.error[q].assign(f.error[q].size(), 1.0);
+  const std::array<std::span<const PredictionErrors>, 3> three{a, b, ones};
+  return drawn_anew(blocks_of(three, q, steps, steps, options.block_s), options,
+                    [](const Block& sum) { return (sum[0] - sum[1]) / sum[2]; });
+}
+
 HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q) {
   const std::size_t steps = std::min(a.mean[q].size(), b.mean[q].size());
   std::size_t first = 0, run = 0, best_first = 0, best_run = 0;

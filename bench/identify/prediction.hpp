@@ -75,6 +75,10 @@ ErrorRatio share_closed(std::span<const PredictionErrors> before, std::span<cons
                         std::span<const PredictionErrors> floor, PredictedQuantity q, std::size_t from, std::size_t to,
                         const Bootstrap& bootstrap = {});
 
+// Mean of the numbers of `a` less that of `b` at one horizon, on the same starts, with the same interval.
+ErrorRatio mean_difference(std::span<const PredictionErrors> a, std::span<const PredictionErrors> b, PredictedQuantity q, std::size_t steps,
+                           const Bootstrap& bootstrap = {});
+
 // The longest run of horizons at each of which `a` errs less than `b` in the mean; both 0 when there is none.
 struct HelpfulRange {
   double from_s = 0.0, to_s = 0.0;

@@ -48,6 +48,31 @@ Ticks nice_ticks(double low, double high, int wanted) {
   return t;
 }
 
+Ticks decade_ticks(double low, double high, int wanted) {
+  Ticks t;
+  t.decades = true;
+  const bool finer = 3.0 * (high - low) <= wanted;
+  const double every = finer ? 1.0 : std::max(1.0, std::ceil((high - low) / std::max(1, wanted)));
+  for (double k = std::floor(low / every) * every; k <= high; k += every) {
+    for (const double m : {1.0, 2.0, 5.0}) {
+      const double at = k + std::log10(m);
+      if ((m == 1.0 || finer) && at >= low - 1e-9 && at <= high + 1e-9) t.at.push_back(at);
+    }
+  }
+  return t;
+}
+
+std::string tick_text(double at, const Ticks& ticks) {
+  if (!ticks.decades) return tick_text(at, ticks.decimals);
+  const double power = std::floor(at + 1e-9), first = std::round(std::pow(10.0, at - power));
+  constexpr double kPlain = 4.0;  // powers of ten that are written out
+  if (std::fabs(power) <= kPlain) return fmt::format("{:g}", first * std::pow(10.0, power));
+  constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out = first == 1.0 ? "10" : fmt::format("{:g}·10", first);
+  for (const char c : fmt::format("{:.0f}", power)) out += c == '-' ? "⁻" : kDigits[c - '0'];
+  return out;
+}
+
 double text_px(std::string_view text) {
   double n = 0;
   for (const char c : text) n += (static_cast<unsigned char>(c) & 0xC0) != 0x80;

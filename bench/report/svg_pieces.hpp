@@ -13,9 +13,13 @@ std::string xml_escaped(std::string_view text);
 struct Ticks {
   std::vector<double> at;
   int decimals = 0;
+  bool decades = false;  // `at` are logarithms to base ten
 };
 Ticks nice_ticks(double low, double high, int wanted);
+// Of a logarithmic axis, `low` and `high` as powers of ten: decades, with twos and fives between where there is room for them.
+Ticks decade_ticks(double low, double high, int wanted);
 std::string tick_text(double value, int decimals);  // with a true minus sign
+std::string tick_text(double at, const Ticks& ticks);
 
 // A coordinate with one decimal: a tenth of a pixel is below what is seen.
 std::string px(double value);

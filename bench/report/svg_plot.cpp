@@ -71,7 +71,7 @@ std::string x_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   for (const double t : ticks.at) {
     const auto x = px(f.at_x(t));
     out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x,
-                       px(f.top), px(f.bottom), x, px(f.bottom + 16), tick_text(t, ticks.decimals));
+                       px(f.top), px(f.bottom), x, px(f.bottom + 16), tick_text(t, ticks));
   }
   out += fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
                      px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(f.bottom + 34), xml_escaped(label));
@@ -83,7 +83,7 @@ std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   for (const double t : ticks.at) {
     const double y = f.at_y(t);
     out += fmt::format("<path class=\"gr\" d=\"M{} {}H{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
-                       px(f.left), px(y), px(f.right), px(f.left - 7), px(y + 4), tick_text(t, ticks.decimals));
+                       px(f.left), px(y), px(f.right), px(f.left - 7), px(y + 4), tick_text(t, ticks));
   }
   const double middle = (f.top + f.bottom) / 2;
   out += fmt::format("<text class=\"lb\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", px(middle),
@@ -93,7 +93,7 @@ std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label)
 
 double tick_width(const Ticks& ticks) {
   double widest = 0;
-  for (const double t : ticks.at) widest = std::max(widest, text_px(tick_text(t, ticks.decimals)));
+  for (const double t : ticks.at) widest = std::max(widest, text_px(tick_text(t, ticks)));
   return widest;
 }
 
@@ -166,6 +166,29 @@ void equalise(Frame& f) {
   grow(f.y, f.bottom - f.top);
 }
 
+// The same with logarithms in place of the numbers.
+Plot in_decades(Plot p) {
+  const auto log_of = [](double v) { return v > 0.0 ? std::log10(v) : std::nan(""); };
+  const auto all = [&](std::vector<double>& numbers) {
+    for (double& v : numbers) v = log_of(v);
+  };
+  const auto bound = [&](std::optional<double>& v) {
+    if (v) v = *v > 0.0 ? std::optional(log_of(*v)) : std::nullopt;
+  };
+  if (p.log_x) {
+    for (Series& s : p.series) all(s.x);
+    for (Band& b : p.bands) b.from = log_of(b.from), b.to = log_of(b.to);
+    for (auto* v : {&p.x_min, &p.x_max, &p.fit_from, &p.fit_to}) bound(*v);
+  }
+  if (p.log_y) {
+    for (Series& s : p.series) all(s.y);
+    std::erase_if(p.marks, [](const HorizontalMark& m) { return m.y <= 0.0; });
+    for (HorizontalMark& m : p.marks) m.y = log_of(m.y);
+    for (auto* v : {&p.y_min, &p.y_max}) bound(*v);
+  }
+  return p;
+}
+
 }  // namespace
 
 void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
@@ -203,7 +226,8 @@ void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y
   }
 }
 
-std::string plot_svg(const Plot& p) {
+std::string plot_svg(const Plot& given) {
+  const Plot p = given.log_x || given.log_y ? in_decades(given) : given;
   std::vector<LegendItem> legend;
   for (const auto& s : p.series)
     if (!s.label.empty() && s.marker != Marker::none)
@@ -253,6 +277,7 @@ std::string plot_svg(const Plot& p) {
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   // One tick tells no scale: ask for more until there are three, as far as there is room.
   const auto y_ticks_of = [&](const auto& range) {
+    if (p.log_y) return decade_ticks(range.low, range.high, y_wanted);
     Ticks t = nice_ticks(range.low, range.high, y_wanted);
     for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(range.low, range.high, y_wanted + more);
     return t;
@@ -262,8 +287,8 @@ std::string plot_svg(const Plot& p) {
   if (p.equal_axes) equalise(f);
   const auto y_ticks = y_ticks_of(f.y);
   const int x_wanted = std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90)));
-  auto x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted);
-  if (x_ticks.at.size() < 3) x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
+  auto x_ticks = p.log_x ? decade_ticks(f.x.low, f.x.high, x_wanted) : nice_ticks(f.x.low, f.x.high, x_wanted);
+  if (!p.log_x && x_ticks.at.size() < 3) x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
 
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) {

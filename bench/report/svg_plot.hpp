@@ -48,6 +48,7 @@ struct Plot {
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
   bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;
+  bool log_x = false, log_y = false;       // decades; what is not above zero is left out; neither with equal_axes nor y_from_zero
   double min_extent = 0.0;                 // both axes span at least this: noise is not magnified to fill the plot
   std::optional<double> fit_from, fit_to;  // the y axis fits what lies between these x; peaks outside are cut off
 };

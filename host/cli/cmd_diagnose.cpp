@@ -159,11 +159,9 @@ int diagnose(const Options& o) {
   }
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {
-    std::vector<std::string> inputs;
-    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
     write_checked(o.out,
                   bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
-                                            std::string("rotorloop diagnose ") + kVersion, inputs),
+                                            std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes()),
                   catalogue);
   }
   return 0;

@@ -62,10 +62,7 @@ bench::IdentifyOptions identify_options(const Options& o) {
 // Text or JSON to stdout, the page and result.json into the folder.
 void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis, const FlightInputs& read,
              const host::VehicleFile& base, const bench::RunClock& clock) {
-  std::optional<bench::HeldOutScores> held_out;
-  if (read.flights.size() > read.fitted) {
-    held_out = bench::score_held_out(read.held_out(), result, identify_options(o).grid);
-  }
+  const std::optional<bench::HeldOutScores>& held_out = analysis.held_out;
   const std::string json =
       bench::identify_result_json(result, analysis, read.checked, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
@@ -157,16 +154,15 @@ int identify(const Options& o) {
   }
   bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
   analysis.solver_check = solver_check;
+  if (read.flights.size() > read.fitted) analysis.held_out = bench::score_held_out(read.held_out(), result, options);
   publish(o, result, analysis, read, base, clock);
   if (!result.fit.converged) throw_not_converged(o, result, analysis);
   if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {
-    std::vector<std::string> inputs;
-    for (const bench::InputHash& i : read.inputs) inputs.push_back("sha256:" + i.sha256);
     write_checked(o.out,
                   bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
-                                            std::string("rotorloop identify ") + kVersion, inputs),
+                                            std::string("rotorloop identify ") + kVersion, read.fitted_hashes()),
                   host::builtin_effect_catalogue());
   }
   if (!o.out.empty() && !o.json) fmt::print("written: {}\n", o.out.generic_string());

@@ -50,6 +50,7 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
   const std::size_t fitted_inputs = out.inputs.size();
   read(o.held_out, bench::FlightRole::any);
   for (std::size_t h = fitted_inputs; h < out.inputs.size(); ++h) {
+    out.inputs[h].held_out = true;
     for (std::size_t f = 0; f < fitted_inputs; ++f) {
       if (out.inputs[h].sha256 != out.inputs[f].sha256) continue;
       throw Error(
@@ -66,6 +67,14 @@ std::vector<bench::FlightToFit> FlightInputs::to_fit() const {
 }
 std::vector<bench::FlightToFit> FlightInputs::held_out() const {
   return {flights.begin() + static_cast<std::ptrdiff_t>(fitted), flights.end()};
+}
+
+std::vector<std::string> FlightInputs::fitted_hashes() const {
+  std::vector<std::string> out;
+  for (const bench::InputHash& i : inputs) {
+    if (!i.held_out) out.push_back("sha256:" + i.sha256);
+  }
+  return out;
 }
 
 host::TermList term_list(const std::vector<std::string>& ids) {

@@ -25,6 +25,8 @@ struct FlightInputs {
 
   std::vector<bench::FlightToFit> to_fit() const;
   std::vector<bench::FlightToFit> held_out() const;
+  // "sha256:…" of every input that had a part in the fit: what a vehicle file names as its origin.
+  std::vector<std::string> fitted_hashes() const;
 };
 
 // Throws Error for logs that cannot be read, that the checks refuse, and for a held-out flight that is also fitted.

@@ -1,4 +1,6 @@
 // `rotorloop identify` as a user runs it: logs written to a folder, a vehicle file and a report come out; bad logs end with a message.
+#include <gmock/gmock.h>
+
 #include <cctype>
 #include <cmath>
 
@@ -58,7 +60,22 @@ TEST_F(IdentifyCommand, WritesVehicleReportAndResultOfThreeFlights) {
   EXPECT_EQ(v.c_q_N_m_s2.origin, host::Origin::flight);
   const auto result = result_of(scratch / "report");
   EXPECT_EQ(result.at("command"), "identify");
-  EXPECT_EQ(result.at("inputs").size(), 5u);
+  const auto& inputs = result.at("inputs");
+  ASSERT_EQ(inputs.size(), 5u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_FALSE(inputs[i].contains("held_out")) << inputs[i];
+    EXPECT_THAT(v.inputs, testing::Contains("sha256:" + inputs[i].at("sha256").get<std::string>()));
+  }
+  EXPECT_TRUE(inputs[4].at("held_out").get<bool>());
+  EXPECT_EQ(v.inputs.size(), 4u) << "the flight held out had no part in the vehicle";
+  const auto& held_out = result.at("held_out");
+  EXPECT_EQ(held_out.at("flights").size(), 1u);
+  EXPECT_EQ(held_out.at("rows").size(), 32u);
+  for (const auto& row : held_out.at("rows")) {
+    for (const char* key : {"before", "after", "floor", "ratio", "low", "high"}) EXPECT_GT(row.at(key).get<double>(), 0.0) << row;
+  }
+  EXPECT_NEAR(held_out.at("one_step").at("size").at("after").get<double>(), 1.0, 0.5);
+  EXPECT_TRUE(held_out.at("one_step").at("log_likelihood").at("gain").is_number());
   EXPECT_NEAR(result.at("figures").at("static_c_t").at("value").get<double>(), model_true::static_thrust_coefficient(truth), 2e-8);
   const std::string page = read_text(scratch / "report" / "report.html");
   for (const char* part :
@@ -114,8 +131,8 @@ TEST_F(IdentifyCommand, TellsNothingOfCeresWhereNobodyAsked) {
 TEST_F(IdentifyCommand, WritesALineForEachPartWhereStderrIsNoTerminal) {
   const CommandResult r = run("--rotation rotation.csv --hold pose_delay --rate 50 --noise fixed --no-checks");
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  EXPECT_TRUE(r.err.starts_with("[1/2] stage rotation: iteration 0 of at most 40, cost ")) << r.err;
-  EXPECT_NE(r.err.find("\n[2/2] joint fit: iteration 0 of at most 40, cost "), std::string::npos) << r.err;
+  EXPECT_TRUE(r.err.starts_with("[1/2] stage rotation: iteration 0 of at most 100, cost ")) << r.err;
+  EXPECT_NE(r.err.find("\n[2/2] joint fit: iteration 0 of at most 100, cost "), std::string::npos) << r.err;
   EXPECT_EQ(r.err.find('\r'), std::string::npos);
 }
 

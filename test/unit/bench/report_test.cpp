@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bench/hil/run_report.hpp"
 #include "bench/report/svg_plot.hpp"
@@ -51,6 +52,32 @@ TEST(NiceTicks, NeverMoreThanTwiceTheNumberWantedAndAlwaysInside) {
       EXPECT_LE(v, high + slack);
     }
   }
+}
+
+TEST(DecadeTicks, StandAtPowersOfTenWithTwosAndFivesWhereThereIsRoom) {
+  const auto texts = [](const Ticks& t) {
+    std::vector<std::string> out;
+    for (const double at : t.at) out.push_back(tick_text(at, t));
+    return out;
+  };
+  EXPECT_THAT(texts(decade_ticks(-2.0, std::log10(2.0), 10)), ElementsAre("0.01", "0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"));
+  EXPECT_THAT(texts(decade_ticks(-3.1, 1.2, 5)), ElementsAre("0.001", "0.01", "0.1", "1", "10"));
+  EXPECT_THAT(texts(decade_ticks(-9.0, -3.0, 3)), ElementsAre("10⁻⁸", "10⁻⁶", "0.0001"));
+}
+
+TEST(Plot, OfPowersOnLogarithmicAxesIsAStraightLineAndLeavesOutWhatIsNotAboveZero) {
+  Plot p;
+  p.log_x = p.log_y = true;
+  p.series = {{.label = "", .x = {0.01, 0.1, 1.0, 10.0}, .y = {1e-4, 1e-2, 1.0, 0.0}}};
+  const std::string svg = plot_svg(p);
+  const auto d = svg.find("<path class=\"ln c0\"");
+  ASSERT_NE(d, std::string::npos);
+  double x[3], y[3];
+  ASSERT_EQ(std::sscanf(svg.c_str() + svg.find(" d=\"M", d), " d=\"M%lf %lfL%lf %lfL%lf %lf\"", &x[0], &y[0], &x[1], &y[1], &x[2], &y[2]),
+            6);
+  EXPECT_NEAR(x[1] - x[0], x[2] - x[1], 0.2);
+  EXPECT_NEAR(y[1] - y[0], y[2] - y[1], 0.2);
+  EXPECT_THAT(svg, AllOf(HasSubstr(">0.01<"), HasSubstr(">0.0001<"), Not(HasSubstr("nan"))));
 }
 
 TEST(Decimation, KeepsEveryPeakOfAMinuteAtOneKilohertz) {
