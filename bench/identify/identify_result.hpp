@@ -1,9 +1,11 @@
 // result.json of `identify`: figures that another program, or a later report, reads without parsing tables.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/identify/beside.hpp"
 #include "bench/identify/checks.hpp"
 #include "bench/identify/derived.hpp"
 #include "bench/identify/homogeneity.hpp"
@@ -26,22 +28,30 @@ IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel&
 struct InputHash {
   std::string path, sha256;
 };
+// How the fit was asked for, as on the command line; what it held and added is in the result itself.
+struct IdentifyConditions {
+  std::string vehicle_file;  // that the fit started from
+  std::string noise = "em", solver = "own";
+  double rate_Hz = 0.0;  // 0: as many states as poses
+  double from_s = -1e300, to_s = 1e300;
+  double drag_speed_m_s = 0.0;
+  std::vector<std::string> use = {}, free = {}, hold = {}, per_flight = {};
+};
 struct IdentifyProvenance {
   std::string version, git, started_utc;
   double wall_s = 0.0;
   std::vector<InputHash> inputs;
+  IdentifyConditions conditions = {};
 };
-// Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
-std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const std::vector<CheckedFlight>& checked,
-                                 const IdentifyProvenance& provenance);
 
-// What a trail over several results needs.
-struct TrailPoint {
-  std::string label;  // folder of the result
-  std::vector<std::string> names, units;
-  std::vector<double> value, u;
+// What a reader of the figures must know first.
+struct IdentifyWarning {
+  std::string where, what;
 };
-// Reads result.json, given itself or its folder. Throws Error for anything but a result of `identify`.
-TrailPoint read_trail_point(const std::filesystem::path& path);
+std::vector<IdentifyWarning> warnings_of(const Identification& result, const IdentifyAnalysis& analysis);
+
+// Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
+std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const Comparison& comparison,
+                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& provenance);
 
 }  // namespace rotorloop::bench

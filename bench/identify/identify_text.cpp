@@ -42,8 +42,8 @@ std::string mark_of(const Estimate& e) {
 
 std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
   const std::size_t width = column_width(r.fit.estimates, 22, [&](const Estimate& e) { return estimate_name(e, r.problem); });
-  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}\n", padded("parameter", width), "estimate", "u", "robust u",
-                                padded("unit", 9), "file says", "z");
+  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}  {}\n", padded("parameter", width), "estimate", "u", "robust u",
+                                padded("unit", 9), "file says", "z", "origin");
   for (const Estimate& e : r.fit.estimates) {
     const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
     const double u_before = believed_u(before, e.parameter, r.problem.start.terms);
@@ -52,8 +52,9 @@ std::string estimates_table(const Identification& r, const host::VehicleFile& be
                        padded(info.unit, 9), was);
     out += u_before > 0.0 && e.prior_share <= 0.5 ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
                                                   : "        ";
-    const std::string mark = mark_of(e);
-    out += (mark.empty() ? "" : "  " + mark) + "\n";
+    const auto origin = host::origin_of(before, info.name);  // of what the file says
+    const std::string mark = mark_of(e), from = origin ? std::string(host::name(*origin)) : "";
+    out += (mark.empty() ? (from.empty() ? "" : "  " + from) : "  " + padded(from, 8) + mark) + "\n";
   }
   return out;
 }
