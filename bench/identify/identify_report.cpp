@@ -156,10 +156,10 @@ std::string checks_html(const IdentifyPage& p) {
 std::string warnings_html(const IdentifyPage& p) {
   const std::vector<IdentifyWarning> warnings = warnings_of(p.result, p.analysis);
   if (warnings.empty()) return "";
-  std::string out = "<div class=\"warn\"><ul>";
+  std::string out = "<ul class=\"warn\">";
   for (const IdentifyWarning& w : warnings)
     out += "<li><b>" + xml_escaped(w.where) + "</b>: " + xml_escaped(with_true_minus(w.what)) + "</li>\n";
-  return out + "</ul></div>\n";
+  return out + "</ul>\n";
 }
 
 }  // namespace
@@ -193,8 +193,8 @@ std::string identify_report_html(const IdentifyPage& p) {
   out +=
       "<h2 id=\"parameters\">Parameters</h2>\n<p>u is the larger of the classical uncertainty and the one that holds for correlated "
       "residuals; “model error” marks a parameter whose robust uncertainty is 5 times the classical one or more: the model lacks something "
-      "that it stands in for. “held” was not estimated. z compares with what the vehicle file said before, red beyond 2 where that was no "
-      "guess.</p>\n";
+      "that it stands in for. “held” was not estimated. z compares with what the vehicle file said before (a dash: no vehicle file says "
+      "that), red beyond 2 where that was no guess.</p>\n";
   out += parameters_html(p) + beside_html(p) + stages_html(p) + p.held_out_html + noise_html(p) + residuals_html(p) + homogeneity_html(p) +
          observability_html(p) + checks_html(p) + trail_html(p.trail, p.references);
   return out + page_end();

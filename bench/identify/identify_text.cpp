@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/identify/beside.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 
 namespace rotorloop::bench {
@@ -55,6 +56,13 @@ std::string estimates_table(const Identification& r, const host::VehicleFile& be
     const auto origin = host::origin_of(before, info.name);  // of what the file says
     const std::string mark = mark_of(e), from = origin ? std::string(host::name(*origin)) : "";
     out += (mark.empty() ? (from.empty() ? "" : "  " + from) : "  " + padded(from, 8) + mark) + "\n";
+  }
+  for (const ParameterRow& row : parameter_rows(r)) {
+    if (row.estimate) continue;
+    const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+    const auto origin = host::origin_of(before, info.name);
+    out += fmt::format("{}{:>13.5g}  {:>9} {:>9}  {}{:>12.4g} {:>7}  {}held\n", padded(row.symbol, width), row.value, "", "",
+                       padded(info.unit, 9), value_before(r, row.parameter), "", padded(origin ? std::string(host::name(*origin)) : "", 8));
   }
   return out;
 }

@@ -167,23 +167,32 @@ std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector
     for (const double sign : {-2.0, 2.0}) bars.x.push_back(x), bars.y.push_back(trail[t].value[i] + sign * trail[t].u[i]);
     bars.x.push_back(NAN), bars.y.push_back(NAN);
   }
+  // In the legend, not beside the line: lines of several files often coincide.
+  p.x_min = 0.5;
+  p.x_max = static_cast<double>(trail.size()) + 0.5;
+  std::vector<Series> lines;
   for (const TrailReference& r : references) {
-    if (const auto said = r.value.find(parameter); said != r.value.end()) p.marks.push_back({said->second, r.label});
+    const auto said = r.value.find(parameter);
+    if (said == r.value.end()) continue;
+    lines.push_back({.label = r.label,
+                     .x = {*p.x_min, *p.x_max},
+                     .y = {said->second, said->second},
+                     .colour = static_cast<int>(1 + lines.size()),
+                     .dashed = true});
   }
   double largest = 0.0;
   for (const double y : bars.y) largest = std::isfinite(y) ? std::max(largest, std::fabs(y)) : largest;
   const int exponent = short_exponent(largest);
   const double scale = std::pow(10.0, -exponent);
-  for (Series* s : {&value, &bars}) {
-    for (double& y : s->y) y *= scale;
+  lines.push_back(std::move(bars));
+  lines.push_back(std::move(value));
+  for (Series& s : lines) {
+    for (double& y : s.y) y *= scale;
   }
-  for (HorizontalMark& m : p.marks) m.y *= scale;
+  p.series = std::move(lines);
   const std::string shown =
       exponent == 0 ? page_unit(unit) : fmt::format("10{} {}", superscript(exponent), unit == "1" ? "" : page_unit(unit));
   p.y_label = parameter + (shown == "1" ? "" : ", " + shown);
-  p.x_min = 0.5;
-  p.x_max = static_cast<double>(trail.size()) + 0.5;
-  p.series = {std::move(bars), std::move(value)};
   return figure_html("<b>" + xml_escaped(parameter) + "</b>", plot_svg(p));
 }
 

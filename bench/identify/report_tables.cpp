@@ -62,18 +62,19 @@ std::string thrust_html(const IdentifyPage& p) {
 std::string parameters_html(const IdentifyPage& p) {
   const Identification& r = p.result;
   std::string out =
-      head({left("parameter"), "estimate", "u", "u classical", "u robust", left("unit"), "file said", "u", left("origin"), "z", left("")});
+      head({left("parameter"), "estimate", "u", "classical", "robust", left("unit"), left(""), "file said", left("origin"), "z"});
   for (std::size_t i = 0; i < p.comparison.rows.size(); ++i) {
     const ParameterRow& row = p.comparison.rows[i];
     const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
     const std::string mark = row.estimate ? mark_of(*row.estimate) : "held";
     out += "<tr>" + left_cell(row.symbol) + value_cells(row) + left_cell(page_unit(info.unit));
+    out += left_cell(mark, mark == "model error" ? "fail" : "");
     if (const auto& s = p.comparison.start.parameters[i]) {
-      out += cell(num(s->value)) + cell(plus_minus(s->u)) + left_cell(std::string(host::name(s->origin))) + z_cell(*s);
+      out += cell(num(s->value) + " " + plus_minus(s->u)) + left_cell(std::string(host::name(s->origin))) + z_cell(*s);
     } else {
-      out += cell(num(r.start.file[row.parameter])) + cell("") + left_cell("not in the file") + cell("–");
+      out += cell("–") + left_cell("–") + cell("–");
     }
-    out += left_cell(mark, mark == "model error" ? "fail" : "") + "</tr>\n";
+    out += "</tr>\n";
   }
   out += kTableEnd + rotation_html(r);
   out += "<h3>What follows from them</h3>\n" +
