@@ -21,6 +21,13 @@ std::string z_cell(const Said& s) {
   return cell(num(s.z, "{:.1f}"), std::fabs(s.z) > kTold && s.origin != host::Origin::guess ? "fail" : "");
 }
 
+// Long names of terms' parameters break after the term, or they push the last columns off the page.
+std::string symbol_cell(const std::string& symbol) {
+  std::string text = xml_escaped(symbol);
+  if (const auto dot = text.find('.'); dot != std::string::npos) text.insert(dot + 1, "<br>");
+  return cell(text, "l");
+}
+
 std::string value_cells(const ParameterRow& row) {
   if (!row.estimate) return cell(num(row.value, "{:.5g}")) + cell("") + cell("") + cell("");
   return cell(num(row.value, "{:.5g}"), "big") + cell(plus_minus(reported_u(*row.estimate))) + cell(two(row.estimate->u)) +
@@ -67,7 +74,7 @@ std::string parameters_html(const IdentifyPage& p) {
     const ParameterRow& row = p.comparison.rows[i];
     const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
     const std::string mark = row.estimate ? mark_of(*row.estimate) : "held";
-    out += "<tr>" + left_cell(row.symbol) + value_cells(row) + left_cell(page_unit(info.unit));
+    out += "<tr>" + symbol_cell(row.symbol) + value_cells(row) + left_cell(page_unit(info.unit));
     out += left_cell(mark, mark == "model error" ? "fail" : "");
     if (const auto& s = p.comparison.start.parameters[i]) {
       out += cell(num(s->value) + " " + plus_minus(s->u)) + left_cell(std::string(host::name(s->origin))) + z_cell(*s);
