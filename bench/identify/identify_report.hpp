@@ -1,27 +1,30 @@
-// report.html of `identify`: Table I of this vehicle, stages beside the joint fit, what the residuals say, what the flights could
-// not tell, findings of the checks; and with other results the trail of each parameter over trials (the paper's Fig. 8).
+// report.html of `identify`: Table I of this vehicle, the same beside other files, stages beside the joint fit, noise, what the
+// residuals say, what the flights could not tell, findings of the checks; and with other results the trail of each parameter over
+// trials (the paper's Fig. 8).
 #pragma once
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bench/identify/identify_result.hpp"
+#include "bench/identify/trail.hpp"
 
 namespace rotorloop::bench {
 
 struct IdentifyPage {
   const Identification& result;
   const IdentifyAnalysis& analysis;
+  const Comparison& comparison;
   const std::vector<CheckedFlight>& checked;
-  const host::VehicleFile& before;
-  std::string vehicle_name, subtitle;
-  std::vector<std::pair<std::string, std::string>> facts;  // command, inputs …
-  std::vector<TrailPoint> trail;                           // this result's own comes last; fewer than two: no section
-  std::string held_out_html;                               // section of prediction scores, made elsewhere; may be empty
+  const IdentifyProvenance& provenance;
+  std::string start_name;              // that the start file gives the vehicle
+  std::vector<TrailPoint> trail = {};  // this result's own comes last; fewer than two: no section
+  std::vector<TrailReference> references = {};
+  std::string held_out_html = {};  // section of prediction scores, made elsewhere; may be empty
 };
 std::string identify_report_html(const IdentifyPage& page);
 
-// The page of `identify trail`: nothing but the trail.
-std::string trail_page_html(const std::vector<TrailPoint>& trail);
+// What the files beside say of each parameter, for the trail.
+std::vector<TrailReference> trail_references(const Comparison& comparison, const std::vector<DerivedQuantity>& derived,
+                                             const host::TermList& terms);
 
 }  // namespace rotorloop::bench

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify_text.hpp"
-#include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -72,6 +70,95 @@ ordered_json solver_check_json(const SolverCheck& c) {
   return j;
 }
 
+ordered_json quaternion_json(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+// What a file says, and by how much the flights differ from it.
+ordered_json said_json(const Said& s) {
+  return {
+      {"value", number(s.value)}, {"u", number(s.u)}, {"origin", host::name(s.origin)}, {"percent", number(s.percent)}, {"z", number(s.z)}};
+}
+
+ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<Said>& start) {
+  const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+  return {{"name", info.name},          {"symbol", info.symbol},
+          {"value", number(row.value)}, {"u", start ? number(start->u) : ordered_json(nullptr)},
+          {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)}};
+}
+
+ordered_json beside_json(const Identification& r, const Comparison& c, const std::vector<DerivedQuantity>& derived) {
+  ordered_json out = ordered_json::array();
+  for (const BesideColumn& b : c.beside) {
+    ordered_json parameters = ordered_json::array(), follows = ordered_json::array();
+    for (std::size_t i = 0; i < c.rows.size(); ++i) {
+      if (!b.parameters[i]) continue;
+      const auto& e = c.rows[i].estimate;
+      ordered_json row = said_json(*b.parameters[i]);
+      row["symbol"] = parameter_info(c.rows[i].parameter, r.problem.start.terms).symbol;
+      row["flight"] = e && e->flight >= 0 ? ordered_json(r.flights[static_cast<std::size_t>(e->flight)].name) : ordered_json(nullptr);
+      parameters.push_back(row);
+    }
+    for (std::size_t i = 0; i < b.derived.size(); ++i)
+      follows.push_back({{"id", derived[i].id}, {"value", number(b.derived[i].value)}, {"percent", number(b.derived[i].percent)}});
+    out.push_back({{"file", b.label}, {"parameters", parameters}, {"derived", follows}});
+  }
+  return out;
+}
+
+ordered_json static_thrust_json(const Comparison& c) {
+  ordered_json out = ordered_json::array();
+  for (const ThrustBeside& t : c.static_thrust) {
+    ordered_json row = said_json(t.said);
+    row["file"] = t.label;
+    row["rpm_window"] = t.rpm_window;
+    out.push_back(row);
+  }
+  return out;
+}
+
+ordered_json conditions_json(const Identification& r, const IdentifyConditions& c) {
+  ordered_json terms = ordered_json::array();
+  for (std::size_t t = 0; t < r.problem.start.terms.size(); ++t) terms.push_back(r.problem.start.terms.term(t).info.id);
+  const auto bound = [](double s) { return std::fabs(s) < 1e300 ? ordered_json(s) : ordered_json(nullptr); };
+  return {{"vehicle_file", c.vehicle_file},
+          {"terms", terms},
+          {"noise", c.noise},
+          {"rate_Hz", c.rate_Hz},
+          {"solver", c.solver},
+          {"from_s", bound(c.from_s)},
+          {"to_s", bound(c.to_s)},
+          {"drag_speed_m_s", c.drag_speed_m_s},
+          {"robust_scale", c.robust_scale},
+          {"block_s", c.block_s},
+          {"use", c.use},
+          {"free", c.free},
+          {"hold", c.hold},
+          {"per_flight", c.per_flight},
+          {"thrust_scale", r.start.thrust_scale}};
+}
+
+// Of each flight; null for readings that it does not have.
+ordered_json noise_json(const Identification& r) {
+  ordered_json out = ordered_json::array();
+  for (std::size_t f = 0; f < r.flights.size(); ++f) {
+    const GridFlight& g = r.flights[f];
+    const NoiseModel& n = r.fit.noise[f];
+    const auto of = [](bool has, const Eigen::Vector3d& v) {
+      return has ? ordered_json({number(v[0]), number(v[1]), number(v[2])}) : ordered_json(nullptr);
+    };
+    out.push_back({{"flight", g.name},
+                   {"rate_Hz", number(1.0 / g.step_s)},
+                   {"seconds", number(static_cast<double>(g.tied_knots()) * g.step_s)},
+                   {"q_a_m_s2_rtHz", of(true, n.force_m_s2_rtHz)},
+                   {"q_alpha_rad_s2_rtHz", of(true, n.angular_rad_s2_rtHz)},
+                   {"position_m", of(!g.pose.empty() || !g.position.empty(), n.position_m)},
+                   {"attitude_rad", of(!g.pose.empty(), n.attitude_rad)},
+                   {"velocity_m_s", of(!g.velocity.empty(), n.velocity_m_s)},
+                   {"gyro_rad_s", of(!g.gyro.empty(), n.gyro_rad_s)},
+                   {"accel_m_s2", of(!g.accel.empty(), n.accel_m_s2)}});
+  }
+  return out;
+}
+
 }  // namespace
 
 ordered_json input_json(const InputHash& i) {
@@ -99,10 +186,9 @@ IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base
   return a;
 }
 
-// What a reader of the figures must know first: [{"where", "what"}].
-static ordered_json warnings_json(const Identification& r, const IdentifyAnalysis& a) {
-  ordered_json out = ordered_json::array();
-  const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({{"where", where}, {"what", what}}); };
+std::vector<IdentifyWarning> warnings_of(const Identification& r, const IdentifyAnalysis& a) {
+  std::vector<IdentifyWarning> out;
+  const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({where, what}); };
   if (!r.fit.converged) warn("fit", "did not converge: values and uncertainties are those of the last step");
   if (const std::string note = blocks_note(r.fit); !note.empty()) warn("robust u", note);
   if (!r.fit.noise_settled) warn("noise", "the rounds ran out before every noise figure came to rest");
@@ -127,8 +213,8 @@ static ordered_json warnings_json(const Identification& r, const IdentifyAnalysi
   return out;
 }
 
-std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const std::vector<CheckedFlight>& checked,
-                                 const IdentifyProvenance& p) {
+std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const Comparison& compared,
+                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;
@@ -138,7 +224,8 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
 
   std::size_t steps = 0;
   for (const GridFlight& g : r.flights) steps += g.knots;
-  ordered_json figures = ordered_json::object(), estimates = ordered_json::array();
+  ordered_json figures = ordered_json::object(), estimates = ordered_json::array(), held = ordered_json::array(),
+               derived = ordered_json::array();
   for (const Estimate& e : r.fit.estimates) {
     const std::string name = estimate_name(e, r.problem);
     const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
@@ -154,11 +241,29 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
          {"unit", info.unit},
          {"mark", mark_of(e)}});
   }
+  for (std::size_t i = 0; i < compared.rows.size(); ++i) {
+    if (!compared.rows[i].estimate) held.push_back(held_json(r, compared.rows[i], compared.start.parameters[i]));
+  }
+  for (const DerivedQuantity& d : a.derived)
+    derived.push_back({{"id", d.id},
+                       {"symbol", d.symbol},
+                       {"meaning", d.meaning},
+                       {"value", number(d.value)},
+                       {"u", number(d.u)},
+                       {"u_robust", number(d.u_robust)},
+                       {"unit", d.unit}});
   for (const DerivedQuantity& d : a.derived) figures[d.id] = figure(d.value, std::max(d.u, d.u_robust), d.unit, steps);
   figures["cost_per_degree_of_freedom"] = figure(2.0 * r.fit.cost / r.fit.degrees_of_freedom, NAN, "1", steps);
   figures["log_likelihood"] = figure(r.fit.log_likelihood, NAN, "1", steps);
   j["figures"] = figures;
   j["estimates"] = estimates;
+  j["held"] = held;
+  j["derived"] = derived;
+  j["q_BS_wxyz"] = nullptr;
+  if (const auto q = sensor_rotation(r)) j["q_BS_wxyz"] = quaternion_json(*q);
+  j["start_q_BS_wxyz"] = quaternion_json(r.problem.start.start_q_BS);
+  j["beside"] = beside_json(r, compared, a.derived);
+  j["static_thrust"] = static_thrust_json(compared);
   ordered_json covariance = ordered_json::array();
   for (Eigen::Index row = 0; row < r.fit.covariance.rows(); ++row) {
     ordered_json line = ordered_json::array();
@@ -198,6 +303,8 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
   for (const CheckedFlight& c : checked) checks.push_back(ordered_json::parse(findings_json(c)));
   j["checks"] = checks;
+  j["conditions"] = conditions_json(r, p.conditions);
+  j["noise"] = noise_json(r);
   j["fit"] = {{"iterations", r.fit.iterations},
               {"noise_rounds", r.fit.noise_rounds},
               {"noise_settled", r.fit.noise_settled},
@@ -205,36 +312,10 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
               {"states", steps},
               {"flights", r.flights.size()}};
   if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
-  j["warnings"] = warnings_json(r, a);
+  j["warnings"] = ordered_json::array();
+  for (const IdentifyWarning& w : warnings_of(r, a)) j["warnings"].push_back({{"where", w.where}, {"what", w.what}});
   j["errors"] = ordered_json::array();
   return j.dump(1) + "\n";
-}
-
-TrailPoint read_trail_point(const std::filesystem::path& given) {
-  const auto path = std::filesystem::is_directory(given) ? given / "result.json" : given;
-  const auto fail = [&](const std::string& what) {
-    throw Error({path.generic_string(), what, "", "name folders that `rotorloop identify --report` wrote"});
-  };
-  std::ifstream in(path);
-  if (!in) fail("cannot be read");
-  const auto j = nlohmann::json::parse(in, nullptr, false);
-  if (j.is_discarded() || !j.is_object()) fail("is no JSON document");
-  if (j.value("command", "") != "identify") fail("is no result of `rotorloop identify`");
-  if (j.value("format", 0) != 1) fail("has a format that this program does not know");
-  TrailPoint out;
-  out.label = path.parent_path().filename().generic_string();
-  if (!j.contains("estimates") || !j.at("estimates").is_array()) fail("holds no estimates");
-  for (const auto& e : j.at("estimates")) {
-    for (const char* key : {"flight", "symbol", "unit", "value", "u", "u_robust"}) {
-      if (!e.is_object() || !e.contains(key)) fail(std::string("holds an estimate without ") + key);
-    }
-    if (!e.at("flight").is_null() || !e.at("value").is_number() || !e.at("u").is_number()) continue;
-    out.names.push_back(e.at("symbol").get<std::string>());
-    out.units.push_back(e.at("unit").get<std::string>());
-    out.value.push_back(e.at("value").get<double>());
-    out.u.push_back(std::max(e.at("u").get<double>(), e.at("u_robust").is_number() ? e.at("u_robust").get<double>() : 0.0));
-  }
-  return out;
 }
 
 }  // namespace rotorloop::bench

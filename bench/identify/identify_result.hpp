@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/beside.hpp"
 #include "bench/identify/checks.hpp"
 #include "bench/identify/derived.hpp"
 #include "bench/identify/held_out.hpp"
@@ -33,22 +34,31 @@ struct InputHash {
   bool held_out = false;  // had no part in what came of the others
 };
 nlohmann::ordered_json input_json(const InputHash& input);
+
+// How the fit was asked for, as on the command line; what it held and added is in the result itself.
+struct IdentifyConditions {
+  std::string vehicle_file;  // that the fit started from
+  std::string noise = "em", solver = "own";
+  double rate_Hz = 0.0;  // 0: as many states as poses
+  double from_s = -1e300, to_s = 1e300;
+  double drag_speed_m_s = 0.0, robust_scale = 0.0, block_s = 1.0;
+  std::vector<std::string> use = {}, free = {}, hold = {}, per_flight = {};
+};
 struct IdentifyProvenance {
   std::string version, git, started_utc;
   double wall_s = 0.0;
   std::vector<InputHash> inputs;
+  IdentifyConditions conditions = {};
 };
-// Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
-std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const std::vector<CheckedFlight>& checked,
-                                 const IdentifyProvenance& provenance);
 
-// What a trail over several results needs.
-struct TrailPoint {
-  std::string label;  // folder of the result
-  std::vector<std::string> names, units;
-  std::vector<double> value, u;
+// What a reader of the figures must know first.
+struct IdentifyWarning {
+  std::string where, what;
 };
-// Reads result.json, given itself or its folder. Throws Error for anything but a result of `identify`.
-TrailPoint read_trail_point(const std::filesystem::path& path);
+std::vector<IdentifyWarning> warnings_of(const Identification& result, const IdentifyAnalysis& analysis);
+
+// Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
+std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const Comparison& comparison,
+                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& provenance);
 
 }  // namespace rotorloop::bench

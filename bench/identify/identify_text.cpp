@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/identify/beside.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 
 namespace rotorloop::bench {
@@ -54,8 +55,8 @@ std::string blocks_note(const Fit& fit) {
 
 std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
   const std::size_t width = column_width(r.fit.estimates, 22, [&](const Estimate& e) { return estimate_name(e, r.problem); });
-  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}\n", padded("parameter", width), "estimate", "u", "robust u",
-                                padded("unit", 9), "file says", "z");
+  std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}  {}\n", padded("parameter", width), "estimate", "u", "robust u",
+                                padded("unit", 9), "file says", "z", "origin");
   for (const Estimate& e : r.fit.estimates) {
     const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
     const double u_before = believed_u(before, e.parameter, r.problem.start.terms);
@@ -67,8 +68,16 @@ std::string estimates_table(const Identification& r, const host::VehicleFile& be
     out += u_before > 0.0 && free_of_it ? fmt::format(" {:>7.1f}", (e.value - was) / std::hypot(u_before, reported_u(e)))
            : !free_of_it                ? fmt::format(" {:>7.1f}", e.prior_z)
                                         : "        ";
-    const std::string mark = mark_of(e);
-    out += (mark.empty() ? "" : "  " + mark) + "\n";
+    const auto origin = host::origin_of(before, info.name);  // of what the file says
+    const std::string mark = mark_of(e), from = origin ? std::string(host::name(*origin)) : "";
+    out += (mark.empty() ? (from.empty() ? "" : "  " + from) : "  " + padded(from, 8) + mark) + "\n";
+  }
+  for (const ParameterRow& row : parameter_rows(r)) {
+    if (row.estimate) continue;
+    const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+    const auto origin = host::origin_of(before, info.name);
+    out += fmt::format("{}{:>13.5g}  {:>9} {:>9}  {}{:>12.4g} {:>7}  {}held\n", padded(row.symbol, width), row.value, "", "",
+                       padded(info.unit, 9), value_before(r, row.parameter), "", padded(origin ? std::string(host::name(*origin)) : "", 8));
   }
   return out;
 }

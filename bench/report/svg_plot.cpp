@@ -78,6 +78,24 @@ std::string x_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   return out;
 }
 
+// Names of things at x = 1, 2, …; slanted ones end at their tick.
+constexpr double kSlant_deg = 35.0, kSlantSine = 0.574;
+std::string named_x_axis(const Frame& f, const std::vector<std::string>& names, bool slanted, double label_y, const std::string& label) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double at = static_cast<double>(i + 1);
+    if (at < f.x.low || at > f.x.high) continue;
+    const auto x = px(f.at_x(at)), y = px(f.bottom + 16);
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/>", x, px(f.top), px(f.bottom));
+    out += slanted
+               ? fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" text-anchor=\"end\" transform=\"rotate(-{2} {0} {1})\">{3}</text>\n",
+                             x, y, kSlant_deg, xml_escaped(names[i]))
+               : fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x, y, xml_escaped(names[i]));
+  }
+  return out + fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+                           px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(label_y), xml_escaped(label));
+}
+
 std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label) {
   std::string out;
   for (const double t : ticks.at) {
@@ -273,7 +291,11 @@ std::string plot_svg(const Plot& given) {
   x = drawable(x);
   y = drawable(y);
 
-  Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0, .x = x, .y = y};
+  double longest_name = 0;
+  for (const auto& name : p.x_names) longest_name = std::max(longest_name, text_px(name));
+  const bool slanted = longest_name > 0.8 * (p.width_px - 80.0) / static_cast<double>(std::max<std::size_t>(1, p.x_names.size()));
+  const double names_px = slanted ? kSlantSine * longest_name : 0.0;
+  Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - names_px, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   // One tick tells no scale: ask for more until there are three, as far as there is room.
   const auto y_ticks_of = [&](const auto& range) {
@@ -300,7 +322,8 @@ std::string plot_svg(const Plot& given) {
       out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
     out += '\n';
   }
-  out += y_axis(f, y_ticks, p.y_label) + x_axis(f, x_ticks, p.x_label);
+  out += y_axis(f, y_ticks, p.y_label);
+  out += p.x_names.empty() ? x_axis(f, x_ticks, p.x_label) : named_x_axis(f, p.x_names, slanted, f.bottom + 34 + names_px, p.x_label);
   out += legend_text;
   // A nested viewport clips what lies outside the axes.
   out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top),

@@ -45,6 +45,7 @@ struct Plot {
   std::vector<HorizontalMark> marks;
   std::vector<Band> bands;
   int width_px = 1040, height_px = 260;
+  std::vector<std::string> x_names = {};             // stand at x = 1, 2, … in place of numbers; slanted where they are long
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
   bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +13,7 @@
 
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
+#include "bench/identify/beside.hpp"
 #include "bench/identify/diagnostics_text.hpp"
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
@@ -20,6 +22,7 @@
 #include "bench/identify/identify_text.hpp"
 #include "bench/identify/parameter_names.hpp"
 #include "bench/identify/solver_check.hpp"
+#include "bench/identify/trail.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/cli/commands.hpp"
@@ -36,7 +39,7 @@ namespace fs = std::filesystem;
 struct Options {
   FlightPaths paths;
   fs::path vehicle, out, report;
-  std::vector<fs::path> trail;
+  std::vector<fs::path> trail, beside;
   std::vector<std::string> terms;
   FitOptions fit{.rate_Hz = 200.0};
   double drag_speed_m_s = 8.5;
@@ -59,17 +62,50 @@ bench::IdentifyOptions identify_options(const Options& o) {
   return i;
 }
 
+// Files are told apart by name, and by the whole path where two have the same.
+std::vector<bench::VehicleBeside> read_beside(const std::vector<fs::path>& paths) {
+  std::vector<bench::VehicleBeside> out;
+  for (const fs::path& path : paths) {
+    const auto same = std::count_if(paths.begin(), paths.end(), [&](const fs::path& other) { return other.filename() == path.filename(); });
+    out.push_back({(same > 1 ? path : path.filename()).generic_string(), host::read_vehicle(path, host::builtin_effect_catalogue())});
+  }
+  return out;
+}
+
+bench::IdentifyConditions conditions(const Options& o) {
+  return {o.vehicle.filename().generic_string(),
+          o.noise,
+          o.solver,
+          o.fit.rate_Hz,
+          o.fit.from_s,
+          o.fit.to_s,
+          o.drag_speed_m_s,
+          o.robust_scale,
+          o.block_s,
+          o.fit.use,
+          o.fit.free,
+          o.fit.hold,
+          o.fit.per_flight};
+}
+
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis, const FlightInputs& read,
-             const host::VehicleFile& base, const bench::RunClock& clock) {
+void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis,
+             const bench::Comparison& comparison, const FlightInputs& read, const host::VehicleFile& base, const bench::RunClock& clock) {
   const std::optional<bench::HeldOutScores>& held_out = analysis.held_out;
-  const std::string json =
-      bench::identify_result_json(result, analysis, read.checked, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+  std::vector<bench::InputHash> inputs = read.inputs;
+  for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
+  const bench::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
+  const std::string json = bench::identify_result_json(result, analysis, comparison, read.checked, provenance);
   if (o.json) {
     fmt::print("{}", json);
   } else {
     if (!result.comparison.empty()) fmt::print("{}\n", bench::stages_table(result));
-    fmt::print("{}\n{}\n{}", bench::estimates_table(result, base), bench::derived_table(analysis.derived), bench::noise_table(result));
+    fmt::print("{}{}\n{}", bench::estimates_table(result, base), bench::sensor_rotation_text(result),
+               bench::derived_table(analysis.derived));
+    for (const std::string& table :
+         {bench::beside_table(result, comparison, analysis.derived), bench::static_thrust_table(comparison, analysis.derived)})
+      fmt::print("{}{}", table.empty() ? "" : "\n", table);
+    fmt::print("\n{}", bench::noise_table(result));
     if (const std::string note = bench::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
     fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
                bench::observability_table(analysis.observability));
@@ -86,15 +122,20 @@ void publish(const Options& o, const bench::Identification& result, const bench:
   fs::create_directories(o.report);
   bench::write_text_file(o.report / "result.json", json);
   std::vector<bench::TrailPoint> trail;
-  for (const fs::path& path : o.trail) trail.push_back(bench::read_trail_point(path));
-  if (!trail.empty()) trail.push_back(bench::read_trail_point(o.report));
-  std::string flights;
-  for (const bench::GridFlight& g : result.flights) flights += (flights.empty() ? "" : ", ") + g.name;
-  std::vector<std::pair<std::string, std::string>> facts{{"rotorloop", kVersion}, {"vehicle file", o.vehicle.filename().generic_string()}};
-  if (analysis.solver_check) facts.emplace_back("check by another solver", bench::solver_check_text(*analysis.solver_check));
-  const bench::IdentifyPage page{result, analysis,  read.checked,
-                                 base,   base.name, "identified from " + flights,
-                                 facts,  trail,     held_out ? bench::held_out_html(*held_out) : std::string()};
+  if (!o.trail.empty()) {
+    std::vector<fs::path> trials = o.trail;
+    trials.push_back(o.report);
+    trail = bench::read_trail(trials);
+  }
+  const bench::IdentifyPage page{result,
+                                 analysis,
+                                 comparison,
+                                 read.checked,
+                                 provenance,
+                                 base.name,
+                                 trail,
+                                 bench::trail_references(comparison, analysis.derived, result.problem.start.terms),
+                                 held_out ? bench::held_out_html(*held_out) : std::string()};
   bench::write_text_file(o.report / "report.html", bench::identify_report_html(page));
 }
 
@@ -130,6 +171,7 @@ void publish(const Options& o, const bench::Identification& result, const bench:
 int identify(const Options& o) {
   const bench::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  const std::vector<bench::VehicleBeside> beside = read_beside(o.beside);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read = read_flights(paths, host::to_model(base));
@@ -155,7 +197,9 @@ int identify(const Options& o) {
   bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
   analysis.solver_check = solver_check;
   if (read.flights.size() > read.fitted) analysis.held_out = bench::score_held_out(read.held_out(), result, options);
-  publish(o, result, analysis, read, base, clock);
+  const bench::Comparison comparison =
+      bench::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
+  publish(o, result, analysis, comparison, read, base, clock);
   if (!result.fit.converged) throw_not_converged(o, result, analysis);
   if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
   // Last: what was found is told even when no vehicle file can be made of it.
@@ -185,6 +229,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
+  c->add_option("--beside", o->beside,
+                "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
   add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in docs/effects.toml (--names lists them)");
   c->add_option("--noise", o->noise,
@@ -203,9 +249,7 @@ void add_identify(CLI::App& app, int& exit_code) {
                 "length of the blocks whose scatter gives robust u, s: twice what residuals stay correlated for, or more")
       ->check(CLI::Range(0.05, 60.0))
       ->capture_default_str();
-  c->add_option("--iterations", o->iterations, "of each fit, at most")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  c->add_option("--iterations", o->iterations, "of each fit, at most")->check(CLI::Range(1, 1000))->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
   c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");

@@ -152,32 +152,50 @@ void check_vehicle(const VehicleFile& v, const TomlTable& root) {
 
 namespace {
 
+// How well a quantity is known and from where; its value is not asked here (a rotation has none by axis).
+struct Known {
+  double u = 0.0;
+  Origin origin = Origin::guess;
+};
+Known of(const Quantity& q) { return {q.u, q.origin}; }
+Known offset_of(const VehicleFile& v, std::size_t axis) { return {v.pose_sensor.offset_u_m[axis], v.pose_sensor.offset_origin}; }
+Known rotation_of(const VehicleFile& v, std::size_t axis) { return {v.pose_sensor.rotation_u_rad[axis], v.pose_sensor.rotation_origin}; }
+
 struct Named {
   std::string_view name;
-  double (*u)(const VehicleFile&);
+  Known (*known)(const VehicleFile&);
 };
 
 constexpr std::array kNamed{
-    Named{"body.mass", [](const VehicleFile& v) { return v.mass_kg.u; }},
-    Named{"body.inertia.xx", [](const VehicleFile& v) { return v.inertia_kg_m2[0].u; }},
-    Named{"body.inertia.yy", [](const VehicleFile& v) { return v.inertia_kg_m2[1].u; }},
-    Named{"body.inertia.zz", [](const VehicleFile& v) { return v.inertia_kg_m2[2].u; }},
-    Named{"body.com_offset.x", [](const VehicleFile& v) { return v.com_offset_m[0].u; }},
-    Named{"body.com_offset.y", [](const VehicleFile& v) { return v.com_offset_m[1].u; }},
-    Named{"thrust_model.k1", [](const VehicleFile& v) { return v.k1_N_s2.u; }},
-    Named{"thrust_model.k2", [](const VehicleFile& v) { return v.k2_N_s2_m.u; }},
-    Named{"torque_model.c_q", [](const VehicleFile& v) { return v.c_q_N_m_s2.u; }},
-    Named{"torque_model.rotor_inertia", [](const VehicleFile& v) { return v.rotor_inertia_kg_m2.u; }},
-    Named{"drag.c_dh", [](const VehicleFile& v) { return v.c_dh_s_m.u; }},
-    Named{"drag.c_dxy", [](const VehicleFile& v) { return v.c_dxy_N_s2_m2.u; }},
-    Named{"drag.c_dz", [](const VehicleFile& v) { return v.c_dz_N_s2_m2.u; }},
-    Named{"pose_sensor.offset.x", [](const VehicleFile& v) { return v.pose_sensor.offset_u_m[0]; }},
-    Named{"pose_sensor.offset.y", [](const VehicleFile& v) { return v.pose_sensor.offset_u_m[1]; }},
-    Named{"pose_sensor.offset.z", [](const VehicleFile& v) { return v.pose_sensor.offset_u_m[2]; }},
-    Named{"pose_sensor.rotation.x", [](const VehicleFile& v) { return v.pose_sensor.rotation_u_rad[0]; }},
-    Named{"pose_sensor.rotation.y", [](const VehicleFile& v) { return v.pose_sensor.rotation_u_rad[1]; }},
-    Named{"pose_sensor.rotation.z", [](const VehicleFile& v) { return v.pose_sensor.rotation_u_rad[2]; }},
+    Named{"body.mass", [](const VehicleFile& v) { return of(v.mass_kg); }},
+    Named{"body.inertia.xx", [](const VehicleFile& v) { return of(v.inertia_kg_m2[0]); }},
+    Named{"body.inertia.yy", [](const VehicleFile& v) { return of(v.inertia_kg_m2[1]); }},
+    Named{"body.inertia.zz", [](const VehicleFile& v) { return of(v.inertia_kg_m2[2]); }},
+    Named{"body.com_offset.x", [](const VehicleFile& v) { return of(v.com_offset_m[0]); }},
+    Named{"body.com_offset.y", [](const VehicleFile& v) { return of(v.com_offset_m[1]); }},
+    Named{"thrust_model.k1", [](const VehicleFile& v) { return of(v.k1_N_s2); }},
+    Named{"thrust_model.k2", [](const VehicleFile& v) { return of(v.k2_N_s2_m); }},
+    Named{"torque_model.c_q", [](const VehicleFile& v) { return of(v.c_q_N_m_s2); }},
+    Named{"torque_model.rotor_inertia", [](const VehicleFile& v) { return of(v.rotor_inertia_kg_m2); }},
+    Named{"drag.c_dh", [](const VehicleFile& v) { return of(v.c_dh_s_m); }},
+    Named{"drag.c_dxy", [](const VehicleFile& v) { return of(v.c_dxy_N_s2_m2); }},
+    Named{"drag.c_dz", [](const VehicleFile& v) { return of(v.c_dz_N_s2_m2); }},
+    Named{"pose_sensor.offset.x", [](const VehicleFile& v) { return offset_of(v, 0); }},
+    Named{"pose_sensor.offset.y", [](const VehicleFile& v) { return offset_of(v, 1); }},
+    Named{"pose_sensor.offset.z", [](const VehicleFile& v) { return offset_of(v, 2); }},
+    Named{"pose_sensor.rotation.x", [](const VehicleFile& v) { return rotation_of(v, 0); }},
+    Named{"pose_sensor.rotation.y", [](const VehicleFile& v) { return rotation_of(v, 1); }},
+    Named{"pose_sensor.rotation.z", [](const VehicleFile& v) { return rotation_of(v, 2); }},
 };
+
+std::optional<Known> known_of(const VehicleFile& v, std::string_view quantity_name) {
+  for (const Named& n : kNamed)
+    if (n.name == quantity_name) return n.known(v);
+  for (const VehicleEffect& e : v.effects)
+    for (const EffectParameter& p : e.parameters)
+      if (quantity_name == "effect." + e.id + "." + p.name) return of(p.quantity);
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -188,12 +206,13 @@ std::vector<std::string> quantity_names() {
 }
 
 std::optional<double> uncertainty_of(const VehicleFile& v, std::string_view quantity_name) {
-  for (const Named& n : kNamed)
-    if (n.name == quantity_name) return n.u(v);
-  for (const VehicleEffect& e : v.effects)
-    for (const EffectParameter& p : e.parameters)
-      if (quantity_name == "effect." + e.id + "." + p.name) return p.quantity.u;
-  return std::nullopt;
+  const auto known = known_of(v, quantity_name);
+  return known ? std::optional(known->u) : std::nullopt;
+}
+
+std::optional<Origin> origin_of(const VehicleFile& v, std::string_view quantity_name) {
+  const auto known = known_of(v, quantity_name);
+  return known ? std::optional(known->origin) : std::nullopt;
 }
 
 }  // namespace rotorloop::host

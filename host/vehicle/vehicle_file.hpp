@@ -107,6 +107,7 @@ VehicleModel to_model(const VehicleFile& vehicle);
 // Standard uncertainty of a quantity by the name that covariance blocks use ("thrust_model.k1", "body.inertia.xx",
 // "pose_sensor.rotation.z", "effect.ID.PARAMETER"); nothing for an unknown name.
 std::optional<double> uncertainty_of(const VehicleFile& vehicle, std::string_view quantity_name);
-std::vector<std::string> quantity_names();  // those without effects
+std::optional<Origin> origin_of(const VehicleFile& vehicle, std::string_view quantity_name);  // the same names
+std::vector<std::string> quantity_names();                                                    // those without effects
 
 }  // namespace rotorloop::host

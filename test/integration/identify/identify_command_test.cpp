@@ -91,6 +91,26 @@ TEST_F(IdentifyCommand, RefusesToHoldOutAFlightThatIsFitted) {
   EXPECT_NE(r.err.find("held out and also fitted"), std::string::npos) << r.err;
 }
 
+TEST_F(IdentifyCommand, ComparesWithFilesBesideInTextPageResultAndTrail) {
+  const std::string beside = "--beside '" ROTORLOOP_SOURCE_DIR "/vehicles/reference_cad.toml' ";
+  const std::string fit = "--flight rotation.csv --noise fixed --rate 50 --hold pose_delay --hold c_q --quiet ";
+  ASSERT_EQ(run(fit + "--report first").exit_code, 0);
+  const CommandResult r = run(fit + beside + "--trail first --report second");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  for (const char* part : {"beside reference_cad.toml", "static thrust of these flights", "q_BS (w x y z)"})
+    EXPECT_NE(r.out.find(part), std::string::npos) << part;
+  const auto result = result_of(scratch / "second");
+  EXPECT_EQ(result.at("beside").at(0).at("file"), "reference_cad.toml");
+  EXPECT_EQ(result.at("static_thrust").at(1).at("origin"), "stand") << "paper.toml has a flight's entry, then a stand's";
+  EXPECT_EQ(result.at("inputs").size(), 3u) << "start file, log, file beside";
+  EXPECT_EQ(result.at("held").at(0).at("symbol"), "c_q");
+  const std::string page = read_text(scratch / "second" / "report.html");
+  for (const char* part :
+       {"id=\"beside\"", "id=\"noise\"", "id=\"trail\"", ">first</text>", ">second</text>", ">reference_cad.toml</text>"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_FALSE(holds_no_number(page));
+}
+
 TEST_F(IdentifyCommand, PrintsResultJsonAloneOnStdout) {
   const CommandResult r = run("--flight rotation.csv --noise fixed --json --quiet");
   ASSERT_EQ(r.exit_code, 0) << r.err;

@@ -113,6 +113,8 @@ TEST(VehicleFile, CompleteExampleOfTheContractIsAccepted) {
   EXPECT_EQ(v.effects[0].evidence->held_out_after, 0.374);
   EXPECT_EQ(*uncertainty_of(v, "effect.rotor_inertia_reaction.J_r_kg_m2"), 5e-7);
   EXPECT_FALSE(uncertainty_of(v, "thrust_model.k3").has_value());
+  EXPECT_EQ(*origin_of(v, "effect.rotor_inertia_reaction.J_r_kg_m2"), Origin::flight);
+  EXPECT_FALSE(origin_of(v, "thrust_model.k3").has_value());
 }
 
 TEST(VehicleFileRefuses, TableIEnteredPerRpmAndSaysWhatToMultiply) {
