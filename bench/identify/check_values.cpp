@@ -74,7 +74,7 @@ void split_at_jumps(CheckState& s, const std::string& name, const Stream<Value>&
     const double usual =
         quantile({speed_m_s.begin() + static_cast<std::ptrdiff_t>(from), speed_m_s.begin() + static_cast<std::ptrdiff_t>(to)}, 0.75);
     const double dt = stream.t_s[i] - stream.t_s[i - 1];
-    if (step_m[i] <= kLeastJump_m + usual * (kRepeated_s + 1.5 * dt)) continue;
+    if (step_m[i] <= kLeastJump_m + usual * (kRepeated_s + 1.5 * dt) || s.clock_set_back(stream.t_s[i - 1], stream.t_s[i])) continue;
     const TimeRange at{stream.t_s[i - 1], stream.t_s[i]};
     s.exclude(name, fmt::format("jumps by {:.3f} m in {:.1f} ms at {:.2f} m/s, and stays: split there", step_m[i], 1e3 * dt, usual), at);
     s.split(at);
@@ -92,6 +92,7 @@ void drop_turned_parts(CheckState& s) {
   std::vector<Eigen::Quaterniond> step(n, Eigen::Quaterniond::Identity());
   std::vector<double> turned(n, 0.0), rate(n, 0.0);
   for (std::size_t i = 1; i < n; ++i) {
+    if (s.clock_set_back(pose.t_s[i - 1], pose.t_s[i])) continue;
     step[i] = pose.value[i - 1].q_WS.conjugate() * pose.value[i].q_WS;
     turned[i] = 2.0 * std::atan2(step[i].vec().norm(), std::abs(step[i].w()));
     rate[i] = turned[i] / (pose.t_s[i] - pose.t_s[i - 1]);

@@ -31,6 +31,10 @@ void CheckState::refuse(std::string stream, std::string what, TimeRange r, std::
                 fmt::format("{}, {:.2f} to {:.2f} s: {}", stream, r.from_s, r.to_s, what), std::move(likely), std::move(remedy)};
 }
 
+bool CheckState::clock_set_back(double from_s, double to_s) const {
+  return std::any_of(set_back.begin(), set_back.end(), [&](const TimeRange& r) { return r.from_s <= to_s && from_s <= r.to_s; });
+}
+
 TimeRange CheckState::span() const {
   TimeRange r{HUGE_VAL, -HUGE_VAL};
   for_each_stream(record, [&](const std::string&, const auto& s) {
