@@ -29,7 +29,9 @@ struct Left {
 };
 
 // Regression of each axis on what moves a sound vehicle: its own acceleration and rates, products of rates, velocity, spin-up.
-Left unexplained(const std::vector<MomentSample>& samples) {
+// Fitted to the samples of which `sound(i)` is true.
+template <class Sound>
+Left unexplained(const std::vector<MomentSample>& samples, const Sound& sound) {
   Left out{.imbalance = std::vector<Imbalance>(samples.size()), .constant = {}};
   using Row = Eigen::Matrix<double, kRegressors, 1>;
   for (int axis = 0; axis < 3; ++axis) {
@@ -43,8 +45,9 @@ Left unexplained(const std::vector<MomentSample>& samples) {
     Eigen::Matrix<double, kRegressors, kRegressors> normal = Eigen::Matrix<double, kRegressors, kRegressors>::Zero();
     Row right = Row::Zero();
     const auto a = static_cast<std::size_t>(axis);
-    for (const MomentSample& m : samples) {
-      if (!m.valid) continue;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const MomentSample& m = samples[i];
+      if (!m.valid || !sound(i)) continue;
       const Row r = row(m);
       normal += r * r.transpose();
       right += r * m.moment[a];
@@ -129,16 +132,19 @@ class StepSearch {
 // Of a rotor that carries a quarter of the weight.
 double scale_of(double step) { return std::sqrt(1.0 + 4.0 * step); }
 
-// Of this rotor at this time: the step is (1 - 1 / scale²) of the squared speed that it read.
-double scale_in(const std::vector<MomentSample>& samples, const Stretch& b, bool inside) {
-  double sum = 0.0, n = 0.0;
+// Of this rotor at this time, beside what the sound side of the flight says that moments should be: (1 - 1 / scale²) of the squared
+// speed that it read.
+double scale_in(const std::vector<MomentSample>& samples, const Stretch& b, bool inside, const host::VehicleModel& vehicle) {
+  const auto wrong = [&](std::size_t i) { return (i >= b.from && i < b.to) == inside; };
+  const Left left = unexplained(samples, [&](std::size_t i) { return !wrong(i); });
+  const std::array<double, 3> sign = moment_signs(vehicle, b.rotor);
+  double read = 0.0, too_much = 0.0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (!samples[i].valid || (i >= b.from && i < b.to) != inside) continue;
-    sum += samples[i].square[b.rotor];
-    n += 1.0;
+    if (!samples[i].valid || !wrong(i)) continue;
+    read += samples[i].square[b.rotor];
+    for (std::size_t a = 0; a < 3; ++a) too_much += sign[a] * left.imbalance[i][a] / 3.0;
   }
-  const double step = inside ? b.step : -b.step;
-  return 1.0 / std::sqrt(std::max(0.01, 1.0 - step * n / std::max(sum, 1e-9)));
+  return 1.0 / std::sqrt(std::max(0.01, 1.0 - too_much / std::max(read, 1e-9)));
 }
 
 }  // namespace
@@ -150,35 +156,34 @@ void check_rotor_scale(CheckState& s, const FlightGrid& g, std::vector<char> in_
     const std::vector<MomentSample> samples = moment_samples(g, shrunk(in_flight, g.grid.dt_s, kMargin_s), s.vehicle);
     if (samples.empty()) return;
     const double dt_s = g.grid.dt_s * static_cast<double>(kMomentStride);
-    const Left left = unexplained(samples);
+    const Left left = unexplained(samples, [](std::size_t) { return true; });
     const std::optional<Stretch> b = StepSearch(samples, left, s.vehicle, dt_s).best();
     if (!b) return;
-    const TimeRange at{samples[b->from].t_s - kMargin_s, samples[b->to - 1].t_s + kMargin_s};
     const std::string name = fmt::format("rotor {} speed", b->rotor + 1);
     // Which side is wrong: the one that is further from balance.
     const bool inside_is_wrong = std::abs(b->outside + b->step) > std::abs(b->outside);
-    const double scale = scale_in(samples, *b, inside_is_wrong);
-    const TimeRange whole = s.span();
-    const TimeRange first{whole.from_s, std::max(whole.from_s, at.from_s + 2.0 * kMargin_s)};
-    const TimeRange last{std::min(whole.to_s, at.to_s - 2.0 * kMargin_s), whole.to_s};
-    const double wrong_s = inside_is_wrong ? b->inside_s : b->outside_s;
-    const TimeRange told = inside_is_wrong ? at : first.span_s() > last.span_s() ? first : last;
+    const double wrong_s = inside_is_wrong ? b->inside_s : b->outside_s, all_s = b->inside_s + b->outside_s;
     const std::string what = fmt::format(
         "reads {:.3g} times its speed for {:.1f} s (allowed {:.3g} to {:.3g}): there the speeds ask for moments in roll, pitch and yaw "
         "that the vehicle does not show",
-        scale, wrong_s, scale_of(-kLeastStep), scale_of(kLeastStep));
-    const double all_s = b->inside_s + b->outside_s;
+        scale_in(samples, *b, inside_is_wrong, s.vehicle), wrong_s, scale_of(-kLeastStep), scale_of(kLeastStep));
+    std::vector<TimeRange> out;
+    const auto wrong_between = [&](std::size_t from, std::size_t to) {
+      if (std::any_of(samples.begin() + static_cast<std::ptrdiff_t>(from), samples.begin() + static_cast<std::ptrdiff_t>(to),
+                      [](const MomentSample& m) { return m.valid; }))
+        out.push_back({samples[from].t_s - kMargin_s, samples[to - 1].t_s + kMargin_s});
+    };
+    if (inside_is_wrong) {
+      wrong_between(b->from, b->to);
+    } else {
+      wrong_between(0, b->from);
+      wrong_between(b->to, samples.size());
+    }
     if (wrong_s > 0.5 * all_s) {
-      s.refuse(name, what + fmt::format("; {:.1f} of {:.1f} s of flight are lost (allowed half)", wrong_s, all_s), told,
-               "a speed sensor or telemetry that changed its scale, or a propeller that lost a part",
+      s.refuse(name, what + fmt::format("; {:.1f} of {:.1f} s of flight are lost (allowed half)", wrong_s, all_s),
+               {out.front().from_s, out.back().to_s}, "a speed sensor or telemetry that changed its scale, or a propeller that lost a part",
                "repair the sensor; cut the log to the part before the fault");
       return;
-    }
-    std::vector<TimeRange> out;
-    if (inside_is_wrong) {
-      out = {at};
-    } else {
-      out = {first, last};
     }
     for (const TimeRange& r : out) {
       s.exclude(name, what, r);
