@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "bench/identify/check_steps.hpp"
 #include "bench/identify/stream_access.hpp"
@@ -99,6 +100,18 @@ void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream)
 
 constexpr double kMostBlank = 0.05;  // of a stream's samples: telemetry may say now and then that it does not know
 
+// ": rotor 1 has none", for rotors without any reading beside others that have some.
+template <class Value>
+std::string silent_rotors(const Stream<Value>& stream) {
+  std::string out;
+  if constexpr (std::is_same_v<Value, RotorValues>) {
+    for (std::size_t k = 0; k < 4; ++k)
+      if (std::none_of(stream.value.begin(), stream.value.end(), [&](const RotorValues& w) { return std::isfinite(w[k]); }))
+        out += fmt::format("{}rotor {} has none", out.empty() ? ": " : ", ", k + 1);
+  }
+  return out;
+}
+
 // Before the first number and after the last a stream has not begun or has ended, and a blank now and then says that a reading is not
 // known; a lasting hole between them is a fault.
 template <class Value>
@@ -115,7 +128,14 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   const auto end = static_cast<std::size_t>(std::find(keep.rbegin(), keep.rend(), char{1}).base() - keep.begin());
   const std::size_t all = stream.size();
   if (first == all) {
-    s.exclude(name, fmt::format("{} of {} samples are no numbers", count, all), {stream.t_s.front(), stream.t_s.back()});
+    const TimeRange whole{stream.t_s.front(), stream.t_s.back()};
+    const std::string what = fmt::format("{} of {} samples are no numbers{}", count, all, silent_rotors(stream));
+    if (name == stream_name::rotors && s.record.motor_command.empty()) {
+      s.refuse(name, what, whole, "its column is in the log and empty: telemetry that never came",
+               "repair the telemetry and fly again, or log motor commands: a fit needs the speeds of all four rotors or those");
+    } else {
+      s.exclude(name, what, whole);
+    }
   } else {
     const auto blank = [&](std::size_t n, const char* where, TimeRange r) {
       if (n > 0) s.leave_out(name, fmt::format("{} of {} samples {} are no numbers", n, all, where), r);

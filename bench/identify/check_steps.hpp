@@ -48,6 +48,7 @@ FlightGrid make_grid(const CheckState& s, double corner_hz);
 
 void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
 void check_clock(CheckState& s);     // stamps far from all others, unit of time; a step of check_stamps
+void check_bounds(CheckState& s);    // values that no flight shows, negative speeds
 void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream
 void check_inertial(CheckState& s);  // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
 void check_motion(CheckState& s);    // position, velocity and tilt tell one acceleration

@@ -47,7 +47,9 @@ void drop_spikes(CheckState& s, const std::string& name, Stream<Value>& stream, 
     }
   }
   const auto count = std::count(spike.begin(), spike.end(), char{1});
-  if (count == 0) return;
+  // More are no spikes but a wrong unit, which later checks name.
+  constexpr double kMostSpikes = 0.2;
+  if (count == 0 || static_cast<double>(count) > kMostSpikes * static_cast<double>(stream.size())) return;
   const TimeRange range = stretches(stream.t_s, spike, HUGE_VAL).front();
   s.exclude(name, fmt::format("{} samples spike out of their neighbours, by up to {:.3g} {}", count, worst, rule.unit), range);
   std::vector<char> keep(spike.size());
@@ -306,7 +308,8 @@ void check_values(CheckState& s) {
   follow_quaternion_sign(s);
   if (!r.rotor_omega_rad_s.empty()) {
     std::vector<double> all;
-    for (const RotorValues& w : r.rotor_omega_rad_s.value) all.insert(all.end(), w.begin(), w.end());
+    for (const RotorValues& w : r.rotor_omega_rad_s.value)
+      for (const double x : w) all.push_back(std::abs(x));
     for (const TimeRange& f :
          find_frozen(s, stream_name::rotors, r.rotor_omega_rad_s, {"rotor 1 speed", "rotor 2 speed", "rotor 3 speed", "rotor 4 speed"}))
       s.lose(f);  // without its input no step of a fit is worth anything
