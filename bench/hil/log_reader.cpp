@@ -31,6 +31,10 @@ std::string whole_file(const std::filesystem::path& path) {
   return text;
 }
 
+struct RowFault {
+  std::string what, likely, remedy;
+};
+
 }  // namespace
 
 bool LogTable::has(std::string_view name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
@@ -48,11 +52,15 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
   LogTable log;
   log.path_ = path;
   std::string_view rest = text;
+  if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // an editor's mark of UTF-8
   std::size_t line_number = 0;
+  bool ended = true;  // the line had its line feed
   const auto next = [&]() -> std::optional<std::string_view> {
     if (rest.empty()) return std::nullopt;
     const auto end = rest.find('\n');
-    const auto line = rest.substr(0, end);
+    auto line = rest.substr(0, end);
+    ended = end != std::string_view::npos;
+    if (line.ends_with('\r')) line.remove_suffix(1);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++line_number;
     return line;
@@ -67,6 +75,10 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
       log.header[std::string(line->substr(2, colon - 2))] = std::string(line->substr(colon + 2));
   if (!line)
     bad(path, line_number, "ends before its row of column names", "the run was stopped before the log was written", "fly the run again");
+
+  if (line->find(',') == std::string_view::npos && line->find(';') != std::string_view::npos)
+    bad(path, line_number, "parts its columns by \";\"", "a spreadsheet saved it with the separators of its language",
+        "part columns by \",\" and write decimals with \".\"; or read it through a mapping with separator = \";\"");
 
   constexpr std::size_t kDropped = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> target;  // by column of the file
@@ -84,9 +96,10 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
   const std::size_t rows_expected = rest.size() / std::max<std::size_t>(1, rest.find('\n') + 1) + 1;
   for (auto& c : log.columns_) c.reserve(std::min(rows_expected + rows_expected / 8, rest.size()));
 
-  while ((line = next())) {
-    const char* p = line->data();
-    const char* const end = p + line->size();
+  // The cells of a line, each behind the end of its column; what is wrong with the line, or nothing.
+  const auto read_row = [&](std::string_view row) -> std::optional<RowFault> {
+    const char* p = row.data();
+    const char* const end = p + row.size();
     std::size_t cell = 0;
     for (;; ++cell) {
       const char* stop = p;
@@ -96,19 +109,30 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
         if (stop != p) {
           const auto [used, ec] = std::from_chars(p, stop, v);
           if (ec != std::errc{} || used != stop)
-            bad(path, line_number,
-                fmt::format("\"{}\" in column \"{}\" is not a number", std::string_view(p, static_cast<std::size_t>(stop - p)),
-                            log.names_[target[cell]]),
-                "the file was edited or cut", "fly the run again");
+            return RowFault{
+                fmt::format("\"{}\" in column \"{}\" is not a number",
+                            std::string_view(p, std::min<std::size_t>(40, static_cast<std::size_t>(stop - p))), log.names_[target[cell]]),
+                "the file was edited or cut", "fly the run again"};
         }
         log.columns_[target[cell]].push_back(v);
       }
       if (stop == end) break;
       p = stop + 1;
     }
-    if (cell + 1 != target.size())
-      bad(path, line_number, fmt::format("has {} cells, the header has {}", cell + 1, target.size()),
-          "the run was stopped while it wrote this row", "fly the run again, or cut the last line");
+    if (cell + 1 == target.size()) return std::nullopt;
+    const std::string what = fmt::format("has {} cells, the header has {}", cell + 1, target.size());
+    if (cell + 1 > target.size())
+      return RowFault{what, "decimals with a comma: a spreadsheet saved it with the separators of its language",
+                      "part columns by \",\" and write decimals with \".\""};
+    return RowFault{what, "the run was stopped while it wrote this row", "fly the run again, or cut the last line"};
+  };
+  while ((line = next())) {
+    if (const auto fault = read_row(*line)) {
+      if (ended) bad(path, line_number, fault->what, fault->likely, fault->remedy);
+      for (auto& c : log.columns_) c.resize(log.rows);
+      log.cut_off = fmt::format("line {} was cut off and is left out", line_number);
+      break;
+    }
     ++log.rows;
   }
   return log;

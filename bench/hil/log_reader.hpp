@@ -12,6 +12,7 @@ class LogTable {
  public:
   std::map<std::string, std::string> header;  // the `# key: value` lines
   std::size_t rows = 0;
+  std::string cut_off;  // "line 812 was cut off and is left out": a last line without its end, of a run that was stopped; else empty
 
   bool has(std::string_view column) const;  // by full name, "p_x[m]"
   // Throws Error (ExitCode::data_quality) naming the file and the column when there is none of that name.

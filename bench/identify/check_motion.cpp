@@ -55,26 +55,41 @@ Likeness likeness(const Vectors& seen, const Vectors& expected, const std::vecto
 
 struct Unit {
   double factor;
-  const char* words;
+  const char *length, *speed;
 };
-constexpr Unit kLengths[] = {{1000.0, "in mm, read as m"}, {100.0, "in cm, read as m"}, {0.001, "in m, converted from mm once too often"}};
+constexpr Unit kUnits[] = {{1000.0, "in mm, read as m", "in mm/s, read as m/s"},
+                           {100.0, "in cm, read as m", "in cm/s, read as m/s"},
+                           {0.001, "in m, converted from mm once too often", "in m/s, converted from mm/s once too often"}};
 
-bool refuse_unit(CheckState& s, const char* stream, double gain, const std::string& what) {
-  for (const Unit& u : kLengths) {
-    if (gain < 0.5 * u.factor || gain > 2.0 * u.factor) continue;
-    s.refuse(stream, what, s.span(), fmt::format("{} is {}", stream, u.words), "give its unit in the mapping");
-    return true;
-  }
-  return false;
+const Unit* unit_of(double gain) {
+  for (const Unit& u : kUnits)
+    if (gain > 0.5 * u.factor && gain < 2.0 * u.factor) return &u;
+  return nullptr;
 }
 
-void check_velocity(CheckState& s, const FlightGrid& g) {
+bool refuse_position_unit(CheckState& s, double gain, const std::string& what) {
+  const Unit* u = unit_of(gain);
+  if (u) s.refuse(stream_name::position, what, s.span(), fmt::format("position is {}", u->length), "give its unit in the mapping");
+  return u != nullptr;
+}
+
+// A velocity a thousand times the rate of the position: which of the two is wrong only a third witness tells, the acceleration that the
+// position shows. Where it has spoken the position is right.
+void refuse_velocity_unit(CheckState& s, double gain, const std::string& what, bool position_is_right) {
+  const Unit *speed = unit_of(gain), *length = unit_of(1.0 / gain);
+  if (!speed && !length) return;
+  std::string likely = speed ? fmt::format("velocity is {}", speed->speed) : "";
+  if (length && !position_is_right) likely += fmt::format("{}position is {}", likely.empty() ? "" : "; or ", length->length);
+  if (!likely.empty()) s.refuse(stream_name::velocity, what, s.span(), likely, "give the unit in the mapping");
+}
+
+void check_velocity(CheckState& s, const FlightGrid& g, bool position_is_right) {
   const Likeness as_read = likeness(g.velocity_W_m_s, g.position_rate_W_m_s, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
   if (std::min(as_read.expected_rms, as_read.expected_rms * as_read.gain) < 0.05 && as_read.gain < 10.0 && as_read.gain > 0.1) return;
   const std::string what = fmt::format("agrees with the rate of the position by {:.2f} (allowed 0.7 to 1), {:.3g} times as large",
                                        as_read.correlation, as_read.gain);
   if (as_read.correlation > 0.7) {
-    refuse_unit(s, stream_name::velocity, as_read.gain, what);
+    refuse_velocity_unit(s, as_read.gain, what, position_is_right);
     return;
   }
   if (g.has_attitude) {
@@ -96,7 +111,8 @@ void check_velocity(CheckState& s, const FlightGrid& g) {
     s.note(stream_name::velocity, what, s.span());
 }
 
-void check_acceleration(CheckState& s, const FlightGrid& g) {
+// False when the flight moves too little to tell.
+bool check_acceleration(CheckState& s, const FlightGrid& g) {
   Vectors expected(g.grid.count), seen = g.position_acc_W_m_s2;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const Eigen::Vector3d up = g.q_WB[i] * Eigen::Vector3d::UnitZ();
@@ -108,12 +124,12 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
     }
   }
   const Likeness l = likeness(seen, expected, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
-  if (l.expected_rms < 0.3) return;  // too little motion to judge by
+  if (l.expected_rms < 0.3) return false;  // too little motion to judge by
   const char* by = g.has_accel ? "accelerometer turned by the attitude" : "tilt of the attitude";
   const std::string what =
       fmt::format("its acceleration agrees with the {} by {:.2f} (allowed 0.5 to 1), {:.3g} times as large", by, l.correlation, l.gain);
   const bool strange = l.gain > 30.0 || l.gain < 0.03;
-  if ((l.correlation > 0.5 || strange) && refuse_unit(s, stream_name::position, l.gain, what)) return;
+  if ((l.correlation > 0.5 || strange) && refuse_position_unit(s, l.gain, what)) return true;
   const double turn_deg = l.turn_rad * 180.0 / std::numbers::pi;
   if (l.correlation_turned > 0.75 && std::abs(turn_deg) > 30.0) {
     const bool opposite = std::abs(turn_deg) > 150.0;
@@ -121,15 +137,16 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
              opposite ? "tilting forward moves it backward: the quaternion is the conjugate (world to body), or an axis has the wrong sign"
                       : "position and attitude are given in different world frames, or x and y are exchanged",
              "give the quaternion's direction and the frames in the mapping");
-    return;
+    return true;
   }
   if (l.axis.x() < -0.5 || l.axis.y() < -0.5) {
     s.refuse(stream_name::position, what + fmt::format("; axis by axis {:.2f}, {:.2f}, {:.2f}", l.axis.x(), l.axis.y(), l.axis.z()),
              s.span(), "an axis of the position has the wrong sign (east-north-up against north-west-up?)",
              "give the frame of the position in the mapping");
-    return;
+    return true;
   }
   if (l.correlation < 0.5) s.note(stream_name::position, what, s.span());
+  return l.correlation > 0.5 && !strange;
 }
 
 }  // namespace
@@ -137,8 +154,8 @@ void check_acceleration(CheckState& s, const FlightGrid& g) {
 void check_motion(CheckState& s) {
   const FlightGrid g = make_grid(s, kCorner_hz);
   if (!g.has_position) return;
-  if (g.has_velocity) check_velocity(s, g);
-  if (g.has_attitude && !s.refused()) check_acceleration(s, g);
+  const bool position_is_right = g.has_attitude && check_acceleration(s, g);
+  if (g.has_velocity && !s.refused()) check_velocity(s, g, position_is_right);
 }
 
 }  // namespace rotorloop::bench

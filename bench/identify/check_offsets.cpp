@@ -15,6 +15,9 @@ namespace {
 constexpr double kCorner_hz = 10.0;
 constexpr double kClimbCorner_hz = 1.5;  // below it the climb speed, not the rotors, shapes the force
 constexpr std::size_t kParts = 10;
+// Of rotor speeds against force. Below it drag and inflow of the manoeuvre shape the force as much as the speeds do: 0.82 came with
+// -36 ms where the true lag was below 0.3 ms.
+constexpr double kLeastLiftCorrelation = 0.92;
 
 using Channels = std::vector<std::vector<double>>;
 
@@ -58,19 +61,15 @@ Peak peak(const std::vector<Sums>& lags, double dt_s) {
   return p;
 }
 
-// y(t) ~ x(t - lag); nothing when this flight does not tell.
-std::optional<StreamOffset> estimate(const CheckState& s, const FlightGrid& g, const char* y_name, Channels y, const char* x_name,
-                                     Channels x, double high_pass_hz) {
-  constexpr double kLeastCorrelation = 0.6;
-  high_pass(x, g.grid.dt_s, high_pass_hz);
-  high_pass(y, g.grid.dt_s, high_pass_hz);
+// Sums over the flight for lags from -reach to reach in steps of `step`, in ten parts.
+std::vector<std::vector<Sums>> sums_of(const FlightGrid& g, const Channels& y, const Channels& x, std::ptrdiff_t reach,
+                                       std::ptrdiff_t step) {
   const std::vector<char> valid = shrunk(g.valid, g.grid.dt_s, 0.1);
-  const auto reach = static_cast<std::ptrdiff_t>(s.limits.longest_lag_s / g.grid.dt_s);
   const auto n = static_cast<std::ptrdiff_t>(g.grid.count);
-  const std::size_t lags = static_cast<std::size_t>(2 * reach + 1);
+  const std::size_t lags = static_cast<std::size_t>(2 * reach / step + 1);
   std::vector<std::vector<Sums>> part(kParts, std::vector<Sums>(lags));
   for (std::size_t k = 0; k < lags; ++k) {
-    const std::ptrdiff_t lag = static_cast<std::ptrdiff_t>(k) - reach;
+    const std::ptrdiff_t lag = static_cast<std::ptrdiff_t>(k) * step - reach;
     for (std::ptrdiff_t i = reach; i < n - reach; i += 2) {  // the same samples of y at every lag
       const auto iy = static_cast<std::size_t>(i), ix = static_cast<std::size_t>(i - lag);
       if (!valid[iy] || !valid[ix]) continue;
@@ -82,15 +81,48 @@ std::optional<StreamOffset> estimate(const CheckState& s, const FlightGrid& g, c
       }
     }
   }
-  std::vector<Sums> all(lags);
+  return part;
+}
+
+std::vector<Sums> total(const std::vector<std::vector<Sums>>& part) {
+  std::vector<Sums> all(part.front().size());
   for (const auto& p : part)
-    for (std::size_t k = 0; k < lags; ++k) all[k].xy += p[k].xy, all[k].xx += p[k].xx, all[k].yy += p[k].yy;
+    for (std::size_t k = 0; k < all.size(); ++k) all[k].xy += p[k].xy, all[k].xx += p[k].xx, all[k].yy += p[k].yy;
+  return all;
+}
+
+// Streams that agree nowhere within the search and well beyond it: no lag of a sensor, but stamps of another clock.
+bool refuse_far_apart(CheckState& s, const FlightGrid& g, const char* y_name, const Channels& y, const char* x_name, const Channels& x) {
+  constexpr double kFarthest_s = 1.0, kCertain = 0.9, kLeast_s = 10.0;  // two hops of a short flight look like one another
+  constexpr std::ptrdiff_t kStep = 4;
+  const auto reach = static_cast<std::ptrdiff_t>(kFarthest_s / g.grid.dt_s) / kStep * kStep;
+  if (static_cast<double>(std::count(g.valid.begin(), g.valid.end(), char{1})) * g.grid.dt_s < kLeast_s) return false;
+  const Peak far = peak(total(sums_of(g, y, x, reach, kStep)), g.grid.dt_s * static_cast<double>(kStep));
+  if (!far.inside || far.correlation < kCertain || std::abs(far.lag_s) < s.limits.longest_lag_s) return false;
+  s.refuse(y_name,
+           fmt::format("stamps {:+.0f} ms late against {} (correlation {:.2f}; allowed -{:.0f} to {:.0f} ms)", 1e3 * far.lag_s, x_name,
+                       far.correlation, 1e3 * s.limits.longest_lag_s, 1e3 * s.limits.longest_lag_s),
+           s.span(), "stamps of arrival for stamps of measurement, or another clock",
+           fmt::format("give time_offset_s = {:.2f} for this stream in the mapping, or log when it was measured", -far.lag_s));
+  return true;
+}
+
+// y(t) ~ x(t - lag); nothing when this flight does not tell.
+std::optional<StreamOffset> estimate(CheckState& s, const FlightGrid& g, const char* y_name, Channels y, const char* x_name, Channels x,
+                                     double high_pass_hz, double least_correlation = 0.6) {
+  high_pass(x, g.grid.dt_s, high_pass_hz);
+  high_pass(y, g.grid.dt_s, high_pass_hz);
+  const auto part = sums_of(g, y, x, static_cast<std::ptrdiff_t>(s.limits.longest_lag_s / g.grid.dt_s), 1);
+  const std::vector<Sums> all = total(part);
   const Peak whole = peak(all, g.grid.dt_s);
-  if (!whole.inside || whole.correlation < kLeastCorrelation) return std::nullopt;
+  if (!whole.inside || whole.correlation < least_correlation) {
+    if (!s.refused()) refuse_far_apart(s, g, y_name, y, x_name, x);
+    return std::nullopt;
+  }
   std::vector<double> without;
   for (const auto& p : part) {
     std::vector<Sums> rest = all;
-    for (std::size_t k = 0; k < lags; ++k) rest[k].xy -= p[k].xy, rest[k].xx -= p[k].xx, rest[k].yy -= p[k].yy;
+    for (std::size_t k = 0; k < rest.size(); ++k) rest[k].xy -= p[k].xy, rest[k].xx -= p[k].xx, rest[k].yy -= p[k].yy;
     without.push_back(peak(rest, g.grid.dt_s).lag_s);
   }
   double mean = 0.0, square = 0.0;
@@ -149,6 +181,7 @@ void check_offsets(CheckState& s) {
   if (g.grid.count < 400) return;
   if (g.has_gyro && g.has_attitude)
     record(s, estimate(s, g, stream_name::pose, channels(g.pose_rate_B_rad_s), stream_name::gyro, channels(g.gyro_B_rad_s), 1.0));
+  if (s.refused()) return;
   if (g.has_accel && g.has_attitude) {
     std::vector<Eigen::Vector3d> felt(g.grid.count);
     for (std::size_t i = 0; i < felt.size(); ++i) felt[i] = g.q_WB[i] * g.accel_B_m_s2[i];
@@ -161,11 +194,11 @@ void check_offsets(CheckState& s) {
       up[0][i] = g.has_accel ? g.accel_B_m_s2[i].z() : (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity)).z();
     const Channels lift = sum_of_squares(g);
     const char* against = g.has_accel ? stream_name::accel : stream_name::pose;
-    std::optional<StreamOffset> o = estimate(s, g, stream_name::rotors, lift, against, up, kClimbCorner_hz);
+    std::optional<StreamOffset> o = estimate(s, g, stream_name::rotors, lift, against, up, kClimbCorner_hz, kLeastLiftCorrelation);
     for (int round = 0; round < 3 && o && g.has_attitude; ++round) {  // how late and how much of it is climb depend on each other
       Channels without = up;
       take_out_climb(g, lift[0], o->late_s, without[0]);
-      o = estimate(s, g, stream_name::rotors, lift, against, without, kClimbCorner_hz);
+      o = estimate(s, g, stream_name::rotors, lift, against, without, kClimbCorner_hz, kLeastLiftCorrelation);
     }
     record(s, o);
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/identify/check_moments.hpp"
 #include "bench/identify/check_steps.hpp"
 #include "bench/identify/stream_access.hpp"
 
@@ -281,7 +282,10 @@ void check_speed_unit(CheckState& s, const Hover& h) {
 // One rotor read `k` times its speed leaves the same imbalance in roll, pitch and yaw; a centre of mass off the middle leaves none in
 // yaw, twisted arms none in roll and pitch. So all three must agree on one rotor before it is named.
 void check_balance(CheckState& s, const Hover& h) {
-  constexpr double kLeastImbalance = 0.05;
+  // A scale of 0.931 or 1.073. The clean measured flights leave up to 0.023, with less agreement of the three axes than asked for.
+  constexpr double kLeastImbalance = 0.035;
+  constexpr double kSameRatio = 0.03;  // 6/7 is told from 0.9, which says nothing of pole pairs
+  const auto scale_of = [](double imbalance) { return std::sqrt((1.0 + 3.0 * imbalance) / (1.0 - imbalance)); };
   double sum = 0.0, arm_x = 0.0, arm_y = 0.0;
   for (std::size_t k = 0; k < 4; ++k) {
     sum += h.square[k];
@@ -304,17 +308,17 @@ void check_balance(CheckState& s, const Hover& h) {
     const double mean = (d[0] + d[1] + d[2]) / 3.0;
     const double spread = *std::max_element(d.begin(), d.end()) - *std::min_element(d.begin(), d.end());
     if (std::abs(mean) < kLeastImbalance || spread > 0.6 * std::abs(mean)) continue;
-    const double scale = std::sqrt((1.0 + 3.0 * mean) / (1.0 - mean));  // mean = (k² - 1) / (k² + 3)
+    const double scale = scale_of(mean);  // mean = (k² - 1) / (k² + 3)
     constexpr std::pair<double, const char*> kRatios[] = {
         {6.0 / 7.0, "6 pole pairs counted as 7"}, {7.0 / 6.0, "7 pole pairs counted as 6"},   {0.5, "every second pulse missed"},
         {2.0, "every pulse counted twice"},       {7.0 / 11.0, "7 pole pairs counted as 11"}, {11.0 / 7.0, "11 pole pairs counted as 7"}};
     std::string likely = "a speed sensor that is scaled, or a rotor unlike the others (chipped, or of another pitch)";
     for (const auto& [ratio, words] : kRatios)
-      if (std::abs(scale / ratio - 1.0) < 0.06) likely = words;
+      if (std::abs(scale / ratio - 1.0) < kSameRatio) likely = words;
     s.refuse(fmt::format("rotor {} speed", k + 1),
              fmt::format("hover leaves imbalances of {:+.3f} in roll, {:+.3f} in pitch, {:+.3f} in yaw, as if it read {:.3f} times its "
-                         "speed (allowed 0.93 to 1.07)",
-                         roll, pitch, yaw, scale),
+                         "speed (allowed {:.3f} to {:.3f})",
+                         roll, pitch, yaw, scale, scale_of(-kLeastImbalance), scale_of(kLeastImbalance)),
              s.span(), likely, "give the pole pairs of each rotor, or repair the sensor; do not fit thrust through it");
   }
 }
@@ -328,11 +332,19 @@ void check_rotors(CheckState& s) {
   std::vector<char> airborne(g.grid.count, 1);
   find_ground(s, g, up, airborne);
   if (!g.has_rotors) return;
+  const auto leave_unusable = [&] {
+    for (const TimeRange& u : s.unusable)
+      for (std::size_t i = g.grid.nearest(u.from_s); i <= g.grid.nearest(u.to_s); ++i) airborne[i] = 0;
+  };
+  leave_unusable();
+  check_rotor_order(s, g, airborne);
+  if (s.refused()) return;
   find_failing_rotor(s, g, airborne);
   if (s.refused()) return;
-  for (std::size_t i = 0; i < g.grid.count; ++i)
-    for (const TimeRange& u : s.unusable)
-      if (u.contains(g.grid.t_s(i))) airborne[i] = 0;
+  leave_unusable();
+  check_rotor_scale(s, g, airborne);
+  if (s.refused()) return;
+  leave_unusable();
   Hover h = hover_of(g, up, airborne, true);
   if (h.seconds < 0.5) h = hover_of(g, up, airborne, false);
   if (h.seconds < 0.5) return;

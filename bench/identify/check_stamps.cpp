@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "bench/identify/check_steps.hpp"
 #include "bench/identify/stream_access.hpp"
@@ -32,35 +33,84 @@ std::vector<char> longest_ascending(const std::vector<double>& t) {
   return keep;
 }
 
+// A block of samples that does not ascend: a clock that was set back. Until it has caught up with itself nobody knows which of two
+// stamps is meant, and no step may join the two sides.
+void lose_set_back_clock(CheckState& s, const std::vector<double>& t, const std::vector<char>& keep) {
+  constexpr std::size_t kLeastSamples = 3;
+  const TimeRange whole = s.span();
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (keep[i]) continue;
+    const std::size_t from = i;
+    while (i < t.size() && !keep[i]) ++i;
+    TimeRange twice{HUGE_VAL, -HUGE_VAL};
+    for (std::size_t k = from > 0 ? from - 1 : 0; k < std::min(i + 1, t.size()); ++k)  // with the good neighbours: they may not be joined
+      if (whole.contains(t[k])) twice = {std::min(twice.from_s, t[k]), std::max(twice.to_s, t[k])};
+    if (i - from < kLeastSamples || !(twice.span_s() > 0.0)) continue;
+    s.lose(twice);
+    s.set_back.push_back(twice);
+  }
+}
+
+// Where in the flight the samples stand that are not kept: from the good stamp before the first of them to the one after the last.
+// Their own stamps may be anything.
+TimeRange range_of_dropped(const std::vector<double>& t, const std::vector<char>& keep) {
+  const auto first = static_cast<std::size_t>(std::find(keep.begin(), keep.end(), char{0}) - keep.begin());
+  const auto end = static_cast<std::size_t>(std::find(keep.rbegin(), keep.rend(), char{0}).base() - keep.begin());
+  std::size_t before = first, after = end;
+  while (before > 0 && !keep[before - 1]) --before;
+  while (after < keep.size() && !keep[after]) ++after;
+  const bool has_before = before > 0, has_after = after < keep.size();
+  if (!has_before && !has_after) return {};
+  const double from = has_before ? t[before - 1] : t[after];
+  const double to = has_after ? t[after] : t[before - 1];
+  return {std::min(from, to), std::max(from, to)};
+}
+
 template <class Value>
 void order_stamps(CheckState& s, const std::string& name, Stream<Value>& stream) {
   const std::vector<char> keep = longest_ascending(stream.t_s);
-  std::size_t repeated = 0, out_of_order = 0;
+  std::size_t repeated = 0, out_of_order = 0, backward = 0;
   double worst_s = 0.0;
-  TimeRange range{HUGE_VAL, -HUGE_VAL};
   for (std::size_t i = 0; i < keep.size(); ++i) {
+    const double step = i > 0 ? stream.t_s[i] - stream.t_s[i - 1] : 0.0;
+    backward += step < 0.0;
     if (keep[i]) continue;
-    const double t = stream.t_s[i];
-    const double step = i > 0 ? t - stream.t_s[i - 1] : 0.0;
     (i > 0 && step == 0.0 ? repeated : out_of_order)++;
-    worst_s = std::min(worst_s, step);
-    if (std::isfinite(t)) range = {std::min(range.from_s, t), std::max(range.to_s, t)};
+    if (std::isfinite(step) && std::abs(step) > std::abs(worst_s)) worst_s = step;
   }
   if (repeated + out_of_order > 0) {
     const double share = static_cast<double>(out_of_order) / static_cast<double>(keep.size());
+    const std::vector<double> t = stream.t_s;
+    const TimeRange range = range_of_dropped(t, keep);
     stream = kept(stream, keep);
-    if (range.to_s < range.from_s) range = {stream.empty() ? 0.0 : stream.t_s.front(), stream.empty() ? 0.0 : stream.t_s.back()};
     if (repeated > 0) s.exclude(name, fmt::format("{} samples repeat the stamp of the one before", repeated), range);
-    if (out_of_order > 0)
-      s.exclude(name, fmt::format("{} samples out of order; largest step back {:.4f} s", out_of_order, -worst_s), range);
-    if (share > 0.1)
+    if (out_of_order > 0) s.exclude(name, fmt::format("{} samples out of order; largest step {:.4g} s", out_of_order, worst_s), range);
+    if (2 * backward > keep.size()) {
+      s.refuse(name, fmt::format("stamps fall from one sample to the next in {} of {} samples (allowed: none)", backward, keep.size()),
+               range, "the rows stand in reverse order", "sort the rows by time");
+    } else if (share > 0.1) {
       s.refuse(name, fmt::format("{:.0f} % of the stamps are out of order (allowed 10 %)", 100.0 * share), range,
                "a clock that restarts, two logs in one file, or columns of two clocks mixed",
                "split the log, or name the right time column");
+    } else if (out_of_order > 0) {
+      lose_set_back_clock(s, t, keep);
+    }
   }
 }
 
 constexpr double kMostBlank = 0.05;  // of a stream's samples: telemetry may say now and then that it does not know
+
+// ": rotor 1 has none", for rotors without any reading beside others that have some.
+template <class Value>
+std::string silent_rotors(const Stream<Value>& stream) {
+  std::string out;
+  if constexpr (std::is_same_v<Value, RotorValues>) {
+    for (std::size_t k = 0; k < 4; ++k)
+      if (std::none_of(stream.value.begin(), stream.value.end(), [&](const RotorValues& w) { return std::isfinite(w[k]); }))
+        out += fmt::format("{}rotor {} has none", out.empty() ? ": " : ", ", k + 1);
+  }
+  return out;
+}
 
 // Before the first number and after the last a stream has not begun or has ended, and a blank now and then says that a reading is not
 // known; a lasting hole between them is a fault.
@@ -78,7 +128,14 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   const auto end = static_cast<std::size_t>(std::find(keep.rbegin(), keep.rend(), char{1}).base() - keep.begin());
   const std::size_t all = stream.size();
   if (first == all) {
-    s.exclude(name, fmt::format("{} of {} samples are no numbers", count, all), {stream.t_s.front(), stream.t_s.back()});
+    const TimeRange whole{stream.t_s.front(), stream.t_s.back()};
+    const std::string what = fmt::format("{} of {} samples are no numbers{}", count, all, silent_rotors(stream));
+    if (name == stream_name::rotors && s.record.motor_command.empty()) {
+      s.refuse(name, what, whole, "its column is in the log and empty: telemetry that never came",
+               "repair the telemetry and fly again, or log motor commands: a fit needs the speeds of all four rotors or those");
+    } else {
+      s.exclude(name, what, whole);
+    }
   } else {
     const auto blank = [&](std::size_t n, const char* where, TimeRange r) {
       if (n > 0) s.leave_out(name, fmt::format("{} of {} samples {} are no numbers", n, all, where), r);
@@ -133,6 +190,8 @@ void find_gaps(CheckState& s, const std::string& name, const Stream<Value>& stre
 
 void check_stamps(CheckState& s) {
   for_each_stream(s.record, [&](const std::string& name, auto& stream) { order_stamps(s, name, stream); });
+  if (!s.refused()) check_clock(s);
+  if (s.refused()) return;
   for_each_stream(s.record, [&](const std::string& name, auto& stream) { drop_not_finite(s, name, stream); });
   for_each_stream(s.record, [&](const std::string& name, auto& stream) { find_gaps(s, name, stream); });
 }

@@ -14,6 +14,7 @@ struct CheckState {
   const CheckLimits& limits;
   CheckedFlight result;
   std::vector<TimeRange> unusable = {};  // see lose and split
+  std::vector<TimeRange> set_back = {};  // of `unusable`: where the clock was set back; what jumps across is no fault of its stream
 
   void note(std::string stream, std::string what, TimeRange range);
   void exclude(std::string stream, std::string what, TimeRange range);    // a fault of this stream
@@ -24,6 +25,7 @@ struct CheckState {
   void split(TimeRange range) { unusable.push_back({range.from_s + 1e-6, range.to_s - 1e-6}); }
   // The first refusal is the one that is told; later ones are findings only.
   void refuse(std::string stream, std::string what, TimeRange range, std::string likely, std::string remedy);
+  bool clock_set_back(double from_s, double to_s) const;  // within this time, or around it
   bool refused() const { return result.refusal.has_value(); }
   TimeRange span() const;  // of all streams
 };
@@ -45,6 +47,8 @@ struct FlightGrid {
 FlightGrid make_grid(const CheckState& s, double corner_hz);
 
 void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
+void check_clock(CheckState& s);     // stamps far from all others, unit of time; a step of check_stamps
+void check_bounds(CheckState& s);    // values that no flight shows, negative speeds
 void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream
 void check_inertial(CheckState& s);  // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
 void check_motion(CheckState& s);    // position, velocity and tilt tell one acceleration

@@ -47,7 +47,9 @@ void drop_spikes(CheckState& s, const std::string& name, Stream<Value>& stream, 
     }
   }
   const auto count = std::count(spike.begin(), spike.end(), char{1});
-  if (count == 0) return;
+  // More are no spikes but a wrong unit, which later checks name.
+  constexpr double kMostSpikes = 0.2;
+  if (count == 0 || static_cast<double>(count) > kMostSpikes * static_cast<double>(stream.size())) return;
   const TimeRange range = stretches(stream.t_s, spike, HUGE_VAL).front();
   s.exclude(name, fmt::format("{} samples spike out of their neighbours, by up to {:.3g} {}", count, worst, rule.unit), range);
   std::vector<char> keep(spike.size());
@@ -74,7 +76,7 @@ void split_at_jumps(CheckState& s, const std::string& name, const Stream<Value>&
     const double usual =
         quantile({speed_m_s.begin() + static_cast<std::ptrdiff_t>(from), speed_m_s.begin() + static_cast<std::ptrdiff_t>(to)}, 0.75);
     const double dt = stream.t_s[i] - stream.t_s[i - 1];
-    if (step_m[i] <= kLeastJump_m + usual * (kRepeated_s + 1.5 * dt)) continue;
+    if (step_m[i] <= kLeastJump_m + usual * (kRepeated_s + 1.5 * dt) || s.clock_set_back(stream.t_s[i - 1], stream.t_s[i])) continue;
     const TimeRange at{stream.t_s[i - 1], stream.t_s[i]};
     s.exclude(name, fmt::format("jumps by {:.3f} m in {:.1f} ms at {:.2f} m/s, and stays: split there", step_m[i], 1e3 * dt, usual), at);
     s.split(at);
@@ -92,6 +94,7 @@ void drop_turned_parts(CheckState& s) {
   std::vector<Eigen::Quaterniond> step(n, Eigen::Quaterniond::Identity());
   std::vector<double> turned(n, 0.0), rate(n, 0.0);
   for (std::size_t i = 1; i < n; ++i) {
+    if (s.clock_set_back(pose.t_s[i - 1], pose.t_s[i])) continue;
     step[i] = pose.value[i - 1].q_WS.conjugate() * pose.value[i].q_WS;
     turned[i] = 2.0 * std::atan2(step[i].vec().norm(), std::abs(step[i].w()));
     rate[i] = turned[i] / (pose.t_s[i] - pose.t_s[i - 1]);
@@ -305,7 +308,8 @@ void check_values(CheckState& s) {
   follow_quaternion_sign(s);
   if (!r.rotor_omega_rad_s.empty()) {
     std::vector<double> all;
-    for (const RotorValues& w : r.rotor_omega_rad_s.value) all.insert(all.end(), w.begin(), w.end());
+    for (const RotorValues& w : r.rotor_omega_rad_s.value)
+      for (const double x : w) all.push_back(std::abs(x));
     for (const TimeRange& f :
          find_frozen(s, stream_name::rotors, r.rotor_omega_rad_s, {"rotor 1 speed", "rotor 2 speed", "rotor 3 speed", "rotor 4 speed"}))
       s.lose(f);  // without its input no step of a fit is worth anything

@@ -31,6 +31,10 @@ void CheckState::refuse(std::string stream, std::string what, TimeRange r, std::
                 fmt::format("{}, {:.2f} to {:.2f} s: {}", stream, r.from_s, r.to_s, what), std::move(likely), std::move(remedy)};
 }
 
+bool CheckState::clock_set_back(double from_s, double to_s) const {
+  return std::any_of(set_back.begin(), set_back.end(), [&](const TimeRange& r) { return r.from_s <= to_s && from_s <= r.to_s; });
+}
+
 TimeRange CheckState::span() const {
   TimeRange r{HUGE_VAL, -HUGE_VAL};
   for_each_stream(record, [&](const std::string&, const auto& s) {
@@ -96,7 +100,7 @@ void cut(CheckState& s) {
 
 CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel& vehicle, const CheckLimits& limits) {
   CheckState s{.record = record, .vehicle = vehicle, .limits = limits, .result = {}};
-  for (const auto step : {check_stamps, check_values, check_inertial, check_motion, check_rotors, check_offsets, cut})
+  for (const auto step : {check_stamps, check_bounds, check_values, check_inertial, check_motion, check_rotors, check_offsets, cut})
     if (!s.refused()) step(s);
   s.result.flight = std::move(s.record);
   return std::move(s.result);

@@ -82,7 +82,7 @@ GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
     fail(fmt::format("{} poses, {} gyro and {} accelerometer readings: a fit needs poses, or gyro and accelerometer", record.pose.size(),
                      record.gyro_B_rad_s.size(), record.accel_B_m_s2.size()),
          "columns p_x[m] … q_z[1], or gyro_x[rad/s] … accel_z[m/s2], are missing",
-         "log one of the two sets, or name its columns in the mapping file");
+         "log one of the two sets; in a mapping add [[stream]] with quantity = \"pose\", or with \"gyro\" and \"accel\"");
   }
   GridFlight g{.name = record.name,
                .linked = {},

@@ -24,6 +24,7 @@ Format format_of(const fs::path& path) {
   std::string head(16, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
+  if (head.starts_with("\xEF\xBB\xBF")) head.erase(0, 3);
   if (head.starts_with("# rotorloop")) return Format::own;
   return head.starts_with(kULogMagic) || path.extension() == ".ulg" ? Format::ulog : Format::csv;
 }
@@ -129,7 +130,7 @@ FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::
     if (mapping)
       throw Error({path.generic_string(), "is a log of rotorloop, which needs no mapping", "a mapping for other logs was given with it",
                    "leave the mapping out"});
-    f = read_own_log(path);
+    f = read_own_log(path, &notes);
   } else {
     if (!mapping) needs_mapping(path, format);
     if ((mapping->kind == LogKind::ulog) != (format == Format::ulog))

@@ -1,9 +1,13 @@
 // Uniform-grid tools of the checks; see signal.hpp.
 #include "bench/identify/signal.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "host/base/error.hpp"
 
 namespace rotorloop::bench {
 namespace {
@@ -35,6 +39,11 @@ std::size_t Grid::nearest(double t) const {
 }
 
 Grid grid_over(TimeRange range, double dt_s) {
+  if (!(range.span_s() <= kLongestFlight_s))
+    throw Error({fmt::format("grid from {:.6g} to {:.6g} s", range.from_s, range.to_s),
+                 fmt::format("spans {:.4g} s (allowed {:.4g} s)", range.span_s(), kLongestFlight_s), "time unit, or a wild stamp",
+                 "give the unit of time in the mapping; cut the log to one flight"},
+                ExitCode::data_quality);
   Grid g{.t0_s = range.from_s, .dt_s = dt_s, .count = 0};
   if (range.span_s() > 0.0) g.count = static_cast<std::size_t>(range.span_s() / dt_s) + 1;
   return g;

@@ -20,6 +20,8 @@ struct Grid {
   std::size_t nearest(double t_s) const;  // clamped to the grid
 };
 
+inline constexpr double kLongestFlight_s = 4.0 * 3600.0;  // more is a wrong unit or a wild stamp, and more memory than there is
+// Throws Error (ExitCode::data_quality) for a range that is no number or longer than that.
 Grid grid_over(TimeRange range, double dt_s);
 
 // Linear interpolation at the grid's times; the end values are held. Stamps ascending, at least one sample.

@@ -226,5 +226,36 @@ TEST(LogReader, RefusalsNameFileLineAndReason) {
               AllOf(HasSubstr("has no column \"p_x[m]\""), HasSubstr("columns it has: t[s]")));
 }
 
+TEST(LogReader, LineEndsAndMarksOfOtherSystemsChangeNothing) {
+  TempFolder f;
+  const auto p = f.write("x.csv", "\xEF\xBB\xBF# rotorloop flight log 1\r\n# flight: a\r\nt[s],x[m]\r\n1,2.5\r\n2,\r\n");
+  const auto log = read_log(p);
+  EXPECT_EQ(log.header.at("flight"), "a");
+  EXPECT_EQ(log.rows, 2u);
+  EXPECT_EQ(log.column("x[m]")[0], 2.5);
+  EXPECT_TRUE(std::isnan(log.column("x[m]")[1]));
+}
+
+TEST(LogReader, SeparatorsOfASpreadsheetAreNamed) {
+  TempFolder f;
+  const auto error = [&](const std::string& text) {
+    const auto p = f.write("x.csv", text);
+    return error_of([&] { read_log(p); }, ExitCode::data_quality);
+  };
+  EXPECT_THAT(error("# rotorloop flight log 1\nt[s];x[m]\n0,5;1,5\n"), HasSubstr("x.csv:2: error: parts its columns by \";\""));
+  EXPECT_THAT(error("# rotorloop flight log 1\nt[s],x[m]\n0,5,1,5\n"), HasSubstr("decimals with a comma"));
+}
+
+TEST(LogReader, LastLineThatWasCutOffIsLeftOutAndTold) {
+  TempFolder f;
+  for (const char* cut : {"2", "2,1e", "2,3,"}) {
+    const auto log = read_log(f.write("x.csv", std::string("# rotorloop flight log 1\nt[s],x[m]\n1,2\n") + cut));
+    EXPECT_EQ(log.rows, 1u) << cut;
+    EXPECT_EQ(log.column("t[s]").size(), 1u) << cut;
+    EXPECT_EQ(log.column("x[m]").size(), 1u) << cut;
+    EXPECT_EQ(log.cut_off, "line 4 was cut off and is left out") << cut;
+  }
+}
+
 }  // namespace
 }  // namespace rotorloop::bench
