@@ -40,7 +40,7 @@ Desk::~Desk() {
   fs::remove_all(place_, ec);
 }
 
-const std::vector<ProbeResult>& Desk::isolate(const fs::path& program, const std::vector<fs::path>& secrets) {
+const std::vector<IsolationProbeResult>& Desk::isolate(const fs::path& program, const std::vector<fs::path>& secrets) {
   probes_ = find_isolation({path_, program}, secrets);
   return probes_;
 }

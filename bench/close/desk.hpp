@@ -22,7 +22,7 @@ class Desk {
   const std::filesystem::path& path() const { return path_; }
 
   // Chooses the isolation that holds against `secrets`; the results of all that were tried, the chosen one last.
-  const std::vector<ProbeResult>& isolate(const std::filesystem::path& program, const std::vector<std::filesystem::path>& secrets);
+  const std::vector<IsolationProbeResult>& isolate(const std::filesystem::path& program, const std::vector<std::filesystem::path>& secrets);
 
   // The program on this desk, isolated as chosen. Its exit code.
   int run(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& output,
@@ -33,7 +33,7 @@ class Desk {
 
  private:
   std::filesystem::path place_, path_;
-  std::vector<ProbeResult> probes_;
+  std::vector<IsolationProbeResult> probes_;
 };
 
 }  // namespace rotorloop::bench

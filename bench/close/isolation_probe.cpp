@@ -90,7 +90,7 @@ bool by_mounting(const fs::path& secret) {
 
 }  // namespace
 
-std::size_t ProbeResult::opened() const {
+std::size_t IsolationProbeResult::opened() const {
   return static_cast<std::size_t>(std::count_if(attempts.begin(), attempts.end(), [](const Attempt& a) { return a.opened; }));
 }
 
@@ -126,8 +126,8 @@ std::vector<Attempt> try_all_ways(std::span<const fs::path> secrets, pid_t bench
   return out;
 }
 
-ProbeResult probe(const Isolation& isolation, const Room& room, std::span<const fs::path> secrets) {
-  ProbeResult out;
+IsolationProbeResult probe(const Isolation& isolation, const Room& room, std::span<const fs::path> secrets) {
+  IsolationProbeResult out;
   out.isolation = isolation;
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw Error({"isolation", std::strerror(errno), "", ""}, ExitCode::device);
@@ -175,8 +175,8 @@ ProbeResult probe(const Isolation& isolation, const Room& room, std::span<const 
   return out;
 }
 
-std::vector<ProbeResult> find_isolation(const Room& room, std::span<const fs::path> secrets) {
-  std::vector<ProbeResult> out;
+std::vector<IsolationProbeResult> find_isolation(const Room& room, std::span<const fs::path> secrets) {
+  std::vector<IsolationProbeResult> out;
   for (const Isolation& i : possible_isolations()) {
     hand_over(room.desk, i);
     out.push_back(probe(i, room, secrets));

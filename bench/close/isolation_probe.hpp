@@ -16,7 +16,7 @@ struct Attempt {
   bool opened = false;
 };
 
-struct ProbeResult {
+struct IsolationProbeResult {
   Isolation isolation;
   std::vector<Attempt> attempts;
   std::string failed;  // the layer could not be entered at all: why
@@ -28,9 +28,9 @@ struct ProbeResult {
 std::vector<Attempt> try_all_ways(std::span<const std::filesystem::path> secrets, pid_t bench);
 
 // The same in a child shut into the room.
-ProbeResult probe(const Isolation& isolation, const Room& room, std::span<const std::filesystem::path> secrets);
+IsolationProbeResult probe(const Isolation& isolation, const Room& room, std::span<const std::filesystem::path> secrets);
 
 // The first of possible_isolations() that holds, or the last of them. Every result, in the order tried.
-std::vector<ProbeResult> find_isolation(const Room& room, std::span<const std::filesystem::path> secrets);
+std::vector<IsolationProbeResult> find_isolation(const Room& room, std::span<const std::filesystem::path> secrets);
 
 }  // namespace rotorloop::bench

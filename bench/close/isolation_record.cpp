@@ -7,9 +7,9 @@
 namespace rotorloop::bench {
 using Json = nlohmann::ordered_json;
 
-std::string isolation_record(const std::vector<ProbeResult>& tried) {
+std::string isolation_record(const std::vector<IsolationProbeResult>& tried) {
   Json j{{"format", 1}, {"tried", Json::array()}};
-  for (const ProbeResult& p : tried) {
+  for (const IsolationProbeResult& p : tried) {
     Json attempts = Json::array();
     for (const Attempt& a : p.attempts) attempts.push_back({{"way", a.way}, {"what", a.what}, {"opened", a.opened}});
     j["tried"].push_back({{"layers", name(p.isolation)}, {"holds", p.holds()}, {"failed", p.failed}, {"attempts", attempts}});

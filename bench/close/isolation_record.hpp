@@ -8,7 +8,7 @@
 
 namespace rotorloop::bench {
 
-std::string isolation_record(const std::vector<ProbeResult>& tried);
+std::string isolation_record(const std::vector<IsolationProbeResult>& tried);
 
 struct IsolationSummary {
   std::string layers = "not isolated";  // name() of what was used

@@ -256,7 +256,7 @@ class Loop {
     fs::create_directories(desk.path() / "out" / "report");
     const auto& probes = desk.isolate(program, secrets());
     write_text_file(folder / "isolation.json", isolation_record(probes));
-    const ProbeResult& chosen = probes.back();
+    const IsolationProbeResult& chosen = probes.back();
     tell(name, chosen.holds() ? fmt::format("isolated by {}: {} ways to the truth tried, none opened", bench::name(chosen.isolation),
                                             chosen.attempts.size())
                               : std::string("not isolated: the analyst could reach the truth"));

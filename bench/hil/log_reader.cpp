@@ -47,7 +47,7 @@ const std::vector<double>& LogTable::column(std::string_view name) const {
   return columns_[static_cast<std::size_t>(it - names_.begin())];
 }
 
-LogTable read_log(const std::filesystem::path& path, const std::vector<std::string>& wanted) {
+LogTable read_log(const std::filesystem::path& path, const std::vector<std::string>& wanted, CutEnd cut_end) {
   const std::string text = whole_file(path);
   LogTable log;
   log.path_ = path;
@@ -128,7 +128,7 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
   };
   while ((line = next())) {
     if (const auto fault = read_row(*line)) {
-      if (ended) bad(path, line_number, fault->what, fault->likely, fault->remedy);
+      if (ended || cut_end == CutEnd::refused) bad(path, line_number, fault->what, fault->likely, fault->remedy);
       for (auto& c : log.columns_) c.resize(log.rows);
       log.cut_off = fmt::format("line {} was cut off and is left out", line_number);
       break;

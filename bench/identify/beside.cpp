@@ -81,9 +81,9 @@ std::vector<ParameterRow> parameter_rows(const Identification& r) {
   return out;
 }
 
-Comparison compared(const Identification& r, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s, const VehicleBeside& start,
-                    const std::vector<VehicleBeside>& beside) {
-  Comparison out;
+FileComparison compared(const Identification& r, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s,
+                        const VehicleBeside& start, const std::vector<VehicleBeside>& beside) {
+  FileComparison out;
   out.rows = parameter_rows(r);
   out.start = column_of(start, r, out.rows, derived, drag_speed_m_s);
   for (std::size_t i = 0; i < out.rows.size(); ++i) {

@@ -46,15 +46,15 @@ struct ThrustBeside {
   std::array<double, 2> rpm_window{};
   Said said;
 };
-struct Comparison {
+struct FileComparison {
   std::vector<ParameterRow> rows;
   BesideColumn start;  // no z where the start was the prior
   std::vector<BesideColumn> beside;
   std::vector<ThrustBeside> static_thrust;  // empty when neither k_1 nor k_2 was estimated: the fit then says nothing of it
 };
 // `derived`: of the fit, with `drag_speed_m_s`.
-Comparison compared(const Identification& result, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s,
-                    const VehicleBeside& start, const std::vector<VehicleBeside>& beside);
+FileComparison compared(const Identification& result, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s,
+                        const VehicleBeside& start, const std::vector<VehicleBeside>& beside);
 
 // nullptr when there is none of this id.
 const DerivedQuantity* derived_named(std::string_view id, const std::vector<DerivedQuantity>& derived);
@@ -63,8 +63,8 @@ const DerivedQuantity* derived_named(std::string_view id, const std::vector<Deri
 std::optional<Eigen::Quaterniond> sensor_rotation(const Identification& result);
 
 // Tables for a terminal; empty without files beside, static thrust, or a rotation.
-std::string beside_table(const Identification& result, const Comparison& comparison, const std::vector<DerivedQuantity>& derived);
-std::string static_thrust_table(const Comparison& comparison, const std::vector<DerivedQuantity>& derived);
+std::string beside_table(const Identification& result, const FileComparison& comparison, const std::vector<DerivedQuantity>& derived);
+std::string static_thrust_table(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived);
 std::string sensor_rotation_text(const Identification& result);
 
 }  // namespace rotorloop::bench

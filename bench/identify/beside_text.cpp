@@ -27,7 +27,7 @@ std::string line(const std::string& symbol, double found, const std::string& uni
 
 }  // namespace
 
-std::string beside_table(const Identification& r, const Comparison& c, const std::vector<DerivedQuantity>& derived) {
+std::string beside_table(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
   std::size_t width = 22;
   for (const ParameterRow& row : c.rows) width = std::max(width, row.symbol.size() + 9);  // with "(held)"
   std::string out;
@@ -47,7 +47,7 @@ std::string beside_table(const Identification& r, const Comparison& c, const std
   return out;
 }
 
-std::string static_thrust_table(const Comparison& c, const std::vector<DerivedQuantity>& derived) {
+std::string static_thrust_table(const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
   const DerivedQuantity* found = derived_named("static_c_t", derived);
   if (c.static_thrust.empty() || !found) return "";
   std::string out = fmt::format("static thrust of these flights: c_t {:.5g} ± {:.2g} {}\n", found->value,

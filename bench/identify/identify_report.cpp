@@ -90,7 +90,7 @@ std::string homogeneity_html(const IdentifyPage& p) {
       p.analysis.inflation > 1.05
           ? fmt::format(" (variances {} × the classical ones, for correlated residuals)", num(p.analysis.inflation, "{:.1f}"))
           : std::string());
-  std::vector<Column> names{left("parameter")};
+  std::vector<HeadCell> names{left("parameter")};
   for (const GridFlight& g : p.result.flights) names.push_back(g.name);
   names.insert(names.end(), {"p", left("")});
   out += head(names);
@@ -119,7 +119,7 @@ std::string observability_html(const IdentifyPage& p) {
   }
   // Information per second, each parameter's largest set to 1: where each is learned.
   const host::TermList& terms = p.result.problem.start.terms;
-  std::vector<Column> names{left("information per second, share of the best flight")};
+  std::vector<HeadCell> names{left("information per second, share of the best flight")};
   for (const FlightContribution& f : o.flights) names.push_back(f.flight);
   out += head(names);
   for (std::size_t i = 0; i < p.result.problem.free.size(); ++i) {
@@ -164,7 +164,7 @@ std::string warnings_html(const IdentifyPage& p) {
 
 }  // namespace
 
-std::vector<TrailReference> trail_references(const Comparison& c, const std::vector<DerivedQuantity>& derived,
+std::vector<TrailReference> trail_references(const FileComparison& c, const std::vector<DerivedQuantity>& derived,
                                              const host::TermList& terms) {
   std::vector<TrailReference> out;
   for (const BesideColumn& b : c.beside) {

@@ -13,7 +13,7 @@ namespace rotorloop::bench {
 struct IdentifyPage {
   const Identification& result;
   const IdentifyAnalysis& analysis;
-  const Comparison& comparison;
+  const FileComparison& comparison;
   const std::vector<CheckedFlight>& checked;
   const IdentifyProvenance& provenance;
   std::string start_name;              // that the start file gives the vehicle
@@ -24,7 +24,7 @@ struct IdentifyPage {
 std::string identify_report_html(const IdentifyPage& page);
 
 // What the files beside say of each parameter, for the trail.
-std::vector<TrailReference> trail_references(const Comparison& comparison, const std::vector<DerivedQuantity>& derived,
+std::vector<TrailReference> trail_references(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived,
                                              const host::TermList& terms);
 
 }  // namespace rotorloop::bench

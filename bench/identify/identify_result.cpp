@@ -85,7 +85,7 @@ ordered_json held_json(const Identification& r, const ParameterRow& row, const s
           {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)}};
 }
 
-ordered_json beside_json(const Identification& r, const Comparison& c, const std::vector<DerivedQuantity>& derived) {
+ordered_json beside_json(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
   ordered_json out = ordered_json::array();
   for (const BesideColumn& b : c.beside) {
     ordered_json parameters = ordered_json::array(), follows = ordered_json::array();
@@ -104,7 +104,7 @@ ordered_json beside_json(const Identification& r, const Comparison& c, const std
   return out;
 }
 
-ordered_json static_thrust_json(const Comparison& c) {
+ordered_json static_thrust_json(const FileComparison& c) {
   ordered_json out = ordered_json::array();
   for (const ThrustBeside& t : c.static_thrust) {
     ordered_json row = said_json(t.said);
@@ -213,7 +213,7 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
   return out;
 }
 
-std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const Comparison& compared,
+std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
                                  const std::vector<CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));

@@ -25,7 +25,7 @@ struct IdentifyAnalysis {
   double inflation = 1.0;  // median ratio of robust to classical variance, at least 1: what correlated residuals add
   Observability observability;
   std::optional<SolverCheck> solver_check;  // when it was asked for
-  std::optional<HeldOutScores> held_out;  // when flights were held out; analyse() has none
+  std::optional<HeldOutScores> held_out;    // when flights were held out; analyse() has none
 };
 IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);
 
@@ -58,7 +58,7 @@ struct IdentifyWarning {
 std::vector<IdentifyWarning> warnings_of(const Identification& result, const IdentifyAnalysis& analysis);
 
 // Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
-std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const Comparison& comparison,
+std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const FileComparison& comparison,
                                  const std::vector<CheckedFlight>& checked, const IdentifyProvenance& provenance);
 
 }  // namespace rotorloop::bench

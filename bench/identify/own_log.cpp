@@ -125,7 +125,7 @@ void put(std::string& out, double v) {
 }  // namespace
 
 FlightRecord read_own_log(const std::filesystem::path& path, std::vector<LogFinding>* findings) {
-  const LogTable log = read_log(path);
+  const LogTable log = read_log(path, {}, CutEnd::left_out);
   if (log.has("true_p_x[m]"))
     throw Error({path.generic_string(), "is a truth log", "", "give the flight.csv beside it: identification never reads truth"});
   if (findings && !log.cut_off.empty()) findings->push_back({"log", log.cut_off, 0.0, 0.0, FindingAction::note});

@@ -46,12 +46,12 @@ std::string left_cell(const std::string& text, const std::string& kind) {
   return cell(xml_escaped(text), kind.empty() ? "l" : "l " + kind);
 }
 
-Column left(std::string name) { return {std::move(name), true}; }
+HeadCell left(std::string name) { return {std::move(name), true}; }
 
-std::string head(const std::vector<Column>& columns, const std::vector<Column>& above) {
-  const auto row = [](const std::vector<Column>& names) {
+std::string head(const std::vector<HeadCell>& columns, const std::vector<HeadCell>& above) {
+  const auto row = [](const std::vector<HeadCell>& names) {
     std::string out = "<tr>";
-    for (const Column& c : names)
+    for (const HeadCell& c : names)
       out += fmt::format("<th{}{}>{}</th>", c.left ? " class=\"l\"" : "", c.span > 1 ? fmt::format(" colspan=\"{}\"", c.span) : "",
                          xml_escaped(c.name));
     return out + "</tr>";

@@ -17,17 +17,17 @@ std::string with_true_minus(std::string text);
 std::string cell(const std::string& text, const std::string& kind = "");
 std::string left_cell(const std::string& text, const std::string& kind = "");  // escaped
 
-struct Column {
+struct HeadCell {
   std::string name;
   bool left = false;
   int span = 1;
-  Column(const char* text) : name(text) {}
-  Column(std::string text) : name(std::move(text)) {}
-  Column(std::string text, bool to_the_left, int columns = 1) : name(std::move(text)), left(to_the_left), span(columns) {}
+  HeadCell(const char* text) : name(text) {}
+  HeadCell(std::string text) : name(std::move(text)) {}
+  HeadCell(std::string text, bool to_the_left, int columns = 1) : name(std::move(text)), left(to_the_left), span(columns) {}
 };
-Column left(std::string name);
+HeadCell left(std::string name);
 // `above`: an optional row of names that span several columns.
-std::string head(const std::vector<Column>& columns, const std::vector<Column>& above = {});
+std::string head(const std::vector<HeadCell>& columns, const std::vector<HeadCell>& above = {});
 inline constexpr const char* kTableEnd = "</tbody></table></div>\n";
 
 }  // namespace rotorloop::bench

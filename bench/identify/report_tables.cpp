@@ -48,7 +48,7 @@ std::string rotation_html(const Identification& r) {
 }
 
 std::string thrust_html(const IdentifyPage& p) {
-  const Comparison& c = p.comparison;
+  const FileComparison& c = p.comparison;
   const DerivedQuantity* found = derived_named("static_c_t", p.analysis.derived);
   if (c.static_thrust.empty() || !found) return "";
   std::string out = fmt::format(
@@ -94,7 +94,7 @@ std::string parameters_html(const IdentifyPage& p) {
 }
 
 std::string beside_html(const IdentifyPage& p) {
-  const Comparison& c = p.comparison;
+  const FileComparison& c = p.comparison;
   const std::string thrust = thrust_html(p);
   if (c.beside.empty() && thrust.empty()) return "";
   std::string out = "<h2 id=\"beside\">Beside what is known otherwise</h2>\n";
@@ -103,7 +103,7 @@ std::string beside_html(const IdentifyPage& p) {
       "<p>The difference is how far these flights lie above the file, z the same in standard uncertainties of the difference where the "
       "file "
       "gives one; red beyond 2 where the file does not guess. What follows from a file's values has no u of its own.</p>\n";
-  std::vector<Column> above{{"", true, 3}}, names{left("parameter"), "these flights", left("unit")};
+  std::vector<HeadCell> above{{"", true, 3}}, names{left("parameter"), "these flights", left("unit")};
   for (const BesideColumn& b : c.beside) {
     above.push_back({b.label, true, 5});
     names.insert(names.end(), {"value", "u", left("origin"), "difference, %", "z"});

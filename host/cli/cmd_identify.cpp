@@ -90,7 +90,8 @@ bench::IdentifyConditions conditions(const Options& o) {
 
 // Text or JSON to stdout, the page and result.json into the folder.
 void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis,
-             const bench::Comparison& comparison, const FlightInputs& read, const host::VehicleFile& base, const bench::RunClock& clock) {
+             const bench::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
+             const bench::RunClock& clock) {
   const std::optional<bench::HeldOutScores>& held_out = analysis.held_out;
   std::vector<bench::InputHash> inputs = read.inputs;
   for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
@@ -197,7 +198,7 @@ int identify(const Options& o) {
   bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
   analysis.solver_check = solver_check;
   if (read.flights.size() > read.fitted) analysis.held_out = bench::score_held_out(read.held_out(), result, options);
-  const bench::Comparison comparison =
+  const bench::FileComparison comparison =
       bench::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
   publish(o, result, analysis, comparison, read, base, clock);
   if (!result.fit.converged) throw_not_converged(o, result, analysis);

@@ -246,10 +246,12 @@ TEST(LogReader, SeparatorsOfASpreadsheetAreNamed) {
   EXPECT_THAT(error("# rotorloop flight log 1\nt[s],x[m]\n0,5,1,5\n"), HasSubstr("decimals with a comma"));
 }
 
-TEST(LogReader, LastLineThatWasCutOffIsLeftOutAndTold) {
+TEST(LogReader, LastLineThatWasCutOffIsAnErrorOrLeftOutAndTold) {
   TempFolder f;
   for (const char* cut : {"2", "2,1e", "2,3,"}) {
-    const auto log = read_log(f.write("x.csv", std::string("# rotorloop flight log 1\nt[s],x[m]\n1,2\n") + cut));
+    const auto path = f.write("x.csv", std::string("# rotorloop flight log 1\nt[s],x[m]\n1,2\n") + cut);
+    EXPECT_THAT(error_of([&] { read_log(path); }, ExitCode::data_quality), HasSubstr("x.csv:4: error:")) << cut;
+    const auto log = read_log(path, {}, CutEnd::left_out);
     EXPECT_EQ(log.rows, 1u) << cut;
     EXPECT_EQ(log.column("t[s]").size(), 1u) << cut;
     EXPECT_EQ(log.column("x[m]").size(), 1u) << cut;

@@ -30,15 +30,15 @@ struct IsolationTest : ::testing::Test {
     desk = folder.path() / "room" / "desk";
     fs::create_directories(desk);
   }
-  ProbeResult in(const Isolation& isolation) {
+  IsolationProbeResult in(const Isolation& isolation) {
     hand_over(desk, isolation);
     const std::vector secrets{secret};
     return probe(isolation, {desk, "/bin/true"}, secrets);
   }
-  static bool opened(const ProbeResult& r, const std::string& way) {
+  static bool opened(const IsolationProbeResult& r, const std::string& way) {
     return std::any_of(r.attempts.begin(), r.attempts.end(), [&](const Attempt& a) { return a.way == way && a.opened; });
   }
-  static std::string all_opened(const ProbeResult& r) {
+  static std::string all_opened(const IsolationProbeResult& r) {
     std::string out = r.failed;
     for (const auto& a : r.attempts)
       if (a.opened) out += "\n  " + a.way + " " + a.what;

@@ -13,8 +13,7 @@ namespace rotorloop::bench {
 namespace {
 
 host::VehicleModel paper() {
-  return host::to_model(
-      host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue()));
+  return host::to_model(host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue()));
 }
 
 // The quantity of the paper's vehicle with one term at a value, of a fit that estimated nothing.
@@ -34,9 +33,7 @@ double derived(std::string_view id, std::string_view term = {}, double value = 0
 
 double hover_rad_s() { return derived("hover_speed") * std::numbers::pi / 30.0; }
 
-TEST(Derived, HoverOfThePapersEquationsIsThatOfTheStaticThrust) {
-  EXPECT_NEAR(hover_rad_s(), host::hover_omega_rad_s(paper()), 1e-6);
-}
+TEST(Derived, HoverOfThePapersEquationsIsThatOfTheStaticThrust) { EXPECT_NEAR(hover_rad_s(), host::hover_omega_rad_s(paper()), 1e-6); }
 
 TEST(Derived, DragOfThePapersEquationsIsRotorDragAtTheWeightAndAirframeDrag) {
   const host::VehicleModel m = paper();

@@ -48,11 +48,11 @@ IdentifyProvenance provenance() {
   return p;
 }
 
-Comparison compared_with(const std::vector<VehicleBeside>& beside, const host::VehicleFile& start = paper()) {
+FileComparison compared_with(const std::vector<VehicleBeside>& beside, const host::VehicleFile& start = paper()) {
   return compared(result(), analysis().derived, kDragSpeed_m_s, {"paper.toml", start}, beside);
 }
 
-std::string page_of(const Comparison& c, const IdentifyAnalysis& a = analysis()) {
+std::string page_of(const FileComparison& c, const IdentifyAnalysis& a = analysis()) {
   const IdentifyProvenance p = provenance();
   return identify_report_html({result(), a, c, {}, p, "seed paper quadrotor"});
 }
@@ -129,7 +129,7 @@ TEST(IdentifyPage, ShowsStaticThrustBesideEveryEntryOfStandAndFlight) {
   start.static_thrust = {{host::Origin::stand, c_t.value / 0.92, 1e-9, {5000, 15000}, start.air_density_kg_m3}};
   VehicleBeside thin{"thin_air.toml", paper()};
   thin.file.static_thrust = {{host::Origin::flight, 0.5 * c_t.value, 1e-9, {5000, 15000}, 0.5 * start.air_density_kg_m3}};
-  const Comparison c = compared_with({thin}, start);
+  const FileComparison c = compared_with({thin}, start);
   ASSERT_EQ(c.static_thrust.size(), 2u);
   EXPECT_NEAR(c.static_thrust[0].said.percent, -8.0, 1e-9);
   EXPECT_NEAR(c.static_thrust[1].said.percent, 0.0, 1e-9) << "half the thrust in air half as dense is the same propeller";
@@ -145,7 +145,7 @@ TEST(IdentifyPage, GivesTheQuaternionThatTheRotationVectorStandsFor) {
   EXPECT_TRUE(holds(page, shown)) << shown;
   EXPECT_TRUE(holds(page, "rotation vector of the sensor about the start value"));
   // A file with the rotation that was found says nothing else about any axis.
-  const Comparison same = compared_with({{"found.toml", v}});
+  const FileComparison same = compared_with({{"found.toml", v}});
   for (std::size_t i = 0; i < same.rows.size(); ++i) {
     const int p = same.rows[i].parameter;
     if (p >= kTurnX && p <= kTurnZ) {
@@ -182,7 +182,7 @@ TEST(IdentifyPage, SaysWhyThereAreNoResidualsToJudgeWithoutPoses) {
 
 TEST(IdentifyResult, HoldsNoiseConditionsHeldParametersAndComparisons) {
   const double found = result().fit.find(kIxx)->value;
-  const Comparison c = compared_with({saying_inertia(0.8 * found, host::Origin::cad)});
+  const FileComparison c = compared_with({saying_inertia(0.8 * found, host::Origin::cad)});
   const auto j = nlohmann::json::parse(identify_result_json(result(), analysis(), c, {}, provenance()));
   EXPECT_EQ(j.at("conditions").at("noise"), "fixed");
   EXPECT_EQ(j.at("conditions").at("from_s"), 1.5);
