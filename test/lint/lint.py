@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks the tree against the rules of the house (rules.py): include arrows, code for targets, clocks and random numbers,
-floating point, heap in the loop, folders and words. Prints `file:line: [rule] what` with what to do; exit 1 when something is found.
+floating point, heap in the loop, folders, names of types and words. Prints `file:line: [rule] what` with what to do; exit 1 when something is found.
 
     test/lint/lint.py [--root DIR] [--compile-commands FILE]
 """
@@ -94,6 +94,7 @@ class Linter:
         self.check_tokens()
         self.check_build_options(compile_commands)
         self.check_folders()
+        self.check_type_names()
         self.check_leaks()
         return sorted(set(self.findings))
 
@@ -217,7 +218,23 @@ class Linter:
                 if lines > rules.MAX_LINES:
                     self.report(name, rules.MAX_LINES + 1, "file-length", f"{lines} lines, the limit is {rules.MAX_LINES}", "split it: one idea per file")
 
-    # (h)
+    # (h) The linker takes one of two types of a name for both, and the program ends somewhere else than where the mistake is.
+    def check_type_names(self):
+        seen = {}
+        for header in sorted(s for s in self.sources if s.endswith((".hpp", ".h")) and not inside(s, "test")):
+            text = without_comments_and_strings(self.text[header])
+            space = ""
+            for match in re.finditer(r"^(?:namespace\s+([\w:]*)\s*\{|(?:struct|class|enum class|enum)\s+(\w+)(?:\s+final)?\s*(?::(?!:)[^;{]*)?\{)", text, re.MULTILINE):
+                if match.group(2) is None:
+                    space = match.group(1)
+                    continue
+                name = f"{space}::{match.group(2)}"
+                if name in seen and space:
+                    self.report(header, line_of(text, match.start()), "type-name", f"{name} is defined in {seen[name]} too",
+                                "give each its own name: the linker would take one for both")
+                seen.setdefault(name, header)
+
+    # (i)
     def check_leaks(self):
         for rule, pattern, what, remedy in rules.LEAKS:
             compiled = re.compile(pattern)

@@ -37,6 +37,16 @@ def findings(files, compile_commands=()):
 
 # (name, {file: text}, rule or None, file:line of the finding)
 CASES = [
+    # (h) one name, one type
+    ("two headers define one type", {"host/vehicle/a.hpp": "namespace rotorloop::host {\nstruct Row {\n};\n}\n",
+                                     "host/vehicle/b.hpp": "namespace rotorloop::host {\n\nclass Row final : public Base {\n};\n}\n"},
+     "type-name", "host/vehicle/b.hpp:3"),
+    ("one name in two namespaces", {"host/vehicle/a.hpp": "namespace rotorloop::host {\nstruct Row {\n};\n}\n",
+                                    "sim/world/b.hpp": "namespace rotorloop::sim {\nstruct Row {\n};\n}\n"}, None, None),
+    ("a class inside another, defined apart", {"host/vehicle/a.hpp": "namespace rotorloop::host {\nclass Bus {\n};\n}\n",
+                                               "host/vehicle/b.hpp": "namespace rotorloop::host {\nclass Bus::Port final : public Base {\n};\n}\n"}, None, None),
+    ("a type told of before it is defined", {"host/vehicle/a.hpp": "namespace rotorloop::host {\nstruct Row {\n};\n}\n",
+                                             "host/vehicle/b.hpp": "namespace rotorloop::host {\nstruct Row;\n}\n"}, None, None),
     # (a) arrows
     ("plant includes the vehicle model", {"sim/world/x.cpp": '\n#include "host/vehicle/model.hpp"\n'}, "include-arrow", "sim/world/x.cpp:2"),
     ("host includes sim", {"host/bus/x.cpp": '#include "sim/world/bus.hpp"\n'}, "include-arrow", "host/bus/x.cpp:1"),
