@@ -151,10 +151,9 @@ std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stag
       const Estimate* j = joint.find(e.parameter, flight);
       if (!j) continue;
       StageComparison c{s.role, e.parameter, e.value, std::max(e.u, e.u_robust), j->value, std::max(j->u, j->u_robust), 0.0, true};
-      // The joint fit holds the stage's data, so that their difference is no less certain than the stage; unless model error makes the
-      // joint fit the less certain one.
-      const double u = c.u_stage >= c.u_joint ? c.u_stage : std::hypot(c.u_stage, c.u_joint);
-      c.z = u > 0.0 ? (c.stage - c.joint) / u : 0.0;
+      // By the stage's own uncertainty: could its flight have had the joint value? Where model error makes the joint fit the less certain
+      // one, a larger u would hide just that.
+      c.z = c.u_stage > 0.0 ? (c.stage - c.joint) / c.u_stage : 0.0;
       c.agrees = std::fabs(c.z) <= kAgreement;
       out.push_back(c);
     }

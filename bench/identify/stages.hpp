@@ -45,8 +45,8 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
                       const std::function<void(const FitProgress&)>& progress);
 
 // A parameter as a stage and as the joint fit see it. Both used the stage's data; the difference of an efficient estimate and one that
-// used less has the variance u_stage² - u_joint² (Hausman 1978). z is taken against u_stage; against both where model
-// error makes the joint fit the less certain one.
+// used less has the variance u_stage² - u_joint² (Hausman 1978). z is taken against u_stage: it says whether the
+// stage's flight could have had the joint value, also where model error makes the joint fit the less certain one.
 struct StageComparison {
   FlightRole role = FlightRole::any;
   int parameter = 0;
