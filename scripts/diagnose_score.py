@@ -20,7 +20,7 @@ HEAD = """# Which undeclared effects a diagnosis finds in simulated flights
 Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resumable; exit code 6 when a limit is missed). This page is made by it.
 
 **Flights.** `scenarios/diagnose.toml`: three of 20 s, the same for all, reference plant and sensors, flown with `vehicles/calibrated.toml`, noise and gusts of each
-flight drawn for it alone. The plant gets one effect of `docs/effects.toml` at its typical value, unless it has it by itself; where the vehicle file holds the
+flight drawn for it alone. The plant gets one effect of `effects/catalogue.toml` at its typical value, unless it has it by itself; where the vehicle file holds the
 effect, the file loses it. Exceptions, pairs and foreign effects with their sizes and reasons: `scripts/diagnose_study.toml`.
 **Belief.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 to 306 and pooled, frozen before the study.
 **Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial without a

@@ -202,7 +202,7 @@ def main():
     parser.add_argument("--keep-logs", action="store_true", help="20 MB for each trial: remove trial.json, and only the diagnosis is made again")
     parser.add_argument("--score-only", action="store_true", help="judge what is there")
     o = parser.parse_args()
-    study, catalogue = toml(STUDY), toml(ROOT / "docs/effects.toml")
+    study, catalogue = toml(STUDY), toml(ROOT / "effects/catalogue.toml")
     wanted = [c for c in cases(study, catalogue) if not o.only or c.name in o.only or c.kind in o.only]
     if not wanted:
         sys.exit(f"error: no case is called {o.only}\n  do: take an effect's id, or a kind: separable, pair, foreign, clean_full, …")

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "bench/hil/log_reader.hpp"
+#include "bench/log/log_reader.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {

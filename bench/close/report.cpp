@@ -7,9 +7,9 @@
 
 #include "bench/close/report_evidence.hpp"
 #include "bench/close/run_layout.hpp"
-#include "bench/hil/log_reader.hpp"
-#include "bench/report/page.hpp"
-#include "bench/report/svg_plot.hpp"
+#include "bench/log/log_reader.hpp"
+#include "bench/render/page.hpp"
+#include "bench/render/svg_plot.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "bench/report/page.hpp"
-#include "bench/report/svg_plot.hpp"
+#include "bench/render/page.hpp"
+#include "bench/render/svg_plot.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "bench/identify/estimator.hpp"
+#include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {

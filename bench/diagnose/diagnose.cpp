@@ -11,7 +11,7 @@
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/late_poses.hpp"
 #include "bench/diagnose/ratios.hpp"
-#include "bench/diagnose/residual_findings.hpp"
+#include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
 #include "host/effects/term_size.hpp"

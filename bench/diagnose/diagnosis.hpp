@@ -12,7 +12,7 @@ namespace rotorloop::bench {
 
 // One effect of the library against the residual of one model.
 struct CandidateEvidence {
-  std::string id;                    // docs/effects.toml, or that of a user's term
+  std::string id;                    // effects/catalogue.toml, or that of a user's term
   std::vector<NamedValue> one_step;  // estimate of its parameters from the screening, without a refit
   double chi2 = 0.0;                 // classical score statistic
   double wald = 0.0;                 // block-robust, over its degrees of freedom: an F statistic

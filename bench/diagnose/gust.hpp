@@ -30,7 +30,7 @@ struct GustScore {
 };
 GustScore score_gust(const Identification& fitted);
 
-// Of an effect on the scatter: what of its typical size (docs/effects.toml) matters.
+// Of an effect on the scatter: what of its typical size (effects/catalogue.toml) matters.
 inline constexpr double kScatterMatters = 0.3;
 // Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.
 bool blows(const GustScore& gust);

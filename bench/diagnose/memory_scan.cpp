@@ -4,7 +4,7 @@
 #include <memory>
 #include <thread>
 
-#include "bench/identify/flight_motion.hpp"
+#include "bench/estimate/flight_motion.hpp"
 
 namespace rotorloop::bench {
 namespace {

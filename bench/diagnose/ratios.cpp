@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "bench/identify/parameters.hpp"
+#include "bench/estimate/model/parameters.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/diagnose/verdict.hpp"
-#include "bench/identify/estimator.hpp"
+#include "bench/estimate/estimator.hpp"
 
 namespace rotorloop::bench {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/identify/flight_motion.hpp"
-#include "bench/identify/known_first.hpp"
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/known_first.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/diagnose/statistics.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::bench {
 namespace {

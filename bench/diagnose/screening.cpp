@@ -10,12 +10,12 @@
 #include <unsupported/Eigen/FFT>
 
 #include "bench/diagnose/memory_scan.hpp"
-#include "bench/identify/flight_motion.hpp"
-#include "bench/identify/reading_terms.hpp"
-#include "bench/identify/rotations.hpp"
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/model/reading_terms.hpp"
+#include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 #include "host/effects/term_size.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

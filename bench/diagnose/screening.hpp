@@ -19,7 +19,7 @@ struct CandidateParameter {
 };
 
 struct Candidate {
-  std::string id;                    // docs/effects.toml
+  std::string id;                    // effects/catalogue.toml
   const host::Term* term = nullptr;  // or, for quantities of the fit itself:
   std::vector<int> core = {};        // enum Parameter
   std::vector<CandidateParameter> parameters = {};

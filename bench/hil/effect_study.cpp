@@ -109,7 +109,7 @@ bool is_intrinsic(const sim::EffectInfo& info, double typical_value) { return in
 double typical_value(const sim::EffectInfo& info) {
   static const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   const auto* entry = catalogue.parameter_of(info.id);
-  if (!entry) throw Error({"docs/effects.toml", fmt::format("effect {} has no entry", info.id), "", "describe it there"});
+  if (!entry) throw Error({"effects/catalogue.toml", fmt::format("effect {} has no entry", info.id), "", "describe it there"});
   return entry->typical_value;
 }
 

@@ -31,7 +31,7 @@ struct EffectComparison {
 // An effect that the solve of rotor or body contains: without an entry it acts in full, and its typical_value takes it out.
 bool is_intrinsic(const sim::EffectInfo& info, double typical_value);
 
-// The size of each effect for comparisons, from docs/effects.toml as built in.
+// The size of each effect for comparisons, from effects/catalogue.toml as built in.
 double typical_value(const sim::EffectInfo& info);
 
 // The plant with exactly one effect switched over: taken out where `plant` has it, else put in with `value` and the options'

@@ -7,7 +7,7 @@
 
 #include "bench/hil/cost_meter.hpp"
 #include "bench/hil/limiter_names.hpp"
-#include "bench/hil/log_writer.hpp"
+#include "bench/log/log_writer.hpp"
 #include "host/bus/candump_log.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"

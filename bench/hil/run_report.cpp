@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "bench/hil/limiter_names.hpp"
-#include "bench/hil/log_reader.hpp"
+#include "bench/log/log_reader.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"

@@ -3,7 +3,7 @@
 #pragma once
 #include <filesystem>
 
-#include "bench/report/hil_report.hpp"
+#include "bench/hil/hil_report.hpp"
 
 namespace rotorloop::bench {
 

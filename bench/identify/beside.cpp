@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "bench/identify/identified_vehicle.hpp"
-#include "bench/identify/rotations.hpp"
+#include "bench/estimate/model/rotations.hpp"
 #include "bench/identify/start_values.hpp"
 
 namespace rotorloop::bench {

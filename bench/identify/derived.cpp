@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/identify/model.hpp"
+#include "bench/estimate/model/model.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::bench {

@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 
-#include "bench/identify/flight_motion.hpp"
-#include "bench/identify/mean_noise.hpp"
-#include "bench/identify/noise_floor.hpp"
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/mean_noise.hpp"
+#include "bench/score/noise_floor.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "bench/identify/identify.hpp"
-#include "bench/identify/one_step.hpp"
-#include "bench/identify/prediction.hpp"
+#include "bench/score/one_step.hpp"
+#include "bench/score/prediction.hpp"
 #include "bench/identify/wrench_score.hpp"
 
 namespace rotorloop::bench {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "bench/identify/rotations.hpp"
+#include "bench/estimate/model/rotations.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::bench {

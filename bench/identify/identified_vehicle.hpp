@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/identify/derived.hpp"
-#include "bench/identify/estimator.hpp"
+#include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "bench/identify/flight_motion.hpp"
-#include "bench/identify/known_first.hpp"
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/flight_record.hpp"
+#include "bench/log/flight_record.hpp"
 #include "bench/identify/parameter_choice.hpp"
-#include "bench/identify/signal.hpp"
+#include "bench/log/check/signal.hpp"
 #include "bench/identify/stages.hpp"
 #include "bench/identify/start_values.hpp"
 

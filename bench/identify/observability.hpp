@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/estimator.hpp"
+#include "bench/estimate/estimator.hpp"
 
 namespace rotorloop::bench {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "bench/identify/parameters.hpp"
+#include "bench/estimate/model/parameters.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::bench {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/identify/ceres_solver.hpp"
-#include "bench/identify/known_first.hpp"
+#include "bench/estimate/ceres_solver.hpp"
+#include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bench/identify/estimator.hpp"
+#include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {

@@ -3,7 +3,7 @@
 #pragma once
 #include <span>
 
-#include "bench/identify/grid_flight.hpp"
+#include "bench/estimate/grid_flight.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {

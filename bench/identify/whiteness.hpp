@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/chain.hpp"
+#include "bench/estimate/chain.hpp"
 
 namespace rotorloop::bench {
 

@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "bench/identify/held_out.hpp"
-#include "bench/identify/preprocess.hpp"
-#include "bench/identify/stream_reader.hpp"
+#include "bench/score/preprocess.hpp"
+#include "bench/log/stream_reader.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -35,7 +35,7 @@ struct TermMemory {
 };
 
 struct TermInfo {
-  std::string_view id;  // docs/effects.toml
+  std::string_view id;  // effects/catalogue.toml
   std::span<const TermParameter> parameters;
   std::span<const TermMemory> memory = {};
   // Rows of parameters at which to look for it first, where at neutral only the first parameter says something.

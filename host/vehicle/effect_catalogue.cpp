@@ -66,6 +66,6 @@ EffectCatalogue catalogue_of(const TomlFile& file) {
 
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path) { return catalogue_of(TomlFile::read(path)); }
 
-EffectCatalogue builtin_effect_catalogue() { return catalogue_of(TomlFile::parse(kEffectsToml, "docs/effects.toml")); }
+EffectCatalogue builtin_effect_catalogue() { return catalogue_of(TomlFile::parse(kEffectsToml, "effects/catalogue.toml")); }
 
 }  // namespace rotorloop::host

@@ -1,4 +1,4 @@
-// The ids of docs/effects.toml: the one list that plant files, vehicle files and diagnosis share. Only id and parameter
+// The ids of effects/catalogue.toml: the one list that plant files, vehicle files and diagnosis share. Only id and parameter
 // matter here; what an effect does is written where it is used.
 #pragma once
 #include <filesystem>
@@ -41,7 +41,7 @@ struct EffectCatalogue {
 // are the business of other readers. Throws Error on a duplicate id.
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
 
-// docs/effects.toml as it was when this program was built.
+// effects/catalogue.toml as it was when this program was built.
 EffectCatalogue builtin_effect_catalogue();
 
 }  // namespace rotorloop::host

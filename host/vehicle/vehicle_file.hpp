@@ -60,7 +60,7 @@ struct EffectEvidence {
 };
 // A term that diagnosis added to the model.
 struct VehicleEffect {
-  std::string id;  // from docs/effects.toml
+  std::string id;  // from effects/catalogue.toml
   std::vector<EffectParameter> parameters;
   std::optional<EffectEvidence> evidence;
   friend bool operator==(const VehicleEffect&, const VehicleEffect&) = default;

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "sim/drive/inverter.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

@@ -1,6 +1,6 @@
 // What a switchable physical effect of the plant is. One effect is one file in a folder below; lists.hpp names them all.
 //
-// An EffectInfo describes the effect (id and parameters as in docs/effects.toml) and makes an Effect, which lives for one flight
+// An EffectInfo describes the effect (id and parameters as in effects/catalogue.toml) and makes an Effect, which lives for one flight
 // and overrides the hooks where its physics acts. A step of the plant (sim/plant/flight_dynamics.hpp) calls them in this order:
 //   prepare          once, before the flight: what is fixed about the vehicle, its sensors, ESCs and battery
 //   air              wind and density at a place: at each hub and at the centre of mass

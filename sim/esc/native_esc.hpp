@@ -11,7 +11,7 @@
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/motor.hpp"
 #include "sim/drive/drive.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

@@ -10,7 +10,7 @@
 #include "firmware/core/interface.hpp"
 #include "host/bus/can_bus.hpp"
 #include "sim/esc/esc_setup.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

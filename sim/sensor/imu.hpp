@@ -7,7 +7,7 @@
 #include <span>
 
 #include "sim/airframe/airframe.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

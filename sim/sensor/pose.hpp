@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "sim/airframe/airframe.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

@@ -16,7 +16,7 @@ constexpr std::size_t kMaxNodes = 64;  // senders are a bit set
 constexpr std::size_t kIdTableSlots = 1024;
 constexpr int kErrorFrameBits = 6 + 6 + 8;  // own flag, echoed flag, delimiter
 
-// Keys of random streams (sim/world/random.hpp): one per fault.
+// Keys of random streams (host/base/random.hpp): one per fault.
 constexpr std::uint64_t kFaultStreams = 0x6275735F66617500ull;
 
 [[noreturn]] void refuse(std::string what, std::string remedy) {

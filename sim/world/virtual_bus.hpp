@@ -21,7 +21,7 @@
 #include "host/bus/can_bus.hpp"
 #include "sim/world/bus_fault.hpp"
 #include "sim/world/bus_statistics.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "sim/world/tx_queue.hpp"
 #include "sim/world/virtual_time.hpp"
 

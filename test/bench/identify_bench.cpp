@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/identify/ceres_solver.hpp"
+#include "bench/estimate/ceres_solver.hpp"
 #include "host/base/error.hpp"
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "bench/hil/log_reader.hpp"
-#include "bench/hil/log_writer.hpp"
-#include "sim/world/random.hpp"
+#include "bench/log/log_reader.hpp"
+#include "bench/log/log_writer.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include "firmware/core/node/esc_node.hpp"
 #include "host/node/dronecan_node.hpp"
 #include "protocols/state_receiver.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop {
 namespace {

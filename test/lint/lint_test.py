@@ -51,7 +51,7 @@ CASES = [
     ("plant includes the vehicle model", {"sim/world/x.cpp": '\n#include "host/vehicle/model.hpp"\n'}, "include-arrow", "sim/world/x.cpp:2"),
     ("host includes sim", {"host/bus/x.cpp": '#include "sim/world/bus.hpp"\n'}, "include-arrow", "host/bus/x.cpp:1"),
     ("host includes bench", {"host/vehicle/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, "include-arrow", "host/vehicle/x.cpp:1"),
-    ("the command may include bench", {"host/cli/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, None, None),
+    ("the command may include bench", {"cli/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, None, None),
     ("protocols includes firmware", {"protocols/x.hpp": '#include "firmware/core/interface.hpp"\n'}, "include-arrow", "protocols/x.hpp:1"),
     ("firmware includes host", {"firmware/core/x.cpp": '#include "host/base/error.hpp"\n'}, "include-arrow", "firmware/core/x.cpp:1"),
     ("firmware core includes a board", {"firmware/core/x.hpp": '#include "firmware/board/g431/pwm.hpp"\n', "firmware/board/g431/pwm.hpp": ""},
@@ -68,7 +68,7 @@ CASES = [
     ("a commented include is none", {"sim/world/x.cpp": '// #include "host/vehicle/model.hpp"\n/*\n#include "host/vehicle/model.hpp"\n*/\n'}, None, None),
     ("include relative to the folder", {"sim/world/x.cpp": '#include "bus.hpp"\n'}, "include-path", "sim/world/x.cpp:1"),
     ("include upwards by dots", {"sim/world/x.cpp": '#include "../../host/vehicle/model.hpp"\n'}, "include-path", "sim/world/x.cpp:1"),
-    ("the generated version header", {"host/cli/x.cpp": '#include "rotorloop_version.hpp"\n'}, None, None),
+    ("the generated version header", {"cli/x.cpp": '#include "rotorloop_version.hpp"\n'}, None, None),
     # (b) code for targets
     ("heap header in firmware", {"firmware/core/x.hpp": "#include <vector>\n"}, "target-header", "firmware/core/x.hpp:1"),
     ("stdio in protocols", {"protocols/x.cpp": "\n\n#include <cstdio>\n"}, "target-header", "protocols/x.cpp:3"),
@@ -192,7 +192,7 @@ class LintTest(unittest.TestCase):
                 (root / "sim/world/x.cpp").write_text("int i = rand();\n", encoding="utf-8")
                 self.assertEqual(lint.main(arguments), 1)
             self.assertEqual(out.getvalue(), "sim/world/x.cpp:1: [std-random] `rand` is not a seeded stream of this house\n"
-                                             "  do: use sim/world/random.hpp: RandomStream(seed, module)\n")
+                                             "  do: use host/base/random.hpp: RandomStream(seed, module)\n")
 
     def test_every_rule_has_a_case(self):
         promised = {r.id for r in rules.TOKEN_RULES} | {r[0] for r in rules.LEAKS}

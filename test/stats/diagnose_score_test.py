@@ -87,7 +87,7 @@ class Plants(unittest.TestCase):
     """Every case of the study is a plant that the vehicle file does not know, made from the files as they are."""
 
     def setUp(self):
-        self.study, self.catalogue = study.toml(study.STUDY), study.toml(ROOT / "docs/effects.toml")
+        self.study, self.catalogue = study.toml(study.STUDY), study.toml(ROOT / "effects/catalogue.toml")
         self.cases = {c.name: c for c in study.cases(self.study, self.catalogue)}
 
     def test_every_effect_of_the_plant_is_a_case_and_changes_plant_or_belief(self):

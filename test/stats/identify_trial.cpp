@@ -6,9 +6,9 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/identify/estimator.hpp"
-#include "bench/identify/rotations.hpp"
-#include "sim/world/random.hpp"
+#include "bench/estimate/estimator.hpp"
+#include "bench/estimate/model/rotations.hpp"
+#include "host/base/random.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
 namespace rotorloop::stats {

@@ -12,8 +12,8 @@
 #include <numbers>
 
 #include "bench/diagnose/screening.hpp"
-#include "bench/identify/checks.hpp"
-#include "bench/identify/read_flight.hpp"
+#include "bench/log/check/checks.hpp"
+#include "bench/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/vehicle_file.hpp"

@@ -87,7 +87,7 @@ class Cases(unittest.TestCase):
             self.assertLessEqual(set(case.get("parts", [])), set(names), case["name"])
 
     def test_every_effect_is_one_of_the_plant(self):
-        plant = {e["id"] for e in toml(ROOT / "docs/effects.toml")["effect"] if e["plant"]}
+        plant = {e["id"] for e in toml(ROOT / "effects/catalogue.toml")["effect"] if e["plant"]}
         for case in STUDY["case"]:
             self.assertLessEqual({e["id"] for e in case.get("effect", [])} | set(case.get("without", [])), plant, case["name"])
 

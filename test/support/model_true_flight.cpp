@@ -6,7 +6,7 @@
 #include <string>
 
 #include "host/base/elementary.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/support/string_load.hpp"
 
 namespace rotorloop::model_true {

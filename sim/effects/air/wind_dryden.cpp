@@ -10,7 +10,7 @@
 #include "host/base/elementary.hpp"
 #include "sim/effects/air/air_list.hpp"
 #include "sim/effects/plant_setup.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include "host/base/elementary.hpp"
 #include "sim/effects/foreign/foreign_list.hpp"
 #include "sim/effects/plant_setup.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 namespace {

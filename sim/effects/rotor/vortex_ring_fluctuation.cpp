@@ -10,7 +10,7 @@
 #include "sim/effects/plant_setup.hpp"
 #include "sim/effects/rotor/rotor_list.hpp"
 #include "sim/effects/rotor/wake.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/unit/protocols/hex.hpp"
 
 namespace rotorloop::protocols {

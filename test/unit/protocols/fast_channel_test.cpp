@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::protocols::fast {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocols/state_receiver.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::protocols::state {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

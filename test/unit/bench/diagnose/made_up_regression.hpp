@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/diagnose/score_table.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench::test {
 

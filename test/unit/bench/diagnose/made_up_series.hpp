@@ -3,8 +3,8 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/diagnose/residual_series.hpp"
-#include "sim/world/random.hpp"
+#include "bench/diagnose/residuals/residual_series.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench::testing {
 

@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "bench/diagnose/manoeuvre_search.hpp"
+#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 #include "test/unit/bench/diagnose/paper_flights.hpp"
 
 namespace rotorloop::bench {

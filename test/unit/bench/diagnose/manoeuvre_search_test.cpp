@@ -1,5 +1,5 @@
 // Which flight tells two effects apart: pairs whose physics says the answer.
-#include "bench/diagnose/manoeuvre_search.hpp"
+#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bench/identify/parameters.hpp"
+#include "bench/estimate/model/parameters.hpp"
 
 namespace rotorloop::bench {
 namespace {

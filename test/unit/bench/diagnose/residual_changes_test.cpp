@@ -1,9 +1,9 @@
 // Changes in time and in scatter, on residuals of flights whose states are known: found with moment and size, and not found in noise.
 #include <gtest/gtest.h>
 
-#include "bench/diagnose/statistics.hpp"
-#include "bench/diagnose/steps_in_time.hpp"
-#include "bench/diagnose/variance_effects.hpp"
+#include "host/base/statistics.hpp"
+#include "bench/diagnose/residuals/steps_in_time.hpp"
+#include "bench/diagnose/residuals/variance_effects.hpp"
 #include "test/unit/bench/diagnose/made_up_series.hpp"
 
 namespace rotorloop::bench {

@@ -1,5 +1,5 @@
 // Residuals of whole fits: flights that obey the model have none to report.
-#include "bench/diagnose/residual_findings.hpp"
+#include "bench/diagnose/residuals/residual_findings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

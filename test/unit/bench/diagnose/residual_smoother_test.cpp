@@ -1,13 +1,13 @@
 // The smoother as a linear machine: the fit's own residuals stay where they are, its covariances are those of noise that is known, and
 // a wrench put in comes out again where the readings can see it.
-#include "bench/diagnose/residual_smoother.hpp"
+#include "bench/diagnose/residuals/residual_smoother.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "bench/identify/chain.hpp"
-#include "sim/world/random.hpp"
+#include "bench/estimate/chain.hpp"
+#include "host/base/random.hpp"
 #include "test/support/model_true_flight.hpp"
 
 namespace rotorloop::bench {

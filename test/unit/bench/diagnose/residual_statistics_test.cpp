@@ -4,11 +4,11 @@
 
 #include <numbers>
 
-#include "bench/diagnose/additive_fit.hpp"
-#include "bench/diagnose/dependence.hpp"
-#include "bench/diagnose/lag.hpp"
-#include "bench/diagnose/spectrum.hpp"
-#include "bench/diagnose/unexplained.hpp"
+#include "bench/diagnose/residuals/additive_fit.hpp"
+#include "bench/diagnose/residuals/dependence.hpp"
+#include "bench/diagnose/residuals/lag.hpp"
+#include "bench/diagnose/residuals/spectrum.hpp"
+#include "bench/diagnose/residuals/unexplained.hpp"
 #include "test/unit/bench/diagnose/made_up_series.hpp"
 
 namespace rotorloop::bench {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/diagnose/statistics.hpp"
+#include "host/base/statistics.hpp"
 #include "test/unit/bench/diagnose/made_up_regression.hpp"
 
 namespace rotorloop::bench {

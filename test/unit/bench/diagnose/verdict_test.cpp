@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bench/diagnose/diagnose.hpp"
-#include "bench/diagnose/residual_findings.hpp"
+#include "bench/diagnose/residuals/residual_findings.hpp"
 
 namespace rotorloop::bench {
 namespace {

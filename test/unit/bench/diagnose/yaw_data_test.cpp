@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "bench/diagnose/diagnose.hpp"
-#include "bench/identify/checks.hpp"
+#include "bench/log/check/checks.hpp"
 #include "bench/identify/held_out.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/stats/identify_ensemble.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 

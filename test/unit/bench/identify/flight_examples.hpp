@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "bench/identify/flight_record.hpp"
-#include "sim/world/random.hpp"
+#include "bench/log/flight_record.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/identify/identify.hpp"
-#include "bench/identify/read_flight.hpp"
+#include "bench/log/read_flight.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::bench {

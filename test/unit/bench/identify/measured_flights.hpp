@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/read_flight.hpp"
+#include "bench/log/read_flight.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/model.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -29,7 +29,7 @@ inline MeasuredFlight read_measured(const std::filesystem::path& file) {
   const std::filesystem::path source = ROTORLOOP_SOURCE_DIR;
   const std::string set = file.parent_path().filename().string();
   const LogMapping mapping = read_log_mapping(source / "vehicles/measured" / (set + ".mapping.toml"));
-  const host::EffectCatalogue effects = host::read_effect_catalogue(source / "docs/effects.toml");
+  const host::EffectCatalogue effects = host::read_effect_catalogue(source / "effects/catalogue.toml");
   return {read_flight(file, &mapping), host::to_model(host::read_vehicle(source / "vehicles/measured" / (set + ".toml"), effects))};
 }
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "bench/identify/checks.hpp"
+#include "bench/log/check/checks.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 

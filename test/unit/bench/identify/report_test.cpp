@@ -6,8 +6,8 @@
 #include <regex>
 
 #include "bench/identify/identified_vehicle.hpp"
-#include "bench/identify/identify_report.hpp"
-#include "bench/identify/report_cells.hpp"
+#include "bench/identify/report/identify_report.hpp"
+#include "bench/identify/report/report_cells.hpp"
 #include "test/support/model_true_flight.hpp"
 
 namespace rotorloop::bench {

@@ -2,8 +2,8 @@
 // The load's place, which motion capture measured too, is used where a test says so and nowhere else.
 #include <array>
 
-#include "bench/identify/flight_motion.hpp"
-#include "bench/identify/preprocess.hpp"
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/score/preprocess.hpp"
 #include "test/unit/bench/identify/payload_flights.hpp"
 
 namespace rotorloop::bench {

@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "bench/identify/identify_result.hpp"
+#include "bench/identify/report/identify_result.hpp"
 #include "test/support/model_true_flight.hpp"
 
 namespace rotorloop::bench {

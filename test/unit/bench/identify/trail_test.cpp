@@ -1,5 +1,5 @@
 // Results of several trials, read back and drawn side by side.
-#include "bench/identify/trail.hpp"
+#include "bench/identify/report/trail.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/identify/rotations.hpp"
+#include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::bench {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "test/unit/bench/identify/analytic_flight.hpp"
+#include "test/unit/bench/estimate/analytic_flight.hpp"
 
 namespace rotorloop::bench {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "bench/propeller/validation_output.hpp"
+#include "bench/propeller/report/validation_output.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
 namespace rotorloop::bench {

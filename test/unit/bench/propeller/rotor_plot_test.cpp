@@ -1,5 +1,5 @@
 // A rotor's coefficients and its page: definitions as on data sheets, the advancing blade on its side, one file that needs nothing.
-#include "bench/propeller/rotor_plot.hpp"
+#include "bench/propeller/report/rotor_plot.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/propeller/blade_figures.hpp"
-#include "bench/propeller/disk_figures.hpp"
+#include "bench/propeller/report/blade_figures.hpp"
+#include "bench/propeller/report/disk_figures.hpp"
 #include "bench/propeller/rotor_sweep.hpp"
-#include "bench/report/svg_pieces.hpp"
+#include "bench/render/svg_pieces.hpp"
 #include "host/base/error.hpp"
 #include "test/unit/bench/markup.hpp"
 

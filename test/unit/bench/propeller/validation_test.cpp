@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bench/propeller/full_circle.hpp"
-#include "bench/propeller/validation_output.hpp"
+#include "bench/propeller/report/validation_output.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
 namespace rotorloop::bench {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "host/control/gains_file.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
 
 namespace rotorloop::host {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
 #include "test/unit/host/control/test_flight.hpp"
 

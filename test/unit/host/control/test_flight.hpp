@@ -13,7 +13,7 @@
 #include "host/control/controller.hpp"
 #include "host/control/trajectory.hpp"
 #include "host/estimate/estimator.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::test {
 

@@ -1,4 +1,4 @@
-// Each term obeys the law that docs/effects.toml states for it: the sign, and the size given there as typical for the paper's vehicle.
+// Each term obeys the law that effects/catalogue.toml states for it: the sign, and the size given there as typical for the paper's vehicle.
 #include <gtest/gtest.h>
 
 #include <functional>

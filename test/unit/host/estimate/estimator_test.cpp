@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::host {
 namespace {

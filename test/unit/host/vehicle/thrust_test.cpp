@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "host/vehicle/drag.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::host {
 namespace {

@@ -1,4 +1,4 @@
-// The catalogue docs/effects.toml is complete, and says of every effect of the plant what its code says.
+// The catalogue effects/catalogue.toml is complete, and says of every effect of the plant what its code says.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ bool is_id(const std::string& s) {
 
 const std::map<std::string, Entry>& catalogue() {
   static const std::map<std::string, Entry> entries = [] {
-    const TomlFile file = TomlFile::read(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "docs/effects.toml");
+    const TomlFile file = TomlFile::read(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "effects/catalogue.toml");
     (void)file.format({2});
     std::map<std::string, Entry> out;
     for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
@@ -92,7 +92,7 @@ TEST(EffectCatalogue, HoldsAtLeastFortyEffects) { EXPECT_GE(catalogue().size(), 
 
 TEST(EffectCatalogue, EveryEffectOfThePlantIsDescribedWithItsOwnParameterUnitAndRange) {
   for (const EffectInfo* e : builtin_effects()) {
-    ASSERT_TRUE(catalogue().contains(std::string(e->id))) << e->id << " has no entry in docs/effects.toml";
+    ASSERT_TRUE(catalogue().contains(std::string(e->id))) << e->id << " has no entry in effects/catalogue.toml";
     const Entry& entry = catalogue().at(std::string(e->id));
     EXPECT_TRUE(entry.plant) << e->id;
     EXPECT_EQ(entry.parameter, e->parameter.key) << e->id;

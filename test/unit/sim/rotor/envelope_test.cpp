@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 #include "test/unit/sim/rotor/fixtures.hpp"
 
 namespace rotorloop::sim {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "sim/rotor/bem.hpp"
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::sim::test {
 

@@ -1,5 +1,5 @@
 // Random streams: independent of each other, of the order of drawing, and distributed as promised.
-#include "sim/world/random.hpp"
+#include "host/base/random.hpp"
 
 #include <gtest/gtest.h>
 

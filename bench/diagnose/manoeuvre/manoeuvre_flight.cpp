@@ -1,0 +1,297 @@
+#include "bench/diagnose/manoeuvre/manoeuvre_flight.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/mean_noise.hpp"
+#include "bench/estimate/model/rotations.hpp"
+#include "host/effects/term_size.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr double kKnot_s = 2e-2;      // of the simulated flight, at least: its information hardly depends on it
+constexpr double kSample_s = 1e-2;    // of the path, at most: what it asks for is below 3 Hz
+constexpr double kThrustRatio = 2.0;  // thrust over weight that a multirotor has at least
+constexpr double kSpare = 1.1;        // over the highest rotor speed that was flown
+constexpr double kClear_m = 0.75;     // of the reference quadrotor: 12 rotor radii, where ground and ceiling are not felt
+constexpr double kSmallRoom_m = 3.0;  // of the reference quadrotor: room that is always there
+constexpr double kShares[] = {1.0, 0.8, 0.64, 0.5, 0.4, 0.33};
+constexpr std::size_t kMargin = 4;  // samples on either side, for differences
+constexpr int kPasses = 3;          // attitude and in-plane force follow from each other
+
+// Readings of one kind on a grid of wider steps: one in so many knots, with the noise that what falls together on a knot has in the mean.
+struct Readings {
+  std::size_t every = 0;  // 0: none
+  double noise = 1.0;     // of a single reading's
+};
+Readings thinned(const GridFlight& like, std::size_t readings, std::size_t wider) {
+  if (readings == 0) return {};
+  const double knots = static_cast<double>(like.knots) / (static_cast<double>(readings) * static_cast<double>(wider));  // for each reading
+  return knots >= 1.0 ? Readings{static_cast<std::size_t>(std::lround(knots)), 1.0} : Readings{1, std::sqrt(knots)};
+}
+
+// z axis along `up`, x axis as near to the heading as that allows.
+Eigen::Quaterniond attitude(const Vector3d& up, double yaw_rad) {
+  const Vector3d z = up.normalized(), y = z.cross(Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0.0)).normalized();
+  Eigen::Matrix3d r;
+  r << y.cross(z), y, z;
+  return Eigen::Quaterniond(r);
+}
+
+// Change of upward specific force and angular acceleration per change of each squared rotor speed, in hover.
+Eigen::Matrix4d hover_slopes(const ManoeuvreSetting& s, const ModelValues& v, const Model& model) {
+  RotorInputSample u;
+  u.omega_rad_s.fill(s.rotor_rad_s);
+  u.battery_V = mean_battery_V(*s.like);
+  BodyState still;
+  still.p_W_m.z() = s.middle_z_m;
+  const double lift = model.instant(still, u, 0.0).force_B_N.z() / (4.0 * s.rotor_rad_s * s.rotor_rad_s);
+  Eigen::Matrix4d out;
+  const Eigen::Matrix3d inverse_inertia = v.inertia_kg_m2().inverse();
+  for (std::size_t r = 0; r < host::kRotors; ++r) {
+    const host::RotorMount& rotor = v.geometry.rotors[r];
+    const auto i = static_cast<Eigen::Index>(r);
+    out(0, i) = lift / v[kMass];
+    out.col(i).tail<3>() = inverse_inertia * Vector3d(lift * (rotor.position_m.y() - v[kComY]), -lift * (rotor.position_m.x() - v[kComX]),
+                                                      rotor.reaction * v[kCq]);
+  }
+  return out;
+}
+
+// States and rotor speeds along a path.
+struct Flown {
+  std::vector<BodyState> states;
+  std::vector<RotorValues> omega;
+};
+
+std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const ManoeuvreSetting& s, const ModelValues& v) {
+  const Model model(v);
+  const std::size_t n = path.size();
+  const Eigen::PartialPivLU<Eigen::Matrix4d> slopes(hover_slopes(s, v, model));
+  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[kTiltX], v[kTiltY], -1.0);
+  const double battery_V = mean_battery_V(*s.like), least = std::pow(0.2 * s.rotor_rad_s, 2), most = s.most_rad_s * s.most_rad_s;
+  Flown out{std::vector<BodyState>(n), std::vector<RotorValues>(n)};
+  for (RotorValues& w : out.omega) w.fill(s.rotor_rad_s);
+  std::vector<Vector3d> needed(n), in_plane(n, Vector3d::Zero()), turning(n, Vector3d::Zero());
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
+    out.states[k].p_W_m = path[k].p_m;
+    out.states[k].v_W_m_s = (path[b].p_m - path[a].p_m) / (static_cast<double>(b - a) * h);
+    needed[k] = -gravity;
+    if (k > 0 && k + 1 < n) needed[k] += (path[b].p_m - 2.0 * path[k].p_m + path[a].p_m) / (h * h);
+  }
+  std::vector<RotorValues> before;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vector3d up = needed[k] - out.states[k].q_WB * in_plane[k];
+      if (up.norm() < 1.0) return std::nullopt;  // free fall: the attitude means nothing
+      out.states[k].q_WB = attitude(up, path[k].yaw_rad);
+    }
+    for (std::size_t k = 1; k + 1 < n; ++k)
+      out.states[k].w_B_rad_s = log_q(out.states[k - 1].q_WB.conjugate() * out.states[k + 1].q_WB) / (2.0 * h);
+    for (std::size_t k = 2; k + 2 < n; ++k) turning[k] = (out.states[k + 1].w_B_rad_s - out.states[k - 1].w_B_rad_s) / (2.0 * h);
+    before = out.omega;
+    for (std::size_t k = kMargin; k + kMargin < n; ++k) {
+      const BodyState& x = out.states[k];
+      RotorInputSample u;
+      u.battery_V = battery_V;
+      u.omega_rad_s = pass == 0 ? out.omega[k - 1] : before[k];
+      if (pass > 0) {
+        for (std::size_t r = 0; r < host::kRotors; ++r) u.omega_dot_rad_s2[r] = (before[k + 1][r] - before[k - 1][r]) / (2.0 * h);
+      }
+      bool settled = false;
+      for (int tries = 0; tries < 25 && !settled; ++tries) {
+        const Instant now = model.instant(x, u, static_cast<double>(k) * h);
+        if (now.beyond_equations || !now.specific_force_B_m_s2.allFinite()) return std::nullopt;
+        in_plane[k] = {now.specific_force_B_m_s2.x(), now.specific_force_B_m_s2.y(), 0.0};
+        Vector4d miss;
+        miss << (x.q_WB.conjugate() * needed[k]).z() - now.specific_force_B_m_s2.z(), turning[k] - now.angular_acceleration_B_rad_s2;
+        settled = std::fabs(miss[0]) < 1e-2 && miss.tail<3>().norm() < 0.1;
+        if (settled) break;
+        const Vector4d step = slopes.solve(miss);
+        for (std::size_t r = 0; r < host::kRotors; ++r) {
+          const double square = u.omega_rad_s[r] * u.omega_rad_s[r] + step[static_cast<Eigen::Index>(r)];
+          u.omega_rad_s[r] = std::sqrt(std::clamp(square, least, most));
+        }
+      }
+      if (!settled) return std::nullopt;  // a rotor at its limit, or no balance
+      out.omega[k] = u.omega_rad_s;
+    }
+    for (std::size_t k = 0; k < kMargin; ++k) {
+      const std::size_t last = n - 1 - kMargin;
+      out.omega[k] = out.omega[kMargin];
+      out.omega[n - 1 - k] = out.omega[last];
+      in_plane[k] = in_plane[kMargin];
+      in_plane[n - 1 - k] = in_plane[last];
+    }
+  }
+  return out;
+}
+
+// Rotor speeds as the logs hold them: measured, or as the command that makes a first-order motor turn so.
+FlightRecord record_of(const Flown& f, double h, const ManoeuvreSetting& s, const ModelValues& v) {
+  FlightRecord out;
+  const double battery_V = mean_battery_V(*s.like);
+  for (std::size_t k = 0; k < f.omega.size(); ++k) {
+    const double t = (static_cast<double>(k) - static_cast<double>(kMargin)) * h;
+    if (battery_V > 0.0) out.battery_V.add(t, battery_V);
+    if (!s.like->input.from_commands()) {
+      out.rotor_omega_rad_s.add(t + v[kRotorDelay], f.omega[k]);
+      continue;
+    }
+    const double full = v.reference_V > 0.0 && battery_V > 0.0 ? std::pow(battery_V / v.reference_V, v[kVoltageExponent]) : 1.0;
+    const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, f.omega.size() - 1);
+    RotorValues command{};
+    for (std::size_t r = 0; r < host::kRotors; ++r) {
+      const double rate = (f.omega[b][r] - f.omega[a][r]) / (static_cast<double>(b - a) * h);
+      command[r] = ((f.omega[k][r] + v[kCommandLag] * rate) / full - v[kCommandOffset]) / v[kCommandGain];
+    }
+    out.motor_command.add(t, command);
+  }
+  return out;
+}
+
+// Moves a path in free air to where the flights were, clear of ground and ceiling; the others onto theirs.
+void place(std::vector<PathPoint>& path, Level level, const ManoeuvreSetting& s) {
+  const host::LoadGeometry& g = s.values.geometry;
+  double low = path.front().p_m.z(), high = low;
+  for (const PathPoint& p : path) {
+    low = std::min(low, p.p_m.z());
+    high = std::max(high, p.p_m.z());
+  }
+  double lift = 0.0;
+  if (level == Level::ground) {
+    lift = g.ground_z_m;
+  } else if (level == Level::ceiling) {
+    for (PathPoint& p : path) p.p_m.z() = g.ceiling_z_m - p.p_m.z();
+  } else {
+    const double clear = kClear_m * s.length_ratio;
+    lift = std::max(s.middle_z_m - 0.5 * (low + high), g.ground_z_m + clear - low);
+    if (high + lift > g.ceiling_z_m - clear && low + lift < g.ceiling_z_m + clear) lift = g.ceiling_z_m + clear - low;
+  }
+  for (PathPoint& p : path) p.p_m.z() += lift;
+}
+
+// Largest way of a path, level and upright.
+std::array<double, 2> extent(const std::vector<PathPoint>& path) {
+  Vector3d low = path.front().p_m, high = low;
+  for (const PathPoint& p : path) {
+    low = low.cwiseMin(p.p_m);
+    high = high.cwiseMax(p.p_m);
+  }
+  return {(high - low).head<2>().norm(), (high - low).z()};
+}
+
+}  // namespace
+
+ManoeuvreSetting manoeuvre_setting(const Identification& r) {
+  const auto& flights = r.problem.flights;
+  ManoeuvreSetting out{.values = r.fit.values.front(), .noise = mean_noise(r.fit.noise), .like = flights.front()};
+  for (std::size_t k = 0; k < out.values.terms.parameters(); ++k) {
+    if (out.values.terms.is_start(k)) out.values[kCoreParameters + static_cast<int>(k)] = 0.0;
+  }
+  out.length_ratio = host::arm_m(out.values.geometry) / host::kReferenceArm_m;
+  double sum = 0.0, count = 0.0, highest = 0.0;
+  std::vector<double> heights;
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    RotorInput input = flights[f]->input;
+    input.prepare(r.fit.values[f]);
+    std::size_t hint = 0;
+    Vector3d low = Vector3d::Constant(1e300), high = -low;
+    for (std::size_t k = 0; k < flights[f]->knots; ++k) {
+      if (!flights[f]->tied(k)) continue;
+      for (const double w : input.at(flights[f]->time_s(k), hint, false).omega_rad_s) {
+        sum += w * w;
+        count += 1.0;
+        highest = std::max(highest, w);
+      }
+      low = low.cwiseMin(r.fit.states[f][k].p_W_m);
+      high = high.cwiseMax(r.fit.states[f][k].p_W_m);
+      heights.push_back(r.fit.states[f][k].p_W_m.z());
+    }
+    out.way_m = std::max(out.way_m, (high - low).head<2>().norm());
+    out.height_m = std::max(out.height_m, (high - low).z());
+  }
+  out.rotor_rad_s = std::sqrt(sum / count);  // thrust follows the square: this carries the weight
+  out.most_rad_s = std::max(kSpare * highest, std::sqrt(kThrustRatio) * out.rotor_rad_s);
+  out.way_m = std::max(out.way_m, kSmallRoom_m * out.length_ratio);
+  out.height_m = std::max(out.height_m, kSmallRoom_m * out.length_ratio);
+  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2), heights.end());
+  out.middle_z_m = heights[heights.size() / 2];
+  return out;
+}
+
+std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting& s, double duration_s) {
+  ModelValues values = s.values;
+  values[kMass] *= 1.0 + m.payload_share;
+  values.geometry.mass_kg *= 1.0 + m.payload_share;
+  const auto wider = static_cast<std::size_t>(std::max(1.0, std::floor(kKnot_s / s.like->step_s + 1e-9)));
+  const double step = static_cast<double>(wider) * s.like->step_s;
+  const auto per_step = static_cast<std::size_t>(std::max(1.0, std::ceil(step / kSample_s - 1e-9)));
+  const double h = step / static_cast<double>(per_step);
+  const auto knots = static_cast<std::size_t>(std::lround(duration_s / step)) + 1, samples = (knots - 1) * per_step + 1;
+  for (const double share : kShares) {
+    std::vector<PathPoint> path;
+    for (std::size_t k = 0; k < samples + 2 * kMargin; ++k)
+      path.push_back(path_point(m, (static_cast<double>(k) - static_cast<double>(kMargin)) * h, s.length_ratio, share));
+    const auto [way, height] = extent(path);
+    if (way > 1.01 * s.way_m || (m.level == Level::free_air && height > 1.01 * s.height_m)) continue;
+    place(path, m.level, s);
+    const std::optional<Flown> f = along(path, h, s, values);
+    if (!f) continue;
+
+    ManoeuvreFlight out{.flight = {.name = m.id,
+                                   .linked = {},
+                                   .pose = {},
+                                   .position = {},
+                                   .velocity = {},
+                                   .gyro = {},
+                                   .accel = {},
+                                   .load_W_m = {},
+                                   .input = RotorInput(record_of(*f, h, s, values))},
+                        .states = {},
+                        .values = values,
+                        .noise = s.noise,
+                        .share = share};
+    GridFlight& g = out.flight;
+    g.step_s = step;
+    g.knots = knots;
+    g.substeps = 1;
+    g.slopes_by_middle = s.like->slopes_by_middle;
+    g.linked.assign(knots - 1, 1);
+    g.anchor = s.like->anchor;
+    const Vector3d lever(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
+    const Readings pose = thinned(*s.like, s.like->pose.size(), wider), position = thinned(*s.like, s.like->position.size(), wider),
+                   velocity = thinned(*s.like, s.like->velocity.size(), wider), gyro = thinned(*s.like, s.like->gyro.size(), wider),
+                   accel = thinned(*s.like, s.like->accel.size(), wider);
+    out.noise.position_m *= pose.every ? pose.noise : position.noise;
+    out.noise.attitude_rad *= pose.noise;
+    out.noise.velocity_m_s *= velocity.noise;
+    out.noise.gyro_rad_s *= gyro.noise;
+    out.noise.accel_m_s2 *= accel.noise;
+    const auto due = [](const Readings& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
+    // Read as the model says, without noise: only how readings depend on states and parameters counts here.
+    for (std::size_t k = 0; k < knots; ++k) {
+      const BodyState& x = f->states[kMargin + k * per_step];
+      out.states.push_back(x);
+      const Vector3d at = x.p_W_m + x.q_WB * lever;
+      if (due(pose, k)) g.pose.push_back({k, values[kPoseDelay], {at, x.q_WB * values.q_BS()}});
+      if (due(position, k)) g.position.push_back({k, values[kPoseDelay], at});
+      if (due(velocity, k)) g.velocity.push_back({k, 0.0, x.v_W_m_s + x.q_WB * x.w_B_rad_s.cross(lever)});
+      if (due(gyro, k)) g.gyro.push_back({k, 0.0, x.w_B_rad_s});
+      if (due(accel, k)) g.accel.push_back({k, 0.0, Vector3d::Zero()});
+    }
+    if (values.terms.memory() > 0) follow_states({&g, 1}, {&out.states, 1});
+    return out;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,322 @@
+#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <thread>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/score_table.hpp"
+#include "bench/estimate/chain.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Index = ScoreTable::Index;
+using Eigen::MatrixXd;
+
+constexpr double kTold = 3.0;    // log units that tell two effects apart: odds of 20 to 1 …
+constexpr double kPatience = 6;  // … within so many repetitions of a manoeuvre
+
+// A member as columns of the table: its parameters in the model that holds all members, and how far each stands from its absence.
+struct Part {
+  std::string id;
+  std::vector<int> parameters;
+  Eigen::VectorXd size;
+  ColumnSet columns;
+};
+
+// The fitted model with every member in it at its size.
+struct ClassModel {
+  std::vector<ModelValues> values;  // of each flight
+  std::vector<Part> parts;
+  Columns columns;                  // free parameters of the fit, then those of members that the fit holds
+  std::vector<FreeParameter> free;  // of each column
+};
+
+const host::Term* term_of(const std::string& id, const std::vector<const host::Term*>& library) {
+  for (const host::Term* t : library) {
+    if (t->info.id == id) return t;
+  }
+  return host::find_term(id);
+}
+
+std::optional<std::size_t> place_in(const host::TermList& terms, const std::string& id) {
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    if (terms.term(t).info.id == id) return t;
+  }
+  return std::nullopt;
+}
+
+// Parameters of the fit itself that a member names, as symbols; empty when it is a term.
+std::vector<int> core_parameters(const Member& m) {
+  std::vector<int> out;
+  for (const NamedValue& v : m.parameters) {
+    const int p = find_parameter(v.name, {});
+    if (p < 0) return {};
+    out.push_back(p);
+  }
+  return out;
+}
+
+ClassModel class_model(const Identification& fitted, const Identification& before, std::span<const Member> members,
+                       const std::vector<const host::Term*>& library) {
+  ClassModel out;
+  out.values = fitted.fit.values;
+  out.free = fitted.problem.free;
+  for (const FreeParameter& f : out.free) out.columns.push_back(f.parameter);
+  for (const Member& m : members) {
+    Part part{.id = m.id, .parameters = {}, .size = Eigen::VectorXd::Zero(static_cast<Index>(m.parameters.size())), .columns = {}};
+    const host::TermList& terms = out.values.front().terms;
+    const auto present = place_in(terms, m.id);
+    const std::vector<int> core = present ? std::vector<int>{} : core_parameters(m);
+    const host::Term* term = present ? &terms.term(*present) : term_of(m.id, library);
+    const bool first = &m == &members.front();
+    if ((present && !first) || (core.empty() && (!term || term->info.parameters.size() != m.parameters.size()))) continue;
+    if (!core.empty()) {
+      part.parameters = core;
+      for (std::size_t k = 0; k < core.size(); ++k) {
+        part.size[static_cast<Index>(k)] = m.parameters[k].value - before.fit.values.front()[core[k]];
+        for (ModelValues& v : out.values) v[core[k]] = m.parameters[k].value;
+      }
+    } else {
+      std::size_t at = present ? terms.first_parameter(*present) : 0;
+      if (!present) {
+        bool fits = true;
+        for (ModelValues& v : out.values) {
+          fits = v.terms.add(*term) && fits;
+          at = v.terms.first_parameter(v.terms.size() - 1);
+          for (const NamedValue& p : m.parameters) v.values.push_back(p.value);
+          v.values.resize(kCoreParameters + v.terms.parameters(), 0.0);
+        }
+        if (!fits) continue;
+      }
+      for (std::size_t k = 0; k < m.parameters.size(); ++k) {
+        part.parameters.push_back(kCoreParameters + static_cast<int>(at + k));
+        // Where the first parameter is a factor of all, the others say nothing of whether the effect is there.
+        if (k == 0 || term->info.scan.empty()) part.size[static_cast<Index>(k)] = m.parameters[k].value - term->info.parameters[k].neutral;
+      }
+    }
+    for (const int p : part.parameters) {
+      if (std::find(out.columns.begin(), out.columns.end(), p) != out.columns.end()) continue;
+      out.columns.push_back(p);
+      out.free.push_back({p});
+    }
+    out.parts.push_back(std::move(part));
+  }
+  return out;
+}
+
+// Where each column of a flight stands among all numbers: shared ones once, others for each flight.
+struct Layout {
+  std::vector<std::vector<Index>> of_flight;
+  Index size = 0;
+};
+Layout layout_of(const std::vector<FreeParameter>& free, std::size_t flights) {
+  Layout out{std::vector<std::vector<Index>>(flights), 0};
+  for (const FreeParameter& f : free) {
+    for (std::size_t i = 0; i < flights; ++i) out.of_flight[i].push_back(f.per_flight ? out.size + static_cast<Index>(i) : out.size);
+    out.size += f.per_flight ? static_cast<Index>(flights) : 1;
+  }
+  return out;
+}
+
+// What was known before any flight.
+MatrixXd prior_information(const FitProblem& p, const std::vector<FreeParameter>& free, const Layout& layout) {
+  MatrixXd out = MatrixXd::Zero(layout.size, layout.size);
+  for (std::size_t c = 0; c < free.size(); ++c) {
+    if (free[c].prior_u <= 0.0) continue;
+    for (std::size_t f = 0; f < (free[c].per_flight ? layout.of_flight.size() : 1); ++f) {
+      const Index at = layout.of_flight[f][c];
+      out(at, at) += 1.0 / (free[c].prior_u * free[c].prior_u);
+    }
+  }
+  const auto shared = [&](int parameter) -> Index {
+    for (std::size_t c = 0; c < free.size(); ++c) {
+      if (free[c].parameter == parameter && !free[c].per_flight) return layout.of_flight.front()[c];
+    }
+    return -1;
+  };
+  for (const JointPrior& prior : p.priors) {
+    for (std::size_t a = 0; a < prior.parameters.size(); ++a) {
+      for (std::size_t b = 0; b < prior.parameters.size(); ++b) {
+        const Index i = shared(prior.parameters[a]), j = shared(prior.parameters[b]);
+        if (i >= 0 && j >= 0) out(i, j) += prior.information(static_cast<Index>(a), static_cast<Index>(b));
+      }
+    }
+  }
+  return out;
+}
+
+MatrixXd information_of(const GridFlight& g, const std::vector<BodyState>& at, const ModelValues& values, const NoiseModel& noise,
+                        const Columns& columns) {
+  std::vector<BodyState> states = at;
+  Chain chain(g, states, at);
+  return chain.sweep(Residuals(g, values, noise, columns), {.keep_factors = false}).information;
+}
+
+void add(MatrixXd& to, const MatrixXd& what, const std::vector<Index>& at) {
+  for (std::size_t a = 0; a < at.size(); ++a) {
+    for (std::size_t b = 0; b < at.size(); ++b) to(at[a], at[b]) += what(static_cast<Index>(a), static_cast<Index>(b));
+  }
+}
+
+void in_parallel(std::size_t count, int threads, const auto& act) {
+  std::atomic<std::size_t> next{0};
+  std::vector<std::thread> pool;
+  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(std::max(1, threads)));
+  for (std::exception_ptr& failure : failures) {
+    pool.emplace_back([&] {
+      try {
+        for (std::size_t i = next++; i < count; i = next++) act(i);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+    });
+  }
+  for (auto& t : pool) t.join();
+  for (const auto& f : failures) {
+    if (f) std::rethrow_exception(f);
+  }
+}
+
+// Log likelihood by which `truth`, at its size, beats `rival` on what this information stands for.
+double lead(const MatrixXd& information, const ColumnSet& model, const Part& truth, const Part& rival) {
+  ScoreTable t;
+  t.information = information;
+  t.score = -information(Eigen::all, truth.columns) * truth.size;  // of the model without it, where it is true
+  return 0.5 * test_group(t, with(model, rival.columns), truth.columns).chi2;
+}
+}  // namespace
+
+ManoeuvreAdvice rank_manoeuvres(const Identification& fitted, const Identification& before, std::span<const Member> members,
+                                const SearchOptions& o) {
+  ManoeuvreAdvice out{.seconds = o.duration_s, .twins = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
+  ClassModel model = class_model(fitted, before, members, o.library);
+  const FitProblem& p = fitted.problem;
+  const std::size_t flights = p.flights.size();
+  const Layout layout = layout_of(model.free, flights + 1);  // the last is that of the manoeuvre
+  ColumnSet base;
+  for (Index i = 0; i < layout.size; ++i) base.push_back(i);
+  for (Part& part : model.parts) {
+    for (const int parameter : part.parameters) {
+      const auto c = static_cast<std::size_t>(std::find(model.columns.begin(), model.columns.end(), parameter) - model.columns.begin());
+      part.columns.push_back(layout.of_flight.front()[c]);
+      std::erase(base, part.columns.back());
+    }
+  }
+  if (model.parts.size() < 2 || model.parts.front().id != members.front().id) return out;
+
+  std::vector<MatrixXd> each(flights);
+  in_parallel(flights, o.threads, [&](std::size_t f) {
+    each[f] = information_of(*p.flights[f], fitted.fit.states[f], model.values[f], fitted.fit.noise[f], model.columns);
+  });
+  MatrixXd past = prior_information(p, model.free, layout);
+  for (std::size_t f = 0; f < flights; ++f) add(past, each[f], layout.of_flight[f]);
+
+  // Flown by the fitted model; seen by the one with all members.
+  const ManoeuvreSetting setting = manoeuvre_setting(fitted);
+  const std::span<const Manoeuvre> all = manoeuvres();
+  std::vector<std::optional<ManoeuvreValue>> values(all.size());
+  in_parallel(all.size(), o.threads, [&](std::size_t i) {
+    const std::optional<ManoeuvreFlight> f = flown(all[i], setting, o.duration_s);
+    if (!f) return;
+    ModelValues seen = model.values.front();
+    std::copy(f->values.values.begin(), f->values.values.end(), seen.values.begin());
+    seen.geometry = f->values.geometry;
+    for (const Part& part : model.parts) {
+      for (const int parameter : part.parameters) seen[parameter] = model.values.front()[parameter];
+    }
+    MatrixXd with_it = past;
+    add(with_it, information_of(f->flight, f->states, seen, f->noise, model.columns), layout.of_flight.back());
+    ManoeuvreValue v{.id = all[i].id, .words = manoeuvre_words(all[i], setting.length_ratio, f->share), .separation = {}};
+    for (std::size_t b = 1; b < model.parts.size(); ++b) {
+      const Part &winner = model.parts.front(), &twin = model.parts[b];
+      const auto gained_by = [&](const Part& truth, const Part& rival) {
+        return lead(with_it, base, truth, rival) - lead(past, base, truth, rival);
+      };
+      const double gained = std::min(gained_by(winner, twin), gained_by(twin, winner));
+      v.separation.push_back(std::max(0.0, gained) / o.inflation);
+    }
+    values[i] = std::move(v);
+  });
+
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (values[i]) {
+      out.ranked.push_back(std::move(*values[i]));
+    } else {
+      out.impossible.emplace_back(all[i].id);
+    }
+  }
+  std::vector<bool> told;
+  for (std::size_t b = 0; b + 1 < model.parts.size(); ++b) {
+    double most = 0.0;
+    for (const ManoeuvreValue& v : out.ranked) most = std::max(most, v.separation[b]);
+    out.twins.push_back(model.parts[b + 1].id);
+    out.reached.push_back(most);
+    told.push_back(kPatience * most * kManoeuvre_s / o.duration_s >= kTold);
+    if (!told.back()) out.open.push_back(out.twins.back());
+  }
+  for (ManoeuvreValue& v : out.ranked) {
+    bool some = false;
+    for (std::size_t b = 0; b < told.size(); ++b) {
+      if (!told[b]) continue;
+      v.least = some ? std::min(v.least, v.separation[b]) : v.separation[b];
+      some = true;
+    }
+  }
+  std::stable_sort(out.ranked.begin(), out.ranked.end(),
+                   [](const ManoeuvreValue& a, const ManoeuvreValue& b) { return a.least > b.least; });
+  return out;
+}
+
+namespace {
+
+// What to fly, in words.
+std::string sentence(const ManoeuvreAdvice& a, const std::string& winner, const std::string& of_catalogue) {
+  std::vector<std::string> told;
+  const auto told_by = [&](const ManoeuvreValue& v) {
+    std::vector<std::string> out;
+    for (std::size_t b = 0; b < a.twins.size(); ++b) {
+      if (std::find(a.open.begin(), a.open.end(), a.twins[b]) == a.open.end())
+        out.push_back(fmt::format("{:.2g} from {}", v.separation[b], a.twins[b]));
+    }
+    return out;
+  };
+  std::string out;
+  if (a.open.size() < a.twins.size()) {
+    const ManoeuvreValue& best = a.ranked.front();
+    out = fmt::format("{}: {:.0f} s are expected to tell {} by a log likelihood of {}", best.words, a.seconds, winner,
+                      fmt::join(told_by(best), ", "));
+    if (a.ranked.size() > 1) out += fmt::format("; or {} ({})", a.ranked[1].words, fmt::join(told_by(a.ranked[1]), ", "));
+  }
+  if (!a.open.empty()) {
+    out += fmt::format("{}no manoeuvre of {} tried tells it from {} in a minute with these sensors", out.empty() ? "" : "; ",
+                       a.ranked.size(), fmt::join(a.open, ", "));
+    if (!of_catalogue.empty()) out += "; the catalogue advises: " + of_catalogue;
+  }
+  return out;
+}
+
+}  // namespace
+
+void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads) {
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  for (AddedEffect& a : run.diagnosis.added) {
+    if (a.twins.empty()) continue;
+    std::vector<Member> members{{a.id, a.parameters}};
+    for (const ClassMember& m : a.twins) members.push_back({m.id, m.parameters});
+    const double inflation = a.evidence.gain > 0.0 ? std::max(1.0, 0.5 * a.evidence.chi2 / a.evidence.gain) : 1.0;
+    a.advice = rank_manoeuvres(run.after, run.before, members, {.inflation = inflation, .threads = threads, .library = library});
+    if (a.advice.twins.empty()) continue;  // all of them stand in the model by now
+    const host::EffectFacts* facts = catalogue.facts_of(a.id);
+    a.manoeuvre = sentence(a.advice, a.id, facts ? facts->manoeuvre : std::string());
+  }
+}
+
+}  // namespace rotorloop::bench

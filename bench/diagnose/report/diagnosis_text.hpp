@@ -1,0 +1,15 @@
+// A diagnosis as tables for people and as result.json for programs.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "bench/identify/report/identify_result.hpp"
+
+namespace rotorloop::bench {
+
+std::string diagnosis_text(const DiagnosisRun& run);  // verdict first, then evidence
+// Ends with a newline.
+std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutScores>& held_out, const IdentifyProvenance& provenance);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,120 @@
+// What the residuals say, for programs: figures of every test, no series but those that a table cannot replace.
+#include <nlohmann/json.hpp>
+
+#include "bench/diagnose/residuals/residual_findings.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json spectra_json(const ResidualFindings& f, std::size_t a) {
+  Json bands = Json::array(), coherent = Json::array();
+  for (const SpectrumBand& b : f.spectra.axis[a].bands)
+    bands.push_back({{"from_Hz", b.from_Hz}, {"to_Hz", b.to_Hz}, {"rms", b.rms}, {"rms_expected", b.rms_expected}});
+  for (const InputCoherence& c : f.spectra.axis[a].coherence)
+    coherent.push_back({{"input", f.series.inputs[c.input].id},
+                        {"from_Hz", c.from_Hz},
+                        {"to_Hz", c.to_Hz},
+                        {"coherence", c.coherence},
+                        {"chance", c.chance}});
+  return {{"bands", bands}, {"coherent_with", coherent}};
+}
+
+Json axis_json(const ResidualFindings& f, std::size_t a) {
+  const AxisUnexplained& x = f.unexplained.axis[a];
+  Json j = spectra_json(f, a);
+  j["axis"] = kAxisNames[a], j["unit"] = kAxisUnits[a];
+  j["kind"] = name(f.unexplained.kind[a]);
+  j["rms"] = x.rms, j["rms_expected"] = x.rms_expected;
+  j["explainable_share"] = x.explainable.share, j["explainable_by_chance"] = x.explainable_by_chance;
+  j["burst_share"] = x.burst_share;
+  Json curves = Json::array();
+  for (const PartialCurve& c : x.explainable.curves) {
+    if (curves.size() >= 4) break;
+    curves.push_back({{"input", f.series.inputs[c.input].id},
+                      {"share", c.share},
+                      {"lost_without", c.alone},
+                      {"at", c.at},
+                      {"value", c.value},
+                      {"u", c.u}});
+  }
+  j["partial_dependence"] = curves;
+  const AxisLag& l = f.lag.axis[a];
+  j["lag"] = {{"known", l.known},   {"lag_s", l.lag_s}, {"low_s", l.low_s},
+              {"high_s", l.high_s}, {"share", l.share}, {"share_at_zero", l.share_at_zero},
+              {"slope", l.slope}};
+  return j;
+}
+
+}  // namespace
+
+std::string residual_json(const ResidualFindings& f) {
+  Json j;
+  j["words"] = f.words;
+  j["axes"] = Json::array();
+  for (std::size_t a = 0; a < kAxes; ++a) j["axes"].push_back(axis_json(f, a));
+  j["dependence"] = Json::array();
+  for (const Dependence& d : f.dependence.ranking) {
+    if (j["dependence"].size() >= 24) break;
+    j["dependence"].push_back(
+        {{"input", f.series.inputs[d.input].id}, {"axis", kAxisNames[d.axis]}, {"share", d.share}, {"chance", d.chance}});
+  }
+  j["lag_findings"] = Json::array();
+  for (const LagFinding& l : f.lag.findings) {
+    Json axes = Json::array();
+    for (const std::size_t a : l.axes) axes.push_back(kAxisNames[a]);
+    j["lag_findings"].push_back(
+        {{"leads", l.verdict == LagVerdict::leads}, {"axes", axes}, {"lag_s", l.lag_s}, {"effects", l.effects}, {"words", l.words}});
+  }
+  j["variance_effects"] = Json::array();
+  for (const VarianceEffect& e : f.variance.effects) {
+    Json twins = Json::array();
+    for (const auto& [id, c] : e.twins) twins.push_back({{"id", id}, {"correlation", c}});
+    Json v{{"id", e.id}, {"what", e.what}, {"parameter", e.parameter}, {"unit", e.unit}};
+    if (e.untested.empty()) {
+      v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = twins;
+    } else {
+      v["untested"] = e.untested;
+    }
+    j["variance_effects"].push_back(v);
+  }
+  j["steps_in_time"] = Json::array();
+  for (const auto& event : f.steps.events) {
+    Json all = Json::array();
+    for (const std::size_t i : event) {
+      const TimeStep& s = f.steps.steps[i];
+      all.push_back({{"effect", s.effect},
+                     {"parameter", s.parameter},
+                     {"flight", f.series.samples.flights[s.flight]},
+                     {"at_s", s.at_s},
+                     {"size", s.size},
+                     {"u", s.u},
+                     {"unit", s.unit},
+                     {"p_holm", s.p_holm}});
+    }
+    j["steps_in_time"].push_back(all);
+  }
+  j["bursts"] = Json::array();
+  for (const Burst& b : f.unexplained.bursts)
+    j["bursts"].push_back({{"flight", f.series.samples.flights[b.flight]},
+                           {"axis", kAxisNames[b.axis]},
+                           {"from_s", b.from_s},
+                           {"to_s", b.to_s},
+                           {"mean", b.mean},
+                           {"peak", b.peak},
+                           {"ratio", b.ratio}});
+  j["telemetry"] = Json::array();
+  for (const TelemetryResidual& t : f.series.telemetry) {
+    const auto three = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
+    j["telemetry"].push_back({{"flight", t.flight},
+                              {"stream", t.stream},
+                              {"unit", t.unit},
+                              {"in_the_fit", t.fitted},
+                              {"mean", three(t.mean)},
+                              {"rms", three(t.rms)}});
+  }
+  return j.dump(2) + "\n";
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,146 @@
+#include "bench/diagnose/residuals/flight_inputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "bench/estimate/model/rotations.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using Eigen::Vector3d;
+
+// In the order in which add_flight_inputs() writes them.
+struct InputName {
+  const char *id, *name, *unit;
+};
+constexpr InputName kInputs[] = {
+    {"v_x", "speed forward", "m/s"},
+    {"v_y", "speed to the left", "m/s"},
+    {"v_z", "speed upward along the thrust", "m/s"},
+    {"v_xy", "speed across the thrust", "m/s"},
+    {"roll", "roll", "rad"},
+    {"pitch", "pitch", "rad"},
+    {"heading", "heading", "rad"},
+    {"rate_x", "roll rate", "rad/s"},
+    {"rate_y", "pitch rate", "rad/s"},
+    {"rate_z", "yaw rate", "rad/s"},
+    {"height", "height", "m"},
+    {"place_x", "place in x", "m"},
+    {"place_y", "place in y", "m"},
+    {"time", "time in the flight", "s"},
+    {"omega", "mean rotor speed", "rad/s"},
+    {"omega_roll", "rotor speed, left less right", "rad/s"},
+    {"omega_pitch", "rotor speed, rear less front", "rad/s"},
+    {"omega_yaw", "rotor speed, + less − reaction", "rad/s"},
+    {"omega_dot", "mean rotor acceleration", "rad/s2"},
+    {"omega_dot_roll", "rotor acceleration, left less right", "rad/s2"},
+    {"omega_dot_pitch", "rotor acceleration, rear less front", "rad/s2"},
+    {"omega_dot_yaw", "rotor acceleration, + less − reaction", "rad/s2"},
+    {"thrust", "thrust of the model", "N"},
+    {"battery", "battery voltage", "V"},
+};
+
+double sign_of(double v) { return v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0; }
+
+// A quarter of the sum over rotors, each with its sign.
+double pattern(const std::array<double, 4>& v, const std::array<double, 4>& sign) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) sum += 0.25 * sign[i] * v[i];
+  return sum;
+}
+
+BodyState between(const BodyState& a, const BodyState& b) { return moved(a, 0.5 * difference(a, b)); }
+
+}  // namespace
+
+std::vector<Channel> input_channels() {
+  std::vector<Channel> out;
+  for (const InputName& n : kInputs) out.push_back({n.id, n.name, n.unit, {}});
+  return out;
+}
+
+void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std::vector<BodyState>& states, std::vector<SampleState>& out,
+                       std::vector<Channel>& inputs, Axes& wrench) {
+  const Model model(values);
+  RotorInput input = g.input;
+  input.prepare(values);
+  const host::LoadGeometry& geometry = values.geometry;
+  host::LoadParameters<double> p;
+  p.k1_N_s2 = values[kK1], p.k2_N_s2_m = values[kK2];
+  std::array<double, 4> one{}, roll{}, pitch{}, yaw{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    one[i] = 1.0;
+    roll[i] = sign_of(geometry.rotors[i].position_m.y());
+    pitch[i] = -sign_of(geometry.rotors[i].position_m.x());
+    yaw[i] = geometry.rotors[i].reaction;
+  }
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    if (!g.linked[k]) continue;
+    const double t = g.time_s(k) + 0.5 * g.step_s;
+    SampleState s;
+    s.x = between(states[k], states[k + 1]);
+    const RotorInputSample u = input.at(t, hint, false);
+    const Eigen::Matrix3d r = s.x.q_WB.toRotationMatrix();
+    s.v_B_m_s = r.transpose() * s.x.v_W_m_s;
+    s.omega_rad_s = u.omega_rad_s;
+    double thrust = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      double through = 0.0;
+      s.thrust_N[i] = host::rotor_thrust(p, geometry, u.omega_rad_s[i], {s.v_B_m_s.x(), s.v_B_m_s.y(), s.v_B_m_s.z()}, through);
+      s.arm_B_m[i] = geometry.rotors[i].position_m - Vector3d(values[kComX], values[kComY], geometry.com_z_m);
+      s.yaw_by_omega_N_m_s[i] = 2.0 * values[kCq] * u.omega_rad_s[i] * geometry.rotors[i].reaction;
+      thrust += s.thrust_N[i];
+    }
+    const double disk_m2 = std::numbers::pi * geometry.radius_m * geometry.radius_m;
+    s.induced_hover_m_s = std::sqrt(std::max(0.0, 0.25 * thrust) / (2.0 * geometry.air_density_kg_m3 * disk_m2));
+    s.mass_kg = values[kMass];
+    s.step_s = g.step_s;
+    const Instant now = model.instant(s.x, u, t);
+    for (std::size_t a = 0; a < 3; ++a) {
+      wrench[a].push_back(now.force_B_N[static_cast<Eigen::Index>(a)]);
+      wrench[a + 3].push_back(now.torque_B_N_m[static_cast<Eigen::Index>(a)]);
+    }
+    // Wind is motion through the air the other way.
+    constexpr double kStep_m_s = 0.05;
+    for (Eigen::Index a = 0; a < 2; ++a) {
+      BodyState with = s.x, against = s.x;
+      with.v_W_m_s[a] -= kStep_m_s, against.v_W_m_s[a] += kStep_m_s;
+      const Instant more = model.instant(with, u, t), less = model.instant(against, u, t);
+      s.wrench_by_wind.col(a) << more.force_B_N - less.force_B_N, more.torque_B_N_m - less.torque_B_N_m;
+    }
+    s.wrench_by_wind /= 2.0 * kStep_m_s;
+    const Vector3d& w = s.x.w_B_rad_s;
+    const double row[] = {s.v_B_m_s.x(),
+                          s.v_B_m_s.y(),
+                          s.v_B_m_s.z(),
+                          std::hypot(s.v_B_m_s.x(), s.v_B_m_s.y()),
+                          std::atan2(r(2, 1), r(2, 2)),
+                          -std::asin(std::clamp(r(2, 0), -1.0, 1.0)),
+                          std::atan2(r(1, 0), r(0, 0)),
+                          w.x(),
+                          w.y(),
+                          w.z(),
+                          s.x.p_W_m.z(),
+                          s.x.p_W_m.x(),
+                          s.x.p_W_m.y(),
+                          t - g.start_s,
+                          pattern(u.omega_rad_s, one),
+                          pattern(u.omega_rad_s, roll),
+                          pattern(u.omega_rad_s, pitch),
+                          pattern(u.omega_rad_s, yaw),
+                          pattern(u.omega_dot_rad_s2, one),
+                          pattern(u.omega_dot_rad_s2, roll),
+                          pattern(u.omega_dot_rad_s2, pitch),
+                          pattern(u.omega_dot_rad_s2, yaw),
+                          thrust,
+                          u.battery_V};
+    static_assert(std::size(row) == std::size(kInputs));
+    for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i].value.push_back(row[i]);
+    out.push_back(std::move(s));
+  }
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,176 @@
+#include "bench/diagnose/residuals/lag.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/log/check/signal.hpp"
+#include "host/base/random.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr std::uint64_t kBootstrapModule = 0x4C414721u;
+
+// Less the mean over `window` around each sample, within its piece.
+std::vector<double> detrended(const Samples& samples, const std::vector<double>& v, double window_s) {
+  std::vector<double> out(v.size());
+  for (const Piece& p : samples.pieces) {
+    const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
+    std::vector<double> sum(p.count + 1, 0.0);
+    for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + v[p.first + i];
+    for (std::size_t i = 0; i < p.count; ++i) {
+      const std::size_t a = i > half ? i - half : 0, b = std::min(p.count, i + half + 1);
+      out[p.first + i] = v[p.first + i] - (sum[b] - sum[a]) / static_cast<double>(b - a);
+    }
+  }
+  return out;
+}
+
+// Sums of a block for each lag.
+struct Sums {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  void operator+=(const Sums& o) { xx += o.xx, xy += o.xy, yy += o.yy; }
+  double share() const { return xx > 0.0 && yy > 0.0 ? xy * std::fabs(xy) / (xx * yy) : 0.0; }
+};
+
+// Top of the parabola through the best lag and its neighbours.
+double refined(const std::vector<double>& lag, const std::vector<double>& share, std::size_t best) {
+  if (best == 0 || best + 1 >= lag.size()) return lag[best];
+  const double a = share[best - 1], b = share[best], c = share[best + 1], bend = a - 2.0 * b + c;
+  return bend < 0.0 ? lag[best] + 0.5 * (a - c) / bend * (lag[best + 1] - lag[best]) : lag[best];
+}
+
+std::string ms(double s) { return fmt::format("{:.0f}", 1e3 * s); }
+
+std::string axis_list(const std::vector<std::size_t>& axes) {
+  std::string out;
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == axes.size() ? " and " : ", ") + std::string(kAxisNames[axes[i]]);
+  return out;
+}
+
+LagFinding leading_yaw(const AxisLag& a) {
+  LagFinding f{LagVerdict::leads, {a.axis}, a.lag_s, {"rotor_inertia_reaction"}, ""};
+  f.words = fmt::format(
+      "torque z, and it alone, leads the model's by {} ms (95 %: {} to {}): a response before its cause. Drag of the rotors follows their "
+      "speed; what leads it is the reaction to their acceleration (rotor_inertia_reaction), which this model lacks.",
+      ms(-a.lag_s), ms(-a.high_s), ms(-a.low_s));
+  return f;
+}
+
+}  // namespace
+
+LagResult lag_analysis(const Samples& samples, const Axes& model, const Axes& missing, const LagOptions& o) {
+  LagResult out;
+  const std::vector<SampleBlock> blocks = blocks_of(samples, o.block_s);
+  double step_s = 0.0;
+  for (const Piece& p : samples.pieces) step_s = std::max(step_s, p.step_s);
+  if (blocks.size() < 5 || !(step_s > 0.0)) return out;
+  const int reach = static_cast<int>(std::round(o.range_s / step_s));
+  const auto lags = static_cast<std::size_t>(2 * reach + 1);
+  std::vector<std::size_t> piece_of(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t p = 0; p < samples.pieces.size(); ++p) {
+      if (blocks[b].first >= samples.pieces[p].first && blocks[b].first < samples.pieces[p].first + samples.pieces[p].count)
+        piece_of[b] = p;
+    }
+  }
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    AxisLag& r = out.axis[a];
+    r.axis = a;
+    std::vector<double> measured(samples.size);
+    for (std::size_t i = 0; i < samples.size; ++i) measured[i] = model[a][i] + missing[a][i];
+    const std::vector<double> x = detrended(samples, model[a], o.detrend_s), y = detrended(samples, measured, o.detrend_s);
+    std::vector<Sums> block(blocks.size() * lags), total(lags);
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      const Piece& p = samples.pieces[piece_of[b]];
+      const auto first = static_cast<long>(p.first), last = static_cast<long>(p.first + p.count);
+      for (int l = -reach; l <= reach; ++l) {
+        Sums& s = block[b * lags + static_cast<std::size_t>(l + reach)];
+        const long from = std::max(static_cast<long>(blocks[b].first), first + std::max(0, reach));
+        const long to = std::min(static_cast<long>(blocks[b].first + blocks[b].count), last - reach);
+        for (long i = from; i < to; ++i) {
+          const double u = x[static_cast<std::size_t>(i - l)], v = y[static_cast<std::size_t>(i)];
+          s.xx += u * u, s.xy += u * v, s.yy += v * v;
+        }
+        total[static_cast<std::size_t>(l + reach)] += s;
+      }
+    }
+    for (int l = -reach; l <= reach; ++l) {
+      r.tried_s.push_back(l * step_s);
+      r.shares.push_back(total[static_cast<std::size_t>(l + reach)].share());
+    }
+    const auto best = static_cast<std::size_t>(std::max_element(r.shares.begin(), r.shares.end()) - r.shares.begin());
+    r.lag_s = refined(r.tried_s, r.shares, best);
+    r.share = r.shares[best];
+    r.share_at_zero = r.shares[static_cast<std::size_t>(reach)];
+    r.slope = total[best].xx > 0.0 ? total[best].xy / total[best].xx : 0.0;
+    const sim::RandomStream random(o.seed, kBootstrapModule + a);
+    std::uint64_t drawn = 0;
+    std::vector<double> drawn_lags, shares(lags);
+    for (int n = 0; n < o.resamples; ++n) {
+      std::vector<Sums> again(lags);
+      for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const auto pick = static_cast<std::size_t>(random.uniform(drawn++) * static_cast<double>(blocks.size()));
+        for (std::size_t l = 0; l < lags; ++l) again[l] += block[pick * lags + l];
+      }
+      for (std::size_t l = 0; l < lags; ++l) shares[l] = again[l].share();
+      drawn_lags.push_back(
+          refined(r.tried_s, shares, static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin())));
+    }
+    r.low_s = quantile(drawn_lags, 0.025);
+    r.high_s = quantile(drawn_lags, 0.975);
+    // An interval that touches the ends of the search, or is wider than a quarter of it, tells no lag.
+    r.known = r.share > 0.1 && r.low_s > -0.95 * o.range_s && r.high_s < 0.95 * o.range_s && r.high_s - r.low_s < 0.5 * o.range_s;
+  }
+  std::vector<std::size_t> leads, follows, at_rest;
+  for (const AxisLag& r : out.axis) {
+    if (!r.known) continue;
+    const bool gains = r.share - r.share_at_zero >= o.least_gain;
+    if (gains && r.high_s < 0.0 && r.lag_s <= -o.least_s) {
+      leads.push_back(r.axis);
+    } else if (gains && r.low_s > 0.0 && r.lag_s >= o.least_s) {
+      follows.push_back(r.axis);
+    } else {
+      at_rest.push_back(r.axis);
+    }
+  }
+  const auto mean_lag = [&](const std::vector<std::size_t>& axes) {
+    double sum = 0.0;
+    for (const std::size_t a : axes) sum += out.axis[a].lag_s / static_cast<double>(axes.size());
+    return sum;
+  };
+  if (leads == std::vector<std::size_t>{5}) {
+    out.findings.push_back(leading_yaw(out.axis[5]));
+  } else if (!leads.empty()) {
+    LagFinding f{LagVerdict::leads, leads, mean_lag(leads), {}, ""};
+    const bool yaw = std::find(leads.begin(), leads.end(), std::size_t{5}) != leads.end();
+    f.words = fmt::format("{} {} the model's by {} ms: a response before its cause. ", axis_list(leads),
+                          leads.size() == 1 ? "leads" : "lead", ms(-f.lag_s));
+    if (leads.size() > 1 || at_rest.empty()) {
+      f.effects = {"rotor_speed_delay", "pose_delay"};
+      f.words +=
+          "No load acts ahead of what makes it; the same lead on several axes means that rotor speeds are stamped later than the motion "
+          "(rotor_speed_delay), or poses earlier (pose_delay).";
+    } else {
+      f.words += "The model drives this axis with a quantity that comes later than the true one.";
+    }
+    if (yaw && leads.size() > 1)
+      f.effects.push_back("rotor_inertia_reaction"), f.words += " On torque z rotor_inertia_reaction may add to it.";
+    out.findings.push_back(std::move(f));
+  }
+  if (!follows.empty()) {
+    LagFinding f{
+        LagVerdict::follows, follows, mean_lag(follows), {"thrust_lag", "rotor_speed_delay", "pose_delay", "sensor_mount_compliance"}, ""};
+    f.words = fmt::format(
+        "{} {} the model's by {} ms: air that takes time to answer (thrust_lag), rotor speeds stamped early (rotor_speed_delay), poses "
+        "stamped late (pose_delay), or a sensor on a soft mount (sensor_mount_compliance).",
+        axis_list(follows), follows.size() == 1 ? "follows" : "follow", ms(f.lag_s));
+    out.findings.push_back(std::move(f));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

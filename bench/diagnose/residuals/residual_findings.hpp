@@ -1,0 +1,41 @@
+// Everything that a finished fit's residuals say before any effect is named: where and when the wrench is missing, with what it moves,
+// what could foretell it, whether it leads its cause, whether its scatter or its level changes. For the fit of the vehicle file's model
+// and again for the model with the effects that were added.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/diagnose/residuals/dependence.hpp"
+#include "bench/diagnose/residuals/lag.hpp"
+#include "bench/diagnose/residuals/residual_series.hpp"
+#include "bench/diagnose/residuals/spectrum.hpp"
+#include "bench/diagnose/residuals/steps_in_time.hpp"
+#include "bench/diagnose/residuals/unexplained.hpp"
+#include "bench/diagnose/residuals/variance_effects.hpp"
+
+namespace rotorloop::bench {
+
+struct ResidualFindings {
+  ResidualSeries series;  // without what only the statistics needed (simulated, whitened, state)
+  Spectra spectra;
+  DependenceResult dependence;
+  LagResult lag;
+  UnexplainedResult unexplained;
+  VarianceResult variance;
+  StepsResult steps;
+  std::vector<std::string> words;  // most important first
+};
+
+struct ResidualOptions {
+  std::uint64_t seed = 1;
+  // The logs of the fit, in its order: with them gyro and accelerometer that the fit did not use are compared too.
+  std::span<const FlightToFit> logs;
+};
+
+ResidualFindings analyse_residuals(const Identification& result, const ResidualOptions& options = {});
+
+std::string residual_table(const ResidualFindings& f);          // for the terminal
+std::string residual_sections_html(const ResidualFindings& f);  // sections of the report
+std::string residual_json(const ResidualFindings& f);           // one object
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,155 @@
+#include "bench/diagnose/residuals/residual_smoother.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <stdexcept>
+
+namespace rotorloop::bench {
+namespace {
+
+bool begins(const LinearFlight& f, std::size_t k) { return k == 0 || !f.linked[k - 1]; }
+
+// What whitens a step's error; the same for every step of a flight: a unit error of each kind is put behind one of them.
+StateJacobian step_whitening(const GridFlight& g, const ModelValues& values, const Residuals& res, const std::vector<BodyState>& states) {
+  StateJacobian w = StateJacobian::Identity();
+  const auto first = std::find(g.linked.begin(), g.linked.end(), 1);
+  if (first == g.linked.end()) return w;
+  const auto k = static_cast<std::size_t>(first - g.linked.begin());
+  RotorInput input = g.input;
+  input.prepare(values);
+  std::size_t hint = 0;
+  const BodyState foretold = Model(values).step(states[k], input, hint, g.time_s(k), g.time_s(k + 1), g.substeps);
+  for (Eigen::Index i = 0; i < 12; ++i) w.col(i) = res.process(k, states[k], moved(foretold, StateError::Unit(i)));
+  return w;
+}
+
+}  // namespace
+
+LinearFlight linearised(const GridFlight& g, const ModelValues& values, const NoiseModel& noise, const std::vector<BodyState>& states) {
+  const Residuals res(g, values, noise, {kPoseDelay});
+  LinearFlight out;
+  out.knots = g.knots;
+  out.linked = g.linked;
+  out.whitening = step_whitening(g, values, res, states);
+  out.anchor = g.anchor;
+  out.steps.resize(g.knots > 0 ? g.knots - 1 : 0);
+  ProcessRows step;
+  for (std::size_t k = 0; k < out.steps.size(); ++k) {
+    out.steps[k] = {StateJacobian::Zero(), StateJacobian::Zero(), StateError::Zero()};
+    if (!g.linked[k]) continue;
+    res.process(k, states[k], states[k + 1], step);
+    out.steps[k] = {step.from, step.to, step.r};
+  }
+  RowsBy<6> six;
+  RowsBy<3> three;
+  for (const PoseFix& f : g.pose) {
+    res.pose(f, states[f.knot], six, true);
+    out.readings.push_back({LinearFlight::Kind::pose, f.knot, g.time_s(f.knot) + f.late_s, 6, six.state, six.r, six.columns.col(0)});
+  }
+  const auto vectors = [&](const std::vector<VectorFix>& list, LinearFlight::Kind kind, auto&& rows) {
+    for (const VectorFix& f : list) {
+      rows(f);
+      LinearFlight::Reading r;
+      r.kind = kind;
+      r.knot = f.knot;
+      r.t_s = g.time_s(f.knot) + f.late_s;
+      r.rows = 3;
+      r.state.setZero();
+      r.r.setZero();
+      r.state.topRows<3>() = three.state;
+      r.r.head<3>() = three.r;
+      out.readings.push_back(r);
+    }
+  };
+  vectors(g.position, LinearFlight::Kind::position, [&](const VectorFix& f) { res.position(f, states[f.knot], three, true); });
+  vectors(g.velocity, LinearFlight::Kind::velocity, [&](const VectorFix& f) { res.velocity(f, states[f.knot], three, true); });
+  vectors(g.gyro, LinearFlight::Kind::gyro, [&](const VectorFix& f) { res.gyro(f, states[f.knot], three, true); });
+  vectors(g.accel, LinearFlight::Kind::accel, [&](const VectorFix& f) { res.accel(f, states[f.knot], three, true); });
+  std::stable_sort(out.readings.begin(), out.readings.end(),
+                   [](const LinearFlight::Reading& a, const LinearFlight::Reading& b) { return a.knot < b.knot; });
+  return out;
+}
+
+ResidualColumns ResidualColumns::zero(const LinearFlight& f, Eigen::Index columns) {
+  return {Eigen::MatrixXd::Zero(12 * static_cast<Eigen::Index>(f.steps.size()), columns),
+          Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(f.readings.size()), columns)};
+}
+
+ResidualSmoother::ResidualSmoother(const LinearFlight& f, double process_scale) : flight_(f), scale_(process_scale) {
+  l_.resize(f.knots);
+  y_.resize(f.knots);
+  const double weight = 1.0 / scale_;
+  StateJacobian d = StateJacobian::Zero(), e;
+  std::size_t reading = 0;
+  for (std::size_t k = 0; k < f.knots; ++k) {
+    if (begins(f, k)) {
+      for (Eigen::Index i = 0; i < 12; ++i) {
+        if (f.anchor[i] > 0.0) d(i, i) += 1.0 / (f.anchor[i] * f.anchor[i]);
+      }
+    }
+    for (; reading < f.readings.size() && f.readings[reading].knot == k; ++reading)
+      d.noalias() += f.readings[reading].state.transpose() * f.readings[reading].state;
+    const bool linked = k + 1 < f.knots && f.linked[k];
+    e.setZero();
+    if (linked) {
+      d.noalias() += weight * f.steps[k].from.transpose() * f.steps[k].from;
+      e.noalias() = weight * f.steps[k].from.transpose() * f.steps[k].to;
+    }
+    if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a knot of a dropped piece: nothing is known, nothing is asked
+    const Eigen::LLT<StateJacobian> llt(d);
+    if (llt.info() != Eigen::Success) throw std::domain_error("the information of a state is not positive definite");
+    l_[k] = llt.matrixLLT();
+    y_[k] = llt.matrixL().solve(e);
+    d.setZero();
+    if (linked) {
+      d.noalias() = weight * f.steps[k].to.transpose() * f.steps[k].to;
+      d.noalias() -= y_[k].transpose() * y_[k];
+    }
+  }
+}
+
+ResidualColumns ResidualSmoother::smoothed(const ResidualColumns& in) const {
+  const LinearFlight& f = flight_;
+  const Eigen::Index columns = in.steps.cols();
+  const double weight = 1.0 / scale_;
+  Eigen::MatrixXd move(12 * static_cast<Eigen::Index>(f.knots), columns);  // first y, then the states' steps
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(12, columns);
+  const auto at = [&](std::size_t k) { return move.middleRows<12>(12 * static_cast<Eigen::Index>(k)); };
+  std::size_t reading = 0;
+  for (std::size_t k = 0; k < f.knots; ++k) {
+    for (; reading < f.readings.size() && f.readings[reading].knot == k; ++reading)
+      g.noalias() += f.readings[reading].state.transpose() * in.reading(reading);
+    const bool linked = k + 1 < f.knots && f.linked[k];
+    if (linked) g.noalias() += weight * f.steps[k].from.transpose() * in.step(k);
+    at(k) = l_[k].triangularView<Eigen::Lower>().solve(g);
+    g.setZero();
+    if (!linked) continue;
+    g.noalias() = weight * f.steps[k].to.transpose() * in.step(k);
+    g.noalias() -= y_[k].transpose() * at(k);
+  }
+  ResidualColumns out = in;
+  for (std::size_t k = f.knots; k-- > 0;) {
+    Eigen::MatrixXd rhs = -at(k);
+    const bool linked = k + 1 < f.knots && f.linked[k];
+    if (linked) rhs.noalias() -= y_[k] * at(k + 1);
+    at(k) = l_[k].triangularView<Eigen::Lower>().transpose().solve(rhs);
+    if (!linked) continue;
+    out.step(k).noalias() += f.steps[k].from * at(k);
+    out.step(k).noalias() += f.steps[k].to * at(k + 1);
+  }
+  for (std::size_t i = 0; i < f.readings.size(); ++i) out.reading(i).noalias() += f.readings[i].state * at(f.readings[i].knot);
+  return out;
+}
+
+StateJacobian ResidualSmoother::marginal(std::size_t k, const StateJacobian& next) const {
+  const auto l = l_[k].triangularView<Eigen::Lower>();
+  const StateJacobian middle = StateJacobian::Identity() + y_[k] * next * y_[k].transpose();
+  const StateJacobian half = l.transpose().solve(middle);
+  return l.transpose().solve(half.transpose());
+}
+
+StateJacobian ResidualSmoother::joint(std::size_t k, const StateJacobian& next) const {
+  return -(l_[k].triangularView<Eigen::Lower>().transpose().solve(y_[k] * next));
+}
+
+}  // namespace rotorloop::bench

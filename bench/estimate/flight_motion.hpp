@@ -1,0 +1,23 @@
+// The motion of a flight as terms with memory follow it: smoothed states, sound at every knot.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "bench/estimate/grid_flight.hpp"
+#include "bench/estimate/model/memory_input.hpp"
+#include "bench/estimate/noise_model.hpp"
+
+namespace rotorloop::bench {
+
+// States where the model ties them, straight lines and shortest turns across the rest. A load that swings through a gap of 80 ms feels
+// the mean acceleration of the gap.
+Motion motion_of(const GridFlight& flight, const std::vector<BodyState>& states);
+
+// States that the readings make, not the model: smoothed under ten times the process noise that models of small multirotors leave.
+// `noise` says how good the readings are.
+std::vector<BodyState> states_by_readings(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise);
+
+// Lets the terms of each flight remember along its states.
+void follow_states(std::span<GridFlight> flights, std::span<const std::vector<BodyState>> states);
+
+}  // namespace rotorloop::bench

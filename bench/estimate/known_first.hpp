@@ -1,0 +1,26 @@
+// A fit in two steps where something is known beforehand: what is known is held first, and the states, the noise and what nothing is known
+// of settle about it; then all is free. The noise takes most of the sweeps, and one with few columns takes a third of the time.
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "bench/estimate/estimator.hpp"
+
+namespace rotorloop::bench {
+
+// The same problem with every shared parameter that a prior speaks of held where the priors together have it most likely, and no longer
+// free. Without such priors: the same problem.
+FitProblem with_known_held(const FitProblem& problem);
+bool anything_known(const FitProblem& problem);
+
+// Where the next fit of `problem` starts, from what `fit` of it, or of it with known values held, left: states, noise, and values but for
+// those that a single prior is about, for a prior's mean is the start.
+void start_from(const Fit& fit, FitProblem& problem);
+
+// The same for one parameter of every flight.
+void start_at(FitProblem& problem, int parameter, double value);
+
+// Sets the starts of `problem` by a fit with its known values held, and returns it. Nothing where nothing is known.
+std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,104 @@
+#include "bench/estimate/noise_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr int kSteps = 15;            // at most
+constexpr double kLargestMove = 1.0;  // of a logarithm in one step: a factor of e
+constexpr std::array kFigures{&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular_rad_s2_rtHz, &NoiseModel::position_m,
+                              &NoiseModel::attitude_rad,    &NoiseModel::velocity_m_s,        &NoiseModel::gyro_rad_s,
+                              &NoiseModel::accel_m_s2};
+constexpr std::array kMoments{&NoiseMoments::force,    &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
+                              &NoiseMoments::velocity, &NoiseMoments::gyro,    &NoiseMoments::accel};
+constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; how many, from the first, are of the process
+
+// EM alone multiplies each standard deviation by the root of its moment, but creeps where readings say little about one step. The
+// logarithm of that root is, up to a positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's
+// zero instead.
+class SecantSteps {
+ public:
+  // One step from the moments found with `noise`; returns the largest relative change.
+  double step(NoiseModel& noise, const NoiseMoments& moments, const NoiseFit& o) {
+    double largest = 0.0;
+    const bool tracked = moments.position.count > 0.0 || moments.velocity.count > 0.0;
+    for (std::size_t figure = 0; figure < kFigures.size(); ++figure) {
+      const NoiseMoment& of = moments.*kMoments[figure];
+      if (!(figure < kProcessFigures ? o.process : o.readings) || of.count <= 0.0) continue;
+      // By gyro and accelerometer alone nothing tells a velocity: with forces left to chance it would wander until it explains every
+      // reading of the accelerometer by inflow and drag.
+      if (figure == kForce && !tracked) continue;
+      Eigen::Vector3d& sd = noise.*kFigures[figure];
+      Eigen::Vector3d factor = of.squares / of.count;
+      if (!o.per_axis) factor.setConstant(factor.mean());
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        Memory& last = memory_[3 * figure + static_cast<std::size_t>(i)];
+        const double x = std::log(sd[i]), slope = 0.5 * std::log(std::clamp(factor[i], 1e-6, 1e6));
+        double move = 4.0 * slope;
+        if (last.seen && std::fabs(x - last.x) > 1e-9) {
+          const double fall = (last.slope - slope) / (x - last.x);
+          if (fall > 1e-3) move = slope / fall;
+        }
+        move = std::clamp(move, -kLargestMove, kLargestMove);
+        last = {true, x, slope};
+        sd[i] = std::exp(x + move);
+        largest = std::max(largest, std::fabs(move));
+      }
+    }
+    return largest;
+  }
+
+ private:
+  struct Memory {
+    bool seen = false;
+    double x = 0.0, slope = 0.0;
+  };
+  std::array<Memory, 3 * kFigures.size()> memory_{};
+};
+
+NoiseMoments pooled(const std::vector<NoiseMoments>& all) {
+  NoiseMoments out;
+  for (const NoiseMoments& m : all) {
+    for (const auto figure : kMoments) {
+      (out.*figure).squares += (m.*figure).squares;
+      (out.*figure).count += (m.*figure).count;
+    }
+  }
+  return out;
+}
+
+double largest_change(const NoiseModel& from, const NoiseModel& to) {
+  double out = 0.0;
+  for (const auto figure : kFigures) out = std::max(out, (to.*figure).cwiseQuotient(from.*figure).array().log().abs().maxCoeff());
+  return out;
+}
+
+}  // namespace
+
+SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vector<NoiseModel>& noise, const NoiseFit& o,
+                          const ForEachFlight& for_each) {
+  SettledNoise out{.noise = noise, .moves = {}, .change = 0.0};
+  std::vector<RowSmoother> smoothers;
+  for (std::size_t f = 0; f < flights.size(); ++f) smoothers.emplace_back(flights[f].flight, flights[f].rows, noise[f]);
+  std::vector<SecantSteps> steps(flights.size());
+  std::vector<NoiseMoments> moments(flights.size());
+  const auto smooth = [&] { for_each([&](std::size_t f) { moments[f] = smoothers[f].smooth(out.noise[f]); }); };
+  smooth();
+  for (int again = 0; again < kSteps; ++again) {
+    if (!o.per_flight) moments.assign(flights.size(), pooled(moments));
+    double change = 0.0;
+    for (std::size_t f = 0; f < flights.size(); ++f) change = std::max(change, steps[f].step(out.noise[f], moments[f], o));
+    smooth();
+    if (change < o.tolerance) break;
+  }
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    out.moves.push_back(smoothers[f].moves());
+    out.change = std::max(out.change, largest_change(noise[f], out.noise[f]));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,321 @@
+#include "bench/identify/report/identify_result.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/identify/identified_vehicle.hpp"
+#include "bench/identify/report/identify_text.hpp"
+
+namespace rotorloop::bench {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json number(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr); }
+
+ordered_json figure(double value, double u, const std::string& unit, std::size_t n) {
+  return {{"value", number(value)}, {"u", number(u)}, {"unit", unit}, {"n", n}};
+}
+
+ordered_json whiteness_json(const FlightWhiteness& w) {
+  ordered_json channels = ordered_json::array();
+  for (const ChannelWhiteness& c : w.channels) {
+    ordered_json tests = ordered_json::array();
+    for (const PortmanteauTest& t : c.ljung_box) tests.push_back({{"lags", t.lags}, {"q", number(t.q)}, {"p", number(t.p)}});
+    channels.push_back({{"channel", c.channel},
+                        {"rms", number(c.rms)},
+                        {"white", c.white},
+                        {"ljung_box", tests},
+                        {"runs", {{"z", number(c.runs.z)}, {"p", number(c.runs.p)}}}});
+  }
+  return {{"flight", w.flight}, {"white", w.white()}, {"channels", channels}};
+}
+
+ordered_json observability_json(const Observability& o) {
+  ordered_json weakest = ordered_json::array(), pairs = ordered_json::array(), flights = ordered_json::array(),
+               advice = ordered_json::array();
+  for (const OpenDirection& d : o.weakest) {
+    ordered_json parts = ordered_json::array();
+    for (const auto& [name, share] : d.parts) parts.push_back({{"parameter", name}, {"share", share}});
+    weakest.push_back({{"information", number(d.information)}, {"parts", parts}});
+  }
+  for (const CorrelatedPair& c : o.correlated) pairs.push_back({{"first", c.first}, {"second", c.second}, {"correlation", c.correlation}});
+  for (const FlightContribution& f : o.flights)
+    flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.cannot_tell}});
+  for (const Advice& a : o.advice) advice.push_back({{"parameter", a.parameter}, {"why", a.why}, {"manoeuvre", a.manoeuvre}});
+  return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice}};
+}
+
+ordered_json difference_json(const FitDifference& d) {
+  return {{"cost", number(d.cost)},
+          {"estimate_u", number(d.estimate_u)},
+          {"estimate", d.estimate},
+          {"uncertainty", number(d.uncertainty)},
+          {"uncertainty_of", d.of}};
+}
+
+ordered_json solver_check_json(const SolverCheck& c) {
+  ordered_json j = {{"solver", "ceres"}, {"good", c.good()}, {"problem", solver_check_problem(c)}};
+  if (!c.failure.empty()) return j;
+  j["own_cost"] = number(c.own_cost);
+  j["ceres_cost"] = number(c.ceres_cost);
+  j["iterations"] = c.iterations;
+  j["converged"] = c.converged;
+  j["told"] = difference_json(c.told);
+  j["to_the_end"] = difference_json(c.to_the_end);
+  j["within_acceptance"] = within_acceptance(c.to_the_end);
+  return j;
+}
+
+ordered_json quaternion_json(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+// What a file says, and by how much the flights differ from it.
+ordered_json said_json(const Said& s) {
+  return {
+      {"value", number(s.value)}, {"u", number(s.u)}, {"origin", host::name(s.origin)}, {"percent", number(s.percent)}, {"z", number(s.z)}};
+}
+
+ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<Said>& start) {
+  const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+  return {{"name", info.name},          {"symbol", info.symbol},
+          {"value", number(row.value)}, {"u", start ? number(start->u) : ordered_json(nullptr)},
+          {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)}};
+}
+
+ordered_json beside_json(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
+  ordered_json out = ordered_json::array();
+  for (const BesideColumn& b : c.beside) {
+    ordered_json parameters = ordered_json::array(), follows = ordered_json::array();
+    for (std::size_t i = 0; i < c.rows.size(); ++i) {
+      if (!b.parameters[i]) continue;
+      const auto& e = c.rows[i].estimate;
+      ordered_json row = said_json(*b.parameters[i]);
+      row["symbol"] = parameter_info(c.rows[i].parameter, r.problem.start.terms).symbol;
+      row["flight"] = e && e->flight >= 0 ? ordered_json(r.flights[static_cast<std::size_t>(e->flight)].name) : ordered_json(nullptr);
+      parameters.push_back(row);
+    }
+    for (std::size_t i = 0; i < b.derived.size(); ++i)
+      follows.push_back({{"id", derived[i].id}, {"value", number(b.derived[i].value)}, {"percent", number(b.derived[i].percent)}});
+    out.push_back({{"file", b.label}, {"parameters", parameters}, {"derived", follows}});
+  }
+  return out;
+}
+
+ordered_json static_thrust_json(const FileComparison& c) {
+  ordered_json out = ordered_json::array();
+  for (const ThrustBeside& t : c.static_thrust) {
+    ordered_json row = said_json(t.said);
+    row["file"] = t.label;
+    row["rpm_window"] = t.rpm_window;
+    out.push_back(row);
+  }
+  return out;
+}
+
+ordered_json conditions_json(const Identification& r, const IdentifyConditions& c) {
+  ordered_json terms = ordered_json::array();
+  for (std::size_t t = 0; t < r.problem.start.terms.size(); ++t) terms.push_back(r.problem.start.terms.term(t).info.id);
+  const auto bound = [](double s) { return std::fabs(s) < 1e300 ? ordered_json(s) : ordered_json(nullptr); };
+  return {{"vehicle_file", c.vehicle_file},
+          {"terms", terms},
+          {"noise", c.noise},
+          {"rate_Hz", c.rate_Hz},
+          {"solver", c.solver},
+          {"from_s", bound(c.from_s)},
+          {"to_s", bound(c.to_s)},
+          {"drag_speed_m_s", c.drag_speed_m_s},
+          {"robust_scale", c.robust_scale},
+          {"block_s", c.block_s},
+          {"use", c.use},
+          {"free", c.free},
+          {"hold", c.hold},
+          {"per_flight", c.per_flight},
+          {"thrust_scale", r.start.thrust_scale}};
+}
+
+// Of each flight; null for readings that it does not have.
+ordered_json noise_json(const Identification& r) {
+  ordered_json out = ordered_json::array();
+  for (std::size_t f = 0; f < r.flights.size(); ++f) {
+    const GridFlight& g = r.flights[f];
+    const NoiseModel& n = r.fit.noise[f];
+    const auto of = [](bool has, const Eigen::Vector3d& v) {
+      return has ? ordered_json({number(v[0]), number(v[1]), number(v[2])}) : ordered_json(nullptr);
+    };
+    out.push_back({{"flight", g.name},
+                   {"rate_Hz", number(1.0 / g.step_s)},
+                   {"seconds", number(static_cast<double>(g.tied_knots()) * g.step_s)},
+                   {"q_a_m_s2_rtHz", of(true, n.force_m_s2_rtHz)},
+                   {"q_alpha_rad_s2_rtHz", of(true, n.angular_rad_s2_rtHz)},
+                   {"position_m", of(!g.pose.empty() || !g.position.empty(), n.position_m)},
+                   {"attitude_rad", of(!g.pose.empty(), n.attitude_rad)},
+                   {"velocity_m_s", of(!g.velocity.empty(), n.velocity_m_s)},
+                   {"gyro_rad_s", of(!g.gyro.empty(), n.gyro_rad_s)},
+                   {"accel_m_s2", of(!g.accel.empty(), n.accel_m_s2)}});
+  }
+  return out;
+}
+
+}  // namespace
+
+ordered_json input_json(const InputHash& i) {
+  ordered_json out{{"path", i.path}, {"sha256", i.sha256}};
+  if (i.held_out) out["held_out"] = true;
+  return out;
+}
+
+IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base, double drag_speed_m_s) {
+  IdentifyAnalysis a;
+  a.derived = derived_quantities(r.fit, base, drag_speed_m_s);
+  for (std::size_t f = 0; f < r.flights.size(); ++f) {
+    if (!r.fit.reduced[f].innovations.empty()) a.whiteness.push_back(whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations));
+  }
+  std::vector<double> ratio;
+  for (const Estimate& e : r.fit.estimates) {
+    if (e.prior_share <= 0.5 && e.u > 0.0) ratio.push_back(e.u_robust * e.u_robust / (e.u * e.u));
+  }
+  if (!ratio.empty()) {
+    std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2), ratio.end());
+    a.inflation = std::max(1.0, ratio[ratio.size() / 2]);
+  }
+  a.homogeneity = homogeneity_of(r.problem, r.fit, a.inflation);
+  a.observability = observability_of(r.problem, r.fit);
+  return a;
+}
+
+std::vector<IdentifyWarning> warnings_of(const Identification& r, const IdentifyAnalysis& a) {
+  std::vector<IdentifyWarning> out;
+  const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({where, what}); };
+  if (!r.fit.converged) warn("fit", "did not converge: values and uncertainties are those of the last step");
+  if (const std::string note = blocks_note(r.fit); !note.empty()) warn("robust u", note);
+  if (!r.fit.noise_settled) warn("noise", "the rounds ran out before every noise figure came to rest");
+  if (a.solver_check && !a.solver_check->good()) warn("solver", solver_check_problem(*a.solver_check));
+  if (r.start.thrust_scale != 1.0)
+    warn("start values",
+         fmt::format("thrust and torque of the vehicle file were multiplied by {:.3g} to carry the weight", r.start.thrust_scale));
+  for (const Estimate& e : r.fit.estimates) {
+    if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate_name(e, r.problem), mark);
+  }
+  for (const StageComparison& c : r.comparison) {
+    if (!c.agrees)
+      warn(fmt::format("stage {}", name(c.role)), fmt::format("{} is {:+.1f} standard uncertainties from the joint fit",
+                                                              parameter_info(c.parameter, r.problem.start.terms).symbol, c.z));
+  }
+  for (const FlightWhiteness& w : a.whiteness) {
+    if (!w.white()) warn(w.flight, "innovations are not white: the model lacks something in this flight, or the noise is not white");
+  }
+  for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
+    if (h.moved) warn("between flights", parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
+  }
+  return out;
+}
+
+std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
+                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& p) {
+  ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
+  for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
+  j["started_utc"] = p.started_utc;
+  j["wall_s"] = p.wall_s;
+  j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
+  j["limits"] = ordered_json::array();
+
+  std::size_t steps = 0;
+  for (const GridFlight& g : r.flights) steps += g.knots;
+  ordered_json figures = ordered_json::object(), estimates = ordered_json::array(), held = ordered_json::array(),
+               derived = ordered_json::array();
+  for (const Estimate& e : r.fit.estimates) {
+    const std::string name = estimate_name(e, r.problem);
+    const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
+    figures[name] = figure(e.value, reported_u(e), info.unit, steps);
+    estimates.push_back(
+        {{"name", info.name},
+         {"symbol", info.symbol},
+         {"flight", e.flight < 0 ? ordered_json(nullptr) : ordered_json(r.flights[static_cast<std::size_t>(e.flight)].name)},
+         {"value", number(e.value)},
+         {"u", number(e.u)},
+         {"u_robust", number(e.u_robust)},
+         {"prior_share", number(e.prior_share)},
+         {"unit", info.unit},
+         {"mark", mark_of(e)}});
+  }
+  for (std::size_t i = 0; i < compared.rows.size(); ++i) {
+    if (!compared.rows[i].estimate) held.push_back(held_json(r, compared.rows[i], compared.start.parameters[i]));
+  }
+  for (const DerivedQuantity& d : a.derived)
+    derived.push_back({{"id", d.id},
+                       {"symbol", d.symbol},
+                       {"meaning", d.meaning},
+                       {"value", number(d.value)},
+                       {"u", number(d.u)},
+                       {"u_robust", number(d.u_robust)},
+                       {"unit", d.unit}});
+  for (const DerivedQuantity& d : a.derived) figures[d.id] = figure(d.value, std::max(d.u, d.u_robust), d.unit, steps);
+  figures["cost_per_degree_of_freedom"] = figure(2.0 * r.fit.cost / r.fit.degrees_of_freedom, NAN, "1", steps);
+  figures["log_likelihood"] = figure(r.fit.log_likelihood, NAN, "1", steps);
+  j["figures"] = figures;
+  j["estimates"] = estimates;
+  j["held"] = held;
+  j["derived"] = derived;
+  j["q_BS_wxyz"] = nullptr;
+  if (const auto q = sensor_rotation(r)) j["q_BS_wxyz"] = quaternion_json(*q);
+  j["start_q_BS_wxyz"] = quaternion_json(r.problem.start.start_q_BS);
+  j["beside"] = beside_json(r, compared, a.derived);
+  j["static_thrust"] = static_thrust_json(compared);
+  ordered_json covariance = ordered_json::array();
+  for (Eigen::Index row = 0; row < r.fit.covariance.rows(); ++row) {
+    ordered_json line = ordered_json::array();
+    for (Eigen::Index col = 0; col < r.fit.covariance.cols(); ++col) line.push_back(number(r.fit.covariance(row, col)));
+    covariance.push_back(line);
+  }
+  j["covariance"] = covariance;
+
+  ordered_json stages = ordered_json::array();
+  for (const StageComparison& c : r.comparison) {
+    stages.push_back({{"stage", name(c.role)},
+                      {"parameter", parameter_info(c.parameter, r.problem.start.terms).symbol},
+                      {"value", number(c.stage)},
+                      {"u", number(c.u_stage)},
+                      {"joint", number(c.joint)},
+                      {"u_joint", number(c.u_joint)},
+                      {"z", number(c.z)},
+                      {"agrees", c.agrees}});
+  }
+  j["stages"] = stages;
+  ordered_json white = ordered_json::array(), homogeneity = ordered_json::array(), checks = ordered_json::array();
+  for (const FlightWhiteness& w : a.whiteness) white.push_back(whiteness_json(w));
+  j["whiteness"] = white;
+  for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
+    homogeneity.push_back({{"parameter", parameter_info(h.parameter, r.problem.start.terms).symbol},
+                           {"chi2", number(h.chi2)},
+                           {"degrees", h.degrees},
+                           {"p", number(h.p)},
+                           {"moved", h.moved}});
+  }
+  j["homogeneity"] = {{"chi2", number(a.homogeneity.chi2)},
+                      {"degrees", a.homogeneity.degrees},
+                      {"p", number(a.homogeneity.p)},
+                      {"inflation", number(a.inflation)},
+                      {"parameters", homogeneity}};
+  j["observability"] = observability_json(a.observability);
+  if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
+  for (const CheckedFlight& c : checked) checks.push_back(ordered_json::parse(findings_json(c)));
+  j["checks"] = checks;
+  j["conditions"] = conditions_json(r, p.conditions);
+  j["noise"] = noise_json(r);
+  j["fit"] = {{"iterations", r.fit.iterations},
+              {"noise_rounds", r.fit.noise_rounds},
+              {"noise_settled", r.fit.noise_settled},
+              {"converged", r.fit.converged},
+              {"states", steps},
+              {"flights", r.flights.size()}};
+  if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
+  j["warnings"] = ordered_json::array();
+  for (const IdentifyWarning& w : warnings_of(r, a)) j["warnings"].push_back({{"where", w.where}, {"what", w.what}});
+  j["errors"] = ordered_json::array();
+  return j.dump(1) + "\n";
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,64 @@
+// result.json of `identify`: figures that another program, or a later report, reads without parsing tables.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/identify/beside.hpp"
+#include "bench/log/check/checks.hpp"
+#include "bench/identify/derived.hpp"
+#include "bench/identify/held_out.hpp"
+#include "bench/identify/homogeneity.hpp"
+#include "bench/identify/identify.hpp"
+#include "bench/identify/observability.hpp"
+#include "bench/identify/solver_check.hpp"
+#include "bench/identify/whiteness.hpp"
+
+namespace rotorloop::bench {
+
+// All that is made of a fit, for text, JSON and the page.
+struct IdentifyAnalysis {
+  std::vector<DerivedQuantity> derived;
+  std::vector<FlightWhiteness> whiteness;  // of flights with poses
+  Homogeneity homogeneity;
+  double inflation = 1.0;  // median ratio of robust to classical variance, at least 1: what correlated residuals add
+  Observability observability;
+  std::optional<SolverCheck> solver_check;  // when it was asked for
+  std::optional<HeldOutScores> held_out;    // when flights were held out; analyse() has none
+};
+IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);
+
+struct InputHash {
+  std::string path, sha256;
+  bool held_out = false;  // had no part in what came of the others
+};
+nlohmann::ordered_json input_json(const InputHash& input);
+
+// How the fit was asked for, as on the command line; what it held and added is in the result itself.
+struct IdentifyConditions {
+  std::string vehicle_file;  // that the fit started from
+  std::string noise = "em", solver = "own";
+  double rate_Hz = 0.0;  // 0: as many states as poses
+  double from_s = -1e300, to_s = 1e300;
+  double drag_speed_m_s = 0.0, robust_scale = 0.0, block_s = 1.0;
+  std::vector<std::string> use = {}, free = {}, hold = {}, per_flight = {};
+};
+struct IdentifyProvenance {
+  std::string version, git, started_utc;
+  double wall_s = 0.0;
+  std::vector<InputHash> inputs;
+  IdentifyConditions conditions = {};
+};
+
+// What a reader of the figures must know first.
+struct IdentifyWarning {
+  std::string where, what;
+};
+std::vector<IdentifyWarning> warnings_of(const Identification& result, const IdentifyAnalysis& analysis);
+
+// Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
+std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const FileComparison& comparison,
+                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& provenance);
+
+}  // namespace rotorloop::bench

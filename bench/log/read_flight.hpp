@@ -1,0 +1,16 @@
+// The one door by which flights enter: own log, ULog, or CSV of another tool, told apart by their first bytes.
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "bench/log/flight_record.hpp"
+#include "bench/log/log_mapping.hpp"
+
+namespace rotorloop::bench {
+
+// `path`: a log, or a folder that holds flight.csv. `mapping`: nullptr for own logs, which need none; given with an own log it is an
+// error. What was tolerated or left out is added to `findings` as notes, when given.
+// Throws Error: usage for a path or mapping that does not fit, data_quality for a log that is damaged beyond use.
+FlightRecord read_flight(const std::filesystem::path& path, const LogMapping* mapping, std::vector<LogFinding>* findings = nullptr);
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,467 @@
+#include "bench/render/svg_plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace rotorloop::bench {
+namespace {
+
+constexpr double kLegendRow_px = 22;
+constexpr double kBucket_px = 1.5;  // a lowest and a highest point this far apart draw the same line as all points
+
+struct Span {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  void add(double v) {
+    if (!std::isfinite(v)) return;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  bool empty() const { return !(low <= high); }
+  double size() const { return high - low; }
+};
+
+// A range that can be drawn: never empty, never a point.
+Span drawable(Span s) {
+  if (s.empty()) return {0, 1};
+  if (s.size() <= 1e-12 * std::max(std::fabs(s.low), std::fabs(s.high)) || s.size() == 0) {
+    const double around = s.low == 0 ? 1 : 0.1 * std::fabs(s.low);
+    return {s.low - around, s.high + around};
+  }
+  return s;
+}
+
+std::string css_colour(int colour) { return colour < 0 ? "n" : std::to_string(colour % kPaletteSize); }
+
+// The rectangle that data are drawn in, and the map from data to pixels.
+struct Frame {
+  double left = 0, top = 0, right = 0, bottom = 0;
+  Span x, y;
+  double at_x(double v) const { return left + (v - x.low) / x.size() * (right - left); }
+  double at_y(double v) const { return bottom - (v - y.low) / y.size() * (bottom - top); }
+};
+
+struct LegendItem {
+  std::string label, swatch;  // swatch: SVG drawn around (0, 0), 22 px wide
+};
+
+// A row of swatches with labels; wraps. Returns the SVG and the height used.
+std::pair<std::string, double> legend_svg(const std::vector<LegendItem>& items, double left, double right) {
+  if (items.empty()) return {"", 0};
+  std::string out;
+  double x = left, y = 12;
+  for (const auto& item : items) {
+    const double needed = 28 + text_px(item.label) + 18;
+    if (x > left && x + needed > right) {
+      x = left;
+      y += kLegendRow_px - 4;
+    }
+    out += fmt::format("<g transform=\"translate({} {})\">{}<text class=\"lg\" x=\"28\" y=\"4\">{}</text></g>\n", px(x), px(y), item.swatch,
+                       xml_escaped(item.label));
+    x += needed;
+  }
+  return {out, y + kLegendRow_px - 12};
+}
+
+std::string x_axis(const Frame& f, const Ticks& ticks, const std::string& label) {
+  std::string out;
+  for (const double t : ticks.at) {
+    const auto x = px(f.at_x(t));
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x,
+                       px(f.top), px(f.bottom), x, px(f.bottom + 16), tick_text(t, ticks));
+  }
+  out += fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+                     px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(f.bottom + 34), xml_escaped(label));
+  return out;
+}
+
+// Names of things at x = 1, 2, …; slanted ones end at their tick.
+constexpr double kSlant_deg = 35.0, kSlantSine = 0.574;
+std::string named_x_axis(const Frame& f, const std::vector<std::string>& names, bool slanted, double label_y, const std::string& label) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double at = static_cast<double>(i + 1);
+    if (at < f.x.low || at > f.x.high) continue;
+    const auto x = px(f.at_x(at)), y = px(f.bottom + 16);
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/>", x, px(f.top), px(f.bottom));
+    out += slanted
+               ? fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" text-anchor=\"end\" transform=\"rotate(-{2} {0} {1})\">{3}</text>\n",
+                             x, y, kSlant_deg, xml_escaped(names[i]))
+               : fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x, y, xml_escaped(names[i]));
+  }
+  return out + fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+                           px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(label_y), xml_escaped(label));
+}
+
+std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label) {
+  std::string out;
+  for (const double t : ticks.at) {
+    const double y = f.at_y(t);
+    out += fmt::format("<path class=\"gr\" d=\"M{} {}H{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
+                       px(f.left), px(y), px(f.right), px(f.left - 7), px(y + 4), tick_text(t, ticks));
+  }
+  const double middle = (f.top + f.bottom) / 2;
+  out += fmt::format("<text class=\"lb\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", px(middle),
+                     xml_escaped(label));
+  return out;
+}
+
+double tick_width(const Ticks& ticks) {
+  double widest = 0;
+  for (const double t : ticks.at) widest = std::max(widest, text_px(tick_text(t, ticks)));
+  return widest;
+}
+
+bool ascending(const std::vector<double>& x) {
+  double last = -HUGE_VAL;
+  for (const double v : x) {
+    if (std::isnan(v)) continue;
+    if (v < last) return false;
+    last = v;
+  }
+  return true;
+}
+
+std::string path_of(const Series& s, const Frame& f) {
+  std::vector<double> xs, ys;
+  if (ascending(s.x))
+    decimate_min_max(s.x, s.y, f.x.low, f.x.high, static_cast<int>((f.right - f.left) / kBucket_px), xs, ys);
+  else {
+    xs = s.x;
+    ys = s.y;
+  }
+  std::string d;
+  bool pen_down = false;
+  double px_x = 0, px_y = 0;
+  for (std::size_t i = 0; i < xs.size(); ++i) {
+    if (!std::isfinite(xs[i]) || !std::isfinite(ys[i])) {
+      pen_down = false;
+      continue;
+    }
+    const double x = f.at_x(xs[i]), y = f.at_y(ys[i]);
+    if (!pen_down) {
+      d += fmt::format("M{} {}", px(x), px(y));
+    } else {
+      const bool last = i + 1 == xs.size() || !std::isfinite(xs[i + 1]) || !std::isfinite(ys[i + 1]);
+      if (!s.stepped && !last && std::fabs(x - px_x) + std::fabs(y - px_y) < 0.5) continue;  // invisible
+      d += s.stepped ? fmt::format("H{}V{}", px(x), px(y)) : fmt::format("L{} {}", px(x), px(y));
+    }
+    pen_down = true;
+    px_x = x;
+    px_y = y;
+  }
+  return d;
+}
+
+// Dots are strokes without length, rounded at both ends; rings are two half circles.
+constexpr double kDot_px = 5.0, kRing_px = 2.4;
+std::string marker_svg(Marker marker, int colour, const std::string& path) {
+  return fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\" d=\"{}\"/>", css_colour(colour), marker == Marker::dot ? kDot_px : 1.2,
+                     path);
+}
+std::string marker_at(Marker marker, double x, double y) {
+  if (marker == Marker::dot) return fmt::format("M{} {}h0", px(x), px(y));
+  return fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0", px(x - kRing_px), px(y), kRing_px, 2 * kRing_px);
+}
+std::string markers_of(const Series& s, const Frame& f) {
+  std::string d;
+  for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i)
+    if (std::isfinite(s.x[i]) && std::isfinite(s.y[i])) d += marker_at(s.marker, f.at_x(s.x[i]), f.at_y(s.y[i]));
+  return marker_svg(s.marker, s.colour, d);
+}
+
+// Grows the tighter axis until one unit is equally long on both.
+void equalise(Frame& f) {
+  const double scale = std::min((f.right - f.left) / f.x.size(), (f.bottom - f.top) / f.y.size());
+  const auto grow = [&](Span& s, double pixels) {
+    const double middle = (s.low + s.high) / 2, half = pixels / scale / 2;
+    s = {middle - half, middle + half};
+  };
+  grow(f.x, f.right - f.left);
+  grow(f.y, f.bottom - f.top);
+}
+
+// The same with logarithms in place of the numbers.
+Plot in_decades(Plot p) {
+  const auto log_of = [](double v) { return v > 0.0 ? std::log10(v) : std::nan(""); };
+  const auto all = [&](std::vector<double>& numbers) {
+    for (double& v : numbers) v = log_of(v);
+  };
+  const auto bound = [&](std::optional<double>& v) {
+    if (v) v = *v > 0.0 ? std::optional(log_of(*v)) : std::nullopt;
+  };
+  if (p.log_x) {
+    for (Series& s : p.series) all(s.x);
+    for (Band& b : p.bands) b.from = log_of(b.from), b.to = log_of(b.to);
+    for (auto* v : {&p.x_min, &p.x_max, &p.fit_from, &p.fit_to}) bound(*v);
+  }
+  if (p.log_y) {
+    for (Series& s : p.series) all(s.y);
+    std::erase_if(p.marks, [](const HorizontalMark& m) { return m.y <= 0.0; });
+    for (HorizontalMark& m : p.marks) m.y = log_of(m.y);
+    for (auto* v : {&p.y_min, &p.y_max}) bound(*v);
+  }
+  return p;
+}
+
+}  // namespace
+
+void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
+                      std::vector<double>& x_out, std::vector<double>& y_out) {
+  x_out.clear();
+  y_out.clear();
+  const std::size_t n = std::min(x.size(), y.size());
+  const double per_unit = buckets / (x_max - x_min);
+  const auto bucket = [&](std::size_t i) { return std::floor((x[i] - x_min) * per_unit); };
+  const auto put = [&](std::size_t i) {
+    x_out.push_back(x[i]);
+    y_out.push_back(y[i]);
+  };
+  for (std::size_t i = 0; i < n;) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) {
+      if (!x_out.empty() && !std::isnan(y_out.back())) {
+        x_out.push_back(x[i]);
+        y_out.push_back(std::nan(""));
+      }
+      ++i;
+      continue;
+    }
+    // One bucket: first, lowest, highest and last of its run of good points, in order.
+    const double b = bucket(i);
+    std::size_t end = i, low = i, high = i;
+    for (; end < n && std::isfinite(x[end]) && std::isfinite(y[end]) && bucket(end) == b; ++end) {
+      if (y[end] < y[low]) low = end;
+      if (y[end] > y[high]) high = end;
+    }
+    std::array<std::size_t, 4> keep{i, std::min(low, high), std::max(low, high), end - 1};
+    if (b >= 0 && b <= buckets)
+      for (std::size_t k = 0; k < keep.size(); ++k)
+        if (k == 0 || keep[k] != keep[k - 1]) put(keep[k]);
+    i = end;
+  }
+}
+
+std::string plot_svg(const Plot& given) {
+  const Plot p = given.log_x || given.log_y ? in_decades(given) : given;
+  std::vector<LegendItem> legend;
+  for (const auto& s : p.series)
+    if (!s.label.empty() && s.marker != Marker::none)
+      legend.push_back({s.label, marker_svg(s.marker, s.colour, marker_at(s.marker, 11, 0))});
+    else if (!s.label.empty())
+      legend.push_back({s.label, fmt::format("<path class=\"ln c{}\" d=\"M0 0H22\" stroke-width=\"{}\"{}/>", css_colour(s.colour),
+                                             s.width_px + 0.5, s.dashed ? " stroke-dasharray=\"5 4\"" : "")});
+  std::set<std::string> banded;
+  for (const auto& b : p.bands)
+    if (b.colour >= 0 && banded.insert(b.label).second)
+      legend.push_back(
+          {b.label, fmt::format("<rect class=\"bd g{}\" x=\"2\" y=\"-6\" width=\"20\" height=\"12\"/>", css_colour(b.colour))});
+  const auto [legend_text, legend_height] = legend_svg(legend, 8, p.width_px);
+
+  Span x, y;
+  for (const auto& s : p.series)
+    for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
+      if (!std::isfinite(s.y[i]) || !std::isfinite(s.x[i])) continue;
+      x.add(s.x[i]);
+      const bool shown = (!p.x_min || s.x[i] >= *p.x_min) && (!p.x_max || s.x[i] <= *p.x_max);
+      const bool fitted = (!p.fit_from || s.x[i] >= *p.fit_from) && (!p.fit_to || s.x[i] <= *p.fit_to);
+      if (shown && fitted) y.add(s.y[i]);
+    }
+  for (const auto& m : p.marks) y.add(m.y);
+  if (p.y_from_zero) y.add(0.0);
+  x = drawable(x);
+  y = drawable(y);
+  for (Span* span : {&x, &y}) {
+    const double lack = p.min_extent - span->size();
+    if (lack > 0) *span = {span->low - lack / 2, span->high + lack / 2};
+  }
+  const double room = 0.05 * y.size();
+  if (!(p.y_from_zero && y.low == 0)) y.low -= room;
+  y.high += room;
+  if (p.equal_axes) {
+    x.low -= 0.04 * x.size();
+    x.high += 0.04 * x.size();
+  }
+  if (p.x_min) x.low = *p.x_min;
+  if (p.x_max) x.high = *p.x_max;
+  if (p.y_min) y.low = *p.y_min;
+  if (p.y_max) y.high = *p.y_max;
+  x = drawable(x);
+  y = drawable(y);
+
+  double longest_name = 0;
+  for (const auto& name : p.x_names) longest_name = std::max(longest_name, text_px(name));
+  const bool slanted = longest_name > 0.8 * (p.width_px - 80.0) / static_cast<double>(std::max<std::size_t>(1, p.x_names.size()));
+  const double names_px = slanted ? kSlantSine * longest_name : 0.0;
+  Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - names_px, .x = x, .y = y};
+  const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
+  // One tick tells no scale: ask for more until there are three, as far as there is room.
+  const auto y_ticks_of = [&](const auto& range) {
+    if (p.log_y) return decade_ticks(range.low, range.high, y_wanted);
+    Ticks t = nice_ticks(range.low, range.high, y_wanted);
+    for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(range.low, range.high, y_wanted + more);
+    return t;
+  };
+  f.left = 36 + tick_width(y_ticks_of(y));
+  if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
+  if (p.equal_axes) equalise(f);
+  const auto y_ticks = y_ticks_of(f.y);
+  const int x_wanted = std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90)));
+  auto x_ticks = p.log_x ? decade_ticks(f.x.low, f.x.high, x_wanted) : nice_ticks(f.x.low, f.x.high, x_wanted);
+  if (!p.log_x && x_ticks.at.size() < 3) x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
+
+  std::string out = open_svg(p.width_px, p.height_px, p.title);
+  for (const auto& b : p.bands) {
+    const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
+    out +=
+        fmt::format("<rect class=\"bd{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", b.colour < 0 ? "" : " g" + css_colour(b.colour),
+                    px(from), px(f.top), px(std::max(1.0, to - from)), px(f.bottom - f.top));
+    if (!b.label.empty() && b.colour < 0)
+      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
+    out += '\n';
+  }
+  out += y_axis(f, y_ticks, p.y_label);
+  out += p.x_names.empty() ? x_axis(f, x_ticks, p.x_label) : named_x_axis(f, p.x_names, slanted, f.bottom + 34 + names_px, p.x_label);
+  out += legend_text;
+  // A nested viewport clips what lies outside the axes.
+  out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top),
+                     px(f.right - f.left), px(f.bottom - f.top));
+  for (const auto& s : p.series)
+    out += s.marker != Marker::none ? markers_of(s, f) + "\n"
+                                    : fmt::format("<path class=\"ln c{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n", css_colour(s.colour),
+                                                  s.width_px, s.dashed ? " stroke-dasharray=\"5 4\"" : "", path_of(s, f));
+  out += "</svg>\n";
+  for (const auto& m : p.marks) {
+    if (m.y < f.y.low || m.y > f.y.high) continue;
+    out += fmt::format("<path class=\"mk\" d=\"M{} {}H{}\"/><text class=\"mt\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
+                       px(f.left), px(f.at_y(m.y)), px(f.right), px(f.right - 4), px(f.at_y(m.y) - 5), xml_escaped(m.label));
+  }
+  return out + "</svg>\n";
+}
+
+std::string bar_chart_svg(const BarChart& c) {
+  constexpr double kRow_px = 34, kBar_px = 16;
+  Span x;
+  x.add(0.0);
+  double label_width = 0;
+  bool any_reference = false, any_points = false;
+  for (const auto& b : c.bars) {
+    x.add(b.value + b.spread.value_or(0));
+    for (const double v : b.points) x.add(v);
+    if (b.reference) {
+      x.add(*b.reference);
+      any_reference = true;
+    }
+    any_points = any_points || b.points.size() > 1;
+    label_width = std::max(label_width, text_px(b.label));
+  }
+  if (c.limit) x.add(*c.limit);
+  x = drawable(x);
+  x.high += 0.12 * x.size();
+
+  std::vector<LegendItem> legend;
+  if (any_points) legend.push_back({"one seed", "<circle class=\"pt\" cx=\"11\" cy=\"0\" r=\"2.6\"/>"});
+  if (any_points) legend.push_back({"± 1 standard deviation", "<path class=\"wh\" d=\"M2 0H20M2 -4V4M20 -4V4\"/>"});
+  if (any_reference) legend.push_back({c.reference_label, "<path class=\"rf\" d=\"M11 -6L16 0L11 6L6 0Z\"/>"});
+  if (c.limit) legend.push_back({c.limit_label, "<path class=\"mk\" d=\"M11 -8V8\"/>"});
+  const auto [legend_text, legend_height] = legend_svg(legend, 8, c.width_px);
+
+  const double top = legend_height + 6, bottom = top + kRow_px * static_cast<double>(c.bars.size());
+  const Frame f{.left = label_width + 18, .top = top, .right = c.width_px - 14.0, .bottom = bottom, .x = x, .y = {0, 1}};
+  std::string out = open_svg(c.width_px, bottom + 42, c.title) + legend_text;
+  out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 80))), c.x_label);
+  double y = top + kRow_px / 2;
+  for (const auto& b : c.bars) {
+    out +=
+        fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
+    if (std::isfinite(b.value)) {
+      const double end = f.at_x(b.value);
+      out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left),
+                         px(y - kBar_px / 2), px(std::max(0.5, end - f.left)), px(kBar_px));
+      for (std::size_t i = 0; i < b.points.size() && b.points.size() > 1; ++i)
+        if (std::isfinite(b.points[i]))  // spread over the bar's height so that equal values stay apart
+          out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])),
+                             px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
+      if (b.spread && *b.spread > 0) {
+        const double a = f.at_x(b.value - *b.spread), z = f.at_x(b.value + *b.spread);
+        out += fmt::format("<path class=\"wh\" d=\"M{0} {2}H{1}M{0} {3}V{4}M{1} {3}V{4}\"/>", px(a), px(z), px(y), px(y - 5), px(y + 5));
+      }
+    } else {
+      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">not measured</text>", px(f.left + 6), px(y + 4));
+    }
+    if (b.reference) {
+      const double at = f.at_x(*b.reference);
+      out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7),
+                         px(at - 6));
+    }
+    out += '\n';
+    y += kRow_px;
+  }
+  if (c.limit) out += fmt::format("<path class=\"mk\" d=\"M{} {}V{}\"/>\n", px(f.at_x(*c.limit)), px(f.top), px(f.bottom));
+  out += fmt::format("<path class=\"ax\" d=\"M{} {}V{}\"/>\n", px(f.left), px(f.top), px(f.bottom));
+  return out + "</svg>\n";
+}
+
+std::string timeline_svg(const Timeline& t) {
+  constexpr double kRow_px = 22;
+  double label_width = 0;
+  for (const auto& r : t.rows) label_width = std::max(label_width, text_px(r.label));
+  const Span x = drawable({t.x_min, t.x_max});
+  const Frame f{.left = label_width + 18,
+                .top = 6,
+                .right = t.width_px - 12.0,
+                .bottom = 6 + kRow_px * static_cast<double>(t.rows.size()),
+                .x = x,
+                .y = {0, 1}};
+  std::string out = open_svg(t.width_px, f.bottom + 42, t.title);
+  out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 90))), t.x_label);
+  double y = f.top;
+  for (const auto& r : t.rows) {
+    out += fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><path class=\"gr\" d=\"M{} {}H{}\"/>",
+                       px(f.left - 9), px(y + kRow_px / 2 + 4), xml_escaped(r.label), px(f.left), px(y + kRow_px), px(f.right));
+    // Intervals closer than half a pixel are drawn as one: what is seen is the same, the file stays small.
+    double from = 0, to = -1;
+    std::string d;
+    const auto put = [&] {
+      if (to >= from)
+        d += fmt::format("M{} {}h{}v{}h-{}z", px(from), px(y + 4), px(std::max(1.0, to - from)), px(kRow_px - 8),
+                         px(std::max(1.0, to - from)));
+    };
+    for (const auto& i : r.intervals) {
+      const double a = f.at_x(std::clamp(i.from, x.low, x.high)), b = f.at_x(std::clamp(i.to, x.low, x.high));
+      if (to >= from && a - to < 0.5) {
+        to = std::max(to, b);
+        continue;
+      }
+      put();
+      from = a;
+      to = b;
+    }
+    put();
+    if (!d.empty()) out += fmt::format("<path class=\"f{}\" d=\"{}\"/>", css_colour(r.colour), d);
+    out += '\n';
+    y += kRow_px;
+  }
+  return out + "</svg>\n";
+}
+
+std::string_view plot_css() {
+  return R"(:root{--c0:#c8500a;--c1:#0067a5;--c2:#008a63;--c3:#b0578d;--c4:#b37f00;--c5:#2f9bd8;--ink:#1b2027;--soft:#5c6672;--line:#e3e7ec;--edge:#b9c1cb;--paper:#ffffff;--raise:#f6f8fa;--alarm:#b3261e;--good:#1a7f4b;--wait:#8a6100}
+@media (prefers-color-scheme:dark){:root{--c0:#f08a4b;--c1:#63b3ee;--c2:#3ecfa0;--c3:#e39cc6;--c4:#e8bc4a;--c5:#8fd0f7;--ink:#e6eaf0;--soft:#9aa5b1;--line:#2a3038;--edge:#48515c;--paper:#14181d;--raise:#1b2027;--alarm:#ff8a80;--good:#5fd39a;--wait:#e8bc4a}}
+.plot{display:block;max-width:100%;height:auto;font:11.5px/1.2 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif;font-variant-numeric:tabular-nums}
+.plot text{fill:var(--soft)}.plot .lb,.plot .lg{fill:var(--ink)}
+.plot .gr{stroke:var(--line);fill:none;shape-rendering:crispEdges}.plot .ax{stroke:var(--edge);fill:none;shape-rendering:crispEdges}
+.plot .ln{fill:none;stroke-linejoin:round;stroke-linecap:round}
+.plot .cn{stroke:var(--ink);opacity:.75}.plot .c0{stroke:var(--c0)}.plot .c1{stroke:var(--c1)}.plot .c2{stroke:var(--c2)}.plot .c3{stroke:var(--c3)}.plot .c4{stroke:var(--c4)}.plot .c5{stroke:var(--c5)}
+.plot .fn{fill:var(--soft)}.plot .f0{fill:var(--c0)}.plot .f1{fill:var(--c1)}.plot .f2{fill:var(--c2)}.plot .f3{fill:var(--c3)}.plot .f4{fill:var(--c4)}.plot .f5{fill:var(--c5)}
+.plot rect[class^=f]{opacity:.55}.plot .bd{fill:var(--soft);opacity:.1}.plot .g0,.plot .g1,.plot .g2,.plot .g3,.plot .g4,.plot .g5{opacity:.2}
+.plot .g0{fill:var(--c0)}.plot .g1{fill:var(--c1)}.plot .g2{fill:var(--c2)}.plot .g3{fill:var(--c3)}.plot .g4{fill:var(--c4)}.plot .g5{fill:var(--c5)}
+.plot .mk{stroke:var(--alarm);stroke-dasharray:6 3;fill:none}.plot text.mt{fill:var(--alarm)}
+.plot .zr{stroke:#fff;stroke-width:1.4;fill:none}.plot .rm{stroke:var(--edge);fill:none}.plot .wd{stroke:var(--ink);stroke-width:1.5;fill:none}.plot .hd{fill:var(--ink)}
+.plot .wh{stroke:var(--ink);stroke-width:1.3;fill:none}.plot .pt{fill:var(--ink);opacity:.55}.plot .rf{fill:var(--paper);stroke:var(--ink);stroke-width:1.5}
+)";
+}
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,68 @@
+// What a thrust stand's files say beyond T = c_t ω² and Q = c_q ω²: faults of its sensors first, then one effect at a time, judged by
+// runs that had no part in estimating it. Files of one propeller are compared with each other.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/stand/block_fit.hpp"
+#include "bench/stand/stand_checks.hpp"
+#include "bench/diagnose/verdict.hpp"
+
+namespace rotorloop::bench {
+
+// One effect against what c ω² leaves of one channel.
+struct StandCandidate {
+  std::string id;                                        // effects/catalogue.toml where it has one
+  std::string law;                                       // what is added to c ω²
+  std::vector<NamedValue> parameters;                    // its coefficients; u holds for correlated neighbours
+  double z = 0.0;                                        // of its coefficients together, in standard errors
+  double rms = 0.0;                                      // with it, of all points
+  double held_out_rms_before = 0.0, held_out_rms = 0.0;  // on runs that did not estimate it
+  Fall held_out_fall;                                    // of that rms, with its 95 % interval
+  bool of_the_rotor = true;                              // false: a wrong zero, a gain that drifts
+  std::string ruled_out_by;                              // empty: it may be the missing effect
+};
+
+struct StandChannelFit {
+  std::string channel, unit;  // "thrust", "N"
+  NamedValue coefficient;     // c_t or c_q: of one rotor, SI
+  double rms = 0.0, r2 = 0.0, largest = 0.0;
+  std::size_t points = 0, runs = 0;
+  std::vector<StandCandidate> candidates;              // the one that serves held-out runs best first
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;  // unexplained: real, and best described by something that is none of the rotor's
+  std::optional<std::size_t> best;                     // index into candidates: named, or first of the class
+  std::vector<std::string> twins;                      // ambiguous: what serves held-out runs about as well
+  BlockFit with_best;                                  // c and the best candidate's coefficients
+};
+
+struct StandFileDiagnosis {
+  std::string name, motor, propeller;
+  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
+  std::vector<StandFault> faults;
+  std::vector<std::string> notes;
+  std::vector<StandChannelFit> channels;
+  std::optional<double> full_speed_per_volt, full_current_per_volt;  // at the largest command: rad/s/V, A/V
+};
+
+struct StandDiagnosis {
+  std::vector<StandFileDiagnosis> files;
+  std::vector<std::string> remarks;  // of the comparison, in words
+};
+
+struct StandDiagnosisOptions {
+  double least_fall = 0.02;  // of the held-out rms
+  double least_z = 3.3;
+  std::uint64_t seed = 1;
+};
+
+// One file that has been read. Throws Error (data_quality) only when nothing can be fitted and no fault says why.
+StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOptions& options = {});
+
+// All files through one mapping, compared where they share a propeller (mapping's [file_name]; without it all do).
+StandDiagnosis diagnose_stands(const std::vector<std::filesystem::path>& files, const StandMapping& mapping,
+                               const StandDiagnosisOptions& options = {});
+
+}  // namespace rotorloop::bench

@@ -1,0 +1,165 @@
+// `rotorloop close`: the whole loop through flight, with the analyst shut away from the truth; `close truth` compares afterwards.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "bench/close/child_process.hpp"
+#include "bench/close/loop_result.hpp"
+#include "bench/close/report.hpp"
+#include "bench/close/run.hpp"
+#include "bench/close/run_layout.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "host/base/error.hpp"
+#include "cli/commands.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path plan, vehicle, analyst, out = "runs";
+  std::string name, learn_seeds, held_out_seeds, judged_seeds;
+  int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool json = false, quiet = false, force = false, require_isolation = false;
+};
+
+// Ctrl-C reaches the flights by themselves; the loop then ends before its next stage.
+std::atomic<bool> g_stop{false};
+void on_interrupt(int) { g_stop.store(true, std::memory_order_relaxed); }
+
+std::string command_line(const Options& o) {
+  std::string out = "rotorloop close " + o.plan.generic_string();
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) out += fmt::format(" {} {}", option, value);
+  };
+  add("--vehicle", o.vehicle.generic_string());
+  add("--learn-seeds", o.learn_seeds);
+  add("--held-out-seeds", o.held_out_seeds);
+  add("--seeds", o.judged_seeds);
+  add("--analyst", o.analyst.generic_string());
+  return out;
+}
+
+bench::LoopPlan planned(const Options& o) {
+  bench::LoopPlan p = bench::read_loop_plan(o.plan);
+  if (!o.vehicle.empty()) {
+    if (!fs::is_regular_file(o.vehicle))
+      throw Error(
+          {"--vehicle", fmt::format("\"{}\": no such file", o.vehicle.generic_string()), "", "give the vehicle file to start from"});
+    p.vehicle = o.vehicle;
+  }
+  const auto seeds = [](const std::string& text, std::vector<std::uint64_t>& list) {
+    if (!text.empty()) list = bench::parse_seeds(text);
+  };
+  seeds(o.learn_seeds, p.learn_seeds);
+  seeds(o.held_out_seeds, p.held_out_seeds);
+  seeds(o.judged_seeds, p.judged_seeds);
+  for (const auto s : p.learn_seeds)
+    for (const auto* other : {&p.held_out_seeds, &p.judged_seeds})
+      if (std::find(other->begin(), other->end(), s) != other->end())
+        throw Error({"seeds", fmt::format("{} is learnt from and also held out or judged", s), "", "give lists without a common seed"});
+  return p;
+}
+
+int close(const Options& o) {
+  bench::LoopOptions options;
+  options.runs_dir = o.out;
+  options.name = o.name;
+  options.force = o.force;
+  options.program = bench::own_program();
+  if (!o.analyst.empty()) options.analyst = fs::canonical(o.analyst);
+  options.jobs = o.jobs;
+  options.require_isolation = o.require_isolation;
+  options.command_line = command_line(o);
+  options.version = std::string("rotorloop ") + kVersion + " " + kGit;
+  options.stop = &g_stop;
+  if (!o.quiet) options.tell = [](const std::string& stage, const std::string& text) { fmt::print(stderr, "{}: {}\n", stage, text); };
+  g_stop = false;
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  struct sigaction previous {};
+  sigaction(SIGINT, &action, &previous);
+  const fs::path run = bench::close_loop(planned(o), options);
+  sigaction(SIGINT, &previous, nullptr);
+  const bench::LoopResult result = bench::assemble_loop(run);
+  fmt::print("{}", o.json ? bench::loop_result_json(result) : bench::loop_result_text(result));
+  return static_cast<int>(result.pass ? ExitCode::ok : ExitCode::verdict);
+}
+
+int truth(const fs::path& given, bool json) {
+  const fs::path run = fs::absolute(given);
+  const bench::TruthComparison c = bench::tell_truth(run);
+  const bench::LoopResult result = bench::assemble_loop(run);
+  bench::write_text_file(bench::LoopLayout{run}.result(), bench::loop_result_json(result));
+  bench::write_text_file(bench::LoopLayout{run}.report(), bench::loop_report_html(result));
+  fmt::print("{}", json ? bench::truth_json(c) : bench::truth_text(c));
+  return static_cast<int>(c.right() ? ExitCode::ok : ExitCode::verdict);
+}
+
+}  // namespace
+
+void add_close(CLI::App& app, int& exit_code) {
+  auto* c = app.add_subcommand("close", "close the loop: fly, identify, diagnose, fly again; the analyst never sees the plant");
+  auto o = std::make_shared<Options>();
+  c->add_option("PLAN", o->plan, "loop file: vehicle, plant, what the plant has besides, flights (docs/files.md)");
+  c->add_option("--vehicle", o->vehicle, "vehicle file to start from, instead of the plan's");
+  c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights that the analyst gets, such as 201 or 201,202");
+  c->add_option("--held-out-seeds", o->held_out_seeds, "seeds of the flights held out");
+  c->add_option("--seeds", o->judged_seeds, "seeds of the judged flights, such as 1..10");
+  c->add_option("--out", o->out, "folder of runs")->capture_default_str();
+  c->add_option("--name", o->name, "name of the run folder; else \"close-\" and the plan's name");
+  c->add_option("-j,--jobs", o->jobs, "flights at a time; changes the time, never the result")->check(CLI::Range(1, 256));
+  c->add_option("--analyst", o->analyst, "another program for the analyst's part; is called like rotorloop identify and diagnose");
+  c->add_flag("--require-isolation", o->require_isolation, "end with 3 when nothing on this machine keeps the analyst from the truth");
+  c->add_flag("--force", o->force, "start anew; else a run that was stopped goes on where it was");
+  c->add_flag("--json", o->json, "result.json on stdout instead of the table");
+  c->add_flag("-q,--quiet", o->quiet, "nothing on stderr");
+  c->footer(
+      "The bench flies; the analyst gets copies of flight.csv and the vehicle file, on a desk of its own, in a process that cannot open "
+      "the\n"
+      "plant, truth.csv or anything else of the run: as root under a user id that nobody has, and with Landlock or a mount namespace "
+      "where\n"
+      "the kernel has them. Before the analyst starts, a process in the same room tries every way out; the result says what it found.\n"
+      "\nExamples:\n"
+      "  rotorloop close scenarios/close/aft_rotor_wake.toml              the whole loop; runs/close-…/report.html\n"
+      "  rotorloop close scenarios/close/nothing.toml --seeds 1..10       is nothing found where nothing is missing?\n"
+      "  rotorloop close truth runs/close-aft-rotor-wake                  afterwards: was the analyst right?\n"
+      "\nA run that was stopped goes on where it was. What a stage was made from stands in its done.toml; a changed vehicle file, plan or\n"
+      "trajectory makes anew what depends on it.\n"
+      "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 the analyst "
+      "could\n"
+      "not use the logs, 6 a judged flight missed its expectation (truth: missed or wrong), 130 interrupted.");
+  auto* t = c->add_subcommand("truth", "compare a finished loop with the plant: effects named, their sizes, mass properties");
+  struct TruthOptions {
+    fs::path run;
+    bool json = false;
+  };
+  auto to = std::make_shared<TruthOptions>();
+  t->add_option("RUN", to->run, "run folder of rotorloop close")->required();
+  t->add_flag("--json", to->json, "truth.json on stdout instead of the table");
+  t->callback([to, &exit_code] { exit_code = truth(to->run, to->json); });
+  c->require_subcommand(0, 1);
+  c->callback([c, o, &exit_code] {
+    if (!c->get_subcommands().empty()) {
+      if (!o->plan.empty())
+        throw Error(
+            {"rotorloop close", fmt::format("\"{}\" before a subcommand", o->plan.generic_string()), "", "give a plan or a subcommand"});
+      return;
+    }
+    if (o->plan.empty())
+      throw Error({"rotorloop close", "no loop file given", "",
+                   "name one, such as scenarios/close/aft_rotor_wake.toml; see rotorloop close --help"});
+    exit_code = close(*o);
+  });
+}
+
+}  // namespace rotorloop::cli

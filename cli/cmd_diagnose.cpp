@@ -1,0 +1,215 @@
+// `rotorloop diagnose`: which physical effect explains what the model leaves unexplained.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/report/diagnosis_report.hpp"
+#include "bench/diagnose/report/diagnosis_text.hpp"
+#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
+#include "bench/diagnose/residuals/residual_findings.hpp"
+#include "bench/hil/run_clock.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "bench/identify/held_out.hpp"
+#include "bench/identify/identified_vehicle.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
+#include "cli/commands.hpp"
+#include "cli/diagnose_commands.hpp"
+#include "cli/diagnose_stand.hpp"
+#include "cli/fit_options.hpp"
+#include "cli/flight_inputs.hpp"
+#include "cli/progress_line.hpp"
+#include "host/effects/user_term.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  FlightPaths paths;
+  fs::path vehicle, out, report, library;
+  std::vector<fs::path> stand, reference;
+  std::vector<std::string> without;
+  FitOptions fit{.rate_Hz = 100.0};
+  std::vector<double> wrench_band;
+  int max_effects = 6;
+  std::size_t placebos = 100;
+  std::uint64_t seed = 1;
+  bool json = false, no_checks = false, forget = false;
+};
+
+bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
+  bench::DiagnoseOptions d;
+  bench::IdentifyOptions& i = d.identify;
+  o.fit.apply(i);
+  i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
+  i.grid.slopes_by_middle = true;
+  std::vector<std::string> terms;
+  for (const host::VehicleEffect& e : vehicle.effects) {
+    if (host::find_term(e.id)) terms.push_back(e.id);
+  }
+  i.terms = term_list(terms);
+  for (std::size_t t = 0; own && t < own->size(); ++t) {
+    d.library.push_back(&(*own)[t]);
+    for (const host::VehicleEffect& e : vehicle.effects) {
+      if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
+    }
+  }
+  i.fit.noise.rounds = 16;
+  i.fit.noise.tolerance = 0.05;
+  i.fit.max_iterations = 80;
+  i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
+  i.fit.noise.per_flight = true;
+  d.without = o.without;
+  d.beliefs = !o.forget;
+  d.max_effects = o.max_effects;
+  d.placebos = o.placebos;
+  d.seed = o.seed;
+  return d;
+}
+
+// Flights that the checks refuse are a verdict, not an error: the fault is what was to be found.
+int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
+  bench::DiagnosisRun run;
+  run.diagnosis.verdict = bench::DiagnosisVerdict::faulty;
+  const ErrorText& text = error.text();
+  run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
+  const std::string json = bench::diagnosis_json(run, std::nullopt, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
+  fmt::print("{}", o.json ? json : bench::diagnosis_text(run));
+  if (!o.report.empty()) {
+    fs::create_directories(o.report);
+    bench::write_text_file(o.report / "result.json", json);
+  }
+  return 0;
+}
+
+int diagnose(const Options& o) {
+  if (!o.stand.empty()) {
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed});
+    return 0;
+  }
+  if (o.vehicle.empty() || o.paths.flights.empty())
+    throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
+  const bench::RunClock clock;
+  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  std::optional<host::UserTerms> own;
+  if (!o.library.empty()) {
+    own = host::UserTerms::read(o.library, catalogue);
+    own->join(catalogue);
+  }
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
+  FlightPaths paths = o.paths;
+  paths.checks = !o.no_checks;
+  FlightInputs read;
+  try {
+    read = read_flights(paths, host::to_model(base));
+  } catch (const Error& e) {
+    if (e.exit_code() != ExitCode::data_quality) throw;
+    return faulty(o, e, clock);
+  }
+  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
+  const bench::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
+  const ProgressStyle style = progress_style(o.paths.quiet);
+  const std::vector<bench::FlightToFit> fitted = read.to_fit();
+  bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
+    if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
+  });
+  bench::choose_manoeuvres(run, options.library, options.identify.fit.threads);
+  for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
+    for (const bench::LogFinding& finding : read.checked[f].findings) {
+      if (finding.action == bench::FindingAction::note) continue;
+      auto& list = finding.fault ? run.diagnosis.faults : run.diagnosis.left_out;
+      list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+    }
+  }
+  bench::ResidualFindings left;
+  if (run.after.problem.flights.front()->pose.empty()) {
+    run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  } else {
+    left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
+    bench::judge_residuals(left, run.after.problem.start, run.diagnosis, o.without);
+  }
+  std::optional<bench::HeldOutScores> held_out;
+  bench::WrenchBand band;
+  if (!o.wrench_band.empty()) band = {o.wrench_band[0], o.wrench_band[1]};
+  if (read.flights.size() > read.fitted)
+    held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
+  const std::string json = bench::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+  if (o.json) {
+    fmt::print("{}", json);
+  } else {
+    fmt::print("{}", bench::diagnosis_text(run));
+    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
+  }
+  if (!o.report.empty()) {
+    fs::create_directories(o.report);
+    bench::write_text_file(o.report / "result.json", json);
+    bench::write_text_file(
+        o.report / "report.html",
+        bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
+  }
+  // Last: what was found is told even when no vehicle file can be made of it.
+  if (!o.out.empty()) {
+    write_checked(o.out,
+                  bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
+                                            std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes()),
+                  catalogue);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* c =
+      app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
+  c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
+  c->add_option("--flight", o->paths.flights, "flights to diagnose");
+  c->add_option("--reference", o->reference,
+                "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
+  c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
+  c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
+  c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
+  c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
+  c->add_option("--without", o->without, "effect that is not considered, by its id in effects/catalogue.toml");
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000", 20.0);
+  c->add_option("--wrench-band", o->wrench_band,
+                "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber)
+      ->default_str("0,10");
+  c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
+  c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
+      ->check(CLI::Range(0, 300))
+      ->capture_default_str();
+  c->add_option("--seed", o->seed, "of the placebos")->capture_default_str();
+  c->add_flag("--forget", o->forget, "estimate everything anew: what the vehicle file knows is start value only");
+  c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--json", o->json, "result.json on stdout instead of tables");
+  c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
+  c->footer(
+      "Verdicts: clean, named, ambiguous (a class that these flights cannot tell apart, with the flight that would), unexplained, faulty.\n"
+      "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
+      "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
+      "better.toml\n"
+      "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
+      "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
+      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used, or no credible vehicle file (-o) "
+      "comes of them.");
+  c->callback([o, &exit_code] { exit_code = diagnose(*o); });
+}
+
+}  // namespace rotorloop::cli

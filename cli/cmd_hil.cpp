@@ -1,0 +1,218 @@
+// `rotorloop hil SCENARIO…`: flies scenarios and says whether they passed.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <memory>
+#include <thread>
+
+#include "bench/hil/scenario.hpp"
+#include "host/base/error.hpp"
+#include "cli/hil_commands.hpp"
+#include "cli/progress_line.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenarios;
+  std::string out = "runs", name, seeds, variants, flights, vehicle;
+  int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool json = false, quiet = false, force = false, dry_run = false;
+};
+
+// Ctrl-C ends the flights at their next step; a second one ends the program at once.
+std::atomic<bool> g_stop{false};
+void on_interrupt(int) { g_stop.store(true, std::memory_order_relaxed); }
+
+class InterruptGuard {
+ public:
+  InterruptGuard() {
+    g_stop = false;
+    struct sigaction action {};
+    action.sa_handler = on_interrupt;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, &previous_);
+  }
+  ~InterruptGuard() { sigaction(SIGINT, &previous_, nullptr); }
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+ private:
+  struct sigaction previous_ {};
+};
+
+void choose_flights(bench::Scenario& s, const std::string& list) {
+  std::vector<bench::FlightPlan> chosen;
+  for (std::size_t at = 0; at <= list.size();) {
+    const auto comma = std::min(list.find(',', at), list.size());
+    const auto name = list.substr(at, comma - at);
+    const auto it = std::find_if(s.flights.begin(), s.flights.end(), [&](const auto& f) { return f.name == name; });
+    if (it == s.flights.end()) {
+      std::vector<std::string> names;
+      for (const auto& f : s.flights) names.push_back(f.name);
+      throw Error({"--flights", fmt::format("\"{}\" is not a flight of {}", name, s.path.generic_string()), "",
+                   fmt::format("use one or more of: {}", fmt::join(names, ","))});
+    }
+    if (std::any_of(chosen.begin(), chosen.end(), [&](const auto& f) { return f.name == name; }))
+      throw Error({"--flights", fmt::format("\"{}\" is given twice", name), "", "give each flight once"});
+    chosen.push_back(*it);
+    at = comma + 1;
+  }
+  s.flights = std::move(chosen);
+}
+
+bench::Scenario narrowed(const std::string& path, const Options& o) {
+  auto s = bench::read_scenario(path);
+  if (!o.seeds.empty()) s.seeds = bench::parse_seeds(o.seeds);
+  if (!o.variants.empty()) s.variants = bench::parse_variants(o.variants);
+  if (!o.flights.empty()) choose_flights(s, o.flights);
+  if (!o.vehicle.empty()) {
+    if (!std::filesystem::is_regular_file(o.vehicle))
+      throw Error({"--vehicle", fmt::format("\"{}\": no such file", o.vehicle), "",
+                   "give a vehicle file, such as rotorloop identify or calibrate writes"});
+    s.vehicle = s.vehicle_given = o.vehicle;
+  }
+  return s;
+}
+
+std::string plan_text(const bench::Scenario& s, const Options& o) {
+  std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
+                                s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
+  for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
+  for (const auto v : s.variants) out += fmt::format("  variant  {}\n", bench::variant_name(v));
+  out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
+  out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
+                     s.gains.generic_string());
+  for (const auto& f : s.faults) {
+    const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", bench::bus_name(f.bus));
+    out +=
+        fmt::format("  fault    {} of {} at {} s{}{}\n", bench::fault_kind_name(f.kind), target, f.at_s,
+                    f.duration_s > 0 ? fmt::format(" for {} s", f.duration_s) : " to the end", f.flight.empty() ? "" : " in " + f.flight);
+  }
+  for (const auto& text : bench::ablation_texts(s.ablation)) out += fmt::format("  ablation {}\n", text);
+  out += fmt::format("  limits   {}\n", s.limits.error.size() + s.limits.reduction.size() + s.limits.bus_load.size());
+  const auto name = o.name.empty() ? bench::folder_name(s.name) : o.name;
+  return out + fmt::format("  writes   {}\n", (std::filesystem::path(o.out) / name).generic_string());
+}
+
+void print_result(const bench::Scenario& s, const bench::HilResult& r) {
+  fmt::print("{}\n{}\n", s.name, bench::tracking_table_text(s, r.assessment, r.flights));
+  if (const auto limits = bench::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
+  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", bench::verdict_name(r.result.verdict), r.folder.generic_string(),
+             (r.folder / "report.html").generic_string());
+}
+
+int hil(const Options& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
+  if (o.scenarios.empty())
+    throw Error({"rotorloop hil", "no scenario given", "",
+                 "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
+  if (!o.name.empty() && o.scenarios.size() > 1)
+    throw Error({"--name", fmt::format("names one run, but {} scenarios are given", o.scenarios.size()), "",
+                 "leave --name out, or fly one scenario at a time"});
+  // Everything is read before the first flight: a slip in the last file is not found after an hour.
+  std::vector<bench::Scenario> scenarios;
+  for (const auto& path : o.scenarios) scenarios.push_back(narrowed(path, o));
+  std::map<std::string, std::string> folders;
+  for (const auto& s : scenarios) {
+    const auto [it, added] = folders.emplace(o.name.empty() ? bench::folder_name(s.name) : o.name, s.path.generic_string());
+    if (!added)
+      throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second),
+                   "both scenarios have the same name", "give them different names"});
+  }
+  if (check)
+    for (const auto& s : scenarios) check(s);
+  if (o.dry_run) {
+    for (const auto& s : scenarios) fmt::print("{}", plan_text(s, o));
+    return static_cast<int>(ExitCode::ok);
+  }
+
+  const InterruptGuard guard;
+  bool all_passed = true;
+  std::vector<std::string> documents;
+  for (const auto& s : scenarios) {
+    ProgressLine progress(progress_style(o.quiet), stderr);
+    bench::RunOptions options;
+    options.runs_dir = o.out;
+    options.name = o.name;
+    options.force = o.force;
+    options.jobs = o.jobs;
+    options.command_line = command_line;
+    options.stop = &g_stop;
+    const auto result = run(s, options, progress);
+    if (o.json)
+      documents.push_back(bench::result_json_text(result.result));
+    else
+      print_result(s, result);
+    all_passed = all_passed && result.result.verdict == bench::Verdict::pass;
+    if (g_stop) break;
+  }
+  if (o.json) fmt::print("{}", documents.size() == 1 ? documents.front() : fmt::format("[\n{}]\n", fmt::join(documents, ",\n")));
+  if (g_stop) return static_cast<int>(ExitCode::interrupted);
+  return static_cast<int>(all_passed ? ExitCode::ok : ExitCode::verdict);
+}
+
+// The command as typed, for run.toml; parts with blanks are quoted.
+std::string typed(const std::vector<std::string>& words) {
+  std::string out = "rotorloop hil";
+  for (const auto& w : words) out += w.find_first_of(" \t'\"$*") == std::string::npos && !w.empty() ? " " + w : " '" + w + "'";
+  return out;
+}
+
+std::vector<std::string> words_of(const Options& o) {
+  std::vector<std::string> w = o.scenarios;
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) w.insert(w.end(), {name, value});
+  };
+  add("--seeds", o.seeds);
+  add("--variants", o.variants);
+  add("--flights", o.flights);
+  add("--name", o.name);
+  add("--vehicle", o.vehicle);
+  return w;
+}
+
+}  // namespace
+
+void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
+  auto* c = app.add_subcommand("hil", "fly scenarios in the simulated loop and judge them");
+  auto o = std::make_shared<Options>();
+  c->add_option("SCENARIO", o->scenarios, "scenario files (docs/files.md)");
+  c->add_option("--out", o->out, "folder that run folders are made in")->capture_default_str();
+  c->add_option("--name", o->name, "name of the run folder; default: made from the scenario's name");
+  c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
+  c->add_option("--variants", o->variants, "only these controllers: pd_ff,pd_ff_drag,pd_ff_thrust_drag,pd_ff_no_effects");
+  c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
+  c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: what the controller believes");
+  c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
+  c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
+  c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
+  c->add_flag("--force", o->force, "replace a run folder that exists");
+  c->add_flag("--dry-run", o->dry_run, "check the scenario and every file it names, print what would be flown");
+  c->footer(
+      "Examples:\n"
+      "  rotorloop hil scenarios/paper.toml                     fly it; tables, verdict, runs/paper/report.html\n"
+      "  rotorloop hil scenarios/paper.toml --seeds 3 -j 2      a quick look with seeds 1 to 3\n"
+      "  rotorloop hil scenarios/paper.toml --dry-run           check the file, fly nothing\n"
+      "  rotorloop hil scenarios/paper.toml --name after        keep this run beside the last one\n"
+      "  rotorloop hil scenarios/paper.toml --vehicle identified.toml --name identified\n"
+      "  rotorloop hil compare runs/paper runs/after            what changed, and is it more than scatter\n"
+      "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
+      "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or could not be\n"
+      "judged, 130 interrupted (the flights until then are kept).");
+  add_hil_compare(*c, exit_code);
+  add_hil_report(*c, exit_code);
+  c->require_subcommand(0, 1);
+  c->callback([c, o, run = std::move(run), check = std::move(check), &exit_code] {
+    if (!c->get_subcommands().empty()) {
+      if (!o->scenarios.empty())
+        throw Error({"rotorloop hil", fmt::format("\"{}\" before a subcommand", o->scenarios.front()), "",
+                     "give scenarios or a subcommand, not both"});
+      return;
+    }
+    exit_code = hil(*o, typed(words_of(*o)), run, check);
+  });
+}
+
+}  // namespace rotorloop::cli

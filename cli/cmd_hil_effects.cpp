@@ -1,0 +1,82 @@
+// `rotorloop hil effects`: what each physical effect of the plant does, at defined points and in flight.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <thread>
+
+#include "bench/hil/effect_page.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "host/base/error.hpp"
+#include "cli/commands.hpp"
+#include "cli/progress_line.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+struct Options {
+  std::string scenario = "scenarios/effects.toml", seeds, out;
+  std::vector<std::string> effects;
+  int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool json = false, quiet = false, probes_only = false;
+};
+
+// For the page: without what changes neither table.
+std::string command_line(const Options& o) {
+  std::string out = "rotorloop hil effects";
+  if (o.scenario != Options{}.scenario) out += " --scenario " + o.scenario;
+  for (const auto& e : o.effects) out += " --effect " + e;
+  if (!o.seeds.empty()) out += " --seeds " + o.seeds;
+  if (o.probes_only) out += " --probes-only";
+  if (!o.out.empty()) out += " -o " + o.out;
+  return out;
+}
+
+int effects(const Options& o) {
+  const auto chosen = bench::chosen_effects(o.effects);
+  bench::EffectStudy study;
+  study.scenario = bench::read_scenario(o.scenario);
+  if (!o.seeds.empty()) study.scenario.seeds = bench::parse_seeds(o.seeds);
+  study.command_line = command_line(o);
+  const bench::Inputs inputs = bench::read_inputs(study.scenario);
+  study.probes = bench::probe_effects(inputs, chosen);
+  if (!o.probes_only) {
+    ProgressLine progress(progress_style(o.quiet), stderr);
+    study.flights = bench::compare_effects(study.scenario, inputs, chosen, {.jobs = o.jobs, .stop = nullptr}, progress);
+  }
+  const std::string text = o.json ? bench::effect_json_text(study) : bench::effect_page(study);
+  if (o.out.empty())
+    fmt::print("{}", text);
+  else
+    bench::write_text_file(o.out, text);
+  const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return p.missed(); });
+  if (outside > 0)
+    fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), bench::kProbeFactor);
+  return static_cast<int>(outside > 0 ? ExitCode::verdict : ExitCode::ok);
+}
+
+}  // namespace
+
+void add_hil_effects(CLI::App& hil, int& exit_code) {
+  auto* c = hil.add_subcommand("effects", "each physical effect of the plant on and off: sizes against references, and in flight");
+  auto o = std::make_shared<Options>();
+  c->add_option("--effect", o->effects, "only this effect, by id (repeatable); default: all");
+  c->add_option("--scenario", o->scenario, "flights, and which effect each of them shows")->capture_default_str();
+  c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
+  c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
+  c->add_flag("--probes-only", o->probes_only, "sizes at defined points only: a second instead of minutes");
+  c->add_option("-o,--out", o->out, "file to write; without it the page goes to standard output");
+  c->add_flag("--json", o->json, "one JSON document instead of Markdown");
+  c->add_flag("-q,--quiet", o->quiet, "no progress on stderr");
+  c->footer(
+      "Examples:\n"
+      "  rotorloop hil effects --effect axial_inflow --effect blockage_strut     two effects, on standard output\n"
+      "  rotorloop hil effects -o docs/effects.md                                all of them: docs/effects.md\n"
+      "  rotorloop hil effects --probes-only --json | jq '.probes[] | select(.within | not)'\n"
+      "\nExit codes: 0 all sizes within a factor 2 of their reference, 2 bad arguments or input file, 6 a size is outside.\n"
+      "A flight that an effect brings down is a result: the table says why it ended.");
+  c->callback([o, &exit_code] { exit_code = effects(*o); });
+}
+
+}  // namespace rotorloop::cli

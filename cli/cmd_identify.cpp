@@ -1,0 +1,282 @@
+// `rotorloop identify`: flight logs in, a vehicle file with uncertainties out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/hil/run_clock.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "bench/identify/beside.hpp"
+#include "bench/identify/report/diagnostics_text.hpp"
+#include "bench/identify/held_out.hpp"
+#include "bench/identify/identified_vehicle.hpp"
+#include "bench/identify/identify.hpp"
+#include "bench/identify/report/identify_report.hpp"
+#include "bench/identify/report/identify_text.hpp"
+#include "bench/identify/parameter_names.hpp"
+#include "bench/identify/solver_check.hpp"
+#include "bench/identify/report/trail.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
+#include "cli/commands.hpp"
+#include "cli/fit_options.hpp"
+#include "cli/flight_inputs.hpp"
+#include "cli/identify_progress.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  FlightPaths paths;
+  fs::path vehicle, out, report;
+  std::vector<fs::path> trail, beside;
+  std::vector<std::string> terms;
+  FitOptions fit{.rate_Hz = 200.0};
+  double drag_speed_m_s = 8.5;
+  double robust_scale = 0.0, block_s = 1.0;
+  int iterations = 100;
+  std::string noise = "em", solver = "own";
+  bool json = false, no_checks = false, names = false;
+};
+
+bench::IdentifyOptions identify_options(const Options& o) {
+  bench::IdentifyOptions i;
+  o.fit.apply(i);
+  i.terms = term_list(o.terms);
+  i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
+  i.fit.noise.per_flight = o.noise == "em-per-flight";
+  i.fit.innovations = true;
+  i.fit.robust_scale = o.robust_scale;
+  i.fit.block_s = o.block_s;
+  i.fit.max_iterations = o.iterations;
+  return i;
+}
+
+// Files are told apart by name, and by the whole path where two have the same.
+std::vector<bench::VehicleBeside> read_beside(const std::vector<fs::path>& paths) {
+  std::vector<bench::VehicleBeside> out;
+  for (const fs::path& path : paths) {
+    const auto same = std::count_if(paths.begin(), paths.end(), [&](const fs::path& other) { return other.filename() == path.filename(); });
+    out.push_back({(same > 1 ? path : path.filename()).generic_string(), host::read_vehicle(path, host::builtin_effect_catalogue())});
+  }
+  return out;
+}
+
+bench::IdentifyConditions conditions(const Options& o) {
+  return {o.vehicle.filename().generic_string(),
+          o.noise,
+          o.solver,
+          o.fit.rate_Hz,
+          o.fit.from_s,
+          o.fit.to_s,
+          o.drag_speed_m_s,
+          o.robust_scale,
+          o.block_s,
+          o.fit.use,
+          o.fit.free,
+          o.fit.hold,
+          o.fit.per_flight};
+}
+
+// Text or JSON to stdout, the page and result.json into the folder.
+void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis,
+             const bench::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
+             const bench::RunClock& clock) {
+  const std::optional<bench::HeldOutScores>& held_out = analysis.held_out;
+  std::vector<bench::InputHash> inputs = read.inputs;
+  for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
+  const bench::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
+  const std::string json = bench::identify_result_json(result, analysis, comparison, read.checked, provenance);
+  if (o.json) {
+    fmt::print("{}", json);
+  } else {
+    if (!result.comparison.empty()) fmt::print("{}\n", bench::stages_table(result));
+    fmt::print("{}{}\n{}", bench::estimates_table(result, base), bench::sensor_rotation_text(result),
+               bench::derived_table(analysis.derived));
+    for (const std::string& table :
+         {bench::beside_table(result, comparison, analysis.derived), bench::static_thrust_table(comparison, analysis.derived)})
+      fmt::print("{}{}", table.empty() ? "" : "\n", table);
+    fmt::print("\n{}", bench::noise_table(result));
+    if (const std::string note = bench::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
+    fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
+               bench::observability_table(analysis.observability));
+    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
+    fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
+               result.fit.noise_rounds,
+               !result.fit.converged      ? " (NOT CONVERGED)"
+               : result.fit.noise_settled ? ""
+                                          : " (noise not settled)",
+               2.0 * result.fit.cost / result.fit.degrees_of_freedom);
+    if (analysis.solver_check) fmt::print("{}", bench::solver_check_text(*analysis.solver_check));
+  }
+  if (o.report.empty()) return;
+  fs::create_directories(o.report);
+  bench::write_text_file(o.report / "result.json", json);
+  std::vector<bench::TrailPoint> trail;
+  if (!o.trail.empty()) {
+    std::vector<fs::path> trials = o.trail;
+    trials.push_back(o.report);
+    trail = bench::read_trail(trials);
+  }
+  const bench::IdentifyPage page{result,
+                                 analysis,
+                                 comparison,
+                                 read.checked,
+                                 provenance,
+                                 base.name,
+                                 trail,
+                                 bench::trail_references(comparison, analysis.derived, result.problem.start.terms),
+                                 held_out ? bench::held_out_html(*held_out) : std::string()};
+  bench::write_text_file(o.report / "report.html", bench::identify_report_html(page));
+}
+
+// A fit without an end: what the flights disagree about says why, when they do.
+[[noreturn]] void throw_not_converged(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis) {
+  std::string moved;
+  for (const bench::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
+    if (p.moved) moved += (moved.empty() ? "" : ", ") + bench::parameter_info(p.parameter, result.problem.start.terms).symbol;
+  }
+  const std::string what = fmt::format("the fit did not converge in {} iterations{}", result.fit.iterations,
+                                       o.out.empty() ? "" : "; no vehicle file was written") +
+                           (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
+  if (moved.empty()) {
+    throw Error(
+        {"identify", what, "noise figures that chase each other, or parameters that these flights cannot tell",
+         "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
+        ExitCode::data_quality);
+  }
+  throw Error({"identify", what, "the flights ask for different values of " + moved + ": the model lacks an effect that some of them show",
+               "add it (--term; `rotorloop diagnose` names it), hold what cannot differ (--hold pose_delay for synchronised logs), or "
+               "leave out the flight that disagrees"},
+              ExitCode::data_quality);
+}
+
+[[noreturn]] void throw_solvers_differ(const Options& o, const bench::SolverCheck& check) {
+  throw Error(
+      {"identify --solver ceres", bench::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
+       "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
+       "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
+      ExitCode::data_quality);
+}
+
+int identify(const Options& o) {
+  const bench::RunClock clock;
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
+  const std::vector<bench::VehicleBeside> beside = read_beside(o.beside);
+  FlightPaths paths = o.paths;
+  paths.checks = !o.no_checks;
+  FlightInputs read = read_flights(paths, host::to_model(base));
+  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  const bench::IdentifyOptions options = identify_options(o);
+  const bool check = o.solver == "ceres";
+  bench::Identification result;
+  std::optional<bench::SolverCheck> solver_check;
+  {
+    IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr, options.fit);
+    int parts = 0;
+    result = bench::identify(read.to_fit(), base, options, [&](bench::IdentifyProgress p) {
+      parts = p.parts += check ? 1 : 0;
+      progress(p);
+    });
+    if (check && result.fit.converged) {
+      progress.goes_on_with(bench::check_options(options.fit));
+      solver_check = bench::check_by_ceres(result, options.fit, [&](const bench::FitProgress& p) {
+        progress({"check by Ceres", parts, parts, p});
+      });
+    }
+  }
+  bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  analysis.solver_check = solver_check;
+  if (read.flights.size() > read.fitted) analysis.held_out = bench::score_held_out(read.held_out(), result, options);
+  const bench::FileComparison comparison =
+      bench::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
+  publish(o, result, analysis, comparison, read, base, clock);
+  if (!result.fit.converged) throw_not_converged(o, result, analysis);
+  if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
+  // Last: what was found is told even when no vehicle file can be made of it.
+  if (!o.out.empty()) {
+    write_checked(o.out,
+                  bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
+                                            std::string("rotorloop identify ") + kVersion, read.fitted_hashes()),
+                  host::builtin_effect_catalogue());
+  }
+  if (!o.out.empty() && !o.json) fmt::print("written: {}\n", o.out.generic_string());
+  return 0;
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values; needed but for --names");
+  c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
+  c->add_option("--vertical", o->paths.vertical, "stage 1: flight with fast climbs and descents (thrust)");
+  c->add_option("--horizontal", o->paths.horizontal, "stage 2: fast horizontal flight (drag)");
+  c->add_option("--rotation", o->paths.rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
+  c->add_option("--flight", o->paths.flights, "any other flight, for the joint fit");
+  c->add_option("--held-out", o->paths.held_out,
+                "flight that has no part in the fit: the identified model foretells it, beside the vehicle file's");
+  c->add_option("-o,--out", o->out, "vehicle file to write");
+  c->add_option("--report", o->report, "folder for report.html and result.json");
+  c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
+  c->add_option("--beside", o->beside,
+                "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
+  c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
+  c->add_option("--noise", o->noise,
+                "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
+      ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
+      ->capture_default_str();
+  c->add_option("--solver", o->solver,
+                "own: elimination of the states; ceres: that, then the joint fit by Ceres as well, slower, and how far the two lie apart")
+      ->check(CLI::IsMember({"own", "ceres"}))
+      ->capture_default_str();
+  c->add_option("--robust", o->robust_scale,
+                "a pose farther off than this many standard deviations counts less and less (Cauchy loss), 1 to 100; 0: squares for all")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  c->add_option("--block", o->block_s,
+                "length of the blocks whose scatter gives robust u, s: twice what residuals stay correlated for, or more")
+      ->check(CLI::Range(0.05, 60.0))
+      ->capture_default_str();
+  c->add_option("--iterations", o->iterations, "of each fit, at most")->check(CLI::Range(1, 1000))->capture_default_str();
+  c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
+  c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
+  c->add_flag("--json", o->json, "result.json on stdout instead of tables");
+  c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
+  c->footer(
+      "Example: the paper's three flights, then a fourth that had no part in it\n"
+      "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
+      "    --rotation run/rotation --held-out run/general -o vehicles/identified.toml --report report\n"
+      "A log of another tool needs a mapping file (docs/files.md); one flight without a role is enough when it excites everything:\n"
+      "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
+      "Which names --free, --hold, --per-flight and --term take:\n"
+      "  rotorloop identify --names\n"
+      "Exit codes: 0 done; 2 usage or bad input file; 5 data quality: the logs lack what the fit needs or cannot tell a parameter, the "
+      "fit\n"
+      "did not converge, the identified vehicle is not credible, or --solver ceres gives another answer. The message names what, and what "
+      "to do.");
+  c->callback([o, &exit_code] {
+    if (o->names) {
+      fmt::print("{}", bench::names_table(host::builtin_effect_catalogue()));
+      return;
+    }
+    // Here and not as `required()`, since --names does without.
+    if (o->vehicle.empty()) throw CLI::RequiredError("--vehicle");
+    exit_code = identify(*o);
+  });
+}
+
+}  // namespace rotorloop::cli

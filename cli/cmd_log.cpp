@@ -1,0 +1,85 @@
+// `rotorloop log`: what is in a flight log, whoever wrote it, and the same flight in another format.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/hil/run_folder.hpp"
+#include "bench/log/log_summary.hpp"
+#include "bench/log/own_log.hpp"
+#include "bench/log/read_flight.hpp"
+#include "bench/log/ulog_write.hpp"
+#include "host/base/error.hpp"
+#include "cli/commands.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+struct Options {
+  std::filesystem::path log, mapping, out;
+  bool json = false;
+};
+
+bench::FlightRecord read(const Options& o, std::vector<bench::LogFinding>& notes) {
+  std::optional<bench::LogMapping> mapping;
+  if (!o.mapping.empty()) mapping = bench::read_log_mapping(o.mapping);
+  return bench::read_flight(o.log, mapping ? &*mapping : nullptr, &notes);
+}
+
+int info(const Options& o) {
+  std::vector<bench::LogFinding> notes;
+  const auto flight = read(o, notes);
+  fmt::print("{}", o.json ? bench::summary_json(flight, notes) : bench::summary_text(flight, notes));
+  return 0;
+}
+
+int convert(const Options& o) {
+  const auto extension = o.out.extension();
+  if (extension != ".ulg" && extension != ".csv")
+    throw Error({o.out.generic_string(), "has an ending that names no format to write", "",
+                 "let --out end in .ulg (ULog) or .csv (flight log of rotorloop)"});
+  std::vector<bench::LogFinding> notes;
+  const auto flight = read(o, notes);
+  for (const auto& n : notes) fmt::print(stderr, "note: {}: {}\n", n.stream, n.what);
+  if (extension == ".csv" && !flight.pose.empty() && !flight.position_W_m.empty())
+    fmt::print(stderr, "note: position: not written; a flight log has one position, that of the pose\n");
+  bench::write_text_file(o.out, extension == ".ulg" ? bench::ulog_bytes(flight) : bench::own_log_text(flight));
+  return 0;
+}
+
+void add_input(CLI::App& c, Options& o) {
+  c.add_option("log", o.log, "flight log: CSV, ULog, or a folder of a run that holds flight.csv")->required();
+  c.add_option("-m,--mapping", o.mapping, "mapping file: what the columns of a log of another tool mean");
+}
+
+}  // namespace
+
+void add_log(CLI::App& app, int& exit_code) {
+  CLI::App* group = app.add_subcommand("log", "flight logs of this and other tools: what they hold, and conversion");
+  group->require_subcommand(1);
+  {
+    auto o = std::make_shared<Options>();
+    CLI::App* c = group->add_subcommand("info", "streams, rates, spans and first values");
+    add_input(*c, *o);
+    c->add_flag("--json", o->json, "one JSON document instead of a table");
+    c->footer(
+        "Examples:\n"
+        "  rotorloop log info run/horizontal/pd_ff/1\n"
+        "  rotorloop log info flight.ulg --mapping vehicles/measured/px4_ulog.mapping.toml\n"
+        "Without a mapping, the error for a log of another tool lists its columns or topics.");
+    c->callback([o, &exit_code] { exit_code = info(*o); });
+  }
+  auto o = std::make_shared<Options>();
+  CLI::App* c = group->add_subcommand("convert", "write a flight as ULog or as a flight log of rotorloop");
+  add_input(*c, *o);
+  c->add_option("-o,--out", o->out, "file to write, ending in .ulg or .csv")->required();
+  c->footer("Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg");
+  c->callback([o, &exit_code] { exit_code = convert(*o); });
+}
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,28 @@
+// `rotorloop rotor oracles`: recorded results of other programs against ours, each in that program's own conventions.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "bench/propeller/oracles/oracles.hpp"
+#include "host/base/error.hpp"
+#include "cli/commands.hpp"
+#include "cli/measured_data.hpp"
+
+namespace rotorloop::cli {
+
+void add_rotor_oracles(CLI::App& rotor, int& exit_code) {
+  CLI::App* c = rotor.add_subcommand("oracles", "recorded results of QPROP, agilicious, JSBSim and RotorPy against ours, in their conventions");
+  c->footer(
+      "Needs the recordings: ROTORLOOP_DATA names the folder that holds propellers/. docs/acceptance/rotor_oracles.md discusses every figure.\n"
+      "Exit code 0: all limits met; 6: a limit missed; 5: data missing; 2: an argument is wrong.");
+  c->callback([&exit_code] {
+    const auto rows = bench::rotor_oracles(measured_data_folder());
+    fmt::print("{}", bench::oracle_table(rows));
+    const bool met = std::all_of(rows.begin(), rows.end(), [](const bench::OracleRow& r) { return r.met(); });
+    fmt::print("\n{}\n", met ? "all limits met" : "a limit is missed");
+    exit_code = static_cast<int>(met ? ExitCode::ok : ExitCode::verdict);
+  });
+}
+
+}  // namespace rotorloop::cli

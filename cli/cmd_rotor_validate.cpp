@@ -1,0 +1,88 @@
+// `rotorloop rotor validate`: the rotor solve against measured propellers of the data folder.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "bench/hil/run_folder.hpp"
+#include "bench/propeller/report/validation_output.hpp"
+#include "host/base/error.hpp"
+#include "cli/commands.hpp"
+#include "cli/measured_data.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> propellers;
+  std::filesystem::path page;
+  bench::PropellerInputs inputs;
+  bool json = false;
+};
+
+std::vector<bench::CataloguedPropeller> chosen(const std::vector<std::string>& keys) {
+  const auto& all = bench::propeller_catalogue();
+  if (keys.empty()) return all;
+  std::vector<bench::CataloguedPropeller> out;
+  std::string known;
+  for (const auto& e : all) known += (known.empty() ? "" : ", ") + e.key;
+  for (const std::string& key : keys) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& e) { return e.key == key; });
+    if (found == all.end())
+      throw Error({"--propeller", fmt::format("\"{}\" is not a measured propeller", key), "", "use one of: " + known});
+    out.push_back(*found);
+  }
+  return out;
+}
+
+int validate(Options o) {
+  const auto entries = chosen(o.propellers);
+  o.inputs.data = measured_data_folder();
+  bench::ValidationDocument d;
+  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
+  d.stall_drag = o.inputs.stall_drag;
+  d.command = "rotorloop rotor validate";
+  for (const auto& key : o.propellers) d.command += " --propeller " + key;
+  if (!o.inputs.section.empty()) d.command += " --section " + o.inputs.section;
+  if (o.inputs.fit_rpm > 0.0) d.command += fmt::format(" --fit-rpm {:g}", o.inputs.fit_rpm);
+  if (d.stall_drag != 0.0) d.command += fmt::format(" --stall-drag {:g}", d.stall_drag);
+  // Everything is read before the first fit.
+  std::vector<bench::MeasuredPropeller> measured;
+  for (const auto& e : entries) measured.push_back(bench::read_measured_propeller(o.inputs, e));
+  for (const auto& m : measured) d.results.push_back(bench::validate(m));
+  d.limits = bench::judge(d.results);
+  if (!o.page.empty()) bench::write_text_file(o.page, bench::validation_html(d));
+  fmt::print("{}", o.json ? bench::validation_json(d) : bench::validation_text(d));
+  if (!o.page.empty() && !o.json) fmt::print("\nwritten: {}\n", o.page.generic_string());
+  return static_cast<int>(bench::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);
+}
+
+}  // namespace
+
+void add_rotor_validate(CLI::App& rotor, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* c =
+      rotor.add_subcommand("validate", "the rotor solve against measured propellers: errors before and after a fit of four scalars");
+  c->add_option("--propeller", o->propellers, "only this one, by its folder in the data (repeatable)");
+  c->add_option("-o,--out", o->page, "also write an HTML page with plots");
+  c->add_option("--section", o->inputs.section, "this section for all propellers, in place of their own");
+  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml, for sections that the data lack")->capture_default_str();
+  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed, in place of the middle one that reaches zero thrust")
+      ->check(CLI::Range(100.0, 1e5));
+  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall; 0 as the shipped blade")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  c->add_flag("--json", o->json, "print one JSON document instead of tables");
+  c->footer(
+      "Needs the measured data: ROTORLOOP_DATA names the folder that holds propellers/.\n"
+      "Exit code 0: all limits met; 6: a limit missed; 5: data missing; 2: a file or argument is wrong.\n"
+      "Examples:\n"
+      "  rotorloop rotor validate -o rotors.html\n"
+      "  rotorloop rotor validate --propeller da4002_5x3.75 --section clark_y\n"
+      "  rotorloop rotor validate --json | jq .limits");
+  c->callback([o, &exit_code] { exit_code = validate(*o); });
+}
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,53 @@
+#include "cli/fit_options.hpp"
+
+#include <thread>
+
+#include "host/base/error.hpp"
+
+namespace rotorloop::cli {
+
+void FitOptions::apply(bench::IdentifyOptions& i) const {
+  i.grid.rate_Hz = rate_Hz;
+  i.grid.from_s = from_s;
+  i.grid.to_s = to_s;
+  for (const std::string& stream : use) {
+    if (stream == "gyro") i.grid.use_gyro = true;
+    if (stream == "accel") i.grid.use_accel = true;
+    if (stream == "velocity") i.grid.use_velocity = true;
+    if (stream == "load") i.grid.use_load = true;
+  }
+  i.wishes = {free, hold, per_flight};
+  i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz) {
+  app.add_option(
+      "--free", o.free,
+      "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
+  app.add_option("--hold", o.hold, "hold a parameter or group at its start value");
+  app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
+  app.add_option("--use", o.use, "readings beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"gyro", "accel", "velocity", "load"}));
+  app.add_option("--rate", o.rate_Hz, rate_help)->check(CLI::Range(least_rate_Hz, 1000.0))->capture_default_str();
+  app.add_option("--from", o.from_s, "leave out what lies before, s");
+  app.add_option("--to", o.to_s, "leave out what lies after, s");
+}
+
+void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue) {
+  try {
+    (void)host::parse_vehicle(host::vehicle_text(v), path, catalogue);
+  } catch (const Error& e) {
+    ErrorText text = e.text();
+    text.what = "the identified vehicle is not credible and was not written: " + text.what;
+    text.likely =
+        "the flights do not tell these parameters, the model lacks an effect that they show, or a stream is wrong (see the findings of the "
+        "checks)";
+    text.remedy =
+        "hold what they cannot tell (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that excite it";
+    throw Error(text, ExitCode::data_quality);
+  }
+  host::write_vehicle(path, v);
+}
+
+}  // namespace rotorloop::cli

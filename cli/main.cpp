@@ -1,0 +1,28 @@
+// The `rotorloop` command: one line for each subcommand.
+#include <CLI/CLI.hpp>
+
+#include "bench/hil/flight.hpp"
+#include "bench/hil/runner.hpp"
+#include "cli/commands.hpp"
+#include "cli/hil_commands.hpp"
+#include "cli/run_command.hpp"
+#include "rotorloop_version.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"rotorloop: hardware-in-the-loop test bench and motor/ESC firmware toolkit", "rotorloop"};
+  app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
+  app.require_subcommand(1);
+  int exit_code = 0;
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil,
+                          [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
+  rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
+  rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_close(app, exit_code);
+  rotorloop::cli::add_identify(app, exit_code);
+  rotorloop::cli::add_diagnose(app, exit_code);
+  rotorloop::cli::add_log(app, exit_code);
+  rotorloop::cli::add_nanodrone(app, exit_code);
+  rotorloop::cli::add_rotor(app, exit_code);
+  rotorloop::cli::add_trajectory(app, exit_code);
+  return rotorloop::cli::run_command(app, argc, argv, exit_code);
+}

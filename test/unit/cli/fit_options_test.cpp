@@ -1,0 +1,62 @@
+// Options and vehicle files that identify and diagnose share.
+#include "cli/fit_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/base/error.hpp"
+#include "test/unit/bench/temp_folder.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+host::VehicleFile calibrated(const host::EffectCatalogue& catalogue) {
+  return host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/calibrated.toml", catalogue);
+}
+
+TEST(WriteChecked, AVehicleWithNegativeVerticalDragIsRefusedAsDataQualityAndNotWritten) {
+  const bench::TempFolder folder;
+  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  host::VehicleFile v = calibrated(catalogue);
+  write_checked(folder.path() / "good.toml", v, catalogue);
+  EXPECT_TRUE(fs::exists(folder.path() / "good.toml"));
+  v.c_dz_N_s2_m2.value = -0.002;
+  try {
+    write_checked(folder.path() / "bad.toml", v, catalogue);
+    FAIL() << "written";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.exit_code(), ExitCode::data_quality);
+    EXPECT_NE(e.text().what.find("not credible and was not written"), std::string::npos) << e.what();
+    EXPECT_NE(e.text().what.find("c_dz"), std::string::npos) << e.what();
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / "bad.toml"));
+}
+
+TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
+  CLI::App app;
+  FitOptions o{.rate_Hz = 100.0};
+  add_fit_options(app, o, "states per second", 20.0);
+  app.parse("--use gyro,velocity --rate 50 --from 1.5 --to 9 --free gravity_tilt=0.01 --hold c_q --per-flight com_offset", false);
+  bench::IdentifyOptions i;
+  o.apply(i);
+  EXPECT_TRUE(i.grid.use_gyro);
+  EXPECT_FALSE(i.grid.use_accel);
+  EXPECT_TRUE(i.grid.use_velocity);
+  EXPECT_EQ(i.grid.rate_Hz, 50.0);
+  EXPECT_EQ(i.grid.from_s, 1.5);
+  EXPECT_EQ(i.grid.to_s, 9.0);
+  EXPECT_EQ(i.wishes.free, std::vector<std::string>{"gravity_tilt=0.01"});
+  EXPECT_EQ(i.wishes.hold, std::vector<std::string>{"c_q"});
+  EXPECT_EQ(i.wishes.per_flight, std::vector<std::string>{"com_offset"});
+}
+
+TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
+  CLI::App app;
+  FitOptions o{.rate_Hz = 100.0};
+  add_fit_options(app, o, "states per second", 20.0);
+  EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
+}
+
+}  // namespace
+}  // namespace rotorloop::cli
