@@ -24,7 +24,7 @@ struct Options {
   double period_s = 0.05;
 };
 
-void row(const char* name, const bench::FittedValue& v, const char* unit) {
+void row(const char* name, const calibrate::FittedValue& v, const char* unit) {
   fmt::print("{:<8} {:>12.4e} ± {:.1e} {}\n", name, v.value, v.u, unit);
 }
 
@@ -41,44 +41,44 @@ void coefficient_rows(const Fit& fit) {
 std::string written_by() { return std::string("rotorloop calibrate ") + kVersion; }
 
 // Points made for the coefficients, and the states of planned flights: what a builder with a wind tunnel would do.
-host::VehicleFile from_programme(const Options& o, const bench::Tunnel& tunnel, const host::VehicleFile& base) {
-  std::vector<bench::FlightState> planned;
+host::VehicleFile from_programme(const Options& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+  std::vector<calibrate::FlightState> planned;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   for (const auto& path : o.trajectories) {
-    const auto states = bench::planned_states(host::read_trajectory(path).trajectory, base.mass_kg.value, o.period_s);
+    const auto states = calibrate::planned_states(host::read_trajectory(path).trajectory, base.mass_kg.value, o.period_s);
     planned.insert(planned.end(), states.begin(), states.end());
     inputs.push_back("sha256:" + sha256_file(path));
   }
-  const auto points = bench::run_programme(tunnel, planned, base.mass_kg.value * host::kGravity_m_s2);
-  if (!o.table.empty()) bench::write_load_points(o.table, points);
-  const bench::LoadFit fit = bench::fit_loads(points, host::to_model(base));
+  const auto points = calibrate::run_programme(tunnel, planned, base.mass_kg.value * host::kGravity_m_s2);
+  if (!o.table.empty()) calibrate::write_load_points(o.table, points);
+  const calibrate::LoadFit fit = calibrate::fit_loads(points, host::to_model(base));
   fmt::print("{} load points: {} powered, {} of these axial\n", points.size(), fit.powered_points, fit.axial_points);
   coefficient_rows(fit);
   fmt::print("misfit (rms): thrust {:.3f} N, in-plane force {:.3f} N, yaw torque {:.2e} N m\n", fit.thrust_rms_N, fit.in_plane_rms_N,
              fit.yaw_torque_rms_N_m);
-  return bench::calibrated(base, fit, written_by(), inputs);
+  return calibrate::calibrated(base, fit, written_by(), inputs);
 }
 
 // The states that simulated flights really met: the least misfit that eq. (1)-(5) can have there. A yardstick; no real vehicle has it.
-host::VehicleFile from_flown(const Options& o, const bench::Tunnel& tunnel, const host::VehicleFile& base) {
-  std::vector<bench::LoadPoint> points;
+host::VehicleFile from_flown(const Options& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+  std::vector<calibrate::LoadPoint> points;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   std::size_t logs = 0;
   for (const auto& folder : o.flown)
-    for (const auto& log : bench::truth_logs(folder, o.variant)) {
-      for (const auto& s : bench::flown_states(log, o.period_s)) points.push_back(tunnel.measure(s.v_B_m_s, s.omega_rad_s));
+    for (const auto& log : calibrate::truth_logs(folder, o.variant)) {
+      for (const auto& s : calibrate::flown_states(log, o.period_s)) points.push_back(tunnel.measure(s.v_B_m_s, s.omega_rad_s));
       inputs.push_back("sha256:" + sha256_file(log));
       ++logs;
     }
-  if (!o.table.empty()) bench::write_load_points(o.table, points);
-  const bench::FlownFit fit = bench::fit_flown(points, host::to_model(base));
+  if (!o.table.empty()) calibrate::write_load_points(o.table, points);
+  const calibrate::FlownFit fit = calibrate::fit_flown(points, host::to_model(base));
   fmt::print("{} states of {} flights\n", fit.states, logs);
   coefficient_rows(fit);
   row("com x", fit.com_x_m, "m");
   row("com y", fit.com_y_m, "m");
   fmt::print("misfit (rms): in-plane force {:.3f} N, thrust {:.3f} N, roll and pitch torque {:.2e} N m, yaw torque {:.2e} N m\n",
              fit.force_xy_rms_N, fit.force_z_rms_N, fit.roll_pitch_rms_N_m, fit.yaw_rms_N_m);
-  return bench::calibrated(base, fit, written_by(), inputs);
+  return calibrate::calibrated(base, fit, written_by(), inputs);
 }
 
 int calibrate(const Options& o) {
@@ -88,7 +88,7 @@ int calibrate(const Options& o) {
   const sim::PlantFile plant = sim::read_plant(o.plant);
   const auto rotors = sim::read_rotors(plant);
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
-  const bench::Tunnel tunnel(plant, rotors);
+  const calibrate::Tunnel tunnel(plant, rotors);
   const host::VehicleFile result = o.flown.empty() ? from_programme(o, tunnel, base) : from_flown(o, tunnel, base);
   host::write_vehicle(o.out, result);
   fmt::print("static c_t {:.4e} N s², hover at {:.0f} RPM\nwritten: {}\n", result.static_thrust.front().c_t_N_s2,

@@ -48,8 +48,8 @@ std::string command_line(const Options& o) {
   return out;
 }
 
-bench::LoopPlan planned(const Options& o) {
-  bench::LoopPlan p = bench::read_loop_plan(o.plan);
+closed_loop::LoopPlan planned(const Options& o) {
+  closed_loop::LoopPlan p = closed_loop::read_loop_plan(o.plan);
   if (!o.vehicle.empty()) {
     if (!fs::is_regular_file(o.vehicle))
       throw Error(
@@ -57,7 +57,7 @@ bench::LoopPlan planned(const Options& o) {
     p.vehicle = o.vehicle;
   }
   const auto seeds = [](const std::string& text, std::vector<std::uint64_t>& list) {
-    if (!text.empty()) list = bench::parse_seeds(text);
+    if (!text.empty()) list = hil::parse_seeds(text);
   };
   seeds(o.learn_seeds, p.learn_seeds);
   seeds(o.held_out_seeds, p.held_out_seeds);
@@ -70,11 +70,11 @@ bench::LoopPlan planned(const Options& o) {
 }
 
 int close(const Options& o) {
-  bench::LoopOptions options;
+  closed_loop::LoopOptions options;
   options.runs_dir = o.out;
   options.name = o.name;
   options.force = o.force;
-  options.program = bench::own_program();
+  options.program = closed_loop::own_program();
   if (!o.analyst.empty()) options.analyst = fs::canonical(o.analyst);
   options.jobs = o.jobs;
   options.require_isolation = o.require_isolation;
@@ -88,20 +88,20 @@ int close(const Options& o) {
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   struct sigaction previous {};
   sigaction(SIGINT, &action, &previous);
-  const fs::path run = bench::close_loop(planned(o), options);
+  const fs::path run = closed_loop::close_loop(planned(o), options);
   sigaction(SIGINT, &previous, nullptr);
-  const bench::LoopResult result = bench::assemble_loop(run);
-  fmt::print("{}", o.json ? bench::loop_result_json(result) : bench::loop_result_text(result));
+  const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
+  fmt::print("{}", o.json ? closed_loop::loop_result_json(result) : closed_loop::loop_result_text(result));
   return static_cast<int>(result.pass ? ExitCode::ok : ExitCode::verdict);
 }
 
 int truth(const fs::path& given, bool json) {
   const fs::path run = fs::absolute(given);
-  const bench::TruthComparison c = bench::tell_truth(run);
-  const bench::LoopResult result = bench::assemble_loop(run);
-  bench::write_text_file(bench::LoopLayout{run}.result(), bench::loop_result_json(result));
-  bench::write_text_file(bench::LoopLayout{run}.report(), bench::loop_report_html(result));
-  fmt::print("{}", json ? bench::truth_json(c) : bench::truth_text(c));
+  const closed_loop::TruthComparison c = closed_loop::tell_truth(run);
+  const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
+  hil::write_text_file(closed_loop::LoopLayout{run}.result(), closed_loop::loop_result_json(result));
+  hil::write_text_file(closed_loop::LoopLayout{run}.report(), closed_loop::loop_report_html(result));
+  fmt::print("{}", json ? closed_loop::truth_json(c) : closed_loop::truth_text(c));
   return static_cast<int>(c.right() ? ExitCode::ok : ExitCode::verdict);
 }
 

@@ -44,9 +44,9 @@ struct Options {
   bool json = false, no_checks = false, forget = false;
 };
 
-bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
-  bench::DiagnoseOptions d;
-  bench::IdentifyOptions& i = d.identify;
+diagnose::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
+  diagnose::DiagnoseOptions d;
+  identify::IdentifyOptions& i = d.identify;
   o.fit.apply(i);
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
   i.grid.slopes_by_middle = true;
@@ -75,16 +75,16 @@ bench::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFil
 }
 
 // Flights that the checks refuse are a verdict, not an error: the fault is what was to be found.
-int faulty(const Options& o, const Error& error, const bench::RunClock& clock) {
-  bench::DiagnosisRun run;
-  run.diagnosis.verdict = bench::DiagnosisVerdict::faulty;
+int faulty(const Options& o, const Error& error, const hil::RunClock& clock) {
+  diagnose::DiagnosisRun run;
+  run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
   const ErrorText& text = error.text();
   run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
-  const std::string json = bench::diagnosis_json(run, std::nullopt, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
-  fmt::print("{}", o.json ? json : bench::diagnosis_text(run));
+  const std::string json = diagnose::diagnosis_json(run, std::nullopt, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
+  fmt::print("{}", o.json ? json : diagnose::diagnosis_text(run));
   if (!o.report.empty()) {
     fs::create_directories(o.report);
-    bench::write_text_file(o.report / "result.json", json);
+    hil::write_text_file(o.report / "result.json", json);
   }
   return 0;
 }
@@ -97,7 +97,7 @@ int diagnose(const Options& o) {
   if (o.vehicle.empty() || o.paths.flights.empty())
     throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
                  "give --vehicle and --flight; or --stand, for files of a thrust stand"});
-  const bench::RunClock clock;
+  const hil::RunClock clock;
   host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   std::optional<host::UserTerms> own;
   if (!o.library.empty()) {
@@ -117,50 +117,50 @@ int diagnose(const Options& o) {
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
-  const bench::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
+  const diagnose::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
-  const std::vector<bench::FlightToFit> fitted = read.to_fit();
-  bench::DiagnosisRun run = bench::diagnose(fitted, base, options, [&](const bench::DiagnoseProgress& p) {
+  const std::vector<identify::FlightToFit> fitted = read.to_fit();
+  diagnose::DiagnosisRun run = diagnose::diagnose(fitted, base, options, [&](const diagnose::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
   });
-  bench::choose_manoeuvres(run, options.library, options.identify.fit.threads);
+  diagnose::choose_manoeuvres(run, options.library, options.identify.fit.threads);
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
-    for (const bench::LogFinding& finding : read.checked[f].findings) {
-      if (finding.action == bench::FindingAction::note) continue;
+    for (const log::LogFinding& finding : read.checked[f].findings) {
+      if (finding.action == log::FindingAction::note) continue;
       auto& list = finding.fault ? run.diagnosis.faults : run.diagnosis.left_out;
       list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
   }
-  bench::ResidualFindings left;
+  diagnose::ResidualFindings left;
   if (run.after.problem.flights.front()->pose.empty()) {
     run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
   } else {
-    left = bench::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
-    bench::judge_residuals(left, run.after.problem.start, run.diagnosis, o.without);
+    left = diagnose::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
+    diagnose::judge_residuals(left, run.after.problem.start, run.diagnosis, o.without);
   }
-  std::optional<bench::HeldOutScores> held_out;
-  bench::WrenchBand band;
+  std::optional<identify::HeldOutScores> held_out;
+  identify::WrenchBand band;
   if (!o.wrench_band.empty()) band = {o.wrench_band[0], o.wrench_band[1]};
   if (read.flights.size() > read.fitted)
-    held_out = bench::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
-  const std::string json = bench::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+    held_out = identify::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
+  const std::string json = diagnose::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
     fmt::print("{}", json);
   } else {
-    fmt::print("{}", bench::diagnosis_text(run));
-    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
+    fmt::print("{}", diagnose::diagnosis_text(run));
+    if (held_out) fmt::print("\n{}", identify::held_out_table(*held_out));
   }
   if (!o.report.empty()) {
     fs::create_directories(o.report);
-    bench::write_text_file(o.report / "result.json", json);
-    bench::write_text_file(
+    hil::write_text_file(o.report / "result.json", json);
+    hil::write_text_file(
         o.report / "report.html",
-        bench::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : bench::residual_sections_html(left)}));
+        diagnose::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : diagnose::residual_sections_html(left)}));
   }
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {
     write_checked(o.out,
-                  bench::identified_vehicle(run.after.fit, base, bench::flown_rpm(run.after.flights),
+                  identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights),
                                             std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes()),
                   catalogue);
   }

@@ -43,8 +43,8 @@ class InterruptGuard {
   struct sigaction previous_ {};
 };
 
-void choose_flights(bench::Scenario& s, const std::string& list) {
-  std::vector<bench::FlightPlan> chosen;
+void choose_flights(hil::Scenario& s, const std::string& list) {
+  std::vector<hil::FlightPlan> chosen;
   for (std::size_t at = 0; at <= list.size();) {
     const auto comma = std::min(list.find(',', at), list.size());
     const auto name = list.substr(at, comma - at);
@@ -63,10 +63,10 @@ void choose_flights(bench::Scenario& s, const std::string& list) {
   s.flights = std::move(chosen);
 }
 
-bench::Scenario narrowed(const std::string& path, const Options& o) {
-  auto s = bench::read_scenario(path);
-  if (!o.seeds.empty()) s.seeds = bench::parse_seeds(o.seeds);
-  if (!o.variants.empty()) s.variants = bench::parse_variants(o.variants);
+hil::Scenario narrowed(const std::string& path, const Options& o) {
+  auto s = hil::read_scenario(path);
+  if (!o.seeds.empty()) s.seeds = hil::parse_seeds(o.seeds);
+  if (!o.variants.empty()) s.variants = hil::parse_variants(o.variants);
   if (!o.flights.empty()) choose_flights(s, o.flights);
   if (!o.vehicle.empty()) {
     if (!std::filesystem::is_regular_file(o.vehicle))
@@ -77,30 +77,30 @@ bench::Scenario narrowed(const std::string& path, const Options& o) {
   return s;
 }
 
-std::string plan_text(const bench::Scenario& s, const Options& o) {
+std::string plan_text(const hil::Scenario& s, const Options& o) {
   std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
                                 s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
   for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
-  for (const auto v : s.variants) out += fmt::format("  variant  {}\n", bench::variant_name(v));
+  for (const auto v : s.variants) out += fmt::format("  variant  {}\n", hil::variant_name(v));
   out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
   out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
                      s.gains.generic_string());
   for (const auto& f : s.faults) {
-    const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", bench::bus_name(f.bus));
+    const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", hil::bus_name(f.bus));
     out +=
-        fmt::format("  fault    {} of {} at {} s{}{}\n", bench::fault_kind_name(f.kind), target, f.at_s,
+        fmt::format("  fault    {} of {} at {} s{}{}\n", hil::fault_kind_name(f.kind), target, f.at_s,
                     f.duration_s > 0 ? fmt::format(" for {} s", f.duration_s) : " to the end", f.flight.empty() ? "" : " in " + f.flight);
   }
-  for (const auto& text : bench::ablation_texts(s.ablation)) out += fmt::format("  ablation {}\n", text);
+  for (const auto& text : hil::ablation_texts(s.ablation)) out += fmt::format("  ablation {}\n", text);
   out += fmt::format("  limits   {}\n", s.limits.error.size() + s.limits.reduction.size() + s.limits.bus_load.size());
-  const auto name = o.name.empty() ? bench::folder_name(s.name) : o.name;
+  const auto name = o.name.empty() ? hil::folder_name(s.name) : o.name;
   return out + fmt::format("  writes   {}\n", (std::filesystem::path(o.out) / name).generic_string());
 }
 
-void print_result(const bench::Scenario& s, const bench::HilResult& r) {
-  fmt::print("{}\n{}\n", s.name, bench::tracking_table_text(s, r.assessment, r.flights));
-  if (const auto limits = bench::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
-  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", bench::verdict_name(r.result.verdict), r.folder.generic_string(),
+void print_result(const hil::Scenario& s, const hil::HilResult& r) {
+  fmt::print("{}\n{}\n", s.name, hil::tracking_table_text(s, r.assessment, r.flights));
+  if (const auto limits = hil::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
+  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", hil::verdict_name(r.result.verdict), r.folder.generic_string(),
              (r.folder / "report.html").generic_string());
 }
 
@@ -112,11 +112,11 @@ int hil(const Options& o, const std::string& command_line, const RunHil& run, co
     throw Error({"--name", fmt::format("names one run, but {} scenarios are given", o.scenarios.size()), "",
                  "leave --name out, or fly one scenario at a time"});
   // Everything is read before the first flight: a slip in the last file is not found after an hour.
-  std::vector<bench::Scenario> scenarios;
+  std::vector<hil::Scenario> scenarios;
   for (const auto& path : o.scenarios) scenarios.push_back(narrowed(path, o));
   std::map<std::string, std::string> folders;
   for (const auto& s : scenarios) {
-    const auto [it, added] = folders.emplace(o.name.empty() ? bench::folder_name(s.name) : o.name, s.path.generic_string());
+    const auto [it, added] = folders.emplace(o.name.empty() ? hil::folder_name(s.name) : o.name, s.path.generic_string());
     if (!added)
       throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second),
                    "both scenarios have the same name", "give them different names"});
@@ -133,7 +133,7 @@ int hil(const Options& o, const std::string& command_line, const RunHil& run, co
   std::vector<std::string> documents;
   for (const auto& s : scenarios) {
     ProgressLine progress(progress_style(o.quiet), stderr);
-    bench::RunOptions options;
+    hil::RunOptions options;
     options.runs_dir = o.out;
     options.name = o.name;
     options.force = o.force;
@@ -142,10 +142,10 @@ int hil(const Options& o, const std::string& command_line, const RunHil& run, co
     options.stop = &g_stop;
     const auto result = run(s, options, progress);
     if (o.json)
-      documents.push_back(bench::result_json_text(result.result));
+      documents.push_back(hil::result_json_text(result.result));
     else
       print_result(s, result);
-    all_passed = all_passed && result.result.verdict == bench::Verdict::pass;
+    all_passed = all_passed && result.result.verdict == hil::Verdict::pass;
     if (g_stop) break;
   }
   if (o.json) fmt::print("{}", documents.size() == 1 ? documents.front() : fmt::format("[\n{}]\n", fmt::join(documents, ",\n")));

@@ -28,8 +28,8 @@ void add_hil_compare(CLI::App& hil, int& exit_code) {
       "  rotorloop hil compare runs/before runs/after --fail-on-diff    for scripts: 0 same, 6 different\n"
       "\nDifferences are paired by seed where both runs flew it, and marked when they leave their 99 % interval.");
   c->callback([o, &exit_code] {
-    const auto comparison = bench::compare_runs(o->a, o->b, o->verify);
-    fmt::print("{}", o->json ? bench::comparison_json_text(comparison) : bench::comparison_text(comparison));
+    const auto comparison = hil::compare_runs(o->a, o->b, o->verify);
+    fmt::print("{}", o->json ? hil::comparison_json_text(comparison) : hil::comparison_text(comparison));
     exit_code = static_cast<int>(o->fail_on_diff && comparison.differs ? ExitCode::verdict : ExitCode::ok);
   });
 }

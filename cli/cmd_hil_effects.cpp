@@ -34,25 +34,25 @@ std::string command_line(const Options& o) {
 }
 
 int effects(const Options& o) {
-  const auto chosen = bench::chosen_effects(o.effects);
-  bench::EffectStudy study;
-  study.scenario = bench::read_scenario(o.scenario);
-  if (!o.seeds.empty()) study.scenario.seeds = bench::parse_seeds(o.seeds);
+  const auto chosen = hil::chosen_effects(o.effects);
+  hil::EffectStudy study;
+  study.scenario = hil::read_scenario(o.scenario);
+  if (!o.seeds.empty()) study.scenario.seeds = hil::parse_seeds(o.seeds);
   study.command_line = command_line(o);
-  const bench::Inputs inputs = bench::read_inputs(study.scenario);
-  study.probes = bench::probe_effects(inputs, chosen);
+  const hil::Inputs inputs = hil::read_inputs(study.scenario);
+  study.probes = hil::probe_effects(inputs, chosen);
   if (!o.probes_only) {
     ProgressLine progress(progress_style(o.quiet), stderr);
-    study.flights = bench::compare_effects(study.scenario, inputs, chosen, {.jobs = o.jobs, .stop = nullptr}, progress);
+    study.flights = hil::compare_effects(study.scenario, inputs, chosen, {.jobs = o.jobs, .stop = nullptr}, progress);
   }
-  const std::string text = o.json ? bench::effect_json_text(study) : bench::effect_page(study);
+  const std::string text = o.json ? hil::effect_json_text(study) : hil::effect_page(study);
   if (o.out.empty())
     fmt::print("{}", text);
   else
-    bench::write_text_file(o.out, text);
+    hil::write_text_file(o.out, text);
   const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return p.missed(); });
   if (outside > 0)
-    fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), bench::kProbeFactor);
+    fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), hil::kProbeFactor);
   return static_cast<int>(outside > 0 ? ExitCode::verdict : ExitCode::ok);
 }
 

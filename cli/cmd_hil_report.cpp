@@ -16,7 +16,7 @@ void add_hil_report(CLI::App& hil, int& exit_code) {
   c->add_option("RUN", *runs, "run folders")->required();
   c->footer("Example:\n  rotorloop hil report runs/paper");
   c->callback([runs, &exit_code] {
-    for (const auto& run : *runs) fmt::print("{}\n", bench::write_hil_report(run).generic_string());
+    for (const auto& run : *runs) fmt::print("{}\n", hil::write_hil_report(run).generic_string());
     exit_code = static_cast<int>(ExitCode::ok);
   });
 }

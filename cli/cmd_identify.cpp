@@ -49,8 +49,8 @@ struct Options {
   bool json = false, no_checks = false, names = false;
 };
 
-bench::IdentifyOptions identify_options(const Options& o) {
-  bench::IdentifyOptions i;
+identify::IdentifyOptions identify_options(const Options& o) {
+  identify::IdentifyOptions i;
   o.fit.apply(i);
   i.terms = term_list(o.terms);
   i.fit.noise.rounds = o.noise == "fixed" ? 0 : 30;
@@ -63,8 +63,8 @@ bench::IdentifyOptions identify_options(const Options& o) {
 }
 
 // Files are told apart by name, and by the whole path where two have the same.
-std::vector<bench::VehicleBeside> read_beside(const std::vector<fs::path>& paths) {
-  std::vector<bench::VehicleBeside> out;
+std::vector<identify::VehicleBeside> read_beside(const std::vector<fs::path>& paths) {
+  std::vector<identify::VehicleBeside> out;
   for (const fs::path& path : paths) {
     const auto same = std::count_if(paths.begin(), paths.end(), [&](const fs::path& other) { return other.filename() == path.filename(); });
     out.push_back({(same > 1 ? path : path.filename()).generic_string(), host::read_vehicle(path, host::builtin_effect_catalogue())});
@@ -72,7 +72,7 @@ std::vector<bench::VehicleBeside> read_beside(const std::vector<fs::path>& paths
   return out;
 }
 
-bench::IdentifyConditions conditions(const Options& o) {
+identify::IdentifyConditions conditions(const Options& o) {
   return {o.vehicle.filename().generic_string(),
           o.noise,
           o.solver,
@@ -89,62 +89,62 @@ bench::IdentifyConditions conditions(const Options& o) {
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis,
-             const bench::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
-             const bench::RunClock& clock) {
-  const std::optional<bench::HeldOutScores>& held_out = analysis.held_out;
-  std::vector<bench::InputHash> inputs = read.inputs;
+void publish(const Options& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis,
+             const identify::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
+             const hil::RunClock& clock) {
+  const std::optional<identify::HeldOutScores>& held_out = analysis.held_out;
+  std::vector<identify::InputHash> inputs = read.inputs;
   for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
-  const bench::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
-  const std::string json = bench::identify_result_json(result, analysis, comparison, read.checked, provenance);
+  const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
+  const std::string json = identify::identify_result_json(result, analysis, comparison, read.checked, provenance);
   if (o.json) {
     fmt::print("{}", json);
   } else {
-    if (!result.comparison.empty()) fmt::print("{}\n", bench::stages_table(result));
-    fmt::print("{}{}\n{}", bench::estimates_table(result, base), bench::sensor_rotation_text(result),
-               bench::derived_table(analysis.derived));
+    if (!result.comparison.empty()) fmt::print("{}\n", identify::stages_table(result));
+    fmt::print("{}{}\n{}", identify::estimates_table(result, base), identify::sensor_rotation_text(result),
+               identify::derived_table(analysis.derived));
     for (const std::string& table :
-         {bench::beside_table(result, comparison, analysis.derived), bench::static_thrust_table(comparison, analysis.derived)})
+         {identify::beside_table(result, comparison, analysis.derived), identify::static_thrust_table(comparison, analysis.derived)})
       fmt::print("{}{}", table.empty() ? "" : "\n", table);
-    fmt::print("\n{}", bench::noise_table(result));
-    if (const std::string note = bench::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
-    fmt::print("\n{}{}{}", bench::whiteness_table(analysis.whiteness), bench::homogeneity_table(result, analysis),
-               bench::observability_table(analysis.observability));
-    if (held_out) fmt::print("\n{}", bench::held_out_table(*held_out));
+    fmt::print("\n{}", identify::noise_table(result));
+    if (const std::string note = identify::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
+    fmt::print("\n{}{}{}", identify::whiteness_table(analysis.whiteness), identify::homogeneity_table(result, analysis),
+               identify::observability_table(analysis.observability));
+    if (held_out) fmt::print("\n{}", identify::held_out_table(*held_out));
     fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
                result.fit.noise_rounds,
                !result.fit.converged      ? " (NOT CONVERGED)"
                : result.fit.noise_settled ? ""
                                           : " (noise not settled)",
                2.0 * result.fit.cost / result.fit.degrees_of_freedom);
-    if (analysis.solver_check) fmt::print("{}", bench::solver_check_text(*analysis.solver_check));
+    if (analysis.solver_check) fmt::print("{}", identify::solver_check_text(*analysis.solver_check));
   }
   if (o.report.empty()) return;
   fs::create_directories(o.report);
-  bench::write_text_file(o.report / "result.json", json);
-  std::vector<bench::TrailPoint> trail;
+  hil::write_text_file(o.report / "result.json", json);
+  std::vector<identify::TrailPoint> trail;
   if (!o.trail.empty()) {
     std::vector<fs::path> trials = o.trail;
     trials.push_back(o.report);
-    trail = bench::read_trail(trials);
+    trail = identify::read_trail(trials);
   }
-  const bench::IdentifyPage page{result,
+  const identify::IdentifyPage page{result,
                                  analysis,
                                  comparison,
                                  read.checked,
                                  provenance,
                                  base.name,
                                  trail,
-                                 bench::trail_references(comparison, analysis.derived, result.problem.start.terms),
-                                 held_out ? bench::held_out_html(*held_out) : std::string()};
-  bench::write_text_file(o.report / "report.html", bench::identify_report_html(page));
+                                 identify::trail_references(comparison, analysis.derived, result.problem.start.terms),
+                                 held_out ? identify::held_out_html(*held_out) : std::string()};
+  hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }
 
 // A fit without an end: what the flights disagree about says why, when they do.
-[[noreturn]] void throw_not_converged(const Options& o, const bench::Identification& result, const bench::IdentifyAnalysis& analysis) {
+[[noreturn]] void throw_not_converged(const Options& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis) {
   std::string moved;
-  for (const bench::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
-    if (p.moved) moved += (moved.empty() ? "" : ", ") + bench::parameter_info(p.parameter, result.problem.start.terms).symbol;
+  for (const identify::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
+    if (p.moved) moved += (moved.empty() ? "" : ", ") + estimate::parameter_info(p.parameter, result.problem.start.terms).symbol;
   }
   const std::string what = fmt::format("the fit did not converge in {} iterations{}", result.fit.iterations,
                                        o.out.empty() ? "" : "; no vehicle file was written") +
@@ -161,52 +161,52 @@ void publish(const Options& o, const bench::Identification& result, const bench:
               ExitCode::data_quality);
 }
 
-[[noreturn]] void throw_solvers_differ(const Options& o, const bench::SolverCheck& check) {
+[[noreturn]] void throw_solvers_differ(const Options& o, const identify::SolverCheck& check) {
   throw Error(
-      {"identify --solver ceres", bench::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
+      {"identify --solver ceres", identify::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
        "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
        "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
       ExitCode::data_quality);
 }
 
 int identify(const Options& o) {
-  const bench::RunClock clock;
+  const hil::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
-  const std::vector<bench::VehicleBeside> beside = read_beside(o.beside);
+  const std::vector<identify::VehicleBeside> beside = read_beside(o.beside);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read = read_flights(paths, host::to_model(base));
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  const bench::IdentifyOptions options = identify_options(o);
+  const identify::IdentifyOptions options = identify_options(o);
   const bool check = o.solver == "ceres";
-  bench::Identification result;
-  std::optional<bench::SolverCheck> solver_check;
+  identify::Identification result;
+  std::optional<identify::SolverCheck> solver_check;
   {
     IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr, options.fit);
     int parts = 0;
-    result = bench::identify(read.to_fit(), base, options, [&](bench::IdentifyProgress p) {
+    result = identify::identify(read.to_fit(), base, options, [&](identify::IdentifyProgress p) {
       parts = p.parts += check ? 1 : 0;
       progress(p);
     });
     if (check && result.fit.converged) {
-      progress.goes_on_with(bench::check_options(options.fit));
-      solver_check = bench::check_by_ceres(result, options.fit, [&](const bench::FitProgress& p) {
+      progress.goes_on_with(identify::check_options(options.fit));
+      solver_check = identify::check_by_ceres(result, options.fit, [&](const estimate::FitProgress& p) {
         progress({"check by Ceres", parts, parts, p});
       });
     }
   }
-  bench::IdentifyAnalysis analysis = bench::analyse(result, host::to_model(base), o.drag_speed_m_s);
+  identify::IdentifyAnalysis analysis = identify::analyse(result, host::to_model(base), o.drag_speed_m_s);
   analysis.solver_check = solver_check;
-  if (read.flights.size() > read.fitted) analysis.held_out = bench::score_held_out(read.held_out(), result, options);
-  const bench::FileComparison comparison =
-      bench::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
+  if (read.flights.size() > read.fitted) analysis.held_out = identify::score_held_out(read.held_out(), result, options);
+  const identify::FileComparison comparison =
+      identify::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
   publish(o, result, analysis, comparison, read, base, clock);
   if (!result.fit.converged) throw_not_converged(o, result, analysis);
   if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {
     write_checked(o.out,
-                  bench::identified_vehicle(result.fit, base, bench::flown_rpm(result.flights),
+                  identify::identified_vehicle(result.fit, base, identify::flown_rpm(result.flights),
                                             std::string("rotorloop identify ") + kVersion, read.fitted_hashes()),
                   host::builtin_effect_catalogue());
   }
@@ -270,7 +270,7 @@ void add_identify(CLI::App& app, int& exit_code) {
       "to do.");
   c->callback([o, &exit_code] {
     if (o->names) {
-      fmt::print("{}", bench::names_table(host::builtin_effect_catalogue()));
+      fmt::print("{}", identify::names_table(host::builtin_effect_catalogue()));
       return;
     }
     // Here and not as `required()`, since --names does without.

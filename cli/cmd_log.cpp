@@ -25,16 +25,16 @@ struct Options {
   bool json = false;
 };
 
-bench::FlightRecord read(const Options& o, std::vector<bench::LogFinding>& notes) {
-  std::optional<bench::LogMapping> mapping;
-  if (!o.mapping.empty()) mapping = bench::read_log_mapping(o.mapping);
-  return bench::read_flight(o.log, mapping ? &*mapping : nullptr, &notes);
+log::FlightRecord read(const Options& o, std::vector<log::LogFinding>& notes) {
+  std::optional<log::LogMapping> mapping;
+  if (!o.mapping.empty()) mapping = log::read_log_mapping(o.mapping);
+  return log::read_flight(o.log, mapping ? &*mapping : nullptr, &notes);
 }
 
 int info(const Options& o) {
-  std::vector<bench::LogFinding> notes;
+  std::vector<log::LogFinding> notes;
   const auto flight = read(o, notes);
-  fmt::print("{}", o.json ? bench::summary_json(flight, notes) : bench::summary_text(flight, notes));
+  fmt::print("{}", o.json ? log::summary_json(flight, notes) : log::summary_text(flight, notes));
   return 0;
 }
 
@@ -43,12 +43,12 @@ int convert(const Options& o) {
   if (extension != ".ulg" && extension != ".csv")
     throw Error({o.out.generic_string(), "has an ending that names no format to write", "",
                  "let --out end in .ulg (ULog) or .csv (flight log of rotorloop)"});
-  std::vector<bench::LogFinding> notes;
+  std::vector<log::LogFinding> notes;
   const auto flight = read(o, notes);
   for (const auto& n : notes) fmt::print(stderr, "note: {}: {}\n", n.stream, n.what);
   if (extension == ".csv" && !flight.pose.empty() && !flight.position_W_m.empty())
     fmt::print(stderr, "note: position: not written; a flight log has one position, that of the pose\n");
-  bench::write_text_file(o.out, extension == ".ulg" ? bench::ulog_bytes(flight) : bench::own_log_text(flight));
+  hil::write_text_file(o.out, extension == ".ulg" ? log::ulog_bytes(flight) : log::own_log_text(flight));
   return 0;
 }
 

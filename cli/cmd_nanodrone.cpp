@@ -15,7 +15,7 @@
 namespace rotorloop::cli {
 namespace {
 
-constexpr std::array<const char*, bench::kPredictedQuantities> kQuantity{"position", "velocity", "attitude", "rates"};
+constexpr std::array<const char*, score::kPredictedQuantities> kQuantity{"position", "velocity", "attitude", "rates"};
 
 struct Options {
   std::filesystem::path flights, vehicle = "vehicles/measured/idsia_nanodrone_cf21bl.toml",
@@ -23,10 +23,10 @@ struct Options {
   bool likelihood = false, json = false;
 };
 
-void print_scores(const bench::NanodroneResult& r) {
+void print_scores(const studies::NanodroneResult& r) {
   fmt::print("{} starts; error after 10, 100, 500 ms, and the sum over 10 to 500 ms\n{:<31}", r.scores.front().score.starts, "");
   for (std::size_t q = 0; q < kQuantity.size(); ++q)
-    fmt::print(" | {:<31}", fmt::format("{} [{}]", kQuantity[q], bench::kPredictedUnits[q]));
+    fmt::print(" | {:<31}", fmt::format("{} [{}]", kQuantity[q], score::kPredictedUnits[q]));
   fmt::print("\n");
   for (const auto& s : r.scores) {
     fmt::print("{:<31}", s.model);
@@ -37,20 +37,20 @@ void print_scores(const bench::NanodroneResult& r) {
   }
 }
 
-void print_limits(const bench::NanodroneResult& r) {
+void print_limits(const studies::NanodroneResult& r) {
   fmt::print("\n{:<9} {:>8} {:>8} {:>10} {:>9}   {}\n", "sum", "measured", "limit", "published", "baseline", "measured / baseline (95 %)");
   for (const auto& l : r.limits) {
     fmt::print("{:<9} {:>8.3f} {:>8.3f} {:>10.2f} {:>9.3f}   {:.3f} ({:.3f} to {:.3f})  {}\n", kQuantity[l.quantity], l.measured, l.limit,
                l.published_best, l.baseline, l.to_baseline.value, l.to_baseline.low, l.to_baseline.high, l.met ? "met" : "MISSED");
   }
-  fmt::print("k_F {:.4e} N s², published {:.2e}: {:+.2f} %\n", r.k_F_N_s2, bench::kNanodronePublishedK_F_N_s2,
-             100.0 * (r.k_F_N_s2 / bench::kNanodronePublishedK_F_N_s2 - 1.0));
+  fmt::print("k_F {:.4e} N s², published {:.2e}: {:+.2f} %\n", r.k_F_N_s2, studies::kNanodronePublishedK_F_N_s2,
+             100.0 * (r.k_F_N_s2 / studies::kNanodronePublishedK_F_N_s2 - 1.0));
   fmt::print("\nrotation: error over that with rates held (95 %)\n");
   for (const auto& h : r.horizons) {
     fmt::print("  {:>4.0f} ms  attitude {:.3f} ({:.3f} to {:.3f})  rates {:.3f} ({:.3f} to {:.3f})\n", 1e3 * h.horizon_s, h.attitude.value,
                h.attitude.low, h.attitude.high, h.rates.value, h.rates.low, h.rates.high);
   }
-  const auto range = [](const char* what, const bench::HelpfulRange& h) {
+  const auto range = [](const char* what, const score::HelpfulRange& h) {
     if (h.to_s > 0.0) {
       fmt::print("{} from {:.2f} to {:.2f} s ahead\n", what, h.from_s, h.to_s);
     } else {
@@ -63,10 +63,10 @@ void print_limits(const bench::NanodroneResult& r) {
   if (r.likelihood) range("  in rates, with the maximum-likelihood parameters,", r.likelihood_rates_help);
 }
 
-void print_parameters(const bench::NanodroneResult& r) {
+void print_parameters(const studies::NanodroneResult& r) {
   fmt::print("\nfitted to foretell (not the vehicle's):\n");
   for (const int p : r.predicting_free) {
-    const auto info = bench::parameter_info(p, r.predicting.terms);
+    const auto info = estimate::parameter_info(p, r.predicting.terms);
     fmt::print("  {:<48} {:>11.4e} {}\n", info.name, r.predicting[p], info.unit);
   }
   if (!r.likelihood) return;
@@ -77,7 +77,7 @@ void print_parameters(const bench::NanodroneResult& r) {
   }
 }
 
-nlohmann::json as_json(const bench::NanodroneResult& r) {
+nlohmann::json as_json(const studies::NanodroneResult& r) {
   nlohmann::json j;
   for (const auto& s : r.scores) {
     for (std::size_t q = 0; q < kQuantity.size(); ++q)
@@ -94,17 +94,17 @@ nlohmann::json as_json(const bench::NanodroneResult& r) {
   j["k_F_N_s2"] = r.k_F_N_s2;
   j["rates_help_s"] = {r.rates_help.from_s, r.rates_help.to_s};
   j["attitude_helps_s"] = {r.attitude_helps.from_s, r.attitude_helps.to_s};
-  for (const int p : r.predicting_free) j["predicting"][bench::parameter_info(p, r.predicting.terms).name] = r.predicting[p];
+  for (const int p : r.predicting_free) j["predicting"][estimate::parameter_info(p, r.predicting.terms).name] = r.predicting[p];
   return j;
 }
 
 int run(const Options& o) {
-  bench::NanodroneInputs in;
+  studies::NanodroneInputs in;
   in.flights = o.flights.empty() ? measured_data_folder() / "flights" / "idsia_nanodrone_cf21bl" : o.flights;
   in.mapping = o.mapping;
   in.vehicle = host::to_model(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()));
   in.maximum_likelihood = o.likelihood;
-  const auto result = bench::run_nanodrone(in, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+  const auto result = studies::run_nanodrone(in, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
   if (o.json) {
     fmt::print("{}\n", as_json(result).dump(1));
   } else {

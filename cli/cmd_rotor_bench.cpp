@@ -15,12 +15,12 @@ namespace {
 
 int run_bench(const std::filesystem::path& blade_file) {
   const std::filesystem::path data = measured_data_folder();
-  const bench::MotorBenchResult motor = bench::validate_motor_bench(data, blade_file);
-  for (const std::string& line : report_lines(motor)) fmt::print("{}\n", line);
+  const propeller::MotorBenchResult motor = propeller::validate_motor_bench(data, blade_file);
+  for (const std::string& line : propeller::report_lines(motor)) fmt::print("{}\n", line);
   fmt::print("\n");
-  const bench::InPlaneForce force = bench::validate_in_plane_force(data, blade_file);
-  for (const std::string& line : report_lines(force)) fmt::print("{}\n", line);
-  const bool met = within_limits(motor) && within_limits(force);
+  const propeller::InPlaneForce force = propeller::validate_in_plane_force(data, blade_file);
+  for (const std::string& line : propeller::report_lines(force)) fmt::print("{}\n", line);
+  const bool met = propeller::within_limits(motor) && propeller::within_limits(force);
   fmt::print("\n{}\n", met ? "all limits met" : "a limit is missed");
   return static_cast<int>(met ? ExitCode::ok : ExitCode::verdict);
 }

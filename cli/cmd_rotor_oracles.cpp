@@ -17,9 +17,9 @@ void add_rotor_oracles(CLI::App& rotor, int& exit_code) {
       "Needs the recordings: ROTORLOOP_DATA names the folder that holds propellers/. docs/acceptance/rotor_oracles.md discusses every figure.\n"
       "Exit code 0: all limits met; 6: a limit missed; 5: data missing; 2: an argument is wrong.");
   c->callback([&exit_code] {
-    const auto rows = bench::rotor_oracles(measured_data_folder());
-    fmt::print("{}", bench::oracle_table(rows));
-    const bool met = std::all_of(rows.begin(), rows.end(), [](const bench::OracleRow& r) { return r.met(); });
+    const auto rows = propeller::rotor_oracles(measured_data_folder());
+    fmt::print("{}", propeller::oracle_table(rows));
+    const bool met = std::all_of(rows.begin(), rows.end(), [](const propeller::OracleRow& r) { return r.met(); });
     fmt::print("\n{}\n", met ? "all limits met" : "a limit is missed");
     exit_code = static_cast<int>(met ? ExitCode::ok : ExitCode::verdict);
   });

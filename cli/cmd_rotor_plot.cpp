@@ -37,7 +37,7 @@ CLI::Validator within(double low, double high) {
 
 int plot(const Options& o) {
   const sim::Blade blade = sim::read_blade(o.blade);
-  bench::RotorPlotRequest request;
+  propeller::RotorPlotRequest request;
   request.title = o.blade.stem().string();
   request.source = o.blade.generic_string();
   request.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
@@ -45,7 +45,7 @@ int plot(const Options& o) {
   request.condition.omega_rad_s = o.rpm ? *o.rpm * kRad_s_per_rpm : kUsualTip_m_s / blade.radius_m;
   request.condition.density_kg_m3 = o.density_kg_m3;
   request.condition.spin = o.spin == "ccw" ? 1 : -1;
-  bench::write_text_file(o.out, bench::rotor_plot_html(blade, request));
+  hil::write_text_file(o.out, propeller::rotor_plot_html(blade, request));
   fmt::print("{}\n", o.out.generic_string());
   return 0;
 }

@@ -18,14 +18,14 @@ namespace {
 struct Options {
   std::vector<std::string> propellers;
   std::filesystem::path page;
-  bench::PropellerInputs inputs;
+  propeller::PropellerInputs inputs;
   bool json = false;
 };
 
-std::vector<bench::CataloguedPropeller> chosen(const std::vector<std::string>& keys) {
-  const auto& all = bench::propeller_catalogue();
+std::vector<propeller::CataloguedPropeller> chosen(const std::vector<std::string>& keys) {
+  const auto& all = propeller::propeller_catalogue();
   if (keys.empty()) return all;
-  std::vector<bench::CataloguedPropeller> out;
+  std::vector<propeller::CataloguedPropeller> out;
   std::string known;
   for (const auto& e : all) known += (known.empty() ? "" : ", ") + e.key;
   for (const std::string& key : keys) {
@@ -40,7 +40,7 @@ std::vector<bench::CataloguedPropeller> chosen(const std::vector<std::string>& k
 int validate(Options o) {
   const auto entries = chosen(o.propellers);
   o.inputs.data = measured_data_folder();
-  bench::ValidationDocument d;
+  propeller::ValidationDocument d;
   d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
   d.stall_drag = o.inputs.stall_drag;
   d.command = "rotorloop rotor validate";
@@ -49,14 +49,14 @@ int validate(Options o) {
   if (o.inputs.fit_rpm > 0.0) d.command += fmt::format(" --fit-rpm {:g}", o.inputs.fit_rpm);
   if (d.stall_drag != 0.0) d.command += fmt::format(" --stall-drag {:g}", d.stall_drag);
   // Everything is read before the first fit.
-  std::vector<bench::MeasuredPropeller> measured;
-  for (const auto& e : entries) measured.push_back(bench::read_measured_propeller(o.inputs, e));
-  for (const auto& m : measured) d.results.push_back(bench::validate(m));
-  d.limits = bench::judge(d.results);
-  if (!o.page.empty()) bench::write_text_file(o.page, bench::validation_html(d));
-  fmt::print("{}", o.json ? bench::validation_json(d) : bench::validation_text(d));
+  std::vector<propeller::MeasuredPropeller> measured;
+  for (const auto& e : entries) measured.push_back(propeller::read_measured_propeller(o.inputs, e));
+  for (const auto& m : measured) d.results.push_back(propeller::validate(m));
+  d.limits = propeller::judge(d.results);
+  if (!o.page.empty()) hil::write_text_file(o.page, propeller::validation_html(d));
+  fmt::print("{}", o.json ? propeller::validation_json(d) : propeller::validation_text(d));
   if (!o.page.empty() && !o.json) fmt::print("\nwritten: {}\n", o.page.generic_string());
-  return static_cast<int>(bench::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);
+  return static_cast<int>(propeller::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace

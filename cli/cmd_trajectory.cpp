@@ -40,7 +40,7 @@ int write(const Options& o) {
   if (o.out.empty()) {
     fmt::print("{}", text);
   } else {
-    bench::write_text_file(o.out, text);
+    hil::write_text_file(o.out, text);
   }
   fmt::print(stderr, "{}: {:.1f} s, {:.2f} m/s horizontally, {:.2f} m/s vertically, {:.2f} m/s², yaw {:.2f} rad/s\n", file.name,
              file.trajectory.duration_s(), p.speed_xy_m_s, p.speed_z_m_s, p.accel_m_s2, p.yaw_rate_rad_s);

@@ -11,28 +11,28 @@
 namespace rotorloop::cli {
 namespace {
 
-bool has_commands_only(const bench::FlightRecord& f) { return f.rotor_omega_rad_s.empty() && !f.motor_command.empty(); }
+bool has_commands_only(const log::FlightRecord& f) { return f.rotor_omega_rad_s.empty() && !f.motor_command.empty(); }
 
 }  // namespace
 
 bool diagnose_command_logs(const CommandLogs& logs, const host::VehicleModel& vehicle) {
   if (logs.mapping.empty()) return false;  // own logs have rotor speeds
-  const bench::LogMapping mapping = bench::read_log_mapping(logs.mapping);
-  std::vector<bench::FlightRecord> flights, reference;
+  const log::LogMapping mapping = log::read_log_mapping(logs.mapping);
+  std::vector<log::FlightRecord> flights, reference;
   for (const auto& path : logs.flights) {
-    flights.push_back(bench::read_flight(path, &mapping));
+    flights.push_back(log::read_flight(path, &mapping));
     if (!has_commands_only(flights.back())) return false;
   }
   if (logs.json)
     throw Error({"--json", "is not offered for logs that hold motor commands and no rotor speeds", "",
                  "leave it out: the tables hold all there is"});
-  for (const auto& path : logs.reference) reference.push_back(bench::read_flight(path, &mapping));
+  for (const auto& path : logs.reference) reference.push_back(log::read_flight(path, &mapping));
   if (reference.size() >= 2)
-    for (const auto& f : flights) std::fputs(bench::hover_text(bench::diagnose_hover(f, reference, vehicle)).c_str(), stdout);
+    for (const auto& f : flights) std::fputs(studies::hover_text(studies::diagnose_hover(f, reference, vehicle)).c_str(), stdout);
   const bool forces =
       std::all_of(flights.begin(), flights.end(), [](const auto& f) { return !f.accel_B_m_s2.empty() && !f.battery_V.empty(); });
   if (reference.size() < 2 || (forces && flights.size() >= 3))
-    std::fputs(bench::command_thrust_text(bench::diagnose_command_thrust(flights)).c_str(), stdout);
+    std::fputs(studies::command_thrust_text(studies::diagnose_command_thrust(flights)).c_str(), stdout);
   return true;
 }
 

@@ -6,7 +6,7 @@
 
 namespace rotorloop::cli {
 
-void FitOptions::apply(bench::IdentifyOptions& i) const {
+void FitOptions::apply(identify::IdentifyOptions& i) const {
   i.grid.rate_Hz = rate_Hz;
   i.grid.from_s = from_s;
   i.grid.to_s = to_s;

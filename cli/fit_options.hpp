@@ -17,7 +17,7 @@ struct FitOptions {
   double from_s = -1e300, to_s = 1e300;
 
   // Grid, readings and wishes of `i`; all else stays.
-  void apply(bench::IdentifyOptions& i) const;
+  void apply(identify::IdentifyOptions& i) const;
 };
 
 // --free, --hold, --per-flight, --use, --rate (`rate_help`, from `least_rate_Hz` to 1000), --from and --to.

@@ -15,22 +15,22 @@ namespace rotorloop::cli {
 namespace fs = std::filesystem;
 
 FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicle) {
-  std::optional<bench::LogMapping> mapping;
+  std::optional<log::LogMapping> mapping;
   FlightInputs out;
   if (!o.mapping.empty()) {
-    mapping = bench::read_log_mapping(o.mapping);
+    mapping = log::read_log_mapping(o.mapping);
     out.inputs.push_back({o.mapping.generic_string(), sha256_file(o.mapping)});
   }
-  const auto read = [&](const std::vector<fs::path>& paths, bench::FlightRole role) {
+  const auto read = [&](const std::vector<fs::path>& paths, identify::FlightRole role) {
     for (const fs::path& path : paths) {
-      std::vector<bench::LogFinding> notes;
-      bench::FlightToFit f{bench::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, {}};
+      std::vector<log::LogFinding> notes;
+      identify::FlightToFit f{log::read_flight(path, mapping ? &*mapping : nullptr, &notes), role, {}, {}};
       const fs::path file = fs::is_directory(path) ? path / "flight.csv" : path;
       out.inputs.push_back({file.generic_string(), sha256_file(file)});
       if (o.checks) {
-        bench::CheckedFlight checked = bench::check_flight(f.record, vehicle);
+        log::CheckedFlight checked = log::check_flight(f.record, vehicle);
         checked.findings.insert(checked.findings.begin(), notes.begin(), notes.end());
-        if (!o.quiet && !checked.findings.empty()) fmt::print(stderr, "{}", bench::findings_table(checked));
+        if (!o.quiet && !checked.findings.empty()) fmt::print(stderr, "{}", log::findings_table(checked));
         checked.throw_if_refused();
         f.record = checked.flight;
         f.segments = checked.segments;
@@ -42,13 +42,13 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
       out.flights.push_back(std::move(f));
     }
   };
-  read(o.vertical, bench::FlightRole::vertical);
-  read(o.horizontal, bench::FlightRole::horizontal);
-  read(o.rotation, bench::FlightRole::rotation);
-  read(o.flights, bench::FlightRole::any);
+  read(o.vertical, identify::FlightRole::vertical);
+  read(o.horizontal, identify::FlightRole::horizontal);
+  read(o.rotation, identify::FlightRole::rotation);
+  read(o.flights, identify::FlightRole::any);
   out.fitted = out.flights.size();
   const std::size_t fitted_inputs = out.inputs.size();
-  read(o.held_out, bench::FlightRole::any);
+  read(o.held_out, identify::FlightRole::any);
   for (std::size_t h = fitted_inputs; h < out.inputs.size(); ++h) {
     out.inputs[h].held_out = true;
     for (std::size_t f = 0; f < fitted_inputs; ++f) {
@@ -62,16 +62,16 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
   return out;
 }
 
-std::vector<bench::FlightToFit> FlightInputs::to_fit() const {
+std::vector<identify::FlightToFit> FlightInputs::to_fit() const {
   return {flights.begin(), flights.begin() + static_cast<std::ptrdiff_t>(fitted)};
 }
-std::vector<bench::FlightToFit> FlightInputs::held_out() const {
+std::vector<identify::FlightToFit> FlightInputs::held_out() const {
   return {flights.begin() + static_cast<std::ptrdiff_t>(fitted), flights.end()};
 }
 
 std::vector<std::string> FlightInputs::fitted_hashes() const {
   std::vector<std::string> out;
-  for (const bench::InputHash& i : inputs) {
+  for (const identify::InputHash& i : inputs) {
     if (!i.held_out) out.push_back("sha256:" + i.sha256);
   }
   return out;

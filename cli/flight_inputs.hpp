@@ -18,13 +18,13 @@ struct FlightPaths {
 };
 
 struct FlightInputs {
-  std::vector<bench::FlightToFit> flights;  // those of the fit, then those held out
+  std::vector<identify::FlightToFit> flights;  // those of the fit, then those held out
   std::size_t fitted = 0;
-  std::vector<bench::CheckedFlight> checked;  // in the same order; empty without checks
-  std::vector<bench::InputHash> inputs;
+  std::vector<log::CheckedFlight> checked;  // in the same order; empty without checks
+  std::vector<identify::InputHash> inputs;
 
-  std::vector<bench::FlightToFit> to_fit() const;
-  std::vector<bench::FlightToFit> held_out() const;
+  std::vector<identify::FlightToFit> to_fit() const;
+  std::vector<identify::FlightToFit> held_out() const;
   // "sha256:…" of every input that had a part in the fit: what a vehicle file names as its origin.
   std::vector<std::string> fitted_hashes() const;
 };

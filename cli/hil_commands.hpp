@@ -10,10 +10,10 @@ class App;
 
 namespace rotorloop::cli {
 
-using RunHil = std::function<bench::HilResult(const bench::Scenario&, const bench::RunOptions&, bench::Progress&)>;
+using RunHil = std::function<hil::HilResult(const hil::Scenario&, const hil::RunOptions&, hil::Progress&)>;
 
 // Reads and checks every file that a scenario names; throws Error.
-using CheckInputs = std::function<void(const bench::Scenario&)>;
+using CheckInputs = std::function<void(const hil::Scenario&)>;
 
 // hil SCENARIO…, hil compare, hil report. `exit_code` is set by the callbacks; errors are thrown as Error.
 void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check = {});

@@ -9,7 +9,7 @@ void IdentifyProgressLine::erase() {
   on_screen_ = false;
 }
 
-void IdentifyProgressLine::operator()(const bench::IdentifyProgress& p) {
+void IdentifyProgressLine::operator()(const identify::IdentifyProgress& p) {
   if (style_ == ProgressStyle::silent) return;
   const auto told = text_(p, std::chrono::duration<double>(Clock::now() - begun_).count());
   if (style_ == ProgressStyle::lines) {

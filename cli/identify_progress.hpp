@@ -11,11 +11,11 @@ namespace rotorloop::cli {
 
 class IdentifyProgressLine {
  public:
-  IdentifyProgressLine(ProgressStyle style, std::FILE* out, const bench::FitOptions& fit)
+  IdentifyProgressLine(ProgressStyle style, std::FILE* out, const estimate::FitOptions& fit)
       : style_(style), out_(out), text_(fit), begun_(Clock::now()) {}
   ~IdentifyProgressLine() { erase(); }
-  void goes_on_with(const bench::FitOptions& fit) { text_.goes_on_with(fit); }
-  void operator()(const bench::IdentifyProgress& p);
+  void goes_on_with(const estimate::FitOptions& fit) { text_.goes_on_with(fit); }
+  void operator()(const identify::IdentifyProgress& p);
 
  private:
   using Clock = std::chrono::steady_clock;

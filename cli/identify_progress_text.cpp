@@ -12,7 +12,7 @@ namespace {
 constexpr double kLineEvery_s = 10.0;  // rare enough for a log file, often enough to see that it lives
 }
 
-double IdentifyProgressText::left_s(const bench::FitProgress& p, double elapsed_s) const {
+double IdentifyProgressText::left_s(const estimate::FitProgress& p, double elapsed_s) const {
   const auto [now, before, earlier] = to_fall_;
   const bool steady = known_ == 3 && now > 0.0 && now < before && before < earlier;
   if (fit_.noise.rounds > 0 || !steady || p.iteration < 1) return -1.0;
@@ -23,7 +23,7 @@ double IdentifyProgressText::left_s(const bench::FitProgress& p, double elapsed_
   return more * (elapsed_s - round_begun_s_) / p.iteration;
 }
 
-IdentifyProgressText::Told IdentifyProgressText::operator()(const bench::IdentifyProgress& p, double elapsed_s) {
+IdentifyProgressText::Told IdentifyProgressText::operator()(const identify::IdentifyProgress& p, double elapsed_s) {
   const bool new_part = p.part_number != part_, new_round = !new_part && p.fit.iteration <= iteration_;
   if (new_part || new_round) {
     round_ = new_part ? 1 : round_ + 1;

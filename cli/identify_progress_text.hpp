@@ -11,20 +11,20 @@ namespace rotorloop::cli {
 
 class IdentifyProgressText {
  public:
-  explicit IdentifyProgressText(const bench::FitOptions& fit) : fit_(fit) {}
-  void goes_on_with(const bench::FitOptions& fit) { fit_ = fit; }  // of the parts that follow
+  explicit IdentifyProgressText(const estimate::FitOptions& fit) : fit_(fit) {}
+  void goes_on_with(const estimate::FitOptions& fit) { fit_ = fit; }  // of the parts that follow
 
   struct Told {
     std::string text;
     bool due = false;  // a line of its own where lines stay: a part or round begins, or the last one is old
   };
-  Told operator()(const bench::IdentifyProgress& p, double elapsed_s);
+  Told operator()(const identify::IdentifyProgress& p, double elapsed_s);
 
  private:
   // Seconds to the end of this round, below 0 where they cannot be foretold.
-  double left_s(const bench::FitProgress& p, double elapsed_s) const;
+  double left_s(const estimate::FitProgress& p, double elapsed_s) const;
 
-  bench::FitOptions fit_;
+  estimate::FitOptions fit_;
   int part_ = 0, round_ = 1, iteration_ = -1;
   double round_begun_s_ = 0.0, last_line_s_ = 0.0;
   std::array<double, 3> to_fall_{};  // the last ones of this round, newest first

@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
   app.require_subcommand(1);
   int exit_code = 0;
-  rotorloop::cli::add_hil(app, exit_code, rotorloop::bench::run_hil,
-                          [](const rotorloop::bench::Scenario& s) { (void)rotorloop::bench::read_inputs(s); });
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil,
+                          [](const rotorloop::hil::Scenario& s) { (void)rotorloop::hil::read_inputs(s); });
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_close(app, exit_code);

@@ -15,11 +15,11 @@ constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr int kBar = 28;
 constexpr double kSettled = 0.02;  // share of the work after which an estimate of the rest is worth showing
 
-std::string flight_text(const bench::FlightResult& f) {
+std::string flight_text(const hil::FlightResult& f) {
   const auto& e = f.tracking.truth;
-  std::string out = fmt::format("{} {} seed {}: ", f.flight, bench::variant_name(f.variant), f.seed);
-  if (f.end != bench::FlightEnd::completed)
-    out += fmt::format("{}{}", bench::flight_end_name(f.end), f.end_detail.empty() ? "" : ", " + f.end_detail);
+  std::string out = fmt::format("{} {} seed {}: ", f.flight, hil::variant_name(f.variant), f.seed);
+  if (f.end != hil::FlightEnd::completed)
+    out += fmt::format("{}{}", hil::flight_end_name(f.end), f.end_detail.empty() ? "" : ", " + f.end_detail);
   else if (std::isnan(e.mean_3d_cm))
     out += "completed";
   else
@@ -62,12 +62,12 @@ void ProgressLine::advance(double virtual_s) {
   if (const auto now = Clock::now(); now - drawn_ >= kRedraw) draw(now);
 }
 
-void ProgressLine::finished(const bench::FlightResult& flight) {
+void ProgressLine::finished(const hil::FlightResult& flight) {
   const std::lock_guard lock(mutex_);
   ++done_;
   if (style_ == ProgressStyle::lines) fmt::print(out_, "[{}/{}] {}\n", done_, flights_, flight_text(flight));
   if (style_ == ProgressStyle::redrawn) {
-    if (flight.end != bench::FlightEnd::completed) {
+    if (flight.end != hil::FlightEnd::completed) {
       erase();
       fmt::print(out_, "{}\n", flight_text(flight));
     }

@@ -12,7 +12,7 @@ namespace rotorloop::cli {
 
 enum class ProgressStyle { silent, lines, redrawn };
 
-class ProgressLine final : public bench::Progress {
+class ProgressLine final : public hil::Progress {
  public:
   // `out` is stderr but for tests; `redrawn` is for terminals.
   ProgressLine(ProgressStyle style, std::FILE* out) : style_(style), out_(out) {}
@@ -20,7 +20,7 @@ class ProgressLine final : public bench::Progress {
 
   void begin(std::size_t flights, double virtual_s_total) override;
   void advance(double virtual_s) override;
-  void finished(const bench::FlightResult& flight) override;
+  void finished(const hil::FlightResult& flight) override;
   void warn(const std::string& where, const std::string& what) override;
   void end() override;
 

@@ -6,7 +6,7 @@
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 using host::ThrustModel;
@@ -160,4 +160,4 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
   return fit;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

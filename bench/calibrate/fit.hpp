@@ -8,7 +8,7 @@
 #include "bench/calibrate/load_point.hpp"
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 struct FittedValue {
   double value = 0.0;
@@ -28,4 +28,4 @@ struct LoadFit {
 // Throws Error (data quality) when the table lacks what a coefficient needs, and says which points to add.
 LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -10,7 +10,7 @@
 #include "host/vehicle/drag.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 constexpr Eigen::Index kForce = 5;  // k1, k2, c_dh, c_dxy, c_dz
@@ -160,4 +160,4 @@ FlownFit fit_flown(const std::vector<LoadPoint>& points, const host::VehicleMode
   return fit;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -10,7 +10,7 @@
 
 #include "bench/calibrate/fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 struct FlownFit {
   FittedValue k1_N_s2, k2_N_s2_m, c_dh_s_m, c_dxy_N_s2_m2, c_dz_N_s2_m2;
@@ -25,4 +25,4 @@ struct FlownFit {
 // understate what other flights would give. Throws Error (data quality) when the states cannot tell the coefficients apart.
 FlownFit fit_flown(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -8,7 +8,7 @@
 #include "bench/log/log_reader.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 // The launch stand holds the vehicle without any motion; what lies below this is on the stand, a thousandth of the slowest flight.
@@ -17,7 +17,7 @@ constexpr double kHeld_m_s = 1e-3;
 }  // namespace
 
 std::vector<FlownState> flown_states(const std::filesystem::path& truth_csv, double period_s) {
-  const LogTable log = read_log(truth_csv);
+  const log::LogTable log = log::read_log(truth_csv);
   std::array<const std::vector<double>*, 3> v{};
   std::array<const std::vector<double>*, 4> q{}, omega{};
   for (std::size_t i = 0; i < 3; ++i) v[i] = &log.column(fmt::format("true_v_{}[m/s]", "xyz"[i]));
@@ -61,4 +61,4 @@ std::vector<std::filesystem::path> truth_logs(const std::filesystem::path& folde
   return found;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

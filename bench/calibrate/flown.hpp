@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 struct FlownState {
   Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();
@@ -22,4 +22,4 @@ std::vector<FlownState> flown_states(const std::filesystem::path& truth_csv, dou
 // Throws Error when there is none.
 std::vector<std::filesystem::path> truth_logs(const std::filesystem::path& folder, const std::string& variant);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 constexpr std::string_view kHeader =
     "v_x[m/s],v_y[m/s],v_z[m/s],omega_1[rad/s],omega_2[rad/s],omega_3[rad/s],omega_4[rad/s],"
@@ -54,4 +54,4 @@ std::vector<LoadPoint> read_load_points(const std::filesystem::path& path) {
   return points;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 struct LoadPoint {
   Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();       // velocity through the air, body frame
@@ -19,4 +19,4 @@ struct LoadPoint {
 void write_load_points(const std::filesystem::path& path, const std::vector<LoadPoint>& points);
 std::vector<LoadPoint> read_load_points(const std::filesystem::path& path);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -4,7 +4,7 @@
 
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 std::vector<FlightState> planned_states(const host::Trajectory& trajectory, double mass_kg, double period_s) {
   std::vector<FlightState> states;
@@ -58,4 +58,4 @@ host::VehicleFile calibrated(const host::VehicleFile& base, const FlownFit& fit,
   return v;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

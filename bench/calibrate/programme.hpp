@@ -9,7 +9,7 @@
 #include "host/control/trajectory.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 // States along a trajectory flown exactly, drag left out: the thrust axis along acceleration plus gravity, yaw 0 (the rotors
 // do not care), every `period_s`.
@@ -22,4 +22,4 @@ host::VehicleFile calibrated(const host::VehicleFile& base, const LoadFit& fit, 
 host::VehicleFile calibrated(const host::VehicleFile& base, const FlownFit& fit, const std::string& written_by,
                              const std::vector<std::string>& inputs);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -8,7 +8,7 @@
 #include "host/base/error.hpp"
 #include "sim/plant/flight_dynamics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 LoadPoint Tunnel::measure(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s) const {
   return balance(v_B_m_s, omega_rad_s, true);
@@ -71,4 +71,4 @@ std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<Fli
   return points;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -7,7 +7,7 @@
 #include "bench/calibrate/load_point.hpp"
 #include "sim/plant/assemble.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 class Tunnel {
  public:
@@ -38,4 +38,4 @@ struct FlightState {
 // and the states of the planned flights.
 std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<FlightState>& planned, double weight_N);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

@@ -14,7 +14,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -116,4 +116,4 @@ int run_program(const ProgramCall& c) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -11,7 +11,7 @@
 
 #include "bench/close/isolation.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct ProgramCall {
   std::filesystem::path program;                   // an executable of the system's own format; absolute
@@ -29,4 +29,4 @@ int run_program(const ProgramCall& call);
 // This very program.
 std::filesystem::path own_program();
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

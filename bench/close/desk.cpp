@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -76,4 +76,4 @@ std::size_t Desk::take_back(const std::string& folder, const fs::path& to) const
   return count;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

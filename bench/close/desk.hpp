@@ -9,7 +9,7 @@
 #include "bench/close/child_process.hpp"
 #include "bench/close/isolation_probe.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 class Desk {
  public:
@@ -36,4 +36,4 @@ class Desk {
   std::vector<IsolationProbeResult> probes_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -5,7 +5,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 using Json = nlohmann::json;
 
@@ -75,4 +75,4 @@ Findings read_findings(const std::filesystem::path& path) {
   return f;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct FoundValue {
   std::string name, unit;
@@ -48,4 +48,4 @@ struct Findings {
 // Throws Error (data_quality) for what is no JSON of a diagnosis.
 Findings read_findings(const std::filesystem::path& result_json);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

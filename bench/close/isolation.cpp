@@ -18,7 +18,7 @@
 #include "bench/close/own_root.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -109,4 +109,4 @@ std::string enter_room(const Isolation& isolation, const Room& room) {
   return "";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct Isolation {
   bool own_user = false;  // a user id that nobody has
@@ -38,4 +38,4 @@ void hand_over(const std::filesystem::path& desk, const Isolation& isolation);
 // it failed must end.
 std::string enter_room(const Isolation& isolation, const Room& room);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -15,7 +15,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -185,4 +185,4 @@ std::vector<IsolationProbeResult> find_isolation(const Room& room, std::span<con
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

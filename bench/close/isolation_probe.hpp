@@ -8,7 +8,7 @@
 
 #include "bench/close/isolation.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct Attempt {
   std::string way;   // "its path", "a hard link to it", "the bench's root in /proc"
@@ -33,4 +33,4 @@ IsolationProbeResult probe(const Isolation& isolation, const Room& room, std::sp
 // The first of possible_isolations() that holds, or the last of them. Every result, in the order tried.
 std::vector<IsolationProbeResult> find_isolation(const Room& room, std::span<const std::filesystem::path> secrets);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

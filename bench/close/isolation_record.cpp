@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 using Json = nlohmann::ordered_json;
 
 std::string isolation_record(const std::vector<IsolationProbeResult>& tried) {
@@ -41,4 +41,4 @@ IsolationSummary read_isolation_record(const std::filesystem::path& file) {
   return s;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -6,7 +6,7 @@
 
 #include "bench/close/isolation_probe.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 std::string isolation_record(const std::vector<IsolationProbeResult>& tried);
 
@@ -20,4 +20,4 @@ struct IsolationSummary {
 };
 IsolationSummary read_isolation_record(const std::filesystem::path& file);  // as not isolated when there is no such file
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstdint>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 // Numbers of the generic system call table; the same on every architecture (include/uapi/asm-generic/unistd.h).
@@ -74,4 +74,4 @@ bool LandlockRules::allow_device(const std::filesystem::path& device) { return a
 
 bool LandlockRules::enforce() const { return ::syscall(kRestrictSelf, ruleset_, 0) == 0; }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

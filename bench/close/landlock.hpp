@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 int landlock_version();  // of the running kernel; 0: there is none, or it is switched off
 
@@ -30,4 +30,4 @@ class LandlockRules {
   unsigned long long all_ = 0;  // file rights that the running kernel can forbid
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

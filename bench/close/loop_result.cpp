@@ -12,7 +12,7 @@
 #include "host/base/toml_file.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 using Json = nlohmann::ordered_json;
@@ -25,7 +25,7 @@ Json to_json(const PairedReduction& r) {
 
 Json to_json(const TrackedFlight& t) {
   Json j{{"flight", t.plan.flight.name},
-         {"axis", axis_name(t.plan.axis)},
+         {"axis", hil::axis_name(t.plan.axis)},
          {"expect", t.plan.expect == Expectation::better ? "better" : "no_worse"},
          {"percent", t.plan.percent},
          {"seeds", t.seeds},
@@ -41,7 +41,7 @@ Json to_json(const TrackedFlight& t) {
 }
 
 std::string spread_text(const std::vector<double>& v) {
-  const Spread s = spread_of(v);
+  const hil::Spread s = hil::spread_of(v);
   return s.n == 0 ? "-" : fmt::format("{:.2f} ± {:.2f}", s.mean, s.std);
 }
 
@@ -74,13 +74,13 @@ LoopResult assemble_loop(const fs::path& run) {
   r.version = root.text("version");
   r.isolation = read_isolation_record(at.diagnose() / "isolation.json");
   r.findings = read_findings(at.diagnosis());
-  const RunResult before = read_result(at.before() / "judged");
+  const hil::RunResult before = hil::read_result(at.before() / "judged");
   r.identified = fs::is_regular_file(at.identified() / "done.toml");
   r.after_is_before = !fs::is_regular_file(at.after() / "done.toml");
   if (r.after_is_before) r.why_not_flown = why_not_flyable(at.diagnosed_vehicle());
-  const RunResult after = r.after_is_before ? before : read_result(at.after() / "judged");
-  RunResult identified;
-  if (r.identified) identified = read_result(at.identified() / "judged");
+  const hil::RunResult after = r.after_is_before ? before : hil::read_result(at.after() / "judged");
+  hil::RunResult identified;
+  if (r.identified) identified = hil::read_result(at.identified() / "judged");
   r.tracking = compare_tracking(r.plan.judged, before, r.identified ? &identified : nullptr, after);
   // Nothing flown again is no success, even where nothing had to get better: unless nothing was to be changed.
   const bool closed = !r.after_is_before || r.findings.added.empty();
@@ -125,7 +125,7 @@ std::string loop_result_text(const LoopResult& r) {
   out +=
       fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "as believed", "identified", "with the effects", "less error");
   for (const auto& t : r.tracking)
-    out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == ErrorAxis::z ? " (|z|)" : " (3-D)"),
+    out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == hil::ErrorAxis::z ? " (|z|)" : " (3-D)"),
                        spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);
   if (r.after_is_before) out += "nothing was flown again: " + r.why_not_flown + "\n";
   out += fmt::format("\nverdict: {}\nrun:     {}\nreport:  {}\n", r.pass ? "pass" : "fail", r.run.generic_string(),
@@ -133,4 +133,4 @@ std::string loop_result_text(const LoopResult& r) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -11,7 +11,7 @@
 #include "bench/close/tracking.hpp"
 #include "bench/close/truth.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct LoopResult {
   std::filesystem::path run;
@@ -37,4 +37,4 @@ LoopResult assemble_loop(const std::filesystem::path& run);
 std::string loop_result_json(const LoopResult& result);
 std::string loop_result_text(const LoopResult& result);  // for a terminal
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

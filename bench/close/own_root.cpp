@@ -11,7 +11,7 @@
 #include <cstring>
 #include <fstream>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -83,4 +83,4 @@ std::string enter_own_root(const Room& room) {
   return "";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

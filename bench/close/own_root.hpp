@@ -6,7 +6,7 @@
 
 #include "bench/close/isolation.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 // What a dynamically linked program needs to start, and nothing where data are kept (/usr/share may hold installed scenarios).
 inline constexpr std::array kSystemFolders{"/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/bin", "/usr/bin"};
@@ -16,4 +16,4 @@ inline constexpr std::array kDevices{"/dev/null", "/dev/urandom"};
 // The working folder is the desk, before and after. Returns what failed, empty when nothing did.
 std::string enter_own_root(const Room& room);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -8,7 +8,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -59,7 +59,7 @@ Undeclared read_undeclared(const TomlTable& t) {
 JudgedFlight read_judged(const TomlTable& t, std::vector<std::string>& names) {
   JudgedFlight j;
   j.flight = read_flight(t, names);
-  j.axis = t.choice("axis", {"3d", "z"}, "3d") == "z" ? ErrorAxis::z : ErrorAxis::norm_3d;
+  j.axis = t.choice("axis", {"3d", "z"}, "3d") == "z" ? hil::ErrorAxis::z : hil::ErrorAxis::norm_3d;
   j.expect = t.choice("expect", {"better", "no_worse"}) == "better" ? Expectation::better : Expectation::no_worse;
   j.percent = t.number("percent", {0, 100, "%"}, j.expect == Expectation::better ? 0.0 : 5.0);
   return j;
@@ -80,7 +80,7 @@ LoopPlan read_loop_plan(const fs::path& path) {
   const auto controller = root.table("controller");
   p.gains = controller.file("gains");
   const auto variant = controller.choice("variant", {"pd_ff", "pd_ff_drag", "pd_ff_thrust_drag"}, "pd_ff_thrust_drag");
-  p.variant = *variant_from_name(variant);
+  p.variant = *hil::variant_from_name(variant);
   for (const auto& t : root.tables("undeclared", 0, kMostEffects)) {
     p.undeclared.push_back(read_undeclared(t));
     for (std::size_t i = 0; i + 1 < p.undeclared.size(); ++i)
@@ -120,15 +120,15 @@ std::string plant_with(const std::string& plant_text, const std::vector<Undeclar
   return out;
 }
 
-std::string hil_scenario_text(const ScenarioPaths& paths, Variant variant, const std::vector<std::string>& flights,
+std::string hil_scenario_text(const ScenarioPaths& paths, host::Variant variant, const std::vector<std::string>& flights,
                               const std::vector<std::uint64_t>& seeds) {
   std::string out = fmt::format(
       "format = 1\nname = \"flights\"\nplant = \"{}\"\nvehicle = \"{}\"\nseeds = [{}]\nvariants = [\"{}\"]\n\n[controller]\ngains = "
       "\"{}\"\n",
-      paths.plant, paths.vehicle, fmt::join(seeds, ", "), variant_name(variant), paths.gains);
+      paths.plant, paths.vehicle, fmt::join(seeds, ", "), hil::variant_name(variant), paths.gains);
   for (std::size_t i = 0; i < flights.size(); ++i)
     out += fmt::format("\n[[flight]]\nname = \"{}\"\ntrajectory = \"{}\"\n", flights[i], paths.trajectories.at(i));
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

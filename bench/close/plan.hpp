@@ -9,7 +9,7 @@
 
 #include "bench/hil/scenario.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct PlannedFlight {
   std::string name;
@@ -22,7 +22,7 @@ enum class Expectation : std::uint8_t { better, no_worse };
 
 struct JudgedFlight {
   PlannedFlight flight;
-  ErrorAxis axis = ErrorAxis::norm_3d;
+  hil::ErrorAxis axis = hil::ErrorAxis::norm_3d;
   Expectation expect = Expectation::better;
   double percent = 0.0;
 };
@@ -38,7 +38,7 @@ struct LoopPlan {
   std::filesystem::path path;
   std::string name;
   std::filesystem::path plant, vehicle, gains;
-  Variant variant = Variant::pd_ff_thrust_drag;
+  host::Variant variant = host::Variant::pd_ff_thrust_drag;
   std::vector<Undeclared> undeclared;  // may be empty: then nothing is missing, and nothing should be found
   std::vector<std::string> also_true;  // effects that the plant has besides (its rotor solve): right when they are named, not asked for
   std::vector<PlannedFlight> learn, held_out;
@@ -58,7 +58,7 @@ struct ScenarioPaths {
   std::string plant, vehicle, gains;
   std::vector<std::string> trajectories;  // one for each flight
 };
-std::string hil_scenario_text(const ScenarioPaths& paths, Variant variant, const std::vector<std::string>& flights,
+std::string hil_scenario_text(const ScenarioPaths& paths, host::Variant variant, const std::vector<std::string>& flights,
                               const std::vector<std::uint64_t>& seeds);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

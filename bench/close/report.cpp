@@ -13,7 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -23,7 +23,7 @@ constexpr const char* kBeforeName = "as believed before";
 constexpr const char* kIdentifiedName = "identified, no effect added";
 constexpr const char* kAfterName = "with what the diagnosis added";
 
-std::string axis_label(ErrorAxis a) { return a == ErrorAxis::z ? "|z|" : "3-D"; }
+std::string axis_label(hil::ErrorAxis a) { return a == hil::ErrorAxis::z ? "|z|" : "3-D"; }
 
 std::string added_text(const Findings& f) {
   std::string out;
@@ -38,16 +38,16 @@ std::string added_text(const Findings& f) {
 
 std::string head(const LoopResult& r) {
   const auto passed = static_cast<std::size_t>(std::count_if(r.tracking.begin(), r.tracking.end(), [](const auto& t) { return t.pass; }));
-  std::string out = page_begin(r.plan.name, "the loop closed: flown, diagnosed, flown again", "rotorloop close");
+  std::string out = render::page_begin(r.plan.name, "the loop closed: flown, diagnosed, flown again", "rotorloop close");
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1} of {2} judged flights as expected. Diagnosis: {3} – {4}.</p></div>\n",
-                     r.pass ? "pass" : "fail", passed, r.tracking.size(), xml_escaped(r.findings.verdict),
-                     xml_escaped(added_text(r.findings)));
-  out += facts_html({{"analyst kept away by", r.isolation.layers},
+                     r.pass ? "pass" : "fail", passed, r.tracking.size(), render::xml_escaped(r.findings.verdict),
+                     render::xml_escaped(added_text(r.findings)));
+  out += render::facts_html({{"analyst kept away by", r.isolation.layers},
                      {"ways to the truth tried", fmt::format("{}, {} opened", r.isolation.attempts, r.isolation.opened.size())},
                      {"learnt from", fmt::format("{} flights", r.plan.learn.size() * r.plan.learn_seeds.size())},
                      {"held out", fmt::format("{} flights", r.plan.held_out.size() * r.plan.held_out_seeds.size())},
                      {"judged", fmt::format("{} flights × {} seeds", r.plan.judged.size(), r.plan.judged_seeds.size())},
-                     {"controller", std::string(variant_label(r.plan.variant))}});
+                     {"controller", std::string(hil::variant_label(r.plan.variant))}});
   std::vector<std::string> warnings;
   if (!r.isolation.holds)
     warnings.push_back(
@@ -57,23 +57,23 @@ std::string head(const LoopResult& r) {
   for (const auto& f : r.findings.faults) warnings.push_back("Fault found in the logs: " + f);
   if (!warnings.empty()) {
     out += "<ul class=\"warn\">";
-    for (const auto& w : warnings) out += "<li>" + xml_escaped(w) + "</li>";
+    for (const auto& w : warnings) out += "<li>" + render::xml_escaped(w) + "</li>";
     out += "</ul>\n";
   }
   return out;
 }
 
 std::string spread_cell(const std::vector<double>& v) {
-  const Spread s = spread_of(v);
+  const hil::Spread s = hil::spread_of(v);
   return s.n == 0 ? "–" : fmt::format("{:.2f} ± {:.2f}", s.mean, s.std);
 }
 
 std::string tracking_section(const LoopResult& r) {
-  BarChart chart;
+  render::BarChart chart;
   chart.title = "tracking error of each judged flight, before and after";
   chart.x_label = "mean tracking error, cm";
   const auto bar = [&](const TrackedFlight& t, const char* which, const std::vector<double>& v, int colour) {
-    const Spread s = spread_of(v);
+    const hil::Spread s = hil::spread_of(v);
     if (s.n == 0) return;
     chart.bars.push_back({fmt::format("{} ({}), {}", t.plan.flight.name, axis_label(t.plan.axis), which), s.mean, s.std, v, {}, colour});
   };
@@ -84,15 +84,15 @@ std::string tracking_section(const LoopResult& r) {
     bar(t, "after", t.after, kAfter);
     rows += fmt::format(
         "<tr><td class=\"l\">{} ({})</td><td>{}</td><td>{}</td><td class=\"big\">{}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
-        xml_escaped(t.plan.flight.name), axis_label(t.plan.axis), spread_cell(t.before), spread_cell(t.identified), spread_cell(t.after),
-        t.plan.expect == Expectation::better ? "better" : "no worse", t.pass ? "pass" : "fail", xml_escaped(t.reason));
+        render::xml_escaped(t.plan.flight.name), axis_label(t.plan.axis), spread_cell(t.before), spread_cell(t.identified), spread_cell(t.after),
+        t.plan.expect == Expectation::better ? "better" : "no worse", t.pass ? "pass" : "fail", render::xml_escaped(t.reason));
   }
   return "<h2>Tracking before and after</h2>\n<p>The same flights with the same seeds, flown with three vehicle files: the one at the "
          "start, one with "
          "its parameters identified from the analyst's flights, one with what the diagnosis added. Distance of the true centre of mass "
          "from the "
          "set-point, mean from first to last motion, then over seeds; dots are seeds, whiskers standard deviations.</p>\n" +
-         figure_html("", bar_chart_svg(chart)) +
+         render::figure_html("", render::bar_chart_svg(chart)) +
          "<div class=\"scroll\"><table><tr><th class=\"l\">flight</th><th>before, cm</th><th>identified, cm</th><th>after, "
          "cm</th><th>expected</th>"
          "<th class=\"l\">after against before: paired by seed, bootstrap</th></tr>\n" +
@@ -100,11 +100,11 @@ std::string tracking_section(const LoopResult& r) {
 }
 
 // Error of one flight over time; empty when its logs are gone.
-Series error_series(const fs::path& folder, const char* label, int colour, ErrorAxis axis) {
-  Series s;
+render::Series error_series(const fs::path& folder, const char* label, int colour, hil::ErrorAxis axis) {
+  render::Series s;
   if (!fs::is_regular_file(folder / "truth.csv") || !fs::is_regular_file(folder / "flight.csv")) return s;
-  const LogTable truth = read_log(folder / "truth.csv", {"t[s]", "true_p_x[m]", "true_p_y[m]", "true_p_z[m]"});
-  const LogTable flight = read_log(folder / "flight.csv", {"sp_p_x[m]", "sp_p_y[m]", "sp_p_z[m]"});
+  const log::LogTable truth = log::read_log(folder / "truth.csv", {"t[s]", "true_p_x[m]", "true_p_y[m]", "true_p_z[m]"});
+  const log::LogTable flight = log::read_log(folder / "flight.csv", {"sp_p_x[m]", "sp_p_y[m]", "sp_p_z[m]"});
   s.label = label;
   s.colour = colour;
   s.x = truth.column("t[s]");
@@ -112,7 +112,7 @@ Series error_series(const fs::path& folder, const char* label, int colour, Error
     const double x = truth.column("true_p_x[m]")[i] - flight.column("sp_p_x[m]")[i];
     const double y = truth.column("true_p_y[m]")[i] - flight.column("sp_p_y[m]")[i];
     const double z = truth.column("true_p_z[m]")[i] - flight.column("sp_p_z[m]")[i];
-    s.y.push_back(100.0 * (axis == ErrorAxis::z ? z : std::hypot(x, y, z)));
+    s.y.push_back(100.0 * (axis == hil::ErrorAxis::z ? z : std::hypot(x, y, z)));
   }
   s.x.resize(s.y.size());
   return s;
@@ -123,26 +123,26 @@ std::string time_section(const LoopResult& r) {
   std::string out;
   for (const auto& t : r.tracking) {
     if (t.seeds.empty()) continue;
-    const fs::path below = fs::path("judged") / t.plan.flight.name / variant_name(r.plan.variant) / std::to_string(t.seeds.front());
-    Plot plot;
+    const fs::path below = fs::path("judged") / t.plan.flight.name / hil::variant_name(r.plan.variant) / std::to_string(t.seeds.front());
+    render::Plot plot;
     plot.title = "tracking error over time, " + t.plan.flight.name;
     plot.x_label = "time, s";
-    plot.y_label = t.plan.axis == ErrorAxis::z ? "z error, cm" : "3-D error, cm";
-    plot.y_from_zero = t.plan.axis == ErrorAxis::norm_3d;
+    plot.y_label = t.plan.axis == hil::ErrorAxis::z ? "z error, cm" : "3-D error, cm";
+    plot.y_from_zero = t.plan.axis == hil::ErrorAxis::norm_3d;
     for (auto& s : {error_series(at.before() / below, kBeforeName, kBefore, t.plan.axis),
-                    r.identified ? error_series(at.identified() / below, kIdentifiedName, kIdentified, t.plan.axis) : Series{},
-                    r.after_is_before ? Series{} : error_series(at.after() / below, kAfterName, kAfter, t.plan.axis)})
+                    r.identified ? error_series(at.identified() / below, kIdentifiedName, kIdentified, t.plan.axis) : render::Series{},
+                    r.after_is_before ? render::Series{} : error_series(at.after() / below, kAfterName, kAfter, t.plan.axis)})
       if (!s.y.empty()) plot.series.push_back(s);
     if (plot.series.empty()) continue;
     // The start from the stand shows the same in all; what counts begins with the motion.
-    const RunResult before = read_result(at.before() / "judged");
+    const hil::RunResult before = hil::read_result(at.before() / "judged");
     for (const auto& f : before.flights)
       if (f.flight == t.plan.flight.name && f.seed == t.seeds.front() && std::isfinite(f.tracking.first_motion_s)) {
         plot.fit_from = f.tracking.first_motion_s;
         plot.fit_to = f.tracking.last_motion_s;
-        plot.bands.push_back({f.tracking.first_motion_s, f.tracking.last_motion_s, "counts", kNeutral});
+        plot.bands.push_back({f.tracking.first_motion_s, f.tracking.last_motion_s, "counts", render::kNeutral});
       }
-    out += figure_html(fmt::format("{}, seed {}", xml_escaped(t.plan.flight.name), t.seeds.front()), plot_svg(plot));
+    out += render::figure_html(fmt::format("{}, seed {}", render::xml_escaped(t.plan.flight.name), t.seeds.front()), render::plot_svg(plot));
   }
   return out.empty() ? "" : "<h3>Over time</h3>\n" + out;
 }
@@ -157,12 +157,12 @@ std::string isolation_section(const LoopResult& r) {
     out += fmt::format(
         "Its process was shut in by {}. Before it started, another process in the same room tried {} times to reach the plan, the "
         "plant and truth.csv – by {} – and opened nothing.",
-        xml_escaped(r.isolation.layers), r.isolation.attempts, xml_escaped(ways));
+        render::xml_escaped(r.isolation.layers), r.isolation.attempts, render::xml_escaped(ways));
   } else {
     out += "<b>It was not isolated</b>: ";
-    for (const auto& g : r.isolation.gave_up) out += xml_escaped(g) + "; ";
+    for (const auto& g : r.isolation.gave_up) out += render::xml_escaped(g) + "; ";
     out += "what was open: ";
-    for (const auto& o : r.isolation.opened) out += xml_escaped(o) + "; ";
+    for (const auto& o : r.isolation.opened) out += render::xml_escaped(o) + "; ";
   }
   return out + "</p>\n";
 }
@@ -174,18 +174,18 @@ std::string truth_section(const LoopResult& r) {
       "class=\"l\">as</th></tr>\n";
   for (const auto& h : r.truth.hidden) {
     const char* word = h.told == Told::right ? "right" : h.told == Told::in_class ? "in a class" : "missed";
-    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l {}\">{}</td><td class=\"l\">{}</td></tr>\n", xml_escaped(h.id),
-                       h.told == Told::missed ? "fail" : "pass", word, xml_escaped(h.answer));
+    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l {}\">{}</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(h.id),
+                       h.told == Told::missed ? "fail" : "pass", word, render::xml_escaped(h.answer));
   }
   for (const auto& w : r.truth.wrong)
-    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td></tr>\n", xml_escaped(w));
+    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(w));
   if (r.truth.hidden.empty() && r.truth.wrong.empty())
     out += "<tr><td class=\"l\" colspan=\"3\">nothing was hidden, and nothing was found</td></tr>\n";
   out += "</table><table><tr><th class=\"l\">quantity</th><th>truth</th><th>found</th><th>u</th><th>error / u</th></tr>\n";
   for (const auto& v : r.truth.values)
     out +=
-        fmt::format("<tr><td class=\"l\">{}, {}</td><td>{:.5g}</td><td>{:.5g}</td><td>{:.2g}</td><td>{}</td></tr>\n", xml_escaped(v.what),
-                    xml_escaped(v.unit), v.truth, v.found, v.u, v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–");
+        fmt::format("<tr><td class=\"l\">{}, {}</td><td>{:.5g}</td><td>{:.5g}</td><td>{:.2g}</td><td>{}</td></tr>\n", render::xml_escaped(v.what),
+                    render::xml_escaped(v.unit), v.truth, v.found, v.u, v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–");
   return out + "</table></div>\n";
 }
 
@@ -194,10 +194,10 @@ fs::path diagnosis_page(const LoopResult& r) { return LoopLayout{r.run}.diagnosi
 std::string provenance_section(const LoopResult& r) {
   const auto file = TomlFile::read(LoopLayout{r.run}.run_toml());
   const auto root = file.root();
-  std::string out = "<h2>Provenance</h2>\n" + facts_html({{"made by", r.version}}) + "<pre>" + xml_escaped(root.text("repeat", "")) +
+  std::string out = "<h2>Provenance</h2>\n" + render::facts_html({{"made by", r.version}}) + "<pre>" + render::xml_escaped(root.text("repeat", "")) +
                     "</pre>\n<div class=\"scroll\"><table><tr><th class=\"l\">input</th><th class=\"l\">SHA-256</th></tr>\n";
   for (const auto& t : root.tables("input", 0, 10'000))
-    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l hash\">{}</td></tr>\n", xml_escaped(t.text("path")),
+    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l hash\">{}</td></tr>\n", render::xml_escaped(t.text("path")),
                        t.text("sha256").substr(0, 16));
   return out + "</table></div>\n";
 }
@@ -207,7 +207,7 @@ std::string provenance_section(const LoopResult& r) {
 std::string loop_report_html(const LoopResult& r) {
   return head(r) + tracking_section(r) + time_section(r) + evidence_section(r.findings) + added_section(r.findings) +
          held_out_section(r.findings) + residual_section(diagnosis_page(r), diagnosis_page(r).lexically_relative(r.run).generic_string()) +
-         truth_section(r) + isolation_section(r) + provenance_section(r) + page_end();
+         truth_section(r) + isolation_section(r) + provenance_section(r) + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

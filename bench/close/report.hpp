@@ -5,9 +5,9 @@
 
 #include "bench/close/loop_result.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 // Self-contained HTML. Reads the logs of the first judged seed for the plots over time; a log that is gone leaves its plot out.
 std::string loop_report_html(const LoopResult& result);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

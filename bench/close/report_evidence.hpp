@@ -5,7 +5,7 @@
 
 #include "bench/close/findings.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 std::string evidence_section(const Findings& findings);
 std::string added_section(const Findings& findings);
@@ -14,4 +14,4 @@ std::string held_out_section(const Findings& findings);
 // there is no such page. The analyst's text is not ours: a page with a script is only linked.
 std::string residual_section(const std::filesystem::path& page, const std::string& link);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -21,7 +21,7 @@
 #include "sim/plant/plant_file.hpp"
 #include "sim/rotor/blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 
@@ -76,14 +76,14 @@ class Loop {
     const auto files = files_of(plan_);
     std::error_code ec;
     fs::remove_all(at_.inputs(), ec);
-    inputs_.place = copy_together(files, at_.inputs());
+    inputs_.place = hil::copy_together(files, at_.inputs());
     for (const auto& [given, place] : inputs_.place) {
       // The vehicle counts where it is flown or read, the plan by what it makes of the scenarios.
       if (given != plan_.vehicle && given != plan_.path) inputs_.hashes["inputs/" + place] = sha256_file(at_.inputs() / place);
     }
     const fs::path plant = inputs_.place.at(plan_.plant);
     inputs_.plant = plant.parent_path() / kFlownPlant;
-    write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.undeclared));
+    hil::write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.undeclared));
     inputs_.hashes["inputs/" + inputs_.plant.generic_string()] = sha256_file(at_.inputs() / inputs_.plant);
     (void)sim::read_plant(at_.inputs() / inputs_.plant);  // an effect that cannot be is found before the first flight
     std::vector<PlannedFlight> judged;
@@ -101,7 +101,7 @@ class Loop {
       names.push_back(f.name);
       paths.trajectories.push_back(inputs_.place.at(f.trajectory));
     }
-    write_text_file(at_.scenario(which), hil_scenario_text(paths, plan_.variant, names, seeds));
+    hil::write_text_file(at_.scenario(which), hil_scenario_text(paths, plan_.variant, names, seeds));
   }
 
   void write_run_toml() const {
@@ -115,7 +115,7 @@ class Loop {
     std::map<std::string, std::string> sorted;
     for (const auto& [given, place] : inputs_.place) sorted["inputs/" + place] = sha256_file(at_.inputs() / place);
     for (const auto& [path, sha] : sorted) t += fmt::format("\n[[input]]\npath = \"{}\"\nsha256 = \"{}\"\n", path, sha);
-    write_text_file(at_.run_toml(), t);
+    hil::write_text_file(at_.run_toml(), t);
   }
 
   // True when the stage has to be made.
@@ -197,17 +197,17 @@ class Loop {
   std::vector<Log> logs() const {
     std::vector<Log> out;
     const auto add = [&](const char* run, const std::vector<PlannedFlight>& flights, const std::vector<std::uint64_t>& seeds) {
-      const RunResult result = read_result(at_.fly() / run);
+      const hil::RunResult result = hil::read_result(at_.fly() / run);
       for (const auto& f : flights)
         for (const auto seed : seeds) {
           // What was flown until a crash is no flight to learn from.
           for (const auto& r : result.flights)
-            if (r.flight == f.name && r.seed == seed && r.end != FlightEnd::completed)
+            if (r.flight == f.name && r.seed == seed && r.end != hil::FlightEnd::completed)
               throw Error(
-                  {f.name, fmt::format("seed {} ended as {} {}", seed, flight_end_name(r.end), r.end_detail),
+                  {f.name, fmt::format("seed {} ended as {} {}", seed, hil::flight_end_name(r.end), r.end_detail),
                    "the vehicle file is too wrong for this flight, or the plant too hard", "fly gentler trajectories to learn from"},
                   ExitCode::data_quality);
-          out.push_back({at_.fly() / run / f.name / variant_name(plan_.variant) / std::to_string(seed) / "flight.csv",
+          out.push_back({at_.fly() / run / f.name / hil::variant_name(plan_.variant) / std::to_string(seed) / "flight.csv",
                          fmt::format("flights/{}_{}_{}.csv", run, f.name, seed),
                          std::string(run) == "held_out"      ? "--held-out"
                          : f.role == "any" || f.role.empty() ? "--flight"
@@ -223,7 +223,7 @@ class Loop {
   std::vector<fs::path> secrets() const {
     std::vector<fs::path> out{fs::absolute(plan_.path), fs::absolute(plan_.plant), at_.run_toml(), at_.inputs() / inputs_.plant};
     for (const auto& f : plan_.learn)
-      out.push_back(at_.fly() / "learn" / f.name / variant_name(plan_.variant) / std::to_string(plan_.learn_seeds.front()) / "truth.csv");
+      out.push_back(at_.fly() / "learn" / f.name / hil::variant_name(plan_.variant) / std::to_string(plan_.learn_seeds.front()) / "truth.csv");
     for (auto& p : out) p = fs::weakly_canonical(p);
     return out;
   }
@@ -255,9 +255,9 @@ class Loop {
     Desk desk(papers);
     fs::create_directories(desk.path() / "out" / "report");
     const auto& probes = desk.isolate(program, secrets());
-    write_text_file(folder / "isolation.json", isolation_record(probes));
+    hil::write_text_file(folder / "isolation.json", isolation_record(probes));
     const IsolationProbeResult& chosen = probes.back();
-    tell(name, chosen.holds() ? fmt::format("isolated by {}: {} ways to the truth tried, none opened", bench::name(chosen.isolation),
+    tell(name, chosen.holds() ? fmt::format("isolated by {}: {} ways to the truth tried, none opened", closed_loop::name(chosen.isolation),
                                             chosen.attempts.size())
                               : std::string("not isolated: the analyst could reach the truth"));
     if (!chosen.holds() && o_.require_isolation)
@@ -292,17 +292,17 @@ class Loop {
 }  // namespace
 
 fs::path close_loop(const LoopPlan& plan, const LoopOptions& options) {
-  const std::string name = options.name.empty() ? "close-" + folder_name(plan.name) : options.name;
+  const std::string name = options.name.empty() ? "close-" + hil::folder_name(plan.name) : options.name;
   fs::path run = options.runs_dir / name;
   // A run that was stopped goes on; anything else in the way is refused by create().
-  if (options.force || !fs::is_regular_file(run / "run.toml")) run = RunFolder::create(options.runs_dir, name, options.force).path();
+  if (options.force || !fs::is_regular_file(run / "run.toml")) run = hil::RunFolder::create(options.runs_dir, name, options.force).path();
   run = fs::canonical(run);
   fs::permissions(run, fs::perms::owner_all);
   Loop(plan, options, run).go();
   const LoopResult result = assemble_loop(run);
-  write_text_file(LoopLayout{run}.result(), loop_result_json(result));
-  write_text_file(LoopLayout{run}.report(), loop_report_html(result));
+  hil::write_text_file(LoopLayout{run}.result(), loop_result_json(result));
+  hil::write_text_file(LoopLayout{run}.report(), loop_report_html(result));
   return run;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

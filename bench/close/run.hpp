@@ -14,7 +14,7 @@
 
 #include "bench/close/plan.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct LoopOptions {
   std::filesystem::path runs_dir = "runs";
@@ -33,4 +33,4 @@ struct LoopOptions {
 // the analyst could not use (data_quality), interrupted.
 std::filesystem::path close_loop(const LoopPlan& plan, const LoopOptions& options);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

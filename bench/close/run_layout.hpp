@@ -2,7 +2,7 @@
 #pragma once
 #include <filesystem>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 struct LoopLayout {
   std::filesystem::path run;
@@ -23,4 +23,4 @@ struct LoopLayout {
   std::filesystem::path report() const { return run / "report.html"; }
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 using StageInputs = std::map<std::string, std::string>;  // name -> SHA-256 of a file, or a text such as arguments
 
@@ -24,4 +24,4 @@ class Stage {
   StageInputs inputs_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

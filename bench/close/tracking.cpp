@@ -9,7 +9,7 @@
 
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 constexpr std::size_t kResamples = 20'000;
@@ -17,14 +17,14 @@ constexpr std::uint64_t kModule = 0x636C6F7365;  // "close": the same resampling
 
 double mean(std::span<const double> v) { return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size()); }
 
-const FlightResult* find(const RunResult& r, const std::string& flight, std::uint64_t seed) {
+const hil::FlightResult* find(const hil::RunResult& r, const std::string& flight, std::uint64_t seed) {
   for (const auto& f : r.flights)
     if (f.flight == flight && f.seed == seed) return &f;
   return nullptr;
 }
 
-double error_cm(const FlightResult& f, ErrorAxis axis) {
-  return axis == ErrorAxis::z ? f.tracking.truth.mean_z_cm : f.tracking.truth.mean_3d_cm;
+double error_cm(const hil::FlightResult& f, hil::ErrorAxis axis) {
+  return axis == hil::ErrorAxis::z ? f.tracking.truth.mean_z_cm : f.tracking.truth.mean_3d_cm;
 }
 
 void judge(TrackedFlight& t) {
@@ -61,7 +61,7 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   out.percent = 100.0 * (1.0 - mean(after) / mean(before));
   if (out.pairs < 2) return out;
   const std::size_t n = out.pairs;
-  const sim::RandomStream random(n, kModule);
+  const RandomStream random(n, kModule);
   std::vector<double> values(kResamples);
   std::uint64_t sample = 0;
   for (double& v : values) {
@@ -90,16 +90,16 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   return out;
 }
 
-std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const RunResult& before, const RunResult* identified,
-                                            const RunResult& after) {
+std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before, const hil::RunResult* identified,
+                                            const hil::RunResult& after) {
   std::vector<TrackedFlight> out;
   for (const JudgedFlight& p : plan) {
     TrackedFlight t;
     t.plan = p;
     for (const auto& b : before.flights) {
-      if (b.flight != p.flight.name || b.end != FlightEnd::completed) continue;
+      if (b.flight != p.flight.name || b.end != hil::FlightEnd::completed) continue;
       const auto* a = find(after, b.flight, b.seed);
-      if (!a || a->end != FlightEnd::completed) {
+      if (!a || a->end != hil::FlightEnd::completed) {
         ++t.lost;
         continue;
       }
@@ -107,7 +107,7 @@ std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& pla
       t.seeds.push_back(b.seed);
       t.before.push_back(error_cm(b, p.axis));
       t.after.push_back(error_cm(*a, p.axis));
-      if (i && i->end == FlightEnd::completed) t.identified.push_back(error_cm(*i, p.axis));
+      if (i && i->end == hil::FlightEnd::completed) t.identified.push_back(error_cm(*i, p.axis));
     }
     if (t.identified.size() != t.before.size()) t.identified.clear();  // a lost flight would unpair the rest
     t.reduction = paired_reduction(t.before, t.after);
@@ -118,4 +118,4 @@ std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& pla
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -9,7 +9,7 @@
 #include "bench/close/plan.hpp"
 #include "bench/hil/run_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 // 100 (1 - mean after / mean before), with a 95 % interval over the pairs. All not-a-number for fewer than two pairs.
 struct PairedReduction {
@@ -34,7 +34,7 @@ struct TrackedFlight {
 };
 
 // `identified` may be null. A flight that was completed before and is lost after fails, whatever the rest says.
-std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const RunResult& before, const RunResult* identified,
-                                            const RunResult& after);
+std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before, const hil::RunResult* identified,
+                                            const hil::RunResult& after);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

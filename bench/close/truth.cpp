@@ -16,7 +16,7 @@
 #include "host/vehicle/vehicle_file.hpp"
 #include "sim/plant/assemble.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace fs = std::filesystem;
 namespace {
 using Json = nlohmann::ordered_json;
@@ -132,7 +132,7 @@ TruthComparison tell_truth(const fs::path& run) {
   TruthComparison c = compare_effects(plan, read_findings(at.diagnosis()));
   const fs::path vehicle = fs::is_regular_file(at.diagnosed_vehicle()) ? at.diagnosed_vehicle() : run / root.text("vehicle");
   compare_vehicle(c, run / root.text("flown_plant"), vehicle);
-  write_text_file(at.truth(), truth_json(c));
+  hil::write_text_file(at.truth(), truth_json(c));
   return c;
 }
 
@@ -173,4 +173,4 @@ std::string truth_text(const TruthComparison& c) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

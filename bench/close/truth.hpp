@@ -7,7 +7,7 @@
 
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 
 // right: named by its own id alone. in_class: its id, or what it shows as, is in an answer that names several. missed: in no answer.
 enum class Told { right, in_class, missed };
@@ -52,4 +52,4 @@ std::string truth_json(const TruthComparison& c);
 TruthComparison read_truth(const std::filesystem::path& truth_json);
 std::string truth_text(const TruthComparison& c);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

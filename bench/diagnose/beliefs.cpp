@@ -9,7 +9,7 @@
 #include "bench/identify/identified_vehicle.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 // Of a parameter's scale: a finer figure is a fit's rounding, and would only spoil the arithmetic.
@@ -28,39 +28,39 @@ std::optional<double> known_u(const host::VehicleFile& v, int parameter, const h
     return u;
   };
   switch (parameter) {
-    case kMass:
+    case estimate::kMass:
       return std::nullopt;  // the fit itself asks the file
-    case kIxx:
+    case estimate::kIxx:
       return unless_guess(v.inertia_kg_m2[0]);
-    case kIyy:
+    case estimate::kIyy:
       return unless_guess(v.inertia_kg_m2[1]);
-    case kIzz:
+    case estimate::kIzz:
       return unless_guess(v.inertia_kg_m2[2]);
-    case kCq:
+    case estimate::kCq:
       return unless_guess(v.c_q_N_m_s2);
-    case kComX:
+    case estimate::kComX:
       return unless_guess(v.com_offset_m[0]);
-    case kComY:
+    case estimate::kComY:
       return unless_guess(v.com_offset_m[1]);
-    case kK1:
+    case estimate::kK1:
       return unless_guess(v.k1_N_s2);
-    case kK2:
+    case estimate::kK2:
       return unless_guess(v.k2_N_s2_m);
-    case kCdh:
+    case estimate::kCdh:
       return unless_guess(v.c_dh_s_m);
-    case kCdxy:
+    case estimate::kCdxy:
       return unless_guess(v.c_dxy_N_s2_m2);
-    case kCdz:
+    case estimate::kCdz:
       return unless_guess(v.c_dz_N_s2_m2);
     default:
       break;
   }
-  if (parameter >= kOffsetX && parameter <= kOffsetZ)
-    return of_sensor(v.pose_sensor.offset_origin, v.pose_sensor.offset_u_m[static_cast<std::size_t>(parameter - kOffsetX)]);
-  if (parameter >= kTurnX && parameter <= kTurnZ)
-    return of_sensor(v.pose_sensor.rotation_origin, v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(parameter - kTurnX)]);
-  if (parameter < kCoreParameters) return std::nullopt;
-  const auto flat = static_cast<std::size_t>(parameter - kCoreParameters);
+  if (parameter >= estimate::kOffsetX && parameter <= estimate::kOffsetZ)
+    return of_sensor(v.pose_sensor.offset_origin, v.pose_sensor.offset_u_m[static_cast<std::size_t>(parameter - estimate::kOffsetX)]);
+  if (parameter >= estimate::kTurnX && parameter <= estimate::kTurnZ)
+    return of_sensor(v.pose_sensor.rotation_origin, v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(parameter - estimate::kTurnX)]);
+  if (parameter < estimate::kCoreParameters) return std::nullopt;
+  const auto flat = static_cast<std::size_t>(parameter - estimate::kCoreParameters);
   const auto id = terms.term(terms.term_of(flat)).info.id;
   for (const host::VehicleEffect& e : v.effects) {
     if (e.id != id) continue;
@@ -72,37 +72,37 @@ std::optional<double> known_u(const host::VehicleFile& v, int parameter, const h
 }
 
 // Static thrust found on a stand ties k1 and k2 in one direction.
-void add_stand(const host::VehicleFile& v, const ModelValues& at, std::vector<JointPrior>& out) {
+void add_stand(const host::VehicleFile& v, const estimate::ModelValues& at, std::vector<estimate::JointPrior>& out) {
   const host::StaticThrust* stand = v.static_thrust_of(host::Origin::stand);
   if (!stand || stand->u_N_s2 <= 0.0) return;
   const auto c_t = [&](double k1, double k2) { return host::static_c_t({k1, k2, at.geometry.radius_m, at.geometry.air_density_kg_m3}); };
-  const double k1 = at[kK1], k2 = at[kK2], here = c_t(k1, k2);
+  const double k1 = at[estimate::kK1], k2 = at[estimate::kK2], here = c_t(k1, k2);
   constexpr double kStep = 1e-4;
   const Eigen::Vector2d slope((c_t(k1 * (1 + kStep), k2) - here) / (k1 * kStep), (c_t(k1, k2 * (1 + kStep)) - here) / (k2 * kStep));
   // Thrust scales with the density of the air at a given c_t; the stand's figure is taken to this model's density.
   const double density = stand->air_density_kg_m3 > 0.0 ? at.geometry.air_density_kg_m3 / stand->air_density_kg_m3 : 1.0;
-  JointPrior p{{kK1, kK2}, Eigen::Vector2d(k1, k2), slope * slope.transpose() / (stand->u_N_s2 * stand->u_N_s2)};
+  estimate::JointPrior p{{estimate::kK1, estimate::kK2}, Eigen::Vector2d(k1, k2), slope * slope.transpose() / (stand->u_N_s2 * stand->u_N_s2)};
   p.mean[0] += (stand->c_t_N_s2 * density - here) / slope[0];
   out.push_back(std::move(p));
 }
 
 }  // namespace
 
-std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const FreeParameter> free, const ModelValues& at) {
-  std::vector<JointPrior> out;
+std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<const estimate::FreeParameter> free, const estimate::ModelValues& at) {
+  std::vector<estimate::JointPrior> out;
   std::map<std::string, int> of_name;
   std::map<int, double> left;  // standard uncertainties that no covariance block has spoken for
-  for (const FreeParameter& f : free) {
+  for (const estimate::FreeParameter& f : free) {
     if (f.per_flight || f.prior_u > 0.0) continue;
     if (const auto u = known_u(v, f.parameter, at.terms)) {
-      const ParameterInfo info = parameter_info(f.parameter, at.terms);
+      const estimate::ParameterInfo info = estimate::parameter_info(f.parameter, at.terms);
       of_name[info.name] = f.parameter;
       left[f.parameter] = std::max(*u, kFinest * info.scale);
     }
   }
   for (const host::CovarianceBlock& block : v.covariance) {
     std::vector<Eigen::Index> rows;
-    JointPrior p;
+    estimate::JointPrior p;
     for (std::size_t i = 0; i < block.of.size(); ++i) {
       const auto found = of_name.find(block.of[i]);
       if (found == of_name.end() || !left.contains(found->second)) continue;
@@ -115,7 +115,7 @@ std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const Free
     Eigen::MatrixXd covariance = all(rows, rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      covariance(k, k) = std::max(covariance(k, k), std::pow(kFinest * parameter_info(p.parameters[i], at.terms).scale, 2));
+      covariance(k, k) = std::max(covariance(k, k), std::pow(kFinest * estimate::parameter_info(p.parameters[i], at.terms).scale, 2));
     }
     const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
@@ -129,30 +129,30 @@ std::vector<JointPrior> beliefs(const host::VehicleFile& v, std::span<const Free
     out.push_back(std::move(p));
   }
   for (const auto& [parameter, u] : left) {
-    JointPrior p{{parameter}, Eigen::VectorXd::Constant(1, at[parameter]), Eigen::MatrixXd::Constant(1, 1, 1.0 / (u * u))};
+    estimate::JointPrior p{{parameter}, Eigen::VectorXd::Constant(1, at[parameter]), Eigen::MatrixXd::Constant(1, 1, 1.0 / (u * u))};
     out.push_back(std::move(p));
   }
   add_stand(v, at, out);
   return out;
 }
 
-std::vector<Contradiction> contradictions(const FitProblem& problem, const Fit& fit) {
+std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, const estimate::Fit& fit) {
   std::vector<Contradiction> out;
-  for (const JointPrior& prior : problem.priors) {
+  for (const estimate::JointPrior& prior : problem.priors) {
     const Eigen::LLT<Eigen::MatrixXd> factor(prior.information);
     if (factor.info() != Eigen::Success) continue;  // one direction of several numbers: it says nothing of each
     const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(prior.information.rows(), prior.information.cols()));
     for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
-      const Estimate* e = fit.find(prior.parameters[k]);
+      const estimate::Estimate* e = fit.find(prior.parameters[k]);
       const auto at = static_cast<Eigen::Index>(k);
       const double believed = covariance(at, at), taken = e ? believed - e->u * e->u : 0.0;
       if (!(taken > kTold * believed)) continue;
       const double z = (e->value - prior.mean[at]) / std::sqrt(taken) / std::max(1.0, e->u_robust / e->u);
-      if (std::fabs(z) > kContradicts) out.push_back({e->parameter, prior.mean[at], std::sqrt(believed), e->value, reported_u(*e), z});
+      if (std::fabs(z) > kContradicts) out.push_back({e->parameter, prior.mean[at], std::sqrt(believed), e->value, identify::reported_u(*e), z});
     }
   }
   std::stable_sort(out.begin(), out.end(), [](const Contradiction& a, const Contradiction& b) { return std::fabs(a.z) > std::fabs(b.z); });
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,10 +7,10 @@
 #include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // About the free, shared parameters among `free`.
-std::vector<JointPrior> beliefs(const host::VehicleFile& vehicle, std::span<const FreeParameter> free, const ModelValues& file_values);
+std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free, const estimate::ModelValues& file_values);
 
 // What the file knows of a number and the flights contradict.
 struct Contradiction {
@@ -22,6 +22,6 @@ struct Contradiction {
   double z = 0.0;
 };
 // Those beyond 3.5, the worst first. `problem`: as it was fitted, priors about the beliefs.
-std::vector<Contradiction> contradictions(const FitProblem& problem, const Fit& fit);
+std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, const estimate::Fit& fit);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 
 #include "bench/identify/identified_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
@@ -36,7 +36,7 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 
 double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
 
-Evenness evenness_of(const Identification& refit, const Candidate& c) {
+Evenness evenness_of(const identify::Identification& refit, const Candidate& c) {
   const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
   ColumnSet own, others;
   Eigen::VectorXd size(static_cast<Eigen::Index>(parameters.size()));
@@ -52,9 +52,9 @@ Evenness evenness_of(const Identification& refit, const Candidate& c) {
 }
 
 // What the refit says of an effect, and why it cannot be what is missing, if so.
-void judge(Contestant& c, const Identification& model, const Screening& s, const Criteria& criteria) {
+void judge(Contestant& c, const identify::Identification& model, const Screening& s, const Criteria& criteria) {
   const Candidate& candidate = *c.tested->candidate;
-  const Fit& fit = c.refit.fit.fit;
+  const estimate::Fit& fit = c.refit.fit.fit;
   c.values = values_in(c.refit.fit, candidate);
   c.rise = fit.log_likelihood - model.fit.log_likelihood;
   c.score = c.rise - cost_of(*c.tested, s.table.readings);
@@ -125,12 +125,12 @@ std::vector<Contestant> worth_a_refit(const Screening& s, const std::vector<Test
   return out;
 }
 
-std::vector<NamedValue> values_in(const Identification& r, const Candidate& c) {
+std::vector<NamedValue> values_in(const identify::Identification& r, const Candidate& c) {
   std::vector<NamedValue> out;
   const auto parameters = parameters_of(c, r.problem.start.terms);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const Estimate* e = r.fit.find(parameters[k]);
-    out.push_back({c.parameters[k].name, c.parameters[k].unit, e ? e->value : c.parameters[k].neutral, e ? reported_u(*e) : 0.0});
+    const estimate::Estimate* e = r.fit.find(parameters[k]);
+    out.push_back({c.parameters[k].name, c.parameters[k].unit, e ? e->value : c.parameters[k].neutral, e ? identify::reported_u(*e) : 0.0});
   }
   return out;
 }
@@ -150,8 +150,8 @@ bool far_behind(const Contestant& c, const Contestant& leader, double without, d
   return leader.rise * (1.0 - std::max(explained, 0.0) / by_leader) > kFewest;
 }
 
-std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& s,
-                                const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options) {
+std::vector<Contestant> contest(const identify::Identification& start, const identify::Identification& model, const Screening& s,
+                                const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options) {
   std::vector<Contestant> field = worth_a_refit(s, all, criteria);
   const auto attempt = [](Contestant& c, auto&& act) {
     try {
@@ -244,4 +244,4 @@ std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>&
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -9,7 +9,7 @@
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/refit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct Contestant {
   const Tested* tested = nullptr;
@@ -33,8 +33,8 @@ bool far_behind(const Contestant& c, const Contestant& leader, double without, d
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
 // `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
 // first.
-std::vector<Contestant> contest(const Identification& start, const Identification& model, const Screening& screening,
-                                const std::vector<Tested>& all, const Criteria& criteria, const FitOptions& options);
+std::vector<Contestant> contest(const identify::Identification& start, const identify::Identification& model, const Screening& screening,
+                                const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options);
 
 // Largest rise of the log likelihood by an effect found before, and by one of them that acts on the body.
 struct RisesBefore {
@@ -54,7 +54,7 @@ std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<
                                   const Criteria& criteria);
 
 // The candidate's values in a fit that has it, and the largest of them over its standard error.
-std::vector<NamedValue> values_in(const Identification& fit, const Candidate& candidate);
+std::vector<NamedValue> values_in(const identify::Identification& fit, const Candidate& candidate);
 double certainty(const Candidate& candidate, const std::vector<NamedValue>& values);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -16,7 +16,7 @@
 #include "bench/identify/whiteness.hpp"
 #include "host/effects/term_size.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 // Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time foretells on other blocks: from here on
@@ -26,12 +26,12 @@ constexpr double kSystematic = 0.1;
 // leaves 19 mN and 0.4 mN m beyond the terms of this library.
 constexpr double kForceMatters = 0.005, kTorqueMatters = 0.002;
 
-std::vector<std::pair<std::string, double>> shifts(const Identification& before, const Identification& after) {
+std::vector<std::pair<std::string, double>> shifts(const identify::Identification& before, const identify::Identification& after) {
   std::vector<std::pair<std::string, double>> out;
-  for (const Estimate& a : before.fit.estimates) {
-    const Estimate* b = after.fit.find(a.parameter, a.flight);
+  for (const estimate::Estimate& a : before.fit.estimates) {
+    const estimate::Estimate* b = after.fit.find(a.parameter, a.flight);
     if (!b || a.value == 0.0) continue;
-    if (std::fabs(b->value - a.value) > reported_u(a)) out.emplace_back(estimate_name(a, before.problem), b->value / a.value - 1.0);
+    if (std::fabs(b->value - a.value) > identify::reported_u(a)) out.emplace_back(estimate::estimate_name(a, before.problem), b->value / a.value - 1.0);
   }
   return out;
 }
@@ -62,12 +62,12 @@ void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
 }
 
 // What the file is wrong about is no effect that the model lacks, and yet changes what it foretells.
-void note_contradictions(const Identification& model, Diagnosis& d) {
+void note_contradictions(const identify::Identification& model, Diagnosis& d) {
   constexpr std::size_t kMost = 5;
   const std::vector<Contradiction> all = contradictions(model.problem, model.fit);
   for (std::size_t i = 0; i < std::min(kMost, all.size()); ++i) {
     const Contradiction& c = all[i];
-    const ParameterInfo info = parameter_info(c.parameter, model.problem.start.terms);
+    const estimate::ParameterInfo info = estimate::parameter_info(c.parameter, model.problem.start.terms);
     d.remarks.push_back(
         fmt::format("The flights contradict what the file knows of {}: {:.4g} ± {:.2g} {} there, {:.4g} ± {:.2g} with them ({:.1f} "
                     "standard deviations).",
@@ -80,16 +80,16 @@ std::string needs_of(const host::EffectFacts& facts) {
   return facts.needs + (facts.needs.empty() || facts.manoeuvre.empty() ? "" : "; ") + facts.manoeuvre;
 }
 
-bool innovations_white(const Identification& r) {
+bool innovations_white(const identify::Identification& r) {
   for (std::size_t f = 0; f < r.fit.reduced.size(); ++f) {
-    if (!r.fit.reduced[f].innovations.empty() && !whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
+    if (!r.fit.reduced[f].innovations.empty() && !identify::whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
   }
   return true;
 }
 
 }  // namespace
 
-DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
+DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
                       const std::function<void(const DiagnoseProgress&)>& progress) {
   const auto say = [&](const std::string& part, double done) {
     if (progress) progress({part, done});
@@ -100,12 +100,12 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   Diagnosis& d = out.diagnosis;
 
   say("baseline fit", 0.0);
-  IdentifyOptions first = o.identify;
+  identify::IdentifyOptions first = o.identify;
   if (o.beliefs) first.beliefs = beliefs;
   first.fit.innovations = true;
-  out.before = identify(flights, vehicle, first);
-  Identification model = copy_of(out.before);
-  FitOptions again = first.fit;
+  out.before = identify::identify(flights, vehicle, first);
+  identify::Identification model = copy_of(out.before);
+  estimate::FitOptions again = first.fit;
   again.noise.rounds = std::min(again.noise.rounds, 4);  // from where the last fit left it
   again.tolerance = std::max(again.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
 
@@ -114,7 +114,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
   for (int round = 0;; ++round) {
     const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
     say("screening", done);
-    const Identification start = at_beliefs(model, again);
+    const identify::Identification start = at_beliefs(model, again);
     const Screening s = screen(start, o.without, o.library, o.block_s, threads);
     const std::vector<double> placebos =
         placebo_statistics(start, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
@@ -203,7 +203,7 @@ DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::Vehic
 
   // Where the user held the delay it was a candidate like any other.
   const bool was_candidate =
-      std::any_of(added.begin(), added.end(), [](const Candidate& c) { return c.core == std::vector<int>{kPoseDelay}; });
+      std::any_of(added.begin(), added.end(), [](const Candidate& c) { return c.core == std::vector<int>{estimate::kPoseDelay}; });
   if (auto late = late_poses(model.fit, o.criteria); late && !was_candidate) d.added.insert(d.added.begin(), std::move(*late));
 
   // What cannot be seen in such logs as a rule, unless it was.
@@ -256,9 +256,9 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
 
 }  // namespace
 
-void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
+void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
   bool real = false;
-  const double weight_N = vehicle[kMass] * host::kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
+  const double weight_N = vehicle[estimate::kMass] * host::kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
     const ResidualKind kind = left.unexplained.kind[a];
     const AxisUnexplained& axis = left.unexplained.axis[a];
@@ -277,4 +277,4 @@ void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, D
   d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

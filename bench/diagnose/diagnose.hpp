@@ -10,10 +10,10 @@
 #include "bench/diagnose/examine.hpp"
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct DiagnoseOptions {
-  IdentifyOptions identify;
+  identify::IdentifyOptions identify;
   Criteria criteria;
   std::vector<std::string> without;             // effects that are not considered
   std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
@@ -31,18 +31,18 @@ struct DiagnoseProgress {
 
 struct DiagnosisRun {
   Diagnosis diagnosis;
-  Identification before, after;  // the model of the vehicle file refitted, and that with the effects
+  identify::Identification before, after;  // the model of the vehicle file refitted, and that with the effects
 };
 
 // Throws like identify().
-DiagnosisRun diagnose(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
+DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
 
 // What the residuals of the last model say by themselves: a systematic rest or bursts without an effect found make it `unexplained`.
 struct ResidualFindings;
 // Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
 // `without`: effects on the scatter that are not considered.
-void judge_residuals(const ResidualFindings& left, const ModelValues& vehicle, Diagnosis& diagnosis,
+void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis,
                      const std::vector<std::string>& without = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,7 +8,7 @@
 #include "bench/diagnose/verdict.hpp"
 #include "bench/identify/held_out.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // One effect of the library against the residual of one model.
 struct CandidateEvidence {
@@ -98,4 +98,4 @@ struct Diagnosis {
   std::vector<std::string> remarks;  // in words, most important first
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 
 #include "host/base/statistics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 using Index = ScoreTable::Index;
 
 double relevance(const Candidate& c, const Eigen::VectorXd& change) {
@@ -112,4 +112,4 @@ std::vector<Tested> examine_all(const Screening& s, const Criteria& criteria, do
   return all;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

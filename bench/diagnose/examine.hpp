@@ -6,7 +6,7 @@
 #include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/screening.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // When an effect is taken for real. All must hold.
 struct Criteria {
@@ -39,4 +39,4 @@ double relevance(const Candidate& candidate, const Eigen::VectorXd& change);
 // All candidates against the model of the table, best first. `placebo`: statistic that 99 % of the placebos stay below.
 std::vector<Tested> examine_all(const Screening& screening, const Criteria& criteria, double placebo);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

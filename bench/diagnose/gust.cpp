@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr double kBlock_s = 0.2;
@@ -60,15 +60,15 @@ ColouredNoise coloured_noise(std::span<const std::vector<double>> given, double 
   return best;
 }
 
-GustScore score_gust(const Identification& r) {
+GustScore score_gust(const identify::Identification& r) {
   std::array<std::vector<std::vector<double>>, 3> series;
   double slope = 0.0, slopes = 0.0;
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const std::vector<BodyState>& x = r.fit.states[f];
-    RotorInput input = g.input;
+    const estimate::GridFlight& g = r.flights[f];
+    const std::vector<estimate::BodyState>& x = r.fit.states[f];
+    estimate::RotorInput input = g.input;
     input.prepare(r.fit.values[f]);
-    const Model model(r.fit.values[f]);
+    const estimate::Model model(r.fit.values[f]);
     const auto block = static_cast<std::size_t>(std::max(1.0, std::round(kBlock_s / g.step_s)));
     std::size_t hint = 0;
     for (auto& axis : series) axis.emplace_back();
@@ -78,7 +78,7 @@ GustScore score_gust(const Identification& r) {
       for (std::size_t j = k; j < k + block && whole; ++j) {
         whole = g.linked[j];
         if (whole) {
-          const BodyState ahead = model.step(x[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps);
+          const estimate::BodyState ahead = model.step(x[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps);
           change += x[j + 1].v_W_m_s - ahead.v_W_m_s;
         }
       }
@@ -90,7 +90,7 @@ GustScore score_gust(const Identification& r) {
       }
       for (std::size_t i = 0; i < 3; ++i)
         series[i].back().push_back(change[static_cast<Eigen::Index>(i)] / (static_cast<double>(block) * g.step_s));
-      InstantJacobian j;
+      estimate::InstantJacobian j;
       model.instant(x[k], input.at(g.time_s(k), hint, false), g.time_s(k), &j);
       const Eigen::Matrix3d by_velocity_W = x[k].q_WB.toRotationMatrix() * j.force_by_state.block<3, 3>(0, 3);
       slope -= 0.5 * (by_velocity_W(0, 0) + by_velocity_W(1, 1));
@@ -119,4 +119,4 @@ bool blows(const GustScore& gust) {
   return typical && gust.time_s > kLasts_s && gust.sigma_m_s > kScatterMatters * std::fabs(typical->typical_value);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -12,7 +12,7 @@
 
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct ColouredNoise {
   double sigma = 0.0, time_s = 0.0;  // of the part that lasts: standard deviation and correlation time
@@ -28,11 +28,11 @@ struct GustScore {
   double sigma_m_s = 0.0, time_s = 0.0;  // of the horizontal wind; 0 when there is none
   double gain = 0.0;                     // of both horizontal axes
 };
-GustScore score_gust(const Identification& fitted);
+GustScore score_gust(const identify::Identification& fitted);
 
 // Of an effect on the scatter: what of its typical size (effects/catalogue.toml) matters.
 inline constexpr double kScatterMatters = 0.3;
 // Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.
 bool blows(const GustScore& gust);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -4,16 +4,16 @@
 
 #include "bench/identify/identified_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
-std::optional<AddedEffect> late_poses(const Fit& fit, const Criteria& criteria) {
+std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& criteria) {
   constexpr const char* kId = "pose_delay";
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   const host::CatalogueParameter* typical = catalogue.parameter_of(kId);
   double information = 0.0, sum = 0.0;
-  for (const Estimate& e : fit.estimates) {
-    const double u_s = reported_u(e);
-    if (e.parameter != kPoseDelay || u_s <= 0.0) continue;
+  for (const estimate::Estimate& e : fit.estimates) {
+    const double u_s = identify::reported_u(e);
+    if (e.parameter != estimate::kPoseDelay || u_s <= 0.0) continue;
     information += 1.0 / (u_s * u_s);
     sum += e.value / (u_s * u_s);
   }
@@ -30,4 +30,4 @@ std::optional<AddedEffect> late_poses(const Fit& fit, const Criteria& criteria) 
   return AddedEffect{.id = kId, .parameters = e.one_step, .evidence = e};
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

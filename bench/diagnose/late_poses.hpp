@@ -5,10 +5,10 @@
 #include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/examine.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // How late the poses are stamped is free in every fit, and no candidate therefore: a delay that matters, mean over the flights, is a
 // finding all the same, and as a fault of a sensor the first.
-std::optional<AddedEffect> late_poses(const Fit& fit, const Criteria& criteria);
+std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& criteria);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

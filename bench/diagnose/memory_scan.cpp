@@ -6,7 +6,7 @@
 
 #include "bench/estimate/flight_motion.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Rows = Eigen::Matrix<double, 6, Eigen::Dynamic>;
@@ -20,11 +20,11 @@ struct Leftover {
   Rows value;  // accelerations over the process noise
 };
 
-Leftover leftover(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const NoiseModel& noise) {
-  RotorInput input = g.input;
-  if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
+Leftover leftover(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values, const estimate::NoiseModel& noise) {
+  estimate::RotorInput input = g.input;
+  if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values, false);
-  const Model model(values);
+  const estimate::Model model(values);
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(kEvery_s / g.step_s)));
   Leftover out;
   std::vector<Wrench> rows;
@@ -35,7 +35,7 @@ Leftover leftover(const GridFlight& g, const std::vector<BodyState>& states, con
     for (std::size_t j = k; j < k + stride && whole; ++j) {
       whole = g.linked[j];
       if (!whole) break;
-      const StateError d = difference(model.step(states[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps), states[j + 1]);
+      const estimate::StateError d = estimate::difference(model.step(states[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps), states[j + 1]);
       sum.head<3>() += d.segment<3>(3).cwiseQuotient(noise.force_m_s2_rtHz);
       sum.tail<3>() += d.segment<3>(9).cwiseQuotient(noise.angular_rad_s2_rtHz);
     }
@@ -55,42 +55,42 @@ void without_means(Rows& x) {
 constexpr double kSmall = 1e-3;  // of a size that matters: what the term is given to see what it does
 
 // Force and torque (N, N m, body axes) of a model along the states of a flight, at its knots.
-Rows wrench_along(const GridFlight& g, const std::vector<BodyState>& states, const std::shared_ptr<const Motion>& motion,
-                  const ModelValues& values) {
-  RotorInput input = g.input;
+Rows wrench_along(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const std::shared_ptr<const estimate::Motion>& motion,
+                  const estimate::ModelValues& values) {
+  estimate::RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(motion);
   input.prepare(values, false);
-  const Model model(values);
+  const estimate::Model model(values);
   Rows out(6, static_cast<Eigen::Index>(g.knots));
   std::size_t hint = 0;
   for (std::size_t k = 0; k < g.knots; ++k) {
-    const Instant now = model.instant(states[k], input.at(g.time_s(k), hint, false), g.time_s(k));
+    const estimate::Instant now = model.instant(states[k], input.at(g.time_s(k), hint, false), g.time_s(k));
     out.col(static_cast<Eigen::Index>(k)) << now.force_B_N, now.torque_B_N_m;
   }
   return out;
 }
 
 // The model with one term more.
-ModelValues with_term(const ModelValues& model, const host::Term& term, const std::vector<double>& parameters) {
-  ModelValues out = model;
+estimate::ModelValues with_term(const estimate::ModelValues& model, const host::Term& term, const std::vector<double>& parameters) {
+  estimate::ModelValues out = model;
   out.terms.add(term);
   out.values.insert(out.values.end(), parameters.begin(), parameters.end());
-  out.values.resize(kCoreParameters + out.terms.parameters(), 0.0);
+  out.values.resize(estimate::kCoreParameters + out.terms.parameters(), 0.0);
   return out;
 }
 
 }  // namespace
 
-std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& term, int threads) {
+std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host::Term& term, int threads) {
   const std::size_t flights = r.flights.size(), width = term.info.parameters.size(), points = term.info.scan.size() / width;
   const host::TermParameter& size_of = term.info.parameters.front();
   const double given = size_of.scale * kSmall;
   std::vector<Leftover> left(flights);
   std::vector<Rows> without(flights);
-  std::vector<std::shared_ptr<const Motion>> motion(flights);
+  std::vector<std::shared_ptr<const estimate::Motion>> motion(flights);
   double all = 0.0;
   for (std::size_t f = 0; f < flights; ++f) {
-    motion[f] = std::make_shared<const Motion>(motion_of(r.flights[f], r.fit.states[f]));
+    motion[f] = std::make_shared<const estimate::Motion>(estimate::motion_of(r.flights[f], r.fit.states[f]));
     without[f] = wrench_along(r.flights[f], r.fit.states[f], motion[f], r.fit.values[f]);
     left[f] = leftover(r.flights[f], r.fit.states[f], r.fit.values[f], r.fit.noise[f]);
     without_means(left[f].value);
@@ -104,7 +104,7 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
     p.parameters.front() = size_of.neutral + given;
     double along = 0.0, size = 0.0;
     for (std::size_t f = 0; f < flights; ++f) {
-      const ModelValues& v = r.fit.values[f];
+      const estimate::ModelValues& v = r.fit.values[f];
       const Rows with = wrench_along(r.flights[f], r.fit.states[f], motion[f], with_term(v, term, p.parameters));
       const Rows wrench = (with - without[f]) / given;
       const Eigen::Matrix3d inverse_inertia = v.inertia_kg_m2().inverse();
@@ -113,7 +113,7 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
         const std::size_t k = left[f].knot[static_cast<std::size_t>(c)];
         const Wrench w = wrench.col(static_cast<Eigen::Index>(k));
         a.col(c).head<3>() =
-            (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
+            (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[estimate::kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
         a.col(c).tail<3>() = (inverse_inertia * w.tail<3>()).cwiseQuotient(r.fit.noise[f].angular_rad_s2_rtHz);
       }
       without_means(a);
@@ -136,10 +136,10 @@ std::vector<ScanPoint> scan_memory(const Identification& r, const host::Term& te
   return out;
 }
 
-void look_where_it_swings(const Identification& fitted, Candidate& c, int threads) {
+void look_where_it_swings(const identify::Identification& fitted, Candidate& c, int threads) {
   const std::vector<ScanPoint> points = scan_memory(fitted, *c.term, threads);
   if (points.empty()) return;
   for (std::size_t k = 1; k < c.parameters.size(); ++k) c.parameters[k].neutral = points.front().parameters[k];
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,7 +5,7 @@
 
 #include "bench/diagnose/screening.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct ScanPoint {
   std::vector<double> parameters;  // the first is its estimate
@@ -13,9 +13,9 @@ struct ScanPoint {
 };
 // The term's scan (TermInfo::scan) against the residual of a fit, best first. Constant parts of either do not count: weight is told by
 // thrust, not by a swing.
-std::vector<ScanPoint> scan_memory(const Identification& fitted, const host::Term& term, int threads);
+std::vector<ScanPoint> scan_memory(const identify::Identification& fitted, const host::Term& term, int threads);
 
 // Moves the candidate's parameters but the first to the best of the scan.
-void look_where_it_swings(const Identification& fitted, Candidate& candidate, int threads);
+void look_where_it_swings(const identify::Identification& fitted, Candidate& candidate, int threads);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

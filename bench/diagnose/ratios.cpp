@@ -8,22 +8,22 @@
 
 #include "bench/estimate/model/parameters.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
-constexpr std::array kScales{kMass, kIxx, kIyy, kIzz, kCq, kK1};
+constexpr std::array kScales{estimate::kMass, estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kK1};
 constexpr double kFirmer = 0.5;  // relative uncertainty of a ratio over that of the parameter
 
 // Place among the estimates of a parameter that all flights share; -1 for none.
-Eigen::Index shared(const Fit& fit, int parameter) {
-  const Estimate* e = fit.find(parameter);
+Eigen::Index shared(const estimate::Fit& fit, int parameter) {
+  const estimate::Estimate* e = fit.find(parameter);
   return e && e->flight < 0 ? e - fit.estimates.data() : -1;
 }
 
-double value(const Fit& fit, Eigen::Index at) { return fit.estimates[static_cast<std::size_t>(at)].value; }
+double value(const estimate::Fit& fit, Eigen::Index at) { return fit.estimates[static_cast<std::size_t>(at)].value; }
 
 // Standard uncertainty relative to the size, by the larger of the classical and the block-robust covariance.
-double relative_u(const Fit& fit, Eigen::Index of, Eigen::Index over) {
+double relative_u(const estimate::Fit& fit, Eigen::Index of, Eigen::Index over) {
   double largest = 0.0;
   for (const Eigen::MatrixXd* c : {&fit.covariance, &fit.robust_covariance}) {
     const double a = value(fit, of);
@@ -39,20 +39,20 @@ double relative_u(const Fit& fit, Eigen::Index of, Eigen::Index over) {
 
 }  // namespace
 
-std::vector<NamedValue> firm_ratios(const Fit& fit, int parameter, const host::TermList& terms) {
+std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, const host::TermList& terms) {
   const Eigen::Index of = shared(fit, parameter);
   if (of < 0 || value(fit, of) == 0.0) return {};
   const double alone = relative_u(fit, of, -1);
-  const ParameterInfo info = parameter_info(parameter, terms);
-  const std::string own_name(parameter < kCoreParameters ? info.symbol
-                                                         : terms.parameter(static_cast<std::size_t>(parameter - kCoreParameters)).name);
+  const estimate::ParameterInfo info = estimate::parameter_info(parameter, terms);
+  const std::string own_name(parameter < estimate::kCoreParameters ? info.symbol
+                                                         : terms.parameter(static_cast<std::size_t>(parameter - estimate::kCoreParameters)).name);
   std::vector<NamedValue> out;
   for (const int scale : kScales) {
     const Eigen::Index over = shared(fit, scale);
     if (scale == parameter || over < 0 || value(fit, over) == 0.0) continue;
     const double relative = relative_u(fit, of, over);
     if (relative > kFirmer * alone) continue;
-    const ParameterInfo by = parameter_info(scale, terms);
+    const estimate::ParameterInfo by = estimate::parameter_info(scale, terms);
     const double ratio = value(fit, of) / value(fit, over);
     const std::string unit = info.unit == by.unit ? "1" : fmt::format("({})/({})", info.unit, by.unit);
     out.push_back({fmt::format("{} / {}", own_name, by.symbol), unit, ratio, relative * std::fabs(ratio)});
@@ -69,4 +69,4 @@ std::string ratios_text(const std::vector<NamedValue>& ratios) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,7 +8,7 @@
 
 #include "host/base/statistics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Eigen::MatrixXd;
@@ -235,4 +235,4 @@ double confounding(const ScoreTable& table, const ColumnSet& model, const Column
   return std::min(1.0, Eigen::JacobiSVD<MatrixXd>(c).singularValues()[0]);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

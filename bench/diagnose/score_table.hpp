@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct ScoreTable {
   using Index = Eigen::Index;
@@ -66,4 +66,4 @@ double confounding(const ScoreTable& table, const ColumnSet& model, const Column
 ColumnSet with(ColumnSet a, const ColumnSet& b);
 ColumnSet base_columns(const ScoreTable& table);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -17,7 +17,7 @@
 #include "host/effects/term_size.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Index = ScoreTable::Index;
@@ -32,33 +32,33 @@ struct CoreEffect {
   std::vector<int> parameters;
 };
 const std::vector<CoreEffect>& core_effects() {
-  static const std::vector<CoreEffect> all{{"gravity_tilt", {kTiltX, kTiltY}},
-                                           {"products_of_inertia", {kIxy, kIxz, kIyz}},
-                                           {"rotor_speed_delay", {kRotorDelay}},
-                                           {"pose_delay", {kPoseDelay}}};
+  static const std::vector<CoreEffect> all{{"gravity_tilt", {estimate::kTiltX, estimate::kTiltY}},
+                                           {"products_of_inertia", {estimate::kIxy, estimate::kIxz, estimate::kIyz}},
+                                           {"rotor_speed_delay", {estimate::kRotorDelay}},
+                                           {"pose_delay", {estimate::kPoseDelay}}};
   return all;
 }
 
 // All parameters of the fit, per flight or shared, in the order of its estimates; which of them flight f knows.
-std::vector<Index> columns_of_flight(const FitProblem& p, std::size_t f) {
+std::vector<Index> columns_of_flight(const estimate::FitProblem& p, std::size_t f) {
   std::vector<Index> out;
   Index at = 0;
-  for (const FreeParameter& free : p.free) {
+  for (const estimate::FreeParameter& free : p.free) {
     out.push_back(free.per_flight ? at + static_cast<Index>(f) : at);
     at += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
   }
   return out;
 }
-Index estimates_of(const FitProblem& p) {
+Index estimates_of(const estimate::FitProblem& p) {
   Index n = 0;
-  for (const FreeParameter& free : p.free) n += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
+  for (const estimate::FreeParameter& free : p.free) n += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
   return n;
 }
 
 // What a flight knows before any reading: the priors of the fit.
-void add_priors(const FitProblem& p, const Fit& fit, ScoreTable& table) {
+void add_priors(const estimate::FitProblem& p, const estimate::Fit& fit, ScoreTable& table) {
   for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
-    for (const FreeParameter& free : p.free) {
+    for (const estimate::FreeParameter& free : p.free) {
       if (free.parameter != fit.estimates[i].parameter || free.prior_u <= 0.0) continue;
       const auto at = static_cast<Index>(i);
       const double weight = 1.0 / (free.prior_u * free.prior_u);
@@ -66,7 +66,7 @@ void add_priors(const FitProblem& p, const Fit& fit, ScoreTable& table) {
       table.score[at] += weight * (fit.estimates[i].value - p.start[free.parameter]);
     }
   }
-  for (const JointPrior& prior : p.priors) {
+  for (const estimate::JointPrior& prior : p.priors) {
     for (std::size_t a = 0; a < fit.estimates.size(); ++a) {
       if (fit.estimates[a].flight >= 0) continue;
       for (std::size_t b = 0; b < fit.estimates.size(); ++b) {
@@ -86,8 +86,8 @@ void add_priors(const FitProblem& p, const Fit& fit, ScoreTable& table) {
 }
 
 // The model with every term of the library in it: those that it lacks at their neutral values.
-ModelValues with_library(const ModelValues& values, const std::vector<Candidate>& candidates, std::vector<int>& parameters) {
-  ModelValues all = values;
+estimate::ModelValues with_library(const estimate::ModelValues& values, const std::vector<Candidate>& candidates, std::vector<int>& parameters) {
+  estimate::ModelValues all = values;
   for (const Candidate& c : candidates) {
     if (!c.term) continue;
     if (!all.terms.add(*c.term)) {
@@ -96,25 +96,25 @@ ModelValues with_library(const ModelValues& values, const std::vector<Candidate>
     }
     const std::size_t first = all.terms.first_parameter(all.terms.size() - 1);
     for (std::size_t k = 0; k < c.parameters.size(); ++k) {
-      parameters.push_back(kCoreParameters + static_cast<int>(first + k));
+      parameters.push_back(estimate::kCoreParameters + static_cast<int>(first + k));
       all.values.push_back(c.parameters[k].neutral);
     }
-    all.values.resize(kCoreParameters + all.terms.parameters(), 0.0);  // what it remembers starts at rest
+    all.values.resize(estimate::kCoreParameters + all.terms.parameters(), 0.0);  // what it remembers starts at rest
   }
   return all;
 }
 
-BodyState between(const BodyState& a, const BodyState& b, double share) {
+estimate::BodyState between(const estimate::BodyState& a, const estimate::BodyState& b, double share) {
   return {a.p_W_m + share * (b.p_W_m - a.p_W_m), a.v_W_m_s + share * (b.v_W_m_s - a.v_W_m_s), a.q_WB.slerp(share, b.q_WB),
           a.w_B_rad_s + share * (b.w_B_rad_s - a.w_B_rad_s)};
 }
 
 // What the candidates would add to each reading.
-void add_readings(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& values, const std::vector<int>& parameters,
-                  const Model& model, const RotorInput& input, ExtraColumns& out) {
+void add_readings(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values, const std::vector<int>& parameters,
+                  const estimate::Model& model, const estimate::RotorInput& input, estimate::ExtraColumns& out) {
   std::vector<int> reading;
   std::vector<std::size_t> place;
-  for (const int p : reading_parameters(values.terms)) {
+  for (const int p : estimate::reading_parameters(values.terms)) {
     const auto found = std::find(parameters.begin(), parameters.end(), p);
     if (found == parameters.end()) continue;
     reading.push_back(p);
@@ -122,12 +122,12 @@ void add_readings(const GridFlight& g, const std::vector<BodyState>& states, con
   }
   if (reading.empty()) return;
   const auto width = static_cast<std::size_t>(out.count);
-  std::vector<ReadingChange> by(reading.size());
+  std::vector<estimate::ReadingChange> by(reading.size());
   std::size_t hint = 0;
   const auto at = [&](std::size_t knot) {
-    const RotorInputSample u = input.at(g.time_s(knot), hint, false);
-    const BodyState& x = states[knot];
-    reading_change(values, x, u, g.time_s(knot), model.instant(x, u, g.time_s(knot)).angular_acceleration_B_rad_s2, reading, by);
+    const estimate::RotorInputSample u = input.at(g.time_s(knot), hint, false);
+    const estimate::BodyState& x = states[knot];
+    estimate::reading_change(values, x, u, g.time_s(knot), model.instant(x, u, g.time_s(knot)).angular_acceleration_B_rad_s2, reading, by);
   };
   const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
   const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();
@@ -139,27 +139,27 @@ void add_readings(const GridFlight& g, const std::vector<BodyState>& states, con
       put(&out.pose[(i * width + place[k]) * 6 + 3], to_sensor * by[k].turn_B_rad);
     }
   }
-  const auto vectors = [&](const std::vector<VectorFix>& list, std::vector<double>& to, Eigen::Vector3d ReadingChange::*what) {
+  const auto vectors = [&](const std::vector<estimate::VectorFix>& list, std::vector<double>& to, Eigen::Vector3d estimate::ReadingChange::*what) {
     to.assign(list.size() * width * 3, 0.0);
     for (std::size_t i = 0; i < list.size(); ++i) {
       at(list[i].knot);
       for (std::size_t k = 0; k < by.size(); ++k) put(&to[(i * width + place[k]) * 3], by[k].*what);
     }
   };
-  vectors(g.gyro, out.gyro, &ReadingChange::gyro_B_rad_s);
-  vectors(g.accel, out.accel, &ReadingChange::accel_B_m_s2);
+  vectors(g.gyro, out.gyro, &estimate::ReadingChange::gyro_B_rad_s);
+  vectors(g.accel, out.accel, &estimate::ReadingChange::accel_B_m_s2);
 }
 
-ExtraColumns series_of(const GridFlight& g, const std::vector<BodyState>& states, const ModelValues& fitted,
+estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& fitted,
                        const std::vector<Candidate>& candidates) {
   std::vector<int> parameters;
-  const ModelValues values = with_library(fitted, candidates, parameters);
-  ExtraColumns out;
+  const estimate::ModelValues values = with_library(fitted, candidates, parameters);
+  estimate::ExtraColumns out;
   out.count = static_cast<Index>(parameters.size());
   if (out.count == 0) return out;
-  const Model model(values, parameters);
-  RotorInput input = g.input;
-  if (values.terms.memory() > 0) input.follow(std::make_shared<const Motion>(motion_of(g, states)));
+  const estimate::Model model(values, parameters);
+  estimate::RotorInput input = g.input;
+  if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values);
   const auto per_step = static_cast<std::size_t>(6 * out.count);
   out.wrench.assign((g.knots - 1) * per_step, 0.0);
@@ -195,7 +195,7 @@ void for_flights(std::size_t flights, int threads, const auto& act) {
 }
 
 // Sums the sweeps of all flights into one table. `beside`: columns that each sweep has behind those of its free parameters.
-ScoreTable gathered(const FitProblem& p, const Fit& fit, std::vector<Reduced> reduced, Index beside) {
+ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std::vector<estimate::Reduced> reduced, Index beside) {
   ScoreTable table;
   table.base = estimates_of(p);
   const Index n = table.base + beside;
@@ -210,7 +210,7 @@ ScoreTable gathered(const FitProblem& p, const Fit& fit, std::vector<Reduced> re
         table.information(at[a], at[b]) += reduced[f].information(static_cast<Index>(a), static_cast<Index>(b));
     }
     table.readings += static_cast<double>(reduced[f].residuals) - 12.0 * static_cast<double>(p.flights[f]->tied_knots());
-    for (ScoreBlock& b : reduced[f].blocks) {
+    for (estimate::ScoreBlock& b : reduced[f].blocks) {
       table.fold.push_back(static_cast<int>(static_cast<double>(table.blocks.size()) / kFoldBlocks) % kFolds);
       table.blocks.push_back({f, b.from_s, b.to_s, at, std::move(b.information), std::move(b.score)});
     }
@@ -220,16 +220,16 @@ ScoreTable gathered(const FitProblem& p, const Fit& fit, std::vector<Reduced> re
 }
 
 // One more sweep. `held`: core parameters beside the free ones, in the order of their columns.
-ScoreTable table_of(const Identification& r, const Columns& held, const std::vector<ExtraColumns>& extra, double block_s, int threads) {
-  const FitProblem& p = r.problem;
-  Columns columns;
-  for (const FreeParameter& f : p.free) columns.push_back(f.parameter);
+ScoreTable table_of(const identify::Identification& r, const estimate::Columns& held, const std::vector<estimate::ExtraColumns>& extra, double block_s, int threads) {
+  const estimate::FitProblem& p = r.problem;
+  estimate::Columns columns;
+  for (const estimate::FreeParameter& f : p.free) columns.push_back(f.parameter);
   columns.insert(columns.end(), held.begin(), held.end());
-  std::vector<Reduced> reduced(p.flights.size());
+  std::vector<estimate::Reduced> reduced(p.flights.size());
   for_flights(p.flights.size(), threads, [&](std::size_t f) {
-    std::vector<BodyState> states = r.fit.states[f];
-    Chain chain(*p.flights[f], states, states);
-    reduced[f] = chain.sweep(Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
+    std::vector<estimate::BodyState> states = r.fit.states[f];
+    estimate::Chain chain(*p.flights[f], states, states);
+    reduced[f] = chain.sweep(estimate::Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
                              {.keep_factors = false, .block_s = block_s});
   });
   return gathered(p, r.fit, std::move(reduced), static_cast<Index>(held.size()) + extra.front().count);
@@ -262,41 +262,41 @@ void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eige
 }  // namespace
 
 bool acts_on_body(const Candidate& c) {
-  if (!c.term) return c.core.front() != kPoseDelay;
+  if (!c.term) return c.core.front() != estimate::kPoseDelay;
   const host::TermHooks<double>& h = c.term->plain;
   return h.speeds || h.air || h.inflow || h.rotor || h.body;
 }
 
-ScoreTable table_of(const Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
+ScoreTable table_of(const identify::Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
 
-Screening screen(const Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+Screening screen(const identify::Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads) {
-  const FitProblem& p = r.problem;
+  const estimate::FitProblem& p = r.problem;
   const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
   const auto is_free = [&](int parameter) {
-    return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
+    return std::any_of(p.free.begin(), p.free.end(), [&](const estimate::FreeParameter& f) { return f.parameter == parameter; });
   };
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   Screening out;
-  Columns held;
+  estimate::Columns held;
   for (const CoreEffect& e : core_effects()) {
     if (excluded(e.id) || std::any_of(e.parameters.begin(), e.parameters.end(), is_free)) continue;
-    const bool commands = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return g->input.from_commands(); });
-    const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const GridFlight* g) { return !g->pose.empty(); });
-    if ((e.parameters.front() == kRotorDelay && commands) || (e.parameters.front() == kPoseDelay && !poses)) continue;
+    const bool commands = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return g->input.from_commands(); });
+    const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return !g->pose.empty(); });
+    if ((e.parameters.front() == estimate::kRotorDelay && commands) || (e.parameters.front() == estimate::kPoseDelay && !poses)) continue;
     Candidate c{.id = e.id, .core = e.parameters};
     // What matters of it is what matters of the effect.
     const host::Term* same = host::find_term(e.id);
     const host::CatalogueParameter* typical = catalogue.parameter_of(e.id);
     const double size = same ? same->info.parameters.front().scale : typical ? std::fabs(typical->typical_value) : 0.0;
     for (const int parameter : e.parameters) {
-      const ParameterInfo info = parameter_info(parameter, p.start.terms);
+      const estimate::ParameterInfo info = estimate::parameter_info(parameter, p.start.terms);
       c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, size > 0.0 ? size : info.scale});
       held.push_back(parameter);
     }
     out.candidates.push_back(std::move(c));
   }
-  const double mass = p.start[kMass], arm = host::arm_m(p.start.geometry);
+  const double mass = p.start[estimate::kMass], arm = host::arm_m(p.start.geometry);
   std::vector<const host::Term*> terms;
   for (const host::Term& term : host::all_terms()) terms.push_back(&term);
   terms.insert(terms.end(), library.begin(), library.end());
@@ -326,22 +326,22 @@ Screening screen(const Identification& r, const std::vector<std::string>& withou
   return out;
 }
 
-std::vector<double> placebo_statistics(const Identification& r, const Screening& screening, std::size_t count, std::uint64_t seed,
+std::vector<double> placebo_statistics(const identify::Identification& r, const Screening& screening, std::size_t count, std::uint64_t seed,
                                        double block_s, int threads) {
   const auto columns = static_cast<std::size_t>(screening.series.front().count);
   if (columns == 0 || count == 0) return {};
   const std::size_t flights = r.problem.flights.size();
-  std::vector<ExtraColumns> placebos(flights);
+  std::vector<estimate::ExtraColumns> placebos(flights);
   for_flights(flights, threads, [&](std::size_t f) {
-    const ExtraColumns& real = screening.series[f];
-    ExtraColumns& out = placebos[f];
+    const estimate::ExtraColumns& real = screening.series[f];
+    estimate::ExtraColumns& out = placebos[f];
     const std::size_t steps = r.problem.flights[f]->knots - 1, every = 6 * columns, wide = 6 * count;
     out.count = static_cast<Index>(count);
     out.wrench.assign(steps * wide, 0.0);
     Eigen::FFT<double> fft;
     const std::size_t turned = smooth_length(steps);  // a few steps at the end stay as they are
     std::vector<double> row(steps), head(turned), turn(steps);
-    const sim::RandomStream random(seed, kPlaceboStream + f);
+    const RandomStream random(seed, kPlaceboStream + f);
     std::uint64_t sample = 0;
     const auto shortest = static_cast<std::size_t>(2.0 / r.problem.flights[f]->step_s);
     for (std::size_t c = 0; c < count; ++c) {
@@ -375,4 +375,4 @@ std::vector<double> placebo_statistics(const Identification& r, const Screening&
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -10,7 +10,7 @@
 #include "bench/diagnose/score_table.hpp"
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct CandidateParameter {
   std::string name, unit;
@@ -32,19 +32,19 @@ bool acts_on_body(const Candidate& candidate);
 struct Screening {
   ScoreTable table;
   std::vector<Candidate> candidates;
-  std::vector<ExtraColumns> series;  // of each flight: columns of the terms, in the order of the candidates
+  std::vector<estimate::ExtraColumns> series;  // of each flight: columns of the terms, in the order of the candidates
 };
 
 // The linearisation stands at the fit. `without`: ids that are not considered; `library`: terms beside those of host/effects.
-Screening screen(const Identification& result, const std::vector<std::string>& without, std::span<const host::Term* const> library,
+Screening screen(const identify::Identification& result, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads);
 
 // The scores of a fit by themselves, without candidates.
-ScoreTable table_of(const Identification& fit);
+ScoreTable table_of(const identify::Identification& fit);
 
 // Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
 // between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.
-std::vector<double> placebo_statistics(const Identification& result, const Screening& screening, std::size_t count, std::uint64_t seed,
+std::vector<double> placebo_statistics(const identify::Identification& result, const Screening& screening, std::size_t count, std::uint64_t seed,
                                        double block_s, int threads);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -1,6 +1,6 @@
 #include "bench/diagnose/verdict.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 std::string_view name(DiagnosisVerdict v) {
   switch (v) {
@@ -18,4 +18,4 @@ std::string_view name(DiagnosisVerdict v) {
   return "";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

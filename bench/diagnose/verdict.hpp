@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
 // members these flights cannot tell apart. unexplained: the residual is real, and no effect of the library explains what is left
@@ -16,4 +16,4 @@ struct NamedValue {
   double value = 0.0, u = 0.0;  // u: the larger of the classical and the block-robust standard error
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 template <int Rows, int Columns>
@@ -184,4 +184,4 @@ ceres::CostFunction* vector_cost(const CeresFlight& flight, const VectorFix& fix
 ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t knot) { return new AnchorCost(flight, knot); }
 ceres::CostFunction* prior_cost(const ParameterBlock& block, const std::vector<double>& u) { return new PriorCost(block, u); }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

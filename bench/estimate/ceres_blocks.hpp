@@ -11,7 +11,7 @@
 
 #include "bench/estimate/residuals.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 inline constexpr int kStateBlock = 13;
 using StateBlock = std::array<double, kStateBlock>;
@@ -72,4 +72,4 @@ ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t knot);
 // (number - start) * scale / u for each parameter with u > 0.
 ceres::CostFunction* prior_cost(const ParameterBlock& block, const std::vector<double>& u);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -18,7 +18,7 @@
 #include "bench/estimate/ceres_blocks.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 // Undamped from the first step on, as Gauss-Newton is: damping of 1e-4, Ceres's default, slows the weak directions of a chain of
@@ -332,4 +332,4 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -5,7 +5,7 @@
 
 #include "bench/estimate/estimator.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // The same problem, the same cost, the same answer as fit(): Levenberg-Marquardt with SPARSE_NORMAL_CHOLESKY, then
 // ceres::Covariance (sparse QR of the whole Jacobian) for the parameters. Of FitOptions it heeds max_iterations, tolerance and
@@ -16,4 +16,4 @@ namespace rotorloop::bench {
 // or finds the Jacobian rank deficient (fit() then names the directions).
 Fit fit_with_ceres(const FitProblem& problem, const FitOptions& options = {}, const std::function<void(const FitProgress&)>& progress = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

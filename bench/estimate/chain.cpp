@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Arrow = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::ColMajor, 12, kMaxColumns + 1>;
@@ -252,4 +252,4 @@ const LinearRows& Chain::rows_here(const Residuals& res) {
   return rows_;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -11,7 +11,7 @@
 #include "bench/estimate/linear_rows.hpp"
 #include "bench/estimate/residuals.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // Increment of the reduced system over a block of time, with the state at the block's end known from its past only: these are
 // uncorrelated between blocks when the model is right.
@@ -77,4 +77,4 @@ class Chain {
   Eigen::Index columns_ = 0;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

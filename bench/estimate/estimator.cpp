@@ -12,7 +12,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Eigen::MatrixXd;
@@ -498,4 +498,4 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

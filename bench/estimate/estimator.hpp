@@ -9,7 +9,7 @@
 #include "bench/estimate/chain.hpp"
 #include "bench/estimate/noise_search.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct FreeParameter {
   int parameter;            // enum Parameter, or kCoreParameters + place in the term list
@@ -98,4 +98,4 @@ std::vector<OpenDirection> open_directions(const Eigen::MatrixXd& information, c
 
 std::string estimate_name(const Estimate& e, const FitProblem& problem);  // "k_1", or "Δx (vertical)" for one of a flight
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

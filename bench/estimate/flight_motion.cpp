@@ -6,7 +6,7 @@
 #include "bench/estimate/estimator.hpp"
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 constexpr double kForceNoise_m_s2_rtHz = 1.0, kAngularNoise_rad_s2_rtHz = 10.0;
@@ -66,4 +66,4 @@ void follow_states(std::span<GridFlight> flights, std::span<const std::vector<Bo
     flights[f].input.follow(std::make_shared<const Motion>(motion_of(flights[f], states[f])));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -7,7 +7,7 @@
 #include "bench/estimate/model/memory_input.hpp"
 #include "bench/estimate/noise_model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // States where the model ties them, straight lines and shortest turns across the rest. A load that swings through a gap of 80 ms feels
 // the mean acceleration of the gap.
@@ -20,4 +20,4 @@ std::vector<BodyState> states_by_readings(const GridFlight& flight, const ModelV
 // Lets the terms of each flight remember along its states.
 void follow_states(std::span<GridFlight> flights, std::span<const std::vector<BodyState>> states);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

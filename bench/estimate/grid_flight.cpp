@@ -11,7 +11,7 @@
 #include "bench/log/stream_reader.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 double median_step(const std::vector<double>& t) {
@@ -34,7 +34,7 @@ VectorFix fix_of(std::size_t knot, const Gathered& g, double half_step_s) {
   return {knot, half_step_s * g.mean_place(), g.mean()};
 }
 
-std::vector<VectorFix> gathered(const Stream<Eigen::Vector3d>& s, const GridFlight& g) {
+std::vector<VectorFix> gathered(const log::Stream<Eigen::Vector3d>& s, const GridFlight& g) {
   std::vector<VectorFix> out;
   const double half = 0.5 * g.step_s;
   std::size_t last = g.knots;
@@ -55,8 +55,8 @@ std::vector<VectorFix> gathered(const Stream<Eigen::Vector3d>& s, const GridFlig
 }
 
 // Of the load on a string, at each knot. Throws Error when the log does not hold it.
-std::vector<Eigen::Vector3d> load_places(const FlightRecord& record, const GridFlight& g) {
-  std::vector<StreamReader<double>> axes;
+std::vector<Eigen::Vector3d> load_places(const log::FlightRecord& record, const GridFlight& g) {
+  std::vector<log::StreamReader<double>> axes;
   for (const char* name : {"payload_x[m]", "payload_y[m]", "payload_z[m]"}) {
     const auto found = record.extra.find(name);
     if (found == record.extra.end() || found->second.size() < 2) {
@@ -73,7 +73,7 @@ std::vector<Eigen::Vector3d> load_places(const FlightRecord& record, const GridF
 
 }  // namespace
 
-GridFlight make_grid(const FlightRecord& record, const GridOptions& o) {
+GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
   const auto fail = [&](const std::string& what, const std::string& likely, const std::string& remedy) {
     throw Error({record.source.empty() ? record.name : record.source, what, likely, remedy}, ExitCode::data_quality);
   };
@@ -248,4 +248,4 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
   return x;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

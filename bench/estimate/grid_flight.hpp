@@ -7,12 +7,12 @@
 #include "bench/estimate/model/model.hpp"
 #include "bench/estimate/model/rotor_input.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct PoseFix {
   std::size_t knot;
   double late_s;  // stamp minus knot; less the sensor's delay, at most half a step either way
-  PoseReading value;
+  log::PoseReading value;
 };
 struct VectorFix {
   std::size_t knot;
@@ -54,7 +54,7 @@ struct GridFlight {
 
 // Sensors faster than the grid are averaged around each knot. Throws Error (data_quality) naming the missing stream, or when fewer than
 // one second is left.
-GridFlight make_grid(const FlightRecord& record, const GridOptions& options);
+GridFlight make_grid(const log::FlightRecord& record, const GridOptions& options);
 
 // Unties pieces between cuts that are too short to hold a state by themselves (below 0.2 s, or fewer than four poses) and drops their
 // readings. To be called after links were cut. Throws Error (data_quality) when less than one second stays tied.
@@ -67,4 +67,4 @@ void tie_poses(GridFlight& flight, double delay_s);
 // First guess of all states: poses (or position and gyro) smoothed; without poses the gyro is integrated and levelled by the accelerometer.
 std::vector<BodyState> guess_states(const GridFlight& flight, const ModelValues& values);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

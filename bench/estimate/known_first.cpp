@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 // Whether the prior says something of every direction of its parameters.
@@ -85,4 +85,4 @@ std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<F
   return held;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -6,7 +6,7 @@
 
 #include "bench/estimate/estimator.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // The same problem with every shared parameter that a prior speaks of held where the priors together have it most likely, and no longer
 // free. Without such priors: the same problem.
@@ -23,4 +23,4 @@ void start_at(FitProblem& problem, int parameter, double value);
 // Sets the starts of `problem` by a fit with its known values held, and returns it. Nothing where nothing is known.
 std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

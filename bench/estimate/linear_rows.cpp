@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <stdexcept>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Six = Eigen::Matrix<double, 6, 1>;
@@ -157,4 +157,4 @@ NoiseMoments RowSmoother::walk_back(const Scales& scales) {
   return m;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -7,7 +7,7 @@
 #include "bench/estimate/model/model.hpp"
 #include "bench/estimate/noise_model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct LinearRows {
   struct Step {
@@ -69,4 +69,4 @@ class RowSmoother {
   std::vector<StateError> moves_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

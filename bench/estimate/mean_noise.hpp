@@ -4,7 +4,7 @@
 
 #include "bench/estimate/noise_model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // Mean variances. At least one flight.
 inline NoiseModel mean_noise(std::span<const NoiseModel> flights) {
@@ -18,4 +18,4 @@ inline NoiseModel mean_noise(std::span<const NoiseModel> flights) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -2,7 +2,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct NoiseModel {
   // Process, one-sided root densities per world axis (force) and body axis (torque): over a step h the velocity wanders by q sqrt(h).
@@ -16,4 +16,4 @@ struct NoiseModel {
   Eigen::Vector3d accel_m_s2 = Eigen::Vector3d::Constant(3e-1);
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 constexpr int kSteps = 15;            // at most
@@ -101,4 +101,4 @@ SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vec
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

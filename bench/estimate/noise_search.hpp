@@ -4,7 +4,7 @@
 
 #include "bench/estimate/linear_rows.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // Which noise figures the fit may change, and what flights share.
 struct NoiseFit {
@@ -33,4 +33,4 @@ struct SettledNoise {
 SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vector<NoiseModel>& noise, const NoiseFit& options,
                           const ForEachFlight& for_each);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -5,7 +5,7 @@
 
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -295,4 +295,4 @@ Eigen::Matrix<double, 12, 1> Residuals::anchor(const BodyState& guess, const Bod
   return r;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -9,7 +9,7 @@
 #include "bench/estimate/noise_model.hpp"
 #include "bench/estimate/model/reading_terms.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 // Rows by state error (12) and by columns of the problem.
 template <int Rows>
@@ -84,4 +84,4 @@ class Residuals {
   mutable std::size_t hint_ = 0;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace fs = std::filesystem;
 namespace {
 
@@ -229,4 +229,4 @@ std::string comparison_json_text(const Comparison& c) {
   return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

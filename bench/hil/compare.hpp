@@ -7,7 +7,7 @@
 
 #include "bench/hil/run_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 struct ComparedFigure {
   std::string flight;
@@ -42,4 +42,4 @@ std::string comparison_json_text(const Comparison& c);
 // Two-sided 99 % quantile of Student's t with `degrees` of freedom (>= 1; non-integer for Welch, rounded down).
 double student_99(double degrees);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

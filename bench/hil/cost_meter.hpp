@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 class CostMeter {
  public:
@@ -23,4 +23,4 @@ class CostMeter {
   std::chrono::steady_clock::time_point start_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 // Three significant digits, no exponent for what a person reads.
@@ -137,4 +137,4 @@ std::string effect_json_text(const EffectStudy& s) {
   return j.dump(2) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -6,7 +6,7 @@
 #include "bench/hil/effect_probe.hpp"
 #include "bench/hil/effect_study.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 struct EffectStudy {
   Scenario scenario;         // as flown
@@ -18,4 +18,4 @@ struct EffectStudy {
 std::string effect_page(const EffectStudy& study);
 std::string effect_json_text(const EffectStudy& study);  // pretty, ends with a newline
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

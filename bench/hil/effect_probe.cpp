@@ -7,7 +7,7 @@
 #include "bench/hil/effect_study.hpp"
 #include "sim/plant/flight_dynamics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 constexpr int kSettle = 400;  // evaluations until warm starts and lags of the rotors' loads are at rest
@@ -195,4 +195,4 @@ std::vector<ProbeResult> probe_effects(const Inputs& inputs, const std::vector<c
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

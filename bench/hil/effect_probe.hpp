@@ -11,7 +11,7 @@
 #include "bench/hil/flight.hpp"
 #include "sim/effects/effect_set.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // A point of the tunnel. Level attitude; heights from the ground of the plant.
 struct ProbePoint {
@@ -61,4 +61,4 @@ inline constexpr double kProbeFactor = 2.0;
 // All probes of these effects, in the order of the table.
 std::vector<ProbeResult> probe_effects(const Inputs& inputs, const std::vector<const sim::EffectInfo*>& effects);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

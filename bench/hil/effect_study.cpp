@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 // What is compared at one instant.
@@ -230,4 +230,4 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -9,7 +9,7 @@
 #include "bench/hil/runner.hpp"
 #include "sim/effects/effect_set.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // Over all control steps in flight, all seeds, and all rotors where there are four.
 struct Change {
@@ -55,4 +55,4 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
                                               const std::vector<const sim::EffectInfo*>& effects, const StudyOptions& options,
                                               Progress& progress);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

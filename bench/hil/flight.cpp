@@ -13,7 +13,7 @@
 #include "host/control/trajectory_file.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 constexpr double kTail_s = 0.5;           // flown after the trajectory's end
@@ -48,16 +48,16 @@ std::vector<sim::BusFault> bus_faults(const Scenario& scenario, const std::strin
   return out;
 }
 
-Cells3 cells(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Cells4 cells(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+log::Cells3 cells(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+log::Cells4 cells(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 unsigned limiter_bits(const host::Limiters& l) {
   return (l.tilt ? 1u : 0u) | (l.thrust ? 2u : 0u) | (l.roll_pitch ? 4u : 0u) | (l.yaw ? 8u : 0u) | (l.table_edge ? 16u : 0u) |
          (l.direction_held ? 32u : 0u);
 }
 
-FlightRow flight_row(const host::FlightRecord& r) {
-  FlightRow row;
+log::FlightRow flight_row(const host::FlightRecord& r) {
+  log::FlightRow row;
   row.t_s = static_cast<double>(r.time_us) * 1e-6;
   if (r.pose_new) {
     row.pose_t_s = static_cast<double>(r.pose.time_us) * 1e-6;
@@ -85,8 +85,8 @@ FlightRow flight_row(const host::FlightRecord& r) {
   return row;
 }
 
-TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
-  TruthRow row;
+log::TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
+  log::TruthRow row;
   row.t_s = t_s;
   row.p_W_m = cells(t.state.p_W_m);
   row.v_W_m_s = cells(t.state.v_W_m_s);
@@ -104,13 +104,13 @@ TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
 
 // Logs of one flight; empty when no folder was asked for.
 struct Logs {
-  std::optional<FlightLogWriter> flight;
-  std::optional<TruthLogWriter> truth;
+  std::optional<log::FlightLogWriter> flight;
+  std::optional<log::TruthLogWriter> truth;
   std::optional<CandumpWriter> esc, state;
 
   Logs(const std::filesystem::path& folder, const Scenario& scenario, const FlightRequest& q, Loop& loop) {
     if (folder.empty()) return;
-    const LogHeader header{{"start_utc", std::string(kVirtualEpochUtc)},
+    const log::LogHeader header{{"start_utc", std::string(log::kVirtualEpochUtc)},
                            {"source", "rotorloop hil, " + scenario.name},
                            {"vehicle", scenario.vehicle.filename().generic_string()},
                            {"flight", scenario.flights[q.flight].name},
@@ -325,4 +325,4 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -14,7 +14,7 @@
 #include "host/effects/vehicle_terms_file.hpp"
 #include "sim/plant/assemble.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // Everything that the flights of a scenario share, read and checked once.
 struct Inputs {
@@ -52,4 +52,4 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
 LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request);
 double flight_duration_s(const Inputs& inputs, const FlightRequest& request);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

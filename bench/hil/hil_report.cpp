@@ -8,7 +8,7 @@
 
 #include "bench/render/page.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 constexpr double kZoom_s = 2.0;  // length of the RPM window shown in full resolution
@@ -24,7 +24,7 @@ std::string slug(const std::string& text) {
   return out;
 }
 
-std::string dot(int colour) { return fmt::format("<span class=\"dot b{}\"></span>", colour % kPaletteSize); }
+std::string dot(int colour) { return fmt::format("<span class=\"dot b{}\"></span>", colour % render::kPaletteSize); }
 
 std::string table_html(const std::vector<ReportTableRow>& rows) {
   const bool published = std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !std::isnan(r.published); });
@@ -39,8 +39,8 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
     previous = r.flight;
     const bool several = r.completed > 1;
     out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
-                       first ? fmt::format("{} <span class=\"hash\">{}</span>", xml_escaped(r.flight), xml_escaped(r.axis)) : "",
-                       dot(r.colour), xml_escaped(r.variant));
+                       first ? fmt::format("{} <span class=\"hash\">{}</span>", render::xml_escaped(r.flight), render::xml_escaped(r.axis)) : "",
+                       dot(r.colour), render::xml_escaped(r.variant));
     out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", num(r.mean), several ? " ± " + num(r.std) : "",
                        several ? num(r.min) + " … " + num(r.max) : "");
     out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown)
@@ -50,8 +50,8 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
                : fmt::format("<td>{}{} %</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
     if (published)
       out += std::isnan(r.published) ? "<td></td>"
-                                     : fmt::format("<td title=\"{}\">{}</td>", xml_escaped(r.published_source), num(r.published));
-    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), xml_escaped(r.other_axis), num(r.other),
+                                     : fmt::format("<td title=\"{}\">{}</td>", render::xml_escaped(r.published_source), num(r.published));
+    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), render::xml_escaped(r.other_axis), num(r.other),
                        num(r.estimator_error));
   }
   return out + "</tbody></table></div>\n";
@@ -60,7 +60,7 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
 std::string bars_html(const std::vector<ReportTableRow>& rows) {
   std::string out = "<div class=\"two\">\n";
   for (std::size_t i = 0; i < rows.size();) {
-    BarChart c;
+    render::BarChart c;
     c.title = rows[i].flight + ": mean tracking error by controller";
     c.x_label = "mean error " + rows[i].axis + ", cm";
     c.reference_label = "published";
@@ -68,7 +68,7 @@ std::string bars_html(const std::vector<ReportTableRow>& rows) {
     const std::size_t first = i;
     for (; i < rows.size() && rows[i].flight == rows[first].flight; ++i) {
       const auto& r = rows[i];
-      Bar b{.label = r.variant, .value = r.mean, .spread = {}, .points = r.seeds, .reference = {}, .colour = r.colour};
+      render::Bar b{.label = r.variant, .value = r.mean, .spread = {}, .points = r.seeds, .reference = {}, .colour = r.colour};
       if (r.completed > 1) b.spread = r.std;
       if (!std::isnan(r.published)) b.reference = r.published;
       if (!std::isnan(r.limit)) {
@@ -77,7 +77,7 @@ std::string bars_html(const std::vector<ReportTableRow>& rows) {
       }
       c.bars.push_back(std::move(b));
     }
-    out += figure_html("<b>" + xml_escaped(rows[first].flight) + "</b>", bar_chart_svg(c));
+    out += render::figure_html("<b>" + render::xml_escaped(rows[first].flight) + "</b>", render::bar_chart_svg(c));
   }
   return out + "</div>\n";
 }
@@ -91,8 +91,8 @@ std::string limits_html(const std::vector<ReportLimit>& limits) {
     const bool measured = !std::isnan(l.value);
     out +=
         fmt::format("<tr><td class=\"l\">{}</td><td class=\"big\">{}{}</td><td>{} {} {}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
-                    xml_escaped(l.name), num(l.value), measured ? " " + xml_escaped(l.unit) : "", l.upper ? "≤" : "≥",
-                    fmt::format("{}", l.limit), xml_escaped(l.unit), num(margin), l.pass ? "pass" : "fail",
+                    render::xml_escaped(l.name), num(l.value), measured ? " " + render::xml_escaped(l.unit) : "", l.upper ? "≤" : "≥",
+                    fmt::format("{}", l.limit), render::xml_escaped(l.unit), num(margin), l.pass ? "pass" : "fail",
                     !measured ? "not measured"
                     : l.pass  ? "pass"
                               : "missed");
@@ -124,7 +124,7 @@ std::string trajectory_html(const ReportFlight& f) {
   std::string out = "<div class=\"views\">\n";
   for (std::size_t v = 0; v < kViews.size(); ++v) {
     const auto [h, w] = kViews[v];
-    Plot p;
+    render::Plot p;
     p.title = f.name + " seen " + kNames[v];
     p.x_label = kAxes[h];
     p.y_label = kAxes[w];
@@ -134,20 +134,20 @@ std::string trajectory_html(const ReportFlight& f) {
     const double spacing = extent / 1000;
     p.min_extent = extent / 4;
     for (const auto& t : f.traces) {
-      Series s{.label = "", .x = {}, .y = {}, .colour = t.colour, .width_px = 1.4};
+      render::Series s{.label = "", .x = {}, .y = {}, .colour = t.colour, .width_px = 1.4};
       thin_path(t.position_m[h], t.position_m[w], spacing, s.x, s.y);
       p.series.push_back(std::move(s));
     }
-    Series wanted{.label = "", .x = {}, .y = {}, .colour = kNeutral, .dashed = true, .width_px = 1.2};
+    render::Series wanted{.label = "", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true, .width_px = 1.2};
     thin_path(f.setpoint_m[h], f.setpoint_m[w], spacing, wanted.x, wanted.y);
     p.series.push_back(std::move(wanted));
-    out += figure_html(kNames[v], plot_svg(p));
+    out += render::figure_html(kNames[v], render::plot_svg(p));
   }
   return out + "</div>\n";
 }
 
-Plot time_plot(const ReportFlight& f, const std::string& title, const std::string& y_label) {
-  Plot p;
+render::Plot time_plot(const ReportFlight& f, const std::string& title, const std::string& y_label) {
+  render::Plot p;
   p.title = f.name + ": " + title;
   p.x_label = "time, s";
   p.y_label = y_label;
@@ -160,10 +160,10 @@ Plot time_plot(const ReportFlight& f, const std::string& title, const std::strin
 }
 
 std::string errors_html(const ReportFlight& f) {
-  Plot error = time_plot(f, "tracking error", "error 3-D, cm");
+  render::Plot error = time_plot(f, "tracking error", "error 3-D, cm");
   error.y_from_zero = true;
-  Plot z = time_plot(f, "vertical error", "error z, cm");
-  Plot estimator = time_plot(f, "estimator error", "estimate − truth, cm");
+  render::Plot z = time_plot(f, "vertical error", "error z, cm");
+  render::Plot estimator = time_plot(f, "estimator error", "estimate − truth, cm");
   estimator.y_from_zero = true;
   estimator.height_px = 200;
   z.height_px = 220;
@@ -172,16 +172,16 @@ std::string errors_html(const ReportFlight& f) {
     z.series.push_back({.label = t.variant, .x = t.t_s, .y = t.error_z_cm, .colour = t.colour});
     estimator.series.push_back({.label = t.variant, .x = t.t_s, .y = t.estimator_error_cm, .colour = t.colour, .width_px = 1.1});
   }
-  return figure_html("<b>Tracking error</b>: distance of the true centre of mass from the set-point", plot_svg(error)) +
-         figure_html("<b>Vertical error</b>: true minus set-point, positive above", plot_svg(z)) +
-         figure_html("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
-                     plot_svg(estimator));
+  return render::figure_html("<b>Tracking error</b>: distance of the true centre of mass from the set-point", render::plot_svg(error)) +
+         render::figure_html("<b>Vertical error</b>: true minus set-point, positive above", render::plot_svg(z)) +
+         render::figure_html("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
+                     render::plot_svg(estimator));
 }
 
 std::string rpm_html(const ReportFlight& f) {
   if (f.traces.empty() || f.traces.back().t_s.empty()) return "";
   const auto& t = f.traces.back();
-  Plot all;
+  render::Plot all;
   all.title = f.name + ": rotor speeds";
   all.x_label = "time, s";
   all.y_label = "1000 RPM";
@@ -205,7 +205,7 @@ std::string rpm_html(const ReportFlight& f) {
   for (std::size_t r = 0; r < 4; ++r) {
     all.series.push_back(
         {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.0});
-    Plot p;
+    render::Plot p;
     p.title = fmt::format("{}: rotor {}", f.name, r + 1);
     p.x_label = "time, s";
     p.y_label = "1000 RPM";
@@ -213,13 +213,13 @@ std::string rpm_html(const ReportFlight& f) {
     p.height_px = 210;
     p.x_min = from;
     p.x_max = to;
-    p.series.push_back({.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = kNeutral, .stepped = true, .width_px = 1.1});
+    p.series.push_back({.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = render::kNeutral, .stepped = true, .width_px = 1.1});
     p.series.push_back(
         {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.6});
-    zooms += figure_html("", plot_svg(p));
+    zooms += render::figure_html("", render::plot_svg(p));
   }
-  return "<h3>Rotor speeds, " + xml_escaped(t.variant) + ", seed " + xml_escaped(t.seed) + "</h3>\n" +
-         figure_html("The whole flight", plot_svg(all)) +
+  return "<h3>Rotor speeds, " + render::xml_escaped(t.variant) + ", seed " + render::xml_escaped(t.seed) + "</h3>\n" +
+         render::figure_html("The whole flight", render::plot_svg(all)) +
          fmt::format("<p class=\"cap\">Command and speed in the {:.0f} s around the fastest change of command ({:.2f} s):</p>\n", kZoom_s,
                      busiest_s) +
          zooms + "</div>\n";
@@ -228,12 +228,12 @@ std::string rpm_html(const ReportFlight& f) {
 std::string limiters_html(const ReportFlight& f) {
   std::string out;
   for (const auto& t : f.traces) {
-    const auto name = xml_escaped(t.variant) + ", seed " + xml_escaped(t.seed);
+    const auto name = render::xml_escaped(t.variant) + ", seed " + render::xml_escaped(t.seed);
     if (t.limiters.empty()) {
       out += "<p class=\"cap\"><b>" + name + "</b>: no limiter acted.</p>\n";
       continue;
     }
-    Timeline line;
+    render::Timeline line;
     line.title = f.name + ": limiters of " + t.variant;
     line.x_label = "time, s";
     line.rows = t.limiters;
@@ -241,14 +241,14 @@ std::string limiters_html(const ReportFlight& f) {
       line.x_min = t.t_s.front();
       line.x_max = t.t_s.back();
     }
-    out += figure_html("<b>" + name + "</b>", timeline_svg(line));
+    out += render::figure_html("<b>" + name + "</b>", render::timeline_svg(line));
   }
   return "<h3>When limiters acted</h3>\n" + out;
 }
 
 std::string buses_html(const ReportFlight& f) {
   if (f.buses.empty()) return "";
-  Plot p;
+  render::Plot p;
   p.title = f.name + ": bus load";
   p.x_label = "time, s";
   p.y_label = "bus load, %";
@@ -263,10 +263,10 @@ std::string buses_html(const ReportFlight& f) {
       auto& m = marks[b.limit_percent];
       m += (m.empty() ? "limit of the mean, " : " and ") + b.name;
     }
-    for (const auto& line : b.formula) formula += xml_escaped(line) + "\n";
+    for (const auto& line : b.formula) formula += render::xml_escaped(line) + "\n";
   }
   for (const auto& [y, label] : marks) p.marks.push_back({y, label});
-  std::string out = "<h3>Bus load</h3>\n" + figure_html("Share of time in which the bus was taken, in windows of 10 ms", plot_svg(p));
+  std::string out = "<h3>Bus load</h3>\n" + render::figure_html("Share of time in which the bus was taken, in windows of 10 ms", render::plot_svg(p));
   if (!formula.empty())
     out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
   return out;
@@ -275,17 +275,17 @@ std::string buses_html(const ReportFlight& f) {
 }  // namespace
 
 std::string hil_report_html(const HilReport& r) {
-  std::string out = page_begin(r.title, "rotorloop hardware-in-the-loop run", "rotorloop HIL");
-  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", xml_escaped(r.verdict), xml_escaped(r.verdict_text));
-  out += facts_html(r.facts);
+  std::string out = render::page_begin(r.title, "rotorloop hardware-in-the-loop run", "rotorloop HIL");
+  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", render::xml_escaped(r.verdict), render::xml_escaped(r.verdict_text));
+  out += render::facts_html(r.facts);
   if (!r.warnings.empty()) {
     out += "<ul class=\"warn\">";
-    for (const auto& w : r.warnings) out += "<li>" + xml_escaped(w) + "</li>";
+    for (const auto& w : r.warnings) out += "<li>" + render::xml_escaped(w) + "</li>";
     out += "</ul>\n";
   }
   out += "<nav><a href=\"#tracking\">Tracking</a>";
   if (!r.limits.empty()) out += "<a href=\"#limits\">Limits</a>";
-  for (const auto& f : r.flights) out += "<a href=\"#flight-" + slug(f.name) + "\">" + xml_escaped(f.name) + "</a>";
+  for (const auto& f : r.flights) out += "<a href=\"#flight-" + slug(f.name) + "\">" + render::xml_escaped(f.name) + "</a>";
   out += "<a href=\"#provenance\">Provenance</a></nav>\n";
 
   out +=
@@ -296,20 +296,20 @@ std::string hil_report_html(const HilReport& r) {
   out += table_html(r.table) + bars_html(r.table);
   if (!r.limits.empty()) out += "<h2 id=\"limits\">Limits</h2>\n" + limits_html(r.limits);
   for (const auto& f : r.flights) {
-    out += "<h2 id=\"flight-" + slug(f.name) + "\">Flight: " + xml_escaped(f.name) + "</h2>\n" + facts_html(f.facts);
+    out += "<h2 id=\"flight-" + slug(f.name) + "\">Flight: " + render::xml_escaped(f.name) + "</h2>\n" + render::facts_html(f.facts);
     std::string legend;
-    for (const auto& t : f.traces) legend += dot(t.colour) + xml_escaped(t.variant) + "&emsp;";
+    for (const auto& t : f.traces) legend += dot(t.colour) + render::xml_escaped(t.variant) + "&emsp;";
     out += "<h3>Trajectory</h3>\n<p class=\"cap\">" + legend + "dashed: set-point" +
-           (f.traces.empty() ? "" : "; seed " + xml_escaped(f.traces.front().seed)) + "</p>\n" + trajectory_html(f);
+           (f.traces.empty() ? "" : "; seed " + render::xml_escaped(f.traces.front().seed)) + "</p>\n" + trajectory_html(f);
     out += "<h3>Errors over time</h3>\n" + errors_html(f) + rpm_html(f) + limiters_html(f) + buses_html(f);
   }
-  out += "<h2 id=\"provenance\">Provenance</h2>\n" + facts_html(r.provenance);
+  out += "<h2 id=\"provenance\">Provenance</h2>\n" + render::facts_html(r.provenance);
   if (!r.repeat_command.empty())
-    out += "<p class=\"cap\">Repeat from inside the run folder:</p>\n<pre>" + xml_escaped(r.repeat_command) + "</pre>\n";
+    out += "<p class=\"cap\">Repeat from inside the run folder:</p>\n<pre>" + render::xml_escaped(r.repeat_command) + "</pre>\n";
   out += "<div class=\"scroll\"><table><thead><tr><th class=\"l\">input</th><th class=\"l\">SHA-256</th></tr></thead><tbody>\n";
   for (const auto& [path, sha] : r.inputs)
-    out += "<tr><td class=\"l\">" + xml_escaped(path) + "</td><td class=\"l hash\">" + xml_escaped(sha) + "</td></tr>\n";
-  return out + "</tbody></table></div>\n" + page_end();
+    out += "<tr><td class=\"l\">" + render::xml_escaped(path) + "</td><td class=\"l hash\">" + render::xml_escaped(sha) + "</td></tr>\n";
+  return out + "</tbody></table></div>\n" + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -8,7 +8,7 @@
 
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // A line of the tracking table, in cm; what was not measured is not-a-number and shown as "–".
 struct ReportTableRow {
@@ -43,7 +43,7 @@ struct ReportTrace {
   std::array<std::vector<double>, 3> position_m;                 // true
   std::vector<double> error_cm, error_z_cm, estimator_error_cm;  // error_z is signed
   std::array<std::vector<double>, 4> rpm, rpm_command;
-  std::vector<TimelineRow> limiters;  // only those that acted
+  std::vector<render::TimelineRow> limiters;  // only those that acted
 };
 
 struct ReportBus {
@@ -80,4 +80,4 @@ struct HilReport {
 // One self-contained HTML page: inline style, inline SVG, no script, nothing fetched.
 std::string hil_report_html(const HilReport& report);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -7,7 +7,7 @@
 
 #include "firmware/core/interface.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 constexpr std::string_view limiter_name(firmware::Limiter l) {
   using enum firmware::Limiter;
@@ -52,4 +52,4 @@ inline std::string esc_limiter_codes() {
 // The other way: "1 tilt, 2 thrust" -> {1: tilt, 2: thrust}; ignores what it cannot read.
 std::map<int, std::string> numbered_names(std::string_view header_value);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -4,7 +4,7 @@
 
 #include "bench/hil/cost_meter.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector<sim::BusFault>& faults, std::uint64_t salt) {
@@ -76,7 +76,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     const double lag_s = setup.esc[index].lag_s + (config.esc[index] == EscModel::lag ? config.esc_lag_s : 0.0);
     if (lag_s > 0.0) {
       escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, setup.esc[index],
-                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
+                         RandomStream(config.seed, kSpeedNoiseModule + index));
     } else {
       sim::NativeEscConfig e;
       e.drive = setup.drive[index];
@@ -85,7 +85,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
       e.seed = config.seed;
       e.module = static_cast<std::uint64_t>(i);
       escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port, setup.esc[index],
-                         sim::RandomStream(config.seed, kSpeedNoiseModule + index));
+                         RandomStream(config.seed, kSpeedNoiseModule + index));
     }
   }
   truth_us_.fill(-1);
@@ -205,4 +205,4 @@ void Loop::step_escs() {
   sim::NativeEsc::step_current_loops({native.data(), natives});
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -23,7 +23,7 @@
 #include "sim/sensor/sensor_node.hpp"
 #include "sim/world/virtual_bus.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 inline constexpr int kTicks_per_s = 24'000;  // current-loop periods
 
@@ -136,4 +136,4 @@ class Loop {
   ModuleCost cost_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

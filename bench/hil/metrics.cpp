@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 constexpr double kCmPerM = 100.0;
@@ -244,4 +244,4 @@ const TableCell* find_cell(const Assessment& a, const std::string& flight, Varia
   return nullptr;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -13,7 +13,7 @@
 
 #include "bench/hil/scenario.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
@@ -143,4 +143,4 @@ ErrorAxis table_axis(const Scenario& scenario, const std::string& flight);
 std::string tracking_table_text(const Scenario& scenario, const Assessment& a, const std::vector<FlightResult>& results);
 std::string limits_text(const Assessment& a);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -8,7 +8,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 using Json = nlohmann::ordered_json;
 
@@ -187,4 +187,4 @@ std::map<std::string, Figure> figures_of(const Scenario& s, const Assessment& a,
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

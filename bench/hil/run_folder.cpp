@@ -10,7 +10,7 @@
 #include "host/base/sha256.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace fs = std::filesystem;
 namespace {
 
@@ -187,4 +187,4 @@ std::map<std::string, std::string> RunFolder::log_hashes() const {
 
 void RunFolder::write_result(const RunResult& r) const { write_text_file(path_ / "result.json", result_json_text(r)); }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

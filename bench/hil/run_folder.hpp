@@ -11,7 +11,7 @@
 
 #include "bench/hil/metrics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 struct InputFile {
   std::string path;  // relative to <run>/inputs, '/' separated
@@ -103,4 +103,4 @@ std::map<std::filesystem::path, std::string> copy_together(const std::vector<std
 // Writes a text file or throws Error (ExitCode::device): full disk, no permission.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -15,7 +15,7 @@
 #include "host/bus/bus_log.hpp"
 #include "host/bus/frame_bits.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace fs = std::filesystem;
 namespace {
 
@@ -29,8 +29,8 @@ int colour_of(Variant v) { return static_cast<int>(v); }
 std::string joined(std::string_view a, std::string_view b) { return std::string(a) + std::string(b); }
 
 struct FlightLogs {
-  LogTable flight, truth;
-  const LogTable* holder(std::string_view column) const { return truth.has(column) ? &truth : flight.has(column) ? &flight : nullptr; }
+  log::LogTable flight, truth;
+  const log::LogTable* holder(std::string_view column) const { return truth.has(column) ? &truth : flight.has(column) ? &flight : nullptr; }
 };
 
 FlightLogs read_logs(const fs::path& folder) {
@@ -41,7 +41,7 @@ FlightLogs read_logs(const fs::path& folder) {
     for (const auto* name : {"omega_", "omega_cmd_", "true_omega_"}) wanted.push_back(fmt::format("{}{}[rad/s]", name, i));
     wanted.push_back(fmt::format("esc_limiter_{}[1]", i));
   }
-  FlightLogs logs{read_log(folder / "flight.csv", wanted), read_log(folder / "truth.csv", wanted)};
+  FlightLogs logs{log::read_log(folder / "flight.csv", wanted), log::read_log(folder / "truth.csv", wanted)};
   if (logs.flight.rows != logs.truth.rows || logs.flight.column("t[s]") != logs.truth.column("t[s]"))
     throw Error({(folder / "truth.csv").generic_string(),
                  fmt::format("does not fit flight.csv beside it: {} rows against {}, or other times", logs.truth.rows, logs.flight.rows),
@@ -52,8 +52,8 @@ FlightLogs read_logs(const fs::path& folder) {
 
 // Rows of time intervals in which `acts` held.
 template <class Acts>
-std::vector<Interval> intervals(const std::vector<double>& t, Acts acts) {
-  std::vector<Interval> out;
+std::vector<render::Interval> intervals(const std::vector<double>& t, Acts acts) {
+  std::vector<render::Interval> out;
   bool on = false;
   for (std::size_t i = 0; i < t.size(); ++i) {
     const bool now = acts(i);
@@ -70,8 +70,8 @@ std::string header_of(const FlightLogs& logs, const std::string& key) {
   return "";
 }
 
-std::vector<TimelineRow> limiter_rows(const FlightLogs& logs) {
-  std::vector<TimelineRow> rows;
+std::vector<render::TimelineRow> limiter_rows(const FlightLogs& logs) {
+  std::vector<render::TimelineRow> rows;
   const auto& t = logs.flight.column("t[s]");
   if (const auto* log = logs.holder("control_limiter[1]")) {
     const auto& bits = log->column("control_limiter[1]");
@@ -393,4 +393,4 @@ fs::path write_hil_report(const fs::path& folder) {
   return path;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

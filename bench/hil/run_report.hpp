@@ -5,7 +5,7 @@
 
 #include "bench/hil/hil_report.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // Reads run.toml, result.json, the copied scenario and, for each flight and variant, the logs of the first seed. Flights
 // whose logs are missing are left out of the plots. Throws Error when the folder is no run folder or a log is damaged.
@@ -14,4 +14,4 @@ HilReport read_hil_report(const std::filesystem::path& run_folder);
 // Writes <run>/report.html and returns its path.
 std::filesystem::path write_hil_report(const std::filesystem::path& run_folder);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "rotorloop_version.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 std::vector<FlightRequest> plan(const Scenario& scenario) {
@@ -136,4 +136,4 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -10,7 +10,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "bench/hil/scenario.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 struct RunOptions {
   std::filesystem::path runs_dir = "runs";  // the run folder is runs_dir / name
@@ -49,4 +49,4 @@ struct HilResult {
 // run folder); a flight that crashes is a result, not an error.
 HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -9,7 +9,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 constexpr double kLongestFlight_s = 3600.0;
@@ -386,4 +386,4 @@ std::vector<Variant> parse_variants(std::string_view text) {
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

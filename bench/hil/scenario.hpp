@@ -11,7 +11,7 @@
 
 #include "host/control/controller.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 // The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model (with the
 // vehicle file's [[effect]]s if it has any; pd_ff_no_effects leaves them out). In the order in which each adds to the one before.
@@ -140,4 +140,4 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text);
 // "pd_ff,pd_ff_drag" -> variants; throws Error that lists the known names.
 std::vector<Variant> parse_variants(std::string_view text);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -5,7 +5,7 @@
 
 #include "bench/hil/metrics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 
 using Row = std::vector<std::string>;
@@ -97,4 +97,4 @@ std::string limits_text(const Assessment& a) {
   return aligned(rows, 2);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

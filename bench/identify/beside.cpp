@@ -8,28 +8,28 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "bench/identify/start_values.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-bool of_pose_sensor(int p) { return p >= kOffsetX && p <= kPoseDelay; }
-bool of_rotation(int p) { return p >= kTurnX && p <= kTurnZ; }
+bool of_pose_sensor(int p) { return p >= estimate::kOffsetX && p <= estimate::kPoseDelay; }
+bool of_rotation(int p) { return p >= estimate::kTurnX && p <= estimate::kTurnZ; }
 
 bool any_poses(const Identification& r) {
-  return std::any_of(r.flights.begin(), r.flights.end(), [](const GridFlight& g) { return !g.pose.empty(); });
+  return std::any_of(r.flights.begin(), r.flights.end(), [](const estimate::GridFlight& g) { return !g.pose.empty(); });
 }
 
 // What a reader of Table I looks for when it was held: the paper's θ, the delay of the poses, and the numbers of added terms but not
 // what these remembered at the start of a flight.
 std::vector<int> table_parameters(const host::TermList& terms, bool poses) {
   std::vector<int> out;
-  for (int p = 0; p < kCoreParameters; ++p) {
-    const bool theta = p <= kIzz || (p >= kCq && p <= kCdz);
+  for (int p = 0; p < estimate::kCoreParameters; ++p) {
+    const bool theta = p <= estimate::kIzz || (p >= estimate::kCq && p <= estimate::kCdz);
     if (theta || (poses && of_pose_sensor(p))) out.push_back(p);
   }
   for (std::size_t k = 0; k < terms.parameters(); ++k) {
-    if (!terms.is_start(k)) out.push_back(kCoreParameters + static_cast<int>(k));
+    if (!terms.is_start(k)) out.push_back(estimate::kCoreParameters + static_cast<int>(k));
   }
   return out;
 }
@@ -43,11 +43,11 @@ Said said(double value, double u, host::Origin origin, double found, double u_fo
 BesideColumn column_of(const VehicleBeside& beside, const Identification& r, const std::vector<ParameterRow>& rows,
                        const std::vector<DerivedQuantity>& derived, double drag_speed_m_s) {
   const host::TermList& terms = r.problem.start.terms;
-  const ModelValues values = start_values({}, beside.file, terms).file;
+  const estimate::ModelValues values = start_values({}, beside.file, terms).file;
   BesideColumn out{.label = beside.label, .parameters = {}, .derived = {}, .q_BS = values.start_q_BS};
-  const Eigen::Vector3d turn = log_q(r.problem.start.start_q_BS.conjugate() * values.start_q_BS);
+  const Eigen::Vector3d turn = estimate::log_q(r.problem.start.start_q_BS.conjugate() * values.start_q_BS);
   for (const ParameterRow& row : rows) {
-    const std::string name = parameter_info(row.parameter, terms).name;
+    const std::string name = estimate::parameter_info(row.parameter, terms).name;
     const auto u = host::uncertainty_of(beside.file, name);
     if (!u) {
       out.parameters.push_back(std::nullopt);
@@ -55,12 +55,12 @@ BesideColumn column_of(const VehicleBeside& beside, const Identification& r, con
     }
     const bool rotation = of_rotation(row.parameter);
     Said s =
-        said(rotation ? turn[row.parameter - kTurnX] : values[row.parameter], *u,
+        said(rotation ? turn[row.parameter - estimate::kTurnX] : values[row.parameter], *u,
              host::origin_of(beside.file, name).value_or(host::Origin::guess), row.value, row.estimate ? reported_u(*row.estimate) : 0.0);
     if (rotation) s.percent = kNone;  // about the start value: of no size of its own
     out.parameters.push_back(s);
   }
-  Fit exact;
+  estimate::Fit exact;
   exact.values = {values};
   const auto follows = derived_quantities(exact, host::to_model(beside.file), drag_speed_m_s);
   for (std::size_t i = 0; i < follows.size() && i < derived.size(); ++i)
@@ -72,10 +72,10 @@ BesideColumn column_of(const VehicleBeside& beside, const Identification& r, con
 
 std::vector<ParameterRow> parameter_rows(const Identification& r) {
   std::vector<ParameterRow> out;
-  for (const Estimate& e : r.fit.estimates) out.push_back({e.parameter, estimate_name(e, r.problem), e, e.value});
+  for (const estimate::Estimate& e : r.fit.estimates) out.push_back({e.parameter, estimate::estimate_name(e, r.problem), e, e.value});
   for (const int p : table_parameters(r.problem.start.terms, any_poses(r))) {
-    const bool estimated = std::any_of(r.fit.estimates.begin(), r.fit.estimates.end(), [&](const Estimate& e) { return e.parameter == p; });
-    if (!estimated) out.push_back({p, parameter_info(p, r.problem.start.terms).symbol, std::nullopt, r.fit.values.front()[p]});
+    const bool estimated = std::any_of(r.fit.estimates.begin(), r.fit.estimates.end(), [&](const estimate::Estimate& e) { return e.parameter == p; });
+    if (!estimated) out.push_back({p, estimate::parameter_info(p, r.problem.start.terms).symbol, std::nullopt, r.fit.values.front()[p]});
   }
   std::stable_sort(out.begin(), out.end(), [](const ParameterRow& a, const ParameterRow& b) { return a.parameter < b.parameter; });
   return out;
@@ -93,7 +93,7 @@ FileComparison compared(const Identification& r, const std::vector<DerivedQuanti
   for (const VehicleBeside& b : beside) out.beside.push_back(column_of(b, r, out.rows, derived, drag_speed_m_s));
 
   const DerivedQuantity* c_t = derived_named("static_c_t", derived);
-  if (!c_t || !(r.fit.find(kK1) || r.fit.find(kK2))) return out;
+  if (!c_t || !(r.fit.find(estimate::kK1) || r.fit.find(estimate::kK2))) return out;
   const auto add = [&](const VehicleBeside& b) {
     for (const host::StaticThrust& t : b.file.static_thrust) {
       // Thrust goes with the density of the air: both at that of the fit's model.
@@ -114,9 +114,9 @@ const DerivedQuantity* derived_named(std::string_view id, const std::vector<Deri
 
 std::optional<Eigen::Quaterniond> sensor_rotation(const Identification& r) {
   const bool one_each = std::any_of(r.fit.estimates.begin(), r.fit.estimates.end(),
-                                    [](const Estimate& e) { return of_rotation(e.parameter) && e.flight >= 0; });
+                                    [](const estimate::Estimate& e) { return of_rotation(e.parameter) && e.flight >= 0; });
   if (!any_poses(r) || one_each) return std::nullopt;
   return r.fit.values.front().q_BS().normalized();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

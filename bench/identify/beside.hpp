@@ -10,13 +10,13 @@
 #include "bench/identify/identify.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // A line of the parameter table: an estimate, or what was held of the paper's θ, of added terms and of the pose sensor.
 struct ParameterRow {
   int parameter = 0;
   std::string symbol;                // "k_1", "Δx (vertical)"
-  std::optional<Estimate> estimate;  // none: held
+  std::optional<estimate::Estimate> estimate;  // none: held
   double value = 0.0;
 };
 // In the order of Parameter; without poses those of the pose sensor are left out, for then they have no part in the fit.
@@ -67,4 +67,4 @@ std::string beside_table(const Identification& result, const FileComparison& com
 std::string static_thrust_table(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived);
 std::string sensor_rotation_text(const Identification& result);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

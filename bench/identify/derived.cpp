@@ -9,7 +9,7 @@
 #include "bench/estimate/model/model.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kStep_m_s = 0.01;
@@ -18,12 +18,12 @@ constexpr double kStill = 1e-9;  // relative move of rotor speed that ends the s
 // Level and without rates, all rotors alike, in the middle of the room: with every term of the model.
 class LevelFlight {
  public:
-  explicit LevelFlight(const ModelValues& v) : model_(v), weight_N_(v[kMass] * host::kGravity_m_s2) {
+  explicit LevelFlight(const estimate::ModelValues& v) : model_(v), weight_N_(v[estimate::kMass] * host::kGravity_m_s2) {
     x_.p_W_m.z() = 0.5 * (v.geometry.ground_z_m + v.geometry.ceiling_z_m);
   }
   Eigen::Vector3d force_B_N(double omega_rad_s, double forward_m_s, double climb_m_s) {
     x_.v_W_m_s = {forward_m_s, 0.0, climb_m_s};
-    RotorInputSample u;
+    estimate::RotorInputSample u;
     u.omega_rad_s.fill(omega_rad_s);
     return model_.instant(x_, u, 0.0).force_B_N;
   }
@@ -43,24 +43,24 @@ class LevelFlight {
   }
 
  private:
-  Model model_;
+  estimate::Model model_;
   double weight_N_;
-  BodyState x_;
+  estimate::BodyState x_;
 };
 
 }  // namespace
 
-DerivedQuantity propagated(const Fit& fit, const std::function<double(const ModelValues&)>& function) {
+DerivedQuantity propagated(const estimate::Fit& fit, const std::function<double(const estimate::ModelValues&)>& function) {
   DerivedQuantity out;
-  const ModelValues& at = fit.values.front();
+  const estimate::ModelValues& at = fit.values.front();
   out.value = function(at);
   const auto n = static_cast<Eigen::Index>(fit.estimates.size());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Estimate& e = fit.estimates[static_cast<std::size_t>(i)];
+    const estimate::Estimate& e = fit.estimates[static_cast<std::size_t>(i)];
     if (e.flight > 0) continue;
-    const double step = 1e-3 * std::max(std::min(e.u, 0.1 * std::fabs(e.value)), 1e-4 * parameter_info(e.parameter, at.terms).scale);
-    ModelValues up = at, down = at;
+    const double step = 1e-3 * std::max(std::min(e.u, 0.1 * std::fabs(e.value)), 1e-4 * estimate::parameter_info(e.parameter, at.terms).scale);
+    estimate::ModelValues up = at, down = at;
     up[e.parameter] += step;
     down[e.parameter] -= step;
     gradient[i] = (function(up) - function(down)) / (2.0 * step);
@@ -70,7 +70,7 @@ DerivedQuantity propagated(const Fit& fit, const std::function<double(const Mode
   return out;
 }
 
-std::vector<DerivedQuantity> derived_quantities(const Fit& fit, const host::VehicleModel& base, double speed) {
+std::vector<DerivedQuantity> derived_quantities(const estimate::Fit& fit, const host::VehicleModel& base, double speed) {
   std::vector<DerivedQuantity> out;
   const auto add = [&](std::string id, std::string symbol, std::string meaning, std::string unit, auto&& function) {
     DerivedQuantity d = propagated(fit, function);
@@ -80,31 +80,31 @@ std::vector<DerivedQuantity> derived_quantities(const Fit& fit, const host::Vehi
     d.unit = std::move(unit);
     out.push_back(std::move(d));
   };
-  const auto hover = [&base](const ModelValues& v, LevelFlight& f) {
-    return f.omega_rad_s(host::hover_omega_rad_s(vehicle_model(v, base)), 0.0);
+  const auto hover = [&base](const estimate::ModelValues& v, LevelFlight& f) {
+    return f.omega_rad_s(host::hover_omega_rad_s(estimate::vehicle_model(v, base)), 0.0);
   };
   add("static_c_t", "c_t", "static thrust coefficient of eq. (1)-(2), that of hover", "N s2",
-      [&](const ModelValues& v) { return host::static_c_t(vehicle_model(v, base).thrust); });
-  add("hover_speed", "ω_hover", "rotor speed in hover", "RPM", [&](const ModelValues& v) {
+      [&](const estimate::ModelValues& v) { return host::static_c_t(estimate::vehicle_model(v, base).thrust); });
+  add("hover_speed", "ω_hover", "rotor speed in hover", "RPM", [&](const estimate::ModelValues& v) {
     LevelFlight f(v);
     return hover(v, f) * 30.0 / std::numbers::pi;
   });
-  add("thrust_by_climb", "dT/dv_z", "thrust of all rotors by climb speed, about hover", "N s/m", [&](const ModelValues& v) {
+  add("thrust_by_climb", "dT/dv_z", "thrust of all rotors by climb speed, about hover", "N s/m", [&](const estimate::ModelValues& v) {
     LevelFlight f(v);
     const double omega = hover(v, f);
     return (f.force_B_N(omega, 0.0, kStep_m_s).z() - f.force_B_N(omega, 0.0, -kStep_m_s).z()) / (2.0 * kStep_m_s);
   });
-  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe", "N", [&](const ModelValues& v) {
+  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe", "N", [&](const estimate::ModelValues& v) {
     LevelFlight f(v);
     return -f.force_B_N(f.omega_rad_s(hover(v, f), speed), speed, 0.0).x();
   });
   add("izz_by_cq", "I_zz/c_q", "yaw inertia by torque coefficient: one flaw of a model moves both together", "m2/N",
-      [](const ModelValues& v) { return v[kIzz] / v[kCq]; });
-  add("figure_of_merit", "FM", "ideal by real power in hover; credible: 0.3 to 0.85", "1", [&](const ModelValues& v) {
-    const host::VehicleModel m = vehicle_model(v, base);
+      [](const estimate::ModelValues& v) { return v[estimate::kIzz] / v[estimate::kCq]; });
+  add("figure_of_merit", "FM", "ideal by real power in hover; credible: 0.3 to 0.85", "1", [&](const estimate::ModelValues& v) {
+    const host::VehicleModel m = estimate::vehicle_model(v, base);
     return host::figure_of_merit(m.thrust, m.c_q_N_m_s2);
   });
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

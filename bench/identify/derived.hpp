@@ -7,7 +7,7 @@
 
 #include "bench/estimate/estimator.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct DerivedQuantity {
   std::string id;      // of result.json: "static_c_t"
@@ -19,9 +19,9 @@ struct DerivedQuantity {
 
 // Loads are those of the whole model, its terms included. `drag_speed_m_s`: for the total drag, of flight with the rotors level and the
 // thrust as heavy as the vehicle. Of the values of the first flight where parameters are per flight.
-std::vector<DerivedQuantity> derived_quantities(const Fit& fit, const host::VehicleModel& base, double drag_speed_m_s);
+std::vector<DerivedQuantity> derived_quantities(const estimate::Fit& fit, const host::VehicleModel& base, double drag_speed_m_s);
 
 // Any function of the values: its standard uncertainties by central differences over the estimates.
-DerivedQuantity propagated(const Fit& fit, const std::function<double(const ModelValues&)>& function);
+DerivedQuantity propagated(const estimate::Fit& fit, const std::function<double(const estimate::ModelValues&)>& function);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

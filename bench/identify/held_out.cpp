@@ -12,7 +12,7 @@
 #include "bench/score/noise_floor.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kHorizons_s[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0};
@@ -21,21 +21,21 @@ constexpr double kSameHorizon = 0.3;  // of a horizon: a whole number of steps t
 constexpr std::uint64_t kFloorSeed = 1;
 
 struct NoisyModel {
-  ModelValues values;
-  NoiseModel noise;
+  estimate::ModelValues values;
+  estimate::NoiseModel noise;
 };
 
 // What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
-ModelValues with_starts(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
+estimate::ModelValues with_starts(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise) {
   const host::TermList& terms = values.terms;
-  FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  estimate::FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
   for (std::size_t k = 0; k < terms.parameters(); ++k) {
     if (!terms.is_start(k) || terms.start_u(k) <= 0.0) continue;
-    const int start = kCoreParameters + static_cast<int>(k);
+    const int start = estimate::kCoreParameters + static_cast<int>(k);
     p.start[start] = 0.0;
     p.free.push_back({start, false, terms.start_u(k)});
   }
-  return p.free.empty() ? values : fit(p).values.front();
+  return p.free.empty() ? values : estimate::fit(p).values.front();
 }
 
 // The steps that stand for each horizon; 0 where none does.
@@ -46,13 +46,13 @@ std::size_t steps_of(double horizon_s, double step_s) {
 
 // A held-out flight on the grid, with the states that predictions start from and are compared with.
 struct Prepared {
-  GridFlight grid;
-  StateTrack track;
+  estimate::GridFlight grid;
+  score::StateTrack track;
 
   // Every so often, where the model ties all steps of the horizon.
   std::vector<std::size_t> starts(std::size_t horizon) const {
     const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kBetweenStarts_s / track.step_s)));
-    auto out = prediction_starts(track, horizon, stride);
+    auto out = score::prediction_starts(track, horizon, stride);
     std::erase_if(out, [&](std::size_t at) {
       const auto from = grid.linked.begin() + static_cast<std::ptrdiff_t>(at);
       const auto to = from + static_cast<std::ptrdiff_t>(std::min(horizon, grid.linked.size() - at));
@@ -83,9 +83,9 @@ double longest_horizon(const std::vector<Prepared>& flights, std::vector<std::st
 }
 
 // Both models open loop from the same states, and what noise alone would do.
-void foretell(const std::vector<Prepared>& flights, const ModelValues& old, const NoisyModel& now, const NoiseModel& smoothed_with,
+void foretell(const std::vector<Prepared>& flights, const estimate::ModelValues& old, const NoisyModel& now, const estimate::NoiseModel& smoothed_with,
               HeldOutScores& out) {
-  std::vector<PredictionErrors> before, after, held, floor;
+  std::vector<score::PredictionErrors> before, after, held, floor;
   const double longest_s = longest_horizon(flights, out.remarks);
   for (const Prepared& f : flights) {
     const auto horizon = steps_of(longest_s, f.track.step_s);
@@ -94,23 +94,23 @@ void foretell(const std::vector<Prepared>& flights, const ModelValues& old, cons
       out.remarks.push_back(fmt::format("{}: not foretold, it has no {:g} s in one piece", f.grid.name, longest_s));
       continue;
     }
-    before.push_back(predict(f.track, whole_model(old, f.grid.substeps), starts, horizon));
-    after.push_back(predict(f.track, whole_model(now.values, f.grid.substeps), starts, horizon));
-    floor.push_back(noise_floor(f.grid, f.track, now.values, smoothed_with, now.noise, starts, horizon, kFloorSeed + floor.size()));
-    held.push_back(predict(f.track, rates_held(now.values), starts, horizon));
+    before.push_back(score::predict(f.track, score::whole_model(old, f.grid.substeps), starts, horizon));
+    after.push_back(score::predict(f.track, score::whole_model(now.values, f.grid.substeps), starts, horizon));
+    floor.push_back(score::noise_floor(f.grid, f.track, now.values, smoothed_with, now.noise, starts, horizon, kFloorSeed + floor.size()));
+    held.push_back(score::predict(f.track, score::rates_held(now.values), starts, horizon));
     out.flights.push_back(f.grid.name);
   }
-  const PredictionSummary a = summary(before), b = summary(after), least = summary(floor);
+  const score::PredictionSummary a = score::summary(before), b = score::summary(after), least = score::summary(floor);
   out.starts = b.starts;
-  out.rotation_helps = helpful_range(b, summary(held), kPredictedAttitude);
-  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+  out.rotation_helps = score::helpful_range(b, score::summary(held), score::kPredictedAttitude);
+  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) {
     for (const double h : kHorizons_s) {
       const std::size_t steps = steps_of(h, b.step_s);
       if (steps == 0 || steps > b.horizon) continue;
-      const auto quantity = static_cast<PredictedQuantity>(q);
+      const auto quantity = static_cast<score::PredictedQuantity>(q);
       out.rows.push_back({static_cast<double>(steps) * b.step_s, quantity, a.mean[q][steps - 1], b.mean[q][steps - 1],
-                          error_ratio(after, before, quantity, steps, steps), least.mean[q][steps - 1],
-                          share_closed(before, after, floor, quantity, steps, steps)});
+                          score::error_ratio(after, before, quantity, steps, steps), least.mean[q][steps - 1],
+                          score::share_closed(before, after, floor, quantity, steps, steps)});
     }
   }
   std::vector<std::string> short_s;
@@ -123,47 +123,47 @@ void foretell(const std::vector<Prepared>& flights, const ModelValues& old, cons
   }
 }
 
-HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& old, const Identification& r, const GridOptions& grid) {
+HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& old, const Identification& r, const estimate::GridOptions& grid) {
   HeldOutScores out;
-  const NoisyModel now{r.fit.values.front(), mean_noise(r.fit.noise)};
+  const NoisyModel now{r.fit.values.front(), estimate::mean_noise(r.fit.noise)};
   std::vector<Prepared> all;
-  std::vector<OneStepErrors> before, after;
+  std::vector<score::OneStepErrors> before, after;
   for (const FlightToFit& f : flights) {
-    GridFlight g = make_grid(f.record, grid);
+    estimate::GridFlight g = make_grid(f.record, grid);
     cut_between_segments(g, f.segments);
-    tie_poses(g, now.values[kPoseDelay]);
-    StateTrack track = held_out_track(g, r);
+    estimate::tie_poses(g, now.values[estimate::kPoseDelay]);
+    score::StateTrack track = held_out_track(g, r);
     all.push_back({std::move(g), std::move(track)});
-    const GridFlight& kept = all.back().grid;
-    before.push_back(one_step(kept, with_starts(kept, old.values, old.noise), old.noise, kFloorSeed + before.size()));
-    after.push_back(one_step(kept, with_starts(kept, now.values, now.noise), now.noise, kFloorSeed + after.size()));
+    const estimate::GridFlight& kept = all.back().grid;
+    before.push_back(score::one_step(kept, with_starts(kept, old.values, old.noise), old.noise, kFloorSeed + before.size()));
+    after.push_back(score::one_step(kept, with_starts(kept, now.values, now.noise), now.noise, kFloorSeed + after.size()));
   }
   foretell(all, old.values, now, r.fit.noise.front(), out);
-  out.one_step = compare(before, after);
+  out.one_step = score::compare(before, after);
   if (out.one_step.poses == 0) out.remarks.push_back("one step: not scored, the flights have no poses");
   return out;
 }
 
 }  // namespace
 
-StateTrack held_out_track(GridFlight& g, const Identification& r) {
-  const std::vector<BodyState> states = states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
-  follow_states({&g, 1}, std::array{states});
-  return fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
+score::StateTrack held_out_track(estimate::GridFlight& g, const Identification& r) {
+  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
+  estimate::follow_states({&g, 1}, std::array{states});
+  return score::fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
 }
 
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const IdentifyOptions& o) {
   // How the log was made is no part of the vehicle: both models get it as identified.
-  ModelValues old = r.start.file;
-  for (int p = kOffsetX; p < kCoreParameters; ++p) old[p] = r.fit.values.front()[p];
-  return score(flights, {old, noise_under(old, r.flights, r.fit.noise, o.fit.noise, o.fit.threads)}, r, o.grid);
+  estimate::ModelValues old = r.start.file;
+  for (int p = estimate::kOffsetX; p < estimate::kCoreParameters; ++p) old[p] = r.fit.values.front()[p];
+  return score(flights, {old, score::noise_under(old, r.flights, r.fit.noise, o.fit.noise, o.fit.threads)}, r, o.grid);
 }
 
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                           const GridOptions& grid, const WrenchBand& band) {
-  HeldOutScores out = score(flights, {before.fit.values.front(), mean_noise(before.fit.noise)}, after, grid);
+                           const estimate::GridOptions& grid, const WrenchBand& band) {
+  HeldOutScores out = score(flights, {before.fit.values.front(), estimate::mean_noise(before.fit.noise)}, after, grid);
   out.wrench = score_wrenches(flights, before, after, grid, band);
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

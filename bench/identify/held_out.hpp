@@ -13,23 +13,23 @@
 #include "bench/score/prediction.hpp"
 #include "bench/identify/wrench_score.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct HeldOutRow {
   double horizon_s = 0.0;
-  PredictedQuantity quantity = kPredictedPosition;
+  score::PredictedQuantity quantity = score::kPredictedPosition;
   double before = 0.0, after = 0.0;  // mean error
-  ErrorRatio ratio;                  // after / before at this horizon, 95 % by blocks of 2 s
+  score::ErrorRatio ratio;                  // after / before at this horizon, 95 % by blocks of 2 s
   double floor = 0.0;                // what noise alone would give the identified model, were it exactly right (noise_floor.hpp)
-  ErrorRatio closed;                 // share of the gap that is closed, (before - after) / (before - floor); not a number: no gap
+  score::ErrorRatio closed;                 // share of the gap that is closed, (before - after) / (before - floor); not a number: no gap
 };
 struct HeldOutScores {
   std::vector<std::string> flights;
   std::size_t starts = 0;
   std::vector<HeldOutRow> rows;      // by quantity, then horizon
-  OneStepComparison one_step;        // empty without poses
+  score::OneStepComparison one_step;        // empty without poses
   std::vector<std::string> remarks;  // what could not be scored, and why
-  HelpfulRange rotation_helps;       // where the identified model beats held rates in attitude
+  score::HelpfulRange rotation_helps;       // where the identified model beats held rates in attitude
   WrenchComparison wrench;           // of two fits; empty without accelerometer and gyro
 };
 
@@ -40,14 +40,14 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
 
 // The same for two fits, the first as `before`, each with the noise figures of its own; both start from the same states.
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                           const GridOptions& grid, const WrenchBand& band = {});
+                           const estimate::GridOptions& grid, const WrenchBand& band = {});
 
 // A held-out flight as predictions start from it: states that the readings make, terms remembering along them under the fit's values.
-StateTrack held_out_track(GridFlight& flight, const Identification& result);
+score::StateTrack held_out_track(estimate::GridFlight& flight, const Identification& result);
 
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report
 // For result.json; without the wrenches.
 nlohmann::ordered_json held_out_json(const HeldOutScores& scores);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -8,7 +8,7 @@
 
 #include "bench/identify/whiteness.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using Eigen::MatrixXd;
@@ -44,16 +44,16 @@ MatrixXd told_inverse(const MatrixXd& s, double& rank) {
 // Columns of the shared or of the per-flight parameters. One that its prior holds (the mass) counts as known: freed in each flight,
 // it would take the scale of all others with it. So does one at its bound: its scores do not sum to zero, which is no difference of
 // flights.
-std::vector<Eigen::Index> places(const FitProblem& p, const Fit& fit, bool per_flight) {
+std::vector<Eigen::Index> places(const estimate::FitProblem& p, const estimate::Fit& fit, bool per_flight) {
   std::vector<Eigen::Index> out;
   for (std::size_t i = 0; i < p.free.size(); ++i) {
-    const Estimate* e = fit.find(p.free[i].parameter, 0);
+    const estimate::Estimate* e = fit.find(p.free[i].parameter, 0);
     if (p.free[i].per_flight == per_flight && e && e->prior_share <= 0.5 && !e->at_bound) out.push_back(static_cast<Eigen::Index>(i));
   }
   return out;
 }
 
-FlightSummary summary_of(const FitProblem& p, const Fit& fit, const Reduced& r) {
+FlightSummary summary_of(const estimate::FitProblem& p, const estimate::Fit& fit, const estimate::Reduced& r) {
   const auto shared = places(p, fit, false), own = places(p, fit, true);
   FlightSummary out{r.information(shared, shared), r.score(shared)};
   if (own.empty()) return out;
@@ -67,12 +67,12 @@ FlightSummary summary_of(const FitProblem& p, const Fit& fit, const Reduced& r) 
 
 }  // namespace
 
-Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation) {
+Homogeneity homogeneity_of(const estimate::FitProblem& problem, const estimate::Fit& fit, double inflation) {
   Homogeneity out;
   const auto shared = places(problem, fit, false);
   if (fit.reduced.size() < 2 || shared.empty()) return out;
   std::vector<FlightSummary> flights;
-  for (const Reduced& r : fit.reduced) flights.push_back(summary_of(problem, fit, r));
+  for (const estimate::Reduced& r : fit.reduced) flights.push_back(summary_of(problem, fit, r));
   MatrixXd total = MatrixXd::Zero(flights.front().information.rows(), flights.front().information.cols());
   for (const FlightSummary& f : flights) total += f.information;
   // In the basis where the joint information is the identity, the eigenvalues of a flight's are its shares.
@@ -97,7 +97,7 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
   for (std::size_t i = 0; i < shared.size(); ++i) {
     const int parameter = problem.free[static_cast<std::size_t>(shared[i])].parameter;
     const auto at = static_cast<Eigen::Index>(i);
-    const Estimate* joint = fit.find(parameter);
+    const estimate::Estimate* joint = fit.find(parameter);
     ParameterHomogeneity h;
     h.parameter = parameter;
     // What correlated residuals add differs by parameter: a distorted one has a hundred times the classical variance beside others with
@@ -132,4 +132,4 @@ Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inf
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -6,7 +6,7 @@
 
 #include "bench/estimate/estimator.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // One shared parameter between the flights: with the information of each flight about it, all other parameters free.
 struct ParameterHomogeneity {
@@ -26,6 +26,6 @@ struct Homogeneity {
 // the number of degrees. Per-flight parameters are eliminated first. `inflation`: by which robust variances exceed classical ones;
 // divides χ², since correlated residuals make flights differ by more than S says; 1: none. A single parameter has its own ratio. Empty for
 // a single flight.
-Homogeneity homogeneity_of(const FitProblem& problem, const Fit& fit, double inflation = 1.0);
+Homogeneity homogeneity_of(const estimate::FitProblem& problem, const estimate::Fit& fit, double inflation = 1.0);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

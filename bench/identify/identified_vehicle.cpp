@@ -8,7 +8,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using host::Origin;
@@ -17,29 +17,29 @@ using host::VehicleFile;
 // Where a parameter stands in the file; nullptr for those the file has no place for.
 host::Quantity* place_of(VehicleFile& v, int p) {
   switch (p) {
-    case kMass:
+    case estimate::kMass:
       return &v.mass_kg;
-    case kIxx:
+    case estimate::kIxx:
       return &v.inertia_kg_m2[0];
-    case kIyy:
+    case estimate::kIyy:
       return &v.inertia_kg_m2[1];
-    case kIzz:
+    case estimate::kIzz:
       return &v.inertia_kg_m2[2];
-    case kCq:
+    case estimate::kCq:
       return &v.c_q_N_m_s2;
-    case kComX:
+    case estimate::kComX:
       return &v.com_offset_m[0];
-    case kComY:
+    case estimate::kComY:
       return &v.com_offset_m[1];
-    case kK1:
+    case estimate::kK1:
       return &v.k1_N_s2;
-    case kK2:
+    case estimate::kK2:
       return &v.k2_N_s2_m;
-    case kCdh:
+    case estimate::kCdh:
       return &v.c_dh_s_m;
-    case kCdxy:
+    case estimate::kCdxy:
       return &v.c_dxy_N_s2_m2;
-    case kCdz:
+    case estimate::kCdz:
       return &v.c_dz_N_s2_m2;
     default:
       return nullptr;
@@ -65,7 +65,7 @@ void onto_a_rigid_body(VehicleFile& v) {
   }
 }
 
-void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& values) {
+void put_effects(VehicleFile& v, const SharedEstimates& s, const estimate::ModelValues& values) {
   const host::TermList& terms = values.terms;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     const std::string id(terms.term(t).info.id);
@@ -74,12 +74,12 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& va
     const auto before = std::exchange(found->parameters, {});
     for (std::size_t k = 0; k < terms.parameters(); ++k) {
       if (terms.term_of(k) != t || terms.is_start(k)) continue;
-      const int p = kCoreParameters + static_cast<int>(k);
+      const int p = estimate::kCoreParameters + static_cast<int>(k);
       host::Quantity q{values[p], 0.0, Origin::guess};  // held: as it was
       for (const host::EffectParameter& was : before) {
         if (was.name == terms.parameter(k).name) q = was.quantity;
       }
-      for (const Estimate& e : s.estimates) {
+      for (const estimate::Estimate& e : s.estimates) {
         if (e.parameter == p) q = {e.value, e.u, Origin::flight};
       }
       found->parameters.push_back({std::string(terms.parameter(k).name), q});
@@ -89,7 +89,7 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const ModelValues& va
 
 // The rotors' inertia that yaw steps told, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by it.
 void put_rotor_inertia(VehicleFile& v) {
-  for (const std::string_view name : kRotorInertiaNames) {
+  for (const std::string_view name : estimate::kRotorInertiaNames) {
     for (const host::VehicleEffect& e : v.effects) {
       for (const host::EffectParameter& p : e.parameters) {
         if ("effect." + e.id + "." + p.name != name || p.quantity.origin != Origin::flight || p.quantity.value <= 0.0) continue;
@@ -107,7 +107,7 @@ void put_covariance(VehicleFile& v, const SharedEstimates& s, const host::TermLi
   std::vector<Eigen::Index> rows;
   host::CovarianceBlock block;
   for (std::size_t i = 0; i < s.estimates.size(); ++i) {
-    const std::string name = parameter_info(s.estimates[i].parameter, terms).name;
+    const std::string name = estimate::parameter_info(s.estimates[i].parameter, terms).name;
     if (!host::uncertainty_of(v, name)) continue;
     rows.push_back(static_cast<Eigen::Index>(i));
     block.of.push_back(name);
@@ -127,27 +127,27 @@ void put_covariance(VehicleFile& v, const SharedEstimates& s, const host::TermLi
 
 }  // namespace
 
-double reported_u(const Estimate& e) { return std::max(e.u, e.u_robust); }
+double reported_u(const estimate::Estimate& e) { return std::max(e.u, e.u_robust); }
 
-SharedEstimates shared_estimates(const Fit& fit) {
+SharedEstimates shared_estimates(const estimate::Fit& fit) {
   SharedEstimates out;
   std::vector<Eigen::Index> row;  // in the fit's covariance; -1: a mean
   for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
-    const Estimate& e = fit.estimates[i];
+    const estimate::Estimate& e = fit.estimates[i];
     if (e.flight > 0) continue;  // counted with the first
-    Estimate shared = e;
+    estimate::Estimate shared = e;
     shared.u = reported_u(e);
     row.push_back(e.flight < 0 ? static_cast<Eigen::Index>(i) : -1);
     if (e.flight == 0) {
       double weights = 0.0, sum = 0.0, scatter = 0.0, count = 0.0;
       const auto each = [&](auto&& act) {
-        for (const Estimate& f : fit.estimates) {
+        for (const estimate::Estimate& f : fit.estimates) {
           if (f.parameter == e.parameter && reported_u(f) > 0.0) act(f, 1.0 / (reported_u(f) * reported_u(f)));
         }
       };
-      each([&](const Estimate& f, double w) { weights += w, sum += w * f.value, count += 1.0; });
+      each([&](const estimate::Estimate& f, double w) { weights += w, sum += w * f.value, count += 1.0; });
       shared.value = sum / weights;
-      each([&](const Estimate& f, double) { scatter += (f.value - shared.value) * (f.value - shared.value); });
+      each([&](const estimate::Estimate& f, double) { scatter += (f.value - shared.value) * (f.value - shared.value); });
       shared.u = std::max(1.0 / std::sqrt(weights), count > 1.0 ? std::sqrt(scatter / (count - 1.0)) : 0.0);
       shared.flight = -1;
     }
@@ -165,9 +165,9 @@ SharedEstimates shared_estimates(const Fit& fit) {
   return out;
 }
 
-std::array<double, 2> flown_rpm(const std::vector<GridFlight>& flights) {
+std::array<double, 2> flown_rpm(const std::vector<estimate::GridFlight>& flights) {
   std::vector<double> speeds;
-  for (const GridFlight& g : flights) {
+  for (const estimate::GridFlight& g : flights) {
     if (g.input.from_commands()) continue;
     std::size_t hint = 0;
     for (std::size_t k = 0; k + 1 < g.knots; ++k) {
@@ -181,17 +181,17 @@ std::array<double, 2> flown_rpm(const std::vector<GridFlight>& flights) {
   return {std::floor(speeds[cut]), std::ceil(speeds[speeds.size() - 1 - cut])};
 }
 
-VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const std::array<double, 2>& rpm_flown,
+VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                const std::string& written_by, const std::vector<std::string>& inputs) {
   VehicleFile v = base;
   SharedEstimates s = shared_estimates(fit);
-  ModelValues values = fit.values.front();
-  for (const Estimate& e : s.estimates) values[e.parameter] = e.value;
+  estimate::ModelValues values = fit.values.front();
+  for (const estimate::Estimate& e : s.estimates) values[e.parameter] = e.value;
 
   // The fit's three numbers turn q_BS about its start value; the file's are a small rotation about the result: J_r maps one to the other.
   std::array<Eigen::Index, 3> turn{-1, -1, -1};
   for (std::size_t i = 0; i < s.estimates.size(); ++i) {
-    if (const int axis = s.estimates[i].parameter - kTurnX; axis >= 0 && axis < 3)
+    if (const int axis = s.estimates[i].parameter - estimate::kTurnX; axis >= 0 && axis < 3)
       turn[static_cast<std::size_t>(axis)] = static_cast<Eigen::Index>(i);
   }
   if (std::all_of(turn.begin(), turn.end(), [](Eigen::Index i) { return i >= 0; })) {
@@ -199,23 +199,23 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
     Eigen::VectorXd u(n);
     for (Eigen::Index i = 0; i < n; ++i) u[i] = s.estimates[static_cast<std::size_t>(i)].u;
     Eigen::MatrixXd to_file = Eigen::MatrixXd::Identity(n, n);
-    to_file(turn, turn) = right_jacobian(Eigen::Vector3d(values[kTurnX], values[kTurnY], values[kTurnZ]));
+    to_file(turn, turn) = estimate::right_jacobian(Eigen::Vector3d(values[estimate::kTurnX], values[estimate::kTurnY], values[estimate::kTurnZ]));
     const Eigen::MatrixXd c = to_file * u.asDiagonal() * s.correlation * u.asDiagonal() * to_file.transpose();
     for (Eigen::Index i = 0; i < n; ++i) s.estimates[static_cast<std::size_t>(i)].u = u[i] = std::sqrt(c(i, i));
     s.correlation = u.cwiseInverse().asDiagonal() * c * u.cwiseInverse().asDiagonal();
   }
 
-  for (const Estimate& e : s.estimates) {
+  for (const estimate::Estimate& e : s.estimates) {
     if (host::Quantity* q = place_of(v, e.parameter)) {
       // A mass that only its prior knows is still the weighed one, unless the flights moved it beyond what the scales allow.
       const bool still_weighed = e.prior_share > 0.5 && std::fabs(e.value - q->value) <= q->u;
-      const bool no_drag = e.parameter >= kCdh && e.parameter <= kCdz && e.value < 0.0 && e.value > -kNothing * e.u;
+      const bool no_drag = e.parameter >= estimate::kCdh && e.parameter <= estimate::kCdz && e.value < 0.0 && e.value > -kNothing * e.u;
       *q = {no_drag ? 0.0 : e.value, e.u, still_weighed ? q->origin : Origin::flight};
-    } else if (const int axis = e.parameter - kOffsetX; axis >= 0 && axis < 3) {
+    } else if (const int axis = e.parameter - estimate::kOffsetX; axis >= 0 && axis < 3) {
       v.pose_sensor.offset_m[static_cast<std::size_t>(axis)] = e.value;
       v.pose_sensor.offset_u_m[static_cast<std::size_t>(axis)] = e.u;
       v.pose_sensor.offset_origin = Origin::flight;
-    } else if (const int about = e.parameter - kTurnX; about >= 0 && about < 3) {
+    } else if (const int about = e.parameter - estimate::kTurnX; about >= 0 && about < 3) {
       v.pose_sensor.rotation_u_rad[static_cast<std::size_t>(about)] = e.u;
       v.pose_sensor.rotation_origin = Origin::flight;
     }
@@ -229,8 +229,8 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
 
   const host::VehicleModel model = host::to_model(v);
   if (rpm_flown[1] > rpm_flown[0]) v.rpm_window = rpm_flown;
-  if (fit.find(kK1) || fit.find(kK2)) {
-    const DerivedQuantity c_t = propagated(fit, [&](const ModelValues& x) { return host::static_c_t(vehicle_model(x, model).thrust); });
+  if (fit.find(estimate::kK1) || fit.find(estimate::kK2)) {
+    const DerivedQuantity c_t = propagated(fit, [&](const estimate::ModelValues& x) { return host::static_c_t(estimate::vehicle_model(x, model).thrust); });
     std::erase_if(v.static_thrust, [](const host::StaticThrust& t) { return t.origin == Origin::flight; });
     v.static_thrust.push_back(
         {Origin::flight, host::static_c_t(model.thrust), std::max(c_t.u, c_t.u_robust), v.rpm_window, v.air_density_kg_m3});
@@ -240,4 +240,4 @@ VehicleFile identified_vehicle(const Fit& fit, const VehicleFile& base, const st
   return v;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

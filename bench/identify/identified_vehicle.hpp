@@ -8,28 +8,28 @@
 #include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // The uncertainty that is reported: the larger of the classical one and the one that holds for correlated residuals.
-double reported_u(const Estimate& e);
+double reported_u(const estimate::Estimate& e);
 
 // One estimate per parameter: as it is when shared; else the mean over the flights weighted by 1/u², its u that of the mean or the
 // scatter of the flights about it, whichever is larger. `correlation` is that of the classical covariance, in the same order
 // (a mean over flights counts as uncorrelated).
 struct SharedEstimates {
-  std::vector<Estimate> estimates;  // flight -1
+  std::vector<estimate::Estimate> estimates;  // flight -1
   Eigen::MatrixXd correlation;
 };
-SharedEstimates shared_estimates(const Fit& fit);
+SharedEstimates shared_estimates(const estimate::Fit& fit);
 
 // `base`: the vehicle file the fit started from. `rpm_flown`: window of rotor speeds of the flights; {0, 0} keeps that of the file.
 // A drag coefficient below zero by no more than three standard uncertainties is written as 0, and moments of inertia that no rigid body
 // has by no more than that are moved to the nearest that one has. Uncertainties are the reported ones;
 // covariance blocks have the correlations of the classical covariance.
-host::VehicleFile identified_vehicle(const Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
+host::VehicleFile identified_vehicle(const estimate::Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                      const std::string& written_by, const std::vector<std::string>& inputs);
 
 // Rotor speeds of the flights, RPM, from the lowest to the highest 0.1 %; {0, 0} when there are only commands.
-std::array<double, 2> flown_rpm(const std::vector<GridFlight>& flights);
+std::array<double, 2> flown_rpm(const std::vector<estimate::GridFlight>& flights);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

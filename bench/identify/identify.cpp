@@ -10,15 +10,15 @@
 #include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr int kRounds = 3;      // of fits again, with poses tied or memory run anew
 constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
-void require_streams(const FlightToFit& f, const GridOptions& grid) {
-  const FlightRecord& r = f.record;
+void require_streams(const FlightToFit& f, const estimate::GridOptions& grid) {
+  const log::FlightRecord& r = f.record;
   const std::string stage = f.role == FlightRole::any ? "the fit" : fmt::format("stage {}", name(f.role));
   const auto lacks = [&](const std::string& what, const std::string& columns) {
     throw Error({r.source.empty() ? r.name : r.source, fmt::format("{} needs {}, and this log has none", stage, what),
@@ -40,7 +40,7 @@ void require_streams(const FlightToFit& f, const GridOptions& grid) {
 }
 
 // The segment that a moment belongs to: the nearest, for a reading lies up to half a step from its knot; -1 for none.
-int segment_of(double t_s, const std::vector<TimeRange>& segments, double step_s) {
+int segment_of(double t_s, const std::vector<log::TimeRange>& segments, double step_s) {
   int best = -1;
   double nearest = 0.5 * step_s + 2e-6;
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -55,11 +55,11 @@ int segment_of(double t_s, const std::vector<TimeRange>& segments, double step_s
 
 // Ties each flight's poses to the moments they show. True when a delay differs from the one they were tied with by so much that the
 // fit must go on.
-bool tie_again(std::vector<GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
+bool tie_again(std::vector<estimate::GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
   bool moved = false;
   for (std::size_t f = 0; f < flights.size(); ++f) {
     if (flights[f].pose.empty() || std::fabs(delay_s[f] - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
-    tie_poses(flights[f], delay_s[f]);
+    estimate::tie_poses(flights[f], delay_s[f]);
     tied_s[f] = delay_s[f];
     moved = true;
   }
@@ -68,8 +68,8 @@ bool tie_again(std::vector<GridFlight>& flights, std::vector<double>& tied_s, co
 
 // What terms remember follows the states, and the states follow from the fit. True when the fit found with the motion of before
 // differs from the one before that by more than rounding of its uncertainty, so that it must go on.
-bool remember_again(std::vector<GridFlight>& flights, const Fit& fit, const std::vector<Estimate>& before) {
-  follow_states(flights, fit.states);
+bool remember_again(std::vector<estimate::GridFlight>& flights, const estimate::Fit& fit, const std::vector<estimate::Estimate>& before) {
+  estimate::follow_states(flights, fit.states);
   if (before.size() != fit.estimates.size()) return true;
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (std::fabs(fit.estimates[i].value - before[i].value) > kStill * fit.estimates[i].u) return true;
@@ -77,19 +77,19 @@ bool remember_again(std::vector<GridFlight>& flights, const Fit& fit, const std:
   return false;
 }
 
-NoiseModel shared_noise(const std::vector<NoiseModel>& of_stages, const NoiseModel& otherwise) {
+estimate::NoiseModel shared_noise(const std::vector<estimate::NoiseModel>& of_stages, const estimate::NoiseModel& otherwise) {
   return of_stages.empty() ? otherwise : of_stages.back();
 }
 
 }  // namespace
 
-void cut_between_segments(GridFlight& g, const std::vector<TimeRange>& segments) {
+void cut_between_segments(estimate::GridFlight& g, const std::vector<log::TimeRange>& segments) {
   if (segments.empty()) return;
   for (std::size_t k = 0; k + 1 < g.knots; ++k) {
     const int from = segment_of(g.time_s(k), segments, g.step_s), to = segment_of(g.time_s(k + 1), segments, g.step_s);
     if (from < 0 || from != to) g.linked[k] = 0;
   }
-  drop_short_pieces(g);
+  estimate::drop_short_pieces(g);
 }
 
 Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
@@ -104,19 +104,19 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
   out.start = start_values(out.flights, vehicle, o.terms);
   // The file may know a rotor's inertia by another name. Not where beliefs count: there a term that the file lacks is one not believed.
-  for (const std::string_view name : kRotorInertiaNames) {
-    const int parameter = find_parameter(name, o.terms);
+  for (const std::string_view name : estimate::kRotorInertiaNames) {
+    const int parameter = estimate::find_parameter(name, o.terms);
     if (parameter < 0 || o.beliefs || host::uncertainty_of(vehicle, name)) continue;
     out.start.file[parameter] = out.start.values[parameter] = vehicle.rotor_inertia_kg_m2.value;
   }
-  ModelValues values = out.start.values;
+  estimate::ModelValues values = out.start.values;
   // A delay that is held stays at its start value, whatever the checks found.
-  const bool delay_is_free = std::any_of(free.begin(), free.end(), [](const FreeParameter& f) { return f.parameter == kPoseDelay; });
+  const bool delay_is_free = std::any_of(free.begin(), free.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
   double late_s = 0.0, known = 0.0;
   for (const FlightToFit& f : given) {
     if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
   }
-  if (delay_is_free && known > 0.0) values[kPoseDelay] += late_s / known;
+  if (delay_is_free && known > 0.0) values[estimate::kPoseDelay] += late_s / known;
 
   constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
   int parts = 1, part = 0;
@@ -130,22 +130,22 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   const auto report = [&](const std::string& what) {
     ++part;
-    return [&progress, what, parts, part](const FitProgress& p) {
+    return [&progress, what, parts, part](const estimate::FitProgress& p) {
       if (progress) progress({what, part, parts, p});
     };
   };
 
   std::vector<double> tied_s(given.size(), 0.0);
-  const auto delays = [&] { return std::vector<double>(given.size(), values[kPoseDelay]); };
+  const auto delays = [&] { return std::vector<double>(given.size(), values[estimate::kPoseDelay]); };
   tie_again(out.flights, tied_s, delays());
   if (o.terms.memory() > 0) {
-    for (GridFlight& g : out.flights) follow_states({&g, 1}, std::array{states_by_readings(g, values, o.noise)});
+    for (estimate::GridFlight& g : out.flights) estimate::follow_states({&g, 1}, std::array{estimate::states_by_readings(g, values, o.noise)});
   }
   Belief belief = first_belief(free, vehicle, values);
   std::vector<std::vector<double>> flight_start(given.size(), values.values);
-  std::vector<NoiseModel> stage_noise;
+  std::vector<estimate::NoiseModel> stage_noise;
   for (const FlightRole role : kStages) {
-    std::vector<const GridFlight*> flights;
+    std::vector<const estimate::GridFlight*> flights;
     std::vector<std::size_t> which;
     for (std::size_t f = 0; f < given.size(); ++f) {
       if (given[f].role != role) continue;
@@ -153,7 +153,7 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
       which.push_back(f);
     }
     if (flights.empty()) continue;
-    NoiseModel noise = shared_noise(stage_noise, o.noise);
+    estimate::NoiseModel noise = shared_noise(stage_noise, o.noise);
     StageResult stage = run_stage(role, flights, free, values, belief, noise, o.fit, o.solver, report(fmt::format("stage {}", name(role))));
     stage.flights = which;
     stage_noise.push_back(noise);
@@ -164,18 +164,18 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
 
   out.problem = {
       .start = values, .free = free, .flights = {}, .noise = shared_noise(stage_noise, o.noise), .flight_noise = {}, .flight_start = {}};
-  for (const GridFlight& g : out.flights) out.problem.flights.push_back(&g);
+  for (const estimate::GridFlight& g : out.flights) out.problem.flights.push_back(&g);
   // Shared parameters start from what the last stage left; those of a flight from its own stage.
   for (auto& own : flight_start) {
     std::vector<double> merged = values.values;
-    for (const FreeParameter& f : free) {
+    for (const estimate::FreeParameter& f : free) {
       if (f.per_flight) merged[static_cast<std::size_t>(f.parameter)] = own[static_cast<std::size_t>(f.parameter)];
     }
     own = merged;
   }
   out.problem.flight_start = flight_start;
   // Priors are about the values of the vehicle file, not about what a stage made of them.
-  for (const FreeParameter& f : free) {
+  for (const estimate::FreeParameter& f : free) {
     if (f.prior_u <= 0.0) continue;
     const auto at = static_cast<std::size_t>(f.parameter);
     out.problem.start.values[at] = out.start.file.values[at];
@@ -183,21 +183,21 @@ Identification identify(const std::vector<FlightToFit>& given, const host::Vehic
   }
   if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
   const auto joint = report("joint fit");
-  if (o.beliefs) settle_about_known(out.problem, [&](const FitProblem& held) { return o.solver(held, o.fit, joint); });
+  if (o.beliefs) estimate::settle_about_known(out.problem, [&](const estimate::FitProblem& held) { return o.solver(held, o.fit, joint); });
   out.fit = o.solver(out.problem, o.fit, joint);
-  std::vector<Estimate> before;
+  std::vector<estimate::Estimate> before;
   for (int again = 0; again < kRounds && (again == 0 || out.fit.converged); ++again) {
     std::vector<double> found_s;
-    for (const ModelValues& v : out.fit.values) found_s.push_back(v[kPoseDelay]);
+    for (const estimate::ModelValues& v : out.fit.values) found_s.push_back(v[estimate::kPoseDelay]);
     const bool tied = tie_again(out.flights, tied_s, found_s);
     const bool remembered = o.terms.memory() > 0 && remember_again(out.flights, out.fit, before);
     if (!tied && !remembered) break;
     before = out.fit.estimates;
-    start_from(out.fit, out.problem);
+    estimate::start_from(out.fit, out.problem);
     out.fit = o.solver(out.problem, o.fit, joint);
   }
   out.comparison = compare_stages(out.stages, out.fit);
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -13,39 +13,39 @@
 #include "bench/identify/stages.hpp"
 #include "bench/identify/start_values.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct FlightToFit {
-  FlightRecord record;  // only what may be fitted
+  log::FlightRecord record;  // only what may be fitted
   FlightRole role = FlightRole::any;
-  std::vector<TimeRange> segments;                   // no step of the model crosses from one to the next; empty: one
+  std::vector<log::TimeRange> segments;                   // no step of the model crosses from one to the next; empty: one
   std::optional<double> pose_late_s = std::nullopt;  // first guess of how much later than the moment shown a pose is stamped
 };
 
 struct IdentifyOptions {
-  GridOptions grid;
+  estimate::GridOptions grid;
   host::TermList terms;
   ParameterWishes wishes;
-  NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
+  estimate::NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
   // What is known before the joint fit, about its free parameters; told the vehicle file's values.
-  std::function<std::vector<JointPrior>(const host::VehicleFile&, std::span<const FreeParameter>, const ModelValues&)> beliefs = {};
-  FitOptions fit;
+  std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>, const estimate::ModelValues&)> beliefs = {};
+  estimate::FitOptions fit;
   Solver solver = own_solver();
 };
 
 struct IdentifyProgress {
   std::string part;  // "stage vertical", "joint fit"
   int part_number = 1, parts = 1;
-  FitProgress fit;
+  estimate::FitProgress fit;
 };
 
 struct Identification {
-  std::vector<GridFlight> flights;
+  std::vector<estimate::GridFlight> flights;
   StartValues start;
   std::vector<StageResult> stages;
   std::vector<StageComparison> comparison;  // stages against the joint fit
-  FitProblem problem;                       // of the joint fit; points into `flights`
-  Fit fit;
+  estimate::FitProblem problem;                       // of the joint fit; points into `flights`
+  estimate::Fit fit;
 
   Identification() = default;
   Identification(const Identification&) = delete;
@@ -55,10 +55,10 @@ struct Identification {
 };
 
 // No step of the model stays linked from one segment to the next, or outside them.
-void cut_between_segments(GridFlight& flight, const std::vector<TimeRange>& segments);
+void cut_between_segments(estimate::GridFlight& flight, const std::vector<log::TimeRange>& segments);
 
 // Throws Error (data_quality) for a log that lacks what its stage needs, naming both, and for directions that stay open.
 Identification identify(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const IdentifyOptions& options,
                         const std::function<void(const IdentifyProgress&)>& progress = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

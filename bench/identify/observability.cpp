@@ -11,7 +11,7 @@
 #include "bench/identify/identified_vehicle.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using Eigen::MatrixXd;
@@ -24,7 +24,7 @@ constexpr double kOpen = std::numeric_limits<double>::infinity();
 
 // What an uncertainty is measured against: the parameter's own size, or, near zero, the change that matters.
 double size_of(double value, int parameter, const host::TermList& terms) {
-  return std::max(std::fabs(value), parameter_info(parameter, terms).scale);
+  return std::max(std::fabs(value), estimate::parameter_info(parameter, terms).scale);
 }
 
 // Standard uncertainty of each column from one flight alone, the parameters its priors hold taken as known; infinite when open.
@@ -54,58 +54,58 @@ VectorXd alone(const MatrixXd& information, const VectorXd& prior_weight) {
 
 std::string manoeuvre_for(int p, const host::TermList& terms) {
   switch (p) {
-    case kMass:
+    case estimate::kMass:
       return "none: weigh the vehicle; every force and inertia scales with it";
-    case kIxx:
+    case estimate::kIxx:
       return "quick rolls to both sides, 5 rad/s and more";
-    case kIyy:
+    case estimate::kIyy:
       return "quick pitching both ways, 5 rad/s and more";
-    case kIzz:
-    case kCq:
+    case estimate::kIzz:
+    case estimate::kCq:
       return "yaw steps both ways with fast rotor response; slow and fast ones tell I_zz from c_q";
-    case kIxy:
-    case kIxz:
-    case kIyz:
+    case estimate::kIxy:
+    case estimate::kIxz:
+    case estimate::kIyz:
       return "turns about two axes at once";
-    case kComX:
-    case kComY:
+    case estimate::kComX:
+    case estimate::kComY:
       return "any hover; yaw turns tell it from a tilted pose frame";
-    case kK1:
-    case kK2:
+    case estimate::kK1:
+    case estimate::kK2:
       return "fast climbs and descents (3 m/s and more) beside hover: k_1 and k_2 differ only when the inflow does";
-    case kCdh:
-    case kCdxy:
+    case estimate::kCdh:
+    case estimate::kCdxy:
       return "horizontal flight at several speeds up to 8 m/s and more: c_d,h grows with speed, c_d,xy with its square";
-    case kCdz:
+    case estimate::kCdz:
       return "climbs and descents of 4 m/s and more, or fast flight with much tilt";
-    case kTiltX:
-    case kTiltY:
+    case estimate::kTiltX:
+    case estimate::kTiltY:
       return "hover turned through 360 degrees";
-    case kOffsetX:
-    case kOffsetY:
-    case kOffsetZ:
+    case estimate::kOffsetX:
+    case estimate::kOffsetY:
+    case estimate::kOffsetZ:
       return "quick turns about all three axes";
-    case kTurnX:
-    case kTurnY:
-    case kTurnZ:
+    case estimate::kTurnX:
+    case estimate::kTurnY:
+    case estimate::kTurnZ:
       return "accelerations along x and y at several headings";
-    case kPoseDelay:
-    case kRotorDelay:
+    case estimate::kPoseDelay:
+    case estimate::kRotorDelay:
       return "quick turns about all three axes";
-    case kCommandGain:
-    case kCommandOffset:
-    case kVoltageExponent:
+    case estimate::kCommandGain:
+    case estimate::kCommandOffset:
+    case estimate::kVoltageExponent:
       return "hover over most of the battery's charge";
-    case kCommandLag:
+    case estimate::kCommandLag:
       return "steps of thrust and torque";
     default:
       break;
   }
-  if (p >= kGyroBiasX && p <= kGyroBiasZ) return "a few seconds of hover";
-  if (p >= kAccelBiasX && p <= kAccelBiasZ) return "hover at several headings";
-  if (p >= kImuX && p <= kImuZ) return "quick turns about all three axes";
+  if (p >= estimate::kGyroBiasX && p <= estimate::kGyroBiasZ) return "a few seconds of hover";
+  if (p >= estimate::kAccelBiasX && p <= estimate::kAccelBiasZ) return "hover at several headings";
+  if (p >= estimate::kImuX && p <= estimate::kImuZ) return "quick turns about all three axes";
   static const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  const auto flat = static_cast<std::size_t>(p - kCoreParameters);
+  const auto flat = static_cast<std::size_t>(p - estimate::kCoreParameters);
   const std::string id(terms.term(terms.term_of(flat)).info.id);
   const host::EffectFacts* facts = catalogue.facts_of(id);
   if (facts && !facts->manoeuvre.empty()) return facts->manoeuvre;
@@ -113,20 +113,20 @@ std::string manoeuvre_for(int p, const host::TermList& terms) {
   return fmt::format("what changes the load of {} by much while the rest of the motion stays as it is", id);
 }
 
-Observability observability_of(const FitProblem& problem, const Fit& fit) {
+Observability observability_of(const estimate::FitProblem& problem, const estimate::Fit& fit) {
   Observability out;
   const host::TermList& terms = problem.start.terms;
   const auto n = static_cast<Eigen::Index>(fit.estimates.size());
   std::vector<std::string> names;
-  for (const Estimate& e : fit.estimates) names.push_back(estimate_name(e, problem));
+  for (const estimate::Estimate& e : fit.estimates) names.push_back(estimate::estimate_name(e, problem));
 
   MatrixXd s = fit.information;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Estimate& e = fit.estimates[static_cast<std::size_t>(i)];
+    const estimate::Estimate& e = fit.estimates[static_cast<std::size_t>(i)];
     if (fit.covariance(i, i) > 0.0) s(i, i) += e.prior_share / fit.covariance(i, i);
   }
-  out.weakest = open_directions(s, names, 1e300);
-  for (const OpenDirection& d : out.weakest) out.eigenvalues.push_back(d.information);
+  out.weakest = estimate::open_directions(s, names, 1e300);
+  for (const estimate::OpenDirection& d : out.weakest) out.eigenvalues.push_back(d.information);
   out.condition = out.eigenvalues.empty() ? 0.0 : out.eigenvalues.back() / std::max(out.eigenvalues.front(), 1e-300);
   out.weakest.resize(std::min(out.weakest.size(), kWeakest));
 
@@ -145,7 +145,7 @@ Observability observability_of(const FitProblem& problem, const Fit& fit) {
     if (u > 0.0) prior_weight[static_cast<Eigen::Index>(i)] = 1.0 / (u * u);
   }
   for (std::size_t f = 0; f < problem.flights.size(); ++f) {
-    const GridFlight& g = *problem.flights[f];
+    const estimate::GridFlight& g = *problem.flights[f];
     FlightContribution c{g.name, 0.0, {}, {}};
     for (const auto linked : g.linked) c.seconds += linked ? g.step_s : 0.0;
     const MatrixXd& own = fit.reduced[f].information;
@@ -154,14 +154,14 @@ Observability observability_of(const FitProblem& problem, const Fit& fit) {
       const int p = problem.free[i].parameter;
       const auto at = static_cast<Eigen::Index>(i);
       c.information.push_back(own(at, at));
-      if (p != kMass && u[at] > size_of(fit.values[f][p], p, terms)) c.cannot_tell.push_back(parameter_info(p, terms).symbol);
+      if (p != estimate::kMass && u[at] > size_of(fit.values[f][p], p, terms)) c.cannot_tell.push_back(estimate::parameter_info(p, terms).symbol);
     }
     out.flights.push_back(std::move(c));
   }
 
   for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
-    const Estimate& e = fit.estimates[i];
-    if (e.parameter == kMass) continue;
+    const estimate::Estimate& e = fit.estimates[i];
+    if (e.parameter == estimate::kMass) continue;
     const double relative = reported_u(e) / size_of(e.value, e.parameter, terms);
     const std::string why = e.prior_share > 0.5 ? "its prior holds more than half of what is known"
                             : relative > kPoor  ? fmt::format("known to {:.0f} % of its size only", 100.0 * relative)
@@ -171,4 +171,4 @@ Observability observability_of(const FitProblem& problem, const Fit& fit) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

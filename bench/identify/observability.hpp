@@ -6,7 +6,7 @@
 
 #include "bench/estimate/estimator.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct CorrelatedPair {
   std::string first, second;
@@ -31,15 +31,15 @@ struct Advice {
 struct Observability {
   double condition = 0.0;                  // of the information scaled to unit diagonal
   std::vector<double> eigenvalues;         // of the same, ascending
-  std::vector<OpenDirection> weakest;      // the three weakest directions
+  std::vector<estimate::OpenDirection> weakest;      // the three weakest directions
   std::vector<CorrelatedPair> correlated;  // |correlation| > 0.9
   std::vector<FlightContribution> flights;
   std::vector<Advice> advice;
 };
 
-Observability observability_of(const FitProblem& problem, const Fit& fit);
+Observability observability_of(const estimate::FitProblem& problem, const estimate::Fit& fit);
 
 // The manoeuvre that excites a parameter.
 std::string manoeuvre_for(int parameter, const host::TermList& terms);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -10,7 +10,7 @@
 #include "bench/identify/start_values.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 // Accelerometer biases of small IMUs, over temperature and mounting: without poses only this keeps bias and lean apart.
@@ -18,7 +18,7 @@ constexpr double kAccelBiasPrior_m_s2 = 0.3;
 
 [[noreturn]] void unknown(const std::string& name, const host::TermList& terms) {
   std::vector<std::string> names;
-  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) names.push_back(parameter_info(i, terms).name);
+  for (int i = 0; i < estimate::kCoreParameters + static_cast<int>(terms.parameters()); ++i) names.push_back(estimate::parameter_info(i, terms).name);
   throw Error({name, "is no parameter of this model", "a misspelt name, or a term that was not added with --term",
                "use one of " + fmt::format("{}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
 }
@@ -40,51 +40,51 @@ NamedNumber with_prior(const std::string& text) {
 }  // namespace
 
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms) {
-  if (const int one = find_parameter(name, terms); one >= 0) return {one};
+  if (const int one = estimate::find_parameter(name, terms); one >= 0) return {one};
   std::vector<int> out;
-  for (int i = 0; i < kCoreParameters + static_cast<int>(terms.parameters()); ++i) {
-    if (parameter_info(i, terms).name.starts_with(name + ".")) out.push_back(i);
+  for (int i = 0; i < estimate::kCoreParameters + static_cast<int>(terms.parameters()); ++i) {
+    if (estimate::parameter_info(i, terms).name.starts_with(name + ".")) out.push_back(i);
   }
   if (out.empty()) unknown(name, terms);
   return out;
 }
 
 double believed_u(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms) {
-  const std::string name = parameter_info(parameter, terms).name;
-  const bool rotor = std::find(kRotorInertiaNames.begin(), kRotorInertiaNames.end(), name) != kRotorInertiaNames.end();
+  const std::string name = estimate::parameter_info(parameter, terms).name;
+  const bool rotor = std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
   return host::uncertainty_of(vehicle, name).value_or(rotor ? vehicle.rotor_inertia_kg_m2.u : 0.0);
 }
 
-std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights, const host::VehicleFile& vehicle,
+std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
                                              const host::TermList& terms, const ParameterWishes& wishes) {
   const auto any = [&](auto&& has) { return std::any_of(flights.begin(), flights.end(), has); };
-  const bool pose = any([](const GridFlight& g) { return !g.pose.empty(); });
-  const bool place = pose || any([](const GridFlight& g) { return !g.position.empty(); });
-  const bool gyro = any([](const GridFlight& g) { return !g.gyro.empty(); });
-  const bool accel = any([](const GridFlight& g) { return !g.accel.empty(); });
-  const bool commands = any([](const GridFlight& g) { return g.input.from_commands(); });
-  const bool speeds = any([](const GridFlight& g) { return !g.input.from_commands(); });
-  const bool battery = commands && !any([](const GridFlight& g) { return g.input.from_commands() && mean_battery_V(g) <= 0.0; });
+  const bool pose = any([](const estimate::GridFlight& g) { return !g.pose.empty(); });
+  const bool place = pose || any([](const estimate::GridFlight& g) { return !g.position.empty(); });
+  const bool gyro = any([](const estimate::GridFlight& g) { return !g.gyro.empty(); });
+  const bool accel = any([](const estimate::GridFlight& g) { return !g.accel.empty(); });
+  const bool commands = any([](const estimate::GridFlight& g) { return g.input.from_commands(); });
+  const bool speeds = any([](const estimate::GridFlight& g) { return !g.input.from_commands(); });
+  const bool battery = commands && !any([](const estimate::GridFlight& g) { return g.input.from_commands() && mean_battery_V(g) <= 0.0; });
 
-  std::vector<FreeParameter> out;
+  std::vector<estimate::FreeParameter> out;
   const auto add = [&](int parameter, bool per_flight = false, double prior_u = 0.0) { out.push_back({parameter, per_flight, prior_u}); };
   // All forces and inertias scale with the mass: only the scales know it, and their uncertainty belongs into every other.
-  if (const double u = believed_u(vehicle, kMass, terms); u > 0.0) add(kMass, false, u);
-  for (const int p : {kIxx, kIyy, kIzz, kCq, kComX, kComY}) add(p);
-  if (speeds) add(kK1);  // with commands alone their gain stands in its place
-  if (place) add(kK2);   // climb speed is known from places only
-  add(kCdh);
-  if (place) add(kCdxy), add(kCdz);
+  if (const double u = believed_u(vehicle, estimate::kMass, terms); u > 0.0) add(estimate::kMass, false, u);
+  for (const int p : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kComX, estimate::kComY}) add(p);
+  if (speeds) add(estimate::kK1);  // with commands alone their gain stands in its place
+  if (place) add(estimate::kK2);   // climb speed is known from places only
+  add(estimate::kCdh);
+  if (place) add(estimate::kCdxy), add(estimate::kCdz);
   if (pose) {
-    for (const int p : {kOffsetX, kOffsetY, kOffsetZ, kTurnX, kTurnY, kTurnZ, kPoseDelay}) add(p);
+    for (const int p : {estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ, estimate::kPoseDelay}) add(p);
   }
-  for (int i = 0; gyro && i < 3; ++i) add(kGyroBiasX + i, flights.size() > 1);
-  for (int i = 0; accel && i < 3; ++i) add(kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
-  if (commands) add(kCommandGain), add(kCommandLag);
-  if (battery) add(kVoltageExponent);
+  for (int i = 0; gyro && i < 3; ++i) add(estimate::kGyroBiasX + i, flights.size() > 1);
+  for (int i = 0; accel && i < 3; ++i) add(estimate::kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
+  if (commands) add(estimate::kCommandGain), add(estimate::kCommandLag);
+  if (battery) add(estimate::kVoltageExponent);
   // What a term remembered when the flight began is that flight's own.
   for (std::size_t k = 0; k < terms.parameters(); ++k) {
-    const int parameter = kCoreParameters + static_cast<int>(k);
+    const int parameter = estimate::kCoreParameters + static_cast<int>(k);
     if (!terms.is_start(k)) {
       add(parameter);
     } else if (const double u = terms.start_u(k); u > 0.0) {
@@ -95,7 +95,7 @@ std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights
   for (const std::string& text : wishes.free) {
     const NamedNumber wish = with_prior(text);
     for (const int p : parameters_named(wish.name, terms)) {
-      const auto found = std::find_if(out.begin(), out.end(), [&](const FreeParameter& f) { return f.parameter == p; });
+      const auto found = std::find_if(out.begin(), out.end(), [&](const estimate::FreeParameter& f) { return f.parameter == p; });
       if (found == out.end()) {
         add(p, false, wish.u);
       } else if (wish.u > 0.0) {
@@ -105,15 +105,15 @@ std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights
   }
   for (const std::string& name : wishes.hold) {
     const auto held = parameters_named(name, terms);
-    std::erase_if(out, [&](const FreeParameter& f) { return std::find(held.begin(), held.end(), f.parameter) != held.end(); });
+    std::erase_if(out, [&](const estimate::FreeParameter& f) { return std::find(held.begin(), held.end(), f.parameter) != held.end(); });
   }
   for (const std::string& name : wishes.per_flight) {
     for (const int p : parameters_named(name, terms)) {
-      for (FreeParameter& f : out) f.per_flight = f.per_flight || (f.parameter == p && flights.size() > 1);
+      for (estimate::FreeParameter& f : out) f.per_flight = f.per_flight || (f.parameter == p && flights.size() > 1);
     }
   }
   if (out.empty()) throw Error({"--hold", "leaves no parameter free", "", "hold fewer"});
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

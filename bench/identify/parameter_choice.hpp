@@ -8,7 +8,7 @@
 #include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // NAME or NAME=U in `free`: U is the standard deviation of a prior about the start value, in SI. A name is that of a parameter
 // ("drag.c_dh"), its symbol ("c_d,h"), or a group ("drag", "pose_sensor", "body.inertia", "effect.rotor_local_inflow").
@@ -17,7 +17,7 @@ struct ParameterWishes {
 };
 
 // Throws Error (usage) for an unknown name, with those that exist.
-std::vector<FreeParameter> choose_parameters(std::span<const GridFlight> flights, const host::VehicleFile& vehicle,
+std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
                                              const host::TermList& terms, const ParameterWishes& wishes);
 
 // Parameters that `name` means: one, or a group; throws as above.
@@ -26,4 +26,4 @@ std::vector<int> parameters_named(const std::string& name, const host::TermList&
 // Standard uncertainty that the vehicle file gives a parameter; 0 when it gives none.
 double believed_u(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

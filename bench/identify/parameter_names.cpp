@@ -10,11 +10,11 @@
 
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 // In the order of enum Parameter.
-constexpr std::array<std::string_view, kCoreParameters> kMeaning{{
+constexpr std::array<std::string_view, estimate::kCoreParameters> kMeaning{{
     "mass; weighed, never from flight",
     "moment of inertia about x (roll)",
     "moment of inertia about y (pitch)",
@@ -66,8 +66,8 @@ std::string padded(const std::string& text, std::size_t width) {
 // All that stands before a dot and has several parameters: "pose_sensor", "pose_sensor.offset".
 std::vector<std::string> groups() {
   std::map<std::string, int> members;
-  for (int p = 0; p < kCoreParameters; ++p) {
-    const std::string name = parameter_info(p, {}).name;
+  for (int p = 0; p < estimate::kCoreParameters; ++p) {
+    const std::string name = estimate::parameter_info(p, {}).name;
     for (std::size_t dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) ++members[name.substr(0, dot)];
   }
   std::vector<std::string> out;
@@ -79,14 +79,14 @@ std::vector<std::string> groups() {
 
 }  // namespace
 
-std::string_view meaning_of(Parameter parameter) { return kMeaning[static_cast<std::size_t>(parameter)]; }
+std::string_view meaning_of(estimate::Parameter parameter) { return kMeaning[static_cast<std::size_t>(parameter)]; }
 
 std::string names_table(const host::EffectCatalogue& catalogue) {
   std::string out = "Parameters, for --free, --hold and --per-flight, by name or by symbol:\n";
-  for (int p = 0; p < kCoreParameters; ++p) {
-    const ParameterInfo info = parameter_info(p, {});
+  for (int p = 0; p < estimate::kCoreParameters; ++p) {
+    const estimate::ParameterInfo info = estimate::parameter_info(p, {});
     out += fmt::format("  {}{}{}{}\n", padded(info.name, 24), padded(info.symbol, 10), padded(info.unit, 9),
-                       meaning_of(static_cast<Parameter>(p)));
+                       meaning_of(static_cast<estimate::Parameter>(p)));
   }
   out += fmt::format("Groups of them: {}\n", fmt::join(groups(), ", "));
   out += "\nTerms, for --term; once added their parameters are effect.TERM.NAME, all of one effect.TERM:\n";
@@ -100,4 +100,4 @@ std::string names_table(const host::EffectCatalogue& catalogue) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -6,11 +6,11 @@
 #include "bench/estimate/model/parameters.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
-std::string_view meaning_of(Parameter parameter);
+std::string_view meaning_of(estimate::Parameter parameter);
 
 // Every parameter with symbol, unit and meaning, the groups, and every term with its parameters and its name in the catalogue.
 std::string names_table(const host::EffectCatalogue& catalogue);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

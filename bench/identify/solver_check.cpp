@@ -10,7 +10,7 @@
 #include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 // Of docs/acceptance/identify_speed.md.
@@ -27,15 +27,15 @@ double ratio(double difference, double by) {
 
 }  // namespace
 
-FitDifference difference_of_fits(const Fit& own, const Fit& ceres, const FitProblem& problem) {
+FitDifference difference_of_fits(const estimate::Fit& own, const estimate::Fit& ceres, const estimate::FitProblem& problem) {
   const auto farther = [](double x, double than) { return std::isnan(x) || std::fabs(x) > std::fabs(than); };
   FitDifference out;
   out.cost = ratio(ceres.cost - own.cost, std::fabs(own.cost));
   for (std::size_t i = 0; i < own.estimates.size(); ++i) {
-    const Estimate &a = own.estimates[i], &b = ceres.estimates[i];
+    const estimate::Estimate &a = own.estimates[i], &b = ceres.estimates[i];
     const double moved = ratio(b.value - a.value, a.u), grown = ratio(b.u - a.u, a.u);
-    if (i == 0 || farther(moved, out.estimate_u)) out.estimate_u = moved, out.estimate = estimate_name(a, problem);
-    if (i == 0 || farther(grown, out.uncertainty)) out.uncertainty = grown, out.of = estimate_name(a, problem);
+    if (i == 0 || farther(moved, out.estimate_u)) out.estimate_u = moved, out.estimate = estimate::estimate_name(a, problem);
+    if (i == 0 || farther(grown, out.uncertainty)) out.uncertainty = grown, out.of = estimate::estimate_name(a, problem);
   }
   return out;
 }
@@ -50,7 +50,7 @@ bool far_apart(const FitDifference& told, const FitDifference& to_the_end) {
            std::fabs(told.uncertainty) <= kFarUncertainty);
 }
 
-FitOptions check_options(FitOptions of_fit) {
+estimate::FitOptions check_options(estimate::FitOptions of_fit) {
   of_fit.noise.rounds = 0;
   of_fit.innovations = false;
   of_fit.tolerance = kToTheEnd;
@@ -58,17 +58,17 @@ FitOptions check_options(FitOptions of_fit) {
   return of_fit;
 }
 
-SolverCheck check_by_ceres(const Identification& result, const FitOptions& options,
-                           const std::function<void(const FitProgress&)>& progress) {
-  const FitOptions to_the_end = check_options(options);
-  FitProblem as_begun = result.problem, as_ended = result.problem;
+SolverCheck check_by_ceres(const Identification& result, const estimate::FitOptions& options,
+                           const std::function<void(const estimate::FitProgress&)>& progress) {
+  const estimate::FitOptions to_the_end = check_options(options);
+  estimate::FitProblem as_begun = result.problem, as_ended = result.problem;
   as_begun.flight_noise = result.fit.noise;
-  start_from(result.fit, as_ended);
+  estimate::start_from(result.fit, as_ended);
   SolverCheck out;
   out.own_cost = result.fit.cost;
   try {
-    const Fit ceres = fit_with_ceres(as_begun, to_the_end, progress);
-    const Fit own = fit(as_ended, to_the_end);
+    const estimate::Fit ceres = estimate::fit_with_ceres(as_begun, to_the_end, progress);
+    const estimate::Fit own = estimate::fit(as_ended, to_the_end);
     out.own_cost = own.cost;
     out.ceres_cost = ceres.cost;
     out.iterations = ceres.iterations;
@@ -108,4 +108,4 @@ std::string solver_check_text(const SolverCheck& c) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -7,7 +7,7 @@
 
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // How far two fits of one problem lie apart.
 struct FitDifference {
@@ -17,7 +17,7 @@ struct FitDifference {
   double uncertainty = 0.0;   // largest, of the own standard uncertainty; signed
   std::string of = {};        // whose
 };
-FitDifference difference_of_fits(const Fit& own, const Fit& ceres, const FitProblem& problem);
+FitDifference difference_of_fits(const estimate::Fit& own, const estimate::Fit& ceres, const estimate::FitProblem& problem);
 
 // What test_identify_ceres demands (docs/acceptance/identify_speed.md), of fits that ran to their end.
 bool within_acceptance(const FitDifference& to_the_end);
@@ -37,13 +37,13 @@ struct SolverCheck {
 };
 
 // With the noise kept, and to the end: the options of a check of a fit that had these.
-FitOptions check_options(FitOptions of_fit);
+estimate::FitOptions check_options(estimate::FitOptions of_fit);
 
 // Does not throw what Ceres says of the problem: that is `failure`. `progress` is that of Ceres, which takes by far the most time.
-SolverCheck check_by_ceres(const Identification& result, const FitOptions& options,
-                           const std::function<void(const FitProgress&)>& progress = {});
+SolverCheck check_by_ceres(const Identification& result, const estimate::FitOptions& options,
+                           const std::function<void(const estimate::FitProgress&)>& progress = {});
 
 std::string solver_check_text(const SolverCheck& check);     // some lines, each ended
 std::string solver_check_problem(const SolverCheck& check);  // what is wrong; empty when it is good
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

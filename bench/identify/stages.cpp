@@ -9,23 +9,23 @@
 #include "bench/identify/parameter_choice.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kHeldPrior = 1e-7;  // of a parameter's scale: held, but its cross-information is in the answer
 constexpr int kNoiseRounds = 4;      // a stage gives start values; the joint fit settles the noise
 constexpr double kAgreement = 3.0;   // standard deviations; 1 in 370 parameters beyond it by chance
 
-bool is_sensor(int p) { return (p >= kOffsetX && p <= kPoseDelay) || (p >= kGyroBiasX && p <= kImuZ); }
+bool is_sensor(int p) { return (p >= estimate::kOffsetX && p <= estimate::kPoseDelay) || (p >= estimate::kGyroBiasX && p <= estimate::kImuZ); }
 // Lever arms and the time between attitude and rotor speeds show in turns only.
-bool needs_turns(int p) { return (p >= kOffsetX && p <= kOffsetZ) || p == kPoseDelay || (p >= kImuX && p <= kImuZ); }
-bool is_com(int p) { return p == kComX || p == kComY; }
+bool needs_turns(int p) { return (p >= estimate::kOffsetX && p <= estimate::kOffsetZ) || p == estimate::kPoseDelay || (p >= estimate::kImuX && p <= estimate::kImuZ); }
+bool is_com(int p) { return p == estimate::kComX || p == estimate::kComY; }
 
 }  // namespace
 
 Solver own_solver() {
   return
-      [](const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) { return fit(p, o, progress); };
+      [](const estimate::FitProblem& p, const estimate::FitOptions& o, const std::function<void(const estimate::FitProgress&)>& progress) { return estimate::fit(p, o, progress); };
 }
 
 std::string_view name(FlightRole role) {
@@ -42,15 +42,15 @@ std::string_view name(FlightRole role) {
   return "flight";
 }
 
-std::vector<int> stage_parameters(FlightRole role, const std::vector<FreeParameter>& all) {
+std::vector<int> stage_parameters(FlightRole role, const std::vector<estimate::FreeParameter>& all) {
   const auto wanted = [&](int p) {
-    const bool thrust = p == kK1 || p == kK2 || (p >= kCommandGain && p < kCoreParameters);
-    const bool inertia = (p >= kIxx && p <= kCq) || p == kRotorDelay || p >= kCoreParameters;
+    const bool thrust = p == estimate::kK1 || p == estimate::kK2 || (p >= estimate::kCommandGain && p < estimate::kCoreParameters);
+    const bool inertia = (p >= estimate::kIxx && p <= estimate::kCq) || p == estimate::kRotorDelay || p >= estimate::kCoreParameters;
     switch (role) {
       case FlightRole::vertical:
-        return is_com(p) || (is_sensor(p) && !needs_turns(p)) || p == kTiltX || p == kTiltY || thrust;
+        return is_com(p) || (is_sensor(p) && !needs_turns(p)) || p == estimate::kTiltX || p == estimate::kTiltY || thrust;
       case FlightRole::horizontal:
-        return is_com(p) || (p >= kCdh && p <= kCdz);
+        return is_com(p) || (p >= estimate::kCdh && p <= estimate::kCdz);
       case FlightRole::rotation:
         return is_com(p) || is_sensor(p) || inertia;
       case FlightRole::any:
@@ -59,39 +59,39 @@ std::vector<int> stage_parameters(FlightRole role, const std::vector<FreeParamet
     return false;
   };
   std::vector<int> out;
-  for (const FreeParameter& f : all) {
+  for (const estimate::FreeParameter& f : all) {
     if (wanted(f.parameter)) out.push_back(f.parameter);
   }
   return out;
 }
 
-Belief first_belief(const std::vector<FreeParameter>& free, const host::VehicleFile& vehicle, const ModelValues& values) {
+Belief first_belief(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle, const estimate::ModelValues& values) {
   Belief b;
   const auto n = static_cast<Eigen::Index>(free.size());
   b.covariance = Eigen::MatrixXd::Zero(n, n);
   b.estimated.assign(free.size(), false);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const FreeParameter& f = free[static_cast<std::size_t>(i)];
+    const estimate::FreeParameter& f = free[static_cast<std::size_t>(i)];
     b.parameters.push_back(f.parameter);
     double u = f.prior_u > 0.0 ? f.prior_u : believed_u(vehicle, f.parameter, values.terms);
-    if (u <= 0.0) u = std::max(std::fabs(values[f.parameter]), parameter_info(f.parameter, values.terms).scale);
+    if (u <= 0.0) u = std::max(std::fabs(values[f.parameter]), estimate::parameter_info(f.parameter, values.terms).scale);
     b.covariance(i, i) = u * u;
   }
   return b;
 }
 
-StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& flights, const std::vector<FreeParameter>& free,
-                      ModelValues& values, Belief& belief, NoiseModel& noise, const FitOptions& options, const Solver& solver,
-                      const std::function<void(const FitProgress&)>& progress) {
+StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights, const std::vector<estimate::FreeParameter>& free,
+                      estimate::ModelValues& values, Belief& belief, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+                      const std::function<void(const estimate::FitProgress&)>& progress) {
   const std::vector<int> freed = stage_parameters(role, free);
   const std::set<int> is_freed(freed.begin(), freed.end());
-  FitOptions of_stage = options;
+  estimate::FitOptions of_stage = options;
   of_stage.innovations = false;
   of_stage.noise.rounds = std::min(options.noise.rounds, kNoiseRounds);
   StageResult out{.role = role, .flights = {}, .estimates = {}, .u_alone = {}, .fit = {}};
   if (freed.empty()) return out;
   // Sensor placement and delays are refined from stage to stage; the centre of mass may have moved, it starts afresh.
-  FitProblem problem{.start = values, .free = {}, .flights = flights, .noise = noise, .flight_noise = {}, .flight_start = {}};
+  estimate::FitProblem problem{.start = values, .free = {}, .flights = flights, .noise = noise, .flight_noise = {}, .flight_start = {}};
   std::vector<Eigen::Index> active, held;  // into the belief
   for (std::size_t i = 0; i < belief.parameters.size(); ++i) {
     const int p = belief.parameters[i];
@@ -99,7 +99,7 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
     const double u = std::sqrt(belief.covariance(at, at));
     const bool act = is_freed.contains(p);
     (act ? active : held).push_back(at);
-    problem.free.push_back({p, false, !act ? kHeldPrior * parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
+    problem.free.push_back({p, false, !act ? kHeldPrior * estimate::parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
   }
   try {
     out.fit = solver(problem, of_stage, progress);
@@ -130,7 +130,7 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
 
   for (std::size_t i = 0; i < active.size(); ++i) {
     const auto k = static_cast<std::size_t>(active[i]);
-    Estimate e = out.fit.estimates[k];
+    estimate::Estimate e = out.fit.estimates[k];
     const double own = std::sqrt(alone(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
     out.u_alone.push_back(std::max(own, e.u_robust));
     e.u = std::sqrt(belief.covariance(active[i], active[i]));
@@ -143,12 +143,12 @@ StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& fli
   return out;
 }
 
-std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stages, const Fit& joint) {
+std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stages, const estimate::Fit& joint) {
   std::vector<StageComparison> out;
   for (const StageResult& s : stages) {
-    for (const Estimate& e : s.estimates) {
+    for (const estimate::Estimate& e : s.estimates) {
       const int flight = s.flights.empty() ? -1 : static_cast<int>(s.flights.front());
-      const Estimate* j = joint.find(e.parameter, flight);
+      const estimate::Estimate* j = joint.find(e.parameter, flight);
       if (!j) continue;
       StageComparison c{s.role, e.parameter, e.value, std::max(e.u, e.u_robust), j->value, std::max(j->u, j->u_robust), 0.0, true};
       // By the stage's own uncertainty: could its flight have had the joint value? Where model error makes the joint fit the less certain
@@ -161,4 +161,4 @@ std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stag
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -11,13 +11,13 @@
 #include "bench/estimate/estimator.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 enum class FlightRole { any, vertical, horizontal, rotation };
 std::string_view name(FlightRole role);
 
 // The parameters that a stage frees, of those that the whole fit frees.
-std::vector<int> stage_parameters(FlightRole role, const std::vector<FreeParameter>& all);
+std::vector<int> stage_parameters(FlightRole role, const std::vector<estimate::FreeParameter>& all);
 
 // What is known of the free parameters between stages.
 struct Belief {
@@ -26,23 +26,23 @@ struct Belief {
   std::vector<bool> estimated;  // by a stage
 };
 // Uncertainties of the vehicle file; a parameter without one may be off by its own size, or by the size that matters for it.
-Belief first_belief(const std::vector<FreeParameter>& free, const host::VehicleFile& vehicle, const ModelValues& values);
+Belief first_belief(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle, const estimate::ModelValues& values);
 
-using Solver = std::function<Fit(const FitProblem&, const FitOptions&, const std::function<void(const FitProgress&)>&)>;
+using Solver = std::function<estimate::Fit(const estimate::FitProblem&, const estimate::FitOptions&, const std::function<void(const estimate::FitProgress&)>&)>;
 Solver own_solver();  // fit()
 
 struct StageResult {
   FlightRole role = FlightRole::any;
   std::vector<std::size_t> flights;  // of all flights
-  std::vector<Estimate> estimates;   // of the stage's parameters; u holds what was carried
+  std::vector<estimate::Estimate> estimates;   // of the stage's parameters; u holds what was carried
   std::vector<double> u_alone;       // as if everything held were exact
-  Fit fit;
+  estimate::Fit fit;
 };
 
 // Runs one stage on `flights`; moves `values`, `belief` and `noise` on. Throws what the solver throws, with the stage's name before it.
-StageResult run_stage(FlightRole role, const std::vector<const GridFlight*>& flights, const std::vector<FreeParameter>& free,
-                      ModelValues& values, Belief& belief, NoiseModel& noise, const FitOptions& options, const Solver& solver,
-                      const std::function<void(const FitProgress&)>& progress);
+StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights, const std::vector<estimate::FreeParameter>& free,
+                      estimate::ModelValues& values, Belief& belief, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+                      const std::function<void(const estimate::FitProgress&)>& progress);
 
 // A parameter as a stage and as the joint fit see it. Both used the stage's data; the difference of an efficient estimate and one that
 // used less has the variance u_stage² - u_joint² (Hausman 1978). z is taken against u_stage: it says whether the
@@ -53,6 +53,6 @@ struct StageComparison {
   double stage = 0.0, u_stage = 0.0, joint = 0.0, u_joint = 0.0, z = 0.0;
   bool agrees = true;  // |z| <= 3
 };
-std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stages, const Fit& joint);
+std::vector<StageComparison> compare_stages(const std::vector<StageResult>& stages, const estimate::Fit& joint);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

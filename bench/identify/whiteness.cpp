@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kLags_s[] = {0.1, 0.5, 2.0};
@@ -38,7 +38,7 @@ double gamma_q(double a, double x) {
   return front * h;
 }
 
-double median_step(std::span<const Innovation> in) {
+double median_step(std::span<const estimate::Innovation> in) {
   std::vector<double> d;
   for (std::size_t i = 0; i + 1 < in.size(); ++i) d.push_back(in[i + 1].t_s - in[i].t_s);
   if (d.empty()) return 0.0;
@@ -123,7 +123,7 @@ bool FlightWhiteness::white() const {
   return std::all_of(channels.begin(), channels.end(), [](const ChannelWhiteness& c) { return c.white; });
 }
 
-FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovation> all) {
+FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate::Innovation> all) {
   FlightWhiteness out{.flight = flight, .step_s = median_step(all), .channels = {}, .second_s = {}, .cost_per_number = {}};
   std::size_t first = 0;
   while (first < all.size() && all[first].t_s < all.front().t_s + kSettling_s) ++first;
@@ -131,7 +131,7 @@ FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovati
   if (in.size() < 50 || out.step_s <= 0.0) return out;
   // Gaps become not-a-number, so that a lag is a time.
   std::vector<std::size_t> place;
-  for (const Innovation& i : in)
+  for (const estimate::Innovation& i : in)
     place.push_back(static_cast<std::size_t>(std::max(0.0, std::round((i.t_s - in.front().t_s) / out.step_s))));
   const auto lags_of = [&](double s) { return std::max<std::size_t>(1, static_cast<std::size_t>(std::round(s / out.step_s))); };
   const double tests = 6.0 * 4.0;
@@ -158,7 +158,7 @@ FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovati
     if (n > 0.0) out.second_s.push_back(second), out.cost_per_number.push_back(sum / n);
     sum = n = 0.0;
   };
-  for (const Innovation& i : in) {
+  for (const estimate::Innovation& i : in) {
     if (std::floor(i.t_s) != second) close(), second = std::floor(i.t_s);
     sum += i.value.squaredNorm(), n += 6.0;
   }
@@ -166,4 +166,4 @@ FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovati
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -7,7 +7,7 @@
 
 #include "bench/estimate/chain.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // Sample autocorrelation at lags 0 … max_lag of a series whose mean is taken out; not-a-number marks a gap and pairs with nothing.
 std::vector<double> autocorrelation(std::span<const double> series, std::size_t max_lag);
@@ -46,10 +46,10 @@ struct FlightWhiteness {
 };
 
 // `innovations` of one flight, as the sweep returns them. The first second is left out: there the states are still unknown.
-FlightWhiteness whiteness_of(const std::string& flight, std::span<const Innovation> innovations);
+FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate::Innovation> innovations);
 
 // Upper tail of χ² with `k` degrees of freedom, and two-sided tail of the standard normal distribution.
 double chi_square_tail(double x, double k);
 double normal_two_sided(double z);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -9,7 +9,7 @@
 #include "bench/score/preprocess.hpp"
 #include "bench/log/stream_reader.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using Eigen::Vector3d;
@@ -21,19 +21,19 @@ constexpr double kMargin_s = 0.25;     // about cuts, for the filters
 constexpr double kLongestDelay_s = 0.04, kDelayStep_s = 0.0025;
 
 // What belongs to a flight is not known of one that was not fitted: its usual value stands for it.
-double usual(const Fit& fit, int parameter) {
+double usual(const estimate::Fit& fit, int parameter) {
   double sum = 0.0;
-  for (const ModelValues& v : fit.values) sum += v[parameter];
+  for (const estimate::ModelValues& v : fit.values) sum += v[parameter];
   return sum / static_cast<double>(fit.values.size());
 }
-Vector3d usual_vector(const Fit& fit, int first) { return {usual(fit, first), usual(fit, first + 1), usual(fit, first + 2)}; }
+Vector3d usual_vector(const estimate::Fit& fit, int first) { return {usual(fit, first), usual(fit, first + 1), usual(fit, first + 2)}; }
 
 void filter(Rows& x, const WrenchBand& band, double rate_Hz) {
   for (Index a = 0; a < 6; ++a) {
     std::vector<double> row(x.row(a).begin(), x.row(a).end());
-    if (band.to_Hz > 0.0 && band.to_Hz < 0.5 * rate_Hz) row = zero_phase_low_pass(row, band.to_Hz, rate_Hz);
+    if (band.to_Hz > 0.0 && band.to_Hz < 0.5 * rate_Hz) row = score::zero_phase_low_pass(row, band.to_Hz, rate_Hz);
     if (band.from_Hz > 0.0) {
-      const std::vector<double> slow = zero_phase_low_pass(row, band.from_Hz, rate_Hz);
+      const std::vector<double> slow = score::zero_phase_low_pass(row, band.from_Hz, rate_Hz);
       for (std::size_t k = 0; k < row.size(); ++k) row[k] -= slow[k];
     }
     for (std::size_t k = 0; k < row.size(); ++k) x(a, static_cast<Index>(k)) = row[k];
@@ -48,11 +48,11 @@ struct Reference {
 };
 
 // Specific force and angular acceleration at each knot, `late_s` later, by the readings; times mass and inertia.
-Rows measured(const FlightRecord& record, const StateTrack& track, const Reference& ref, double late_s) {
-  StreamReader<Vector3d> gyro_before(record.gyro_B_rad_s), gyro_after(record.gyro_B_rad_s);
+Rows measured(const log::FlightRecord& record, const score::StateTrack& track, const Reference& ref, double late_s) {
+  log::StreamReader<Vector3d> gyro_before(record.gyro_B_rad_s), gyro_after(record.gyro_B_rad_s);
   // Four readings within a step: what a faster sensor shows beyond half the rate of the knots is averaged out.
   constexpr std::array kWithin{-0.375, -0.125, 0.125, 0.375};
-  std::vector<StreamReader<Vector3d>> accel(kWithin.size(), StreamReader<Vector3d>(record.accel_B_m_s2));
+  std::vector<log::StreamReader<Vector3d>> accel(kWithin.size(), log::StreamReader<Vector3d>(record.accel_B_m_s2));
   Rows out = Rows::Zero(6, static_cast<Index>(track.state.size()));
   for (std::size_t k = 0; k < track.state.size(); ++k) {
     const auto c = static_cast<Index>(k);
@@ -69,13 +69,13 @@ Rows measured(const FlightRecord& record, const StateTrack& track, const Referen
   return out;
 }
 
-Rows modelled(const StateTrack& track, const RotorInput& input, const ModelValues& values, const Reference& ref) {
-  const Model model(values);
+Rows modelled(const score::StateTrack& track, const estimate::RotorInput& input, const estimate::ModelValues& values, const Reference& ref) {
+  const estimate::Model model(values);
   Rows out(6, static_cast<Index>(track.state.size()));
   std::size_t hint = 0;
   for (std::size_t k = 0; k < track.state.size(); ++k) {
     const double t = track.time_s(k);
-    const Instant i = model.instant(track.state[k], input.at(t, hint, false), t);
+    const estimate::Instant i = model.instant(track.state[k], input.at(t, hint, false), t);
     out.col(static_cast<Index>(k)) << ref.mass_kg * i.specific_force_B_m_s2, ref.inertia_kg_m2 * i.angular_acceleration_B_rad_s2;
   }
   return out;
@@ -115,14 +115,14 @@ Sums sums_of(const Rows& model, const Rows& reference, const std::vector<char>& 
 }
 
 // Knots that the model ties on both sides and that keep their distance from cuts.
-std::vector<char> scored_knots(const GridFlight& g, const WrenchBand& band) {
+std::vector<char> scored_knots(const estimate::GridFlight& g, const WrenchBand& band) {
   const double margin_s = std::max(kMargin_s, band.from_Hz > 0.0 ? 0.5 / band.from_Hz : 0.0);
   std::vector<char> tied(g.knots, 1);
   for (std::size_t k = 0; k + 1 < g.knots; ++k) {
     if (!g.linked[k]) tied[k] = tied[k + 1] = 0;
   }
   tied.front() = tied.back() = 0;
-  return shrunk(tied, g.step_s, margin_s);
+  return log::shrunk(tied, g.step_s, margin_s);
 }
 
 struct OfModel {
@@ -138,24 +138,24 @@ struct OfModel {
 }  // namespace
 
 WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                                const GridOptions& grid, const WrenchBand& band) {
+                                const estimate::GridOptions& grid, const WrenchBand& band) {
   WrenchComparison out{.band = band};
   Reference ref;
-  ref.mass_kg = before.start.file[kMass];
+  ref.mass_kg = before.start.file[estimate::kMass];
   ref.inertia_kg_m2 = before.start.file.inertia_kg_m2();
-  ref.accel_bias_m_s2 = usual_vector(after.fit, kAccelBiasX);
-  ref.imu_m = usual_vector(after.fit, kImuX);
-  GridOptions options = grid;
+  ref.accel_bias_m_s2 = usual_vector(after.fit, estimate::kAccelBiasX);
+  ref.imu_m = usual_vector(after.fit, estimate::kImuX);
+  estimate::GridOptions options = grid;
   options.rate_Hz = std::max(grid.rate_Hz, kSlowest_Hz);
   OfModel old{out.before, out.before_aligned}, found{out.after, out.after_aligned};
   for (const FlightToFit& f : flights) {
     const bool force = !f.record.accel_B_m_s2.empty(), torque = !f.record.gyro_B_rad_s.empty();
     if (!force && !torque) continue;
     options.use_gyro = torque;
-    GridFlight g = make_grid(f.record, options);
+    estimate::GridFlight g = make_grid(f.record, options);
     cut_between_segments(g, f.segments);
-    tie_poses(g, after.fit.values.front()[kPoseDelay]);
-    const StateTrack track = held_out_track(g, after);
+    estimate::tie_poses(g, after.fit.values.front()[estimate::kPoseDelay]);
+    const score::StateTrack track = held_out_track(g, after);
     const std::vector<char> counts = scored_knots(g, band);
     if (std::find(counts.begin(), counts.end(), 1) == counts.end()) continue;
     out.force = out.force || force;
@@ -168,7 +168,7 @@ WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const I
       references.emplace_back(kDelayStep_s * d, measured(f.record, track, ref, kDelayStep_s * d));
       filter(references.back().second, band, rate_Hz);
     }
-    const auto score = [&](const RotorInput& input, const ModelValues& values, OfModel& to) {
+    const auto score = [&](const estimate::RotorInput& input, const estimate::ModelValues& values, OfModel& to) {
       Rows model = modelled(track, input, values, ref);
       filter(model, band, rate_Hz);
       Sums as_stamped, best;
@@ -185,7 +185,7 @@ WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const I
       to.plain_sums.add(as_stamped);
       to.aligned_sums.add(best);
     };
-    RotorInput input = track.input;
+    estimate::RotorInput input = track.input;
     input.prepare(before.fit.values.front());
     score(input, before.fit.values.front(), old);
     score(track.input, after.fit.values.front(), found);
@@ -196,4 +196,4 @@ WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const I
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -10,7 +10,7 @@
 
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // Both sides go through the same zero-phase filters. Above some 10 Hz the slope of a small gyro is noise; below 1 Hz accelerometers show
 // their bias.
@@ -43,9 +43,9 @@ struct WrenchComparison {
 // States come from the readings (flight_motion.hpp), at the fit's rate or 100 Hz, whichever is more. Nothing is scored within a quarter of
 // a second of a cut. Flights without accelerometer and gyro are left out; no flight left: the comparison is empty.
 WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
-                                const GridOptions& grid, const WrenchBand& band);
+                                const estimate::GridOptions& grid, const WrenchBand& band);
 
 std::string wrench_table(const WrenchComparison& scores);
 std::string wrench_html(const WrenchComparison& scores);  // a section for the report
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kBlank = std::numeric_limits<double>::quiet_NaN();
@@ -146,4 +146,4 @@ ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std
   return table;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

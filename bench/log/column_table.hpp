@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 struct ColumnTable {
   std::string label;                                   // for messages: "eckart00.csv", "topic esc_status of flight.ulg"
@@ -32,4 +32,4 @@ std::string read_log_bytes(const std::filesystem::path& path);
 // "a, b, c", at most `most` of them and then how many more.
 std::string name_list(const std::vector<std::string>& names, std::size_t most = 60);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -5,7 +5,7 @@
 #include <array>
 #include <limits>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 inline constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
 using Cells3 = std::array<double, 3>;
@@ -93,4 +93,4 @@ void visit_truth_columns(Row& r, Visitor&& v) {
   v.one("load_state", "%", 2, r.load_state_percent);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // Samples in time order, each with its own stamp; both vectors have the same length. A stream that the log lacks is empty.
 template <class Value>
@@ -57,4 +57,4 @@ struct LogFinding {
   bool fault = false;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

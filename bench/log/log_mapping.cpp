@@ -7,7 +7,7 @@
 
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 struct QuantityTraits {
@@ -228,7 +228,7 @@ LogMapping from_toml(const TomlFile& file) {
 std::string_view name(LogQuantity quantity) { return traits(quantity).name; }
 
 std::string MappedStream::label() const {
-  return quantity == LogQuantity::extra ? "extra " + extra_name : std::string(bench::name(quantity));
+  return quantity == LogQuantity::extra ? "extra " + extra_name : std::string(name(quantity));
 }
 
 LogMapping read_log_mapping(const std::filesystem::path& path) { return from_toml(TomlFile::read(path)); }
@@ -236,4 +236,4 @@ LogMapping parse_log_mapping(std::string_view text, const std::filesystem::path&
   return from_toml(TomlFile::parse(text, name_for_errors));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -11,7 +11,7 @@
 
 #include "bench/log/log_units.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 enum class LogKind : std::uint8_t { csv, ulog };
 enum class LogQuantity : std::uint8_t { pose, position, velocity, gyro, accel, rotor_speed, motor_command, battery, extra };
@@ -83,4 +83,4 @@ struct LogMapping {
 LogMapping read_log_mapping(const std::filesystem::path& path);
 LogMapping parse_log_mapping(std::string_view text, const std::filesystem::path& name_for_errors);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -12,7 +12,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 [[noreturn]] void bad(const std::filesystem::path& path, std::size_t line, std::string what, std::string likely, std::string remedy) {
@@ -138,4 +138,4 @@ LogTable read_log(const std::filesystem::path& path, const std::vector<std::stri
   return log;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // A last line without its end, of a program that was stopped while it wrote: an error, or left out.
 enum class CutEnd { refused, left_out };
@@ -34,4 +34,4 @@ class LogTable {
 // Throws Error (ExitCode::data_quality) with file and line: not a rotorloop log, a row of another length, not a number.
 LogTable read_log(const std::filesystem::path& path, const std::vector<std::string>& wanted = {}, CutEnd cut_end = CutEnd::refused);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -8,7 +8,7 @@
 
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 std::vector<double> numbers(double v) { return {v}; }
@@ -92,4 +92,4 @@ std::string summary_json(const FlightRecord& f, std::span<const LogFinding> note
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

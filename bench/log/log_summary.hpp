@@ -6,7 +6,7 @@
 
 #include "bench/log/flight_record.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 struct StreamSummary {
   std::string name, unit;  // "gyro_B", "rad/s"
@@ -24,4 +24,4 @@ std::vector<StreamSummary> summarize(const FlightRecord& flight);
 std::string summary_text(const FlightRecord& flight, std::span<const LogFinding> notes);
 std::string summary_json(const FlightRecord& flight, std::span<const LogFinding> notes);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -4,7 +4,7 @@
 #include <array>
 #include <numbers>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kRad_s_per_rpm = 2.0 * std::numbers::pi / 60.0;
@@ -60,4 +60,4 @@ std::string log_units_of(std::string_view si) {
   return names;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

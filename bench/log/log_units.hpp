@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 struct LogUnit {
   std::string_view name;  // as mapping files write it
@@ -19,4 +19,4 @@ std::span<const LogUnit> log_units();
 const LogUnit* find_log_unit(std::string_view name);  // nullptr when there is none
 std::string log_units_of(std::string_view si);        // names with that SI unit, for messages: "m, mm, cm"
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
@@ -192,4 +192,4 @@ void TruthLogWriter::write(const TruthRow& row) {
   end_row(v.out);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

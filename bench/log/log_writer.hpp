@@ -12,7 +12,7 @@
 #include "bench/log/flight_columns.hpp"
 #include "host/base/sha256.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // Writes `value` rounded to `decimals` (0..9) digits behind the point, half away from zero, without trailing zeros ("0" for
 // both zeros); nothing for not-a-number. Beyond 1e15 / 10^decimals the shortest exact text is written. Needs 32 bytes.
@@ -65,4 +65,4 @@ class TruthLogWriter : public CsvWriter {
 // start_utc of a lockstep run: virtual time counts from here, never from the wall clock.
 inline constexpr std::string_view kVirtualEpochUtc = "1970-01-01T00:00:00Z";
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

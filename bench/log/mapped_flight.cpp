@@ -10,7 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kNoReading = std::numeric_limits<double>::quiet_NaN();
@@ -278,4 +278,4 @@ void map_flight(const LogMapping& m, const TableReader& read_table, FlightRecord
     if (!filled.contains(s.label()) && explained.insert(s.label()).second) explain_absence(m, s.label(), tables, findings);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

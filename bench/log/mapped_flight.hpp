@@ -11,7 +11,7 @@
 #include "bench/log/flight_record.hpp"
 #include "bench/log/log_mapping.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // The table of a source with the wanted columns; nothing when the log has no such file or topic.
 using TableReader = std::function<std::optional<ColumnTable>(const MappedSource& source, const std::set<std::string>& wanted)>;
@@ -21,4 +21,4 @@ using TableReader = std::function<std::optional<ColumnTable>(const MappedSource&
 // Error (data_quality) when four columns are no quaternion or a blank is refused.
 void map_flight(const LogMapping& mapping, const TableReader& read_table, FlightRecord& flight, std::vector<LogFinding>& findings);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 inline constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
 
@@ -37,4 +37,4 @@ inline std::vector<MergedRow> merged_rows(const std::vector<const std::vector<do
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -13,7 +13,7 @@
 #include "bench/log/merged_rows.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr std::array kXyz{"_x", "_y", "_z"};
@@ -220,4 +220,4 @@ std::string own_log_text(const FlightRecord& f) {
   return text;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -5,7 +5,7 @@
 
 #include "bench/log/flight_record.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // Pose and velocity carry the time of measurement (pose_t), everything else the time of its row. Columns that the log lacks leave
 // their stream empty; columns of no stream here (commanded speeds, currents, those of a converted log) become `extra`; estimate,
@@ -17,4 +17,4 @@ FlightRecord read_own_log(const std::filesystem::path& path, std::vector<LogFind
 // `command_1[1]` …, extras go by their names.
 std::string own_log_text(const FlightRecord& flight);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

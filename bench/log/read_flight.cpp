@@ -12,7 +12,7 @@
 #include "bench/log/ulog_write.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 namespace fs = std::filesystem;
@@ -149,4 +149,4 @@ FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::
   return f;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -6,11 +6,11 @@
 #include "bench/log/flight_record.hpp"
 #include "bench/log/log_mapping.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // `path`: a log, or a folder that holds flight.csv. `mapping`: nullptr for own logs, which need none; given with an own log it is an
 // error. What was tolerated or left out is added to `findings` as notes, when given.
 // Throws Error: usage for a path or mapping that does not fit, data_quality for a log that is damaged beyond use.
 FlightRecord read_flight(const std::filesystem::path& path, const LogMapping* mapping, std::vector<LogFinding>* findings = nullptr);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -4,7 +4,7 @@
 
 #include "bench/log/flight_record.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 inline double between(double a, double b, double share) { return a + share * (b - a); }
 inline Eigen::Vector3d between(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share) { return a + share * (b - a); }
@@ -31,4 +31,4 @@ class StreamReader {
   std::size_t next_ = 0;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

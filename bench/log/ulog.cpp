@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 16, kMessageHeaderBytes = 3;
@@ -324,4 +324,4 @@ double ULog::value_at(std::size_t at, std::string_view type) const {
   return static_cast<double>(v);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

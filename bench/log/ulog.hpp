@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 inline constexpr std::string_view kULogMagic{"ULog\x01\x12\x35", 7};
 inline constexpr std::string_view kULogSync{"\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8};  // body of a synchronisation message
@@ -78,4 +78,4 @@ class ULog {
   double dropout_s_ = 0.0;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

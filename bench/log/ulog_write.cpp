@@ -14,7 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
@@ -230,4 +230,4 @@ std::string ulog_bytes(const FlightRecord& f) {
   return out.text;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

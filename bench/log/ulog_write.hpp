@@ -5,7 +5,7 @@
 
 #include "bench/log/flight_record.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 inline constexpr const char* kULogExtraTopic = "rotorloop_extra";  // one multi id for each extra; its name is an information message
 std::string ulog_extra_key(int multi_id);                          // key of that message: "rotorloop_extra_0"
@@ -15,4 +15,4 @@ inline constexpr const char* kULogTimeShiftKey = "rotorloop_time_shift_s";  // t
 // by whole seconds, and the log says by how many. Throws Error (data_quality) for stamps beyond 1e10 s or more than 256 extras.
 std::string ulog_bytes(const FlightRecord& flight);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

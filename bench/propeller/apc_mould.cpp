@@ -6,7 +6,7 @@
 
 #include "bench/propeller/geometry.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kInch_m = 0.0254;
 constexpr double kTipGapMost = 0.02;  // of the radius, between the last station and RADIUS: both are the tip
@@ -117,4 +117,4 @@ PropellerGeometry read_apc_mould(const TextFile& file) {
   return g;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -10,7 +10,7 @@
 #include "bench/propeller/full_circle.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kInch_m = 0.0254;
 constexpr double kKinematicViscosity_m2_s = 1.81e-5 / 1.225;  // as the solve has it at sea level
@@ -198,4 +198,4 @@ MeasuredPropeller read_measured_propeller(const PropellerInputs& inputs, const C
   return p;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

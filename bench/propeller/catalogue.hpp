@@ -9,7 +9,7 @@
 #include "bench/propeller/measured.hpp"
 #include "sim/rotor/blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 constexpr double kLeastThrust = 0.01;  // C_T; below, a relative error says nothing
 
@@ -77,4 +77,4 @@ MeasuredPropeller read_measured_propeller(const PropellerInputs& inputs, const C
 // Index into `sets`, or 0 when none does. With `fit_rpm` > 0 the sweep nearest to that speed instead, whatever it reaches.
 std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets, double fit_rpm = 0.0);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -8,7 +8,7 @@
 #include "host/base/elementary.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kDragMost = 1.20;       // broadside: 1.11 + 0.018 * aspect ratio (Viterna), blade aspect ratio about 5
 constexpr double kReversedLift = 0.7;    // of a section flown tail first, relative to the forward one
@@ -131,4 +131,4 @@ sim::Polar up_to(sim::Polar polar, double reynolds) {
   return polar;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -9,7 +9,7 @@
 #include "bench/propeller/xflr5_polar.hpp"
 #include "sim/rotor/polar.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 // Lift and drag at `alpha_deg` in [match_deg, 90], from the values (cl, cd) at match_deg > 0.
 sim::SectionCoefficients viterna(double match_deg, double cl, double cd, double alpha_deg);
@@ -24,4 +24,4 @@ sim::Polar blend(const sim::Polar& a, const sim::Polar& b, double weight);
 // Drops the tables above the first that reaches `reynolds`: the solve spreads its rows evenly over the range that is left.
 sim::Polar up_to(sim::Polar polar, double reynolds);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

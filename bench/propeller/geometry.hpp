@@ -9,7 +9,7 @@
 
 #include "bench/propeller/text_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct GeometryStation {
   double r_m;
@@ -37,4 +37,4 @@ struct PropellerGeometry {
 PropellerGeometry read_uiuc_geometry(const TextFile& file, double radius_m, int blades);
 PropellerGeometry read_apc_mould(const TextFile& file);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -13,7 +13,7 @@
 #include "host/base/error.hpp"
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kGravity_m_s2 = 9.80665, kRpm = std::numbers::pi / 30.0, kDensity_kg_m3 = 1.2;
 constexpr double kAdvanceStep = 0.02;
@@ -229,4 +229,4 @@ std::vector<std::string> report_lines(const InPlaneForce& r) {
   return lines;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

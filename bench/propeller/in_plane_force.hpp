@@ -13,7 +13,7 @@
 #include "bench/propeller/text_file.hpp"
 #include "sim/rotor/blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 // C_x(mu_x, mu_z) for small sideslip. mu: speed through the air over tip speed; x forward, z down.
 struct CxPolynomial {
@@ -61,4 +61,4 @@ constexpr double kInPlaneLimit = 0.15;  // of paper_N, with the Bebop's k_H
 bool within_limits(const InPlaneForce& result);
 std::vector<std::string> report_lines(const InPlaneForce& result);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

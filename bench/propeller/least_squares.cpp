@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr int kMaxIterations = 60;
 constexpr double kConverged = 1e-7;  // relative gain of the sum of squares by a step
@@ -113,4 +113,4 @@ LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameter
   return fit;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

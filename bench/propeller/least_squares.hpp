@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct BoundedParameter {
   std::string name;
@@ -30,4 +30,4 @@ using Residuals = std::function<Eigen::VectorXd(const std::vector<double>&)>;
 // at the start.
 LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameters, const Residuals& residuals);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

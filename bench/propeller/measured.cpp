@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr std::size_t kMinRows = 4;       // fewer cannot be split into fitted and held-out rows
 constexpr Range kThrust{-0.5, 1.0, "1"};  // C_T of propellers: -0.2 (windmill) to 0.3
@@ -37,4 +37,4 @@ std::vector<MeasuredRow> read_uiuc_sweep(const TextFile& file, double rpm) {
   return rows;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,7 +5,7 @@
 
 #include "bench/propeller/text_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct MeasuredRow {
   double rpm;
@@ -19,4 +19,4 @@ std::vector<MeasuredRow> read_uiuc_static(const TextFile& file);
 // swapped columns.
 std::vector<MeasuredRow> read_uiuc_sweep(const TextFile& file, double rpm);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

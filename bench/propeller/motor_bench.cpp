@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 // Rise and fall of a switch of such an ESC together, and its usual frequency: 1 W at full throttle, not worth fitting.
 constexpr double kSwitchingTime_s = 100e-9, kPwm_Hz = 24e3;
@@ -262,4 +262,4 @@ MotorBenchResult validate_motor_bench(const std::filesystem::path& data_folder, 
   return fit_motor_bench(read_motor_bench_data(data_folder), sim::read_blade(blade_file));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -20,7 +20,7 @@
 #include "sim/drive/six_step.hpp"
 #include "sim/rotor/blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 constexpr double kBenchSpeedConstant_rpm_V = 1800.0;                                 // data sheet
 constexpr double kBenchRadius_m = 0.5 * 5.1 * 0.0254, kBenchPitchRatio = 3.6 / 4.3;  // 4.3 in: the shipped blade's helix
@@ -114,4 +114,4 @@ MotorBenchResult validate_motor_bench(const std::filesystem::path& data_folder, 
 bool within_limits(const MotorBenchResult& result);  // the held-out rows
 std::vector<std::string> report_lines(const MotorBenchResult& result);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 using Json = nlohmann::json;
 
@@ -105,4 +105,4 @@ MotorBenchFile parse_motor_bench(std::string_view text, const std::filesystem::p
   return file;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct MotorBenchRow {
   double throttle = 0.0;  // 0..1, as commanded to the ESC
@@ -30,4 +30,4 @@ constexpr std::size_t kMinBenchRows = 4;
 MotorBenchFile read_motor_bench(const std::filesystem::path& path);
 MotorBenchFile parse_motor_bench(std::string_view text, const std::filesystem::path& name_for_errors);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 RotorCoefficients rotor_coefficients(const sim::RotorLoads& loads, const sim::RotorCondition& condition, double radius_m) {
   const double n_Hz = condition.omega_rad_s / (2 * std::numbers::pi), diameter_m = 2 * radius_m;
@@ -36,4 +36,4 @@ double figure_of_merit(const sim::RotorLoads& loads, const sim::RotorCondition& 
   return ideal_W / (loads.shaft_torque_N_m * condition.omega_rad_s);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,7 +5,7 @@
 #pragma once
 #include "sim/rotor/rotor.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct RotorCoefficients {
   double c_t = 0.0;      // T / (rho n^2 D^4)
@@ -25,4 +25,4 @@ double edgewise_advance_ratio(const sim::RotorCondition& condition, double radiu
 // Share of the shaft power that a hovering rotor with even, loss-free inflow would need for this thrust; disk area pi R^2.
 double figure_of_merit(const sim::RotorLoads& hover_loads, const sim::RotorCondition& condition, double radius_m);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 sim::RotorCondition with_velocity(sim::RotorCondition base, const Eigen::Vector3d& v_R_m_s) {
   base.v_R_m_s = v_R_m_s;
@@ -60,4 +60,4 @@ double momentum_theory_induced_m_s(double thrust_N, double climb_m_s, double den
   return std::nan("");
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,7 +5,7 @@
 #include "bench/propeller/rotor_coefficients.hpp"
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct SweepPoint {
   sim::RotorCondition condition;
@@ -34,4 +34,4 @@ std::vector<SweepPoint> climb_sweep(const sim::Rotor& rotor, const sim::RotorCon
 // velocity downwards. Not-a-number between, where the theory has no answer or one without meaning, and for thrust <= 0.
 double momentum_theory_induced_m_s(double thrust_N, double climb_m_s, double density_kg_m3, double disk_area_m2);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 sim::Blade scaled_blade(sim::Blade blade, double radius_m, double pitch_ratio) {
   constexpr double kDegree = std::numbers::pi / 180.0;
@@ -18,4 +18,4 @@ sim::Blade scaled_blade(sim::Blade blade, double radius_m, double pitch_ratio) {
   return blade;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,10 +3,10 @@
 #pragma once
 #include "sim/rotor/blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 // Radii and chords by the ratio of radii; the local pitch 2 pi r tan(twist) by `pitch_ratio`, so that a helix stays a helix.
 // The inertia is not scaled: whoever needs it knows the material.
 sim::Blade scaled_blade(sim::Blade blade, double radius_m, double pitch_ratio);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -10,7 +10,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr std::string_view kBlanks = " \t\r\v\f";
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
@@ -102,4 +102,4 @@ std::vector<TableRow> read_table(const TextFile& file, std::initializer_list<Col
   return rows;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

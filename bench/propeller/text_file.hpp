@@ -9,7 +9,7 @@
 
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct TextLine {
   int number = 0;  // 1 is the first of the file
@@ -42,4 +42,4 @@ struct TableRow {
 };
 std::vector<TableRow> read_table(const TextFile& file, std::initializer_list<Column> columns, std::size_t min_rows);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,7 +3,7 @@
 
 #include "bench/propeller/geometry.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kFirstStationMost = 0.3, kLastStationLeast = 0.95;  // of the radius; sim/rotor's blade files ask the same
 constexpr std::size_t kMinStations = 5;
@@ -36,4 +36,4 @@ PropellerGeometry read_uiuc_geometry(const TextFile& file, double radius_m, int 
   return g;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -6,7 +6,7 @@
 
 #include "bench/propeller/rotor_coefficients.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kDensity_kg_m3 = 1.225;  // cancels in the coefficients; its part in Reynolds number is below the polars' errors
 }
@@ -148,4 +148,4 @@ std::vector<ValidationLimit> judge(const std::vector<PropellerResult>& results) 
   return limits;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

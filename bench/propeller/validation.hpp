@@ -13,7 +13,7 @@
 #include "bench/propeller/least_squares.hpp"
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct Coefficients {
   double ct, cp;
@@ -74,4 +74,4 @@ struct ValidationLimit {
 };
 std::vector<ValidationLimit> judge(const std::vector<PropellerResult>& results);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr std::string_view kAirfoil = "Calculated polar for:";
 constexpr std::array<std::string_view, 12> kNames{"alpha", "CL", "CD", "CDp", "Cm", "Top", "Xtr", "Bot", "Xtr", "Cpmin", "Chinge", "XCp"};
@@ -75,4 +75,4 @@ SectionPolar read_xflr5_polar(const TextFile& file) {
   return p;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

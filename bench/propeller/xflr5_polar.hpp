@@ -5,7 +5,7 @@
 
 #include "bench/propeller/text_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct SectionPolar {
   std::string airfoil;
@@ -17,4 +17,4 @@ struct SectionPolar {
 // Throws Error, also for a polar that does not cover small angles.
 SectionPolar read_xflr5_polar(const TextFile& file);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -9,7 +9,7 @@
 
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 namespace {
 
 constexpr int kShades = 96;        // more are not told apart, and cells of one shade share a path
@@ -252,4 +252,4 @@ std::string disk_map_svg(const DiskMap& m) {
   return out + "</svg>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

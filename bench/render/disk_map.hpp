@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 
 struct DiskMap {
   std::string title;                    // read out by screen readers
@@ -31,4 +31,4 @@ struct Rgb {
 };
 Rgb field_colour(double share);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

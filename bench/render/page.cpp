@@ -4,7 +4,7 @@
 
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 namespace {
 constexpr std::string_view kPageCss =
     R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
@@ -46,4 +46,4 @@ std::string facts_html(const std::vector<std::pair<std::string, std::string>>& f
   return out + "</div>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

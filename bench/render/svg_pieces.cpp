@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 namespace {
 constexpr double kGlyph_px = 6.3;  // mean width of a character at the font size of the style sheet
 }  // namespace
@@ -96,4 +96,4 @@ std::string open_svg(int width, double height, const std::string& title) {
                      px(height), width, px(height), xml_escaped(title));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

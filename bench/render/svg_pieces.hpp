@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 
 std::string xml_escaped(std::string_view text);
 
@@ -26,4 +26,4 @@ std::string px(double value);
 double text_px(std::string_view text);  // width at the font size of the style sheet, estimated
 std::string open_svg(int width_px, double height_px, const std::string& title);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

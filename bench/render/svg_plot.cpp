@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 namespace {
 
 constexpr double kLegendRow_px = 22;
@@ -464,4 +464,4 @@ std::string_view plot_css() {
 )";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

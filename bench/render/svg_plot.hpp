@@ -8,7 +8,7 @@
 
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 
 // Colours are numbers into a palette that colour-blind readers can tell apart (Okabe and Ito), the same in every plot of a
 // page: one thing, one colour. kNeutral is the text colour, for what is wanted rather than measured.
@@ -99,4 +99,4 @@ std::string_view plot_css();
 void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y, double x_min, double x_max, int buckets,
                       std::vector<double>& x_out, std::vector<double>& y_out);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

@@ -10,7 +10,7 @@
 #include "bench/log/flight_record.hpp"
 #include "bench/estimate/model/parameters.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 struct ForceScore {
   std::string flight;
@@ -22,12 +22,12 @@ struct ForceScore {
 // At each accelerometer reading between the first and last of the other streams, those interpolated. Measured force = mass times
 // specific force, less the accelerometer's bias and brought from its place to the centre of mass, all as in `values`. Throws Error
 // (data_quality) naming the stream that the log lacks.
-ForceScore score_force(const FlightRecord& record, const ModelValues& values);
+ForceScore score_force(const log::FlightRecord& record, const estimate::ModelValues& values);
 
 // The prediction in the log's extra streams `prefix`x[N], `prefix`y[N], `prefix`z[N]; nothing when it has none.
-std::optional<ForceScore> score_logged_force(const FlightRecord& record, const ModelValues& values, const std::string& prefix);
+std::optional<ForceScore> score_logged_force(const log::FlightRecord& record, const estimate::ModelValues& values, const std::string& prefix);
 
 // All samples in one pot.
 ForceScore pooled(std::span<const ForceScore> scores);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -12,7 +12,7 @@
 #include "bench/log/stream_reader.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 using Complex = std::complex<double>;
@@ -23,17 +23,17 @@ struct Samples {
   std::vector<double> torque_N_m, rate_rad_s;
 };
 
-Samples sampled(const FlightRecord& record, const ModelValues& values, int axis) {
+Samples sampled(const log::FlightRecord& record, const estimate::ModelValues& values, int axis) {
   if (record.gyro_B_rad_s.empty()) {
     throw Error({record.source, "no gyro in flight " + record.name + ": inertia by bands compares torque with the gyro's slope", "",
                  "map the gyro's columns, or leave this flight out"},
                 ExitCode::data_quality);
   }
-  const Model model(values);
-  RotorInput input(record);
+  const estimate::Model model(values);
+  estimate::RotorInput input(record);
   input.prepare(values);
-  StreamReader<Eigen::Vector3d> gyro(record.gyro_B_rad_s), velocity(record.velocity_W_m_s);
-  StreamReader<PoseReading> pose(record.pose);
+  log::StreamReader<Eigen::Vector3d> gyro(record.gyro_B_rad_s), velocity(record.velocity_W_m_s);
+  log::StreamReader<log::PoseReading> pose(record.pose);
   const bool moving = !record.velocity_W_m_s.empty() && !record.pose.empty();
   const Eigen::Quaterniond q_SB = values.q_BS().conjugate();
   const double from = std::max(record.gyro_B_rad_s.t_s.front(), input.first_s());
@@ -42,7 +42,7 @@ Samples sampled(const FlightRecord& record, const ModelValues& values, int axis)
   std::size_t hint = 0;
   for (std::size_t k = 0; from + static_cast<double>(k) / kRate_Hz <= to; ++k) {
     const double t = from + static_cast<double>(k) / kRate_Hz;
-    BodyState x;
+    estimate::BodyState x;
     if (moving) {
       x.q_WB = pose.at(t).q_WS * q_SB;
       x.v_W_m_s = velocity.at(t);
@@ -106,7 +106,7 @@ Ratio ratio(const std::vector<Piece>& pieces, const std::vector<double>& f_Hz, d
 
 }  // namespace
 
-BandInertia inertia_in_band(std::span<const FlightRecord> flights, const ModelValues& values, const InertiaBand& band) {
+BandInertia inertia_in_band(std::span<const log::FlightRecord> flights, const estimate::ModelValues& values, const InertiaBand& band) {
   const auto n = static_cast<std::size_t>(std::floor(band.segment_s * kRate_Hz));
   std::vector<double> f_Hz;
   for (double f = 2.0 / band.segment_s;  // below, the mean leaks in
@@ -114,7 +114,7 @@ BandInertia inertia_in_band(std::span<const FlightRecord> flights, const ModelVa
     if (f >= band.from_Hz - 1e-9) f_Hz.push_back(f);
   }
   std::vector<Piece> pieces;
-  for (const FlightRecord& flight : flights) {
+  for (const log::FlightRecord& flight : flights) {
     const Samples s = sampled(flight, values, band.axis);
     for (std::size_t begin = 0; begin + n <= s.rate_rad_s.size(); begin += n / 2) {
       pieces.push_back({spectrum(s.torque_N_m, begin, n, f_Hz, false), spectrum(s.rate_rad_s, begin, n, f_Hz, true)});
@@ -157,4 +157,4 @@ BandInertia inertia_in_band(std::span<const FlightRecord> flights, const ModelVa
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -10,7 +10,7 @@
 #include "bench/log/flight_record.hpp"
 #include "bench/estimate/model/parameters.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 struct InertiaBand {
   int axis = 0;  // 0 roll, 1 pitch
@@ -29,6 +29,6 @@ struct BandInertia {
 
 // Thrusts are those of `values` at the logged rotor speeds (or commands) and, when the log has pose and velocity, the logged velocity.
 // Throws Error (data_quality) when a flight has no gyro, or when no flight is as long as one segment.
-BandInertia inertia_in_band(std::span<const FlightRecord> flights, const ModelValues& values, const InertiaBand& band);
+BandInertia inertia_in_band(std::span<const log::FlightRecord> flights, const estimate::ModelValues& values, const InertiaBand& band);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

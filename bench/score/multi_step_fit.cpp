@@ -6,7 +6,7 @@
 
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 struct Normal {
@@ -36,17 +36,17 @@ class Windows {
   }
 
   // With derivatives when `normal` is given.
-  double cost(const ModelValues& values, const Columns& free, Normal* normal) const {
-    const Model model(values, normal ? free : Columns{});
+  double cost(const estimate::ModelValues& values, const estimate::Columns& free, Normal* normal) const {
+    const estimate::Model model(values, normal ? free : estimate::Columns{});
     const auto parameters = static_cast<Eigen::Index>(free.size());
     if (normal) *normal = {Eigen::MatrixXd::Zero(parameters, parameters), Eigen::VectorXd::Zero(parameters), 0.0};
     double sum = 0.0;
-    StateJacobian by_state;
-    ParameterJacobian by_columns, sensitivity;
+    estimate::StateJacobian by_state;
+    estimate::ParameterJacobian by_columns, sensitivity;
     for (std::size_t f = 0; f < tracks_.size(); ++f) {
       const StateTrack& track = tracks_[f];
       for (const std::size_t start : starts_[f]) {
-        BodyState x = track.state[start];
+        estimate::BodyState x = track.state[start];
         std::size_t hint = start;
         sensitivity.setZero(12, parameters);
         for (std::size_t k = start; k < start + o_.horizon; ++k) {
@@ -57,7 +57,7 @@ class Windows {
           } else {
             x = model.step(x, track.input, hint, from, to, o_.substeps);
           }
-          sum += add(difference(track.state[k + 1], x), sensitivity, normal);
+          sum += add(estimate::difference(track.state[k + 1], x), sensitivity, normal);
         }
       }
     }
@@ -66,7 +66,7 @@ class Windows {
   }
 
  private:
-  double add(const StateError& error, const ParameterJacobian& sensitivity, Normal* normal) const {
+  double add(const estimate::StateError& error, const estimate::ParameterJacobian& sensitivity, Normal* normal) const {
     double sum = 0.0;
     for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
       if (o_.scale[q] <= 0.0) continue;
@@ -76,7 +76,7 @@ class Windows {
       sum += pseudo_huber(e.squaredNorm(), o_.robust_scale, weight);
       if (!normal) continue;
       Eigen::Matrix<double, 3, Eigen::Dynamic> j = sensitivity.middleRows<3>(row) / o_.scale[q];
-      if (q == kPredictedAttitude) j = (inverse_right_jacobian(error.segment<3>(row)) * j).eval();
+      if (q == kPredictedAttitude) j = (estimate::inverse_right_jacobian(error.segment<3>(row)) * j).eval();
       normal->h.noalias() += weight * j.transpose() * j;
       normal->g.noalias() += weight * j.transpose() * e;
     }
@@ -91,7 +91,7 @@ class Windows {
 
 }  // namespace
 
-MultiStepFit fit_multi_step(const ModelValues& start, const Columns& free, const std::vector<StateTrack>& tracks,
+MultiStepFit fit_multi_step(const estimate::ModelValues& start, const estimate::Columns& free, const std::vector<StateTrack>& tracks,
                             const MultiStepOptions& options) {
   const Windows windows(tracks, options);
   MultiStepFit fit{start, 0.0, 0, false};
@@ -105,9 +105,9 @@ MultiStepFit fit_multi_step(const ModelValues& start, const Columns& free, const
       h.diagonal() *= 1.0 + damping;
       h.diagonal().array() += 1e-300;
       const Eigen::VectorXd step = h.ldlt().solve(-normal.g);
-      ModelValues tried = fit.values;
+      estimate::ModelValues tried = fit.values;
       for (std::size_t i = 0; i < free.size(); ++i) {
-        const ParameterInfo info = parameter_info(free[i], tried.terms);
+        const estimate::ParameterInfo info = estimate::parameter_info(free[i], tried.terms);
         tried[free[i]] = std::clamp(tried[free[i]] + step[static_cast<Eigen::Index>(i)], info.min, info.max);
       }
       const double cost = windows.cost(tried, free, nullptr);
@@ -126,4 +126,4 @@ MultiStepFit fit_multi_step(const ModelValues& start, const Columns& free, const
   return fit;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -8,7 +8,7 @@
 
 #include "bench/score/prediction.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 struct MultiStepOptions {
   std::size_t horizon = 50, stride = 40;  // steps; a window starts every `stride` steps
@@ -21,14 +21,14 @@ struct MultiStepOptions {
 };
 
 struct MultiStepFit {
-  ModelValues values;
+  estimate::ModelValues values;
   double cost = 0.0;  // mean over windows and steps
   int iterations = 0;
   bool converged = false;
 };
 
 // `free`: parameters of the dynamics or of terms. They stay within the bounds of parameter_info().
-MultiStepFit fit_multi_step(const ModelValues& start, const Columns& free, const std::vector<StateTrack>& tracks,
+MultiStepFit fit_multi_step(const estimate::ModelValues& start, const estimate::Columns& free, const std::vector<StateTrack>& tracks,
                             const MultiStepOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -7,12 +7,12 @@
 #include "bench/estimate/noise_model.hpp"
 #include "bench/score/prediction.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 // `track`: the states that the readings of `flight` make. Noise as large as `noise` says is drawn once more on top of the readings, the
 // states are made again, and the model foretells from them with process noise: how far it then ends from where it ended without, less
 // how far the readings moved there. `smoothed_with`: the reading noise that `track` was made with.
-PredictionErrors noise_floor(const GridFlight& flight, const StateTrack& track, const ModelValues& values, const NoiseModel& smoothed_with,
-                             const NoiseModel& noise, std::span<const std::size_t> starts, std::size_t horizon, std::uint64_t seed);
+PredictionErrors noise_floor(const estimate::GridFlight& flight, const StateTrack& track, const estimate::ModelValues& values, const estimate::NoiseModel& smoothed_with,
+                             const estimate::NoiseModel& noise, std::span<const std::size_t> starts, std::size_t horizon, std::uint64_t seed);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

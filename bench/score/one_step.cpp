@@ -7,7 +7,7 @@
 #include "bench/estimate/mean_noise.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr std::uint64_t kExpectedModule = 0x4F4E4553u;
@@ -15,10 +15,10 @@ constexpr PredictedQuantity kPoseQuantities[] = {kPredictedPosition, kPredictedA
 using Six = Eigen::Matrix<double, 6, 1>;
 
 // States alone: the mass is tied to its value, for a fit without any parameter is none.
-FitProblem states_only(const ModelValues& values, std::vector<const GridFlight*> flights, std::vector<NoiseModel> noise) {
-  FitProblem p{
+estimate::FitProblem states_only(const estimate::ModelValues& values, std::vector<const estimate::GridFlight*> flights, std::vector<estimate::NoiseModel> noise) {
+  estimate::FitProblem p{
       .start = values, .free = {}, .flights = std::move(flights), .noise = {}, .flight_noise = std::move(noise), .flight_start = {}};
-  p.free.push_back({kMass, false, 1e-9});
+  p.free.push_back({estimate::kMass, false, 1e-9});
   return p;
 }
 
@@ -50,19 +50,19 @@ double mean(std::span<const OneStepErrors> flights, std::vector<double> OneStepE
 
 }  // namespace
 
-OneStepErrors one_step(const GridFlight& g, const ModelValues& values, const NoiseModel& noise, std::uint64_t seed) {
+OneStepErrors one_step(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, std::uint64_t seed) {
   OneStepErrors out;
   out.error = out.expected = {.flight = g.name, .step_s = g.step_s, .horizon = 1, .starts = {}, .error = {}};
   if (g.pose.empty()) return out;
-  FitOptions with_innovations;
+  estimate::FitOptions with_innovations;
   with_innovations.innovations = true;
-  const Fit found = fit(states_only(values, {&g}, {noise}), with_innovations);
+  const estimate::Fit found = estimate::fit(states_only(values, {&g}, {noise}), with_innovations);
   Six sigma;
   sigma << noise.position_m, noise.attitude_rad;
   const double log_sigma = sigma.array().log().sum() + 3.0 * std::log(2.0 * std::numbers::pi);
-  const sim::RandomStream random(seed, kExpectedModule);
+  const RandomStream random(seed, kExpectedModule);
   std::uint64_t draw = 0;
-  for (const Innovation& i : found.reduced.front().innovations) {
+  for (const estimate::Innovation& i : found.reduced.front().innovations) {
     const auto lower = i.root.triangularView<Eigen::Lower>();
     Six drawn;
     for (double& d : drawn) d = random.gaussian(draw++);
@@ -105,15 +105,15 @@ OneStepComparison compare(std::span<const OneStepErrors> before, std::span<const
   return out;
 }
 
-NoiseModel noise_under(const ModelValues& values, std::span<const GridFlight> flights, std::span<const NoiseModel> start,
-                       const NoiseFit& search, int threads) {
-  if (search.rounds == 0) return mean_noise(start);
-  std::vector<const GridFlight*> list;
-  for (const GridFlight& g : flights) list.push_back(&g);
-  FitOptions o;
+estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights, std::span<const estimate::NoiseModel> start,
+                       const estimate::NoiseFit& search, int threads) {
+  if (search.rounds == 0) return estimate::mean_noise(start);
+  std::vector<const estimate::GridFlight*> list;
+  for (const estimate::GridFlight& g : flights) list.push_back(&g);
+  estimate::FitOptions o;
   o.threads = threads;
   o.noise = search;
-  return mean_noise(fit(states_only(values, std::move(list), {start.begin(), start.end()}), o).noise);
+  return estimate::mean_noise(estimate::fit(states_only(values, std::move(list), {start.begin(), start.end()}), o).noise);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -11,7 +11,7 @@
 #include "bench/estimate/noise_search.hpp"
 #include "bench/score/prediction.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 // One flight under one model. `error` and `expected` hold position and attitude of the pose sensor, one start for each pose.
 struct OneStepErrors {
@@ -23,7 +23,7 @@ struct OneStepErrors {
 
 // A flight with its poses tied (grid_flight.hpp) and, for terms that remember, with its motion. The first 0.25 s after each gap are left
 // out: there the past does not fix the state. Empty without poses. `seed`: of the draws of `expected`.
-OneStepErrors one_step(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, std::uint64_t seed);
+OneStepErrors one_step(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, std::uint64_t seed);
 
 // Two models on the same flights.
 struct OneStepComparison {
@@ -44,7 +44,7 @@ struct OneStepComparison {
 OneStepComparison compare(std::span<const OneStepErrors> before, std::span<const OneStepErrors> after);
 
 // The noise figures under which `values` explain these flights best, parameters kept; `start` as it is where the search has no rounds.
-NoiseModel noise_under(const ModelValues& values, std::span<const GridFlight> flights, std::span<const NoiseModel> start,
-                       const NoiseFit& search, int threads);
+estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights, std::span<const estimate::NoiseModel> start,
+                       const estimate::NoiseFit& search, int threads);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

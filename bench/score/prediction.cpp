@@ -9,46 +9,46 @@
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr std::uint64_t kBootstrapModule = 0x5052444Cu, kProcessModule = 0x50524F43u;
 
 // Position, velocity and attitude with constant body rates: Runge-Kutta of fourth order in position and velocity; the attitude is exact.
-BodyState step_with_rates_held(const Model& model, const StateTrack& track, const BodyState& x, double t_s, double h, std::size_t& hint) {
-  const ModelValues& values = model.values();
-  const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d(values[kTiltX], values[kTiltY], -1.0);
-  const auto turned = [&](double ahead) { return (x.q_WB * exp_q(ahead * x.w_B_rad_s)).normalized(); };
-  const auto acceleration = [&](const BodyState& y, double ahead) -> Eigen::Vector3d {
-    const RotorInputSample u = track.input.at(t_s + ahead, hint, false);
+estimate::BodyState step_with_rates_held(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double t_s, double h, std::size_t& hint) {
+  const estimate::ModelValues& values = model.values();
+  const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d(values[estimate::kTiltX], values[estimate::kTiltY], -1.0);
+  const auto turned = [&](double ahead) { return (x.q_WB * estimate::exp_q(ahead * x.w_B_rad_s)).normalized(); };
+  const auto acceleration = [&](const estimate::BodyState& y, double ahead) -> Eigen::Vector3d {
+    const estimate::RotorInputSample u = track.input.at(t_s + ahead, hint, false);
     const Eigen::Vector3d f = y.q_WB * model.instant(y, u, t_s + ahead).specific_force_B_m_s2;
     return f + gravity;
   };
   const auto moved_by = [&](double ahead, const Eigen::Vector3d& v, const Eigen::Vector3d& a) {
-    BodyState y = x;
+    estimate::BodyState y = x;
     y.p_W_m += ahead * v;
     y.v_W_m_s += ahead * a;
     y.q_WB = turned(ahead);
     return y;
   };
   const Eigen::Vector3d a1 = acceleration(x, 0.0), v1 = x.v_W_m_s;
-  const BodyState x2 = moved_by(0.5 * h, v1, a1);
+  const estimate::BodyState x2 = moved_by(0.5 * h, v1, a1);
   const Eigen::Vector3d a2 = acceleration(x2, 0.5 * h), v2 = x2.v_W_m_s;
-  const BodyState x3 = moved_by(0.5 * h, v2, a2);
+  const estimate::BodyState x3 = moved_by(0.5 * h, v2, a2);
   const Eigen::Vector3d a3 = acceleration(x3, 0.5 * h), v3 = x3.v_W_m_s;
-  const BodyState x4 = moved_by(h, v3, a3);
+  const estimate::BodyState x4 = moved_by(h, v3, a3);
   const Eigen::Vector3d a4 = acceleration(x4, h), v4 = x4.v_W_m_s;
   return moved_by(h, (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0);
 }
 
 // One step of a model whose terms remember: the memory runs along the step that it would give if it stood still, then the step is taken
 // again along the memory.
-BodyState step_with_memory(const Model& model, const StateTrack& track, const BodyState& x, double from_s, double to_s, int substeps,
-                           std::size_t& hint, MemoryNumbers& memory) {
-  MemoryEnds ends{memory, memory};
-  const BodyState first = model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
-  const RotorInputSample from = track.input.at(from_s, hint, false), to = track.input.at(to_s, hint, false);
-  advance_memory(model.values(), x, from, from_s, first, to, to_s, ends.to);
+estimate::BodyState step_with_memory(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double from_s, double to_s, int substeps,
+                           std::size_t& hint, estimate::MemoryNumbers& memory) {
+  estimate::MemoryEnds ends{memory, memory};
+  const estimate::BodyState first = model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
+  const estimate::RotorInputSample from = track.input.at(from_s, hint, false), to = track.input.at(to_s, hint, false);
+  estimate::advance_memory(model.values(), x, from, from_s, first, to, to_s, ends.to);
   memory = ends.to;
   return model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
 }
@@ -96,7 +96,7 @@ ErrorRatio drawn_anew(const std::vector<std::vector<Block>>& flights, const Boot
     for (const Block& x : blocks) add(whole, x);
   }
   out.value = figure(whole);
-  const sim::RandomStream random(options.seed, kBootstrapModule);
+  const RandomStream random(options.seed, kBootstrapModule);
   std::uint64_t draw = 0;
   const auto pick = [&](std::size_t count) { return static_cast<std::size_t>(random.uniform(draw++) * static_cast<double>(count)); };
   std::vector<double> figures;
@@ -119,13 +119,13 @@ ErrorRatio drawn_anew(const std::vector<std::vector<Block>>& flights, const Boot
 
 Predictor state_held() {
   return
-      [](const StateTrack& track, std::size_t start, std::span<BodyState> out) { std::fill(out.begin(), out.end(), track.state[start]); };
+      [](const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out) { std::fill(out.begin(), out.end(), track.state[start]); };
 }
 
-Predictor rates_held(const ModelValues& values) {
-  const auto model = std::make_shared<const Model>(values);
-  return [model](const StateTrack& track, std::size_t start, std::span<BodyState> out) {
-    BodyState x = track.state[start];
+Predictor rates_held(const estimate::ModelValues& values) {
+  const auto model = std::make_shared<const estimate::Model>(values);
+  return [model](const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out) {
+    estimate::BodyState x = track.state[start];
     std::size_t hint = start;
     for (std::size_t k = 0; k < out.size(); ++k) {
       x = step_with_rates_held(*model, track, x, track.time_s(start + k), track.step_s, hint);
@@ -134,13 +134,13 @@ Predictor rates_held(const ModelValues& values) {
   };
 }
 
-Predictor whole_model(const ModelValues& values, int substeps) {
-  const auto model = std::make_shared<const Model>(values);
-  return [model, substeps](const StateTrack& track, std::size_t start, std::span<BodyState> out) {
-    BodyState x = track.state[start];
+Predictor whole_model(const estimate::ModelValues& values, int substeps) {
+  const auto model = std::make_shared<const estimate::Model>(values);
+  return [model, substeps](const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out) {
+    estimate::BodyState x = track.state[start];
     std::size_t hint = start;
     if (model->values().terms.memory() > 0) {
-      MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
+      estimate::MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
       for (std::size_t k = 0; k < out.size(); ++k) {
         x = step_with_memory(*model, track, x, track.time_s(start + k), track.time_s(start + k + 1), substeps, hint, memory);
         out[k] = x;
@@ -154,14 +154,14 @@ Predictor whole_model(const ModelValues& values, int substeps) {
   };
 }
 
-Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel& noise, std::uint64_t seed) {
-  const auto model = std::make_shared<const Model>(values);
-  return [model, substeps, noise, random = sim::RandomStream(seed, kProcessModule)](const StateTrack& track, std::size_t start,
-                                                                                    std::span<BodyState> out) {
-    BodyState x = track.state[start];
+Predictor noisy_model(const estimate::ModelValues& values, int substeps, const estimate::NoiseModel& noise, std::uint64_t seed) {
+  const auto model = std::make_shared<const estimate::Model>(values);
+  return [model, substeps, noise, random = RandomStream(seed, kProcessModule)](const StateTrack& track, std::size_t start,
+                                                                                    std::span<estimate::BodyState> out) {
+    estimate::BodyState x = track.state[start];
     std::size_t hint = start;
     const bool remembers = model->values().terms.memory() > 0;
-    MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
+    estimate::MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
     const double h = track.step_s, rate = std::sqrt(h), rest = std::sqrt(h * h * h / 12.0);
     std::uint64_t draw = static_cast<std::uint64_t>(start) << 20;
     const auto normal = [&] {
@@ -174,7 +174,7 @@ Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel&
       x = remembers ? step_with_memory(*model, track, x, from, to, substeps, hint, memory)
                     : model->step(x, track.input, hint, from, to, substeps);
       // White acceleration of density q over a step: covariance q² [h³/3, h²/2; h²/2, h], as the fit takes it.
-      StateError kick;
+      estimate::StateError kick;
       const auto push = [&](Eigen::Index place, const Eigen::Vector3d& q) {
         const Eigen::Vector3d velocity = rate * q.cwiseProduct(normal());
         kick.segment<3>(place) = 0.5 * h * velocity + rest * q.cwiseProduct(normal());
@@ -182,7 +182,7 @@ Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel&
       };
       push(0, noise.force_m_s2_rtHz);
       push(6, noise.angular_rad_s2_rtHz);
-      x = moved(x, kick);
+      x = estimate::moved(x, kick);
       out[k] = x;
     }
   };
@@ -197,12 +197,12 @@ std::vector<std::size_t> prediction_starts(const StateTrack& track, std::size_t 
 PredictionErrors predict(const StateTrack& track, const Predictor& predictor, std::span<const std::size_t> starts, std::size_t horizon) {
   PredictionErrors out{track.name, track.step_s, horizon, {starts.begin(), starts.end()}, {}};
   for (auto& e : out.error) e.reserve(starts.size() * horizon);
-  std::vector<BodyState> ahead(horizon);
+  std::vector<estimate::BodyState> ahead(horizon);
   for (const std::size_t start : starts) {
     predictor(track, start, ahead);
     for (std::size_t h = 0; h < horizon; ++h) {
-      const BodyState& truth = track.state.at(start + h + 1);
-      const StateError d = difference(truth, ahead[h]);
+      const estimate::BodyState& truth = track.state.at(start + h + 1);
+      const estimate::StateError d = estimate::difference(truth, ahead[h]);
       for (std::size_t q = 0; q < kPredictedQuantities; ++q) out.error[q].push_back(d.segment<3>(static_cast<Eigen::Index>(3 * q)).norm());
     }
   }
@@ -281,4 +281,4 @@ HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& 
   return {static_cast<double>(best_first + 1) * a.step_s, static_cast<double>(best_first + best_run) * a.step_s};
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -13,20 +13,20 @@
 #include "bench/estimate/noise_model.hpp"
 #include "bench/score/state_track.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 // Fills `out` with the states 1, 2, … steps after `start`. Looks at the state at `start` and at the rotor speeds, at nothing else.
-using Predictor = std::function<void(const StateTrack& track, std::size_t start, std::span<BodyState> out)>;
+using Predictor = std::function<void(const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out)>;
 
 // Nothing changes: the naive baseline.
 Predictor state_held();
 // Translation by the model, body rates as at the start: what the model's torque has to beat.
-Predictor rates_held(const ModelValues& values);
+Predictor rates_held(const estimate::ModelValues& values);
 // The whole model, in equal substeps of a step. Terms with memory start from that of the track's input and then remember what is foretold.
-Predictor whole_model(const ModelValues& values, int substeps = 1);
+Predictor whole_model(const estimate::ModelValues& values, int substeps = 1);
 
 // The same with process noise of the given densities after each step: the same draws for the same seed, start and step.
-Predictor noisy_model(const ModelValues& values, int substeps, const NoiseModel& noise, std::uint64_t seed);
+Predictor noisy_model(const estimate::ModelValues& values, int substeps, const estimate::NoiseModel& noise, std::uint64_t seed);
 
 enum PredictedQuantity : std::size_t { kPredictedPosition, kPredictedVelocity, kPredictedAttitude, kPredictedRates, kPredictedQuantities };
 inline constexpr std::array<const char*, kPredictedQuantities> kPredictedUnits{"m", "m/s", "rad", "rad/s"};
@@ -85,4 +85,4 @@ struct HelpfulRange {
 };
 HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& b, PredictedQuantity q);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

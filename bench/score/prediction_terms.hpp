@@ -3,7 +3,7 @@
 #pragma once
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 // The part of eq. (3)'s torque that is believed, per body axis. 1 in truth; less pays when rotor speeds are noisy or slow unknown
 // moments act, which the controller's rotor speeds cancel: the torque of the speeds alone then overstates what the body does.
@@ -52,4 +52,4 @@ inline constexpr host::Term kTorqueShare = host::make_term<TorqueShare>();
 inline constexpr host::Term kInPlaneVelocityMoment = host::make_term<InPlaneVelocityMoment>();
 inline constexpr host::Term kRateReturn = host::make_term<RateReturn>();
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -8,7 +8,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 // One section of second order, y = b0 x + b1 x' + b2 x'' - a1 y' - a2 y'', in transposed form with two memories.
@@ -97,4 +97,4 @@ std::size_t bridge_spikes(std::span<double> x, double largest, double largest_ju
   return replaced;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 // Butterworth low-pass of even `order`, run forward and backward: no phase shift, amplitude 1/2 at `cutoff_Hz` (1/sqrt 2 for each
 // pass), steeper than `order` beyond. The ends are continued by reflection through the end point, so a straight line passes
@@ -16,4 +16,4 @@ std::vector<double> zero_phase_low_pass(std::span<const double> x, double cutoff
 // between good neighbours. Returns how many were replaced. A jump that lasts longer than `longest` samples is taken for real.
 std::size_t bridge_spikes(std::span<double> x, double largest, double largest_jump, std::size_t longest = 20);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -8,13 +8,13 @@
 #include "bench/estimate/model/model.hpp"
 #include "bench/estimate/model/rotor_input.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 
 struct StateTrack {
   std::string name;
   double start_s = 0.0, step_s = 0.01;
-  std::vector<BodyState> state;  // at start_s + k step_s
-  RotorInput input;              // prepared; its clock is that of the states
+  std::vector<estimate::BodyState> state;  // at start_s + k step_s
+  estimate::RotorInput input;              // prepared; its clock is that of the states
 
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * step_s; }
 };
@@ -29,9 +29,9 @@ struct TrackFilter {
 
 // From the streams pose, velocity (or the slope of the position where the log has none), gyro and rotor speeds; the pose sensor is taken to
 // sit in the centre of mass along the body axes. Throws Error (data_quality) naming the stream that is missing.
-StateTrack filtered_track(const FlightRecord& record, const TrackFilter& filter = {});
+StateTrack filtered_track(const log::FlightRecord& record, const TrackFilter& filter = {});
 
 // From the states of a fit: a grid flight and one state for each of its knots.
-StateTrack fitted_track(const GridFlight& flight, const std::vector<BodyState>& states, const ModelValues& values);
+StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -10,7 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 constexpr int kResamples = 1000;
@@ -96,7 +96,7 @@ Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, co
     b2.push_back(0.0), a2.push_back(0.0);
     for (const auto i : b) b2.back() += before(i) * before(i), a2.back() += after(i) * after(i);
   }
-  const sim::RandomStream random(seed, kResamplingModule);
+  const RandomStream random(seed, kResamplingModule);
   std::uint64_t sample = 0;
   std::vector<double> falls;
   for (int r = 0; r < kResamples; ++r) {
@@ -114,4 +114,4 @@ Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, co
           falls[static_cast<std::size_t>(0.975 * kResamples)]};
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

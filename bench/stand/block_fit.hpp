@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 struct BlockFit {
   Eigen::VectorXd c;           // coefficients, one for each column
@@ -31,4 +31,4 @@ Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, co
 
 double rms_of(const Eigen::VectorXd& e);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -7,7 +7,7 @@
 #include "bench/stand/block_fit.hpp"
 #include "bench/log/check/signal.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 constexpr double kAtRest_rad_s = 20.0;
@@ -155,7 +155,7 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
     if (sign_matters)
       s.notes.push_back(
           fmt::format("{} is negative where the rotor turns (median {:.3g} {}): the stand counts pulling as negative; sign turned", name,
-                      median(seen), unit));
+                      log::median(seen), unit));
   }
   return StandChannelState::good;
 }
@@ -225,4 +225,4 @@ void check_zero(CheckedStand& s, StandQuantity channel) {
   (thrust ? s.thrust : s.torque) = StandChannelState::faulty;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -6,7 +6,7 @@
 
 #include "bench/stand/stand_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 enum class StandChannelState { absent, good, faulty };  // faulty: no coefficient from it is to be trusted
 
@@ -30,4 +30,4 @@ CheckedStand check_stand(StandRecord record);
 // does far better than any exponent is none of the rotor's. Adds a fault and marks the channel.
 void check_zero(CheckedStand& stand, StandQuantity channel);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

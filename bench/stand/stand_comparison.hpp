@@ -3,9 +3,9 @@
 #pragma once
 #include "bench/stand/stand_diagnosis.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 // Marks files (verdict faulty, with words and figures) and says in `remarks` how far those that agree scatter.
 void compare_stands(StandDiagnosis& all);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -10,7 +10,7 @@
 
 #include "bench/stand/stand_comparison.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 constexpr double kRunGap_s = 3.0;    // a longer pause in speed at rest begins another run
@@ -121,7 +121,7 @@ void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, co
       c.ruled_out_by =
           fmt::format("{} serves held-out runs better: {:.3g} against {:.3g} {}", best.id, best.held_out_rms, c.held_out_rms, f.unit);
   }
-  f.verdict = !f.twins.empty() ? DiagnosisVerdict::ambiguous : best.of_the_rotor ? DiagnosisVerdict::named : DiagnosisVerdict::unexplained;
+  f.verdict = !f.twins.empty() ? diagnose::DiagnosisVerdict::ambiguous : best.of_the_rotor ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::unexplained;
 }
 
 StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {
@@ -204,7 +204,7 @@ StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOption
   if (d.channels.empty() && d.faults.empty()) d.notes.push_back("neither thrust nor torque in this file: nothing to diagnose");
   for (const auto& c : d.channels)
     d.verdict = std::max(d.verdict, c.verdict);  // in the order of DiagnosisVerdict: a class says less than a name
-  if (!d.faults.empty()) d.verdict = DiagnosisVerdict::faulty;
+  if (!d.faults.empty()) d.verdict = diagnose::DiagnosisVerdict::faulty;
   return d;
 }
 
@@ -216,4 +216,4 @@ StandDiagnosis diagnose_stands(const std::vector<std::filesystem::path>& files, 
   return all;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

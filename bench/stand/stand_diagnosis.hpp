@@ -11,13 +11,13 @@
 #include "bench/stand/stand_checks.hpp"
 #include "bench/diagnose/verdict.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 // One effect against what c ω² leaves of one channel.
 struct StandCandidate {
   std::string id;                                        // effects/catalogue.toml where it has one
   std::string law;                                       // what is added to c ω²
-  std::vector<NamedValue> parameters;                    // its coefficients; u holds for correlated neighbours
+  std::vector<diagnose::NamedValue> parameters;                    // its coefficients; u holds for correlated neighbours
   double z = 0.0;                                        // of its coefficients together, in standard errors
   double rms = 0.0;                                      // with it, of all points
   double held_out_rms_before = 0.0, held_out_rms = 0.0;  // on runs that did not estimate it
@@ -28,11 +28,11 @@ struct StandCandidate {
 
 struct StandChannelFit {
   std::string channel, unit;  // "thrust", "N"
-  NamedValue coefficient;     // c_t or c_q: of one rotor, SI
+  diagnose::NamedValue coefficient;     // c_t or c_q: of one rotor, SI
   double rms = 0.0, r2 = 0.0, largest = 0.0;
   std::size_t points = 0, runs = 0;
   std::vector<StandCandidate> candidates;              // the one that serves held-out runs best first
-  DiagnosisVerdict verdict = DiagnosisVerdict::clean;  // unexplained: real, and best described by something that is none of the rotor's
+  diagnose::DiagnosisVerdict verdict = diagnose::DiagnosisVerdict::clean;  // unexplained: real, and best described by something that is none of the rotor's
   std::optional<std::size_t> best;                     // index into candidates: named, or first of the class
   std::vector<std::string> twins;                      // ambiguous: what serves held-out runs about as well
   BlockFit with_best;                                  // c and the best candidate's coefficients
@@ -40,7 +40,7 @@ struct StandChannelFit {
 
 struct StandFileDiagnosis {
   std::string name, motor, propeller;
-  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
+  diagnose::DiagnosisVerdict verdict = diagnose::DiagnosisVerdict::clean;
   std::vector<StandFault> faults;
   std::vector<std::string> notes;
   std::vector<StandChannelFit> channels;
@@ -65,4 +65,4 @@ StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOption
 StandDiagnosis diagnose_stands(const std::vector<std::filesystem::path>& files, const StandMapping& mapping,
                                const StandDiagnosisOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -11,25 +11,25 @@
 #include "bench/log/check/signal.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 using Chosen = std::map<StandQuantity, const StandChannel*>;
 
-bool has_all(const ColumnTable& table, const std::vector<std::string>& columns) {
+bool has_all(const log::ColumnTable& table, const std::vector<std::string>& columns) {
   return std::all_of(columns.begin(), columns.end(), [&](const std::string& c) { return table.has(c); });
 }
 
 // Of the alternatives for each quantity, the first that the tables have.
-Chosen choose(const StandMapping& m, const ColumnTable& file, const ColumnTable* joined) {
+Chosen choose(const StandMapping& m, const log::ColumnTable& file, const log::ColumnTable* joined) {
   Chosen chosen;
   for (const auto& c : m.channels) {
-    const ColumnTable* const table = c.joined ? joined : &file;
+    const log::ColumnTable* const table = c.joined ? joined : &file;
     if (table && has_all(*table, c.columns)) chosen.emplace(c.quantity, &c);
   }
   if (!chosen.contains(StandQuantity::rotor_speed))
     throw Error({m.path.generic_string(), fmt::format("no channel of rotor speed of this mapping is in {}", file.label),
-                 "a mapping for another stand", fmt::format("its columns are: {}", name_list(file.names))});
+                 "a mapping for another stand", fmt::format("its columns are: {}", log::name_list(file.names))});
   return chosen;
 }
 
@@ -50,7 +50,7 @@ double& place(StandPoint& p, StandQuantity q) {
   }
 }
 
-std::vector<StandPoint> rows_of(const StandMapping& m, const Chosen& chosen, const ColumnTable& file) {
+std::vector<StandPoint> rows_of(const StandMapping& m, const Chosen& chosen, const log::ColumnTable& file) {
   std::vector<StandPoint> points(file.rows);
   for (std::size_t i = 0; i < points.size(); ++i) {
     StandPoint& p = points[i];
@@ -69,8 +69,8 @@ std::vector<StandPoint> rows_of(const StandMapping& m, const Chosen& chosen, con
 
 // For each row of the joined table the mean of those of the file whose column `to` equals its key; speeds by their median, which a
 // third of misread rows does not move.
-std::vector<StandPoint> joined_rows(const StandMapping& m, const Chosen& chosen, const ColumnTable& file,
-                                    const std::vector<StandPoint>& rows, const ColumnTable& joined, std::size_t rotors) {
+std::vector<StandPoint> joined_rows(const StandMapping& m, const Chosen& chosen, const log::ColumnTable& file,
+                                    const std::vector<StandPoint>& rows, const log::ColumnTable& joined, std::size_t rotors) {
   std::vector<StandPoint> out;
   const auto& to = file.columns.at(m.join->to);
   for (std::size_t j = 0; j < joined.rows; ++j) {
@@ -86,7 +86,7 @@ std::vector<StandPoint> joined_rows(const StandMapping& m, const Chosen& chosen,
     if (speeds[0].empty()) continue;
     p.voltage_V = voltage / static_cast<double>(speeds[0].size());
     p.command = to[p.row - 1];
-    for (std::size_t k = 0; k < rotors; ++k) p.omega_rad_s[k] = median(speeds[k]);
+    for (std::size_t k = 0; k < rotors; ++k) p.omega_rad_s[k] = log::median(speeds[k]);
     for (const auto& [quantity, channel] : chosen)
       if (channel->joined) place(p, quantity) = joined.columns.at(channel->columns[0])[j] * channel->to_si;
     out.push_back(p);
@@ -148,13 +148,13 @@ StandRecord read_stand_file(const std::filesystem::path& path, const StandMappin
   for (const auto& c : m.channels) (c.joined ? wanted_joined : wanted).insert(c.columns.begin(), c.columns.end());
   if (m.time_column) wanted.insert(*m.time_column);
   if (m.join) wanted.insert(m.join->to), wanted_joined.insert(m.join->key);
-  const ColumnTable file = read_csv_table(path, wanted, m.separator, m.header);
+  const log::ColumnTable file = log::read_csv_table(path, wanted, m.separator, m.header);
   for (const auto& needed : {m.time_column, m.join ? std::optional(m.join->to) : std::nullopt})
     if (needed && !file.has(*needed))
       throw Error({m.path.generic_string(), fmt::format("the column \"{}\" is not in {}", *needed, file.label),
-                   "a mapping for another stand", fmt::format("its columns are: {}", name_list(file.names))});
-  std::optional<ColumnTable> joined;
-  if (m.join) joined = read_csv_table(path.parent_path() / m.join->file, wanted_joined, m.separator);
+                   "a mapping for another stand", fmt::format("its columns are: {}", log::name_list(file.names))});
+  std::optional<log::ColumnTable> joined;
+  if (m.join) joined = log::read_csv_table(path.parent_path() / m.join->file, wanted_joined, m.separator);
 
   const Chosen chosen = choose(m, file, joined ? &*joined : nullptr);
   StandRecord r;
@@ -184,4 +184,4 @@ StandRecord read_stand_file(const std::filesystem::path& path, const StandMappin
   return r;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

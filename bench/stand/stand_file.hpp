@@ -10,7 +10,7 @@
 
 #include "bench/stand/stand_mapping.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
@@ -43,4 +43,4 @@ double sum_omega_squared(const StandRecord& r, const StandPoint& p);
 // Throws Error: usage for a mapping that does not fit the file, data_quality for a damaged file.
 StandRecord read_stand_file(const std::filesystem::path& path, const StandMapping& mapping);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -5,7 +5,7 @@
 #include "bench/log/log_units.hpp"
 #include "host/base/toml_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 struct QuantityTraits {
@@ -35,9 +35,9 @@ StandChannel read_channel(const TomlTable& t, bool has_join) {
     t.fail("columns", fmt::format("{} has {} columns, expected 1{}", word, c.columns.size(), most > 1 ? " to 4" : ""), "",
            most > 1 ? "give one column for each rotor on the stand" : "give one column");
   const std::string unit = t.text("unit", c.quantity == StandQuantity::command ? "1" : "");
-  const LogUnit* const u = find_log_unit(unit);
+  const log::LogUnit* const u = log::find_log_unit(unit);
   if (!u || u->si != si)
-    t.fail("unit", fmt::format("unit = \"{}\" is no unit of {}", unit, word), "", fmt::format("use one of: {}", log_units_of(si)));
+    t.fail("unit", fmt::format("unit = \"{}\" is no unit of {}", unit, word), "", fmt::format("use one of: {}", log::log_units_of(si)));
   c.to_si = u->factor * t.number("scale", {-1e9, 1e9, "1"}, 1.0);
   if (c.to_si == 0.0) t.fail("scale", "scale = 0 leaves nothing", "", "leave it out, or give the factor; -1 turns the sign");
   if (u->electrical) c.to_si /= static_cast<double>(t.integer("pole_pairs", 1, 30));
@@ -65,7 +65,7 @@ StandMapping from_toml(const TomlFile& file) {
   if (root.has("header")) m.header = root.texts("header");
   if (const auto t = root.optional_table("time")) {
     m.time_column = t->text("column");
-    m.s_per_unit = find_log_unit(t->choice("unit", {"s", "ms", "us"}))->factor;
+    m.s_per_unit = log::find_log_unit(t->choice("unit", {"s", "ms", "us"}))->factor;
   }
   if (const auto t = root.optional_table("series")) {
     if (!m.time_column) t->fail("average_s", "[series] without [time]", "", "add [time] with column and unit");
@@ -100,4 +100,4 @@ StandMapping parse_stand_mapping(std::string_view text, const std::filesystem::p
   return from_toml(TomlFile::parse(text, name_for_errors));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 enum class StandQuantity { rotor_speed, thrust, torque, voltage, current, airspeed, command };
 std::string_view name(StandQuantity q);
@@ -56,4 +56,4 @@ struct StandMapping {
 StandMapping read_stand_mapping(const std::filesystem::path& path);
 StandMapping parse_stand_mapping(std::string_view text, const std::filesystem::path& name_for_errors);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

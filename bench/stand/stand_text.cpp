@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 std::string channel_text(const StandChannelFit& c) {
@@ -26,7 +26,7 @@ std::string channel_text(const StandChannelFit& c) {
   return s;
 }
 
-nlohmann::ordered_json values_json(const std::vector<NamedValue>& values) {
+nlohmann::ordered_json values_json(const std::vector<diagnose::NamedValue>& values) {
   auto out = nlohmann::ordered_json::array();
   for (const auto& v : values) out.push_back({{"name", v.name}, {"value", v.value}, {"u", v.u}, {"unit", v.unit}});
   return out;
@@ -85,4 +85,4 @@ std::string stand_json(const StandDiagnosis& d) {
   return j.dump(2) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

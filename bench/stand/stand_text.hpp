@@ -4,11 +4,11 @@
 
 #include "bench/stand/stand_diagnosis.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 
 std::string stand_text(const StandDiagnosis& d);
 // {"files": [{"file", "verdict", "faults", "notes", "channels": [{"channel", "coefficient", "verdict", "best", "twins", "candidates"}]}],
 // "remarks": []}
 std::string stand_json(const StandDiagnosis& d);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -7,7 +7,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.80665;
@@ -17,7 +17,7 @@ constexpr double kTwin = 1.25;       // held-out rms within this factor of the b
 constexpr double kLeastFall = 0.02;  // of the held-out rms
 constexpr int kRounds = 8;           // of map and numbers in turn: the second changes the sixth digit only
 
-double at(const Stream<double>& s, double t_s) {
+double at(const log::Stream<double>& s, double t_s) {
   const auto it = std::upper_bound(s.t_s.begin(), s.t_s.end(), t_s);
   return s.value[it == s.t_s.begin() ? 0 : static_cast<std::size_t>(it - s.t_s.begin()) - 1];
 }
@@ -129,7 +129,7 @@ FlightDifference describe(const std::vector<CommandThrust>& flights, Kind kind, 
 
 }  // namespace
 
-CommandThrust command_thrust(const FlightRecord& f, const CommandThrustOptions& o) {
+CommandThrust command_thrust(const log::FlightRecord& f, const CommandThrustOptions& o) {
   CommandThrust c;
   c.flight = f.name;
   const bool pose = !f.pose.empty();
@@ -138,7 +138,7 @@ CommandThrust command_thrust(const FlightRecord& f, const CommandThrustOptions& 
   const auto height = [&](std::size_t i) { return pose ? f.pose.value[i].p_W_m.z() : f.position_W_m.value[i].z(); };
   double lowest = height(0);
   for (std::size_t i = 0; i < stamp.size(); ++i) lowest = std::min(lowest, height(i));
-  RotorValues lagged{};
+  log::RotorValues lagged{};
   std::size_t p = 0, a = 0;
   for (std::size_t i = 0; i < f.motor_command.size(); ++i) {
     const double t = f.motor_command.t_s[i], volts = at(f.battery_V, t);
@@ -158,7 +158,7 @@ CommandThrust command_thrust(const FlightRecord& f, const CommandThrustOptions& 
   return c;
 }
 
-CommandThrustDiagnosis diagnose_command_thrust(const std::vector<FlightRecord>& records, const CommandThrustOptions& o) {
+CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightRecord>& records, const CommandThrustOptions& o) {
   std::vector<CommandThrust> flights;
   for (const auto& r : records)
     if (auto c = command_thrust(r, o); c.t_s.size() >= kLeastSamples) flights.push_back(std::move(c));
@@ -175,12 +175,12 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<FlightRecord>& 
   }
   d.none = describe(flights, Kind::none, "none", "one map for all flights");
   const HeldOut before = held_out(flights, Kind::none);
-  d.none.held_out_rms_m_s2 = rms_of(before.error);
+  d.none.held_out_rms_m_s2 = stand::rms_of(before.error);
   const auto add = [&](Kind kind, const char* id, const char* meaning) {
     FlightDifference x = describe(flights, kind, id, meaning);
     const HeldOut after = held_out(flights, kind);
-    x.held_out_rms_m_s2 = rms_of(after.error);
-    x.fall = fall_of_rms(before.error, after.error, before.block, o.seed);
+    x.held_out_rms_m_s2 = stand::rms_of(after.error);
+    x.fall = stand::fall_of_rms(before.error, after.error, before.block, o.seed);
     d.differences.push_back(std::move(x));
   };
   add(Kind::battery_gain, "battery_gain", "motor voltage times 1 + number: battery, wiring, a warm motor");
@@ -204,7 +204,7 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<FlightRecord>& 
                                    scatter(shown), scatter(x.per_flight));
     if (x.ruled_out_by.empty()) d.named.push_back(x.id);
   }
-  d.verdict = d.named.empty() ? DiagnosisVerdict::clean : d.named.size() == 1 ? DiagnosisVerdict::named : DiagnosisVerdict::ambiguous;
+  d.verdict = d.named.empty() ? diagnose::DiagnosisVerdict::clean : d.named.size() == 1 ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::ambiguous;
   return d;
 }
 
@@ -224,4 +224,4 @@ std::string command_thrust_text(const CommandThrustDiagnosis& d) {
   return s;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -8,7 +8,7 @@
 #include "bench/diagnose/verdict.hpp"
 #include "bench/log/flight_record.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 
 // Samples in flight: Σ u and Σ u² over the rotors of u = command times battery voltage, after the motors' lag, beside specific force
 // along body z. Frames and units as in FlightRecord.
@@ -24,7 +24,7 @@ struct CommandThrustOptions {
   std::uint64_t seed = 1;
 };
 
-CommandThrust command_thrust(const FlightRecord& flight, const CommandThrustOptions& options = {});
+CommandThrust command_thrust(const log::FlightRecord& flight, const CommandThrustOptions& options = {});
 
 // What differs from flight to flight, as one number per flight.
 struct FlightDifference {
@@ -33,7 +33,7 @@ struct FlightDifference {
   std::vector<double> per_flight, u;  // each flight's number
   double rms_m_s2 = 0.0, r2 = 0.0;    // of all samples
   double held_out_rms_m_s2 = 0.0;     // second halves, with the flight's number from its first half and the map from the other flights
-  Fall fall;                          // of that rms against "none", 95 % over stretches of 5 s
+  stand::Fall fall;                          // of that rms against "none", 95 % over stretches of 5 s
   std::string ruled_out_by;           // empty: it explains why flights differ
 };
 
@@ -42,12 +42,12 @@ struct CommandThrustDiagnosis {
   std::vector<double> own_r2;  // of a map of its own for each flight
   FlightDifference none;
   std::vector<FlightDifference> differences;  // best first
-  DiagnosisVerdict verdict = DiagnosisVerdict::clean;
+  diagnose::DiagnosisVerdict verdict = diagnose::DiagnosisVerdict::clean;
   std::vector<std::string> named;  // one, or a class
 };
 
 // Throws Error (data_quality) for fewer than three flights with command, battery, accelerometer and height.
-CommandThrustDiagnosis diagnose_command_thrust(const std::vector<FlightRecord>& flights, const CommandThrustOptions& options = {});
+CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightRecord>& flights, const CommandThrustOptions& options = {});
 std::string command_thrust_text(const CommandThrustDiagnosis& d);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -11,7 +11,7 @@
 #include "bench/log/check/signal.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
 using Vector4 = Eigen::Vector4d;
@@ -29,7 +29,7 @@ constexpr double kSwayLow_Hz = 0.2, kSwayHigh_Hz = 0.8, kSwayStep_Hz = 0.05;
 constexpr double kSaturatedHover = 0.05;
 constexpr double kLeastLoss = 0.0, kMostLoss = 0.5;
 
-double at(const Stream<double>& s, double t_s) {
+double at(const log::Stream<double>& s, double t_s) {
   const auto it = std::upper_bound(s.t_s.begin(), s.t_s.end(), t_s);
   return s.value[it == s.t_s.begin() ? 0 : static_cast<std::size_t>(it - s.t_s.begin()) - 1];
 }
@@ -37,7 +37,7 @@ double at(const Stream<double>& s, double t_s) {
 struct Heights {
   std::vector<double> t_s, z_m, climb_m_s;
 };
-Heights heights(const FlightRecord& f) {
+Heights heights(const log::FlightRecord& f) {
   Heights h;
   const bool pose = !f.pose.empty();
   const std::size_t n = pose ? f.pose.size() : f.position_W_m.size();
@@ -51,7 +51,7 @@ Heights heights(const FlightRecord& f) {
 }
 
 // rms of yaw in the band, by Hann-windowed Fourier sums over each stretch of hover of at least 3 s.
-double yaw_sway(const FlightRecord& f, const std::vector<double>& t_s) {
+double yaw_sway(const log::FlightRecord& f, const std::vector<double>& t_s) {
   const auto yaw = f.extra.find("yaw[rad]");
   if (yaw == f.extra.end() || yaw->second.empty()) return 0.0;
   double power = 0.0, length = 0.0;
@@ -203,10 +203,10 @@ std::string all_ids(const HoverHypothesis& h) { return fmt::format("{}", fmt::jo
 
 }  // namespace
 
-std::optional<HoverShare> hover_share(const FlightRecord& f, CommandMeaning meaning) {
+std::optional<HoverShare> hover_share(const log::FlightRecord& f, CommandMeaning meaning) {
   const Heights h = heights(f);
   if (h.t_s.empty() || f.motor_command.empty() || (meaning == CommandMeaning::duty && f.battery_V.empty())) return std::nullopt;
-  const double usual = quantile(h.z_m, 0.75), ground = *std::min_element(h.z_m.begin(), h.z_m.end());
+  const double usual = log::quantile(h.z_m, 0.75), ground = *std::min_element(h.z_m.begin(), h.z_m.end());
   HoverShare s;
   s.flight = f.name;
   std::vector<double> hover_t_s;
@@ -215,7 +215,7 @@ std::optional<HoverShare> hover_share(const FlightRecord& f, CommandMeaning mean
   for (std::size_t i = 0; i < h.t_s.size(); ++i) {
     if (h.z_m[i] < ground + 0.8 * (usual - ground) || std::abs(h.climb_m_s[i]) > kLevel_m_s) continue;
     while (k + 1 < f.motor_command.size() && f.motor_command.t_s[k + 1] <= h.t_s[i]) ++k;
-    const RotorValues& u = f.motor_command.value[k];
+    const log::RotorValues& u = f.motor_command.value[k];
     const double volts = f.battery_V.empty() ? 0.0 : at(f.battery_V, h.t_s[i]);
     if (*std::min_element(u.begin(), u.end()) <= 0.0) continue;
     for (std::size_t r = 0; r < 4; ++r) s.demand[r] += meaning == CommandMeaning::thrust ? u[r] : std::pow(u[r] * volts, kThrustPerVoltage);
@@ -231,7 +231,7 @@ std::optional<HoverShare> hover_share(const FlightRecord& f, CommandMeaning mean
   return s;
 }
 
-CommandMeaning command_meaning(const std::vector<FlightRecord>& reference) {
+CommandMeaning command_meaning(const std::vector<log::FlightRecord>& reference) {
   const auto scatter = [&](CommandMeaning m) {
     std::vector<double> totals;
     for (const auto& f : reference)
@@ -245,7 +245,7 @@ CommandMeaning command_meaning(const std::vector<FlightRecord>& reference) {
   return scatter(CommandMeaning::duty) < scatter(CommandMeaning::thrust) ? CommandMeaning::duty : CommandMeaning::thrust;
 }
 
-HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<FlightRecord>& reference, const host::VehicleModel& vehicle) {
+HoverDiagnosis diagnose_hover(const log::FlightRecord& flight, const std::vector<log::FlightRecord>& reference, const host::VehicleModel& vehicle) {
   const CommandMeaning meaning = command_meaning(reference);
   std::vector<HoverShare> base;
   for (const auto& f : reference)
@@ -295,7 +295,7 @@ HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<Flig
   if (swings && change.sum() > kBeyond * 2.0 * d.u) {
     // A load on a string away from the centre turns the body as it swings, which nothing that is fixed to it does.
     d.named.push_back("slung_load");
-    d.verdict = DiagnosisVerdict::named;
+    d.verdict = diagnose::DiagnosisVerdict::named;
     d.remarks.push_back(fmt::format("demand rises by {:.1f} ± {:.1f} % in total", 25.0 * change.sum(), 50.0 * d.u));
     return d;
   }
@@ -307,7 +307,7 @@ HoverDiagnosis diagnose_hover(const FlightRecord& flight, const std::vector<Flig
     d.named.push_back(all_ids(h));
   }
   add_twins(d);
-  d.verdict = d.named.empty() ? DiagnosisVerdict::unexplained : d.named.size() == 1 ? DiagnosisVerdict::named : DiagnosisVerdict::ambiguous;
+  d.verdict = d.named.empty() ? diagnose::DiagnosisVerdict::unexplained : d.named.size() == 1 ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::ambiguous;
   return d;
 }
 
@@ -326,4 +326,4 @@ std::string hover_text(const HoverDiagnosis& d) {
   return s;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

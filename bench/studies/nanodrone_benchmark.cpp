@@ -10,25 +10,25 @@
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
 constexpr std::size_t kHorizon = 50;       // steps of 10 ms, as published
 constexpr std::size_t kLongHorizon = 200;  // how far the rotation model helps is looked for up to 2 s, from every fifth start
 // Sum of the mean errors over all horizons, the best published for each quantity (results notebook of the benchmark).
-constexpr std::array<double, kPredictedQuantities> kPublishedBest{2.32, 10.40, 5.10, 28.99};
-constexpr std::array<double, kPredictedQuantities> kShare{0.90, 0.90, 1.00, 1.00};
+constexpr std::array<double, score::kPredictedQuantities> kPublishedBest{2.32, 10.40, 5.10, 28.99};
+constexpr std::array<double, score::kPredictedQuantities> kShare{0.90, 0.90, 1.00, 1.00};
 // Translation is fitted to the velocity 0.1 s ahead, before errors of attitude grow; rotation to everything up to 0.5 s. The scales are
 // typical errors of the published physics over the horizon, with position and velocity at a third of the weight: they follow attitude.
-constexpr std::array<double, kPredictedQuantities> kTranslationScale{0.0, 0.05, 0.0, 0.0};
-constexpr std::array<double, kPredictedQuantities> kRotationScale{0.17, 0.67, 0.1, 0.55};
+constexpr std::array<double, score::kPredictedQuantities> kTranslationScale{0.0, 0.05, 0.0, 0.0};
+constexpr std::array<double, score::kPredictedQuantities> kRotationScale{0.17, 0.67, 0.1, 0.55};
 
 struct Flights {
-  std::vector<StateTrack> training, test;
+  std::vector<score::StateTrack> training, test;
 };
 
 Flights read_flights(const NanodroneInputs& in) {
-  const LogMapping mapping = read_log_mapping(in.mapping);
+  const log::LogMapping mapping = log::read_log_mapping(in.mapping);
   std::vector<std::filesystem::path> files;
   if (std::filesystem::is_directory(in.flights)) {
     for (const auto& f : std::filesystem::directory_iterator(in.flights)) {
@@ -39,7 +39,7 @@ Flights read_flights(const NanodroneInputs& in) {
   Flights flights;
   for (const auto& f : files) {
     const bool test = f.stem().string().starts_with("melon");
-    (test ? flights.test : flights.training).push_back(filtered_track(read_flight(f, &mapping)));
+    (test ? flights.test : flights.training).push_back(score::filtered_track(log::read_flight(f, &mapping)));
   }
   if (flights.training.empty() || flights.test.empty()) {
     throw Error({.where = in.flights.generic_string(),
@@ -52,58 +52,58 @@ Flights read_flights(const NanodroneInputs& in) {
   return flights;
 }
 
-std::vector<PredictionErrors> score(const std::vector<StateTrack>& flights, const Predictor& predictor) {
-  std::vector<PredictionErrors> errors;
-  for (const StateTrack& t : flights) errors.push_back(predict(t, predictor, prediction_starts(t, kHorizon), kHorizon));
+std::vector<score::PredictionErrors> score(const std::vector<score::StateTrack>& flights, const score::Predictor& predictor) {
+  std::vector<score::PredictionErrors> errors;
+  for (const score::StateTrack& t : flights) errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kHorizon), kHorizon));
   return errors;
 }
 
-PredictionSummary score_far(const std::vector<StateTrack>& flights, const Predictor& predictor) {
-  std::vector<PredictionErrors> errors;
-  for (const StateTrack& t : flights) errors.push_back(predict(t, predictor, prediction_starts(t, kLongHorizon, 5), kLongHorizon));
-  return summary(errors);
+score::PredictionSummary score_far(const std::vector<score::StateTrack>& flights, const score::Predictor& predictor) {
+  std::vector<score::PredictionErrors> errors;
+  for (const score::StateTrack& t : flights) errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kLongHorizon, 5), kLongHorizon));
+  return score::summary(errors);
 }
 
 int named(const host::TermList& terms, const std::string& name) {
-  const int p = find_parameter(name, terms);
+  const int p = estimate::find_parameter(name, terms);
   if (p < 0) throw Error({.where = "nano-drone benchmark", .what = "no parameter " + name, .likely = "", .remedy = ""});
   return p;
 }
 
 // Thrust k_F Σω², nothing else: the benchmark's physics model, which holds the rates.
-ModelValues published_physics(const host::VehicleModel& vehicle) {
-  ModelValues v = model_values(vehicle);
-  v[kK1] = kNanodronePublishedK_F_N_s2;
-  v[kK2] = v[kCdh] = v[kCdxy] = v[kCdz] = 0.0;
+estimate::ModelValues published_physics(const host::VehicleModel& vehicle) {
+  estimate::ModelValues v = estimate::model_values(vehicle);
+  v[estimate::kK1] = kNanodronePublishedK_F_N_s2;
+  v[estimate::kK2] = v[estimate::kCdh] = v[estimate::kCdxy] = v[estimate::kCdz] = 0.0;
   return v;
 }
 
 // Start of every fit here: no body drag, which rotor drag leaves nothing to.
-ModelValues start_values(const host::VehicleModel& vehicle, const host::TermList& terms) {
-  ModelValues v = model_values(vehicle, terms);
-  v[kCdxy] = v[kCdz] = 0.0;
+estimate::ModelValues start_values(const host::VehicleModel& vehicle, const host::TermList& terms) {
+  estimate::ModelValues v = estimate::model_values(vehicle, terms);
+  v[estimate::kCdxy] = v[estimate::kCdz] = 0.0;
   return v;
 }
 
-ModelValues fit_translation(const NanodroneInputs& in, const std::vector<StateTrack>& training) {
+estimate::ModelValues fit_translation(const NanodroneInputs& in, const std::vector<score::StateTrack>& training) {
   host::TermList terms;
-  terms.add(kTorqueShare);
-  ModelValues v = start_values(in.vehicle, terms);
+  terms.add(score::kTorqueShare);
+  estimate::ModelValues v = start_values(in.vehicle, terms);
   for (const std::string axis : {"roll", "pitch", "yaw"}) v[named(terms, "prediction.torque_share." + axis)] = 0.0;  // rates held: translation alone
-  MultiStepOptions o;
+  score::MultiStepOptions o;
   o.horizon = 10;
   o.scale = kTranslationScale;
-  return fit_multi_step(v, {kK1, kK2, kCdh}, training, o).values;
+  return score::fit_multi_step(v, {estimate::kK1, estimate::kK2, estimate::kCdh}, training, o).values;
 }
 
-void fit_rotation(const NanodroneInputs& in, const std::vector<StateTrack>& training, const ModelValues& translation,
+void fit_rotation(const NanodroneInputs& in, const std::vector<score::StateTrack>& training, const estimate::ModelValues& translation,
                   NanodroneResult& out) {
   host::TermList terms;
-  for (const host::Term* t : {&kTorqueShare, host::find_term("rotor_inertia_reaction"), &kInPlaneVelocityMoment, &kRateReturn})
+  for (const host::Term* t : {&score::kTorqueShare, host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment, &score::kRateReturn})
     terms.add(*t);
-  ModelValues v = start_values(in.vehicle, terms);
-  for (const int p : {kK1, kK2, kCdh}) v[p] = translation[p];
-  Columns free{kComX, kComY};
+  estimate::ModelValues v = start_values(in.vehicle, terms);
+  for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh}) v[p] = translation[p];
+  estimate::Columns free{estimate::kComX, estimate::kComY};
   const auto add = [&](const char* name, double start) {
     free.push_back(named(terms, name));
     v[free.back()] = start;
@@ -117,17 +117,17 @@ void fit_rotation(const NanodroneInputs& in, const std::vector<StateTrack>& trai
   add("effect.prediction.rate_return.roll", 1e-4);
   add("effect.prediction.rate_return.pitch", 1e-4);
   add("effect.prediction.rate_return.yaw", 3e-5);
-  MultiStepOptions o;
+  score::MultiStepOptions o;
   o.horizon = kHorizon;
   o.stride = 60;
   o.scale = kRotationScale;
-  out.predicting = fit_multi_step(v, free, training, o).values;
+  out.predicting = score::fit_multi_step(v, free, training, o).values;
   out.predicting_free = free;
 }
 
 // The filtered track as readings, for the estimator.
-FlightRecord as_record(const StateTrack& t) {
-  FlightRecord r;
+log::FlightRecord as_record(const score::StateTrack& t) {
+  log::FlightRecord r;
   r.name = t.name;
   std::size_t hint = 0;
   for (std::size_t k = 0; k < t.state.size(); ++k) {
@@ -140,14 +140,14 @@ FlightRecord as_record(const StateTrack& t) {
 }
 
 // Physical parameters by maximum likelihood on the first flight of each kind: the vehicle's, with process noise for what is not modelled.
-ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<StateTrack>& training, const ModelValues& translation,
+estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<score::StateTrack>& training, const estimate::ModelValues& translation,
                            NanodroneResult& out) {
   host::TermList terms;
-  for (const host::Term* t : {host::find_term("rotor_local_inflow"), host::find_term("rotor_inertia_reaction"), &kInPlaneVelocityMoment})
+  for (const host::Term* t : {host::find_term("rotor_local_inflow"), host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment})
     terms.add(*t);
-  FitProblem problem;
+  estimate::FitProblem problem;
   problem.start = start_values(in.vehicle, terms);
-  for (const int p : {kK1, kK2, kCdh}) problem.start[p] = translation[p];
+  for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh}) problem.start[p] = translation[p];
   const int velocity_roll = named(terms, "effect.prediction.in_plane_velocity_moment.roll");
   const int velocity_pitch = named(terms, "effect.prediction.in_plane_velocity_moment.pitch");
   const int rotor_inertia = named(terms, "effect.rotor_inertia_reaction.J_r_kg_m2");
@@ -155,17 +155,17 @@ ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<StateTra
   problem.start[rotor_inertia] = 3e-8;
   problem.start[velocity_roll] = problem.start[velocity_pitch] = 1e-7;
   for (const int p :
-       {int{kIxx}, int{kIyy}, int{kIzz}, int{kCq}, int{kK1}, int{kK2}, int{kCdh}, rotor_inertia, velocity_roll, velocity_pitch})
+       {int{estimate::kIxx}, int{estimate::kIyy}, int{estimate::kIzz}, int{estimate::kCq}, int{estimate::kK1}, int{estimate::kK2}, int{estimate::kCdh}, rotor_inertia, velocity_roll, velocity_pitch})
     problem.free.push_back({p});
-  for (const int p : {kComX, kComY, kRotorDelay}) problem.free.push_back({p, true});
+  for (const int p : {estimate::kComX, estimate::kComY, estimate::kRotorDelay}) problem.free.push_back({p, true});
 
-  std::vector<GridFlight> grids;
-  GridOptions grid;
+  std::vector<estimate::GridFlight> grids;
+  estimate::GridOptions grid;
   grid.rate_Hz = 100.0;
   grid.longest_substep_s = 5.1e-3;
   grid.use_velocity = grid.use_gyro = true;
   std::string kind;
-  for (const StateTrack& t : training) {
+  for (const score::StateTrack& t : training) {
     const std::string this_kind = t.name.substr(0, t.name.find('_'));
     if (this_kind == kind) continue;
     kind = this_kind;
@@ -173,7 +173,7 @@ ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<StateTra
     grid.to_s = t.time_s(t.state.size() - 1) - 3.0;
     grids.push_back(make_grid(as_record(t), grid));
   }
-  for (const GridFlight& g : grids) problem.flights.push_back(&g);
+  for (const estimate::GridFlight& g : grids) problem.flights.push_back(&g);
   // Of the low-passed signals; the moments that the model does not know are worth about 5 rad/s² below 2 Hz.
   problem.noise.force_m_s2_rtHz.setConstant(0.15);
   problem.noise.angular_rad_s2_rtHz.setConstant(2.0);
@@ -181,18 +181,18 @@ ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<StateTra
   problem.noise.attitude_rad.setConstant(3e-3);
   problem.noise.velocity_m_s.setConstant(0.03);
   problem.noise.gyro_rad_s.setConstant(0.05);
-  FitOptions options;
+  estimate::FitOptions options;
   options.tolerance = 1.0;
   options.max_iterations = 15;
-  Fit fitted = fit(problem, options);
-  ModelValues v = fitted.values.front();
-  for (const int p : {kComX, kComY}) {
+  estimate::Fit fitted = estimate::fit(problem, options);
+  estimate::ModelValues v = fitted.values.front();
+  for (const int p : {estimate::kComX, estimate::kComY}) {
     v[p] = 0.0;
-    for (const ModelValues& f : fitted.values) v[p] += f[p] / static_cast<double>(fitted.values.size());
+    for (const estimate::ModelValues& f : fitted.values) v[p] += f[p] / static_cast<double>(fitted.values.size());
   }
-  v[kRotorDelay] = 0.0;
-  for (const Estimate& e : fitted.estimates)
-    out.likelihood_names.push_back(e.parameter < kCoreParameters ? estimate_name(e, problem) : parameter_info(e.parameter, terms).name);
+  v[estimate::kRotorDelay] = 0.0;
+  for (const estimate::Estimate& e : fitted.estimates)
+    out.likelihood_names.push_back(e.parameter < estimate::kCoreParameters ? estimate::estimate_name(e, problem) : estimate::parameter_info(e.parameter, terms).name);
   out.likelihood = std::move(fitted);
   return v;
 }
@@ -210,58 +210,58 @@ NanodroneResult run_nanodrone(const NanodroneInputs& in, const std::function<voi
   };
   NanodroneResult out;
   const Flights flights = read_flights(in);
-  for (const StateTrack& t : flights.training) out.training.push_back(t.name);
+  for (const score::StateTrack& t : flights.training) out.training.push_back(t.name);
   say(fmt::format("{} training flights, {} test flight(s)", flights.training.size(), flights.test.size()));
 
-  const auto scored = [&](const std::string& model, const Predictor& predictor) {
+  const auto scored = [&](const std::string& model, const score::Predictor& predictor) {
     auto errors = score(flights.test, predictor);
-    out.scores.push_back({model, summary(errors)});
+    out.scores.push_back({model, score::summary(errors)});
     return errors;
   };
-  scored("state held", state_held());
-  const auto baseline = scored("published physics, rates held", rates_held(published_physics(in.vehicle)));
+  scored("state held", score::state_held());
+  const auto baseline = scored("published physics, rates held", score::rates_held(published_physics(in.vehicle)));
 
-  const ModelValues translation = fit_translation(in, flights.training);
+  const estimate::ModelValues translation = fit_translation(in, flights.training);
   out.k_F_N_s2 =
-      host::static_c_t({translation[kK1], translation[kK2], translation.geometry.radius_m, translation.geometry.air_density_kg_m3});
+      host::static_c_t({translation[estimate::kK1], translation[estimate::kK2], translation.geometry.radius_m, translation.geometry.air_density_kg_m3});
   say(fmt::format("translation fitted: k_F {:.3e} N s²", out.k_F_N_s2));
-  const auto held = scored("eq. 1-5, rates held", rates_held(translation));
+  const auto held = scored("eq. 1-5, rates held", score::rates_held(translation));
 
-  std::optional<ModelValues> physical;
+  std::optional<estimate::ModelValues> physical;
   if (in.maximum_likelihood) {
     physical = fit_likelihood(in, flights.training, translation, out);
     say("physical parameters fitted by maximum likelihood");
-    scored("maximum likelihood, rates held", rates_held(*physical));
-    scored("maximum likelihood, whole", whole_model(*physical));
+    scored("maximum likelihood, rates held", score::rates_held(*physical));
+    scored("maximum likelihood, whole", score::whole_model(*physical));
   }
 
   fit_rotation(in, flights.training, translation, out);
   say("rotation fitted to 0.5 s ahead");
-  const auto ours = scored("fitted to 0.5 s ahead", whole_model(out.predicting));
+  const auto ours = scored("fitted to 0.5 s ahead", score::whole_model(out.predicting));
 
-  const PredictionSummary& base_score = out.scores[1].score;
-  const PredictionSummary our_score = summary(ours);
-  for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
+  const score::PredictionSummary& base_score = out.scores[1].score;
+  const score::PredictionSummary our_score = score::summary(ours);
+  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) {
     NanodroneLimit& l = out.limits[q];
-    l.quantity = static_cast<PredictedQuantity>(q);
+    l.quantity = static_cast<score::PredictedQuantity>(q);
     l.published_best = kPublishedBest[q];
     l.baseline = base_score.sim_error[q];
     l.share = kShare[q];
     l.limit = l.share * std::min(l.published_best, l.baseline);
     l.measured = our_score.sim_error[q];
-    l.to_baseline = error_ratio(ours, baseline, l.quantity, 1, kHorizon, in.bootstrap);
+    l.to_baseline = score::error_ratio(ours, baseline, l.quantity, 1, kHorizon, in.bootstrap);
     l.met = l.measured <= l.limit;
   }
   for (const std::size_t h : {1u, 2u, 5u, 10u, 20u, 50u}) {
-    out.horizons.push_back({static_cast<double>(h) * our_score.step_s, error_ratio(ours, held, kPredictedAttitude, h, h, in.bootstrap),
-                            error_ratio(ours, held, kPredictedRates, h, h, in.bootstrap)});
+    out.horizons.push_back({static_cast<double>(h) * our_score.step_s, score::error_ratio(ours, held, score::kPredictedAttitude, h, h, in.bootstrap),
+                            score::error_ratio(ours, held, score::kPredictedRates, h, h, in.bootstrap)});
   }
-  const PredictionSummary far = score_far(flights.test, whole_model(out.predicting)),
-                          far_held = score_far(flights.test, rates_held(translation));
-  out.attitude_helps = helpful_range(far, far_held, kPredictedAttitude);
-  out.rates_help = helpful_range(far, far_held, kPredictedRates);
-  if (physical) out.likelihood_rates_help = helpful_range(score_far(flights.test, whole_model(*physical)), far_held, kPredictedRates);
+  const score::PredictionSummary far = score_far(flights.test, score::whole_model(out.predicting)),
+                          far_held = score_far(flights.test, score::rates_held(translation));
+  out.attitude_helps = score::helpful_range(far, far_held, score::kPredictedAttitude);
+  out.rates_help = score::helpful_range(far, far_held, score::kPredictedRates);
+  if (physical) out.likelihood_rates_help = score::helpful_range(score_far(flights.test, score::whole_model(*physical)), far_held, score::kPredictedRates);
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -13,47 +13,47 @@
 #include "bench/score/prediction.hpp"
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 
 struct NanodroneInputs {
   std::filesystem::path flights;    // folder of the CSV files
   std::filesystem::path mapping;    // what their columns mean
   host::VehicleModel vehicle;       // mass, arms, inertia, propeller; the rest are start values
   bool maximum_likelihood = false;  // also the fit of estimator.hpp on one flight of each kind: about a minute more
-  Bootstrap bootstrap;
+  score::Bootstrap bootstrap;
 };
 
 struct NanodroneScore {
   std::string model;
-  PredictionSummary score;
+  score::PredictionSummary score;
 };
 
 // A score that is judged: at most `share` of the smaller of the published best and the recomputed baseline.
 struct NanodroneLimit {
-  PredictedQuantity quantity = kPredictedPosition;
+  score::PredictedQuantity quantity = score::kPredictedPosition;
   double published_best = 0.0, baseline = 0.0, share = 1.0;
   double limit = 0.0, measured = 0.0;
-  ErrorRatio to_baseline;  // measured over baseline, paired
+  score::ErrorRatio to_baseline;  // measured over baseline, paired
   bool met = false;
 };
 
 // How the whole model compares with its own translation and constant rates, at one horizon.
 struct NanodroneHorizon {
   double horizon_s = 0.0;
-  ErrorRatio attitude, rates;
+  score::ErrorRatio attitude, rates;
 };
 
 struct NanodroneResult {
   std::vector<std::string> training;
   std::vector<NanodroneScore> scores;  // in order of the steps that were taken
-  std::array<NanodroneLimit, kPredictedQuantities> limits;
+  std::array<NanodroneLimit, score::kPredictedQuantities> limits;
   std::vector<NanodroneHorizon> horizons;
   // Horizons to 2 s at which the rotation model beats constant rates; and that of the maximum-likelihood fit, when it was made.
-  HelpfulRange attitude_helps, rates_help, likelihood_rates_help;
+  score::HelpfulRange attitude_helps, rates_help, likelihood_rates_help;
   double k_F_N_s2 = 0.0;  // static thrust coefficient of the translation fit
-  ModelValues predicting;
+  estimate::ModelValues predicting;
   std::vector<int> predicting_free;  // its parameters that were fitted
-  std::optional<Fit> likelihood;     // physical parameters, with the names of its estimates
+  std::optional<estimate::Fit> likelihood;     // physical parameters, with the names of its estimates
   std::vector<std::string> likelihood_names;
 
   bool met() const;
@@ -65,4 +65,4 @@ inline constexpr double kNanodroneK_F_tolerance = 0.02;
 // Throws Error (data_quality) when the folder lacks training or test flights. `progress` gets one line a step.
 NanodroneResult run_nanodrone(const NanodroneInputs& inputs, const std::function<void(const std::string&)>& progress = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

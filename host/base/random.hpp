@@ -6,7 +6,7 @@
 
 #include "host/base/elementary.hpp"
 
-namespace rotorloop::sim {
+namespace rotorloop {
 
 class RandomStream {
  public:
@@ -49,4 +49,4 @@ class RandomStream {
   std::uint64_t key_;
 };
 
-}  // namespace rotorloop::sim
+}  // namespace rotorloop

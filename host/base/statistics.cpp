@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
-namespace rotorloop::bench {
+namespace rotorloop {
 namespace {
 
 // Continued fraction of the incomplete beta function (Abramowitz and Stegun 26.5.8), by Lentz's method.
@@ -55,4 +55,4 @@ std::vector<double> holm(std::span<const double> p) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop {
 
 // Chance that an F variable with (d1, d2) degrees of freedom is at least x.
 double f_tail(double x, double d1, double d2);
@@ -12,4 +12,4 @@ double f_tail(double x, double d1, double d2);
 // procedure rejects at that level.
 std::vector<double> holm(std::span<const double> p);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop

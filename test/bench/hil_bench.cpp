@@ -37,27 +37,27 @@ int main(int argc, char** argv) {
   }
   const auto folder = std::filesystem::temp_directory_path() / ("rotorloop_bench_" + std::to_string(::getpid()));
   try {
-    const bench::Scenario scenario = bench::read_scenario(argv[1]);
-    const bench::Inputs inputs = bench::read_inputs(scenario);
-    bench::FlightRequest q{.flight = 0, .variant = scenario.variants.back(), .seed = scenario.seeds.front(), .folder = folder};
+    const hil::Scenario scenario = hil::read_scenario(argv[1]);
+    const hil::Inputs inputs = hil::read_inputs(scenario);
+    hil::FlightRequest q{.flight = 0, .variant = scenario.variants.back(), .seed = scenario.seeds.front(), .folder = folder};
     std::filesystem::create_directories(folder);
-    bench::FlightOutcome plain, metered;
+    hil::FlightOutcome plain, metered;
     double wall_s = 1e9;
     for (int repetition = 0; repetition < 2; ++repetition)
-      wall_s = std::min(wall_s, seconds_of([&] { plain = bench::fly(scenario, inputs, q, nullptr, {}, nullptr); }));
+      wall_s = std::min(wall_s, seconds_of([&] { plain = hil::fly(scenario, inputs, q, nullptr, {}, nullptr); }));
     const auto log_bytes = bytes_in(folder);
     q.measure_cost = true;
-    metered = bench::fly(scenario, inputs, q, nullptr, {}, nullptr);
+    metered = hil::fly(scenario, inputs, q, nullptr, {}, nullptr);
     std::filesystem::remove_all(folder);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
 
     const double flown_s = plain.result.duration_s;
-    const bench::ModuleCost& c = metered.cost;
+    const hil::ModuleCost& c = metered.cost;
     const auto per_s = [&](std::int64_t ns) { return static_cast<double>(ns) * 1e-6 / flown_s; };
     const nlohmann::json out{{"flight", plain.result.flight},
-                             {"variant", bench::variant_name(q.variant)},
-                             {"end", bench::flight_end_name(plain.result.end)},
+                             {"variant", hil::variant_name(q.variant)},
+                             {"end", hil::flight_end_name(plain.result.end)},
                              {"flown_s", flown_s},
                              {"wall_s", wall_s},
                              {"times_real_time", flown_s / wall_s},
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
                                {"sensors", per_s(c.sensor_ns)},
                                {"CSV logs", per_s(c.log_ns)}}}};
     std::printf("%s\n", out.dump(1).c_str());
-    return plain.result.end == bench::FlightEnd::completed ? 0 : static_cast<int>(ExitCode::verdict);
+    return plain.result.end == hil::FlightEnd::completed ? 0 : static_cast<int>(ExitCode::verdict);
   } catch (const Error& e) {
     std::filesystem::remove_all(folder);
     std::fprintf(stderr, "%s\n", e.what());

@@ -30,32 +30,31 @@ double peak_resident_MB() {
   return static_cast<double>(u.ru_maxrss) / 1024.0;
 }
 
-std::vector<bench::GridFlight> fly(int flights) {
-  std::vector<bench::GridFlight> out;
+std::vector<estimate::GridFlight> fly(int flights) {
+  std::vector<estimate::GridFlight> out;
   for (int i = 0; i < flights; ++i) {
     const auto manoeuvre = static_cast<model_true::Manoeuvre>(i % 3);
     const auto seed = static_cast<std::uint64_t>(i + 1);
-    out.push_back(bench::make_grid(model_true::fly(model_true::Truth{}, {.manoeuvre = manoeuvre, .seed = seed}).record, {}));
+    out.push_back(estimate::make_grid(model_true::fly(model_true::Truth{}, {.manoeuvre = manoeuvre, .seed = seed}).record, {}));
   }
   return out;
 }
 
-bench::FitProblem problem_of(const std::vector<bench::GridFlight>& flights, bool noise_unknown) {
-  using namespace bench;
-  FitProblem p{.start = model_values(model_true::vehicle_of(model_true::Truth{})),
+estimate::FitProblem problem_of(const std::vector<estimate::GridFlight>& flights, bool noise_unknown) {
+  estimate::FitProblem p{.start = estimate::model_values(model_true::vehicle_of(model_true::Truth{})),
                .free = {},
                .flights = {},
                .noise = {},
                .flight_noise = {},
                .flight_start = {}};
   double sign = 1.0;
-  for (const int k : {kIxx, kIyy, kIzz, kCq, kComX, kComY, kK1, kK2, kCdh, kCdxy, kCdz, kOffsetX, kOffsetY, kOffsetZ, kTurnX, kTurnY,
-                      kTurnZ, kPoseDelay}) {
+  for (const int k : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kComX, estimate::kComY, estimate::kK1, estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY,
+                      estimate::kTurnZ, estimate::kPoseDelay}) {
     p.free.push_back({.parameter = k});
-    p.start[k] += 0.05 * (sign * p.start[k] + 0.1 * parameter_info(k, {}).scale);
+    p.start[k] += 0.05 * (sign * p.start[k] + 0.1 * estimate::parameter_info(k, {}).scale);
     sign = -sign;
   }
-  for (const GridFlight& g : flights) p.flights.push_back(&g);
+  for (const estimate::GridFlight& g : flights) p.flights.push_back(&g);
   const double wrong = noise_unknown ? 2.0 : 1.0;
   p.noise.force_m_s2_rtHz.setConstant(wrong * 0.03);
   p.noise.angular_rad_s2_rtHz.setConstant(0.3 / wrong);
@@ -76,17 +75,17 @@ int main(int argc, char** argv) {
   }
   try {
     const auto grids = fly(flights);
-    const bench::FitProblem problem = problem_of(grids, solver == "em");
-    bench::FitOptions options;
+    const estimate::FitProblem problem = problem_of(grids, solver == "em");
+    estimate::FitOptions options;
     if (solver == "em") options.noise.rounds = 40;
     const double flown_MB = peak_resident_MB(), cpu_before = cpu_s();
     const auto start = std::chrono::steady_clock::now();
-    const bench::Fit fit = solver == "ceres" ? bench::fit_with_ceres(problem, options) : bench::fit(problem, options);
+    const estimate::Fit fit = solver == "ceres" ? estimate::fit_with_ceres(problem, options) : estimate::fit(problem, options);
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), used_s = cpu_s() - cpu_before;
     std::size_t states = 0;
     for (const auto& g : grids) states += g.knots;
     nlohmann::json u, value;
-    for (const bench::Estimate& e : fit.estimates) {
+    for (const estimate::Estimate& e : fit.estimates) {
       value.push_back(e.value);
       u.push_back(e.u);
     }

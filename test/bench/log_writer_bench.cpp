@@ -9,11 +9,11 @@
 #include "bench/log/log_writer.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 struct Fill {
-  sim::RandomStream random{1, 1};
+  RandomStream random{1, 1};
   std::uint64_t n = 0;
   template <class Cell>
   void one(const char*, const char*, int decimals, Cell& v) {
@@ -23,9 +23,9 @@ struct Fill {
   void all(int d, std::array<double, N>& v) {
     for (auto& x : v) one("", "", d, x);
   }
-  void xyz(const char*, const char*, int d, Cells3& v) { all(d, v); }
-  void wxyz(const char*, const char*, int d, Cells4& v) { all(d, v); }
-  void rotors(const char*, const char*, int d, Cells4& v) { all(d, v); }
+  void xyz(const char*, const char*, int d, log::Cells3& v) { all(d, v); }
+  void wxyz(const char*, const char*, int d, log::Cells4& v) { all(d, v); }
+  void rotors(const char*, const char*, int d, log::Cells4& v) { all(d, v); }
 };
 
 std::filesystem::path scratch(const char* name) {
@@ -33,11 +33,11 @@ std::filesystem::path scratch(const char* name) {
 }
 
 void flight_row(benchmark::State& state) {
-  std::vector<FlightRow> rows(64);
+  std::vector<log::FlightRow> rows(64);
   Fill fill;
-  for (auto& r : rows) visit_flight_columns(r, fill);
+  for (auto& r : rows) log::visit_flight_columns(r, fill);
   const auto path = scratch("flight.csv");
-  FlightLogWriter writer(path, {});
+  log::FlightLogWriter writer(path, {});
   std::size_t k = 0;
   for (auto _ : state) writer.write(rows[k++ % rows.size()]);
   state.counters["bytes_per_row"] = static_cast<double>(writer.bytes()) / static_cast<double>(k);
@@ -47,11 +47,11 @@ void flight_row(benchmark::State& state) {
 BENCHMARK(flight_row);
 
 void truth_row(benchmark::State& state) {
-  std::vector<TruthRow> rows(64);
+  std::vector<log::TruthRow> rows(64);
   Fill fill;
-  for (auto& r : rows) visit_truth_columns(r, fill);
+  for (auto& r : rows) log::visit_truth_columns(r, fill);
   const auto path = scratch("truth.csv");
-  TruthLogWriter writer(path, {});
+  log::TruthLogWriter writer(path, {});
   std::size_t k = 0;
   for (auto _ : state) writer.write(rows[k++ % rows.size()]);
   writer.close();
@@ -62,21 +62,21 @@ BENCHMARK(truth_row);
 void read_flight_minute_three_columns(benchmark::State& state) {
   const auto path = scratch("minute.csv");
   {
-    FlightLogWriter writer(path, {});
-    FlightRow row;
+    log::FlightLogWriter writer(path, {});
+    log::FlightRow row;
     Fill fill;
     for (int i = 0; i < 60'000; ++i) {
-      if (i % 64 == 0) visit_flight_columns(row, fill);
+      if (i % 64 == 0) log::visit_flight_columns(row, fill);
       writer.write(row);
     }
     writer.close();
   }
-  for (auto _ : state) benchmark::DoNotOptimize(read_log(path, {"t[s]", "est_p_x[m]", "sp_p_x[m]"}).rows);
+  for (auto _ : state) benchmark::DoNotOptimize(log::read_log(path, {"t[s]", "est_p_x[m]", "sp_p_x[m]"}).rows);
   std::filesystem::remove(path);
 }
 BENCHMARK(read_flight_minute_three_columns)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test
 
 BENCHMARK_MAIN();

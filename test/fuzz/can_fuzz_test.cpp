@@ -80,7 +80,7 @@ class NoiseSource {
                                  return true;
                                });
   }
-  sim::RandomStream random_;
+  RandomStream random_;
   std::uint64_t n_ = 0;
   std::vector<CanFrame> pending_;
 };

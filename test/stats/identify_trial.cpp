@@ -14,7 +14,7 @@
 namespace rotorloop::stats {
 namespace {
 
-using bench::ModelValues;
+using estimate::ModelValues;
 using model_true::Truth;
 
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
@@ -22,34 +22,34 @@ constexpr double kDragSpeed_m_s = 8.5;
 
 // The time offset is estimated as one of the rotor log, so that the knots lie where the poses were taken; see
 // docs/acceptance/identify_monte_carlo.md for what happens otherwise. The last of the list.
-const std::vector<int> kFree{bench::kIxx,     bench::kIyy,     bench::kIzz,   bench::kCq,    bench::kComX,  bench::kComY,
-                             bench::kK1,      bench::kK2,      bench::kCdh,   bench::kCdxy,  bench::kCdz,   bench::kOffsetX,
-                             bench::kOffsetY, bench::kOffsetZ, bench::kTurnX, bench::kTurnY, bench::kTurnZ, bench::kRotorDelay};
+const std::vector<int> kFree{estimate::kIxx,     estimate::kIyy,     estimate::kIzz,   estimate::kCq,    estimate::kComX,  estimate::kComY,
+                             estimate::kK1,      estimate::kK2,      estimate::kCdh,   estimate::kCdxy,  estimate::kCdz,   estimate::kOffsetX,
+                             estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ, estimate::kRotorDelay};
 
 // Of eq. 1 and 2 at rest, N s²; see model_true::static_thrust_coefficient.
-double static_thrust(const ModelValues& v) {
+double static_thrust(const estimate::ModelValues& v) {
   Truth t;
-  t.k1_N_s2 = v[bench::kK1];
-  t.k2_N_s2_m = v[bench::kK2];
+  t.k1_N_s2 = v[estimate::kK1];
+  t.k2_N_s2_m = v[estimate::kK2];
   return model_true::static_thrust_coefficient(t);
 }
 // Both drags at 8.5 m/s level with the thrust of hover, N.
-double drag(const ModelValues& v) {
-  return v[bench::kMass] * model_true::kGravity_m_s2 * v[bench::kCdh] * kDragSpeed_m_s + v[bench::kCdxy] * kDragSpeed_m_s * kDragSpeed_m_s;
+double drag(const estimate::ModelValues& v) {
+  return v[estimate::kMass] * model_true::kGravity_m_s2 * v[estimate::kCdh] * kDragSpeed_m_s + v[estimate::kCdxy] * kDragSpeed_m_s * kDragSpeed_m_s;
 }
 
 // Values that a user might begin with: right in order of magnitude, wrong by tens of percent; another guess for every seed.
-ModelValues first_guess(const Truth& truth, std::uint64_t seed) {
-  ModelValues v = bench::model_values(model_true::vehicle_of(truth));
-  const sim::RandomStream random(seed, 0x67756573ull);
+estimate::ModelValues first_guess(const Truth& truth, std::uint64_t seed) {
+  estimate::ModelValues v = estimate::model_values(model_true::vehicle_of(truth));
+  const RandomStream random(seed, 0x67756573ull);
   std::uint64_t n = 0;
   const auto between = [&](double a, double b) { return a + (b - a) * random.uniform(n++); };
-  for (const int p : {bench::kIxx, bench::kIyy, bench::kIzz, bench::kCq}) v[p] *= between(0.7, 1.4);
-  v[bench::kK1] *= between(0.8, 1.2);
-  v[bench::kK2] *= between(0.5, 1.5);
-  for (const int p : {bench::kCdh, bench::kCdxy, bench::kCdz}) v[p] *= between(0.3, 2.0);
-  v[bench::kComX] = v[bench::kComY] = 0.0;
-  for (const int p : {bench::kOffsetX, bench::kOffsetY, bench::kOffsetZ}) v[p] += between(-0.02, 0.02);
+  for (const int p : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq}) v[p] *= between(0.7, 1.4);
+  v[estimate::kK1] *= between(0.8, 1.2);
+  v[estimate::kK2] *= between(0.5, 1.5);
+  for (const int p : {estimate::kCdh, estimate::kCdxy, estimate::kCdz}) v[p] *= between(0.3, 2.0);
+  v[estimate::kComX] = v[estimate::kComY] = 0.0;
+  for (const int p : {estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ}) v[p] += between(-0.02, 0.02);
   v.start_q_BS = v.start_q_BS * model_true::exponential({between(-0.08, 0.08), between(-0.08, 0.08), between(-0.08, 0.08)});
   return v;
 }
@@ -82,7 +82,7 @@ std::vector<Quantity> quantities(const Truth& t) {
       {"q_BS_z", "rad", 0.0, 0.2 * kDegree},
       {"rotor_delay", "s", t.rotor_delay_s - t.pose_delay_s, 0.5e-3},
   };
-  ModelValues v = bench::model_values(model_true::vehicle_of(t));
+  estimate::ModelValues v = estimate::model_values(model_true::vehicle_of(t));
   q.push_back({"static c_t", "N s2", static_thrust(v), 0.01, true, false});
   q.push_back({"drag at 8.5 m/s", "N", drag(v), 0.03, true, false});
   return q;
@@ -105,14 +105,14 @@ Trial run_trial(const TrialSettings& s) {
   if (s.quiet) really.q_a_m_s2_rtHz = really.q_alpha_rad_s2_rtHz = really.pose_sigma_m = really.pose_sigma_rad = 0.0;
   const auto flights = model_true::fly_identification_set(truth, really);
 
-  std::vector<bench::GridFlight> grids;
-  for (const auto& f : flights) grids.push_back(bench::make_grid(f.record, {}));
-  bench::FitProblem problem;
+  std::vector<estimate::GridFlight> grids;
+  for (const auto& f : flights) grids.push_back(estimate::make_grid(f.record, {}));
+  estimate::FitProblem problem;
   problem.start = first_guess(truth, s.seed);
   for (const int p : kFree) problem.free.push_back({.parameter = p});
-  if (s.knots_at_stamps) problem.free.back().parameter = bench::kPoseDelay;
+  if (s.knots_at_stamps) problem.free.back().parameter = estimate::kPoseDelay;
   for (const auto& g : grids) problem.flights.push_back(&g);
-  bench::FitOptions options;
+  estimate::FitOptions options;
   if (s.estimate_noise) {
     options.noise = {.rounds = 10, .per_axis = false};
   } else {
@@ -121,8 +121,8 @@ Trial run_trial(const TrialSettings& s) {
     problem.noise.position_m.setConstant(flown.pose_sigma_m);
     problem.noise.attitude_rad.setConstant(flown.pose_sigma_rad);
   }
-  const bench::Fit fit = bench::fit(problem, options);
-  const ModelValues& v = fit.values.front();
+  const estimate::Fit fit = estimate::fit(problem, options);
+  const estimate::ModelValues& v = fit.values.front();
 
   Trial out;
   out.seed = s.seed;
@@ -133,15 +133,15 @@ Trial run_trial(const TrialSettings& s) {
   out.q_alpha_rad_s2_rtHz = rms(fit.noise.front().angular_rad_s2_rtHz);
   out.pose_sigma_m = rms(fit.noise.front().position_m);
   out.pose_sigma_rad = rms(fit.noise.front().attitude_rad);
-  for (const bench::Estimate& e : fit.estimates) out.outcomes.push_back({e.value, e.u, e.u_robust});
+  for (const estimate::Estimate& e : fit.estimates) out.outcomes.push_back({e.value, e.u, e.u_robust});
   if (s.knots_at_stamps) out.outcomes.back().estimate *= -1.0;  // late poses are early rotor speeds
 
   // The sensor's rotation as the turn from the true one to the estimate, small; its covariance moved there from the fit's own turn.
-  const auto turn_at = static_cast<Eigen::Index>(std::find(kFree.begin(), kFree.end(), int{bench::kTurnX}) - kFree.begin());
+  const auto turn_at = static_cast<Eigen::Index>(std::find(kFree.begin(), kFree.end(), int{estimate::kTurnX}) - kFree.begin());
   const auto turn_error = [&](const Eigen::Vector3d& turn) {
-    return bench::log_q(truth.q_BS.conjugate() * problem.start.start_q_BS * bench::exp_q(turn));
+    return estimate::log_q(truth.q_BS.conjugate() * problem.start.start_q_BS * estimate::exp_q(turn));
   };
-  const Eigen::Vector3d turn(v[bench::kTurnX], v[bench::kTurnY], v[bench::kTurnZ]), error = turn_error(turn);
+  const Eigen::Vector3d turn(v[estimate::kTurnX], v[estimate::kTurnY], v[estimate::kTurnZ]), error = turn_error(turn);
   Eigen::Matrix3d by;
   for (int i = 0; i < 3; ++i) by.col(i) = (turn_error(turn + 1e-6 * Eigen::Vector3d::Unit(i)) - error) / 1e-6;
   const Eigen::Matrix3d c = by * fit.covariance.block<3, 3>(turn_at, turn_at) * by.transpose();
@@ -149,11 +149,11 @@ Trial run_trial(const TrialSettings& s) {
   for (int i = 0; i < 3; ++i) out.outcomes[static_cast<std::size_t>(turn_at + i)] = {error[i], std::sqrt(c(i, i)), std::sqrt(r(i, i))};
 
   // Derived numbers with standard errors by their gradients.
-  for (const std::function<double(const ModelValues&)> f : {&static_thrust, &drag}) {
+  for (const std::function<double(const estimate::ModelValues&)> f : {&static_thrust, &drag}) {
     Eigen::VectorXd gradient(static_cast<Eigen::Index>(kFree.size()));
     for (std::size_t i = 0; i < kFree.size(); ++i) {
-      ModelValues up = v, down = v;
-      const double e = 1e-5 * bench::parameter_info(kFree[i], {}).scale;
+      estimate::ModelValues up = v, down = v;
+      const double e = 1e-5 * estimate::parameter_info(kFree[i], {}).scale;
       up[kFree[i]] += e;
       down[kFree[i]] -= e;
       gradient[static_cast<Eigen::Index>(i)] = (f(up) - f(down)) / (2 * e);

@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   for (const auto& flight : model_true::fly_identification_set({}, settings)) {
     std::ofstream file(out / (flight.record.name + ".csv"));
-    file << bench::own_log_text(flight.record);
+    file << log::own_log_text(flight.record);
     if (!file.flush()) return 3;
   }
   return 0;

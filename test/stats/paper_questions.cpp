@@ -18,7 +18,7 @@
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 constexpr int kTargets = 5;
@@ -89,7 +89,7 @@ std::string table(const char* title, std::vector<Mix>& mixes, const std::vector<
 }
 
 // How large an effect may be on the paper's vehicle without having been seen in hover: bounds of the library are those of any vehicle.
-double largest(const std::string& id, const CandidateParameter& p) {
+double largest(const std::string& id, const diagnose::CandidateParameter& p) {
   if (id == "products_of_inertia") return 3e-4;  // kg m²: a tenth of I_xx and I_yy; a symmetric frame has less
   if (id == "weak_rotor" || id == "rotor_speed_scale" || id == "rotor_torque_scale") return 0.1;
   if (id == "rotor_inertia_reaction" || id == "gyroscopic") return 15e-6;  // kg m²: 5-inch propeller and bell are 5 to 10e-6
@@ -97,8 +97,8 @@ double largest(const std::string& id, const CandidateParameter& p) {
   return 4.0 * p.scale;
 }
 
-double hover_c_t(const ModelValues& v) {
-  const double omega = 945.0, k1 = v[kK1], k2 = v[kK2],
+double hover_c_t(const estimate::ModelValues& v) {
+  const double omega = 945.0, k1 = v[estimate::kK1], k2 = v[estimate::kK2],
                momentum = 2.0 * v.geometry.air_density_kg_m3 * std::numbers::pi * v.geometry.radius_m * v.geometry.radius_m;
   // T = k1 ω² + k2 ω v_i, T = momentum v_i²: the positive root.
   const double b = -k2 * omega / momentum, c = -k1 * omega * omega / momentum;
@@ -106,40 +106,40 @@ double hover_c_t(const ModelValues& v) {
   return momentum * v_i * v_i / (omega * omega);
 }
 
-Shift shifts_of(const Identification& r, const Eigen::VectorXd& change) {
-  ModelValues v = r.fit.values.front();
-  const ModelValues before = v;
+Shift shifts_of(const identify::Identification& r, const Eigen::VectorXd& change) {
+  estimate::ModelValues v = r.fit.values.front();
+  const estimate::ModelValues before = v;
   for (std::size_t i = 0; i < r.fit.estimates.size(); ++i)
     if (r.fit.estimates[i].flight < 0) v[r.fit.estimates[i].parameter] += change(static_cast<Eigen::Index>(i));
-  return {v[kIxx] / before[kIxx] - 1.0, v[kIyy] / before[kIyy] - 1.0, v[kIzz] / before[kIzz] - 1.0, v[kCq] / before[kCq] - 1.0,
+  return {v[estimate::kIxx] / before[estimate::kIxx] - 1.0, v[estimate::kIyy] / before[estimate::kIyy] - 1.0, v[estimate::kIzz] / before[estimate::kIzz] - 1.0, v[estimate::kCq] / before[estimate::kCq] - 1.0,
           hover_c_t(v) / hover_c_t(before) - 1.0};
 }
 
 int run(const std::string& vehicle_path, const std::vector<std::string>& flights) {
   const host::VehicleFile vehicle = host::read_vehicle(vehicle_path, host::builtin_effect_catalogue());
-  std::vector<FlightToFit> to_fit;
+  std::vector<identify::FlightToFit> to_fit;
   for (const auto& path : flights) {
-    const CheckedFlight checked = check_flight(read_flight(path, nullptr), host::to_model(vehicle));
+    const log::CheckedFlight checked = log::check_flight(log::read_flight(path, nullptr), host::to_model(vehicle));
     checked.throw_if_refused();
-    to_fit.push_back({checked.flight, FlightRole::any, checked.segments, {}});
+    to_fit.push_back({checked.flight, identify::FlightRole::any, checked.segments, {}});
   }
-  IdentifyOptions o;
+  identify::IdentifyOptions o;
   o.grid.rate_Hz = 100.0;
   o.wishes.hold = {"pose_delay", "rotor_delay"};  // the paper estimates no delays
   o.fit.noise.rounds = 12;
   o.fit.noise.per_flight = true;
   o.fit.threads = 2;
-  const Identification r = identify(to_fit, vehicle, o, [](const IdentifyProgress& p) {
+  const identify::Identification r = identify::identify(to_fit, vehicle, o, [](const identify::IdentifyProgress& p) {
     std::fprintf(stderr, "%s %d: %g\n", p.part.c_str(), p.fit.iteration, p.fit.cost);
   });
-  const Screening s = screen(r, {}, {}, 1.0, 2);
+  const diagnose::Screening s = diagnose::screen(r, {}, {}, 1.0, 2);
   const Eigen::Index base = s.table.base;
   const Eigen::LDLT<Eigen::MatrixXd> model(s.table.information.topLeftCorner(base, base));
 
   std::vector<Unit> units;
-  for (const Candidate& c : s.candidates) {
+  for (const diagnose::Candidate& c : s.candidates) {
     for (std::size_t k = 0; k < c.parameters.size(); ++k) {
-      const CandidateParameter& p = c.parameters[k];
+      const diagnose::CandidateParameter& p = c.parameters[k];
       const Eigen::VectorXd change = model.solve(s.table.information.col(c.columns[k]).head(base)) * p.scale;
       if (!(change.norm() > 0.0) || !change.allFinite()) continue;
       const double most = largest(c.id, p);
@@ -152,8 +152,8 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
   units.push_back({"mass believed too large", "1", Shift{1, 1, 1, 1, 1} * 0.01, 0.01, -0.05, 0.05});
   units.push_back({"arms believed too long", "1", Shift{1, 1, 1, 1, 0} * 0.01, 0.01, -0.05, 0.05});
 
-  std::printf("Baseline: I %.3e %.3e %.3e kg m², c_q %.3e N m s², static c_t %.3e N s²\n", r.fit.values[0][kIxx], r.fit.values[0][kIyy],
-              r.fit.values[0][kIzz], r.fit.values[0][kCq], hover_c_t(r.fit.values[0]));
+  std::printf("Baseline: I %.3e %.3e %.3e kg m², c_q %.3e N m s², static c_t %.3e N s²\n", r.fit.values[0][estimate::kIxx], r.fit.values[0][estimate::kIyy],
+              r.fit.values[0][estimate::kIzz], r.fit.values[0][estimate::kCq], hover_c_t(r.fit.values[0]));
   std::vector<Mix> one, two, three;
   for (std::size_t a = 0; a < units.size(); ++a) one.push_back(best_sizes(units, {a}));
   std::printf("%s", table("Alone, at the size within bounds that fits best", one, units, 15).c_str());
@@ -185,7 +185,7 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test
 
 int main(int argc, char** argv) {
   CLI::App app{"biases of the paper's Table I: which effects would make them"};
@@ -195,7 +195,7 @@ int main(int argc, char** argv) {
   app.add_option("--flight", flights)->required();
   CLI11_PARSE(app, argc, argv);
   try {
-    return rotorloop::bench::run(vehicle, flights);
+    return rotorloop::test::run(vehicle, flights);
   } catch (const rotorloop::Error& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return static_cast<int>(e.exit_code());

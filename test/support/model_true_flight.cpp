@@ -23,7 +23,7 @@ class Noise {
   }
 
  private:
-  sim::RandomStream stream_;
+  RandomStream stream_;
   std::uint64_t n_ = 0;
 };
 
@@ -49,7 +49,7 @@ RotorSpeeds towards(const RotorSpeeds& now, const RotorSpeeds& goal, double shar
 
 // The pilot's filter: a pose that was taken when he believed `then` moves what he believes now, with the fixed gains of natural
 // frequency (q/(σ√T))^½ and damping 0.71, at most 30 rad/s because of the interval that has passed.
-void correct(const Truth& truth, const FlightSettings& s, const bench::PoseReading& z, const State& then, State& now) {
+void correct(const Truth& truth, const FlightSettings& s, const log::PoseReading& z, const State& then, State& now) {
   const double T = 1e-3 * s.pose_every_ms;
   const auto frequency = [&](double q, double sigma) {
     return std::clamp(std::sqrt(q / (std::max(sigma, 1e-5) * std::sqrt(T))), 5.0, 30.0);
@@ -73,7 +73,7 @@ NoiseIncrement white_increment(double q, double h, double a, double b) {
 ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
   ModelTrueFlight out;
   out.truth = truth;
-  bench::FlightRecord& log = out.record;
+  log::FlightRecord& log = out.record;
   log.name = name_of(s.manoeuvre);
   log.source = "model-true, seed " + std::to_string(s.seed);
   const std::uint64_t module = 0x6d74ull + 16 * static_cast<std::uint64_t>(s.manoeuvre);  // flights of one seed are unrelated
@@ -84,7 +84,7 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
   const double half_lag = exp_exact(-h / 2 / s.motor_lag_s), full_lag = exp_exact(-h / s.motor_lag_s);
 
   State x, seen, then;         // true; as the pilot estimates it, now and at the last pose
-  bench::PoseReading awaited;  // the last pose, which reaches the pilot with the next one
+  log::PoseReading awaited;  // the last pose, which reaches the pilot with the next one
   RotorSpeeds omega = hover_speeds(truth), goal = omega;
   StringLoad load{.mass_kg = s.load_kg, .length_m = s.load_length_m};
   load.hang_under(x, s.load_aside_m);
@@ -95,7 +95,7 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
     const int ms = step / s.steps_per_ms;
     if (whole_ms && ms % s.rotor_log_every_ms == 0) log.rotor_omega_rad_s.add(t + truth.rotor_delay_s, omega);
     if (whole_ms && ms % s.pose_every_ms == 0) {
-      bench::PoseReading z;
+      log::PoseReading z;
       z.p_W_m = x.p_W_m + x.q_WB * truth.r_BS_m + s.pose_sigma_m * pose.vector();
       z.q_WS = (x.q_WB * truth.q_BS * exponential(s.pose_sigma_rad * pose.vector())).normalized();
       log.pose.add(t + truth.pose_delay_s, z);

@@ -42,7 +42,7 @@ struct FlightSettings {
 };
 
 struct ModelTrueFlight {
-  bench::FlightRecord record;
+  log::FlightRecord record;
   Truth truth;
   std::vector<State> states;  // true, at the moment that each pose shows: stamp - truth.pose_delay_s
   double least_through_flow_m_s = std::numeric_limits<double>::infinity();  // smallest v_z + v_ind: > 0 or the equations end

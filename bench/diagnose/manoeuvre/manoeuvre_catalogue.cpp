@@ -10,7 +10,7 @@
 
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr double kTau = 2.0 * std::numbers::pi;
@@ -160,4 +160,4 @@ std::string manoeuvre_words(const Manoeuvre& m, double length_ratio, double shar
   return fmt::format("{}{:.2g}{}{}{}", words.substr(0, gap), m.figure * size, unit.empty() ? "" : " ", unit, words.substr(gap + 2));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 inline constexpr double kManoeuvre_s = 10.0;  // of every manoeuvre, on any vehicle
 
@@ -37,4 +37,4 @@ PathPoint path_point(const Manoeuvre& manoeuvre, double t_s, double length_ratio
 // "straight runs along x and back, up to 6.0 m/s", with the figure as this vehicle flies it.
 std::string manoeuvre_words(const Manoeuvre& manoeuvre, double length_ratio, double share);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

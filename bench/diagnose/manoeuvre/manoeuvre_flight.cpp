@@ -10,7 +10,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/effects/term_size.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Eigen::Vector3d;
@@ -31,7 +31,7 @@ struct Readings {
   std::size_t every = 0;  // 0: none
   double noise = 1.0;     // of a single reading's
 };
-Readings thinned(const GridFlight& like, std::size_t readings, std::size_t wider) {
+Readings thinned(const estimate::GridFlight& like, std::size_t readings, std::size_t wider) {
   if (readings == 0) return {};
   const double knots = static_cast<double>(like.knots) / (static_cast<double>(readings) * static_cast<double>(wider));  // for each reading
   return knots >= 1.0 ? Readings{static_cast<std::size_t>(std::lround(knots)), 1.0} : Readings{1, std::sqrt(knots)};
@@ -46,11 +46,11 @@ Eigen::Quaterniond attitude(const Vector3d& up, double yaw_rad) {
 }
 
 // Change of upward specific force and angular acceleration per change of each squared rotor speed, in hover.
-Eigen::Matrix4d hover_slopes(const ManoeuvreSetting& s, const ModelValues& v, const Model& model) {
-  RotorInputSample u;
+Eigen::Matrix4d hover_slopes(const ManoeuvreSetting& s, const estimate::ModelValues& v, const estimate::Model& model) {
+  estimate::RotorInputSample u;
   u.omega_rad_s.fill(s.rotor_rad_s);
-  u.battery_V = mean_battery_V(*s.like);
-  BodyState still;
+  u.battery_V = identify::mean_battery_V(*s.like);
+  estimate::BodyState still;
   still.p_W_m.z() = s.middle_z_m;
   const double lift = model.instant(still, u, 0.0).force_B_N.z() / (4.0 * s.rotor_rad_s * s.rotor_rad_s);
   Eigen::Matrix4d out;
@@ -58,27 +58,27 @@ Eigen::Matrix4d hover_slopes(const ManoeuvreSetting& s, const ModelValues& v, co
   for (std::size_t r = 0; r < host::kRotors; ++r) {
     const host::RotorMount& rotor = v.geometry.rotors[r];
     const auto i = static_cast<Eigen::Index>(r);
-    out(0, i) = lift / v[kMass];
-    out.col(i).tail<3>() = inverse_inertia * Vector3d(lift * (rotor.position_m.y() - v[kComY]), -lift * (rotor.position_m.x() - v[kComX]),
-                                                      rotor.reaction * v[kCq]);
+    out(0, i) = lift / v[estimate::kMass];
+    out.col(i).tail<3>() = inverse_inertia * Vector3d(lift * (rotor.position_m.y() - v[estimate::kComY]), -lift * (rotor.position_m.x() - v[estimate::kComX]),
+                                                      rotor.reaction * v[estimate::kCq]);
   }
   return out;
 }
 
 // States and rotor speeds along a path.
 struct Flown {
-  std::vector<BodyState> states;
-  std::vector<RotorValues> omega;
+  std::vector<estimate::BodyState> states;
+  std::vector<log::RotorValues> omega;
 };
 
-std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const ManoeuvreSetting& s, const ModelValues& v) {
-  const Model model(v);
+std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const ManoeuvreSetting& s, const estimate::ModelValues& v) {
+  const estimate::Model model(v);
   const std::size_t n = path.size();
   const Eigen::PartialPivLU<Eigen::Matrix4d> slopes(hover_slopes(s, v, model));
-  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[kTiltX], v[kTiltY], -1.0);
-  const double battery_V = mean_battery_V(*s.like), least = std::pow(0.2 * s.rotor_rad_s, 2), most = s.most_rad_s * s.most_rad_s;
-  Flown out{std::vector<BodyState>(n), std::vector<RotorValues>(n)};
-  for (RotorValues& w : out.omega) w.fill(s.rotor_rad_s);
+  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[estimate::kTiltX], v[estimate::kTiltY], -1.0);
+  const double battery_V = identify::mean_battery_V(*s.like), least = std::pow(0.2 * s.rotor_rad_s, 2), most = s.most_rad_s * s.most_rad_s;
+  Flown out{std::vector<estimate::BodyState>(n), std::vector<log::RotorValues>(n)};
+  for (log::RotorValues& w : out.omega) w.fill(s.rotor_rad_s);
   std::vector<Vector3d> needed(n), in_plane(n, Vector3d::Zero()), turning(n, Vector3d::Zero());
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
@@ -87,7 +87,7 @@ std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const M
     needed[k] = -gravity;
     if (k > 0 && k + 1 < n) needed[k] += (path[b].p_m - 2.0 * path[k].p_m + path[a].p_m) / (h * h);
   }
-  std::vector<RotorValues> before;
+  std::vector<log::RotorValues> before;
   for (int pass = 0; pass < kPasses; ++pass) {
     for (std::size_t k = 0; k < n; ++k) {
       const Vector3d up = needed[k] - out.states[k].q_WB * in_plane[k];
@@ -95,12 +95,12 @@ std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const M
       out.states[k].q_WB = attitude(up, path[k].yaw_rad);
     }
     for (std::size_t k = 1; k + 1 < n; ++k)
-      out.states[k].w_B_rad_s = log_q(out.states[k - 1].q_WB.conjugate() * out.states[k + 1].q_WB) / (2.0 * h);
+      out.states[k].w_B_rad_s = estimate::log_q(out.states[k - 1].q_WB.conjugate() * out.states[k + 1].q_WB) / (2.0 * h);
     for (std::size_t k = 2; k + 2 < n; ++k) turning[k] = (out.states[k + 1].w_B_rad_s - out.states[k - 1].w_B_rad_s) / (2.0 * h);
     before = out.omega;
     for (std::size_t k = kMargin; k + kMargin < n; ++k) {
-      const BodyState& x = out.states[k];
-      RotorInputSample u;
+      const estimate::BodyState& x = out.states[k];
+      estimate::RotorInputSample u;
       u.battery_V = battery_V;
       u.omega_rad_s = pass == 0 ? out.omega[k - 1] : before[k];
       if (pass > 0) {
@@ -108,7 +108,7 @@ std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const M
       }
       bool settled = false;
       for (int tries = 0; tries < 25 && !settled; ++tries) {
-        const Instant now = model.instant(x, u, static_cast<double>(k) * h);
+        const estimate::Instant now = model.instant(x, u, static_cast<double>(k) * h);
         if (now.beyond_equations || !now.specific_force_B_m_s2.allFinite()) return std::nullopt;
         in_plane[k] = {now.specific_force_B_m_s2.x(), now.specific_force_B_m_s2.y(), 0.0};
         Vector4d miss;
@@ -136,22 +136,22 @@ std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const M
 }
 
 // Rotor speeds as the logs hold them: measured, or as the command that makes a first-order motor turn so.
-FlightRecord record_of(const Flown& f, double h, const ManoeuvreSetting& s, const ModelValues& v) {
-  FlightRecord out;
-  const double battery_V = mean_battery_V(*s.like);
+log::FlightRecord record_of(const Flown& f, double h, const ManoeuvreSetting& s, const estimate::ModelValues& v) {
+  log::FlightRecord out;
+  const double battery_V = identify::mean_battery_V(*s.like);
   for (std::size_t k = 0; k < f.omega.size(); ++k) {
     const double t = (static_cast<double>(k) - static_cast<double>(kMargin)) * h;
     if (battery_V > 0.0) out.battery_V.add(t, battery_V);
     if (!s.like->input.from_commands()) {
-      out.rotor_omega_rad_s.add(t + v[kRotorDelay], f.omega[k]);
+      out.rotor_omega_rad_s.add(t + v[estimate::kRotorDelay], f.omega[k]);
       continue;
     }
-    const double full = v.reference_V > 0.0 && battery_V > 0.0 ? std::pow(battery_V / v.reference_V, v[kVoltageExponent]) : 1.0;
+    const double full = v.reference_V > 0.0 && battery_V > 0.0 ? std::pow(battery_V / v.reference_V, v[estimate::kVoltageExponent]) : 1.0;
     const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, f.omega.size() - 1);
-    RotorValues command{};
+    log::RotorValues command{};
     for (std::size_t r = 0; r < host::kRotors; ++r) {
       const double rate = (f.omega[b][r] - f.omega[a][r]) / (static_cast<double>(b - a) * h);
-      command[r] = ((f.omega[k][r] + v[kCommandLag] * rate) / full - v[kCommandOffset]) / v[kCommandGain];
+      command[r] = ((f.omega[k][r] + v[estimate::kCommandLag] * rate) / full - v[estimate::kCommandOffset]) / v[estimate::kCommandGain];
     }
     out.motor_command.add(t, command);
   }
@@ -191,17 +191,17 @@ std::array<double, 2> extent(const std::vector<PathPoint>& path) {
 
 }  // namespace
 
-ManoeuvreSetting manoeuvre_setting(const Identification& r) {
+ManoeuvreSetting manoeuvre_setting(const identify::Identification& r) {
   const auto& flights = r.problem.flights;
-  ManoeuvreSetting out{.values = r.fit.values.front(), .noise = mean_noise(r.fit.noise), .like = flights.front()};
+  ManoeuvreSetting out{.values = r.fit.values.front(), .noise = estimate::mean_noise(r.fit.noise), .like = flights.front()};
   for (std::size_t k = 0; k < out.values.terms.parameters(); ++k) {
-    if (out.values.terms.is_start(k)) out.values[kCoreParameters + static_cast<int>(k)] = 0.0;
+    if (out.values.terms.is_start(k)) out.values[estimate::kCoreParameters + static_cast<int>(k)] = 0.0;
   }
   out.length_ratio = host::arm_m(out.values.geometry) / host::kReferenceArm_m;
   double sum = 0.0, count = 0.0, highest = 0.0;
   std::vector<double> heights;
   for (std::size_t f = 0; f < flights.size(); ++f) {
-    RotorInput input = flights[f]->input;
+    estimate::RotorInput input = flights[f]->input;
     input.prepare(r.fit.values[f]);
     std::size_t hint = 0;
     Vector3d low = Vector3d::Constant(1e300), high = -low;
@@ -229,8 +229,8 @@ ManoeuvreSetting manoeuvre_setting(const Identification& r) {
 }
 
 std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting& s, double duration_s) {
-  ModelValues values = s.values;
-  values[kMass] *= 1.0 + m.payload_share;
+  estimate::ModelValues values = s.values;
+  values[estimate::kMass] *= 1.0 + m.payload_share;
   values.geometry.mass_kg *= 1.0 + m.payload_share;
   const auto wider = static_cast<std::size_t>(std::max(1.0, std::floor(kKnot_s / s.like->step_s + 1e-9)));
   const double step = static_cast<double>(wider) * s.like->step_s;
@@ -255,19 +255,19 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
                                    .gyro = {},
                                    .accel = {},
                                    .load_W_m = {},
-                                   .input = RotorInput(record_of(*f, h, s, values))},
+                                   .input = estimate::RotorInput(record_of(*f, h, s, values))},
                         .states = {},
                         .values = values,
                         .noise = s.noise,
                         .share = share};
-    GridFlight& g = out.flight;
+    estimate::GridFlight& g = out.flight;
     g.step_s = step;
     g.knots = knots;
     g.substeps = 1;
     g.slopes_by_middle = s.like->slopes_by_middle;
     g.linked.assign(knots - 1, 1);
     g.anchor = s.like->anchor;
-    const Vector3d lever(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
+    const Vector3d lever(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
     const Readings pose = thinned(*s.like, s.like->pose.size(), wider), position = thinned(*s.like, s.like->position.size(), wider),
                    velocity = thinned(*s.like, s.like->velocity.size(), wider), gyro = thinned(*s.like, s.like->gyro.size(), wider),
                    accel = thinned(*s.like, s.like->accel.size(), wider);
@@ -279,19 +279,19 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
     const auto due = [](const Readings& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
     // Read as the model says, without noise: only how readings depend on states and parameters counts here.
     for (std::size_t k = 0; k < knots; ++k) {
-      const BodyState& x = f->states[kMargin + k * per_step];
+      const estimate::BodyState& x = f->states[kMargin + k * per_step];
       out.states.push_back(x);
       const Vector3d at = x.p_W_m + x.q_WB * lever;
-      if (due(pose, k)) g.pose.push_back({k, values[kPoseDelay], {at, x.q_WB * values.q_BS()}});
-      if (due(position, k)) g.position.push_back({k, values[kPoseDelay], at});
+      if (due(pose, k)) g.pose.push_back({k, values[estimate::kPoseDelay], {at, x.q_WB * values.q_BS()}});
+      if (due(position, k)) g.position.push_back({k, values[estimate::kPoseDelay], at});
       if (due(velocity, k)) g.velocity.push_back({k, 0.0, x.v_W_m_s + x.q_WB * x.w_B_rad_s.cross(lever)});
       if (due(gyro, k)) g.gyro.push_back({k, 0.0, x.w_B_rad_s});
       if (due(accel, k)) g.accel.push_back({k, 0.0, Vector3d::Zero()});
     }
-    if (values.terms.memory() > 0) follow_states({&g, 1}, {&out.states, 1});
+    if (values.terms.memory() > 0) estimate::follow_states({&g, 1}, {&out.states, 1});
     return out;
   }
   return std::nullopt;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

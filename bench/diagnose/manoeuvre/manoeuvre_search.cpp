@@ -14,7 +14,7 @@
 #include "bench/diagnose/score_table.hpp"
 #include "bench/estimate/chain.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Index = ScoreTable::Index;
@@ -33,10 +33,10 @@ struct Part {
 
 // The fitted model with every member in it at its size.
 struct ClassModel {
-  std::vector<ModelValues> values;  // of each flight
+  std::vector<estimate::ModelValues> values;  // of each flight
   std::vector<Part> parts;
-  Columns columns;                  // free parameters of the fit, then those of members that the fit holds
-  std::vector<FreeParameter> free;  // of each column
+  estimate::Columns columns;                  // free parameters of the fit, then those of members that the fit holds
+  std::vector<estimate::FreeParameter> free;  // of each column
 };
 
 const host::Term* term_of(const std::string& id, const std::vector<const host::Term*>& library) {
@@ -57,19 +57,19 @@ std::optional<std::size_t> place_in(const host::TermList& terms, const std::stri
 std::vector<int> core_parameters(const Member& m) {
   std::vector<int> out;
   for (const NamedValue& v : m.parameters) {
-    const int p = find_parameter(v.name, {});
+    const int p = estimate::find_parameter(v.name, {});
     if (p < 0) return {};
     out.push_back(p);
   }
   return out;
 }
 
-ClassModel class_model(const Identification& fitted, const Identification& before, std::span<const Member> members,
+ClassModel class_model(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                        const std::vector<const host::Term*>& library) {
   ClassModel out;
   out.values = fitted.fit.values;
   out.free = fitted.problem.free;
-  for (const FreeParameter& f : out.free) out.columns.push_back(f.parameter);
+  for (const estimate::FreeParameter& f : out.free) out.columns.push_back(f.parameter);
   for (const Member& m : members) {
     Part part{.id = m.id, .parameters = {}, .size = Eigen::VectorXd::Zero(static_cast<Index>(m.parameters.size())), .columns = {}};
     const host::TermList& terms = out.values.front().terms;
@@ -82,22 +82,22 @@ ClassModel class_model(const Identification& fitted, const Identification& befor
       part.parameters = core;
       for (std::size_t k = 0; k < core.size(); ++k) {
         part.size[static_cast<Index>(k)] = m.parameters[k].value - before.fit.values.front()[core[k]];
-        for (ModelValues& v : out.values) v[core[k]] = m.parameters[k].value;
+        for (estimate::ModelValues& v : out.values) v[core[k]] = m.parameters[k].value;
       }
     } else {
       std::size_t at = present ? terms.first_parameter(*present) : 0;
       if (!present) {
         bool fits = true;
-        for (ModelValues& v : out.values) {
+        for (estimate::ModelValues& v : out.values) {
           fits = v.terms.add(*term) && fits;
           at = v.terms.first_parameter(v.terms.size() - 1);
           for (const NamedValue& p : m.parameters) v.values.push_back(p.value);
-          v.values.resize(kCoreParameters + v.terms.parameters(), 0.0);
+          v.values.resize(estimate::kCoreParameters + v.terms.parameters(), 0.0);
         }
         if (!fits) continue;
       }
       for (std::size_t k = 0; k < m.parameters.size(); ++k) {
-        part.parameters.push_back(kCoreParameters + static_cast<int>(at + k));
+        part.parameters.push_back(estimate::kCoreParameters + static_cast<int>(at + k));
         // Where the first parameter is a factor of all, the others say nothing of whether the effect is there.
         if (k == 0 || term->info.scan.empty()) part.size[static_cast<Index>(k)] = m.parameters[k].value - term->info.parameters[k].neutral;
       }
@@ -117,9 +117,9 @@ struct Layout {
   std::vector<std::vector<Index>> of_flight;
   Index size = 0;
 };
-Layout layout_of(const std::vector<FreeParameter>& free, std::size_t flights) {
+Layout layout_of(const std::vector<estimate::FreeParameter>& free, std::size_t flights) {
   Layout out{std::vector<std::vector<Index>>(flights), 0};
-  for (const FreeParameter& f : free) {
+  for (const estimate::FreeParameter& f : free) {
     for (std::size_t i = 0; i < flights; ++i) out.of_flight[i].push_back(f.per_flight ? out.size + static_cast<Index>(i) : out.size);
     out.size += f.per_flight ? static_cast<Index>(flights) : 1;
   }
@@ -127,7 +127,7 @@ Layout layout_of(const std::vector<FreeParameter>& free, std::size_t flights) {
 }
 
 // What was known before any flight.
-MatrixXd prior_information(const FitProblem& p, const std::vector<FreeParameter>& free, const Layout& layout) {
+MatrixXd prior_information(const estimate::FitProblem& p, const std::vector<estimate::FreeParameter>& free, const Layout& layout) {
   MatrixXd out = MatrixXd::Zero(layout.size, layout.size);
   for (std::size_t c = 0; c < free.size(); ++c) {
     if (free[c].prior_u <= 0.0) continue;
@@ -142,7 +142,7 @@ MatrixXd prior_information(const FitProblem& p, const std::vector<FreeParameter>
     }
     return -1;
   };
-  for (const JointPrior& prior : p.priors) {
+  for (const estimate::JointPrior& prior : p.priors) {
     for (std::size_t a = 0; a < prior.parameters.size(); ++a) {
       for (std::size_t b = 0; b < prior.parameters.size(); ++b) {
         const Index i = shared(prior.parameters[a]), j = shared(prior.parameters[b]);
@@ -153,11 +153,11 @@ MatrixXd prior_information(const FitProblem& p, const std::vector<FreeParameter>
   return out;
 }
 
-MatrixXd information_of(const GridFlight& g, const std::vector<BodyState>& at, const ModelValues& values, const NoiseModel& noise,
-                        const Columns& columns) {
-  std::vector<BodyState> states = at;
-  Chain chain(g, states, at);
-  return chain.sweep(Residuals(g, values, noise, columns), {.keep_factors = false}).information;
+MatrixXd information_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& at, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                        const estimate::Columns& columns) {
+  std::vector<estimate::BodyState> states = at;
+  estimate::Chain chain(g, states, at);
+  return chain.sweep(estimate::Residuals(g, values, noise, columns), {.keep_factors = false}).information;
 }
 
 void add(MatrixXd& to, const MatrixXd& what, const std::vector<Index>& at) {
@@ -194,11 +194,11 @@ double lead(const MatrixXd& information, const ColumnSet& model, const Part& tru
 }
 }  // namespace
 
-ManoeuvreAdvice rank_manoeuvres(const Identification& fitted, const Identification& before, std::span<const Member> members,
+ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                                 const SearchOptions& o) {
   ManoeuvreAdvice out{.seconds = o.duration_s, .twins = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
   ClassModel model = class_model(fitted, before, members, o.library);
-  const FitProblem& p = fitted.problem;
+  const estimate::FitProblem& p = fitted.problem;
   const std::size_t flights = p.flights.size();
   const Layout layout = layout_of(model.free, flights + 1);  // the last is that of the manoeuvre
   ColumnSet base;
@@ -226,7 +226,7 @@ ManoeuvreAdvice rank_manoeuvres(const Identification& fitted, const Identificati
   in_parallel(all.size(), o.threads, [&](std::size_t i) {
     const std::optional<ManoeuvreFlight> f = flown(all[i], setting, o.duration_s);
     if (!f) return;
-    ModelValues seen = model.values.front();
+    estimate::ModelValues seen = model.values.front();
     std::copy(f->values.values.begin(), f->values.values.end(), seen.values.begin());
     seen.geometry = f->values.geometry;
     for (const Part& part : model.parts) {
@@ -319,4 +319,4 @@ void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& 
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -12,7 +12,7 @@
 #include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/manoeuvre/manoeuvre_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct DiagnosisRun;
 
@@ -31,10 +31,10 @@ struct SearchOptions {
 
 // All manoeuvres, the one that tells best first. The first member is part of the fitted model, the others are not; those that are, or
 // that no term is known for, are left out. `before`: the fit without any of them, for the neutral values of quantities of the fit itself.
-ManoeuvreAdvice rank_manoeuvres(const Identification& fitted, const Identification& before, std::span<const Member> members,
+ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                                 const SearchOptions& options);
 
 // Fills the advice and the sentence of every class of a diagnosis; where nothing tells, the catalogue's sentence stays, after the finding.
 void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

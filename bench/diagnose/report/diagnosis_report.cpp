@@ -8,14 +8,14 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kShownCandidates = 14;  // of a screening, in the page
 constexpr std::size_t kShownManoeuvres = 8;   // of a class, in the page
 
 std::string figure(const NamedValue& v) {
-  return fmt::format("{} = {:.4g} ± {:.2g} {}", xml_escaped(v.name), v.value, v.u, v.unit == "1" ? "" : xml_escaped(v.unit));
+  return fmt::format("{} = {:.4g} ± {:.2g} {}", render::xml_escaped(v.name), v.value, v.u, v.unit == "1" ? "" : render::xml_escaped(v.unit));
 }
 
 std::string effects_html(const Diagnosis& d) {
@@ -27,12 +27,12 @@ std::string effects_html(const Diagnosis& d) {
     std::string sizes, twins;
     for (const NamedValue& v : a.parameters) sizes += (sizes.empty() ? "" : "<br>") + figure(v);
     for (const ClassMember& m : a.twins) {
-      twins += fmt::format("{}{} ({:.0f} % of the gain)", twins.empty() ? "" : "<br>", xml_escaped(m.id), 100.0 * m.gain_share);
+      twins += fmt::format("{}{} ({:.0f} % of the gain)", twins.empty() ? "" : "<br>", render::xml_escaped(m.id), 100.0 * m.gain_share);
     }
-    if (!a.manoeuvre.empty()) twins += "<br>fly: " + xml_escaped(a.manoeuvre);
+    if (!a.manoeuvre.empty()) twins += "<br>fly: " + render::xml_escaped(a.manoeuvre);
     out += fmt::format(
         "<tr><td class=\"l big\">{}</td><td class=\"l\">{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td class=\"l\">{}</td></tr>\n",
-        xml_escaped(a.id), sizes, a.evidence.wald, a.evidence.gain, a.evidence.cross_validated, twins);
+        render::xml_escaped(a.id), sizes, a.evidence.wald, a.evidence.gain, a.evidence.cross_validated, twins);
   }
   return out + "</tbody></table></div>\n";
 }
@@ -41,7 +41,7 @@ std::string log_html(const char* heading, const std::vector<LogFault>& all) {
   if (all.empty()) return "";
   std::string out = std::string(heading) + "<ul>\n";
   for (const LogFault& f : all)
-    out += fmt::format("<li>{} {}: {} ({:.2f} to {:.2f} s)</li>\n", xml_escaped(f.flight), xml_escaped(f.stream), xml_escaped(f.what),
+    out += fmt::format("<li>{} {}: {} ({:.2f} to {:.2f} s)</li>\n", render::xml_escaped(f.flight), render::xml_escaped(f.stream), render::xml_escaped(f.what),
                        f.from_s, f.to_s);
   return out + "</ul>\n";
 }
@@ -49,7 +49,7 @@ std::string log_html(const char* heading, const std::vector<LogFault>& all) {
 // The best candidates of a screening, and what speaks against each.
 std::string round_html(const DiagnosisRound& r, std::size_t number) {
   std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; 99 % of {} placebos stay below W = {:.1f}.</p>\n", number,
-                                xml_escaped(r.decision), r.candidates.size(), r.placebos, r.placebo_wald);
+                                render::xml_escaped(r.decision), r.candidates.size(), r.placebos, r.placebo_wald);
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">effect</th><th>W</th><th>p (Holm)</th><th>gain</th><th>held</th><th "
       "class=\"l\">estimate</th><th class=\"l\">what speaks against it</th></tr></thead><tbody>\n";
@@ -58,8 +58,8 @@ std::string round_html(const DiagnosisRound& r, std::size_t number) {
     out += fmt::format(
         "<tr><td class=\"l\">{}</td><td>{:.1f}</td><td>{:.1e}</td><td>{:.1f}</td><td>{:.1f}</td><td class=\"l\">{}</td><td class=\"l "
         "{}\">{}</td></tr>\n",
-        xml_escaped(e.id), e.wald, e.p_holm, e.gain, e.cross_validated, e.one_step.empty() ? "" : figure(e.one_step.front()),
-        e.ruled_out_by.empty() ? "pass" : "", e.ruled_out_by.empty() ? "nothing" : xml_escaped(e.ruled_out_by));
+        render::xml_escaped(e.id), e.wald, e.p_holm, e.gain, e.cross_validated, e.one_step.empty() ? "" : figure(e.one_step.front()),
+        e.ruled_out_by.empty() ? "pass" : "", e.ruled_out_by.empty() ? "nothing" : render::xml_escaped(e.ruled_out_by));
   }
   return out + "</tbody></table></div>\n";
 }
@@ -72,11 +72,11 @@ std::string advice_html(const AddedEffect& effect) {
       "<h3>What would tell {} from its twins</h3>\n<p>Log likelihood that {:.0f} s of each manoeuvre, flown in simulation by the fitted "
       "model, are expected to bring beside the flights so far; 3 are odds of 20 to 1.</p>\n<div class=\"scroll\"><table><thead><tr><th "
       "class=\"l\">manoeuvre</th>",
-      xml_escaped(effect.id), a.seconds);
-  for (const std::string& twin : a.twins) out += "<th>" + xml_escaped(twin) + "</th>";
+      render::xml_escaped(effect.id), a.seconds);
+  for (const std::string& twin : a.twins) out += "<th>" + render::xml_escaped(twin) + "</th>";
   out += "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < std::min(kShownManoeuvres, a.ranked.size()); ++i) {
-    out += "<tr><td class=\"l\">" + xml_escaped(a.ranked[i].words) + "</td>";
+    out += "<tr><td class=\"l\">" + render::xml_escaped(a.ranked[i].words) + "</td>";
     for (const double s : a.ranked[i].separation) out += fmt::format("<td>{:.2g}</td>", s);
     out += "</tr>\n";
   }
@@ -88,14 +88,14 @@ std::string advice_html(const AddedEffect& effect) {
 std::string diagnosis_report_html(const DiagnosisPage& page) {
   const Diagnosis& d = page.run.diagnosis;
   std::string flights;
-  for (const GridFlight& g : page.run.after.flights) flights += (flights.empty() ? "" : ", ") + g.name;
-  std::string out = page_begin("What the model of " + page.vehicle_name + " lacks", "diagnosed from " + flights, "diagnosis");
-  out += facts_html({{"verdict", std::string(name(d.verdict))},
+  for (const estimate::GridFlight& g : page.run.after.flights) flights += (flights.empty() ? "" : ", ") + g.name;
+  std::string out = render::page_begin("What the model of " + page.vehicle_name + " lacks", "diagnosed from " + flights, "diagnosis");
+  out += render::facts_html({{"verdict", std::string(name(d.verdict))},
                      {"effects added", std::to_string(d.added.size())},
                      {"innovations", d.white ? "white" : "not white"}});
   out += "<h2 id=\"effects\">Effects</h2>\n" + effects_html(d);
-  for (const std::string& remark : d.remarks) out += "<p>" + xml_escaped(remark) + "</p>\n";
-  if (page.held_out) out += held_out_html(*page.held_out);
+  for (const std::string& remark : d.remarks) out += "<p>" + render::xml_escaped(remark) + "</p>\n";
+  if (page.held_out) out += identify::held_out_html(*page.held_out);
   for (const AddedEffect& a : d.added) out += advice_html(a);
   out += "<h2 id=\"evidence\">Evidence</h2>\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) out += round_html(d.rounds[i], i + 1);
@@ -103,12 +103,12 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
   if (!d.not_observable.empty()) {
     out += "<h2 id=\"hidden\">What these flights could not have shown</h2>\n<ul>\n";
     for (const NotObservable& n : d.not_observable)
-      out += fmt::format("<li><b>{}</b>: {}{}</li>\n", xml_escaped(n.id), xml_escaped(n.why),
-                         n.needs.empty() ? "" : "; " + xml_escaped(n.needs));
+      out += fmt::format("<li><b>{}</b>: {}{}</li>\n", render::xml_escaped(n.id), render::xml_escaped(n.why),
+                         n.needs.empty() ? "" : "; " + render::xml_escaped(n.needs));
     out += "</ul>\n";
   }
   out += log_html("<h2 id=\"left-out\">Left out of the logs, as no fault of a sensor</h2>\n", d.left_out);
-  return out + page.residual_sections + page_end();
+  return out + page.residual_sections + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,14 +5,14 @@
 
 #include "bench/diagnose/diagnose.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct DiagnosisPage {
   const DiagnosisRun& run;
-  const std::optional<HeldOutScores>& held_out;
+  const std::optional<identify::HeldOutScores>& held_out;
   std::string vehicle_name;
   std::string residual_sections;  // made by residual_sections_html(); may be empty
 };
 std::string diagnosis_report_html(const DiagnosisPage& page);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

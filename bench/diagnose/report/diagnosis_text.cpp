@@ -8,7 +8,7 @@
 
 #include "bench/diagnose/ratios.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using nlohmann::ordered_json;
@@ -69,17 +69,17 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"ruled_out_by", e.ruled_out_by}};
 }
 
-ordered_json axes_json(const WrenchAxes& v) {
+ordered_json axes_json(const identify::WrenchAxes& v) {
   ordered_json out = ordered_json::array();
   for (Eigen::Index i = 0; i < 6; ++i) out.push_back(number(v[i]));
   return out;
 }
 
 // Axes: force x, y, z in N, torque x, y, z in N m; the last score is that of all flights.
-ordered_json wrench_json(const WrenchComparison& c) {
-  const auto scores = [](const std::vector<WrenchScore>& all) {
+ordered_json wrench_json(const identify::WrenchComparison& c) {
+  const auto scores = [](const std::vector<identify::WrenchScore>& all) {
     ordered_json out = ordered_json::array();
-    for (const WrenchScore& s : all)
+    for (const identify::WrenchScore& s : all)
       out.push_back({{"flight", s.flight},
                      {"samples", s.samples},
                      {"delay_s", number(s.delay_s)},
@@ -162,7 +162,7 @@ std::string diagnosis_text(const DiagnosisRun& run) {
   return out;
 }
 
-std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutScores>& held_out, const IdentifyProvenance& from) {
+std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify::HeldOutScores>& held_out, const identify::IdentifyProvenance& from) {
   const Diagnosis& d = run.diagnosis;
   ordered_json added = ordered_json::array(), rounds = ordered_json::array(), rejected = ordered_json::array(),
                hidden = ordered_json::array(), inputs = ordered_json::array();
@@ -198,7 +198,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
                       {"detectable", number(n.detectable)},
                       {"typical", number(n.typical)},
                       {"unit", n.unit}});
-  for (const InputHash& i : from.inputs) inputs.push_back(input_json(i));
+  for (const identify::InputHash& i : from.inputs) inputs.push_back(identify::input_json(i));
   ordered_json out{
       {"format", 1},
       {"made_by", "rotorloop diagnose"},
@@ -215,10 +215,10 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutS
       {"provenance",
        {{"version", from.version}, {"git", from.git}, {"started_utc", from.started_utc}, {"wall_s", from.wall_s}, {"inputs", inputs}}}};
   if (held_out) {
-    out["held_out"] = held_out_json(*held_out);
+    out["held_out"] = identify::held_out_json(*held_out);
     if (!held_out->wrench.after.empty()) out["held_out"]["wrench"] = wrench_json(held_out->wrench);
   }
   return out.dump(1) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

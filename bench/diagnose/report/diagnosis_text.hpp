@@ -6,10 +6,10 @@
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/identify/report/identify_result.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 std::string diagnosis_text(const DiagnosisRun& run);  // verdict first, then evidence
 // Ends with a newline.
-std::string diagnosis_json(const DiagnosisRun& run, const std::optional<HeldOutScores>& held_out, const IdentifyProvenance& provenance);
+std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify::HeldOutScores>& held_out, const identify::IdentifyProvenance& provenance);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

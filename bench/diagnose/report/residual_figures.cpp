@@ -10,7 +10,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr int kHalf_px = 500;
@@ -20,7 +20,7 @@ constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 std::string label(std::size_t axis) { return fmt::format("{}, {}", kAxisNames[axis], kAxisUnits[axis]); }
 
 // Lines at mean and edges of a band of 95 %.
-void add_band(Plot& p, const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& low,
+void add_band(render::Plot& p, const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& low,
               const std::vector<double>& high) {
   p.series.push_back({.label = "", .x = x, .y = low, .colour = 0, .dashed = true, .width_px = 0.8});
   p.series.push_back({.label = "", .x = x, .y = high, .colour = 0, .dashed = true, .width_px = 0.8});
@@ -33,13 +33,13 @@ std::string wrench_figures(const ResidualFindings& f, std::size_t flight) {
   std::string out = "<div class=\"two\">\n";
   const Samples& samples = f.series.samples;
   for (std::size_t group = 0; group < 2; ++group) {
-    Plot p;
+    render::Plot p;
     p.title = samples.flights[flight] + (group == 0 ? ": missing force" : ": missing torque");
     p.x_label = "time, s";
     p.y_label = group == 0 ? "force, N" : "torque, N m";
     p.width_px = kHalf_px;
     for (std::size_t axis = 3 * group; axis < 3 * group + 3; ++axis) {
-      Series s{.label = kAxisNames[axis], .x = {}, .y = {}, .colour = static_cast<int>(axis - 3 * group), .width_px = 0.9};
+      render::Series s{.label = kAxisNames[axis], .x = {}, .y = {}, .colour = static_cast<int>(axis - 3 * group), .width_px = 0.9};
       for (const Piece& piece : samples.pieces) {
         if (piece.flight != flight) continue;
         for (std::size_t i = 0; i < piece.count; ++i) {
@@ -50,21 +50,21 @@ std::string wrench_figures(const ResidualFindings& f, std::size_t flight) {
       }
       p.series.push_back(std::move(s));
     }
-    out += figure_html(fmt::format("<b>{}</b>, missing {}", xml_escaped(samples.flights[flight]), group == 0 ? "force" : "torque"),
-                       plot_svg(p));
+    out += render::figure_html(fmt::format("<b>{}</b>, missing {}", render::xml_escaped(samples.flights[flight]), group == 0 ? "force" : "torque"),
+                       render::plot_svg(p));
   }
   return out + "</div>\n";
 }
 
 std::string spectrum_figure(const ResidualFindings& f, std::size_t axis) {
-  Plot p;
+  render::Plot p;
   p.title = std::string("power density of the missing ") + kAxisNames[axis];
   p.x_label = "frequency, Hz";
   p.y_label = fmt::format("10 log₁₀ ({})²/Hz", kAxisUnits[axis]);
   p.width_px = kHalf_px;
   const AxisSpectrum& x = f.spectra.axis[axis];
-  Series found{.label = "residual", .x = {}, .y = {}, .colour = 0},
-      expected{.label = "noise of the fit", .x = {}, .y = {}, .colour = kNeutral, .dashed = true};
+  render::Series found{.label = "residual", .x = {}, .y = {}, .colour = 0},
+      expected{.label = "noise of the fit", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true};
   for (std::size_t j = 0; j < f.spectra.frequency_Hz.size() && f.spectra.frequency_Hz[j] <= kHighest_Hz; ++j) {
     for (auto [series, value] : {std::pair{&found, x.density[j]}, std::pair{&expected, x.density_expected[j]}}) {
       series->x.push_back(f.spectra.frequency_Hz[j]);
@@ -72,13 +72,13 @@ std::string spectrum_figure(const ResidualFindings& f, std::size_t axis) {
     }
   }
   p.series = {std::move(found), std::move(expected)};
-  return figure_html(fmt::format("<b>{}</b>: where the line lies above the dashed one something is missing", kAxisNames[axis]),
-                     plot_svg(p));
+  return render::figure_html(fmt::format("<b>{}</b>: where the line lies above the dashed one something is missing", kAxisNames[axis]),
+                     render::plot_svg(p));
 }
 
 std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
   const Channel& input = f.series.inputs[d.input];
-  Plot p;
+  render::Plot p;
   p.title = fmt::format("missing {} against {}", kAxisNames[d.axis], input.name);
   p.x_label = fmt::format("{}, {}", input.name, input.unit);
   p.y_label = label(d.axis);
@@ -87,14 +87,14 @@ std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
   for (const DependenceBin& b : d.bins) x.push_back(b.centre), y.push_back(b.mean), low.push_back(b.low), high.push_back(b.high);
   add_band(p, x, y, low, high);
   p.marks = {{0.0, ""}};
-  return figure_html(fmt::format("<b>{}</b> against {}: {:.0f} % of its power foretold on other blocks", kAxisNames[d.axis],
-                                 xml_escaped(input.name), 100.0 * d.share),
-                     plot_svg(p));
+  return render::figure_html(fmt::format("<b>{}</b> against {}: {:.0f} % of its power foretold on other blocks", kAxisNames[d.axis],
+                                 render::xml_escaped(input.name), 100.0 * d.share),
+                     render::plot_svg(p));
 }
 
 std::string curve_figure(const ResidualFindings& f, std::size_t axis, const PartialCurve& c) {
   const Channel& input = f.series.inputs[c.input];
-  Plot p;
+  render::Plot p;
   p.title = fmt::format("part of {} in the missing {}", input.name, kAxisNames[axis]);
   p.x_label = fmt::format("{}, {}", input.name, input.unit);
   p.y_label = label(axis);
@@ -103,13 +103,13 @@ std::string curve_figure(const ResidualFindings& f, std::size_t axis, const Part
   for (std::size_t i = 0; i < c.at.size(); ++i) low.push_back(c.value[i] - 2.0 * c.u[i]), high.push_back(c.value[i] + 2.0 * c.u[i]);
   add_band(p, c.at, c.value, low, high);
   p.marks = {{0.0, ""}};
-  return figure_html(
-      fmt::format("<b>{}</b>, part of {} beside all other inputs; ± 2 u over folds", kAxisNames[axis], xml_escaped(input.name)),
-      plot_svg(p));
+  return render::figure_html(
+      fmt::format("<b>{}</b>, part of {} beside all other inputs; ± 2 u over folds", kAxisNames[axis], render::xml_escaped(input.name)),
+      render::plot_svg(p));
 }
 
 std::string lag_figure(const ResidualFindings& f, bool torque) {
-  Plot p;
+  render::Plot p;
   p.title = torque ? "how well the model's torque explains the measured one, by lag"
                    : "how well the model's force explains the measured one, by lag";
   p.x_label = "measured behind the model, ms";
@@ -119,21 +119,21 @@ std::string lag_figure(const ResidualFindings& f, bool torque) {
   p.y_max = 1.0;
   for (std::size_t i = 0; i < 3; ++i) {
     const AxisLag& l = f.lag.axis[i + (torque ? 3 : 0)];
-    Series s{.label = fmt::format("{}{}", kAxisNames[l.axis], l.known ? fmt::format(" ({:.0f} ms)", 1e3 * l.lag_s) : ""),
+    render::Series s{.label = fmt::format("{}{}", kAxisNames[l.axis], l.known ? fmt::format(" ({:.0f} ms)", 1e3 * l.lag_s) : ""),
              .x = {},
              .y = {},
              .colour = static_cast<int>(i)};
     for (std::size_t j = 0; j < l.tried_s.size(); ++j) s.x.push_back(1e3 * l.tried_s[j]), s.y.push_back(l.shares[j]);
     p.series.push_back(std::move(s));
   }
-  p.bands = {{-1e3, 0.0, "before its cause", kNeutral}};
+  p.bands = {{-1e3, 0.0, "before its cause", render::kNeutral}};
   p.x_min = -200.0;
   p.x_max = 200.0;
-  return figure_html(torque ? "<b>Torque</b>: a top on the left leads its cause" : "<b>Force</b>", plot_svg(p));
+  return render::figure_html(torque ? "<b>Torque</b>: a top on the left leads its cause" : "<b>Force</b>", render::plot_svg(p));
 }
 
 std::string step_figure(const ResidualFindings& f, const TimeStep& s) {
-  Plot p;
+  render::Plot p;
   p.title = fmt::format("{} in {}: a step at each moment", s.effect, f.series.samples.flights[s.flight]);
   p.x_label = "time, s";
   p.y_label = "χ² of a step";
@@ -141,13 +141,13 @@ std::string step_figure(const ResidualFindings& f, const TimeStep& s) {
   p.y_from_zero = true;
   p.series.push_back({.label = "", .x = s.tried_s, .y = s.chi2_at, .colour = 0});
   p.marks = {{s.limit, "1 % of blocks in random order"}};
-  return figure_html(fmt::format("<b>{}</b>, {} in {}: {:.1f} s", xml_escaped(s.effect), xml_escaped(s.parameter),
-                                 xml_escaped(f.series.samples.flights[s.flight]), s.at_s),
-                     plot_svg(p));
+  return render::figure_html(fmt::format("<b>{}</b>, {} in {}: {:.1f} s", render::xml_escaped(s.effect), render::xml_escaped(s.parameter),
+                                 render::xml_escaped(f.series.samples.flights[s.flight]), s.at_s),
+                     render::plot_svg(p));
 }
 
 std::string burst_figure(const ResidualFindings& f, std::size_t flight) {
-  Timeline t;
+  render::Timeline t;
   t.title = "bursts in " + f.series.samples.flights[flight];
   t.x_label = "time, s";
   t.x_min = 1e300, t.x_max = -1e300;
@@ -157,15 +157,15 @@ std::string burst_figure(const ResidualFindings& f, std::size_t flight) {
     t.x_max = std::max(t.x_max, p.start_s + static_cast<double>(p.count) * p.step_s);
   }
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
-    TimelineRow row{.label = kAxisNames[axis], .intervals = {}, .colour = static_cast<int>(axis % 3)};
+    render::TimelineRow row{.label = kAxisNames[axis], .intervals = {}, .colour = static_cast<int>(axis % 3)};
     for (const Burst& b : f.unexplained.bursts) {
       if (b.flight == flight && b.axis == axis) row.intervals.push_back({b.from_s, b.to_s});
     }
     if (!row.intervals.empty()) t.rows.push_back(std::move(row));
   }
   if (t.rows.empty()) return "";
-  return figure_html(fmt::format("<b>{}</b>: when the residual is far above its usual size", xml_escaped(f.series.samples.flights[flight])),
-                     timeline_svg(t));
+  return render::figure_html(fmt::format("<b>{}</b>: when the residual is far above its usual size", render::xml_escaped(f.series.samples.flights[flight])),
+                     render::timeline_svg(t));
 }
 
 // Cells seen from above, x to the right; the colour runs over ± the largest mean.
@@ -177,28 +177,28 @@ std::string place_figure(const PlaceMap& m) {
   }
   if (!(largest > 0.0)) return "";
   const double width = kLeft + kCell * static_cast<double>(m.columns) + 20.0, height = kTop + kCell * static_cast<double>(m.rows) + 46.0;
-  std::string svg = open_svg(static_cast<int>(width), height, std::string("mean missing ") + kAxisNames[m.axis] + " by place");
+  std::string svg = render::open_svg(static_cast<int>(width), height, std::string("mean missing ") + kAxisNames[m.axis] + " by place");
   for (std::size_t row = 0; row < m.rows; ++row) {
     const double y = kTop + kCell * static_cast<double>(m.rows - 1 - row);
     for (std::size_t column = 0; column < m.columns; ++column) {
       const double v = m.mean[row * m.columns + column];
       if (!std::isfinite(v)) continue;
-      const Rgb c = field_colour(0.5 + 0.5 * v / largest);
+      const render::Rgb c = render::field_colour(0.5 + 0.5 * v / largest);
       svg += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"rgb({},{},{})\"><title>{:.3g} ± {:.2g} {}</title></rect>\n",
-          px(kLeft + kCell * static_cast<double>(column)), px(y), px(kCell - 1.0), px(kCell - 1.0), c.r, c.g, c.b, v,
+          render::px(kLeft + kCell * static_cast<double>(column)), render::px(y), render::px(kCell - 1.0), render::px(kCell - 1.0), c.r, c.g, c.b, v,
           m.u[row * m.columns + column], kAxisUnits[m.axis]);
     }
-    svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{:.1f}</text>\n", px(kLeft - 6.0),
-                       px(y + 0.5 * kCell + 4.0), m.y_from_m + (static_cast<double>(row) + 0.5) * m.cell_m);
+    svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{:.1f}</text>\n", render::px(kLeft - 6.0),
+                       render::px(y + 0.5 * kCell + 4.0), m.y_from_m + (static_cast<double>(row) + 0.5) * m.cell_m);
   }
   for (std::size_t column = 0; column < m.columns; ++column)
     svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{:.1f}</text>\n",
-                       px(kLeft + kCell * (static_cast<double>(column) + 0.5)), px(height - 30.0),
+                       render::px(kLeft + kCell * (static_cast<double>(column) + 0.5)), render::px(height - 30.0),
                        m.x_from_m + (static_cast<double>(column) + 0.5) * m.cell_m);
-  svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">x, m; y upward, m; colour ± {:.2g} {}</text>\n</svg>\n", px(kLeft),
-                     px(height - 10.0), largest, kAxisUnits[m.axis]);
-  return figure_html(fmt::format("<b>{}</b> by place, mean over visits", kAxisNames[m.axis]), svg);
+  svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">x, m; y upward, m; colour ± {:.2g} {}</text>\n</svg>\n", render::px(kLeft),
+                     render::px(height - 10.0), largest, kAxisUnits[m.axis]);
+  return render::figure_html(fmt::format("<b>{}</b> by place, mean over visits", kAxisNames[m.axis]), svg);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -4,7 +4,7 @@
 
 #include "bench/diagnose/residuals/residual_findings.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 std::string wrench_figures(const ResidualFindings& f, std::size_t flight);  // force and torque over time, beside each other
 std::string spectrum_figure(const ResidualFindings& f, std::size_t axis);   // density, and that of noise of the fitted figures
@@ -15,4 +15,4 @@ std::string step_figure(const ResidualFindings& f, const TimeStep& s);
 std::string burst_figure(const ResidualFindings& f, std::size_t flight);
 std::string place_figure(const PlaceMap& m);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -3,7 +3,7 @@
 
 #include "bench/diagnose/residuals/residual_findings.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -117,4 +117,4 @@ std::string residual_json(const ResidualFindings& f) {
   return j.dump(2) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

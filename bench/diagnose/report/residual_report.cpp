@@ -9,7 +9,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kMostFigures = 6;
@@ -21,10 +21,10 @@ std::string num(double v, const char* format = "{:.3g}") {
   return text;
 }
 std::string cell(const std::string& text, const char* kind = "") { return fmt::format("<td{}>{}</td>", kind, text); }
-std::string left(const std::string& text) { return cell(xml_escaped(text), " class=\"l\""); }
+std::string left(const std::string& text) { return cell(render::xml_escaped(text), " class=\"l\""); }
 std::string head(const std::vector<std::string>& names) {
   std::string out = "<div class=\"scroll\"><table><thead><tr>";
-  for (std::size_t i = 0; i < names.size(); ++i) out += fmt::format("<th{}>{}</th>", i == 0 ? " class=\"l\"" : "", xml_escaped(names[i]));
+  for (std::size_t i = 0; i < names.size(); ++i) out += fmt::format("<th{}>{}</th>", i == 0 ? " class=\"l\"" : "", render::xml_escaped(names[i]));
   return out + "</tr></thead><tbody>\n";
 }
 constexpr const char* kTableEnd = "</tbody></table></div>\n";
@@ -94,7 +94,7 @@ std::string dependence_html(const ResidualFindings& f) {
 
 std::string lag_html(const ResidualFindings& f) {
   std::string out = "<h3>Does it lead or follow?</h3>\n";
-  for (const LagFinding& l : f.lag.findings) out += "<p>" + xml_escaped(l.words) + "</p>\n";
+  for (const LagFinding& l : f.lag.findings) out += "<p>" + render::xml_escaped(l.words) + "</p>\n";
   if (f.lag.findings.empty()) out += "<p>No axis leads or follows the model beyond its interval.</p>\n";
   out += head({"axis", "lag, ms", "95 %", "share", "at no lag", "slope"});
   for (const AxisLag& l : f.lag.axis) {
@@ -165,7 +165,7 @@ std::string residual_sections_html(const ResidualFindings& f) {
   std::string out = "<h2 id=\"wrench\">The wrench that the model lacks</h2>\n";
   if (!f.words.empty()) {
     out += "<ul>\n";
-    for (const std::string& w : f.words) out += "<li>" + xml_escaped(w) + "</li>\n";
+    for (const std::string& w : f.words) out += "<li>" + render::xml_escaped(w) + "</li>\n";
     out += "</ul>\n";
   }
   out += power_html(f);
@@ -174,4 +174,4 @@ std::string residual_sections_html(const ResidualFindings& f) {
   return out + dependence_html(f) + lag_html(f) + variance_html(f) + steps_html(f) + telemetry_html(f);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -6,7 +6,7 @@
 
 #include "bench/diagnose/residuals/residual_findings.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 std::string power_table(const ResidualFindings& f) {
@@ -93,4 +93,4 @@ std::string residual_table(const ResidualFindings& f) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 
 #include "bench/log/check/signal.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Eigen::Index;
@@ -36,7 +36,7 @@ struct Design {
 
   Design(std::span<const Channel> inputs, std::size_t intervals) {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      const double low = quantile(inputs[i].value, 0.01), high = quantile(inputs[i].value, 0.99);
+      const double low = log::quantile(inputs[i].value, 0.01), high = log::quantile(inputs[i].value, 0.99);
       if (!(high - low > 1e-9 * (std::fabs(high) + std::fabs(low)))) continue;
       splines.push_back({i, columns, static_cast<Index>(intervals) + 3, low, (high - low) / static_cast<double>(intervals)});
       columns += splines.back().count;
@@ -205,4 +205,4 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

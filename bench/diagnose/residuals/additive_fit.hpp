@@ -6,7 +6,7 @@
 
 #include "bench/diagnose/residuals/samples.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct AdditiveOptions {
   std::size_t intervals = 8;  // of each input's range, 1st to 99th percentile; beyond, the function holds its end value
@@ -33,4 +33,4 @@ struct AdditiveFit {
 std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const std::vector<double>* const> residuals,
                                       std::span<const Channel> inputs, std::size_t curves, const AdditiveOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 #include "bench/log/check/signal.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::uint64_t kBootstrapModule = 0x44455045u;
@@ -89,7 +89,7 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % bins].n += all[i].n, sum[i % bins].sum += all[i].sum;
   for (std::size_t i = 0; i < input.size(); ++i) centre[b.bin[i]] += input[i];
   std::vector<std::vector<double>> means(bins);
-  const sim::RandomStream random(o.seed, kBootstrapModule + 131 * d.axis + d.input);
+  const RandomStream random(o.seed, kBootstrapModule + 131 * d.axis + d.input);
   std::uint64_t drawn = 0;
   std::vector<Cell> again(bins);
   for (int n = 0; n < o.resamples; ++n) {
@@ -105,7 +105,7 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
   for (std::size_t c = 0; c < bins; ++c) {
     if (sum[c].n == 0.0) continue;
     d.bins.push_back({b.edges[c], b.edges[c + 1], centre[c] / sum[c].n, static_cast<std::size_t>(sum[c].n), sum[c].sum / sum[c].n,
-                      quantile(means[c], 0.025), quantile(means[c], 0.975)});
+                      log::quantile(means[c], 0.025), log::quantile(means[c], 0.975)});
   }
 }
 
@@ -196,4 +196,4 @@ DependenceResult dependence(const Samples& samples, const Axes& residual, std::s
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -6,7 +6,7 @@
 
 #include "bench/diagnose/residuals/samples.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct DependenceBin {
   double from = 0.0, to = 0.0, centre = 0.0;  // of the input; centre: mean of its samples
@@ -43,4 +43,4 @@ struct DependenceOptions {
 DependenceResult dependence(const Samples& samples, const Axes& residual, std::span<const Axes> expected, std::span<const Channel> inputs,
                             const DependenceOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

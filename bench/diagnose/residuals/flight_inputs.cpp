@@ -6,7 +6,7 @@
 
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Eigen::Vector3d;
@@ -51,7 +51,7 @@ double pattern(const std::array<double, 4>& v, const std::array<double, 4>& sign
   return sum;
 }
 
-BodyState between(const BodyState& a, const BodyState& b) { return moved(a, 0.5 * difference(a, b)); }
+estimate::BodyState between(const estimate::BodyState& a, const estimate::BodyState& b) { return estimate::moved(a, 0.5 * estimate::difference(a, b)); }
 
 }  // namespace
 
@@ -61,14 +61,14 @@ std::vector<Channel> input_channels() {
   return out;
 }
 
-void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std::vector<BodyState>& states, std::vector<SampleState>& out,
+void add_flight_inputs(const estimate::GridFlight& g, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states, std::vector<SampleState>& out,
                        std::vector<Channel>& inputs, Axes& wrench) {
-  const Model model(values);
-  RotorInput input = g.input;
+  const estimate::Model model(values);
+  estimate::RotorInput input = g.input;
   input.prepare(values);
   const host::LoadGeometry& geometry = values.geometry;
   host::LoadParameters<double> p;
-  p.k1_N_s2 = values[kK1], p.k2_N_s2_m = values[kK2];
+  p.k1_N_s2 = values[estimate::kK1], p.k2_N_s2_m = values[estimate::kK2];
   std::array<double, 4> one{}, roll{}, pitch{}, yaw{};
   for (std::size_t i = 0; i < 4; ++i) {
     one[i] = 1.0;
@@ -82,7 +82,7 @@ void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std
     const double t = g.time_s(k) + 0.5 * g.step_s;
     SampleState s;
     s.x = between(states[k], states[k + 1]);
-    const RotorInputSample u = input.at(t, hint, false);
+    const estimate::RotorInputSample u = input.at(t, hint, false);
     const Eigen::Matrix3d r = s.x.q_WB.toRotationMatrix();
     s.v_B_m_s = r.transpose() * s.x.v_W_m_s;
     s.omega_rad_s = u.omega_rad_s;
@@ -90,15 +90,15 @@ void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std
     for (std::size_t i = 0; i < 4; ++i) {
       double through = 0.0;
       s.thrust_N[i] = host::rotor_thrust(p, geometry, u.omega_rad_s[i], {s.v_B_m_s.x(), s.v_B_m_s.y(), s.v_B_m_s.z()}, through);
-      s.arm_B_m[i] = geometry.rotors[i].position_m - Vector3d(values[kComX], values[kComY], geometry.com_z_m);
-      s.yaw_by_omega_N_m_s[i] = 2.0 * values[kCq] * u.omega_rad_s[i] * geometry.rotors[i].reaction;
+      s.arm_B_m[i] = geometry.rotors[i].position_m - Vector3d(values[estimate::kComX], values[estimate::kComY], geometry.com_z_m);
+      s.yaw_by_omega_N_m_s[i] = 2.0 * values[estimate::kCq] * u.omega_rad_s[i] * geometry.rotors[i].reaction;
       thrust += s.thrust_N[i];
     }
     const double disk_m2 = std::numbers::pi * geometry.radius_m * geometry.radius_m;
     s.induced_hover_m_s = std::sqrt(std::max(0.0, 0.25 * thrust) / (2.0 * geometry.air_density_kg_m3 * disk_m2));
-    s.mass_kg = values[kMass];
+    s.mass_kg = values[estimate::kMass];
     s.step_s = g.step_s;
-    const Instant now = model.instant(s.x, u, t);
+    const estimate::Instant now = model.instant(s.x, u, t);
     for (std::size_t a = 0; a < 3; ++a) {
       wrench[a].push_back(now.force_B_N[static_cast<Eigen::Index>(a)]);
       wrench[a + 3].push_back(now.torque_B_N_m[static_cast<Eigen::Index>(a)]);
@@ -106,9 +106,9 @@ void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std
     // Wind is motion through the air the other way.
     constexpr double kStep_m_s = 0.05;
     for (Eigen::Index a = 0; a < 2; ++a) {
-      BodyState with = s.x, against = s.x;
+      estimate::BodyState with = s.x, against = s.x;
       with.v_W_m_s[a] -= kStep_m_s, against.v_W_m_s[a] += kStep_m_s;
-      const Instant more = model.instant(with, u, t), less = model.instant(against, u, t);
+      const estimate::Instant more = model.instant(with, u, t), less = model.instant(against, u, t);
       s.wrench_by_wind.col(a) << more.force_B_N - less.force_B_N, more.torque_B_N_m - less.torque_B_N_m;
     }
     s.wrench_by_wind /= 2.0 * kStep_m_s;
@@ -143,4 +143,4 @@ void add_flight_inputs(const GridFlight& g, const ModelValues& values, const std
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

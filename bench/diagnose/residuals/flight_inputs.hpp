@@ -3,18 +3,18 @@
 #pragma once
 #include "bench/diagnose/residuals/residual_series.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // All inputs, empty.
 std::vector<Channel> input_channels();
 
 // One flight's samples: appended to `state` and to each channel; `wrench` becomes as long and holds the model's wrench at the middle of
 // each step (N, N m, body axes).
-void add_flight_inputs(const GridFlight& flight, const ModelValues& values, const std::vector<BodyState>& states,
+void add_flight_inputs(const estimate::GridFlight& flight, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states,
                        std::vector<SampleState>& state, std::vector<Channel>& inputs, Axes& wrench);
 
 // Gyro and accelerometer against the fitted states: those in the grid, else those of the log when there is one.
-void add_telemetry(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const std::vector<BodyState>& states,
-                   const FlightRecord* log, std::vector<TelemetryResidual>& out);
+void add_telemetry(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states,
+                   const log::FlightRecord* log, std::vector<TelemetryResidual>& out);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

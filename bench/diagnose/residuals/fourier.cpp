@@ -4,7 +4,7 @@
 #include <numbers>
 #include <utility>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 void fourier(std::vector<std::complex<double>>& x) {
   const std::size_t n = x.size();
@@ -36,4 +36,4 @@ std::vector<double> hann(std::size_t n) {
   return w;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -3,7 +3,7 @@
 #include <complex>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // In place, forward, no scaling: X_j = Σ x_n exp(-2πi jn/N). N must be a power of two.
 void fourier(std::vector<std::complex<double>>& x);
@@ -11,4 +11,4 @@ void fourier(std::vector<std::complex<double>>& x);
 // Hann window of n points, periodic.
 std::vector<double> hann(std::size_t n);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,7 +8,7 @@
 #include "bench/log/check/signal.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::uint64_t kBootstrapModule = 0x4C414721u;
@@ -107,7 +107,7 @@ LagResult lag_analysis(const Samples& samples, const Axes& model, const Axes& mi
     r.share = r.shares[best];
     r.share_at_zero = r.shares[static_cast<std::size_t>(reach)];
     r.slope = total[best].xx > 0.0 ? total[best].xy / total[best].xx : 0.0;
-    const sim::RandomStream random(o.seed, kBootstrapModule + a);
+    const RandomStream random(o.seed, kBootstrapModule + a);
     std::uint64_t drawn = 0;
     std::vector<double> drawn_lags, shares(lags);
     for (int n = 0; n < o.resamples; ++n) {
@@ -120,8 +120,8 @@ LagResult lag_analysis(const Samples& samples, const Axes& model, const Axes& mi
       drawn_lags.push_back(
           refined(r.tried_s, shares, static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin())));
     }
-    r.low_s = quantile(drawn_lags, 0.025);
-    r.high_s = quantile(drawn_lags, 0.975);
+    r.low_s = log::quantile(drawn_lags, 0.025);
+    r.high_s = log::quantile(drawn_lags, 0.975);
     // An interval that touches the ends of the search, or is wider than a quarter of it, tells no lag.
     r.known = r.share > 0.1 && r.low_s > -0.95 * o.range_s && r.high_s < 0.95 * o.range_s && r.high_s - r.low_s < 0.5 * o.range_s;
   }
@@ -173,4 +173,4 @@ LagResult lag_analysis(const Samples& samples, const Axes& model, const Axes& mi
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

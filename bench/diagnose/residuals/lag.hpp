@@ -8,7 +8,7 @@
 
 #include "bench/diagnose/residuals/samples.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct AxisLag {
   std::size_t axis = 0;
@@ -46,4 +46,4 @@ struct LagOptions {
 // `model` and `missing` must have gone through the same smoother: measured = model + missing.
 LagResult lag_analysis(const Samples& samples, const Axes& model, const Axes& missing, const LagOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kMostSteps = 3;
@@ -82,7 +82,7 @@ void add_words(ResidualFindings& f) {
 
 }  // namespace
 
-ResidualFindings analyse_residuals(const Identification& result, const ResidualOptions& o) {
+ResidualFindings analyse_residuals(const identify::Identification& result, const ResidualOptions& o) {
   ResidualFindings f;
   SeriesOptions series;
   series.seed = o.seed;
@@ -112,4 +112,4 @@ ResidualFindings analyse_residuals(const Identification& result, const ResidualO
   return f;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -13,7 +13,7 @@
 #include "bench/diagnose/residuals/unexplained.hpp"
 #include "bench/diagnose/residuals/variance_effects.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct ResidualFindings {
   ResidualSeries series;  // without what only the statistics needed (simulated, whitened, state)
@@ -29,13 +29,13 @@ struct ResidualFindings {
 struct ResidualOptions {
   std::uint64_t seed = 1;
   // The logs of the fit, in its order: with them gyro and accelerometer that the fit did not use are compared too.
-  std::span<const FlightToFit> logs;
+  std::span<const identify::FlightToFit> logs;
 };
 
-ResidualFindings analyse_residuals(const Identification& result, const ResidualOptions& options = {});
+ResidualFindings analyse_residuals(const identify::Identification& result, const ResidualOptions& options = {});
 
 std::string residual_table(const ResidualFindings& f);          // for the terminal
 std::string residual_sections_html(const ResidualFindings& f);  // sections of the report
 std::string residual_json(const ResidualFindings& f);           // one object
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

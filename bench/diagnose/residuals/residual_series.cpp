@@ -9,7 +9,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::uint64_t kNoiseModule = 0x52534E4Fu;
@@ -19,23 +19,23 @@ struct WrenchMap {
   Eigen::Matrix<double, 12, 6> error_by_wrench;  // unwhitened
   Eigen::Matrix<double, 6, 12> wrench_by_rows;   // of whitened rows
 };
-WrenchMap wrench_map(const BodyState& x, const ModelValues& values, const StateJacobian& unwhiten, double h) {
+WrenchMap wrench_map(const estimate::BodyState& x, const estimate::ModelValues& values, const estimate::StateJacobian& unwhiten, double h) {
   const Eigen::Matrix3d body_to_world = x.q_WB.toRotationMatrix(), inertia = values.inertia_kg_m2();
-  const Eigen::Matrix3d speed = h / values[kMass] * body_to_world, rate = h * inertia.inverse();
+  const Eigen::Matrix3d speed = h / values[estimate::kMass] * body_to_world, rate = h * inertia.inverse();
   WrenchMap m;
   m.error_by_wrench.setZero();
   m.error_by_wrench.block<3, 3>(0, 0) = 0.5 * h * speed;
   m.error_by_wrench.block<3, 3>(3, 0) = speed;
   m.error_by_wrench.block<3, 3>(6, 3) = 0.5 * h * rate;
   m.error_by_wrench.block<3, 3>(9, 3) = rate;
-  m.wrench_by_rows.topRows<3>() = values[kMass] / h * body_to_world.transpose() * unwhiten.middleRows<3>(3);
+  m.wrench_by_rows.topRows<3>() = values[estimate::kMass] / h * body_to_world.transpose() * unwhiten.middleRows<3>(3);
   m.wrench_by_rows.bottomRows<3>() = 1.0 / h * inertia * unwhiten.middleRows<3>(9);
   return m;
 }
 
 // Column 0: the flight's residuals. 1: the model's wrench as if it were lacking. Then noise as the fit believes it.
 ResidualColumns put_in(const LinearFlight& linear, const std::vector<SampleState>& state, std::size_t first, const Axes& wrench,
-                       int simulated, const sim::RandomStream& random) {
+                       int simulated, const RandomStream& random) {
   ResidualColumns c = ResidualColumns::zero(linear, 2 + simulated);
   std::uint64_t drawn = 0;
   std::size_t s = first;
@@ -81,7 +81,7 @@ void add_wrenches(const LinearFlight& linear, const ResidualColumns& c, const st
   }
 }
 
-void add_whitened(const LinearFlight& linear, const NoiseModel& noise, const ResidualColumns& c, std::size_t first,
+void add_whitened(const LinearFlight& linear, const estimate::NoiseModel& noise, const ResidualColumns& c, std::size_t first,
                   WhitenedResiduals& out) {
   const Eigen::Index columns = c.steps.cols() - 1;  // the model's own is left out
   const auto kept = [&](const auto& rows, auto count) {
@@ -118,7 +118,7 @@ void add_whitened(const LinearFlight& linear, const NoiseModel& noise, const Res
 void add_uncertainty(const LinearFlight& linear, const ResidualSmoother& smoother, const std::vector<WrenchMap>& maps, std::size_t first,
                      Axes& u) {
   std::size_t s = first + maps.size();
-  smoother.covariances([&](std::size_t, const StateJacobian& c) {
+  smoother.covariances([&](std::size_t, const estimate::StateJacobian& c) {
     --s;
     const Eigen::Matrix<double, 6, 12>& m = maps[s - first].wrench_by_rows;
     for (std::size_t a = 0; a < kAxes; ++a) {
@@ -138,19 +138,19 @@ const Channel* ResidualSeries::input(std::string_view id) const {
   return nullptr;
 }
 
-ResidualSeries residual_series(const Identification& r, const SeriesOptions& o) {
+ResidualSeries residual_series(const identify::Identification& r, const SeriesOptions& o) {
   ResidualSeries out;
-  for (const GridFlight& g : r.flights) out.samples.flights.push_back(g.name);
+  for (const estimate::GridFlight& g : r.flights) out.samples.flights.push_back(g.name);
   std::size_t total = 0;
-  for (const GridFlight& g : r.flights) total += static_cast<std::size_t>(std::count(g.linked.begin(), g.linked.end(), 1));
+  for (const estimate::GridFlight& g : r.flights) total += static_cast<std::size_t>(std::count(g.linked.begin(), g.linked.end(), 1));
   for (Axes* a : {&out.smoothed, &out.smoothed_u, &out.free, &out.free_u, &out.model}) resize(*a, total);
   out.simulated.resize(static_cast<std::size_t>(std::max(0, o.simulated)));
   for (Axes& a : out.simulated) resize(a, total);
   out.inputs = input_channels();
   Axes model_wrench;
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const ModelValues& values = r.fit.values[f];
+    const estimate::GridFlight& g = r.flights[f];
+    const estimate::ModelValues& values = r.fit.values[f];
     const std::size_t first = out.samples.size;
     for (std::size_t k = 0; k + 1 < g.knots;) {
       std::size_t end = k;
@@ -160,13 +160,13 @@ ResidualSeries residual_series(const Identification& r, const SeriesOptions& o) 
     }
     add_flight_inputs(g, values, r.fit.states[f], out.state, out.inputs, model_wrench);
     const LinearFlight linear = linearised(g, values, r.fit.noise[f], r.fit.states[f]);
-    const StateJacobian unwhiten = linear.whitening.inverse();
+    const estimate::StateJacobian unwhiten = linear.whitening.inverse();
     std::vector<WrenchMap> maps;
     for (std::size_t s = first; s < out.samples.size; ++s) {
       maps.push_back(wrench_map(out.state[s].x, values, unwhiten, g.step_s));
       out.state[s].whitened_by_wrench = linear.whitening * maps.back().error_by_wrench;
     }
-    const sim::RandomStream random(o.seed, kNoiseModule + f);
+    const RandomStream random(o.seed, kNoiseModule + f);
     const ResidualColumns in = put_in(linear, out.state, first, model_wrench, o.simulated, random);
     {
       const ResidualSmoother own(linear, 1.0);
@@ -183,4 +183,4 @@ ResidualSeries residual_series(const Identification& r, const SeriesOptions& o) 
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -10,7 +10,7 @@
 #include "bench/diagnose/residuals/samples.hpp"
 #include "bench/identify/identify.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // Sums of smoothed residuals that tell how much the likelihood rises with a variance (variance_effects.hpp) or a step of a constant
 // load (steps_in_time.hpp). Rows whitened by the fit's noise.
@@ -27,7 +27,7 @@ struct WhitenedResiduals {
 
 // What acts at a sample, for directions of loads.
 struct SampleState {
-  BodyState x;
+  estimate::BodyState x;
   std::array<double, 4> omega_rad_s{}, thrust_N{};
   std::array<double, 4> yaw_by_omega_N_m_s{};  // slope of the torque about z by each rotor's speed
   std::array<Eigen::Vector3d, 4> arm_B_m;      // hub from the centre of mass
@@ -64,9 +64,9 @@ struct SeriesOptions {
   int simulated = 32;
   double free_scale = 100.0;
   std::uint64_t seed = 1;
-  std::span<const FlightToFit> logs;  // optional, in the order of the flights: gyro and accelerometer that the fit did not use
+  std::span<const identify::FlightToFit> logs;  // optional, in the order of the flights: gyro and accelerometer that the fit did not use
 };
 
-ResidualSeries residual_series(const Identification& result, const SeriesOptions& options = {});
+ResidualSeries residual_series(const identify::Identification& result, const SeriesOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -4,50 +4,50 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 bool begins(const LinearFlight& f, std::size_t k) { return k == 0 || !f.linked[k - 1]; }
 
 // What whitens a step's error; the same for every step of a flight: a unit error of each kind is put behind one of them.
-StateJacobian step_whitening(const GridFlight& g, const ModelValues& values, const Residuals& res, const std::vector<BodyState>& states) {
-  StateJacobian w = StateJacobian::Identity();
+estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::Residuals& res, const std::vector<estimate::BodyState>& states) {
+  estimate::StateJacobian w = estimate::StateJacobian::Identity();
   const auto first = std::find(g.linked.begin(), g.linked.end(), 1);
   if (first == g.linked.end()) return w;
   const auto k = static_cast<std::size_t>(first - g.linked.begin());
-  RotorInput input = g.input;
+  estimate::RotorInput input = g.input;
   input.prepare(values);
   std::size_t hint = 0;
-  const BodyState foretold = Model(values).step(states[k], input, hint, g.time_s(k), g.time_s(k + 1), g.substeps);
-  for (Eigen::Index i = 0; i < 12; ++i) w.col(i) = res.process(k, states[k], moved(foretold, StateError::Unit(i)));
+  const estimate::BodyState foretold = estimate::Model(values).step(states[k], input, hint, g.time_s(k), g.time_s(k + 1), g.substeps);
+  for (Eigen::Index i = 0; i < 12; ++i) w.col(i) = res.process(k, states[k], estimate::moved(foretold, estimate::StateError::Unit(i)));
   return w;
 }
 
 }  // namespace
 
-LinearFlight linearised(const GridFlight& g, const ModelValues& values, const NoiseModel& noise, const std::vector<BodyState>& states) {
-  const Residuals res(g, values, noise, {kPoseDelay});
+LinearFlight linearised(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states) {
+  const estimate::Residuals res(g, values, noise, {estimate::kPoseDelay});
   LinearFlight out;
   out.knots = g.knots;
   out.linked = g.linked;
   out.whitening = step_whitening(g, values, res, states);
   out.anchor = g.anchor;
   out.steps.resize(g.knots > 0 ? g.knots - 1 : 0);
-  ProcessRows step;
+  estimate::ProcessRows step;
   for (std::size_t k = 0; k < out.steps.size(); ++k) {
-    out.steps[k] = {StateJacobian::Zero(), StateJacobian::Zero(), StateError::Zero()};
+    out.steps[k] = {estimate::StateJacobian::Zero(), estimate::StateJacobian::Zero(), estimate::StateError::Zero()};
     if (!g.linked[k]) continue;
     res.process(k, states[k], states[k + 1], step);
     out.steps[k] = {step.from, step.to, step.r};
   }
-  RowsBy<6> six;
-  RowsBy<3> three;
-  for (const PoseFix& f : g.pose) {
+  estimate::RowsBy<6> six;
+  estimate::RowsBy<3> three;
+  for (const estimate::PoseFix& f : g.pose) {
     res.pose(f, states[f.knot], six, true);
     out.readings.push_back({LinearFlight::Kind::pose, f.knot, g.time_s(f.knot) + f.late_s, 6, six.state, six.r, six.columns.col(0)});
   }
-  const auto vectors = [&](const std::vector<VectorFix>& list, LinearFlight::Kind kind, auto&& rows) {
-    for (const VectorFix& f : list) {
+  const auto vectors = [&](const std::vector<estimate::VectorFix>& list, LinearFlight::Kind kind, auto&& rows) {
+    for (const estimate::VectorFix& f : list) {
       rows(f);
       LinearFlight::Reading r;
       r.kind = kind;
@@ -61,10 +61,10 @@ LinearFlight linearised(const GridFlight& g, const ModelValues& values, const No
       out.readings.push_back(r);
     }
   };
-  vectors(g.position, LinearFlight::Kind::position, [&](const VectorFix& f) { res.position(f, states[f.knot], three, true); });
-  vectors(g.velocity, LinearFlight::Kind::velocity, [&](const VectorFix& f) { res.velocity(f, states[f.knot], three, true); });
-  vectors(g.gyro, LinearFlight::Kind::gyro, [&](const VectorFix& f) { res.gyro(f, states[f.knot], three, true); });
-  vectors(g.accel, LinearFlight::Kind::accel, [&](const VectorFix& f) { res.accel(f, states[f.knot], three, true); });
+  vectors(g.position, LinearFlight::Kind::position, [&](const estimate::VectorFix& f) { res.position(f, states[f.knot], three, true); });
+  vectors(g.velocity, LinearFlight::Kind::velocity, [&](const estimate::VectorFix& f) { res.velocity(f, states[f.knot], three, true); });
+  vectors(g.gyro, LinearFlight::Kind::gyro, [&](const estimate::VectorFix& f) { res.gyro(f, states[f.knot], three, true); });
+  vectors(g.accel, LinearFlight::Kind::accel, [&](const estimate::VectorFix& f) { res.accel(f, states[f.knot], three, true); });
   std::stable_sort(out.readings.begin(), out.readings.end(),
                    [](const LinearFlight::Reading& a, const LinearFlight::Reading& b) { return a.knot < b.knot; });
   return out;
@@ -79,7 +79,7 @@ ResidualSmoother::ResidualSmoother(const LinearFlight& f, double process_scale) 
   l_.resize(f.knots);
   y_.resize(f.knots);
   const double weight = 1.0 / scale_;
-  StateJacobian d = StateJacobian::Zero(), e;
+  estimate::StateJacobian d = estimate::StateJacobian::Zero(), e;
   std::size_t reading = 0;
   for (std::size_t k = 0; k < f.knots; ++k) {
     if (begins(f, k)) {
@@ -96,7 +96,7 @@ ResidualSmoother::ResidualSmoother(const LinearFlight& f, double process_scale) 
       e.noalias() = weight * f.steps[k].from.transpose() * f.steps[k].to;
     }
     if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a knot of a dropped piece: nothing is known, nothing is asked
-    const Eigen::LLT<StateJacobian> llt(d);
+    const Eigen::LLT<estimate::StateJacobian> llt(d);
     if (llt.info() != Eigen::Success) throw std::domain_error("the information of a state is not positive definite");
     l_[k] = llt.matrixLLT();
     y_[k] = llt.matrixL().solve(e);
@@ -141,15 +141,15 @@ ResidualColumns ResidualSmoother::smoothed(const ResidualColumns& in) const {
   return out;
 }
 
-StateJacobian ResidualSmoother::marginal(std::size_t k, const StateJacobian& next) const {
+estimate::StateJacobian ResidualSmoother::marginal(std::size_t k, const estimate::StateJacobian& next) const {
   const auto l = l_[k].triangularView<Eigen::Lower>();
-  const StateJacobian middle = StateJacobian::Identity() + y_[k] * next * y_[k].transpose();
-  const StateJacobian half = l.transpose().solve(middle);
+  const estimate::StateJacobian middle = estimate::StateJacobian::Identity() + y_[k] * next * y_[k].transpose();
+  const estimate::StateJacobian half = l.transpose().solve(middle);
   return l.transpose().solve(half.transpose());
 }
 
-StateJacobian ResidualSmoother::joint(std::size_t k, const StateJacobian& next) const {
+estimate::StateJacobian ResidualSmoother::joint(std::size_t k, const estimate::StateJacobian& next) const {
   return -(l_[k].triangularView<Eigen::Lower>().transpose().solve(y_[k] * next));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

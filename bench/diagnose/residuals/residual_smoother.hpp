@@ -8,13 +8,13 @@
 
 #include "bench/estimate/residuals.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // Residuals of a flight and their derivatives by the states, whitened by the fit's noise, at the fitted states.
 struct LinearFlight {
   struct Step {
-    StateJacobian from, to;
-    StateError r;
+    estimate::StateJacobian from, to;
+    estimate::StateError r;
   };
   enum class Kind { pose, position, velocity, gyro, accel };
   struct Reading {
@@ -30,10 +30,10 @@ struct LinearFlight {
   std::vector<std::uint8_t> linked;
   std::vector<Step> steps;        // between knots k and k + 1; zero where not linked
   std::vector<Reading> readings;  // in order of knots
-  StateJacobian whitening;        // of a step's error (dp, dv in W; dφ, dΩ in B)
-  StateError anchor;              // standard deviations that hold the start of each piece; 0: free
+  estimate::StateJacobian whitening;        // of a step's error (dp, dv in W; dφ, dΩ in B)
+  estimate::StateError anchor;              // standard deviations that hold the start of each piece; 0: free
 };
-LinearFlight linearised(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const std::vector<BodyState>& states);
+LinearFlight linearised(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states);
 
 // Residuals of all steps (12 rows each) and readings (6 rows each), one column for each thing put in.
 struct ResidualColumns {
@@ -59,25 +59,25 @@ class ResidualSmoother {
   void covariances(Visit&& visit) const;
 
  private:
-  StateJacobian marginal(std::size_t k, const StateJacobian& next) const;
-  StateJacobian joint(std::size_t k, const StateJacobian& next) const;  // of states k and k + 1
+  estimate::StateJacobian marginal(std::size_t k, const estimate::StateJacobian& next) const;
+  estimate::StateJacobian joint(std::size_t k, const estimate::StateJacobian& next) const;  // of states k and k + 1
 
   const LinearFlight& flight_;
   double scale_;
-  std::vector<StateJacobian> l_, y_;  // L (lower triangle) and Y of each knot
+  std::vector<estimate::StateJacobian> l_, y_;  // L (lower triangle) and Y of each knot
 };
 
 template <class Visit>
 void ResidualSmoother::covariances(Visit&& visit) const {
-  StateJacobian p = StateJacobian::Zero();
+  estimate::StateJacobian p = estimate::StateJacobian::Zero();
   for (std::size_t k = flight_.knots; k-- > 0;) {
-    const StateJacobian next = p;
+    const estimate::StateJacobian next = p;
     p = marginal(k, next);
     if (k + 1 >= flight_.knots || !flight_.linked[k]) continue;
     const LinearFlight::Step& s = flight_.steps[k];
-    const StateJacobian cross = s.from * joint(k, next) * s.to.transpose();
-    visit(k, StateJacobian(s.from * p * s.from.transpose() + s.to * next * s.to.transpose() + cross + cross.transpose()));
+    const estimate::StateJacobian cross = s.from * joint(k, next) * s.to.transpose();
+    visit(k, estimate::StateJacobian(s.from * p * s.from.transpose() + s.to * next * s.to.transpose() + cross + cross.transpose()));
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 std::vector<SampleBlock> blocks_of(const Samples& samples, double block_s) {
   std::vector<SampleBlock> out;
@@ -43,4 +43,4 @@ double mean_square(std::span<const double> v) {
   return v.empty() ? 0.0 : sum / static_cast<double>(v.size());
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // A stretch of one flight without a gap, at equal steps: samples first … first + count - 1 of the row.
 struct Piece {
@@ -52,4 +52,4 @@ std::vector<double> times_s(const Samples& samples);
 
 double mean_square(std::span<const double> v);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

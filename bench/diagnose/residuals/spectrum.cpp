@@ -7,7 +7,7 @@
 
 #include "bench/diagnose/residuals/fourier.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Transform = std::vector<std::complex<double>>;  // non-negative frequencies of one segment
@@ -164,4 +164,4 @@ Spectra spectra(const Samples& samples, const Axes& residual, std::span<const Ax
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,7 +5,7 @@
 
 #include "bench/diagnose/residuals/samples.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 struct SpectrumBand {
   double from_Hz = 0.0, to_Hz = 0.0;
@@ -37,4 +37,4 @@ struct SpectrumOptions {
 Spectra spectra(const Samples& samples, const Axes& residual, std::span<const Axes> expected, std::span<const Channel> inputs,
                 const SpectrumOptions& options = {});
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

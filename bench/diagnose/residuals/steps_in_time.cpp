@@ -9,7 +9,7 @@
 #include "bench/identify/whiteness.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::uint64_t kOrderModule = 0x53544550u;
@@ -42,7 +42,7 @@ Cells cells(const ResidualSeries& r, const StepKind& kind, std::size_t flight, d
 // Blocks must be longer than the residual remembers: four times its integrated correlation time (short series
 // make that look shorter than it is), but six blocks at least are left.
 std::size_t block_length(const std::vector<double>& score, std::size_t least) {
-  const std::vector<double> r = autocorrelation(score, score.size() / 4);
+  const std::vector<double> r = identify::autocorrelation(score, score.size() / 4);
   double cells = 1.0;
   for (std::size_t k = 1; k < r.size() && r[k] > 0.0; ++k) cells += 2.0 * r[k];
   return std::clamp(static_cast<std::size_t>(std::ceil(4.0 * cells)), least, std::max(least, score.size() / 6));
@@ -61,7 +61,7 @@ Best best_of(const std::vector<double>& chi2, std::size_t margin) {
 }
 
 // The cells of whole blocks in another order.
-void shuffled(const Cells& c, std::size_t block, const sim::RandomStream& random, std::uint64_t& drawn, Cells& out) {
+void shuffled(const Cells& c, std::size_t block, const RandomStream& random, std::uint64_t& drawn, Cells& out) {
   const std::size_t n = c.score.size(), blocks = (n + block - 1) / block;
   std::vector<std::size_t> order(blocks);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -164,7 +164,7 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
       }
       s.u = std::sqrt((before_i > 0.0 ? scatter_before / (before_i * before_i) : 0.0) +
                       (after_i > 0.0 ? scatter_after / (after_i * after_i) : 0.0));
-      const sim::RandomStream random(o.seed, kOrderModule + 64 * f + k);
+      const RandomStream random(o.seed, kOrderModule + 64 * f + k);
       std::uint64_t drawn = 0;
       // Two searches in random order: with the step still in the flight, how often chance does as well; with it taken out, how far it
       // stands above chance when none does. (The second alone would flatter: what is taken out was the best of all moments.)
@@ -178,7 +178,7 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
       }
       // What was taken out took two of the blocks' degrees of freedom with it.
       const double blocks = std::floor(static_cast<double>(n) / static_cast<double>(block));
-      s.limit = quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
+      s.limit = log::quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
       s.p = (1.0 + as_large) / (1.0 + o.resamples);
       // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
       constexpr double kLimit = 12.4;        // 1 % of white noise on the inner 84 % (Andrews 1993)
@@ -209,4 +209,4 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

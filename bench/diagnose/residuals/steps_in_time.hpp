@@ -7,7 +7,7 @@
 
 #include "bench/diagnose/residuals/residual_series.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // A kind of step: the body wrench (N, N m) that one unit of it adds at a sample.
 struct StepKind {
@@ -42,4 +42,4 @@ StepsResult steps_in_time(const ResidualSeries& series, std::span<const StepKind
 // The search itself, on one series of local scores and their information on an even grid: chi2 of a step after each point.
 std::vector<double> step_statistic(std::span<const double> score, std::span<const double> information);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

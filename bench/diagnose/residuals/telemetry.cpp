@@ -6,7 +6,7 @@
 #include "bench/diagnose/residuals/flight_inputs.hpp"
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Eigen::Vector3d;
@@ -23,19 +23,19 @@ void close(TelemetryResidual& t) {
 
 }  // namespace
 
-void add_telemetry(const GridFlight& g, const ModelValues& values, const NoiseModel& noise, const std::vector<BodyState>& states,
-                   const FlightRecord* log, std::vector<TelemetryResidual>& out) {
-  const Model model(values);
-  RotorInput input = g.input;
+void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states,
+                   const log::FlightRecord* log, std::vector<TelemetryResidual>& out) {
+  const estimate::Model model(values);
+  estimate::RotorInput input = g.input;
   input.prepare(values);
-  const Vector3d gyro_bias(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
-  const Vector3d accel_bias(values[kAccelBiasX], values[kAccelBiasY], values[kAccelBiasZ]);
-  const Vector3d place(values[kImuX], values[kImuY], values[kImuZ]);
+  const Vector3d gyro_bias(values[estimate::kGyroBiasX], values[estimate::kGyroBiasY], values[estimate::kGyroBiasZ]);
+  const Vector3d accel_bias(values[estimate::kAccelBiasX], values[estimate::kAccelBiasY], values[estimate::kAccelBiasZ]);
+  const Vector3d place(values[estimate::kImuX], values[estimate::kImuY], values[estimate::kImuZ]);
   std::size_t hint = 0;
   const auto rates = [&](std::size_t k) -> Vector3d { return states[k].w_B_rad_s + gyro_bias; };
   const auto specific_force = [&](std::size_t k) -> Vector3d {
     const double t = g.time_s(k);
-    const Instant now = model.instant(states[k], input.at(t, hint, false), t);
+    const estimate::Instant now = model.instant(states[k], input.at(t, hint, false), t);
     const Vector3d& w = states[k].w_B_rad_s;
     return now.specific_force_B_m_s2 + now.angular_acceleration_B_rad_s2.cross(place) + w.cross(w.cross(place)) + accel_bias;
   };
@@ -43,12 +43,12 @@ void add_telemetry(const GridFlight& g, const ModelValues& values, const NoiseMo
     t.t_s.push_back(at_s);
     for (std::size_t a = 0; a < 3; ++a) t.value[a].push_back(difference[static_cast<Eigen::Index>(a)]);
   };
-  const auto compare = [&](const char* stream, const char* unit, const std::vector<VectorFix>& fitted, const Stream<Vector3d>* logged,
+  const auto compare = [&](const char* stream, const char* unit, const std::vector<estimate::VectorFix>& fitted, const log::Stream<Vector3d>* logged,
                            const Vector3d& assumed, auto&& expected) {
     TelemetryResidual t{.flight = g.name, .stream = stream, .unit = unit, .fitted = !fitted.empty(), .t_s = {}, .value = {}};
     if (t.fitted) {
       t.assumed = assumed;
-      for (const VectorFix& f : fitted) add(t, g.time_s(f.knot) + f.late_s, f.value - expected(f.knot));
+      for (const estimate::VectorFix& f : fitted) add(t, g.time_s(f.knot) + f.late_s, f.value - expected(f.knot));
     } else if (logged) {
       std::size_t known = g.knots;  // expected() at this knot and the next
       Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();
@@ -69,4 +69,4 @@ void add_telemetry(const GridFlight& g, const ModelValues& values, const NoiseMo
   compare("accelerometer", "m/s2", g.accel, log ? &log->accel_B_m_s2 : nullptr, noise.accel_m_s2, specific_force);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,7 +5,7 @@
 
 #include "bench/log/check/signal.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kChanceFits = 4;
@@ -32,7 +32,7 @@ std::vector<double> sliding_power(const Samples& samples, const std::vector<doub
 
 double largest_ratio(const Samples& samples, const std::vector<double>& v, double window_s) {
   const std::vector<double> power = sliding_power(samples, v, window_s);
-  const double usual = quantile(power, 0.5);
+  const double usual = log::quantile(power, 0.5);
   return usual > 0.0 ? std::sqrt(*std::max_element(power.begin(), power.end()) / usual) : 0.0;
 }
 
@@ -55,7 +55,7 @@ std::string_view name(ResidualKind k) {
 std::vector<Burst> bursts(const Samples& samples, const std::vector<double>& v, std::size_t axis, double window_s, double limit) {
   std::vector<Burst> out;
   const std::vector<double> power = sliding_power(samples, v, window_s);
-  const double usual = std::sqrt(quantile(power, 0.5));
+  const double usual = std::sqrt(log::quantile(power, 0.5));
   if (!(usual > 0.0)) return out;
   for (const Piece& p : samples.pieces) {
     const auto window = static_cast<std::size_t>(std::max(1.0, std::round(window_s / p.step_s)));
@@ -116,7 +116,7 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     for (std::size_t n = 0; n < chance; ++n) x.explainable_by_chance = std::max(x.explainable_by_chance, fits[(n + 1) * kAxes + a].share);
     x.explainable = std::move(fits[a]);
     for (PartialCurve& c : x.explainable.curves) c.input = index[c.input];
-    out.burst_limit[a] = std::max(o.burst_factor, quantile(ratios, 0.95));
+    out.burst_limit[a] = std::max(o.burst_factor, log::quantile(ratios, 0.95));
     const std::vector<Burst> found = bursts(samples, residual[a], a, o.burst_window_s, out.burst_limit[a]);
     double in_bursts = 0.0;
     for (const Burst& b : found) {
@@ -143,4 +143,4 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -6,7 +6,7 @@
 
 #include "bench/diagnose/residuals/additive_fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // A short stretch in which the residual is far above its usual size.
 struct Burst {
@@ -48,4 +48,4 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
 // Only the search for bursts; `limit` as above.
 std::vector<Burst> bursts(const Samples& samples, const std::vector<double>& residual, std::size_t axis, double window_s, double limit);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 
 #include "host/base/statistics.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr double kTwin = 0.7;
@@ -244,4 +244,4 @@ VarianceResult variance_effects(const ResidualSeries& r, std::span<const Varianc
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -7,7 +7,7 @@
 
 #include "bench/diagnose/residuals/residual_series.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 
 // A way in which variance may depend on the flight. Sum over directions d and samples k, l of a block:
 //   ½ Σ ρ^|k-l| (g_dk·r_k)(g_dl·r_l), ρ = exp(-step/tau), tau = 0: k = l only.
@@ -57,4 +57,4 @@ struct ScoreTest {
 };
 ScoreTest score_test(const BlockScores& scores, std::span<const std::size_t> flight_of_block);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -4,7 +4,7 @@
 
 #include "bench/diagnose/residuals/variance_effects.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using Wrench = Eigen::Matrix<double, 6, 1>;
@@ -134,4 +134,4 @@ std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
   return b.out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

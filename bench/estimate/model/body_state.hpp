@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct BodyState {
   Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
@@ -12,4 +12,4 @@ struct BodyState {
   Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

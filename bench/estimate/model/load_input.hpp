@@ -5,7 +5,7 @@
 #include "bench/estimate/model/rotor_input.hpp"
 #include "host/effects/loads.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 template <class S>
 host::LoadParameters<S> load_parameters(const ModelValues& v) {
@@ -63,4 +63,4 @@ void seed_motion(host::LoadInput<S>& in) {
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 template <int N>
 class LocalParabola {
@@ -37,4 +37,4 @@ class LocalParabola {
   std::array<Value, 3> value_{Value::Zero(), Value::Zero(), Value::Zero()};
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -8,7 +8,7 @@
 #include "bench/estimate/model/rotor_input.hpp"
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using host::LoadInput;
@@ -163,4 +163,4 @@ void MemoryInput::at(double t_s, RotorInputSample& out) const {
   out.memory_row = k;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

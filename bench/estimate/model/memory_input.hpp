@@ -11,7 +11,7 @@
 #include "bench/estimate/model/parameters.hpp"
 #include "host/effects/memory.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 class RotorInput;
 struct RotorInputSample;
@@ -75,4 +75,4 @@ struct MemoryEnds {
 void advance_memory(const ModelValues& values, const BodyState& from, const RotorInputSample& u_from, double from_s, const BodyState& to,
                     const RotorInputSample& u_to, double to_s, MemoryNumbers& memory);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -7,7 +7,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -409,4 +409,4 @@ BodyState Model::step_by_middle(const BodyState& x, const RotorInput& input, std
   return end;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

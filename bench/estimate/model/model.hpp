@@ -12,7 +12,7 @@
 #include "bench/estimate/model/parameters.hpp"
 #include "bench/estimate/model/rotor_input.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 using StateError = Eigen::Matrix<double, 12, 1>;
 BodyState moved(const BodyState& x, const StateError& d);           // x ⊞ δ
@@ -81,4 +81,4 @@ class Model {
   bool has_terms_ = false, needs_input_derivatives_ = false;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

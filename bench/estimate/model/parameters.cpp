@@ -4,7 +4,7 @@
 
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 struct CoreInfo {
@@ -127,4 +127,4 @@ host::VehicleModel vehicle_model(const ModelValues& v, const host::VehicleModel&
   return m;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

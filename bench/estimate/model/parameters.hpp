@@ -10,7 +10,7 @@
 #include "host/effects/term.hpp"
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 enum Parameter : int {
   // dynamics
@@ -94,4 +94,4 @@ ModelValues model_values(const host::VehicleModel& vehicle, const host::TermList
 // Back: everything that a VehicleModel holds; terms are left out.
 host::VehicleModel vehicle_model(const ModelValues& values, const host::VehicleModel& base);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

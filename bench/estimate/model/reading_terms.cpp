@@ -6,7 +6,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Eigen::Vector3d;
@@ -107,4 +107,4 @@ ReadingSlope reading_by_state(const ModelValues& v, const BodyState& x, const Ro
   return {slope(r.position_W_m), slope(r.velocity_W_m_s), slope(r.turn_B_rad), slope(r.gyro_B_rad_s), slope(r.accel_B_m_s2)};
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

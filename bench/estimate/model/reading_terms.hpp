@@ -7,7 +7,7 @@
 #include "bench/estimate/model/parameters.hpp"
 #include "bench/estimate/model/rotor_input.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 struct ReadingChange {
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero(), velocity_W_m_s = Eigen::Vector3d::Zero();
@@ -32,4 +32,4 @@ struct ReadingSlope {
 ReadingSlope reading_by_state(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
                               const Eigen::Vector3d& angular_acceleration_B_rad_s2);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

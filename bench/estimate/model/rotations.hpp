@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 inline Eigen::Matrix3d skew(const Eigen::Vector3d& a) {
   Eigen::Matrix3d m;
@@ -45,4 +45,4 @@ inline Eigen::Matrix3d inverse_right_jacobian(const Eigen::Vector3d& a) {
 }
 inline Eigen::Matrix3d inverse_left_jacobian(const Eigen::Vector3d& a) { return inverse_right_jacobian(a).transpose(); }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

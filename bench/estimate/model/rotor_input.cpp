@@ -8,13 +8,13 @@
 #include "bench/estimate/model/local_parabola.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Four = std::array<double, 4>;
 
 // Value of a stream at time t: linear between samples, held outside.
-double interpolated(const Stream<double>& s, double t, std::size_t& i) {
+double interpolated(const log::Stream<double>& s, double t, std::size_t& i) {
   while (i + 1 < s.size() && s.t_s[i + 1] <= t) ++i;
   if (t <= s.t_s.front() || i + 1 >= s.size()) return t <= s.t_s.front() ? s.value.front() : s.value.back();
   const double a = (t - s.t_s[i]) / (s.t_s[i + 1] - s.t_s[i]);
@@ -40,9 +40,9 @@ void bridge(std::vector<Four>& values, const std::vector<double>& t, std::size_t
 
 }  // namespace
 
-RotorInput::RotorInput(const FlightRecord& record, double rate_window_s, double longest_gap_s) : rate_window_s_(rate_window_s) {
+RotorInput::RotorInput(const log::FlightRecord& record, double rate_window_s, double longest_gap_s) : rate_window_s_(rate_window_s) {
   from_commands_ = record.rotor_omega_rad_s.empty();
-  const Stream<RotorValues>& s = from_commands_ ? record.motor_command : record.rotor_omega_rad_s;
+  const log::Stream<log::RotorValues>& s = from_commands_ ? record.motor_command : record.rotor_omega_rad_s;
   if (s.size() < 2) {
     throw Error({.where = record.source.empty() ? record.name : record.source,
                  .what = fmt::format("{} samples of rotor speed and {} of motor commands; the model needs at least 2 of one of them",
@@ -252,4 +252,4 @@ RotorInputSample RotorInput::mean(double from_s, double to_s, int parts, std::si
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -9,7 +9,7 @@
 #include "bench/estimate/model/memory_input.hpp"
 #include "bench/estimate/model/parameters.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 
 inline constexpr std::array<int, 5> kRotorInputParameters{kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag};
 
@@ -31,7 +31,7 @@ class RotorInput {
   // `rate_window_s` around each sample; ω, where two thirds of the window hold seven or more, that of a parabola through these. A rotor's
   // missing readings are bridged by straight lines up to `longest_gap_s`.
   // Throws Error (data_quality) when the record has neither stream.
-  RotorInput(const FlightRecord& record, double rate_window_s = 0.012, double longest_gap_s = 0.05);
+  RotorInput(const log::FlightRecord& record, double rate_window_s = 0.012, double longest_gap_s = 0.05);
 
   bool from_commands() const { return from_commands_; }
   // Readings cover [from, to] without a gap longer than `longest_gap_s`.
@@ -69,4 +69,4 @@ class RotorInput {
   MemoryInput memory_;
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

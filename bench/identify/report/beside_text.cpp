@@ -5,7 +5,7 @@
 
 #include "bench/identify/beside.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 // Columns count characters, not bytes.
@@ -37,7 +37,7 @@ std::string beside_table(const Identification& r, const FileComparison& c, const
                        padded("origin", 7), "%", "z");
     for (std::size_t i = 0; i < c.rows.size(); ++i) {
       if (!b.parameters[i]) continue;
-      const std::string unit = parameter_info(c.rows[i].parameter, r.problem.start.terms).unit;
+      const std::string unit = estimate::parameter_info(c.rows[i].parameter, r.problem.start.terms).unit;
       out += line(c.rows[i].symbol + (c.rows[i].estimate ? "" : " (held)"), c.rows[i].value, unit, *b.parameters[i],
                   std::string(host::name(b.parameters[i]->origin)), width);
     }
@@ -72,4 +72,4 @@ std::string sensor_rotation_text(const Identification& r) {
       q->w(), q->x(), q->y(), q->z(), s.w(), s.x(), s.y(), s.z());
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

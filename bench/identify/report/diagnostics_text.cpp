@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 std::string whiteness_table(const std::vector<FlightWhiteness>& flights) {
   if (flights.empty()) return "";
@@ -28,7 +28,7 @@ std::string homogeneity_table(const Identification& r, const IdentifyAnalysis& a
   out += "\n";
   for (const ParameterHomogeneity& p : h.parameters) {
     if (!p.moved) continue;
-    const ParameterInfo info = parameter_info(p.parameter, r.problem.start.terms);
+    const estimate::ParameterInfo info = estimate::parameter_info(p.parameter, r.problem.start.terms);
     out += fmt::format("  {} differs between flights (p {:.2g}):", info.symbol, p.p);
     for (std::size_t f = 0; f < p.value.size(); ++f) {
       if (std::isfinite(p.u[f])) out += fmt::format(" {} {:.4g} ± {:.2g};", r.flights[f].name, p.value[f], p.u[f]);
@@ -38,7 +38,7 @@ std::string homogeneity_table(const Identification& r, const IdentifyAnalysis& a
   return out;
 }
 
-std::string direction_text(const OpenDirection& d) {
+std::string direction_text(const estimate::OpenDirection& d) {
   std::string out;
   for (const auto& [name, share] : d.parts) out += fmt::format("{}{} ({:+.2f})", out.empty() ? "" : ", ", name, share);
   return out;
@@ -46,7 +46,7 @@ std::string direction_text(const OpenDirection& d) {
 
 std::string observability_table(const Observability& o) {
   std::string out = fmt::format("Information, scaled to unit diagonal: condition {:.2g}; weakest directions:\n", o.condition);
-  for (const OpenDirection& d : o.weakest) out += fmt::format("  {:8.2g}  {}\n", d.information, direction_text(d));
+  for (const estimate::OpenDirection& d : o.weakest) out += fmt::format("  {:8.2g}  {}\n", d.information, direction_text(d));
   if (!o.correlated.empty()) {
     out += "Strong correlations:";
     for (const CorrelatedPair& c : o.correlated) out += fmt::format(" {}~{} {:+.3f};", c.first, c.second, c.correlation);
@@ -60,4 +60,4 @@ std::string observability_table(const Observability& o) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -8,7 +8,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using nlohmann::ordered_json;
@@ -24,7 +24,7 @@ std::string ratio_text(double v) {
 }
 
 // Of a gap that is there.
-std::string closed_text(const ErrorRatio& r) {
+std::string closed_text(const score::ErrorRatio& r) {
   if (!std::isfinite(r.value)) return "– (no gap)";
   return fmt::format("{} ({} to {})", ratio_text(r.value), ratio_text(r.low), ratio_text(r.high));
 }
@@ -34,15 +34,15 @@ std::string rotation_text(const HeldOutScores& s) {
   return fmt::format("the rotation model beats held rates from {:.2f} to {:.2f} s", s.rotation_helps.from_s, s.rotation_helps.to_s);
 }
 
-std::string one_step_table(const OneStepComparison& s) {
+std::string one_step_table(const score::OneStepComparison& s) {
   if (s.poses == 0) return "";
   std::string out = fmt::format(
       "  One step: each of {} poses from the readings before it, states every {:g} s. Expected: the error of the identified model if it "
       "and its noise figures are right\n",
       s.poses, s.step_s);
-  for (const OneStepComparison::Row& r : s.rows)
+  for (const score::OneStepComparison::Row& r : s.rows)
     out += fmt::format("  {:<10} one step {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})  expected {:7.3g}\n", kQuantityNames[r.quantity],
-                       r.before, r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value), ratio_text(r.ratio.low),
+                       r.before, r.after, score::kPredictedUnits[r.quantity], ratio_text(r.ratio.value), ratio_text(r.ratio.low),
                        ratio_text(r.ratio.high), r.expected);
   return out + fmt::format(
                    "  size {:.3f} -> {:.3f} of the expected (rms; 1: model and noise are right); log likelihood of a pose {:.3f} -> "
@@ -59,7 +59,7 @@ std::string held_out_table(const HeldOutScores& s) {
       fmt::join(s.flights, ", "), s.starts);
   for (const HeldOutRow& r : s.rows)
     out += fmt::format("  {:<10} {:5.3f} s  {:9.3g} -> {:9.3g} {:<5}  {:>5} ({} to {})  floor {:9.3g}  closed {}\n",
-                       kQuantityNames[r.quantity], r.horizon_s, r.before, r.after, kPredictedUnits[r.quantity], ratio_text(r.ratio.value),
+                       kQuantityNames[r.quantity], r.horizon_s, r.before, r.after, score::kPredictedUnits[r.quantity], ratio_text(r.ratio.value),
                        ratio_text(r.ratio.low), ratio_text(r.ratio.high), r.floor, closed_text(r.closed));
   out += "  " + rotation_text(s) + "\n" + one_step_table(s.one_step);
   for (const std::string& remark : s.remarks) out += "  " + remark + "\n";
@@ -78,7 +78,7 @@ std::string three(double v) { return std::isfinite(v) ? fmt::format("{:.3g}", v)
 
 // Green or red is a difference that the interval tells from none and that is worth a colour.
 constexpr double kWorthColour = 0.02;
-std::string ratio_cells(const ErrorRatio& r) {
+std::string ratio_cells(const score::ErrorRatio& r) {
   const char* kind = r.high < 1.0 && r.value < 1.0 - kWorthColour ? " class=\"pass\"" : "";
   if (r.low > 1.0 && r.value > 1.0 + kWorthColour) kind = " class=\"fail\"";
   return cell(ratio_text(r.value), kind) + cell(ratio_text(r.low) + " … " + ratio_text(r.high));
@@ -86,7 +86,7 @@ std::string ratio_cells(const ErrorRatio& r) {
 
 constexpr const char* kTableEnd = "</tbody></table></div>\n";
 
-std::string one_step_html(const OneStepComparison& s) {
+std::string one_step_html(const score::OneStepComparison& s) {
   if (s.poses == 0) return "";
   std::string out = fmt::format(
       "<h3 id=\"one-step\">One step</h3>\n<p>Each of {} poses from the readings before it alone, states every {:g} s. Expected: what the "
@@ -96,9 +96,9 @@ std::string one_step_html(const OneStepComparison& s) {
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>before</th><th>identified</th><th class=\"l\">unit</th>"
       "<th>ratio</th><th>95 %</th><th>expected</th></tr></thead><tbody>\n",
       s.poses, s.step_s);
-  for (const OneStepComparison::Row& r : s.rows)
+  for (const score::OneStepComparison::Row& r : s.rows)
     out += "<tr>" + cell(kQuantityNames[r.quantity], " class=\"l\"") + cell(three(r.before)) + cell(three(r.after), " class=\"big\"") +
-           cell(kPredictedUnits[r.quantity], " class=\"l\"") + ratio_cells(r.ratio) + cell(three(r.expected)) + "</tr>\n";
+           cell(score::kPredictedUnits[r.quantity], " class=\"l\"") + ratio_cells(r.ratio) + cell(three(r.expected)) + "</tr>\n";
   out += kTableEnd;
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">of a pose</th><th>before</th><th>identified</th><th>gain</th><th>95 "
@@ -116,23 +116,23 @@ std::string one_step_html(const OneStepComparison& s) {
 
 // Error over horizon: both models and the floor.
 std::string horizon_figure(const HeldOutScores& s, std::size_t quantity) {
-  Plot p;
+  render::Plot p;
   p.title = fmt::format("error of {} over horizon", kQuantityNames[quantity]);
   p.x_label = "foretold ahead, s";
-  p.y_label = fmt::format("mean error, {}", kPredictedUnits[quantity]);
+  p.y_label = fmt::format("mean error, {}", score::kPredictedUnits[quantity]);
   p.width_px = 500;
   p.log_x = p.log_y = true;
   p.series = {{.label = "before", .x = {}, .y = {}, .colour = 1},
               {.label = "identified", .x = {}, .y = {}, .colour = 0, .width_px = 2.5},
-              {.label = "floor", .x = {}, .y = {}, .colour = kNeutral, .dashed = true}};
+              {.label = "floor", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true}};
   for (const HeldOutRow& r : s.rows) {
     if (r.quantity != quantity) continue;
-    for (Series& line : p.series) line.x.push_back(r.horizon_s);
+    for (render::Series& line : p.series) line.x.push_back(r.horizon_s);
     p.series[0].y.push_back(r.before);
     p.series[1].y.push_back(r.after);
     p.series[2].y.push_back(r.floor);
   }
-  return figure_html(fmt::format("<b>{}</b>", kQuantityNames[quantity]), plot_svg(p));
+  return render::figure_html(fmt::format("<b>{}</b>", kQuantityNames[quantity]), render::plot_svg(p));
 }
 
 }  // namespace
@@ -145,13 +145,13 @@ std::string held_out_html(const HeldOutScores& s) {
       "same smoothed states. Before: the vehicle file; identified: the model of this fit. Floor: what the noise of readings and motion "
       "alone would give a model that is exactly right; an error at the floor tells nothing about the model. Closed: share of the gap "
       "between the error before and that floor. {}.</p>\n",
-      xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, helps);
+      render::xml_escaped(fmt::format("{}", fmt::join(s.flights, ", "))), s.starts, helps);
   if (!s.remarks.empty()) {
     out += "<ul>";
-    for (const std::string& remark : s.remarks) out += "<li>" + xml_escaped(remark) + "</li>";
+    for (const std::string& remark : s.remarks) out += "<li>" + render::xml_escaped(remark) + "</li>";
     out += "</ul>\n";
   }
-  for (std::size_t q = 0; q < kPredictedQuantities; q += 2)
+  for (std::size_t q = 0; q < score::kPredictedQuantities; q += 2)
     out += "<div class=\"two\">" + horizon_figure(s, q) + horizon_figure(s, q + 1) + "</div>\n";
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">error of</th><th>after, s</th><th>before</th><th>identified</th><th "
@@ -161,7 +161,7 @@ std::string held_out_html(const HeldOutScores& s) {
     const bool first = i == 0 || s.rows[i - 1].quantity != r.quantity;
     out += fmt::format("<tr{}>", first ? " class=\"first\"" : "") + cell(first ? kQuantityNames[r.quantity] : "", " class=\"l\"") +
            cell(fmt::format("{:.3f}", r.horizon_s)) + cell(three(r.before)) + cell(three(r.after), " class=\"big\"") +
-           cell(kPredictedUnits[r.quantity], " class=\"l\"") + ratio_cells(r.ratio) + cell(three(r.floor)) + cell(closed_text(r.closed)) +
+           cell(score::kPredictedUnits[r.quantity], " class=\"l\"") + ratio_cells(r.ratio) + cell(three(r.floor)) + cell(closed_text(r.closed)) +
            "</tr>\n";
   }
   return out + kTableEnd + one_step_html(s.one_step) + wrench_html(s.wrench);
@@ -171,12 +171,12 @@ namespace {
 
 ordered_json number(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr); }
 
-ordered_json one_step_json(const OneStepComparison& s) {
+ordered_json one_step_json(const score::OneStepComparison& s) {
   if (s.poses == 0) return nullptr;
   ordered_json rows = ordered_json::array();
-  for (const OneStepComparison::Row& r : s.rows)
+  for (const score::OneStepComparison::Row& r : s.rows)
     rows.push_back({{"quantity", kQuantityIds[r.quantity]},
-                    {"unit", kPredictedUnits[r.quantity]},
+                    {"unit", score::kPredictedUnits[r.quantity]},
                     {"before", number(r.before)},
                     {"after", number(r.after)},
                     {"expected", number(r.expected)},
@@ -202,7 +202,7 @@ ordered_json held_out_json(const HeldOutScores& s) {
   for (const HeldOutRow& r : s.rows)
     rows.push_back({{"horizon_s", r.horizon_s},
                     {"quantity", kQuantityIds[r.quantity]},
-                    {"unit", kPredictedUnits[r.quantity]},
+                    {"unit", score::kPredictedUnits[r.quantity]},
                     {"before", number(r.before)},
                     {"after", number(r.after)},
                     {"floor", number(r.floor)},
@@ -215,4 +215,4 @@ ordered_json held_out_json(const HeldOutScores& s) {
   return {{"flights", s.flights}, {"starts", s.starts}, {"rows", rows}, {"one_step", one_step_json(s.one_step)}, {"remarks", s.remarks}};
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

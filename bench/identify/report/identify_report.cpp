@@ -14,12 +14,12 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-std::string p_cell(double p) { return cell(xml_escaped(p_text(p))); }
+std::string p_cell(double p) { return cell(render::xml_escaped(p_text(p))); }
 
 std::string stages_html(const IdentifyPage& p) {
   const Identification& r = p.result;
@@ -39,7 +39,7 @@ std::string stages_html(const IdentifyPage& p) {
     }
     const std::string stage(name(c.role));
     out += fmt::format("<tr{}>", stage != last ? " class=\"first\"" : "") + cell(stage != last ? stage : "", "l") +
-           left_cell(parameter_info(c.parameter, r.problem.start.terms).symbol) + cell(num(c.stage, "{:.5g}")) +
+           left_cell(estimate::parameter_info(c.parameter, r.problem.start.terms).symbol) + cell(num(c.stage, "{:.5g}")) +
            cell("± " + two(c.u_stage)) + cell(two(alone)) + cell(num(c.joint, "{:.5g}"), "big") + cell("± " + two(c.u_joint)) +
            cell(num(c.z, "{:.1f}"), c.agrees ? "" : "fail") + cell(c.agrees ? "" : "apart", "l fail") + "</tr>\n";
     last = stage;
@@ -62,7 +62,7 @@ std::string residuals_html(const IdentifyPage& p) {
       "what disturbs several shows most in the first of them. A flight outside the band at short lags has noise that is not white; one "
       "outside at long lags moves in a way that the model lacks.</p>\n";
   for (const FlightWhiteness& w : p.analysis.whiteness) {
-    out += fmt::format("<h3>{}: {}</h3>\n", xml_escaped(w.flight), w.white() ? "white" : "not white");
+    out += fmt::format("<h3>{}: {}</h3>\n", render::xml_escaped(w.flight), w.white() ? "white" : "not white");
     out += head({left("channel"), "rms", "Ljung–Box 0.1 s, p", "0.5 s", "2 s", "runs, p", left("")});
     for (const ChannelWhiteness& c : w.channels) {
       out += "<tr>" + cell(c.channel, "l") + cell(num(c.rms, "{:.3f}"));
@@ -86,16 +86,16 @@ std::string homogeneity_html(const IdentifyPage& p) {
       "<h2 id=\"flights\">Do the flights tell one vehicle?</h2>\n<p>χ² {} on {:.0f} degrees of freedom, p {}{}. Below: each flight's own "
       "estimate of "
       "each shared parameter, all others free; a dash where the flight cannot tell.</p>\n",
-      num(h.chi2, "{:.1f}"), h.degrees, xml_escaped(h.p < 1e-300 ? p_text(h.p) : "= " + p_text(h.p)),
+      num(h.chi2, "{:.1f}"), h.degrees, render::xml_escaped(h.p < 1e-300 ? p_text(h.p) : "= " + p_text(h.p)),
       p.analysis.inflation > 1.05
           ? fmt::format(" (variances {} × the classical ones, for correlated residuals)", num(p.analysis.inflation, "{:.1f}"))
           : std::string());
   std::vector<HeadCell> names{left("parameter")};
-  for (const GridFlight& g : p.result.flights) names.push_back(g.name);
+  for (const estimate::GridFlight& g : p.result.flights) names.push_back(g.name);
   names.insert(names.end(), {"p", left("")});
   out += head(names);
   for (const ParameterHomogeneity& q : h.parameters) {
-    out += "<tr>" + left_cell(parameter_info(q.parameter, p.result.problem.start.terms).symbol);
+    out += "<tr>" + left_cell(estimate::parameter_info(q.parameter, p.result.problem.start.terms).symbol);
     for (std::size_t f = 0; f < q.value.size(); ++f) out += cell(std::isfinite(q.u[f]) ? num(q.value[f]) + " ± " + two(q.u[f]) : "–");
     out += (q.degrees > 0.0 ? p_cell(q.p) : cell("–")) + cell(q.moved ? "moved" : "", "l fail") + "</tr>\n";
   }
@@ -107,11 +107,11 @@ std::string observability_html(const IdentifyPage& p) {
   std::string out = "<h2 id=\"observability\">What these flights can and cannot tell</h2>\n";
   out += fmt::format("<p>Condition of the information, scaled to unit diagonal: {}. Weakest directions:</p>\n", two(o.condition));
   out += head({"information", left("direction")});
-  for (const OpenDirection& d : o.weakest)
+  for (const estimate::OpenDirection& d : o.weakest)
     out += "<tr>" + cell(two(d.information)) + left_cell(with_true_minus(direction_text(d))) + "</tr>\n";
   out += kTableEnd;
   out +=
-      figure_html("<b>Correlations</b> between the estimates; a pair above 0.9 is known as a combination only.", correlation_map(p.result));
+      render::figure_html("<b>Correlations</b> between the estimates; a pair above 0.9 is known as a combination only.", correlation_map(p.result));
   if (!o.advice.empty()) {
     out += head({left("parameter"), left("how it stands"), left("what would tell it")});
     for (const Advice& a : o.advice) out += "<tr>" + left_cell(a.parameter) + left_cell(a.why) + left_cell(a.manoeuvre) + "</tr>\n";
@@ -125,7 +125,7 @@ std::string observability_html(const IdentifyPage& p) {
   for (std::size_t i = 0; i < p.result.problem.free.size(); ++i) {
     double best = 0.0;
     for (const FlightContribution& f : o.flights) best = std::max(best, f.information[i] / std::max(f.seconds, 1e-9));
-    out += "<tr>" + left_cell(parameter_info(p.result.problem.free[i].parameter, terms).symbol);
+    out += "<tr>" + left_cell(estimate::parameter_info(p.result.problem.free[i].parameter, terms).symbol);
     for (const FlightContribution& f : o.flights)
       out += cell(best > 0.0 ? num(f.information[i] / std::max(f.seconds, 1e-9) / best, "{:.3f}") : "–");
     out += "</tr>\n";
@@ -133,17 +133,17 @@ std::string observability_html(const IdentifyPage& p) {
   out += kTableEnd;
   for (const FlightContribution& f : o.flights) {
     if (!f.cannot_tell.empty() && o.flights.size() > 1)
-      out += fmt::format("<p>{} alone ({:.0f} s) cannot tell {}.</p>\n", xml_escaped(f.flight), f.seconds,
-                         xml_escaped(fmt::format("{}", fmt::join(f.cannot_tell, ", "))));
+      out += fmt::format("<p>{} alone ({:.0f} s) cannot tell {}.</p>\n", render::xml_escaped(f.flight), f.seconds,
+                         render::xml_escaped(fmt::format("{}", fmt::join(f.cannot_tell, ", "))));
   }
   return out;
 }
 
 std::string checks_html(const IdentifyPage& p) {
   std::string rows;
-  for (const CheckedFlight& c : p.checked) {
-    for (const LogFinding& f : c.findings) {
-      const char* action = f.action == FindingAction::note ? "note" : f.action == FindingAction::exclude ? "left out" : "refused";
+  for (const log::CheckedFlight& c : p.checked) {
+    for (const log::LogFinding& f : c.findings) {
+      const char* action = f.action == log::FindingAction::note ? "note" : f.action == log::FindingAction::exclude ? "left out" : "refused";
       rows += "<tr>" + left_cell(c.flight.name) + left_cell(action) + left_cell(f.stream) + cell(num(f.from_s, "{:.2f}")) +
               cell(num(f.to_s, "{:.2f}")) + left_cell(f.what) + "</tr>\n";
     }
@@ -158,7 +158,7 @@ std::string warnings_html(const IdentifyPage& p) {
   if (warnings.empty()) return "";
   std::string out = "<ul class=\"warn\">";
   for (const IdentifyWarning& w : warnings)
-    out += "<li><b>" + xml_escaped(w.where) + "</b>: " + xml_escaped(with_true_minus(w.what)) + "</li>\n";
+    out += "<li><b>" + render::xml_escaped(w.where) + "</b>: " + render::xml_escaped(with_true_minus(w.what)) + "</li>\n";
   return out + "</ul>\n";
 }
 
@@ -170,7 +170,7 @@ std::vector<TrailReference> trail_references(const FileComparison& c, const std:
   for (const BesideColumn& b : c.beside) {
     TrailReference r{.label = b.label, .value = {}, .q_BS = b.q_BS};
     for (std::size_t i = 0; i < c.rows.size(); ++i) {
-      if (b.parameters[i]) r.value[parameter_info(c.rows[i].parameter, terms).symbol] = b.parameters[i]->value;
+      if (b.parameters[i]) r.value[estimate::parameter_info(c.rows[i].parameter, terms).symbol] = b.parameters[i]->value;
     }
     for (std::size_t i = 0; i < b.derived.size(); ++i) r.value[derived[i].symbol] = b.derived[i].value;
     out.push_back(std::move(r));
@@ -179,10 +179,10 @@ std::vector<TrailReference> trail_references(const FileComparison& c, const std:
 }
 
 std::string identify_report_html(const IdentifyPage& p) {
-  const Fit& fit = p.result.fit;
+  const estimate::Fit& fit = p.result.fit;
   std::vector<std::string> flights;
-  for (const GridFlight& g : p.result.flights) flights.push_back(g.name);
-  std::string out = page_begin(
+  for (const estimate::GridFlight& g : p.result.flights) flights.push_back(g.name);
+  std::string out = render::page_begin(
       fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
       fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name, p.provenance.conditions.vehicle_file),
       "identification");
@@ -190,7 +190,7 @@ std::string identify_report_html(const IdentifyPage& p) {
   facts.emplace_back("cost / degree of freedom", num(2.0 * fit.cost / fit.degrees_of_freedom, "{:.3f}"));
   facts.emplace_back("iterations", fmt::format("{}{}", fit.iterations, fit.converged ? "" : ", not converged"));
   if (p.analysis.solver_check) facts.emplace_back("check by another solver", solver_check_text(*p.analysis.solver_check));
-  out += facts_html(facts) + warnings_html(p);
+  out += render::facts_html(facts) + warnings_html(p);
   out +=
       "<h2 id=\"parameters\">Parameters</h2>\n<p>u is the larger of the classical uncertainty and the one that holds for correlated "
       "residuals; “model error” marks a parameter whose robust uncertainty is 5 times the classical one or more: the model lacks something "
@@ -198,7 +198,7 @@ std::string identify_report_html(const IdentifyPage& p) {
       "that), red beyond 2 where that was no guess.</p>\n";
   out += parameters_html(p) + beside_html(p) + stages_html(p) + p.held_out_html + noise_html(p) + residuals_html(p) + homogeneity_html(p) +
          observability_html(p) + checks_html(p) + trail_html(p.trail, p.references);
-  return out + page_end();
+  return out + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

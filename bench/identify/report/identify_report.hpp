@@ -8,13 +8,13 @@
 #include "bench/identify/report/identify_result.hpp"
 #include "bench/identify/report/trail.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct IdentifyPage {
   const Identification& result;
   const IdentifyAnalysis& analysis;
   const FileComparison& comparison;
-  const std::vector<CheckedFlight>& checked;
+  const std::vector<log::CheckedFlight>& checked;
   const IdentifyProvenance& provenance;
   std::string start_name;              // that the start file gives the vehicle
   std::vector<TrailPoint> trail = {};  // this result's own comes last; fewer than two: no section
@@ -27,4 +27,4 @@ std::string identify_report_html(const IdentifyPage& page);
 std::vector<TrailReference> trail_references(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived,
                                              const host::TermList& terms);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

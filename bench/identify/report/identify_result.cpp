@@ -9,7 +9,7 @@
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/report/identify_text.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using nlohmann::ordered_json;
@@ -37,7 +37,7 @@ ordered_json whiteness_json(const FlightWhiteness& w) {
 ordered_json observability_json(const Observability& o) {
   ordered_json weakest = ordered_json::array(), pairs = ordered_json::array(), flights = ordered_json::array(),
                advice = ordered_json::array();
-  for (const OpenDirection& d : o.weakest) {
+  for (const estimate::OpenDirection& d : o.weakest) {
     ordered_json parts = ordered_json::array();
     for (const auto& [name, share] : d.parts) parts.push_back({{"parameter", name}, {"share", share}});
     weakest.push_back({{"information", number(d.information)}, {"parts", parts}});
@@ -79,7 +79,7 @@ ordered_json said_json(const Said& s) {
 }
 
 ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<Said>& start) {
-  const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+  const estimate::ParameterInfo info = estimate::parameter_info(row.parameter, r.problem.start.terms);
   return {{"name", info.name},          {"symbol", info.symbol},
           {"value", number(row.value)}, {"u", start ? number(start->u) : ordered_json(nullptr)},
           {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)}};
@@ -93,7 +93,7 @@ ordered_json beside_json(const Identification& r, const FileComparison& c, const
       if (!b.parameters[i]) continue;
       const auto& e = c.rows[i].estimate;
       ordered_json row = said_json(*b.parameters[i]);
-      row["symbol"] = parameter_info(c.rows[i].parameter, r.problem.start.terms).symbol;
+      row["symbol"] = estimate::parameter_info(c.rows[i].parameter, r.problem.start.terms).symbol;
       row["flight"] = e && e->flight >= 0 ? ordered_json(r.flights[static_cast<std::size_t>(e->flight)].name) : ordered_json(nullptr);
       parameters.push_back(row);
     }
@@ -140,8 +140,8 @@ ordered_json conditions_json(const Identification& r, const IdentifyConditions& 
 ordered_json noise_json(const Identification& r) {
   ordered_json out = ordered_json::array();
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const NoiseModel& n = r.fit.noise[f];
+    const estimate::GridFlight& g = r.flights[f];
+    const estimate::NoiseModel& n = r.fit.noise[f];
     const auto of = [](bool has, const Eigen::Vector3d& v) {
       return has ? ordered_json({number(v[0]), number(v[1]), number(v[2])}) : ordered_json(nullptr);
     };
@@ -174,7 +174,7 @@ IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base
     if (!r.fit.reduced[f].innovations.empty()) a.whiteness.push_back(whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations));
   }
   std::vector<double> ratio;
-  for (const Estimate& e : r.fit.estimates) {
+  for (const estimate::Estimate& e : r.fit.estimates) {
     if (e.prior_share <= 0.5 && e.u > 0.0) ratio.push_back(e.u_robust * e.u_robust / (e.u * e.u));
   }
   if (!ratio.empty()) {
@@ -196,25 +196,25 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
   if (r.start.thrust_scale != 1.0)
     warn("start values",
          fmt::format("thrust and torque of the vehicle file were multiplied by {:.3g} to carry the weight", r.start.thrust_scale));
-  for (const Estimate& e : r.fit.estimates) {
-    if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate_name(e, r.problem), mark);
+  for (const estimate::Estimate& e : r.fit.estimates) {
+    if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate::estimate_name(e, r.problem), mark);
   }
   for (const StageComparison& c : r.comparison) {
     if (!c.agrees)
       warn(fmt::format("stage {}", name(c.role)), fmt::format("{} is {:+.1f} standard uncertainties from the joint fit",
-                                                              parameter_info(c.parameter, r.problem.start.terms).symbol, c.z));
+                                                              estimate::parameter_info(c.parameter, r.problem.start.terms).symbol, c.z));
   }
   for (const FlightWhiteness& w : a.whiteness) {
     if (!w.white()) warn(w.flight, "innovations are not white: the model lacks something in this flight, or the noise is not white");
   }
   for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
-    if (h.moved) warn("between flights", parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
+    if (h.moved) warn("between flights", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
   }
   return out;
 }
 
 std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
-                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& p) {
+                                 const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;
@@ -223,12 +223,12 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   j["limits"] = ordered_json::array();
 
   std::size_t steps = 0;
-  for (const GridFlight& g : r.flights) steps += g.knots;
+  for (const estimate::GridFlight& g : r.flights) steps += g.knots;
   ordered_json figures = ordered_json::object(), estimates = ordered_json::array(), held = ordered_json::array(),
                derived = ordered_json::array();
-  for (const Estimate& e : r.fit.estimates) {
-    const std::string name = estimate_name(e, r.problem);
-    const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
+  for (const estimate::Estimate& e : r.fit.estimates) {
+    const std::string name = estimate::estimate_name(e, r.problem);
+    const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
     figures[name] = figure(e.value, reported_u(e), info.unit, steps);
     estimates.push_back(
         {{"name", info.name},
@@ -275,7 +275,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   ordered_json stages = ordered_json::array();
   for (const StageComparison& c : r.comparison) {
     stages.push_back({{"stage", name(c.role)},
-                      {"parameter", parameter_info(c.parameter, r.problem.start.terms).symbol},
+                      {"parameter", estimate::parameter_info(c.parameter, r.problem.start.terms).symbol},
                       {"value", number(c.stage)},
                       {"u", number(c.u_stage)},
                       {"joint", number(c.joint)},
@@ -288,7 +288,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   for (const FlightWhiteness& w : a.whiteness) white.push_back(whiteness_json(w));
   j["whiteness"] = white;
   for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
-    homogeneity.push_back({{"parameter", parameter_info(h.parameter, r.problem.start.terms).symbol},
+    homogeneity.push_back({{"parameter", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol},
                            {"chi2", number(h.chi2)},
                            {"degrees", h.degrees},
                            {"p", number(h.p)},
@@ -301,7 +301,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
                       {"parameters", homogeneity}};
   j["observability"] = observability_json(a.observability);
   if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
-  for (const CheckedFlight& c : checked) checks.push_back(ordered_json::parse(findings_json(c)));
+  for (const log::CheckedFlight& c : checked) checks.push_back(ordered_json::parse(log::findings_json(c)));
   j["checks"] = checks;
   j["conditions"] = conditions_json(r, p.conditions);
   j["noise"] = noise_json(r);
@@ -318,4 +318,4 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   return j.dump(1) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

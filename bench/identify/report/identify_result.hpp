@@ -15,7 +15,7 @@
 #include "bench/identify/solver_check.hpp"
 #include "bench/identify/whiteness.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 // All that is made of a fit, for text, JSON and the page.
 struct IdentifyAnalysis {
@@ -59,6 +59,6 @@ std::vector<IdentifyWarning> warnings_of(const Identification& result, const Ide
 
 // Figures are named "I_xx", "k_1", "static_c_t", …; u is the reported one. Ends with a newline.
 std::string identify_result_json(const Identification& result, const IdentifyAnalysis& analysis, const FileComparison& comparison,
-                                 const std::vector<CheckedFlight>& checked, const IdentifyProvenance& provenance);
+                                 const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& provenance);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -8,7 +8,7 @@
 #include "bench/identify/beside.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kModelErrorRatio = 5.0;
@@ -37,15 +37,15 @@ double value_before(const Identification& r, int parameter) { return r.start.fil
 
 }  // namespace
 
-std::string mark_of(const Estimate& e) {
+std::string mark_of(const estimate::Estimate& e) {
   if (e.at_bound) return "at its bound";
   if (e.prior_share > 0.5 && std::fabs(e.prior_z) > kContradicted) return "contradicted";
-  if (e.prior_share > 0.5) return e.parameter == kMass ? "weighed" : "not identified";
+  if (e.prior_share > 0.5) return e.parameter == estimate::kMass ? "weighed" : "not identified";
   if (e.u > 0.0 && e.u_robust >= kModelErrorRatio * e.u) return "model error";
   return "";
 }
 
-std::string blocks_note(const Fit& fit) {
+std::string blocks_note(const estimate::Fit& fit) {
   if (fit.blocks >= kBlocksEach * fit.estimates.size()) return "";
   return fmt::format(
       "robust u rests on {} blocks of residuals for {} parameters, fewer than two each: too small; longer flights or shorter blocks "
@@ -54,14 +54,14 @@ std::string blocks_note(const Fit& fit) {
 }
 
 std::string estimates_table(const Identification& r, const host::VehicleFile& before) {
-  const std::size_t width = column_width(r.fit.estimates, 22, [&](const Estimate& e) { return estimate_name(e, r.problem); });
+  const std::size_t width = column_width(r.fit.estimates, 22, [&](const estimate::Estimate& e) { return estimate::estimate_name(e, r.problem); });
   std::string out = fmt::format("{}{:>13}  {:>9} {:>9}  {}{:>12} {:>7}  {}\n", padded("parameter", width), "estimate", "u", "robust u",
                                 padded("unit", 9), "file says", "z", "origin");
-  for (const Estimate& e : r.fit.estimates) {
-    const ParameterInfo info = parameter_info(e.parameter, r.problem.start.terms);
+  for (const estimate::Estimate& e : r.fit.estimates) {
+    const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
     const double u_before = believed_u(before, e.parameter, r.problem.start.terms);
     const double was = value_before(r, e.parameter);
-    out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate_name(e, r.problem), width), e.value, e.u, e.u_robust,
+    out += fmt::format("{}{:>13.5g}  {:>9.2g} {:>9.2g}  {}{:>12.4g}", padded(estimate::estimate_name(e, r.problem), width), e.value, e.u, e.u_robust,
                        padded(info.unit, 9), was);
     // Against a prior of its own an estimate is compared with that prior alone: both hold the same knowledge.
     const bool free_of_it = e.prior_share <= 0.5;
@@ -74,7 +74,7 @@ std::string estimates_table(const Identification& r, const host::VehicleFile& be
   }
   for (const ParameterRow& row : parameter_rows(r)) {
     if (row.estimate) continue;
-    const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+    const estimate::ParameterInfo info = estimate::parameter_info(row.parameter, r.problem.start.terms);
     const auto origin = host::origin_of(before, info.name);
     out += fmt::format("{}{:>13.5g}  {:>9} {:>9}  {}{:>12.4g} {:>7}  {}held\n", padded(row.symbol, width), row.value, "", "",
                        padded(info.unit, 9), value_before(r, row.parameter), "", padded(origin ? std::string(host::name(*origin)) : "", 8));
@@ -92,7 +92,7 @@ std::string derived_table(const std::vector<DerivedQuantity>& derived) {
 
 std::string stages_table(const Identification& r) {
   if (r.comparison.empty()) return "";
-  const auto symbol = [&](const StageComparison& c) { return parameter_info(c.parameter, r.problem.start.terms).symbol; };
+  const auto symbol = [&](const StageComparison& c) { return estimate::parameter_info(c.parameter, r.problem.start.terms).symbol; };
   const std::size_t width = column_width(r.comparison, 12, symbol);
   std::string out = fmt::format("{}{}{:>13}  {:>9}  {:>13}  {:>9} {:>7}\n", padded("stage", 12), padded("parameter", width), "stage", "u",
                                 "joint fit", "u", "z");
@@ -107,7 +107,7 @@ std::string stages_table(const Identification& r) {
   for (const StageComparison& c : r.comparison) {
     if (!c.agrees)
       out += fmt::format(" {} ({}, by {:+.3g} {}, z {:+.1f})", symbol(c), name(c.role), c.stage - c.joint,
-                         parameter_info(c.parameter, r.problem.start.terms).unit, c.z);
+                         estimate::parameter_info(c.parameter, r.problem.start.terms).unit, c.z);
   }
   return out + "\n";
 }
@@ -115,8 +115,8 @@ std::string stages_table(const Identification& r) {
 std::string noise_table(const Identification& r) {
   std::string out;
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const NoiseModel& n = r.fit.noise[f];
+    const estimate::GridFlight& g = r.flights[f];
+    const estimate::NoiseModel& n = r.fit.noise[f];
     const auto three = [](const Eigen::Vector3d& v) { return fmt::format("{:.3g} {:.3g} {:.3g}", v[0], v[1], v[2]); };
     out += fmt::format("{}: q_a {} m/s²/√Hz, q_α {} rad/s²/√Hz", g.name, three(n.force_m_s2_rtHz), three(n.angular_rad_s2_rtHz));
     if (!g.pose.empty()) out += fmt::format("; pose {} m, {} rad", three(n.position_m), three(n.attitude_rad));
@@ -128,4 +128,4 @@ std::string noise_table(const Identification& r) {
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -7,7 +7,7 @@
 
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 constexpr std::string_view kMinus = "−";
 }
@@ -43,7 +43,7 @@ std::string cell(const std::string& text, const std::string& kind) {
   return (kind.empty() ? "<td>" : "<td class=\"" + kind + "\">") + text + "</td>";
 }
 std::string left_cell(const std::string& text, const std::string& kind) {
-  return cell(xml_escaped(text), kind.empty() ? "l" : "l " + kind);
+  return cell(render::xml_escaped(text), kind.empty() ? "l" : "l " + kind);
 }
 
 HeadCell left(std::string name) { return {std::move(name), true}; }
@@ -53,10 +53,10 @@ std::string head(const std::vector<HeadCell>& columns, const std::vector<HeadCel
     std::string out = "<tr>";
     for (const HeadCell& c : names)
       out += fmt::format("<th{}{}>{}</th>", c.left ? " class=\"l\"" : "", c.span > 1 ? fmt::format(" colspan=\"{}\"", c.span) : "",
-                         xml_escaped(c.name));
+                         render::xml_escaped(c.name));
     return out + "</tr>";
   };
   return "<div class=\"scroll\"><table><thead>" + (above.empty() ? "" : row(above)) + row(columns) + "</thead><tbody>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 std::string num(double v, const char* format = "{:.4g}");  // true minus; "–" for what is no number
 std::string two(double v);                                 // two digits
@@ -30,4 +30,4 @@ HeadCell left(std::string name);
 std::string head(const std::vector<HeadCell>& columns, const std::vector<HeadCell>& above = {});
 inline constexpr const char* kTableEnd = "</tbody></table></div>\n";
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

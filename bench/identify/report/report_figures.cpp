@@ -9,7 +9,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr int kHalf_px = 500;  // two figures beside each other
@@ -34,29 +34,29 @@ std::string correlation_legend(double left, double y, double cell) {
     const double c = 0.25 * (k - 4);
     out +=
         fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"12\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>",
-                    px(left + k * cell), px(y), px(cell), c < 0.0 ? 1 : 0, std::fabs(c));
+                    render::px(left + k * cell), render::px(y), render::px(cell), c < 0.0 ? 1 : 0, std::fabs(c));
     if (k % 4 == 0)
       out +=
-          fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", px(left + (k + 0.5) * cell), px(y + 26.0),
+          fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", render::px(left + (k + 0.5) * cell), render::px(y + 26.0),
                       k == 0   ? "−1"
                       : k == 4 ? "0"
                                : "+1");
   }
   return out + fmt::format("<text class=\"lg\" x=\"{}\" y=\"{}\">correlation: blue below zero, orange above</text>\n",
-                           px(left + 9 * cell + 12.0), px(y + 10.0));
+                           render::px(left + 9 * cell + 12.0), render::px(y + 10.0));
 }
 
 }  // namespace
 
 std::string autocorrelation_figure(const FlightWhiteness& w) {
-  Plot p;
+  render::Plot p;
   p.title = w.flight + ": autocorrelation of the innovations";
   p.x_label = "lag, s";
   p.y_label = "correlation";
   p.width_px = kHalf_px;
   double n = 0.0;
   for (std::size_t c = 0; c < w.channels.size(); ++c) {
-    Series s{.label = w.channels[c].channel, .x = {}, .y = {}, .colour = static_cast<int>(c % kPaletteSize), .width_px = 1.0};
+    render::Series s{.label = w.channels[c].channel, .x = {}, .y = {}, .colour = static_cast<int>(c % render::kPaletteSize), .width_px = 1.0};
     for (std::size_t k = 1; k < w.channels[c].correlation.size(); ++k) {
       s.x.push_back(w.channels[c].lag_s[k]);
       s.y.push_back(w.channels[c].correlation[k]);
@@ -68,14 +68,14 @@ std::string autocorrelation_figure(const FlightWhiteness& w) {
   p.marks = {{band, "2/√n"}, {-band, ""}};
   p.y_min = -0.2;
   p.y_max = 0.2;
-  for (const Series& s : p.series) {
+  for (const render::Series& s : p.series) {
     for (const double y : s.y) p.y_min = std::min(*p.y_min, 1.1 * y), p.y_max = std::max(*p.y_max, 1.1 * y);
   }
-  return figure_html("<b>Autocorrelation</b>; white noise stays within ± 2/√n in 95 % of the lags.", plot_svg(p));
+  return render::figure_html("<b>Autocorrelation</b>; white noise stays within ± 2/√n in 95 % of the lags.", render::plot_svg(p));
 }
 
 std::string cost_figure(const FlightWhiteness& w) {
-  Plot p;
+  render::Plot p;
   p.title = w.flight + ": mean square of the innovations in each second";
   p.x_label = "time, s";
   p.y_label = "mean square";
@@ -85,14 +85,14 @@ std::string cost_figure(const FlightWhiteness& w) {
   for (const double v : w.cost_per_number) p.y_max = std::max(*p.y_max, 1.1 * v);
   p.series.push_back({.label = "", .x = w.second_s, .y = w.cost_per_number, .colour = 0, .stepped = true});
   p.marks = {{1.0, "model"}};
-  return figure_html("<b>Mean square</b> in each second: above 1 lies what the model lacks or the noise figures deny.", plot_svg(p));
+  return render::figure_html("<b>Mean square</b> in each second: above 1 lies what the model lacks or the noise figures deny.", render::plot_svg(p));
 }
 
-std::string innovation_figure(const std::string& flight, const std::vector<Innovation>& all) {
+std::string innovation_figure(const std::string& flight, const std::vector<estimate::Innovation>& all) {
   std::string out = "<div class=\"two\">\n";
   constexpr const char* kNames[] = {"x", "y", "z", "roll", "pitch", "yaw"};
   for (int group = 0; group < 2; ++group) {
-    Plot p;
+    render::Plot p;
     p.title = flight + (group == 0 ? ": innovations of position" : ": innovations of attitude");
     p.x_label = "time, s";
     p.y_label = "standard deviations";
@@ -101,7 +101,7 @@ std::string innovation_figure(const std::string& flight, const std::vector<Innov
     p.y_max = 6.0;
     const std::size_t thin = std::max<std::size_t>(1, all.size() / kPointsPerLine);
     for (int axis = 0; axis < 3; ++axis) {
-      Series s{.label = kNames[3 * group + axis], .x = {}, .y = {}, .colour = axis, .width_px = 0.8};
+      render::Series s{.label = kNames[3 * group + axis], .x = {}, .y = {}, .colour = axis, .width_px = 0.8};
       for (std::size_t i = 0; i < all.size(); i += thin) {
         s.x.push_back(all[i].t_s);
         s.y.push_back(all[i].value[3 * group + axis]);
@@ -109,7 +109,7 @@ std::string innovation_figure(const std::string& flight, const std::vector<Innov
       p.series.push_back(std::move(s));
     }
     p.marks = {{2.0, ""}, {-2.0, ""}};
-    out += figure_html(fmt::format("<b>{}</b>, {}; lines at ± 2", xml_escaped(flight), group == 0 ? "position" : "attitude"), plot_svg(p));
+    out += render::figure_html(fmt::format("<b>{}</b>, {}; lines at ± 2", render::xml_escaped(flight), group == 0 ? "position" : "attitude"), render::plot_svg(p));
   }
   return out + "</div>\n";
 }
@@ -119,29 +119,29 @@ std::string correlation_map(const Identification& r) {
   const auto n = static_cast<int>(r.fit.estimates.size());
   constexpr double kCell = 26.0, kCharacter = 6.6, kSteep = 0.87, kFlat = 0.5;  // sine and cosine of the labels' 60 degrees
   std::size_t longest = 12;
-  for (const Estimate& e : r.fit.estimates) longest = std::max(longest, estimate_name(e, r.problem).size());
+  for (const estimate::Estimate& e : r.fit.estimates) longest = std::max(longest, estimate::estimate_name(e, r.problem).size());
   const double label_px = kCharacter * static_cast<double>(longest);
   constexpr double kLegend = 50.0, kLegendText = 280.0;
   const double left = label_px + 20.0, top = kSteep * label_px + 20.0;
   const double width = left + std::max(n * kCell + kFlat * label_px, 9 * kCell + kLegendText);
-  std::string out = open_svg(static_cast<int>(width), top + n * kCell + kLegend, "correlations between the estimates");
+  std::string out = render::open_svg(static_cast<int>(width), top + n * kCell + kLegend, "correlations between the estimates");
   for (int a = 0; a < n; ++a) {
-    const std::string label = xml_escaped(estimate_name(r.fit.estimates[static_cast<std::size_t>(a)], r.problem));
+    const std::string label = render::xml_escaped(estimate::estimate_name(r.fit.estimates[static_cast<std::size_t>(a)], r.problem));
     const double middle = kCell * (a + 0.5);
     out +=
-        fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", px(left - 6.0), px(top + middle + 4.0), label);
-    out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", px(left + middle),
-                       px(top - 6.0), label);
+        fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", render::px(left - 6.0), render::px(top + middle + 4.0), label);
+    out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", render::px(left + middle),
+                       render::px(top - 6.0), label);
     for (int b = 0; b < n; ++b) {
       const double c = r.fit.covariance(a, b) / std::sqrt(r.fit.covariance(a, a) * r.fit.covariance(b, b));
       const double strength = std::min(std::fabs(c), 1.0);
       out += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>\n",
-          px(left + b * kCell), px(top + a * kCell), px(kCell), px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
+          render::px(left + b * kCell), render::px(top + a * kCell), render::px(kCell), render::px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
       if (a != b && strength > 0.895)
         out += fmt::format(
             "<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" style=\"font-size:9px;fill:var(--paper)\">{}</text>\n",
-            px(left + (b + 0.5) * kCell), px(top + middle + 3.0), xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
+            render::px(left + (b + 0.5) * kCell), render::px(top + middle + 3.0), render::xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
     }
   }
   return out + correlation_legend(left, top + n * kCell + 16.0, kCell) + "</svg>\n";
@@ -149,13 +149,13 @@ std::string correlation_map(const Identification& r) {
 
 std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector<TrailReference>& references, const std::string& parameter,
                          const std::string& unit) {
-  Plot p;
+  render::Plot p;
   p.title = parameter + " over trials";
   p.x_label = "trial";
   p.width_px = kHalf_px;
   p.height_px = 240;
-  Series value{.label = "", .x = {}, .y = {}, .colour = 0, .marker = Marker::dot};
-  Series bars{.label = "", .x = {}, .y = {}, .colour = 0};
+  render::Series value{.label = "", .x = {}, .y = {}, .colour = 0, .marker = render::Marker::dot};
+  render::Series bars{.label = "", .x = {}, .y = {}, .colour = 0};
   for (std::size_t t = 0; t < trail.size(); ++t) {
     p.x_names.push_back(trail[t].label);
     const auto found = std::find(trail[t].names.begin(), trail[t].names.end(), parameter);
@@ -170,7 +170,7 @@ std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector
   // In the legend, not beside the line: lines of several files often coincide.
   p.x_min = 0.5;
   p.x_max = static_cast<double>(trail.size()) + 0.5;
-  std::vector<Series> lines;
+  std::vector<render::Series> lines;
   for (const TrailReference& r : references) {
     const auto said = r.value.find(parameter);
     if (said == r.value.end()) continue;
@@ -186,14 +186,14 @@ std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector
   const double scale = std::pow(10.0, -exponent);
   lines.push_back(std::move(bars));
   lines.push_back(std::move(value));
-  for (Series& s : lines) {
+  for (render::Series& s : lines) {
     for (double& y : s.y) y *= scale;
   }
   p.series = std::move(lines);
   const std::string shown =
       exponent == 0 ? page_unit(unit) : fmt::format("10{} {}", superscript(exponent), unit == "1" ? "" : page_unit(unit));
   p.y_label = parameter + (shown == "1" ? "" : ", " + shown);
-  return figure_html("<b>" + xml_escaped(parameter) + "</b>", plot_svg(p));
+  return render::figure_html("<b>" + render::xml_escaped(parameter) + "</b>", render::plot_svg(p));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -6,14 +6,14 @@
 #include "bench/identify/report/identify_result.hpp"
 #include "bench/identify/report/trail.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 std::string autocorrelation_figure(const FlightWhiteness& whiteness);  // with the ± 2/√n band of white noise
 std::string cost_figure(const FlightWhiteness& whiteness);             // mean square of innovations in each second
-std::string innovation_figure(const std::string& flight, const std::vector<Innovation>& innovations);
+std::string innovation_figure(const std::string& flight, const std::vector<estimate::Innovation>& innovations);
 std::string correlation_map(const Identification& result);  // SVG, with its legend
 // One parameter over the trials, in units of a power of a thousand so that ticks stay short.
 std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector<TrailReference>& references, const std::string& parameter,
                          const std::string& unit);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -11,7 +11,7 @@
 #include "bench/identify/report/report_cells.hpp"
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kTold = 2.0;  // |z| from which a difference is shown in red
@@ -23,7 +23,7 @@ std::string z_cell(const Said& s) {
 
 // Long names of terms' parameters break after the term, or they push the last columns off the page.
 std::string symbol_cell(const std::string& symbol) {
-  std::string text = xml_escaped(symbol);
+  std::string text = render::xml_escaped(symbol);
   if (const auto dot = text.find('.'); dot != std::string::npos) text.insert(dot + 1, "<br>");
   return cell(text, "l");
 }
@@ -72,7 +72,7 @@ std::string parameters_html(const IdentifyPage& p) {
       head({left("parameter"), "estimate", "u", "classical", "robust", left("unit"), left(""), "file said", left("origin"), "z"});
   for (std::size_t i = 0; i < p.comparison.rows.size(); ++i) {
     const ParameterRow& row = p.comparison.rows[i];
-    const ParameterInfo info = parameter_info(row.parameter, r.problem.start.terms);
+    const estimate::ParameterInfo info = estimate::parameter_info(row.parameter, r.problem.start.terms);
     const std::string mark = row.estimate ? mark_of(*row.estimate) : "held";
     out += "<tr>" + symbol_cell(row.symbol) + value_cells(row) + left_cell(page_unit(info.unit));
     out += left_cell(mark, mark == "model error" ? "fail" : "");
@@ -114,7 +114,7 @@ std::string beside_html(const IdentifyPage& p) {
     if (std::none_of(c.beside.begin(), c.beside.end(), says)) continue;
     const ParameterRow& row = c.rows[i];
     out += "<tr>" + left_cell(row.symbol) + cell(num(row.value, "{:.5g}") + (row.estimate ? "" : " (held)"), row.estimate ? "big" : "") +
-           left_cell(page_unit(parameter_info(row.parameter, p.result.problem.start.terms).unit));
+           left_cell(page_unit(estimate::parameter_info(row.parameter, p.result.problem.start.terms).unit));
     for (const BesideColumn& b : c.beside) {
       if (const auto& s = b.parameters[i]) {
         out += cell(num(s->value)) + cell(plus_minus(s->u)) + left_cell(std::string(host::name(s->origin))) +
@@ -147,8 +147,8 @@ std::string noise_html(const IdentifyPage& p) {
       "</p>\n";
   out += head({left("flight"), left("figure"), "x", "y", "z", left("unit")});
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const NoiseModel& n = r.fit.noise[f];
+    const estimate::GridFlight& g = r.flights[f];
+    const estimate::NoiseModel& n = r.fit.noise[f];
     bool first = true;
     const auto row = [&](bool has, const char* figure, const Eigen::Vector3d& v, const char* unit) {
       if (!has) return;
@@ -197,4 +197,4 @@ std::vector<std::pair<std::string, std::string>> conditions_facts(const Identify
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -13,7 +13,7 @@
 #include "bench/render/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,7 +112,7 @@ std::string count_rotations_from_one(std::vector<TrailPoint>& trail, const std::
         drop(p, i);
         continue;
       }
-      p.value[i] = log_q(origin.conjugate() * *p.q_BS)[axis];
+      p.value[i] = estimate::log_q(origin.conjugate() * *p.q_BS)[axis];
       any = true;
     }
   }
@@ -123,22 +123,22 @@ std::string trail_html(std::vector<TrailPoint> trail, std::vector<TrailReference
   if (trail.size() < 2) return "";
   const std::string from = count_rotations_from_one(trail, references);
   for (TrailReference& r : references) {
-    const Eigen::Vector3d turn = log_q(references.front().q_BS.conjugate() * r.q_BS);
+    const Eigen::Vector3d turn = estimate::log_q(references.front().q_BS.conjugate() * r.q_BS);
     for (int axis = 0; axis < 3; ++axis) r.value[kRotationNames[axis]] = turn[axis];
   }
   std::string out =
       "<h2 id=\"trail\">Trail over trials</h2>\n<p>Each estimate with ± 2 u, in the order of the trials; the last is this fit.";
   out += references.empty() ? " No reference is drawn; --beside gives one." : " Dashed: what the files beside say.";
-  if (!from.empty()) out += " q_BS is the rotation from that of " + xml_escaped(from) + ", whatever each fit started from.";
+  if (!from.empty()) out += " q_BS is the rotation from that of " + render::xml_escaped(from) + ", whatever each fit started from.";
   std::string without;
   for (const TrailPoint& p : trail) {
     if (!p.q_BS) without += (without.empty() ? "" : ", ") + p.label;
   }
-  if (!without.empty()) out += " Left out for q_BS, as their results do not say the rotation: " + xml_escaped(without) + ".";
+  if (!without.empty()) out += " Left out for q_BS, as their results do not say the rotation: " + render::xml_escaped(without) + ".";
   out += "</p>\n<div class=\"two\">\n";
   for (std::size_t i = 0; i < trail.back().names.size(); ++i)
     out += trail_figure(trail, references, trail.back().names[i], trail.back().units[i]);
   return out + "</div>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

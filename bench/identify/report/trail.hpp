@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 struct TrailPoint {
   std::string label;  // folder of the result
@@ -36,4 +36,4 @@ std::string count_rotations_from_one(std::vector<TrailPoint>& trail, const std::
 // Section of the page; empty for fewer than two trials. Shows what the last one has.
 std::string trail_html(std::vector<TrailPoint> trail, std::vector<TrailReference> references);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

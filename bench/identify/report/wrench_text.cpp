@@ -6,7 +6,7 @@
 #include "bench/identify/wrench_score.hpp"
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using Index = Eigen::Index;
@@ -70,8 +70,8 @@ std::string wrench_html(const WrenchComparison& c) {
   }
   out += "</tbody></table></div>\n<ul>\n";
   for (std::size_t f = 0; f < c.after.size(); ++f)
-    out += fmt::format("<li>{}: {}</li>\n", xml_escaped(c.after[f].flight), xml_escaped(flight_text(c, f)));
+    out += fmt::format("<li>{}: {}</li>\n", render::xml_escaped(c.after[f].flight), render::xml_escaped(flight_text(c, f)));
   return out + "</ul>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -7,7 +7,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 // Far above what a vehicle does. Where more than a few samples are beyond, the unit is wrong and later checks name it; where they are
@@ -79,4 +79,4 @@ void check_bounds(CheckState& s) {
   if (!s.refused()) check_speed_sign(s);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

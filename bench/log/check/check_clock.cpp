@@ -8,7 +8,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kShortestStep_s = 1e-4, kLongestStep_s = 0.2;
@@ -100,4 +100,4 @@ void check_clock(CheckState& s) {
   check_common_span(s);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

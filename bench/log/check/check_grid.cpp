@@ -5,7 +5,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kGridStep_s = 0.0025;
@@ -117,4 +117,4 @@ FlightGrid make_grid(const CheckState& s, double corner_hz) {
   return g;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

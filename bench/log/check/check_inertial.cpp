@@ -9,7 +9,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kCorner_hz = 6.0;
@@ -223,4 +223,4 @@ void check_inertial(CheckState& s) {
   if (g.has_accel) check_gravity(s, g);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

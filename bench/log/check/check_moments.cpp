@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 std::array<double, 3> moment_signs(const host::VehicleModel& vehicle, std::size_t rotor) {
   const Eigen::Vector3d arm = vehicle.arm_m(static_cast<int>(rotor));
@@ -53,4 +53,4 @@ std::vector<MomentSample> moment_samples(const FlightGrid& g, const std::vector<
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

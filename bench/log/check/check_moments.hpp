@@ -6,7 +6,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // Directions in which one rotor's thrust leaves a moment, as signs in roll, pitch and yaw: sign of y, sign of x, reaction.
 std::array<double, 3> moment_signs(const host::VehicleModel& vehicle, std::size_t rotor);
@@ -29,4 +29,4 @@ std::vector<MomentSample> moment_samples(const FlightGrid& g, const std::vector<
 void check_rotor_order(CheckState& s, const FlightGrid& g, const std::vector<char>& in_flight);
 void check_rotor_scale(CheckState& s, const FlightGrid& g, std::vector<char> in_flight);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

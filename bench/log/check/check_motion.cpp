@@ -8,7 +8,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kCorner_hz = 3.0;  // position is differentiated twice: millimetres at 3 Hz are 0.4 m/s²
@@ -158,4 +158,4 @@ void check_motion(CheckState& s) {
   if (g.has_velocity && !s.refused()) check_velocity(s, g, position_is_right);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

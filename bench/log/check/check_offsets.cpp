@@ -9,7 +9,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kCorner_hz = 10.0;
@@ -231,4 +231,4 @@ std::optional<StreamOffset> StreamOffsets::between(const std::string& stream, co
   return std::nullopt;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -9,7 +9,7 @@
 
 #include "bench/log/check/check_moments.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 using Order = std::array<std::size_t, 4>;  // rotor k is what the column of rotor order[k] shows
@@ -75,4 +75,4 @@ void check_rotor_order(CheckState& s, const FlightGrid& g, const std::vector<cha
            "give the columns in this order: 1 front right, 2 rear left, 3 front left, 4 rear right; check [[rotor]] in the vehicle file");
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

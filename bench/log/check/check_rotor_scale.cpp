@@ -11,7 +11,7 @@
 #include "bench/log/check/check_moments.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 // Step of the mean imbalance, a share of the weight: (scale² - 1) / 4. 0.04 is a scale of 0.917 or 1.077. The largest step with all
@@ -193,4 +193,4 @@ void check_rotor_scale(CheckState& s, const FlightGrid& g, std::vector<char> in_
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -12,7 +12,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 constexpr double kCorner_hz = 5.0;
@@ -352,4 +352,4 @@ void check_rotors(CheckState& s) {
   check_balance(s, h);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

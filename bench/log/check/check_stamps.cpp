@@ -9,7 +9,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 // The longest subsequence whose stamps ascend: keeps the most samples whatever went wrong (a repeated row, one wild stamp, a clock
@@ -196,4 +196,4 @@ void check_stamps(CheckState& s) {
   for_each_stream(s.record, [&](const std::string& name, auto& stream) { find_gaps(s, name, stream); });
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

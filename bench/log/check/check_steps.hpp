@@ -6,7 +6,7 @@
 
 #include "bench/log/check/checks.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 struct CheckState {
   FlightRecord record;  // as far as cleaned
@@ -55,4 +55,4 @@ void check_motion(CheckState& s);    // position, velocity and tilt tell one acc
 void check_rotors(CheckState& s);    // units by hover, dead or scaled rotors, on the ground
 void check_offsets(CheckState& s);   // stream against stream
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -7,7 +7,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 // A spike stands out of the median of its neighbourhood by more than `floor` and by more than 12 times the usual distance. The floor
@@ -336,4 +336,4 @@ void check_values(CheckState& s) {
   drop_battery_that_is_no_measurement(s);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

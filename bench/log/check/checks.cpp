@@ -9,7 +9,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 void CheckState::note(std::string stream, std::string what, TimeRange r) {
   result.findings.push_back({std::move(stream), std::move(what), r.from_s, r.to_s, FindingAction::note});
@@ -106,4 +106,4 @@ CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel&
   return std::move(s.result);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -12,7 +12,7 @@
 #include "host/base/error.hpp"
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // `stream` shows at its stamp what `against` showed `late_s` earlier: positive means that its stamps are late.
 struct StreamOffset {
@@ -65,4 +65,4 @@ inline constexpr const char* battery = "battery";
 inline constexpr const char* flight = "flight";  // of all streams: on the ground, nothing left
 }  // namespace stream_name
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -5,7 +5,7 @@
 
 #include "bench/log/check/checks.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 const char* word(FindingAction a) {
@@ -55,4 +55,4 @@ std::string findings_json(const CheckedFlight& c) {
   return j.dump(2);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 // One pass of the filter, started in the steady state of its first value so that an offset makes no transient.
@@ -178,4 +178,4 @@ std::vector<TimeRange> remaining(TimeRange whole, const std::vector<TimeRange>& 
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

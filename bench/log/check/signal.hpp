@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 struct TimeRange {
   double from_s = 0.0, to_s = 0.0;
@@ -48,4 +48,4 @@ std::vector<TimeRange> joined(std::vector<TimeRange> ranges, double join_s);
 // What is left of `whole` without `holes`, parts of at least `shortest_s`.
 std::vector<TimeRange> remaining(TimeRange whole, const std::vector<TimeRange>& holes, double shortest_s);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -7,7 +7,7 @@
 
 #include "bench/log/check/checks.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // visit(name, stream) for every stream of the house's own list that has samples.
 template <class Record, class Visit>
@@ -56,4 +56,4 @@ double period_s(const Stream<Value>& s) {
   return median(std::move(d));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

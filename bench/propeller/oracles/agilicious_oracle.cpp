@@ -9,7 +9,7 @@
 #include "bench/propeller/oracles/recording.hpp"
 #include "sim/rotor/reference/reference_rotor.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kLimit = 0.025;
 using nlohmann::json;
@@ -107,4 +107,4 @@ std::vector<OracleRow> agilicious_oracle(const std::filesystem::path& data, cons
   return with_recording(data, "agilicious_bem.json", [&](const json& j) { return compare(j, change); });
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -11,7 +11,7 @@
 #include "sim/rotor/reference/momentum.hpp"
 #include "sim/rotor/reference/reference_rotor.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kLimit = 0.025;
 using nlohmann::json;
@@ -176,4 +176,4 @@ std::vector<OracleRow> jsbsim_drive_oracle(const std::filesystem::path& data) {
   return with_recording(data, "jsbsim_prop_bldc.json", compare_drive);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 std::vector<OracleRow> rotor_oracles(const std::filesystem::path& data) {
   std::vector<OracleRow> rows;
@@ -34,4 +34,4 @@ std::string oracle_table(const std::vector<OracleRow>& rows) {
   return s;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -8,7 +8,7 @@
 
 #include "sim/rotor/reference/conventions.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct OracleRow {
   std::string source;     // program and recording
@@ -38,4 +38,4 @@ std::vector<OracleRow> rotor_oracles(const std::filesystem::path& data);      //
 // One line per row, columns aligned, misses marked. For stdout.
 std::string oracle_table(const std::vector<OracleRow>& rows);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 struct Line {
   int number;
@@ -152,4 +152,4 @@ sim::ReferenceGeometry qprop_geometry(const QpropDefinition& d, int elements) {
   return g;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,7 +5,7 @@
 
 #include "sim/rotor/reference/reference_rotor.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct QpropStation {
   double r_m, chord_m, beta_deg, cl, cd, reynolds, mach, axial_m_s;
@@ -41,4 +41,4 @@ class CubicSpline {
 // `elements` strips of equal width from the first station to the last, as QPROP divides a blade.
 sim::ReferenceGeometry qprop_geometry(const QpropDefinition& definition, int elements);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -8,7 +8,7 @@
 #include "bench/propeller/oracles/recording.hpp"
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kLoadLimit = 0.005, kStationLimit = 0.01;
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -109,4 +109,4 @@ std::vector<OracleRow> qprop_oracle(const std::filesystem::path& data, const Con
   return rows;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

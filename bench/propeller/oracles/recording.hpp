@@ -11,7 +11,7 @@
 #include "bench/propeller/oracles/oracles.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 // Calls `use` with the parsed file; whatever nlohmann finds wrong on the way becomes an Error that names the file.
 template <class Use>
@@ -42,4 +42,4 @@ struct Worst {
   }
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -8,7 +8,7 @@
 #include "bench/propeller/oracles/recording.hpp"
 #include "sim/airframe/airframe.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr double kLimit = 1e-6;
 using nlohmann::json;
@@ -151,4 +151,4 @@ std::vector<OracleRow> rigid_body_oracle(const std::filesystem::path& data) {
   return rows;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

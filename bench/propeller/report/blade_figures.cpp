@@ -9,7 +9,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 constexpr double kInch_m = 0.0254;
@@ -28,12 +28,12 @@ const sim::Annulus& annulus_at(const sim::Rotor& rotor, double share_of_radius) 
 double pitch_m(double r_m, double twist) { return 2 * std::numbers::pi * r_m * std::tan(twist * kRad_per_deg); }
 
 std::string planform_svg(const sim::Rotor& rotor) {
-  Plot p;
+  render::Plot p;
   p.title = "plan form of one blade, to scale";
   p.x_label = "radius, mm";
   p.y_label = "mm";
   p.equal_axes = true;
-  Series outline{.label = "", .x = {}, .y = {}, .colour = 1, .width_px = 2};
+  render::Series outline{.label = "", .x = {}, .y = {}, .colour = 1, .width_px = 2};
   const auto& annuli = rotor.annuli();
   double widest_mm = 0;
   for (const auto& a : annuli) {
@@ -50,13 +50,13 @@ std::string planform_svg(const sim::Rotor& rotor) {
   const double radius_mm = 1e3 * rotor.radius_m(), hub_mm = 1e3 * rotor.hub_radius_m();
   p.height_px = std::clamp(static_cast<int>(1000 * 1.2 * widest_mm / radius_mm) + 60, 160, 600);
   p.series = {outline,
-              {.label = "quarter-chord line", .x = {hub_mm, radius_mm}, .y = {0, 0}, .colour = kNeutral, .dashed = true, .width_px = 1},
-              {.label = "hub", .x = {0, hub_mm}, .y = {0, 0}, .colour = kNeutral, .width_px = 3}};
-  return plot_svg(p);
+              {.label = "quarter-chord line", .x = {hub_mm, radius_mm}, .y = {0, 0}, .colour = render::kNeutral, .dashed = true, .width_px = 1},
+              {.label = "hub", .x = {0, hub_mm}, .y = {0, 0}, .colour = render::kNeutral, .width_px = 3}};
+  return render::plot_svg(p);
 }
 
 std::string twist_svg(const sim::Rotor& rotor) {
-  Plot p;
+  render::Plot p;
   p.title = "twist along the radius";
   p.x_label = "radius / tip radius";
   p.y_label = "twist, degrees";
@@ -66,8 +66,8 @@ std::string twist_svg(const sim::Rotor& rotor) {
   p.x_max = 1;
   p.y_from_zero = true;
   const double pitch_at_75_m = pitch_m(0.75 * rotor.radius_m(), twist_deg(annulus_at(rotor, 0.75)));
-  Series blade{.label = "this blade", .x = {}, .y = {}, .colour = 1, .width_px = 2};
-  Series helix{.label = "helix of the pitch at 0.75 R", .x = {}, .y = {}, .colour = kNeutral, .dashed = true, .width_px = 1.2};
+  render::Series blade{.label = "this blade", .x = {}, .y = {}, .colour = 1, .width_px = 2};
+  render::Series helix{.label = "helix of the pitch at 0.75 R", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true, .width_px = 1.2};
   for (const auto& a : rotor.annuli()) {
     const double share = a.r_m / rotor.radius_m();
     blade.x.push_back(share);
@@ -77,11 +77,11 @@ std::string twist_svg(const sim::Rotor& rotor) {
     helix.y.push_back(std::atan(pitch_at_75_m / (2 * std::numbers::pi * a.r_m)) / kRad_per_deg);
   }
   p.series = {blade, helix};
-  return plot_svg(p);
+  return render::plot_svg(p);
 }
 
 std::string sections_svg(const sim::Rotor& rotor) {
-  Plot p;
+  render::Plot p;
   p.title = "chord lines at true length and angle";
   p.x_label = "mm, towards the leading edge";
   p.y_label = "mm, along the thrust";
@@ -98,12 +98,12 @@ std::string sections_svg(const sim::Rotor& rotor) {
                         .colour = colour++,
                         .width_px = 3});
   }
-  return plot_svg(p);
+  return render::plot_svg(p);
 }
 
 // Lift and drag of the polar at lowest, middle and highest Reynolds number.
 std::string polar_figures(const std::string& name, const sim::Polar& polar) {
-  Plot lift, drag;
+  render::Plot lift, drag;
   lift.title = name + ": lift coefficient";
   lift.y_label = "lift coefficient";
   drag.title = name + ": drag coefficient";
@@ -112,7 +112,7 @@ std::string polar_figures(const std::string& name, const sim::Polar& polar) {
   std::vector<std::size_t> shown{0};
   for (const std::size_t i : {last / 2, last})
     if (i != shown.back()) shown.push_back(i);
-  for (Plot* p : {&lift, &drag}) {
+  for (render::Plot* p : {&lift, &drag}) {
     p->x_label = "angle of attack, degrees";
     p->width_px = 500;
     p->height_px = 240;
@@ -125,8 +125,8 @@ std::string polar_figures(const std::string& name, const sim::Polar& polar) {
                            .y = p == &lift ? polar.tables[i].cl : polar.tables[i].cd,
                            .colour = colour++});
   }
-  return "<div class=\"two\">\n" + figure_html("<b>" + xml_escaped(name) + "</b>: lift", plot_svg(lift)) +
-         figure_html("<b>" + xml_escaped(name) + "</b>: drag", plot_svg(drag)) + "</div>\n";
+  return "<div class=\"two\">\n" + render::figure_html("<b>" + render::xml_escaped(name) + "</b>: lift", render::plot_svg(lift)) +
+         render::figure_html("<b>" + render::xml_escaped(name) + "</b>: drag", render::plot_svg(drag)) + "</div>\n";
 }
 
 std::string stations_table(const sim::Blade& b) {
@@ -137,7 +137,7 @@ std::string stations_table(const sim::Blade& b) {
     out += fmt::format(
         "<tr><td>{:.2f}</td><td>{:.3f}</td><td>{:.2f}</td><td>{:.3f}</td><td>{:.1f}</td><td>{:.2f}</td><td class=\"l\">{}</td></tr>\n",
         1e3 * s.r_m, s.r_m / b.radius_m, 1e3 * s.chord_m, s.chord_m / b.radius_m, s.twist_deg, pitch_m(s.r_m, s.twist_deg) / kInch_m,
-        xml_escaped(s.polar));
+        render::xml_escaped(s.polar));
   return out + "</tbody></table></div>\n";
 }
 
@@ -147,9 +147,9 @@ std::string polars_table(const sim::Blade& b) {
       "class=\"l\">source</th>"
       "</tr></thead><tbody>\n";
   for (const auto& [name, polar] : b.polars)
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{:.0f}k … {:.0f}k</td><td class=\"l\">{}</td></tr>\n", xml_escaped(name),
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{:.0f}k … {:.0f}k</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(name),
                        polar.tables.size(), polar.tables.front().reynolds / 1000, polar.tables.back().reynolds / 1000,
-                       xml_escaped(polar.source));
+                       render::xml_escaped(polar.source));
   return out + "</tbody></table></div>\n";
 }
 
@@ -163,7 +163,7 @@ double blade_solidity(const sim::Rotor& rotor) {
 
 std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor) {
   const auto& at_75 = annulus_at(rotor, 0.75);
-  std::string out = facts_html({{"blades", fmt::format("{}", blade.blades)},
+  std::string out = render::facts_html({{"blades", fmt::format("{}", blade.blades)},
                                 {"radius", fmt::format("{:.2f} mm", 1e3 * blade.radius_m)},
                                 {"diameter", fmt::format("{:.2f} in", 2 * blade.radius_m / kInch_m)},
                                 {"hub radius", fmt::format("{:.2f} mm", 1e3 * blade.hub_radius_m)},
@@ -176,12 +176,12 @@ std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor)
                                 {"drag scale", fmt::format("{:.2f}", blade.drag_scale)},
                                 {"lift scale", fmt::format("{:.2f}", blade.lift_scale)},
                                 {"pitch offset (in the twist)", fmt::format("{:.2f}°", blade.pitch_offset_deg)}});
-  out += figure_html(
+  out += render::figure_html(
       "<b>Plan form</b> of one blade, to scale, seen from above; leading edge up. The file gives no sweep: the quarter-chord "
       "line is drawn straight.",
       planform_svg(rotor));
-  out += "<div class=\"two\">\n" + figure_html("<b>Twist</b>: chord line against the rotor plane", twist_svg(rotor)) +
-         figure_html("<b>Chord lines</b> at true length and angle, seen from the tip", sections_svg(rotor)) + "</div>\n";
+  out += "<div class=\"two\">\n" + render::figure_html("<b>Twist</b>: chord line against the rotor plane", twist_svg(rotor)) +
+         render::figure_html("<b>Chord lines</b> at true length and angle, seen from the tip", sections_svg(rotor)) + "</div>\n";
   out += "<h3>Stations of the file</h3>\n" + stations_table(blade) + "<h3>Polars</h3>\n" + polars_table(blade);
   out +=
       "<p class=\"cap\">As the files give them; the solve multiplies the drag by the drag scale and delays the stall of inner sections. "
@@ -190,4 +190,4 @@ std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor)
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -4,11 +4,11 @@
 
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 double blade_solidity(const sim::Rotor& rotor);  // blade area over pi R^2
 
 // HTML. `rotor` is the prepared blade: the curves show what is solved, between the stations of the file too.
 std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

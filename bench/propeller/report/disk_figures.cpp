@@ -9,7 +9,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_pieces.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 constexpr double kDeg_per_rad = 180 / std::numbers::pi;
@@ -28,7 +28,7 @@ std::vector<double> ring_edges(const sim::Rotor& rotor) {
 
 // Ends of a scale that leave the share `outside` of the area beyond each of them: the loss at the tip makes the induced velocity there
 // many times that of the rest, and would take the scale.
-void trim_scale(DiskMap& m, const sim::RotorDisk& disk, DiskQuantity quantity, double outside) {
+void trim_scale(render::DiskMap& m, const sim::RotorDisk& disk, DiskQuantity quantity, double outside) {
   std::vector<std::pair<double, double>> by_value;
   double area_m2 = 0;
   for (const auto& cell : disk.cells) {
@@ -46,9 +46,9 @@ void trim_scale(DiskMap& m, const sim::RotorDisk& disk, DiskQuantity quantity, d
 
 }  // namespace
 
-DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
+render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
                     const std::string& label) {
-  DiskMap m;
+  render::DiskMap m;
   m.title = label + " over the disk";
   m.label = label;
   m.ring_edges_m = ring_edges(rotor);
@@ -74,28 +74,28 @@ std::string disk_section_html(const sim::Rotor& rotor, const sim::RotorCondition
   const sim::RotorDisk disk = sim::solve_rotor_disk(rotor, condition);
   if (disk.cells.empty()) return "<p>The solve did not converge at this condition: there is no disk to draw.</p>\n";
   const auto map = [&](const char* label, DiskQuantity quantity) { return disk_map_of(rotor, condition, disk, quantity, label); };
-  DiskMap alpha = map("angle of attack, degrees", [](const sim::DiskCell& c) { return c.alpha_rad * kDeg_per_rad; });
+  render::DiskMap alpha = map("angle of attack, degrees", [](const sim::DiskCell& c) { return c.alpha_rad * kDeg_per_rad; });
   const auto [least, most] = std::minmax_element(alpha.values.begin(), alpha.values.end());
   alpha.low = std::max(*least, kAlphaLow_deg);
   alpha.high = std::min(*most, kAlphaHigh_deg);
   if (!(*alpha.low < *alpha.high)) alpha.low = kAlphaLow_deg, alpha.high = kAlphaHigh_deg;
   const DiskQuantity through_m_s = [](const sim::DiskCell& c) { return c.through_m_s; };
-  DiskMap through = map("speed through the disk, m/s", through_m_s);
+  render::DiskMap through = map("speed through the disk, m/s", through_m_s);
   trim_scale(through, disk, through_m_s, kTrimmedArea);
   const double v = condition.v_R_m_s.head<2>().norm();
   return fmt::format(
              "<p class=\"cap\">Seen from above, forward is up; {:.0f} RPM, climb {} m/s, edgewise {:.1f} m/s. {}White lines mark a "
              "change of sign; an arrow at the end of a bar, that values lie beyond. Means over all blades that pass a place.</p>\n",
-             condition.omega_rad_s * kRpm_per_rad_s, tick_text(condition.v_R_m_s.z(), 1), v,
+             condition.omega_rad_s * kRpm_per_rad_s, render::tick_text(condition.v_R_m_s.z(), 1), v,
              v > 0 ? fmt::format("The blade advances against the wind on the {}. ", condition.spin > 0 ? "right" : "left") : "") +
          "<div class=\"two\">\n" +
-         figure_html("<b>Thrust per area</b>",
-                     disk_map_svg(map("thrust per area, N/m²", [](const sim::DiskCell& c) { return c.thrust_N_per_m2; }))) +
-         figure_html("<b>Angle of attack</b> of the blade section", disk_map_svg(alpha)) +
-         figure_html("<b>Air through the disk</b>, positive downwards: climb and induced velocity", disk_map_svg(through)) +
-         figure_html("<b>Reynolds number</b> of the chord",
-                     disk_map_svg(map("Reynolds number, thousands", [](const sim::DiskCell& c) { return c.reynolds / 1000; }))) +
+         render::figure_html("<b>Thrust per area</b>",
+                     render::disk_map_svg(map("thrust per area, N/m²", [](const sim::DiskCell& c) { return c.thrust_N_per_m2; }))) +
+         render::figure_html("<b>Angle of attack</b> of the blade section", render::disk_map_svg(alpha)) +
+         render::figure_html("<b>Air through the disk</b>, positive downwards: climb and induced velocity", render::disk_map_svg(through)) +
+         render::figure_html("<b>Reynolds number</b> of the chord",
+                     render::disk_map_svg(map("Reynolds number, thousands", [](const sim::DiskCell& c) { return c.reynolds / 1000; }))) +
          "</div>\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,14 +5,14 @@
 #include "bench/render/disk_map.hpp"
 #include "sim/rotor/disk.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 // One quantity of every cell as a map with wind and rotation marked; label with unit.
 using DiskQuantity = double (*)(const sim::DiskCell&);
-DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
+render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
                     const std::string& label);
 
 // HTML. The rotor's own resolution is that of the maps.
 std::string disk_section_html(const sim::Rotor& rotor, const sim::RotorCondition& condition);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

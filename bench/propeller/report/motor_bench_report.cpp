@@ -6,7 +6,7 @@
 
 #include "bench/propeller/motor_bench.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 std::vector<std::string> report_lines(const MotorBenchResult& r) {
   constexpr double kRpm = std::numbers::pi / 30.0;
@@ -35,4 +35,4 @@ std::vector<std::string> report_lines(const MotorBenchResult& r) {
   return lines;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

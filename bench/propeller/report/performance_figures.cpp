@@ -10,7 +10,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 constexpr double kRpm_per_rad_s = 30 / std::numbers::pi;
@@ -21,8 +21,8 @@ constexpr double kDescent = -4.0, kClimb = 2.0;  // range of the descent figures
 using Points = std::vector<SweepPoint>;
 
 template <class X, class Y>
-Series series_of(const Points& points, std::string label, int colour, X x, Y y) {
-  Series s{.label = std::move(label), .x = {}, .y = {}, .colour = colour};
+render::Series series_of(const Points& points, std::string label, int colour, X x, Y y) {
+  render::Series s{.label = std::move(label), .x = {}, .y = {}, .colour = colour};
   for (const auto& p : points) {
     s.x.push_back(x(p));
     s.y.push_back(y(p));
@@ -30,8 +30,8 @@ Series series_of(const Points& points, std::string label, int colour, X x, Y y) 
   return s;
 }
 
-Plot small_plot(std::string title, std::string x_label, std::string y_label) {
-  Plot p;
+render::Plot small_plot(std::string title, std::string x_label, std::string y_label) {
+  render::Plot p;
   p.title = std::move(title);
   p.x_label = std::move(x_label);
   p.y_label = std::move(y_label);
@@ -51,20 +51,20 @@ std::string coefficient_plots(const std::array<Figure, kCount>& figures, const s
                               const char* x_label, X x) {
   std::string out = "<div class=\"views\">\n";
   for (const auto& f : figures) {
-    Plot p = small_plot(f.caption, x_label, f.y_label);
+    render::Plot p = small_plot(f.caption, x_label, f.y_label);
     p.y_from_zero = true;
     int colour = 0;
     for (const auto& [label, points] : curves)
       p.series.push_back(series_of(points, label, colour++, x, [&](const SweepPoint& q) { return q.coefficients.*f.value; }));
-    out += figure_html("<b>" + std::string(f.caption) + "</b>", plot_svg(p));
+    out += render::figure_html("<b>" + std::string(f.caption) + "</b>", render::plot_svg(p));
   }
   return out + "</div>\n";
 }
 
 // Intervals of one status, their borders midway between points.
-std::vector<Band> status_bands(const Points& points) {
-  constexpr std::array kColours{2, 4, 0, kNeutral, 3};  // by InflowStatus
-  std::vector<Band> bands;
+std::vector<render::Band> status_bands(const Points& points) {
+  constexpr std::array kColours{2, 4, 0, render::kNeutral, 3};  // by InflowStatus
+  std::vector<render::Band> bands;
   const auto speed = [&](std::size_t i) { return points[i].condition.v_R_m_s.z(); };
   for (std::size_t i = 0; i < points.size();) {
     std::size_t end = i + 1;
@@ -93,7 +93,7 @@ std::string two_balances(const Points& sinking, const Points& rising) {
   return fmt::format(
       " Between {} and {} m/s stalled annuli have more than one balance: each point starts from the one before, as in flight, and the "
       "mean induced velocity differs by up to {:.2f} m/s with the direction that the speed is reached from.",
-      tick_text(low, 1), tick_text(high, 1), most_m_s);
+      render::tick_text(low, 1), render::tick_text(high, 1), most_m_s);
 }
 
 }  // namespace
@@ -164,7 +164,7 @@ std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondit
   const auto climb = [](const SweepPoint& p) { return p.condition.v_R_m_s.z(); };
   const auto induced = [](const SweepPoint& p) { return p.loads.induced_m_s; };
   const auto descent_plot = [&](const char* title, const char* y_label, auto y) {
-    Plot p;
+    render::Plot p;
     p.title = title;
     p.x_label = "climb speed, m/s (descent < 0)";
     p.y_label = y_label;
@@ -173,13 +173,13 @@ std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondit
     p.series = {series_of(rising, "climbing out of the windmill", 3, climb, y), series_of(sinking, "sinking from climb", 1, climb, y)};
     return p;
   };
-  const Plot thrust = descent_plot("thrust in climb and descent", "thrust, N", [](const auto& p) { return p.loads.force_R_N.z(); });
-  Plot inflow = descent_plot("induced velocity in climb and descent", "induced velocity, m/s", induced);
-  inflow.series.push_back(series_of(sinking, "momentum theory at the same thrust", kNeutral, climb, [&](const auto& p) {
+  const render::Plot thrust = descent_plot("thrust in climb and descent", "thrust, N", [](const auto& p) { return p.loads.force_R_N.z(); });
+  render::Plot inflow = descent_plot("induced velocity in climb and descent", "induced velocity, m/s", induced);
+  inflow.series.push_back(series_of(sinking, "momentum theory at the same thrust", render::kNeutral, climb, [&](const auto& p) {
     return momentum_theory_induced_m_s(p.loads.force_R_N.z(), climb(p), condition.density_kg_m3, area_m2);
   }));
   inflow.series.back().dashed = true;
-  const Plot power = descent_plot("shaft power in climb and descent", "shaft power, W",
+  const render::Plot power = descent_plot("shaft power in climb and descent", "shaft power, W",
                                   [](const auto& p) { return p.loads.shaft_torque_N_m * p.condition.omega_rad_s; });
   return fmt::format(
              "<p class=\"cap\">Air along the shaft at {:.0f} RPM. Shading is the status that the solve reports. Vortex ring: momentum "
@@ -190,8 +190,8 @@ std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondit
              "theory hover induces {:.2f} m/s. The mean of the solve is larger: it is the speed at the blades, higher towards tip and "
              "root.</p>\n",
              condition.omega_rad_s * kRpm_per_rad_s, two_balances(sinking, rising), hover_m_s) +
-         figure_html("<b>Thrust</b>", plot_svg(thrust)) + figure_html("<b>Induced velocity</b>, positive downwards", plot_svg(inflow)) +
-         figure_html("<b>Shaft power</b>; below zero the air drives the rotor", plot_svg(power));
+         render::figure_html("<b>Thrust</b>", render::plot_svg(thrust)) + render::figure_html("<b>Induced velocity</b>, positive downwards", render::plot_svg(inflow)) +
+         render::figure_html("<b>Shaft power</b>; below zero the air drives the rotor", render::plot_svg(power));
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -4,7 +4,7 @@
 
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 std::string status_name(sim::InflowStatus status);  // for readers: "vortex ring"
 
@@ -13,4 +13,4 @@ std::string advance_section_html(const sim::Rotor& rotor, const sim::RotorCondit
 std::string edgewise_section_html(const sim::Rotor& rotor, const sim::RotorCondition& condition);
 std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondition& condition);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -13,7 +13,7 @@
 #include "bench/render/svg_plot.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 constexpr double kRpm_per_rad_s = 30 / std::numbers::pi;
@@ -31,12 +31,12 @@ std::string condition_html(const sim::Rotor& rotor, const sim::RotorCondition& c
   const SweepPoint hover = rotor_point(rotor, still);
   const double tip_m_s = c.omega_rad_s * rotor.radius_m();
   const double mach = (tip_m_s + c.v_R_m_s.head<2>().norm()) / kSoundSpeed_m_s;
-  std::string out = facts_html({{"rotor speed", fmt::format("{:.0f} RPM", c.omega_rad_s * kRpm_per_rad_s)},
+  std::string out = render::facts_html({{"rotor speed", fmt::format("{:.0f} RPM", c.omega_rad_s * kRpm_per_rad_s)},
                                 {"turning", c.spin > 0 ? "counter-clockwise" : "clockwise"},
-                                {"climb", tick_text(c.v_R_m_s.z(), 2) + " m/s"},
+                                {"climb", render::tick_text(c.v_R_m_s.z(), 2) + " m/s"},
                                 {"edgewise", fmt::format("{:.2f} m/s", c.v_R_m_s.head<2>().norm())},
                                 {"density", fmt::format("{:.3f} kg/m³", c.density_kg_m3)},
-                                {"J", tick_text(advance_ratio(c, rotor.radius_m()), 3)},
+                                {"J", render::tick_text(advance_ratio(c, rotor.radius_m()), 3)},
                                 {"μ", fmt::format("{:.3f}", edgewise_advance_ratio(c, rotor.radius_m()))},
                                 {"highest tip Mach number", fmt::format("{:.2f}", mach)}});
   const auto column = [&](const SweepPoint& q, bool still_air) {
@@ -44,16 +44,16 @@ std::string condition_html(const sim::Rotor& rotor, const sim::RotorCondition& c
     const auto& k = q.coefficients;
     const double power_W = l.shaft_torque_N_m * c.omega_rad_s;
     const bool lifting = l.force_R_N.z() > 0 && power_W > 0;
-    return std::vector<std::string>{tick_text(l.force_R_N.z(), 3) + " N",
-                                    tick_text(l.force_R_N.head<2>().norm(), 3) + " N",
-                                    tick_text(1e3 * l.shaft_torque_N_m, 2) + " mN m",
-                                    tick_text(power_W, 2) + " W",
-                                    lifting ? tick_text(kGram_per_N * l.force_R_N.z() / power_W, 2) + " g/W" : "",
-                                    tick_text(l.induced_m_s, 2) + " m/s",
-                                    tick_text(k.c_t, 4),
-                                    tick_text(k.c_p, 4),
-                                    tick_text(k.c_h, 4),
-                                    still_air && lifting ? tick_text(figure_of_merit(l, q.condition, rotor.radius_m()), 3) : "",
+    return std::vector<std::string>{render::tick_text(l.force_R_N.z(), 3) + " N",
+                                    render::tick_text(l.force_R_N.head<2>().norm(), 3) + " N",
+                                    render::tick_text(1e3 * l.shaft_torque_N_m, 2) + " mN m",
+                                    render::tick_text(power_W, 2) + " W",
+                                    lifting ? render::tick_text(kGram_per_N * l.force_R_N.z() / power_W, 2) + " g/W" : "",
+                                    render::tick_text(l.induced_m_s, 2) + " m/s",
+                                    render::tick_text(k.c_t, 4),
+                                    render::tick_text(k.c_p, 4),
+                                    render::tick_text(k.c_h, 4),
+                                    still_air && lifting ? render::tick_text(figure_of_merit(l, q.condition, rotor.radius_m()), 3) : "",
                                     status_name(l.status)};
   };
   constexpr std::array kRows{
@@ -75,7 +75,7 @@ std::string condition_html(const sim::Rotor& rotor, const sim::RotorCondition& c
                     mach, kIncompressibleMach));
   if (warnings.empty()) return out;
   out += "<ul class=\"warn\">";
-  for (const auto& w : warnings) out += "<li>" + xml_escaped(w) + "</li>";
+  for (const auto& w : warnings) out += "<li>" + render::xml_escaped(w) + "</li>";
   return out + "</ul>\n";
 }
 
@@ -107,7 +107,7 @@ std::string rotor_plot_html(const sim::Blade& blade, const RotorPlotRequest& req
                  fmt::format("{:.0f} RPM is {:.2f} m/s at the tip, less than the 1 m/s at which the inflow means something",
                              c.omega_rad_s * kRpm_per_rad_s, c.omega_rad_s * rotor.radius_m()),
                  "", "give a higher speed with --rpm"});
-  std::string out = page_begin(request.title, "a rotor as the blade-element-momentum solve sees it: computed, not measured", "rotor");
+  std::string out = render::page_begin(request.title, "a rotor as the blade-element-momentum solve sees it: computed, not measured", "rotor");
   out +=
       "<nav><a href=\"#blade\">Blade</a><a href=\"#climb\">Climb</a><a href=\"#edgewise\">Edgewise flow</a><a "
       "href=\"#descent\">Descent</a><a "
@@ -120,11 +120,11 @@ std::string rotor_plot_html(const sim::Blade& blade, const RotorPlotRequest& req
   out += "<h2 id=\"disk\">Disk</h2>\n" + disk_section_html(sim::Rotor(blade, kMaps), c);
   out += "<h2 id=\"conventions\">Conventions and units</h2>\n" + conventions_html();
   out += "<h2 id=\"provenance\">Provenance</h2>\n" +
-         facts_html({{"blade file", request.source},
+         render::facts_html({{"blade file", request.source},
                      {"made by", request.version},
                      {"solve, curves", fmt::format("{} annuli × {} azimuths", kCurves.radial, kCurves.azimuth)},
                      {"solve, disk maps", fmt::format("{} annuli × {} azimuths", kMaps.radial, kMaps.azimuth)}});
-  return out + page_end();
+  return out + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

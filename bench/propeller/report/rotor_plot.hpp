@@ -5,7 +5,7 @@
 
 #include "sim/rotor/bem.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct RotorPlotRequest {
   std::string title;              // "triblade_5in"
@@ -17,4 +17,4 @@ struct RotorPlotRequest {
 // Throws Error when the rotor is too slow for a meaningful inflow (InflowStatus::stopped): there is nothing to draw.
 std::string rotor_plot_html(const sim::Blade& blade, const RotorPlotRequest& request);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

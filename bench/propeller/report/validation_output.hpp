@@ -5,7 +5,7 @@
 
 #include "bench/propeller/validation.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 
 struct ValidationDocument {
   std::vector<PropellerResult> results;
@@ -20,4 +20,4 @@ std::string validation_text(const ValidationDocument& document);
 std::string validation_json(const ValidationDocument& document);
 std::string validation_html(const ValidationDocument& document);
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

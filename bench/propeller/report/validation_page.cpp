@@ -10,7 +10,7 @@
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 constexpr int kLinePoints = 60;
 constexpr double kSpeedStep_rpm = 500.0;  // sweeps within it share a colour
@@ -20,8 +20,8 @@ std::string percent(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1
 double value_of(const MeasuredRow& r, bool power) { return power ? r.cp : r.ct; }
 double value_of(const Coefficients& c, bool power) { return power ? c.cp : c.ct; }
 
-Series measured_points(const std::vector<MeasuredRow>& rows, bool over_j, bool power, int colour, Marker marker) {
-  Series s;
+render::Series measured_points(const std::vector<MeasuredRow>& rows, bool over_j, bool power, int colour, render::Marker marker) {
+  render::Series s;
   s.colour = colour;
   s.marker = marker;
   for (const MeasuredRow& r : rows) {
@@ -31,9 +31,9 @@ Series measured_points(const std::vector<MeasuredRow>& rows, bool over_j, bool p
   return s;
 }
 
-Series model_line(const sim::Rotor& rotor, double diameter_m, const std::vector<MeasuredRow>& rows, bool over_j, bool power, int colour,
+render::Series model_line(const sim::Rotor& rotor, double diameter_m, const std::vector<MeasuredRow>& rows, bool over_j, bool power, int colour,
                   bool fitted) {
-  Series s;
+  render::Series s;
   s.colour = colour;
   s.dashed = !fitted;
   s.width_px = fitted ? 1.6 : 1.1;
@@ -50,7 +50,7 @@ Series model_line(const sim::Rotor& rotor, double diameter_m, const std::vector<
 
 // One figure: static rows over rotor speed, or all sweeps over J.
 std::string figure(const PropellerResult& p, const sim::Rotor& unfitted, const sim::Rotor& fitted, bool over_j, bool power) {
-  Plot plot;
+  render::Plot plot;
   plot.title = fmt::format("{}: {} over {}", p.propeller.entry.title, power ? "C_P" : "C_T", over_j ? "advance ratio" : "rotor speed");
   plot.x_label = over_j ? "advance ratio J = V/(nD)" : "rotor speed, 1000 RPM";
   plot.y_label = power ? "C_P" : "C_T";
@@ -71,10 +71,10 @@ std::string figure(const PropellerResult& p, const sim::Rotor& unfitted, const s
     plot.series.push_back(model_line(unfitted, d, set.rows, over_j, power, colour, false));
     plot.series.push_back(model_line(fitted, d, set.rows, over_j, power, colour, true));
     if (first) plot.series.back().label = over_j ? fmt::format("{:.0f} RPM", speed) : "static";
-    plot.series.push_back(measured_points(rows_of(set, Part::held_out), over_j, power, colour, Marker::dot));
-    plot.series.push_back(measured_points(rows_of(set, Part::fitted), over_j, power, colour, Marker::ring));
+    plot.series.push_back(measured_points(rows_of(set, Part::held_out), over_j, power, colour, render::Marker::dot));
+    plot.series.push_back(measured_points(rows_of(set, Part::fitted), over_j, power, colour, render::Marker::ring));
   }
-  return figure_html(plot.title, plot_svg(plot));
+  return render::figure_html(plot.title, render::plot_svg(plot));
 }
 
 std::string scores_html(const GeometryResult& g) {
@@ -85,7 +85,7 @@ std::string scores_html(const GeometryResult& g) {
     const bool counts = g.judged && s.judged && s.part == Part::held_out && (s.is_static || s.whole);
     out += fmt::format(
         "<tr><td class=\"l\">{0}</td><td class=\"l\">{1}</td><td>{2}</td><td>{3}</td><td>{4}</td><td{7}>{5}</td><td{7}>{6}</td></tr>\n",
-        xml_escaped(s.label),
+        render::xml_escaped(s.label),
         s.part == Part::fitted ? "fitted"
         : s.whole              ? "held out, whole sweep"
                                : "held out",
@@ -108,9 +108,9 @@ std::string fit_html(const GeometryResult& g) {
 
 std::string propeller_html(const PropellerResult& p) {
   const auto& e = p.propeller.entry;
-  std::string out = fmt::format("<h2>{}{}</h2>\n", xml_escaped(e.title), e.judged ? "" : " (printed only)");
-  out += fmt::format("<p class=\"cap\">Section {}{}: {}.</p>\n", xml_escaped(e.section.inner),
-                     e.section.outer.empty() ? "" : " to " + xml_escaped(e.section.outer), xml_escaped(e.section.reason));
+  std::string out = fmt::format("<h2>{}{}</h2>\n", render::xml_escaped(e.title), e.judged ? "" : " (printed only)");
+  out += fmt::format("<p class=\"cap\">Section {}{}: {}.</p>\n", render::xml_escaped(e.section.inner),
+                     e.section.outer.empty() ? "" : " to " + render::xml_escaped(e.section.outer), render::xml_escaped(e.section.reason));
   const auto shown = std::min_element(p.geometries.begin(), p.geometries.end(),
                                       [](const GeometryResult& a, const GeometryResult& b) { return a.fit.rms < b.fit.rms; });
   const sim::Rotor unfitted(shown->unfitted_blade), fitted(shown->fitted_blade);
@@ -130,7 +130,7 @@ std::string limits_html(const std::vector<ValidationLimit>& limits) {
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">limit on held-out rows, after the fit</th><th>measured</th><th>allowed</th>"
       "<th class=\"l\">result</th></tr></thead><tbody>\n";
   for (const ValidationLimit& l : limits)
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{} %</td><td>{} {} %</td><td class=\"l {}\">{}</td></tr>\n", xml_escaped(l.name),
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{} %</td><td>{} {} %</td><td class=\"l {}\">{}</td></tr>\n", render::xml_escaped(l.name),
                        percent(l.measured), l.at_least ? "≥" : "≤", percent(l.limit), l.pass ? "pass" : "fail", l.pass ? "pass" : "missed");
   return out + "</tbody></table></div>\n";
 }
@@ -139,7 +139,7 @@ std::string limits_html(const std::vector<ValidationLimit>& limits) {
 std::string validation_html(const ValidationDocument& d) {
   const bool pass = all_pass(d.limits);
   const auto missed = std::count_if(d.limits.begin(), d.limits.end(), [](const ValidationLimit& l) { return !l.pass; });
-  std::string out = page_begin("The rotor solve against measured propellers", "rotorloop rotor validate", "rotorloop");
+  std::string out = render::page_begin("The rotor solve against measured propellers", "rotorloop rotor validate", "rotorloop");
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", pass ? "pass" : "fail",
                      d.limits.empty() ? "nothing judged"
                      : pass           ? fmt::format("all {} limits met", d.limits.size())
@@ -153,8 +153,8 @@ std::string validation_html(const ValidationDocument& d) {
   if (!d.limits.empty()) out += limits_html(d.limits);
   for (const PropellerResult& p : d.results) out += propeller_html(p);
   out += fmt::format("<h2>Provenance</h2>\n<p class=\"cap\">{}; drag with delayed stall {:g}; <code>{}</code></p>\n",
-                     xml_escaped(d.version), d.stall_drag, xml_escaped(d.command));
-  return out + page_end();
+                     render::xml_escaped(d.version), d.stall_drag, render::xml_escaped(d.command));
+  return out + render::page_end();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -7,7 +7,7 @@
 
 #include "bench/propeller/report/validation_output.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 using Json = nlohmann::ordered_json;
 
@@ -90,4 +90,4 @@ std::string validation_json(const ValidationDocument& d) {
   return j.dump(2) + "\n";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -8,7 +8,7 @@
 
 #include "test/integration/hil/cli_run.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 // The files a run reads, by their place in the copied folder.
@@ -230,4 +230,4 @@ INSTANTIATE_TEST_SUITE_P(Scenario, BadInput, testing::ValuesIn(kScenarioSlips), 
 INSTANTIATE_TEST_SUITE_P(VehicleFiles, BadInput, testing::ValuesIn(kVehicleSlips), kName);
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -101,4 +101,4 @@ inline nlohmann::json result_of(const std::filesystem::path& run_folder) {
   return nlohmann::json::parse(read_text(run_folder / "result.json"), nullptr, false);
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

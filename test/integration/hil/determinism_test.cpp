@@ -9,7 +9,7 @@
 
 #include "test/integration/hil/cli_run.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 // Processes that keep every core busy while they live.
@@ -105,4 +105,4 @@ TEST_F(Determinism, AFlightIsTheSameAloneAndAmongOthers) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -2,7 +2,7 @@
 // which of them no controller can use. The same seed with and without.
 #include "test/integration/hil/cli_run.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 const std::string kSource = ROTORLOOP_SOURCE_DIR;
@@ -97,4 +97,4 @@ TEST(EffectsInControl, AParameterOutsideItsBoundsIsRefusedBeforeTheFlight) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -11,7 +11,7 @@
 #include "protocols/state_channel.hpp"
 #include "test/integration/hil/short_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 constexpr std::size_t kState = 0, kEsc = 1;
@@ -44,7 +44,7 @@ void note_decision(Recording& r, const host::FlightRecord* record) {
 
 std::function<void(const sim::BusEvent&)> recorder(Recording& r, std::size_t bus) {
   return [&r, bus](const sim::BusEvent& e) {
-    if (!e.error) (e.port == kComputerPort ? r.said : r.heard)[bus].push_back({e.frame, e.end_ns});
+    if (!e.error) (e.port == hil::kComputerPort ? r.said : r.heard)[bus].push_back({e.frame, e.end_ns});
   };
 }
 
@@ -172,4 +172,4 @@ TEST(Replay, WithoutTheAirframesFramesTheComputerStaysDisarmed) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

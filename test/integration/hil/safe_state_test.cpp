@@ -9,7 +9,7 @@
 #include "test/integration/hil/cli_run.hpp"
 #include "test/integration/hil/short_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 constexpr double kFault_s = 3.2;  // in the climb
@@ -29,7 +29,7 @@ struct Flown {
   bool ended = false;  // the airframe met the ground or diverged
   double end_s = 0.0;
   std::array<double, 4> off_after_fault_s{-1, -1, -1, -1};  // when each motor was first not driven after the fault
-  PlantTruth at_fault, last;
+  hil::PlantTruth at_fault, last;
   double max_rate_rad_s = 0.0;  // of the body, after the fault
   std::uint64_t error_frames = 0, control_steps = 0;
 };
@@ -37,14 +37,14 @@ struct Flown {
 // The scenario's fault as the runner would translate it; `unprotected`: a flight computer that waits a thousand seconds.
 Flown flown(const std::string& faults, bool unprotected = false) {
   const ScratchFolder folder;
-  const Scenario scenario = read_scenario(write_short_scenario(folder.path(), faults));
-  static const Inputs inputs = read_inputs(scenario);  // the same files for every fault
-  const FlightRequest request{.flight = 0, .variant = Variant::pd_ff_thrust_drag, .seed = 1, .folder = {}};
-  LoopConfig config = loop_config(scenario, inputs, request);
+  const hil::Scenario scenario = hil::read_scenario(write_short_scenario(folder.path(), faults));
+  static const hil::Inputs inputs = hil::read_inputs(scenario);  // the same files for every fault
+  const hil::FlightRequest request{.flight = 0, .variant = host::Variant::pd_ff_thrust_drag, .seed = 1, .folder = {}};
+  hil::LoopConfig config = hil::loop_config(scenario, inputs, request);
   if (unprotected) config.computer.imu_timeout_us = config.computer.esc_timeout_us = config.computer.not_following_us = 1'000'000'000;
-  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], config);
+  hil::Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], config);
   Flown f;
-  double end_s = flight_duration_s(inputs, request);
+  double end_s = hil::flight_duration_s(inputs, request);
   bool safe_seen = false;
   while (loop.now_s() < end_s && !loop.airframe().ended()) {
     loop.tick();
@@ -53,7 +53,7 @@ Flown flown(const std::string& faults, bool unprotected = false) {
       safe_seen = true;
       end_s = loop.now_s() + kAfter_s;
     }
-    const PlantTruth* truth = loop.truth_at(loop.now_ns() / 1000);
+    const hil::PlantTruth* truth = loop.truth_at(loop.now_ns() / 1000);
     if (!truth) continue;
     f.last = *truth;
     if (loop.now_s() < kFault_s)
@@ -190,10 +190,10 @@ TEST(SafeState, CorruptFramesCostNoControlStepButLostFramesDo) {
 }
 
 TEST(SafeState, PosesThatStopAreNamed) {
-  LoopConfig config = short_flight_config(1);
+  hil::LoopConfig config = short_flight_config(1);
   sim::BusFault lost;
   lost.kind = sim::BusFaultKind::lose_sent;
-  lost.port = kAirframePort;
+  lost.port = hil::kAirframePort;
   lost.id = 0x110, lost.id_mask = 0x7F0;  // stamp, position, attitude and velocity of a pose
   lost.at_ns = 3'000'000'000;
   config.state_bus_faults = {lost};
@@ -213,4 +213,4 @@ TEST(SafeState, AnEscThatIsDeadFromTheStartIsFoundBeforeTakeOff) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -9,7 +9,7 @@
 #include "host/vehicle/vehicle_file.hpp"
 #include "sim/plant/assemble.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 
 inline std::filesystem::path shipped(const char* path) { return std::filesystem::path(ROTORLOOP_SOURCE_DIR) / path; }
 
@@ -34,20 +34,20 @@ inline const host::Trajectory& short_trajectory() {
 }
 inline constexpr double kShortFlightEnd_s = 2.0 + 3.0;
 
-inline LoopConfig short_flight_config(std::uint64_t seed) {
-  LoopConfig config;
+inline hil::LoopConfig short_flight_config(std::uint64_t seed) {
+  hil::LoopConfig config;
   config.seed = seed;
   config.computer.controller = host::controller_config(shipped_vehicle().gains, host::Variant::pd_ff_thrust_drag);
   return config;
 }
 
-inline std::unique_ptr<Loop> short_flight(const LoopConfig& config) {
+inline std::unique_ptr<hil::Loop> short_flight(const hil::LoopConfig& config) {
   const ShippedVehicle& v = shipped_vehicle();
-  return std::make_unique<Loop>(v.plant, sim::pointers(v.rotors), v.model, short_trajectory(), config);
+  return std::make_unique<hil::Loop>(v.plant, sim::pointers(v.rotors), v.model, short_trajectory(), config);
 }
 
-inline void fly_until(Loop& loop, double time_s) {
+inline void fly_until(hil::Loop& loop, double time_s) {
   while (loop.now_s() < time_s && loop.computer().phase() != host::FlightPhase::safe && !loop.airframe().ended()) loop.tick();
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -9,7 +9,7 @@
 #include "test/integration/hil/cli_run.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,16 +33,16 @@ class IdentifyCommand : public ::testing::Test {
     model_true::FlightSettings s;
     s.duration_s = 5.0;
     for (auto& f : model_true::fly_identification_set({}, s)) {
-      write_text(scratch / (f.record.name + ".csv"), own_log_text(f.record));
+      write_text(scratch / (f.record.name + ".csv"), log::own_log_text(f.record));
       if (f.record.name == "vertical") {
         f.record.rotor_omega_rad_s = {};
-        write_text(scratch / "no_speeds.csv", own_log_text(f.record));
+        write_text(scratch / "no_speeds.csv", log::own_log_text(f.record));
       }
     }
     s.manoeuvre = model_true::Manoeuvre::rotation;
     s.seed = 77;
     s.duration_s = 12.0;
-    write_text(scratch / "another.csv", own_log_text(model_true::fly({}, s).record));
+    write_text(scratch / "another.csv", log::own_log_text(model_true::fly({}, s).record));
   }
   CommandResult run(const std::string& arguments) { return rotorloop_command("identify " + kVehicle + arguments, scratch.path()); }
   ScratchFolder scratch;
@@ -214,7 +214,7 @@ TEST_F(IdentifyCommand, ARobustLossTakesPosesFarOffForLess) {
     if (f.record.name != "rotation") continue;
     for (std::size_t i = 50; i < f.record.pose.size(); i += 37)  // 25 standard deviations
       f.record.pose.value[i].q_WS = f.record.pose.value[i].q_WS * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX());
-    write_text(scratch / "rotation.csv", own_log_text(f.record));
+    write_text(scratch / "rotation.csv", log::own_log_text(f.record));
   }
   const double squares = fitted(""), robust = fitted("--robust 3");
   EXPECT_LT(std::fabs(robust - clean), 0.3 * std::fabs(squares - clean)) << clean << " " << squares << " " << robust;
@@ -236,4 +236,4 @@ TEST_F(IdentifyCommand, EndsWith2ForUnknownTermsParametersAndNoFlight) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

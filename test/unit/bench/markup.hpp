@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 
 // First tag that is closed without being open or left open; empty when the tags of an XML or HTML text balance.
 inline std::string unbalanced(const std::string& text) {
@@ -32,4 +32,4 @@ inline std::size_t count(const std::string& text, const std::string& part) {
   return n;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

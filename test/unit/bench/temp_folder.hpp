@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::test {
 
 class TempFolder {
  public:
@@ -58,4 +58,4 @@ inline std::string error_of(const std::function<void()>& f, ExitCode expected = 
   return "(no error)";
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::test

@@ -11,7 +11,7 @@
 
 namespace rotorloop::cli {
 namespace {
-using bench::TempFolder;
+using test::TempFolder;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -32,13 +32,13 @@ class HilCommand : public ::testing::Test {
         .string();
   }
   // Runs `rotorloop hil WORDS…`; the runner returns `verdict`.
-  int run(std::vector<std::string> words, bench::Verdict verdict = bench::Verdict::pass) {
+  int run(std::vector<std::string> words, hil::Verdict verdict = hil::Verdict::pass) {
     CLI::App app;
     int exit_code = -1;
-    add_hil(app, exit_code, [&](const bench::Scenario& s, const bench::RunOptions& o, bench::Progress&) {
+    add_hil(app, exit_code, [&](const hil::Scenario& s, const hil::RunOptions& o, hil::Progress&) {
       flown_.push_back(s);
       options_.push_back(o);
-      bench::HilResult r;
+      hil::HilResult r;
       r.result.verdict = verdict;
       r.result.scenario = s.name;
       r.folder = o.runs_dir / "x";
@@ -57,12 +57,12 @@ class HilCommand : public ::testing::Test {
     return exit_code;
   }
   std::string error(const std::vector<std::string>& words) {
-    return bench::error_of([&] { run(words); });
+    return test::error_of([&] { run(words); });
   }
   TempFolder folder_;
   std::string scenario_, out_;
-  std::vector<bench::Scenario> flown_;
-  std::vector<bench::RunOptions> options_;
+  std::vector<hil::Scenario> flown_;
+  std::vector<hil::RunOptions> options_;
 };
 
 TEST_F(HilCommand, FliesTheScenarioAsWrittenAndPrintsVerdictAndPlace) {
@@ -75,7 +75,7 @@ TEST_F(HilCommand, FliesTheScenarioAsWrittenAndPrintsVerdictAndPlace) {
 TEST_F(HilCommand, SeedsVariantsFlightsNarrowIt) {
   run({scenario_, "--seeds", "1,3", "--variants", "pd_ff_drag", "--flights", "v", "-j", "3", "--force", "--name", "n"});
   EXPECT_THAT(flown_[0].seeds, ElementsAre(1, 3));
-  EXPECT_THAT(flown_[0].variants, ElementsAre(bench::Variant::pd_ff_drag));
+  EXPECT_THAT(flown_[0].variants, ElementsAre(host::Variant::pd_ff_drag));
   ASSERT_EQ(flown_[0].flights.size(), 1u);
   EXPECT_EQ(flown_[0].flights[0].name, "v");
   EXPECT_EQ(flown_[0].files.size(), 6u) << "the files of flights left out still belong to the scenario";
@@ -94,8 +94,8 @@ TEST_F(HilCommand, AnotherVehicleFileTakesThePlaceOfTheScenarios) {
               AllOf(HasSubstr("--vehicle: error: \"no/such.toml\": no such file"), HasSubstr("identify")));
 }
 TEST_F(HilCommand, ExitCodeIsSixUnlessEverythingPassed) {
-  EXPECT_EQ(run({scenario_}, bench::Verdict::fail), 6);
-  EXPECT_EQ(run({scenario_}, bench::Verdict::incomplete), 6);
+  EXPECT_EQ(run({scenario_}, hil::Verdict::fail), 6);
+  EXPECT_EQ(run({scenario_}, hil::Verdict::incomplete), 6);
 }
 TEST_F(HilCommand, JsonIsOneDocumentForOneScenarioAndAListForMore) {
   run({scenario_, "--json"});
@@ -139,13 +139,13 @@ struct Progress : ::testing::Test {
       ProgressLine p(style, f);
       p.begin(2, 20.0);
       p.advance(10.0);
-      bench::FlightResult r;
+      hil::FlightResult r;
       r.flight = "h";
       r.seed = 4;
       r.tracking.truth.mean_3d_cm = 3.456;
       r.tracking.truth.mean_z_cm = 1;
       p.finished(r);
-      r.end = bench::FlightEnd::crashed;
+      r.end = hil::FlightEnd::crashed;
       r.end_detail = "below ground";
       p.finished(r);
       p.warn("h/pd_ff/4", "rotor.not_converged = 3");

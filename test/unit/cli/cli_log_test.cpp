@@ -12,7 +12,7 @@
 
 namespace rotorloop::cli {
 namespace {
-using bench::TempFolder;
+using test::TempFolder;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -84,13 +84,13 @@ TEST_F(LogCommand, ConvertsToAFlightLogAndToULogThatHoldTheSameFlight) {
 }
 
 TEST_F(LogCommand, WrongArgumentsNameTheRemedy) {
-  EXPECT_THAT(bench::error_of([&] {
+  EXPECT_THAT(test::error_of([&] {
                 run({"info", log_});
               }),
               AllOf(HasSubstr("columns ms, u, a, b, c, d mean"), HasSubstr("give --mapping")));
-  EXPECT_THAT(bench::error_of([&] { run({"convert", log_, "-m", mapping_, "-o", "out.bag"}); }), HasSubstr("end in .ulg (ULog) or .csv"));
-  EXPECT_THAT(bench::error_of([&] { run({"info", "no.csv"}); }), HasSubstr("no.csv: error: is not a file"));
-  EXPECT_THAT(bench::error_of([&] { run({"info", log_, "-m", "no.toml"}); }), HasSubstr("no.toml"));
+  EXPECT_THAT(test::error_of([&] { run({"convert", log_, "-m", mapping_, "-o", "out.bag"}); }), HasSubstr("end in .ulg (ULog) or .csv"));
+  EXPECT_THAT(test::error_of([&] { run({"info", "no.csv"}); }), HasSubstr("no.csv: error: is not a file"));
+  EXPECT_THAT(test::error_of([&] { run({"info", log_, "-m", "no.toml"}); }), HasSubstr("no.toml"));
 }
 
 }  // namespace

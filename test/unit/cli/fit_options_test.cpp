@@ -16,7 +16,7 @@ host::VehicleFile calibrated(const host::EffectCatalogue& catalogue) {
 }
 
 TEST(WriteChecked, AVehicleWithNegativeVerticalDragIsRefusedAsDataQualityAndNotWritten) {
-  const bench::TempFolder folder;
+  const rotorloop::test::TempFolder folder;
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   host::VehicleFile v = calibrated(catalogue);
   write_checked(folder.path() / "good.toml", v, catalogue);
@@ -38,7 +38,7 @@ TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
   FitOptions o{.rate_Hz = 100.0};
   add_fit_options(app, o, "states per second", 20.0);
   app.parse("--use gyro,velocity --rate 50 --from 1.5 --to 9 --free gravity_tilt=0.01 --hold c_q --per-flight com_offset", false);
-  bench::IdentifyOptions i;
+  identify::IdentifyOptions i;
   o.apply(i);
   EXPECT_TRUE(i.grid.use_gyro);
   EXPECT_FALSE(i.grid.use_accel);

@@ -13,19 +13,19 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-bench::FitOptions given_noise() {
-  bench::FitOptions o;
+estimate::FitOptions given_noise() {
+  estimate::FitOptions o;
   o.noise.rounds = 0;
   o.max_iterations = 40;
   o.tolerance = 1e-4;
   return o;
 }
-bench::FitOptions searched_noise() {
-  bench::FitOptions o = given_noise();
+estimate::FitOptions searched_noise() {
+  estimate::FitOptions o = given_noise();
   o.noise.rounds = 30;
   return o;
 }
-bench::IdentifyProgress joint(int iteration, double to_fall, int noise_round = 0) {
+identify::IdentifyProgress joint(int iteration, double to_fall, int noise_round = 0) {
   return {"joint fit", 4, 4, {.iteration = iteration, .cost = 3834.5, .decrement = to_fall, .noise_round = noise_round}};
 }
 
@@ -42,7 +42,7 @@ TEST(IdentifyProgress, SaysThatAPartIsFittedAgainWhenItsIterationsBeginAnew) {
   EXPECT_THAT(text(joint(0, 1e5), 401.0).text, HasSubstr("joint fit again, round 2: iteration 0"));
   EXPECT_THAT(text(joint(1, 1e4), 402.0).text, HasSubstr("joint fit again, round 2: iteration 1"));
   EXPECT_THAT(text(joint(0, 1e5), 403.0).text, HasSubstr("joint fit again, round 3: iteration 0"));
-  bench::IdentifyProgress other = joint(0, 1e5);
+  identify::IdentifyProgress other = joint(0, 1e5);
   other.part = "check by Ceres";
   other.part_number = other.parts = 5;
   EXPECT_THAT(text(other, 404.0).text, HasSubstr("[5/5] check by Ceres: iteration 0"));

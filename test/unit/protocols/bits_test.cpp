@@ -22,7 +22,7 @@ TEST(BitCodec, ValueOf14BitsGoesLowByteFirstThenItsSixHighBits) {
 }
 
 TEST(BitCodec, EveryWidthAndOffsetRoundTrips) {
-  const sim::RandomStream random(1, 1);
+  const RandomStream random(1, 1);
   std::uint64_t n = 0;
   for (unsigned offset = 0; offset < 8; ++offset) {
     for (unsigned bits = 1; bits <= 64; ++bits) {

@@ -58,7 +58,7 @@ TEST(FastChannel, OutOfRangeClampsAndNaNIsNoOrder) {
 }
 
 TEST(FastChannel, FeedbackInBothLengthsRoundTrips) {
-  const sim::RandomStream random(2, 1);
+  const RandomStream random(2, 1);
   for (std::uint64_t i = 0; i < 20000; ++i) {
     const std::uint64_t r = random.bits(i);
     Feedback f;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 7;
 
-std::array<double, 4> random_attitude(const sim::RandomStream& random, std::uint64_t i) {
+std::array<double, 4> random_attitude(const RandomStream& random, std::uint64_t i) {
   std::array<double, 4> q{};
   double norm2 = 0.0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -36,7 +36,7 @@ double angle_rad(const std::array<double, 4>& a, const std::array<double, 4>& b)
 }
 
 TEST(StateChannel, ImuKeepsItsResolutionOverTheWholeRange) {
-  const sim::RandomStream random(kSeed, 1);
+  const RandomStream random(kSeed, 1);
   for (std::uint64_t i = 0; i < 5000; ++i) {
     ImuReading s{.time_us = static_cast<std::int64_t>(i) * 997};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -62,7 +62,7 @@ TEST(StateChannel, ImuBeyondItsRangeClampsAndNaNBecomesZero) {
 }
 
 TEST(StateChannel, PositionIsGoodToATenthOfAMillimetreOver400m) {
-  const sim::RandomStream random(kSeed, 2);
+  const RandomStream random(kSeed, 2);
   for (std::uint64_t i = 0; i < 5000; ++i) {
     PoseReading s{.time_us = static_cast<std::int64_t>(random.bits(i) & 0xFFFFFFFFu)};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -83,7 +83,7 @@ TEST(StateChannel, PositionIsGoodToATenthOfAMillimetreOver400m) {
 }
 
 TEST(StateChannel, AttitudeIsGoodTo1e5RadForAnyAttitude) {
-  const sim::RandomStream random(kSeed, 3);
+  const RandomStream random(kSeed, 3);
   double worst = 0.0;
   for (std::uint64_t i = 0; i < 100000; ++i) {
     PoseReading s;

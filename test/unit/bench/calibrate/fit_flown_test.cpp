@@ -12,7 +12,7 @@
 #include "test/unit/bench/calibrate/second_writing.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 using ::testing::HasSubstr;
@@ -98,19 +98,19 @@ TEST(FlownFit, ADragThatWouldBeNegativeIsHeldAtZero) {
 }
 
 TEST(FlownFit, VerticalFlightAloneCannotTellDragAcross) {
-  EXPECT_THAT(error_of([] { fit_flown(flight(kTruth, 1e-3), guess()); }, ExitCode::data_quality), HasSubstr("cannot tell c_d"));
+  EXPECT_THAT(test::error_of([] { fit_flown(flight(kTruth, 1e-3), guess()); }, ExitCode::data_quality), HasSubstr("cannot tell c_d"));
 }
 
 TEST(FlownFit, PairsAlwaysAlikeCannotTellTheTorqueCoefficient) {
   auto points = flight(kTruth);
   for (LoadPoint& p : points) p.omega_rad_s.fill(p.omega_rad_s[0]);
-  EXPECT_THAT(error_of([&] { fit_flown(points, guess()); }, ExitCode::data_quality), HasSubstr("hold no yaw torque"));
+  EXPECT_THAT(test::error_of([&] { fit_flown(points, guess()); }, ExitCode::data_quality), HasSubstr("hold no yaw torque"));
 }
 
 TEST(FlownFit, TwentyStatesAreTheLeast) {
   auto points = flight(kTruth);
   points.resize(19);
-  EXPECT_THAT(error_of([&] { fit_flown(points, guess()); }, ExitCode::data_quality), HasSubstr("19 states, at least 20"));
+  EXPECT_THAT(test::error_of([&] { fit_flown(points, guess()); }, ExitCode::data_quality), HasSubstr("19 states, at least 20"));
 }
 
 TEST(FlownFit, GoesIntoTheVehicleFileWithCentreOfMassAndStaticThrust) {
@@ -126,4 +126,4 @@ TEST(FlownFit, GoesIntoTheVehicleFileWithCentreOfMassAndStaticThrust) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

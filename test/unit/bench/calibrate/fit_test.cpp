@@ -10,7 +10,7 @@
 #include "host/base/error.hpp"
 #include "test/unit/bench/calibrate/second_writing.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 std::vector<LoadPoint> programme(const Truth& t) {
@@ -119,4 +119,4 @@ TEST_F(LoadTable, ACutRowIsNamedByFileLineAndColumn) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

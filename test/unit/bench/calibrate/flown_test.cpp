@@ -7,7 +7,7 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 namespace {
 
 using ::testing::HasSubstr;
@@ -26,7 +26,7 @@ std::string stand_then_flight() {
 }
 
 TEST(FlownStates, AreTakenFromLiftOffOnEveryPeriodInBodyAxes) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const auto states = flown_states(folder.write("truth.csv", stand_then_flight()), 0.1);
   ASSERT_EQ(states.size(), 10u);
   for (const FlownState& s : states) {
@@ -37,19 +37,19 @@ TEST(FlownStates, AreTakenFromLiftOffOnEveryPeriodInBodyAxes) {
 }
 
 TEST(FlownStates, ARunThatNeverLeftItsStandIsRefused) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const auto log = folder.write("truth.csv", std::string(kHeader) + "0,0,0,0,1,0,0,0,500,500,500,500\n");
-  EXPECT_THAT(error_of([&] { flown_states(log, 0.1); }, ExitCode::data_quality), HasSubstr("never moves faster than 0.001 m/s"));
+  EXPECT_THAT(test::error_of([&] { flown_states(log, 0.1); }, ExitCode::data_quality), HasSubstr("never moves faster than 0.001 m/s"));
 }
 
 TEST(FlownStates, AFlightLogIsNotATruthLog) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const auto log = folder.write("flight.csv", "# rotorloop flight log 1\nt[s],p_x[m]\n0,0\n");
-  EXPECT_THAT(error_of([&] { flown_states(log, 0.1); }, ExitCode::data_quality), HasSubstr("true_v_x[m/s]"));
+  EXPECT_THAT(test::error_of([&] { flown_states(log, 0.1); }, ExitCode::data_quality), HasSubstr("true_v_x[m/s]"));
 }
 
 TEST(TruthLogs, AreFoundByVariantInOrderOfTheirPaths) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   for (const char* p : {"vertical/pd_ff/1", "vertical/pd_ff_drag/1", "horizontal/pd_ff/2", "horizontal/pd_ff/1"}) {
     folder.write(std::string(p) + "/truth.csv", kHeader);
     folder.write(std::string(p) + "/flight.csv", "");
@@ -59,10 +59,10 @@ TEST(TruthLogs, AreFoundByVariantInOrderOfTheirPaths) {
   ASSERT_EQ(found.size(), 3u);
   EXPECT_EQ(found[0], folder.path() / "horizontal/pd_ff/1/truth.csv");
   EXPECT_EQ(found[2], folder.path() / "vertical/pd_ff/1/truth.csv");
-  EXPECT_THAT(error_of([&] { truth_logs(folder.path(), "pd_ff_thrust_drag"); }),
+  EXPECT_THAT(test::error_of([&] { truth_logs(folder.path(), "pd_ff_thrust_drag"); }),
               HasSubstr("holds no truth.csv of variant pd_ff_thrust_drag"));
-  EXPECT_THAT(error_of([&] { truth_logs(folder.path() / "nowhere", ""); }), HasSubstr("holds no truth.csv"));
+  EXPECT_THAT(test::error_of([&] { truth_logs(folder.path() / "nowhere", ""); }), HasSubstr("holds no truth.csv"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

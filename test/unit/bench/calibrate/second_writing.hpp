@@ -7,7 +7,7 @@
 #include "bench/calibrate/load_point.hpp"
 #include "host/vehicle/model.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::calibrate {
 
 struct Truth {
   double k1 = 2.4e-6, k2 = -9e-5, c_q = 2.2e-8, c_dh = 0.017, c_dxy = 0.006, c_dz = 0.02;
@@ -51,4 +51,4 @@ inline LoadPoint point(const Truth& t, const Eigen::Vector3d& v, const std::arra
   return p;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::calibrate

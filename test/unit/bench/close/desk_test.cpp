@@ -5,18 +5,18 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 namespace fs = std::filesystem;
 
 struct DeskTest : ::testing::Test {
-  TempFolder folder;
+  test::TempFolder folder;
   // A shell script on the desk, run shut in; what it printed.
   std::string run(Desk& desk, const std::string& script, int* code = nullptr) {
     const int c = desk.run("/bin/sh", {"-c", script}, folder.path() / "out.txt", folder.path() / "errors.txt", {}, nullptr);
     if (code) *code = c;
-    return read_text(folder.path() / "out.txt");
+    return test::read_text(folder.path() / "out.txt");
   }
 };
 
@@ -51,8 +51,8 @@ TEST_F(DeskTest, TakesBackPlainFilesAndLeavesLinks) {
   run(desk, "mkdir -p out/sub; echo a > out/a; echo b > out/sub/b; ln -s " + secret.string() +
                 " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
   EXPECT_EQ(desk.take_back("out", folder.path() / "back"), 2u);
-  EXPECT_EQ(read_text(folder.path() / "back/a"), "a\n");
-  EXPECT_EQ(read_text(folder.path() / "back/sub/b"), "b\n");
+  EXPECT_EQ(test::read_text(folder.path() / "back/a"), "a\n");
+  EXPECT_EQ(test::read_text(folder.path() / "back/sub/b"), "b\n");
   EXPECT_FALSE(fs::exists(folder.path() / "back/c"));
   EXPECT_FALSE(fs::exists(folder.path() / "back/d"));
 }
@@ -80,9 +80,9 @@ TEST_F(DeskTest, ReportsTheProgramsExitCodeAndItsMessagesLineByLine) {
 TEST_F(DeskTest, AProgramThatIsNoneIsAnErrorOfTheDevice) {
   Desk desk({});
   const auto text = folder.write("program", "no program");
-  EXPECT_THAT(error_of([&] { desk.run(text, {}, folder.path() / "o", folder.path() / "e", {}, nullptr); }, ExitCode::device),
+  EXPECT_THAT(test::error_of([&] { desk.run(text, {}, folder.path() / "o", folder.path() / "e", {}, nullptr); }, ExitCode::device),
               ::testing::HasSubstr("cannot be run"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -15,14 +15,14 @@
 #include "bench/close/landlock.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 namespace fs = std::filesystem;
 
 // A desk alone in its folder as Desk makes it, and a secret that every user of the machine may read.
 struct IsolationTest : ::testing::Test {
-  TempFolder folder;
+  test::TempFolder folder;
   fs::path secret, desk;
   void SetUp() override {
     secret = folder.write("bench/plant.toml", "the truth\n");
@@ -112,4 +112,4 @@ TEST(UnusedUserId, IsOneThatNoAccountHas) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -5,7 +5,7 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 using ::testing::HasSubstr;
@@ -43,7 +43,7 @@ axis = "z"
 )";
 
 struct PlanTest : ::testing::Test {
-  TempFolder folder;
+  test::TempFolder folder;
   LoopPlan read(const std::string& text) {
     for (const char* f : {"plant.toml", "vehicle.toml", "gains.toml", "t.toml"}) folder.write(f, "");
     return read_loop_plan(folder.write("plan.toml", text));
@@ -51,7 +51,7 @@ struct PlanTest : ::testing::Test {
   std::string error(const std::string& from, const std::string& to) {
     std::string text = kPlan;
     text.replace(text.find(from), from.size(), to);
-    return error_of([&] { read(text); });
+    return test::error_of([&] { read(text); });
   }
 };
 
@@ -61,11 +61,11 @@ TEST_F(PlanTest, SaysWhatIsHiddenWhatIsLearntFromAndWhatIsJudgedHow) {
   EXPECT_EQ(p.undeclared[0].id, "rotor_wake_interference");
   EXPECT_EQ(p.undeclared[0].values, (std::vector<std::pair<std::string, double>>{{"kappa", 0.35}}));
   EXPECT_EQ(p.learn.at(0).role, "horizontal");
-  EXPECT_EQ(p.variant, Variant::pd_ff_thrust_drag);
+  EXPECT_EQ(p.variant, host::Variant::pd_ff_thrust_drag);
   ASSERT_EQ(p.judged.size(), 2u);
   EXPECT_EQ(p.judged[0].expect, Expectation::better);
   EXPECT_EQ(p.judged[0].percent, 10.0);
-  EXPECT_EQ(p.judged[1].axis, ErrorAxis::z);
+  EXPECT_EQ(p.judged[1].axis, hil::ErrorAxis::z);
   EXPECT_EQ(p.judged[1].percent, 5.0) << "a flight without the effect may get worse by 5 % unless the plan says else";
 }
 
@@ -91,11 +91,11 @@ TEST(PlantWith, AppendsTheEffectsWithTheirParametersExactly) {
 }
 
 TEST(HilScenarioText, TellsNothingButWhatIsFlown) {
-  const auto text = hil_scenario_text({"p.toml", "v.toml", "g.toml", {"t.toml"}}, Variant::pd_ff, {"fast"}, {7, 8});
+  const auto text = hil_scenario_text({"p.toml", "v.toml", "g.toml", {"t.toml"}}, host::Variant::pd_ff, {"fast"}, {7, 8});
   EXPECT_THAT(text, HasSubstr("name = \"flights\""));
   EXPECT_THAT(text, HasSubstr("seeds = [7, 8]"));
   EXPECT_THAT(text, HasSubstr("variants = [\"pd_ff\"]"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

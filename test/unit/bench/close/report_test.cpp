@@ -5,14 +5,14 @@
 #include "bench/close/report_evidence.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST(ResidualSection, TakesTheWrenchSectionOfTheDiagnosisPageAndNoMore) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto page =
       folder.write("report.html", "<main><h2 id=\"evidence\">E</h2>one<h2 id=\"wrench\">W</h2>two<h2 id=\"faults\">F</h2>three</main>");
   const auto html = residual_section(page, "4-diagnose/report.html");
@@ -23,7 +23,7 @@ TEST(ResidualSection, TakesTheWrenchSectionOfTheDiagnosisPageAndNoMore) {
 }
 
 TEST(ResidualSection, OfAPageWithAScriptIsOnlyALinkAndOfNoPageNothing) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto page = folder.write("report.html", "<main><h2 id=\"wrench\">W</h2><script>x()</script></main>");
   EXPECT_THAT(residual_section(page, "p.html"), Not(HasSubstr("script")));
   EXPECT_THAT(residual_section(page, "p.html"), HasSubstr("href=\"p.html\""));
@@ -31,9 +31,9 @@ TEST(ResidualSection, OfAPageWithAScriptIsOnlyALinkAndOfNoPageNothing) {
 }
 
 TEST(WhyNotFlyable, SaysWhatIsWrongWithAVehicleFileOfTheAnalysts) {
-  TempFolder folder;
+  test::TempFolder folder;
   EXPECT_THAT(why_not_flyable(folder.path() / "none.toml"), HasSubstr("no vehicle file"));
-  std::string text = read_text(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/calibrated.toml");
+  std::string text = test::read_text(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/calibrated.toml");
   EXPECT_EQ(why_not_flyable(folder.write("good.toml", text)), "");
   const auto at = text.find("value = ", text.find("c_dz_N_s2_m2")) + 8;
   text.insert(at, "-");
@@ -52,4 +52,4 @@ TEST(EvidenceSection, NamesWhatSpeaksAgainstEachCandidateAndEscapesIt) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -4,11 +4,11 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 TEST(Stage, IsDoneOnlyWhenItsDoneFileNamesTheSameInputs) {
-  TempFolder folder;
+  test::TempFolder folder;
   const Stage stage(folder.path() / "1-fly", {{"vehicle", "aa"}, {"plan", "name = \"x\"\nseeds = [1]"}});
   EXPECT_FALSE(stage.done());
   stage.begin();
@@ -21,7 +21,7 @@ TEST(Stage, IsDoneOnlyWhenItsDoneFileNamesTheSameInputs) {
 }
 
 TEST(Stage, BeginsWithAnEmptyFolder) {
-  TempFolder folder;
+  test::TempFolder folder;
   folder.write("1-fly/left_over.csv", "half a flight");
   const Stage stage(folder.path() / "1-fly", {});
   stage.begin();
@@ -29,4 +29,4 @@ TEST(Stage, BeginsWithAnEmptyFolder) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

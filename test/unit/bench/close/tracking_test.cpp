@@ -7,13 +7,13 @@
 
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 using ::testing::HasSubstr;
 
-FlightResult flown(const std::string& name, std::uint64_t seed, double error_cm, FlightEnd end = FlightEnd::completed) {
-  FlightResult f;
+hil::FlightResult flown(const std::string& name, std::uint64_t seed, double error_cm, hil::FlightEnd end = hil::FlightEnd::completed) {
+  hil::FlightResult f;
   f.flight = name;
   f.seed = seed;
   f.end = end;
@@ -21,12 +21,12 @@ FlightResult flown(const std::string& name, std::uint64_t seed, double error_cm,
   f.tracking.truth.mean_z_cm = error_cm / 10;
   return f;
 }
-RunResult run_of(std::vector<FlightResult> flights) {
-  RunResult r;
+hil::RunResult run_of(std::vector<hil::FlightResult> flights) {
+  hil::RunResult r;
   r.flights = std::move(flights);
   return r;
 }
-JudgedFlight judged(Expectation expect, double percent, ErrorAxis axis = ErrorAxis::norm_3d) {
+JudgedFlight judged(Expectation expect, double percent, hil::ErrorAxis axis = hil::ErrorAxis::norm_3d) {
   JudgedFlight j;
   j.flight.name = "fast";
   j.axis = axis;
@@ -60,7 +60,7 @@ TEST(PairedReduction, OneOrNoPairHasNoInterval) {
 // standard deviations below 95 %).
 TEST(PairedReduction, CoversTheTruthIn93PercentOrMoreWithFourToTenPairs) {
   for (const std::size_t n : {4u, 6u, 10u}) {
-    const sim::RandomStream random(n, 7);
+    const RandomStream random(n, 7);
     std::uint64_t k = 0;
     int covered = 0;
     constexpr int kExperiments = 300;
@@ -93,7 +93,7 @@ TEST(CompareTracking, NoWorseAllowsWhatThePlanAllowsAndNoMore) {
 
 TEST(CompareTracking, AFlightThatIsLostAfterwardsFailsHoweverGoodTheOthersAre) {
   const auto before = run_of({flown("fast", 1, 4.0), flown("fast", 2, 5.0), flown("fast", 3, 6.0)});
-  const auto after = run_of({flown("fast", 1, 1.0), flown("fast", 2, 1.0), flown("fast", 3, 0.1, FlightEnd::crashed)});
+  const auto after = run_of({flown("fast", 1, 1.0), flown("fast", 2, 1.0), flown("fast", 3, 0.1, hil::FlightEnd::crashed)});
   const auto t = compare_tracking({judged(Expectation::better, 0)}, before, nullptr, after).at(0);
   EXPECT_FALSE(t.pass);
   EXPECT_THAT(t.reason, HasSubstr("lost"));
@@ -102,10 +102,10 @@ TEST(CompareTracking, AFlightThatIsLostAfterwardsFailsHoweverGoodTheOthersAre) {
 TEST(CompareTracking, PairsBySeedWhateverTheOrderAndTakesTheAxisOfThePlan) {
   const auto before = run_of({flown("fast", 1, 4.0), flown("fast", 2, 8.0)});
   const auto after = run_of({flown("fast", 2, 4.0), flown("fast", 1, 2.0)});
-  const auto t = compare_tracking({judged(Expectation::better, 0, ErrorAxis::z)}, before, nullptr, after).at(0);
+  const auto t = compare_tracking({judged(Expectation::better, 0, hil::ErrorAxis::z)}, before, nullptr, after).at(0);
   EXPECT_EQ(t.before, (std::vector{0.4, 0.8}));
   EXPECT_EQ(t.after, (std::vector{0.2, 0.4}));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

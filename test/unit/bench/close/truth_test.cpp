@@ -6,7 +6,7 @@
 #include "bench/close/plan.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::closed_loop {
 namespace {
 
 LoopPlan hiding(std::vector<Undeclared> hidden) {
@@ -105,7 +105,7 @@ TEST(FlyingBody, APayloadOf100GramsAheadAndBelowMovesTheCentreOfMassAndAddsInert
 }
 
 TEST(TruthJson, ReadsBack) {
-  TempFolder folder;
+  test::TempFolder folder;
   TruthComparison c;
   c.hidden = {{"tether", Told::in_class, "slung_load"}};
   c.wrong = {"wind_steady"};
@@ -118,4 +118,4 @@ TEST(TruthJson, ReadsBack) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::closed_loop

@@ -5,18 +5,18 @@
 
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 // The file knows I_xx to 2 % and I_yy to 3 %; a fit that moved I_xx to `found`, now known to `u`.
 struct Known {
-  FitProblem problem;
-  Fit fit;
+  estimate::FitProblem problem;
+  estimate::Fit fit;
   Known(double found, double u, double u_robust) {
     Eigen::MatrixXd information = Eigen::Vector2d(1.0 / (4e-5 * 4e-5), 1.0 / (9e-5 * 9e-5)).asDiagonal();
-    problem.priors = {{{kIxx, kIyy}, Eigen::Vector2d(2e-3, 3e-3), information}};
-    fit.estimates = {{.parameter = kIxx, .value = found, .u = u, .u_robust = u_robust},
-                     {.parameter = kIyy, .value = 3.01e-3, .u = 5e-5, .u_robust = 5e-5}};
+    problem.priors = {{{estimate::kIxx, estimate::kIyy}, Eigen::Vector2d(2e-3, 3e-3), information}};
+    fit.estimates = {{.parameter = estimate::kIxx, .value = found, .u = u, .u_robust = u_robust},
+                     {.parameter = estimate::kIyy, .value = 3.01e-3, .u = 5e-5, .u_robust = 5e-5}};
   }
   std::vector<Contradiction> contradicted() const { return contradictions(problem, fit); }
 };
@@ -24,7 +24,7 @@ struct Known {
 TEST(Contradictions, an_inertia_ten_percent_off_what_is_known_to_two_is_told_with_both_figures) {
   const auto all = Known(2.2e-3, 2e-5, 2e-5).contradicted();
   ASSERT_EQ(all.size(), 1u);
-  EXPECT_EQ(all[0].parameter, kIxx);
+  EXPECT_EQ(all[0].parameter, estimate::kIxx);
   EXPECT_DOUBLE_EQ(all[0].believed, 2e-3);
   EXPECT_NEAR(all[0].believed_u, 4e-5, 1e-12);
   EXPECT_DOUBLE_EQ(all[0].found, 2.2e-3);
@@ -48,4 +48,4 @@ TEST(Contradictions, a_stand_that_ties_two_numbers_in_one_direction_says_nothing
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

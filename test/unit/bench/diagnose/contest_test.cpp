@@ -6,7 +6,7 @@
 #include "bench/diagnose/late_poses.hpp"
 #include "host/effects/term.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 // Candidates of one parameter each, independent of each other unless said otherwise, whose size matters from 1 on.
@@ -182,10 +182,10 @@ TEST(Contest, leaves_nothing_to_gusts_that_last_half_a_second_or_are_a_tenth_of_
   EXPECT_EQ(field[0].failure + field[1].failure, "");
 }
 
-Fit fit_with_poses_late_by(double first_s, double second_s, double u_s) {
-  Fit f;
-  f.estimates = {{.parameter = kPoseDelay, .flight = 0, .value = first_s, .u = u_s, .u_robust = u_s},
-                 {.parameter = kPoseDelay, .flight = 1, .value = second_s, .u = u_s, .u_robust = u_s}};
+estimate::Fit fit_with_poses_late_by(double first_s, double second_s, double u_s) {
+  estimate::Fit f;
+  f.estimates = {{.parameter = estimate::kPoseDelay, .flight = 0, .value = first_s, .u = u_s, .u_robust = u_s},
+                 {.parameter = estimate::kPoseDelay, .flight = 1, .value = second_s, .u = u_s, .u_robust = u_s}};
   return f;
 }
 
@@ -200,8 +200,8 @@ TEST(LatePoses, of_20_ms_are_a_finding_with_the_mean_of_the_flights_and_its_unce
 TEST(LatePoses, are_none_where_they_are_a_millisecond_or_not_known) {
   EXPECT_FALSE(late_poses(fit_with_poses_late_by(1e-3, 1e-3, 1e-5), Criteria{}));
   EXPECT_FALSE(late_poses(fit_with_poses_late_by(0.02, 0.02, 0.01), Criteria{})) << "2.8 standard errors";
-  EXPECT_FALSE(late_poses(Fit{}, Criteria{}));
+  EXPECT_FALSE(late_poses(estimate::Fit{}, Criteria{}));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -5,10 +5,10 @@
 
 #include "test/unit/bench/diagnose/made_up_regression.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
-using namespace test;
+using namespace made_up;
 
 Candidate candidate(const std::string& id, const ColumnSet& columns, double scale) {
   Candidate c{.id = id};
@@ -62,4 +62,4 @@ TEST(Examine, AnEffectThatExplainsMoreThanTheNumberTooSmallToMatterStays) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,13 +8,13 @@
 
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr double kStep_s = 0.2;
 
 std::vector<std::vector<double>> series(double sigma, double time_s, double white, std::uint64_t seed) {
-  const sim::RandomStream random(seed, 7);
+  const RandomStream random(seed, 7);
   std::uint64_t sample = 0;
   std::vector<std::vector<double>> out(3);
   const double stays = std::exp(-kStep_s / time_s), drive = sigma * std::sqrt(1.0 - stays * stays);
@@ -57,4 +57,4 @@ TEST(ColouredNoise, too_few_values_say_nothing) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -6,7 +6,7 @@
 #include "bench/diagnose/score_table.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench::test {
+namespace rotorloop::diagnose::made_up {
 
 using Index = ScoreTable::Index;
 
@@ -46,7 +46,7 @@ struct Regression {
 inline constexpr std::size_t kSamples = 3000;
 
 inline std::vector<double> noise(std::uint64_t seed, std::uint64_t module) {
-  const sim::RandomStream random(seed, module);
+  const RandomStream random(seed, module);
   std::vector<double> out(kSamples);
   for (std::size_t k = 0; k < out.size(); ++k) out[k] = random.gaussian(k);
   return out;
@@ -58,4 +58,4 @@ inline std::vector<double> coloured(std::uint64_t seed, std::uint64_t module, do
   return out;
 }
 
-}  // namespace rotorloop::bench::test
+}  // namespace rotorloop::diagnose::made_up

@@ -6,7 +6,7 @@
 #include "bench/diagnose/residuals/residual_series.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench::testing {
+namespace rotorloop::diagnose::testing {
 
 inline constexpr double kStep_s = 0.01;
 inline constexpr std::size_t kFlights = 4, kPerFlight = 2000, kAll = kFlights * kPerFlight;
@@ -21,7 +21,7 @@ inline Samples four_flights() {
 }
 
 inline std::vector<double> white(std::uint64_t module, double deviation = 1.0, std::size_t n = kAll) {
-  const sim::RandomStream random(5, module);
+  const RandomStream random(5, module);
   std::vector<double> v;
   for (std::size_t i = 0; i < n; ++i) v.push_back(deviation * random.gaussian(i));
   return v;
@@ -53,7 +53,7 @@ inline ResidualSeries known_states() {
   constexpr Eigen::Index kSimulated = 24;
   ResidualSeries r;
   r.samples = four_flights();
-  const sim::RandomStream random(5, 900);
+  const RandomStream random(5, 900);
   std::uint64_t drawn = 0;
   const std::vector<double> speed = wandering(901, 1.0), climb = wandering(902, 2.0);
   for (std::size_t i = 0; i < kAll; ++i) {
@@ -87,4 +87,4 @@ inline ResidualSeries known_states() {
   return r;
 }
 
-}  // namespace rotorloop::bench::testing
+}  // namespace rotorloop::diagnose::testing

@@ -6,7 +6,7 @@
 #include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 #include "test/unit/bench/diagnose/paper_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using namespace testing_flights;
@@ -31,20 +31,20 @@ TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulat
   model_true::Truth truth;
   truth.com_offset_m.x() += 1.5e-3;
   truth.r_BS_m.x() -= 1.5e-3;  // the sensor stays where it is
-  const FlightToFit past = flight(truth, {.manoeuvre = model_true::Manoeuvre::rotation, .duration_s = 6.0}, 5);
-  const auto fit_with = [&](const std::string& id, const std::vector<FlightToFit>& flights) {
-    IdentifyOptions o = options_holding({"k_1", "k_2", "c_d,h", "Δx", "Δy"});
+  const identify::FlightToFit past = flight(truth, {.manoeuvre = model_true::Manoeuvre::rotation, .duration_s = 6.0}, 5);
+  const auto fit_with = [&](const std::string& id, const std::vector<identify::FlightToFit>& flights) {
+    identify::IdentifyOptions o = options_holding({"k_1", "k_2", "c_d,h", "Δx", "Δy"});
     o.terms.add(*host::find_term(id));
-    return identify(flights, vehicle(), o);
+    return identify::identify(flights, vehicle(), o);
   };
-  const auto found = [](const Identification& r) {
+  const auto found = [](const identify::Identification& r) {
     const host::Term& t = r.problem.start.terms.term(0);
     Member m{std::string(t.info.id), {}};
     for (std::size_t k = 0; k < t.info.parameters.size(); ++k)
-      m.parameters.push_back({std::string(t.info.parameters[k].name), "", r.fit.find(kCoreParameters + static_cast<int>(k))->value, 0.0});
+      m.parameters.push_back({std::string(t.info.parameters[k].name), "", r.fit.find(estimate::kCoreParameters + static_cast<int>(k))->value, 0.0});
     return m;
   };
-  const Identification shifted = fit_with("com_offset", {past}), pushed = fit_with("body_torque_bias", {past});
+  const identify::Identification shifted = fit_with("com_offset", {past}), pushed = fit_with("body_torque_bias", {past});
   EXPECT_NEAR(found(shifted).parameters[0].value, 1.5e-3, 0.3e-3);
 
   constexpr double kFlown_s = 20.0;
@@ -53,7 +53,7 @@ TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulat
   const ManoeuvreValue &best = a.ranked.front(), &worst = a.ranked.back();
   const double before = shifted.fit.log_likelihood - pushed.fit.log_likelihood;
   const auto told = [&](const ManoeuvreValue& v) {
-    const std::vector<FlightToFit> flights{past, flight(truth, settings_of(v.id, kFlown_s), 6)};
+    const std::vector<identify::FlightToFit> flights{past, flight(truth, settings_of(v.id, kFlown_s), 6)};
     return fit_with("com_offset", flights).fit.log_likelihood - fit_with("body_torque_bias", flights).fit.log_likelihood - before;
   };
   const double by_best = told(best), by_worst = told(worst);
@@ -65,4 +65,4 @@ TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulat
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,19 +8,19 @@
 #include "bench/diagnose/refit.hpp"
 #include "test/unit/bench/diagnose/paper_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using namespace testing_flights;
 
 // Three flights of 6 s that obey the paper's equations; thrust and drag of the rotors known from a stand.
-const Identification& fitted() {
-  static const Identification r = [] {
-    std::vector<FlightToFit> flights;
+const identify::Identification& fitted() {
+  static const identify::Identification r = [] {
+    std::vector<identify::FlightToFit> flights;
     for (const model_true::Manoeuvre m :
          {model_true::Manoeuvre::vertical, model_true::Manoeuvre::horizontal, model_true::Manoeuvre::rotation})
       flights.push_back(flight({}, {.manoeuvre = m, .duration_s = 6.0}, 21 + static_cast<std::uint64_t>(m)));
-    return identify(flights, vehicle(), options_holding({"k_1", "k_2", "c_d,h"}));
+    return identify::identify(flights, vehicle(), options_holding({"k_1", "k_2", "c_d,h"}));
   }();
   return r;
 }
@@ -126,4 +126,4 @@ TEST(ManoeuvreSearch, TwiceTheTimeTellsTwiceAsMuchAndCorrelatedResidualsTellLess
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

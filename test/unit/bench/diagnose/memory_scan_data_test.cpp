@@ -2,18 +2,18 @@
 #include "bench/diagnose/memory_scan.hpp"
 #include "test/unit/bench/identify/payload_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 // The residual of the vehicle without a load has the shape of a load's pull, and of a load on a string of about this length.
 TEST(SlungLoadMeasured, stands_out_of_the_payload_flights_at_its_length_and_not_of_the_bare_ones) {
-  if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not scanned";
-  const host::VehicleFile v = vehicle_without_load();
-  print("bare", bare_fit());
-  const Identification without = identify(checked(kPayload, kFlights), v, knowing(v));
-  print("payload without a load in the model", without);
+  if (!identify::MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not scanned";
+  const host::VehicleFile v = identify::vehicle_without_load();
+  identify::print("bare", identify::bare_fit());
+  const identify::Identification without = identify::identify(identify::checked(identify::kPayload, identify::kFlights), v, identify::knowing(v));
+  identify::print("payload without a load in the model", without);
   const host::Term& term = *host::find_term("slung_load");
-  const auto loaded = scan_memory(without, term, 2), bare = scan_memory(bare_fit(), term, 2);
+  const auto loaded = scan_memory(without, term, 2), bare = scan_memory(identify::bare_fit(), term, 2);
   for (const auto* points : {&loaded, &bare}) {
     for (std::size_t i = 0; i < 5; ++i) {
       const ScanPoint& p = (*points)[i];
@@ -22,8 +22,8 @@ TEST(SlungLoadMeasured, stands_out_of_the_payload_flights_at_its_length_and_not_
     }
   }
   EXPECT_GT(loaded.front().gain, 5.0 * bare.front().gain);
-  EXPECT_NEAR(loaded.front().parameters[1], kSwing_m, 0.1);
+  EXPECT_NEAR(loaded.front().parameters[1], identify::kSwing_m, 0.1);
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

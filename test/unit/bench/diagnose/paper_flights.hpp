@@ -7,7 +7,7 @@
 #include "host/vehicle/vehicle_file.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench::testing_flights {
+namespace rotorloop::diagnose::testing_flights {
 
 inline const host::VehicleFile& vehicle() {
   static const host::VehicleFile v =
@@ -16,15 +16,15 @@ inline const host::VehicleFile& vehicle() {
 }
 
 // Five metres up, where the ground is not felt.
-inline FlightToFit flight(const model_true::Truth& truth, model_true::FlightSettings s, std::uint64_t seed) {
+inline identify::FlightToFit flight(const model_true::Truth& truth, model_true::FlightSettings s, std::uint64_t seed) {
   s.seed = seed;
-  FlightToFit out{model_true::fly(truth, s).record, FlightRole::any, {}, {}};
-  for (PoseReading& z : out.record.pose.value) z.p_W_m.z() += 5.0;
+  identify::FlightToFit out{model_true::fly(truth, s).record, identify::FlightRole::any, {}, {}};
+  for (log::PoseReading& z : out.record.pose.value) z.p_W_m.z() += 5.0;
   return out;
 }
 
-inline IdentifyOptions options_holding(const std::vector<std::string>& held) {
-  IdentifyOptions o;
+inline identify::IdentifyOptions options_holding(const std::vector<std::string>& held) {
+  identify::IdentifyOptions o;
   o.grid.rate_Hz = 50.0;
   o.grid.longest_substep_s = 1e-2;
   o.noise.force_m_s2_rtHz.setConstant(0.03);
@@ -33,4 +33,4 @@ inline IdentifyOptions options_holding(const std::vector<std::string>& held) {
   return o;
 }
 
-}  // namespace rotorloop::bench::testing_flights
+}  // namespace rotorloop::diagnose::testing_flights

@@ -6,7 +6,7 @@
 #include "bench/diagnose/residuals/variance_effects.hpp"
 #include "test/unit/bench/diagnose/made_up_series.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using namespace testing;
@@ -136,4 +136,4 @@ TEST(VarianceEffects, say_what_they_could_not_test) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

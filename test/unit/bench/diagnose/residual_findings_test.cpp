@@ -10,26 +10,26 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/unit/bench/markup.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using model_true::Manoeuvre;
 
-const Identification& clean_fit() {
-  static const Identification r = [] {
-    std::vector<FlightToFit> flights;
+const identify::Identification& clean_fit() {
+  static const identify::Identification r = [] {
+    std::vector<identify::FlightToFit> flights;
     for (const Manoeuvre m : {Manoeuvre::vertical, Manoeuvre::horizontal, Manoeuvre::rotation}) {
       model_true::FlightSettings s;
       s.manoeuvre = m;
       s.seed = 21 + static_cast<std::uint64_t>(m);
       s.duration_s = 10.0;
-      flights.push_back({model_true::fly({}, s).record, FlightRole::any, {}, {}});
+      flights.push_back({model_true::fly({}, s).record, identify::FlightRole::any, {}, {}});
     }
-    IdentifyOptions o;
+    identify::IdentifyOptions o;
     o.grid.rate_Hz = 100.0;
     o.noise.force_m_s2_rtHz.setConstant(0.03);
     o.noise.angular_rad_s2_rtHz.setConstant(0.3);
-    return identify(flights,
+    return identify::identify(flights,
                     host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue()), o);
   }();
   return r;
@@ -56,11 +56,11 @@ TEST(ResidualFindings, repeat_bit_by_bit) { EXPECT_EQ(residual_json(clean()), re
 
 TEST(ResidualFindings, are_told_in_text_markup_and_json) {
   EXPECT_THAT(residual_table(clean()), ::testing::HasSubstr("torque z"));
-  EXPECT_EQ(unbalanced(residual_sections_html(clean())), "");
+  EXPECT_EQ(test::unbalanced(residual_sections_html(clean())), "");
   const auto j = nlohmann::json::parse(residual_json(clean()));
   EXPECT_EQ(j["axes"].size(), 6u);
   EXPECT_EQ(j["axes"][5]["unit"], "N m");
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

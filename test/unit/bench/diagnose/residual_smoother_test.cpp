@@ -10,23 +10,23 @@
 #include "host/base/random.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
-GridFlight two_seconds() {
+estimate::GridFlight two_seconds() {
   model_true::FlightSettings s;
   s.manoeuvre = model_true::Manoeuvre::rotation;
   s.duration_s = 2.0;
   s.imu_every_ms = 2;
-  GridOptions o;
+  estimate::GridOptions o;
   o.rate_Hz = 100.0;
   o.use_gyro = true;
-  GridFlight g = make_grid(model_true::fly({}, s).record, o);
+  estimate::GridFlight g = make_grid(model_true::fly({}, s).record, o);
   g.linked[60] = 0;
   return g;
 }
 
-ModelValues true_values() {
+estimate::ModelValues true_values() {
   host::VehicleModel m;
   const model_true::Truth truth;
   m.mass_kg = 0.682;
@@ -37,24 +37,24 @@ ModelValues true_values() {
   m.c_q_N_m_s2 = truth.c_q_N_m_s2;
   m.pose_sensor_p_BS_m = {0.09, 0.006, 0.014};
   m.pose_sensor_q_BS = truth.q_BS;
-  return model_values(m);
+  return estimate::model_values(m);
 }
 
 struct Short {
-  GridFlight grid = two_seconds();
-  ModelValues values = true_values();
-  NoiseModel noise;
-  std::vector<BodyState> states;
+  estimate::GridFlight grid = two_seconds();
+  estimate::ModelValues values = true_values();
+  estimate::NoiseModel noise;
+  std::vector<estimate::BodyState> states;
   LinearFlight linear;
 
   Short() {
     noise.force_m_s2_rtHz.setConstant(0.03);
     noise.angular_rad_s2_rtHz.setConstant(0.3);
     noise.gyro_rad_s.setConstant(0.01);
-    states = guess_states(grid, values);
-    const std::vector<BodyState> guess = states;
-    const Residuals res(grid, values, noise, {});
-    Chain chain(grid, states, guess);
+    states = estimate::guess_states(grid, values);
+    const std::vector<estimate::BodyState> guess = states;
+    const estimate::Residuals res(grid, values, noise, {});
+    estimate::Chain chain(grid, states, guess);
     for (int i = 0; i < 6; ++i) {
       chain.sweep(res, {});
       chain.apply(Eigen::VectorXd(0), 1.0);
@@ -77,7 +77,7 @@ TEST(ResidualSmoother, leaves_the_residuals_of_a_fit_at_its_optimum_where_they_a
 TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
   const Short s;
   constexpr Eigen::Index kDrawn = 200;
-  const sim::RandomStream random(3, 7);
+  const RandomStream random(3, 7);
   std::uint64_t n = 0;
   ResidualColumns in = ResidualColumns::zero(s.linear, kDrawn);
   for (std::size_t k = 0; k < s.linear.steps.size(); ++k) {
@@ -90,7 +90,7 @@ TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
   const ResidualSmoother own(s.linear, 1.0);
   const ResidualColumns out = own.smoothed(in);
   double ratio = 0.0, numbers = 0.0;
-  own.covariances([&](std::size_t k, const StateJacobian& c) {
+  own.covariances([&](std::size_t k, const estimate::StateJacobian& c) {
     const Eigen::MatrixXd error = out.step(k) - in.step(k);
     for (Eigen::Index i = 0; i < 12; ++i) {
       const double scatter = error.row(i).squaredNorm() / kDrawn;
@@ -105,13 +105,13 @@ TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
 TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_readings_decide_and_little_of_it_when_the_noise_is_small) {
   const Short s;
   const Eigen::Vector3d torque_N_m(0.0, 0.01, 0.0);
-  const StateJacobian unwhiten = s.linear.whitening.inverse();
+  const estimate::StateJacobian unwhiten = s.linear.whitening.inverse();
   ResidualColumns in = ResidualColumns::zero(s.linear, 1);
   const double h = s.grid.step_s;
   const Eigen::Vector3d turn = h * (s.values.inertia_kg_m2().inverse() * torque_N_m);
   for (std::size_t k = 0; k < s.linear.steps.size(); ++k) {
     if (!s.linear.linked[k]) continue;
-    StateError e = StateError::Zero();
+    estimate::StateError e = estimate::StateError::Zero();
     e.segment<3>(6) = 0.5 * h * turn;
     e.segment<3>(9) = turn;
     in.step(k) = s.linear.whitening * e;
@@ -125,4 +125,4 @@ TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_readin
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

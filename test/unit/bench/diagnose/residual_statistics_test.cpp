@@ -11,7 +11,7 @@
 #include "bench/diagnose/residuals/unexplained.hpp"
 #include "test/unit/bench/diagnose/made_up_series.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 using namespace testing;
@@ -211,4 +211,4 @@ TEST(Unexplained, tells_what_can_be_foretold_from_bursts_from_gusts_and_from_noi
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -9,10 +9,10 @@
 #include "host/base/statistics.hpp"
 #include "test/unit/bench/diagnose/made_up_regression.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
-using namespace test;
+using namespace made_up;
 
 TEST(ScoreTable, EstimateAndUncertaintyAreThoseOfLeastSquares) {
   Regression r{{noise(1, 1), noise(1, 2)}, noise(1, 3)};
@@ -125,4 +125,4 @@ TEST(Statistics, HolmStepsDown) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

@@ -8,13 +8,13 @@
 #include "host/vehicle/vehicle_file.hpp"
 #include "test/unit/bench/identify/measured_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 Diagnosis diagnosed(const std::string& set, const std::vector<std::string>& flights, int max_effects) {
-  std::vector<FlightToFit> logs;
+  std::vector<identify::FlightToFit> logs;
   for (const std::string& f : flights)
-    logs.push_back({testing::read_measured(testing::measured_flights() / set / (f + ".csv")).record, FlightRole::any, {}, {}});
+    logs.push_back({identify::testing::read_measured(identify::testing::measured_flights() / set / (f + ".csv")).record, identify::FlightRole::any, {}, {}});
   const host::VehicleFile vehicle = host::read_vehicle(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/measured" / (set + ".toml"),
                                                        host::builtin_effect_catalogue());
   DiagnoseOptions o;
@@ -34,7 +34,7 @@ bool names(const AddedEffect& a, const std::string& id) {
 }
 
 TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFound) {
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed("undeclared_a", {"vertical", "horizontal", "rotation"}, 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_plane_height") || names(d.added.front(), "hub_moment")) << d.added.front().id;
@@ -43,7 +43,7 @@ TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFound) {
 }
 
 TEST(UndeclaredFlights, RotorInertiaIsFoundInBothOfItsActionsWithOneSize) {
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed("undeclared_d", {"horizontal", "rotation"}, 2);
   ASSERT_EQ(d.added.size(), 2u);
   double sum = 0.0;
@@ -55,7 +55,7 @@ TEST(UndeclaredFlights, RotorInertiaIsFoundInBothOfItsActionsWithOneSize) {
 }
 
 TEST(UndeclaredFlights, NothingIsAddedWhereNothingIsMissing) {
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed("undeclared_c", {"vertical", "horizontal", "rotation"}, 2);
   EXPECT_TRUE(d.added.empty()) << d.added.front().id;
   EXPECT_EQ(d.verdict, DiagnosisVerdict::clean);
@@ -63,4 +63,4 @@ TEST(UndeclaredFlights, NothingIsAddedWhereNothingIsMissing) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

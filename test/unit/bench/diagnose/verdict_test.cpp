@@ -6,18 +6,18 @@
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/diagnose/residuals/residual_findings.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kForceZ = 2, kTorqueX = 3;
 
-ModelValues quadrotor_of_0_7_kg_and_125_mm() {
+estimate::ModelValues quadrotor_of_0_7_kg_and_125_mm() {
   host::VehicleModel m;
   m.mass_kg = 0.7;
   m.inertia_kg_m2 = {2.4e-3, 3.4e-3, 5.2e-3};
   const double l = 0.125 / std::sqrt(2.0);
   m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
-  return model_values(m);
+  return estimate::model_values(m);
 }
 
 ResidualFindings left(std::size_t axis, ResidualKind kind, double rms, double expected, double explainable = 0.0) {
@@ -77,4 +77,4 @@ TEST(Verdict, names_gusts_of_a_metre_per_second_unless_the_user_says_that_there_
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

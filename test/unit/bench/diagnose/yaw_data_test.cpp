@@ -9,19 +9,19 @@
 #include "bench/identify/held_out.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::diagnose {
 namespace {
 
-const MeasuredSet kSet{"idsia_nanodrone_cf21bl"};
+const identify::MeasuredSet kSet{"idsia_nanodrone_cf21bl"};
 
-FlightToFit checked(const std::string& stem) {
-  CheckedFlight c = check_flight(kSet.flight(stem), host::to_model(kSet.vehicle()));
+identify::FlightToFit checked(const std::string& stem) {
+  log::CheckedFlight c = log::check_flight(kSet.flight(stem), host::to_model(kSet.vehicle()));
   c.throw_if_refused();
-  return {.record = c.flight, .role = FlightRole::any, .segments = c.segments};
+  return {.record = c.flight, .role = identify::FlightRole::any, .segments = c.segments};
 }
 
 TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndExplains85PercentOfAnotherFlight) {
-  if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IDSIA's yaw is not diagnosed";
+  if (!identify::MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IDSIA's yaw is not diagnosed";
   DiagnoseOptions o;
   o.identify.grid = {.rate_Hz = 50.0, .longest_substep_s = 1e-2, .use_gyro = true};
   // The streams of each run are off against each other by its own 5 to 25 ms.
@@ -46,10 +46,10 @@ TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndE
   EXPECT_LT(firm->u, 0.05 * ratio);
 
   // The multisine turns about z in its last fifteen seconds.
-  GridOptions late = o.identify.grid;
+  estimate::GridOptions late = o.identify.grid;
   late.from_s = 45.0;
-  const WrenchBand band{.from_Hz = 1.0, .to_Hz = 10.0};
-  const WrenchComparison c = score_models({checked("multisine_20251017_run1")}, run.before, run.after, late, band).wrench;
+  const identify::WrenchBand band{.from_Hz = 1.0, .to_Hz = 10.0};
+  const identify::WrenchComparison c = identify::score_models({checked("multisine_20251017_run1")}, run.before, run.after, late, band).wrench;
   fmt::print("J_r/J_z {:.3e}; yaw explained {:.3f} -> {:.3f}, aligned {:.3f} -> {:.3f} at {:+.1f} ms\n", ratio,
              c.before.back().explained[5], c.after.back().explained[5], c.before_aligned.back().explained[5],
              c.after_aligned.back().explained[5], 1e3 * c.after_aligned.front().delay_s);
@@ -58,4 +58,4 @@ TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndE
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::diagnose

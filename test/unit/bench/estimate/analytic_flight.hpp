@@ -7,10 +7,10 @@
 #include "host/vehicle/model.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench::testing {
+namespace rotorloop::estimate::testing {
 
 struct AnalyticFlight {
-  FlightRecord record;
+  log::FlightRecord record;
   host::VehicleModel vehicle;
 };
 
@@ -59,7 +59,7 @@ inline AnalyticFlight analytic_flight(std::uint64_t seed = 1) {
   v.rotors = {host::RotorMount{{kHalf_m, -kHalf_m, 0.0}, -1}, host::RotorMount{{-kHalf_m, kHalf_m, 0.0}, -1},
               host::RotorMount{{kHalf_m, kHalf_m, 0.0}, 1}, host::RotorMount{{-kHalf_m, -kHalf_m, 0.0}, 1}};
   f.record.name = "analytic";
-  const sim::RandomStream random(seed, 41);
+  const RandomStream random(seed, 41);
   const AnalyticPath path(0.3 * static_cast<double>(seed));
   std::uint64_t drawn = 0;
   const auto draw = [&](double deviation) {
@@ -75,7 +75,7 @@ inline AnalyticFlight analytic_flight(std::uint64_t seed = 1) {
     f.record.accel_B_m_s2.add(t, q.conjugate() * path.specific_force_m_s2(t) + draw(0.3));
     const Eigen::Vector3d moment = v.inertia_kg_m2.cwiseProduct(path.acceleration_rad_s2(t)) + w.cross(v.inertia_kg_m2.cwiseProduct(w));
     const double lift = v.mass_kg * path.specific_force_m_s2(t).norm();
-    RotorValues omega;
+    log::RotorValues omega;
     const Eigen::Vector3d a = draw(2.0), b = draw(2.0);
     for (std::size_t k = 0; k < 4; ++k) {
       const Eigen::Vector3d& hub = v.rotors[k].position_m;
@@ -94,4 +94,4 @@ inline AnalyticFlight analytic_flight(std::uint64_t seed = 1) {
   return f;
 }
 
-}  // namespace rotorloop::bench::testing
+}  // namespace rotorloop::estimate::testing

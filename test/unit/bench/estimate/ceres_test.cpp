@@ -11,7 +11,7 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using model_true::Manoeuvre;
@@ -107,9 +107,9 @@ GridFlight flight_with_all_sensors(Manoeuvre manoeuvre, std::uint64_t seed, doub
 }
 
 // The flight's speeds as answers to commands given 30 ms before.
-FlightRecord commanded(FlightRecord r) {
+log::FlightRecord commanded(log::FlightRecord r) {
   for (std::size_t k = 0; k + 30 < r.rotor_omega_rad_s.size(); ++k) {
-    RotorValues u = r.rotor_omega_rad_s.value[k + 30];
+    log::RotorValues u = r.rotor_omega_rad_s.value[k + 30];
     for (double& v : u) v /= 2000.0;
     r.motor_command.add(r.rotor_omega_rad_s.t_s[k], u);
   }
@@ -171,7 +171,7 @@ TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsOneAtItsBoundWhenTheRot
 }
 
 TEST(IdentifyCeres, GivesTheSameFitOfGyroAccelerometerAndMotorCommandsAlone) {
-  FlightRecord r =
+  log::FlightRecord r =
       commanded(model_true::fly(kTruth, {.manoeuvre = Manoeuvre::rotation, .seed = 12, .duration_s = 6.0, .imu_every_ms = 1}).record);
   r.pose = {};
   const GridFlight grid = make_grid(r, {.use_pose = false});
@@ -186,7 +186,7 @@ TEST(IdentifyCeres, GivesTheSameFitOfGyroAccelerometerAndMotorCommandsAlone) {
 
 TEST(IdentifyCeres, RefusesWhatTheDataDoNotTell) {
   // At a constant battery voltage the gain of a motor and the exponent of its voltage law are one number.
-  FlightRecord r = commanded(model_true::fly(kTruth, {.manoeuvre = Manoeuvre::rotation, .seed = 3, .duration_s = 1.5}).record);
+  log::FlightRecord r = commanded(model_true::fly(kTruth, {.manoeuvre = Manoeuvre::rotation, .seed = 3, .duration_s = 1.5}).record);
   for (const double t : {0.0, 1.5}) r.battery_V.add(t, 15.0);
   const GridFlight grid = make_grid(r, {});
   ModelValues start = truth_values();
@@ -223,4 +223,4 @@ TEST(IdentifyCeres, SaysThatItDoesNotEstimateTheNoiseAndNamesAStartOutsideItsRan
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -9,7 +9,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 using Eigen::MatrixXd;
@@ -279,4 +279,4 @@ TEST(Residuals, of_a_sensor_whose_scale_is_2_percent_off_have_the_derivatives_of
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -8,7 +8,7 @@
 #include "host/base/error.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 host::VehicleModel guessed_vehicle() {
@@ -24,7 +24,7 @@ host::VehicleModel guessed_vehicle() {
   return m;
 }
 
-FlightRecord rotation_flight(std::uint64_t seed, const model_true::Truth& truth = {}, double duration_s = 6.0) {
+log::FlightRecord rotation_flight(std::uint64_t seed, const model_true::Truth& truth = {}, double duration_s = 6.0) {
   model_true::FlightSettings s;
   s.manoeuvre = model_true::Manoeuvre::rotation;
   s.seed = seed;
@@ -82,7 +82,7 @@ TEST(Fit, finds_process_and_pose_noise_from_twice_and_half_their_size) {
 }
 
 TEST(Fit, a_few_wild_poses_move_nothing_when_the_loss_is_robust) {
-  FlightRecord wild = rotation_flight(4);
+  log::FlightRecord wild = rotation_flight(4);
   for (std::size_t k = 50; k < wild.pose.size(); k += 100) wild.pose.value[k].p_W_m += Eigen::Vector3d(0.2, -0.1, 0.15);
   const std::vector<GridFlight> flights{make_grid(wild, {})};
   const FitProblem p = rotation_problem(flights);
@@ -143,7 +143,7 @@ TEST(Fit, ends_at_the_same_misfit_with_slopes_about_the_middle_of_steps_of_50_ms
   GridOptions exact, middle;
   exact.rate_Hz = middle.rate_Hz = 20.0;
   middle.slopes_by_middle = true;
-  const FlightRecord flown = rotation_flight(11);
+  const log::FlightRecord flown = rotation_flight(11);
   const std::vector<GridFlight> by_exact{make_grid(flown, exact)}, by_middle{make_grid(flown, middle)};
   const Fit a = fit(rotation_problem(by_exact)), b = fit(rotation_problem(by_middle));
   ASSERT_TRUE(a.converged);
@@ -174,4 +174,4 @@ TEST(Fit, ends_with_the_directions_that_no_flight_can_tell_instead_of_numbers) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

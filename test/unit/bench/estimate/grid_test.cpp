@@ -9,10 +9,10 @@
 #include "host/base/error.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
-FlightRecord short_flight(double pose_delay_s = 0.0) {
+log::FlightRecord short_flight(double pose_delay_s = 0.0) {
   model_true::Truth truth;
   truth.pose_delay_s = pose_delay_s;
   model_true::FlightSettings s;
@@ -24,15 +24,15 @@ FlightRecord short_flight(double pose_delay_s = 0.0) {
 std::size_t links(const GridFlight& g) { return static_cast<std::size_t>(std::accumulate(g.linked.begin(), g.linked.end(), 0)); }
 
 TEST(Grid, a_split_between_two_readings_cuts_exactly_the_step_between_them) {
-  const FlightRecord record = short_flight();
+  const log::FlightRecord record = short_flight();
   GridFlight g = make_grid(record, {});
   const std::size_t before = links(g), at = record.pose.size() / 2;
-  cut_between_segments(g, {{record.pose.t_s.front(), record.pose.t_s[at]}, {record.pose.t_s[at + 1], record.pose.t_s.back()}});
+  identify::cut_between_segments(g, {{record.pose.t_s.front(), record.pose.t_s[at]}, {record.pose.t_s[at + 1], record.pose.t_s.back()}});
   EXPECT_EQ(links(g), before - 1);
 }
 
-FlightRecord with_gyro_along_a_parabola() {
-  FlightRecord record = short_flight();
+log::FlightRecord with_gyro_along_a_parabola() {
+  log::FlightRecord record = short_flight();
   record.gyro_B_rad_s = {};
   const double t0 = record.pose.t_s.front();
   for (double t = t0; t < record.pose.t_s.back(); t += 1e-3) {
@@ -42,7 +42,7 @@ FlightRecord with_gyro_along_a_parabola() {
   return record;
 }
 
-GridFlight with_its_gyro(const FlightRecord& record, double rate_Hz) {
+GridFlight with_its_gyro(const log::FlightRecord& record, double rate_Hz) {
   GridOptions o;
   o.rate_Hz = rate_Hz;
   o.use_gyro = true;
@@ -50,7 +50,7 @@ GridFlight with_its_gyro(const FlightRecord& record, double rate_Hz) {
 }
 
 TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean_of_a_curve) {
-  const FlightRecord record = with_gyro_along_a_parabola();
+  const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 50.0);
   ASSERT_GT(g.gyro.size(), 100u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {  // the mean would be 10 mrad/s higher: 300 · 0.02² / 12
@@ -61,7 +61,7 @@ TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean
 }
 
 TEST(Grid, five_gyro_readings_about_a_knot_are_averaged_at_their_mean_time) {
-  const FlightRecord record = with_gyro_along_a_parabola();
+  const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 200.0);
   ASSERT_GT(g.gyro.size(), 400u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {
@@ -72,9 +72,9 @@ TEST(Grid, five_gyro_readings_about_a_knot_are_averaged_at_their_mean_time) {
 }
 
 TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) {
-  FlightRecord record = short_flight(0.015);
+  log::FlightRecord record = short_flight(0.015);
   const double t0 = record.rotor_omega_rad_s.t_s.front();
-  Stream<RotorValues> with_gap;
+  log::Stream<log::RotorValues> with_gap;
   for (std::size_t k = 0; k < record.rotor_omega_rad_s.size(); ++k) {
     const double t = record.rotor_omega_rad_s.t_s[k];
     if (t < t0 + 1.9 || t > t0 + 2.1) with_gap.add(t, record.rotor_omega_rad_s.value[k]);
@@ -107,8 +107,8 @@ TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) 
 }
 
 TEST(Grid, rotor_speeds_at_10_Hz_are_refused_with_the_gap_they_leave) {
-  FlightRecord record = short_flight();
-  Stream<RotorValues> slow;
+  log::FlightRecord record = short_flight();
+  log::Stream<log::RotorValues> slow;
   for (std::size_t k = 0; k < record.rotor_omega_rad_s.size(); k += 100)
     slow.add(record.rotor_omega_rad_s.t_s[k], record.rotor_omega_rad_s.value[k]);
   record.rotor_omega_rad_s = slow;
@@ -132,4 +132,4 @@ TEST(Grid, a_start_value_that_is_not_a_number_is_an_error_and_no_estimate) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 FitProblem problem() {
@@ -88,4 +88,4 @@ TEST(KnownFirst, the_whole_fit_starts_where_the_first_ended_but_for_what_a_start
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

@@ -8,14 +8,14 @@
 #include "bench/estimate/residuals.hpp"
 #include "bench/estimate/model/rotations.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 constexpr double kDelay_s = 0.020, kBend_m_s2 = 12.0;
 
 // Two seconds along x with acceleration kBend, poses at 200 Hz stamped `kDelay_s` late.
-FlightRecord late_flight() {
-  FlightRecord record;
+log::FlightRecord late_flight() {
+  log::FlightRecord record;
   record.name = record.source = "late";
   for (int k = 0; k <= 400; ++k) {
     const double t = 0.005 * k, shown = t - kDelay_s;
@@ -90,4 +90,4 @@ TEST(LatePoses, first_guess_of_the_states_allows_for_the_delay) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

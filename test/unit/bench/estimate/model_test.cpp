@@ -8,7 +8,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/vehicle/thrust.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::estimate {
 namespace {
 
 host::VehicleModel paper_vehicle() {
@@ -25,8 +25,8 @@ host::VehicleModel paper_vehicle() {
   return m;
 }
 
-FlightRecord wavy_speeds() {
-  FlightRecord r;
+log::FlightRecord wavy_speeds() {
+  log::FlightRecord r;
   r.name = "wavy";
   for (int k = 0; k <= 200; ++k) {
     const double t = k * 1e-3;
@@ -89,12 +89,12 @@ void expect_exact_derivatives(const ModelValues& values, const RotorInput& rotor
 }
 
 TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_however_noisy_the_readings) {
-  FlightRecord record;
+  log::FlightRecord record;
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise_rad_s(0.0, 3.0);
   for (int k = 0; k < 1000; ++k) {
     const double t = 1e-3 * k, smooth = 950.0 + 60.0 * std::sin(12.0 * t);
-    RotorValues v;
+    log::RotorValues v;
     for (std::size_t r = 0; r < host::kRotors; ++r) v[r] = smooth + noise_rad_s(random);
     record.rotor_omega_rad_s.add(t, v);
   }
@@ -120,9 +120,9 @@ TEST(RotorInput, speeds_read_at_a_high_rate_lose_half_of_their_scatter_and_nothi
   std::normal_distribution<double> noise_rad_s(0.0, 1.0);
   const auto course = [](double t) { return 950.0 + 60.0 * std::sin(30.0 * t); };  // 5 Hz
   for (const double scatter_rad_s : {0.0, 3.0}) {
-    FlightRecord record;
+    log::FlightRecord record;
     for (int k = 0; k < 1000; ++k) {
-      RotorValues v;
+      log::RotorValues v;
       for (std::size_t r = 0; r < host::kRotors; ++r) v[r] = course(1e-3 * k) + scatter_rad_s * noise_rad_s(random);
       record.rotor_omega_rad_s.add(1e-3 * k, v);
     }
@@ -179,7 +179,7 @@ TEST(IdentifyModel, derivatives_about_the_middle_of_a_20_ms_step_are_those_along
 
 TEST(IdentifyModel, derivative_by_the_delay_of_the_rotor_log_is_that_of_differences) {
   // The time lies inside a sample interval for all stages, so that the interpolation has one slope there.
-  FlightRecord r = wavy_speeds();
+  log::FlightRecord r = wavy_speeds();
   for (double& t : r.rotor_omega_rad_s.t_s) t *= 40.0;  // one interval of 40 ms
   ModelValues v = model_values(paper_vehicle(), both_terms());
   v[kCoreParameters + 1] = 7e-6;
@@ -189,9 +189,9 @@ TEST(IdentifyModel, derivative_by_the_delay_of_the_rotor_log_is_that_of_differen
 }
 
 TEST(IdentifyModel, derivatives_by_gain_offset_voltage_exponent_and_lag_of_a_commanded_motor_are_those_of_differences) {
-  FlightRecord r = wavy_speeds();
+  log::FlightRecord r = wavy_speeds();
   for (std::size_t k = 0; k < r.rotor_omega_rad_s.size(); ++k) {
-    RotorValues u = r.rotor_omega_rad_s.value[k];
+    log::RotorValues u = r.rotor_omega_rad_s.value[k];
     for (double& x : u) x = x / 2000.0 + (k > 60 ? 0.05 : 0.0);
     r.motor_command.add(r.rotor_omega_rad_s.t_s[k], u);
   }
@@ -208,7 +208,7 @@ TEST(IdentifyModel, derivatives_by_gain_offset_voltage_exponent_and_lag_of_a_com
 TEST(IdentifyModel, hovers_without_motion_at_the_hover_speed_of_the_vehicle_model) {
   host::VehicleModel m = paper_vehicle();
   m.com_offset_m.setZero();
-  FlightRecord r;
+  log::FlightRecord r;
   const double hover = host::hover_omega_rad_s(m);
   for (double t : {0.0, 1.0}) r.rotor_omega_rad_s.add(t, {hover, hover, hover, hover});
   std::size_t hint = 0;
@@ -219,7 +219,7 @@ TEST(IdentifyModel, hovers_without_motion_at_the_hover_speed_of_the_vehicle_mode
 
 TEST(IdentifyModel, halving_the_step_divides_the_error_by_sixteen) {
   const Model model(model_values(paper_vehicle()));
-  FlightRecord r;  // speeds that change linearly: the input has no kink inside
+  log::FlightRecord r;  // speeds that change linearly: the input has no kink inside
   r.rotor_omega_rad_s.add(0.0, {900, 950, 930, 940});
   r.rotor_omega_rad_s.add(0.2, {960, 910, 950, 900});
   const RotorInput input(r, 0.012, 1.0);
@@ -233,7 +233,7 @@ TEST(IdentifyModel, halving_the_step_divides_the_error_by_sixteen) {
 TEST(IdentifyModel, a_free_body_keeps_its_angular_momentum_and_energy) {
   host::VehicleModel m = paper_vehicle();
   m.drag = {};
-  FlightRecord r;
+  log::FlightRecord r;
   for (double t : {0.0, 2.0}) r.rotor_omega_rad_s.add(t, {0, 0, 0, 0});
   const RotorInput input(r, 0.012, 10.0);
   std::size_t hint = 0;
@@ -246,4 +246,4 @@ TEST(IdentifyModel, a_free_body_keeps_its_angular_momentum_and_energy) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::estimate

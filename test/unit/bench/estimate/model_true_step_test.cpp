@@ -10,7 +10,7 @@
 namespace rotorloop::model_true {
 namespace {
 
-bench::BodyState body_state(const State& x) { return {x.p_W_m, x.v_W_m_s, x.q_WB, x.omega_B_rad_s}; }
+estimate::BodyState body_state(const State& x) { return {x.p_W_m, x.v_W_m_s, x.q_WB, x.omega_B_rad_s}; }
 
 struct Worst {
   double position_m = 0, velocity_m_s = 0, attitude_rad = 0, rate_rad_s = 0;
@@ -23,15 +23,15 @@ Worst worst_of(Manoeuvre m, int rotor_log_every_ms) {
   s.rotor_log_every_ms = rotor_log_every_ms;
   const Truth truth;
   const ModelTrueFlight f = fly(truth, s);
-  const bench::Model model(bench::model_values(vehicle_of(truth)));
-  bench::RotorInput input(f.record);
+  const estimate::Model model(estimate::model_values(vehicle_of(truth)));
+  estimate::RotorInput input(f.record);
   input.prepare(model.values());
   Worst w;
   std::size_t hint = 0;
   for (std::size_t k = 1; k < f.states.size(); ++k) {
     const double t = f.record.pose.t_s[k];
-    const bench::StateError d =
-        bench::difference(body_state(f.states[k]), model.step(body_state(f.states[k - 1]), input, hint, t - 0.005, t, 2));
+    const estimate::StateError d =
+        estimate::difference(body_state(f.states[k]), model.step(body_state(f.states[k - 1]), input, hint, t - 0.005, t, 2));
     w.position_m = std::max(w.position_m, d.segment<3>(0).norm());
     w.velocity_m_s = std::max(w.velocity_m_s, d.segment<3>(3).norm());
     w.attitude_rad = std::max(w.attitude_rad, d.segment<3>(6).norm());

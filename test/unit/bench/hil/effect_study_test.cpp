@@ -11,7 +11,7 @@
 #include "host/control/trajectory_generator.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -33,7 +33,7 @@ class EffectStudyTest : public ::testing::Test {
                       "[[flight]]\nname = \"b\"\ntrajectory = \"short.toml\"\neffects = [\"blockage_strut\"]\n"));
     inputs_ = read_inputs(scenario_);
   }
-  TempFolder folder_;
+  test::TempFolder folder_;
   Scenario scenario_;
   Inputs inputs_;
 };
@@ -77,11 +77,11 @@ TEST_F(EffectStudyTest, EveryEffectOfThePlantHasATypicalValueThatIsNotItsNeutral
   for (const auto* info : chosen_effects({})) EXPECT_NE(typical_value(*info), info->parameter.neutral) << info->id;
 }
 TEST_F(EffectStudyTest, UnknownAndRepeatedEffectsAreRefusedWithTheKnownOnes) {
-  EXPECT_THAT(error_of([] { (void)chosen_effects({"nonsense"}); }), HasSubstr("axial_inflow"));
-  EXPECT_THAT(error_of([] { (void)chosen_effects({"gyroscopic", "gyroscopic"}); }), HasSubstr("given twice"));
+  EXPECT_THAT(test::error_of([] { (void)chosen_effects({"nonsense"}); }), HasSubstr("axial_inflow"));
+  EXPECT_THAT(test::error_of([] { (void)chosen_effects({"gyroscopic", "gyroscopic"}); }), HasSubstr("given twice"));
   Scenario s = scenario_;
   s.flights[0].effects = {"axial_inflov"};
-  EXPECT_THAT(error_of([&] { (void)flight_for(s, "gyroscopic"); }), HasSubstr("\"a\" names \"axial_inflov\""));
+  EXPECT_THAT(test::error_of([&] { (void)flight_for(s, "gyroscopic"); }), HasSubstr("\"a\" names \"axial_inflov\""));
 }
 TEST_F(EffectStudyTest, FliesAnEffectWhereTheScenarioSaysElseInTheFirstFlight) {
   EXPECT_EQ(flight_for(scenario_, "blockage_strut"), 1u);
@@ -164,4 +164,4 @@ TEST(EffectPage, SaysWhyAFlightEndedAndWhichSizeIsOutside) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

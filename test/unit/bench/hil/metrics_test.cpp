@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -180,4 +180,4 @@ TEST_F(Assessed, TableShowsMeanSpreadReductionEstimateAndPublishedFigure) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -11,7 +11,7 @@
 #include "host/base/toml_file.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -25,28 +25,28 @@ TEST(FolderName, IsMadeFromTheScenariosName) {
 }
 
 TEST(RunFolder, RefusesAnExistingRunAndForceReplacesIt) {
-  TempFolder f;
+  test::TempFolder f;
   {
     auto run = RunFolder::create(f.path(), "a", false);
     write_text_file(run.path() / "run.toml", "format = 1\n");
     write_text_file(run.path() / "old.txt", "x");
   }
-  EXPECT_THAT(error_of([&] { RunFolder::create(f.path(), "a", false); }),
+  EXPECT_THAT(test::error_of([&] { RunFolder::create(f.path(), "a", false); }),
               AllOf(HasSubstr("this run exists already"), HasSubstr("--force")));
   EXPECT_TRUE(fs::exists(f.path() / "a/old.txt"));
   RunFolder::create(f.path(), "a", true);
   EXPECT_FALSE(fs::exists(f.path() / "a/old.txt"));
 }
 TEST(RunFolder, ForceNeverDeletesAFolderThatIsNotARun) {
-  TempFolder f;
+  test::TempFolder f;
   f.write("thesis/chapter1.tex", "years of work");
-  EXPECT_THAT(error_of([&] { RunFolder::create(f.path(), "thesis", true); }), HasSubstr("is not a run folder"));
-  EXPECT_EQ(read_text(f.path() / "thesis/chapter1.tex"), "years of work");
+  EXPECT_THAT(test::error_of([&] { RunFolder::create(f.path(), "thesis", true); }), HasSubstr("is not a run folder"));
+  EXPECT_EQ(test::read_text(f.path() / "thesis/chapter1.tex"), "years of work");
 }
 TEST(RunFolder, NameCannotLeaveTheRunsFolder) {
-  TempFolder f;
+  test::TempFolder f;
   for (const auto* name : {"..", "a/b", "", "."})
-    EXPECT_THAT(error_of([&] { RunFolder::create(f.path(), name, true); }), HasSubstr("cannot name a folder")) << name;
+    EXPECT_THAT(test::error_of([&] { RunFolder::create(f.path(), name, true); }), HasSubstr("cannot name a folder")) << name;
 }
 
 struct Inputs : ::testing::Test {
@@ -59,7 +59,7 @@ struct Inputs : ::testing::Test {
                      "[3]\nvariants = [\"pd_ff\"]\n"
                      "[controller]\ngains = \"../vehicles/gains.toml\"\n[[flight]]\nname = \"h\"\ntrajectory = \"trajectories/h.toml\"\n");
   }
-  TempFolder folder;
+  test::TempFolder folder;
   fs::path scenario_file;
 };
 
@@ -88,7 +88,7 @@ TEST_F(Inputs, RunTomlSaysHowToRepeatAndHoldsNoAbsolutePath) {
   EXPECT_EQ(file.root().text("repeat"), "rotorloop hil inputs/scenarios/s.toml --seeds 3, --variants pd_ff --name repeat");
   EXPECT_EQ(file.root().text("command_line"), "rotorloop hil \"s.toml\"");
   EXPECT_EQ(file.root().tables("input", 5, 5)[0].text("path"), "inputs/scenarios/s.toml");
-  EXPECT_EQ(read_text(run.path() / "run.toml").find(folder.path().string()), std::string::npos);
+  EXPECT_EQ(test::read_text(run.path() / "run.toml").find(folder.path().string()), std::string::npos);
 }
 
 TEST_F(Inputs, RunTomlRepeatsWithTheVehicleThatWasGivenInPlaceOfTheScenarios) {
@@ -105,7 +105,7 @@ TEST_F(Inputs, RunTomlRepeatsWithTheVehicleThatWasGivenInPlaceOfTheScenarios) {
 }
 
 TEST(LogHash, DependsOnNamesAndBytesButNotOnPlaceOrOrderOfWriting) {
-  TempFolder f;
+  test::TempFolder f;
   const auto fly = [&](const std::string& place, bool backwards) {
     auto run = RunFolder::create(f.path() / place, "r", false);
     std::vector<std::uint64_t> seeds{1, 2};
@@ -140,7 +140,7 @@ FlightResult flight(std::uint64_t seed, double error_cm) {
 }
 
 TEST(ResultFile, ReadsBackWhatWasWrittenAndNotMeasuredBecomesNull) {
-  TempFolder f;
+  test::TempFolder f;
   auto run = RunFolder::create(f.path(), "r", false);
   RunResult r;
   r.version = "0.1.0";
@@ -157,7 +157,7 @@ TEST(ResultFile, ReadsBackWhatWasWrittenAndNotMeasuredBecomesNull) {
   r.log_sha256 = hash_of_logs(r.log_hashes);
   r.warnings = {{"ablation", "drift is off"}};
   run.write_result(r);
-  EXPECT_THAT(read_text(run.path() / "result.json"),
+  EXPECT_THAT(test::read_text(run.path() / "result.json"),
               AllOf(HasSubstr("\"value\": null"), HasSubstr("\"format\": 1"), HasSubstr("\"seed\": 3")));
   const auto back = read_result(run.path());
   EXPECT_EQ(result_json_text(back), result_json_text(r));
@@ -169,14 +169,14 @@ TEST(ResultFile, ReadsBackWhatWasWrittenAndNotMeasuredBecomesNull) {
 }
 
 TEST(ResultFile, RefusalsSayWhatTheFolderIs) {
-  TempFolder f;
-  EXPECT_THAT(error_of([&] { read_result(f.path()); }), HasSubstr("is not a run folder"));
+  test::TempFolder f;
+  EXPECT_THAT(test::error_of([&] { read_result(f.path()); }), HasSubstr("is not a run folder"));
   f.write("run.toml", "format = 1\n");
-  EXPECT_THAT(error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("this run has no result.json"));
+  EXPECT_THAT(test::error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("this run has no result.json"));
   f.write("result.json", "{ \"format\": 9 }");
-  EXPECT_THAT(error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("format 9 is not known here"));
+  EXPECT_THAT(test::error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("format 9 is not known here"));
   f.write("result.json", "{ \"format\": ");
-  EXPECT_THAT(error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("cannot be understood"));
+  EXPECT_THAT(test::error_of([&] { read_result(f.path()); }, ExitCode::data_quality), HasSubstr("cannot be understood"));
 }
 
 struct TwoRuns : ::testing::Test {
@@ -198,7 +198,7 @@ struct TwoRuns : ::testing::Test {
     r.write_result(result);
     return r.path();
   }
-  TempFolder f;
+  test::TempFolder f;
 };
 
 TEST_F(TwoRuns, SameLogsAreIdenticalToTheBit) {
@@ -233,7 +233,7 @@ TEST_F(TwoRuns, ADamagedLogIsFoundByVerify) {
   const auto a = run("a", {4}), b = run("b", {4});
   write_text_file(b / "h/pd_ff_drag/1/flight.csv", "edited");
   EXPECT_FALSE(compare_runs(a, b, false).differs) << "without the check the edit goes unseen";
-  EXPECT_THAT(error_of([&] { compare_runs(a, b, true); }, ExitCode::data_quality), HasSubstr("does not fit its result.json"));
+  EXPECT_THAT(test::error_of([&] { compare_runs(a, b, true); }, ExitCode::data_quality), HasSubstr("does not fit its result.json"));
 }
 TEST_F(TwoRuns, AFlightThatCrashedInOneRunIsADifference) {
   const auto a = run("a", {4, 5}), b = run("b", {4, 5});
@@ -253,4 +253,4 @@ TEST(Student, QuantilesMeetTheTableAndTheNormalLimit) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -6,7 +6,7 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -36,7 +36,7 @@ class ScenarioFile : public ::testing::Test {
   }
   Scenario read(const std::string& text) { return read_scenario(folder_.write("scenario.toml", text)); }
   std::string error(const std::string& text) {
-    return error_of([&] { read(text); });
+    return test::error_of([&] { read(text); });
   }
   // kGood with one part replaced.
   static std::string with(const std::string& from, const std::string& to) {
@@ -45,7 +45,7 @@ class ScenarioFile : public ::testing::Test {
     EXPECT_NE(at, std::string::npos) << from;
     return s.replace(at, from.size(), to);
   }
-  TempFolder folder_;
+  test::TempFolder folder_;
 };
 
 TEST_F(ScenarioFile, MinimalFileGetsTheReferenceDefaults) {
@@ -112,7 +112,7 @@ TEST_F(ScenarioFile, EveryAblationIsSaidInASentence) {
 }
 
 TEST_F(ScenarioFile, MissingFile) {
-  EXPECT_THAT(error_of([] { read_scenario("no/such.toml"); }), HasSubstr("no/such.toml: error: no such file"));
+  EXPECT_THAT(test::error_of([] { read_scenario("no/such.toml"); }), HasSubstr("no/such.toml: error: no such file"));
 }
 TEST_F(ScenarioFile, UnknownKeyNamesItsLine) {
   EXPECT_THAT(error(with("vehicle = ", "vehicel = \"x\"\nvehicle = ")), HasSubstr("scenario.toml:4: error: unknown key \"vehicel\""));
@@ -265,13 +265,13 @@ TEST(SeedsArgument, RefusalsNameTheArgumentAndTheForm) {
                                                                                    {"1,,2", "\"\" is not a seed"},
                                                                                    {"-3", "\"-3\" is not a seed"},
                                                                                    {"99999999999,", "outside 0 to 4294967295"}})
-    EXPECT_THAT(error_of([&] { parse_seeds(text); }), AllOf(HasSubstr("--seeds: error: "), HasSubstr(what), HasSubstr("1,4,7..9"))) << text;
+    EXPECT_THAT(test::error_of([&] { parse_seeds(text); }), AllOf(HasSubstr("--seeds: error: "), HasSubstr(what), HasSubstr("1,4,7..9"))) << text;
 }
 TEST(VariantsArgument, NamesOrRefusal) {
   EXPECT_THAT(parse_variants("pd_ff_drag,pd_ff"), ElementsAre(Variant::pd_ff_drag, Variant::pd_ff));
-  EXPECT_THAT(error_of([] { parse_variants("pd"); }), HasSubstr("--variants: error: \"pd\" is not a controller variant"));
-  EXPECT_THAT(error_of([] { parse_variants("pd_ff,pd_ff"); }), HasSubstr("given twice"));
+  EXPECT_THAT(test::error_of([] { parse_variants("pd"); }), HasSubstr("--variants: error: \"pd\" is not a controller variant"));
+  EXPECT_THAT(test::error_of([] { parse_variants("pd_ff,pd_ff"); }), HasSubstr("given twice"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

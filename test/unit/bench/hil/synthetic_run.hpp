@@ -10,7 +10,7 @@
 #include "host/bus/candump_log.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::hil {
 
 inline constexpr const char* kSyntheticScenario = R"(format = 1
 name = "synthetic: a circle and a lift"
@@ -84,7 +84,7 @@ struct SyntheticRun {
 
  private:
   FlightResult fly(RunFolder& run, bool vertical, const std::string& name, Variant v, std::uint64_t seed, bool logs) const {
-    const sim::RandomStream random(seed, static_cast<std::uint64_t>(v) + (vertical ? 10u : 0u));
+    const RandomStream random(seed, static_cast<std::uint64_t>(v) + (vertical ? 10u : 0u));
     const double scale = error_cm(v) / 100 * (vertical ? 0.25 : 1.0) * (1 + 0.06 * random.gaussian(1'000'000));
     FlightResult r;
     r.flight = name;
@@ -98,16 +98,16 @@ struct SyntheticRun {
     r.rpm_error_rms_rad_s = {3.1, 3.0, 3.3, 2.9};
     r.limited_share = 0.03;
     std::filesystem::path at;
-    std::unique_ptr<FlightLogWriter> flight;
-    std::unique_ptr<TruthLogWriter> truth;
+    std::unique_ptr<log::FlightLogWriter> flight;
+    std::unique_ptr<log::TruthLogWriter> truth;
     std::unique_ptr<CandumpWriter> esc;
     if (logs) {
       at = run.flight_folder(name, v, seed);
-      const LogHeader header{{"start_utc", std::string(kVirtualEpochUtc)},
+      const log::LogHeader header{{"start_utc", std::string(log::kVirtualEpochUtc)},
                              {"control_limiter_bits", "1 tilt, 2 thrust"},
                              {"esc_limiter_codes", esc_limiter_codes()}};
-      flight = std::make_unique<FlightLogWriter>(at / "flight.csv", header);
-      truth = std::make_unique<TruthLogWriter>(at / "truth.csv", header);
+      flight = std::make_unique<log::FlightLogWriter>(at / "flight.csv", header);
+      truth = std::make_unique<log::TruthLogWriter>(at / "truth.csv", header);
       esc = std::make_unique<CandumpWriter>((at / "esc.log").string(), "esc");
     }
     TrackingMeter meter;
@@ -129,8 +129,8 @@ struct SyntheticRun {
       m.est_p_W_m = m.true_p_W_m + 0.008 * Eigen::Vector3d(random.gaussian(static_cast<std::uint64_t>(k) / 40), slow * 8, 0.3);
       meter.add(m);
       if (!logs) continue;
-      FlightRow row;
-      TruthRow true_row;
+      log::FlightRow row;
+      log::TruthRow true_row;
       row.t_s = true_row.t_s = t;
       for (std::size_t i = 0; i < 3; ++i) {
         row.est_p_W_m[i] = m.est_p_W_m[static_cast<int>(i)];
@@ -170,4 +170,4 @@ struct SyntheticRun {
   }
 };
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::hil

@@ -9,7 +9,7 @@
 #include "host/vehicle/thrust.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 host::VehicleModel paper() {
@@ -20,10 +20,10 @@ host::VehicleModel paper() {
 double derived(std::string_view id, std::string_view term = {}, double value = 0.0, double speed_m_s = 8.5) {
   host::TermList terms;
   if (!term.empty()) terms.add(*host::find_term(term));
-  Fit fit;
-  fit.values = {model_values(paper(), terms)};
+  estimate::Fit fit;
+  fit.values = {estimate::model_values(paper(), terms)};
   fit.covariance = fit.robust_covariance = Eigen::MatrixXd(0, 0);
-  if (!term.empty()) fit.values.front()[kCoreParameters] = value;
+  if (!term.empty()) fit.values.front()[estimate::kCoreParameters] = value;
   for (const DerivedQuantity& d : derived_quantities(fit, paper(), speed_m_s)) {
     if (d.id == id) return d.value;
   }
@@ -59,11 +59,11 @@ TEST(Derived, ParametersOfTermsAreNamedAfterTheirTerm) {
   host::TermList terms;
   terms.add(*host::find_term("rotor_local_inflow"));
   terms.add(*host::find_term("translational_lift"));
-  EXPECT_EQ(parameter_info(kCoreParameters, terms).symbol, "rotor_local_inflow.share");
-  EXPECT_EQ(parameter_info(kCoreParameters + 1, terms).symbol, "translational_lift.share");
-  EXPECT_EQ(find_parameter("translational_lift.share", terms), kCoreParameters + 1);
-  EXPECT_EQ(find_parameter("share", terms), -1) << "two terms have one";
+  EXPECT_EQ(estimate::parameter_info(estimate::kCoreParameters, terms).symbol, "rotor_local_inflow.share");
+  EXPECT_EQ(estimate::parameter_info(estimate::kCoreParameters + 1, terms).symbol, "translational_lift.share");
+  EXPECT_EQ(estimate::find_parameter("translational_lift.share", terms), estimate::kCoreParameters + 1);
+  EXPECT_EQ(estimate::find_parameter("share", terms), -1) << "two terms have one";
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -18,7 +18,7 @@ const std::vector<Quantity> kTwo{{"I_xx", "kg m2", 2e-3, 0.01, true, true}, {"r_
 
 // Trials whose estimates scatter by `sd` of 0.2 % and 0.2 mm and are off by `bias` of that, reported with `u` of it.
 std::vector<Trial> drawn(double sd, double u, double bias) {
-  const sim::RandomStream random(1, 2);
+  const RandomStream random(1, 2);
   std::vector<Trial> out;
   for (std::uint64_t k = 0; k < 600; ++k) {
     Trial t;
@@ -87,7 +87,7 @@ TEST(Ensemble, ShiftBetweenConditionsIsFreeOfTheScatterThatTheSeedsShare) {
 }
 
 TEST(TrialFile, IsReadBackAndALineCutShortIsDropped) {
-  const bench::TempFolder folder;
+  const test::TempFolder folder;
   const auto trials = drawn(1.0, 1.0, 0.0);
   std::string text = csv_header(kTwo) + "\n";
   for (int i = 0; i < 3; ++i) text += csv_line(trials[static_cast<std::size_t>(i)]) + "\n";

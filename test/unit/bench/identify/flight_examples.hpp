@@ -7,14 +7,14 @@
 #include "bench/log/flight_record.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
-inline FlightRecord flight_example() {
-  const sim::RandomStream random(7, 1);
+inline log::FlightRecord flight_example() {
+  const RandomStream random(7, 1);
   std::uint64_t k = 0;
   const auto noise = [&] { return random.gaussian(k++); };
   const auto vec = [&] { return Eigen::Vector3d(noise(), noise(), noise()); };
-  FlightRecord f;
+  log::FlightRecord f;
   f.name = "example";
   for (int i = 0; i < 40; ++i) {
     const double t = 1.0 + 1e-3 * i;
@@ -40,7 +40,7 @@ inline bool close(double a, double b, double relative) {
 }
 
 template <class Value, class Numbers>
-void expect_same_stream(const Stream<Value>& a, const Stream<Value>& b, double t_tolerance_s, double relative, const char* name,
+void expect_same_stream(const log::Stream<Value>& a, const log::Stream<Value>& b, double t_tolerance_s, double relative, const char* name,
                         const Numbers& numbers) {
   ASSERT_EQ(a.size(), b.size()) << name;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -52,11 +52,11 @@ void expect_same_stream(const Stream<Value>& a, const Stream<Value>& b, double t
 }
 
 // Values within `relative` (of at least 1 SI unit), stamps within `t_tolerance_s`.
-inline void expect_same_flight(const FlightRecord& a, const FlightRecord& b, double t_tolerance_s, double relative) {
+inline void expect_same_flight(const log::FlightRecord& a, const log::FlightRecord& b, double t_tolerance_s, double relative) {
   const auto vec = [](const Eigen::Vector3d& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
-  const auto four = [](const RotorValues& v) { return std::vector<double>(v.begin(), v.end()); };
+  const auto four = [](const log::RotorValues& v) { return std::vector<double>(v.begin(), v.end()); };
   const auto one = [](double v) { return std::vector<double>{v}; };
-  const auto pose = [](const PoseReading& r) {
+  const auto pose = [](const log::PoseReading& r) {
     return std::vector<double>{r.p_W_m.x(), r.p_W_m.y(), r.p_W_m.z(), r.q_WS.w(), r.q_WS.x(), r.q_WS.y(), r.q_WS.z()};
   };
   // A quaternion is normalised again when it is read: its last digit may change.
@@ -75,4 +75,4 @@ inline void expect_same_flight(const FlightRecord& a, const FlightRecord& b, dou
   }
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -13,23 +13,23 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-ModelValues right() { return model_values(model_true::vehicle_of({})); }
+estimate::ModelValues right() { return estimate::model_values(model_true::vehicle_of({})); }
 // Thrust, torque and inertia 20 % off.
-ModelValues wrong() {
-  ModelValues v = right();
-  for (const int p : {kK1, kCq, kIxx, kIyy, kIzz}) v[p] *= 1.2;
+estimate::ModelValues wrong() {
+  estimate::ModelValues v = right();
+  for (const int p : {estimate::kK1, estimate::kCq, estimate::kIxx, estimate::kIyy, estimate::kIzz}) v[p] *= 1.2;
   return v;
 }
 
 // As a fit ends that found these values and the noise that was flown.
-Identification found(const ModelValues& values) {
-  NoiseModel noise;  // poses: 2 mm and 2 mrad, as by default
+Identification found(const estimate::ModelValues& values) {
+  estimate::NoiseModel noise;  // poses: 2 mm and 2 mrad, as by default
   noise.force_m_s2_rtHz.setConstant(0.03);
   noise.angular_rad_s2_rtHz.setConstant(0.3);
   Identification r;
@@ -46,7 +46,7 @@ FlightToFit flight(double duration_s, std::uint64_t seed = 77) {
   s.duration_s = duration_s;
   return {model_true::fly({}, s).record, FlightRole::any, {}, {}};
 }
-const GridOptions kGrid{.rate_Hz = 200.0};
+const estimate::GridOptions kGrid{.rate_Hz = 200.0};
 
 struct Both {
   HeldOutScores right_after_wrong, wrong_after_right;
@@ -74,14 +74,14 @@ TEST(HeldOutHorizons, RunFromAHundredthToTwoSecondsForEachQuantity) {
 TEST(HeldOutHorizons, ParametersThatAreRightForetellBetterThanOnesTwentyPercentOffWhereverTheyCan) {
   for (const HeldOutRow& r : scored().right_after_wrong.rows) {
     // Thrust acts on the velocity at once; what torque does to rates needs a tenth of a second to rise above the noise of the states.
-    const bool tells = r.quantity == kPredictedPosition || r.quantity == kPredictedVelocity || r.horizon_s > 0.09;
+    const bool tells = r.quantity == score::kPredictedPosition || r.quantity == score::kPredictedVelocity || r.horizon_s > 0.09;
     if (tells) {
-      EXPECT_LT(r.ratio.high, 1.0) << kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
+      EXPECT_LT(r.ratio.high, 1.0) << score::kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
     }
-    EXPECT_LT(r.ratio.low, 1.01) << kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
+    EXPECT_LT(r.ratio.low, 1.01) << score::kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
   }
   for (const HeldOutRow& r : scored().wrong_after_right.rows) {
-    EXPECT_GT(r.ratio.high, 0.99) << kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
+    EXPECT_GT(r.ratio.high, 0.99) << score::kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
   }
 }
 
@@ -89,35 +89,35 @@ TEST(HeldOutHorizons, ParametersThatAreRightForetellBetterThanOnesTwentyPercentO
 TEST(HeldOutHorizons, ModelsErrTheSameWhicheverOfThemTheStatesWereSmoothedAlong) {
   const auto &a = scored().right_after_wrong.rows, &b = scored().wrong_after_right.rows;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_NEAR(a[i].after / b[i].before, 1.0, 0.03) << kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
-    EXPECT_NEAR(a[i].before / b[i].after, 1.0, 0.03) << kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
+    EXPECT_NEAR(a[i].after / b[i].before, 1.0, 0.03) << score::kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
+    EXPECT_NEAR(a[i].before / b[i].after, 1.0, 0.03) << score::kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
   }
 }
 
 TEST(HeldOutHorizons, TheErrorOfTheRightModelIsItsFloorAtShortHorizonsToo) {
   for (const HeldOutRow& r : scored().right_after_wrong.rows) {
     if (r.horizon_s > 0.15) continue;  // longer ones: noise_floor_test
-    EXPECT_NEAR(r.after / r.floor, 1.0, 0.25) << kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
+    EXPECT_NEAR(r.after / r.floor, 1.0, 0.25) << score::kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";
   }
 }
 
 TEST(HeldOutOneStep, TheModelThatMadeTheFlightErrsAsMuchAsItExpects) {
-  const OneStepComparison& s = scored().right_after_wrong.one_step;
+  const score::OneStepComparison& s = scored().right_after_wrong.one_step;
   EXPECT_GT(s.poses, 3000u);
   EXPECT_NEAR(s.step_s, 0.005, 1e-12);
   EXPECT_NEAR(s.size_after, 1.0, 0.03);
   ASSERT_EQ(s.rows.size(), 2u);
-  for (const auto& r : s.rows) EXPECT_NEAR(r.after / r.expected, 1.0, 0.05) << kPredictedUnits[r.quantity];
+  for (const auto& r : s.rows) EXPECT_NEAR(r.after / r.expected, 1.0, 0.05) << score::kPredictedUnits[r.quantity];
 }
 
 TEST(HeldOutOneStep, ParametersTwentyPercentOffAreLessLikelyAndErrMoreThanTheyExpect) {
-  const OneStepComparison &up = scored().right_after_wrong.one_step, &down = scored().wrong_after_right.one_step;
+  const score::OneStepComparison &up = scored().right_after_wrong.one_step, &down = scored().wrong_after_right.one_step;
   EXPECT_GT(up.size_before, 1.3);
   EXPECT_GT(up.gain.low, 0.0);
   EXPECT_LT(down.gain.high, 0.0);
   EXPECT_NEAR(up.gain.value, up.log_density_after - up.log_density_before, 1e-9);
-  for (const auto& r : up.rows) EXPECT_LT(r.ratio.high, 1.0) << kPredictedUnits[r.quantity];
-  for (const auto& r : down.rows) EXPECT_GT(r.ratio.low, 1.0) << kPredictedUnits[r.quantity];
+  for (const auto& r : up.rows) EXPECT_LT(r.ratio.high, 1.0) << score::kPredictedUnits[r.quantity];
+  for (const auto& r : down.rows) EXPECT_GT(r.ratio.low, 1.0) << score::kPredictedUnits[r.quantity];
 }
 
 // 2 mm and 2 mrad a pose read, and a model that knows the state to nothing: the density of a pose cannot be higher than that of its noise.
@@ -134,9 +134,9 @@ TEST(HeldOutOneStep, TheVehicleFilesModelGetsTheNoiseFiguresThatItNeedsOnTheFitt
   r.flights.push_back(make_grid(flight(5.0, 5).record, kGrid));
   IdentifyOptions o;
   o.grid = kGrid;
-  const OneStepComparison same = score_held_out(kept, r, o).one_step;
+  const score::OneStepComparison same = score_held_out(kept, r, o).one_step;
   o.fit.noise.rounds = 10;
-  const OneStepComparison own = score_held_out(kept, r, o).one_step;
+  const score::OneStepComparison own = score_held_out(kept, r, o).one_step;
   EXPECT_GT(same.size_before, 1.3);
   EXPECT_LT(own.size_before, 1.2);
   EXPECT_GT(own.log_density_before, same.log_density_before);
@@ -173,7 +173,7 @@ TEST(HeldOutPage, ColoursOnlyDifferencesThatAreWorthOne) {
   HeldOutScores s;
   s.flights = {"kept"};
   const auto row = [](double low, double value, double high) {
-    return HeldOutRow{0.1, kPredictedVelocity, 1.0, value, {value, low, high}, 0.5, {}};
+    return HeldOutRow{0.1, score::kPredictedVelocity, 1.0, value, {value, low, high}, 0.5, {}};
   };
   s.rows = {row(1.0, 1.004, 1.01)};
   EXPECT_THAT(held_out_html(s), testing::Not(HasSubstr("class=\"fail\"")));
@@ -197,4 +197,4 @@ TEST(HeldOutJson, HoldsWhatTheTableHolds) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

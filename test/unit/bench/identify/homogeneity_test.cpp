@@ -10,7 +10,7 @@
 
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using Eigen::MatrixXd;
@@ -19,12 +19,12 @@ using Eigen::VectorXd;
 // Four shared parameters seen by flights with different information; `moved`: shift of one parameter in the last flight, in its own
 // standard uncertainties. Scores are those of a joint optimum.
 struct Made {
-  FitProblem problem;
-  Fit fit;
+  estimate::FitProblem problem;
+  estimate::Fit fit;
 };
 Made made(std::uint64_t seed, int flights, int moved_parameter = -1, double moved_by_u = 0.0) {
-  constexpr int kParameters[] = {kIxx, kCq, kK1, kCdh};
-  const sim::RandomStream random(seed, 5);
+  constexpr int kParameters[] = {estimate::kIxx, estimate::kCq, estimate::kK1, estimate::kCdh};
+  const RandomStream random(seed, 5);
   std::uint64_t k = 0;
   Made m;
   for (const int p : kParameters) m.problem.free.push_back({p, false, 0.0});
@@ -47,7 +47,7 @@ Made made(std::uint64_t seed, int flights, int moved_parameter = -1, double move
   }
   const VectorXd joint = total.llt().solve(weighted);
   for (int f = 0; f < flights; ++f) {
-    Reduced r;
+    estimate::Reduced r;
     r.information = s[static_cast<std::size_t>(f)];
     r.score = r.information * (joint - own[static_cast<std::size_t>(f)]);  // gradient of ½(θ - θ_f)ᵀS(θ - θ_f) at the joint optimum
     m.fit.reduced.push_back(r);
@@ -77,7 +77,7 @@ TEST(Homogeneity, NamesTheParameterThatMovedByEightOfItsUncertainties) {
   int found = 0, others = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const Homogeneity h = of(made(seed, 3, 2, 8.0));
-    for (const auto& p : h.parameters) (p.parameter == kK1 ? found : others) += p.moved;
+    for (const auto& p : h.parameters) (p.parameter == estimate::kK1 ? found : others) += p.moved;
   }
   EXPECT_GE(found, 95);
   EXPECT_LE(others, 5);
@@ -105,4 +105,4 @@ TEST(Homogeneity, LeavesOutAFlightThatCannotTellAParameter) {
 TEST(Homogeneity, SaysNothingOfASingleFlight) { EXPECT_DOUBLE_EQ(of(made(1, 1)).degrees, 0.0); }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

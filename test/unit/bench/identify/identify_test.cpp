@@ -12,7 +12,7 @@
 #include "host/vehicle/thrust.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using model_true::Manoeuvre;
@@ -59,43 +59,43 @@ const Identification& result() {
 double truth(int p) {
   const model_true::Truth t;
   switch (p) {
-    case kIxx:
+    case estimate::kIxx:
       return t.inertia_kg_m2.x();
-    case kIyy:
+    case estimate::kIyy:
       return t.inertia_kg_m2.y();
-    case kIzz:
+    case estimate::kIzz:
       return t.inertia_kg_m2.z();
-    case kCq:
+    case estimate::kCq:
       return t.c_q_N_m_s2;
-    case kComX:
+    case estimate::kComX:
       return t.com_offset_m.x();
-    case kComY:
+    case estimate::kComY:
       return t.com_offset_m.y();
-    case kK1:
+    case estimate::kK1:
       return t.k1_N_s2;
-    case kK2:
+    case estimate::kK2:
       return t.k2_N_s2_m;
-    case kCdh:
+    case estimate::kCdh:
       return t.c_dh_s_m;
-    case kCdxy:
+    case estimate::kCdxy:
       return t.c_dxy_N_s2_m2;
-    case kCdz:
+    case estimate::kCdz:
       return t.c_dz_N_s2_m2;
-    case kOffsetX:
+    case estimate::kOffsetX:
       return t.r_BS_m.x();
-    case kOffsetY:
+    case estimate::kOffsetY:
       return t.r_BS_m.y();
-    case kOffsetZ:
+    case estimate::kOffsetZ:
       return t.r_BS_m.z();
     default:
       return 0.0;
   }
 }
 
-void expect_truth_within(double z, const std::vector<Estimate>& estimates, const std::string& what) {
-  for (const Estimate& e : estimates) {
-    if (e.parameter == kMass || (e.parameter >= kTurnX && e.parameter <= kTurnZ)) continue;
-    EXPECT_LT(std::fabs(e.value - truth(e.parameter)), z * reported_u(e)) << what << " " << parameter_info(e.parameter, {}).symbol;
+void expect_truth_within(double z, const std::vector<estimate::Estimate>& estimates, const std::string& what) {
+  for (const estimate::Estimate& e : estimates) {
+    if (e.parameter == estimate::kMass || (e.parameter >= estimate::kTurnX && e.parameter <= estimate::kTurnZ)) continue;
+    EXPECT_LT(std::fabs(e.value - truth(e.parameter)), z * reported_u(e)) << what << " " << estimate::parameter_info(e.parameter, {}).symbol;
   }
 }
 
@@ -104,7 +104,7 @@ TEST(Identify, FindsAllParametersOfThreeFlightsWithinFourStandardUncertainties) 
   ASSERT_TRUE(r.fit.converged);
   EXPECT_EQ(r.fit.estimates.size(), 19u);  // mass, 17 of the paper (q_BS counts three), pose delay
   expect_truth_within(4.0, r.fit.estimates, "joint");
-  EXPECT_LT(r.fit.find(kIxx)->u / truth(kIxx), 0.02);
+  EXPECT_LT(r.fit.find(estimate::kIxx)->u / truth(estimate::kIxx), 0.02);
   EXPECT_NEAR(2.0 * r.fit.cost / r.fit.degrees_of_freedom, 1.0, 0.05);
 }
 
@@ -113,7 +113,7 @@ TEST(Identify, StagesFindTheirParametersAndAgreeWithTheJointFit) {
   ASSERT_EQ(r.stages.size(), 3u);
   for (const StageResult& s : r.stages) expect_truth_within(4.0, s.estimates, std::string(name(s.role)));
   for (const StageComparison& c : r.comparison)
-    EXPECT_TRUE(c.agrees) << name(c.role) << " " << parameter_info(c.parameter, {}).symbol << " " << c.z;
+    EXPECT_TRUE(c.agrees) << name(c.role) << " " << estimate::parameter_info(c.parameter, {}).symbol << " " << c.z;
 }
 
 TEST(Identify, AStageCarriesTheUncertaintyOfWhatItHolds) {
@@ -122,7 +122,7 @@ TEST(Identify, AStageCarriesTheUncertaintyOfWhatItHolds) {
   const StageResult& vertical = r.stages.front();
   bool found = false;
   for (std::size_t i = 0; i < vertical.estimates.size(); ++i) {
-    if (vertical.estimates[i].parameter == kK2) {
+    if (vertical.estimates[i].parameter == estimate::kK2) {
       found = true;
       EXPECT_GT(reported_u(vertical.estimates[i]), 1.5 * vertical.u_alone[i]);
     }
@@ -145,8 +145,8 @@ TEST(Identify, ConvergesToTheSameOptimumFromStartsOffByAFactorOfTwo) {
       EXPECT_LT(poor.start.thrust_scale, 0.7) << "the start already carries the weight";
     }
     for (std::size_t i = 0; i < good.fit.estimates.size(); ++i) {
-      const Estimate &a = good.fit.estimates[i], &b = poor.fit.estimates[i];
-      EXPECT_NEAR(a.value, b.value, 0.02 * a.u) << factor << " " << parameter_info(a.parameter, {}).symbol;
+      const estimate::Estimate &a = good.fit.estimates[i], &b = poor.fit.estimates[i];
+      EXPECT_NEAR(a.value, b.value, 0.02 * a.u) << factor << " " << estimate::parameter_info(a.parameter, {}).symbol;
     }
   }
 }
@@ -157,7 +157,7 @@ TEST(Identify, StaticThrustIsKnownFarBetterThanItsTwoConstants) {
   ASSERT_EQ(derived.front().id, "static_c_t");
   const double c_t = model_true::static_thrust_coefficient({});
   EXPECT_NEAR(derived.front().value, c_t, 4.0 * derived.front().u);
-  EXPECT_LT(derived.front().u / c_t, 0.4 * r.fit.find(kK1)->u / truth(kK1));
+  EXPECT_LT(derived.front().u / c_t, 0.4 * r.fit.find(estimate::kK1)->u / truth(estimate::kK1));
 }
 
 TEST(Identify, WritesAVehicleThatReadsBackWithCovarianceOriginAndWindow) {
@@ -183,10 +183,10 @@ TEST(Identify, WritesAVehicleThatReadsBackWithCovarianceOriginAndWindow) {
 }
 
 TEST(Identify, WritesADragJustBelowZeroAsNone) {
-  Fit fit = result().fit;
+  estimate::Fit fit = result().fit;
   const auto written = [&](double uncertainties) {
-    for (Estimate& e : fit.estimates) {
-      if (e.parameter == kCdz) e.value = uncertainties * reported_u(e);
+    for (estimate::Estimate& e : fit.estimates) {
+      if (e.parameter == estimate::kCdz) e.value = uncertainties * reported_u(e);
     }
     return identified_vehicle(fit, paper(), {0, 0}, "test", {}).c_dz_N_s2_m2.value;
   };
@@ -196,15 +196,15 @@ TEST(Identify, WritesADragJustBelowZeroAsNone) {
 }
 
 TEST(Identify, WritesInertiaJustBeyondARigidBodysAsTheNearestThatOneHas) {
-  Fit fit = result().fit;
+  estimate::Fit fit = result().fit;
   const auto written = [&](double uncertainties) {
     double sum = 0.0, u2 = 0.0;
-    for (const Estimate& e : fit.estimates) {
-      if (e.parameter == kIxx || e.parameter == kIyy) sum += e.value;
-      if (e.parameter >= kIxx && e.parameter <= kIzz) u2 += reported_u(e) * reported_u(e);
+    for (const estimate::Estimate& e : fit.estimates) {
+      if (e.parameter == estimate::kIxx || e.parameter == estimate::kIyy) sum += e.value;
+      if (e.parameter >= estimate::kIxx && e.parameter <= estimate::kIzz) u2 += reported_u(e) * reported_u(e);
     }
-    for (Estimate& e : fit.estimates) {
-      if (e.parameter == kIzz) e.value = sum + uncertainties * std::sqrt(u2);
+    for (estimate::Estimate& e : fit.estimates) {
+      if (e.parameter == estimate::kIzz) e.value = sum + uncertainties * std::sqrt(u2);
     }
     const auto inertia = identified_vehicle(fit, paper(), {0, 0}, "test", {}).inertia_kg_m2;
     return (inertia[0].value + inertia[1].value - inertia[2].value) / std::sqrt(u2);
@@ -216,10 +216,10 @@ TEST(Identify, WritesInertiaJustBeyondARigidBodysAsTheNearestThatOneHas) {
 }
 
 TEST(Identify, WritesAMassThatTheFlightsMovedAsOneOfFlight) {
-  Fit fit = result().fit;
+  estimate::Fit fit = result().fit;
   const auto written = [&](double weighed_u) {
-    for (Estimate& e : fit.estimates) {
-      if (e.parameter == kMass) e.value = paper().mass_kg.value + weighed_u * paper().mass_kg.u;
+    for (estimate::Estimate& e : fit.estimates) {
+      if (e.parameter == estimate::kMass) e.value = paper().mass_kg.value + weighed_u * paper().mass_kg.u;
     }
     return identified_vehicle(fit, paper(), {0, 0}, "test", {}).mass_kg.origin;
   };
@@ -228,11 +228,11 @@ TEST(Identify, WritesAMassThatTheFlightsMovedAsOneOfFlight) {
 }
 
 TEST(Identify, MarksAMassAgainstTheScalesAndAnEstimateAtItsBound) {
-  EXPECT_EQ(mark_of({.parameter = kMass, .prior_share = 0.9, .prior_z = 1.0}), "weighed");
-  EXPECT_EQ(mark_of({.parameter = kMass, .prior_share = 0.9, .prior_z = -3.9}), "contradicted");
-  EXPECT_EQ(mark_of({.parameter = kIxx, .prior_share = 0.9, .prior_z = 1.0}), "not identified");
-  EXPECT_EQ(mark_of({.parameter = kIxx, .u = 1.0, .u_robust = 6.0, .at_bound = true}), "at its bound");
-  for (const Estimate& e : result().fit.estimates) EXPECT_FALSE(e.at_bound) << parameter_info(e.parameter, {}).symbol;
+  EXPECT_EQ(mark_of({.parameter = estimate::kMass, .prior_share = 0.9, .prior_z = 1.0}), "weighed");
+  EXPECT_EQ(mark_of({.parameter = estimate::kMass, .prior_share = 0.9, .prior_z = -3.9}), "contradicted");
+  EXPECT_EQ(mark_of({.parameter = estimate::kIxx, .prior_share = 0.9, .prior_z = 1.0}), "not identified");
+  EXPECT_EQ(mark_of({.parameter = estimate::kIxx, .u = 1.0, .u_robust = 6.0, .at_bound = true}), "at its bound");
+  for (const estimate::Estimate& e : result().fit.estimates) EXPECT_FALSE(e.at_bound) << estimate::parameter_info(e.parameter, {}).symbol;
 }
 
 // Eq. (1)-(8) know no inertia of the rotors: its reaction comes out as next to nothing, better known than the file had it.
@@ -243,8 +243,8 @@ TEST(Identify, WritesTheRotorInertiaThatItsReactionToldWhereTheControllerLooksFo
   IdentifyOptions o = quick();
   o.terms.add(*host::find_term("rotor_inertia_reaction"));
   const Identification r = identify(three_flights(), start, o);
-  EXPECT_EQ(r.start.file[kCoreParameters], start.rotor_inertia_kg_m2.value) << "what the file says of it";
-  const Estimate* told = r.fit.find(kCoreParameters);
+  EXPECT_EQ(r.start.file[estimate::kCoreParameters], start.rotor_inertia_kg_m2.value) << "what the file says of it";
+  const estimate::Estimate* told = r.fit.find(estimate::kCoreParameters);
   ASSERT_NE(told, nullptr);
   const host::VehicleFile v = identified_vehicle(r.fit, start, {0, 0}, "test", {});
   if (told->value > 0.0) {
@@ -269,7 +269,7 @@ TEST(Identify, AHeldEffectOfTheFileKeepsItsUncertaintyAndOrigin) {
 
 TEST(Identify, ExchangedRotorColumnsAreAFitThatRanAwayAndNotFlightsThatTellTooLittle) {
   FlightToFit f = flown(Manoeuvre::rotation, 8.0);
-  for (RotorValues& w : f.record.rotor_omega_rad_s.value) std::swap(w[0], w[1]);
+  for (log::RotorValues& w : f.record.rotor_omega_rad_s.value) std::swap(w[0], w[1]);
   f.role = FlightRole::any;
   try {
     const Identification r = identify({f}, paper(), quick());
@@ -291,8 +291,8 @@ TEST(Identify, EstimatesPerFlightWhatMovedBetweenFlights) {
   IdentifyOptions o = quick();
   o.wishes.per_flight = {"body.com_offset"};
   const Identification r = identify(flights, paper(), o);
-  EXPECT_NEAR(r.fit.find(kComX, 1)->value - r.fit.find(kComX, 0)->value, 3e-3,
-              4.0 * std::hypot(r.fit.find(kComX, 0)->u, r.fit.find(kComX, 1)->u));
+  EXPECT_NEAR(r.fit.find(estimate::kComX, 1)->value - r.fit.find(estimate::kComX, 0)->value, 3e-3,
+              4.0 * std::hypot(r.fit.find(estimate::kComX, 0)->u, r.fit.find(estimate::kComX, 1)->u));
 }
 
 TEST(Identify, FitsTheGainOfMotorCommandsInPlaceOfRotorSpeeds) {
@@ -302,7 +302,7 @@ TEST(Identify, FitsTheGainOfMotorCommandsInPlaceOfRotorSpeeds) {
   for (FlightToFit& f : flights) {
     const auto& w = f.record.rotor_omega_rad_s;
     for (std::size_t i = 0; i + 1 < w.size(); ++i) {
-      RotorValues u;
+      log::RotorValues u;
       for (std::size_t r = 0; r < 4; ++r)
         u[r] = (w.value[i][r] + kLag_s * (w.value[i + 1][r] - w.value[i][r]) / (w.t_s[i + 1] - w.t_s[i])) / kGain;
       f.record.motor_command.add(w.t_s[i], u);
@@ -310,11 +310,11 @@ TEST(Identify, FitsTheGainOfMotorCommandsInPlaceOfRotorSpeeds) {
     f.record.rotor_omega_rad_s = {};
   }
   host::VehicleFile v = paper();
-  v.k1_N_s2.value = truth(kK1);  // held: gain and k1 cannot be told apart
+  v.k1_N_s2.value = truth(estimate::kK1);  // held: gain and k1 cannot be told apart
   const Identification r = identify(flights, v, quick());
-  EXPECT_EQ(r.fit.find(kK1), nullptr);
-  EXPECT_NEAR(r.fit.find(kCommandGain)->value, kGain, 0.02 * kGain);
-  EXPECT_NEAR(r.fit.find(kCommandLag)->value, kLag_s, 0.003);
+  EXPECT_EQ(r.fit.find(estimate::kK1), nullptr);
+  EXPECT_NEAR(r.fit.find(estimate::kCommandGain)->value, kGain, 0.02 * kGain);
+  EXPECT_NEAR(r.fit.find(estimate::kCommandLag)->value, kLag_s, 0.003);
 }
 
 TEST(Identify, FitsInertiaAndThrustFromGyroAndAccelerometerAlone) {
@@ -325,9 +325,9 @@ TEST(Identify, FitsInertiaAndThrustFromGyroAndAccelerometerAlone) {
   o.noise.gyro_rad_s.setConstant(0.005);
   o.noise.accel_m_s2.setConstant(0.1);
   const Identification r = identify({f}, paper(), o);
-  EXPECT_EQ(r.fit.find(kOffsetX), nullptr) << "no pose sensor";
-  EXPECT_NEAR(r.fit.find(kIxx)->value, truth(kIxx), 0.03 * truth(kIxx));
-  EXPECT_NEAR(r.fit.find(kIyy)->value, truth(kIyy), 0.03 * truth(kIyy));
+  EXPECT_EQ(r.fit.find(estimate::kOffsetX), nullptr) << "no pose sensor";
+  EXPECT_NEAR(r.fit.find(estimate::kIxx)->value, truth(estimate::kIxx), 0.03 * truth(estimate::kIxx));
+  EXPECT_NEAR(r.fit.find(estimate::kIyy)->value, truth(estimate::kIyy), 0.03 * truth(estimate::kIyy));
 }
 
 // The message of the Error that `act` throws; its exit code goes to `code`.
@@ -382,4 +382,4 @@ TEST(IdentifyRefuses, UnknownNamesWithTheListOfThoseThatExist) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -8,12 +8,12 @@
 #include "host/vehicle/thrust.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 void print(const Identification& r) {
-  for (const Estimate& e : r.fit.estimates)
-    fmt::print("  {:<20} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate_name(e, r.problem), e.value, e.u, e.u_robust);
+  for (const estimate::Estimate& e : r.fit.estimates)
+    fmt::print("  {:<20} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate::estimate_name(e, r.problem), e.value, e.u, e.u_robust);
 }
 
 const MeasuredSet kBare{"imrc_cf21bl_bare"};
@@ -21,18 +21,18 @@ const MeasuredSet kBare{"imrc_cf21bl_bare"};
 const std::vector<std::string> kFigureEights{"eckart00", "eckart12", "eckart17", "eckart22", "eckart30", "eckart34"};
 
 // F = -d v Σω in the least-squares sense of the flown samples, from the fit's drag of eq. (4), (5).
-double rotor_drag(const Identification& r, const std::vector<FlightRecord>& records) {
+double rotor_drag(const Identification& r, const std::vector<log::FlightRecord>& records) {
   double number = 0.0, weight = 0.0;
   for (std::size_t f = 0; f < records.size(); ++f) {
-    const ModelValues& v = r.fit.values[f];
-    const GridFlight& g = r.flights[f];
-    RotorInput input(records[f]);
+    const estimate::ModelValues& v = r.fit.values[f];
+    const estimate::GridFlight& g = r.flights[f];
+    estimate::RotorInput input(records[f]);
     input.prepare(v);
     std::size_t hint = 0;
-    const Model model(v);
+    const estimate::Model model(v);
     for (std::size_t k = 0; k < g.knots; ++k) {
-      const RotorInputSample u = input.at(g.time_s(k), hint, false);
-      const BodyState& x = r.fit.states[f][k];
+      const estimate::RotorInputSample u = input.at(g.time_s(k), hint, false);
+      const estimate::BodyState& x = r.fit.states[f][k];
       const double speeds = u.omega_rad_s[0] + u.omega_rad_s[1] + u.omega_rad_s[2] + u.omega_rad_s[3];
       const Eigen::Vector3d v_B = x.q_WB.conjugate() * x.v_W_m_s, force = model.instant(x, u, g.time_s(k)).force_B_N;
       const Eigen::Vector2d across = v_B.head<2>();
@@ -56,30 +56,30 @@ TEST(ImrcBrushless, static_thrust_is_3p71e_8_within_2_percent_and_rotor_drag_tha
   o.fit.tolerance = 0.5;
   const Identification r = identify(without_roles(records), kBare.vehicle(), o);
   print(r);
-  const host::VehicleModel vehicle = vehicle_model(r.fit.values[0], host::to_model(kBare.vehicle()));
+  const host::VehicleModel vehicle = estimate::vehicle_model(r.fit.values[0], host::to_model(kBare.vehicle()));
   const double hover = host::hover_omega_rad_s(vehicle), c_t = vehicle.weight_N() / (4.0 * hover * hover);
   const double d = rotor_drag(r, records);
   fmt::print("static c_t {:.4e} N s², rotor drag {:.3e} N/(m/s rad/s) = {:.4f} N/(m/s) in hover\n", c_t, d, 4.0 * hover * d);
   EXPECT_NEAR(c_t, 3.71e-8, 0.02 * 3.71e-8);
   EXPECT_NEAR(d, 1.955e-6, 0.08 * 1.955e-6);
   // The moment that goes with velocity is not in the model: the inertia over all frequencies must say that it is not to be trusted.
-  const Estimate* xx = r.fit.find(kIxx);
+  const estimate::Estimate* xx = r.fit.find(estimate::kIxx);
   EXPECT_GE(xx->u_robust, 5.0 * xx->u);
 }
 
 TEST(ImrcBrushless, roll_inertia_above_5_Hz_is_1p60e_5_and_below_10_Hz_a_quarter_more) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's inertia is not measured";
   const auto records = kBare.flights(kFigureEights);
-  ModelValues v = model_values(host::to_model(kBare.vehicle()));
-  v[kK1] = 3.70e-8;  // static thrust of these flights
-  v[kK2] = 0.0;
+  estimate::ModelValues v = estimate::model_values(host::to_model(kBare.vehicle()));
+  v[estimate::kK1] = 3.70e-8;  // static thrust of these flights
+  v[estimate::kK2] = 0.0;
   const auto in = [&](double from, double to, std::optional<double> delay_s) {
-    const BandInertia b = inertia_in_band(records, v, {.axis = 0, .from_Hz = from, .to_Hz = to, .delay_s = delay_s});
+    const score::BandInertia b = score::inertia_in_band(records, v, {.axis = 0, .from_Hz = from, .to_Hz = to, .delay_s = delay_s});
     fmt::print("{:4.1f} to {:4.1f} Hz: {:.3e} ± {:.1e} kg m², delay {:.1f} ms, {:.1f} % explained\n", from, to, b.inertia_kg_m2, b.u_kg_m2,
                1e3 * b.delay_s, 100.0 * b.explained);
     return b;
   };
-  const BandInertia fast = in(5.0, 15.0, {}), middle = in(2.0, 15.0, {}), slow = in(1.0, 10.0, {});
+  const score::BandInertia fast = in(5.0, 15.0, {}), middle = in(2.0, 15.0, {}), slow = in(1.0, 10.0, {});
   in(5.0, 15.0, 0.0);
   in(5.0, 15.0, 0.008);
   EXPECT_NEAR(fast.inertia_kg_m2, 1.60e-5, 0.05e-5);
@@ -106,19 +106,19 @@ Roll roll_of_arpl(std::optional<double> lag_s) {
   o.fit.noise.rounds = 6;
   // A held lag starts, and stays, where the model's values put it; identify() has no door for that.
   std::vector<FlightToFit> flights = without_roles({kArpl.flight("log15")});
-  GridFlight grid = make_grid(flights[0].record, o.grid);
-  std::vector<GridFlight> grids;
+  estimate::GridFlight grid = make_grid(flights[0].record, o.grid);
+  std::vector<estimate::GridFlight> grids;
   grids.push_back(std::move(grid));
-  FitProblem p;
+  estimate::FitProblem p;
   p.start = start_values(grids, vehicle, {}).values;
-  p.start[kCommandOffset] = 640.0;
-  p.start[kCommandGain] = 1880.0;
-  p.start[kVoltageExponent] = 0.0;
-  p.start[kCommandLag] = lag_s.value_or(0.06);
+  p.start[estimate::kCommandOffset] = 640.0;
+  p.start[estimate::kCommandGain] = 1880.0;
+  p.start[estimate::kVoltageExponent] = 0.0;
+  p.start[estimate::kCommandLag] = lag_s.value_or(0.06);
   p.free = choose_parameters(grids, vehicle, {}, o.wishes);
   p.flights = {&grids[0]};
-  const Fit fit = bench::fit(p, o.fit);
-  const Estimate *xx = fit.find(kIxx), *lag = fit.find(kCommandLag);
+  const estimate::Fit fit = estimate::fit(p, o.fit);
+  const estimate::Estimate *xx = fit.find(estimate::kIxx), *lag = fit.find(estimate::kCommandLag);
   const Roll r{xx->value, xx->u_robust, lag ? lag->value : *lag_s, fit.log_likelihood};
   fmt::print("lag {:.1f} ms: I_xx {:.3e} ± {:.1e} (robust; classical {:.1e}), log likelihood {:.0f}\n", 1e3 * r.lag_s, r.xx, r.u, xx->u,
              r.log_likelihood);
@@ -137,4 +137,4 @@ TEST(ArplCrazyflie, commands_alone_give_the_published_tools_inertia_and_only_a_s
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

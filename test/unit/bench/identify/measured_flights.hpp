@@ -11,7 +11,7 @@
 #include "host/vehicle/model.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench::testing {
+namespace rotorloop::identify::testing {
 
 // Empty when ROTORLOOP_DATA is not set.
 inline std::filesystem::path measured_flights() {
@@ -20,7 +20,7 @@ inline std::filesystem::path measured_flights() {
 }
 
 struct MeasuredFlight {
-  FlightRecord record;
+  log::FlightRecord record;
   host::VehicleModel vehicle;
 };
 
@@ -28,9 +28,9 @@ struct MeasuredFlight {
 inline MeasuredFlight read_measured(const std::filesystem::path& file) {
   const std::filesystem::path source = ROTORLOOP_SOURCE_DIR;
   const std::string set = file.parent_path().filename().string();
-  const LogMapping mapping = read_log_mapping(source / "vehicles/measured" / (set + ".mapping.toml"));
+  const log::LogMapping mapping = log::read_log_mapping(source / "vehicles/measured" / (set + ".mapping.toml"));
   const host::EffectCatalogue effects = host::read_effect_catalogue(source / "effects/catalogue.toml");
-  return {read_flight(file, &mapping), host::to_model(host::read_vehicle(source / "vehicles/measured" / (set + ".toml"), effects))};
+  return {log::read_flight(file, &mapping), host::to_model(host::read_vehicle(source / "vehicles/measured" / (set + ".toml"), effects))};
 }
 
 inline std::vector<std::filesystem::path> flights_of(const std::string& set) {
@@ -43,4 +43,4 @@ inline std::vector<std::filesystem::path> flights_of(const std::string& set) {
   return out;
 }
 
-}  // namespace rotorloop::bench::testing
+}  // namespace rotorloop::identify::testing

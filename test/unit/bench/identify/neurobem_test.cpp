@@ -5,7 +5,7 @@
 #include "bench/score/force_score.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 const MeasuredSet kSet{"neurobem_test"};
@@ -14,8 +14,8 @@ const std::vector<std::string> kFlights{"figure8_1_20210218_170320_seg2", "race_
 
 struct Result {
   Identification fit;
-  std::vector<FlightRecord> records;
-  ForceScore model, published;
+  std::vector<log::FlightRecord> records;
+  score::ForceScore model, published;
 };
 
 Result run(const ParameterWishes& wishes) {
@@ -26,18 +26,18 @@ Result run(const ParameterWishes& wishes) {
   o.wishes = wishes;
   o.fit.noise.rounds = 4;
   r.fit = identify(without_roles(r.records), kSet.vehicle(), o);
-  std::vector<ForceScore> model, published;
+  std::vector<score::ForceScore> model, published;
   for (std::size_t f = 0; f < r.records.size(); ++f) {
-    model.push_back(score_force(r.records[f], r.fit.fit.values[f]));
-    published.push_back(*score_logged_force(r.records[f], r.fit.fit.values[f], "bemnn_f"));
+    model.push_back(score::score_force(r.records[f], r.fit.fit.values[f]));
+    published.push_back(*score::score_logged_force(r.records[f], r.fit.fit.values[f], "bemnn_f"));
     fmt::print("{:<36} {:.3f} N ({:.3f} {:.3f} {:.3f}), published {:.3f} N\n", model.back().flight, model.back().rms_N,
                model.back().axis_rms_N.x(), model.back().axis_rms_N.y(), model.back().axis_rms_N.z(), published.back().rms_N);
   }
-  r.model = pooled(model);
-  r.published = pooled(published);
+  r.model = score::pooled(model);
+  r.published = score::pooled(published);
   fmt::print("pooled {:.3f} N, published {:.3f} N\n", r.model.rms_N, r.published.rms_N);
-  for (const Estimate& e : r.fit.fit.estimates)
-    fmt::print("  {:<12} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate_name(e, r.fit.problem), e.value, e.u, e.u_robust);
+  for (const estimate::Estimate& e : r.fit.fit.estimates)
+    fmt::print("  {:<12} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate::estimate_name(e, r.fit.problem), e.value, e.u, e.u_robust);
   return r;
 }
 
@@ -49,20 +49,20 @@ TEST(NeuroBem, papers_terms_reach_1p10_N_and_the_inertia_that_pays_for_their_lac
   const Result r = run({.free = {}, .hold = kKnown, .per_flight = {}});
   EXPECT_NEAR(r.published.rms_N, 0.467, 0.001);  // the published prediction, scored by the same samples
   EXPECT_LE(r.model.rms_N, 1.10);
-  const Estimate* xx = r.fit.fit.find(kIxx);
+  const estimate::Estimate* xx = r.fit.fit.find(estimate::kIxx);
   ASSERT_TRUE(xx);
   EXPECT_GE(xx->u_robust, 5.0 * xx->u);
   EXPECT_GT(xx->value, 4.0 * 2.5e-3) << "the published inertia is 2.5e-3: nothing to mark";
 
   // Ablation: thrust alone, without drag.
-  std::vector<ForceScore> bare;
+  std::vector<score::ForceScore> bare;
   for (std::size_t f = 0; f < r.records.size(); ++f) {
-    ModelValues v = r.fit.fit.values[f];
-    v[kCdh] = v[kCdxy] = v[kCdz] = 0.0;
-    bare.push_back(score_force(r.records[f], v));
+    estimate::ModelValues v = r.fit.fit.values[f];
+    v[estimate::kCdh] = v[estimate::kCdxy] = v[estimate::kCdz] = 0.0;
+    bare.push_back(score::score_force(r.records[f], v));
   }
-  EXPECT_GT(pooled(bare).rms_N, 1.5);
+  EXPECT_GT(score::pooled(bare).rms_N, 1.5);
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

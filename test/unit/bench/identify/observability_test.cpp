@@ -10,7 +10,7 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using model_true::Manoeuvre;
@@ -18,31 +18,31 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-GridFlight flown(model_true::FlightSettings s) {
+estimate::GridFlight flown(model_true::FlightSettings s) {
   s.duration_s = 5.0;
-  return make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
+  return estimate::make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
 }
-GridFlight hover() {
-  GridFlight g = flown({.path = [](double) { return model_true::Reference{}; }, .seed = 3});
+estimate::GridFlight hover() {
+  estimate::GridFlight g = flown({.path = [](double) { return model_true::Reference{}; }, .seed = 3});
   g.name = "hover";
   return g;
 }
 
-std::vector<FreeParameter> thrust_and_drag() {
-  std::vector<FreeParameter> out;
-  for (const int p : {kK1, kK2, kCdh, kCdxy, kCdz, kComX, kComY}) out.push_back({.parameter = p});
+std::vector<estimate::FreeParameter> thrust_and_drag() {
+  std::vector<estimate::FreeParameter> out;
+  for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kComX, estimate::kComY}) out.push_back({.parameter = p});
   return out;
 }
 
 struct Fitted {
-  FitProblem problem;
-  Fit fit;
+  estimate::FitProblem problem;
+  estimate::Fit fit;
   Observability told;
 };
-Fitted fitted(std::vector<const GridFlight*> flights, const std::vector<FreeParameter>& free = thrust_and_drag(),
+Fitted fitted(std::vector<const estimate::GridFlight*> flights, const std::vector<estimate::FreeParameter>& free = thrust_and_drag(),
               const host::TermList& terms = {}) {
   Fitted out;
-  out.problem.start = model_values(model_true::vehicle_of({}), terms);
+  out.problem.start = estimate::model_values(model_true::vehicle_of({}), terms);
   out.problem.free = free;
   out.problem.flights = std::move(flights);
   out.problem.noise.force_m_s2_rtHz.setConstant(0.03);
@@ -62,7 +62,7 @@ const Advice* advice_for(const Observability& o, const std::string& parameter) {
 }
 
 TEST(Observability, AHoverCannotTellDragNorTheTwoThrustCoefficientsFromEachOther) {
-  const GridFlight g = hover();
+  const estimate::GridFlight g = hover();
   const Observability o = fitted({&g}).told;
   ASSERT_EQ(o.flights.size(), 1u);
   EXPECT_EQ(o.flights[0].flight, "hover");
@@ -80,7 +80,7 @@ TEST(Observability, AHoverCannotTellDragNorTheTwoThrustCoefficientsFromEachOther
 }
 
 TEST(Observability, EachFlightSaysWhatItTellsByItself) {
-  const GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
+  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
   const Observability o = fitted({&still, &up, &fast}).told;
   ASSERT_EQ(o.flights.size(), 3u);
   const auto &of_hover = o.flights[0].cannot_tell, &of_climb = o.flights[1].cannot_tell, &of_dash = o.flights[2].cannot_tell;
@@ -94,7 +94,7 @@ TEST(Observability, EachFlightSaysWhatItTellsByItself) {
 }
 
 TEST(Observability, ListsEveryStrongCorrelationOfTheCovarianceStrongestFirstAndNoOther) {
-  const GridFlight up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
+  const estimate::GridFlight up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
   const Fitted f = fitted({&up, &fast});
   std::size_t strong = 0;
   for (Eigen::Index a = 0; a < f.fit.covariance.rows(); ++a) {
@@ -113,7 +113,7 @@ TEST(Observability, ListsEveryStrongCorrelationOfTheCovarianceStrongestFirstAndN
 }
 
 TEST(Observability, FlightsInMoreDirectionsAreBetterConditionedAndNeedLessAdvice) {
-  const GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
+  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
   const Observability poor = fitted({&still}).told, rich = fitted({&still, &up, &fast}).told;
   EXPECT_LT(rich.condition, 0.1 * poor.condition);
   EXPECT_TRUE(advice_for(poor, "c_d,h"));
@@ -121,7 +121,7 @@ TEST(Observability, FlightsInMoreDirectionsAreBetterConditionedAndNeedLessAdvice
 }
 
 TEST(Observability, AdviceSaysHowPoorlyAParameterIsKnownAndNamesItsManoeuvre) {
-  const GridFlight g = hover();
+  const estimate::GridFlight g = hover();
   const Observability o = fitted({&g}).told;
   const Advice* drag = advice_for(o, "c_d,h");
   ASSERT_TRUE(drag);
@@ -133,10 +133,10 @@ TEST(Observability, AdviceSaysHowPoorlyAParameterIsKnownAndNamesItsManoeuvre) {
 }
 
 TEST(Observability, AParameterThatOnlyItsPriorHoldsIsNamedAsSuchThoughItIsKnownWell) {
-  const GridFlight g = hover();
+  const estimate::GridFlight g = hover();
   auto free = thrust_and_drag();
-  for (FreeParameter& f : free) {
-    if (f.parameter == kCdh) f.prior_u = 1e-4;
+  for (estimate::FreeParameter& f : free) {
+    if (f.parameter == estimate::kCdh) f.prior_u = 1e-4;
   }
   const Observability o = fitted({&g}, free).told;
   const Advice* drag = advice_for(o, "c_d,h");
@@ -147,15 +147,15 @@ TEST(Observability, AParameterThatOnlyItsPriorHoldsIsNamedAsSuchThoughItIsKnownW
 TEST(Observability, AdviceForATermIsTheManoeuvreOfTheCatalogue) {
   host::TermList terms;
   ASSERT_TRUE(terms.add(*host::find_term("rotor_local_inflow")));
-  const GridFlight g = hover();
-  const Observability o = fitted({&g}, {{.parameter = kK1}, {.parameter = kCoreParameters}}, terms).told;
+  const estimate::GridFlight g = hover();
+  const Observability o = fitted({&g}, {{.parameter = estimate::kK1}, {.parameter = estimate::kCoreParameters}}, terms).told;
   const Advice* share = advice_for(o, "rotor_local_inflow.share");
   ASSERT_TRUE(share);
   EXPECT_THAT(share->manoeuvre, HasSubstr("roll and pitch chirps"));
 }
 
 TEST(Observability, EveryParameterAndEveryTermHasAManoeuvre) {
-  for (int p = 0; p < kCoreParameters; ++p) EXPECT_NE(manoeuvre_for(p, {}), "") << parameter_info(p, {}).name;
+  for (int p = 0; p < estimate::kCoreParameters; ++p) EXPECT_NE(manoeuvre_for(p, {}), "") << estimate::parameter_info(p, {}).name;
   const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   for (const host::Term& term : host::all_terms()) {
     host::TermList one;
@@ -163,7 +163,7 @@ TEST(Observability, EveryParameterAndEveryTermHasAManoeuvre) {
     const host::EffectFacts* facts = catalogue.facts_of(term.info.id);
     ASSERT_TRUE(facts) << term.info.id;
     EXPECT_NE(facts->manoeuvre, "") << term.info.id;
-    EXPECT_EQ(manoeuvre_for(kCoreParameters, one), facts->manoeuvre) << term.info.id;
+    EXPECT_EQ(manoeuvre_for(estimate::kCoreParameters, one), facts->manoeuvre) << term.info.id;
   }
 }
 
@@ -172,8 +172,8 @@ TEST(Observability, AdviceForATermOfTheUsersOwnNamesTheTerm) {
   own.info.id = "my_spring";
   host::TermList terms;
   ASSERT_TRUE(terms.add(own));
-  EXPECT_THAT(manoeuvre_for(kCoreParameters, terms), HasSubstr("the load of my_spring"));
+  EXPECT_THAT(manoeuvre_for(estimate::kCoreParameters, terms), HasSubstr("the load of my_spring"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -10,7 +10,7 @@
 
 #include "bench/identify/parameter_choice.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using testing::HasSubstr;
@@ -27,17 +27,17 @@ std::string line_of(const std::string& table, const std::string& name) {
 TEST(ParameterNames, EveryParameterStandsWithSymbolUnitAndAMeaningOfItsOwn) {
   const std::string table = names_table(host::builtin_effect_catalogue());
   std::set<std::string_view> meanings;
-  for (int p = 0; p < kCoreParameters; ++p) {
-    const ParameterInfo info = parameter_info(p, {});
-    const std::string line = line_of(table, info.name), meaning(meaning_of(static_cast<Parameter>(p)));
+  for (int p = 0; p < estimate::kCoreParameters; ++p) {
+    const estimate::ParameterInfo info = estimate::parameter_info(p, {});
+    const std::string line = line_of(table, info.name), meaning(meaning_of(static_cast<estimate::Parameter>(p)));
     EXPECT_THAT(line, HasSubstr(" " + info.symbol + " "));
     EXPECT_THAT(line, HasSubstr(" " + info.unit + " "));
     EXPECT_TRUE(line.ends_with(meaning)) << line;
-    EXPECT_TRUE(meanings.insert(meaning_of(static_cast<Parameter>(p))).second) << meaning;
+    EXPECT_TRUE(meanings.insert(meaning_of(static_cast<estimate::Parameter>(p))).second) << meaning;
   }
-  EXPECT_THAT(meaning_of(kIzz), HasSubstr("yaw"));
-  EXPECT_THAT(meaning_of(kCdz), HasSubstr("along z"));
-  EXPECT_THAT(meaning_of(kCommandLag), HasSubstr("time constant"));
+  EXPECT_THAT(meaning_of(estimate::kIzz), HasSubstr("yaw"));
+  EXPECT_THAT(meaning_of(estimate::kCdz), HasSubstr("along z"));
+  EXPECT_THAT(meaning_of(estimate::kCommandLag), HasSubstr("time constant"));
 }
 
 TEST(ParameterNames, EveryGroupOnTheListIsTakenByTheOptions) {
@@ -65,4 +65,4 @@ TEST(ParameterNames, EveryTermStandsWithItsNameInTheCatalogueAndItsParameters) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -9,7 +9,7 @@
 #include "bench/identify/identified_vehicle.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 
 inline const MeasuredSet kBare{"imrc_cf21bl_bare"}, kPayload{"imrc_cf21bl_payload"};
 // 4.7 g by the lab's scales. The load's place against the vehicle's, both by motion capture, swings as a pendulum of 0.483 m does whose
@@ -36,8 +36,8 @@ inline IdentifyOptions options() {
 
 inline void print(const char* what, const Identification& r) {
   fmt::print("{}: log likelihood {:.1f}, {} iterations, converged {}\n", what, r.fit.log_likelihood, r.fit.iterations, r.fit.converged);
-  for (const Estimate& e : r.fit.estimates) {
-    if (e.flight < 0) fmt::print("  {:<24} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate_name(e, r.problem), e.value, e.u, e.u_robust);
+  for (const estimate::Estimate& e : r.fit.estimates) {
+    if (e.flight < 0) fmt::print("  {:<24} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate::estimate_name(e, r.problem), e.value, e.u, e.u_robust);
   }
   std::fflush(stdout);
 }
@@ -46,7 +46,7 @@ inline void print(const char* what, const Identification& r) {
 inline std::vector<FlightToFit> checked(const MeasuredSet& set, const std::vector<std::string>& stems) {
   std::vector<FlightToFit> out;
   for (const std::string& stem : stems) {
-    CheckedFlight c = check_flight(set.flight(stem), host::to_model(set.vehicle()));
+    log::CheckedFlight c = log::check_flight(set.flight(stem), host::to_model(set.vehicle()));
     c.throw_if_refused();
     out.push_back({.record = c.flight, .role = FlightRole::any, .segments = c.segments});
   }
@@ -75,4 +75,4 @@ inline IdentifyOptions knowing(const host::VehicleFile& v) {
   return o;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

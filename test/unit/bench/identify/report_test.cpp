@@ -10,7 +10,7 @@
 #include "bench/identify/report/report_cells.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kDragSpeed_m_s = 8.5;
@@ -105,7 +105,7 @@ TEST(IdentifyPage, HoldsTheNoiseFiguresOfEachFlight) {
 }
 
 TEST(IdentifyPage, ShowsByHowManyPercentTheFlightsDifferFromAFileBeside) {
-  const double found = result().fit.find(kIxx)->value;
+  const double found = result().fit.find(estimate::kIxx)->value;
   const std::string page = page_of(compared_with({saying_inertia(0.8 * found, host::Origin::cad)}));
   const std::string row = row_of(page, "beside", "I_xx");
   EXPECT_TRUE(holds(row, ">+25.0<")) << row;
@@ -115,7 +115,7 @@ TEST(IdentifyPage, ShowsByHowManyPercentTheFlightsDifferFromAFileBeside) {
 }
 
 TEST(IdentifyPage, ShowsADifferenceInRedOnlyWhereTheFileDoesNotGuess) {
-  const double found = result().fit.find(kIxx)->value;
+  const double found = result().fit.find(estimate::kIxx)->value;
   const auto red = [&](host::Origin origin) {
     return holds(row_of(page_of(compared_with({saying_inertia(0.5 * found, origin)})), "beside", "I_xx"), "\"fail\"");
   };
@@ -148,7 +148,7 @@ TEST(IdentifyPage, GivesTheQuaternionThatTheRotationVectorStandsFor) {
   const FileComparison same = compared_with({{"found.toml", v}});
   for (std::size_t i = 0; i < same.rows.size(); ++i) {
     const int p = same.rows[i].parameter;
-    if (p >= kTurnX && p <= kTurnZ) {
+    if (p >= estimate::kTurnX && p <= estimate::kTurnZ) {
       EXPECT_NEAR(same.beside[0].parameters[i]->value, same.rows[i].value, 1e-9) << same.rows[i].symbol;
     }
   }
@@ -181,7 +181,7 @@ TEST(IdentifyPage, SaysWhyThereAreNoResidualsToJudgeWithoutPoses) {
 }
 
 TEST(IdentifyResult, HoldsNoiseConditionsHeldParametersAndComparisons) {
-  const double found = result().fit.find(kIxx)->value;
+  const double found = result().fit.find(estimate::kIxx)->value;
   const FileComparison c = compared_with({saying_inertia(0.8 * found, host::Origin::cad)});
   const auto j = nlohmann::json::parse(identify_result_json(result(), analysis(), c, {}, provenance()));
   EXPECT_EQ(j.at("conditions").at("noise"), "fixed");
@@ -205,4 +205,4 @@ TEST(IdentifyResult, HoldsNoiseConditionsHeldParametersAndComparisons) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

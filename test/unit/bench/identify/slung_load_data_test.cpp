@@ -6,7 +6,7 @@
 #include "bench/score/preprocess.hpp"
 #include "test/unit/bench/identify/payload_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 Identification with_load(IdentifyOptions o, host::VehicleFile v, double length_m) {
@@ -20,8 +20,8 @@ Identification with_load(IdentifyOptions o, host::VehicleFile v, double length_m
   return identify(checked(kPayload, kFlights), v, o);
 }
 
-const Estimate& estimate(const Identification& r, const std::string& name) {
-  return *r.fit.find(find_parameter("effect.slung_load." + name, r.problem.start.terms));
+const estimate::Estimate& estimate(const Identification& r, const std::string& name) {
+  return *r.fit.find(estimate::find_parameter("effect.slung_load." + name, r.problem.start.terms));
 }
 
 // Root mean square of what the model's force lacks in the world, below 6 Hz, over all flights of a fit.
@@ -29,23 +29,23 @@ Eigen::Vector3d residual_force_N(const Identification& r) {
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   double count = 0.0;
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const GridFlight& g = r.flights[f];
-    const ModelValues& v = r.fit.values[f];
-    RotorInput input = g.input;
+    const estimate::GridFlight& g = r.flights[f];
+    const estimate::ModelValues& v = r.fit.values[f];
+    estimate::RotorInput input = g.input;
     input.prepare(v);
-    const Model model(v);
+    const estimate::Model model(v);
     std::array<std::vector<double>, 3> rows;
     std::size_t hint = 0;
-    for (const VectorFix& a : g.accel) {
-      const BodyState& x = r.fit.states[f][a.knot];
+    for (const estimate::VectorFix& a : g.accel) {
+      const estimate::BodyState& x = r.fit.states[f][a.knot];
       const double t = g.time_s(a.knot);
-      const Eigen::Vector3d bias(v[kAccelBiasX], v[kAccelBiasY], v[kAccelBiasZ]);
+      const Eigen::Vector3d bias(v[estimate::kAccelBiasX], v[estimate::kAccelBiasY], v[estimate::kAccelBiasZ]);
       const Eigen::Vector3d e =
-          x.q_WB * Eigen::Vector3d(v[kMass] * (a.value - bias) - model.instant(x, input.at(t, hint, false), t).force_B_N);
+          x.q_WB * Eigen::Vector3d(v[estimate::kMass] * (a.value - bias) - model.instant(x, input.at(t, hint, false), t).force_B_N);
       for (std::size_t i = 0; i < 3; ++i) rows[i].push_back(e[static_cast<Eigen::Index>(i)]);
     }
     for (std::size_t i = 0; i < 3; ++i) {
-      for (const double e : zero_phase_low_pass(rows[i], 6.0, 1.0 / g.step_s)) squares[static_cast<Eigen::Index>(i)] += e * e;
+      for (const double e : score::zero_phase_low_pass(rows[i], 6.0, 1.0 / g.step_s)) squares[static_cast<Eigen::Index>(i)] += e * e;
     }
     count += static_cast<double>(rows[0].size());
   }
@@ -83,4 +83,4 @@ TEST(SlungLoadMeasured, mass_is_found_within_10_percent_with_the_loads_place_mea
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

@@ -9,15 +9,15 @@
 #include "bench/identify/report/identify_result.hpp"
 #include "test/support/model_true_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 using testing::HasSubstr;
 
-Fit made(double k1, double u_k1, double c_dh, double u_c_dh, double cost) {
-  Fit f;
+estimate::Fit made(double k1, double u_k1, double c_dh, double u_c_dh, double cost) {
+  estimate::Fit f;
   f.cost = cost;
-  f.estimates = {{.parameter = kK1, .value = k1, .u = u_k1}, {.parameter = kCdh, .value = c_dh, .u = u_c_dh}};
+  f.estimates = {{.parameter = estimate::kK1, .value = k1, .u = u_k1}, {.parameter = estimate::kCdh, .value = c_dh, .u = u_c_dh}};
   return f;
 }
 
@@ -85,9 +85,9 @@ TEST_F(SolverCheckOfAFit, FindsBothSolversWithinTheLimitsOfTheAcceptancePageOnce
 
 TEST_F(SolverCheckOfAFit, NamesAnEstimateThatIsHalfAnUncertaintyOffAndAnUncertaintyThatIsTenPercentOff) {
   Identification r = identified();
-  for (Estimate& e : r.fit.estimates) {
-    if (e.parameter == kCdh) e.value += 0.5 * e.u;
-    if (e.parameter == kIyy) e.u *= 1.1;
+  for (estimate::Estimate& e : r.fit.estimates) {
+    if (e.parameter == estimate::kCdh) e.value += 0.5 * e.u;
+    if (e.parameter == estimate::kIyy) e.u *= 1.1;
   }
   const SolverCheck c = check_by_ceres(r, options().fit);
   EXPECT_FALSE(c.good());
@@ -97,11 +97,11 @@ TEST_F(SolverCheckOfAFit, NamesAnEstimateThatIsHalfAnUncertaintyOffAndAnUncertai
 
 TEST_F(SolverCheckOfAFit, TellsWhatCeresSaidWhereItGivesNoAnswer) {
   Identification r = identified();
-  r.problem.start[kIyy] = -0.004;
+  r.problem.start[estimate::kIyy] = -0.004;
   const SolverCheck c = check_by_ceres(r, options().fit);
   EXPECT_FALSE(c.good());
   EXPECT_THAT(solver_check_text(c), HasSubstr("came to no answer: start value of body.inertia.yy is -0.004 kg m2"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

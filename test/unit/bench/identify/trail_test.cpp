@@ -11,7 +11,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,7 +24,7 @@ json entry(const std::string& symbol, double value, double u, const std::string&
 json trial(double k1, const Eigen::Quaterniond& start, const Eigen::Quaterniond& q) {
   json j = {{"format", 1}, {"command", "identify"}};
   j["estimates"] = {entry("k_1", k1, 1e-8, "N s2")};
-  const Eigen::Vector3d turn = log_q(start.conjugate() * q);
+  const Eigen::Vector3d turn = estimate::log_q(start.conjugate() * q);
   for (int i = 0; i < 3; ++i) j["estimates"].push_back(entry(std::string("q_BS,") + "xyz"[i], turn[i], 1e-3, "rad"));
   j["derived"] = {entry("c_t", 0.8 * k1, 1e-9, "N s2")};
   j["q_BS_wxyz"] = {q.w(), q.x(), q.y(), q.z()};
@@ -51,7 +51,7 @@ class Trail : public ::testing::Test {
     }
     return "accepted";
   }
-  const Eigen::Quaterniond tilted_ = exp_q({0.05, -0.02, 0.1});
+  const Eigen::Quaterniond tilted_ = estimate::exp_q({0.05, -0.02, 0.1});
   const fs::path root_ = fs::path(::testing::TempDir()) / ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
@@ -89,7 +89,7 @@ TEST_F(Trail, TellsFoldersOfTheSameNameApartByWhereTheyStand) {
 
 TEST_F(Trail, CountsTheSensorsRotationFromOneWhateverEachFitStartedFrom) {
   // The same sensor, found from two start values that differ by 3 degrees: one rotation, two rotation vectors.
-  const Eigen::Quaterniond other_start = tilted_ * exp_q({0.0, 0.05, 0.0});
+  const Eigen::Quaterniond other_start = tilted_ * estimate::exp_q({0.0, 0.05, 0.0});
   const std::vector<fs::path> paths{put("a", trial(2.4e-6, tilted_, tilted_)), put("b", trial(2.4e-6, other_start, tilted_))};
   auto trail = read_trail(paths);
   ASSERT_GT(std::fabs(value_of(trail[0], "q_BS,y") - value_of(trail[1], "q_BS,y")), 0.04) << "as each result says it";
@@ -135,4 +135,4 @@ TEST_F(Trail, RefusesWhatIsNoResultOfIdentifyByName) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

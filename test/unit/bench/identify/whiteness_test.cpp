@@ -7,12 +7,12 @@
 
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 // First-order coloured noise of unit variance; correlation 0: white.
 std::vector<double> noise(std::uint64_t seed, std::size_t n, double correlation) {
-  const sim::RandomStream random(seed, 77);
+  const RandomStream random(seed, 77);
   std::vector<double> out(n);
   double x = random.gaussian(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -69,8 +69,8 @@ TEST(RunsTest, RejectsFivePercentOfWhiteSeriesAndSeesColour) {
   EXPECT_LT(runs_test(noise(1, 2000, 0.5)).z, -5.0) << "neighbours alike: too few runs";
 }
 
-std::vector<Innovation> innovations(std::uint64_t seed, double coloured_channel) {
-  std::vector<Innovation> out(4000);
+std::vector<estimate::Innovation> innovations(std::uint64_t seed, double coloured_channel) {
+  std::vector<estimate::Innovation> out(4000);
   for (std::size_t c = 0; c < 6; ++c) {
     const auto s = noise(10 * seed + c, out.size(), c == 2 ? coloured_channel : 0.0);
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -110,4 +110,4 @@ TEST(FlightWhiteness, GivesTheMeanSquareOfEachSecond) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

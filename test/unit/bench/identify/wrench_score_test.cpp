@@ -7,40 +7,40 @@
 
 #include "test/unit/bench/estimate/analytic_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::identify {
 namespace {
 
 constexpr double kCt_N_s2 = 1.6e-6, kTorquePerThrust_m = 0.02;  // of analytic_flight.hpp
 enum : Eigen::Index { kForceX, kForceY, kForceZ, kTorqueX, kTorqueY, kTorqueZ };
 
-ModelValues true_values(const testing::AnalyticFlight& f) {
-  ModelValues v = model_values(f.vehicle);
-  v[kK1] = kCt_N_s2;
-  v[kK2] = 0.0;
-  v[kCq] = kCt_N_s2 * kTorquePerThrust_m;
-  v[kCdh] = v[kCdxy] = v[kCdz] = 0.0;
+estimate::ModelValues true_values(const estimate::testing::AnalyticFlight& f) {
+  estimate::ModelValues v = estimate::model_values(f.vehicle);
+  v[estimate::kK1] = kCt_N_s2;
+  v[estimate::kK2] = 0.0;
+  v[estimate::kCq] = kCt_N_s2 * kTorquePerThrust_m;
+  v[estimate::kCdh] = v[estimate::kCdxy] = v[estimate::kCdz] = 0.0;
   return v;
 }
 
-Identification fit_of(const ModelValues& values) {
+Identification fit_of(const estimate::ModelValues& values) {
   Identification r;
   r.start.file = values;
   r.fit.values = {values};
-  r.fit.noise = {NoiseModel{}};
+  r.fit.noise = {estimate::NoiseModel{}};
   return r;
 }
 
 // The flight's own motion ends at 2 Hz.
-WrenchComparison score(const FlightRecord& record, const ModelValues& before, const ModelValues& after,
+WrenchComparison score(const log::FlightRecord& record, const estimate::ModelValues& before, const estimate::ModelValues& after,
                        const WrenchBand& band = {.from_Hz = 0.0, .to_Hz = 3.0}) {
   return score_wrenches({{record, FlightRole::any, {}, {}}}, fit_of(before), fit_of(after), {.rate_Hz = 100.0}, band);
 }
 
 TEST(WrenchScore, TrueModelExplainsEveryAxisThatMovesAndATorqueThatIsLeftOutShowsAboutItsAxisAlone) {
-  const testing::AnalyticFlight f = testing::analytic_flight();
-  const ModelValues truth = true_values(f);
-  ModelValues without_yaw = truth;
-  without_yaw[kCq] = 0.0;
+  const estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  const estimate::ModelValues truth = true_values(f);
+  estimate::ModelValues without_yaw = truth;
+  without_yaw[estimate::kCq] = 0.0;
   const WrenchComparison c = score(f.record, without_yaw, truth);
   ASSERT_EQ(c.after.size(), 2u);  // the flight, and all in one pot
   EXPECT_EQ(c.after.front().flight, "analytic");
@@ -52,10 +52,10 @@ TEST(WrenchScore, TrueModelExplainsEveryAxisThatMovesAndATorqueThatIsLeftOutShow
 }
 
 TEST(WrenchScore, ThrustOneTenthTooHighIsOneTenthOfTheThrustInNewtons) {
-  const testing::AnalyticFlight f = testing::analytic_flight();
-  const ModelValues truth = true_values(f);
-  ModelValues strong = truth;
-  strong[kK1] *= 1.1;
+  const estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  const estimate::ModelValues truth = true_values(f);
+  estimate::ModelValues strong = truth;
+  strong[estimate::kK1] *= 1.1;
   const WrenchComparison c = score(f.record, strong, truth);
   // 0.7 kg; 9.81 m/s² and climbs of 2.4 and 4.1 m/s² in sines: 10.4 m/s² rms.
   EXPECT_NEAR(c.before.back().rms[kForceZ], 0.1 * 0.7 * 10.4, 0.05);
@@ -64,8 +64,8 @@ TEST(WrenchScore, ThrustOneTenthTooHighIsOneTenthOfTheThrustInNewtons) {
 }
 
 TEST(WrenchScore, RotorSpeedsStampedTwentyMillisecondsEarlyCostTorqueThatAlignmentGivesBack) {
-  testing::AnalyticFlight f = testing::analytic_flight();
-  const ModelValues truth = true_values(f);
+  estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  const estimate::ModelValues truth = true_values(f);
   const WrenchScore on_time = score(f.record, truth, truth).after.back();
   for (double& t : f.record.rotor_omega_rad_s.t_s) t -= 0.020;
   const WrenchComparison c = score(f.record, truth, truth);
@@ -75,8 +75,8 @@ TEST(WrenchScore, RotorSpeedsStampedTwentyMillisecondsEarlyCostTorqueThatAlignme
 }
 
 TEST(WrenchScore, FlightsWithoutInertialSensorsGiveNoScore) {
-  testing::AnalyticFlight f = testing::analytic_flight();
-  const ModelValues truth = true_values(f);
+  estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  const estimate::ModelValues truth = true_values(f);
   f.record.gyro_B_rad_s = {};
   f.record.accel_B_m_s2 = {};
   const WrenchComparison c = score(f.record, truth, truth);
@@ -85,12 +85,12 @@ TEST(WrenchScore, FlightsWithoutInertialSensorsGiveNoScore) {
 }
 
 TEST(WrenchScore, TableNamesBandAxesAndUnits) {
-  const testing::AnalyticFlight f = testing::analytic_flight();
-  const ModelValues truth = true_values(f);
+  const estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  const estimate::ModelValues truth = true_values(f);
   const std::string text = wrench_table(score(f.record, truth, truth, {.from_Hz = 1.0, .to_Hz = 10.0}));
   for (const char* part : {"1 to 10 Hz", "force z", "torque z", "N m", "analytic", "pooled"})
     EXPECT_NE(text.find(part), std::string::npos) << part;
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::identify

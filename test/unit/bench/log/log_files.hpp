@@ -5,7 +5,7 @@
 #include "bench/log/read_flight.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 
 // A CSV mapping with time column t in s, and what a test adds.
 inline std::string csv_mapping(const std::string& streams, const std::string& head = "") {
@@ -28,7 +28,7 @@ struct ReadBack {
   }
 };
 
-inline ReadBack read_csv(const TempFolder& folder, const std::string& log, const std::string& mapping) {
+inline ReadBack read_csv(const test::TempFolder& folder, const std::string& log, const std::string& mapping) {
   const auto path = folder.write("log.csv", log);
   const LogMapping m = read_log_mapping(folder.write("test.mapping.toml", mapping));
   ReadBack out;
@@ -36,4 +36,4 @@ inline ReadBack read_csv(const TempFolder& folder, const std::string& log, const
   return out;
 }
 
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

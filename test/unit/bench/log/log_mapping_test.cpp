@@ -7,7 +7,7 @@
 
 #include "test/unit/bench/log/log_files.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -30,7 +30,7 @@ struct UnitCase {
 class VectorUnits : public ::testing::TestWithParam<UnitCase> {};
 TEST_P(VectorUnits, BecomeSi) {
   const auto& c = GetParam();
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y,z\n1.5,0,0," + std::to_string(c.logged) + "\n", csv_mapping(stream(c.quantity, kXyz, c.unit)));
   const auto& s = c.quantity == "position"   ? r.flight.position_W_m
                   : c.quantity == "velocity" ? r.flight.velocity_W_m_s
@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(LogMapping, VectorUnits,
 
 class TimeUnits : public ::testing::TestWithParam<std::pair<std::string, double>> {};
 TEST_P(TimeUnits, BecomeSeconds) {
-  TempFolder folder;
+  test::TempFolder folder;
   std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
   mapping.replace(mapping.find("unit = \"s\""), 10, "unit = \"" + GetParam().first + "\"");
   const auto r = read_csv(folder, "t,u\n2000,12\n", mapping);
@@ -60,21 +60,21 @@ INSTANTIATE_TEST_SUITE_P(LogMapping, TimeUnits,
 
 class BatteryUnits : public ::testing::TestWithParam<std::pair<std::string, double>> {};
 TEST_P(BatteryUnits, BecomeVolts) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,u\n0,160\n", csv_mapping(stream("battery", "[\"u\"]", GetParam().first)));
   EXPECT_NEAR(r.flight.battery_V.value.at(0), GetParam().second, 1e-12);
 }
 INSTANTIATE_TEST_SUITE_P(LogMapping, BatteryUnits, ::testing::Values(std::pair{"V", 160.0}, std::pair{"dV", 16.0}, std::pair{"mV", 0.16}));
 
 TEST(LogMapping, RotorSpeedsComeInOurOrderWhateverTheirs) {
-  TempFolder folder;  // theirs: 1 front right, 2 rear right, 3 rear left, 4 front left
+  test::TempFolder folder;  // theirs: 1 front right, 2 rear right, 3 rear left, 4 front left
   const auto r = read_csv(folder, "t,m1,m2,m3,m4\n0,101,102,103,104\n",
                           csv_mapping(stream("rotor_speed", "[\"m1\", \"m3\", \"m4\", \"m2\"]", "rad/s")));
   EXPECT_EQ(r.flight.rotor_omega_rad_s.value.at(0), (RotorValues{101, 103, 104, 102}));
 }
 
 TEST(LogMapping, RevolutionsPerMinuteAndElectricalOnesWithPolePairsBecomeRadPerS) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto rpm = read_csv(folder, "t,a,b,c,d\n0,60,120,0,6000\n", csv_mapping(stream("rotor_speed", kRotors, "rpm")));
   EXPECT_NEAR(rpm.flight.rotor_omega_rad_s.value[0][0], 2 * kPi, 1e-12);
   EXPECT_NEAR(rpm.flight.rotor_omega_rad_s.value[0][3], 200 * kPi, 1e-9);
@@ -83,13 +83,13 @@ TEST(LogMapping, RevolutionsPerMinuteAndElectricalOnesWithPolePairsBecomeRadPerS
 }
 
 TEST(LogMapping, SignsAndScaleApplyToEachColumn) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y,z\n0,1,2,3\n", csv_mapping(stream("gyro", kXyz, "rad/s", "sign = [1, -1, -1]\nscale = 2")));
   expect_near(r.flight.gyro_B_rad_s.value.at(0), 2, -4, -6);
 }
 
 TEST(LogMapping, MotorCommandsRunFromZeroToOneBetweenTheValuesOfNoAndFullThrust) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto pwm =
       read_csv(folder, "t,a,b,c,d\n0,0,65535,32767.5,13107\n", csv_mapping(stream("motor_command", kRotors, "", "full_scale = 65535")));
   EXPECT_EQ(pwm.flight.motor_command.value.at(0), (RotorValues{0, 1, 0.5, 0.2}));
@@ -99,7 +99,7 @@ TEST(LogMapping, MotorCommandsRunFromZeroToOneBetweenTheValuesOfNoAndFullThrust)
 }
 
 TEST(LogMapping, ConstantStandsForAColumnThatTheLogLacks) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y\n0,1,2\n", csv_mapping(stream("position", "[\"x\", \"y\", \"= 0.5\"]", "m")));
   expect_near(r.flight.position_W_m.value.at(0), 1, 2, 0.5);
 }
@@ -108,7 +108,7 @@ TEST(LogMapping, ConstantStandsForAColumnThatTheLogLacks) {
 const std::string kYaw90 = std::to_string(std::sqrt(0.5)) + ",0,0," + std::to_string(std::sqrt(0.5));
 
 TEST(LogMapping, AttitudeIsBodyToWorldWhicheverWayItIsLogged) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string log = "t,x,y,z,qw,qx,qy,qz\n0,1,2,3," + kYaw90 + "\n";
   const auto a = read_csv(folder, log, csv_mapping(stream("pose", kXyz, "m", kQuaternion)));
   expect_near(a.flight.pose.value.at(0).q_WS * Eigen::Vector3d::UnitX(), 0, 1, 0);
@@ -118,7 +118,7 @@ TEST(LogMapping, AttitudeIsBodyToWorldWhicheverWayItIsLogged) {
 }
 
 TEST(LogMapping, NorthEastDownAndForwardRightDownTurnIntoOurAxes) {
-  TempFolder folder;  // heading east (yaw +90° about down), 2 m up, climbing
+  test::TempFolder folder;  // heading east (yaw +90° about down), 2 m up, climbing
   const std::string mapping = csv_mapping(stream("pose", kXyz, "m", kQuaternion) + stream("velocity", "[\"vx\", \"vy\", \"vz\"]", "m/s") +
                                               stream("accel", "[\"ax\", \"ay\", \"az\"]", "m/s2"),
                                           "axes.world = \"NED\"\naxes.body = \"FRD\"\n");
@@ -131,7 +131,7 @@ TEST(LogMapping, NorthEastDownAndForwardRightDownTurnIntoOurAxes) {
 }
 
 TEST(LogMapping, RollToTheRightInForwardRightDownIsRollToTheRightInOurs) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string roll30 = std::to_string(std::cos(kPi / 12)) + "," + std::to_string(std::sin(kPi / 12)) + ",0,0";
   const auto r = read_csv(folder, "t,x,y,z,qw,qx,qy,qz\n0,0,0,0," + roll30 + "\n",
                           csv_mapping(stream("pose", kXyz, "m", kQuaternion), "axes.world = \"NED\"\naxes.body = \"FRD\"\n"));
@@ -140,21 +140,21 @@ TEST(LogMapping, RollToTheRightInForwardRightDownIsRollToTheRightInOurs) {
 }
 
 TEST(LogMapping, VelocityInTheBodyIsTurnedToTheWorld) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y,z,qw,qx,qy,qz\n0,3,0,1," + kYaw90 + "\n",
                           csv_mapping(stream("velocity", kXyz, "m/s", kQuaternion + "frame = \"body\"")));
   expect_near(r.flight.velocity_W_m_s.value.at(0), 0, 3, 1);
 }
 
 TEST(LogMapping, SpecificForceInWorldAxesIsTurnedToTheBody) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y,z,qw,qx,qy,qz\n0,0,2,9.8," + kYaw90 + "\n",
                           csv_mapping(stream("accel", kXyz, "m/s2", kQuaternion + "frame = \"world\"")));
   expect_near(r.flight.accel_B_m_s2.value.at(0), 2, 0, 9.8);
 }
 
 TEST(LogMapping, GravityThatWasRemovedIsAddedBackInWorldAndInBodyAxes) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string upside_down = "0,1,0,0";
   const auto world = read_csv(folder, "t,x,y,z,qw,qx,qy,qz\n0,0,0,0," + upside_down + "\n",
                               csv_mapping(stream("accel", kXyz, "m/s2", kQuaternion + "frame = \"world\"\ngravity = \"removed\"")));
@@ -165,7 +165,7 @@ TEST(LogMapping, GravityThatWasRemovedIsAddedBackInWorldAndInBodyAxes) {
 }
 
 TEST(LogMapping, HeldSamplesAreDroppedOnRequestAndCounted) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string log = "t,a,b,c,d\n0,1,1,1,1\n0.01,1,1,1,1\n0.02,2,1,1,1\n0.03,2,1,1,1\n0.04,1,1,1,1\n";
   const auto all = read_csv(folder, log, csv_mapping(stream("rotor_speed", kRotors, "rad/s")));
   EXPECT_EQ(all.flight.rotor_omega_rad_s.size(), 5u);
@@ -175,7 +175,7 @@ TEST(LogMapping, HeldSamplesAreDroppedOnRequestAndCounted) {
 }
 
 TEST(LogMapping, BlankRowsAreSkippedAndNotedAndARotorWithoutReadingStaysNotANumber) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,a,b,c,d,u\n0,1,,3,nan,12\n1,,,,,\n2,1,2,3,4,12.1\n",
                           csv_mapping(stream("rotor_speed", kRotors, "rad/s") + stream("battery", "[\"u\"]", "V")));
   ASSERT_EQ(r.flight.rotor_omega_rad_s.size(), 2u);
@@ -187,20 +187,20 @@ TEST(LogMapping, BlankRowsAreSkippedAndNotedAndARotorWithoutReadingStaysNotANumb
 }
 
 TEST(LogMapping, ValueThatStandsForNoReadingIsNone) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,u\n0,-1\n1,12\n", csv_mapping(stream("battery", "[\"u\"]", "V", "missing_value = -1")));
   EXPECT_EQ(r.flight.battery_V.t_s, (std::vector<double>{1}));
 }
 
 TEST(LogMapping, RowsCountOnlyWhereAColumnHasTheValueAskedFor) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r =
       read_csv(folder, "t,u,ok\n0,11,0\n1,12,1\n", csv_mapping(stream("battery", "[\"u\"]", "V", "only_if = { column = \"ok\", is = 1 }")));
   EXPECT_EQ(r.flight.battery_V.value, (std::vector<double>{12}));
 }
 
 TEST(LogMapping, OffsetIsAddedToTheStampsOfItsStreamAlone) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,u,x,y,z\n1,12,0,0,0\n",
                           csv_mapping(stream("battery", "[\"u\"]", "V", "time_offset_s = -0.02") + stream("gyro", kXyz, "rad/s")));
   EXPECT_NEAR(r.flight.battery_V.t_s.at(0), 0.98, 1e-15);
@@ -208,7 +208,7 @@ TEST(LogMapping, OffsetIsAddedToTheStampsOfItsStreamAlone) {
 }
 
 TEST(LogMapping, StartAtZeroMovesAllFilesByTheEarliestStampOfAny) {
-  TempFolder folder;
+  test::TempFolder folder;
   folder.write("log_slow.csv", "ms,u\n99000,12\n");
   std::string mapping = csv_mapping(stream("gyro", kXyz, "rad/s") + stream("battery", "[\"u\"]", "V", "from = \"slow\"") +
                                     "[source.slow]\nsuffix = \"_slow.csv\"\ntime.column = \"ms\"\ntime.unit = \"ms\"\n");
@@ -219,14 +219,14 @@ TEST(LogMapping, StartAtZeroMovesAllFilesByTheEarliestStampOfAny) {
 }
 
 TEST(LogMapping, FirstAlternativeThatTheLogHasIsTaken) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string mapping = csv_mapping(stream("battery", "[\"volt\"]", "V") + stream("battery", "[\"u\"]", "mV"));
   EXPECT_EQ(read_csv(folder, "t,u\n0,12000\n", mapping).flight.battery_V.value.at(0), 12.0);
   EXPECT_EQ(read_csv(folder, "t,u,volt\n0,12000,11\n", mapping).flight.battery_V.value.at(0), 11.0);
 }
 
 TEST(LogMapping, OptionalStreamThatIsNotThereIsANote) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,x,y,z\n0,0,0,0\n",
                           csv_mapping(stream("gyro", kXyz, "rad/s") + stream("battery", "[\"u\"]", "V", "optional = true")));
   EXPECT_TRUE(r.flight.battery_V.empty());
@@ -234,20 +234,20 @@ TEST(LogMapping, OptionalStreamThatIsNotThereIsANote) {
 }
 
 TEST(LogMapping, FurtherColumnsAreKeptUnderTheirNames) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,px\n0,-15\n", csv_mapping(stream("extra", "[\"px\"]", "mm", "name = \"payload_x[m]\"")));
   EXPECT_NEAR(r.flight.extra.at("payload_x[m]").value.at(0), -0.015, 1e-15);
 }
 
 TEST(CsvTable, TakesCarriageReturnsByteOrderMarksCommentsQuotesAndOtherSeparators) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "\xEF\xBB\xBF# exported\r\n\"t\"; \"u\" \r\n\r\n0; 12\r\n1;+13\r\n",
                           csv_mapping(stream("battery", "[\"u\"]", "V"), "separator = \";\"\n"));
   EXPECT_EQ(r.flight.battery_V.value, (std::vector<double>{12, 13}));
 }
 
 TEST(CsvTable, LastLineThatWasCutIsLeftOutAndNoted) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto r = read_csv(folder, "t,u,x\n0,12,1\n1,1", csv_mapping(stream("battery", "[\"u\"]", "V")));
   EXPECT_EQ(r.flight.battery_V.size(), 1u);
   EXPECT_TRUE(r.noted("line 3 was cut off"));
@@ -260,7 +260,7 @@ struct BadMapping {
 };
 class BadMappings : public ::testing::TestWithParam<BadMapping> {};
 TEST_P(BadMappings, AreRefusedWithFileLineAndRemedy) {
-  const std::string error = error_of([] { (void)parse_log_mapping(GetParam().mapping, "bad.mapping.toml"); });
+  const std::string error = test::error_of([] { (void)parse_log_mapping(GetParam().mapping, "bad.mapping.toml"); });
   EXPECT_THAT(error, AllOf(HasSubstr("bad.mapping.toml"), HasSubstr(GetParam().message)));
 }
 const std::string kGyro = stream("gyro", kXyz, "rad/s");
@@ -303,39 +303,39 @@ INSTANTIATE_TEST_SUITE_P(
                       BadMapping{csv_mapping(kGyro, "axes.world = \"ENU\"\n"), "ENU"}));
 
 TEST(LogMapping, ColumnThatTheLogLacksIsNamedWithTheMappingsLineAndWhatTheLogHas) {
-  TempFolder folder;
-  const std::string error = error_of([&] { read_csv(folder, "t,x,y\n0,1,2\n", csv_mapping(stream("gyro", kXyz, "rad/s"))); });
+  test::TempFolder folder;
+  const std::string error = test::error_of([&] { read_csv(folder, "t,x,y\n0,1,2\n", csv_mapping(stream("gyro", kXyz, "rad/s"))); });
   EXPECT_THAT(error, AllOf(HasSubstr("test.mapping.toml:7"), HasSubstr("no column z (gyro) in log.csv"), HasSubstr("it has: t, x, y")));
 }
 TEST(LogMapping, TimeColumnThatTheLogLacksIsNamed) {
-  TempFolder folder;
-  EXPECT_THAT(error_of([&] { read_csv(folder, "time,x,y,z\n0,1,2,3\n", csv_mapping(stream("gyro", kXyz, "rad/s"))); }),
+  test::TempFolder folder;
+  EXPECT_THAT(test::error_of([&] { read_csv(folder, "time,x,y,z\n0,1,2,3\n", csv_mapping(stream("gyro", kXyz, "rad/s"))); }),
               HasSubstr("no column t (time) in log.csv"));
 }
 TEST(LogMapping, FileBesideTheLogThatIsNotThereIsNamed) {
-  TempFolder folder;
-  EXPECT_THAT(error_of([&] {
+  test::TempFolder folder;
+  EXPECT_THAT(test::error_of([&] {
                 read_csv(folder, "t\n0\n",
                          csv_mapping(stream("battery", "[\"u\"]", "V", "from = \"slow\"") + "[source.slow]\nsuffix = \"_slow.csv\"\n"));
               }),
               HasSubstr("the file *_slow.csv beside the log, which is not there"));
 }
 TEST(LogMapping, FourColumnsThatAreNoQuaternionAreRefused) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string degrees = "t,x,y,z,qw,qx,qy,qz\n0,0,0,0,10,20,30,40\n1,0,0,0,10,20,30,40\n";
-  EXPECT_THAT(error_of([&] { read_csv(folder, degrees, csv_mapping(stream("pose", kXyz, "m", kQuaternion))); }, ExitCode::data_quality),
+  EXPECT_THAT(test::error_of([&] { read_csv(folder, degrees, csv_mapping(stream("pose", kXyz, "m", kQuaternion))); }, ExitCode::data_quality),
               AllOf(HasSubstr("are no unit quaternion: norm 54.7"), HasSubstr("Euler angles")));
 }
 TEST(LogMapping, BlankIsRefusedWhereTheMappingSaysSo) {
-  TempFolder folder;
-  EXPECT_THAT(error_of([&] { read_csv(folder, "t,u\n0,1\n1,\n", csv_mapping(stream("battery", "[\"u\"]", "V", "blank = \"refuse\""))); },
+  test::TempFolder folder;
+  EXPECT_THAT(test::error_of([&] { read_csv(folder, "t,u\n0,1\n1,\n", csv_mapping(stream("battery", "[\"u\"]", "V", "blank = \"refuse\""))); },
                        ExitCode::data_quality),
               HasSubstr("battery is blank in data row 2"));
 }
 TEST(CsvTable, DamagedRowsAreNamedByLine) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
-  const auto error = [&](const std::string& log) { return error_of([&] { read_csv(folder, log, mapping); }, ExitCode::data_quality); };
+  const auto error = [&](const std::string& log) { return test::error_of([&] { read_csv(folder, log, mapping); }, ExitCode::data_quality); };
   EXPECT_THAT(error("t,u\n0,1,2\n1,2\n"), HasSubstr("log.csv:2: error: has 3 cells, the header has 2"));
   EXPECT_THAT(error("t;u\n0,1\n0;1\n"), HasSubstr("log.csv:2"));
   EXPECT_THAT(error("t,u\n0,1\n0,1x\n2,3\n"), HasSubstr("log.csv:3: error: \"1x\" in column \"u\" is not a number"));
@@ -344,15 +344,15 @@ TEST(CsvTable, DamagedRowsAreNamedByLine) {
   EXPECT_THAT(error("# only a comment\n"), HasSubstr("has no row of column names"));
 }
 TEST(ReadFlight, LogOfAnotherToolWithoutMappingListsItsColumns) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto path = folder.write("log.csv", "t,u\n0,1\n");
-  EXPECT_THAT(error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("columns t, u mean"), HasSubstr("give --mapping")));
-  EXPECT_THAT(error_of([&] { (void)read_flight(folder.path(), nullptr); }), HasSubstr("flight.csv: error: is not a file"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("columns t, u mean"), HasSubstr("give --mapping")));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(folder.path(), nullptr); }), HasSubstr("flight.csv: error: is not a file"));
   const LogMapping ulog = parse_log_mapping(
       "format = 1\nname = \"u\"\nlog = \"ulog\"\n[source.b]\ntopic = \"b\"\n" + stream("battery", "[\"u\"]", "V", "from = \"b\""),
       "u.toml");
-  EXPECT_THAT(error_of([&] { (void)read_flight(path, &ulog); }), HasSubstr("is no ULog, and u.toml maps ULogs"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &ulog); }), HasSubstr("is no ULog, and u.toml maps ULogs"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -11,7 +11,7 @@
 #include "host/base/random.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -43,7 +43,7 @@ TEST(WriteFixed, NotANumberIsAnEmptyCellAndHugeValuesKeepTheirValue) {
   EXPECT_EQ(std::strtod(fixed(-1.7976931348623157e308, 9).c_str(), nullptr), -1.7976931348623157e308);
 }
 TEST(WriteFixed, ReadsBackWithinHalfAnUnitOfTheLastDigit) {
-  const sim::RandomStream random(1, 2);
+  const RandomStream random(1, 2);
   for (std::uint64_t i = 0; i < 20000; ++i) {
     const int decimals = static_cast<int>(random.bits(i) % 10);
     const double v = random.gaussian(i) * std::pow(10.0, static_cast<double>(random.bits(i + 1) % 6));
@@ -53,7 +53,7 @@ TEST(WriteFixed, ReadsBackWithinHalfAnUnitOfTheLastDigit) {
 }
 
 FlightRow flight_row(std::uint64_t k) {
-  const sim::RandomStream random(7, 1);
+  const RandomStream random(7, 1);
   std::uint64_t n = 1000 * k;
   const auto g = [&](double scale) { return scale * random.gaussian(n++); };
   const auto g3 = [&](double s) { return Cells3{g(s), g(s), g(s)}; };
@@ -110,14 +110,14 @@ TruthRow truth_row(std::uint64_t k) {
 const LogHeader kHeader{{"vehicle", "reference"}, {"pole_pairs", "7"}, {"start_utc", std::string(kVirtualEpochUtc)}};
 
 TEST(FlightLog, FirstLineHeaderAndColumnNamesFollowTheContract) {
-  TempFolder f;
+  test::TempFolder f;
   FlightLogWriter w(f.path() / "flight.csv", kHeader);
   FlightRow r;
   r.t_s = 0.001;
   r.bus_V = 16.25;
   w.write(r);
   w.close();
-  const auto text = read_text(f.path() / "flight.csv");
+  const auto text = test::read_text(f.path() / "flight.csv");
   EXPECT_TRUE(
       text.starts_with("# rotorloop flight log 1\n# vehicle: reference\n# pole_pairs: 7\n# start_utc: "
                        "1970-01-01T00:00:00Z\nt[s],pose_t[s],p_x[m],p_y[m],p_z[m],q_w[1],"));
@@ -133,7 +133,7 @@ TEST(FlightLog, FirstLineHeaderAndColumnNamesFollowTheContract) {
 }
 
 TEST(FlightLog, ReadsBackWhatWasWrittenWithEmptyCellsAsNotANumber) {
-  TempFolder f;
+  test::TempFolder f;
   {
     FlightLogWriter w(f.path() / "flight.csv", kHeader);
     for (std::uint64_t k = 0; k < 100; ++k) w.write(flight_row(k));
@@ -157,7 +157,7 @@ TEST(FlightLog, ReadsBackWhatWasWrittenWithEmptyCellsAsNotANumber) {
 }
 
 TEST(FlightLog, KeepsOnlyWantedColumns) {
-  TempFolder f;
+  test::TempFolder f;
   {
     TruthLogWriter w(f.path() / "truth.csv", {});
     w.write(truth_row(3));
@@ -169,7 +169,7 @@ TEST(FlightLog, KeepsOnlyWantedColumns) {
 }
 
 TEST(FlightLog, SameRowsGiveTheSameBytesAndTheHashOfTheFile) {
-  TempFolder f;
+  test::TempFolder f;
   std::string hashes[2];
   for (int i : {0, 1}) {
     FlightLogWriter w(f.path() / (std::to_string(i) + ".csv"), kHeader);
@@ -182,7 +182,7 @@ TEST(FlightLog, SameRowsGiveTheSameBytesAndTheHashOfTheFile) {
 }
 
 TEST(FlightLog, SixtySecondsOfFlightAndTruthAtOneKilohertzStayBelowFortyMegabytes) {
-  TempFolder f;
+  test::TempFolder f;
   FlightLogWriter flight(f.path() / "flight.csv", kHeader);
   TruthLogWriter truth(f.path() / "truth.csv", kHeader);
   constexpr std::uint64_t kRows = 6000;  // a tenth of the minute; rows do not depend on each other
@@ -196,7 +196,7 @@ TEST(FlightLog, SixtySecondsOfFlightAndTruthAtOneKilohertzStayBelowFortyMegabyte
 }
 
 TEST(FlightLog, FolderThatDoesNotExistIsAnErrorThatNamesTheFile) {
-  EXPECT_THAT(error_of([] { FlightLogWriter w("/no/such/folder/flight.csv", {}); }, ExitCode::device),
+  EXPECT_THAT(test::error_of([] { FlightLogWriter w("/no/such/folder/flight.csv", {}); }, ExitCode::device),
               HasSubstr("/no/such/folder/flight.csv: error: cannot be written: No such file"));
 }
 
@@ -204,14 +204,14 @@ TEST(FlightLog, FullDiskIsReportedWhenClosing) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   FlightLogWriter w("/dev/full", {});
   w.write(flight_row(0));
-  EXPECT_THAT(error_of([&] { w.close(); }, ExitCode::device), AllOf(HasSubstr("No space left"), HasSubstr("likely: the disk is full")));
+  EXPECT_THAT(test::error_of([&] { w.close(); }, ExitCode::device), AllOf(HasSubstr("No space left"), HasSubstr("likely: the disk is full")));
 }
 
 TEST(LogReader, RefusalsNameFileLineAndReason) {
-  TempFolder f;
+  test::TempFolder f;
   const auto error = [&](const std::string& text) {
     const auto p = f.write("x.csv", text);
-    return error_of([&] { read_log(p); }, ExitCode::data_quality);
+    return test::error_of([&] { read_log(p); }, ExitCode::data_quality);
   };
   EXPECT_THAT(error("t,x\n1,2\n"), HasSubstr("x.csv:1: error: is not a rotorloop log"));
   EXPECT_THAT(error("# rotorloop flight log 2\nt[s]\n"), HasSubstr("x.csv:1: error: is not a rotorloop log of a known format"));
@@ -222,12 +222,12 @@ TEST(LogReader, RefusalsNameFileLineAndReason) {
               HasSubstr("x.csv:3: error: \"2..3\" in column \"x[m]\" is not a number"));
   EXPECT_THAT(error("# rotorloop flight log 1\nt[s],t[s]\n"), HasSubstr("has the column \"t[s]\" twice"));
   const auto p = f.write("y.csv", "# rotorloop flight log 1\nt[s]\n1\n");
-  EXPECT_THAT(error_of([&] { read_log(p).column("p_x[m]"); }, ExitCode::data_quality),
+  EXPECT_THAT(test::error_of([&] { read_log(p).column("p_x[m]"); }, ExitCode::data_quality),
               AllOf(HasSubstr("has no column \"p_x[m]\""), HasSubstr("columns it has: t[s]")));
 }
 
 TEST(LogReader, LineEndsAndMarksOfOtherSystemsChangeNothing) {
-  TempFolder f;
+  test::TempFolder f;
   const auto p = f.write("x.csv", "\xEF\xBB\xBF# rotorloop flight log 1\r\n# flight: a\r\nt[s],x[m]\r\n1,2.5\r\n2,\r\n");
   const auto log = read_log(p);
   EXPECT_EQ(log.header.at("flight"), "a");
@@ -237,20 +237,20 @@ TEST(LogReader, LineEndsAndMarksOfOtherSystemsChangeNothing) {
 }
 
 TEST(LogReader, SeparatorsOfASpreadsheetAreNamed) {
-  TempFolder f;
+  test::TempFolder f;
   const auto error = [&](const std::string& text) {
     const auto p = f.write("x.csv", text);
-    return error_of([&] { read_log(p); }, ExitCode::data_quality);
+    return test::error_of([&] { read_log(p); }, ExitCode::data_quality);
   };
   EXPECT_THAT(error("# rotorloop flight log 1\nt[s];x[m]\n0,5;1,5\n"), HasSubstr("x.csv:2: error: parts its columns by \";\""));
   EXPECT_THAT(error("# rotorloop flight log 1\nt[s],x[m]\n0,5,1,5\n"), HasSubstr("decimals with a comma"));
 }
 
 TEST(LogReader, LastLineThatWasCutOffIsAnErrorOrLeftOutAndTold) {
-  TempFolder f;
+  test::TempFolder f;
   for (const char* cut : {"2", "2,1e", "2,3,"}) {
     const auto path = f.write("x.csv", std::string("# rotorloop flight log 1\nt[s],x[m]\n1,2\n") + cut);
-    EXPECT_THAT(error_of([&] { read_log(path); }, ExitCode::data_quality), HasSubstr("x.csv:4: error:")) << cut;
+    EXPECT_THAT(test::error_of([&] { read_log(path); }, ExitCode::data_quality), HasSubstr("x.csv:4: error:")) << cut;
     const auto log = read_log(path, {}, CutEnd::left_out);
     EXPECT_EQ(log.rows, 1u) << cut;
     EXPECT_EQ(log.column("t[s]").size(), 1u) << cut;
@@ -260,4 +260,4 @@ TEST(LogReader, LastLineThatWasCutOffIsAnErrorOrLeftOutAndTold) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -12,7 +12,7 @@
 #include "bench/log/read_flight.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
 namespace fs = std::filesystem;
@@ -265,4 +265,4 @@ TEST(MeasuredLogsFigures, SampleCountsOfOneFlightOfEachSetAreThoseOfItsFiles) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

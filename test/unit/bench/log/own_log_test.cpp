@@ -11,12 +11,12 @@
 #include "test/unit/bench/identify/flight_examples.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 using ::testing::HasSubstr;
 
 TEST(OwnLog, PoseAndVelocityCarryTheTimeOfMeasurementAndTheRestTheTimeOfTheRow) {
-  TempFolder folder;
+  test::TempFolder folder;
   {
     FlightLogWriter w(folder.path() / "flight.csv", {});
     FlightRow r;
@@ -52,20 +52,20 @@ TEST(OwnLog, PoseAndVelocityCarryTheTimeOfMeasurementAndTheRestTheTimeOfTheRow) 
 }
 
 TEST(OwnLog, FlightOfARunFolderIsNamedAfterItsThreeFolders) {
-  TempFolder folder;
+  test::TempFolder folder;
   folder.write("run/vertical/pd_ff/3/flight.csv", "# rotorloop flight log 1\nt[s],bus[V]\n0,16\n");
   EXPECT_EQ(read_flight(folder.path() / "run/vertical/pd_ff/3", nullptr).name, "vertical/pd_ff/3");
 }
 
 TEST(OwnLog, WhatIsWrittenReadsBackToTheLastBit) {
-  TempFolder folder;
-  const FlightRecord a = flight_example();
+  test::TempFolder folder;
+  const FlightRecord a = identify::flight_example();
   const FlightRecord b = read_own_log(folder.write("flight.csv", own_log_text(a)));
-  expect_same_flight(a, b, 0.0, 0.0);
+  identify::expect_same_flight(a, b, 0.0, 0.0);
 }
 
 TEST(OwnLog, PositionWithoutAttitudeReadsBackAsPosition) {
-  TempFolder folder;
+  test::TempFolder folder;
   FlightRecord a;
   a.position_W_m.add(0.5, {1, 2, 3});
   const FlightRecord b = read_own_log(folder.write("flight.csv", own_log_text(a)));
@@ -76,11 +76,11 @@ TEST(OwnLog, PositionWithoutAttitudeReadsBackAsPosition) {
 TEST(OwnLog, ExtraThatWouldPassForAColumnOfTheFlightLogIsRefused) {
   FlightRecord a;
   a.extra["p_x[m]"].add(0.5, 1);
-  EXPECT_THAT(error_of([&] { (void)own_log_text(a); }), HasSubstr("give it another name in the mapping"));
+  EXPECT_THAT(test::error_of([&] { (void)own_log_text(a); }), HasSubstr("give it another name in the mapping"));
 }
 
 TEST(OwnLog, TruthIsRefused) {
-  TempFolder folder;
+  test::TempFolder folder;
   {
     TruthLogWriter w(folder.path() / "truth.csv", {});
     TruthRow r;
@@ -88,14 +88,14 @@ TEST(OwnLog, TruthIsRefused) {
     w.write(r);
     w.close();
   }
-  EXPECT_THAT(error_of([&] { (void)read_flight(folder.path() / "truth.csv", nullptr); }), HasSubstr("is a truth log"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(folder.path() / "truth.csv", nullptr); }), HasSubstr("is a truth log"));
 }
 
 TEST(OwnLog, DamageIsNamed) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto error = [&](const std::string& columns_and_rows) {
     const auto path = folder.write("flight.csv", "# rotorloop flight log 1\n" + columns_and_rows);
-    return error_of([&] { (void)read_flight(path, nullptr); }, ExitCode::data_quality);
+    return test::error_of([&] { (void)read_flight(path, nullptr); }, ExitCode::data_quality);
   };
   EXPECT_THAT(error("p_x[m]\n1\n"), HasSubstr("has no column \"t[s]\""));
   EXPECT_THAT(error("t[s],gyro_x[rad/s]\n1,2\n"), HasSubstr("has no column \"gyro_y[rad/s]\""));
@@ -104,14 +104,14 @@ TEST(OwnLog, DamageIsNamed) {
 }
 
 TEST(OwnLog, MappingGivenWithItIsAnError) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto path = folder.write("flight.csv", "# rotorloop flight log 1\nt[s],bus[V]\n0,16\n");
   const LogMapping m = parse_log_mapping(
       "format = 1\nname = \"x\"\nlog = \"csv\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n[[stream]]\nquantity = \"battery\"\n"
       "columns = [\"u\"]\nunit = \"V\"\n",
       "m.toml");
-  EXPECT_THAT(error_of([&] { (void)read_flight(path, &m); }), HasSubstr("needs no mapping"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &m); }), HasSubstr("needs no mapping"));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

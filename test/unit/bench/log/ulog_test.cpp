@@ -15,7 +15,7 @@
 #include "test/unit/bench/identify/flight_examples.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -126,7 +126,7 @@ TEST(ULog, UnknownMessagesAndUnknownCompatibleFlagsAreSkippedAndDropoutsCounted)
 }
 
 TEST(ULog, WhatAReaderMustKnowAndThisOneDoesNotIsRefused) {
-  const auto error = [](const std::string& bytes) { return error_of([&] { parse(bytes); }, ExitCode::data_quality); };
+  const auto error = [](const std::string& bytes) { return test::error_of([&] { parse(bytes); }, ExitCode::data_quality); };
   EXPECT_THAT(error(kHeader + flags(0, 2) + kOne), HasSubstr("incompatible flags 0x02 in byte 0"));
   EXPECT_THAT(error(kHeader + flags(0, 1ull << 16) + kOne), HasSubstr("incompatible flags 0x01 in byte 2"));
   EXPECT_THAT(error("ULog"), HasSubstr("does not begin with its magic bytes"));
@@ -158,7 +158,7 @@ TEST(ULog, TypesThatHoldThemselvesOrAreLargerThanAnyMessageCannotBeSubscribedTo)
 LogMapping px4() { return read_log_mapping(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/measured/px4_ulog.mapping.toml"); }
 
 TEST(ULogFlight, Px4TopicsComeInOurAxesUnitsAndRotorOrder) {
-  TempFolder folder;
+  test::TempFolder folder;
   const std::string file = kHeader +
                            format(
                                "vehicle_odometry:uint64_t timestamp;uint64_t timestamp_sample;float[3] position;float[4] q;float[3] "
@@ -188,28 +188,28 @@ TEST(ULogFlight, Px4TopicsComeInOurAxesUnitsAndRotorOrder) {
 }
 
 TEST(ULogFlight, RoundTripKeepsMicrosecondsAndSinglePrecision) {
-  TempFolder folder;
-  const FlightRecord a = flight_example();
+  test::TempFolder folder;
+  const FlightRecord a = identify::flight_example();
   const LogMapping mapping = px4();
   std::vector<LogFinding> notes;
   const FlightRecord b = read_flight(folder.write("flight_a.ulg", ulog_bytes(a)), &mapping, &notes);
-  expect_same_flight(a, b, 0.51e-6, 1.2e-7);
+  identify::expect_same_flight(a, b, 0.51e-6, 1.2e-7);
   for (const auto& n : notes) EXPECT_EQ(n.stream, "position") << n.what;  // this flight has none beside its pose
 }
 
 TEST(ULogFlight, FlightThatBeginsBeforeZeroKeepsItsTimes) {
-  TempFolder folder;
+  test::TempFolder folder;
   FlightRecord a;
   a.battery_V.add(-2.5, 16);
   a.battery_V.add(1.5, 15);
   a.extra["x[m]"].add(-0.25, 3);
   const LogMapping mapping = px4();
   const FlightRecord b = read_flight(folder.write("early.ulg", ulog_bytes(a)), &mapping);
-  expect_same_flight(a, b, 1e-12, 0.0);
+  identify::expect_same_flight(a, b, 1e-12, 0.0);
 }
 
 TEST(ULogFlight, PositionWithoutAttitudeReadsBackAsPosition) {
-  TempFolder folder;
+  test::TempFolder folder;
   FlightRecord a;
   a.position_W_m.add(0.5, {1, 2, 3});
   const LogMapping mapping = px4();
@@ -221,40 +221,40 @@ TEST(ULogFlight, PositionWithoutAttitudeReadsBackAsPosition) {
 TEST(ULogFlight, StampsThatCannotBeWrittenAndTooManyExtrasAreRefused) {
   FlightRecord late;
   late.battery_V.add(1e11, 16);
-  EXPECT_THAT(error_of([&] { (void)ulog_bytes(late); }, ExitCode::data_quality), HasSubstr("100000000000 s"));
+  EXPECT_THAT(test::error_of([&] { (void)ulog_bytes(late); }, ExitCode::data_quality), HasSubstr("100000000000 s"));
   FlightRecord odd;
   odd.battery_V.add(std::nan(""), 16);
-  EXPECT_THAT(error_of([&] { (void)ulog_bytes(odd); }, ExitCode::data_quality), HasSubstr("a stamp of nan s"));
+  EXPECT_THAT(test::error_of([&] { (void)ulog_bytes(odd); }, ExitCode::data_quality), HasSubstr("a stamp of nan s"));
   FlightRecord many;
   for (int i = 0; i < 257; ++i) many.extra["x" + std::to_string(i) + "[m]"].add(0, 0);
-  EXPECT_THAT(error_of([&] { (void)ulog_bytes(many); }, ExitCode::data_quality), HasSubstr("at most 256"));
+  EXPECT_THAT(test::error_of([&] { (void)ulog_bytes(many); }, ExitCode::data_quality), HasSubstr("at most 256"));
 }
 
 TEST(ULogFlight, TopicWithoutTheFieldIsNamedWithWhatItHas) {
-  TempFolder folder;
+  test::TempFolder folder;
   const auto path = folder.write("x.ulg", kHeader + kOne + one(1, 2));
   const std::string head =
       "format = 1\nname = \"x\"\nlog = \"ulog\"\n[source.s]\ntopic = \"one\"\n[source.gone]\ntopic = \"two\"\nmulti_id = 1\n";
   const auto error = [&](const std::string& from, const std::string& field) {
     const LogMapping m = parse_log_mapping(
         head + "[[stream]]\nquantity = \"battery\"\nfrom = \"" + from + "\"\ncolumns = [\"" + field + "\"]\nunit = \"V\"\n", "m.toml");
-    return error_of([&] { (void)read_flight(path, &m); });
+    return test::error_of([&] { (void)read_flight(path, &m); });
   };
   EXPECT_THAT(error("s", "voltage_v"), AllOf(HasSubstr("m.toml:9"), HasSubstr("no column voltage_v (battery) in topic one 0 of x.ulg"),
                                              HasSubstr("it has: timestamp, x")));
   EXPECT_THAT(error("gone", "x"), HasSubstr("topic two 1, which is not there"));
-  EXPECT_THAT(error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("topics one"), HasSubstr("px4_ulog.mapping.toml")));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("topics one"), HasSubstr("px4_ulog.mapping.toml")));
   const LogMapping csv = parse_log_mapping(
       "format = 1\nname = \"x\"\nlog = \"csv\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n[[stream]]\nquantity = \"battery\"\ncolumns = "
       "[\"u\"]\nunit = \"V\"\n",
       "c.toml");
-  EXPECT_THAT(error_of([&] { (void)read_flight(path, &csv); }), HasSubstr("is a ULog, and c.toml maps CSV"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &csv); }), HasSubstr("is a ULog, and c.toml maps CSV"));
 }
 
 // --- damage -----------------------------------------------------------------------------------------------------------------------
 
 // Reads whatever the bytes still are; an Error is a fine answer, a crash or a large allocation is not.
-void survive(const std::string& bytes, const LogMapping& mapping, const TempFolder& folder) {
+void survive(const std::string& bytes, const LogMapping& mapping, const test::TempFolder& folder) {
   try {
     const ULog log = parse(bytes);
     for (const auto& t : log.topics())
@@ -270,8 +270,8 @@ void survive(const std::string& bytes, const LogMapping& mapping, const TempFold
 }
 
 TEST(ULogDamage, NoTruncationAndNoFlippedBitCrashesTheReader) {
-  TempFolder folder;
-  FlightRecord flight = flight_example();
+  test::TempFolder folder;
+  FlightRecord flight = identify::flight_example();
   const std::string good = ulog_bytes(flight).substr(0, 2600);  // all definitions and subscriptions, and some data
   const LogMapping mapping = px4();
   for (std::size_t n = 0; n < good.size(); n += 7) survive(good.substr(0, n), mapping, folder);
@@ -283,10 +283,10 @@ TEST(ULogDamage, NoTruncationAndNoFlippedBitCrashesTheReader) {
 }
 
 TEST(ULogDamage, NoRandomBytesCrashTheReader) {
-  TempFolder folder;
+  test::TempFolder folder;
   const LogMapping mapping = px4();
-  const std::string good = ulog_bytes(flight_example()).substr(0, 4000);
-  const sim::RandomStream random(11, 2);
+  const std::string good = ulog_bytes(identify::flight_example()).substr(0, 4000);
+  const RandomStream random(11, 2);
   std::uint64_t k = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     std::string bad = good;
@@ -301,13 +301,13 @@ TEST(ULogDamage, NoRandomBytesCrashTheReader) {
 // A reader that shares no line with ours: ulog_reader.py beside this file, from the format's description.
 TEST(ULogIndependent, AnotherReaderFindsTheSameTopicsCountsAndValues) {
   if (std::system("python3 -c pass >/dev/null 2>&1") != 0) GTEST_SKIP() << "no python3: ULog not read by the independent reader";
-  TempFolder folder;
-  const FlightRecord f = flight_example();
+  test::TempFolder folder;
+  const FlightRecord f = identify::flight_example();
   const auto path = folder.write("flight.ulg", ulog_bytes(f));
   const std::string script = std::string(ROTORLOOP_SOURCE_DIR) + "/test/unit/bench/identify/ulog_reader.py";
   const std::string out = (folder.path() / "out.txt").string();
   ASSERT_EQ(std::system(("python3 '" + script + "' '" + path.string() + "' > '" + out + "'").c_str()), 0);
-  const std::string text = read_text(out);
+  const std::string text = test::read_text(out);
   EXPECT_THAT(text, HasSubstr("flags compat 0 incompat 0 appended 0 0 0\n"));
   EXPECT_THAT(text, HasSubstr("vehicle_visual_odometry 0: 8\n"));
   EXPECT_THAT(text, HasSubstr("sensor_combined 0: 40\n"));
@@ -322,4 +322,4 @@ TEST(ULogIndependent, AnotherReaderFindsTheSameTopicsCountsAndValues) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

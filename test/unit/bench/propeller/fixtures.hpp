@@ -8,7 +8,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench::test {
+namespace rotorloop::propeller::fixtures {
 
 // What a user reads; every input error ends the command with exit code 2.
 inline std::string message(const std::function<void()>& f) {
@@ -72,4 +72,4 @@ inline std::string polar_text(const std::string& airfoil = "NACA 0000", double r
   return text;
 }
 
-}  // namespace rotorloop::bench::test
+}  // namespace rotorloop::propeller::fixtures

@@ -7,9 +7,9 @@
 
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
-using namespace test;
+using namespace fixtures;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -72,4 +72,4 @@ TEST(MeasuredInPlaneForce, FactorFixedOnTheBebopPutsTheReferenceQuadrotorWithin1
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -5,7 +5,7 @@
 
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 std::vector<BoundedParameter> two(double max_b = 10.0) { return {{"a", "1", 1.0, -10.0, 10.0, 1e-4}, {"b", "1", 1.0, -10.0, max_b, 1e-4}}; }
 
@@ -56,4 +56,4 @@ TEST(LeastSquares, FewerRowsThanParametersAreRefusedAsBadData) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

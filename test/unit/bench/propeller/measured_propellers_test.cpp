@@ -5,7 +5,7 @@
 #include "bench/propeller/report/validation_output.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 PropellerInputs inputs() {
@@ -81,9 +81,9 @@ TEST(MeasuredPropellersInput, MisspeltSectionNamesBothPlacesWhereItWasLookedFor)
   PropellerInputs in = inputs();
   in.section = "nasa4412";
   EXPECT_THAT(
-      test::message([&] { read_measured_propeller(in, propeller_catalogue().front()); }),
+      fixtures::message([&] { read_measured_propeller(in, propeller_catalogue().front()); }),
       ::testing::AllOf(::testing::HasSubstr("nasa4412_Re*.txt"), ::testing::HasSubstr("nasa4412.toml"), ::testing::HasSubstr("--section")));
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -3,9 +3,9 @@
 
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
-using namespace test;
+using namespace fixtures;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -52,4 +52,4 @@ TEST(UiucSweep, EmptyFileIsRefused) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -6,9 +6,9 @@
 #include "host/base/error.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
-using namespace test;
+using namespace fixtures;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -80,4 +80,4 @@ TEST(MotorBenchFile, OtherFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

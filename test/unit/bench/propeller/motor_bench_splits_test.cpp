@@ -6,7 +6,7 @@
 
 #include "bench/propeller/motor_bench.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 TEST(MeasuredMotorBench, AnyTwoHeldOutRowsAreWithinTheLimitsInTheRootMeanSquare) {
@@ -39,4 +39,4 @@ TEST(MeasuredMotorBench, WithoutTheCommutationDropAllThreeLimitsAreMissed) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -10,7 +10,7 @@
 
 #include "bench/propeller/scaled_blade.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 
 const sim::Blade& triblade() {
@@ -97,4 +97,4 @@ TEST(MeasuredMotorBench, HeldOutRpmWithin3PercentCurrentWithin8PercentThrustWith
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 class Oracle : public ::testing::Test {
  protected:
@@ -81,4 +81,4 @@ TEST(OracleRows, AMissIsMarkedAndAnUnjudgedRowIsNot) {
   EXPECT_EQ(oracle_table({information}).find("MISSED"), std::string::npos);
 }
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

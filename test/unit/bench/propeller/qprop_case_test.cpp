@@ -8,7 +8,7 @@
 
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 const std::string kDefinition = R"(!USAGE: a comment
 2 blades of some make
@@ -42,7 +42,7 @@ const std::string kListing = R"(> qprop some prop 5.0 14020
 std::string without(std::string text, const std::string& part) { return text.erase(text.find(part), part.size()); }
 
 TEST(QpropDefinition, ScalesAndOffsetsStationsAndSkipsTheTitleEvenWhenItStartsWithANumber) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const QpropDefinition d = read_qprop_definition(folder.write("a.def", kDefinition));
   EXPECT_EQ(d.blades, 2);
   EXPECT_EQ(d.r_m.size(), 3u);
@@ -53,7 +53,7 @@ TEST(QpropDefinition, ScalesAndOffsetsStationsAndSkipsTheTitleEvenWhenItStartsWi
   EXPECT_DOUBLE_EQ(d.polar.reynolds_exponent, -0.7);
 }
 TEST(QpropDefinition, StripsAreOfEqualWidthFromTheFirstToTheLastStation) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const auto g = qprop_geometry(read_qprop_definition(folder.write("a.def", kDefinition)), 25);
   ASSERT_EQ(g.elements.size(), 25u);
   EXPECT_DOUBLE_EQ(g.radius_m, 3.0 * 0.0254);
@@ -61,17 +61,17 @@ TEST(QpropDefinition, StripsAreOfEqualWidthFromTheFirstToTheLastStation) {
   EXPECT_NEAR(g.elements.back().r_m + 0.5 * g.elements.back().width_m, g.radius_m, 1e-12);
 }
 TEST(QpropDefinition, NamesTheLineThatIsShortOrOutOfOrder) {
-  const TempFolder folder;
-  const auto message = [&](const std::string& text) { return error_of([&] { read_qprop_definition(folder.write("b.def", text)); }); };
+  const test::TempFolder folder;
+  const auto message = [&](const std::string& text) { return test::error_of([&] { read_qprop_definition(folder.write("b.def", text)); }); };
   EXPECT_NE(message(without(kDefinition, " 0.02 0.5")).find("b.def:7: error: 2 numbers, expected 4"), std::string::npos);
   EXPECT_NE(message(without(kDefinition, " 0.63 15")).find("b.def:13: error: a station needs"), std::string::npos);
   EXPECT_NE(message(without(kDefinition, "1.5  ")).find("b.def:13: error: a station needs"), std::string::npos);
   EXPECT_NE(message(without(kDefinition, " 3.0  0.19 4\n")).find("three stations"), std::string::npos);
-  EXPECT_NE(error_of([&] { read_qprop_definition(folder.path() / "none.def"); }).find("cannot be opened"), std::string::npos);
+  EXPECT_NE(test::error_of([&] { read_qprop_definition(folder.path() / "none.def"); }).find("cannot be opened"), std::string::npos);
 }
 
 TEST(QpropListing, GivesConstantsOperatingPointAndStations) {
-  const TempFolder folder;
+  const test::TempFolder folder;
   const QpropListing q = read_qprop_listing(folder.write("a.txt", kListing));
   EXPECT_DOUBLE_EQ(q.density_kg_m3, 1.225);
   EXPECT_DOUBLE_EQ(q.sound_speed_m_s, 340.0);
@@ -84,8 +84,8 @@ TEST(QpropListing, GivesConstantsOperatingPointAndStations) {
   EXPECT_DOUBLE_EQ(q.stations[1].axial_m_s, 10.79);
 }
 TEST(QpropListing, WithoutConstantsOrStationsIsRefused) {
-  const TempFolder folder;
-  const auto message = [&](const std::string& text) { return error_of([&] { read_qprop_listing(folder.write("b.txt", text)); }); };
+  const test::TempFolder folder;
+  const auto message = [&](const std::string& text) { return test::error_of([&] { read_qprop_listing(folder.write("b.txt", text)); }); };
   EXPECT_NE(message(without(kListing, "#   a   =  340.00     m/s\n")).find("# a ="), std::string::npos);
   EXPECT_NE(message(kListing.substr(0, kListing.find("   0.0202"))).find("no operating point with its stations"), std::string::npos);
 }
@@ -96,4 +96,4 @@ TEST(CubicSpline, ReproducesAParabolaExactly) {
   for (double x : {0.0, 0.2, 0.6, 1.1, 1.5}) EXPECT_NEAR(s(x), f(x), 1e-12);
 }
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -14,7 +14,7 @@
 #include "host/base/error.hpp"
 #include "test/unit/bench/markup.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -159,7 +159,7 @@ TEST(BladeSolidity, IsTheAreaUnderTheChordsOfTheFile) {
 
 // --- disk maps ---
 // Sum of a map's values to the left (y > 0) less that to the right, over the sum of both.
-double leftward(const DiskMap& m) {
+double leftward(const render::DiskMap& m) {
   double left = 0, right = 0;
   for (std::size_t i = 0; i < m.values.size(); ++i)
     (i % static_cast<std::size_t>(m.sectors) < m.values.size() / (m.ring_edges_m.size() - 1) / 2 ? left : right) += m.values[i];
@@ -208,7 +208,7 @@ RotorPlotRequest request(double climb_m_s, double edgewise_m_s) {
 }
 TEST(RotorPage, IsBalancedSmallAndNeedsNothingButItself) {
   const auto html = rotor_plot_html(triblade(), request(0, 8.5));
-  EXPECT_EQ(unbalanced(html), "");
+  EXPECT_EQ(test::unbalanced(html), "");
   EXPECT_LT(html.size(), 2'000'000u);
   for (const auto* part : {"http:", "https:", "<script", "<link", "@import", "url(", "src=", ">nan<", "nan ", "inf "})
     EXPECT_THAT(html, Not(HasSubstr(part)));
@@ -220,8 +220,8 @@ TEST(RotorPage, StatesTheLoadsOfTheConditionAskedFor) {
   sim::RotorWarmStart cold;
   const auto loads = sim::solve_rotor(rotor(), at(-3, 6), cold);
   const auto html = rotor_plot_html(triblade(), request(-3, 6));
-  EXPECT_THAT(html, HasSubstr(tick_text(loads.force_R_N.z(), 3) + " N</td>"));
-  EXPECT_THAT(html, HasSubstr(tick_text(1e3 * loads.shaft_torque_N_m, 2) + " mN m</td>"));
+  EXPECT_THAT(html, HasSubstr(render::tick_text(loads.force_R_N.z(), 3) + " N</td>"));
+  EXPECT_THAT(html, HasSubstr(render::tick_text(1e3 * loads.shaft_torque_N_m, 2) + " mN m</td>"));
 }
 TEST(RotorPage, WarnsOfATipTooFastForThePolars) {
   auto r = request(0, 0);
@@ -243,11 +243,11 @@ TEST(RotorPage, OfARotorThatHardlyTurnsIsRefusedWithTheSpeed) {
 TEST(RotorPage, IsMadeOfExtremesToo) {
   for (const auto& [climb, edgewise] : {std::pair{-60.0, 0.0}, {60.0, 60.0}, {-20.0, 20.0}}) {
     const auto html = rotor_plot_html(triblade(), request(climb, edgewise));
-    EXPECT_EQ(unbalanced(html), "") << climb;
+    EXPECT_EQ(test::unbalanced(html), "") << climb;
     for (const auto* part : {">nan", "nan<", "nan ", "\"nan", "inf ", "inf<"})
       EXPECT_EQ(html.find(part), std::string::npos) << climb << ": " << html.substr(html.find(part) - 60, 120);
   }
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -4,9 +4,9 @@
 #include "bench/propeller/full_circle.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
-using namespace test;
+using namespace fixtures;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -125,4 +125,4 @@ TEST(FullCircleInput, NoFileIsRefused) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -7,7 +7,7 @@
 #include "bench/propeller/report/validation_output.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::propeller {
 namespace {
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
@@ -30,7 +30,7 @@ sim::Polar cambered() {
   return full_circle(std::move(polars));
 }
 sim::Blade blade() {
-  const PropellerGeometry g = read_uiuc_geometry(TextFile::parse(test::kGeometry, "geom.txt"), 0.5 * kDiameter_m, 2);
+  const PropellerGeometry g = read_uiuc_geometry(TextFile::parse(fixtures::kGeometry, "geom.txt"), 0.5 * kDiameter_m, 2);
   sim::Blade b;
   b.radius_m = g.radius_m;
   b.hub_radius_m = g.hub_radius_m;
@@ -159,4 +159,4 @@ TEST_F(SyntheticPropeller, PageTextAndJsonCarryTheFiguresAndTheVerdict) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::propeller

@@ -13,7 +13,7 @@
 #include "host/base/random.hpp"
 #include "test/unit/bench/markup.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::render {
 namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -76,7 +76,7 @@ TEST(DiskMap, ShowsForwardUpAndLeftOnTheLeft) {
 }
 TEST(DiskMap, HighestCellHasTheTopColourLowestTheBottomColour) {
   const auto svg = disk_map_svg(ring_of({-3, 0, 7, 2}));
-  EXPECT_EQ(unbalanced(svg), "");
+  EXPECT_EQ(test::unbalanced(svg), "");
   const auto cells = cells_of(svg);
   EXPECT_EQ(cells.size(), 4u);
   EXPECT_TRUE(cells.contains(kLowest));
@@ -85,7 +85,7 @@ TEST(DiskMap, HighestCellHasTheTopColourLowestTheBottomColour) {
 }
 TEST(DiskMap, ValuesBeyondTheScaleHaveItsEndsColourAndAnArrowOnTheBar) {
   DiskMap m = ring_of({-180, 0, 10, 20, 5, 15});
-  const auto arrows = [&] { return count(disk_map_svg(m), "h16L"); };
+  const auto arrows = [&] { return test::count(disk_map_svg(m), "h16L"); };
   EXPECT_EQ(arrows(), 0u);
   m.low = -10;
   EXPECT_EQ(arrows(), 1u);
@@ -102,22 +102,22 @@ TEST(DiskMap, BarCarriesTicksAtRoundValuesWithinItsRangeAndTheUnit) {
 }
 TEST(DiskMap, ACellWithoutAValueIsLeftEmpty) { EXPECT_EQ(cells_of(disk_map_svg(ring_of({1, 2, std::nan(""), 3}))).size(), 3u); }
 TEST(DiskMap, OfNothingOrOfOneValueIsStillAPicture) {
-  EXPECT_EQ(unbalanced(disk_map_svg({})), "");
+  EXPECT_EQ(test::unbalanced(disk_map_svg({})), "");
   const auto flat = disk_map_svg(ring_of({4, 4, 4, 4}));
-  EXPECT_EQ(unbalanced(flat), "");
+  EXPECT_EQ(test::unbalanced(flat), "");
   EXPECT_THAT(flat, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
   DiskMap wrong = ring_of({1, 2, 3, 4});
   wrong.values.pop_back();
   EXPECT_THAT(disk_map_svg(wrong), HasSubstr("nothing to draw"));
 }
 TEST(DiskMap, MarksWhereTheFieldChangesItsSign) {
-  EXPECT_EQ(count(disk_map_svg(ring_of({1, 2, 3, 4})), "class=\"zr\""), 0u);
-  EXPECT_EQ(count(disk_map_svg(ring_of({1, -2, 3, 4})), "class=\"zr\""), 1u);
+  EXPECT_EQ(test::count(disk_map_svg(ring_of({1, 2, 3, 4})), "class=\"zr\""), 0u);
+  EXPECT_EQ(test::count(disk_map_svg(ring_of({1, -2, 3, 4})), "class=\"zr\""), 1u);
 }
 TEST(DiskMap, WindArrowsStandUpstreamAndPointAtTheDisk) {
   DiskMap m = ring_of({1, 2, 3, 4});
   m.spin = 0;
-  EXPECT_EQ(count(disk_map_svg(m), "class=\"wd\""), 0u);
+  EXPECT_EQ(test::count(disk_map_svg(m), "class=\"wd\""), 0u);
   m.wind_label = "8.5 m/s";
   for (const double from_deg : {0.0, 90.0, 180.0, 270.0}) {
     m.wind_from_rad = from_deg * std::numbers::pi / 180;
@@ -152,11 +152,11 @@ TEST(DiskMap, FourMapsOf64RingsAnd96SectorsOfNoiseStayBelowTwoMegabytes) {
   DiskMap m;
   m.sectors = 96;
   for (int i = 0; i <= 64; ++i) m.ring_edges_m.push_back(0.006 + 0.0009 * i);
-  const sim::RandomStream random(7, 7);
+  const RandomStream random(7, 7);
   for (std::uint64_t i = 0; i < 64 * 96; ++i) m.values.push_back(random.gaussian(i));
   const auto svg = disk_map_svg(m);
   EXPECT_LT(4 * svg.size(), 2'000'000u);
-  EXPECT_EQ(unbalanced(svg), "");
+  EXPECT_EQ(test::unbalanced(svg), "");
 }
 
 // Lightness L* of CIE 1976 under D65.
@@ -180,4 +180,4 @@ TEST(FieldColour, BeyondTheEndsStaysAtTheEnds) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::render

@@ -8,12 +8,12 @@
 #include "bench/estimate/model/model.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 using Eigen::Vector3d;
 
-ModelValues vehicle() {
+estimate::ModelValues vehicle() {
   host::VehicleModel m;
   m.mass_kg = 0.7;
   m.inertia_kg_m2 = {2e-3, 3e-3, 5e-3};
@@ -25,40 +25,40 @@ ModelValues vehicle() {
   m.thrust = {3e-6, -1.5e-4, 0.0635, 1.2};
   m.c_q_N_m_s2 = 3e-8;
   m.drag = {0.017, 0.006, 0.018};
-  return model_values(m);
+  return estimate::model_values(m);
 }
 
 constexpr double kTurn_rad_s = 3.0;
 const Vector3d kVelocity(3.0, -1.0, 0.5);
 
 // A second at constant velocity, turning about z; specific force as the model says plus `error_N` over mass.
-FlightRecord flight(const ModelValues& truth, const Vector3d& error_N) {
-  FlightRecord record;
+log::FlightRecord flight(const estimate::ModelValues& truth, const Vector3d& error_N) {
+  log::FlightRecord record;
   record.name = "made";
   record.source = "made.csv";
   for (int k = 0; k <= 400; ++k) {
     const double t = 0.0025 * k, angle = kTurn_rad_s * t;
-    BodyState x;
+    estimate::BodyState x;
     x.q_WB = Eigen::Quaterniond(std::cos(angle / 2), 0, 0, std::sin(angle / 2));
     x.v_W_m_s = kVelocity;
     x.w_B_rad_s = {0, 0, kTurn_rad_s};
-    RotorInputSample input;
+    estimate::RotorInputSample input;
     for (std::size_t i = 0; i < 4; ++i) input.omega_rad_s[i] = 900.0 + 20.0 * static_cast<double>(i);
-    const Vector3d force_N = Model(truth).instant(x, input, t).force_B_N;
-    const Vector3d imu(truth[kImuX], truth[kImuY], truth[kImuZ]);
+    const Vector3d force_N = estimate::Model(truth).instant(x, input, t).force_B_N;
+    const Vector3d imu(truth[estimate::kImuX], truth[estimate::kImuY], truth[estimate::kImuZ]);
     const Vector3d place = x.w_B_rad_s.cross(x.w_B_rad_s.cross(imu));
-    const Vector3d bias(truth[kAccelBiasX], truth[kAccelBiasY], truth[kAccelBiasZ]);
+    const Vector3d bias(truth[estimate::kAccelBiasX], truth[estimate::kAccelBiasY], truth[estimate::kAccelBiasZ]);
     record.pose.add(t, {x.p_W_m, x.q_WB});
     record.velocity_W_m_s.add(t, x.v_W_m_s);
     record.gyro_B_rad_s.add(t, x.w_B_rad_s);
-    record.accel_B_m_s2.add(t, (force_N - error_N) / truth[kMass] + place + bias);
+    record.accel_B_m_s2.add(t, (force_N - error_N) / truth[estimate::kMass] + place + bias);
     record.rotor_omega_rad_s.add(t, input.omega_rad_s);
   }
   return record;
 }
 
 TEST(ForceScore, error_is_model_minus_measured_per_axis_and_by_length) {
-  const ModelValues truth = vehicle();
+  const estimate::ModelValues truth = vehicle();
   const ForceScore s = score_force(flight(truth, {0.3, -0.4, 1.2}), truth);
   EXPECT_EQ(s.flight, "made");
   EXPECT_EQ(s.samples, 401u);
@@ -69,32 +69,32 @@ TEST(ForceScore, error_is_model_minus_measured_per_axis_and_by_length) {
 }
 
 TEST(ForceScore, place_and_bias_of_the_accelerometer_do_not_count) {
-  ModelValues truth = vehicle();
-  truth[kImuX] = 0.05;
-  truth[kImuY] = -0.02;
-  truth[kAccelBiasY] = 0.07;
-  const FlightRecord record = flight(truth, Vector3d::Zero());
+  estimate::ModelValues truth = vehicle();
+  truth[estimate::kImuX] = 0.05;
+  truth[estimate::kImuY] = -0.02;
+  truth[estimate::kAccelBiasY] = 0.07;
+  const log::FlightRecord record = flight(truth, Vector3d::Zero());
   EXPECT_LT(score_force(record, truth).rms_N, 1e-9);
-  ModelValues unaware = vehicle();
+  estimate::ModelValues unaware = vehicle();
   // 9 rad²/s² x 54 mm and 0.07 m/s² on 0.7 kg.
   EXPECT_GT(score_force(record, unaware).rms_N, 0.25);
 }
 
 TEST(ForceScore, drag_left_out_shows_as_its_force) {
-  const ModelValues truth = vehicle();
-  ModelValues without = truth;
-  without[kCdh] = without[kCdxy] = 0.0;
+  const estimate::ModelValues truth = vehicle();
+  estimate::ModelValues without = truth;
+  without[estimate::kCdh] = without[estimate::kCdxy] = 0.0;
   const ForceScore s = score_force(flight(truth, Vector3d::Zero()), without);
   EXPECT_GT(std::hypot(s.axis_rms_N.x(), s.axis_rms_N.y()), 0.3);  // 7 N x 0.017 s/m x 3.2 m/s, and the airframe's
   EXPECT_LT(s.axis_rms_N.z(), 1e-9);
 }
 
 TEST(ForceScore, prediction_of_the_log_is_scored_on_the_same_samples) {
-  const ModelValues truth = vehicle();
-  FlightRecord record = flight(truth, Vector3d::Zero());
+  const estimate::ModelValues truth = vehicle();
+  log::FlightRecord record = flight(truth, Vector3d::Zero());
   EXPECT_FALSE(score_logged_force(record, truth, "published_f"));
   for (std::size_t k = 0; k < record.accel_B_m_s2.size(); ++k) {
-    const Vector3d measured_N = truth[kMass] * record.accel_B_m_s2.value[k];
+    const Vector3d measured_N = truth[estimate::kMass] * record.accel_B_m_s2.value[k];
     const double t = record.accel_B_m_s2.t_s[k];
     record.extra["published_fx[N]"].add(t, measured_N.x() + 0.1);
     record.extra["published_fy[N]"].add(t, measured_N.y());
@@ -115,8 +115,8 @@ TEST(ForceScore, pooled_weighs_flights_by_their_samples) {
 }
 
 TEST(ForceScore, missing_velocity_is_named) {
-  const ModelValues truth = vehicle();
-  FlightRecord record = flight(truth, Vector3d::Zero());
+  const estimate::ModelValues truth = vehicle();
+  log::FlightRecord record = flight(truth, Vector3d::Zero());
   record.velocity_W_m_s = {};
   try {
     score_force(record, truth);
@@ -128,4 +128,4 @@ TEST(ForceScore, missing_velocity_is_named) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

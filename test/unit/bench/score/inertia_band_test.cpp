@@ -7,27 +7,27 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr double kInertia = 1.6e-5, kArm_m = 0.0325, kCt = 3.7e-8;
 
-ModelValues vehicle() {
+estimate::ModelValues vehicle() {
   host::VehicleModel m;
   m.mass_kg = 0.037;
   m.inertia_kg_m2 = {kInertia, kInertia, 3e-5};
   const double sx[] = {1, -1, 1, -1}, sy[] = {-1, 1, 1, -1};
   for (std::size_t i = 0; i < 4; ++i) m.rotors[i] = {{kArm_m * sx[i], kArm_m * sy[i], 0}, i < 2 ? -1 : 1};
   m.thrust = {kCt, 0.0, 0.0275, 1.2};  // no inflow: T = c_t ω²
-  return model_values(m);
+  return estimate::model_values(m);
 }
 
 // Twelve seconds of roll by tones of 0.7, 3.3 and 9 Hz in the rotor speeds; the body follows J Ω̇ = τ(t - delay) + slow_share τ of the slow
 // tone.
-FlightRecord rolling(double delay_s, double slow_share) {
+log::FlightRecord rolling(double delay_s, double slow_share) {
   constexpr double kHover = 1565.0;
   const double f_Hz[] = {2.0 / 3.0, 10.0 / 3.0, 9.0}, amplitude[] = {3.0, 15.0, 40.0};
-  FlightRecord record;
+  log::FlightRecord record;
   record.name = record.source = "rolling";
   for (int k = 0; k <= 6000; ++k) {
     const double t = 0.002 * k;
@@ -68,7 +68,7 @@ TEST(InertiaBand, moment_that_takes_half_of_the_slow_torque_doubles_the_slow_ine
 }
 
 TEST(InertiaBand, arm_scales_the_inertia_one_to_one) {
-  ModelValues wide = vehicle();
+  estimate::ModelValues wide = vehicle();
   for (auto& r : wide.geometry.rotors) r.position_m *= 1.1;
   const std::vector flights{rolling(0.0, 0.0)};
   const InertiaBand band{.axis = 0, .from_Hz = 2.0, .to_Hz = 15.0, .delay_s = 0.0};
@@ -76,7 +76,7 @@ TEST(InertiaBand, arm_scales_the_inertia_one_to_one) {
 }
 
 TEST(InertiaBand, flight_shorter_than_a_segment_is_refused_with_the_segment_named) {
-  FlightRecord record = rolling(0.0, 0.0);
+  log::FlightRecord record = rolling(0.0, 0.0);
   record.gyro_B_rad_s.t_s.resize(1000);
   record.gyro_B_rad_s.value.resize(1000);
   try {
@@ -89,4 +89,4 @@ TEST(InertiaBand, flight_shorter_than_a_segment_is_refused_with_the_segment_name
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -11,7 +11,7 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr double kLoad_kg = 0.05, kLength_m = 0.6, kAside_m = 0.12;
@@ -21,7 +21,7 @@ host::TermList slung_load() {
   terms.add(*host::find_term("slung_load"));
   return terms;
 }
-int parameter(const char* name) { return find_parameter(std::string("effect.slung_load.") + name, slung_load()); }
+int parameter(const char* name) { return estimate::find_parameter(std::string("effect.slung_load.") + name, slung_load()); }
 
 // The string pulls at the centre of mass; the model's hook is below the geometric centre.
 model_true::Truth balanced() {
@@ -30,7 +30,7 @@ model_true::Truth balanced() {
   return t;
 }
 
-FlightRecord flight_with_load(std::uint64_t seed, bool quiet = false) {
+log::FlightRecord flight_with_load(std::uint64_t seed, bool quiet = false) {
   model_true::FlightSettings s;
   s.manoeuvre = model_true::Manoeuvre::vertical;  // gentle: swings stay far below the 70° to which the pendulum is good
   s.seed = seed;
@@ -42,66 +42,66 @@ FlightRecord flight_with_load(std::uint64_t seed, bool quiet = false) {
   return model_true::fly(balanced(), s).record;
 }
 
-ModelValues truth_without_load() { return model_values(model_true::vehicle_of(balanced()), slung_load()); }
+estimate::ModelValues truth_without_load() { return estimate::model_values(model_true::vehicle_of(balanced()), slung_load()); }
 
-NoiseModel flown_noise() {
-  NoiseModel n;
+estimate::NoiseModel flown_noise() {
+  estimate::NoiseModel n;
   n.force_m_s2_rtHz.setConstant(0.03);
   n.angular_rad_s2_rtHz.setConstant(0.3);
   return n;
 }
 
 TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of_differences) {
-  GridFlight g = make_grid(flight_with_load(1), {});
-  ModelValues v = truth_without_load();
+  estimate::GridFlight g = estimate::make_grid(flight_with_load(1), {});
+  estimate::ModelValues v = truth_without_load();
   v[parameter("mass_kg")] = 0.03;
   v[parameter("damping")] = 0.05;
   v[parameter("drag_1_m")] = 0.03;
   v[parameter("attach_z_m")] = -0.02;
   v[parameter("start_d_x")] = 0.1;
   v[parameter("start_rate_y")] = -0.5;
-  const std::vector<BodyState> states = states_by_readings(g, v, flown_noise());
-  follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states});
+  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, v, flown_noise());
+  estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
   const std::size_t knot = 700;  // 3.5 s after the start
-  const BodyState& x = states[knot];
-  const auto stepped = [&](const ModelValues& at) {
-    RotorInput input = g.input;
+  const estimate::BodyState& x = states[knot];
+  const auto stepped = [&](const estimate::ModelValues& at) {
+    estimate::RotorInput input = g.input;
     input.prepare(at);
     std::size_t hint = 0;
-    return Model(at).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2);
+    return estimate::Model(at).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2);
   };
-  Columns columns;
-  for (std::size_t k = 0; k < v.terms.parameters(); ++k) columns.push_back(kCoreParameters + static_cast<int>(k));
-  RotorInput input = g.input;
+  estimate::Columns columns;
+  for (std::size_t k = 0; k < v.terms.parameters(); ++k) columns.push_back(estimate::kCoreParameters + static_cast<int>(k));
+  estimate::RotorInput input = g.input;
   input.prepare(v);
-  StateJacobian by_state;
-  ParameterJacobian by;
+  estimate::StateJacobian by_state;
+  estimate::ParameterJacobian by;
   std::size_t hint = 0;
-  Model(v, columns).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2, by_state, by);
+  estimate::Model(v, columns).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2, by_state, by);
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const ParameterInfo info = parameter_info(columns[c], v.terms);
-    ModelValues up = v, down = v;
+    const estimate::ParameterInfo info = estimate::parameter_info(columns[c], v.terms);
+    estimate::ModelValues up = v, down = v;
     up[columns[c]] += 0.02 * info.scale;
     down[columns[c]] -= 0.02 * info.scale;
-    const StateError slope = difference(stepped(down), stepped(up)) / (0.04 * info.scale);
+    const estimate::StateError slope = estimate::difference(stepped(down), stepped(up)) / (0.04 * info.scale);
     EXPECT_LT((slope - by.col(static_cast<Eigen::Index>(c))).norm(), 2e-4 * slope.norm()) << info.name;
     EXPECT_GT(slope.norm(), 0.0) << info.name;
   }
 }
 
 TEST(Memory, without_a_motion_to_follow_a_load_hangs_still) {
-  const GridFlight g = make_grid(flight_with_load(1), {});
-  ModelValues v = truth_without_load();
+  const estimate::GridFlight g = estimate::make_grid(flight_with_load(1), {});
+  estimate::ModelValues v = truth_without_load();
   v[parameter("start_d_x")] = 0.3;
-  RotorInput input = g.input;
+  estimate::RotorInput input = g.input;
   input.prepare(v);
   std::size_t hint = 0;
   for (const double x : input.at(g.time_s(100), hint, false).memory) EXPECT_EQ(x, 0.0);
 }
 
 TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_percent_in_three_rounds) {
-  GridFlight g = make_grid(flight_with_load(2), {.rate_Hz = 100.0});
-  FitProblem p;
+  estimate::GridFlight g = estimate::make_grid(flight_with_load(2), {.rate_Hz = 100.0});
+  estimate::FitProblem p;
   p.start = truth_without_load();
   p.start[parameter("mass_kg")] = 0.02;
   p.start[parameter("length_m")] = 0.5;
@@ -110,38 +110,38 @@ TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_perc
   for (const char* name : {"start_rate_x", "start_rate_y"}) p.free.push_back({parameter(name), false, 1.0});
   p.noise = flown_noise();
   p.flights = {&g};
-  Fit r, before;
-  std::vector<BodyState> states = states_by_readings(g, p.start, p.noise);
+  estimate::Fit r, before;
+  std::vector<estimate::BodyState> states = estimate::states_by_readings(g, p.start, p.noise);
   for (int round = 0; round < 3; ++round) {
-    follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states});
+    estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
     before = std::move(r);
-    r = fit(p);
+    r = estimate::fit(p);
     states = r.states.front();
   }
   EXPECT_TRUE(r.converged);
   EXPECT_NEAR(r.find(parameter("mass_kg"))->value, kLoad_kg, 0.05 * kLoad_kg);
   EXPECT_NEAR(r.find(parameter("length_m"))->value, kLength_m, 0.05 * kLength_m);
   EXPECT_NEAR(r.find(parameter("start_d_x"))->value, kAside_m / kLength_m, 0.02);
-  for (const Estimate& e : r.estimates)
-    EXPECT_LT(std::fabs(e.value - before.find(e.parameter)->value), 0.2 * e.u) << parameter_info(e.parameter, p.start.terms).name;
+  for (const estimate::Estimate& e : r.estimates)
+    EXPECT_LT(std::fabs(e.value - before.find(e.parameter)->value), 0.2 * e.u) << estimate::parameter_info(e.parameter, p.start.terms).name;
   EXPECT_LT(2.0 * r.cost / r.degrees_of_freedom, 1.1);
 }
 
 // Open loop, without noise, which would hide the load behind the error of the start: it swings on with the vehicle that is foretold.
 TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_leaves_it_out_after_1_s) {
-  GridFlight g = make_grid(flight_with_load(3, true), {.rate_Hz = 100.0});
-  ModelValues v = truth_without_load();
+  estimate::GridFlight g = estimate::make_grid(flight_with_load(3, true), {.rate_Hz = 100.0});
+  estimate::ModelValues v = truth_without_load();
   v[parameter("mass_kg")] = kLoad_kg;
   v[parameter("length_m")] = kLength_m;
   v[parameter("damping")] = 0.0;
   v[parameter("start_d_x")] = kAside_m / kLength_m;
-  NoiseModel noise = flown_noise();
+  estimate::NoiseModel noise = flown_noise();
   noise.position_m.setConstant(1e-5);
   noise.attitude_rad.setConstant(1e-5);
-  const std::vector<BodyState> states = states_by_readings(g, v, noise);
-  follow_states({&g, 1}, std::vector<std::vector<BodyState>>{states});
+  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, v, noise);
+  estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
   const StateTrack track = fitted_track(g, states, v);
-  ModelValues without = v;
+  estimate::ModelValues without = v;
   without[parameter("mass_kg")] = 0.0;
   const auto starts = prediction_starts(track, 100, 50);
   const auto with_it = summary(std::vector{predict(track, whole_model(v, 4), starts, 100)});
@@ -151,4 +151,4 @@ TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_lea
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -10,13 +10,13 @@
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr std::size_t kSecond = 100;  // steps
 
-NoiseModel true_noise() {
-  NoiseModel n;
+estimate::NoiseModel true_noise() {
+  estimate::NoiseModel n;
   n.force_m_s2_rtHz.setConstant(0.03);
   n.angular_rad_s2_rtHz.setConstant(0.3);
   return n;  // poses: 2 mm and 2 mrad, as by default
@@ -28,17 +28,17 @@ struct Scored {
 const Scored& scored() {
   static const Scored all = [] {
     Scored out;
-    const ModelValues right = model_values(model_true::vehicle_of({}));
-    ModelValues wrong = right;
-    wrong[kK1] *= 1.06;
-    wrong[kIxx] *= 1.5;
-    wrong[kIyy] *= 1.5;
+    const estimate::ModelValues right = estimate::model_values(model_true::vehicle_of({}));
+    estimate::ModelValues wrong = right;
+    wrong[estimate::kK1] *= 1.06;
+    wrong[estimate::kIxx] *= 1.5;
+    wrong[estimate::kIyy] *= 1.5;
     for (const auto m : {model_true::Manoeuvre::horizontal, model_true::Manoeuvre::rotation}) {
       model_true::FlightSettings s;
       s.manoeuvre = m;
       s.seed = 77;
-      const GridFlight g = make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0, .longest_substep_s = 1e-2});
-      const StateTrack track = fitted_track(g, states_by_readings(g, right, true_noise()), right);
+      const estimate::GridFlight g = estimate::make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0, .longest_substep_s = 1e-2});
+      const StateTrack track = fitted_track(g, estimate::states_by_readings(g, right, true_noise()), right);
       const auto starts = prediction_starts(track, kSecond, 20);
       out.right.push_back(predict(track, whole_model(right, g.substeps), starts, kSecond));
       out.wrong.push_back(predict(track, whole_model(wrong, g.substeps), starts, kSecond));
@@ -72,9 +72,9 @@ TEST(NoiseFloor, IsExceededByAModelThatIsWrongAndTheRightOneClosesTheWholeGap) {
 TEST(NoiseFloor, RepeatsForASeedAndChangesWithIt) {
   model_true::FlightSettings s;
   s.duration_s = 3.0;
-  const GridFlight g = make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
-  const ModelValues right = model_values(model_true::vehicle_of({}));
-  const StateTrack track = fitted_track(g, states_by_readings(g, right, true_noise()), right);
+  const estimate::GridFlight g = estimate::make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
+  const estimate::ModelValues right = estimate::model_values(model_true::vehicle_of({}));
+  const StateTrack track = fitted_track(g, estimate::states_by_readings(g, right, true_noise()), right);
   const auto starts = prediction_starts(track, 20, 50);
   const auto of = [&](std::uint64_t seed) { return noise_floor(g, track, right, true_noise(), true_noise(), starts, 20, seed).error[0]; };
   EXPECT_EQ(of(3), of(3));
@@ -105,4 +105,4 @@ TEST(ShareClosed, IsNotANumberWhereTheErrorBeforeStoodAtTheFloor) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

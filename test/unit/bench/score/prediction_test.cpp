@@ -11,7 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 host::VehicleModel small_vehicle() {
@@ -27,14 +27,14 @@ host::VehicleModel small_vehicle() {
 }
 
 // Rotor speeds about hover that wiggle every axis; `noise` of white reading noise on top.
-FlightRecord speeds(double seconds, double noise_rad_s = 0.0, std::uint64_t seed = 1) {
-  FlightRecord r;
-  const sim::RandomStream random(seed, 1);
+log::FlightRecord speeds(double seconds, double noise_rad_s = 0.0, std::uint64_t seed = 1) {
+  log::FlightRecord r;
+  const RandomStream random(seed, 1);
   std::uint64_t draw = 0;
   for (int k = 0; k <= static_cast<int>(100.0 * seconds); ++k) {
     const double t = 0.01 * k, hover = 1720.0 + 60.0 * std::sin(1.3 * t);
     const double roll = 12.0 * std::sin(9.0 * t), pitch = 11.0 * std::sin(11.0 * t + 1.0), yaw = 60.0 * std::sin(3.0 * t);
-    RotorValues w{hover - roll - pitch - yaw, hover + roll + pitch - yaw, hover + roll - pitch + yaw, hover - roll + pitch + yaw};
+    log::RotorValues w{hover - roll - pitch - yaw, hover + roll + pitch - yaw, hover + roll - pitch + yaw, hover - roll + pitch + yaw};
     for (double& v : w) v += noise_rad_s * random.gaussian(draw++);
     r.rotor_omega_rad_s.add(t, w);
   }
@@ -42,17 +42,17 @@ FlightRecord speeds(double seconds, double noise_rad_s = 0.0, std::uint64_t seed
 }
 
 // The flight that the model itself makes of these speeds.
-StateTrack flown(const ModelValues& values, const FlightRecord& true_speeds, const FlightRecord& logged_speeds, std::size_t steps) {
-  const Model model(values);
-  const RotorInput input(true_speeds);
-  StateTrack track{"flown", 0.0, 0.01, {BodyState{}}, RotorInput(logged_speeds)};
+StateTrack flown(const estimate::ModelValues& values, const log::FlightRecord& true_speeds, const log::FlightRecord& logged_speeds, std::size_t steps) {
+  const estimate::Model model(values);
+  const estimate::RotorInput input(true_speeds);
+  StateTrack track{"flown", 0.0, 0.01, {estimate::BodyState{}}, estimate::RotorInput(logged_speeds)};
   track.state[0].v_W_m_s = {0.4, -0.3, 0.1};
   std::size_t hint = 0;
   for (std::size_t k = 0; k < steps; ++k)
     track.state.push_back(model.step(track.state.back(), input, hint, track.time_s(k), track.time_s(k + 1), 1));
   return track;
 }
-StateTrack flown(const ModelValues& values, std::size_t steps = 300) { return flown(values, speeds(4.0), speeds(4.0), steps); }
+StateTrack flown(const estimate::ModelValues& values, std::size_t steps = 300) { return flown(values, speeds(4.0), speeds(4.0), steps); }
 
 PredictionErrors errors_of(const StateTrack& track, const Predictor& predictor, std::size_t horizon = 50) {
   const auto starts = prediction_starts(track, horizon);
@@ -60,17 +60,17 @@ PredictionErrors errors_of(const StateTrack& track, const Predictor& predictor, 
 }
 
 TEST(Prediction, TheModelThatMadeAFlightForetellsItToRoundOff) {
-  const ModelValues v = model_values(small_vehicle());
+  const estimate::ModelValues v = estimate::model_values(small_vehicle());
   const PredictionErrors e = errors_of(flown(v), whole_model(v));
   const PredictionSummary s = summary({&e, 1});
   for (const double sum : s.sim_error) EXPECT_LT(sum, 1e-9);
 }
 
 TEST(Prediction, StateHeldErrsByTheMotionItself) {
-  const StateTrack track = flown(model_values(small_vehicle()));
+  const StateTrack track = flown(estimate::model_values(small_vehicle()));
   const PredictionErrors e = errors_of(track, state_held());
   for (const std::size_t h : {1u, 17u, 50u}) {
-    const BodyState &a = track.state[40], &b = track.state[40 + h];
+    const estimate::BodyState &a = track.state[40], &b = track.state[40 + h];
     EXPECT_DOUBLE_EQ(e.at(kPredictedPosition, 40, h), (b.p_W_m - a.p_W_m).norm());
     EXPECT_DOUBLE_EQ(e.at(kPredictedVelocity, 40, h), (b.v_W_m_s - a.v_W_m_s).norm());
     EXPECT_NEAR(e.at(kPredictedAttitude, 40, h), a.q_WB.angularDistance(b.q_WB), 1e-12);
@@ -79,13 +79,13 @@ TEST(Prediction, StateHeldErrsByTheMotionItself) {
 }
 
 TEST(Prediction, RatesHeldIsExactForABodyThatSpinsWithoutTorque) {
-  ModelValues v = model_values(small_vehicle());
-  FlightRecord even;
+  estimate::ModelValues v = estimate::model_values(small_vehicle());
+  log::FlightRecord even;
   for (int k = 0; k <= 200; ++k) even.rotor_omega_rad_s.add(0.01 * k, {1700, 1700, 1700, 1700});
-  StateTrack track{"spin", 0.0, 0.01, {BodyState{}}, RotorInput(even)};
+  StateTrack track{"spin", 0.0, 0.01, {estimate::BodyState{}}, estimate::RotorInput(even)};
   track.state[0].w_B_rad_s = {0.0, 0.0, 3.0};
   track.state[0].v_W_m_s = {1.0, 0.5, 0.2};
-  const Model model(v);
+  const estimate::Model model(v);
   std::size_t hint = 0;
   for (std::size_t k = 0; k < 150; ++k)
     track.state.push_back(model.step(track.state.back(), track.input, hint, track.time_s(k), track.time_s(k + 1), 1));
@@ -98,27 +98,27 @@ TEST(Prediction, RatesHeldIsExactForABodyThatSpinsWithoutTorque) {
 }
 
 TEST(Prediction, NothingAfterTheStartIsLookedAtButRotorSpeeds) {
-  const ModelValues v = model_values(small_vehicle());
+  const estimate::ModelValues v = estimate::model_values(small_vehicle());
   StateTrack track = flown(v);
   for (const Predictor& predictor : {state_held(), rates_held(v), whole_model(v)}) {
-    std::vector<BodyState> before(50), after(50);
+    std::vector<estimate::BodyState> before(50), after(50);
     predictor(track, 100, before);
     StateTrack other = track;
     for (std::size_t k = 0; k < other.state.size(); ++k) {
-      if (k != 100) other.state[k] = BodyState{};
+      if (k != 100) other.state[k] = estimate::BodyState{};
     }
     predictor(other, 100, after);
-    for (std::size_t k = 0; k < 50; ++k) EXPECT_EQ(difference(before[k], after[k]).norm(), 0.0);
+    for (std::size_t k = 0; k < 50; ++k) EXPECT_EQ(estimate::difference(before[k], after[k]).norm(), 0.0);
   }
 }
 
 TEST(Prediction, TheAttitudeErrorIsTheAngleBetweenTheAttitudesWhateverTheQuaternionsSign) {
-  StateTrack track = flown(model_values(small_vehicle()), 20);
+  StateTrack track = flown(estimate::model_values(small_vehicle()), 20);
   const Eigen::Vector3d turn(0.1, -0.2, 0.05);
-  const auto turned = [&](const StateTrack& t, std::size_t start, std::span<BodyState> out) {
+  const auto turned = [&](const StateTrack& t, std::size_t start, std::span<estimate::BodyState> out) {
     for (std::size_t k = 0; k < out.size(); ++k) {
       out[k] = t.state[start + k + 1];
-      out[k].q_WB = out[k].q_WB * exp_q(turn);
+      out[k].q_WB = out[k].q_WB * estimate::exp_q(turn);
       if (k % 2 == 0) out[k].q_WB.coeffs() = -out[k].q_WB.coeffs();
     }
   };
@@ -142,7 +142,7 @@ TEST(PredictionSummaryOfFlights, EachStartCountsOnceAndSumsRunOverAllHorizons) {
 }
 
 TEST(PredictionStarts, EveryStartHasItsWholeHorizonAhead) {
-  const StateTrack track = flown(model_values(small_vehicle()), 99);  // 100 states
+  const StateTrack track = flown(estimate::model_values(small_vehicle()), 99);  // 100 states
   EXPECT_EQ(prediction_starts(track, 50).size(), 50u);
   EXPECT_EQ(prediction_starts(track, 50).back(), 49u);
   EXPECT_EQ(prediction_starts(track, 50, 10).size(), 5u);
@@ -162,7 +162,7 @@ TEST(HelpfulRangeOfHorizons, IsTheLongestRunOfStepsThatAreAllBetter) {
 
 TEST(ErrorRatioOfPredictions, IsExactWhenOneErrsInProportionToTheOther) {
   std::vector<PredictionErrors> a{constant(2000, 5, 0.0)};
-  const sim::RandomStream random(3, 1);
+  const RandomStream random(3, 1);
   for (auto& x : a[0].error) {
     for (std::size_t i = 0; i < x.size(); ++i) x[i] = random.uniform(i);
   }
@@ -179,7 +179,7 @@ TEST(ErrorRatioOfPredictions, IsExactWhenOneErrsInProportionToTheOther) {
 // Errors correlated over 0.5 s, as those of overlapping windows are, about 1.0 for `a` and 1.0 for `b`.
 std::vector<PredictionErrors> correlated(std::uint64_t seed) {
   std::vector<PredictionErrors> e{constant(6000, 1, 0.0)};
-  const sim::RandomStream random(seed, 7);
+  const RandomStream random(seed, 7);
   double x = 0.0;
   for (std::size_t k = 0; k < 6000; ++k) {
     x += -x * 0.02 + 0.06 * random.gaussian(k);
@@ -219,35 +219,35 @@ TEST(ErrorRatioOfPredictions, RefusesPredictionsThatAreNotPaired) {
 }
 
 TEST(MultiStepFit, RecoversTheParametersThatMadeAFlight) {
-  const ModelValues truth = model_values(small_vehicle());
+  const estimate::ModelValues truth = estimate::model_values(small_vehicle());
   const std::vector<StateTrack> tracks{flown(truth, 350)};
-  ModelValues start = truth;
-  start[kIxx] *= 1.4;
-  start[kIyy] *= 0.7;
-  start[kK1] *= 1.1;
-  start[kCdh] = 0.01;
-  start[kComX] = 2e-4;
+  estimate::ModelValues start = truth;
+  start[estimate::kIxx] *= 1.4;
+  start[estimate::kIyy] *= 0.7;
+  start[estimate::kK1] *= 1.1;
+  start[estimate::kCdh] = 0.01;
+  start[estimate::kComX] = 2e-4;
   MultiStepOptions o;
   o.horizon = 30;
   o.stride = 20;
   o.tolerance = 1e-12;
-  const MultiStepFit fit = fit_multi_step(start, {kIxx, kIyy, kK1, kCdh, kComX}, tracks, o);
+  const MultiStepFit fit = fit_multi_step(start, {estimate::kIxx, estimate::kIyy, estimate::kK1, estimate::kCdh, estimate::kComX}, tracks, o);
   EXPECT_TRUE(fit.converged);
   EXPECT_LT(fit.cost, 1e-12);
-  EXPECT_NEAR(fit.values[kIxx] / truth[kIxx], 1.0, 1e-4);
-  EXPECT_NEAR(fit.values[kIyy] / truth[kIyy], 1.0, 1e-4);
-  EXPECT_NEAR(fit.values[kK1] / truth[kK1], 1.0, 1e-4);
-  EXPECT_NEAR(fit.values[kCdh] / truth[kCdh], 1.0, 1e-4);
-  EXPECT_NEAR(fit.values[kComX], 0.0, 1e-7);
+  EXPECT_NEAR(fit.values[estimate::kIxx] / truth[estimate::kIxx], 1.0, 1e-4);
+  EXPECT_NEAR(fit.values[estimate::kIyy] / truth[estimate::kIyy], 1.0, 1e-4);
+  EXPECT_NEAR(fit.values[estimate::kK1] / truth[estimate::kK1], 1.0, 1e-4);
+  EXPECT_NEAR(fit.values[estimate::kCdh] / truth[estimate::kCdh], 1.0, 1e-4);
+  EXPECT_NEAR(fit.values[estimate::kComX], 0.0, 1e-7);
 }
 
 TEST(MultiStepFit, ParametersStayWithinTheirBounds) {
   host::TermList terms;
   ASSERT_TRUE(terms.add(kTorqueShare));
-  const int roll = find_parameter("effect.prediction.torque_share.roll", terms);
-  ModelValues truth = model_values(small_vehicle(), terms);
-  ModelValues start = truth;
-  truth[kIxx] /= 2.5;  // as if 2.5 times the torque acted; the bound is 2
+  const int roll = estimate::find_parameter("effect.prediction.torque_share.roll", terms);
+  estimate::ModelValues truth = estimate::model_values(small_vehicle(), terms);
+  estimate::ModelValues start = truth;
+  truth[estimate::kIxx] /= 2.5;  // as if 2.5 times the torque acted; the bound is 2
   const std::vector<StateTrack> tracks{flown(truth, 200)};
   EXPECT_EQ(fit_multi_step(start, {roll}, tracks).values[roll], 2.0);
 }
@@ -256,9 +256,9 @@ TEST(MultiStepFit, ParametersStayWithinTheirBounds) {
 TEST(MultiStepFit, NoiseOnRotorSpeedsPullsTheBelievedShareOfTorqueBelowOneAndForetellsBetter) {
   host::TermList terms;
   ASSERT_TRUE(terms.add(kTorqueShare));
-  const ModelValues truth = model_values(small_vehicle(), terms);
-  const int roll = find_parameter("effect.prediction.torque_share.roll", terms);
-  const int pitch = find_parameter("effect.prediction.torque_share.pitch", terms);
+  const estimate::ModelValues truth = estimate::model_values(small_vehicle(), terms);
+  const int roll = estimate::find_parameter("effect.prediction.torque_share.roll", terms);
+  const int pitch = estimate::find_parameter("effect.prediction.torque_share.pitch", terms);
   MultiStepOptions o;
   o.stride = 10;
   const std::vector<StateTrack> clean{flown(truth, speeds(10.0), speeds(10.0), 990)};
@@ -275,4 +275,4 @@ TEST(MultiStepFit, NoiseOnRotorSpeedsPullsTheBelievedShareOfTorqueBelowOneAndFor
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 constexpr double kRate_Hz = 100.0;
@@ -95,4 +95,4 @@ TEST(BridgeSpikes, LeavesASignalAloneThatHasNoGoodSample) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

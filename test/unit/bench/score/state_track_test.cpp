@@ -12,20 +12,20 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::score {
 namespace {
 
 // A slow circle with a slow turn, each stream at its own rate; velocity on request.
 Eigen::Vector3d position(double t) { return {std::cos(t), std::sin(t), 1.0 + 0.1 * t}; }
 Eigen::Vector3d velocity(double t) { return {-std::sin(t), std::cos(t), 0.1}; }
-Eigen::Quaterniond attitude(double t) { return exp_q({0.0, 0.0, 0.8 * t}); }
+Eigen::Quaterniond attitude(double t) { return estimate::exp_q({0.0, 0.0, 0.8 * t}); }
 
-FlightRecord circle(bool with_velocity) {
-  FlightRecord r;
+log::FlightRecord circle(bool with_velocity) {
+  log::FlightRecord r;
   r.name = "circle";
   for (int k = 0; k <= 900; ++k) {
     const double t = k / 90.0;
-    PoseReading p{position(t), attitude(t)};
+    log::PoseReading p{position(t), attitude(t)};
     if (k % 3 == 0) p.q_WS.coeffs() = -p.q_WS.coeffs();  // the same attitude
     r.pose.add(t, p);
   }
@@ -41,7 +41,7 @@ void expect_circle(const StateTrack& track, double velocity_m_s) {
   ASSERT_EQ(track.state.size(), 1001u);
   for (std::size_t k = 100; k < 900; ++k) {
     const double t = track.time_s(k);
-    const BodyState& x = track.state[k];
+    const estimate::BodyState& x = track.state[k];
     EXPECT_LT((x.p_W_m - position(t)).norm(), 2e-4) << t;
     EXPECT_LT((x.v_W_m_s - velocity(t)).norm(), velocity_m_s) << t;
     EXPECT_LT(x.q_WB.angularDistance(attitude(t)), 2e-4) << t;
@@ -54,7 +54,7 @@ TEST(FilteredTrack, BringsStreamsOfAnyRateToOneGridWhateverTheQuaternionsSigns) 
 TEST(FilteredTrack, TakesTheSlopeOfThePositionWhereTheLogHasNoVelocity) { expect_circle(filtered_track(circle(false)), 2e-3); }
 
 TEST(FilteredTrack, RotorSpeedsLoseSpikesAndMissingReadings) {
-  FlightRecord r = circle(true);
+  log::FlightRecord r = circle(true);
   r.rotor_omega_rad_s.value[200][0] = 1e5;
   r.rotor_omega_rad_s.value[300][1] = std::numeric_limits<double>::quiet_NaN();
   r.rotor_omega_rad_s.value[400][2] = 4000.0;
@@ -69,7 +69,7 @@ TEST(FilteredTrack, RotorSpeedsLoseSpikesAndMissingReadings) {
 }
 
 TEST(FilteredTrack, CoversOnlyWhatAllStreamsCover) {
-  FlightRecord r = circle(true);
+  log::FlightRecord r = circle(true);
   r.gyro_B_rad_s = {};
   for (int k = 400; k <= 1000; ++k) r.gyro_B_rad_s.add(k / 200.0, {0.0, 0.0, 0.8});
   const StateTrack track = filtered_track(r);
@@ -78,7 +78,7 @@ TEST(FilteredTrack, CoversOnlyWhatAllStreamsCover) {
 }
 
 TEST(FilteredTrack, NamesTheStreamThatIsMissing) {
-  FlightRecord r = circle(true);
+  log::FlightRecord r = circle(true);
   r.gyro_B_rad_s = {};
   try {
     filtered_track(r);
@@ -97,15 +97,15 @@ TEST(FittedTrack, StatesOfAFitArePredictedFromOnTheirOwnClock) {
   m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
   m.thrust = {5.5e-8, -6.8e-6, 0.0275, 1.2};
   m.c_q_N_m_s2 = 2.2e-10;
-  const ModelValues values = model_values(m);
-  FlightRecord r = circle(false);
-  GridOptions options;
+  const estimate::ModelValues values = estimate::model_values(m);
+  log::FlightRecord r = circle(false);
+  estimate::GridOptions options;
   options.rate_Hz = 200.0;
   options.use_pose = true;
-  const GridFlight grid = make_grid(r, options);
+  const estimate::GridFlight grid = make_grid(r, options);
   // The states that the model makes of the grid's rotor speeds.
-  const Model model(values);
-  std::vector<BodyState> states{BodyState{}};
+  const estimate::Model model(values);
+  std::vector<estimate::BodyState> states{estimate::BodyState{}};
   std::size_t hint = 0;
   for (std::size_t k = 0; k + 1 < grid.knots; ++k)
     states.push_back(model.step(states.back(), grid.input, hint, grid.time_s(k), grid.time_s(k + 1), 1));
@@ -117,4 +117,4 @@ TEST(FittedTrack, StatesOfAFitArePredictedFromOnTheirOwnClock) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::score

@@ -8,7 +8,7 @@
 
 #include "bench/stand/stand_text.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 using std::filesystem::path;
@@ -57,7 +57,7 @@ TEST(StandTuDelft, torque_advance_is_named_and_predicts_the_airspeed_it_was_not_
   NEED_DATA();
   const auto d = diagnose_set("tudelft_ojf_8inch", {});
   const auto& q = channel(d.files[0], "torque");
-  ASSERT_EQ(q.verdict, DiagnosisVerdict::named);
+  ASSERT_EQ(q.verdict, diagnose::DiagnosisVerdict::named);
   const StandCandidate& named = q.candidates[*q.best];
   EXPECT_EQ(named.id, "torque_advance");
   EXPECT_NEAR(q.rms, 14.6e-3, 0.1e-3) << "N m, c_q constant";
@@ -73,7 +73,7 @@ TEST(StandAerostack, file_without_rotor_speed_is_refused_and_pulling_counted_neg
   NEED_DATA();
   const auto d = diagnose_set("aerostack2_xnova", {});
   const auto& ramp = of(d, "xNova-SR-ramp.csv");
-  EXPECT_EQ(ramp.verdict, DiagnosisVerdict::faulty);
+  EXPECT_EQ(ramp.verdict, diagnose::DiagnosisVerdict::faulty);
   EXPECT_TRUE(says(faults(ramp), "reads 0 in 89 of 89 points")) << faults(ramp);
   EXPECT_TRUE(ramp.channels.empty()) << "nothing is fitted without speed";
   for (const auto* file : {"xNova-SR-steps.csv", "xNova-SR-steps-up.csv", "xNova-MR-steps.csv"}) {
@@ -92,7 +92,7 @@ TEST(StandDiegosdantonio, wrong_tare_of_68_mN_is_found_in_one_file_of_seven_and_
   ASSERT_EQ(d.files.size(), 7u);
   for (const auto& f : d.files) {
     const bool odd = f.name == "StepsTest_2020-06-16_214711.csv";
-    EXPECT_EQ(f.verdict == DiagnosisVerdict::faulty, odd) << f.name << faults(f);
+    EXPECT_EQ(f.verdict == diagnose::DiagnosisVerdict::faulty, odd) << f.name << faults(f);
     if (odd) {
       EXPECT_TRUE(says(faults(f), "thrust has a constant of -0.068")) << faults(f);
     } else {
@@ -108,7 +108,7 @@ TEST(StandStrawson, four_files_of_144_are_far_from_their_propeller_and_speed_is_
   ASSERT_EQ(d.files.size(), 144u);
   for (const auto& f : d.files) {
     const bool odd = f.name == "b4_7.csv" || f.name == "b4_11.csv" || f.name == "b7_7.csv" || f.name == "b7_11.csv";
-    EXPECT_EQ(f.verdict == DiagnosisVerdict::faulty, odd) << f.name << faults(f);
+    EXPECT_EQ(f.verdict == diagnose::DiagnosisVerdict::faulty, odd) << f.name << faults(f);
     if (odd) {
       EXPECT_TRUE(says(faults(f), "speed is not to blame")) << f.name << faults(f);
     }
@@ -119,14 +119,14 @@ TEST(StandStrawson, four_files_of_144_are_far_from_their_propeller_and_speed_is_
 TEST(StandImrc, misread_and_dropped_rotor_speeds_are_named_by_rotor_and_the_fourth_gives_c_t) {
   NEED_DATA();
   const auto rows = diagnose_set("imrc_crazyflie", {"brushless_calibration__data_calib_brushless.csv"}, "imrc_crazyflie").files[0];
-  EXPECT_EQ(rows.verdict, DiagnosisVerdict::faulty);
+  EXPECT_EQ(rows.verdict, diagnose::DiagnosisVerdict::faulty);
   for (const int k : {1, 2, 3})
     EXPECT_TRUE(says(faults(rows), "rotor " + std::to_string(k) + " speed is more than 15 % from rotor 4")) << faults(rows);
   EXPECT_FALSE(says(faults(rows), "rotor 4 speed is more")) << faults(rows);
   EXPECT_TRUE(says(faults(rows), "thrust reads 0 N in all")) << faults(rows);
   const auto joined =
       diagnose_set("imrc_crazyflie", {"brushless_calibration__data_calib_brushless.csv"}, "imrc_brushless_calibration").files[0];
-  EXPECT_EQ(joined.verdict, DiagnosisVerdict::faulty);
+  EXPECT_EQ(joined.verdict, diagnose::DiagnosisVerdict::faulty);
   EXPECT_NEAR(channel(joined, "thrust").coefficient.value, 3.856e-8, 0.01e-8) << "rotor 4 for all, thrust read by hand";
   const auto dropped = diagnose_set("imrc_crazyflie", {"cf21_imrc2025__data4.csv"}, "imrc_crazyflie").files[0];
   EXPECT_TRUE(says(faults(dropped), "rotor 1 speed reads 0 in 36 of 36")) << faults(dropped);
@@ -150,7 +150,7 @@ TEST(StandCoefficients, agree_with_those_published_for_files_without_fault) {
                        Row{"imrc_crazyflie", "cf21plus__data_feb_24_2026_250mah_battery0.csv", "imrc_crazyflie", 1.435e-8, 0.0},
                        Row{"imrc_crazyflie", "cf21plus__data_feb_24_2026_350mah_battery0.csv", "imrc_crazyflie", 1.426e-8, 0.0}}) {
     const auto f = diagnose_set(r.set, {r.file}, r.map).files[0];
-    EXPECT_NE(f.verdict, DiagnosisVerdict::faulty) << r.file << faults(f);
+    EXPECT_NE(f.verdict, diagnose::DiagnosisVerdict::faulty) << r.file << faults(f);
     EXPECT_NEAR(channel(f, "thrust").coefficient.value / r.c_t, 1.0, 0.01) << r.file;
     if (r.c_q > 0.0) {
       EXPECT_NEAR(channel(f, "torque").coefficient.value / r.c_q, 1.0, 0.01) << r.file;
@@ -159,4 +159,4 @@ TEST(StandCoefficients, agree_with_those_published_for_files_without_fault) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

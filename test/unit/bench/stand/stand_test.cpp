@@ -10,7 +10,7 @@
 #include "host/base/random.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::stand {
 namespace {
 
 constexpr double kCt = 3.1e-6, kCq = 3.1e-8, kDiameter_m = 0.2032;
@@ -26,7 +26,7 @@ StandRecord made_up(const StandCase& c) {
   r.name = "made_up.csv";
   r.diameter_m = kDiameter_m;
   r.means = true;
-  const sim::RandomStream noise(5, 77);
+  const RandomStream noise(5, 77);
   for (int i = 0; i < 400; ++i) {
     StandPoint p;
     p.row = static_cast<std::size_t>(i + 1);
@@ -51,14 +51,14 @@ std::string said(const StandFileDiagnosis& d) {
 
 TEST(Stand, thrust_and_torque_in_proportion_to_speed_squared_are_clean) {
   const auto d = diagnose_stand(made_up({}));
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << said(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << said(d);
   EXPECT_NEAR(d.channels[0].coefficient.value, kCt, 3.0 * d.channels[0].coefficient.u);
   EXPECT_NEAR(d.channels[1].coefficient.value, kCq, 3.0 * d.channels[1].coefficient.u);
 }
 
 TEST(Stand, load_cell_with_a_zero_of_300_mN_is_a_fault_and_thrust_gets_no_coefficient) {
   const auto d = diagnose_stand(made_up({.tare_N = -0.3}));
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::faulty) << said(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::faulty) << said(d);
   ASSERT_EQ(d.faults.size(), 1u);
   EXPECT_EQ(d.faults[0].channel, "thrust");
   EXPECT_NE(d.faults[0].what.find("constant of -0.299"), std::string::npos) << d.faults[0].what;
@@ -68,7 +68,7 @@ TEST(Stand, load_cell_with_a_zero_of_300_mN_is_a_fault_and_thrust_gets_no_coeffi
 
 TEST(Stand, speed_exponent_of_5_hundredths_is_named_and_is_no_wrong_zero) {
   const auto d = diagnose_stand(made_up({.exponent = 0.05}));
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::named) << said(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::named) << said(d);
   const auto& c = d.channels[0].candidates[*d.channels[0].best];
   EXPECT_EQ(c.id, "thrust_speed_exponent");
   EXPECT_NEAR(c.parameters[0].value / kCt, 0.05, 0.005);
@@ -77,7 +77,7 @@ TEST(Stand, speed_exponent_of_5_hundredths_is_named_and_is_no_wrong_zero) {
 TEST(Stand, torque_that_falls_with_advance_ratio_is_named_and_holds_at_the_other_airspeed) {
   const auto d = diagnose_stand(made_up({.advance = -1.2, .wind = true}));
   const auto& q = d.channels[1];
-  ASSERT_EQ(q.verdict, DiagnosisVerdict::named) << said(d);
+  ASSERT_EQ(q.verdict, diagnose::DiagnosisVerdict::named) << said(d);
   EXPECT_EQ(q.candidates[*q.best].id, "torque_advance");
   EXPECT_NEAR(q.candidates[*q.best].parameters[0].value / kCq, -1.2, 0.05);
   EXPECT_LT(q.candidates[*q.best].held_out_rms, 0.1 * q.candidates[*q.best].held_out_rms_before);
@@ -85,14 +85,14 @@ TEST(Stand, torque_that_falls_with_advance_ratio_is_named_and_holds_at_the_other
 
 TEST(Stand, file_whose_speed_reads_zero_throughout_is_refused) {
   const auto d = diagnose_stand(made_up({.speed_connected = false}));
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::faulty);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::faulty);
   EXPECT_TRUE(d.channels.empty());
   EXPECT_NE(d.faults[0].what.find("reads 0 in"), std::string::npos) << d.faults[0].what;
 }
 
 TEST(Stand, thrust_counted_negative_is_turned_and_said) {
   const auto d = diagnose_stand(made_up({.thrust_sign = -1.0}));
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << said(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << said(d);
   EXPECT_NEAR(d.channels[0].coefficient.value, kCt, 0.01 * kCt);
   EXPECT_NE(said(d).find("thrust is negative"), std::string::npos);
 }
@@ -101,7 +101,7 @@ TEST(Stand, one_file_of_six_with_speed_read_by_seven_sixths_is_odd_among_its_pro
   StandDiagnosis all;
   for (int k = 0; k < 6; ++k) all.files.push_back(diagnose_stand(made_up({.speed_factor = k == 3 ? 7.0 / 6.0 : 1.0 + 0.005 * k})));
   compare_stands(all);
-  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(all.files[k].verdict == DiagnosisVerdict::faulty, k == 3) << k;
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(all.files[k].verdict == diagnose::DiagnosisVerdict::faulty, k == 3) << k;
   EXPECT_NE(all.files[3].faults[0].likely.find("speed read 1.1"), std::string::npos) << all.files[3].faults[0].likely;
 }
 
@@ -121,7 +121,7 @@ unit = "gf"
 )";
 
 TEST(StandMappingFile, file_without_header_is_read_by_the_names_of_the_mapping_in_SI) {
-  TempFolder folder;
+  test::TempFolder folder;
   std::ofstream(folder.path() / "a.txt") << "6000 100\n12000 400\n";
   const auto r = read_stand_file(folder.path() / "a.txt", parse_stand_mapping(kMapping, "m.toml"));
   ASSERT_EQ(r.points.size(), 2u);
@@ -148,7 +148,7 @@ TEST(StandMappingFile, slips_are_refused_with_line_and_remedy) {
 }
 
 TEST(StandMappingFile, mapping_of_another_stand_says_which_columns_the_file_has) {
-  TempFolder folder;
+  test::TempFolder folder;
   std::ofstream(folder.path() / "a.csv") << "speed,force\n1,2\n";
   std::string text = kMapping;
   text.replace(text.find("separator = \"blank\"\nheader = [\"rpm\", \"thrust_g\"]"),
@@ -162,4 +162,4 @@ TEST(StandMappingFile, mapping_of_another_stand_says_which_columns_the_file_has)
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::stand

@@ -10,17 +10,17 @@
 #include "bench/studies/hover_shares.hpp"
 #include "test/unit/bench/identify/measured_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
-using testing::flights_of;
-using testing::read_measured;
+using identify::testing::flights_of;
+using identify::testing::read_measured;
 
 #define NEED_DATA() \
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set"
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set"
 
 struct CrazyPad {
-  std::vector<FlightRecord> normal_e8, normal_e9, defect;
+  std::vector<log::FlightRecord> normal_e8, normal_e9, defect;
   host::VehicleModel vehicle;
 };
 CrazyPad crazypad() {
@@ -45,7 +45,7 @@ TEST(CrazyPadHover, six_normal_flights_judged_by_the_others_of_their_vehicle_are
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
       const HoverDiagnosis d = diagnose_hover((*vehicle)[k], others, c.vehicle);
       std::printf("%s", hover_text(d).c_str());
-      EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << d.share.flight;
+      EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << d.share.flight;
     }
   }
 }
@@ -60,7 +60,7 @@ TEST(CrazyPadHover, defect_at_motor_3_is_found_in_all_ten_flights_and_its_rotor_
   for (const auto& f : c.defect) {
     const HoverDiagnosis d = diagnose_hover(f, c.normal_e9, c.vehicle);
     std::printf("%s", hover_text(d).c_str());
-    EXPECT_NE(d.verdict, DiagnosisVerdict::clean) << f.name;
+    EXPECT_NE(d.verdict, diagnose::DiagnosisVerdict::clean) << f.name;
     rotor_2 += d.rotor == 2;
     outcome[label(f.name)].push_back(d.named.empty() ? "unexplained" : d.named[0]);
     EXPECT_TRUE(d.rotor == 2 || label(f.name) == "cut_propeller_M3_1mm") << f.name;
@@ -83,7 +83,7 @@ TEST(CrazyPadHover, patterns_of_five_labels_are_told_apart_in_eleven_flights_lef
   const CrazyPad c = crazypad();
   std::vector<std::pair<std::string, Eigen::Vector4d>> flights;
   std::map<std::string, int> count;
-  const auto add = [&](const FlightRecord& f) {
+  const auto add = [&](const log::FlightRecord& f) {
     const auto s = hover_share(f, CommandMeaning::thrust);
     ASSERT_TRUE(s);
     flights.emplace_back(label(f.name), Eigen::Vector4d(s->demand[0], s->demand[1], s->demand[2], s->demand[3]).array().log());
@@ -113,11 +113,11 @@ TEST(CrazyPadHover, patterns_of_five_labels_are_told_apart_in_eleven_flights_lef
 
 TEST(NanoBenchThrust, a_factor_on_motor_voltage_that_differs_by_flight_is_named_and_halves_the_held_out_error) {
   NEED_DATA();
-  std::vector<FlightRecord> flights;
+  std::vector<log::FlightRecord> flights;
   for (const auto& f : flights_of("nanobench_cf21")) flights.push_back(read_measured(f).record);
   const CommandThrustDiagnosis d = diagnose_command_thrust(flights);
   std::printf("%s", command_thrust_text(d).c_str());
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::named);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::named);
   EXPECT_EQ(d.named, (std::vector<std::string>{"battery_gain"}));
   EXPECT_NEAR(d.none.r2, 0.55, 0.02) << "one map, as published";
   for (const auto& x : d.differences) {
@@ -129,4 +129,4 @@ TEST(NanoBenchThrust, a_factor_on_motor_voltage_that_differs_by_flight_is_named_
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -6,7 +6,7 @@
 #include "bench/studies/hover_shares.hpp"
 #include "host/base/random.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
 constexpr double kArm_m = 0.0325;
@@ -29,15 +29,15 @@ struct HoverCase {
 };
 
 // 10 s at 100 Hz, 0.5 m high; unlike rotors, 0.4 % of scatter from flight to flight.
-FlightRecord hover(const HoverCase& c, std::uint64_t flight) {
+log::FlightRecord hover(const HoverCase& c, std::uint64_t flight) {
   constexpr double kGain[4] = {1.03, 1.11, 0.89, 0.97};
-  const sim::RandomStream random(9, flight);
-  FlightRecord f;
+  const RandomStream random(9, flight);
+  log::FlightRecord f;
   f.name = "flight " + std::to_string(flight);
   for (int i = 0; i < 1000; ++i) {
     const double t = 0.01 * i;
     f.position_W_m.add(t, {0.0, 0.0, i == 0 ? 0.0 : 0.5});
-    RotorValues u{};
+    log::RotorValues u{};
     for (std::size_t r = 0; r < 4; ++r) {
       const double thrust = 0.6 * kGain[r] * (1.0 + c.change[r]) * (1.0 + 0.004 * random.gaussian(r));
       u[r] = c.duty ? std::pow(thrust, 1.0 / 1.58) * 2.6 / c.volts : thrust;
@@ -48,20 +48,20 @@ FlightRecord hover(const HoverCase& c, std::uint64_t flight) {
   }
   return f;
 }
-std::vector<FlightRecord> reference(bool duty = false) {
+std::vector<log::FlightRecord> reference(bool duty = false) {
   return {hover({.volts = 3.5, .duty = duty}, 1), hover({.volts = 3.6, .duty = duty}, 2), hover({.volts = 3.7, .duty = duty}, 3)};
 }
 
 TEST(HoverShares, another_flight_without_defect_is_clean) {
   const auto d = diagnose_hover(hover({}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << hover_text(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << hover_text(d);
   EXPECT_FALSE(d.rotor);
 }
 
 TEST(HoverShares, load_of_3_percent_under_the_rear_left_rotor_is_a_class_with_a_blocked_wake_there) {
   // m/M (1 ± 1 ± 1): 9 % on the arm that carries it, -3 % opposite, 3 % on the others.
   const auto d = diagnose_hover(hover({.change = {-0.03, 0.09, 0.03, 0.03}}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::ambiguous);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::ambiguous);
   EXPECT_EQ(d.named, (std::vector<std::string>{"payload_mass at rotor 2", "blockage_strut 2"})) << hover_text(d);
 }
 
@@ -86,7 +86,7 @@ TEST(HoverShares, rotor_that_loses_8_percent_is_a_class_of_propeller_and_motor) 
     HoverCase c;
     c.change[i] = 0.087;
     const auto d = diagnose_hover(hover(c, 4), reference(), vehicle());
-    EXPECT_EQ(d.verdict, DiagnosisVerdict::ambiguous);
+    EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::ambiguous);
     ASSERT_EQ(d.named.size(), 2u) << hover_text(d);
     EXPECT_EQ(d.named[0], "weak_rotor " + std::to_string(i + 1));
     EXPECT_EQ(d.rotor, static_cast<int>(i) + 1);
@@ -100,15 +100,15 @@ TEST(HoverShares, load_on_a_string_is_told_by_yaw_that_sways) {
 
 TEST(HoverShares, pattern_that_no_defect_makes_is_unexplained) {
   const auto d = diagnose_hover(hover({.change = {-0.05, 0.10, -0.08, 0.04}}, 4), reference(), vehicle());
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::unexplained) << hover_text(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::unexplained) << hover_text(d);
 }
 
 TEST(HoverShares, commands_that_are_shares_of_the_battery_are_recognised_and_its_voltage_is_no_defect) {
   EXPECT_EQ(command_meaning(reference(false)), CommandMeaning::thrust);
   EXPECT_EQ(command_meaning(reference(true)), CommandMeaning::duty);
   const auto d = diagnose_hover(hover({.volts = 3.3, .duty = true}, 4), reference(true), vehicle());
-  EXPECT_EQ(d.verdict, DiagnosisVerdict::clean) << hover_text(d);
+  EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << hover_text(d);
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -8,7 +8,7 @@
 #include "host/vehicle/vehicle_file.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::studies {
 namespace {
 
 NanodroneInputs shipped_inputs() {
@@ -20,7 +20,7 @@ NanodroneInputs shipped_inputs() {
 }
 
 TEST(NanodroneBenchmark, RefusesAFolderWithoutItsFlights) {
-  const TempFolder empty;
+  const test::TempFolder empty;
   NanodroneInputs in = shipped_inputs();
   in.flights = empty.path();
   try {
@@ -43,16 +43,16 @@ TEST(NanodroneBenchmark, TrainedOnSquareRandomAndMultisineBeatsThePublishedBestO
   EXPECT_NEAR(r.k_F_N_s2, kNanodronePublishedK_F_N_s2, 0.02 * kNanodronePublishedK_F_N_s2);
 
   // The baseline is the published one: its row of the published table (three melon flights, of which this is one) within 6 %.
-  const PredictionSummary& published = r.scores[1].score;
-  const std::array<double, kPredictedQuantities> table{2.32, 10.62, 5.10, 29.09};
-  for (std::size_t q = 0; q < kPredictedQuantities; ++q) EXPECT_NEAR(published.sim_error[q] / table[q], 1.0, 0.06) << q;
+  const score::PredictionSummary& published = r.scores[1].score;
+  const std::array<double, score::kPredictedQuantities> table{2.32, 10.62, 5.10, 29.09};
+  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) EXPECT_NEAR(published.sim_error[q] / table[q], 1.0, 0.06) << q;
 
   for (const NanodroneLimit& l : r.limits) {
     EXPECT_LE(l.measured, l.limit) << "quantity " << l.quantity;
     EXPECT_LT(l.to_baseline.high, 1.0) << "quantity " << l.quantity << ": not sure to be better than the baseline on this flight";
   }
   // Stretch: attitude and rates by a tenth, too.
-  for (const PredictedQuantity q : {kPredictedAttitude, kPredictedRates})
+  for (const score::PredictedQuantity q : {score::kPredictedAttitude, score::kPredictedRates})
     EXPECT_LE(r.limits[q].measured, 0.90 * std::min(r.limits[q].published_best, r.limits[q].baseline));
   EXPECT_TRUE(r.met());
 
@@ -60,10 +60,10 @@ TEST(NanodroneBenchmark, TrainedOnSquareRandomAndMultisineBeatsThePublishedBestO
   EXPECT_LE(r.rates_help.from_s, 0.02);
 
   // Ablation: without the rotation model position and velocity alone cannot do it.
-  const PredictionSummary& held = r.scores[2].score;
-  EXPECT_GT(held.sim_error[kPredictedVelocity], r.limits[kPredictedVelocity].limit);
-  EXPECT_GT(held.sim_error[kPredictedRates], 0.90 * r.limits[kPredictedRates].limit);
+  const score::PredictionSummary& held = r.scores[2].score;
+  EXPECT_GT(held.sim_error[score::kPredictedVelocity], r.limits[score::kPredictedVelocity].limit);
+  EXPECT_GT(held.sim_error[score::kPredictedRates], 0.90 * r.limits[score::kPredictedRates].limit);
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::studies

@@ -128,7 +128,7 @@ TEST(Controller, InvalidEstimateMeansLevelAtTheWeightAndIsCounted) {
 TEST(Controller, AnyInputGivesSpeedsWithinTheLimits) {
   const Controller controller(kVehicle, config());
   ControllerState state;
-  const sim::RandomStream r(9, 1);
+  const RandomStream r(9, 1);
   const std::array<double, 8> poison{std::numeric_limits<double>::quiet_NaN(),
                                      std::numeric_limits<double>::infinity(),
                                      -std::numeric_limits<double>::infinity(),

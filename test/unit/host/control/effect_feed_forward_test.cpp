@@ -66,7 +66,7 @@ struct Worst {
 Worst worst_of(const VehicleTerms& terms, const Truth& truth) {
   const Mixer mixer(kVehicle, {});
   const EffectFeedForward effects(kVehicle, terms, mixer.config());
-  const sim::RandomStream r(7, 1);
+  const RandomStream r(7, 1);
   Worst worst;
   for (std::uint64_t k = 0; k < 500; ++k) {
     const auto u = [&](std::uint64_t j) { return 2.0 * r.uniform(20 * k + j) - 1.0; };
@@ -227,7 +227,7 @@ TEST(EffectController, AnyInputUnderAnyTermGivesSpeedsWithinTheLimits) {
   const ControllerConfig c = config(wild);
   const Controller controller(kVehicle, c);
   ControllerState state;
-  const sim::RandomStream r(11, 3);
+  const RandomStream r(11, 3);
   for (std::uint64_t k = 0; k < 3000; ++k) {
     const auto u = [&](std::uint64_t j) { return 2.0 * r.uniform(32 * k + j) - 1.0; };
     const double size = std::pow(10.0, 3.0 * u(0));

@@ -51,7 +51,7 @@ const Mixer& full() {
 MixerDemand demand(double thrust, V3 torque, V3 v = V3::Zero(), V3 w = V3::Zero()) { return {thrust, torque, v, w}; }
 
 TEST(Mixer, DeliversThrustAndTorqueThroughoutTheEnvelope) {
-  const sim::RandomStream r(5, 1);
+  const RandomStream r(5, 1);
   int most = 0;
   for (std::uint64_t k = 0; k < 2000; ++k) {
     const auto u = [&](std::uint64_t j) { return 2.0 * r.uniform(20 * k + j) - 1.0; };
@@ -172,7 +172,7 @@ TEST(Mixer, ImpossibleTiltTorqueIsShortenedInItsOwnDirection) {
 }
 
 TEST(Mixer, SpeedsStayBetweenTheirLimitsForAnyFiniteDemand) {
-  const sim::RandomStream r(6, 1);
+  const RandomStream r(6, 1);
   for (std::uint64_t k = 0; k < 5000; ++k) {
     const auto u = [&](std::uint64_t j) { return 2.0 * r.uniform(20 * k + j) - 1.0; };
     const double scale = std::pow(10.0, 3.0 * u(10));

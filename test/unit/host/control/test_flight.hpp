@@ -131,7 +131,7 @@ struct FlightFigures {
 
 // White and drifting noise of one three-axis sensor channel.
 struct Noise {
-  sim::RandomStream stream;
+  RandomStream stream;
   V3 at(std::uint64_t k, double sigma) const {
     return sigma * V3(stream.gaussian(3 * k), stream.gaussian(3 * k + 1), stream.gaussian(3 * k + 2));
   }
@@ -149,7 +149,7 @@ inline FlightFigures fly(const FlightSetup& s, const host::Trajectory& trajector
 
   const Noise p_noise{{s.seed, 1}}, q_noise{{s.seed, 2}}, v_noise{{s.seed, 3}}, drift_noise{{s.seed, 4}}, gyro{{s.seed, 5}},
       accel{{s.seed, 6}};
-  const sim::RandomStream latency{s.seed, 7};
+  const RandomStream latency{s.seed, 7};
   struct Late {
     host::PoseSample sample;
     double arrives_s;

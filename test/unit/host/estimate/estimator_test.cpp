@@ -72,7 +72,7 @@ struct Figures {
 Figures run(const Scene& s) {
   Estimator estimator(s.config, s.believed);
   const VehicleModel truth = vehicle();
-  const sim::RandomStream r(11, 3);
+  const RandomStream r(11, 3);
   std::uint64_t draw = 0;
   const auto gauss = [&](double sigma) {
     const V3 v(r.gaussian(draw), r.gaussian(draw + 1), r.gaussian(draw + 2));

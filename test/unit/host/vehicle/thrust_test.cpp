@@ -22,7 +22,7 @@ double change_percent(double v_z, double v_xy) {
 }
 
 TEST(Thrust, BladeAndMomentumThrustAgreeIn20000FlightStates) {
-  const sim::RandomStream random(1, 1);
+  const RandomStream random(1, 1);
   int worst = 0, worst_in_flight = 0;
   for (std::uint64_t i = 0; i < 20000; ++i) {
     const double omega = 100.0 + 2000.0 * random.uniform(3 * i), v_z = 40.0 * random.uniform(3 * i + 1) - 20.0;
@@ -109,7 +109,7 @@ TEST(Drag, At8p5LevelIs1p0FromRotorsAnd0p40FromTheFrame) {
 
 TEST(Drag, NeverDoesPositiveWork) {
   const DragModel paper{.c_dh_s_m = 0.0175, .c_dxy_N_s2_m2 = 0.0055, .c_dz_N_s2_m2 = 0.0185};
-  const sim::RandomStream random(2, 1);
+  const RandomStream random(2, 1);
   for (std::uint64_t i = 0; i < 1000; ++i) {
     const Eigen::Vector3d v(20 * random.uniform(3 * i) - 10, 20 * random.uniform(3 * i + 1) - 10, 20 * random.uniform(3 * i + 2) - 10);
     ASSERT_LE((rotor_drag_B_N(paper, 7.0, v) + airframe_drag_B_N(paper, v)).dot(v), 0.0);

@@ -142,7 +142,7 @@ TEST(Inverter, DeadTimeTakesVoltageAgainstTheSignOfTheCurrentAndVanishesAtZero) 
 TEST(Sensing, CountsHaveTheScaleSignAndZeroOfTheBoard) {
   SensingParameters p;
   p.noise_counts = p.bus_noise_counts = 0.0;
-  Sensing sensing(p, RandomStream(1, 1));
+  Sensing sensing(p, rotorloop::RandomStream(1, 1));
   const std::array<double, 3> open = {5e-6, 5e-6, 5e-6};
   const AdcReading zero = sensing.sample({}, open, 15.0, 298.15), ten = sensing.sample({10.0, -10.0, 0.0}, open, 15.0, 308.15);
   EXPECT_NEAR(zero.phase[0], 2553, 1);
@@ -155,7 +155,7 @@ TEST(Sensing, CountsHaveTheScaleSignAndZeroOfTheBoard) {
 TEST(Sensing, ALowSideWindowTooShortToSettleReadsLow) {
   SensingParameters p;
   p.noise_counts = 0.0;
-  Sensing sensing(p, RandomStream(1, 1));
+  Sensing sensing(p, rotorloop::RandomStream(1, 1));
   const auto read = [&](double window_s) { return 2553 - sensing.sample({20.0, 0, 0}, {window_s, 1e-5, 1e-5}, 15.0, 300.0).phase[0]; };
   EXPECT_NEAR(read(2e-6), 681, 2);
   EXPECT_NEAR(read(0.65e-6), 340, 3);
@@ -164,7 +164,7 @@ TEST(Sensing, ALowSideWindowTooShortToSettleReadsLow) {
 
 TEST(Sensing, NoiseHasTheStatedSizeAndRepeatsBySeed) {
   SensingParameters p;
-  Sensing a(p, RandomStream(7, 3)), b(p, RandomStream(7, 3));
+  Sensing a(p, rotorloop::RandomStream(7, 3)), b(p, rotorloop::RandomStream(7, 3));
   double sum = 0.0, sum2 = 0.0;
   for (int k = 0; k < 20000; ++k) {
     const AdcReading x = a.sample({}, {1e-5, 1e-5, 1e-5}, 15.0, 300.0), y = b.sample({}, {1e-5, 1e-5, 1e-5}, 15.0, 300.0);
@@ -213,7 +213,7 @@ TEST(Battery, ASupplyThatCannotSinkLetsTheBusRiseByTheCapacitorsLaw) {
 TEST(Drive, BusEnergyIsMotionCopperFrictionAndDiodes) {
   DriveParameters p;
   p.motor.cogging_N_m = 0.0;
-  Drive drive(p, RandomStream(1, 1));
+  Drive drive(p, rotorloop::RandomStream(1, 1));
   drive.set_bus_V(15.0);
   double lost_J = 0.0;
   const PwmCommand pwm{{1000, 850, 800}, 1771, true};

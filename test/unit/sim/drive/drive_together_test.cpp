@@ -22,7 +22,7 @@ Drive drive_number(std::size_t i) {
   p.motor.static_friction_N_m *= 1.0 + x;
   p.inverter.dead_time_s *= 1.0 - 0.05 * x;
   p.blade_inertia_kg_m2 *= 1.0 + 0.02 * x;
-  Drive d(p, RandomStream(7, i), 0.4 * x);
+  Drive d(p, rotorloop::RandomStream(7, i), 0.4 * x);
   d.set_bus_V(14.0 + 0.3 * x);
   d.set_load({2.9e-8 * (1.0 + 0.1 * x), 1e-4 * x});
   d.motor().state().omega_rad_s = 1000.0 - 250.0 * x;  // some turn backwards
@@ -31,7 +31,7 @@ Drive drive_number(std::size_t i) {
 
 // Six steps of a turning voltage vector with noise; the bridge of some drives is off for a while.
 PwmCommand command(std::size_t drive, int period) {
-  const RandomStream random(11, drive);
+  const rotorloop::RandomStream random(11, drive);
   PwmCommand c;
   c.top = 1771;
   const std::size_t highest = (static_cast<std::size_t>(period) / (40 + drive)) % 3;

@@ -5,7 +5,7 @@
 #include "bench/log/check/checks.hpp"
 #include "test/unit/bench/estimate/analytic_flight.hpp"
 
-namespace rotorloop::bench::testing {
+namespace rotorloop::log::testing {
 
 inline const LogFinding* find(const CheckedFlight& c, const std::string& stream, FindingAction action, const std::string& words = "") {
   for (const LogFinding& f : c.findings)
@@ -19,4 +19,4 @@ void change(Stream<Value>& s, double from_s, double to_s, Change&& to) {
     if (s.t_s[i] >= from_s && s.t_s[i] <= to_s) to(s.value[i]);
 }
 
-}  // namespace rotorloop::bench::testing
+}  // namespace rotorloop::log::testing

@@ -6,13 +6,13 @@
 #include "bench/log/check/checks.hpp"
 #include "test/unit/bench/identify/measured_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
-using testing::flights_of;
-using testing::measured_flights;
-using testing::MeasuredFlight;
-using testing::read_measured;
+using identify::testing::flights_of;
+using identify::testing::measured_flights;
+using identify::testing::MeasuredFlight;
+using identify::testing::read_measured;
 
 class MeasuredLogs : public ::testing::Test {
  protected:
@@ -134,4 +134,4 @@ TEST_F(MeasuredLogs, TakeOffAndLandingAreCutAndTheFlightBetweenIsKept) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -6,11 +6,11 @@
 
 #include "test/unit/bench/log/check/checked_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
-using testing::analytic_flight;
-using testing::AnalyticFlight;
+using estimate::testing::analytic_flight;
+using estimate::testing::AnalyticFlight;
 using testing::change;
 using testing::find;
 using ::testing::HasSubstr;
@@ -103,4 +103,4 @@ TEST(ExchangedRotors, OfAnotherNumberingAreRefusedWithTheColumnOfEach) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -5,11 +5,11 @@
 #include "host/base/error.hpp"
 #include "test/unit/bench/log/check/checked_flights.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
-using testing::analytic_flight;
-using testing::AnalyticFlight;
+using estimate::testing::analytic_flight;
+using estimate::testing::AnalyticFlight;
 using testing::change;
 using testing::find;
 using ::testing::HasSubstr;
@@ -96,4 +96,4 @@ TEST(Grid, OfMoreThanALongFlightIsAnErrorNotAnAllocation) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log

@@ -11,11 +11,11 @@
 
 #include "test/unit/bench/estimate/analytic_flight.hpp"
 
-namespace rotorloop::bench {
+namespace rotorloop::log {
 namespace {
 
-using testing::analytic_flight;
-using testing::AnalyticFlight;
+using estimate::testing::analytic_flight;
+using estimate::testing::AnalyticFlight;
 using ::testing::HasSubstr;
 
 constexpr double kStart_s = 100.0;
@@ -38,7 +38,7 @@ class Fault : public ::testing::TestWithParam<int> {
  protected:
   std::uint64_t seed() const { return static_cast<std::uint64_t>(GetParam()); }
   AnalyticFlight flight = made_once(GetParam());
-  sim::RandomStream random{static_cast<std::uint64_t>(GetParam()), 99};
+  RandomStream random{static_cast<std::uint64_t>(GetParam()), 99};
   double at_s = kStart_s + 2.0 + 11.0 * random.uniform(0);                // where the fault begins
   std::size_t which = static_cast<std::size_t>(4.0 * random.uniform(1));  // rotor
   std::size_t axis = static_cast<std::size_t>(3.0 * random.uniform(2));
@@ -315,7 +315,7 @@ TEST_P(Fault, PositionWithAnAxisMirroredIsRefused) {
 }
 
 TEST_P(Fault, VelocityInBodyAxesIsRefusedAsSuch) {
-  const testing::AnalyticPath path(0.3 * static_cast<double>(seed()));
+  const estimate::testing::AnalyticPath path(0.3 * static_cast<double>(seed()));
   auto& v = flight.record.velocity_W_m_s;
   const Eigen::Quaterniond heading(Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitZ()));  // a vehicle that flies looking aside
   for (auto& p : flight.record.pose.value) p.q_WS = p.q_WS * heading, p.q_WS.normalize();
@@ -404,4 +404,4 @@ TEST(Findings, EmptyRecordIsRefusedNotCrashedOn) {
 }
 
 }  // namespace
-}  // namespace rotorloop::bench
+}  // namespace rotorloop::log
