@@ -12,9 +12,10 @@ SCRIPT_SUFFIXES = (".py", ".sh")
 # --- (a) include arrows -----------------------------------------------------------------------------------------------
 # Room -> what it may include beside itself: folders (with all below them) or single files. The longest matching room counts.
 # A file in a folder that has no row is refused: a new room says here what it stands on.
-BELOW_BENCH = [
-    "sim", "host/base", "host/bus", "host/vehicle", "host/effects", "host/estimate", "host/control", "host/node", "firmware", "protocols",
-]
+# What rooms that only know data may stand on: nothing of the simulated world.
+DATA_SIDE = ["host/base", "host/vehicle", "host/effects"]
+# What rooms that fly simulations may stand on beside data.
+WITH_WORLD = DATA_SIDE + ["sim", "host/bus", "host/estimate", "host/control", "host/node", "firmware", "protocols"]
 ARROWS = {
     "protocols": [],
     "firmware/core": ["protocols", "firmware/board/board.hpp"],  # board.hpp is the concept, not a board
@@ -28,7 +29,6 @@ ARROWS = {
     "host/estimate": ["host/base", "host/vehicle"],
     "host/control": ["host/base", "host/vehicle", "host/effects", "host/estimate/samples.hpp"],
     "host/node": ["host/base", "host/bus", "host/vehicle", "host/effects", "host/estimate", "host/control", "protocols"],
-    "cli": ["bench", "sim", "host", "firmware", "protocols"],
     "sim/world": ["host/base", "host/bus", "protocols"],
     "sim/rotor": ["host/base", "sim/world"],
     "sim/drive": ["host/base", "sim/world"],
@@ -38,15 +38,21 @@ ARROWS = {
     "sim/esc": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
     "sim/mcu": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
     "sim/plant": ["host/base", "sim"],
-    "bench/report": BELOW_BENCH,
-    "bench/hil": BELOW_BENCH + ["bench/report"],
-    "bench/calibrate": BELOW_BENCH + ["bench/report", "bench/log/log_reader.hpp"],
-    "bench/propeller": BELOW_BENCH + ["bench/report"],
-    "bench/stand": BELOW_BENCH + ["bench/report"],
-    "bench/identify": BELOW_BENCH + ["bench/report", "bench/log/log_reader.hpp", "bench/log/flight_columns.hpp"],
-    "bench/diagnose": BELOW_BENCH + ["bench/report", "bench/identify"],
-    "bench/close": BELOW_BENCH + ["bench/report", "bench/hil"],
-    "test": ["test", "bench", "sim", "host", "firmware", "protocols"],
+    # bench: first what reads and explains data, then what flies, then studies that use both
+    "bench/render": [],
+    "bench/log": ["host/base", "host/vehicle"],
+    "bench/estimate": DATA_SIDE + ["bench/log"],
+    "bench/score": DATA_SIDE + ["bench/log", "bench/estimate"],
+    "bench/identify": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/render"],
+    "bench/diagnose": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/identify", "bench/render"],
+    "bench/stand": DATA_SIDE + ["bench/log", "bench/diagnose/verdict.hpp"],
+    "bench/studies": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/stand", "bench/diagnose/verdict.hpp"],
+    "bench/hil": WITH_WORLD + ["bench/log", "bench/render"],
+    "bench/calibrate": WITH_WORLD + ["bench/log", "bench/render"],
+    "bench/propeller": WITH_WORLD + ["bench/render"],
+    "bench/close": WITH_WORLD + ["bench/log", "bench/render", "bench/hil"],
+    "cli": ["bench", "sim", "host", "firmware", "protocols"],
+    "test": ["test", "cli", "bench", "sim", "host", "firmware", "protocols"],
 }
 
 # What must not be reached by any chain of includes, whatever the rows above allow step by step.
@@ -54,7 +60,10 @@ ARROWS = {
 NEVER_REACHES = [
     ("sim", [], ["host/vehicle", "host/control", "host/estimate", "host/effects", "host/node", "bench"],
      "the plant shares no equation with the model under test"),
-    ("host", ["cli"], ["sim", "bench"], "the controller must build and run without the simulated world"),
+    ("host", [], ["sim", "bench", "cli"], "the controller must build and run without the simulated world"),
+    *((room, [], ["sim", "firmware", "host/control", "host/node", "cli"], "what explains data must never see the plant")
+      for room in ("bench/log", "bench/estimate", "bench/score", "bench/identify", "bench/diagnose", "bench/stand", "bench/studies")),
+    ("bench/render", [], ["bench/log", "bench/hil", "bench/identify", "bench/diagnose", "sim"], "pages and plots know plain values, and no command"),
     ("firmware", [], ["host", "sim", "bench"], "firmware has no host"),
     ("protocols", [], ["firmware", "host", "sim", "bench"], "the wire depends on nothing"),
 ]
