@@ -1,28 +1,25 @@
-// SHA-256 of files and texts: run folders name their inputs and logs by it.
+// SHA-256 of files and texts: run folders name their inputs and logs by it. The work is libcrypto's, which uses what the CPU has for it.
 #pragma once
-#include <array>
-#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
-#include "host/base/sha256_blocks.hpp"
+struct evp_md_ctx_st;  // libcrypto's; its headers stay out of this one
 
 namespace rotorloop {
 
 class Sha256 {
  public:
-  // `portable`: plain C++ even where the CPU has instructions for it; the digest is the same.
-  explicit Sha256(bool portable = false);
+  Sha256();
   void add(std::string_view bytes);
   std::string hex();  // ends the hash; the object is used up
 
  private:
-  detail::Sha256Blocks blocks_;
-  detail::Sha256State h_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-  std::array<std::uint8_t, 64> buffer_{};
-  std::size_t fill_ = 0;
-  std::uint64_t length_ = 0;
+  struct Free {
+    void operator()(evp_md_ctx_st* context) const;
+  };
+  std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
 std::string sha256_text(std::string_view text);
