@@ -1,4 +1,4 @@
-// `rotorloop close`: the whole loop through flight, with the analyst shut away from the truth; `close truth` compares afterwards.
+// `rotorloop close`: the whole loop through flight, with a sandboxed diagnosis; `close truth` compares afterwards.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "bench/close/child_process.hpp"
+#include "bench/close/isolation_probe.hpp"
 #include "bench/close/loop_result.hpp"
 #include "bench/close/report.hpp"
 #include "bench/close/run.hpp"
@@ -105,40 +106,8 @@ int truth(const fs::path& given, bool json) {
   return static_cast<int>(c.right() ? ExitCode::ok : ExitCode::verdict);
 }
 
-}  // namespace
-
-void add_close(CLI::App& app, int& exit_code) {
-  auto* c = app.add_subcommand("close", "close the loop: fly, identify, diagnose, fly again; the analyst never sees the plant");
-  auto o = std::make_shared<Options>();
-  c->add_option("PLAN", o->plan, "loop file: vehicle, plant, what the plant has besides, flights (docs/files.md)");
-  c->add_option("--vehicle", o->vehicle, "vehicle file to start from, instead of the plan's");
-  c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights that the analyst gets, such as 201 or 201,202");
-  c->add_option("--held-out-seeds", o->held_out_seeds, "seeds of the flights held out");
-  c->add_option("--seeds", o->judged_seeds, "seeds of the judged flights, such as 1..10");
-  c->add_option("--out", o->out, "folder of runs")->capture_default_str();
-  c->add_option("--name", o->name, "name of the run folder; else \"close-\" and the plan's name");
-  c->add_option("-j,--jobs", o->jobs, "flights at a time; changes the time, never the result")->check(CLI::Range(1, 256));
-  c->add_option("--analyst", o->analyst, "another program for the analyst's part; is called like rotorloop identify and diagnose");
-  c->add_flag("--require-isolation", o->require_isolation, "end with 3 when nothing on this machine keeps the analyst from the truth");
-  c->add_flag("--force", o->force, "start anew; else a run that was stopped goes on where it was");
-  c->add_flag("--json", o->json, "result.json on stdout instead of the table");
-  c->add_flag("-q,--quiet", o->quiet, "nothing on stderr");
-  c->footer(
-      "The bench flies; the analyst gets copies of flight.csv and the vehicle file, on a desk of its own, in a process that cannot open "
-      "the\n"
-      "plant, truth.csv or anything else of the run: as root under a user id that nobody has, and with Landlock or a mount namespace "
-      "where\n"
-      "the kernel has them. Before the analyst starts, a process in the same room tries every way out; the result says what it found.\n"
-      "\nExamples:\n"
-      "  rotorloop close scenarios/close/aft_rotor_wake.toml              the whole loop; runs/close-…/report.html\n"
-      "  rotorloop close scenarios/close/nothing.toml --seeds 1..10       is nothing found where nothing is missing?\n"
-      "  rotorloop close truth runs/close-aft-rotor-wake                  afterwards: was the analyst right?\n"
-      "\nA run that was stopped goes on where it was. What a stage was made from stands in its done.toml; a changed vehicle file, plan or\n"
-      "trajectory makes anew what depends on it.\n"
-      "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 the analyst "
-      "could\n"
-      "not use the logs, 6 a judged flight missed its expectation (truth: missed or wrong), 130 interrupted.");
-  auto* t = c->add_subcommand("truth", "compare a finished loop with the plant: effects named, their sizes, mass properties");
+void add_truth(CLI::App& close, int& exit_code) {
+  auto* t = close.add_subcommand("truth", "compare a finished loop with the plant: effects named, their sizes, mass properties");
   struct TruthOptions {
     fs::path run;
     bool json = false;
@@ -147,6 +116,50 @@ void add_close(CLI::App& app, int& exit_code) {
   t->add_option("RUN", to->run, "run folder of rotorloop close")->required();
   t->add_flag("--json", to->json, "truth.json on stdout instead of the table");
   t->callback([to, &exit_code] { exit_code = truth(to->run, to->json); });
+}
+
+// What the bench starts inside the sandbox before the diagnosis; not for users.
+void add_probe(CLI::App& close, int& exit_code) {
+  auto* p = close.add_subcommand("probe", "try every way out of the sandbox that this process is in")->group("");
+  auto words = std::make_shared<std::vector<std::string>>();
+  p->add_option("PID SECRET", *words, "the process that knows the truth, and files that must not open")->required();
+  p->callback([words, &exit_code] { exit_code = closed_loop::probe_command(*words); });
+}
+
+}  // namespace
+
+void add_close(CLI::App& app, int& exit_code) {
+  auto* c = app.add_subcommand("close",
+                               "close the loop: fly, identify, diagnose, fly again; the diagnosis is sandboxed and never sees the plant");
+  auto o = std::make_shared<Options>();
+  c->add_option("PLAN", o->plan, "loop file: vehicle, plant, what the plant has besides, flights (docs/files.md)");
+  c->add_option("--vehicle", o->vehicle, "vehicle file to start from, instead of the plan's");
+  c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights to learn from, such as 201 or 201,202");
+  c->add_option("--held-out-seeds", o->held_out_seeds, "seeds of the flights held out");
+  c->add_option("--seeds", o->judged_seeds, "seeds of the judged flights, such as 1..10");
+  c->add_option("--out", o->out, "folder of runs")->capture_default_str();
+  c->add_option("--name", o->name, "name of the run folder; else \"close-\" and the plan's name");
+  c->add_option("-j,--jobs", o->jobs, "flights at a time; changes the time, never the result")->check(CLI::Range(1, 256));
+  c->add_option("--analyst", o->analyst, "another program to run in the sandbox; is called like rotorloop identify and diagnose");
+  c->add_flag("--require-isolation", o->require_isolation, "end with 3 when no sandbox holds on this machine");
+  c->add_flag("--force", o->force, "start anew; else a run that was stopped goes on where it was");
+  c->add_flag("--json", o->json, "result.json on stdout instead of the table");
+  c->add_flag("-q,--quiet", o->quiet, "nothing on stderr");
+  c->footer(
+      "identify and diagnose run in a sandbox, with copies of flight.csv and the vehicle file, and cannot open the plant, truth.csv or\n"
+      "anything else of the run. The sandbox is made by bubblewrap (Debian package bubblewrap, user namespaces allowed), else by Landlock\n"
+      "(Linux 5.13 and later); as root under a user id that nobody has. Before each of them a program in the same sandbox tries every\n"
+      "way out. Where nothing holds the run says \"not isolated\" and goes on, or ends with 3 under --require-isolation.\n"
+      "\nExamples:\n"
+      "  rotorloop close scenarios/close/aft_rotor_wake.toml              the whole loop; runs/close-…/report.html\n"
+      "  rotorloop close scenarios/close/nothing.toml --seeds 1..10       is nothing found where nothing is missing?\n"
+      "  rotorloop close truth runs/close-aft-rotor-wake                  afterwards: was the diagnosis right?\n"
+      "\nA run that was stopped goes on where it was. What a stage was made from stands in its done.toml; a changed vehicle file, plan or\n"
+      "trajectory makes anew what depends on it.\n"
+      "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 the logs could\n"
+      "not be used, 6 a judged flight missed its expectation (truth: missed or wrong), 130 interrupted.");
+  add_truth(*c, exit_code);
+  add_probe(*c, exit_code);
   c->require_subcommand(0, 1);
   c->callback([c, o, &exit_code] {
     if (!c->get_subcommands().empty()) {

@@ -35,7 +35,7 @@ struct File {
   File& operator=(const File&) = delete;
 };
 
-// Never returns. What went wrong is written to `report`, which a successful exec closes.
+// Never returns. What went wrong is written to `report`, which a successful exec of the program closes; bwrap reports there by itself.
 [[noreturn]] void become(const ProgramCall& c, int program, int out, int errors, int report) {
   const auto give_up = [&](const std::string& text) {
     (void)!::write(report, text.data(), text.size());
@@ -45,19 +45,28 @@ struct File {
   ::dup2(out, 1);
   ::dup2(errors, 2);
   ::syscall(SYS_close_range, 3u, ~0u, kCloseOnExec);
-  if (c.room) {
+  if (c.sandbox) {
     ::setsid();  // no terminal either
-    if (const auto failed = enter_room(c.room->first, c.room->second); !failed.empty()) give_up(failed);
+    if (const auto failed = enter_sandbox(*c.sandbox, {c.folder, c.program}); !failed.empty()) give_up(failed);
   } else if (!c.folder.empty() && ::chdir(c.folder.c_str()) != 0) {
     give_up(std::string("changing to its folder: ") + std::strerror(errno));
   }
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // after the change of user, which clears it
-  std::vector<char*> words{const_cast<char*>(c.program.c_str())};
-  for (const auto& a : c.arguments) words.push_back(const_cast<char*>(a.c_str()));
-  words.push_back(nullptr);
+  const bool bubblewrap = c.sandbox && c.sandbox->bubblewrap;
+  std::vector<std::string> words{c.program.string()};
+  if (bubblewrap) words = bubblewrap_command(*c.sandbox, {c.folder, c.program}, report);
+  words.insert(words.end(), c.arguments.begin(), c.arguments.end());
+  std::vector<char*> pointers;
+  for (auto& w : words) pointers.push_back(w.data());
+  pointers.push_back(nullptr);
   const std::array<const char*, 3> clean{"PATH=/usr/bin:/bin", "LANG=C.UTF-8", nullptr};
-  char* const* environment = c.room ? const_cast<char* const*>(clean.data()) : environ;
-  ::fexecve(program, words.data(), environment);  // its path may not be reachable from inside the room
+  char* const* environment = c.sandbox ? const_cast<char* const*>(clean.data()) : environ;
+  if (bubblewrap) {
+    ::fcntl(report, F_SETFD, 0);
+    ::execve(pointers[0], pointers.data(), environment);
+  } else {
+    ::fexecve(program, pointers.data(), environment);  // its path may not be reachable from inside the sandbox
+  }
   give_up(std::strerror(errno));
   ::_exit(127);
 }
@@ -65,7 +74,41 @@ struct File {
 // Whole lines of `pending` to the listener; what is left stays.
 void tell_lines(std::string& pending, const std::function<void(const std::string&)>& line) {
   for (std::size_t end; (end = pending.find_first_of("\n\r")) != std::string::npos; pending.erase(0, end + 1))
-    if (line && end > 0) line(pending.substr(0, end));
+    if (end > 0) line(pending.substr(0, end));
+}
+
+// The child's messages, to the file `errors` and the listener, until it has closed them; the last line that is not empty.
+std::string follow(const ProgramCall& c, pid_t child, int messages, int errors) {
+  std::string pending, last;
+  const auto tell = [&](const std::string& line) {
+    last = line;
+    if (c.line) c.line(line);
+  };
+  bool asked = false;
+  for (char buffer[4096];;) {
+    if (c.stop && c.stop->load(std::memory_order_relaxed) && !asked) asked = ::kill(child, SIGINT) == 0;
+    pollfd p{messages, POLLIN, 0};
+    if (::poll(&p, 1, kPoll_ms) <= 0) continue;
+    const ssize_t n = ::read(messages, buffer, sizeof buffer);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    (void)!::write(errors, buffer, static_cast<std::size_t>(n));
+    pending.append(buffer, static_cast<std::size_t>(n));
+    tell_lines(pending, tell);
+  }
+  pending += '\n';
+  tell_lines(pending, tell);
+  return last;
+}
+
+std::string rest_of(int pipe) {
+  std::string out;
+  char buffer[1024];
+  for (ssize_t n; (n = ::read(pipe, buffer, sizeof buffer)) != 0;) {
+    if (n < 0 && errno != EINTR) break;
+    if (n > 0) out.append(buffer, static_cast<std::size_t>(n));
+  }
+  return out;
 }
 
 }  // namespace
@@ -89,31 +132,19 @@ int run_program(const ProgramCall& c) {
   ::close(program);
   ::close(message[1]);
   ::close(report[1]);
-
-  std::string pending;
-  bool asked = false;
-  for (char buffer[4096];;) {
-    if (c.stop && c.stop->load(std::memory_order_relaxed) && !asked) asked = ::kill(child, SIGINT) == 0;
-    pollfd p{message[0], POLLIN, 0};
-    if (::poll(&p, 1, kPoll_ms) <= 0) continue;
-    const ssize_t n = ::read(message[0], buffer, sizeof buffer);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    (void)!::write(errors.fd, buffer, static_cast<std::size_t>(n));
-    pending.append(buffer, static_cast<std::size_t>(n));
-    tell_lines(pending, c.line);
-  }
-  pending += '\n';
-  tell_lines(pending, c.line);
+  const std::string last_line = follow(c, child, message[0], errors.fd);
   ::close(message[0]);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  char text[1024];
-  const ssize_t n = ::read(report[0], text, sizeof text);
+  const std::string reported = rest_of(report[0]);
   ::close(report[0]);
-  if (n > 0) cannot_start(c.program, std::string(text, static_cast<std::size_t>(n)));
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  if (WIFSIGNALED(status)) return 128 + WTERMSIG(status);
+  // bwrap tells the exit code of a program that it could start; else its last message says why not.
+  const bool by_bubblewrap = c.sandbox && c.sandbox->bubblewrap && (reported.empty() || reported.starts_with('{'));
+  if (by_bubblewrap && reported.find("\"exit-code\"") == std::string::npos) cannot_start(c.program, last_line);
+  if (!by_bubblewrap && !reported.empty()) cannot_start(c.program, reported);
+  return WEXITSTATUS(status);
 }
 
 }  // namespace rotorloop::closed_loop

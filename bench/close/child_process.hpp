@@ -6,24 +6,23 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "bench/close/isolation.hpp"
+#include "bench/close/sandbox.hpp"
 
 namespace rotorloop::closed_loop {
 
 struct ProgramCall {
-  std::filesystem::path program;                   // an executable of the system's own format; absolute
-  std::vector<std::string> arguments;              // without the program's name
-  std::filesystem::path folder;                    // it starts in; with `room` the desk
-  std::filesystem::path output, errors;            // files for its standard output and its messages
-  std::optional<std::pair<Isolation, Room>> room;  // shut in; with nothing but PATH and LANG in the environment
-  std::function<void(const std::string&)> line;    // told each line of its messages
-  const std::atomic<bool>* stop = nullptr;         // true: it is asked to end (SIGINT)
+  std::filesystem::path program;                 // an executable of the system's own format; absolute
+  std::vector<std::string> arguments;            // without the program's name
+  std::filesystem::path folder;                  // it starts in; with `sandbox` the only one that it can write
+  std::filesystem::path output, errors;          // files for its standard output and its messages
+  std::optional<SandboxLayers> sandbox;          // sandboxed; with nothing but PATH and LANG in the environment
+  std::function<void(const std::string&)> line;  // told each line of its messages
+  const std::atomic<bool>* stop = nullptr;       // true: it is asked to end (SIGINT)
 };
 
-// Its exit code, or 128 + the signal that ended it. Throws Error (device) when it cannot be started or shut in.
+// Its exit code, or 128 + the signal that ended it. Throws Error (device) when it cannot be started or sandboxed.
 int run_program(const ProgramCall& call);
 
 // This very program.

@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void no_desk(const fs::path& path, const std::string& why) {
-  throw Error({path.generic_string(), "the analyst's desk cannot be laid: " + why, "no space or no permission in the temporary folder",
-               "set TMPDIR to a folder with some hundred megabytes free"},
+  throw Error({path.generic_string(), "the folder of the sandbox cannot be made: " + why,
+               "no space or no permission in the temporary folder", "set TMPDIR to a folder with some hundred megabytes free"},
               ExitCode::device);
 }
 
@@ -40,8 +40,8 @@ Desk::~Desk() {
   fs::remove_all(place_, ec);
 }
 
-const std::vector<IsolationProbeResult>& Desk::isolate(const fs::path& program, const std::vector<fs::path>& secrets) {
-  probes_ = find_isolation({path_, program}, secrets);
+const std::vector<IsolationProbeResult>& Desk::isolate(const Prober& prober, const std::vector<fs::path>& secrets) {
+  probes_ = find_sandbox(path_, prober, secrets);
   return probes_;
 }
 
@@ -55,8 +55,7 @@ int Desk::run(const fs::path& program, const std::vector<std::string>& arguments
   call.errors = errors;
   call.line = line;
   call.stop = stop;
-  const Isolation isolation = probes_.empty() ? Isolation{} : probes_.back().isolation;
-  call.room = {isolation, Room{path_, program}};
+  call.sandbox = probes_.empty() ? SandboxLayers{} : probes_.back().layers;
   return run_program(call);
 }
 

@@ -1,5 +1,5 @@
-// The analyst's desk: a folder in the temporary folder with copies of what the analyst may know, where the analyst's program runs shut in,
-// and from which only plain files are taken back.
+// The sandbox's folder, in the temporary folder: copies of what a diagnosis may know. Its program runs there, sandboxed, and only plain
+// files are taken back.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -21,10 +21,10 @@ class Desk {
 
   const std::filesystem::path& path() const { return path_; }
 
-  // Chooses the isolation that holds against `secrets`; the results of all that were tried, the chosen one last.
-  const std::vector<IsolationProbeResult>& isolate(const std::filesystem::path& program, const std::vector<std::filesystem::path>& secrets);
+  // Chooses the sandbox that holds against `secrets`; the results of all that were tried, the chosen one last.
+  const std::vector<IsolationProbeResult>& isolate(const Prober& prober, const std::vector<std::filesystem::path>& secrets);
 
-  // The program on this desk, isolated as chosen. Its exit code.
+  // The program in this folder, sandboxed as chosen. Its exit code.
   int run(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& output,
           const std::filesystem::path& errors, const std::function<void(const std::string&)>& line, const std::atomic<bool>* stop) const;
 

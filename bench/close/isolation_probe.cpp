@@ -2,17 +2,18 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/ptrace.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <fstream>
+#include <iostream>
 
+#include "bench/close/child_process.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::closed_loop {
@@ -126,60 +127,54 @@ std::vector<Attempt> try_all_ways(std::span<const fs::path> secrets, pid_t bench
   return out;
 }
 
-IsolationProbeResult probe(const Isolation& isolation, const Room& room, std::span<const fs::path> secrets) {
+int probe_command(std::span<const std::string> words) {
+  if (words.empty()) return static_cast<int>(ExitCode::usage);
+  const std::vector<fs::path> secrets(words.begin() + 1, words.end());
+  for (const Attempt& a : try_all_ways(secrets, static_cast<pid_t>(std::stol(words.front()))))
+    std::cout << (a.opened ? "1" : "0") << a.way << "\t" << a.what << "\n";
+  std::cout << ".\n" << std::flush;
+  return 0;
+}
+
+IsolationProbeResult probe(const SandboxLayers& layers, const fs::path& folder, const Prober& prober, std::span<const fs::path> secrets) {
   IsolationProbeResult out;
-  out.isolation = isolation;
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw Error({"isolation", std::strerror(errno), "", ""}, ExitCode::device);
-  const pid_t bench = ::getpid();
-  const pid_t child = ::fork();
-  if (child < 0) throw Error({"isolation", std::strerror(errno), "too many processes", ""}, ExitCode::device);
-  if (child == 0) {
-    ::close(ends[0]);
-    std::string text;
-    if (const auto failed = enter_room(isolation, room); !failed.empty()) {
-      text = "!" + failed + "\n";
-    } else {
-      for (const Attempt& a : try_all_ways(secrets, bench)) text += (a.opened ? "1" : "0") + a.way + "\t" + a.what + "\n";
-      text += ".\n";
-    }
-    for (std::size_t at = 0; at < text.size();) {
-      const ssize_t n = ::write(ends[1], text.data() + at, text.size() - at);
-      if (n <= 0) break;
-      at += static_cast<std::size_t>(n);
-    }
-    ::_exit(0);
+  out.layers = layers;
+  out.failed = what_is_missing(layers);
+  if (out.failed.empty()) out.failed = hand_over(folder, layers);
+  if (!out.failed.empty()) return out;
+  out.enforced_by = enforced_by(layers);
+  ProgramCall call;
+  call.program = prober.program;
+  call.arguments = prober.arguments;
+  call.arguments.push_back(std::to_string(::getpid()));
+  for (const fs::path& s : secrets) call.arguments.push_back(s.string());
+  call.folder = folder;
+  call.output = folder.parent_path() / "probe.txt";
+  call.errors = folder.parent_path() / "probe-messages.txt";
+  call.sandbox = layers;
+  int code = 0;
+  try {
+    code = run_program(call);
+  } catch (const Error& e) {
+    out.failed = e.text().what;
+    return out;
   }
-  ::close(ends[1]);
-  std::string text;
-  char buffer[4096];
-  for (ssize_t n; (n = ::read(ends[0], buffer, sizeof buffer)) != 0;) {
-    if (n < 0 && errno != EINTR) break;
-    if (n > 0) text.append(buffer, static_cast<std::size_t>(n));
-  }
-  ::close(ends[0]);
-  ::waitpid(child, nullptr, 0);
   bool complete = false;
-  for (std::size_t at = 0; at < text.size();) {
-    const auto end = std::min(text.find('\n', at), text.size());
-    const std::string line = text.substr(at, end - at);
-    at = end + 1;
+  std::ifstream in(call.output);
+  for (std::string line; std::getline(in, line);) {
     if (line == ".")
       complete = true;
-    else if (line.starts_with('!'))
-      out.failed = line.substr(1);
     else if (const auto tab = line.find('\t'); tab != std::string::npos && tab > 0)
       out.attempts.push_back({line.substr(1, tab - 1), line.substr(tab + 1), line.front() == '1'});
   }
-  if (!complete && out.failed.empty()) out.failed = "the process that tried it ended early";
+  if (!complete) out.failed = fmt::format("the program that tried it ended early, with {}", code);
   return out;
 }
 
-std::vector<IsolationProbeResult> find_isolation(const Room& room, std::span<const fs::path> secrets) {
+std::vector<IsolationProbeResult> find_sandbox(const fs::path& folder, const Prober& prober, std::span<const fs::path> secrets) {
   std::vector<IsolationProbeResult> out;
-  for (const Isolation& i : possible_isolations()) {
-    hand_over(room.desk, i);
-    out.push_back(probe(i, room, secrets));
+  for (const SandboxLayers& layers : possible_sandboxes()) {
+    out.push_back(probe(layers, folder, prober, secrets));
     if (out.back().holds()) break;
   }
   return out;

@@ -12,7 +12,8 @@ std::string isolation_record(const std::vector<IsolationProbeResult>& tried) {
   for (const IsolationProbeResult& p : tried) {
     Json attempts = Json::array();
     for (const Attempt& a : p.attempts) attempts.push_back({{"way", a.way}, {"what", a.what}, {"opened", a.opened}});
-    j["tried"].push_back({{"layers", name(p.isolation)}, {"holds", p.holds()}, {"failed", p.failed}, {"attempts", attempts}});
+    j["tried"].push_back(
+        {{"layers", name(p.layers)}, {"enforced_by", p.enforced_by}, {"holds", p.holds()}, {"failed", p.failed}, {"attempts", attempts}});
   }
   return j.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -25,6 +26,7 @@ IsolationSummary read_isolation_record(const std::filesystem::path& file) {
   const Json& last = j["tried"].back();
   s.holds = last.value("holds", false);
   s.layers = last.value("layers", s.layers);
+  s.enforced_by = last.value("enforced_by", "");
   for (const Json& a : last.at("attempts")) {
     ++s.attempts;
     const auto way = a.value("way", "");

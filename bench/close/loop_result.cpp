@@ -91,11 +91,8 @@ LoopResult assemble_loop(const fs::path& run) {
 
 std::string loop_result_json(const LoopResult& r) {
   Json j{{"format", 1}, {"command", "close"}, {"version", r.version}, {"name", r.plan.name}, {"verdict", r.pass ? "pass" : "fail"}};
-  j["isolation"] = {{"layers", r.isolation.layers},
-                    {"holds", r.isolation.holds},
-                    {"ways_tried", r.isolation.attempts},
-                    {"opened", r.isolation.opened},
-                    {"gave_up", r.isolation.gave_up}};
+  j["isolation"] = {{"layers", r.isolation.layers},       {"enforced_by", r.isolation.enforced_by}, {"holds", r.isolation.holds},
+                    {"ways_tried", r.isolation.attempts}, {"opened", r.isolation.opened},           {"gave_up", r.isolation.gave_up}};
   j["diagnosis"] = {{"verdict", r.findings.verdict}, {"added", Json::array()}};
   for (const auto& e : r.findings.added) {
     Json parameters = Json::array(), twin_ids = Json::array();
@@ -112,7 +109,7 @@ std::string loop_result_json(const LoopResult& r) {
 }
 
 std::string loop_result_text(const LoopResult& r) {
-  std::string out = fmt::format("{}\nanalyst   {}{}\n", r.plan.name, r.isolation.layers,
+  std::string out = fmt::format("{}\nsandbox   {}{}\n", r.plan.name, r.isolation.layers,
                                 r.isolation.holds ? fmt::format(", {} ways to the truth tried, none opened", r.isolation.attempts) : "");
   out += fmt::format("diagnosis {}\n", r.findings.verdict);
   for (const auto& e : r.findings.added) {

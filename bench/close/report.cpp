@@ -42,7 +42,7 @@ std::string head(const LoopResult& r) {
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1} of {2} judged flights as expected. Diagnosis: {3} – {4}.</p></div>\n",
                      r.pass ? "pass" : "fail", passed, r.tracking.size(), render::xml_escaped(r.findings.verdict),
                      render::xml_escaped(added_text(r.findings)));
-  out += render::facts_html({{"analyst kept away by", r.isolation.layers},
+  out += render::facts_html({{"sandboxed by", r.isolation.layers + (r.isolation.enforced_by.empty() ? "" : " (" + r.isolation.enforced_by + ")")},
                      {"ways to the truth tried", fmt::format("{}, {} opened", r.isolation.attempts, r.isolation.opened.size())},
                      {"learnt from", fmt::format("{} flights", r.plan.learn.size() * r.plan.learn_seeds.size())},
                      {"held out", fmt::format("{} flights", r.plan.held_out.size() * r.plan.held_out_seeds.size())},
@@ -51,7 +51,8 @@ std::string head(const LoopResult& r) {
   std::vector<std::string> warnings;
   if (!r.isolation.holds)
     warnings.push_back(
-        "Not isolated: the analyst's process could have opened the plant. Nothing shows that it did; nothing kept it from it.");
+        "Not isolated: no sandbox holds on this machine, and the diagnosis could have read the plant. Nothing shows that it did; nothing "
+        "kept it from it. `rotorloop close --help` says what a machine needs.");
   if (r.after_is_before) warnings.push_back("Nothing was flown again, after is before: " + r.why_not_flown + ".");
   if (!r.identified) warnings.push_back("Identification without effects gave no vehicle file that can be flown; its column is empty.");
   for (const auto& f : r.findings.faults) warnings.push_back("Fault found in the logs: " + f);
@@ -148,16 +149,17 @@ std::string time_section(const LoopResult& r) {
 }
 
 std::string isolation_section(const LoopResult& r) {
-  std::string out = "<h2>What the analyst could know</h2>\n<p>";
-  out += fmt::format("The analyst had {} logs (flight.csv) and the vehicle file on a desk of its own. ",
+  std::string out = "<h2>What the diagnosis could know</h2>\n<p>";
+  out += fmt::format("It had {} logs (flight.csv) and the vehicle file in a folder of its own. ",
                      r.plan.learn.size() * r.plan.learn_seeds.size() + r.plan.held_out.size() * r.plan.held_out_seeds.size());
   if (r.isolation.holds) {
     std::string ways;
     for (const auto& w : r.isolation.ways) ways += (ways.empty() ? "" : ", ") + w;
     out += fmt::format(
-        "Its process was shut in by {}. Before it started, another process in the same room tried {} times to reach the plan, the "
+        "Its process was sandboxed by {}{}. Before it started, a program in the same sandbox tried {} times to reach the plan, the "
         "plant and truth.csv – by {} – and opened nothing.",
-        render::xml_escaped(r.isolation.layers), r.isolation.attempts, render::xml_escaped(ways));
+        render::xml_escaped(r.isolation.layers), r.isolation.enforced_by.empty() ? "" : " (" + render::xml_escaped(r.isolation.enforced_by) + ")",
+        r.isolation.attempts, render::xml_escaped(ways));
   } else {
     out += "<b>It was not isolated</b>: ";
     for (const auto& g : r.isolation.gave_up) out += render::xml_escaped(g) + "; ";

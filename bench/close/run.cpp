@@ -26,6 +26,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kFlownPlant = "flown_plant.toml";
+constexpr const char* kSandboxRemedy =
+    "install the Debian package bubblewrap and allow user namespaces (sysctl user.max_user_namespaces, kernel.unprivileged_userns_clone; "
+    "in a "
+    "container its security options), or use a kernel with Landlock";
 
 std::string file_text(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -228,55 +232,73 @@ class Loop {
     return out;
   }
 
-  void analyse(const std::string& name, const fs::path& folder, const std::string& command, const std::vector<std::string>& extra) const {
-    const auto flights = logs();
+  // What a sandboxed command gets: its words, the files that it may know, and what decides whether it has to run again.
+  struct Task {
+    std::vector<std::string> arguments;
+    std::vector<std::pair<fs::path, std::string>> files;
+    StageInputs inputs;
+  };
+  Task task(const std::string& command, const fs::path& program, const std::vector<std::string>& extra) const {
     const fs::path vehicle = at_.inputs() / inputs_.place.at(plan_.vehicle);
-    const fs::path program = o_.analyst.empty() ? o_.program : o_.analyst;
-    StageInputs in{{"vehicle", sha256_file(vehicle)}, {"arguments", fmt::format("{}", fmt::join(extra, " "))}};
-    if (!o_.analyst.empty()) in["analyst"] = sha256_file(program);
-    std::vector<std::pair<fs::path, std::string>> papers{{vehicle, "vehicle.toml"}};
-    std::vector<std::string> arguments{command, "--vehicle", "vehicle.toml"};
-    for (const auto& log : flights) {
-      in[log.on_desk] = sha256_file(log.file);
-      papers.emplace_back(log.file, log.on_desk);
+    Task t{{command, "--vehicle", "vehicle.toml"}, {{vehicle, "vehicle.toml"}}, {}};
+    t.inputs = {{"vehicle", sha256_file(vehicle)}, {"arguments", fmt::format("{}", fmt::join(extra, " "))}};
+    if (!o_.analyst.empty()) t.inputs["analyst"] = sha256_file(program);
+    for (const auto& log : logs()) {
+      t.inputs[log.on_desk] = sha256_file(log.file);
+      t.files.emplace_back(log.file, log.on_desk);
       // Roles are for the stages of `identify`; a diagnosis takes every flight alike.
       const bool role = log.option != "--held-out" && command != "identify";
-      arguments.insert(arguments.end(), {role ? "--flight" : log.option, log.on_desk});
+      t.arguments.insert(t.arguments.end(), {role ? "--flight" : log.option, log.on_desk});
     }
     // A diagnosis takes the effects of the vehicle file by itself, an identification those that it is told.
     if (command == "identify")
       for (const auto& effect : host::read_vehicle(vehicle, host::builtin_effect_catalogue()).effects)
-        if (host::find_term(effect.id)) arguments.insert(arguments.end(), {"--term", effect.id});
-    arguments.insert(arguments.end(), {"-o", "out/vehicle.toml", "--report", "out/report"});
-    arguments.insert(arguments.end(), extra.begin(), extra.end());
-    const Stage stage(folder, in);
-    if (!open(stage, name, fmt::format("the analyst: {}", command))) return;
+        if (host::find_term(effect.id)) t.arguments.insert(t.arguments.end(), {"--term", effect.id});
+    t.arguments.insert(t.arguments.end(), {"-o", "out/vehicle.toml", "--report", "out/report"});
+    t.arguments.insert(t.arguments.end(), extra.begin(), extra.end());
+    return t;
+  }
 
-    Desk desk(papers);
-    fs::create_directories(desk.path() / "out" / "report");
-    const auto& probes = desk.isolate(program, secrets());
-    hil::write_text_file(folder / "isolation.json", isolation_record(probes));
-    const IsolationProbeResult& chosen = probes.back();
-    tell(name, chosen.holds() ? fmt::format("isolated by {}: {} ways to the truth tried, none opened", closed_loop::name(chosen.isolation),
-                                            chosen.attempts.size())
-                              : std::string("not isolated: the analyst could reach the truth"));
-    if (!chosen.holds() && o_.require_isolation)
-      throw Error({name, "nothing on this machine keeps the analyst from the truth", "a kernel without Landlock and without namespaces",
-                   "start as root, or leave --require-isolation out: the run then says that it is not isolated"},
+  // Chooses the sandbox, says so, and leaves the record of all attempts in the stage's folder.
+  void make_sandbox(const std::string& name, const fs::path& folder, Desk& desk) const {
+    hil::write_text_file(folder / "isolation.json", isolation_record(desk.isolate({o_.program, {"close", "probe"}}, secrets())));
+    const IsolationSummary s = read_isolation_record(folder / "isolation.json");
+    const std::string without = fmt::format("{}", fmt::join(s.gave_up, "; "));
+    if (s.holds) {
+      tell(name, fmt::format("sandboxed by {} ({}): {} ways to the truth tried, none opened", s.layers, s.enforced_by, s.attempts));
+      if (!without.empty()) tell(name, "without " + without);
+      return;
+    }
+    if (o_.require_isolation)
+      throw Error({name, "no sandbox holds on this machine, so the diagnosis could read the truth", without, kSandboxRemedy},
                   ExitCode::device);
+    tell(name, "warning: not isolated: the diagnosis could read the truth, for no sandbox holds on this machine");
+    tell(name, "  likely: " + without);
+    tell(name, std::string("  do:     ") + kSandboxRemedy);
+  }
+
+  void analyse(const std::string& name, const fs::path& folder, const std::string& command, const std::vector<std::string>& extra) const {
+    const fs::path program = o_.analyst.empty() ? o_.program : o_.analyst;
+    const Task t = task(command, program, extra);
+    const Stage stage(folder, t.inputs);
+    if (!open(stage, name, fmt::format("sandboxed {}", command))) return;
+
+    Desk desk(t.files);
+    fs::create_directories(desk.path() / "out" / "report");
+    make_sandbox(name, folder, desk);
     const int code = desk.run(
-        program, arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { tell(name, line); }, o_.stop);
+        program, t.arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { tell(name, line); }, o_.stop);
     desk.take_back("out", folder / "out");
     if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     if (code >= 128)
-      throw Error({name, fmt::format("the analyst's `{}` was ended by signal {}", command, code - 128),
+      throw Error({name, fmt::format("the sandboxed `{}` was ended by signal {}", command, code - 128),
                    "no memory left, or somebody ended it", "the same command goes on from here"},
                   ExitCode::device);
     // Without a vehicle file the identified vehicle is left out of the comparison; without a diagnosis there is no loop to close.
     if (code != 0) {
       tell(name, fmt::format("`{}` ended with {}, see {}", command, code, (folder / "messages.txt").generic_string()));
       if (command == "diagnose")
-        throw Error({name, fmt::format("the analyst's `{}` ended with {}", command, code),
+        throw Error({name, fmt::format("the sandboxed `{}` ended with {}", command, code),
                      "the logs cannot be used, or the program is another", "see " + (folder / "messages.txt").generic_string()},
                     ExitCode::data_quality);
     }

@@ -1,9 +1,9 @@
-// The whole loop: fly, identify, diagnose, fly again. The bench (this process) knows the plant and starts the flights; the analyst
-// (processes on a desk of their own) knows the logs and the vehicle file. Stage by stage, each in its own folder of the run:
+// The whole loop: fly, identify, diagnose, fly again. The bench (this process) knows the plant and starts the flights; identification
+// and diagnosis (sandboxed processes) know the logs and the vehicle file. Stage by stage, each in its own folder of the run:
 //   1-fly         flights to learn from and flights held out           rotorloop hil
 //   2-before      the judged flights, with the vehicle file as it was  rotorloop hil
-//   3-identify    the analyst: the vehicle's parameters, no effect added
-//   4-diagnose    the analyst: what is missing, added and fitted again, checked on the flights held out
+//   3-identify    sandboxed: the vehicle's parameters, no effect added
+//   4-diagnose    sandboxed: what is missing, added and fitted again, checked on the flights held out
 //   5-identified  the judged flights with the vehicle of stage 3       rotorloop hil --vehicle
 //   6-after       the judged flights with the vehicle of stage 4       rotorloop hil --vehicle
 #pragma once
@@ -21,9 +21,9 @@ struct LoopOptions {
   std::string name;               // of the run folder; empty: "close-" and the plan's name
   bool force = false;             // start anew: the run folder is emptied
   std::filesystem::path program;  // rotorloop
-  std::filesystem::path analyst;  // what the analyst runs; empty: program
+  std::filesystem::path analyst;  // what runs sandboxed; empty: program
   int jobs = 1;
-  bool require_isolation = false;  // end before the analyst starts when nothing holds
+  bool require_isolation = false;  // end before the diagnosis when no sandbox holds
   std::string command_line, version;
   std::function<void(const std::string& stage, const std::string& text)> tell;  // progress and messages
   const std::atomic<bool>* stop = nullptr;

@@ -45,9 +45,18 @@ struct CloseTest : ::testing::Test {
             (folder.path() / "runs/close-strut/1-fly/learn/up/pd_ff_thrust_drag/201/truth.csv").string() + "\"]\n");
   }
 
+  // Root of a container with one user and no namespaces to be had: no sandbox can be made in it.
+  std::string container;
+  bool enter_container() {
+    const std::string words = "bwrap --unshare-user --uid 0 --gid 0 --disable-userns --cap-drop ALL --dev-bind / / ";
+    const bool can = std::system((words + "true 2>/dev/null").c_str()) == 0;
+    if (can) container = words;
+    return can;
+  }
+
   int run(const std::string& arguments) {
     const auto o = (folder.path() / "stdout.txt").string(), e = (folder.path() / "stderr.txt").string();
-    const int status = std::system((std::string(ROTORLOOP_COMMAND) + " close " + arguments + " >" + o + " 2>" + e).c_str());
+    const int status = std::system((container + ROTORLOOP_COMMAND + " close " + arguments + " >" + o + " 2>" + e).c_str());
     output = read_text(o);
     messages = read_text(e);
     return WEXITSTATUS(status);
@@ -69,12 +78,15 @@ TEST_F(CloseTest, GoesRoundOnceFromFlightToFlightAndSaysWhatItBrought) {
   EXPECT_EQ(t["before_cm"], t["identified_cm"]) << "the fake analyst's identification changes nothing: the same flights to the bit";
   EXPECT_TRUE(fs::is_regular_file(run_folder() / "report.html"));
 
-  // The analyst got copies of the logs, and could open nothing of what the test told it to try.
+  // The diagnosis got copies of the logs, and could open nothing of what the test told it to try.
   const Json diagnosis = Json::parse(read_text(run_folder() / "4-diagnose/out/report/result.json"));
-  if (result["isolation"]["holds"].get<bool>())
+  if (result["isolation"]["holds"].get<bool>()) {
     EXPECT_EQ(diagnosis["remarks"][0], "opened: ");
-  else
+    EXPECT_THAT(messages, HasSubstr("4-diagnose: sandboxed by " + result["isolation"]["layers"].get<std::string>() + " (" +
+                                    result["isolation"]["enforced_by"].get<std::string>() + ")"));
+  } else {
     EXPECT_EQ(result["isolation"]["layers"], "not isolated");
+  }
   EXPECT_THAT(messages, HasSubstr("4-diagnose: diagnose with 1 flights, 1 held out"));
 
   // An expectation that is missed ends with 6; what is expected is no input of a stage, so nothing is made anew.
@@ -82,6 +94,20 @@ TEST_F(CloseTest, GoesRoundOnceFromFlightToFlightAndSaysWhatItBrought) {
   EXPECT_THAT(output, HasSubstr("MISSED"));
   for (const char* stage : {"1-fly", "2-before", "3-identify", "4-diagnose", "5-identified", "6-after"})
     EXPECT_THAT(messages, HasSubstr(std::string(stage) + ": done before"));
+
+  // Where no sandbox can be had the run says so of each layer and what to do, and goes on only where that was not forbidden.
+  if (enter_container()) {
+    fs::remove(run_folder() / "4-diagnose/done.toml");
+    EXPECT_EQ(close(plan(), "--require-isolation"), 3) << messages;
+    for (const char* text : {"no sandbox holds on this machine", "bubblewrap: cannot be run: bwrap: ", "own user id and Landlock: ",
+                             "install the Debian package bubblewrap and allow user namespaces"})
+      EXPECT_THAT(messages, HasSubstr(text));
+    EXPECT_FALSE(fs::exists(run_folder() / "4-diagnose/out"));
+    EXPECT_EQ(close(plan()), 0) << messages;
+    EXPECT_THAT(messages, HasSubstr("4-diagnose: warning: not isolated"));
+    EXPECT_EQ(Json::parse(read_text(run_folder() / "result.json"))["isolation"]["layers"], "not isolated");
+    container.clear();
+  }
 
   // Afterwards.
   EXPECT_EQ(run("truth " + run_folder().string()), 0) << messages << output;

@@ -10,9 +10,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const Prober kProber{SANDBOX_PROBER, {"try"}};
+
 struct DeskTest : ::testing::Test {
   test::TempFolder folder;
-  // A shell script on the desk, run shut in; what it printed.
+  // A shell script in the sandbox; what it printed.
   std::string run(Desk& desk, const std::string& script, int* code = nullptr) {
     const int c = desk.run("/bin/sh", {"-c", script}, folder.path() / "out.txt", folder.path() / "errors.txt", {}, nullptr);
     if (code) *code = c;
@@ -24,7 +26,7 @@ TEST_F(DeskTest, HoldsCopiesUnderTheNamesGivenAndNothingElse) {
   const auto paper = folder.write("runs/secret-name/flight.csv", "1,2\n");
   Desk desk({{paper, "flights/learn_1.csv"}});
   const std::vector secrets{folder.write("bench/plant.toml", "the truth")};
-  desk.isolate("/bin/sh", secrets);
+  desk.isolate(kProber, secrets);
   int code = -1;
   EXPECT_EQ(run(desk, "cat flights/learn_1.csv; ls -R . | grep -c secret; pwd | grep -c secret; env | grep -c secret", &code),
             "1,2\n0\n0\n0\n");
@@ -34,7 +36,7 @@ TEST_F(DeskTest, WhatTheAnalystMayNotOpenItsShellCannotReadEither) {
   const auto secret = folder.write("bench/plant.toml", "the truth");
   fs::permissions(folder.path(), fs::perms::all);
   Desk desk({});
-  if (!desk.isolate("/bin/sh", std::vector{secret}).back().holds()) GTEST_SKIP() << "not isolated on this machine";
+  if (!desk.isolate(kProber, std::vector{secret}).back().holds()) GTEST_SKIP() << "not isolated on this machine";
   const std::string s = secret.string();
   int code = 0;
   EXPECT_EQ(
@@ -47,7 +49,7 @@ TEST_F(DeskTest, WhatTheAnalystMayNotOpenItsShellCannotReadEither) {
 TEST_F(DeskTest, TakesBackPlainFilesAndLeavesLinks) {
   const auto secret = folder.write("bench/plant.toml", "the truth");
   Desk desk({});
-  desk.isolate("/bin/sh", std::vector{secret});
+  desk.isolate(kProber, std::vector{secret});
   run(desk, "mkdir -p out/sub; echo a > out/a; echo b > out/sub/b; ln -s " + secret.string() +
                 " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
   EXPECT_EQ(desk.take_back("out", folder.path() / "back"), 2u);
