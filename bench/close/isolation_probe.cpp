@@ -152,6 +152,8 @@ IsolationProbeResult probe(const SandboxLayers& layers, const fs::path& folder, 
   call.output = folder.parent_path() / "probe.txt";
   call.errors = folder.parent_path() / "probe-messages.txt";
   call.sandbox = layers;
+  std::string message;
+  call.line = [&](const std::string& line) { message = line; };
   int code = 0;
   try {
     code = run_program(call);
@@ -167,7 +169,7 @@ IsolationProbeResult probe(const SandboxLayers& layers, const fs::path& folder, 
     else if (const auto tab = line.find('\t'); tab != std::string::npos && tab > 0)
       out.attempts.push_back({line.substr(1, tab - 1), line.substr(tab + 1), line.front() == '1'});
   }
-  if (!complete) out.failed = fmt::format("the program that tried it ended early, with {}", code);
+  if (!complete) out.failed = fmt::format("the program that tried it ended early, with {}: {}", code, message);
   return out;
 }
 

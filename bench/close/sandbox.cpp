@@ -126,6 +126,8 @@ std::vector<std::string> bubblewrap_command(const SandboxLayers& layers, const S
          "CAP_SETUID", "--cap-add", "CAP_SETGID"});
   else
     add({"--unshare-all", "--cap-drop", "ALL"});
+  // Made by name, for folders that bwrap makes on the way to a mount are closed to all but root.
+  for (const char* p : {"/usr", "/usr/local", "/etc", "/dev"}) add({"--dir", p});
   // There is no /proc: nothing in it is needed, and through it others are found.
   for (const char* p : kSystemFolders) add({"--ro-bind-try", p, p});
   for (const char* p : kSystemFiles) add({"--ro-bind-try", p, p});

@@ -142,14 +142,17 @@ TEST_F(IsolationTest, WhereNothingHoldsTheRecordSaysWhyOfEveryLayer) {
   EXPECT_EQ(summary.gave_up, (std::vector<std::string>{"bubblewrap: /usr/bin/bwrap is not installed", "Landlock: 1 ways open"}));
 }
 
-// In every sandbox that this machine has: one folder to write in, and no other.
-TEST_F(IsolationTest, AProgramInTheSandboxWritesInItsFolderAndNowhereElse) {
+// In every sandbox that this machine has: one folder to write in, and no other; what programs need to start can be read.
+TEST_F(IsolationTest, AProgramInTheSandboxReadsTheSystemsLibrariesWritesInItsFolderAndNowhereElse) {
   for (const SandboxLayers& layers : possible_sandboxes()) {
     if (!in(layers).holds()) continue;
     ProgramCall call;
     call.program = "/bin/sh";
-    call.arguments = {"-c", "echo a > here; for d in / /tmp /dev /usr/lib /etc .. " + folder.path().string() +
-                                "; do echo b > $d/there && echo $d; done; exit 7"};
+    call.arguments = {
+        "-c",
+        "echo a > here; for d in /usr/lib /usr/bin /usr/local/lib /etc/alternatives; do ls $d > /dev/null || echo closed; done; head -c 1 "
+        "/dev/urandom > /dev/null || echo closed; for d in / /tmp /dev /usr/lib /etc .. " +
+            folder.path().string() + "; do echo b > $d/there && echo $d; done; exit 7"};
     call.folder = desk;
     call.output = folder.path() / "out.txt";
     call.errors = folder.path() / "errors.txt";
