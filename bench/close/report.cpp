@@ -172,22 +172,27 @@ std::string isolation_section(const LoopResult& r) {
 std::string truth_section(const LoopResult& r) {
   if (!r.truth_told) return "";
   std::string out =
-      "<h2>Afterwards: the truth</h2>\n<div class=\"scroll\"><table><tr><th class=\"l\">hidden</th><th class=\"l\">told</th><th "
-      "class=\"l\">as</th></tr>\n";
+      "<h2>Afterwards: the truth</h2>\n<div class=\"scroll\"><table><tr><th class=\"l\">hidden</th><th class=\"l\">name</th><th "
+      "class=\"l\">as</th><th class=\"l\">size</th></tr>\n";
   for (const auto& h : r.truth.hidden) {
-    const char* word = h.told == Told::right ? "right" : h.told == Told::in_class ? "in a class" : "missed";
-    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l {}\">{}</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(h.id),
-                       h.told == Told::missed ? "fail" : "pass", word, render::xml_escaped(h.answer));
+    const char* name = h.told == Told::right ? "right" : h.told == Told::in_class ? "in a class" : "missed";
+    const char* size = h.size == Size::right ? "right" : h.size == Size::wrong ? "wrong" : "not compared";
+    out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l {}\">{}</td><td class=\"l\">{}</td><td class=\"l {}\">{}</td></tr>\n",
+                       render::xml_escaped(h.id), h.told == Told::missed ? "fail" : "pass", name, render::xml_escaped(h.answer),
+                       h.size == Size::wrong ? "fail" : "", size);
   }
   for (const auto& w : r.truth.wrong)
-    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(w));
+    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td><td></td></tr>\n", render::xml_escaped(w));
   if (r.truth.hidden.empty() && r.truth.wrong.empty())
-    out += "<tr><td class=\"l\" colspan=\"3\">nothing was hidden, and nothing was found</td></tr>\n";
-  out += "</table><table><tr><th class=\"l\">quantity</th><th>truth</th><th>found</th><th>u</th><th>error / u</th></tr>\n";
+    out += "<tr><td class=\"l\" colspan=\"4\">nothing was hidden, and nothing was found</td></tr>\n";
+  out +=
+      "</table><table><tr><th class=\"l\">quantity</th><th>truth</th><th>found</th><th>u</th><th>error / u</th><th "
+      "class=\"l\">size</th></tr>\n";
   for (const auto& v : r.truth.values)
-    out +=
-        fmt::format("<tr><td class=\"l\">{}, {}</td><td>{:.5g}</td><td>{:.5g}</td><td>{:.2g}</td><td>{}</td></tr>\n", render::xml_escaped(v.what),
-                    render::xml_escaped(v.unit), v.truth, v.found, v.u, v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–");
+    out += fmt::format(
+        "<tr><td class=\"l\">{}, {}</td><td>{:.5g}</td><td>{:.5g}</td><td>{:.2g}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
+        render::xml_escaped(v.what), render::xml_escaped(v.unit), v.truth, v.found, v.u, v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–",
+        v.right() ? "pass" : "fail", v.right() ? "right" : "wrong");
   return out + "</table></div>\n";
 }
 

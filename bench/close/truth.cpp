@@ -23,10 +23,11 @@ using Json = nlohmann::ordered_json;
 
 bool holds(const std::vector<std::string>& list, const std::string& id) { return std::find(list.begin(), list.end(), id) != list.end(); }
 
-// The names under which a hidden effect may appear.
-bool stands_for(const Undeclared& u, const std::string& id) { return id == u.id || holds(u.shows_as, id); }
-
 const char* word(Told t) { return t == Told::right ? "right" : t == Told::in_class ? "class" : "missed"; }
+const char* word(Size s) { return s == Size::right ? "right" : s == Size::wrong ? "wrong" : "not compared"; }
+
+constexpr double kStandardErrors = 3.0, kRelativeTolerance = 0.01, kPlaceTolerance_m = 1e-4;
+constexpr const char* kPlace = "centre of mass";
 
 // Mass properties as flown beside those that the controller flies with.
 void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::path& vehicle_file) {
@@ -36,7 +37,7 @@ void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::p
   sim::EffectSet effects = sim::effect_set(plant);
   effects.prepare(setup);
   const FlyingBody believed = flying_body(host::read_vehicle(vehicle_file, host::builtin_effect_catalogue()));
-  const auto add = [&](const char* what, const char* unit, double truth, const host::Quantity& found) {
+  const auto add = [&](const std::string& what, const char* unit, double truth, const host::Quantity& found) {
     c.values.push_back({what, unit, truth, found.value, found.u});
   };
   const auto& b = setup.body;
@@ -44,8 +45,8 @@ void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::p
   add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), believed.inertia_kg_m2[0]);
   add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), believed.inertia_kg_m2[1]);
   add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), believed.inertia_kg_m2[2]);
-  add("centre of mass x", "m", b.com_offset_m.x(), believed.com_m[0]);
-  add("centre of mass y", "m", b.com_offset_m.y(), believed.com_m[1]);
+  add(fmt::format("{} x", kPlace), "m", b.com_offset_m.x(), believed.com_m[0]);
+  add(fmt::format("{} y", kPlace), "m", b.com_offset_m.y(), believed.com_m[1]);
 }
 
 }  // namespace
@@ -84,40 +85,67 @@ FlyingBody flying_body(const host::VehicleFile& v) {
   return b;
 }
 
-bool TruthComparison::right() const {
+double TruthValue::tolerance() const { return what.starts_with(kPlace) ? kPlaceTolerance_m : kRelativeTolerance * std::abs(truth); }
+bool TruthValue::right() const { return std::abs(found - truth) <= std::max(kStandardErrors * u, tolerance()); }
+
+bool TruthComparison::names_right() const {
   return wrong.empty() && std::none_of(hidden.begin(), hidden.end(), [](const HiddenEffect& h) { return h.told == Told::missed; });
 }
+bool TruthComparison::sizes_right() const {
+  return std::all_of(values.begin(), values.end(), [](const TruthValue& v) { return v.right(); });
+}
+
+std::vector<std::string> names_of(const Undeclared& hidden) {
+  std::vector<std::string> names{hidden.id};
+  const auto catalogue = host::builtin_effect_catalogue();
+  if (const auto* facts = catalogue.facts_of(hidden.id)) names.insert(names.end(), facts->twins.begin(), facts->twins.end());
+  names.insert(names.end(), hidden.shows_as.begin(), hidden.shows_as.end());
+  return names;
+}
+
+namespace {
+
+bool names_any(const FoundEffect& f, const std::vector<std::string>& names) {
+  return holds(names, f.id) || std::any_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return holds(names, t.id); });
+}
+
+// The size of a hidden effect, where the answer gives one: as named, or as the member of a class.
+void compare_size(TruthComparison& c, HiddenEffect& h, const Undeclared& u, const FoundEffect& f) {
+  const auto compare = [&](const std::vector<FoundValue>& parameters) {
+    for (const FoundValue& v : parameters)
+      for (const auto& [name, value] : u.values)
+        if (name == v.name) {
+          c.values.push_back({fmt::format("{} of {}", name, u.id), v.unit, value, v.value, v.u});
+          if (h.size != Size::wrong) h.size = c.values.back().right() ? Size::right : Size::wrong;
+        }
+  };
+  if (f.id == u.id) compare(f.parameters);
+  for (const FoundTwin& t : f.twins)
+    if (t.id == u.id) compare(t.parameters);
+}
+
+}  // namespace
 
 TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) {
   TruthComparison c;
+  std::vector<std::string> all = plan.also_true;
   for (const Undeclared& u : plan.undeclared) {
-    HiddenEffect h{u.id, Told::missed, ""};
+    HiddenEffect h{u.id, Told::missed, "", Size::not_compared};
+    const auto names = names_of(u);
+    all.insert(all.end(), names.begin(), names.end());
     for (const FoundEffect& f : findings.added) {
-      const bool named = stands_for(u, f.id);
-      const bool among = std::any_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return stands_for(u, t.id); });
-      if (!named && !among) continue;
+      if (!names_any(f, names)) continue;
       const Told told = f.id == u.id && f.twins.empty() ? Told::right : Told::in_class;
-      if (h.told == Told::missed || told == Told::right) h = {u.id, told, f.id};
-      // Its size, as named or as the member of a class.
-      const auto compare = [&](const std::vector<FoundValue>& parameters) {
-        for (const FoundValue& v : parameters)
-          for (const auto& [name, value] : u.values)
-            if (name == v.name) c.values.push_back({fmt::format("{} of {}", name, u.id), v.unit, value, v.value, v.u});
-      };
-      if (f.id == u.id) compare(f.parameters);
-      for (const FoundTwin& t : f.twins)
-        if (t.id == u.id) compare(t.parameters);
+      if (h.told == Told::missed || told == Told::right) {
+        h.told = told;
+        h.answer = f.id;
+      }
+      compare_size(c, h, u, f);
     }
     c.hidden.push_back(h);
   }
-  for (const FoundEffect& f : findings.added) {
-    const auto meant = [&](const std::string& id) {
-      return holds(plan.also_true, id) ||
-             std::any_of(plan.undeclared.begin(), plan.undeclared.end(), [&](const Undeclared& u) { return stands_for(u, id); });
-    };
-    if (!meant(f.id) && std::none_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return meant(t.id); }))
-      c.wrong.push_back(f.id);
-  }
+  for (const FoundEffect& f : findings.added)
+    if (!names_any(f, all)) c.wrong.push_back(f.id);
   return c;
 }
 
@@ -137,11 +165,24 @@ TruthComparison tell_truth(const fs::path& run) {
 }
 
 std::string truth_json(const TruthComparison& c) {
-  Json j{{"format", 1}, {"right", c.right()}, {"hidden", Json::array()}, {"wrong", c.wrong}, {"values", Json::array()}};
-  for (const auto& h : c.hidden) j["hidden"].push_back({{"id", h.id}, {"told", word(h.told)}, {"answer", h.answer}});
+  Json j{{"format", 1},
+         {"right", c.right()},
+         {"names_right", c.names_right()},
+         {"sizes_right", c.sizes_right()},
+         {"hidden", Json::array()},
+         {"wrong", c.wrong},
+         {"values", Json::array()}};
+  for (const auto& h : c.hidden)
+    j["hidden"].push_back({{"id", h.id}, {"told", word(h.told)}, {"answer", h.answer}, {"size", word(h.size)}});
   for (const auto& v : c.values)
-    j["values"].push_back(
-        {{"what", v.what}, {"unit", v.unit}, {"truth", v.truth}, {"found", v.found}, {"u", v.u}, {"errors_in_u", v.errors_in_u()}});
+    j["values"].push_back({{"what", v.what},
+                           {"unit", v.unit},
+                           {"truth", v.truth},
+                           {"found", v.found},
+                           {"u", v.u},
+                           {"errors_in_u", v.errors_in_u()},
+                           {"tolerance", v.tolerance()},
+                           {"size_right", v.right()}});
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -154,6 +195,8 @@ TruthComparison read_truth(const fs::path& path) {
   for (const Json& h : j.at("hidden")) {
     const auto told = h.at("told").get<std::string>();
     c.hidden.push_back({h.at("id"), told == "right" ? Told::right : told == "class" ? Told::in_class : Told::missed, h.at("answer")});
+    const auto size = h.value("size", "");  // not in files of older programs
+    c.hidden.back().size = size == "right" ? Size::right : size == "wrong" ? Size::wrong : Size::not_compared;
   }
   c.wrong = j.at("wrong").get<std::vector<std::string>>();
   for (const Json& v : j.at("values")) c.values.push_back({v.at("what"), v.at("unit"), v.at("truth"), v.at("found"), v.at("u")});
@@ -164,12 +207,15 @@ std::string truth_text(const TruthComparison& c) {
   std::string out;
   if (c.hidden.empty()) out += "nothing was hidden\n";
   for (const auto& h : c.hidden)
-    out += fmt::format("hidden    {:<26} {}{}\n", h.id, word(h.told), h.answer.empty() ? "" : ", as " + h.answer);
+    out += fmt::format("hidden    {:<26} {}{}; size {}\n", h.id, word(h.told), h.answer.empty() ? "" : ", as " + h.answer, word(h.size));
   for (const auto& w : c.wrong) out += fmt::format("wrong     {:<26} the plant does not have it\n", w);
-  out += fmt::format("\n{:<36}{:>14}{:>14}{:>12}{:>12}\n", "", "truth", "found", "u", "error / u");
+  out += fmt::format("\n{:<36}{:>14}{:>14}{:>12}{:>12}   {}\n", "", "truth", "found", "u", "error / u", "size");
   for (const auto& v : c.values)
-    out += fmt::format("{:<36}{:>14.5g}{:>14.5g}{:>12.2g}{:>12}\n", v.what + ", " + v.unit, v.truth, v.found, v.u,
-                       v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "-");
+    out += fmt::format("{:<36}{:>14.5g}{:>14.5g}{:>12.2g}{:>12}   {}\n", v.what + ", " + v.unit, v.truth, v.found, v.u,
+                       v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "-", v.right() ? "right" : "WRONG");
+  out += fmt::format("\nnames: {}\nsizes: {} (right: within {:.0f} u, {:.0f} % of the truth, or {:.1f} mm of a place)\n",
+                     c.names_right() ? "right" : "wrong", c.sizes_right() ? "right" : "wrong", kStandardErrors, 100.0 * kRelativeTolerance,
+                     1e3 * kPlaceTolerance_m);
   return out;
 }
 

@@ -77,6 +77,57 @@ TEST(CompareEffects, WhatThePlantHasBesidesIsNeverWrong) {
   EXPECT_TRUE(compare_effects(plan, naming({found("thrust_speed_exponent")})).right());
 }
 
+TEST(CompareEffects, ARightNameWithASize24PercentAnd7StandardErrorsOffIsAWrongSize) {
+  const auto c = compare_effects(hiding({{"rotor_wake_interference", {{"kappa", 0.35}}, {}}}),
+                                 naming({found("rotor_wake_interference", {}, {{"kappa", "1", 0.433, 0.011}})}));
+  EXPECT_TRUE(c.names_right());
+  EXPECT_EQ(c.hidden[0].told, Told::right);
+  EXPECT_EQ(c.hidden[0].size, Size::wrong);
+  EXPECT_FALSE(c.sizes_right());
+  EXPECT_FALSE(c.right());
+}
+
+TEST(CompareEffects, ASizeIsRightWithin3StandardErrorsOrWithin1PercentOfTheTruth) {
+  const auto size = [](double found, double u) { return TruthValue{"loss of blockage_strut", "1", 0.08, found, u}.right(); };
+  EXPECT_TRUE(size(0.0859, 0.002));
+  EXPECT_FALSE(size(0.0861, 0.002));
+  EXPECT_FALSE(size(0.0739, 0.002));
+  EXPECT_TRUE(size(0.08079, 1e-6)) << "0.99 % off, however small the stated uncertainty is";
+  EXPECT_FALSE(size(0.08081, 1e-6));
+  EXPECT_TRUE(size(0.08079, 0.0)) << "a value without an uncertainty";
+}
+
+TEST(CompareEffects, AnInertia3Point4PercentAnd7StandardErrorsLowIsWrongThoughTheNamesAreRight) {
+  TruthComparison c = compare_effects(hiding({{"payload_mass", {{"mass_kg", 0.06}}, {}}}),
+                                      naming({found("payload_mass", {"rotor_speed_scale"}, {{"mass_kg", "kg", 0.0588, 0.0013}})}));
+  EXPECT_EQ(c.hidden[0].size, Size::right);
+  EXPECT_TRUE(c.right());
+  c.values.push_back({"I_zz", "kg m^2", 5.0e-3, 4.83e-3, 0.024e-3});
+  EXPECT_TRUE(c.names_right());
+  EXPECT_FALSE(c.right());
+}
+
+TEST(CompareEffects, APlaceOfTheCentreOfMassIsRightWithinATenthOfAMillimetreThoughItsTruthIsZero) {
+  EXPECT_TRUE((TruthValue{"centre of mass y", "m", 0.0, 0.99e-4, 1e-6}.right()));
+  EXPECT_FALSE((TruthValue{"centre of mass y", "m", 0.0, 1.01e-4, 1e-6}.right()));
+}
+
+TEST(CompareEffects, APayloadMayBeNamedByItselfAndTheTwoThatTheCatalogueCannotTellFromIt) {
+  EXPECT_EQ(names_of({"payload_mass", {}, {}}), (std::vector<std::string>{"payload_mass", "thrust_scale", "air_density"}));
+  const auto c = compare_effects(hiding({{"payload_mass", {}, {}}}), naming({found("blockage_strut")}));
+  EXPECT_EQ(c.hidden[0].told, Told::missed);
+  EXPECT_EQ(c.wrong, (std::vector<std::string>{"blockage_strut"}));
+}
+
+TEST(CompareEffects, InTheShippedLoopAShiftedCentreOfMassIsNoNameForThePayloadThatShiftsItNorWrong) {
+  const auto plan = read_loop_plan(std::string(ROTORLOOP_SOURCE_DIR) + "/scenarios/close/payload.toml");
+  const auto c = compare_effects(plan, naming({found("com_offset")}));
+  ASSERT_EQ(c.hidden.size(), 1u);
+  EXPECT_EQ(c.hidden[0].told, Told::missed);
+  EXPECT_TRUE(c.wrong.empty());
+  EXPECT_FALSE(c.names_right());
+}
+
 TEST(FlyingBody, APayloadOf100GramsAheadAndBelowMovesTheCentreOfMassAndAddsInertiaAboutTheNewOne) {
   host::VehicleFile v;
   v.mass_kg = {0.7, 0.003, host::Origin::flight};
@@ -107,14 +158,16 @@ TEST(FlyingBody, APayloadOf100GramsAheadAndBelowMovesTheCentreOfMassAndAddsInert
 TEST(TruthJson, ReadsBack) {
   test::TempFolder folder;
   TruthComparison c;
-  c.hidden = {{"tether", Told::in_class, "slung_load"}};
+  c.hidden = {{"tether", Told::in_class, "slung_load", Size::wrong}};
   c.wrong = {"wind_steady"};
   c.values = {{"I_xx", "kg m^2", 2.4e-3, 2.3e-3, 1e-4}};
   const auto back = read_truth(folder.write("truth.json", truth_json(c)));
   EXPECT_EQ(back.hidden.at(0).told, Told::in_class);
   EXPECT_EQ(back.hidden.at(0).answer, "slung_load");
   EXPECT_EQ(back.wrong, c.wrong);
+  EXPECT_EQ(back.hidden.at(0).size, Size::wrong);
   EXPECT_EQ(back.values.at(0).truth, 2.4e-3);
+  EXPECT_EQ(truth_json(back), truth_json(c));
 }
 
 }  // namespace
