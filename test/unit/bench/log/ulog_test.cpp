@@ -304,7 +304,7 @@ TEST(ULogIndependent, AnotherReaderFindsTheSameTopicsCountsAndValues) {
   test::TempFolder folder;
   const FlightRecord f = identify::flight_example();
   const auto path = folder.write("flight.ulg", ulog_bytes(f));
-  const std::string script = std::string(ROTORLOOP_SOURCE_DIR) + "/test/unit/bench/identify/ulog_reader.py";
+  const std::string script = std::string(ROTORLOOP_SOURCE_DIR) + "/test/unit/bench/log/ulog_reader.py";
   const std::string out = (folder.path() / "out.txt").string();
   ASSERT_EQ(std::system(("python3 '" + script + "' '" + path.string() + "' > '" + out + "'").c_str()), 0);
   const std::string text = test::read_text(out);
