@@ -1,7 +1,7 @@
-"""How much of the force of measured flights any law linear in its coefficients could foretell: least squares on the log's own
+"""How much of the force of measured flights the terms below could foretell, whatever their coefficients: least squares on the log's own
 accelerations, without a fit of the motion. For the four NeuroBEM flights (measured rotor speeds, velocity and acceleration in body axes),
 with the terms of the paper's eq. 1-5 and with ever more beside them: error on the flight left out, and on the flight itself when it alone
-is fitted, below which no such law can come. Tables for docs/acceptance/diagnose_measured.md:
+is fitted, below which no law of these terms can come (other laws can). Tables for docs/acceptance/diagnose_measured.md:
   python3 scripts/force_bound.py [FOLDER]        FOLDER: $ROTORLOOP_DATA/flights/neurobem_test
 """
 
