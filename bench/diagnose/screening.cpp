@@ -124,16 +124,15 @@ void add_readings(const estimate::GridFlight& g, const std::vector<estimate::Bod
   const auto width = static_cast<std::size_t>(out.count);
   std::vector<estimate::ReadingChange> by(reading.size());
   std::size_t hint = 0;
-  const auto at = [&](std::size_t knot) {
-    const estimate::RotorInputSample u = input.at(g.time_s(knot), hint, false);
-    const estimate::BodyState& x = states[knot];
-    estimate::reading_change(values, x, u, g.time_s(knot), model.instant(x, u, g.time_s(knot)).angular_acceleration_B_rad_s2, reading, by);
+  const auto at = [&](double t_s, const estimate::BodyState& x) {
+    const estimate::RotorInputSample u = input.at(t_s, hint, false);
+    estimate::reading_change(values, x, u, t_s, model.instant(x, u, t_s).angular_acceleration_B_rad_s2, reading, by);
   };
   const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
   const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();
   out.pose.assign(g.pose.size() * width * 6, 0.0);
   for (std::size_t i = 0; i < g.pose.size(); ++i) {
-    at(g.pose[i].knot);
+    at(g.time_s(g.pose[i].knot), states[g.pose[i].knot]);
     for (std::size_t k = 0; k < by.size(); ++k) {
       put(&out.pose[(i * width + place[k]) * 6], by[k].position_W_m);
       put(&out.pose[(i * width + place[k]) * 6 + 3], to_sensor * by[k].turn_B_rad);
@@ -142,7 +141,8 @@ void add_readings(const estimate::GridFlight& g, const std::vector<estimate::Bod
   const auto vectors = [&](const std::vector<estimate::VectorFix>& list, std::vector<double>& to, Eigen::Vector3d estimate::ReadingChange::*what) {
     to.assign(list.size() * width * 3, 0.0);
     for (std::size_t i = 0; i < list.size(); ++i) {
-      at(list[i].knot);
+      const std::size_t k0 = list[i].knot, k1 = estimate::neighbour(g, list[i]);
+      at(g.time_s(k0) + list[i].late_s, k0 == k1 ? states[k0] : between(states[k0], states[k1], std::fabs(list[i].late_s) / g.step_s));
       for (std::size_t k = 0; k < by.size(); ++k) put(&to[(i * width + place[k]) * 3], by[k].*what);
     }
   };

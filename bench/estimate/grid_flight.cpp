@@ -151,6 +151,13 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
   return g;
 }
 
+std::size_t neighbour(const GridFlight& g, const VectorFix& fix) {
+  const std::size_t k = fix.knot;
+  if (fix.late_s < 0.0 && k > 0 && g.linked[k - 1]) return k - 1;
+  if (fix.late_s > 0.0 && k + 1 < g.knots && g.linked[k]) return k + 1;
+  return k;
+}
+
 std::size_t GridFlight::tied_knots() const {
   std::size_t n = 0;
   for (std::size_t k = 0; k < knots; ++k) n += tied(k);

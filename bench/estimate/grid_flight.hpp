@@ -16,7 +16,7 @@ struct PoseFix {
 };
 struct VectorFix {
   std::size_t knot;
-  double late_s;
+  double late_s;  // mean stamp of what was averaged, minus knot
   Eigen::Vector3d value;
 };
 
@@ -51,6 +51,9 @@ struct GridFlight {
   bool tied(std::size_t knot) const { return (knot > 0 && linked[knot - 1]) || (knot + 1 < knots && linked[knot]); }
   std::size_t tied_knots() const;
 };
+
+// The knot on the other side of a reading's moment; its own where there is none, or where a cut lies between.
+std::size_t neighbour(const GridFlight& flight, const VectorFix& fix);
 
 // Sensors faster than the grid are averaged around each knot. Throws Error (data_quality) naming the missing stream, or when fewer than
 // one second is left.

@@ -21,6 +21,9 @@ Columns model_columns(const Columns& all) {
   return out;
 }
 
+using StepWithSlopes = BodyState (Model::*)(const BodyState&, const RotorInput&, std::size_t&, double, double, int, StateJacobian&,
+                                            ParameterJacobian&) const;
+
 RotorInput prepared(RotorInput input, const ModelValues& values) {
   input.prepare(values);
   return input;
@@ -130,6 +133,37 @@ void Residuals::process(std::size_t k, const BodyState& from, const BodyState& t
   out.columns = all.middleCols(25, width - 25);
 }
 
+Residuals::Moment Residuals::moment_of(const VectorFix& fix, const BodyState& x, bool derivatives) const {
+  constexpr double kAtKnot_s = 1e-6;  // below: rounding of stamps, which moves nothing that a sensor shows
+  const double knot_s = flight_.time_s(fix.knot), t_s = knot_s + fix.late_s;
+  if (std::fabs(fix.late_s) < kAtKnot_s) return {x, knot_s, false};
+  if (!derivatives) return {model_.step(x, input_, hint_, knot_s, t_s, 1), t_s, true};
+  const auto step = flight_.slopes_by_middle ? &Model::step_by_middle : static_cast<StepWithSlopes>(&Model::step);
+  return {(model_.*step)(x, input_, hint_, knot_s, t_s, 1, moment_by_state_, moment_by_), t_s, true};
+}
+
+// The series holds means over steps, which belong to their middles: between the two about the reading, or that of the linked one.
+Residuals::ExtraWrench Residuals::extra_wrench(const VectorFix& fix) const {
+  const std::size_t k = fix.knot;
+  const bool before = k > 0 && flight_.linked[k - 1], after = k + 1 < flight_.knots && flight_.linked[k];
+  const double share = before && after ? std::clamp(0.5 + fix.late_s / flight_.step_s, 0.0, 1.0) : after || !before ? 1.0 : 0.0;
+  if (share >= 1.0) return extra_->at<6>(extra_->wrench, std::min(k, flight_.knots - 2));
+  return (1.0 - share) * extra_->at<6>(extra_->wrench, k - 1) + share * extra_->at<6>(extra_->wrench, std::min(k, flight_.knots - 2));
+}
+
+void Residuals::back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const {
+  if (!at.moved) return;
+  for (std::size_t c = 0; c < dynamic_.size(); ++c)
+    out.columns.col(dynamic_[c]) += out.state * moment_by_.col(static_cast<Eigen::Index>(c));
+  if (extra_) {
+    const ExtraWrench wrench = extra_wrench(fix);
+    const Matrix3d push = fix.late_s / model_.values()[kMass] * at.x.q_WB.toRotationMatrix();
+    out.columns.rightCols(extra_->count) += out.state.middleCols<3>(3) * (push * wrench.topRows<3>()) +
+                                            out.state.middleCols<3>(9) * (fix.late_s * inverse_inertia_ * wrench.bottomRows<3>());
+  }
+  out.state *= moment_by_state_;
+}
+
 ReadingChange Residuals::terms_read(const BodyState& x, double t_s, bool derivatives) const {
   const RotorInputSample u = input_.at(t_s, hint_, false);
   const Vector3d angular = model_.instant(x, u, t_s).angular_acceleration_B_rad_s2;
@@ -202,12 +236,14 @@ void Residuals::position(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
 }
 
 // Velocity of the sensor in W: that of the centre of mass plus Ω x r.
-void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const {
+void Residuals::velocity(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
+  const Moment at = moment_of(fix, knot, derivatives);
+  const BodyState& x = at.x;
   const Vector3d r(v[kOffsetX], v[kOffsetY], v[kOffsetZ]), swing = x.w_B_rad_s.cross(r);
   const Matrix3d rot = x.q_WB.toRotationMatrix();
   const Vector3d weight = noise_.velocity_m_s.cwiseInverse();
-  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  const ReadingChange change = reads_ ? terms_read(x, at.t_s, derivatives) : ReadingChange{};
   out.r = weight.cwiseProduct(fix.value - x.v_W_m_s - rot * swing - change.velocity_W_m_s);
   if (!derivatives) return;
   out.state.setZero();
@@ -223,12 +259,15 @@ void Residuals::velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c) = by_offset.col(i);
   }
+  back_to_knot(fix, at, out);
 }
 
-void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const {
+void Residuals::gyro(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
+  const Moment at = moment_of(fix, knot, derivatives);
+  const BodyState& x = at.x;
   const Vector3d weight = noise_.gyro_rad_s.cwiseInverse();
-  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  const ReadingChange change = reads_ ? terms_read(x, at.t_s, derivatives) : ReadingChange{};
   out.r = weight.cwiseProduct(fix.value - x.w_B_rad_s - Vector3d(v[kGyroBiasX], v[kGyroBiasY], v[kGyroBiasZ]) - change.gyro_B_rad_s);
   if (!derivatives) return;
   out.state.setZero();
@@ -244,12 +283,15 @@ void Residuals::gyro(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, b
     out.columns.rightCols(extra_->count) =
         -(weight.asDiagonal() * extra_->at<3>(extra_->gyro, static_cast<std::size_t>(&fix - flight_.gyro.data())));
   }
+  back_to_knot(fix, at, out);
 }
 
 // Specific force at the sensor's place: F/m + Ω̇ x r + Ω x (Ω x r), plus bias.
-void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const {
+void Residuals::accel(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
-  const double t = flight_.time_s(fix.knot);
+  const Moment at = moment_of(fix, knot, derivatives);
+  const BodyState& x = at.x;
+  const double t = at.t_s;
   bool input_columns = false;
   for (const int p : kRotorInputParameters) input_columns = input_columns || place_of(p) >= 0;
   const RotorInputSample u = input_.at(t, hint_, derivatives && input_columns);
@@ -276,11 +318,12 @@ void Residuals::accel(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, 
     if (const int c = place_of(kImuX + i); c >= 0) out.columns.col(c) = by_place.col(i);
   }
   if (extra_) {
-    const auto wrench = extra_->at<6>(extra_->wrench, std::min(fix.knot, flight_.knots - 2));
+    const ExtraWrench wrench = extra_wrench(fix);
     auto place = out.columns.rightCols(extra_->count);
     place = minus * (wrench.topRows<3>() / v[kMass] - lever * (inverse_inertia_ * wrench.bottomRows<3>()));
     if (!extra_->accel.empty()) place += minus * extra_->at<3>(extra_->accel, static_cast<std::size_t>(&fix - flight_.accel.data()));
   }
+  back_to_knot(fix, at, out);
 }
 
 Eigen::Matrix<double, 12, 1> Residuals::anchor(const BodyState& guess, const BodyState& x, StateJacobian& by_state) const {

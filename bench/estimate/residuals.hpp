@@ -64,6 +64,18 @@ class Residuals {
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
+  // The state at the moment of a reading of knot's state `x`. A mean of readings belongs to the mean of their stamps, up to half a step off
+  // its knot: the model carries the state there. `moved`: the derivatives below hold what the way there makes of the knot's.
+  struct Moment {
+    BodyState x;
+    double t_s;
+    bool moved;
+  };
+  Moment moment_of(const VectorFix& fix, const BodyState& x, bool derivatives) const;
+  using ExtraWrench = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxColumns>;
+  ExtraWrench extra_wrench(const VectorFix& fix) const;  // at the moment of a reading
+  // Rows by the state at the moment become rows by that of the knot.
+  void back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const;
   // What terms add to the readings at a moment, its derivatives into reading_by_ and reading_slope_ when wanted.
   ReadingChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
@@ -80,6 +92,8 @@ class Residuals {
   bool reads_ = false;
   mutable std::vector<ReadingChange> reading_by_;
   mutable ReadingSlope reading_slope_;
+  mutable StateJacobian moment_by_state_;
+  mutable ParameterJacobian moment_by_;
   Eigen::Matrix3d inverse_inertia_ = Eigen::Matrix3d::Identity();
   mutable std::size_t hint_ = 0;
 };

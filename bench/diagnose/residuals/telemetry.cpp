@@ -48,7 +48,12 @@ void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& v
     TelemetryResidual t{.flight = g.name, .stream = stream, .unit = unit, .fitted = !fitted.empty(), .t_s = {}, .value = {}};
     if (t.fitted) {
       t.assumed = assumed;
-      for (const estimate::VectorFix& f : fitted) add(t, g.time_s(f.knot) + f.late_s, f.value - expected(f.knot));
+      for (const estimate::VectorFix& f : fitted) {
+        const std::size_t other = estimate::neighbour(g, f);
+        const Vector3d at_knot = expected(f.knot);
+        const Vector3d there = other == f.knot ? at_knot : Vector3d(at_knot + std::fabs(f.late_s) / g.step_s * (expected(other) - at_knot));
+        add(t, g.time_s(f.knot) + f.late_s, f.value - there);
+      }
     } else if (logged) {
       std::size_t known = g.knots;  // expected() at this knot and the next
       Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();

@@ -217,8 +217,9 @@ TEST(Chain, score_blocks_add_up_to_the_whole_flight) {
   EXPECT_LT((score - r.score).norm(), 1e-8 * r.score.norm());
 }
 
-// Central differences of every reading's residuals by state and columns, `v` with what a test sets.
-void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns columns) {
+// Central differences of every reading's residuals by state and columns, `v` with what a test sets. Gyro, accelerometer and velocity are
+// read `late_s` behind their knot.
+void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns columns, double late_s = 0.0) {
   v[kPoseDelay] = 2e-3;
   v[kTurnX] = 0.05;
   v[kImuX] = 0.02;
@@ -230,10 +231,11 @@ void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns co
   BodyState x = s.states[40];
   x.v_W_m_s = {3, -2, 1};
   x.w_B_rad_s = {2, -4, 3};
-  VectorFix velocity{40, 0.0, {3.1, -2.1, 0.9}};
+  VectorFix velocity{40, late_s, {3.1, -2.1, 0.9}};
   PoseFix pose = s.grid.pose[40];
   pose.late_s = 3e-3;
-  const VectorFix gyro = s.grid.gyro[40], accel = s.grid.accel[40];
+  VectorFix gyro = s.grid.gyro[40], accel = s.grid.accel[40];
+  gyro.late_s = accel.late_s = late_s;
   const auto all = [&](const Residuals& r, const BodyState& at) {
     RowsBy<6> six;
     RowsBy<3> a, b, c;
@@ -267,6 +269,11 @@ void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns co
 TEST(Residuals, of_every_reading_have_the_derivatives_of_differences) {
   const Short s;
   expect_derivatives_of_differences(s, s.values, {});
+}
+
+TEST(Residuals, of_means_that_stand_5_ms_before_or_4_ms_behind_their_knot_have_the_derivatives_of_differences) {
+  const Short s;
+  for (const double late_s : {-5e-3, 4e-3}) expect_derivatives_of_differences(s, s.values, {}, late_s);
 }
 
 TEST(Residuals, of_a_sensor_whose_scale_is_2_percent_off_have_the_derivatives_of_differences) {
