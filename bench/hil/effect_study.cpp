@@ -169,8 +169,8 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
     if (used[f]) flights.push_back(f);
 
   double total_s = 0.0;
-  for (const std::size_t f : flights) total_s += flight_duration_s(inputs, {.flight = f, .folder = {}});
-  for (const std::size_t f : flight_of) total_s += flight_duration_s(inputs, {.flight = f, .folder = {}});
+  for (const std::size_t f : flights) total_s += flight_duration_s(scenario, inputs, {.flight = f, .folder = {}});
+  for (const std::size_t f : flight_of) total_s += flight_duration_s(scenario, inputs, {.flight = f, .folder = {}});
   progress.begin((flights.size() + effects.size()) * seeds, total_s * static_cast<double>(seeds));
 
   std::vector<std::vector<Flown>> reference(scenario.flights.size(), std::vector<Flown>(seeds));

@@ -102,13 +102,22 @@ log::TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
   return row;
 }
 
+// Of the plant's motors, "7"; rotor by rotor, "7 6 7 7", where they differ.
+std::string pole_pairs_text(const sim::PlantFile& plant) {
+  std::string out = std::to_string(plant.rotors[0].motor.pole_pairs);
+  const bool alike = std::all_of(plant.rotors.begin(), plant.rotors.end(),
+                                 [&](const auto& r) { return r.motor.pole_pairs == plant.rotors[0].motor.pole_pairs; });
+  for (std::size_t i = 1; !alike && i < plant.rotors.size(); ++i) out += " " + std::to_string(plant.rotors[i].motor.pole_pairs);
+  return out;
+}
+
 // Logs of one flight; empty when no folder was asked for.
 struct Logs {
   std::optional<log::FlightLogWriter> flight;
   std::optional<log::TruthLogWriter> truth;
   std::optional<CandumpWriter> esc, state;
 
-  Logs(const std::filesystem::path& folder, const Scenario& scenario, const FlightRequest& q, Loop& loop) {
+  Logs(const std::filesystem::path& folder, const Scenario& scenario, const sim::PlantFile& plant, const FlightRequest& q, Loop& loop) {
     if (folder.empty()) return;
     const log::LogHeader header{{"start_utc", std::string(log::kVirtualEpochUtc)},
                            {"source", "rotorloop hil, " + scenario.name},
@@ -116,7 +125,7 @@ struct Logs {
                            {"flight", scenario.flights[q.flight].name},
                            {"variant", std::string(host::name(q.variant))},
                            {"seed", std::to_string(q.seed)},
-                           {"pole_pairs", std::to_string(firmware::Parameters{}.pole_pairs)},
+                           {"pole_pairs", pole_pairs_text(plant)},
                            {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
                            {"esc_limiter_codes", esc_limiter_codes()}};
     flight.emplace(folder / "flight.csv", header);
@@ -245,15 +254,19 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
   return c;
 }
 
-double flight_duration_s(const Inputs& inputs, const FlightRequest& q) {
-  return static_cast<double>(host::FlightComputerConfig{}.start_us) * 1e-6 + inputs.trajectories[q.flight].duration_s() + kTail_s;
+double flight_duration_s(const LoopConfig& config, const host::Trajectory& trajectory) {
+  return static_cast<double>(config.computer.start_us) * 1e-6 + trajectory.duration_s() + kTail_s;
+}
+double flight_duration_s(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q) {
+  return flight_duration_s(loop_config(scenario, inputs, q), inputs.trajectories[q.flight]);
 }
 
 FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q, RunFolder* folder,
                   const std::function<void(double)>& advanced, const std::atomic<bool>* stop) {
-  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], loop_config(scenario, inputs, q));
+  const LoopConfig config = loop_config(scenario, inputs, q);
+  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], config);
   loop.measure_cost(q.measure_cost);
-  Logs logs(q.folder, scenario, q, loop);
+  Logs logs(q.folder, scenario, inputs.plant, q, loop);
 
   FlightOutcome out;
   FlightResult& result = out.result;
@@ -263,8 +276,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   TrackingMeter meter;
   Sums sums;
 
-  const std::int64_t start_us = host::FlightComputerConfig{}.start_us;
-  const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(inputs, q) * kTicks_per_s));
+  const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(config, inputs.trajectories[q.flight]) * kTicks_per_s));
   for (std::int64_t n = 0; n < ticks; ++n) {
     loop.tick();
     if (const host::FlightRecord* r = loop.take_record()) {
@@ -274,7 +286,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
         if (q.observe) q.observe(*r, *truth);
         if (r->phase == host::FlightPhase::flying)
           meter.add({t_s, truth->state.p_W_m, r->estimate.p_W_m, r->setpoint.p_W_m, r->setpoint.v_W_m_s, r->setpoint.yaw_rad});
-        if (r->time_us >= start_us) sums.add(*r, *truth);  // from the release on; spin-up is no flight
+        if (r->time_us >= config.computer.start_us) sums.add(*r, *truth);  // from the release on; spin-up is no flight
         if (logs.flight) {
           CostMeter m(q.measure_cost, loop.cost().log_ns);
           logs.flight->write(flight_row(*r));

@@ -50,6 +50,8 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
 
 // What the loop of this request is made of; also used by tests that replay a flight's frames.
 LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request);
-double flight_duration_s(const Inputs& inputs, const FlightRequest& request);
+// From power-on to the end of the log: wait for the start, trajectory, half a second more.
+double flight_duration_s(const LoopConfig& config, const host::Trajectory& trajectory);
+double flight_duration_s(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request);
 
 }  // namespace rotorloop::hil

@@ -42,8 +42,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     : config_(config),
       ticks_per_step_(kTicks_per_s / config.airframe_Hz),
       esc_bus_(make_bus(config, config.esc_bus_faults, 0)),
-      state_bus_(make_bus(config, config.state_bus_faults, 1)),
-      battery_(sim::battery_parameters(plant)) {
+      state_bus_(make_bus(config, config.state_bus_faults, 1)) {
   CanBus& computer_state = state_bus_->attach({.name = "computer"});
   CanBus& airframe_state = state_bus_->attach({.name = "airframe"});
   CanBus& computer_esc = esc_bus_->attach({.name = "computer"});
@@ -58,7 +57,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   sim::EffectSet effects = sim::effect_set(plant);
   effects.prepare(setup);
   dynamics_ = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
-  battery_ = sim::Battery(setup.battery);
+  battery_.emplace(setup.battery);  // as the effects left it
   sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
                                                airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
@@ -81,7 +80,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
       sim::NativeEscConfig e;
       e.drive = setup.drive[index];
       e.firmware = p;
-      e.bus_V = battery_.voltage_V();
+      e.bus_V = battery_->voltage_V();
       e.seed = config.seed;
       e.module = static_cast<std::uint64_t>(i);
       escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port, setup.esc[index],
@@ -123,13 +122,13 @@ void Loop::step_plant() {
           escs_[i]);
     bus_A_ = bus_A;
     dynamics_->step(omega_dot);
-    battery_.step(bus_A, 1.0 / config_.airframe_Hz);
+    battery_->step(bus_A, 1.0 / config_.airframe_Hz);
   }
   for (std::size_t i = 0; i < 4; ++i)
     omega_rad_s_[i] = std::max(0.0, std::visit([](const auto& e) { return e.esc().omega_rad_s(); }, escs_[i]));
   evaluate_rotors();
   for (std::size_t i = 0; i < 4; ++i)
-    std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, battery_.voltage_V()); }, escs_[i]);
+    std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, battery_->voltage_V()); }, escs_[i]);
 
   CostMeter m(measure_, cost_.sensor_ns);
   if (sensors_->poll(now_ns_, airframe().state(), omega_rad_s_)) remember_truth();
@@ -164,7 +163,7 @@ void Loop::remember_truth() {
     const bool running = t.esc[i].state == firmware::MotorState::running;
     counters_.esc_limited_ticks += running && t.esc[i].limiter != firmware::Limiter::none ? 1u : 0u;
   }
-  t.bus_V = battery_.voltage_V();
+  t.bus_V = battery_->voltage_V();
   t.bus_A = bus_A_;
 }
 

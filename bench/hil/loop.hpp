@@ -124,7 +124,7 @@ class Loop {
   std::unique_ptr<sim::SensorNode> sensors_;
   std::unique_ptr<host::FlightComputer> computer_;
   std::vector<AnyEsc> escs_;
-  sim::Battery battery_;
+  std::optional<sim::Battery> battery_;  // made once the effects have had their say
   double bus_A_ = 0.0;
   std::array<double, 4> omega_rad_s_{};  // at the start of the airframe step
   static constexpr std::size_t kTruths = 16;

@@ -109,7 +109,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   std::vector<FlightRequest> requests = plan(scenario);
   std::vector<FlightOutcome> outcomes(requests.size());
   double total_s = 0.0;
-  for (const FlightRequest& q : requests) total_s += flight_duration_s(inputs, q);
+  for (const FlightRequest& q : requests) total_s += flight_duration_s(scenario, inputs, q);
   progress.begin(requests.size(), total_s);
   FlightPool(scenario, inputs, options, folder, progress, requests, outcomes).run();
   progress.end();

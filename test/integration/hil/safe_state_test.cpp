@@ -44,7 +44,7 @@ Flown flown(const std::string& faults, bool unprotected = false) {
   if (unprotected) config.computer.imu_timeout_us = config.computer.esc_timeout_us = config.computer.not_following_us = 1'000'000'000;
   hil::Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], config);
   Flown f;
-  double end_s = hil::flight_duration_s(inputs, request);
+  double end_s = hil::flight_duration_s(config, inputs.trajectories[0]);
   bool safe_seen = false;
   while (loop.now_s() < end_s && !loop.airframe().ended()) {
     loop.tick();
