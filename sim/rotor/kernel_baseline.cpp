@@ -20,6 +20,7 @@ template <>
 struct Lane<2> {
   typedef double D __attribute__((vector_size(16)));
   typedef long long I __attribute__((vector_size(16)));
+  typedef unsigned long long U __attribute__((vector_size(16)));
 
 #if defined(__x86_64__)
   static D sqrt(D x) { return _mm_sqrt_pd(x); }

@@ -18,6 +18,7 @@ template <>
 struct Lane<8> {
   typedef double D __attribute__((vector_size(64)));
   typedef long long I __attribute__((vector_size(64)));
+  typedef unsigned long long U __attribute__((vector_size(64)));
 
   ROTOR_TARGET static D sqrt(D x) {
     return _mm512_maskz_sqrt_pd(0xff, x);  // the plain form warns of its own undefined value in gcc 12
