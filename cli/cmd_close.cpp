@@ -119,6 +119,8 @@ void add_truth(CLI::App& close, int& exit_code) {
       "Names and sizes are judged apart. A name is right alone, or in a class with what flight data cannot tell from it (the catalogue's\n"
       "twins). A size is right within three standard errors or 1 % of the truth (0.1 mm for a place of the centre of mass).\n"
       "Writes truth.json, and result.json and report.html of the run anew.\n"
+      "\nExample:\n"
+      "  rotorloop close truth runs/close-aft-rotor-wake\n"
       "\nExit codes: 0 names and sizes right, 2 no finished run, 6 a name missed or wrong, or a size wrong.");
   t->callback([to, &exit_code] { exit_code = truth(to->run, to->json); });
 }

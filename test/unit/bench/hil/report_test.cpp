@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <map>
 
 #include "bench/hil/run_report.hpp"
 #include "bench/render/svg_plot.hpp"
@@ -207,6 +209,19 @@ TEST(LimiterNames, RoundTripThroughTheLogHeader) {
   EXPECT_EQ(names.at(0), "none");
   EXPECT_EQ(names.at(static_cast<int>(firmware::Limiter::voltage)), "voltage");
   EXPECT_EQ(numbered_names("1 tilt, 2 thrust,x, 4").size(), 2u);
+}
+
+TEST(LimiterNames, AreTheTableOfWireMdRowByRowAndNoRowMore) {
+  std::ifstream file(std::string(ROTORLOOP_SOURCE_DIR) + "/docs/wire.md");
+  std::map<int, std::string> documented;
+  bool in_table = false;
+  for (std::string line; std::getline(file, line);) {
+    in_table = line.starts_with("| limiter code |") || (in_table && line.starts_with("|"));
+    int code = 0;
+    char name[32] = {};
+    if (in_table && std::sscanf(line.c_str(), "| %d | `%31[a-z_]` |", &code, name) == 2) documented[code] = name;
+  }
+  EXPECT_EQ(documented, numbered_names(esc_limiter_codes()));
 }
 
 class Report : public ::testing::Test {
