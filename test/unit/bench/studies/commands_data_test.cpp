@@ -2,6 +2,7 @@
 // what is confused with what. Skipped without ROTORLOOP_DATA.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -50,31 +51,39 @@ TEST(CrazyPadHover, six_normal_flights_judged_by_the_others_of_their_vehicle_are
   }
 }
 
-// Motor 3 is rear left: our rotor 2. What each label comes out as is the finding; docs/acceptance/diagnose_measured.md discusses it.
-TEST(CrazyPadHover, defect_at_motor_3_is_found_in_all_ten_flights_and_its_rotor_in_eight) {
+// Motor 3 is rear left: our rotor 2. What is right for each label; an answer that names several must hold it. Right twice: a propeller
+// that lost thrust, by cut or tape, is a weak rotor.
+const std::map<std::string, std::string> kRight{{"weight_on_string_W3_near_M3", "slung_load"},
+                                                {"tape_on_propeller_M3", "weak_rotor 2"},
+                                                {"cut_propeller_M3_1mm", "weak_rotor 2"},
+                                                {"cut_propeller_M3_3mm", "weak_rotor 2"},
+                                                {"add_weight_W1_near_M3", "payload_mass at rotor 2"},
+                                                {"add_weight_W3_near_M3", "payload_mass at rotor 2"}};
+
+// The kind is a known miss (docs/acceptance/diagnose_measured.md: right in 3 of 10 flights, not told in 3, wrong in 4, of these 2 as the
+// only answer). The test holds that it gets no worse; it says of no wrong name that it should be given.
+TEST(CrazyPadHover, defect_at_motor_3_is_found_in_ten_flights_its_rotor_in_eight_its_kind_in_three_and_wrong_in_at_most_four) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   ASSERT_EQ(c.defect.size(), 10u);
-  int rotor_2 = 0;
-  std::map<std::string, std::vector<std::string>> outcome;
+  int rotor_2 = 0, right = 0, untold = 0, wrong = 0, wrong_alone = 0;
   for (const auto& f : c.defect) {
     const HoverDiagnosis d = diagnose_hover(f, c.normal_e9, c.vehicle);
     std::printf("%s", hover_text(d).c_str());
     EXPECT_NE(d.verdict, diagnose::DiagnosisVerdict::clean) << f.name;
     rotor_2 += d.rotor == 2;
-    outcome[label(f.name)].push_back(d.named.empty() ? "unexplained" : d.named[0]);
-    EXPECT_TRUE(d.rotor == 2 || label(f.name) == "cut_propeller_M3_1mm") << f.name;
+    const bool holds = std::find(d.named.begin(), d.named.end(), kRight.at(label(f.name))) != d.named.end();
+    right += holds;
+    untold += d.named.empty();
+    wrong += !holds && !d.named.empty();
+    wrong_alone += !holds && d.verdict == diagnose::DiagnosisVerdict::named;
+    EXPECT_EQ(d.named.empty(), d.verdict == diagnose::DiagnosisVerdict::unexplained) << f.name;
   }
-  EXPECT_EQ(rotor_2, 8);
-  using Names = std::vector<std::string>;
-  EXPECT_EQ(outcome["weight_on_string_W3_near_M3"], (Names{"slung_load", "slung_load"}));
-  EXPECT_EQ(outcome["tape_on_propeller_M3"], (Names{"weak_rotor 2"}));
-  EXPECT_EQ(outcome["cut_propeller_M3_1mm"], (Names{"weak_rotor 1 + weak_rotor 2", "weak_rotor 1 + weak_rotor 2"}));
-  EXPECT_EQ(outcome["cut_propeller_M3_3mm"], (Names{"unexplained", "unexplained"}))
-      << "the pair of the shorter cut, and more than its scatter besides";
-  // The confusion: a weight taped below a rotor comes out as that rotor being weak, not as weight.
-  EXPECT_EQ(outcome["add_weight_W1_near_M3"], (Names{"weak_rotor 2", "weak_rotor 2"}));
-  EXPECT_EQ(outcome["add_weight_W3_near_M3"], (Names{"unexplained"})) << "at full command in a third of the hover";
+  std::printf("kind right %d, not told %d, wrong %d (given alone: %d) of 10\n", right, untold, wrong, wrong_alone);
+  EXPECT_GE(rotor_2, 8);
+  EXPECT_GE(right, 3);
+  EXPECT_LE(wrong, 4);
+  EXPECT_LE(wrong_alone, 2);
 }
 
 // Are the patterns themselves distinct, whatever physics makes of them? Nearest mean of the labels, each flight left out in turn.
