@@ -1,10 +1,13 @@
 #include "bench/diagnose/memory_scan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <future>
 #include <memory>
-#include <thread>
 
 #include "bench/estimate/flight_motion.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -70,10 +73,14 @@ Rows wrench_along(const estimate::GridFlight& g, const std::vector<estimate::Bod
   return out;
 }
 
-// The model with one term more.
+// The model with one term more. Throws Error when it holds as many as there can be: its values would then belong to other terms.
 estimate::ModelValues with_term(const estimate::ModelValues& model, const host::Term& term, const std::vector<double>& parameters) {
   estimate::ModelValues out = model;
-  out.terms.add(term);
+  if (!out.terms.add(term))
+    throw Error({std::string(term.info.id),
+                 fmt::format("cannot be tried beside the model's {} effects with {} parameters: no room for another", out.terms.size(),
+                             out.terms.parameters()),
+                 "", "take an effect out of the vehicle file, or leave this one out with --without"});
   out.values.insert(out.values.end(), parameters.begin(), parameters.end());
   out.values.resize(estimate::kCoreParameters + out.terms.parameters(), 0.0);
   return out;
@@ -124,14 +131,14 @@ std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host
     p.parameters.front() = size_of.neutral + estimate;
     p.gain = all > 0.0 && p.parameters.front() > size_of.min ? estimate * along / all : 0.0;
   };
-  std::vector<std::thread> pool;
+  std::vector<std::future<void>> pool;  // get() hands on what a worker throws
   const auto workers = static_cast<std::size_t>(std::max(1, threads));
   for (std::size_t w = 0; w < workers; ++w) {
-    pool.emplace_back([&, w] {
+    pool.push_back(std::async(std::launch::async, [&, w] {
       for (std::size_t i = w; i < points; i += workers) try_point(i);
-    });
+    }));
   }
-  for (auto& t : pool) t.join();
+  for (auto& worker : pool) worker.get();
   std::stable_sort(out.begin(), out.end(), [](const ScanPoint& a, const ScanPoint& b) { return a.gain > b.gain; });
   return out;
 }
