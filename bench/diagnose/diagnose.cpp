@@ -257,22 +257,26 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
 }  // namespace
 
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
-  bool real = false;
   const double weight_N = vehicle[estimate::kMass] * host::kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
-    const ResidualKind kind = left.unexplained.kind[a];
     const AxisUnexplained& axis = left.unexplained.axis[a];
     const double beyond = std::sqrt(std::max(0.0, axis.rms * axis.rms - axis.rms_expected * axis.rms_expected));
-    const bool matters = beyond > (a < 3 ? kForceMatters * weight_N : kTorqueMatters * weight_N * arm_m);
-    const bool systematic = kind == ResidualKind::systematic && axis.explainable.share > kSystematic;
-    real = real || (matters && (kind == ResidualKind::bursts || systematic));
+    const double matters = a < 3 ? kForceMatters * weight_N : kTorqueMatters * weight_N * arm_m;
+    const bool bursts = left.unexplained.kind[a] == ResidualKind::bursts;
+    const bool systematic = left.unexplained.kind[a] == ResidualKind::systematic && axis.explainable.share > kSystematic;
+    if (beyond > matters && (bursts || systematic)) {
+      d.remains.push_back({std::string(kAxisNames[a]), std::string(kAxisUnits[a]), bursts,
+                           bursts ? axis.burst_share : axis.explainable.share, beyond, matters});
+    }
   }
   if (d.added.empty()) {
     add_scatter(left.variance, without, d);
-    if (!d.added.empty())
+    if (!d.added.empty()) {
       d.verdict = DiagnosisVerdict::named;
-    else if (real)
+      std::erase_if(d.remains, [](const RemainingResidual& r) { return r.bursts; });  // what gusts do
+    } else if (!d.remains.empty()) {
       d.verdict = DiagnosisVerdict::unexplained;
+    }
   }
   d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());
 }

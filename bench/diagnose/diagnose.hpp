@@ -38,7 +38,8 @@ struct DiagnosisRun {
 DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
 
-// What the residuals of the last model say by themselves: a systematic rest or bursts without an effect found make it `unexplained`.
+// What the residuals of the last model say by themselves: a systematic rest or bursts stand in `remains`, and make it `unexplained` when
+// no effect was found.
 struct ResidualFindings;
 // Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
 // `without`: effects on the scatter that are not considered.

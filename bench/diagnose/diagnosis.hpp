@@ -86,6 +86,15 @@ struct LogFault {
   double from_s = 0.0, to_s = 0.0;
 };
 
+// An axis of the missing wrench that the last model leaves larger than matters to the vehicle, and not as noise.
+struct RemainingResidual {
+  std::string axis, unit;
+  bool bursts = false;   // else systematic: a share of its power is predictable on blocks that had no part in the prediction
+  double share = 0.0;    // of the power: predictable, or in bursts
+  double beyond = 0.0;   // rms beyond what the noise figures expect
+  double matters = 0.0;  // the limit of that
+};
+
 struct Diagnosis {
   DiagnosisVerdict verdict = DiagnosisVerdict::clean;
   std::vector<LogFault> faults;    // a sensor or its stream is wrong
@@ -94,6 +103,7 @@ struct Diagnosis {
   std::vector<DiagnosisRound> rounds;
   std::vector<CandidateEvidence> rejected;  // effects that were tried in a full refit and taken out again, and why
   std::vector<NotObservable> not_observable;
+  std::vector<RemainingResidual> remains;  // with effects added: named, and something remains. Without: what makes it `unexplained`
   bool white = true;                 // innovations after the last round
   std::vector<std::string> remarks;  // in words, most important first
 };

@@ -85,7 +85,7 @@ struct FitProgress {
   int noise_round = 0;
 };
 
-// Throws Unobservable when the data leave directions open, Error (data_quality) when a flight cannot be fitted at all.
+// Throws Error (data_quality) when the data leave directions open, naming them, or when a flight cannot be fitted at all.
 Fit fit(const FitProblem& problem, const FitOptions& options = {}, const std::function<void(const FitProgress&)>& progress = {});
 
 // A direction of the parameters that the data do not tell.

@@ -90,10 +90,10 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
   std::string flights;
   for (const estimate::GridFlight& g : page.run.after.flights) flights += (flights.empty() ? "" : ", ") + g.name;
   std::string out = render::page_begin("What the model of " + page.vehicle_name + " lacks", "diagnosed from " + flights, "diagnosis");
-  out += render::facts_html({{"verdict", std::string(name(d.verdict))},
-                     {"effects added", std::to_string(d.added.size())},
-                     {"innovations", d.white ? "white" : "not white"}});
+  out += render::facts_html(
+      {{"verdict", verdict_name(d)}, {"effects added", std::to_string(d.added.size())}, {"innovations", d.white ? "white" : "not white"}});
   out += "<h2 id=\"effects\">Effects</h2>\n" + effects_html(d);
+  for (const RemainingResidual& r : d.remains) out += "<p><b>Remains</b>: " + render::xml_escaped(remaining_text(r)) + "</p>\n";
   for (const std::string& remark : d.remarks) out += "<p>" + render::xml_escaped(remark) + "</p>\n";
   if (page.held_out) out += identify::held_out_html(*page.held_out);
   for (const AddedEffect& a : d.added) out += advice_html(a);

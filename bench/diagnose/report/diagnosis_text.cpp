@@ -24,7 +24,10 @@ std::string values_text(const std::vector<NamedValue>& all) {
   return out;
 }
 
-std::string verdict_text(const Diagnosis& d) {
+// Named or a class, and not all of it.
+bool more_remains(const Diagnosis& d) { return !d.added.empty() && !d.remains.empty(); }
+
+std::string verdict_words(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::clean:
       return "clean: these flights show nothing that the model lacks";
@@ -38,6 +41,18 @@ std::string verdict_text(const Diagnosis& d) {
       return "faulty: a sensor or the log is at fault; no physics was fitted to it";
   }
   return "";
+}
+
+ordered_json remains_json(const std::vector<RemainingResidual>& all) {
+  ordered_json out = ordered_json::array();
+  for (const RemainingResidual& r : all)
+    out.push_back({{"axis", r.axis},
+                   {"unit", r.unit},
+                   {"kind", r.bursts ? "bursts" : "systematic"},
+                   {"share", r.share},
+                   {"beyond_noise_rms", r.beyond},
+                   {"limit_rms", r.matters}});
+  return out;
 }
 
 ordered_json number(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr); }
@@ -114,9 +129,16 @@ ordered_json advice_json(const ManoeuvreAdvice& a) {
 
 }  // namespace
 
+std::string verdict_name(const Diagnosis& d) { return std::string(name(d.verdict)) + (more_remains(d) ? ", and something remains" : ""); }
+
+std::string remaining_text(const RemainingResidual& r) {
+  return fmt::format("{:.0f} % of the power of the missing {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter", 100.0 * r.share, r.axis,
+                     r.bursts ? "comes in bursts" : "is predictable and no effect of the library explains it", r.beyond, r.unit, r.matters);
+}
+
 std::string diagnosis_text(const DiagnosisRun& run) {
   const Diagnosis& d = run.diagnosis;
-  std::string out = "Verdict: " + verdict_text(d) + "\n";
+  std::string out = "Verdict: " + verdict_words(d) + (more_remains(d) ? "; and something remains" : "") + "\n";
   for (const LogFault& f : d.faults)
     out += fmt::format("  fault  {}  {}: {} ({:.2f} to {:.2f} s)\n", f.flight, f.stream, f.what, f.from_s, f.to_s);
   for (const AddedEffect& a : d.added) {
@@ -132,6 +154,7 @@ std::string diagnosis_text(const DiagnosisRun& run) {
     for (const auto& [name, change] : a.shifts) moved += fmt::format("{}{} {:+.1f} %", moved.empty() ? "" : ", ", name, 100.0 * change);
     if (!moved.empty()) out += "      moved " + moved + "\n";
   }
+  for (const RemainingResidual& r : d.remains) out += "  remains: " + remaining_text(r) + "\n";
   for (const std::string& r : d.remarks) out += "  " + r + "\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) {
     const DiagnosisRound& r = d.rounds[i];
@@ -203,6 +226,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify
       {"format", 1},
       {"made_by", "rotorloop diagnose"},
       {"verdict", std::string(name(d.verdict))},
+      {"remains", remains_json(d.remains)},
       {"added", added},
       {"rejected", rejected},
       {"not_observable", hidden},

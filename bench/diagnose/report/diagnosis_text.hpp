@@ -8,6 +8,8 @@
 
 namespace rotorloop::diagnose {
 
+std::string verdict_name(const Diagnosis& d);  // "named", or "named, and something remains"
+std::string remaining_text(const RemainingResidual& r);
 std::string diagnosis_text(const DiagnosisRun& run);  // verdict first, then evidence
 // Ends with a newline.
 std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify::HeldOutScores>& held_out, const identify::IdentifyProvenance& provenance);

@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/report/diagnosis_report.hpp"
+#include "bench/diagnose/report/diagnosis_text.hpp"
 #include "bench/diagnose/residuals/residual_findings.hpp"
 
 namespace rotorloop::diagnose {
@@ -52,11 +55,35 @@ TEST(Verdict, stays_clean_where_a_large_residual_is_what_the_noise_figures_say) 
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::none, 0.5, 0.5)), DiagnosisVerdict::clean);
 }
 
-TEST(Verdict, keeps_the_name_of_an_effect_that_was_found) {
-  Diagnosis named;
-  named.verdict = DiagnosisVerdict::named;
-  named.added.push_back({.id = "linear_drag"});
-  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3), named), DiagnosisVerdict::named);
+DiagnosisRun named_with(const ResidualFindings& findings) {
+  DiagnosisRun run;
+  run.diagnosis.verdict = DiagnosisVerdict::named;
+  run.diagnosis.added.push_back({.id = "linear_drag"});
+  judge_residuals(findings, quadrotor_of_0_7_kg_and_125_mm(), run.diagnosis);
+  return run;
+}
+
+TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that_74_percent_of_a_torque_remains) {
+  const DiagnosisRun run = named_with(left(kTorqueX, ResidualKind::systematic, 3e-3, 1e-3, 0.74));
+  EXPECT_EQ(run.diagnosis.verdict, DiagnosisVerdict::named);
+  ASSERT_EQ(run.diagnosis.remains.size(), 1u);
+  EXPECT_EQ(run.diagnosis.remains[0].axis, "torque x");
+  EXPECT_NEAR(run.diagnosis.remains[0].beyond, 2.83e-3, 1e-5);
+  EXPECT_EQ(verdict_name(run.diagnosis), "named, and something remains");
+  EXPECT_NE(diagnosis_text(run).find("something remains"), std::string::npos);
+  EXPECT_NE(diagnosis_text(run).find("74 % of the power of the missing torque x is predictable"), std::string::npos);
+  const auto json = nlohmann::json::parse(diagnosis_json(run, std::nullopt, {}));
+  EXPECT_EQ(json.at("verdict"), "named");
+  EXPECT_EQ(json.at("remains").at(0).at("axis"), "torque x");
+  EXPECT_EQ(json.at("remains").at(0).at("share"), 0.74);
+  EXPECT_NE(diagnosis_report_html({run, std::nullopt, "made up", ""}).find("named, and something remains"), std::string::npos);
+}
+
+TEST(Verdict, says_of_a_name_after_which_25_mN_remain_of_6_9_N_nothing_more) {
+  const DiagnosisRun run = named_with(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2));
+  EXPECT_TRUE(run.diagnosis.remains.empty());
+  EXPECT_EQ(verdict_name(run.diagnosis), "named");
+  EXPECT_EQ(diagnosis_text(run).find("remains"), std::string::npos);
 }
 
 TEST(Verdict, names_gusts_of_a_metre_per_second_unless_the_user_says_that_there_are_none) {
