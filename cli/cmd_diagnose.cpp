@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -89,9 +91,23 @@ int faulty(const Options& o, const Error& error, const hil::RunClock& clock) {
   return 0;
 }
 
-int diagnose(const Options& o) {
+using Names = std::vector<std::string>;
+// What acts, by kind of input; -q has nothing to silence with the first two.
+const Names kStandOptions{"--stand", "--mapping", "--json", "--seed", "--quiet"},
+    kCommandLogOptions{"--vehicle", "--mapping", "--flight", "--reference", "--quiet"};
+
+// Those of `given` that are not among `acting`.
+Names idle(const Names& given, const Names& acting) {
+  Names out;
+  std::copy_if(given.begin(), given.end(), std::back_inserter(out),
+               [&](const std::string& n) { return std::find(acting.begin(), acting.end(), n) == acting.end(); });
+  return out;
+}
+
+// `given`: the options that were typed, by their long names.
+int diagnose(const Options& o, const Names& given) {
   if (!o.stand.empty()) {
-    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed});
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed, idle(given, kStandOptions)});
     return 0;
   }
   if (o.vehicle.empty() || o.paths.flights.empty())
@@ -105,7 +121,12 @@ int diagnose(const Options& o) {
     own->join(catalogue);
   }
   const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
-  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, o.json}, host::to_model(base))) return 0;
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, idle(given, kCommandLogOptions)}, host::to_model(base)))
+    return 0;
+  if (!o.reference.empty())
+    throw Error({"--reference", "not offered for flights with rotor speeds",
+                 "only logs of motor commands are compared with reference flights",
+                 "leave it out, or diagnose the flights one vehicle at a time"});
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -209,7 +230,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
       "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used, or no credible vehicle file (-o) "
       "comes of them.");
-  c->callback([o, &exit_code] { exit_code = diagnose(*o); });
+  c->callback([o, c, &exit_code] {
+    Names given;
+    for (const CLI::Option* option : c->get_options()) {
+      if (option->count() > 0) given.push_back(option->get_name());
+    }
+    exit_code = diagnose(*o, given);
+  });
 }
 
 }  // namespace rotorloop::cli

@@ -1,5 +1,7 @@
 #include "cli/diagnose_commands.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 
@@ -23,9 +25,10 @@ bool diagnose_command_logs(const CommandLogs& logs, const host::VehicleModel& ve
     flights.push_back(log::read_flight(path, &mapping));
     if (!has_commands_only(flights.back())) return false;
   }
-  if (logs.json)
-    throw Error({"--json", "is not offered for logs that hold motor commands and no rotor speeds", "",
-                 "leave it out: the tables hold all there is"});
+  if (!logs.idle_options.empty())
+    throw Error({fmt::format("{}", fmt::join(logs.idle_options, ", ")), "not offered for logs that hold motor commands and no rotor speeds",
+                 "such logs are compared with each other and with --reference: nothing is fitted, and there is no report or vehicle file",
+                 "leave out what is named; the tables on standard output hold all there is"});
   for (const auto& path : logs.reference) reference.push_back(log::read_flight(path, &mapping));
   if (reference.size() >= 2)
     for (const auto& f : flights) std::fputs(studies::hover_text(studies::diagnose_hover(f, reference, vehicle)).c_str(), stdout);

@@ -2,6 +2,7 @@
 // reference flights tells a rotor, and thrust over motor voltage tells flights apart.
 #pragma once
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "host/vehicle/model.hpp"
@@ -12,7 +13,7 @@ struct CommandLogs {
   std::vector<std::filesystem::path> flights;
   std::vector<std::filesystem::path> reference;  // the same vehicle without a defect; fewer than two: only the flights' differences
   std::filesystem::path mapping;
-  bool json = false;
+  std::vector<std::string> idle_options;  // given, and of no use for such logs: refused
 };
 
 // False, and nothing done, when the first flight has rotor speeds. Else prints to stdout. Throws Error for logs that cannot be used.

@@ -1,5 +1,7 @@
 #include "cli/diagnose_stand.hpp"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 
 #include "bench/stand/stand_text.hpp"
@@ -8,6 +10,10 @@
 namespace rotorloop::cli {
 
 void diagnose_stand_files(const DiagnoseStandOptions& o) {
+  if (!o.idle_options.empty())
+    throw Error({fmt::format("{}", fmt::join(o.idle_options, ", ")), "not offered for files of a thrust stand (--stand)",
+                 "they are read through --mapping alone; there is no flight, no vehicle and no report of them",
+                 "leave out what is named; --json > result.json keeps the result"});
   if (o.mapping.empty())
     throw Error({"--mapping", "is missing: the columns of a stand file have no meaning without it", "",
                  "give -m MAPPING.toml (docs/files.md, Stand mapping; examples in vehicles/measured/stands)"});

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace rotorloop::cli {
@@ -11,6 +12,7 @@ struct DiagnoseStandOptions {
   std::filesystem::path mapping;
   bool json = false;
   std::uint64_t seed = 1;
+  std::vector<std::string> idle_options;  // given, and of no use for stand files: refused
 };
 
 // Prints to stdout. Throws Error for files or a mapping that cannot be used.

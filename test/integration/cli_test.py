@@ -136,6 +136,39 @@ class BadInput(unittest.TestCase):
             if data is not None:
                 os.environ["ROTORLOOP_DATA"] = data
 
+    IDLE = ("--out", "v.toml", "--report", "r", "--held-out", "h.csv", "--without", "linear_drag", "--no-checks")
+    IDLE_NAMES = ("--out", "--report", "--held-out", "--without", "--no-checks")
+
+    def test_diagnose_of_stand_files_refuses_by_name_the_options_that_only_flights_have(self):
+        self.refused("diagnose", "--stand", "s.csv", "-m", "m.toml", *self.IDLE, "--flight", "f.csv", says=[*self.IDLE_NAMES, "--flight", "thrust stand", "do:"])
+        self.refused("diagnose", "--stand", "s.csv", "-m", "m.toml", "--seed", "7", "--json", says=["m.toml: error: no such file"])
+        self.assertFalse((self.path / "r").exists())
+
+    def test_diagnose_of_logs_without_rotor_speeds_refuses_by_name_the_options_that_act_on_fits_alone(self):
+        rows = "".join(f"{0.01 * i:.2f},0,0,1,{','.join(['0.5'] * 4)}\n" for i in range(1000))
+        self.write("f.csv", "t,x,y,z,a,b,c,d\n" + rows)
+        self.write("m.toml", '''format = 1
+name = "commands"
+log = "csv"
+[time]
+column = "t"
+unit = "s"
+[[stream]]
+quantity = "position"
+columns = ["x", "y", "z"]
+unit = "m"
+[[stream]]
+quantity = "motor_command"
+columns = ["a", "b", "c", "d"]
+full_scale = 1
+''')
+        vehicle = str(pathlib.Path(__file__).resolve().parents[2] / "vehicles" / "paper.toml")
+        words = ("diagnose", "--vehicle", vehicle, "-m", "m.toml", "--flight", "f.csv")
+        self.refused(*words, *self.IDLE, "--json", says=[*self.IDLE_NAMES, "--json", "no rotor speeds", "do:"])
+        for word in self.IDLE_NAMES:
+            self.assertNotIn(word, self.run_command(*words, "--quiet").stderr)
+        self.assertFalse((self.path / "r").exists())
+
     def test_effects_names_the_known_ones_and_writes_no_page(self):
         self.refused("hil", "effects", "--effect", "nonsense", "-o", "e.md",
                      says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"])
