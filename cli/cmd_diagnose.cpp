@@ -152,6 +152,9 @@ int diagnose(const Options& o, const Names& given) {
       list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
     }
   }
+  if (!base.ceiling_z_m)
+    run.diagnosis.not_observable.push_back(
+        {"ceiling_effect", "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
   diagnose::ResidualFindings left;
   if (run.after.problem.flights.front()->pose.empty()) {
     run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");

@@ -14,6 +14,7 @@
 #include "bench/estimate/model/reading_terms.hpp"
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
+#include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
 #include "host/base/random.hpp"
 
@@ -305,7 +306,8 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
     const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
     bool has = false;
     for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
-    if (core || has || excluded(term.info.id)) continue;
+    const bool no_ceiling = term.info.id == host::CeilingEffect::kId && !std::isfinite(p.start.geometry.ceiling_z_m);
+    if (core || has || no_ceiling || excluded(term.info.id)) continue;
     Candidate c{.id = std::string(term.info.id), .term = &term};
     for (const host::TermParameter& t : term.info.parameters)
       c.parameters.push_back(

@@ -13,13 +13,15 @@ namespace rotorloop::identify {
 namespace {
 
 constexpr double kStep_m_s = 0.01;
+constexpr double kClear_radii = 24.0;  // above the ground where no ceiling is known: neither is felt there
 constexpr double kStill = 1e-9;  // relative move of rotor speed that ends the search for the one that carries the weight
 
-// Level and without rates, all rotors alike, in the middle of the room: with every term of the model.
+// Level and without rates, all rotors alike, in the middle of the room, or clear of the ground: with every term of the model.
 class LevelFlight {
  public:
   explicit LevelFlight(const estimate::ModelValues& v) : model_(v), weight_N_(v[estimate::kMass] * host::kGravity_m_s2) {
-    x_.p_W_m.z() = 0.5 * (v.geometry.ground_z_m + v.geometry.ceiling_z_m);
+    const host::LoadGeometry& g = v.geometry;
+    x_.p_W_m.z() = std::isfinite(g.ceiling_z_m) ? 0.5 * (g.ground_z_m + g.ceiling_z_m) : g.ground_z_m + kClear_radii * g.radius_m;
   }
   Eigen::Vector3d force_B_N(double omega_rad_s, double forward_m_s, double climb_m_s) {
     x_.v_W_m_s = {forward_m_s, 0.0, climb_m_s};

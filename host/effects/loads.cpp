@@ -12,6 +12,7 @@ LoadGeometry load_geometry(const VehicleModel& model) {
   g.air_density_kg_m3 = model.thrust.air_density_kg_m3;
   g.mass_kg = model.mass_kg;
   g.inertia_kg_m2 = {model.inertia_kg_m2.x(), model.inertia_kg_m2.y(), model.inertia_kg_m2.z()};
+  g.ceiling_z_m = model.ceiling_z_m;
   return g;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "host/effects/dual.hpp"
 #include "host/vehicle/thrust.hpp"
@@ -56,8 +57,9 @@ struct LoadGeometry {
   double com_z_m = 0.0;
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
   double mass_kg = 0.0;
-  std::array<double, 3> inertia_kg_m2{};       // about x, y, z, as believed
-  double ground_z_m = 0.0, ceiling_z_m = 3.0;  // of the room, in the log's world; for the effects of ground and ceiling
+  std::array<double, 3> inertia_kg_m2{};                         // about x, y, z, as believed
+  double ground_z_m = 0.0;                                       // in the log's world; for the effects of the ground
+  double ceiling_z_m = std::numeric_limits<double>::infinity();  // of the room; infinite: none is known, and none acts
 };
 
 LoadGeometry load_geometry(const VehicleModel& model);

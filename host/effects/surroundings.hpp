@@ -1,4 +1,5 @@
-// Ground and ceiling: thrust at the same rotor speed grows when the wake cannot leave. Their heights are known (LoadGeometry).
+// Ground and ceiling: thrust at the same rotor speed grows when the wake cannot leave. The ground is at 0; the
+// height of the ceiling comes with the vehicle file, without which it does nothing (LoadGeometry).
 // Cheeseman, Bennett 1955 for one rotor (image of a source); Sanchez-Cuevas, Heredia, Ollero 2017 for four with the fountain.
 #pragma once
 #include "host/effects/term_math.hpp"

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 
 namespace rotorloop::host {
 
@@ -46,6 +47,7 @@ struct VehicleModel {
   DragModel drag;
   Eigen::Vector3d pose_sensor_p_BS_m = Eigen::Vector3d::Zero();  // from the centre of mass
   Eigen::Quaterniond pose_sensor_q_BS = Eigen::Quaterniond::Identity();
+  double ceiling_z_m = std::numeric_limits<double>::infinity();  // of the room it flies in, world; infinite: none is known
 
   // Arm of a rotor from the centre of mass, in B axes.
   Eigen::Vector3d arm_m(int rotor) const { return rotors[static_cast<std::size_t>(rotor)].position_m - com_offset_m; }

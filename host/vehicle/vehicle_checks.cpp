@@ -138,6 +138,19 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
 
 }  // namespace
 
+namespace {
+
+// The effect's law counts from the ceiling, which no flight log holds.
+void check_room(const VehicleFile& v, const TomlTable& root) {
+  for (const TomlTable& t : root.tables("effect", 0, 100)) {
+    if (t.text("id") == "ceiling_effect" && !v.ceiling_z_m)
+      t.fail("id", "effect \"ceiling_effect\" without the height of the ceiling", "the room was not described",
+             "add [room] with ceiling_z_m, its height in m in the world of the logs, 0.2 to 1000 m");
+  }
+}
+
+}  // namespace
+
 void check_vehicle(const VehicleFile& v, const TomlTable& root) {
   check_window(root.table("thrust_model"), v.rpm_window, "thrust_model.");
   const auto found = root.tables("static_thrust", 0, 20);
@@ -147,6 +160,7 @@ void check_vehicle(const VehicleFile& v, const TomlTable& root) {
   check_inertia(v, root);
   check_rotors(v, root);
   check_pose_sensor(v, root);
+  check_room(v, root);
   check_covariance(v, root);
 }
 

@@ -84,6 +84,7 @@ struct VehicleFile {
   Quantity c_q_N_m_s2, rotor_inertia_kg_m2;
   Quantity c_dh_s_m, c_dxy_N_s2_m2, c_dz_N_s2_m2;
   PoseSensorBelief pose_sensor;
+  std::optional<double> ceiling_z_m;  // [room]: height of the ceiling in the logs' world, measured; none: open air, or not known
   std::vector<CovarianceBlock> covariance;
   std::vector<StaticThrust> static_thrust;
   std::vector<VehicleEffect> effects;

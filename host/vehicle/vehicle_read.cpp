@@ -25,6 +25,7 @@ constexpr Range kCq{1e-12, 1e-3, "N m s²"};
 constexpr Range kRotorInertia{0.0, 1e-2, "kg m²"};
 constexpr Range kRotorDrag{0.0, 0.2, "s/m"};
 constexpr Range kAirframeDrag{0.0, 1.0, "N s²/m²"};
+constexpr Range kCeiling{0.2, 1000.0, "m"};
 constexpr Range kCt{1e-12, 1e-2, "N s²"};
 constexpr Range kAny{-1e9, 1e9, "the parameter's unit"};
 
@@ -124,6 +125,7 @@ VehicleFile read(const TomlFile& file, const EffectCatalogue& effects) {
   }
   read_models(root, v);
   read_pose_sensor(root.table("pose_sensor"), v.pose_sensor);
+  if (const auto room = root.optional_table("room")) v.ceiling_z_m = room->number("ceiling_z_m", kCeiling);
   for (const TomlTable& t : root.tables("covariance", 0, 100)) v.covariance.push_back({t.texts("of"), t.numbers("matrix", 0, kAny)});
   for (const TomlTable& t : root.tables("static_thrust", 0, 20)) {
     const TomlTable c_t = t.table("c_t_N_s2");
@@ -179,6 +181,7 @@ VehicleModel to_model(const VehicleFile& v) {
   m.c_q_N_m_s2 = v.c_q_N_m_s2.value;
   m.rotor_inertia_kg_m2 = v.rotor_inertia_kg_m2.value;
   m.drag = {v.c_dh_s_m.value, v.c_dxy_N_s2_m2.value, v.c_dz_N_s2_m2.value};
+  if (v.ceiling_z_m) m.ceiling_z_m = *v.ceiling_z_m;
   m.pose_sensor_p_BS_m = Eigen::Vector3d(v.pose_sensor.offset_m.data());
   const auto& q = v.pose_sensor.quaternion_wxyz;
   m.pose_sensor_q_BS = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();

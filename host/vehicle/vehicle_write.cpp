@@ -74,6 +74,7 @@ std::string vehicle_text(const VehicleFile& v) {
                    name(p.offset_origin));
   s += fmt::format("quaternion_wxyz = {{ value = {}, u_rad = {}, origin = \"{}\" }}\n", list(p.quaternion_wxyz), list(p.rotation_u_rad),
                    name(p.rotation_origin));
+  if (v.ceiling_z_m) s += fmt::format("\n[room]\nceiling_z_m = {}\n", number_text(*v.ceiling_z_m));
   for (const CovarianceBlock& c : v.covariance) s += fmt::format("\n[[covariance]]\nof = {}\nmatrix = {}\n", list(c.of), list(c.matrix));
   for (const StaticThrust& t : v.static_thrust)
     s += fmt::format("\n[[static_thrust]]\norigin = \"{}\"\nc_t_N_s2 = {{ value = {}, u = {} }}\nrpm_window = {}\nair_density_kg_m3 = {}\n",

@@ -229,6 +229,7 @@ ManoeuvreSetting manoeuvre_setting(const identify::Identification& r) {
 }
 
 std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting& s, double duration_s) {
+  if (m.level == Level::ceiling && !std::isfinite(s.values.geometry.ceiling_z_m)) return std::nullopt;
   estimate::ModelValues values = s.values;
   values[estimate::kMass] *= 1.0 + m.payload_share;
   values.geometry.mass_kg *= 1.0 + m.payload_share;

@@ -18,6 +18,7 @@ inline VehicleModel paper_vehicle() {
   m.thrust = {3.12e-6, -1.55e-4, 0.0635, 1.2};
   m.c_q_N_m_s2 = 3.1e-8;
   m.drag = {0.0175, 0.0055, 0.0185};
+  m.ceiling_z_m = 3.0;
   return m;
 }
 

@@ -266,6 +266,16 @@ Read reading(std::string_view id, double value, const LoadInput<double>& in) {
   return {v(r.position_W_m), v(r.velocity_W_m_s), v(r.turn_B_rad), v(r.gyro_B_rad_s), v(r.accel_B_m_s2)};
 }
 
+TEST(CeilingEffect, does_nothing_one_radius_below_3_m_where_no_ceiling_is_known) {
+  VehicleModel open_air = paper_vehicle();
+  open_air.ceiling_z_m = VehicleModel{}.ceiling_z_m;
+  LoadInput<double> in = hover(open_air);
+  in.p_W_m.z = 3.0 - open_air.thrust.radius_m;
+  const double without = wrench(open_air, in).force.z();
+  EXPECT_EQ(wrench(open_air, in, only("ceiling_effect"), {1.0}).force.z(), without);
+  EXPECT_GT(wrench(paper_vehicle(), in, only("ceiling_effect"), {1.0}).force.z(), 1.06 * without);
+}
+
 TEST(Readings, scaled_pose_reports_places_and_velocities_too_long) {
   const Read r = reading("pose_scale", 0.02, general_flight());
   EXPECT_LT((r.position - 0.02 * Eigen::Vector3d(1, -2, 3)).norm(), 1e-15);

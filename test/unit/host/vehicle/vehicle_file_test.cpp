@@ -79,9 +79,17 @@ TEST(VehicleFile, WrittenFileReadsBackEqual) {
   v.effects.push_back(
       {"rotor_inertia_reaction", {{"J_r_kg_m2", {9.4e-6, 5e-7, Origin::flight}}}, EffectEvidence{0.819, 0.374, "rad/s", "run 12"}});
   v.inputs = {"sha256:0123"};
+  v.ceiling_z_m = 2.7;
   const VehicleFile back = parse_vehicle(vehicle_text(v), "written.toml", kEffects);
   EXPECT_TRUE(back == v);
   EXPECT_EQ(vehicle_text(back), vehicle_text(v));
+}
+
+TEST(VehicleFile, WithoutARoomNoCeilingIsKnownAndWithOneItIsWhereTheFileSays) {
+  VehicleFile v = read_vehicle(kPaper, kEffects);
+  EXPECT_TRUE(std::isinf(to_model(v).ceiling_z_m));
+  v.ceiling_z_m = 2.7;
+  EXPECT_EQ(to_model(parse_vehicle(vehicle_text(v), "written.toml", kEffects)).ceiling_z_m, 2.7);
 }
 
 TEST(VehicleFile, WriteReplacesTheFileAndLeavesNoPart) {
@@ -174,6 +182,19 @@ TEST(VehicleFileRefuses, EffectParameterThatTheCatalogueDoesNotHaveOrOutOfItsRan
                     HasSubstr("its parameter is J_r_kg_m2, in kg m^2")));
   EXPECT_THAT(effect("J_r_kg_m2 = { value = 9.4e-3, u = 0, origin = \"flight\" }"),
               HasSubstr("value = 0.0094 kg m^2 is outside 0 to 0.0001 kg m^2"));
+}
+
+TEST(VehicleFileRefuses, SuctionOfACeilingWhoseHeightItDoesNotSay) {
+  const std::string text =
+      paper_text() + "\n[[effect]]\nid = \"ceiling_effect\"\nparameter.gain = { value = 1, u = 0.1, origin = \"flight\" }\n";
+  std::string said;
+  try {
+    (void)parse_vehicle(text, "v.toml", builtin_effect_catalogue());
+  } catch (const Error& e) {
+    said = e.what();
+  }
+  EXPECT_THAT(said, AllOf(HasSubstr("without the height of the ceiling"), HasSubstr("add [room] with ceiling_z_m")));
+  EXPECT_NO_THROW((void)parse_vehicle(text + "[room]\nceiling_z_m = 2.7\n", "v.toml", builtin_effect_catalogue()));
 }
 
 TEST(VehicleFileRefuses, RotorsInAnotherOrder) {
