@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "bench/estimate/newton_step.hpp"
 #include "bench/identify/parameter_choice.hpp"
 #include "host/base/error.hpp"
 
@@ -20,6 +21,18 @@ bool is_sensor(int p) { return (p >= estimate::kOffsetX && p <= estimate::kPoseD
 // Lever arms and the time between attitude and rotor speeds show in turns only.
 bool needs_turns(int p) { return (p >= estimate::kOffsetX && p <= estimate::kOffsetZ) || p == estimate::kPoseDelay || (p >= estimate::kImuX && p <= estimate::kImuZ); }
 bool is_com(int p) { return p == estimate::kComX || p == estimate::kComY; }
+
+// Uncertainty of what the stage holds goes into what it estimates. With S the information of the flights and C what is believed of the
+// held parameters h: a = â + K (h - ĥ), K = -S_aa⁻¹ S_ah, hence C_aa = S_aa⁻¹ + K C_hh Kᵀ, C_ah = K C_hh.
+void carry_held(const Eigen::MatrixXd& s_aa_inverse, const Eigen::MatrixXd& s_ah, const std::vector<Eigen::Index>& active,
+                const std::vector<Eigen::Index>& held, Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd gain = -s_aa_inverse * s_ah;
+  const Eigen::MatrixXd c_hh = covariance(held, held);
+  const Eigen::MatrixXd cross = gain * c_hh;
+  covariance(active, active) = s_aa_inverse + cross * gain.transpose();
+  covariance(active, held) = cross;
+  covariance(held, active) = cross.transpose();
+}
 
 }  // namespace
 
@@ -109,25 +122,14 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
     throw Error(text, e.exit_code());
   }
 
-  // With S the information of the flights and C what is believed of the held parameters h: a = â + K (h - ĥ), K = -S_aa⁻¹ S_ah,
-  // hence C_aa = S_aa⁻¹ + K C_hh Kᵀ, C_ah = K C_hh.
   Eigen::MatrixXd s_aa = out.fit.information(active, active);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const double prior_u = problem.free[static_cast<std::size_t>(active[i])].prior_u;
     const auto at = static_cast<Eigen::Index>(i);
     if (prior_u > 0.0) s_aa(at, at) += 1.0 / (prior_u * prior_u);
   }
-  const Eigen::VectorXd scale = s_aa.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * s_aa * scale.asDiagonal();
-  const Eigen::MatrixXd alone =
-      scale.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(s_aa.rows(), s_aa.cols())) * scale.asDiagonal();
-  const Eigen::MatrixXd gain = -alone * out.fit.information(active, held);
-  const Eigen::MatrixXd c_hh = belief.covariance(held, held);
-  const Eigen::MatrixXd cross = gain * c_hh;
-  belief.covariance(active, active) = alone + cross * gain.transpose();
-  belief.covariance(active, held) = cross;
-  belief.covariance(held, active) = cross.transpose();
-
+  const Eigen::MatrixXd alone = estimate::inverse_scaled(s_aa);
+  carry_held(alone, out.fit.information(active, held), active, held, belief.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const auto k = static_cast<std::size_t>(active[i]);
     estimate::Estimate e = out.fit.estimates[k];
