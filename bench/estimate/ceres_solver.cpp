@@ -263,6 +263,35 @@ double degrees_of_freedom(const FitProblem& p, std::size_t estimates) {
   return rows - static_cast<double>(estimates);
 }
 
+void require_start_inside(const FitProblem& p, const Unknowns& u) {
+  for (const Place& place : u.places) {
+    const Excess e = excess_of(p, u, place);
+    if (e.by == 0.0) continue;
+    throw Error({p.flights.front()->name,
+                 fmt::format("start value of {} is {:g} {}, allowed {:g} to {:g}", e.info.name, place.block->value(place.at), e.info.unit,
+                             e.info.min, e.info.max),
+                 "the vehicle file, or a guess for what it does not hold", "start from a value inside the range"},
+                ExitCode::usage);
+  }
+}
+
+void read_estimates(const Unknowns& u, Fit& out) {
+  const auto n = static_cast<Eigen::Index>(u.estimates.size());
+  out.information = n > 0 ? Eigen::MatrixXd(out.covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n))) : out.covariance;
+  out.robust_covariance = Eigen::MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN());
+  out.estimates = u.estimates;
+  for (std::size_t i = 0; i < out.estimates.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double prior_u = u.prior_u[i], weight = prior_u > 0.0 ? 1.0 / (prior_u * prior_u) : 0.0;
+    Estimate& e = out.estimates[i];
+    e.value = u.places[i].block->value(u.places[i].at);
+    e.u = std::sqrt(out.covariance(at, at));
+    e.u_robust = std::numeric_limits<double>::quiet_NaN();
+    e.prior_share = weight * out.covariance(at, at);
+    out.information(at, at) -= weight;
+  }
+}
+
 }  // namespace
 
 Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function<void(const FitProgress&)>& progress) {
@@ -272,16 +301,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
                 ExitCode::usage);
   }
   CeresProblem c(p, o.robust_scale);
-  for (const Place& place : c.unknowns->places) {
-    const Excess e = excess_of(p, *c.unknowns, place);
-    if (e.by > 0.0) {
-      throw Error({p.flights.front()->name,
-                   fmt::format("start value of {} is {:g} {}, allowed {:g} to {:g}", e.info.name, place.block->value(place.at), e.info.unit,
-                               e.info.min, e.info.max),
-                   "the vehicle file, or a guess for what it does not hold", "start from a value inside the range"},
-                  ExitCode::usage);
-    }
-  }
+  require_start_inside(p, *c.unknowns);
   Watch watch(o.tolerance, progress);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -304,19 +324,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   c.release();
 
   out.covariance = parameter_covariance(p, c);
-  const auto n = static_cast<Eigen::Index>(c.unknowns->estimates.size());
-  out.information = n > 0 ? Eigen::MatrixXd(out.covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n))) : out.covariance;
-  out.estimates = c.unknowns->estimates;
-  for (std::size_t i = 0; i < out.estimates.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    const double u = c.unknowns->prior_u[i], weight = u > 0.0 ? 1.0 / (u * u) : 0.0;
-    Estimate& e = out.estimates[i];
-    e.value = c.unknowns->places[i].block->value(c.unknowns->places[i].at);
-    e.u = std::sqrt(out.covariance(at, at));
-    e.u_robust = std::numeric_limits<double>::quiet_NaN();
-    e.prior_share = weight * out.covariance(at, at);
-    out.information(at, at) -= weight;
-  }
+  read_estimates(*c.unknowns, out);
   for (const auto& f : c.flights) {
     f->renew();
     out.values.push_back(f->values());
@@ -326,7 +334,6 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   out.noise = p.flight_noise.empty() ? std::vector<NoiseModel>(p.flights.size(), p.noise) : p.flight_noise;
   out.cost = summary.final_cost;
   out.degrees_of_freedom = degrees_of_freedom(p, out.estimates.size());
-  out.robust_covariance = Eigen::MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN());
   out.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   out.converged = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
   return out;

@@ -65,6 +65,56 @@ FlightSummary summary_of(const estimate::FitProblem& p, const estimate::Fit& fit
   return out;
 }
 
+// Of all parameters together: the scores of each flight, whose sum is zero. In the basis where the joint information is the identity,
+// the eigenvalues of a flight's are its shares.
+void add_scores(const FlightSummary& f, const VectorXd& scale, const Eigen::LLT<MatrixXd>& joint, double inflation, Homogeneity& out) {
+  const MatrixXd half = joint.matrixL().solve(MatrixXd(scale.asDiagonal() * f.information * scale.asDiagonal()));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(joint.matrixL().solve(half.transpose())));
+  const VectorXd score = eig.eigenvectors().transpose() * joint.matrixL().solve(VectorXd(scale.asDiagonal() * f.score));
+  for (Eigen::Index i = 0; i < score.size(); ++i) {
+    const double share = eig.eigenvalues()[i];
+    if (share < kHeard) continue;
+    out.chi2 += score[i] * score[i] / (share * inflation);
+    out.degrees += std::max(0.0, 1.0 - share);
+  }
+}
+
+// Of one parameter, column `at` of the shared ones: each flight's own estimate and its variance with all others free, about their
+// weighted mean.
+ParameterHomogeneity of_parameter(int parameter, Eigen::Index at, const estimate::Estimate* joint, const MatrixXd& joint_inverse,
+                                  const std::vector<FlightSummary>& flights) {
+  ParameterHomogeneity h;
+  h.parameter = parameter;
+  // What correlated residuals add differs by parameter: a distorted one has a hundred times the classical variance beside others with
+  // twice.
+  const double own = joint && joint->u > 0.0 ? std::max(1.0, joint->u_robust * joint->u_robust / (joint->u * joint->u)) : 1.0;
+  double weights = 0.0, sum = 0.0;
+  for (const FlightSummary& f : flights) {
+    double rank = 0.0;
+    const MatrixXd inverse = told_inverse(f.information, rank);
+    // A parameter with a part in a direction that the flight does not tell is not told.
+    const MatrixXd resolution = inverse * f.information;
+    const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
+    h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
+    h.u.push_back(told ? std::sqrt(inverse(at, at) * own) : std::numeric_limits<double>::infinity());
+    if (!told) continue;
+    weights += 1.0 / (h.u.back() * h.u.back());
+    sum += h.value.back() / (h.u.back() * h.u.back());
+    h.degrees += 1.0;
+  }
+  if (h.degrees < 2.0) {
+    h.degrees = 0.0;
+    return h;
+  }
+  for (std::size_t f = 0; f < h.value.size(); ++f) {
+    if (std::isfinite(h.u[f])) h.chi2 += std::pow((h.value[f] - sum / weights) / h.u[f], 2);
+  }
+  h.degrees -= 1.0;
+  h.p = chi_square_tail(h.chi2, h.degrees);
+  h.moved = h.p < kLevel / static_cast<double>(joint_inverse.rows());
+  return h;
+}
+
 }  // namespace
 
 Homogeneity homogeneity_of(const estimate::FitProblem& problem, const estimate::Fit& fit, double inflation) {
@@ -75,59 +125,16 @@ Homogeneity homogeneity_of(const estimate::FitProblem& problem, const estimate::
   for (const estimate::Reduced& r : fit.reduced) flights.push_back(summary_of(problem, fit, r));
   MatrixXd total = MatrixXd::Zero(flights.front().information.rows(), flights.front().information.cols());
   for (const FlightSummary& f : flights) total += f.information;
-  // In the basis where the joint information is the identity, the eigenvalues of a flight's are its shares.
   const VectorXd scale = unit_scale(total);
   const Eigen::LLT<MatrixXd> llt(MatrixXd(scale.asDiagonal() * total * scale.asDiagonal()));
   if (llt.info() != Eigen::Success) return out;
-  for (const FlightSummary& f : flights) {
-    const MatrixXd half = llt.matrixL().solve(MatrixXd(scale.asDiagonal() * f.information * scale.asDiagonal()));
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(llt.matrixL().solve(half.transpose())));
-    const VectorXd score = eig.eigenvectors().transpose() * llt.matrixL().solve(VectorXd(scale.asDiagonal() * f.score));
-    for (Eigen::Index i = 0; i < score.size(); ++i) {
-      const double share = eig.eigenvalues()[i];
-      if (share < kHeard) continue;
-      out.chi2 += score[i] * score[i] / (share * inflation);
-      out.degrees += std::max(0.0, 1.0 - share);
-    }
-  }
+  for (const FlightSummary& f : flights) add_scores(f, scale, llt, inflation, out);
   out.p = out.degrees > 0.01 ? chi_square_tail(out.chi2, out.degrees) : 1.0;
-  const MatrixXd joint_inverse = scale.asDiagonal() * llt.solve(MatrixXd::Identity(total.rows(), total.cols())) * scale.asDiagonal();
 
-  // Parameter by parameter: each flight's own estimate and its variance with all others free, about their weighted mean.
+  const MatrixXd joint_inverse = scale.asDiagonal() * llt.solve(MatrixXd::Identity(total.rows(), total.cols())) * scale.asDiagonal();
   for (std::size_t i = 0; i < shared.size(); ++i) {
     const int parameter = problem.free[static_cast<std::size_t>(shared[i])].parameter;
-    const auto at = static_cast<Eigen::Index>(i);
-    const estimate::Estimate* joint = fit.find(parameter);
-    ParameterHomogeneity h;
-    h.parameter = parameter;
-    // What correlated residuals add differs by parameter: a distorted one has a hundred times the classical variance beside others with
-    // twice.
-    const double own = joint && joint->u > 0.0 ? std::max(1.0, joint->u_robust * joint->u_robust / (joint->u * joint->u)) : 1.0;
-    double weights = 0.0, sum = 0.0;
-    for (const FlightSummary& f : flights) {
-      double rank = 0.0;
-      const MatrixXd inverse = told_inverse(f.information, rank);
-      // A parameter with a part in a direction that the flight does not tell is not told.
-      const MatrixXd resolution = inverse * f.information;
-      const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
-      h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
-      h.u.push_back(told ? std::sqrt(inverse(at, at) * own) : std::numeric_limits<double>::infinity());
-      if (!told) continue;
-      weights += 1.0 / (h.u.back() * h.u.back());
-      sum += h.value.back() / (h.u.back() * h.u.back());
-      h.degrees += 1.0;
-    }
-    if (h.degrees >= 2.0) {
-      for (std::size_t f = 0; f < h.value.size(); ++f) {
-        if (std::isfinite(h.u[f])) h.chi2 += std::pow((h.value[f] - sum / weights) / h.u[f], 2);
-      }
-      h.degrees -= 1.0;
-      h.p = chi_square_tail(h.chi2, h.degrees);
-      h.moved = h.p < kLevel / static_cast<double>(shared.size());
-    } else {
-      h.degrees = 0.0;
-    }
-    out.parameters.push_back(std::move(h));
+    out.parameters.push_back(of_parameter(parameter, static_cast<Eigen::Index>(i), fit.find(parameter), joint_inverse, flights));
   }
   return out;
 }

@@ -77,10 +77,6 @@ bool remember_again(std::vector<estimate::GridFlight>& flights, const estimate::
   return false;
 }
 
-estimate::NoiseModel shared_noise(const std::vector<estimate::NoiseModel>& of_stages, const estimate::NoiseModel& otherwise) {
-  return of_stages.empty() ? otherwise : of_stages.back();
-}
-
 }  // namespace
 
 void cut_between_segments(estimate::GridFlight& g, const std::vector<log::TimeRange>& segments) {
@@ -92,112 +88,151 @@ void cut_between_segments(estimate::GridFlight& g, const std::vector<log::TimeRa
   estimate::drop_short_pieces(g);
 }
 
-Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
-                        const std::function<void(const IdentifyProgress&)>& progress) {
-  Identification out;
-  out.flights.reserve(given.size());
+namespace {
+
+constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
+
+// An identification under way: grids, stages, joint fit.
+class Sequence {
+ public:
+  Sequence(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& options,
+           const std::function<void(const IdentifyProgress&)>& progress);
+  void run_stages();
+  void pose_joint_problem();
+  void fit_jointly();
+  Identification take() { return std::move(out_); }
+
+ private:
+  void choose_start_values();
+  void run(FlightRole role, Belief& belief);
+  std::function<void(const estimate::FitProgress&)> report(const std::string& what);
+  void tie_all() { tie_again(out_.flights, tied_s_, std::vector<double>(given_.size(), values_[estimate::kPoseDelay])); }
+
+  const std::vector<FlightToFit>& given_;
+  const host::VehicleFile& vehicle_;
+  const IdentifyOptions& o_;
+  const std::function<void(const IdentifyProgress&)>& progress_;
+  Identification out_;
+  std::vector<estimate::FreeParameter> free_;
+  estimate::ModelValues values_;                             // as the last stage left them
+  estimate::NoiseModel noise_;                               // likewise
+  std::vector<double> tied_s_;                     // delay that each flight's poses are tied with
+  std::vector<std::vector<double>> flight_start_;  // values of each flight, as its own stage left them
+  int parts_ = 1, part_ = 0;                       // of the progress: stages and joint fit
+};
+
+Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& options,
+                   const std::function<void(const IdentifyProgress&)>& progress)
+    : given_(given), vehicle_(vehicle), o_(options), progress_(progress), noise_(options.noise), tied_s_(given.size(), 0.0) {
+  out_.flights.reserve(given.size());
   for (const FlightToFit& f : given) {
-    require_streams(f, o.grid);
-    out.flights.push_back(make_grid(f.record, o.grid));
-    cut_between_segments(out.flights.back(), f.segments);
+    require_streams(f, o_.grid);
+    out_.flights.push_back(make_grid(f.record, o_.grid));
+    cut_between_segments(out_.flights.back(), f.segments);
   }
-  const auto free = choose_parameters(out.flights, vehicle, o.terms, o.wishes);
-  out.start = start_values(out.flights, vehicle, o.terms);
+  free_ = choose_parameters(out_.flights, vehicle, o_.terms, o_.wishes);
+  choose_start_values();
+  for (const FlightRole role : kStages)
+    parts_ += std::any_of(given.begin(), given.end(), [&](const FlightToFit& f) { return f.role == role; });
+  tie_all();
+  if (o_.terms.memory() == 0) return;
+  for (estimate::GridFlight& g : out_.flights) estimate::follow_states({&g, 1}, std::array{estimate::states_by_readings(g, values_, o_.noise)});
+}
+
+void Sequence::choose_start_values() {
+  out_.start = start_values(out_.flights, vehicle_, o_.terms);
   // The file may know a rotor's inertia by another name. Not where beliefs count: there a term that the file lacks is one not believed.
   for (const std::string_view name : estimate::kRotorInertiaNames) {
-    const int parameter = estimate::find_parameter(name, o.terms);
-    if (parameter < 0 || o.beliefs || host::uncertainty_of(vehicle, name)) continue;
-    out.start.file[parameter] = out.start.values[parameter] = vehicle.rotor_inertia_kg_m2.value;
+    const int parameter = estimate::find_parameter(name, o_.terms);
+    if (parameter < 0 || o_.beliefs || host::uncertainty_of(vehicle_, name)) continue;
+    out_.start.file[parameter] = out_.start.values[parameter] = vehicle_.rotor_inertia_kg_m2.value;
   }
-  estimate::ModelValues values = out.start.values;
+  values_ = out_.start.values;
   // A delay that is held stays at its start value, whatever the checks found.
-  const bool delay_is_free = std::any_of(free.begin(), free.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
+  const bool delay_is_free = std::any_of(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
   double late_s = 0.0, known = 0.0;
-  for (const FlightToFit& f : given) {
+  for (const FlightToFit& f : given_) {
     if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
   }
-  if (delay_is_free && known > 0.0) values[estimate::kPoseDelay] += late_s / known;
+  if (delay_is_free && known > 0.0) values_[estimate::kPoseDelay] += late_s / known;
+}
 
-  constexpr std::array kStages{FlightRole::vertical, FlightRole::horizontal, FlightRole::rotation};
-  int parts = 1, part = 0;
-  for (const FlightRole role : kStages) {
-    for (const FlightToFit& f : given) {
-      if (f.role == role) {
-        ++parts;
-        break;
-      }
-    }
-  }
-  const auto report = [&](const std::string& what) {
-    ++part;
-    return [&progress, what, parts, part](const estimate::FitProgress& p) {
-      if (progress) progress({what, part, parts, p});
-    };
+std::function<void(const estimate::FitProgress&)> Sequence::report(const std::string& what) {
+  ++part_;
+  return [&progress = progress_, what, parts = parts_, part = part_](const estimate::FitProgress& p) {
+    if (progress) progress({what, part, parts, p});
   };
+}
 
-  std::vector<double> tied_s(given.size(), 0.0);
-  const auto delays = [&] { return std::vector<double>(given.size(), values[estimate::kPoseDelay]); };
-  tie_again(out.flights, tied_s, delays());
-  if (o.terms.memory() > 0) {
-    for (estimate::GridFlight& g : out.flights) estimate::follow_states({&g, 1}, std::array{estimate::states_by_readings(g, values, o.noise)});
-  }
-  Belief belief = first_belief(free, vehicle, values);
-  std::vector<std::vector<double>> flight_start(given.size(), values.values);
-  std::vector<estimate::NoiseModel> stage_noise;
-  for (const FlightRole role : kStages) {
-    std::vector<const estimate::GridFlight*> flights;
-    std::vector<std::size_t> which;
-    for (std::size_t f = 0; f < given.size(); ++f) {
-      if (given[f].role != role) continue;
-      flights.push_back(&out.flights[f]);
-      which.push_back(f);
-    }
-    if (flights.empty()) continue;
-    estimate::NoiseModel noise = shared_noise(stage_noise, o.noise);
-    StageResult stage = run_stage(role, flights, free, values, belief, noise, o.fit, o.solver, report(fmt::format("stage {}", name(role))));
-    stage.flights = which;
-    stage_noise.push_back(noise);
-    for (const std::size_t f : which) flight_start[f] = values.values;
-    out.stages.push_back(std::move(stage));
-    tie_again(out.flights, tied_s, delays());
-  }
+void Sequence::run_stages() {
+  flight_start_.assign(given_.size(), values_.values);
+  Belief belief = first_belief(free_, vehicle_, values_);
+  for (const FlightRole role : kStages) run(role, belief);
+}
 
-  out.problem = {
-      .start = values, .free = free, .flights = {}, .noise = shared_noise(stage_noise, o.noise), .flight_noise = {}, .flight_start = {}};
-  for (const estimate::GridFlight& g : out.flights) out.problem.flights.push_back(&g);
+void Sequence::run(FlightRole role, Belief& belief) {
+  std::vector<const estimate::GridFlight*> flights;
+  std::vector<std::size_t> which;
+  for (std::size_t f = 0; f < given_.size(); ++f) {
+    if (given_[f].role != role) continue;
+    flights.push_back(&out_.flights[f]);
+    which.push_back(f);
+  }
+  if (flights.empty()) return;
+  out_.stages.push_back(
+      run_stage(role, flights, free_, values_, belief, noise_, o_.fit, o_.solver, report(fmt::format("stage {}", name(role)))));
+  out_.stages.back().flights = which;
+  for (const std::size_t f : which) flight_start_[f] = values_.values;
+  tie_all();
+}
+
+void Sequence::pose_joint_problem() {
+  out_.problem = {.start = values_, .free = free_, .flights = {}, .noise = noise_, .flight_noise = {}, .flight_start = {}};
+  for (const estimate::GridFlight& g : out_.flights) out_.problem.flights.push_back(&g);
   // Shared parameters start from what the last stage left; those of a flight from its own stage.
-  for (auto& own : flight_start) {
-    std::vector<double> merged = values.values;
-    for (const estimate::FreeParameter& f : free) {
+  for (const std::vector<double>& own : flight_start_) {
+    std::vector<double>& merged = out_.problem.flight_start.emplace_back(values_.values);
+    for (const estimate::FreeParameter& f : free_) {
       if (f.per_flight) merged[static_cast<std::size_t>(f.parameter)] = own[static_cast<std::size_t>(f.parameter)];
     }
-    own = merged;
   }
-  out.problem.flight_start = flight_start;
   // Priors are about the values of the vehicle file, not about what a stage made of them.
-  for (const estimate::FreeParameter& f : free) {
+  for (const estimate::FreeParameter& f : free_) {
     if (f.prior_u <= 0.0) continue;
     const auto at = static_cast<std::size_t>(f.parameter);
-    out.problem.start.values[at] = out.start.file.values[at];
-    for (auto& own : out.problem.flight_start) own[at] = out.start.file.values[at];
+    out_.problem.start.values[at] = out_.start.file.values[at];
+    for (auto& own : out_.problem.flight_start) own[at] = out_.start.file.values[at];
   }
-  if (o.beliefs) out.problem.priors = o.beliefs(vehicle, free, out.start.file);
+  if (o_.beliefs) out_.problem.priors = o_.beliefs(vehicle_, free_, out_.start.file);
+}
+
+void Sequence::fit_jointly() {
   const auto joint = report("joint fit");
-  if (o.beliefs) estimate::settle_about_known(out.problem, [&](const estimate::FitProblem& held) { return o.solver(held, o.fit, joint); });
-  out.fit = o.solver(out.problem, o.fit, joint);
+  if (o_.beliefs) estimate::settle_about_known(out_.problem, [&](const estimate::FitProblem& held) { return o_.solver(held, o_.fit, joint); });
+  out_.fit = o_.solver(out_.problem, o_.fit, joint);
   std::vector<estimate::Estimate> before;
-  for (int again = 0; again < kRounds && (again == 0 || out.fit.converged); ++again) {
+  for (int again = 0; again < kRounds && (again == 0 || out_.fit.converged); ++again) {
     std::vector<double> found_s;
-    for (const estimate::ModelValues& v : out.fit.values) found_s.push_back(v[estimate::kPoseDelay]);
-    const bool tied = tie_again(out.flights, tied_s, found_s);
-    const bool remembered = o.terms.memory() > 0 && remember_again(out.flights, out.fit, before);
+    for (const estimate::ModelValues& v : out_.fit.values) found_s.push_back(v[estimate::kPoseDelay]);
+    const bool tied = tie_again(out_.flights, tied_s_, found_s);
+    const bool remembered = o_.terms.memory() > 0 && remember_again(out_.flights, out_.fit, before);
     if (!tied && !remembered) break;
-    before = out.fit.estimates;
-    estimate::start_from(out.fit, out.problem);
-    out.fit = o.solver(out.problem, o.fit, joint);
+    before = out_.fit.estimates;
+    estimate::start_from(out_.fit, out_.problem);
+    out_.fit = o_.solver(out_.problem, o_.fit, joint);
   }
-  out.comparison = compare_stages(out.stages, out.fit);
-  return out;
+  out_.comparison = compare_stages(out_.stages, out_.fit);
+}
+
+}  // namespace
+
+Identification identify(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& o,
+                        const std::function<void(const IdentifyProgress&)>& progress) {
+  Sequence sequence(given, vehicle, o, progress);
+  sequence.run_stages();
+  sequence.pose_joint_problem();
+  sequence.fit_jointly();
+  return sequence.take();
 }
 
 }  // namespace rotorloop::identify

@@ -156,13 +156,16 @@ FlightRecord read_own_log(const std::filesystem::path& path, std::vector<LogFind
   return f;
 }
 
-std::string own_log_text(const FlightRecord& f) {
-  // One group of columns for each stream: its names, its stamps, and what it writes (without the commas around it).
-  struct Column {
-    std::vector<std::string> names;
-    const std::vector<double>* t;
-    std::function<std::vector<double>(std::size_t)> cells;
-  };
+namespace {
+
+// One group of columns for each stream: its names, its stamps, and what it writes (without the commas around it).
+struct Column {
+  std::vector<std::string> names;
+  const std::vector<double>* t;
+  std::function<std::vector<double>(std::size_t)> cells;
+};
+
+std::vector<Column> columns_of(const FlightRecord& f) {
   std::vector<Column> groups;
   const auto add = [&](const auto& stream, auto names, auto cells) {
     if (stream.empty()) return;
@@ -195,7 +198,13 @@ std::string own_log_text(const FlightRecord& f) {
                    "give it another name in the mapping"});
     add(stream, std::array<std::string, 1>{name}, one);
   }
+  return groups;
+}
 
+}  // namespace
+
+std::string own_log_text(const FlightRecord& f) {
+  const std::vector<Column> groups = columns_of(f);
   std::string text = "# rotorloop flight log 1\n# start_utc: 1970-01-01T00:00:00Z\n# source: converted\n# flight: " + f.name + "\nt[s]";
   std::vector<const std::vector<double>*> stamps;
   for (const auto& g : groups) {

@@ -50,6 +50,91 @@ struct Branch {
   std::array<double, host::kMaxTermMemory> memory{};
 };
 
+std::vector<const MeasuredMemory*> measured_terms(const host::TermList& terms, const Motion& motion) {
+  std::vector<const MeasuredMemory*> measured(terms.size(), nullptr);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (const MeasuredMemory& m : motion.measured) {
+      if (m.term == terms.term(i).info.id && m.at_knot.size() == motion.states.size()) measured[i] = &m;
+    }
+  }
+  return measured;
+}
+
+// Two branches for each parameter and start of a term with memory; one where the parameter stands at its bound.
+// add_place(term, parameter): the place of their derivatives.
+template <class AddPlace>
+std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const MeasuredMemory*>& measured, AddPlace&& add_place) {
+  const host::TermList& terms = v.terms;
+  const double* values = v.values.data() + kCoreParameters;
+  std::vector<Branch> branches;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const host::TermInfo& info = terms.term(i).info;
+    if (info.memory.empty() || measured[i]) continue;
+    Branch own{.term = i};
+    std::copy_n(values + terms.first_parameter(i), info.parameters.size(), own.parameters.begin());
+    std::copy_n(values + terms.first_start(i), info.memory.size(), own.memory.begin());
+    const auto pair = [&](std::size_t flat, double low, double high, auto&& number_of) {
+      own.place = add_place(i, kCoreParameters + static_cast<int>(flat));
+      for (const double sign : {1.0, -1.0}) {
+        branches.push_back(own);
+        branches.back().sign = sign;
+        branches.back().width = high - low;
+        number_of(branches.back()) = sign > 0.0 ? high : low;
+      }
+    };
+    for (std::size_t k = 0; k < info.parameters.size(); ++k) {
+      const host::TermParameter& p = info.parameters[k];
+      const double at = own.parameters[k], e = 1e-3 * p.scale;
+      pair(terms.first_parameter(i) + k, std::max(at - e, p.min), std::min(at + e, p.max),
+           [k](Branch& b) -> double& { return b.parameters[k]; });
+    }
+    for (std::size_t k = 0; k < info.memory.size(); ++k) {
+      if (info.memory[k].start_u <= 0.0) continue;
+      const double at = own.memory[k], e = 1e-3 * info.memory[k].start_u;
+      pair(terms.first_start(i) + k, at - e, at + e, [k](Branch& b) -> double& { return b.memory[k]; });
+    }
+  }
+  return branches;
+}
+
+// Runs the filters and all their branches along the motion; write(knot, memory) at each knot.
+template <class Write>
+void run_filters(const ModelValues& v, const RotorInput& input, const Motion& motion, const std::vector<const MeasuredMemory*>& measured,
+                 std::vector<Branch>& branches, Write&& write) {
+  const host::TermList& terms = v.terms;
+  const double* values = v.values.data() + kCoreParameters;
+  MemoryNumbers memory{};
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (std::size_t k = 0; k < terms.term(i).info.memory.size(); ++k) {
+      const double start = values[terms.first_start(i) + k];
+      memory[terms.first_memory(i) + k] = terms.term(i).info.memory[k].start_u > 0.0 ? start : 0.0;
+    }
+  }
+  const auto write_with_measured = [&](std::size_t knot) {
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      if (!measured[i]) continue;
+      std::copy_n(measured[i]->at_knot[knot].begin(), terms.term(i).info.memory.size(),
+                  memory.begin() + static_cast<std::ptrdiff_t>(terms.first_memory(i)));
+    }
+    write(knot, memory);
+  };
+  write_with_measured(0);
+  std::size_t hint = 0;
+  RotorInputSample u = input.at(motion.time_s(0), hint, false);
+  for (std::size_t k = 0; k + 1 < motion.states.size(); ++k) {
+    const RotorInputSample next = input.at(motion.time_s(k + 1), hint, false);
+    const BodyState &from = motion.states[k], &to = motion.states[k + 1];
+    const Moment a(v, from, u, motion.time_s(k), memory), b(v, to, next, motion.time_s(k + 1), memory);
+    const host::MemoryStep step = step_between(a, b, from, to, motion.step_s);
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      if (terms.term(i).advance) terms.term(i).advance(values + terms.first_parameter(i), step, memory.data() + terms.first_memory(i));
+    }
+    for (Branch& branch : branches) terms.term(branch.term).advance(branch.parameters.data(), step, branch.memory.data());
+    write_with_measured(k + 1);
+    u = next;
+  }
+}
+
 }  // namespace
 
 void advance_memory(const ModelValues& v, const BodyState& from, const RotorInputSample& u_from, double from_s, const BodyState& to,
@@ -64,91 +149,33 @@ void advance_memory(const ModelValues& v, const BodyState& from, const RotorInpu
 }
 
 void MemoryInput::prepare(const ModelValues& v, const RotorInput& input, bool derivatives) {
-  const host::TermList& terms = v.terms;
-  numbers_ = terms.memory();
+  numbers_ = v.terms.memory();
   places_.clear();
   width_ = 0;
   if (numbers_ == 0 || !motion_ || motion_->states.size() < 2) {
     numbers_ = 0;
     return;
   }
-  const double* values = v.values.data() + kCoreParameters;
-
-  // Two branches for each parameter and start of a term with memory; one where the parameter stands at its bound.
+  const std::vector<const MeasuredMemory*> measured = measured_terms(v.terms, *motion_);
   std::vector<Branch> branches;
-  std::vector<const MeasuredMemory*> measured(terms.size(), nullptr);
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    const host::TermInfo& info = terms.term(i).info;
-    for (const MeasuredMemory& m : motion_->measured) {
-      if (m.term == info.id && m.at_knot.size() == motion_->states.size()) measured[i] = &m;
-    }
-    if (info.memory.empty() || measured[i] || !derivatives) continue;
-    Branch own{.term = i};
-    std::copy_n(values + terms.first_parameter(i), info.parameters.size(), own.parameters.begin());
-    const double* starts = values + terms.first_start(i);
-    std::copy_n(starts, info.memory.size(), own.memory.begin());
-    const auto pair = [&](int parameter, double low, double high, auto&& number_of) {
-      places_.push_back({parameter, width_, terms.first_memory(i), info.memory.size()});
-      width_ += info.memory.size();
-      for (const double sign : {1.0, -1.0}) {
-        branches.push_back(own);
-        branches.back().place = places_.size() - 1;
-        branches.back().sign = sign;
-        branches.back().width = high - low;
-        number_of(branches.back()) = sign > 0.0 ? high : low;
-      }
-    };
-    for (std::size_t k = 0; k < info.parameters.size(); ++k) {
-      const host::TermParameter& p = info.parameters[k];
-      const double at = own.parameters[k], e = 1e-3 * p.scale;
-      pair(kCoreParameters + static_cast<int>(terms.first_parameter(i) + k), std::max(at - e, p.min), std::min(at + e, p.max),
-           [k](Branch& b) -> double& { return b.parameters[k]; });
-    }
-    for (std::size_t k = 0; k < info.memory.size(); ++k) {
-      if (info.memory[k].start_u <= 0.0) continue;
-      const double at = own.memory[k], e = 1e-3 * info.memory[k].start_u;
-      pair(kCoreParameters + static_cast<int>(terms.first_start(i) + k), at - e, at + e, [k](Branch& b) -> double& { return b.memory[k]; });
-    }
+  if (derivatives) {
+    branches = branches_of(v, measured, [&](std::size_t term, int parameter) {
+      const std::size_t count = v.terms.term(term).info.memory.size();
+      places_.push_back({parameter, width_, v.terms.first_memory(term), count});
+      width_ += count;
+      return places_.size() - 1;
+    });
   }
-
-  const std::size_t knots = motion_->states.size();
-  series_.assign(knots * numbers_, 0.0);
-  by_.assign(knots * width_, 0.0);
-  MemoryNumbers memory{};
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    for (std::size_t k = 0; k < terms.term(i).info.memory.size(); ++k) {
-      const double start = values[terms.first_start(i) + k];
-      memory[terms.first_memory(i) + k] = terms.term(i).info.memory[k].start_u > 0.0 ? start : 0.0;
-    }
-  }
-  const auto write = [&](std::size_t knot) {
-    for (std::size_t i = 0; i < terms.size(); ++i) {
-      if (!measured[i]) continue;
-      std::copy_n(measured[i]->at_knot[knot].begin(), terms.term(i).info.memory.size(),
-                  memory.begin() + static_cast<std::ptrdiff_t>(terms.first_memory(i)));
-    }
+  series_.assign(motion_->states.size() * numbers_, 0.0);
+  by_.assign(motion_->states.size() * width_, 0.0);
+  run_filters(v, input, *motion_, measured, branches, [&](std::size_t knot, const MemoryNumbers& memory) {
     std::copy_n(memory.begin(), numbers_, series_.begin() + static_cast<std::ptrdiff_t>(knot * numbers_));
     double* row = by_.data() + knot * width_;
     for (const Branch& b : branches) {
       const Place& p = places_[b.place];
       for (std::size_t k = 0; k < p.count; ++k) row[p.at + k] += b.width > 0.0 ? b.sign * b.memory[k] / b.width : 0.0;
     }
-  };
-  write(0);
-  std::size_t hint = 0;
-  RotorInputSample u = input.at(motion_->time_s(0), hint, false);
-  for (std::size_t k = 0; k + 1 < knots; ++k) {
-    const RotorInputSample next = input.at(motion_->time_s(k + 1), hint, false);
-    const BodyState &from = motion_->states[k], &to = motion_->states[k + 1];
-    const Moment a(v, from, u, motion_->time_s(k), memory), b(v, to, next, motion_->time_s(k + 1), memory);
-    const host::MemoryStep step = step_between(a, b, from, to, motion_->step_s);
-    for (std::size_t i = 0; i < terms.size(); ++i) {
-      if (terms.term(i).advance) terms.term(i).advance(values + terms.first_parameter(i), step, memory.data() + terms.first_memory(i));
-    }
-    for (Branch& branch : branches) terms.term(branch.term).advance(branch.parameters.data(), step, branch.memory.data());
-    write(k + 1);
-    u = next;
-  }
+  });
 }
 
 void MemoryInput::at(double t_s, RotorInputSample& out) const {

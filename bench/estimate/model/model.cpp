@@ -38,6 +38,51 @@ int input_place(int p) {
   return -1;
 }
 
+// Load and its derivatives by motion and core parameters, in dual numbers S; `finish` takes the load.
+template <class S, class Partials, class Finish>
+void load_by_motion(const ModelValues& values, const Columns& columns, const BodyState& x, const RotorInputSample& u, double t_s,
+                    Partials& out, Finish&& finish) {
+  const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
+  const Vector3d v_B = world_B * x.v_W_m_s;
+  LoadInput<S> in = load_input<S>(x, world_B, v_B, u, t_s);
+  LoadParameters<S> p = load_parameters<S>(values);
+  seed_motion(in);
+  seed_parameters(p);
+  LoadState<S> s{in, p, values.geometry, {}, {}, {}, {}, {}, {}, {}};
+  if constexpr (std::is_same_v<S, PlaceDual>) {
+    const double* term_values = values.values.data() + kCoreParameters;
+    std::array<S, host::kMaxTermParameters> c;
+    for (std::size_t k = 0; k < values.terms.parameters(); ++k) c[k] = S(term_values[k]);
+    std::array<S, host::kMaxMemory> memory;
+    for (std::size_t k = 0; k < values.terms.memory(); ++k) memory[k] = S(u.memory[k]);
+    const host::TermSet<S> set(values.terms, c.data(), memory.data());
+    host::loads(s, &set);
+  } else {
+    host::loads<S>(s, nullptr);
+  }
+  finish(s);
+  const S* const rows[] = {&s.force_B_N.x, &s.force_B_N.y, &s.force_B_N.z, &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
+  out.attitude.setZero();
+  out.place.setZero();
+  for (int i = 0; i < 6; ++i) {
+    const auto& d = rows[i]->d;
+    for (int j = 0; j < 3; ++j) {
+      const auto at = [&](int first) { return d[static_cast<std::size_t>(first + j)]; };
+      out.velocity(i, j) = at(kDirVelocity);
+      out.rates(i, j) = at(kDirRates);
+      if constexpr (std::is_same_v<S, PlaceDual>) {
+        out.attitude(i, j) = at(kDirAttitude);
+        out.place(i, j) = at(kDirPlace);
+      }
+    }
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      for (std::size_t k = 0; k < kLoadOrder.size(); ++k) {
+        if (kLoadOrder[k] == columns[c]) out.columns(i, static_cast<Eigen::Index>(c)) = d[static_cast<std::size_t>(kDirParameters<S>) + k];
+      }
+    }
+  }
+}
+
 }  // namespace
 
 BodyState moved(const BodyState& x, const StateError& d) {
@@ -88,10 +133,6 @@ Model::Model(const ModelValues& values, const Columns& columns) : values_(values
 
 void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vector3d& force, Vector3d& torque, Partials* out,
                  bool* beyond) const {
-  const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
-  const Vector3d v_B = world_B * x.v_W_m_s;
-  const double* term_values = values_.values.data() + kCoreParameters;
-
   const auto finish = [&]<class S>(const LoadState<S>& s) {
     force = {host::value_of(s.force_B_N.x), host::value_of(s.force_B_N.y), host::value_of(s.force_B_N.z)};
     torque = {host::value_of(s.torque_B_N_m.x), host::value_of(s.torque_B_N_m.y), host::value_of(s.torque_B_N_m.z)};
@@ -100,61 +141,22 @@ void Model::load(const BodyState& x, const RotorInputSample& u, double t_s, Vect
     }
   };
   if (!out) {
+    const Matrix3d world_B = x.q_WB.toRotationMatrix().transpose();
+    const Vector3d v_B = world_B * x.v_W_m_s;
     const LoadInput<double> in = load_input<double>(x, world_B, v_B, u, t_s);
     const LoadParameters<double> p = load_parameters<double>(values_);
     LoadState<double> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    const host::TermSet<double> set(values_.terms, term_values, u.memory.data());
+    const host::TermSet<double> set(values_.terms, values_.values.data() + kCoreParameters, u.memory.data());
     host::loads(s, has_terms_ ? &set : nullptr);
     finish(s);
     return;
   }
-
   out->columns.setZero(6, static_cast<Eigen::Index>(columns_.size()));
-  const auto motion = [&]<class S>(S) {
-    LoadInput<S> in = load_input<S>(x, world_B, v_B, u, t_s);
-    LoadParameters<S> p = load_parameters<S>(values_);
-    seed_motion(in);
-    seed_parameters(p);
-    LoadState<S> s{in, p, values_.geometry, {}, {}, {}, {}, {}, {}, {}};
-    if constexpr (std::is_same_v<S, PlaceDual>) {
-      std::array<S, host::kMaxTermParameters> c;
-      for (std::size_t k = 0; k < values_.terms.parameters(); ++k) c[k] = S(term_values[k]);
-      std::array<S, host::kMaxMemory> memory;
-      for (std::size_t k = 0; k < values_.terms.memory(); ++k) memory[k] = S(u.memory[k]);
-      const host::TermSet<S> set(values_.terms, c.data(), memory.data());
-      host::loads(s, &set);
-    } else {
-      host::loads<S>(s, nullptr);
-    }
-    finish(s);
-    const S* const rows[] = {&s.force_B_N.x, &s.force_B_N.y, &s.force_B_N.z, &s.torque_B_N_m.x, &s.torque_B_N_m.y, &s.torque_B_N_m.z};
-    out->attitude.setZero();
-    out->place.setZero();
-    for (int i = 0; i < 6; ++i) {
-      const auto& d = rows[i]->d;
-      for (int j = 0; j < 3; ++j) {
-        const auto at = [&](int first) { return d[static_cast<std::size_t>(first + j)]; };
-        out->velocity(i, j) = at(kDirVelocity);
-        out->rates(i, j) = at(kDirRates);
-        if constexpr (std::is_same_v<S, PlaceDual>) {
-          out->attitude(i, j) = at(kDirAttitude);
-          out->place(i, j) = at(kDirPlace);
-        }
-      }
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        for (std::size_t k = 0; k < kLoadOrder.size(); ++k) {
-          if (kLoadOrder[k] == columns_[c])
-            out->columns(i, static_cast<Eigen::Index>(c)) = d[static_cast<std::size_t>(kDirParameters<S>) + k];
-        }
-      }
-    }
-  };
   if (has_terms_) {
-    motion(PlaceDual{});
+    load_by_motion<PlaceDual>(values_, columns_, x, u, t_s, *out, finish);
   } else {
-    motion(MotionDual{});
+    load_by_motion<MotionDual>(values_, columns_, x, u, t_s, *out, finish);
   }
-
   if (!extras_.empty()) wrench_by_extras(x, u, t_s, out->columns);
 }
 
@@ -238,11 +240,79 @@ Instant Model::instant(const BodyState& x, const RotorInputSample& u, double t_s
   return now;
 }
 
+namespace {
+
+using Sensitivity = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::RowMajor, 12, kMaxColumns + 12>;
+
 // Slope of (p, v, ξ, Ω) at a stage, and that of its sensitivities: rows of the stage by rows of the start.
-struct Model::Slope {
+struct StageSlope {
   Eigen::Matrix<double, 12, 1> y;
-  Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::RowMajor, 12, kMaxColumns + 12> m;
+  Sensitivity m;
 };
+
+// `start`: where the step began; `at`: the stage; `by_start`: its sensitivity.
+void slope_at(const Model& model, const BodyState& start, const Eigen::Matrix<double, 12, 1>& at, const Sensitivity& by_start,
+              const RotorInputSample& u, double t, InstantJacobian& j, StageSlope& out) {
+  const ModelValues& values = model.values();
+  const Columns& columns = model.columns();
+  const Vector3d xi = at.segment<3>(6), w = at.segment<3>(9);
+  const BodyState s{at.segment<3>(0), at.segment<3>(3), start.q_WB * exp_q(xi), w};
+  const Instant now = model.instant(s, u, t, &j);
+  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values[kTiltX], values[kTiltY], -1.0);
+  const Eigen::Index width = by_start.cols();
+  const Matrix3d r = s.q_WB.toRotationMatrix(), jr = right_jacobian(xi), jri = inverse_right_jacobian(xi);
+  out.y << s.v_W_m_s, r * now.specific_force_B_m_s2 + gravity, jri * w, now.angular_acceleration_B_rad_s2;
+
+  // Derivatives of the slope by (p, v, ξ, Ω) of the stage. Of ξ' = Jr⁻¹(ξ) Ω: to third order in ξ, which is at most the
+  // angle of one step (the term left out is below 1e-9 for 0.1 rad).
+  Eigen::Matrix<double, 3, 12> accel = r * j.force_by_state, angular = j.angular_by_state;
+  accel.block<3, 3>(0, 6) -= r * skew(now.specific_force_B_m_s2);
+  accel.block<3, 3>(0, 6) *= jr;
+  angular.block<3, 3>(0, 6) *= jr;
+  const Matrix3d turn = -0.5 * skew(w) - (skew(xi.cross(w)) + skew(xi) * skew(w)) / 12.0;
+
+  out.m.resize(12, width);
+  out.m.topRows<3>() = by_start.middleRows<3>(3);
+  // Rows as sums of rows: the compiler vectorises along the columns.
+  const auto combine = [&](Eigen::Index row, const double* weights, Eigen::Index first, Eigen::Index count) {
+    double* o = &out.m(row, 0);
+    for (Eigen::Index c = 0; c < width; ++c) o[c] = 0.0;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const double a = weights[k];
+      const double* in = &by_start(first + k, 0);
+      for (Eigen::Index c = 0; c < width; ++c) o[c] += a * in[c];
+    }
+  };
+  const Eigen::Index first = values.terms.size() > 0 ? 0 : 3;  // without terms nothing depends on the place
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    std::array<double, 12> a{}, b{}, q{};
+    for (Eigen::Index k = 0; k < 12; ++k) {
+      a[static_cast<std::size_t>(k)] = accel(i, k);
+      b[static_cast<std::size_t>(k)] = angular(i, k);
+    }
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      q[static_cast<std::size_t>(k)] = turn(i, k);
+      q[static_cast<std::size_t>(k + 3)] = jri(i, k);
+    }
+    combine(3 + i, a.data() + first, first, 12 - first);
+    combine(6 + i, q.data(), 6, 6);
+    combine(9 + i, b.data() + first, first, 12 - first);
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const auto col = static_cast<Eigen::Index>(c);
+    if (columns[c] == kTiltX || columns[c] == kTiltY) {
+      out.m(3 + columns[c] - kTiltX, 12 + col) += host::kGravity_m_s2;
+    } else if (is_dynamics(columns[c]) || columns[c] >= kCoreParameters || input_place(columns[c]) >= 0) {
+      const Vector3d f = r * j.force_by.col(col);
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        out.m(3 + i, 12 + col) += f[i];
+        out.m(9 + i, 12 + col) += j.angular_by(i, col);
+      }
+    }
+  }
+}
+
+}  // namespace
 
 BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
                       const MemoryEnds* memory) const {
@@ -285,8 +355,6 @@ BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& 
   const double h = (t1 - t0) / substeps;
   const auto parameters = static_cast<Eigen::Index>(columns_.size());
   const Eigen::Index width = 12 + parameters;
-  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
-  using Sensitivity = decltype(Slope::m);
 
   Eigen::Matrix<double, 12, 1> y;
   y << x.p_W_m, x.v_W_m_s, Vector3d::Zero(), x.w_B_rad_s;
@@ -295,71 +363,15 @@ BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& 
   m.leftCols<12>().setIdentity();
 
   InstantJacobian j;
-  const auto slope = [&](const Eigen::Matrix<double, 12, 1>& at, const Sensitivity& sens, const RotorInputSample& u, double t, Slope& out) {
-    const Vector3d xi = at.segment<3>(6), w = at.segment<3>(9);
-    const BodyState s{at.segment<3>(0), at.segment<3>(3), x.q_WB * exp_q(xi), w};
-    const Instant now = instant(s, u, t, &j);
-    const Matrix3d r = s.q_WB.toRotationMatrix(), jr = right_jacobian(xi), jri = inverse_right_jacobian(xi);
-    out.y << s.v_W_m_s, r * now.specific_force_B_m_s2 + gravity, jri * w, now.angular_acceleration_B_rad_s2;
-
-    // Derivatives of the slope by (p, v, ξ, Ω) of the stage. Of ξ' = Jr⁻¹(ξ) Ω: to third order in ξ, which is at most the
-    // angle of one step (the term left out is below 1e-9 for 0.1 rad).
-    Eigen::Matrix<double, 3, 12> accel = r * j.force_by_state, angular = j.angular_by_state;
-    accel.block<3, 3>(0, 6) -= r * skew(now.specific_force_B_m_s2);
-    accel.block<3, 3>(0, 6) *= jr;
-    angular.block<3, 3>(0, 6) *= jr;
-    const Matrix3d turn = -0.5 * skew(w) - (skew(xi.cross(w)) + skew(xi) * skew(w)) / 12.0;
-
-    out.m.resize(12, width);
-    out.m.topRows<3>() = sens.middleRows<3>(3);
-    // Rows as sums of rows: the compiler vectorises along the columns.
-    const auto combine = [&](Eigen::Index row, const double* weights, Eigen::Index first, Eigen::Index count) {
-      double* o = &out.m(row, 0);
-      for (Eigen::Index c = 0; c < width; ++c) o[c] = 0.0;
-      for (Eigen::Index k = 0; k < count; ++k) {
-        const double a = weights[k];
-        const double* in = &sens(first + k, 0);
-        for (Eigen::Index c = 0; c < width; ++c) o[c] += a * in[c];
-      }
-    };
-    const Eigen::Index first = has_terms_ ? 0 : 3;  // without terms nothing depends on the place
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      std::array<double, 12> a{}, b{}, q{};
-      for (Eigen::Index k = 0; k < 12; ++k) {
-        a[static_cast<std::size_t>(k)] = accel(i, k);
-        b[static_cast<std::size_t>(k)] = angular(i, k);
-      }
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        q[static_cast<std::size_t>(k)] = turn(i, k);
-        q[static_cast<std::size_t>(k + 3)] = jri(i, k);
-      }
-      combine(3 + i, a.data() + first, first, 12 - first);
-      combine(6 + i, q.data(), 6, 6);
-      combine(9 + i, b.data() + first, first, 12 - first);
-    }
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const auto col = static_cast<Eigen::Index>(c);
-      if (columns_[c] == kTiltX || columns_[c] == kTiltY) {
-        out.m(3 + columns_[c] - kTiltX, 12 + col) += host::kGravity_m_s2;
-      } else if (is_dynamics(columns_[c]) || columns_[c] >= kCoreParameters || input_place(columns_[c]) >= 0) {
-        const Vector3d f = r * j.force_by.col(col);
-        for (Eigen::Index i = 0; i < 3; ++i) {
-          out.m(3 + i, 12 + col) += f[i];
-          out.m(9 + i, 12 + col) += j.angular_by(i, col);
-        }
-      }
-    }
-  };
-
   RotorInputSample u0 = input.at(t0, hint, needs_input_derivatives_);
-  Slope k1, k2, k3, k4;
+  StageSlope k1, k2, k3, k4;
   for (int k = 0; k < substeps; ++k) {
     const double t = t0 + k * h;
     const RotorInputSample um = input.at(t + 0.5 * h, hint, needs_input_derivatives_), u1 = input.at(t + h, hint, needs_input_derivatives_);
-    slope(y, m, u0, t, k1);
-    slope(y + 0.5 * h * k1.y, m + 0.5 * h * k1.m, um, t + 0.5 * h, k2);
-    slope(y + 0.5 * h * k2.y, m + 0.5 * h * k2.m, um, t + 0.5 * h, k3);
-    slope(y + h * k3.y, m + h * k3.m, u1, t + h, k4);
+    slope_at(*this, x, y, m, u0, t, j, k1);
+    slope_at(*this, x, y + 0.5 * h * k1.y, m + 0.5 * h * k1.m, um, t + 0.5 * h, j, k2);
+    slope_at(*this, x, y + 0.5 * h * k2.y, m + 0.5 * h * k2.m, um, t + 0.5 * h, j, k3);
+    slope_at(*this, x, y + h * k3.y, m + h * k3.m, u1, t + h, j, k4);
     y += h / 6.0 * (k1.y + 2.0 * k2.y + 2.0 * k3.y + k4.y);
     m += h / 6.0 * (k1.m + 2.0 * k2.m + 2.0 * k3.m + k4.m);
     u0 = u1;

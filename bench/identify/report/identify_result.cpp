@@ -159,6 +159,92 @@ ordered_json noise_json(const Identification& r) {
   return out;
 }
 
+std::size_t grid_steps(const Identification& r) {
+  std::size_t steps = 0;
+  for (const estimate::GridFlight& g : r.flights) steps += g.knots;
+  return steps;
+}
+
+ordered_json figures_json(const Identification& r, const IdentifyAnalysis& a) {
+  const std::size_t steps = grid_steps(r);
+  ordered_json out = ordered_json::object();
+  for (const estimate::Estimate& e : r.fit.estimates)
+    out[estimate::estimate_name(e, r.problem)] = figure(e.value, reported_u(e), estimate::parameter_info(e.parameter, r.problem.start.terms).unit, steps);
+  for (const DerivedQuantity& d : a.derived) out[d.id] = figure(d.value, std::max(d.u, d.u_robust), d.unit, steps);
+  out["cost_per_degree_of_freedom"] = figure(2.0 * r.fit.cost / r.fit.degrees_of_freedom, NAN, "1", steps);
+  out["log_likelihood"] = figure(r.fit.log_likelihood, NAN, "1", steps);
+  return out;
+}
+
+ordered_json estimate_json(const Identification& r, const estimate::Estimate& e) {
+  const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
+  return {{"name", info.name},
+          {"symbol", info.symbol},
+          {"flight", e.flight < 0 ? ordered_json(nullptr) : ordered_json(r.flights[static_cast<std::size_t>(e.flight)].name)},
+          {"value", number(e.value)},
+          {"u", number(e.u)},
+          {"u_robust", number(e.u_robust)},
+          {"prior_share", number(e.prior_share)},
+          {"unit", info.unit},
+          {"mark", mark_of(e)}};
+}
+
+ordered_json derived_json(const DerivedQuantity& d) {
+  return {{"id", d.id},           {"symbol", d.symbol},
+          {"meaning", d.meaning}, {"value", number(d.value)},
+          {"u", number(d.u)},     {"u_robust", number(d.u_robust)},
+          {"unit", d.unit}};
+}
+
+ordered_json matrix_json(const Eigen::MatrixXd& m) {
+  ordered_json out = ordered_json::array();
+  for (Eigen::Index row = 0; row < m.rows(); ++row) {
+    ordered_json line = ordered_json::array();
+    for (Eigen::Index col = 0; col < m.cols(); ++col) line.push_back(number(m(row, col)));
+    out.push_back(line);
+  }
+  return out;
+}
+
+ordered_json stage_json(const Identification& r, const StageComparison& c) {
+  return {{"stage", name(c.role)},    {"parameter", estimate::parameter_info(c.parameter, r.problem.start.terms).symbol},
+          {"value", number(c.stage)}, {"u", number(c.u_stage)},
+          {"joint", number(c.joint)}, {"u_joint", number(c.u_joint)},
+          {"z", number(c.z)},         {"agrees", c.agrees}};
+}
+
+ordered_json homogeneity_json(const Identification& r, const IdentifyAnalysis& a) {
+  ordered_json parameters = ordered_json::array();
+  for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
+    parameters.push_back({{"parameter", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol},
+                          {"chi2", number(h.chi2)},
+                          {"degrees", h.degrees},
+                          {"p", number(h.p)},
+                          {"moved", h.moved}});
+  }
+  return {{"chi2", number(a.homogeneity.chi2)},
+          {"degrees", a.homogeneity.degrees},
+          {"p", number(a.homogeneity.p)},
+          {"inflation", number(a.inflation)},
+          {"parameters", parameters}};
+}
+
+ordered_json fit_json(const Identification& r) {
+  return {{"iterations", r.fit.iterations},
+          {"noise_rounds", r.fit.noise_rounds},
+          {"noise_settled", r.fit.noise_settled},
+          {"converged", r.fit.converged},
+          {"states", grid_steps(r)},
+          {"flights", r.flights.size()}};
+}
+
+template <class List, class Write>
+ordered_json array_of(const List& list, Write&& write) {
+  ordered_json out = ordered_json::array();
+  for (const auto& item : list) out.push_back(write(item));
+  return out;
+}
+
 }  // namespace
 
 ordered_json input_json(const InputHash& i) {
@@ -221,99 +307,31 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   j["wall_s"] = p.wall_s;
   j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
   j["limits"] = ordered_json::array();
-
-  std::size_t steps = 0;
-  for (const estimate::GridFlight& g : r.flights) steps += g.knots;
-  ordered_json figures = ordered_json::object(), estimates = ordered_json::array(), held = ordered_json::array(),
-               derived = ordered_json::array();
-  for (const estimate::Estimate& e : r.fit.estimates) {
-    const std::string name = estimate::estimate_name(e, r.problem);
-    const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
-    figures[name] = figure(e.value, reported_u(e), info.unit, steps);
-    estimates.push_back(
-        {{"name", info.name},
-         {"symbol", info.symbol},
-         {"flight", e.flight < 0 ? ordered_json(nullptr) : ordered_json(r.flights[static_cast<std::size_t>(e.flight)].name)},
-         {"value", number(e.value)},
-         {"u", number(e.u)},
-         {"u_robust", number(e.u_robust)},
-         {"prior_share", number(e.prior_share)},
-         {"unit", info.unit},
-         {"mark", mark_of(e)}});
-  }
+  j["figures"] = figures_json(r, a);
+  j["estimates"] = array_of(r.fit.estimates, [&](const estimate::Estimate& e) { return estimate_json(r, e); });
+  ordered_json held = ordered_json::array();
   for (std::size_t i = 0; i < compared.rows.size(); ++i) {
     if (!compared.rows[i].estimate) held.push_back(held_json(r, compared.rows[i], compared.start.parameters[i]));
   }
-  for (const DerivedQuantity& d : a.derived)
-    derived.push_back({{"id", d.id},
-                       {"symbol", d.symbol},
-                       {"meaning", d.meaning},
-                       {"value", number(d.value)},
-                       {"u", number(d.u)},
-                       {"u_robust", number(d.u_robust)},
-                       {"unit", d.unit}});
-  for (const DerivedQuantity& d : a.derived) figures[d.id] = figure(d.value, std::max(d.u, d.u_robust), d.unit, steps);
-  figures["cost_per_degree_of_freedom"] = figure(2.0 * r.fit.cost / r.fit.degrees_of_freedom, NAN, "1", steps);
-  figures["log_likelihood"] = figure(r.fit.log_likelihood, NAN, "1", steps);
-  j["figures"] = figures;
-  j["estimates"] = estimates;
   j["held"] = held;
-  j["derived"] = derived;
+  j["derived"] = array_of(a.derived, derived_json);
   j["q_BS_wxyz"] = nullptr;
   if (const auto q = sensor_rotation(r)) j["q_BS_wxyz"] = quaternion_json(*q);
   j["start_q_BS_wxyz"] = quaternion_json(r.problem.start.start_q_BS);
   j["beside"] = beside_json(r, compared, a.derived);
   j["static_thrust"] = static_thrust_json(compared);
-  ordered_json covariance = ordered_json::array();
-  for (Eigen::Index row = 0; row < r.fit.covariance.rows(); ++row) {
-    ordered_json line = ordered_json::array();
-    for (Eigen::Index col = 0; col < r.fit.covariance.cols(); ++col) line.push_back(number(r.fit.covariance(row, col)));
-    covariance.push_back(line);
-  }
-  j["covariance"] = covariance;
-
-  ordered_json stages = ordered_json::array();
-  for (const StageComparison& c : r.comparison) {
-    stages.push_back({{"stage", name(c.role)},
-                      {"parameter", estimate::parameter_info(c.parameter, r.problem.start.terms).symbol},
-                      {"value", number(c.stage)},
-                      {"u", number(c.u_stage)},
-                      {"joint", number(c.joint)},
-                      {"u_joint", number(c.u_joint)},
-                      {"z", number(c.z)},
-                      {"agrees", c.agrees}});
-  }
-  j["stages"] = stages;
-  ordered_json white = ordered_json::array(), homogeneity = ordered_json::array(), checks = ordered_json::array();
-  for (const FlightWhiteness& w : a.whiteness) white.push_back(whiteness_json(w));
-  j["whiteness"] = white;
-  for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
-    homogeneity.push_back({{"parameter", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol},
-                           {"chi2", number(h.chi2)},
-                           {"degrees", h.degrees},
-                           {"p", number(h.p)},
-                           {"moved", h.moved}});
-  }
-  j["homogeneity"] = {{"chi2", number(a.homogeneity.chi2)},
-                      {"degrees", a.homogeneity.degrees},
-                      {"p", number(a.homogeneity.p)},
-                      {"inflation", number(a.inflation)},
-                      {"parameters", homogeneity}};
+  j["covariance"] = matrix_json(r.fit.covariance);
+  j["stages"] = array_of(r.comparison, [&](const StageComparison& c) { return stage_json(r, c); });
+  j["whiteness"] = array_of(a.whiteness, whiteness_json);
+  j["homogeneity"] = homogeneity_json(r, a);
   j["observability"] = observability_json(a.observability);
   if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
-  for (const log::CheckedFlight& c : checked) checks.push_back(ordered_json::parse(log::findings_json(c)));
-  j["checks"] = checks;
+  j["checks"] = array_of(checked, [](const log::CheckedFlight& c) { return ordered_json::parse(log::findings_json(c)); });
   j["conditions"] = conditions_json(r, p.conditions);
   j["noise"] = noise_json(r);
-  j["fit"] = {{"iterations", r.fit.iterations},
-              {"noise_rounds", r.fit.noise_rounds},
-              {"noise_settled", r.fit.noise_settled},
-              {"converged", r.fit.converged},
-              {"states", steps},
-              {"flights", r.flights.size()}};
+  j["fit"] = fit_json(r);
   if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
-  j["warnings"] = ordered_json::array();
-  for (const IdentifyWarning& w : warnings_of(r, a)) j["warnings"].push_back({{"where", w.where}, {"what", w.what}});
+  j["warnings"] = array_of(warnings_of(r, a), [](const IdentifyWarning& w) { return ordered_json{{"where", w.where}, {"what", w.what}}; });
   j["errors"] = ordered_json::array();
   return j.dump(1) + "\n";
 }
