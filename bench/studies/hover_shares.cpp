@@ -245,6 +245,37 @@ CommandMeaning command_meaning(const std::vector<log::FlightRecord>& reference) 
   return scatter(CommandMeaning::duty) < scatter(CommandMeaning::thrust) ? CommandMeaning::duty : CommandMeaning::thrust;
 }
 
+namespace {
+
+// What the reference flights ask for, rotor by rotor, and how well they agree.
+struct HoverReference {
+  Vector4 demand = Vector4::Zero();
+  double sway_rad = 0.0, scatter = 0.0, degrees = 0.0;
+  explicit HoverReference(const std::vector<HoverShare>& flights) {
+    const double n = static_cast<double>(flights.size());
+    for (const auto& f : flights) demand += as_vector(f.demand) / n, sway_rad += f.yaw_sway_rad / n;
+    double squares = 0.0;
+    for (const auto& f : flights) squares += (as_vector(f.demand).cwiseQuotient(demand) - Vector4::Ones()).squaredNorm();
+    degrees = 4.0 * (n - 1.0);
+    scatter = std::max(kLeastScatter, std::sqrt(squares / degrees));
+  }
+};
+
+// True when the yaw sways as under a load that swings.
+bool remark_on_hover(const HoverShare& own, double reference_sway_rad, std::vector<std::string>& remarks) {
+  const bool saturated = own.saturated > kSaturatedHover;
+  if (saturated)
+    remarks.push_back(
+        fmt::format("a rotor is at full command in {:.0f} % of the hover: forces do not balance there, and sizes are lower bounds",
+                    100.0 * own.saturated));
+  if (reference_sway_rad > 0.0)
+    remarks.push_back(fmt::format("yaw sways by {:.1f} mrad rms between {} and {} Hz, the reference by {:.1f}", 1e3 * own.yaw_sway_rad,
+                                  kSwayLow_Hz, kSwayHigh_Hz, 1e3 * reference_sway_rad));
+  return reference_sway_rad > 0.0 && own.yaw_sway_rad > kSway * reference_sway_rad && !saturated;
+}
+
+}  // namespace
+
 HoverDiagnosis diagnose_hover(const log::FlightRecord& flight, const std::vector<log::FlightRecord>& reference, const host::VehicleModel& vehicle) {
   const CommandMeaning meaning = command_meaning(reference);
   std::vector<HoverShare> base;
@@ -258,39 +289,24 @@ HoverDiagnosis diagnose_hover(const log::FlightRecord& flight, const std::vector
          "logs without motor commands, height or hover",
          "give flights of the same vehicle without the defect, each with some seconds of hover"},
         ExitCode::data_quality);
-  const double n = static_cast<double>(base.size());
-  Vector4 mean = Vector4::Zero();
-  double sway = 0.0;
-  for (const auto& b : base) mean += as_vector(b.demand) / n, sway += b.yaw_sway_rad / n;
-  double squares = 0.0;
-  for (const auto& b : base) squares += (as_vector(b.demand).cwiseQuotient(mean) - Vector4::Ones()).squaredNorm();
-  const double degrees = 4.0 * (n - 1.0), scatter = std::max(kLeastScatter, std::sqrt(squares / degrees));
-
+  const HoverReference usual(base);
   HoverDiagnosis d;
   d.share = *own;
-  d.u = scatter * std::sqrt(1.0 + 1.0 / n);
-  const Vector4 change = as_vector(own->demand).cwiseQuotient(mean) - Vector4::Ones();
+  d.u = usual.scatter * std::sqrt(1.0 + 1.0 / static_cast<double>(base.size()));
+  const Vector4 change = as_vector(own->demand).cwiseQuotient(usual.demand) - Vector4::Ones();
   for (std::size_t i = 0; i < 4; ++i) d.change[i] = change(static_cast<Eigen::Index>(i));
   d.remarks.push_back(meaning == CommandMeaning::thrust
                           ? "commands ask for thrust: the reference flights' total does not go with the battery"
                           : "commands are shares of the battery voltage");
-  for (const auto& kind : kinds(vehicle)) d.hypotheses.push_back(judge(kind, change, d.u, degrees));
+  for (const auto& kind : kinds(vehicle)) d.hypotheses.push_back(judge(kind, change, d.u, usual.degrees));
   std::stable_sort(d.hypotheses.begin(), d.hypotheses.end(),
                    [](const auto& a, const auto& b) { return a.degrees != b.degrees ? a.degrees < b.degrees : a.misfit < b.misfit; });
 
   Eigen::Index largest = 0;
   change.maxCoeff(&largest);
-  const bool changed = change.squaredNorm() / (4.0 * d.u * d.u) > f_limit(4.0, degrees);
+  const bool changed = change.squaredNorm() / (4.0 * d.u * d.u) > f_limit(4.0, usual.degrees);
   if (change(largest) > kBeyond * d.u) d.rotor = static_cast<int>(largest) + 1;
-  const bool saturated = own->saturated > kSaturatedHover;
-  if (saturated)
-    d.remarks.push_back(
-        fmt::format("a rotor is at full command in {:.0f} % of the hover: forces do not balance there, and sizes are lower bounds",
-                    100.0 * own->saturated));
-  const bool swings = sway > 0.0 && own->yaw_sway_rad > kSway * sway && !saturated;
-  if (sway > 0.0)
-    d.remarks.push_back(fmt::format("yaw sways by {:.1f} mrad rms between {} and {} Hz, the reference by {:.1f}", 1e3 * own->yaw_sway_rad,
-                                    kSwayLow_Hz, kSwayHigh_Hz, 1e3 * sway));
+  const bool swings = remark_on_hover(*own, usual.sway_rad, d.remarks);
   if (!changed) return d;
   if (swings && change.sum() > kBeyond * 2.0 * d.u) {
     // A load on a string away from the centre turns the body as it swings, which nothing that is fixed to it does.

@@ -71,68 +71,110 @@ struct Flown {
   std::vector<log::RotorValues> omega;
 };
 
-std::optional<Flown> along(const std::vector<PathPoint>& path, double h, const ManoeuvreSetting& s, const estimate::ModelValues& v) {
-  const estimate::Model model(v);
-  const std::size_t n = path.size();
-  const Eigen::PartialPivLU<Eigen::Matrix4d> slopes(hover_slopes(s, v, model));
-  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[estimate::kTiltX], v[estimate::kTiltY], -1.0);
-  const double battery_V = identify::mean_battery_V(*s.like), least = std::pow(0.2 * s.rotor_rad_s, 2), most = s.most_rad_s * s.most_rad_s;
-  Flown out{std::vector<estimate::BodyState>(n), std::vector<log::RotorValues>(n)};
-  for (log::RotorValues& w : out.omega) w.fill(s.rotor_rad_s);
-  std::vector<Vector3d> needed(n), in_plane(n, Vector3d::Zero()), turning(n, Vector3d::Zero());
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
-    out.states[k].p_W_m = path[k].p_m;
-    out.states[k].v_W_m_s = (path[b].p_m - path[a].p_m) / (static_cast<double>(b - a) * h);
-    needed[k] = -gravity;
-    if (k > 0 && k + 1 < n) needed[k] += (path[b].p_m - 2.0 * path[k].p_m + path[a].p_m) / (h * h);
-  }
-  std::vector<log::RotorValues> before;
-  for (int pass = 0; pass < kPasses; ++pass) {
+// Inverse dynamics along a path: attitude and rotor speeds that give the acceleration which the path needs, by fixed-point passes.
+class InverseDynamics {
+ public:
+  InverseDynamics(const std::vector<PathPoint>& path, double h, const ManoeuvreSetting& s, const estimate::ModelValues& v)
+      : path_(path),
+        h_(h),
+        model_(v),
+        slopes_(hover_slopes(s, v, model_)),
+        battery_V_(identify::mean_battery_V(*s.like)),
+        least_(std::pow(0.2 * s.rotor_rad_s, 2)),
+        most_(s.most_rad_s * s.most_rad_s),
+        flown_{std::vector<estimate::BodyState>(path.size()), std::vector<log::RotorValues>(path.size())},
+        needed_(path.size()),
+        in_plane_(path.size(), Vector3d::Zero()),
+        turning_(path.size(), Vector3d::Zero()) {
+    for (log::RotorValues& w : flown_.omega) w.fill(s.rotor_rad_s);
+    const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[estimate::kTiltX], v[estimate::kTiltY], -1.0);
+    const std::size_t n = path.size();
     for (std::size_t k = 0; k < n; ++k) {
-      const Vector3d up = needed[k] - out.states[k].q_WB * in_plane[k];
-      if (up.norm() < 1.0) return std::nullopt;  // free fall: the attitude means nothing
-      out.states[k].q_WB = attitude(up, path[k].yaw_rad);
-    }
-    for (std::size_t k = 1; k + 1 < n; ++k)
-      out.states[k].w_B_rad_s = estimate::log_q(out.states[k - 1].q_WB.conjugate() * out.states[k + 1].q_WB) / (2.0 * h);
-    for (std::size_t k = 2; k + 2 < n; ++k) turning[k] = (out.states[k + 1].w_B_rad_s - out.states[k - 1].w_B_rad_s) / (2.0 * h);
-    before = out.omega;
-    for (std::size_t k = kMargin; k + kMargin < n; ++k) {
-      const estimate::BodyState& x = out.states[k];
-      estimate::RotorInputSample u;
-      u.battery_V = battery_V;
-      u.omega_rad_s = pass == 0 ? out.omega[k - 1] : before[k];
-      if (pass > 0) {
-        for (std::size_t r = 0; r < host::kRotors; ++r) u.omega_dot_rad_s2[r] = (before[k + 1][r] - before[k - 1][r]) / (2.0 * h);
-      }
-      bool settled = false;
-      for (int tries = 0; tries < 25 && !settled; ++tries) {
-        const estimate::Instant now = model.instant(x, u, static_cast<double>(k) * h);
-        if (now.beyond_equations || !now.specific_force_B_m_s2.allFinite()) return std::nullopt;
-        in_plane[k] = {now.specific_force_B_m_s2.x(), now.specific_force_B_m_s2.y(), 0.0};
-        Vector4d miss;
-        miss << (x.q_WB.conjugate() * needed[k]).z() - now.specific_force_B_m_s2.z(), turning[k] - now.angular_acceleration_B_rad_s2;
-        settled = std::fabs(miss[0]) < 1e-2 && miss.tail<3>().norm() < 0.1;
-        if (settled) break;
-        const Vector4d step = slopes.solve(miss);
-        for (std::size_t r = 0; r < host::kRotors; ++r) {
-          const double square = u.omega_rad_s[r] * u.omega_rad_s[r] + step[static_cast<Eigen::Index>(r)];
-          u.omega_rad_s[r] = std::sqrt(std::clamp(square, least, most));
-        }
-      }
-      if (!settled) return std::nullopt;  // a rotor at its limit, or no balance
-      out.omega[k] = u.omega_rad_s;
-    }
-    for (std::size_t k = 0; k < kMargin; ++k) {
-      const std::size_t last = n - 1 - kMargin;
-      out.omega[k] = out.omega[kMargin];
-      out.omega[n - 1 - k] = out.omega[last];
-      in_plane[k] = in_plane[kMargin];
-      in_plane[n - 1 - k] = in_plane[last];
+      const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
+      flown_.states[k].p_W_m = path[k].p_m;
+      flown_.states[k].v_W_m_s = (path[b].p_m - path[a].p_m) / (static_cast<double>(b - a) * h);
+      needed_[k] = -gravity;
+      if (k > 0 && k + 1 < n) needed_[k] += (path[b].p_m - 2.0 * path[k].p_m + path[a].p_m) / (h * h);
     }
   }
-  return out;
+  // Nothing where the path asks for free fall or for more than the rotors give.
+  std::optional<Flown> solve() {
+    for (int pass = 0; pass < kPasses; ++pass) {
+      if (!turn() || !balance(pass)) return std::nullopt;
+    }
+    return std::move(flown_);
+  }
+
+ private:
+  bool turn();
+  bool balance(int pass);
+  bool settle_rotors(std::size_t k, estimate::RotorInputSample& u);
+
+  const std::vector<PathPoint>& path_;
+  double h_;
+  estimate::Model model_;
+  Eigen::PartialPivLU<Eigen::Matrix4d> slopes_;
+  double battery_V_, least_, most_;  // of the squared rotor speed
+  Flown flown_;
+  std::vector<Vector3d> needed_, in_plane_;  // specific force: W, as the path needs it; B, the part that thrust cannot give
+  std::vector<Vector3d> turning_;            // angular acceleration, B
+};
+
+// Attitudes that point the thrust at what is needed, and the rates and angular accelerations that follow from them.
+bool InverseDynamics::turn() {
+  std::vector<estimate::BodyState>& x = flown_.states;
+  const std::size_t n = x.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vector3d up = needed_[k] - x[k].q_WB * in_plane_[k];
+    if (up.norm() < 1.0) return false;  // free fall: the attitude means nothing
+    x[k].q_WB = attitude(up, path_[k].yaw_rad);
+  }
+  for (std::size_t k = 1; k + 1 < n; ++k) x[k].w_B_rad_s = estimate::log_q(x[k - 1].q_WB.conjugate() * x[k + 1].q_WB) / (2.0 * h_);
+  for (std::size_t k = 2; k + 2 < n; ++k) turning_[k] = (x[k + 1].w_B_rad_s - x[k - 1].w_B_rad_s) / (2.0 * h_);
+  return true;
+}
+
+// Rotor speeds that balance force and moment at every sample; the margins hold what stands next to them.
+bool InverseDynamics::balance(int pass) {
+  const std::size_t n = flown_.states.size();
+  const std::vector<log::RotorValues> before = flown_.omega;
+  for (std::size_t k = kMargin; k + kMargin < n; ++k) {
+    estimate::RotorInputSample u;
+    u.battery_V = battery_V_;
+    u.omega_rad_s = pass == 0 ? flown_.omega[k - 1] : before[k];
+    if (pass > 0) {
+      for (std::size_t r = 0; r < host::kRotors; ++r) u.omega_dot_rad_s2[r] = (before[k + 1][r] - before[k - 1][r]) / (2.0 * h_);
+    }
+    if (!settle_rotors(k, u)) return false;
+    flown_.omega[k] = u.omega_rad_s;
+  }
+  for (std::size_t k = 0; k < kMargin; ++k) {
+    const std::size_t last = n - 1 - kMargin;
+    flown_.omega[k] = flown_.omega[kMargin];
+    flown_.omega[n - 1 - k] = flown_.omega[last];
+    in_plane_[k] = in_plane_[kMargin];
+    in_plane_[n - 1 - k] = in_plane_[last];
+  }
+  return true;
+}
+
+// False: a rotor at its limit, or no balance.
+bool InverseDynamics::settle_rotors(std::size_t k, estimate::RotorInputSample& u) {
+  const estimate::BodyState& x = flown_.states[k];
+  for (int tries = 0; tries < 25; ++tries) {
+    const estimate::Instant now = model_.instant(x, u, static_cast<double>(k) * h_);
+    if (now.beyond_equations || !now.specific_force_B_m_s2.allFinite()) return false;
+    in_plane_[k] = {now.specific_force_B_m_s2.x(), now.specific_force_B_m_s2.y(), 0.0};
+    Vector4d miss;
+    miss << (x.q_WB.conjugate() * needed_[k]).z() - now.specific_force_B_m_s2.z(), turning_[k] - now.angular_acceleration_B_rad_s2;
+    if (std::fabs(miss[0]) < 1e-2 && miss.tail<3>().norm() < 0.1) return true;
+    const Vector4d step = slopes_.solve(miss);
+    for (std::size_t r = 0; r < host::kRotors; ++r) {
+      const double square = u.omega_rad_s[r] * u.omega_rad_s[r] + step[static_cast<Eigen::Index>(r)];
+      u.omega_rad_s[r] = std::sqrt(std::clamp(square, least_, most_));
+    }
+  }
+  return false;
 }
 
 // Rotor speeds as the logs hold them: measured, or as the command that makes a first-order motor turn so.
@@ -228,24 +270,65 @@ ManoeuvreSetting manoeuvre_setting(const identify::Identification& r) {
   return out;
 }
 
+namespace {
+
+// Times of a manoeuvre's flight: steps of the fit, and the finer samples that it is flown with.
+struct Timing {
+  std::size_t wider = 1, per_step = 1;  // steps of the flights to one of this; samples to a step
+  double step_s = 0.0, sample_s = 0.0;
+  std::size_t knots = 0, samples = 0;
+  Timing(const estimate::GridFlight& like, double duration_s) {
+    wider = static_cast<std::size_t>(std::max(1.0, std::floor(kKnot_s / like.step_s + 1e-9)));
+    step_s = static_cast<double>(wider) * like.step_s;
+    per_step = static_cast<std::size_t>(std::max(1.0, std::ceil(step_s / kSample_s - 1e-9)));
+    sample_s = step_s / static_cast<double>(per_step);
+    knots = static_cast<std::size_t>(std::lround(duration_s / step_s)) + 1;
+    samples = (knots - 1) * per_step + 1;
+  }
+};
+
+// Readings as often as the flights have them, as the model says and without noise: only how they depend on states and parameters counts.
+void add_readings(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
+  estimate::GridFlight& g = out.flight;
+  const estimate::ModelValues& values = out.values;
+  const Vector3d lever(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
+  const Readings pose = thinned(like, like.pose.size(), t.wider), position = thinned(like, like.position.size(), t.wider),
+                 velocity = thinned(like, like.velocity.size(), t.wider), gyro = thinned(like, like.gyro.size(), t.wider),
+                 accel = thinned(like, like.accel.size(), t.wider);
+  out.noise.position_m *= pose.every ? pose.noise : position.noise;
+  out.noise.attitude_rad *= pose.noise;
+  out.noise.velocity_m_s *= velocity.noise;
+  out.noise.gyro_rad_s *= gyro.noise;
+  out.noise.accel_m_s2 *= accel.noise;
+  const auto due = [](const Readings& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
+  for (std::size_t k = 0; k < t.knots; ++k) {
+    const estimate::BodyState& x = f.states[kMargin + k * t.per_step];
+    out.states.push_back(x);
+    const Vector3d at = x.p_W_m + x.q_WB * lever;
+    if (due(pose, k)) g.pose.push_back({k, values[estimate::kPoseDelay], {at, x.q_WB * values.q_BS()}});
+    if (due(position, k)) g.position.push_back({k, values[estimate::kPoseDelay], at});
+    if (due(velocity, k)) g.velocity.push_back({k, 0.0, x.v_W_m_s + x.q_WB * x.w_B_rad_s.cross(lever)});
+    if (due(gyro, k)) g.gyro.push_back({k, 0.0, x.w_B_rad_s});
+    if (due(accel, k)) g.accel.push_back({k, 0.0, Vector3d::Zero()});
+  }
+}
+
+}  // namespace
+
 std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting& s, double duration_s) {
   if (m.level == Level::ceiling && !std::isfinite(s.values.geometry.ceiling_z_m)) return std::nullopt;
   estimate::ModelValues values = s.values;
   values[estimate::kMass] *= 1.0 + m.payload_share;
   values.geometry.mass_kg *= 1.0 + m.payload_share;
-  const auto wider = static_cast<std::size_t>(std::max(1.0, std::floor(kKnot_s / s.like->step_s + 1e-9)));
-  const double step = static_cast<double>(wider) * s.like->step_s;
-  const auto per_step = static_cast<std::size_t>(std::max(1.0, std::ceil(step / kSample_s - 1e-9)));
-  const double h = step / static_cast<double>(per_step);
-  const auto knots = static_cast<std::size_t>(std::lround(duration_s / step)) + 1, samples = (knots - 1) * per_step + 1;
+  const Timing t(*s.like, duration_s);
   for (const double share : kShares) {
     std::vector<PathPoint> path;
-    for (std::size_t k = 0; k < samples + 2 * kMargin; ++k)
-      path.push_back(path_point(m, (static_cast<double>(k) - static_cast<double>(kMargin)) * h, s.length_ratio, share));
+    for (std::size_t k = 0; k < t.samples + 2 * kMargin; ++k)
+      path.push_back(path_point(m, (static_cast<double>(k) - static_cast<double>(kMargin)) * t.sample_s, s.length_ratio, share));
     const auto [way, height] = extent(path);
     if (way > 1.01 * s.way_m || (m.level == Level::free_air && height > 1.01 * s.height_m)) continue;
     place(path, m.level, s);
-    const std::optional<Flown> f = along(path, h, s, values);
+    const std::optional<Flown> f = InverseDynamics(path, t.sample_s, s, values).solve();
     if (!f) continue;
 
     ManoeuvreFlight out{.flight = {.name = m.id,
@@ -256,39 +339,19 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
                                    .gyro = {},
                                    .accel = {},
                                    .load_W_m = {},
-                                   .input = estimate::RotorInput(record_of(*f, h, s, values))},
+                                   .input = estimate::RotorInput(record_of(*f, t.sample_s, s, values))},
                         .states = {},
                         .values = values,
                         .noise = s.noise,
                         .share = share};
     estimate::GridFlight& g = out.flight;
-    g.step_s = step;
-    g.knots = knots;
+    g.step_s = t.step_s;
+    g.knots = t.knots;
     g.substeps = 1;
     g.slopes_by_middle = s.like->slopes_by_middle;
-    g.linked.assign(knots - 1, 1);
+    g.linked.assign(t.knots - 1, 1);
     g.anchor = s.like->anchor;
-    const Vector3d lever(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
-    const Readings pose = thinned(*s.like, s.like->pose.size(), wider), position = thinned(*s.like, s.like->position.size(), wider),
-                   velocity = thinned(*s.like, s.like->velocity.size(), wider), gyro = thinned(*s.like, s.like->gyro.size(), wider),
-                   accel = thinned(*s.like, s.like->accel.size(), wider);
-    out.noise.position_m *= pose.every ? pose.noise : position.noise;
-    out.noise.attitude_rad *= pose.noise;
-    out.noise.velocity_m_s *= velocity.noise;
-    out.noise.gyro_rad_s *= gyro.noise;
-    out.noise.accel_m_s2 *= accel.noise;
-    const auto due = [](const Readings& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
-    // Read as the model says, without noise: only how readings depend on states and parameters counts here.
-    for (std::size_t k = 0; k < knots; ++k) {
-      const estimate::BodyState& x = f->states[kMargin + k * per_step];
-      out.states.push_back(x);
-      const Vector3d at = x.p_W_m + x.q_WB * lever;
-      if (due(pose, k)) g.pose.push_back({k, values[estimate::kPoseDelay], {at, x.q_WB * values.q_BS()}});
-      if (due(position, k)) g.position.push_back({k, values[estimate::kPoseDelay], at});
-      if (due(velocity, k)) g.velocity.push_back({k, 0.0, x.v_W_m_s + x.q_WB * x.w_B_rad_s.cross(lever)});
-      if (due(gyro, k)) g.gyro.push_back({k, 0.0, x.w_B_rad_s});
-      if (due(accel, k)) g.accel.push_back({k, 0.0, Vector3d::Zero()});
-    }
+    add_readings(*f, t, *s.like, out);
     if (values.terms.memory() > 0) estimate::follow_states({&g, 1}, {&out.states, 1});
     return out;
   }

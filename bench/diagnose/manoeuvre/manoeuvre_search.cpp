@@ -192,74 +192,49 @@ double lead(const MatrixXd& information, const ColumnSet& model, const Part& tru
   t.score = -information(Eigen::all, truth.columns) * truth.size;  // of the model without it, where it is true
   return 0.5 * test_group(t, with(model, rival.columns), truth.columns).chi2;
 }
-}  // namespace
 
-ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
-                                const SearchOptions& o) {
-  ManoeuvreAdvice out{.seconds = o.duration_s, .twins = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
-  ClassModel model = class_model(fitted, before, members, o.library);
-  const estimate::FitProblem& p = fitted.problem;
-  const std::size_t flights = p.flights.size();
-  const Layout layout = layout_of(model.free, flights + 1);  // the last is that of the manoeuvre
-  ColumnSet base;
-  for (Index i = 0; i < layout.size; ++i) base.push_back(i);
-  for (Part& part : model.parts) {
-    for (const int parameter : part.parameters) {
-      const auto c = static_cast<std::size_t>(std::find(model.columns.begin(), model.columns.end(), parameter) - model.columns.begin());
-      part.columns.push_back(layout.of_flight.front()[c]);
-      std::erase(base, part.columns.back());
-    }
+// All that the flights so far and the class say; manoeuvres are weighed against it.
+struct Evidence {
+  const ClassModel& model;
+  const Layout& layout;
+  ColumnSet base;  // columns of the model without members
+  MatrixXd past;   // information of the flights and of what was known before them
+};
+
+// What a manoeuvre, flown by the fitted model and seen by the one with all members, would add to the evidence.
+std::optional<ManoeuvreValue> value_of(const Manoeuvre& manoeuvre, const Evidence& e, const ManoeuvreSetting& setting,
+                                       const SearchOptions& o) {
+  const std::optional<ManoeuvreFlight> f = flown(manoeuvre, setting, o.duration_s);
+  if (!f) return std::nullopt;
+  estimate::ModelValues seen = e.model.values.front();
+  std::copy(f->values.values.begin(), f->values.values.end(), seen.values.begin());
+  seen.geometry = f->values.geometry;
+  for (const Part& part : e.model.parts) {
+    for (const int parameter : part.parameters) seen[parameter] = e.model.values.front()[parameter];
   }
-  if (model.parts.size() < 2 || model.parts.front().id != members.front().id) return out;
-
-  std::vector<MatrixXd> each(flights);
-  in_parallel(flights, o.threads, [&](std::size_t f) {
-    each[f] = information_of(*p.flights[f], fitted.fit.states[f], model.values[f], fitted.fit.noise[f], model.columns);
-  });
-  MatrixXd past = prior_information(p, model.free, layout);
-  for (std::size_t f = 0; f < flights; ++f) add(past, each[f], layout.of_flight[f]);
-
-  // Flown by the fitted model; seen by the one with all members.
-  const ManoeuvreSetting setting = manoeuvre_setting(fitted);
-  const std::span<const Manoeuvre> all = manoeuvres();
-  std::vector<std::optional<ManoeuvreValue>> values(all.size());
-  in_parallel(all.size(), o.threads, [&](std::size_t i) {
-    const std::optional<ManoeuvreFlight> f = flown(all[i], setting, o.duration_s);
-    if (!f) return;
-    estimate::ModelValues seen = model.values.front();
-    std::copy(f->values.values.begin(), f->values.values.end(), seen.values.begin());
-    seen.geometry = f->values.geometry;
-    for (const Part& part : model.parts) {
-      for (const int parameter : part.parameters) seen[parameter] = model.values.front()[parameter];
-    }
-    MatrixXd with_it = past;
-    add(with_it, information_of(f->flight, f->states, seen, f->noise, model.columns), layout.of_flight.back());
-    ManoeuvreValue v{.id = all[i].id, .words = manoeuvre_words(all[i], setting.length_ratio, f->share), .separation = {}};
-    for (std::size_t b = 1; b < model.parts.size(); ++b) {
-      const Part &winner = model.parts.front(), &twin = model.parts[b];
-      const auto gained_by = [&](const Part& truth, const Part& rival) {
-        return lead(with_it, base, truth, rival) - lead(past, base, truth, rival);
-      };
-      const double gained = std::min(gained_by(winner, twin), gained_by(twin, winner));
-      v.separation.push_back(std::max(0.0, gained) / o.inflation);
-    }
-    values[i] = std::move(v);
-  });
-
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (values[i]) {
-      out.ranked.push_back(std::move(*values[i]));
-    } else {
-      out.impossible.emplace_back(all[i].id);
-    }
+  MatrixXd with_it = e.past;
+  add(with_it, information_of(f->flight, f->states, seen, f->noise, e.model.columns), e.layout.of_flight.back());
+  ManoeuvreValue v{.id = manoeuvre.id, .words = manoeuvre_words(manoeuvre, setting.length_ratio, f->share), .separation = {}};
+  for (std::size_t b = 1; b < e.model.parts.size(); ++b) {
+    const Part &winner = e.model.parts.front(), &twin = e.model.parts[b];
+    const auto gained_by = [&](const Part& truth, const Part& rival) {
+      return lead(with_it, e.base, truth, rival) - lead(e.past, e.base, truth, rival);
+    };
+    const double gained = std::min(gained_by(winner, twin), gained_by(twin, winner));
+    v.separation.push_back(std::max(0.0, gained) / o.inflation);
   }
+  return v;
+}
+
+// Which twins some manoeuvre can tell apart, and the manoeuvres by the least that they say about any of those.
+void rank(const ClassModel& model, ManoeuvreAdvice& out) {
   std::vector<bool> told;
   for (std::size_t b = 0; b + 1 < model.parts.size(); ++b) {
     double most = 0.0;
     for (const ManoeuvreValue& v : out.ranked) most = std::max(most, v.separation[b]);
     out.twins.push_back(model.parts[b + 1].id);
     out.reached.push_back(most);
-    told.push_back(kPatience * most * kManoeuvre_s / o.duration_s >= kTold);
+    told.push_back(kPatience * most * kManoeuvre_s / out.seconds >= kTold);
     if (!told.back()) out.open.push_back(out.twins.back());
   }
   for (ManoeuvreValue& v : out.ranked) {
@@ -272,6 +247,47 @@ ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const id
   }
   std::stable_sort(out.ranked.begin(), out.ranked.end(),
                    [](const ManoeuvreValue& a, const ManoeuvreValue& b) { return a.least > b.least; });
+}
+
+}  // namespace
+
+ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
+                                const SearchOptions& o) {
+  ManoeuvreAdvice out{.seconds = o.duration_s, .twins = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
+  ClassModel model = class_model(fitted, before, members, o.library);
+  const estimate::FitProblem& p = fitted.problem;
+  const std::size_t flights = p.flights.size();
+  const Layout layout = layout_of(model.free, flights + 1);  // the last is that of the manoeuvre
+  Evidence evidence{model, layout, {}, {}};
+  for (Index i = 0; i < layout.size; ++i) evidence.base.push_back(i);
+  for (Part& part : model.parts) {
+    for (const int parameter : part.parameters) {
+      const auto c = static_cast<std::size_t>(std::find(model.columns.begin(), model.columns.end(), parameter) - model.columns.begin());
+      part.columns.push_back(layout.of_flight.front()[c]);
+      std::erase(evidence.base, part.columns.back());
+    }
+  }
+  if (model.parts.size() < 2 || model.parts.front().id != members.front().id) return out;
+
+  std::vector<MatrixXd> each(flights);
+  in_parallel(flights, o.threads, [&](std::size_t f) {
+    each[f] = information_of(*p.flights[f], fitted.fit.states[f], model.values[f], fitted.fit.noise[f], model.columns);
+  });
+  evidence.past = prior_information(p, model.free, layout);
+  for (std::size_t f = 0; f < flights; ++f) add(evidence.past, each[f], layout.of_flight[f]);
+
+  const ManoeuvreSetting setting = manoeuvre_setting(fitted);
+  const std::span<const Manoeuvre> all = manoeuvres();
+  std::vector<std::optional<ManoeuvreValue>> values(all.size());
+  in_parallel(all.size(), o.threads, [&](std::size_t i) { values[i] = value_of(all[i], evidence, setting, o); });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (values[i]) {
+      out.ranked.push_back(std::move(*values[i]));
+    } else {
+      out.impossible.emplace_back(all[i].id);
+    }
+  }
+  rank(model, out);
   return out;
 }
 

@@ -47,6 +47,53 @@ Json axis_json(const ResidualFindings& f, std::size_t a) {
   return j;
 }
 
+Json lag_json(const LagFinding& l) {
+  Json axes = Json::array();
+  for (const std::size_t a : l.axes) axes.push_back(kAxisNames[a]);
+  return {{"leads", l.verdict == LagVerdict::leads}, {"axes", axes}, {"lag_s", l.lag_s}, {"effects", l.effects}, {"words", l.words}};
+}
+
+Json variance_json(const VarianceEffect& e) {
+  Json v{{"id", e.id}, {"what", e.what}, {"parameter", e.parameter}, {"unit", e.unit}};
+  if (!e.untested.empty()) {
+    v["untested"] = e.untested;
+    return v;
+  }
+  Json twins = Json::array();
+  for (const auto& [id, c] : e.twins) twins.push_back({{"id", id}, {"correlation", c}});
+  v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = twins;
+  return v;
+}
+
+Json event_json(const ResidualFindings& f, const std::vector<std::size_t>& event) {
+  Json all = Json::array();
+  for (const std::size_t i : event) {
+    const TimeStep& s = f.steps.steps[i];
+    all.push_back({{"effect", s.effect},
+                   {"parameter", s.parameter},
+                   {"flight", f.series.samples.flights[s.flight]},
+                   {"at_s", s.at_s},
+                   {"size", s.size},
+                   {"u", s.u},
+                   {"unit", s.unit},
+                   {"p_holm", s.p_holm}});
+  }
+  return all;
+}
+
+Json telemetry_json(const TelemetryResidual& t) {
+  const auto three = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
+  return {{"flight", t.flight},     {"stream", t.stream},    {"unit", t.unit},
+          {"in_the_fit", t.fitted}, {"mean", three(t.mean)}, {"rms", three(t.rms)}};
+}
+
+template <class List, class Write>
+Json array_of(const List& list, Write&& write) {
+  Json out = Json::array();
+  for (const auto& item : list) out.push_back(write(item));
+  return out;
+}
+
 }  // namespace
 
 std::string residual_json(const ResidualFindings& f) {
@@ -54,66 +101,23 @@ std::string residual_json(const ResidualFindings& f) {
   j["words"] = f.words;
   j["axes"] = Json::array();
   for (std::size_t a = 0; a < kAxes; ++a) j["axes"].push_back(axis_json(f, a));
-  j["dependence"] = Json::array();
-  for (const Dependence& d : f.dependence.ranking) {
-    if (j["dependence"].size() >= 24) break;
-    j["dependence"].push_back(
-        {{"input", f.series.inputs[d.input].id}, {"axis", kAxisNames[d.axis]}, {"share", d.share}, {"chance", d.chance}});
-  }
-  j["lag_findings"] = Json::array();
-  for (const LagFinding& l : f.lag.findings) {
-    Json axes = Json::array();
-    for (const std::size_t a : l.axes) axes.push_back(kAxisNames[a]);
-    j["lag_findings"].push_back(
-        {{"leads", l.verdict == LagVerdict::leads}, {"axes", axes}, {"lag_s", l.lag_s}, {"effects", l.effects}, {"words", l.words}});
-  }
-  j["variance_effects"] = Json::array();
-  for (const VarianceEffect& e : f.variance.effects) {
-    Json twins = Json::array();
-    for (const auto& [id, c] : e.twins) twins.push_back({{"id", id}, {"correlation", c}});
-    Json v{{"id", e.id}, {"what", e.what}, {"parameter", e.parameter}, {"unit", e.unit}};
-    if (e.untested.empty()) {
-      v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = twins;
-    } else {
-      v["untested"] = e.untested;
-    }
-    j["variance_effects"].push_back(v);
-  }
-  j["steps_in_time"] = Json::array();
-  for (const auto& event : f.steps.events) {
-    Json all = Json::array();
-    for (const std::size_t i : event) {
-      const TimeStep& s = f.steps.steps[i];
-      all.push_back({{"effect", s.effect},
-                     {"parameter", s.parameter},
-                     {"flight", f.series.samples.flights[s.flight]},
-                     {"at_s", s.at_s},
-                     {"size", s.size},
-                     {"u", s.u},
-                     {"unit", s.unit},
-                     {"p_holm", s.p_holm}});
-    }
-    j["steps_in_time"].push_back(all);
-  }
-  j["bursts"] = Json::array();
-  for (const Burst& b : f.unexplained.bursts)
-    j["bursts"].push_back({{"flight", f.series.samples.flights[b.flight]},
-                           {"axis", kAxisNames[b.axis]},
-                           {"from_s", b.from_s},
-                           {"to_s", b.to_s},
-                           {"mean", b.mean},
-                           {"peak", b.peak},
-                           {"ratio", b.ratio}});
-  j["telemetry"] = Json::array();
-  for (const TelemetryResidual& t : f.series.telemetry) {
-    const auto three = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
-    j["telemetry"].push_back({{"flight", t.flight},
-                              {"stream", t.stream},
-                              {"unit", t.unit},
-                              {"in_the_fit", t.fitted},
-                              {"mean", three(t.mean)},
-                              {"rms", three(t.rms)}});
-  }
+  const auto& ranking = f.dependence.ranking;
+  j["dependence"] = array_of(std::span(ranking).first(std::min<std::size_t>(24, ranking.size())), [&](const Dependence& d) {
+    return Json{{"input", f.series.inputs[d.input].id}, {"axis", kAxisNames[d.axis]}, {"share", d.share}, {"chance", d.chance}};
+  });
+  j["lag_findings"] = array_of(f.lag.findings, lag_json);
+  j["variance_effects"] = array_of(f.variance.effects, variance_json);
+  j["steps_in_time"] = array_of(f.steps.events, [&](const auto& event) { return event_json(f, event); });
+  j["bursts"] = array_of(f.unexplained.bursts, [&](const Burst& b) {
+    return Json{{"flight", f.series.samples.flights[b.flight]},
+                {"axis", kAxisNames[b.axis]},
+                {"from_s", b.from_s},
+                {"to_s", b.to_s},
+                {"mean", b.mean},
+                {"peak", b.peak},
+                {"ratio", b.ratio}};
+  });
+  j["telemetry"] = array_of(f.series.telemetry, telemetry_json);
   return j.dump(2) + "\n";
 }
 

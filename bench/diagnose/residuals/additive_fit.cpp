@@ -118,6 +118,112 @@ double gain(const FoldSums& s, std::size_t f, const VectorXd& beta, Index y) {
   return 2.0 * beta.dot(s.xy[f].col(y)) - beta.dot(s.xx[f] * beta);
 }
 
+// The penalised regression of all residuals on the splines, from the sums of the folds.
+class Regression {
+ public:
+  Regression(const Design& design, const FoldSums& folds, Index residuals)
+      : design_(design),
+        folds_(folds),
+        xx_(MatrixXd::Zero(design.columns, design.columns)),
+        xy_(MatrixXd::Zero(design.columns, residuals)),
+        yy_(VectorXd::Zero(residuals)),
+        shape_(penalty_of(design)) {
+    for (std::size_t f = 0; f < folds.xx.size(); ++f) xx_ += folds.xx[f], xy_ += folds.xy[f], yy_ += folds.yy[f];
+    information_ = xx_.diagonal().tail(design.columns - 1).sum() / static_cast<double>(std::max<Index>(1, design.columns - 1));
+  }
+  // The penalty under which the folds left out are foretold best, for each residual.
+  void choose_penalties(std::span<const double> penalties, std::vector<AdditiveFit>& out) const;
+  // The curve of each input, the one that explains most first, with jackknife uncertainty over the folds.
+  std::vector<PartialCurve> curves(const AdditiveFit& fit, Index y) const;
+  // Cross-validated share that is lost without an input.
+  double share_of_input_alone(const AdditiveFit& fit, std::size_t input, Index y) const;
+
+ private:
+  MatrixXd solved(std::size_t left_out, double penalty, const VectorXd* keep, Index only = -1) const;
+  PartialCurve curve(const Spline& spline, const VectorXd& whole, const std::vector<VectorXd>& parts, Index y) const;
+
+  const Design& design_;
+  const FoldSums& folds_;
+  MatrixXd xx_, xy_;
+  VectorXd yy_;
+  MatrixXd shape_;
+  double information_ = 0.0;  // mean of the diagonal: the scale of the penalty
+};
+
+// Coefficients from all folds but one, for one penalty, all residuals at once or `only` one; `keep`: 0 removes a column.
+MatrixXd Regression::solved(std::size_t left_out, double penalty, const VectorXd* keep, Index only) const {
+  MatrixXd m = xx_ + penalty * information_ * shape_;
+  MatrixXd rhs = only < 0 ? xy_ : MatrixXd(xy_.col(only));
+  if (left_out < folds_.xx.size())
+    m -= folds_.xx[left_out], rhs -= only < 0 ? folds_.xy[left_out] : MatrixXd(folds_.xy[left_out].col(only));
+  if (keep) {
+    m = keep->asDiagonal() * m * keep->asDiagonal();
+    m.diagonal() += (VectorXd::Ones(design_.columns) - *keep) * information_;
+    rhs = keep->asDiagonal() * rhs;
+  }
+  m.diagonal().array() += 1e-9 * information_;
+  return MatrixXd(m.llt().solve(rhs));
+}
+
+void Regression::choose_penalties(std::span<const double> penalties, std::vector<AdditiveFit>& out) const {
+  std::vector<double> best(out.size(), -1e300);
+  for (const double penalty : penalties) {
+    VectorXd total = VectorXd::Zero(yy_.size());
+    for (std::size_t f = 0; f < folds_.xx.size(); ++f) {
+      const MatrixXd beta = solved(f, penalty, nullptr);
+      for (Index y = 0; y < total.size(); ++y) total[y] += gain(folds_, f, beta.col(y), y);
+    }
+    for (std::size_t y = 0; y < out.size(); ++y) {
+      const auto i = static_cast<Index>(y);
+      const double share = yy_[i] > 0.0 ? total[i] / yy_[i] : 0.0;
+      if (share > best[y]) best[y] = share, out[y].share = share, out[y].penalty = penalty;
+    }
+  }
+}
+
+std::vector<PartialCurve> Regression::curves(const AdditiveFit& fit, Index y) const {
+  const VectorXd whole = solved(folds_.xx.size(), fit.penalty, nullptr, y).col(0);
+  std::vector<VectorXd> parts;
+  for (std::size_t f = 0; f < folds_.xx.size(); ++f) parts.push_back(solved(f, fit.penalty, nullptr, y).col(0));
+  std::vector<PartialCurve> out;
+  for (const Spline& spline : design_.splines) out.push_back(curve(spline, whole, parts, y));
+  std::stable_sort(out.begin(), out.end(), [](const PartialCurve& a, const PartialCurve& b) { return a.share > b.share; });
+  return out;
+}
+
+PartialCurve Regression::curve(const Spline& spline, const VectorXd& whole, const std::vector<VectorXd>& parts, Index y) const {
+  constexpr int kPoints = 25;
+  PartialCurve c{.input = spline.input, .at = {}, .value = {}, .u = {}};
+  const auto rows = Eigen::seqN(spline.first, spline.count);
+  c.share = whole(rows).dot(xx_(rows, rows) * whole(rows)) / yy_[y];
+  for (int n = 0; n < kPoints; ++n) {
+    const double x = spline.low + spline.width * static_cast<double>(spline.count - 3) * n / (kPoints - 1);
+    std::array<double, 4> basis;
+    const Index k = spline.at(x, basis);
+    const auto value = [&](const VectorXd& beta) {
+      double v = -design_.column_mean(rows).dot(beta(rows));
+      for (Index j = 0; j < 4; ++j) v += basis[static_cast<std::size_t>(j)] * beta[spline.first + k + j];
+      return v;
+    };
+    const double here = value(whole);
+    double squares = 0.0;
+    for (const VectorXd& p : parts) squares += (value(p) - here) * (value(p) - here);
+    const auto f = static_cast<double>(parts.size());
+    c.at.push_back(x), c.value.push_back(here), c.u.push_back(std::sqrt((f - 1.0) / f * squares));
+  }
+  return c;
+}
+
+double Regression::share_of_input_alone(const AdditiveFit& fit, std::size_t input, Index y) const {
+  VectorXd keep = VectorXd::Ones(design_.columns);
+  for (const Spline& spline : design_.splines) {
+    if (spline.input == input) keep.segment(spline.first, spline.count).setZero();
+  }
+  double total = 0.0;
+  for (std::size_t f = 0; f < folds_.xx.size(); ++f) total += gain(folds_, f, solved(f, fit.penalty, &keep, y).col(0), y);
+  return fit.share - total / yy_[y];
+}
+
 }  // namespace
 
 std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const std::vector<double>* const> ys,
@@ -129,78 +235,16 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
   if (folds < 2) return out;
   Design design(inputs, o.intervals);
   const FoldSums s = sums(design, inputs, ys, samples, blocks, fold, folds);
-  MatrixXd xx = MatrixXd::Zero(design.columns, design.columns), xy = MatrixXd::Zero(design.columns, static_cast<Index>(ys.size()));
-  VectorXd yy = VectorXd::Zero(static_cast<Index>(ys.size()));
-  for (std::size_t f = 0; f < s.xx.size(); ++f) xx += s.xx[f], xy += s.xy[f], yy += s.yy[f];
-  const MatrixXd shape = penalty_of(design);
-  const double information = xx.diagonal().tail(design.columns - 1).sum() / static_cast<double>(std::max<Index>(1, design.columns - 1));
-
-  // Coefficients from all folds but one, for one penalty, all residuals at once or `only` one; `keep`: 0 removes a column.
-  const auto solved = [&](std::size_t left_out, double penalty, const VectorXd* keep, Index only = -1) {
-    MatrixXd m = xx + penalty * information * shape;
-    MatrixXd rhs = only < 0 ? xy : MatrixXd(xy.col(only));
-    if (left_out < s.xx.size()) m -= s.xx[left_out], rhs -= only < 0 ? s.xy[left_out] : MatrixXd(s.xy[left_out].col(only));
-    if (keep) {
-      m = keep->asDiagonal() * m * keep->asDiagonal();
-      m.diagonal() += (VectorXd::Ones(design.columns) - *keep) * information;
-      rhs = keep->asDiagonal() * rhs;
-    }
-    m.diagonal().array() += 1e-9 * information;
-    return MatrixXd(m.llt().solve(rhs));
-  };
-  std::vector<double> best(ys.size(), -1e300);
-  for (const double penalty : o.penalties) {
-    VectorXd total = VectorXd::Zero(static_cast<Index>(ys.size()));
-    for (std::size_t f = 0; f < s.xx.size(); ++f) {
-      const MatrixXd beta = solved(f, penalty, nullptr);
-      for (Index y = 0; y < total.size(); ++y) total[y] += gain(s, f, beta.col(y), y);
-    }
-    for (std::size_t y = 0; y < ys.size(); ++y) {
-      const auto i = static_cast<Index>(y);
-      const double share = yy[i] > 0.0 ? total[i] / yy[i] : 0.0;
-      if (share > best[y]) best[y] = share, out[y].share = share, out[y].penalty = penalty;
-    }
-  }
+  const Regression regression(design, s, static_cast<Index>(ys.size()));
+  regression.choose_penalties(o.penalties, out);
   for (std::size_t y = 0; y < std::min(with_curves, ys.size()); ++y) {
     AdditiveFit& fit = out[y];
     const auto i = static_cast<Index>(y);
     if (!(fit.share > 0.0)) continue;
-    const VectorXd whole = solved(s.xx.size(), fit.penalty, nullptr, i).col(0);
-    std::vector<VectorXd> parts;
-    for (std::size_t f = 0; f < s.xx.size(); ++f) parts.push_back(solved(f, fit.penalty, nullptr, i).col(0));
-    for (const Spline& sp : design.splines) {
-      PartialCurve c{.input = sp.input, .at = {}, .value = {}, .u = {}};
-      const auto rows = Eigen::seqN(sp.first, sp.count);
-      c.share = whole(rows).dot(xx(rows, rows) * whole(rows)) / yy[i];
-      constexpr int kPoints = 25;
-      for (int n = 0; n < kPoints; ++n) {
-        const double x = sp.low + sp.width * static_cast<double>(sp.count - 3) * n / (kPoints - 1);
-        std::array<double, 4> basis;
-        const Index k = sp.at(x, basis);
-        const auto value = [&](const VectorXd& beta) {
-          double v = -design.column_mean(rows).dot(beta(rows));
-          for (Index j = 0; j < 4; ++j) v += basis[static_cast<std::size_t>(j)] * beta[sp.first + k + j];
-          return v;
-        };
-        const double here = value(whole);
-        double squares = 0.0;
-        for (const VectorXd& p : parts) squares += (value(p) - here) * (value(p) - here);
-        const auto f = static_cast<double>(parts.size());
-        c.at.push_back(x), c.value.push_back(here), c.u.push_back(std::sqrt((f - 1.0) / f * squares));
-      }
-      fit.curves.push_back(std::move(c));
-    }
-    std::stable_sort(fit.curves.begin(), fit.curves.end(), [](const PartialCurve& a, const PartialCurve& b) { return a.share > b.share; });
+    fit.curves = regression.curves(fit, i);
     // What is lost without an input: only for the few that carry most.
-    for (std::size_t n = 0; n < std::min<std::size_t>(4, fit.curves.size()); ++n) {
-      VectorXd keep = VectorXd::Ones(design.columns);
-      for (const Spline& sp : design.splines) {
-        if (sp.input == fit.curves[n].input) keep.segment(sp.first, sp.count).setZero();
-      }
-      double total = 0.0;
-      for (std::size_t f = 0; f < s.xx.size(); ++f) total += gain(s, f, solved(f, fit.penalty, &keep, i).col(0), i);
-      fit.curves[n].alone = fit.share - total / yy[i];
-    }
+    for (std::size_t n = 0; n < std::min<std::size_t>(4, fit.curves.size()); ++n)
+      fit.curves[n].alone = regression.share_of_input_alone(fit, fit.curves[n].input, i);
   }
   return out;
 }

@@ -131,60 +131,100 @@ std::vector<double> step_statistic(std::span<const double> score, std::span<cons
   return out;
 }
 
+namespace {
+
+// One kind of step in one flight, with what the search over its moments needs.
+struct Search {
+  Cells cells, without;  // without: the step at the best moment taken out
+  Best best;
+  std::size_t margin = 0, block = 0;  // cells
+};
+
+// Size: mean score per information after less before. Its uncertainty: scatter of blocks about the two means.
+void measure_size(Search& search, std::size_t least_block, TimeStep& s) {
+  const Cells& c = search.cells;
+  const std::size_t n = c.score.size(), at = search.best.at;
+  double before = 0.0, before_i = 0.0, after = 0.0, after_i = 0.0;
+  for (std::size_t i = 0; i < n; ++i) (i <= at ? before : after) += c.score[i], (i <= at ? before_i : after_i) += c.information[i];
+  const double low = before_i > 0.0 ? before / before_i : 0.0, high = after_i > 0.0 ? after / after_i : 0.0;
+  s.size = high - low;
+  search.without = c;
+  std::vector<double>& rest = search.without.score;
+  for (std::size_t i = 0; i < n; ++i) rest[i] -= (i <= at ? low : high) * c.information[i];
+  search.block = block_length(rest, least_block);
+  double scatter_before = 0.0, scatter_after = 0.0;
+  for (std::size_t from = 0; from < n; from += search.block) {
+    double b = 0.0, a = 0.0;
+    for (std::size_t i = from; i < std::min(n, from + search.block); ++i) (i <= at ? b : a) += rest[i];
+    scatter_before += b * b, scatter_after += a * a;
+  }
+  s.u = std::sqrt((before_i > 0.0 ? scatter_before / (before_i * before_i) : 0.0) +
+                  (after_i > 0.0 ? scatter_after / (after_i * after_i) : 0.0));
+}
+
+// Two searches in random order: with the step still in the flight, how often chance does as well; with it taken out, how far it
+// stands above chance when none does. (The second alone would flatter: what is taken out was the best of all moments.)
+void compare_with_chance(const Search& search, const RandomStream& random, int resamples, TimeStep& s) {
+  std::uint64_t drawn = 0;
+  Cells other;
+  const auto best_of_shuffled = [&](const Cells& c) {
+    shuffled(c, search.block, random, drawn, other);
+    return best_of(step_statistic(other.score, other.information), search.margin).chi2;
+  };
+  std::vector<double> largest;
+  int as_large = 0;
+  for (int m = 0; m < resamples; ++m) {
+    as_large += best_of_shuffled(search.cells) >= s.chi2;
+    largest.push_back(best_of_shuffled(search.without));
+  }
+  // What was taken out took two of the blocks' degrees of freedom with it.
+  const double blocks = std::floor(static_cast<double>(search.cells.score.size()) / static_cast<double>(search.block));
+  s.limit = log::quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
+  s.p = (1.0 + as_large) / (1.0 + resamples);
+  // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
+  constexpr double kLimit = 12.4;        // 1 % of white noise on the inner 84 % (Andrews 1993)
+  constexpr double kLeastBlocks = 10.0;  // fewer tell no tail: a gust or two look like a step
+  if (as_large == 0 && blocks >= kLeastBlocks && s.limit > 0.0 && s.chi2 > s.limit)
+    s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
+}
+
+void gather_events(StepsResult& out) {
+  for (std::size_t i = 0; i < out.steps.size(); ++i) {
+    if (out.steps[i].p_holm >= 0.01) continue;
+    const auto same = [&](const std::vector<std::size_t>& event) {
+      const TimeStep& first = out.steps[event.front()];
+      return first.flight == out.steps[i].flight && !(std::fabs(first.at_s - out.steps[i].at_s) > kSameEvent_s);
+    };
+    const auto event = std::find_if(out.events.begin(), out.events.end(), same);
+    if (event != out.events.end()) {
+      event->push_back(i);
+    } else {
+      out.events.push_back({i});
+    }
+  }
+}
+
+}  // namespace
+
 StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kinds, const StepOptions& o) {
   StepsResult out;
   for (std::size_t f = 0; f < r.samples.flights.size(); ++f) {
     for (std::size_t k = 0; k < kinds.size(); ++k) {
-      const Cells c = cells(r, kinds[k], f, o.grid_s);
+      Search search{.cells = cells(r, kinds[k], f, o.grid_s), .without = {}, .best = {}};
+      const Cells& c = search.cells;
       const std::size_t n = c.score.size(), least = static_cast<std::size_t>(std::max(1.0, std::round(o.block_s / o.grid_s)));
       if (n < 6 * least) continue;
-      const auto margin = static_cast<std::size_t>(std::max(1.0, o.margin * static_cast<double>(n)));
+      search.margin = static_cast<std::size_t>(std::max(1.0, o.margin * static_cast<double>(n)));
       TimeStep s;
       s.flight = f;
       s.effect = kinds[k].effect, s.parameter = kinds[k].parameter, s.unit = kinds[k].unit;
       s.tried_s = c.end_s;
       s.chi2_at = step_statistic(c.score, c.information);
-      const Best best = best_of(s.chi2_at, margin);
-      s.at_s = c.end_s[best.at];
-      s.chi2 = best.chi2;
-      // Size: mean score per information after less before. Its uncertainty: scatter of blocks about the two means.
-      double before = 0.0, before_i = 0.0, after = 0.0, after_i = 0.0;
-      for (std::size_t i = 0; i < n; ++i)
-        (i <= best.at ? before : after) += c.score[i], (i <= best.at ? before_i : after_i) += c.information[i];
-      const double low = before_i > 0.0 ? before / before_i : 0.0, high = after_i > 0.0 ? after / after_i : 0.0;
-      s.size = high - low;
-      Cells without = c, other;  // the step taken out
-      for (std::size_t i = 0; i < n; ++i) without.score[i] -= (i <= best.at ? low : high) * c.information[i];
-      const std::size_t block = block_length(without.score, least);
-      double scatter_before = 0.0, scatter_after = 0.0;
-      for (std::size_t from = 0; from < n; from += block) {
-        double b = 0.0, a = 0.0;
-        for (std::size_t i = from; i < std::min(n, from + block); ++i) (i <= best.at ? b : a) += without.score[i];
-        scatter_before += b * b, scatter_after += a * a;
-      }
-      s.u = std::sqrt((before_i > 0.0 ? scatter_before / (before_i * before_i) : 0.0) +
-                      (after_i > 0.0 ? scatter_after / (after_i * after_i) : 0.0));
-      const RandomStream random(o.seed, kOrderModule + 64 * f + k);
-      std::uint64_t drawn = 0;
-      // Two searches in random order: with the step still in the flight, how often chance does as well; with it taken out, how far it
-      // stands above chance when none does. (The second alone would flatter: what is taken out was the best of all moments.)
-      std::vector<double> largest;
-      int as_large = 0;
-      for (int m = 0; m < o.resamples; ++m) {
-        shuffled(c, block, random, drawn, other);
-        as_large += best_of(step_statistic(other.score, other.information), margin).chi2 >= s.chi2;
-        shuffled(without, block, random, drawn, other);
-        largest.push_back(best_of(step_statistic(other.score, other.information), margin).chi2);
-      }
-      // What was taken out took two of the blocks' degrees of freedom with it.
-      const double blocks = std::floor(static_cast<double>(n) / static_cast<double>(block));
-      s.limit = log::quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
-      s.p = (1.0 + as_large) / (1.0 + o.resamples);
-      // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
-      constexpr double kLimit = 12.4;        // 1 % of white noise on the inner 84 % (Andrews 1993)
-      constexpr double kLeastBlocks = 10.0;  // fewer tell no tail: a gust or two look like a step
-      if (as_large == 0 && blocks >= kLeastBlocks && s.limit > 0.0 && s.chi2 > s.limit)
-        s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
+      search.best = best_of(s.chi2_at, search.margin);
+      s.at_s = c.end_s[search.best.at];
+      s.chi2 = search.best.chi2;
+      measure_size(search, least, s);
+      compare_with_chance(search, RandomStream(o.seed, kOrderModule + 64 * f + k), o.resamples, s);
       out.steps.push_back(std::move(s));
     }
   }
@@ -194,18 +234,7 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
   for (std::size_t i = 0; i < p.size(); ++i) out.steps[i].p_holm = adjusted[i];
   std::stable_sort(out.steps.begin(), out.steps.end(),
                    [](const TimeStep& a, const TimeStep& b) { return a.p != b.p ? a.p < b.p : a.chi2 * b.limit > b.chi2 * a.limit; });
-  for (std::size_t i = 0; i < out.steps.size(); ++i) {
-    if (out.steps[i].p_holm >= 0.01) continue;
-    bool placed = false;
-    for (auto& event : out.events) {
-      const TimeStep& first = out.steps[event.front()];
-      if (first.flight != out.steps[i].flight || std::fabs(first.at_s - out.steps[i].at_s) > kSameEvent_s) continue;
-      event.push_back(i);
-      placed = true;
-      break;
-    }
-    if (!placed) out.events.push_back({i});
-  }
+  gather_events(out);
   return out;
 }
 

@@ -170,6 +170,50 @@ ScoreTest score_test(const BlockScores& s, std::span<const std::size_t> flight) 
   return out;
 }
 
+namespace {
+
+// Takes off the scores of each flight what the nuisances foretell of them there.
+void reduce_by_flight(BlockScores& s, const std::vector<BlockScores>& of, std::span<const std::size_t> flight) {
+  const auto rows = static_cast<Eigen::Index>(flight.size());
+  for (Eigen::Index from = 0; from < rows;) {
+    Eigen::Index to = from;
+    while (to < rows && flight[static_cast<std::size_t>(to)] == flight[static_cast<std::size_t>(from)]) ++to;
+    reduce(s, of, from, to);
+    from = to;
+  }
+}
+
+// `marginal`: the scores of all kinds before the effects found took their share.
+VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const std::vector<BlockScores>& marginal, const ScoreTest& test,
+                     double p_holm) {
+  VarianceEffect e = named(kinds[k]);
+  e.t = test.t, e.p = test.p, e.p_holm = p_holm;
+  e.size = std::sqrt(std::max(0.0, test.gamma));
+  e.u = e.size > 0.0 ? test.u_gamma / (2.0 * e.size) : std::sqrt(test.u_gamma);
+  const Eigen::Index rows = marginal[k].value.rows();
+  for (std::size_t j = 0; j < kinds.size(); ++j) {
+    if (j == k || !kinds[j].untested.empty()) continue;
+    const double both = covariance(marginal[k], marginal[j], 0, rows);
+    const double c = both / std::sqrt(covariance(marginal[k], marginal[k], 0, rows) * covariance(marginal[j], marginal[j], 0, rows));
+    if (c > kTwin) e.twins.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
+  }
+  return e;
+}
+
+// Of those that are there, the one that raises the likelihood most goes first; t alone cannot rank them, for the scatter of an
+// effect that comes in gusts bounds it. A significant one stands before all that are not.
+std::vector<std::size_t> ranked(const std::vector<ScoreTest>& test, const std::vector<double>& adjusted, double level) {
+  std::vector<std::size_t> order(test.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const bool pa = adjusted[a] < level, pb = adjusted[b] < level;
+    return pa != pb ? pa : pa ? test[a].gain > test[b].gain : test[a].t > test[b].t;
+  });
+  return order;
+}
+
+}  // namespace
+
 VarianceResult variance_effects(const ResidualSeries& r, std::span<const VarianceKind> kinds, const VarianceOptions& o) {
   VarianceResult out;
   const std::vector<SampleBlock> blocks = blocks_of(r.samples, o.block_s);
@@ -186,55 +230,26 @@ VarianceResult variance_effects(const ResidualSeries& r, std::span<const Varianc
     if (!kinds[k].untested.empty()) continue;
     score[k] = block_scores(r, kinds[k], block, blocks.size(), t);
     centre(score[k]);
-    for (Eigen::Index from = 0; from < static_cast<Eigen::Index>(blocks.size());) {
-      Eigen::Index to = from;
-      while (to < static_cast<Eigen::Index>(blocks.size()) &&
-             flight[static_cast<std::size_t>(to)] == flight[static_cast<std::size_t>(from)])
-        ++to;
-      reduce(score[k], of, from, to);
-      from = to;
-    }
+    reduce_by_flight(score[k], of, flight);
     open.push_back(k);
   }
-  const auto rows = static_cast<Eigen::Index>(blocks.size());
-  const std::vector<BlockScores> marginal = score;  // before the effects found took their share
-  const auto entry = [&](std::size_t k, const ScoreTest& test, double p_holm) {
-    VarianceEffect e = named(kinds[k]);
-    e.t = test.t, e.p = test.p, e.p_holm = p_holm;
-    e.size = std::sqrt(std::max(0.0, test.gamma));
-    e.u = e.size > 0.0 ? test.u_gamma / (2.0 * e.size) : std::sqrt(test.u_gamma);
-    for (std::size_t j = 0; j < kinds.size(); ++j) {
-      if (j == k || !kinds[j].untested.empty()) continue;
-      const double both = covariance(marginal[k], marginal[j], 0, rows);
-      const double c = both / std::sqrt(covariance(marginal[k], marginal[k], 0, rows) * covariance(marginal[j], marginal[j], 0, rows));
-      if (c > kTwin) e.twins.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
-    }
-    return e;
-  };
+  const std::vector<BlockScores> marginal = score;
   for (int round = 0;; ++round) {
     std::vector<ScoreTest> test;
     std::vector<double> p;
     for (const std::size_t k : open) test.push_back(score_test(score[k], flight)), p.push_back(test.back().p);
     const std::vector<double> adjusted = holm(p);
-    std::vector<std::size_t> order(open.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    // Of those that are there, the one that raises the likelihood most goes first; t alone cannot rank them, for the scatter of an
-    // effect that comes in gusts bounds it. A significant one stands before all that are not.
-    const auto before = [&](std::size_t a, std::size_t b) {
-      const bool pa = adjusted[a] < o.level, pb = adjusted[b] < o.level;
-      return pa != pb ? pa : pa ? test[a].gain > test[b].gain : test[a].t > test[b].t;
-    };
-    std::stable_sort(order.begin(), order.end(), before);
+    const std::vector<std::size_t> order = ranked(test, adjusted, o.level);
     if (order.empty() || round >= o.most || adjusted[order.front()] >= o.level) {
-      for (const std::size_t i : order) out.effects.push_back(entry(open[i], test[i], adjusted[i]));
+      for (const std::size_t i : order) out.effects.push_back(entry(kinds, open[i], marginal, test[i], adjusted[i]));
       break;
     }
     const std::size_t best = open[order.front()];
-    out.effects.push_back(entry(best, test[order.front()], adjusted[order.front()]));
+    out.effects.push_back(entry(kinds, best, marginal, test[order.front()], adjusted[order.front()]));
     out.effects.back().found = true;
     open.erase(open.begin() + static_cast<std::ptrdiff_t>(order.front()));
     const std::vector<BlockScores> winner{score[best]};
-    for (const std::size_t k : open) reduce(score[k], winner, 0, rows);
+    for (const std::size_t k : open) reduce(score[k], winner, 0, static_cast<Eigen::Index>(blocks.size()));
   }
   for (const VarianceKind& k : kinds) {
     if (k.untested.empty()) continue;

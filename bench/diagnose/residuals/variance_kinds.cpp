@@ -49,33 +49,30 @@ struct Builder {
 };
 
 VarianceKind kind(const char* id, const char* what, const char* parameter, const char* unit, double tau_s = 0.0) {
-  VarianceKind k;
-  k.id = id, k.what = what, k.parameter = parameter, k.unit = unit, k.tau_s = tau_s;
+  return {.id = id, .what = what, .parameter = parameter, .unit = unit, .tau_s = tau_s, .directions = {}, .untested = {}};
+}
+
+VarianceKind pose_stamp_jitter(const ResidualSeries& r) {
+  VarianceKind k = kind("pose_stamp_jitter", "pose stamps that scatter", "sigma_s", "s");
+  k.rows = Rows::poses;
+  for (const auto& by : r.whitened.pose_by_stamp) k.directions.push_back({by.cast<float>()});
+  if (k.directions.empty()) k.untested = "the fit used no poses";
   return k;
 }
 
-}  // namespace
+VarianceKind pose_drift(const ResidualSeries& r) {
+  VarianceKind k = kind("pose_drift", "poses that wander for seconds", "drift_m", "m", 15.0);
+  k.rows = Rows::poses;
+  for (const double sigma : r.whitened.pose_position_m) {
+    k.directions.emplace_back();
+    for (Eigen::Index a = 0; a < 3; ++a)
+      k.directions.back().push_back(Eigen::VectorXf(Eigen::VectorXd::Unit(6, a).cast<float>() / static_cast<float>(sigma)));
+  }
+  if (k.directions.empty()) k.untested = "the fit used no poses";
+  return k;
+}
 
-std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
-  Builder b{r, {}};
-  {
-    VarianceKind k = kind("pose_stamp_jitter", "pose stamps that scatter", "sigma_s", "s");
-    k.rows = Rows::poses;
-    for (const auto& by : r.whitened.pose_by_stamp) k.directions.push_back({by.cast<float>()});
-    if (k.directions.empty()) k.untested = "the fit used no poses";
-    b.out.push_back(std::move(k));
-  }
-  {
-    VarianceKind k = kind("pose_drift", "poses that wander for seconds", "drift_m", "m", 15.0);
-    k.rows = Rows::poses;
-    for (const double sigma : r.whitened.pose_position_m) {
-      k.directions.emplace_back();
-      for (Eigen::Index a = 0; a < 3; ++a)
-        k.directions.back().push_back(Eigen::VectorXf(Eigen::VectorXd::Unit(6, a).cast<float>() / static_cast<float>(sigma)));
-    }
-    if (k.directions.empty()) k.untested = "the fit used no poses";
-    b.out.push_back(std::move(k));
-  }
+void add_wrench_noise(Builder& b) {
   // Gusts blow along the world's axes, whatever way the body points, and last about a second: the model says what wrench they make.
   b.steps(kind("wind_dryden", "horizontal gusts, about a second long", "sigma_m_s", "m/s", 1.0), [](const SampleState& s) {
     return std::array<Wrench, 2>{Wrench(s.wrench_by_wind.col(0)), Wrench(s.wrench_by_wind.col(1))};
@@ -96,23 +93,27 @@ std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
             }
             return w;
           });
-  {
-    VarianceKind k = kind("rotor_imbalance", "vibration of the accelerometer with the square of rotor speed", "unbalance_kg_m", "kg m");
-    k.rows = Rows::accels;
-    for (std::size_t i = 0; i < r.whitened.accels.size(); ++i) {
-      const SampleState& s = r.state[r.whitened.accel_sample[i]];
-      k.directions.emplace_back();
-      for (std::size_t rotor = 0; rotor < 4; ++rotor) {
-        const double amplitude = s.omega_rad_s[rotor] * s.omega_rad_s[rotor] / s.mass_kg / std::sqrt(2.0);
-        for (Eigen::Index a = 0; a < 2; ++a)
-          k.directions.back().push_back(
-              Eigen::VectorXf((amplitude / r.whitened.accel_m_s2[i][a] * Eigen::VectorXd::Unit(3, a)).cast<float>()));
-      }
+}
+
+VarianceKind rotor_imbalance(const ResidualSeries& r) {
+  VarianceKind k = kind("rotor_imbalance", "vibration of the accelerometer with the square of rotor speed", "unbalance_kg_m", "kg m");
+  k.rows = Rows::accels;
+  for (std::size_t i = 0; i < r.whitened.accels.size(); ++i) {
+    const SampleState& s = r.state[r.whitened.accel_sample[i]];
+    k.directions.emplace_back();
+    for (std::size_t rotor = 0; rotor < 4; ++rotor) {
+      const double amplitude = s.omega_rad_s[rotor] * s.omega_rad_s[rotor] / s.mass_kg / std::sqrt(2.0);
+      for (Eigen::Index a = 0; a < 2; ++a)
+        k.directions.back().push_back(
+            Eigen::VectorXf((amplitude / r.whitened.accel_m_s2[i][a] * Eigen::VectorXd::Unit(3, a)).cast<float>()));
     }
-    if (k.directions.empty()) k.untested = "the fit used no accelerometer";
-    b.out.push_back(std::move(k));
   }
-  // Rivals: what a missing mean effect or a rough flight makes of the scatter must not be given a name of the catalogue.
+  if (k.directions.empty()) k.untested = "the fit used no accelerometer";
+  return k;
+}
+
+// Rivals: what a missing mean effect or a rough flight makes of the scatter must not be given a name of the catalogue.
+void add_rivals(Builder& b) {
   b.steps(kind("", "force noise that grows with speed", "force_by_speed_N_s_m", "N s/m"), [](const SampleState& s) {
     std::array<Wrench, 3> w;
     for (Eigen::Index a = 0; a < 3; ++a) w[static_cast<std::size_t>(a)] = s.v_B_m_s.norm() * Wrench::Unit(a);
@@ -131,6 +132,15 @@ std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
   b.steps(kind("", "torque that wanders, a third of a second at a time", "torque_N_m", "N m", 0.3), [](const SampleState&) {
     return std::array<Wrench, 3>{Wrench::Unit(3), Wrench::Unit(4), Wrench::Unit(5)};
   });
+}
+
+}  // namespace
+
+std::vector<VarianceKind> variance_kinds(const ResidualSeries& r) {
+  Builder b{r, {pose_stamp_jitter(r), pose_drift(r)}};
+  add_wrench_noise(b);
+  b.out.push_back(rotor_imbalance(r));
+  add_rivals(b);
   return b.out;
 }
 
