@@ -154,6 +154,58 @@ std::size_t flight_for(const Scenario& scenario, std::string_view effect) {
   return found;
 }
 
+namespace {
+
+// A flight with the effect switched over from what the plant has, seed by seed against the flight without the change.
+EffectComparison compare_effect(const Scenario& scenario, const Inputs& inputs, const sim::EffectInfo& info, std::size_t flight,
+                                const std::vector<Flown>& reference, const StudyOptions& options, Progress& progress) {
+  EffectComparison c;
+  c.effect = info.id;
+  c.parameter = info.parameter.key;
+  c.unit = info.parameter.unit;
+  c.flight = scenario.flights[flight].name;
+  const double typical = typical_value(info);
+  c.in_reference = has_effect(inputs.plant, info, typical);
+  c.value = typical;
+  if (is_intrinsic(info, typical)) c.value = info.parameter.neutral;
+  if (const auto at = find_entry(inputs.plant, info.id);
+      at < inputs.plant.effects.size() && info.parameter.origin == sim::ParameterOrigin::effect_entry)
+    c.value = inputs.plant.effects[at].values[0];
+
+  Inputs changed = inputs;
+  changed.plant = switched(inputs.plant, info, typical);
+  AllSums sums;
+  std::vector<double> errors_reference, errors_changed;
+  std::string end_reference, end_changed;
+  for (std::size_t s = 0; s < reference.size() && !(options.stop && options.stop->load()); ++s) {
+    const Flown& r = reference[s];
+    const Flown flown = fly_sampled(scenario, changed, flight, scenario.seeds[s], options, progress);
+    sums.add(flown.samples, r.samples);
+    if (r.result.end == FlightEnd::completed && flown.result.end == FlightEnd::completed) {
+      errors_reference.push_back(r.result.tracking.truth.mean_3d_cm);
+      errors_changed.push_back(flown.result.tracking.truth.mean_3d_cm);
+    }
+    if (end_reference.empty()) end_reference = end_of(r.result);
+    if (end_changed.empty()) end_changed = end_of(flown.result);
+    FlightResult told = flown.result;
+    told.flight += (c.in_reference ? " without " : " with ") + c.effect;
+    progress.finished(told);
+  }
+  c.error_with_cm = spread_of(c.in_reference ? errors_reference : errors_changed);
+  c.error_without_cm = spread_of(c.in_reference ? errors_changed : errors_reference);
+  c.end_with = c.in_reference ? end_reference : end_changed;
+  c.end_without = c.in_reference ? end_changed : end_reference;
+  c.thrust_N = sums.thrust.change();
+  c.in_plane_N = sums.in_plane.change();
+  c.shaft_torque_N_m = sums.torque.change();
+  c.speed_rad_s = sums.speed.change();
+  c.body_force_N = sums.force.change();
+  c.body_moment_N_m = sums.moment.change();
+  return c;
+}
+
+}  // namespace
+
 std::vector<EffectComparison> compare_effects(const Scenario& scenario, const Inputs& inputs,
                                               const std::vector<const sim::EffectInfo*>& effects, const StudyOptions& options,
                                               Progress& progress) {
@@ -182,49 +234,7 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
 
   std::vector<EffectComparison> out(effects.size());
   in_parallel(effects.size(), options.jobs, options.stop, [&](std::size_t e) {
-    const sim::EffectInfo& info = *effects[e];
-    EffectComparison& c = out[e];
-    c.effect = info.id;
-    c.parameter = info.parameter.key;
-    c.unit = info.parameter.unit;
-    c.flight = scenario.flights[flight_of[e]].name;
-    const double typical = typical_value(info);
-    c.in_reference = has_effect(inputs.plant, info, typical);
-    c.value = typical;
-    if (is_intrinsic(info, typical)) c.value = info.parameter.neutral;
-    if (const auto at = find_entry(inputs.plant, info.id);
-        at < inputs.plant.effects.size() && info.parameter.origin == sim::ParameterOrigin::effect_entry)
-      c.value = inputs.plant.effects[at].values[0];
-
-    Inputs changed = inputs;
-    changed.plant = switched(inputs.plant, info, typical);
-    AllSums sums;
-    std::vector<double> errors_reference, errors_changed;
-    std::string end_reference, end_changed;
-    for (std::size_t s = 0; s < seeds && !(options.stop && options.stop->load()); ++s) {
-      const Flown& r = reference[flight_of[e]][s];
-      const Flown flown = fly_sampled(scenario, changed, flight_of[e], scenario.seeds[s], options, progress);
-      sums.add(flown.samples, r.samples);
-      if (r.result.end == FlightEnd::completed && flown.result.end == FlightEnd::completed) {
-        errors_reference.push_back(r.result.tracking.truth.mean_3d_cm);
-        errors_changed.push_back(flown.result.tracking.truth.mean_3d_cm);
-      }
-      if (end_reference.empty()) end_reference = end_of(r.result);
-      if (end_changed.empty()) end_changed = end_of(flown.result);
-      FlightResult told = flown.result;
-      told.flight += (c.in_reference ? " without " : " with ") + c.effect;
-      progress.finished(told);
-    }
-    c.error_with_cm = spread_of(c.in_reference ? errors_reference : errors_changed);
-    c.error_without_cm = spread_of(c.in_reference ? errors_changed : errors_reference);
-    c.end_with = c.in_reference ? end_reference : end_changed;
-    c.end_without = c.in_reference ? end_changed : end_reference;
-    c.thrust_N = sums.thrust.change();
-    c.in_plane_N = sums.in_plane.change();
-    c.shaft_torque_N_m = sums.torque.change();
-    c.speed_rad_s = sums.speed.change();
-    c.body_force_N = sums.force.change();
-    c.body_moment_N_m = sums.moment.change();
+    out[e] = compare_effect(scenario, inputs, *effects[e], flight_of[e], reference[flight_of[e]], options, progress);
   });
   progress.end();
   return out;

@@ -16,7 +16,7 @@
 namespace rotorloop::hil {
 namespace {
 
-constexpr double kTail_s = 0.5;           // flown after the trajectory's end
+constexpr double kTail_s = 0.5;  // flown after the trajectory's end
 constexpr int kAdvanceTicks = kTicks_per_s / 10;
 
 std::vector<sim::BusFault> bus_faults(const Scenario& scenario, const std::string& flight, BusName bus) {
@@ -132,8 +132,12 @@ struct Logs {
     truth.emplace(folder / "truth.csv", header);
     esc.emplace((folder / "esc.log").string(), "esc");
     state.emplace((folder / "state.log").string(), "state");
-    loop.esc_bus().set_tap([this](const sim::BusEvent& e) { if (!e.error) esc->write(e.end_ns, e.frame); });
-    loop.state_bus().set_tap([this](const sim::BusEvent& e) { if (!e.error) state->write(e.end_ns, e.frame); });
+    loop.esc_bus().set_tap([this](const sim::BusEvent& e) {
+      if (!e.error) esc->write(e.end_ns, e.frame);
+    });
+    loop.state_bus().set_tap([this](const sim::BusEvent& e) {
+      if (!e.error) state->write(e.end_ns, e.frame);
+    });
   }
 
   void close(const std::filesystem::path& folder, RunFolder* run) {
@@ -202,6 +206,37 @@ std::map<std::string, double> counters_of(Loop& loop, const Sums& sums, const st
           {"bus.state.frames", count(bus[1].frames)},
           {"bus.state.error_frames", count(bus[1].error_frames)},
           {"sensor.frames_refused", count(loop.sensors().refused())}};
+}
+
+bool ended_early(const Loop& loop, FlightResult& result) {
+  const bool safe = loop.computer().phase() == host::FlightPhase::safe;
+  if (safe) {
+    result.end = FlightEnd::safe_state;
+    result.end_detail = host::describe(loop.computer().safe_state());
+  } else if (loop.airframe().ended()) {
+    result.end = FlightEnd::crashed;
+    result.end_detail = loop.airframe().status() == sim::AirframeStatus::below_ground ? "below ground" : "diverged";
+  }
+  return safe || loop.airframe().ended();
+}
+
+void add_figures(Loop& loop, const Sums& sums, FlightOutcome& out) {
+  FlightResult& result = out.result;
+  result.duration_s = loop.now_s();
+  result.max_speed_m_s = sums.max_speed_m_s;
+  result.max_accel_m_s2 = sums.max_accel_m_s2;
+  out.bus = {loop.esc_bus().statistics(), loop.state_bus().statistics()};
+  for (std::size_t b = 0; b < 2; ++b) {
+    result.bus_load_mean_percent[b] = out.bus[b].mean_load_percent;
+    result.bus_load_max_percent[b] = out.bus[b].max_load_percent;
+  }
+  if (sums.rpm_samples > 0) {
+    for (std::size_t i = 0; i < 4; ++i)
+      result.rpm_error_rms_rad_s[i] = std::sqrt(sums.rpm_error_square[i] / static_cast<double>(sums.rpm_samples));
+    result.limited_share = static_cast<double>(sums.limited_steps) / static_cast<double>(sums.flying_steps);
+  }
+  result.counters = counters_of(loop, sums, out.bus);
+  out.cost = loop.cost();
 }
 
 }  // namespace
@@ -294,14 +329,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
         }
       }
     }
-    if (loop.airframe().ended() || loop.computer().phase() == host::FlightPhase::safe) {
-      result.end = FlightEnd::crashed;
-      if (loop.computer().phase() == host::FlightPhase::safe) {
-        result.end = FlightEnd::safe_state;
-        result.end_detail = host::describe(loop.computer().safe_state());
-      } else {
-        result.end_detail = loop.airframe().status() == sim::AirframeStatus::below_ground ? "below ground" : "diverged";
-      }
+    if (ended_early(loop, result)) {
       // What happens to the motors after the safe state is part of the answer: half a second more.
       const auto after = std::min<std::int64_t>(kTicks_per_s / 2, ticks - n - 1);
       for (std::int64_t k = 0; k < after; ++k) loop.tick();
@@ -317,22 +345,8 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
     }
   }
 
-  result.duration_s = loop.now_s();
   result.tracking = meter.figures();
-  result.max_speed_m_s = sums.max_speed_m_s;
-  result.max_accel_m_s2 = sums.max_accel_m_s2;
-  out.bus = {loop.esc_bus().statistics(), loop.state_bus().statistics()};
-  for (std::size_t b = 0; b < 2; ++b) {
-    result.bus_load_mean_percent[b] = out.bus[b].mean_load_percent;
-    result.bus_load_max_percent[b] = out.bus[b].max_load_percent;
-  }
-  if (sums.rpm_samples > 0) {
-    for (std::size_t i = 0; i < 4; ++i)
-      result.rpm_error_rms_rad_s[i] = std::sqrt(sums.rpm_error_square[i] / static_cast<double>(sums.rpm_samples));
-    result.limited_share = static_cast<double>(sums.limited_steps) / static_cast<double>(sums.flying_steps);
-  }
-  result.counters = counters_of(loop, sums, out.bus);
-  out.cost = loop.cost();
+  add_figures(loop, sums, out);
   logs.close(q.folder, folder);
   return out;
 }

@@ -44,6 +44,40 @@ double yaw_shaping(const VehicleModel& vehicle, const ControllerConfig& config, 
 
 double yaw_of(const Eigen::Matrix3d& R) { return atan2_exact(R(1, 0), R(0, 0)); }
 
+// Position and velocity drift away on the IMU alone: stop using them, stay level, keep the heading.
+void stay_level(double yaw_rad, StateEstimate& estimate, Setpoint& setpoint) {
+  setpoint = Setpoint{};
+  setpoint.yaw_rad = yaw_rad;
+  estimate.p_W_m.setZero();
+  estimate.v_W_m_s.setZero();
+}
+
+// What turns the error into the angular acceleration against it.
+Eigen::Vector3d wanted_acceleration(const Gains& k, const AttitudeError& error) {
+  const Eigen::Vector3d kp(k.roll_pitch.kp(), k.roll_pitch.kp(), k.yaw.kp());
+  const Eigen::Vector3d kd(k.roll_pitch.kd(), k.roll_pitch.kd(), k.yaw.kd());
+  return kp.cwiseProduct(error.angle_rad) + kd.cwiseProduct(error.rate_rad_s);
+}
+
+void note(const EffectLoad& effect, const EffectFeedForward::Mixed& mixed, Diagnostics& d, ControllerCounters& counters) {
+  d.effect_thrust_N = mixed.at_result.thrust_N;
+  d.effect_rounds = mixed.rounds;
+  counters.effects_not_finite += !effect.finite || !mixed.at_result.finite;
+  counters.effects_bounded += effect.bounded || mixed.at_result.bounded;
+  counters.effects_not_converged += !mixed.converged;
+}
+
+void note(const MixerResult& mixed, Diagnostics& d, ControllerCounters& counters) {
+  d.mixer_iterations = mixed.iterations;
+  d.mixer_residual_rad_s = mixed.residual_rad_s;
+  d.limiters.yaw = mixed.yaw_limited;
+  d.limiters.thrust |= mixed.thrust_limited;
+  d.limiters.roll_pitch = mixed.torque_limited;
+  d.limiters.table_edge = mixed.table_edge;
+  counters.mixer_not_converged += mixed.residual_rad_s > Mixer::kConverged_rad_s;
+  counters.limited += d.limiters != Limiters{};
+}
+
 }  // namespace
 
 std::string_view name(Variant variant) {
@@ -125,13 +159,9 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   StateEstimate used = estimate;
   used.q_WB.normalize();
   if (!estimate.valid) {
-    // Position and velocity drift away on the IMU alone: stop using them, stay level, keep the heading.
     ++state.counters.estimate_invalid;
     d.estimate_invalid = true;
-    setpoint = Setpoint{};
-    setpoint.yaw_rad = yaw_of(R_WB);
-    used.p_W_m.setZero();
-    used.v_W_m_s.setZero();
+    stay_level(yaw_of(R_WB), used, setpoint);
   }
 
   const EffectMotion motion{.R_WB = R_WB,
@@ -141,8 +171,7 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
                             .t_s = 1e-6 * static_cast<double>(estimate.time_us)};
   const bool with_effects = effects_.any() && estimate.valid;  // without place and velocity the terms know nothing
   state.counters.effects_off += effects_.any() && !estimate.valid;
-  EffectLoad effect;
-  if (with_effects) effect = effects_.load(mixer_, motion, state.omega_rad_s);
+  const EffectLoad effect = with_effects ? effects_.load(mixer_, motion, state.omega_rad_s) : EffectLoad{};
   d.effect_force_B_N = effect.force_B_N;
   d.thrust_W_N = wanted_thrust_W_N(used, setpoint, effect.force_B_N, d.limiters);
   const AttitudeSetpoint attitude =
@@ -151,43 +180,25 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   d.q_WB_sp = Eigen::Quaterniond(attitude.R_WB);
   d.w_B_sp_rad_s = attitude.w_B_rad_s;
 
-  const AttitudeError error = attitude_error(R_WB, used.w_B_rad_s, attitude);
-  const Gains& k = config_.gains;
-  const Eigen::Vector3d kp(k.roll_pitch.kp(), k.roll_pitch.kp(), k.yaw.kp());
-  const Eigen::Vector3d kd(k.roll_pitch.kd(), k.roll_pitch.kd(), k.yaw.kd());
-  d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(kp.cwiseProduct(error.angle_rad) + kd.cwiseProduct(error.rate_rad_s));
-
+  d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(wanted_acceleration(config_.gains, attitude_error(R_WB, used.w_B_rad_s, attitude)));
   // A change of speed gives its reaction J dω/dt at once, far more than the drag it leads to: soften the demand.
   state.yaw_torque_N_m += config_.period_s / (yaw_shaping_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
-  Eigen::Vector3d mixer_torque_B_N_m = d.torque_B_N_m;
-  mixer_torque_B_N_m.z() = state.yaw_torque_N_m;
-
   // The part of the wanted thrust along the present axis: while the attitude catches up the rest would push sideways.
   d.thrust_B_N = std::max(0.0, d.thrust_W_N.dot(R_WB.col(2)));
-  const MixerDemand demand{
-      .thrust_N = d.thrust_B_N, .torque_B_N_m = mixer_torque_B_N_m, .v_B_m_s = motion.v_B_m_s, .w_B_rad_s = motion.w_B_rad_s};
+  const MixerDemand demand{.thrust_N = d.thrust_B_N,
+                           .torque_B_N_m = {d.torque_B_N_m.x(), d.torque_B_N_m.y(), state.yaw_torque_N_m},
+                           .v_B_m_s = motion.v_B_m_s,
+                           .w_B_rad_s = motion.w_B_rad_s};
   MixerResult mixed;
   if (with_effects) {
     const EffectFeedForward::Mixed whole = effects_.solve(mixer_, demand, motion, effect, state.omega_rad_s);
     mixed = whole.result;
-    d.effect_thrust_N = whole.at_result.thrust_N;
-    d.effect_rounds = whole.rounds;
-    state.counters.effects_not_finite += !effect.finite || !whole.at_result.finite;
-    state.counters.effects_bounded += effect.bounded || whole.at_result.bounded;
-    state.counters.effects_not_converged += !whole.converged;
+    note(effect, whole, d, state.counters);
   } else {
     mixed = mixer_.solve(demand, state.omega_rad_s);
   }
-  d.mixer_iterations = mixed.iterations;
-  d.mixer_residual_rad_s = mixed.residual_rad_s;
-  d.limiters.yaw = mixed.yaw_limited;
-  d.limiters.thrust |= mixed.thrust_limited;
-  d.limiters.roll_pitch = mixed.torque_limited;
-  d.limiters.table_edge = mixed.table_edge;
-  state.counters.mixer_not_converged += mixed.residual_rad_s > Mixer::kConverged_rad_s;
-  state.counters.limited += d.limiters != Limiters{};
-  out.omega_rad_s = mixed.omega_rad_s;
-  state.omega_rad_s = mixed.omega_rad_s;
+  note(mixed, d, state.counters);
+  out.omega_rad_s = state.omega_rad_s = mixed.omega_rad_s;
   state.started = true;
   return out;
 }

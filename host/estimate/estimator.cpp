@@ -89,6 +89,25 @@ Matrix3 innovation_covariance(const Measurement& m, const PHt& pht) {
   return s;
 }
 
+// Kalman update of the covariance by one measurement after the other. Returns the correction of the state.
+Error update(Eigen::Matrix<double, 15, 15>& P, const std::array<Measurement, 3>& z) {
+  Error dx = Error::Zero();
+  for (const Measurement& m : z) {
+    const PHt pht = gain_numerator(P, m);
+    const PHt gain = pht.lazyProduct(innovation_covariance(m, pht).inverse().eval());
+    Vector3 residual = m.residual;
+    for (int i = 0; i < m.blocks; ++i) {
+      const auto b = static_cast<std::size_t>(i);
+      residual -= m.block[b] * dx.segment<3>(m.part[b]);
+    }
+    dx += gain.lazyProduct(residual);
+    P.noalias() -= gain.lazyProduct(pht.transpose());
+  }
+  for (int i = 0; i < 15; ++i)  // rounding must not make it lopsided
+    for (int j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+  return dx;
+}
+
 }  // namespace
 
 Estimator::Estimator(const EstimatorConfig& config, const VehicleModel& vehicle)
@@ -330,21 +349,7 @@ bool Estimator::fuse(const PoseSample& pose) {
       P_.diagonal().segment<3>(part[i]).setConstant(kForget * z[i].variance + z[i].residual.squaredNorm());
     }
   }
-  Error dx = Error::Zero();
-  for (const Measurement& m : z) {
-    const PHt pht = gain_numerator(P_, m);
-    const PHt gain = pht.lazyProduct(innovation_covariance(m, pht).inverse().eval());
-    Vector3 residual = m.residual;
-    for (int i = 0; i < m.blocks; ++i) {
-      const auto b = static_cast<std::size_t>(i);
-      residual -= m.block[b] * dx.segment<3>(m.part[b]);
-    }
-    dx += gain.lazyProduct(residual);
-    P_.noalias() -= gain.lazyProduct(pht.transpose());
-  }
-  for (int i = 0; i < 15; ++i)  // rounding must not make it lopsided
-    for (int j = 0; j < i; ++j) P_(i, j) = P_(j, i) = 0.5 * (P_(i, j) + P_(j, i));
-  correct(dx);
+  correct(update(P_, z));
   return true;
 }
 

@@ -49,6 +49,35 @@ bool credible(const AirframeState& s) {
          s.w_B_rad_s.squaredNorm() <= kMaxRate_rad_s * kMaxRate_rad_s;
 }
 
+// One step of the classical Runge-Kutta method; `rate_at(state, x)`: the rate at a stage at fraction x of the step.
+template <class RateAt>
+AirframeState runge_kutta_step(const AirframeState& state, double h, RateAt&& rate_at) {
+  using Rate = decltype(rate_at(state, 0.0));
+  const auto moved = [&](const Rate& d, double dt) {
+    AirframeState s = state;
+    s.time_ns += static_cast<std::int64_t>(1e9 * dt + 0.5);
+    s.p_W_m += dt * d.v_W_m_s;
+    s.v_W_m_s += dt * d.a_W_m_s2;
+    s.q_WB.coeffs() += dt * d.q_dot;
+    s.w_B_rad_s += dt * d.w_dot_B_rad_s2;
+    return s;
+  };
+  const Rate a = rate_at(state, 0.0);
+  const Rate b = rate_at(moved(a, 0.5 * h), 0.5);
+  const Rate c = rate_at(moved(b, 0.5 * h), 0.5);
+  const Rate d = rate_at(moved(c, h), 1.0);
+  const auto mean = [](const auto& k1, const auto& k2, const auto& k3, const auto& k4) {
+    return ((k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0).eval();
+  };
+  const Rate average{mean(a.v_W_m_s, b.v_W_m_s, c.v_W_m_s, d.v_W_m_s), mean(a.a_W_m_s2, b.a_W_m_s2, c.a_W_m_s2, d.a_W_m_s2),
+                     mean(a.q_dot, b.q_dot, c.q_dot, d.q_dot), mean(a.w_dot_B_rad_s2, b.w_dot_B_rad_s2, c.w_dot_B_rad_s2, d.w_dot_B_rad_s2),
+                     mean(a.specific_force_B_m_s2, b.specific_force_B_m_s2, c.specific_force_B_m_s2, d.specific_force_B_m_s2)};
+  AirframeState next = moved(average, h);
+  next.q_WB.normalize();
+  next.specific_force_B_m_s2 = average.specific_force_B_m_s2;
+  return next;
+}
+
 }  // namespace
 
 // The time derivative of the state, and the force per mass that goes into it.
@@ -142,7 +171,6 @@ Airframe::Rate Airframe::rate(const AirframeState& s, const Loads& loads, const 
 
 AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads, std::span<const double, kAirframeRotors> omega_rad_s,
                               std::span<const double, kAirframeRotors> omega_dot_rad_s2, const Air& air_at_body, const BodyLoads* further) {
-  const double h = static_cast<double>(config_.step_ns) * 1e-9;
   const std::int64_t end_ns = state_.time_ns + config_.step_ns;
   if (ended()) {
     state_.time_ns = end_ns;
@@ -172,34 +200,13 @@ AirframeStatus Airframe::step(std::span<const RotorLoads, kAirframeRotors> loads
     return status_ = end_ns < release_ns_ ? AirframeStatus::clamped : AirframeStatus::flying;
   }
 
-  // Stage at fraction x of the step: loads continued linearly, rotors sped up by their mean acceleration.
-  const auto stage_rate = [&](const AirframeState& s, double x) {
+  // Loads continued linearly, rotors sped up by their mean acceleration.
+  const double h = static_cast<double>(config_.step_ns) * 1e-9;
+  AirframeState next = runge_kutta_step(state_, h, [&](const AirframeState& s, double x) {
     const Loads l{now.force_B_N + x * (now.force_B_N - before.force_B_N), now.moment_B_N_m + x * (now.moment_B_N_m - before.moment_B_N_m)};
     return rate(s, l, {rotors.H_B_N_m_s + (x * h) * rotors.H_dot_B_N_m, rotors.H_dot_B_N_m}, air_at_body, further);
-  };
-  const auto moved = [&](const Rate& d, double dt) {
-    AirframeState s = state_;
-    s.time_ns += static_cast<std::int64_t>(1e9 * dt + 0.5);
-    s.p_W_m += dt * d.v_W_m_s;
-    s.v_W_m_s += dt * d.a_W_m_s2;
-    s.q_WB.coeffs() += dt * d.q_dot;
-    s.w_B_rad_s += dt * d.w_dot_B_rad_s2;
-    return s;
-  };
-  const Rate a = stage_rate(state_, 0.0);
-  const Rate b = stage_rate(moved(a, 0.5 * h), 0.5);
-  const Rate c = stage_rate(moved(b, 0.5 * h), 0.5);
-  const Rate d = stage_rate(moved(c, h), 1.0);
-  const auto mean = [](const auto& k1, const auto& k2, const auto& k3, const auto& k4) {
-    return ((k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0).eval();
-  };
-  const Rate average{mean(a.v_W_m_s, b.v_W_m_s, c.v_W_m_s, d.v_W_m_s), mean(a.a_W_m_s2, b.a_W_m_s2, c.a_W_m_s2, d.a_W_m_s2),
-                     mean(a.q_dot, b.q_dot, c.q_dot, d.q_dot), mean(a.w_dot_B_rad_s2, b.w_dot_B_rad_s2, c.w_dot_B_rad_s2, d.w_dot_B_rad_s2),
-                     mean(a.specific_force_B_m_s2, b.specific_force_B_m_s2, c.specific_force_B_m_s2, d.specific_force_B_m_s2)};
-  AirframeState next = moved(average, h);
-  next.q_WB.normalize();
+  });
   next.time_ns = end_ns;
-  next.specific_force_B_m_s2 = average.specific_force_B_m_s2;
   if (!credible(next)) {
     state_.time_ns = end_ns;
     return status_ = AirframeStatus::diverged;
