@@ -34,6 +34,12 @@ FittedValue slope(const std::vector<double>& x, const std::vector<double>& y) {
   return {c, std::sqrt(rss / dof / xx)};
 }
 
+double rms_about(double c, const std::vector<double>& x, const std::vector<double>& y) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += (y[i] - c * x[i]) * (y[i] - c * x[i]);
+  return std::sqrt(sum / static_cast<double>(x.size()));
+}
+
 bool all_alike(const LoadPoint& p) {
   for (const double w : p.omega_rad_s)
     if (w <= 0.0 || std::fabs(w - p.omega_rad_s[0]) > 1e-6 * w) return false;
@@ -51,61 +57,67 @@ double total_thrust(const ThrustModel& m, const LoadPoint& p) {
   return sum;
 }
 
-}  // namespace
+// The points of the table by what they tell.
+struct LoadGroups {
+  std::vector<double> vxy, fxy, vz, fz;             // without propellers: signed square of the velocity, force
+  std::vector<double> reaction_square, yaw_torque;  // unequal pairs: Σ reaction ω², torque about z
+  std::vector<const LoadPoint*> powered, axial;     // four equal speeds
+};
 
-LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry) {
-  LoadFit fit;
-  std::vector<double> vxy, fxy, vz, fz, torque_x, torque_y;
-  std::vector<const LoadPoint*> powered, axial;
+LoadGroups group(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry) {
+  LoadGroups g;
   for (const auto& p : points) {
     if (bare(p)) {
       for (int axis = 0; axis < 2; ++axis)
         if (p.v_B_m_s[axis] != 0.0) {
-          vxy.push_back(-signed_square(p.v_B_m_s[axis]));
-          fxy.push_back(p.force_B_N[axis]);
+          g.vxy.push_back(-signed_square(p.v_B_m_s[axis]));
+          g.fxy.push_back(p.force_B_N[axis]);
         }
       if (p.v_B_m_s.z() != 0.0) {
-        vz.push_back(-signed_square(p.v_B_m_s.z()));
-        fz.push_back(p.force_B_N.z());
+        g.vz.push_back(-signed_square(p.v_B_m_s.z()));
+        g.fz.push_back(p.force_B_N.z());
       }
     } else if (all_alike(p)) {
-      powered.push_back(&p);
-      if (p.v_B_m_s.head<2>().norm() < kAxial_m_s) axial.push_back(&p);
+      g.powered.push_back(&p);
+      if (p.v_B_m_s.head<2>().norm() < kAxial_m_s) g.axial.push_back(&p);
     } else {
       double s = 0.0;
       for (std::size_t i = 0; i < 4; ++i) s += geometry.rotors[i].reaction * p.omega_rad_s[i] * p.omega_rad_s[i];
-      torque_x.push_back(s);
-      torque_y.push_back(p.torque_B_N_m.z());
+      g.reaction_square.push_back(s);
+      g.yaw_torque.push_back(p.torque_B_N_m.z());
     }
   }
-  if (vxy.size() < 3 || vz.size() < 3) lacking("airframe drag, eq. (5)", "add points without propellers, at least 3 speeds along x, y and z");
-  if (axial.size() < 20) lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds and velocity along z only");
-  if (torque_x.size() < 3) lacking("the torque coefficient, eq. (3)", "add at least 3 points with unequal rotor pairs");
+  if (g.vxy.size() < 3 || g.vz.size() < 3)
+    lacking("airframe drag, eq. (5)", "add points without propellers, at least 3 speeds along x, y and z");
+  if (g.axial.size() < 20)
+    lacking("the thrust model, eq. (1)-(2)", "add at least 20 points with four equal rotor speeds and velocity along z only");
+  if (g.reaction_square.size() < 3) lacking("the torque coefficient, eq. (3)", "add at least 3 points with unequal rotor pairs");
+  return g;
+}
 
-  fit.c_dxy_N_s2_m2 = slope(vxy, fxy);
-  fit.c_dz_N_s2_m2 = slope(vz, fz);
-  fit.c_q_N_m_s2 = slope(torque_x, torque_y);
-  fit.powered_points = powered.size();
-  fit.axial_points = axial.size();
-
-  // Thrust, from axial flow alone (the paper's first stage): edgewise flow brings effects that eq. (1)-(2) has not, and k1 and
-  // k2 would bend to them. Starting values: with T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the
-  // equation error; Gauss-Newton on the thrust itself then minimises what a controller would notice.
-  ThrustModel m = geometry.thrust;
+// With T measured, eq. (2) gives v_i, and eq. (1) is linear in k1 and k2. That minimises the equation error.
+Eigen::Vector2d start_of_thrust(const std::vector<const LoadPoint*>& axial, double q, double c_dz) {
   const auto n = static_cast<Eigen::Index>(axial.size());
   Eigen::MatrixX2d a(n, 2);
   Eigen::VectorXd b(n);
-  const double q = m.momentum_kg_m();
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& p = *axial[static_cast<std::size_t>(i)];
     const double v_z = p.v_B_m_s.z(), v_xy = p.v_B_m_s.head<2>().norm(), w = p.omega_rad_s[0];
-    const double thrust = (p.force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(v_z)) / 4.0;
+    const double thrust = (p.force_B_N.z() + c_dz * signed_square(v_z)) / 4.0;
     double v_i = std::sqrt(std::max(thrust, 0.0) / q);
     for (int k = 0; k < 60; ++k) v_i = 0.5 * (v_i + std::max(thrust, 0.0) / (q * std::hypot(v_z + v_i, v_xy) + 1e-9));
     a.row(i) << w * w, w * (v_z + v_i);
     b[i] = thrust;
   }
-  Eigen::Vector2d k = a.colPivHouseholderQr().solve(b);
+  return a.colPivHouseholderQr().solve(b);
+}
+
+// Thrust, from axial flow alone (the paper's first stage): edgewise flow brings effects that eq. (1)-(2) has not, and k1 and
+// k2 would bend to them. Gauss-Newton on the thrust itself minimises what a controller would notice.
+void fit_thrust(const std::vector<const LoadPoint*>& axial, const ThrustModel& m, LoadFit& fit) {
+  const double c_dz = fit.c_dz_N_s2_m2.value;
+  const auto n = static_cast<Eigen::Index>(axial.size());
+  Eigen::Vector2d k = start_of_thrust(axial, m.momentum_kg_m(), c_dz);
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   double rss = 0.0;
   for (int iteration = 0; iteration < 12; ++iteration) {
@@ -120,7 +132,7 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
         t.k2_N_s2_m = k2;
         return total_thrust(t, p);
       };
-      const double measured = p.force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(p.v_B_m_s.z());
+      const double measured = p.force_B_N.z() + c_dz * signed_square(p.v_B_m_s.z());
       r[i] = measured - predicted(k[0], k[1]);
       jacobian(i, 0) = (predicted(k[0] + h[0], k[1]) - predicted(k[0] - h[0], k[1])) / (2 * h[0]);
       jacobian(i, 1) = (predicted(k[0], k[1] + h[1]) - predicted(k[0], k[1] - h[1])) / (2 * h[1]);
@@ -136,10 +148,10 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
   fit.k2_N_s2_m = {k[1], std::sqrt(covariance(1, 1))};
   fit.k1_k2_covariance = covariance(0, 1);
   fit.thrust_rms_N = std::sqrt(rss / static_cast<double>(n));
+}
 
-  // Rotor drag, eq. (4): what the airframe's drag leaves of the in-plane force, over total thrust.
-  m.k1_N_s2 = k[0];
-  m.k2_N_s2_m = k[1];
+// Rotor drag, eq. (4): what the airframe's drag leaves of the in-plane force, over total thrust.
+void fit_rotor_drag(const std::vector<const LoadPoint*>& powered, LoadFit& fit) {
   std::vector<double> x, y;
   for (const auto* p : powered) {
     const double thrust = p->force_B_N.z() + fit.c_dz_N_s2_m2.value * signed_square(p->v_B_m_s.z());
@@ -151,12 +163,22 @@ LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel
   }
   if (x.size() < 10) lacking("rotor drag, eq. (4)", "add powered points with in-plane velocity");
   fit.c_dh_s_m = slope(x, y);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) sum += (y[i] - fit.c_dh_s_m.value * x[i]) * (y[i] - fit.c_dh_s_m.value * x[i]);
-  fit.in_plane_rms_N = std::sqrt(sum / static_cast<double>(x.size()));
-  sum = 0.0;
-  for (std::size_t i = 0; i < torque_x.size(); ++i) sum += std::pow(torque_y[i] - fit.c_q_N_m_s2.value * torque_x[i], 2);
-  fit.yaw_torque_rms_N_m = std::sqrt(sum / static_cast<double>(torque_x.size()));
+  fit.in_plane_rms_N = rms_about(fit.c_dh_s_m.value, x, y);
+}
+
+}  // namespace
+
+LoadFit fit_loads(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry) {
+  const LoadGroups g = group(points, geometry);
+  LoadFit fit;
+  fit.c_dxy_N_s2_m2 = slope(g.vxy, g.fxy);
+  fit.c_dz_N_s2_m2 = slope(g.vz, g.fz);
+  fit.c_q_N_m_s2 = slope(g.reaction_square, g.yaw_torque);
+  fit.yaw_torque_rms_N_m = rms_about(fit.c_q_N_m_s2.value, g.reaction_square, g.yaw_torque);
+  fit.powered_points = g.powered.size();
+  fit.axial_points = g.axial.size();
+  fit_thrust(g.axial, geometry.thrust, fit);
+  fit_rotor_drag(g.powered, fit);
   return fit;
 }
 

@@ -142,28 +142,11 @@ double isolated_slope(const sim::Blade& blade, const HoverRotor& hover, double t
   });
 }
 
-InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, const std::filesystem::path& blade_file) {
-  const CxPolynomial c =
-      read_cx_polynomial(TextFile::read(data_folder / "propellers" / "forward_flight_bebop" / "bebop_graybox_cx_cm.csv"));
-  const sim::Blade reference = sim::read_blade(blade_file);
-  InPlaneForce r;
-  const HoverRotor hover = bebop_hover(kBebopHover_rpm);
-  const std::optional<sim::Blade> found = bebop_blade(reference, hover, r.bebop_pitch_ratio);
-  if (!found)
-    throw Error({blade_file.generic_string(),
-                 fmt::format("at no pitch does this blade carry {:.3f} N at {:.0f} rpm with radius {} m", hover.thrust_N, kBebopHover_rpm,
-                             kBebopRadius_m),
-                 "a blade file with narrower chords", "give the shipped three-blade file"});
-  const sim::Blade& blade = *found;
-  const double torque_N_m = loads(sim::Rotor(blade), hover, 0.0, 0.0).shaft_torque_N_m;
-  r.bebop_figure_of_merit = hover.thrust_N *
-                            std::sqrt(hover.thrust_N / (2.0 * kDensity_kg_m3 * std::numbers::pi * kBebopRadius_m * kBebopRadius_m)) /
-                            (torque_N_m * hover.omega_rad_s);
-  r.bebop_measured = measured_slope(c);
-  r.bebop_isolated = isolated_slope(blade, hover);
-  r.k_H = r.bebop_measured / r.bebop_isolated;
+namespace {
 
-  // What is not known of the Bebop and of the reading of its polynomial; pitch is set anew wherever the blade changes.
+// What is not known of the Bebop and of the reading of its polynomial; pitch is set anew wherever the blade changes.
+void vary_assumptions(const CxPolynomial& c, const sim::Blade& reference, const sim::Blade& blade, const HoverRotor& hover,
+                      InPlaneForce& r) {
   std::map<std::string, double> largest;
   const auto vary = [&](const std::string& kind, const std::string& what, double k_H) {
     r.variations.push_back({kind + " " + what, k_H});
@@ -195,7 +178,9 @@ InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, c
   double sum = 0.0;
   for (const auto& [kind, shift] : largest) sum += shift * shift;
   r.k_H_u = std::sqrt(sum);
+}
 
+void scale_to_reference(const sim::Blade& reference, InPlaneForce& r) {
   const sim::Rotor rotor(reference);
   const double thrust_N = kReferenceMass_kg * kGravity_m_s2 / 4.0;
   r.reference_isolated_N =
@@ -204,6 +189,33 @@ InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, c
   const HoverRotor at_paper{thrust_N, kReferenceHover_rpm * kRpm, kDensity_kg_m3};
   const double mu = kReferenceSpeed_m_s / (kReferenceRadius_m * at_paper.omega_rad_s);
   r.bebop_scaled_N = r.bebop_measured * mu * 4.0 * disk_scale(kReferenceRadius_m, at_paper);
+}
+
+}  // namespace
+
+InPlaneForce validate_in_plane_force(const std::filesystem::path& data_folder, const std::filesystem::path& blade_file) {
+  const CxPolynomial c =
+      read_cx_polynomial(TextFile::read(data_folder / "propellers" / "forward_flight_bebop" / "bebop_graybox_cx_cm.csv"));
+  const sim::Blade reference = sim::read_blade(blade_file);
+  InPlaneForce r;
+  const HoverRotor hover = bebop_hover(kBebopHover_rpm);
+  const std::optional<sim::Blade> found = bebop_blade(reference, hover, r.bebop_pitch_ratio);
+  if (!found)
+    throw Error({blade_file.generic_string(),
+                 fmt::format("at no pitch does this blade carry {:.3f} N at {:.0f} rpm with radius {} m", hover.thrust_N, kBebopHover_rpm,
+                             kBebopRadius_m),
+                 "a blade file with narrower chords", "give the shipped three-blade file"});
+  const sim::Blade& blade = *found;
+  const double torque_N_m = loads(sim::Rotor(blade), hover, 0.0, 0.0).shaft_torque_N_m;
+  r.bebop_figure_of_merit = hover.thrust_N *
+                            std::sqrt(hover.thrust_N / (2.0 * kDensity_kg_m3 * std::numbers::pi * kBebopRadius_m * kBebopRadius_m)) /
+                            (torque_N_m * hover.omega_rad_s);
+  r.bebop_measured = measured_slope(c);
+  r.bebop_isolated = isolated_slope(blade, hover);
+  r.k_H = r.bebop_measured / r.bebop_isolated;
+
+  vary_assumptions(c, reference, blade, hover, r);
+  scale_to_reference(reference, r);
   return r;
 }
 

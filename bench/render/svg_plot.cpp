@@ -244,8 +244,9 @@ void decimate_min_max(const std::vector<double>& x, const std::vector<double>& y
   }
 }
 
-std::string plot_svg(const Plot& given) {
-  const Plot p = given.log_x || given.log_y ? in_decades(given) : given;
+namespace {
+
+std::vector<LegendItem> legend_of(const Plot& p) {
   std::vector<LegendItem> legend;
   for (const auto& s : p.series)
     if (!s.label.empty() && s.marker != Marker::none)
@@ -258,9 +259,11 @@ std::string plot_svg(const Plot& given) {
     if (b.colour >= 0 && banded.insert(b.label).second)
       legend.push_back(
           {b.label, fmt::format("<rect class=\"bd g{}\" x=\"2\" y=\"-6\" width=\"20\" height=\"12\"/>", css_colour(b.colour))});
-  const auto [legend_text, legend_height] = legend_svg(legend, 8, p.width_px);
+  return legend;
+}
 
-  Span x, y;
+// What the axes span: the data with some room, unless the plot says otherwise.
+void find_spans(const Plot& p, Span& x, Span& y) {
   for (const auto& s : p.series)
     for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
       if (!std::isfinite(s.y[i]) || !std::isfinite(s.x[i])) continue;
@@ -290,12 +293,25 @@ std::string plot_svg(const Plot& given) {
   if (p.y_max) y.high = *p.y_max;
   x = drawable(x);
   y = drawable(y);
+}
 
+struct PlotFrame {
+  Frame f;
+  Ticks x_ticks, y_ticks;
+  bool slanted = false;   // names in place of numbers on the x axis
+  double names_px = 0.0;  // height that they take
+};
+
+PlotFrame lay_out(const Plot& p, double legend_height) {
+  Span x, y;
+  find_spans(p, x, y);
+  PlotFrame out{};
   double longest_name = 0;
   for (const auto& name : p.x_names) longest_name = std::max(longest_name, text_px(name));
-  const bool slanted = longest_name > 0.8 * (p.width_px - 80.0) / static_cast<double>(std::max<std::size_t>(1, p.x_names.size()));
-  const double names_px = slanted ? kSlantSine * longest_name : 0.0;
-  Frame f{.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - names_px, .x = x, .y = y};
+  out.slanted = longest_name > 0.8 * (p.width_px - 80.0) / static_cast<double>(std::max<std::size_t>(1, p.x_names.size()));
+  out.names_px = out.slanted ? kSlantSine * longest_name : 0.0;
+  Frame& f = out.f;
+  f = {.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - out.names_px, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   // One tick tells no scale: ask for more until there are three, as far as there is room.
   const auto y_ticks_of = [&](const auto& range) {
@@ -307,23 +323,35 @@ std::string plot_svg(const Plot& given) {
   f.left = 36 + tick_width(y_ticks_of(y));
   if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
   if (p.equal_axes) equalise(f);
-  const auto y_ticks = y_ticks_of(f.y);
+  out.y_ticks = y_ticks_of(f.y);
   const int x_wanted = std::max(2, static_cast<int>((f.right - f.left) / (p.equal_axes ? 55 : 90)));
-  auto x_ticks = p.log_x ? decade_ticks(f.x.low, f.x.high, x_wanted) : nice_ticks(f.x.low, f.x.high, x_wanted);
-  if (!p.log_x && x_ticks.at.size() < 3) x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
+  out.x_ticks = p.log_x ? decade_ticks(f.x.low, f.x.high, x_wanted) : nice_ticks(f.x.low, f.x.high, x_wanted);
+  if (!p.log_x && out.x_ticks.at.size() < 3) out.x_ticks = nice_ticks(f.x.low, f.x.high, x_wanted + 2);
+  return out;
+}
 
+std::string band_svg(const Band& b, const Frame& f) {
+  const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
+  std::string out =
+      fmt::format("<rect class=\"bd{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", b.colour < 0 ? "" : " g" + css_colour(b.colour),
+                  px(from), px(f.top), px(std::max(1.0, to - from)), px(f.bottom - f.top));
+  if (!b.label.empty() && b.colour < 0)
+    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
+  return out + '\n';
+}
+
+}  // namespace
+
+std::string plot_svg(const Plot& given) {
+  const Plot p = given.log_x || given.log_y ? in_decades(given) : given;
+  const auto [legend_text, legend_height] = legend_svg(legend_of(p), 8, p.width_px);
+  const PlotFrame frame = lay_out(p, legend_height);
+  const Frame& f = frame.f;
   std::string out = open_svg(p.width_px, p.height_px, p.title);
-  for (const auto& b : p.bands) {
-    const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
-    out +=
-        fmt::format("<rect class=\"bd{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", b.colour < 0 ? "" : " g" + css_colour(b.colour),
-                    px(from), px(f.top), px(std::max(1.0, to - from)), px(f.bottom - f.top));
-    if (!b.label.empty() && b.colour < 0)
-      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>", px(from + 4), px(f.top + 13), xml_escaped(b.label));
-    out += '\n';
-  }
-  out += y_axis(f, y_ticks, p.y_label);
-  out += p.x_names.empty() ? x_axis(f, x_ticks, p.x_label) : named_x_axis(f, p.x_names, slanted, f.bottom + 34 + names_px, p.x_label);
+  for (const auto& b : p.bands) out += band_svg(b, f);
+  out += y_axis(f, frame.y_ticks, p.y_label);
+  out += p.x_names.empty() ? x_axis(f, frame.x_ticks, p.x_label)
+                           : named_x_axis(f, p.x_names, frame.slanted, f.bottom + 34 + frame.names_px, p.x_label);
   out += legend_text;
   // A nested viewport clips what lies outside the axes.
   out += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(f.left), px(f.top),
@@ -341,8 +369,39 @@ std::string plot_svg(const Plot& given) {
   return out + "</svg>\n";
 }
 
+namespace {
+
+constexpr double kBarRow_px = 34, kBar_px = 16;
+
+std::string bar_svg(const Bar& b, const Frame& f, double y) {
+  std::string out =
+      fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
+  if (std::isfinite(b.value)) {
+    const double end = f.at_x(b.value);
+    out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left),
+                       px(y - kBar_px / 2), px(std::max(0.5, end - f.left)), px(kBar_px));
+    for (std::size_t i = 0; i < b.points.size() && b.points.size() > 1; ++i)
+      if (std::isfinite(b.points[i]))  // spread over the bar's height so that equal values stay apart
+        out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])),
+                           px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
+    if (b.spread && *b.spread > 0) {
+      const double a = f.at_x(b.value - *b.spread), z = f.at_x(b.value + *b.spread);
+      out += fmt::format("<path class=\"wh\" d=\"M{0} {2}H{1}M{0} {3}V{4}M{1} {3}V{4}\"/>", px(a), px(z), px(y), px(y - 5), px(y + 5));
+    }
+  } else {
+    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">not measured</text>", px(f.left + 6), px(y + 4));
+  }
+  if (b.reference) {
+    const double at = f.at_x(*b.reference);
+    out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7),
+                       px(at - 6));
+  }
+  return out + '\n';
+}
+
+}  // namespace
+
 std::string bar_chart_svg(const BarChart& c) {
-  constexpr double kRow_px = 34, kBar_px = 16;
   Span x;
   x.add(0.0);
   double label_width = 0;
@@ -368,36 +427,14 @@ std::string bar_chart_svg(const BarChart& c) {
   if (c.limit) legend.push_back({c.limit_label, "<path class=\"mk\" d=\"M11 -8V8\"/>"});
   const auto [legend_text, legend_height] = legend_svg(legend, 8, c.width_px);
 
-  const double top = legend_height + 6, bottom = top + kRow_px * static_cast<double>(c.bars.size());
+  const double top = legend_height + 6, bottom = top + kBarRow_px * static_cast<double>(c.bars.size());
   const Frame f{.left = label_width + 18, .top = top, .right = c.width_px - 14.0, .bottom = bottom, .x = x, .y = {0, 1}};
   std::string out = open_svg(c.width_px, bottom + 42, c.title) + legend_text;
   out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 80))), c.x_label);
-  double y = top + kRow_px / 2;
+  double y = top + kBarRow_px / 2;
   for (const auto& b : c.bars) {
-    out +=
-        fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
-    if (std::isfinite(b.value)) {
-      const double end = f.at_x(b.value);
-      out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left),
-                         px(y - kBar_px / 2), px(std::max(0.5, end - f.left)), px(kBar_px));
-      for (std::size_t i = 0; i < b.points.size() && b.points.size() > 1; ++i)
-        if (std::isfinite(b.points[i]))  // spread over the bar's height so that equal values stay apart
-          out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])),
-                             px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
-      if (b.spread && *b.spread > 0) {
-        const double a = f.at_x(b.value - *b.spread), z = f.at_x(b.value + *b.spread);
-        out += fmt::format("<path class=\"wh\" d=\"M{0} {2}H{1}M{0} {3}V{4}M{1} {3}V{4}\"/>", px(a), px(z), px(y), px(y - 5), px(y + 5));
-      }
-    } else {
-      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">not measured</text>", px(f.left + 6), px(y + 4));
-    }
-    if (b.reference) {
-      const double at = f.at_x(*b.reference);
-      out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7),
-                         px(at - 6));
-    }
-    out += '\n';
-    y += kRow_px;
+    out += bar_svg(b, f, y);
+    y += kBarRow_px;
   }
   if (c.limit) out += fmt::format("<path class=\"mk\" d=\"M{} {}V{}\"/>\n", px(f.at_x(*c.limit)), px(f.top), px(f.bottom));
   out += fmt::format("<path class=\"ax\" d=\"M{} {}V{}\"/>\n", px(f.left), px(f.top), px(f.bottom));

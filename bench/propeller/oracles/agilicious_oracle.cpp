@@ -38,66 +38,84 @@ sim::RotorConventions conventions(double in_plane_factor, const ConventionChange
   return c;
 }
 
-std::vector<OracleRow> compare(const json& j, const ConventionChange& change) {
-  const std::string source = "Agilicious";
-  const double camber = j.at("identified").at("camber_offset"), in_plane = j.at("identified").at("h_force_correction"),
-               obstruction = j.at("identified").at("z_obstruction_factor");
-  const double mass = j.at("quad").at("mass"), gravity = j.at("quad").at("G"), k_spring = j.at("bem_params").at("k_spring");
+constexpr const char* kSource = "Agilicious";
+
+// Worst of the four rotors of one case, and the thrust of all.
+struct CaseLoads {
+  Worst thrust, torque, in_plane_force, induced, lateral, coning, thrust_given_inflow, torque_given_inflow;
+  double total_thrust_N = 0.0;
+};
+
+CaseLoads loads_of(const json& j, const json& c, const sim::ReferenceRotor& rotor) {
+  const double k_spring = j.at("bem_params").at("k_spring");
   const int blades = j.at("bem_params").at("num_blades");
+  CaseLoads w;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double edgewise = c.at("v_hor")[i];
+    sim::RotorCondition at;
+    at.v_R_m_s = {edgewise, 0.0, -c.at("v_ver")[i].get<double>()};
+    at.omega_rad_s = c.at("omega_mot")[i];
+    at.density_kg_m3 = j.at("bem_params").at("rho");
+    const auto solution = rotor.solve(at);
+    const sim::RotorLoads& l = solution.loads;
+    const double T = c.at("thrust")[i], Q = c.at("torque")[i], H = c.at("hforce")[i], v = c.at("vind")[i];
+    w.thrust.add(l.force_R_N.z(), T, T);
+    w.torque.add(l.shaft_torque_N_m, Q, Q);
+    w.induced.add(l.induced_m_s, v, v);
+    const sim::RotorLoads given = rotor.at_induced(at, v).loads;
+    w.thrust_given_inflow.add(given.force_R_N.z(), T, T);
+    w.torque_given_inflow.add(given.shaft_torque_N_m, Q, Q);
+    if (edgewise > 0.1) w.in_plane_force.add(-l.force_R_N.x(), H, H);
+    w.total_thrust_N += l.force_R_N.z();
+    // A blade held by a spring at the axis: k a0 is its mean aerodynamic moment, k b1 the part that varies with sin(psi), psi = 90 deg
+    // advancing.
+    double moment_N_m = 0.0;
+    for (const auto& s : solution.stations) moment_N_m += s.thrust_N * s.r_m;
+    const double a0 = c.at("a0")[i], b1 = c.at("b1s")[i];
+    w.coning.add(moment_N_m / blades / k_spring, a0, a0);
+    if (edgewise > 0.1) w.lateral.add(-2.0 * l.moment_R_N_m.x() / blades / k_spring, b1, b1);
+  }
+  return w;
+}
+
+// The vehicle's acceleration along its own z, with the frame's blockage. Flapping turns it by less than 1e-4.
+OracleRow specific_force_row(const json& j, const json& c, const std::string& condition, double total_thrust_N) {
+  const double obstruction = j.at("identified").at("z_obstruction_factor");
+  const double mass = j.at("quad").at("mass"), gravity = j.at("quad").at("G");
+  const json &q = c.at("q_wxyz"), &a = c.at("dvel");
+  const Eigen::Quaterniond attitude(q[0].get<double>(), q[1].get<double>(), q[2].get<double>(), q[3].get<double>());
+  const Eigen::Vector3d up_W(0.0, 0.0, gravity);
+  const Eigen::Vector3d specific_B =
+      attitude.conjugate() * (Eigen::Vector3d(a[0].get<double>(), a[1].get<double>(), a[2].get<double>()) + up_W);
+  const double ours = obstruction * total_thrust_N / mass;
+  return {kSource, condition, "specific force z x 0.9575, m/s2", specific_B.z(), ours, relative(ours, specific_B.z(), specific_B.z()),
+          kLimit,  ""};
+}
+
+std::vector<OracleRow> compare(const json& j, const ConventionChange& change) {
+  const double camber = j.at("identified").at("camber_offset"), in_plane = j.at("identified").at("h_force_correction");
   const sim::ReferenceRotor rotor(blade(j.at("bem_params"), camber), conventions(in_plane, change), 24);
+  const std::string not_judged = "not judged: theirs ignores climb speed, see the acceptance page";
   std::vector<OracleRow> rows;
   int number = 0;
   for (const json& c : j.at("cases")) {
-    Worst thrust, torque, in_plane_force, induced, lateral, coning, thrust_given_inflow, torque_given_inflow;
-    double total_thrust_N = 0.0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const double edgewise = c.at("v_hor")[i];
-      sim::RotorCondition at;
-      at.v_R_m_s = {edgewise, 0.0, -c.at("v_ver")[i].get<double>()};
-      at.omega_rad_s = c.at("omega_mot")[i];
-      at.density_kg_m3 = j.at("bem_params").at("rho");
-      const auto solution = rotor.solve(at);
-      const sim::RotorLoads& l = solution.loads;
-      const double T = c.at("thrust")[i], Q = c.at("torque")[i], H = c.at("hforce")[i], v = c.at("vind")[i];
-      thrust.add(l.force_R_N.z(), T, T);
-      torque.add(l.shaft_torque_N_m, Q, Q);
-      induced.add(l.induced_m_s, v, v);
-      const sim::RotorLoads given = rotor.at_induced(at, v).loads;
-      thrust_given_inflow.add(given.force_R_N.z(), T, T);
-      torque_given_inflow.add(given.shaft_torque_N_m, Q, Q);
-      if (edgewise > 0.1) in_plane_force.add(-l.force_R_N.x(), H, H);
-      total_thrust_N += l.force_R_N.z();
-      // A blade held by a spring at the axis: k a0 is its mean aerodynamic moment, k b1 the part that varies with sin(psi), psi = 90 deg
-      // advancing.
-      double moment_N_m = 0.0;
-      for (const auto& s : solution.stations) moment_N_m += s.thrust_N * s.r_m;
-      const double a0 = c.at("a0")[i], b1 = c.at("b1s")[i];
-      coning.add(moment_N_m / blades / k_spring, a0, a0);
-      if (edgewise > 0.1) lateral.add(-2.0 * l.moment_R_N_m.x() / blades / k_spring, b1, b1);
-    }
+    const CaseLoads w = loads_of(j, c, rotor);
     const std::string condition = fmt::format("case {}, v = ({:g} {:g} {:g}) m/s", number++, c.at("v_W")[0].get<double>(),
                                               c.at("v_W")[1].get<double>(), c.at("v_W")[2].get<double>());
-    const std::string note = "worst of 4 rotors";
-    rows.push_back(thrust.row(source, condition, "thrust, N", kLimit, note));
-    rows.push_back(torque.row(source, condition, "torque, N m", kLimit, note));
-    rows.push_back(induced.row(source, condition, "induced velocity, m/s", kLimit, note));
-    rows.push_back(thrust_given_inflow.row(source, condition, "thrust at recorded inflow, N", kLimit, note));
-    rows.push_back(torque_given_inflow.row(source, condition, "torque at recorded inflow, N m", kLimit, note));
-    if (in_plane_force.count > 0) {
-      rows.push_back(in_plane_force.row(source, condition, "in-plane force x 3, N", kLimit, note));
-      rows.push_back(
-          lateral.row(source, condition, "flapping b1, rad", 0.0, "not judged: theirs ignores climb speed, see the acceptance page"));
+    const auto judge = [&](const Worst& worst, const char* quantity) {
+      rows.push_back(worst.row(kSource, condition, quantity, kLimit, "worst of 4 rotors"));
+    };
+    judge(w.thrust, "thrust, N");
+    judge(w.torque, "torque, N m");
+    judge(w.induced, "induced velocity, m/s");
+    judge(w.thrust_given_inflow, "thrust at recorded inflow, N");
+    judge(w.torque_given_inflow, "torque at recorded inflow, N m");
+    if (w.in_plane_force.count > 0) {
+      judge(w.in_plane_force, "in-plane force x 3, N");
+      rows.push_back(w.lateral.row(kSource, condition, "flapping b1, rad", 0.0, not_judged));
     }
-    rows.push_back(coning.row(source, condition, "coning a0, rad", 0.0, "not judged: theirs ignores climb speed, see the acceptance page"));
-    // The vehicle's acceleration along its own z, with the frame's blockage. Flapping turns it by less than 1e-4.
-    const json &q = c.at("q_wxyz"), &a = c.at("dvel");
-    const Eigen::Quaterniond attitude(q[0].get<double>(), q[1].get<double>(), q[2].get<double>(), q[3].get<double>());
-    const Eigen::Vector3d up_W(0.0, 0.0, gravity);
-    const Eigen::Vector3d specific_B =
-        attitude.conjugate() * (Eigen::Vector3d(a[0].get<double>(), a[1].get<double>(), a[2].get<double>()) + up_W);
-    const double ours = obstruction * total_thrust_N / mass;
-    rows.push_back({source, condition, "specific force z x 0.9575, m/s2", specific_B.z(), ours,
-                    relative(ours, specific_B.z(), specific_B.z()), kLimit, ""});
+    rows.push_back(w.coning.row(kSource, condition, "coning a0, rad", 0.0, not_judged));
+    rows.push_back(specific_force_row(j, c, condition, w.total_thrust_N));
   }
   return rows;
 }
