@@ -57,6 +57,57 @@ def line_of(text, offset):
     return text.count("\n", 0, offset) + 1
 
 
+# Ends of the text before a body's brace: parameters, with what may follow them, a constructor's list of members, a lambda's capture.
+_FUNCTION_END = re.compile(r"(?:\)(?:\s*(?:const|noexcept|override|final|mutable|constexpr|requires|&&?|->[\w:&*\s]+))*|\]|\}|\btry)\s*$")
+
+
+def _function_name(head):
+    """Name of the function whose body follows `head`, "lambda", or None where no function's body does."""
+    while True:
+        plain = re.sub(r"<[^<>()]*(?:\([^()]*\)[^<>()]*)*>|\[\[[^\]]*\]\]|\balignas\s*\([^()]*\)", " ", head)
+        if plain == head:
+            break
+        head = plain
+    if not _FUNCTION_END.search(head) or re.search(r"\brequires\s*\([^()]*\)\s*$", head):
+        return None
+    if re.search(r"\[[^\[\]]*\]\s*(?:\([^()]*(?:\([^()]*\)[^()]*)*\)[^()]*)?$", head) and "operator" not in head:
+        return "lambda"
+    named = re.search(r"(operator\s*(?:\(\)|[^\s\w(]+|[\w:\s&*]+)|[\w:~]+)\s*\(", head)
+    return named.group(1).strip() if named and head.count("(") == head.count(")") else None
+
+
+def functions(text):
+    """[(name, first line, last line)] of the functions of a source; a lambda inside a function counts with it. Braces are matched, so
+    the layout does not matter."""
+    text = without_comments_and_strings(text)
+    text = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda m: _blank(m.group()), text, flags=re.MULTILINE)
+    found, begin, depth, body, lists = [], 0, 0, None, []
+    for match in re.finditer(r"[{};]", text):
+        at, sign = match.start(), match.group()
+        depth += {"{": 1, "}": -1, ";": 0}[sign]
+        if body:  # (name, start, depth of its braces)
+            if sign == "}" and depth == body[2] - 1:
+                found.append((body[0], line_of(text, body[1]), line_of(text, at)))
+                body, begin = None, at + 1
+            continue
+        head = text[begin:at]
+        if sign == "{":
+            name = _function_name(head)
+            if name:
+                body = (name, begin + len(head) - len(head.lstrip()), depth)
+                continue
+            # A default argument or a member of a constructor's list: the head goes on behind it.
+            if head.count("(") > head.count(")") or re.search(r"\)\s*(?:noexcept\s*)?:[^:].*[\w>]\s*$", head, re.DOTALL):
+                lists.append(depth)
+                continue
+        if lists:
+            if sign == "}" and depth == lists[-1] - 1:
+                lists.pop()
+            continue
+        begin = at + 1
+    return found
+
+
 def inside(path, folder):
     """`path` is `folder`, or lies in it."""
     return path == folder or path.startswith(folder.rstrip("/") + "/")
@@ -94,6 +145,7 @@ class Linter:
         self.check_tokens()
         self.check_build_options(compile_commands)
         self.check_folders()
+        self.check_function_lengths()
         self.check_type_names()
         self.check_leaks()
         return sorted(set(self.findings))
@@ -217,6 +269,22 @@ class Linter:
                 lines = self.text[name].count("\n")
                 if lines > rules.MAX_LINES:
                     self.report(name, rules.MAX_LINES + 1, "file-length", f"{lines} lines, the limit is {rules.MAX_LINES}", "split it: one idea per file")
+
+    def check_function_lengths(self):
+        unused = dict(rules.LONG_FUNCTIONS)
+        for name in self.sources:
+            if inside(name, "test"):
+                continue
+            for function, first, last in functions(self.text[name]):
+                lines, listed = last - first + 1, unused.pop(f"{name}: {function}", None) if last - first >= rules.MAX_FUNCTION_LINES else None
+                limit = rules.HARD_MAX_FUNCTION_LINES if listed else rules.MAX_FUNCTION_LINES
+                if lines > limit:
+                    self.report(name, first, "function-length", f"{function} has {lines} lines, the limit is {limit}",
+                                "split it into steps that have names of their own")
+        for path, function in (entry.split(": ") for entry in unused):
+            if path in self.files:
+                self.report(path, 1, "exemption-not-needed", f"{function} needs no exemption from function-length",
+                            "remove it from LONG_FUNCTIONS in test/lint/rules.py")
 
     # (h) The linker takes one of two types of a name for both, and the program ends somewhere else than where the mistake is.
     def check_type_names(self):

@@ -7,6 +7,7 @@ import json
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -34,6 +35,8 @@ def findings(files, compile_commands=()):
             tree.setdefault(str(Path(name).parent / "README.md"), "# room\n")
     return lint.Linter({name: text for name, text in tree.items() if text is not None}).run(compile_commands)
 
+
+FUNCTION_61 = "void f(int i) {\n" + "  i;\n" * 59 + "}\n"
 
 # (name, {file: text}, rule or None, file:line of the finding)
 CASES = [
@@ -125,6 +128,22 @@ CASES = [
     ("folder without README", {"host/node/x.cpp": "int i;\n", "host/node/README.md": None}, "folder-readme", "host/node/README.md:1"),
     ("601 lines", {"sim/world/x.cpp": "int i;\n" * 601}, "file-length", "sim/world/x.cpp:601"),
     ("600 lines", {"sim/world/x.cpp": "//\n" * 600}, None, None),
+    ("a function of 61 lines", {"sim/world/x.cpp": "int i;\n" + FUNCTION_61}, "function-length", "sim/world/x.cpp:2"),
+    ("a function of 60 lines", {"sim/world/x.cpp": FUNCTION_61.replace("  i;\n", "", 1)}, None, None),
+    ("a member of 61 lines in a header", {"sim/world/x.hpp": "template <class T>\nstruct A final : B<T> {\n" + FUNCTION_61 + "};\n"},
+     "function-length", "sim/world/x.hpp:3"),
+    ("a lambda counts with its function", {"sim/world/x.cpp": "void f() {\n  const auto g = [&](int i) {\n" + "    i;\n" * 57 + "  };\n}\n"},
+     "function-length", "sim/world/x.cpp:1"),
+    ("a lambda that stands alone", {"sim/world/x.cpp": "const A kA[] = {{1, [](int i) -> int {\n" + "  i;\n" * 60 + "}}};\n"}, "function-length",
+     "sim/world/x.cpp:1"),
+    ("a constructor's list of members", {"sim/world/x.cpp": "A::A(int a)\n    : a_{a},\n      b_(a) {\n" + "  i;\n" * 58 + "}\n"}, "function-length",
+     "sim/world/x.cpp:1"),
+    ("braces in a default argument", {"sim/world/x.cpp": "void f(const A& a = {}, const std::function<void(int)>& b = {}) {\n" + "  i;\n" * 60 + "}\n"},
+     "function-length", "sim/world/x.cpp:1"),
+    ("neither a class, a table nor a concept is a function",
+     {"sim/world/x.hpp": "struct alignas(16) A {\n" + "  int i;\n" * 70 + "};\nconstexpr B kB[] = {\n" + "    {1},\n" * 70 + "};\n"
+                         "template <class T>\nconcept C = requires(T t) {\n" + "  t;\n" * 70 + "};\n"}, None, None),
+    ("braces in comments, strings and characters", {"sim/world/x.cpp": "void f() {\n  // {\n  g(\"{\", '{', R\"({)\");\n}\n" + "int i;\n" * 70}, None, None),
     ("a script of 601 lines", {"scripts/x.py": "pass\n" * 601}, "file-length", "scripts/x.py:601"),
     # (h) words
     ("home folder in a document", {"docs/a.md": "one\nsee /ho" "me/me/data\n"}, "machine-path", "docs/a.md:2"),
@@ -196,13 +215,27 @@ class LintTest(unittest.TestCase):
 
     def test_every_rule_has_a_case(self):
         promised = {r.id for r in rules.TOKEN_RULES} | {r[0] for r in rules.LEAKS}
-        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "exemption-not-needed"}
+        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "function-length",
+                     "exemption-not-needed"}
         self.assertEqual(promised - {case[2] for case in CASES}, set())
 
     def test_every_exemption_gives_a_reason(self):
         for rule in rules.TOKEN_RULES:
             for path, reason in rule.except_files.items():
                 self.assertGreater(len(reason), 10, f"{rule.id}: {path}")
+
+    def test_long_functions_are_few_and_have_reasons(self):
+        self.assertLessEqual(len(rules.LONG_FUNCTIONS), rules.MAX_LONG_FUNCTIONS)
+        for function, reason in rules.LONG_FUNCTIONS.items():
+            self.assertGreater(len(reason), 10, function)
+
+    def test_listed_function_may_be_longer_up_to_the_hard_limit(self):
+        listed = unittest.mock.patch.object(rules, "LONG_FUNCTIONS", {"sim/world/x.cpp: f": "one piece for a good reason"})
+        text = "void f() {\n" + "  i;\n" * (rules.HARD_MAX_FUNCTION_LINES - 2) + "}\n"
+        with listed:
+            self.assertEqual(findings({"sim/world/x.cpp": text}), [])
+            self.assertEqual([f.rule for f in findings({"sim/world/x.cpp": text.replace("}", "  i;\n}")})], ["function-length"])
+            self.assertEqual([f.rule for f in findings({"sim/world/x.cpp": "void f() {\n}\n"})], ["exemption-not-needed"])
 
     def test_every_finding_says_what_to_do(self):
         for name, files, rule, _ in CASES:
