@@ -66,7 +66,6 @@ class Chain {
   struct Factor {
     Eigen::Matrix<double, 12, 12> l, y;  // L (lower triangle), Y
   };
-  struct Cursor;  // walks the lists of readings
 
   const GridFlight& flight_;
   std::vector<BodyState>& states_;

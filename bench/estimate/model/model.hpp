@@ -62,7 +62,6 @@ class Model {
   const Columns& columns() const { return columns_; }
 
  private:
-  struct Slope;  // of one stage
   struct Partials;
   void load(const BodyState& x, const RotorInputSample& input, double t_s, Eigen::Vector3d& force, Eigen::Vector3d& torque,
             Partials* partials, bool* beyond) const;
