@@ -87,6 +87,166 @@ bool innovations_white(const identify::Identification& r) {
   return true;
 }
 
+// A diagnosis under way: the model so far, the effects in it, and what is told of them.
+class Search {
+ public:
+  Search(const DiagnoseOptions& options, const estimate::FitOptions& fit, const identify::Identification& before, Diagnosis& told)
+      : o_(options), again_(fit), d_(told), model_(copy_of(before)) {
+    again_.noise.rounds = std::min(again_.noise.rounds, 4);  // from where the last fit left it
+    again_.tolerance = std::max(again_.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
+  }
+
+  using Say = std::function<void(const std::string& part, double done)>;
+  bool add_the_best(int round, const Say& say);  // false: nothing more is to be added
+  void drop_the_needless(const Say& say);
+  void tell_sizes();
+  void tell_late_poses();
+  void tell_what_flights_never_show();
+  identify::Identification model() && { return std::move(model_); }
+
+ private:
+  std::vector<Contestant> refitted(const identify::Identification& start, const Screening& screening, const std::vector<Tested>& all) const;
+  void reject(const std::vector<Contestant>& field);
+  void accept(Contestant& winner, std::vector<ClassMember> twins);
+  void tell_what_would_not_have_shown(const std::vector<Tested>& all);
+
+  const DiagnoseOptions& o_;
+  const host::EffectCatalogue catalogue_ = host::builtin_effect_catalogue();
+  estimate::FitOptions again_;
+  Diagnosis& d_;
+  identify::Identification model_;
+  std::vector<Candidate> added_;
+  RisesBefore risen_;
+};
+
+bool Search::add_the_best(int round, const Say& say) {
+  const double share = 1.0 / (o_.max_effects + 1.0), done = 0.3 + 0.6 * round * share;
+  say("screening", done);
+  const int threads = o_.identify.fit.threads;
+  const identify::Identification start = at_beliefs(model_, again_);
+  const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads);
+  const std::vector<double> placebos =
+      placebo_statistics(start, s, o_.placebos, o_.seed + static_cast<std::uint64_t>(round), o_.block_s, threads);
+  const double limit = placebos.empty()
+                           ? 0.0
+                           : placebos[std::min(placebos.size() - 1, static_cast<std::size_t>(0.99 * static_cast<double>(placebos.size())))];
+  const std::vector<Tested> all = examine_all(s, o_.criteria, limit);
+  DiagnosisRound record{.candidates = {}, .placebo_wald = limit, .placebos = placebos.size(), .decision = {}};
+  for (const Tested& t : all) record.candidates.push_back(t.evidence);
+
+  const bool may_add = static_cast<int>(added_.size()) < o_.max_effects;
+  bool accepted = false;
+  if (may_add) {
+    say("refits of what could be it", done + 0.3 * share);
+    std::vector<Contestant> field = refitted(start, s, all);
+    note_refits(field, record);
+    reject(field);
+    accepted = !field.empty() && field.front().failure.empty();
+    if (accepted) {
+      record.decision = fmt::format("added {}", field.front().tested->candidate->id);
+      accept(field.front(), twins_of(s, all, field, o_.criteria));
+    }
+  }
+  if (!accepted) {
+    record.decision = may_add ? "nothing passes every criterion" : "as many effects as were allowed";
+    tell_what_would_not_have_shown(all);
+  }
+  d_.rounds.push_back(std::move(record));
+  return accepted;
+}
+
+// Those that could be it, best first, the failed ones last.
+std::vector<Contestant> Search::refitted(const identify::Identification& start, const Screening& s, const std::vector<Tested>& all) const {
+  std::vector<Contestant> field = contest(start, model_, s, all, o_.criteria, again_);
+  if (!field.empty() && !among("wind_dryden", o_.without)) leave_to_gusts(score_gust(start), field);
+  for (Contestant& c : field) {
+    if (c.failure.empty() && too_little_beside(risen_, c, o_.criteria))
+      c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, risen_.any);
+  }
+  std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.empty(); });
+  return field;
+}
+
+void Search::reject(const std::vector<Contestant>& field) {
+  for (const Contestant& c : field) {
+    if (c.failure.empty()) continue;
+    d_.rejected.push_back(c.tested->evidence);
+    d_.rejected.back().ruled_out_by = c.failure;
+  }
+}
+
+void Search::accept(Contestant& winner, std::vector<ClassMember> twins) {
+  const Candidate& candidate = *winner.tested->candidate;
+  AddedEffect a{.id = candidate.id, .parameters = winner.values, .twins = std::move(twins), .evidence = winner.tested->evidence};
+  a.evidence.rise = winner.rise;
+  a.evidence.variation = winner.even.variation;
+  a.evidence.scatter = winner.even.scatter;
+  a.shifts = shifts(model_, winner.refit.fit);
+  if (const host::EffectFacts* facts = catalogue_.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
+  risen_.count(winner);
+  d_.added.push_back(std::move(a));
+  added_.push_back(candidate);
+  model_ = std::move(winner.refit.fit);
+}
+
+void Search::tell_what_would_not_have_shown(const std::vector<Tested>& all) {
+  for (const Tested& t : all) {
+    const double typical = t.evidence.typical;
+    if (t.test.degrees > 0 && !(t.evidence.detectable > typical)) continue;
+    const host::EffectFacts* facts = catalogue_.facts_of(t.candidate->id);
+    const std::string& unit = t.candidate->parameters.front().unit;
+    d_.not_observable.push_back({t.candidate->id,
+                                 t.test.degrees == 0
+                                     ? "the model's own parameters take all of it"
+                                     : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable, unit, typical),
+                                 facts ? needs_of(*facts) : std::string(), t.evidence.detectable, typical, unit});
+  }
+}
+
+// Backward: what the effects found later made needless goes again.
+void Search::drop_the_needless(const Say& say) {
+  for (std::size_t i = added_.size(); i-- > 0 && added_.size() > 1;) {
+    const std::vector<NamedValue> values = values_in(model_, added_[i]);
+    if (certainty(added_[i], values) >= o_.criteria.fewest_u) continue;
+    say("refit without " + added_[i].id, 0.93);
+    model_ = refit_without(model_, added_[i], again_);
+    CandidateEvidence e = d_.added[i].evidence;
+    e.ruled_out_by = "needless beside what was found after it";
+    d_.rejected.push_back(std::move(e));
+    d_.added.erase(d_.added.begin() + static_cast<std::ptrdiff_t>(i));
+    added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+void Search::tell_sizes() {
+  for (std::size_t i = 0; i < added_.size(); ++i) {
+    d_.added[i].parameters = values_in(model_, added_[i]);
+    for (const int p : parameters_of(added_[i], model_.problem.start.terms)) {
+      const std::vector<NamedValue> ratios = firm_ratios(model_.fit, p, model_.problem.start.terms);
+      d_.added[i].ratios.insert(d_.added[i].ratios.end(), ratios.begin(), ratios.end());
+    }
+  }
+}
+
+// Where the user held the delay it was a candidate like any other.
+void Search::tell_late_poses() {
+  const bool was_candidate =
+      std::any_of(added_.begin(), added_.end(), [](const Candidate& c) { return c.core == std::vector<int>{estimate::kPoseDelay}; });
+  if (auto late = late_poses(model_.fit, o_.criteria); late && !was_candidate) d_.added.insert(d_.added.begin(), std::move(*late));
+}
+
+// What cannot be seen in such logs as a rule, unless it was.
+void Search::tell_what_flights_never_show() {
+  for (std::size_t i = 0; i < catalogue_.ids.size(); ++i) {
+    const host::EffectFacts& facts = catalogue_.facts[i];
+    const auto is_it = [&](const auto& one) { return one.id == catalogue_.ids[i]; };
+    const bool listed = std::any_of(d_.not_observable.begin(), d_.not_observable.end(), is_it),
+               found = std::any_of(d_.added.begin(), d_.added.end(), is_it);
+    if (facts.observability == "not_observable" && !listed && !found)
+      d_.not_observable.push_back({catalogue_.ids[i], "does not show in flight logs of this kind", facts.needs, 0.0, 0.0, facts.unit});
+  }
+}
+
 }  // namespace
 
 DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
@@ -94,8 +254,6 @@ DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const h
   const auto say = [&](const std::string& part, double done) {
     if (progress) progress({part, done});
   };
-  const int threads = o.identify.fit.threads;
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   DiagnosisRun out;
   Diagnosis& d = out.diagnosis;
 
@@ -104,119 +262,15 @@ DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const h
   if (o.beliefs) first.beliefs = beliefs;
   first.fit.innovations = true;
   out.before = identify::identify(flights, vehicle, first);
-  identify::Identification model = copy_of(out.before);
-  estimate::FitOptions again = first.fit;
-  again.noise.rounds = std::min(again.noise.rounds, 4);  // from where the last fit left it
-  again.tolerance = std::max(again.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
 
-  std::vector<Candidate> added;
-  RisesBefore risen;
-  for (int round = 0;; ++round) {
-    const double done = 0.3 + 0.6 * round / (o.max_effects + 1.0);
-    say("screening", done);
-    const identify::Identification start = at_beliefs(model, again);
-    const Screening s = screen(start, o.without, o.library, o.block_s, threads);
-    const std::vector<double> placebos =
-        placebo_statistics(start, s, o.placebos, o.seed + static_cast<std::uint64_t>(round), o.block_s, threads);
-    const double limit =
-        placebos.empty() ? 0.0
-                         : placebos[std::min(placebos.size() - 1, static_cast<std::size_t>(0.99 * static_cast<double>(placebos.size())))];
-    std::vector<Tested> all = examine_all(s, o.criteria, limit);
-    DiagnosisRound record{.candidates = {}, .placebo_wald = limit, .placebos = placebos.size(), .decision = {}};
-    for (const Tested& t : all) record.candidates.push_back(t.evidence);
-
-    bool accepted = false;
-    if (static_cast<int>(added.size()) < o.max_effects) {
-      say("refits of what could be it", done + 0.3 / (o.max_effects + 1.0));
-      std::vector<Contestant> field = contest(start, model, s, all, o.criteria, again);
-      if (!field.empty() && !among("wind_dryden", o.without)) leave_to_gusts(score_gust(start), field);
-      for (Contestant& c : field) {
-        if (c.failure.empty() && too_little_beside(risen, c, o.criteria))
-          c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, risen.any);
-      }
-      std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.empty(); });
-      note_refits(field, record);
-      for (const Contestant& c : field) {
-        if (c.failure.empty()) continue;
-        d.rejected.push_back(c.tested->evidence);
-        d.rejected.back().ruled_out_by = c.failure;
-      }
-      if (!field.empty() && field.front().failure.empty()) {
-        Contestant& winner = field.front();
-        AddedEffect a{.id = winner.tested->candidate->id,
-                      .parameters = winner.values,
-                      .twins = twins_of(s, all, field, o.criteria),
-                      .evidence = winner.tested->evidence};
-        a.evidence.rise = winner.rise;
-        a.evidence.variation = winner.even.variation;
-        a.evidence.scatter = winner.even.scatter;
-        a.shifts = shifts(model, winner.refit.fit);
-        if (const host::EffectFacts* facts = catalogue.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
-        record.decision = fmt::format("added {}", a.id);
-        risen.count(winner);
-        d.added.push_back(std::move(a));
-        added.push_back(*winner.tested->candidate);
-        model = std::move(winner.refit.fit);
-        accepted = true;
-      }
-    }
-    if (!accepted) {
-      record.decision =
-          added.size() >= static_cast<std::size_t>(o.max_effects) ? "as many effects as were allowed" : "nothing passes every criterion";
-      for (const Tested& t : all) {
-        const double typical = t.evidence.typical;
-        if (t.test.degrees == 0 || t.evidence.detectable > typical) {
-          const host::EffectFacts* facts = catalogue.facts_of(t.candidate->id);
-          d.not_observable.push_back(
-              {t.candidate->id,
-               t.test.degrees == 0 ? "the model's own parameters take all of it"
-                                   : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable,
-                                                 t.candidate->parameters.front().unit, typical),
-               facts ? needs_of(*facts) : std::string(), t.evidence.detectable, typical, t.candidate->parameters.front().unit});
-        }
-      }
-      d.rounds.push_back(std::move(record));
-      break;
-    }
-    d.rounds.push_back(std::move(record));
-  }
-
-  // Backward: what the effects found later made needless goes again.
-  for (std::size_t i = added.size(); i-- > 0 && added.size() > 1;) {
-    const std::vector<NamedValue> values = values_in(model, added[i]);
-    if (certainty(added[i], values) >= o.criteria.fewest_u) continue;
-    say("refit without " + added[i].id, 0.93);
-    model = refit_without(model, added[i], again);
-    CandidateEvidence e = d.added[i].evidence;
-    e.ruled_out_by = "needless beside what was found after it";
-    d.rejected.push_back(std::move(e));
-    d.added.erase(d.added.begin() + static_cast<std::ptrdiff_t>(i));
-    added.erase(added.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    d.added[i].parameters = values_in(model, added[i]);
-    for (const int p : parameters_of(added[i], model.problem.start.terms)) {
-      const std::vector<NamedValue> ratios = firm_ratios(model.fit, p, model.problem.start.terms);
-      d.added[i].ratios.insert(d.added[i].ratios.end(), ratios.begin(), ratios.end());
-    }
-  }
-
-  // Where the user held the delay it was a candidate like any other.
-  const bool was_candidate =
-      std::any_of(added.begin(), added.end(), [](const Candidate& c) { return c.core == std::vector<int>{estimate::kPoseDelay}; });
-  if (auto late = late_poses(model.fit, o.criteria); late && !was_candidate) d.added.insert(d.added.begin(), std::move(*late));
-
-  // What cannot be seen in such logs as a rule, unless it was.
-  for (std::size_t i = 0; i < catalogue.ids.size(); ++i) {
-    const host::EffectFacts& facts = catalogue.facts[i];
-    const auto is_it = [&](const auto& one) { return one.id == catalogue.ids[i]; };
-    const bool listed = std::any_of(d.not_observable.begin(), d.not_observable.end(), is_it),
-               found = std::any_of(d.added.begin(), d.added.end(), is_it);
-    if (facts.observability == "not_observable" && !listed && !found)
-      d.not_observable.push_back({catalogue.ids[i], "does not show in flight logs of this kind", facts.needs, 0.0, 0.0, facts.unit});
-  }
-  note_contradictions(model, d);
-  out.after = std::move(model);
+  Search search(o, first.fit, out.before, d);
+  for (int round = 0; search.add_the_best(round, say);) ++round;
+  search.drop_the_needless(say);
+  search.tell_sizes();
+  search.tell_late_poses();
+  search.tell_what_flights_never_show();
+  out.after = std::move(search).model();
+  note_contradictions(out.after, d);
   d.white = innovations_white(out.after);
   const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
   d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
