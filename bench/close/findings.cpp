@@ -60,6 +60,7 @@ Findings read_findings(const std::filesystem::path& path) {
       round.candidates.push_back({text(c, "id"), text(c, "ruled_out_by"), number(c, "wald"), number(c, "gain_relative"),
                                   number(c, "cross_validated"), number(c, "p_holm", 1.0), values(c, "one_step")});
     round.placebo_wald = number(r, "placebo_wald");
+    round.placebo_level = number(r, "placebo_level", 0.99);
     round.decision = text(r, "decision");
     f.rounds.push_back(std::move(round));
   }

@@ -31,6 +31,7 @@ struct FoundRound {
   std::vector<FoundCandidate> candidates;  // best first
   double placebo_wald = 0.0;
   std::string decision;
+  double placebo_level = 0.99;
 };
 struct FoundHeldOut {
   double horizon_s = 0.0;

@@ -36,7 +36,7 @@ std::string round_html(const FoundRound& round, std::size_t number) {
   chart.x_label = "block-robust statistic (F)";
   if (round.placebo_wald > 0) {
     chart.limit = round.placebo_wald;
-    chart.limit_label = "99 % of placebos";
+    chart.limit_label = fmt::format("{:.0f} % of placebos", 100.0 * round.placebo_level);
   }
   std::string rows;
   for (std::size_t i = 0; i < std::min(kShown, round.candidates.size()); ++i) {

@@ -10,6 +10,7 @@
 #include "bench/diagnose/contest.hpp"
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/late_poses.hpp"
+#include "bench/diagnose/placebos.hpp"
 #include "bench/diagnose/ratios.hpp"
 #include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/identify/identified_vehicle.hpp"
@@ -75,6 +76,17 @@ void note_contradictions(const identify::Identification& model, Diagnosis& d) {
   }
 }
 
+// A gate that stands lower than it was meant to, or not at all, is no secret.
+void note_placebos(const Criteria& criteria, Diagnosis& d) {
+  const PlaceboLimit& first = d.rounds.front().placebos;
+  if (first.placebos == 0) {
+    d.remarks.push_back("No placebos: against chance stands only what the blocks of the flights say of their own scatter (p after Holm).");
+  } else if (first.level < criteria.placebo) {
+    d.remarks.push_back(fmt::format("{} placebos are too few for a level of {:.0f} %: their largest is one of {:.1f} %.", first.placebos,
+                                    100.0 * criteria.placebo, 100.0 * first.level));
+  }
+}
+
 // What it takes to see an effect: what is needed beside such logs, and the flight.
 std::string needs_of(const host::EffectFacts& facts) {
   return facts.needs + (facts.needs.empty() || facts.manoeuvre.empty() ? "" : "; ") + facts.manoeuvre;
@@ -127,11 +139,9 @@ bool Search::add_the_best(int round, const Say& say) {
   const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads);
   const std::vector<double> placebos =
       placebo_statistics(start, s, o_.placebos, o_.seed + static_cast<std::uint64_t>(round), o_.block_s, threads);
-  const double limit = placebos.empty()
-                           ? 0.0
-                           : placebos[std::min(placebos.size() - 1, static_cast<std::size_t>(0.99 * static_cast<double>(placebos.size())))];
-  const std::vector<Tested> all = examine_all(s, o_.criteria, limit);
-  DiagnosisRound record{.candidates = {}, .placebo_wald = limit, .placebos = placebos.size(), .decision = {}};
+  const PlaceboLimit limit = placebo_limit(placebos, o_.criteria.placebo);
+  const std::vector<Tested> all = examine_all(s, o_.criteria, limit.wald);
+  DiagnosisRound record{.candidates = {}, .placebos = limit, .decision = {}};
   for (const Tested& t : all) record.candidates.push_back(t.evidence);
 
   const bool may_add = static_cast<int>(added_.size()) < o_.max_effects;
@@ -270,6 +280,7 @@ DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const h
   search.tell_late_poses();
   search.tell_what_flights_never_show();
   out.after = std::move(search).model();
+  note_placebos(o.criteria, d);
   note_contradictions(out.after, d);
   d.white = innovations_white(out.after);
   const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });

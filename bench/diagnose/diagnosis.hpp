@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/diagnose/placebo_limit.hpp"
 #include "bench/diagnose/verdict.hpp"
 #include "bench/identify/held_out.hpp"
 
@@ -68,8 +69,7 @@ struct AddedEffect {
 // A sweep of all candidates, and what was done upon it.
 struct DiagnosisRound {
   std::vector<CandidateEvidence> candidates;  // best first
-  double placebo_wald = 0.0;                  // 99th percentile of the placebos' statistic
-  std::size_t placebos = 0;
+  PlaceboLimit placebos;
   std::string decision;  // in words: "added rotor_inertia_reaction", "nothing passes every criterion"
 };
 

@@ -11,6 +11,7 @@ namespace rotorloop::diagnose {
 // When an effect is taken for real. All must hold.
 struct Criteria {
   double p = 0.02;            // of the block-robust statistic, after Holm
+  double placebo = 0.99;      // share of columns without meaning that its statistic must surpass
   double relevant = 0.33;     // of the size that matters (a term's scale): a smaller effect is left out, however certain
   double held_share = 0.1;    // of its gain that must also show on blocks that did not estimate it
   double overshoot = 0.3;     // of the way from neutral to a bound, by which an estimate of one step may pass the bound
@@ -36,7 +37,7 @@ struct Tested {
 // Largest parameter over the size that matters. `change`: of the candidate's parameters from their neutral values.
 double relevance(const Candidate& candidate, const Eigen::VectorXd& change);
 
-// All candidates against the model of the table, best first. `placebo`: statistic that 99 % of the placebos stay below.
+// All candidates against the model of the table, best first. `placebo`: statistic that nearly all placebos stay below.
 std::vector<Tested> examine_all(const Screening& screening, const Criteria& criteria, double placebo);
 
 }  // namespace rotorloop::diagnose

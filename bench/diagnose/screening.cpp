@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <numbers>
 #include <thread>
-#include <unsupported/Eigen/FFT>
 
 #include "bench/diagnose/memory_scan.hpp"
 #include "bench/estimate/flight_motion.hpp"
@@ -16,7 +13,6 @@
 #include "host/base/error.hpp"
 #include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -25,7 +21,6 @@ using Index = ScoreTable::Index;
 
 constexpr double kFoldBlocks = 4;  // neighbouring blocks that stay in one fold
 constexpr int kFolds = 5;
-constexpr std::uint64_t kPlaceboStream = 0xD1A6;
 
 // Quantities of the fit itself that an effect of the catalogue changes.
 struct CoreEffect {
@@ -236,30 +231,6 @@ ScoreTable table_of(const identify::Identification& r, const estimate::Columns& 
   return gathered(p, r.fit, std::move(reduced), static_cast<Index>(held.size()) + extra.front().count);
 }
 
-// The largest product of 2, 3 and 5 that is at most n: transforms of other lengths are slow.
-std::size_t smooth_length(std::size_t n) {
-  for (std::size_t m = n; m > 1; --m) {
-    std::size_t rest = m;
-    for (const std::size_t factor : {2u, 3u, 5u}) {
-      while (rest % factor == 0) rest /= factor;
-    }
-    if (rest == 1) return m;
-  }
-  return n;
-}
-
-// A row of numbers with the phases of its spectrum turned by `turn` (one angle for each frequency, the same for all rows).
-void turn_phases(std::vector<double>& row, const std::vector<double>& turn, Eigen::FFT<double>& fft) {
-  std::vector<std::complex<double>> spectrum;
-  fft.fwd(spectrum, row);
-  const std::size_t n = row.size();
-  for (std::size_t k = 1; k < (n + 1) / 2; ++k) {
-    spectrum[k] *= std::polar(1.0, turn[k]);
-    spectrum[n - k] = std::conj(spectrum[k]);
-  }
-  fft.inv(row, spectrum);
-}
-
 }  // namespace
 
 bool acts_on_body(const Candidate& c) {
@@ -269,6 +240,10 @@ bool acts_on_body(const Candidate& c) {
 }
 
 ScoreTable table_of(const identify::Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
+
+ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads) {
+  return table_of(r, {}, columns, block_s, threads);
+}
 
 Screening screen(const identify::Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads) {
@@ -325,55 +300,6 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
   for_flights(p.flights.size(), threads,
               [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); });
   out.table = table_of(r, held, out.series, block_s, threads);
-  return out;
-}
-
-std::vector<double> placebo_statistics(const identify::Identification& r, const Screening& screening, std::size_t count, std::uint64_t seed,
-                                       double block_s, int threads) {
-  const auto columns = static_cast<std::size_t>(screening.series.front().count);
-  if (columns == 0 || count == 0) return {};
-  const std::size_t flights = r.problem.flights.size();
-  std::vector<estimate::ExtraColumns> placebos(flights);
-  for_flights(flights, threads, [&](std::size_t f) {
-    const estimate::ExtraColumns& real = screening.series[f];
-    estimate::ExtraColumns& out = placebos[f];
-    const std::size_t steps = r.problem.flights[f]->knots - 1, every = 6 * columns, wide = 6 * count;
-    out.count = static_cast<Index>(count);
-    out.wrench.assign(steps * wide, 0.0);
-    Eigen::FFT<double> fft;
-    const std::size_t turned = smooth_length(steps);  // a few steps at the end stay as they are
-    std::vector<double> row(steps), head(turned), turn(steps);
-    const RandomStream random(seed, kPlaceboStream + f);
-    std::uint64_t sample = 0;
-    const auto shortest = static_cast<std::size_t>(2.0 / r.problem.flights[f]->step_s);
-    for (std::size_t c = 0; c < count; ++c) {
-      const std::size_t of = (c * 7919) % columns;  // every candidate has its turn
-      const bool shifted = c % 4 == 3 && steps > 3 * shortest;
-      for (double& a : turn) a = 2.0 * std::numbers::pi * random.uniform(sample++);
-      const auto shift = shortest + static_cast<std::size_t>(random.uniform(sample++) * static_cast<double>(steps - 2 * shortest));
-      for (std::size_t axis = 0; axis < 6; ++axis) {
-        // Without its mean: a constant force or torque is an effect, whatever is done to phases.
-        double mean = 0.0;
-        for (std::size_t k = 0; k < steps; ++k) mean += real.wrench[k * every + of * 6 + axis] / static_cast<double>(steps);
-        for (std::size_t k = 0; k < steps; ++k) row[k] = real.wrench[k * every + of * 6 + axis] - mean;
-        if (shifted) {
-          std::rotate(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(shift), row.end());
-        } else {
-          head.assign(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(turned));
-          turn_phases(head, turn, fft);
-          std::copy(head.begin(), head.end(), row.begin());
-        }
-        for (std::size_t k = 0; k < steps; ++k) out.wrench[k * wide + c * 6 + axis] = row[k];
-      }
-    }
-  });
-  const ScoreTable table = table_of(r, {}, placebos, block_s, threads);
-  std::vector<double> out;
-  for (std::size_t c = 0; c < count; ++c) {
-    const GroupTest t = test_group(table, base_columns(table), {table.base + static_cast<Index>(c)});
-    if (t.degrees > 0) out.push_back(t.wald);
-  }
-  std::sort(out.begin(), out.end());
   return out;
 }
 

@@ -2,7 +2,6 @@
 // parameters. A candidate is a term that the model lacks, or a quantity that the fit holds or that the vehicle file believed to know
 // (gravity's direction, delays, products of inertia).
 #pragma once
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,10 +40,7 @@ Screening screen(const identify::Identification& result, const std::vector<std::
 
 // The scores of a fit by themselves, without candidates.
 ScoreTable table_of(const identify::Identification& fit);
-
-// Statistics of columns that are no effect: copies of the candidates' series with their phases drawn anew (same spectrum, same relation
-// between axes) or moved in time by more than two seconds, through the same sweep. Robust statistic of each, ascending.
-std::vector<double> placebo_statistics(const identify::Identification& result, const Screening& screening, std::size_t count, std::uint64_t seed,
-                                       double block_s, int threads);
+// … and with columns beside the model's own, of each flight.
+ScoreTable table_with(const identify::Identification& fit, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads);
 
 }  // namespace rotorloop::diagnose

@@ -48,8 +48,8 @@ std::string log_html(const char* heading, const std::vector<LogFault>& all) {
 
 // The best candidates of a screening, and what speaks against each.
 std::string round_html(const DiagnosisRound& r, std::size_t number) {
-  std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; 99 % of {} placebos stay below W = {:.1f}.</p>\n", number,
-                                render::xml_escaped(r.decision), r.candidates.size(), r.placebos, r.placebo_wald);
+  std::string out = fmt::format("<h3>Screening {}: {}</h3>\n<p>{} candidates; {}.</p>\n", number, render::xml_escaped(r.decision),
+                                r.candidates.size(), words(r.placebos));
   out +=
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">effect</th><th>W</th><th>p (Holm)</th><th>gain</th><th>held</th><th "
       "class=\"l\">estimate</th><th class=\"l\">what speaks against it</th></tr></thead><tbody>\n";

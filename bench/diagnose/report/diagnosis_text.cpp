@@ -158,8 +158,7 @@ std::string diagnosis_text(const DiagnosisRun& run) {
   for (const std::string& r : d.remarks) out += "  " + r + "\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) {
     const DiagnosisRound& r = d.rounds[i];
-    out += fmt::format("\nScreening {}: {} candidates; {} placebos, 99 % of them below W {:.1f}; {}\n", i + 1, r.candidates.size(),
-                       r.placebos, r.placebo_wald, r.decision);
+    out += fmt::format("\nScreening {}: {} candidates; {}; {}\n", i + 1, r.candidates.size(), words(r.placebos), r.decision);
     out += fmt::format("  {:<26} {:>8} {:>9} {:>9} {:>9}  {}\n", "effect", "W", "p (Holm)", "gain", "held",
                        "estimate; what speaks against it");
     for (std::size_t k = 0; k < std::min(kShown, r.candidates.size()); ++k) {
@@ -210,8 +209,11 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify
   for (const DiagnosisRound& r : d.rounds) {
     ordered_json candidates = ordered_json::array();
     for (const CandidateEvidence& e : r.candidates) candidates.push_back(evidence_json(e));
-    rounds.push_back(
-        {{"placebos", r.placebos}, {"placebo_wald", number(r.placebo_wald)}, {"decision", r.decision}, {"candidates", candidates}});
+    rounds.push_back({{"placebos", r.placebos.placebos},
+                      {"placebo_level", number(r.placebos.level)},
+                      {"placebo_wald", number(r.placebos.wald)},
+                      {"decision", r.decision},
+                      {"candidates", candidates}});
   }
   for (const CandidateEvidence& e : d.rejected) rejected.push_back(evidence_json(e));
   for (const NotObservable& n : d.not_observable)

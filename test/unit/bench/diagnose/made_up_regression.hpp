@@ -28,12 +28,11 @@ struct Regression {
     for (std::size_t from = 0; from + per_block <= y.size(); from += per_block) {
       ScoreTable::Block b{0,   static_cast<double>(from),   static_cast<double>(from + per_block),
                           all, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
-      for (std::size_t k = from; k < from + per_block; ++k) {
-        Eigen::VectorXd x(n);
-        for (Index i = 0; i < n; ++i) x[i] = columns[static_cast<std::size_t>(i)][k];
-        b.information += x * x.transpose();
-        b.score -= x * y[k];
-      }
+      const auto rows = static_cast<Index>(per_block);
+      Eigen::MatrixXd x(rows, n);
+      for (Index i = 0; i < n; ++i) x.col(i) = Eigen::Map<const Eigen::VectorXd>(columns[static_cast<std::size_t>(i)].data() + from, rows);
+      b.information = x.transpose() * x;
+      b.score = -x.transpose() * Eigen::Map<const Eigen::VectorXd>(y.data() + from, rows);
       t.information += b.information;
       t.score += b.score;
       t.fold.push_back(static_cast<int>(t.blocks.size() / 4 % 5));

@@ -33,4 +33,16 @@ inline identify::IdentifyOptions options_holding(const std::vector<std::string>&
   return o;
 }
 
+// Eight seconds of turns, fitted with a centre of mass that is held 1.5 mm from where it is: a torque in proportion to thrust is missing.
+inline const identify::Identification& beside_the_centre() {
+  static const identify::Identification r = [] {
+    model_true::Truth truth;
+    truth.com_offset_m.x() += 1.5e-3;
+    truth.r_BS_m.x() -= 1.5e-3;  // the sensor stays where it is
+    return identify::identify({flight(truth, {.manoeuvre = model_true::Manoeuvre::rotation, .duration_s = 8.0}, 5)}, vehicle(),
+                    options_holding({"k_1", "k_2", "c_d,h", "Δx", "Δy"}));
+  }();
+  return r;
+}
+
 }  // namespace rotorloop::diagnose::testing_flights

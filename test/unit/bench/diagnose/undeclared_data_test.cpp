@@ -38,7 +38,7 @@ TEST(UndeclaredFlights, MomentThatGrowsWithSpeedIsFound) {
   const Diagnosis d = diagnosed("undeclared_a", {"vertical", "horizontal", "rotation"}, 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_plane_height") || names(d.added.front(), "hub_moment")) << d.added.front().id;
-  EXPECT_GT(d.added.front().evidence.wald, 10.0 * d.rounds.front().placebo_wald);
+  EXPECT_GT(d.added.front().evidence.wald, 10.0 * d.rounds.front().placebos.wald);
   EXPECT_LT(d.added.front().evidence.variation, 0.2) << "one size from second to second";
 }
 
