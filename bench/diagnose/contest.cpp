@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 
 namespace rotorloop::diagnose {
@@ -58,7 +59,7 @@ void judge(Contestant& c, const identify::Identification& model, const Screening
   c.values = values_in(c.refit.fit, candidate);
   c.rise = fit.log_likelihood - model.fit.log_likelihood;
   c.score = c.rise - cost_of(*c.tested, s.table.readings);
-  const double sure = certainty(candidate, c.values);
+  const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.even = evenness_of(c.refit.fit, candidate);
   if (!fit.converged) {
     c.failure = "the refit does not converge";
@@ -66,8 +67,10 @@ void judge(Contestant& c, const identify::Identification& model, const Screening
     c.failure = "the refit ends at the bound of its physical range";
   } else if (c.score <= 0.0) {
     c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
-  } else if (sure < criteria.fewest_u) {
-    c.failure = fmt::format("{:.1f} standard errors after the refit", sure);
+  } else if (all.p > all.sure) {
+    c.failure = all.degrees == 1
+                    ? fmt::format("{:.1f} standard errors after the refit", std::sqrt(all.statistic))
+                    : fmt::format("chance after the refit: W {:.1f} of its {} numbers, p {:.2g}", all.statistic, all.degrees, all.p);
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
     c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
   } else if (acts_on_body(candidate) && c.even.variation > criteria.variation && c.even.scatter > criteria.scatter) {
@@ -131,14 +134,6 @@ std::vector<NamedValue> values_in(const identify::Identification& r, const Candi
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const estimate::Estimate* e = r.fit.find(parameters[k]);
     out.push_back({c.parameters[k].name, c.parameters[k].unit, e ? e->value : c.parameters[k].neutral, e ? identify::reported_u(*e) : 0.0});
-  }
-  return out;
-}
-
-double certainty(const Candidate& c, const std::vector<NamedValue>& values) {
-  double out = 0.0;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (values[k].u > 0.0) out = std::max(out, std::fabs(values[k].value - c.parameters[k].neutral) / values[k].u);
   }
   return out;
 }

@@ -53,8 +53,7 @@ void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field);
 std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Tested>& all, const std::vector<Contestant>& field,
                                   const Criteria& criteria);
 
-// The candidate's values in a fit that has it, and the largest of them over its standard error.
+// The candidate's values in a fit that has it.
 std::vector<NamedValue> values_in(const identify::Identification& fit, const Candidate& candidate);
-double certainty(const Candidate& candidate, const std::vector<NamedValue>& values);
 
 }  // namespace rotorloop::diagnose

@@ -13,8 +13,10 @@
 #include "bench/diagnose/placebos.hpp"
 #include "bench/diagnose/ratios.hpp"
 #include "bench/diagnose/residuals/residual_findings.hpp"
+#include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
+#include "host/effects/rotor_groups.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -216,8 +218,8 @@ void Search::tell_what_would_not_have_shown(const std::vector<Tested>& all) {
 // Backward: what the effects found later made needless goes again.
 void Search::drop_the_needless(const Say& say) {
   for (std::size_t i = added_.size(); i-- > 0 && added_.size() > 1;) {
-    const std::vector<NamedValue> values = values_in(model_, added_[i]);
-    if (certainty(added_[i], values) >= o_.criteria.fewest_u) continue;
+    const WaldTest test = wald_test(model_, added_[i], o_.criteria.fewest_u);
+    if (test.p <= test.sure) continue;
     say("refit without " + added_[i].id, 0.93);
     model_ = refit_without(model_, added_[i], again_);
     CandidateEvidence e = d_.added[i].evidence;
@@ -231,6 +233,11 @@ void Search::drop_the_needless(const Say& say) {
 void Search::tell_sizes() {
   for (std::size_t i = 0; i < added_.size(); ++i) {
     d_.added[i].parameters = values_in(model_, added_[i]);
+    if (const std::string_view common = host::common_part(added_[i].id); !common.empty()) {
+      d_.remarks.push_back(
+          fmt::format("{}: the numbers are differences between rotors; what all have in common is in {}.", added_[i].id, common));
+      continue;
+    }
     for (const int p : parameters_of(added_[i], model_.problem.start.terms)) {
       const std::vector<NamedValue> ratios = firm_ratios(model_.fit, p, model_.problem.start.terms);
       d_.added[i].ratios.insert(d_.added[i].ratios.end(), ratios.begin(), ratios.end());

@@ -15,7 +15,7 @@ struct Criteria {
   double relevant = 0.33;     // of the size that matters (a term's scale): a smaller effect is left out, however certain
   double held_share = 0.1;    // of its gain that must also show on blocks that did not estimate it
   double overshoot = 0.3;     // of the way from neutral to a bound, by which an estimate of one step may pass the bound
-  double fewest_u = 3.3;      // estimate over its robust standard error, after the refit
+  double fewest_u = 3.3;      // robust standard errors after the refit; of several numbers a Wald test of that chance
   double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are not told apart
   double alike = 0.98;        // correlation of columns from which on no refit could tell them apart either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not

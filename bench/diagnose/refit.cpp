@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "bench/estimate/flight_motion.hpp"
+#include "bench/identify/gauge.hpp"
 #include "bench/estimate/known_first.hpp"
+#include "host/effects/rotor_groups.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -113,6 +115,7 @@ Refit begin_refit(const identify::Identification& last, const Candidate& c, cons
     }
   }
   const std::vector<int> parameters = parameters_of(c, p.start.terms);
+  if (!host::common_part(c.id).empty()) p.priors.push_back(identify::sum_held(parameters, p.start));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const CandidateParameter& q = c.parameters[k];
     estimate::start_at(p, parameters[k], std::clamp(q.neutral + estimate[static_cast<Eigen::Index>(k)], q.min, q.max));
@@ -140,6 +143,7 @@ identify::Identification refit_without(const identify::Identification& last, con
              p.start.terms.term(p.start.terms.term_of(static_cast<std::size_t>(flat))).info.id == c.id;
     });
   }
+  std::erase_if(p.priors, [&](const estimate::JointPrior& prior) { return prior.parameters == parameters; });
   settle_values(out, options);
   run(out, options);
   return out;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -38,13 +39,13 @@ struct ReducedGroup {
   MatrixXd information;  // S̃
   VectorXd score;        // s̃
   MatrixXd a;            // S_γθ S_θθ⁻¹
-  VectorXd own;          // diagonal of S_γγ
+  MatrixXd own;          // S_γγ
 };
 
 ReducedGroup reduce(const MatrixXd& s, const VectorXd& score, const ColumnSet& model, const ColumnSet& group) {
   ReducedGroup out;
   out.information = s(group, group);
-  out.own = out.information.diagonal();
+  out.own = out.information;
   out.score = score(group);
   out.a = MatrixXd::Zero(static_cast<Index>(group.size()), static_cast<Index>(model.size()));
   if (model.empty()) return out;
@@ -55,11 +56,12 @@ ReducedGroup reduce(const MatrixXd& s, const VectorXd& score, const ColumnSet& m
   return out;
 }
 
-// T with TᵀS̃T = 1 over the directions that are open: columns scaled to the group's own information first.
-MatrixXd whitening(const ReducedGroup& r) {
-  VectorXd k = r.own;
+// T with TᵀS̃T = 1 over those of the directions `along` that are open: scaled to the group's own information first.
+MatrixXd whitening(const ReducedGroup& r, const MatrixXd& along) {
+  VectorXd k = (along.transpose() * r.own * along).diagonal();
   for (Index i = 0; i < k.size(); ++i) k[i] = k[i] > 0.0 ? 1.0 / std::sqrt(k[i]) : 0.0;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * r.information * k.asDiagonal()));
+  const MatrixXd information = along.transpose() * r.information * along;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * information * k.asDiagonal()));
   std::vector<Index> kept;
   for (Index i = 0; i < k.size(); ++i) {
     if (eig.eigenvalues()[i] > kOpen) kept.push_back(i);
@@ -67,7 +69,7 @@ MatrixXd whitening(const ReducedGroup& r) {
   MatrixXd t(k.size(), static_cast<Index>(kept.size()));
   for (std::size_t j = 0; j < kept.size(); ++j)
     t.col(static_cast<Index>(j)) = k.asDiagonal() * eig.eigenvectors().col(kept[j]) / std::sqrt(eig.eigenvalues()[kept[j]]);
-  return t;
+  return along * t;
 }
 
 // Where the columns `wanted` stand among those of a block; -1: the block does not know one.
@@ -110,6 +112,21 @@ ColumnSet with(ColumnSet a, const ColumnSet& b) {
   return a;
 }
 
+MatrixXd directions(const std::vector<ColumnSet>& sums_held, const ColumnSet& group) {
+  const auto d = static_cast<Index>(group.size());
+  MatrixXd sums(d, 0);
+  for (const ColumnSet& held : sums_held) {
+    VectorXd within(d);
+    for (Index i = 0; i < d; ++i) within[i] = std::find(held.begin(), held.end(), group[static_cast<std::size_t>(i)]) != held.end();
+    if (within.sum() < static_cast<double>(held.size())) continue;
+    sums.conservativeResize(d, sums.cols() + 1);
+    sums.rightCols(1) = within;
+  }
+  if (sums.cols() == 0) return MatrixXd::Identity(d, d);
+  const MatrixXd q = Eigen::HouseholderQR<MatrixXd>(sums).householderQ();
+  return q.rightCols(d - sums.cols());
+}
+
 ColumnSet base_columns(const ScoreTable& table) {
   ColumnSet out;
   for (Index i = 0; i < table.base; ++i) out.push_back(i);
@@ -123,9 +140,9 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
   out.covariance = MatrixXd::Zero(d, d);
   const ReducedGroup r = reduce(table.information, table.score, model, group);
   for (Index i = 0; i < d; ++i) {
-    if (r.own[i] > 0.0) out.open = std::max(out.open, r.information(i, i) / r.own[i]);
+    if (r.own(i, i) > 0.0) out.open = std::max(out.open, r.information(i, i) / r.own(i, i));
   }
-  const MatrixXd t = whitening(r);
+  const MatrixXd t = whitening(r, directions(table.sums_held, group));
   out.degrees = static_cast<int>(t.cols());
   if (out.degrees == 0) return out;
   const VectorXd z = t.transpose() * r.score;  // standard normal under the model with white residuals
@@ -204,7 +221,7 @@ double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, con
     ColumnSet inner_model, inner_group;
     for (Index i = 0; i < n; ++i) (i < m ? inner_model : inner_group).push_back(i);
     const ReducedGroup r = reduce(rest, rest_score, inner_model, inner_group);
-    const MatrixXd t = whitening(r);
+    const MatrixXd t = whitening(r, directions(table.sums_held, group));
     VectorXd step = VectorXd::Zero(n);
     step.tail(n - m) = -t * (t.transpose() * r.score);
     step.head(m) = -Scaled(rest.topLeftCorner(m, m)).solve(rest_score.head(m) + rest.topRightCorner(m, n - m) * step.tail(n - m));
@@ -223,13 +240,14 @@ double confounding(const ScoreTable& table, const ColumnSet& model, const Column
   const ColumnSet both = with(a, b);
   const ReducedGroup r = reduce(table.information, table.score, model, both);
   const auto na = static_cast<Index>(a.size()), nb = static_cast<Index>(b.size());
-  const auto part = [&](Index from, Index count) {
+  const auto part = [&](Index from, const ColumnSet& group) {
+    const auto count = static_cast<Index>(group.size());
     ReducedGroup p;
     p.information = r.information.block(from, from, count, count);
-    p.own = r.own.segment(from, count);
-    return whitening(p);
+    p.own = r.own.block(from, from, count, count);
+    return whitening(p, directions(table.sums_held, group));
   };
-  const MatrixXd ta = part(0, na), tb = part(na, nb);
+  const MatrixXd ta = part(0, a), tb = part(na, b);
   if (ta.cols() == 0 || tb.cols() == 0) return 0.0;
   const MatrixXd c = ta.transpose() * r.information.topRightCorner(na, nb) * tb;
   return std::min(1.0, Eigen::JacobiSVD<MatrixXd>(c).singularValues()[0]);

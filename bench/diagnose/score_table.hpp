@@ -11,6 +11,8 @@
 
 namespace rotorloop::diagnose {
 
+using ColumnSet = std::vector<Eigen::Index>;
+
 struct ScoreTable {
   using Index = Eigen::Index;
   // Columns: the model's free numbers first, then those of terms.
@@ -26,11 +28,13 @@ struct ScoreTable {
     Eigen::VectorXd score;
   };
   std::vector<Block> blocks;
-  std::vector<int> fold;  // of each block, for cross-validation
-  double readings = 0.0;  // numbers read, for the information criterion
+  std::vector<int> fold;             // of each block, for cross-validation
+  std::vector<ColumnSet> sums_held;  // columns of which only the differences count (bench/identify/gauge.hpp): a group moves along these
+  double readings = 0.0;             // numbers read, for the information criterion
 };
 
-using ColumnSet = std::vector<ScoreTable::Index>;
+// Orthonormal directions in which a group may move: those that leave the sums held as they are.
+Eigen::MatrixXd directions(const std::vector<ColumnSet>& sums_held, const ColumnSet& group);
 
 // What the data say of the columns `group` beside the columns `model`.
 struct GroupTest {

@@ -8,10 +8,12 @@
 
 #include "bench/diagnose/memory_scan.hpp"
 #include "bench/estimate/flight_motion.hpp"
+#include "bench/identify/gauge.hpp"
 #include "bench/estimate/model/reading_terms.hpp"
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 #include "host/effects/surroundings.hpp"
+#include "host/effects/rotor_groups.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -212,6 +214,13 @@ ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std
     }
   }
   add_priors(p, fit, table);
+  for (const auto& group : identify::rotor_groups(p.start.terms, p.free)) {
+    ColumnSet held;
+    for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
+      if (std::find(group.begin(), group.end(), fit.estimates[i].parameter) != group.end()) held.push_back(static_cast<Index>(i));
+    }
+    table.sums_held.push_back(std::move(held));
+  }
   return table;
 }
 
@@ -300,6 +309,9 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
   for_flights(p.flights.size(), threads,
               [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); });
   out.table = table_of(r, held, out.series, block_s, threads);
+  for (const Candidate& c : out.candidates) {
+    if (!host::common_part(c.id).empty()) out.table.sums_held.push_back(c.columns);
+  }
   return out;
 }
 

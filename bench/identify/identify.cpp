@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bench/estimate/flight_motion.hpp"
+#include "bench/identify/gauge.hpp"
 #include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
@@ -204,6 +205,7 @@ void Sequence::pose_joint_problem() {
     for (auto& own : out_.problem.flight_start) own[at] = out_.start.file.values[at];
   }
   if (o_.beliefs) out_.problem.priors = o_.beliefs(vehicle_, free_, out_.start.file);
+  for (const auto& group : rotor_groups(o_.terms, free_)) out_.problem.priors.push_back(sum_held(group, out_.start.file));
 }
 
 void Sequence::fit_jointly() {

@@ -6,6 +6,7 @@
 #include "host/effects/mass_geometry.hpp"
 #include "host/effects/outside_forces.hpp"
 #include "host/effects/rotor_drag.hpp"
+#include "host/effects/rotor_groups.hpp"
 #include "host/effects/rotor_inertia.hpp"
 #include "host/effects/rotor_inflow.hpp"
 #include "host/effects/rotor_thrust_terms.hpp"
@@ -93,6 +94,15 @@ constexpr Term kTerms[] = {
     make_term<VibrationRectification>(),
 };
 
+struct RotorGroup {
+  std::string_view id, common_part;
+};
+template <class T>
+constexpr RotorGroup rotor_group() {
+  return {T::kId, T::kCommonPart};
+}
+constexpr RotorGroup kRotorGroups[] = {rotor_group<RotorSpeedScale>(), rotor_group<WeakRotor>(), rotor_group<RotorTorqueScale>()};
+
 }  // namespace
 
 std::span<const Term> all_terms() { return kTerms; }
@@ -102,6 +112,13 @@ const Term* find_term(std::string_view id) {
     if (t.info.id == id) return &t;
   }
   return nullptr;
+}
+
+std::string_view common_part(std::string_view id) {
+  for (const RotorGroup& g : kRotorGroups) {
+    if (g.id == id) return g.common_part;
+  }
+  return {};
 }
 
 bool TermList::add(const Term& term) {

@@ -1,0 +1,34 @@
+#include "bench/identify/gauge.hpp"
+
+#include <algorithm>
+
+#include "host/effects/rotor_groups.hpp"
+
+namespace rotorloop::identify {
+
+std::vector<std::vector<int>> rotor_groups(const host::TermList& terms, std::span<const estimate::FreeParameter> free) {
+  const auto shared = [&](int parameter) {
+    return std::any_of(free.begin(), free.end(), [&](const estimate::FreeParameter& f) { return f.parameter == parameter && !f.per_flight; });
+  };
+  std::vector<std::vector<int>> out;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const host::TermInfo& info = terms.term(t).info;
+    if (host::common_part(info.id).empty()) continue;
+    std::vector<int> group;
+    for (std::size_t k = 0; k < info.parameters.size(); ++k)
+      group.push_back(estimate::kCoreParameters + static_cast<int>(terms.first_parameter(t) + k));
+    if (std::all_of(group.begin(), group.end(), shared)) out.push_back(std::move(group));
+  }
+  return out;
+}
+
+estimate::JointPrior sum_held(const std::vector<int>& group, const estimate::ModelValues& at) {
+  constexpr double kSure = 1e-3;  // of a size that matters: flights tell no difference between rotors as well
+  const auto n = static_cast<Eigen::Index>(group.size());
+  const double u = kSure * estimate::parameter_info(group.front(), at.terms).scale;
+  estimate::JointPrior out{group, Eigen::VectorXd(n), Eigen::MatrixXd::Constant(n, n, 1.0 / (u * u))};
+  for (Eigen::Index i = 0; i < n; ++i) out.mean[i] = at[group[static_cast<std::size_t>(i)]];
+  return out;
+}
+
+}  // namespace rotorloop::identify
