@@ -67,7 +67,7 @@ TEST(RotorGroups, TakenOutAgainTheLogLikelihoodIsWhatItWas) {
   const identify::Identification without = refit_without(refitted().fit, refitted().candidate, {});
   EXPECT_NEAR(without.fit.log_likelihood, fitted().fit.log_likelihood, 0.1);
   EXPECT_TRUE(identify::rotor_groups(without.problem.start.terms, without.problem.free).empty());
-  EXPECT_TRUE(without.problem.priors.size() == fitted().problem.priors.size());
+  EXPECT_EQ(without.problem.priors.size(), fitted().problem.priors.size());
 }
 
 // Four numbers of which a common direction of the differences is hardly told: each stands within two of its standard errors, all together
