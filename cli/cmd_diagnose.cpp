@@ -11,8 +11,6 @@
 #include "bench/diagnose/diagnose.hpp"
 #include "bench/diagnose/report/diagnosis_report.hpp"
 #include "bench/diagnose/report/diagnosis_text.hpp"
-#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
-#include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/held_out.hpp"
@@ -73,6 +71,7 @@ diagnose::DiagnoseOptions diagnose_options(const Options& o, const host::Vehicle
   d.max_effects = o.max_effects;
   d.placebos = o.placebos;
   d.seed = o.seed;
+  if (!o.wrench_band.empty()) d.wrench_band = {o.wrench_band[0], o.wrench_band[1]};
   return d;
 }
 
@@ -82,7 +81,7 @@ int faulty(const Options& o, const Error& error, const hil::RunClock& clock) {
   run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
   const ErrorText& text = error.text();
   run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
-  const std::string json = diagnose::diagnosis_json(run, std::nullopt, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
+  const std::string json = diagnose::diagnosis_json(run, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
   fmt::print("{}", o.json ? json : diagnose::diagnosis_text(run));
   if (!o.report.empty()) {
     fs::create_directories(o.report);
@@ -140,46 +139,22 @@ int diagnose(const Options& o, const Names& given) {
   if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
   const diagnose::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
-  const std::vector<identify::FlightToFit> fitted = read.to_fit();
-  diagnose::DiagnosisRun run = diagnose::diagnose(fitted, base, options, [&](const diagnose::DiagnoseProgress& p) {
+  diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out()};
+  for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
+  const diagnose::DiagnosisRun run = diagnose::diagnose(flights, base, options, [&](const diagnose::DiagnoseProgress& p) {
     if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
   });
-  diagnose::choose_manoeuvres(run, options.library, options.identify.fit.threads);
-  for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) {
-    for (const log::LogFinding& finding : read.checked[f].findings) {
-      if (finding.action == log::FindingAction::note) continue;
-      auto& list = finding.fault ? run.diagnosis.faults : run.diagnosis.left_out;
-      list.push_back({read.flights[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
-    }
-  }
-  if (!base.ceiling_z_m)
-    run.diagnosis.not_observable.push_back(
-        {"ceiling_effect", "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
-  diagnose::ResidualFindings left;
-  if (run.after.problem.flights.front()->pose.empty()) {
-    run.diagnosis.remarks.push_back("flights without poses: residuals are not looked at by themselves");
-  } else {
-    left = diagnose::analyse_residuals(run.after, {.seed = o.seed, .logs = fitted});
-    diagnose::judge_residuals(left, run.after.problem.start, run.diagnosis, o.without);
-  }
-  std::optional<identify::HeldOutScores> held_out;
-  identify::WrenchBand band;
-  if (!o.wrench_band.empty()) band = {o.wrench_band[0], o.wrench_band[1]};
-  if (read.flights.size() > read.fitted)
-    held_out = identify::score_models(read.held_out(), run.before, run.after, options.identify.grid, band);
-  const std::string json = diagnose::diagnosis_json(run, held_out, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
+  const std::string json = diagnose::diagnosis_json(run, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
   if (o.json) {
     fmt::print("{}", json);
   } else {
     fmt::print("{}", diagnose::diagnosis_text(run));
-    if (held_out) fmt::print("\n{}", identify::held_out_table(*held_out));
+    if (run.held_out) fmt::print("\n{}", identify::held_out_table(*run.held_out));
   }
   if (!o.report.empty()) {
     fs::create_directories(o.report);
     hil::write_text_file(o.report / "result.json", json);
-    hil::write_text_file(
-        o.report / "report.html",
-        diagnose::diagnosis_report_html({run, held_out, base.name, left.words.empty() ? std::string() : diagnose::residual_sections_html(left)}));
+    hil::write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, base.name));
   }
   // Last: what was found is told even when no vehicle file can be made of it.
   if (!o.out.empty()) {

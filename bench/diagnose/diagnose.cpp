@@ -10,9 +10,9 @@
 #include "bench/diagnose/contest.hpp"
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/late_poses.hpp"
+#include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 #include "bench/diagnose/placebos.hpp"
 #include "bench/diagnose/ratios.hpp"
-#include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -264,40 +264,6 @@ void Search::tell_what_flights_never_show() {
   }
 }
 
-}  // namespace
-
-DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
-                      const std::function<void(const DiagnoseProgress&)>& progress) {
-  const auto say = [&](const std::string& part, double done) {
-    if (progress) progress({part, done});
-  };
-  DiagnosisRun out;
-  Diagnosis& d = out.diagnosis;
-
-  say("baseline fit", 0.0);
-  identify::IdentifyOptions first = o.identify;
-  if (o.beliefs) first.beliefs = beliefs;
-  first.fit.innovations = true;
-  out.before = identify::identify(flights, vehicle, first);
-
-  Search search(o, first.fit, out.before, d);
-  for (int round = 0; search.add_the_best(round, say);) ++round;
-  search.drop_the_needless(say);
-  search.tell_sizes();
-  search.tell_late_poses();
-  search.tell_what_flights_never_show();
-  out.after = std::move(search).model();
-  note_placebos(o.criteria, d);
-  note_contradictions(out.after, d);
-  d.white = innovations_white(out.after);
-  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
-  d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
-  say("done", 1.0);
-  return out;
-}
-
-namespace {
-
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
 // like these cannot show for certain stays a remark, and so does what is found after the first: it shares its blocks.
 void add_scatter(const VarianceResult& variance, const std::vector<std::string>& without, Diagnosis& d) {
@@ -326,6 +292,17 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
   }
 }
 
+// What the checks took out of the logs: a fault of a sensor or stream, or no fault. Notes took nothing out.
+void tell_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
+  for (std::size_t f = 0; f < flights.findings.size(); ++f) {
+    for (const log::LogFinding& finding : flights.findings[f]) {
+      if (finding.action == log::FindingAction::note) continue;
+      auto& list = finding.fault ? d.faults : d.left_out;
+      list.push_back({flights.fitted[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+    }
+  }
+}
+
 }  // namespace
 
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
@@ -351,6 +328,51 @@ void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& 
     }
   }
   d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());
+}
+
+DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
+                      const std::function<void(const DiagnoseProgress&)>& progress) {
+  const auto say = [&](const std::string& part, double done) {
+    if (progress) progress({part, done});
+  };
+  DiagnosisRun out;
+  Diagnosis& d = out.diagnosis;
+
+  say("baseline fit", 0.0);
+  identify::IdentifyOptions first = o.identify;
+  if (o.beliefs) first.beliefs = beliefs;
+  first.fit.innovations = true;
+  out.before = identify::identify(flights.fitted, vehicle, first);
+
+  Search search(o, first.fit, out.before, d);
+  for (int round = 0; search.add_the_best(round, say);) ++round;
+  search.drop_the_needless(say);
+  search.tell_sizes();
+  search.tell_late_poses();
+  search.tell_what_flights_never_show();
+  out.after = std::move(search).model();
+  note_placebos(o.criteria, d);
+  note_contradictions(out.after, d);
+  d.white = innovations_white(out.after);
+  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
+  d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
+  choose_manoeuvres(out, o.library, o.identify.fit.threads);
+  tell_checks(flights, d);
+  if (!vehicle.ceiling_z_m)
+    d.not_observable.push_back({"ceiling_effect", "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
+  if (out.after.problem.flights.front()->pose.empty()) {
+    d.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  } else {
+    say("residuals", 0.95);
+    out.residuals = analyse_residuals(out.after, {.seed = o.seed, .logs = flights.fitted});
+    judge_residuals(*out.residuals, out.after.problem.start, d, o.without);
+  }
+  if (!flights.held_out.empty()) {
+    say("flights held out", 0.97);
+    out.held_out = identify::score_models(flights.held_out, out.before, out.after, o.identify.grid, o.wrench_band);
+  }
+  say("done", 1.0);
+  return out;
 }
 
 }  // namespace rotorloop::diagnose

@@ -1,13 +1,17 @@
 // The whole diagnosis: fit with what the vehicle file holds, screen every effect against what is left, refit with each that could
-// be it, add the best, screen again; at the end take out what the others made needless. Nothing here prints or reads files.
+// be it, add the best, screen again; at the end take out what the others made needless. Then what tells a class apart, what the residuals
+// say by themselves, and the error on flights held out. Nothing here prints or reads files: all that a program decides and shows is in
+// the value returned.
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/diagnose/diagnosis.hpp"
 #include "bench/diagnose/examine.hpp"
+#include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
@@ -22,6 +26,13 @@ struct DiagnoseOptions {
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
+  identify::WrenchBand wrench_band;  // of force and torque on held-out flights
+};
+
+struct FlightsToDiagnose {
+  std::vector<identify::FlightToFit> fitted;
+  std::vector<identify::FlightToFit> held_out = {};              // no part in the choice
+  std::vector<std::vector<log::LogFinding>> findings = {};  // of the checks, of each fitted flight; empty where no checks were made
 };
 
 struct DiagnoseProgress {
@@ -31,17 +42,17 @@ struct DiagnoseProgress {
 
 struct DiagnosisRun {
   Diagnosis diagnosis;
-  identify::Identification before, after;  // the model of the vehicle file refitted, and that with the effects
+  identify::Identification before, after;               // the model of the vehicle file refitted, and that with the effects
+  std::optional<ResidualFindings> residuals;  // of the model after; none where flights have no poses
+  std::optional<identify::HeldOutScores> held_out;      // none without flights held out
 };
 
 // Throws like identify().
-DiagnosisRun diagnose(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
+DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
 
-// What the residuals of the last model say by themselves: a systematic rest or bursts stand in `remains`, and make it `unexplained` when
-// no effect was found.
-struct ResidualFindings;
-// Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
+// What the residuals of the last model say by themselves: a systematic rest or bursts stand in `remains`, and make it `unexplained` when no
+// effect was found. Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
 // `without`: effects on the scatter that are not considered.
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis,
                      const std::vector<std::string>& without = {});

@@ -85,17 +85,18 @@ std::string advice_html(const AddedEffect& effect) {
 
 }  // namespace
 
-std::string diagnosis_report_html(const DiagnosisPage& page) {
-  const Diagnosis& d = page.run.diagnosis;
+std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name) {
+  const Diagnosis& d = run.diagnosis;
   std::string flights;
-  for (const estimate::GridFlight& g : page.run.after.flights) flights += (flights.empty() ? "" : ", ") + g.name;
-  std::string out = render::page_begin("What the model of " + page.vehicle_name + " lacks", "diagnosed from " + flights, "diagnosis");
-  out += render::facts_html(
-      {{"verdict", verdict_name(d)}, {"effects added", std::to_string(d.added.size())}, {"innovations", d.white ? "white" : "not white"}});
+  for (const estimate::GridFlight& g : run.after.flights) flights += (flights.empty() ? "" : ", ") + g.name;
+  std::string out = render::page_begin("What the model of " + vehicle_name + " lacks", "diagnosed from " + flights, "diagnosis");
+  out += render::facts_html({{"verdict", verdict_name(d)},
+                     {"effects added", std::to_string(d.added.size())},
+                     {"innovations", d.white ? "white" : "not white"}});
   out += "<h2 id=\"effects\">Effects</h2>\n" + effects_html(d);
   for (const RemainingResidual& r : d.remains) out += "<p><b>Remains</b>: " + render::xml_escaped(remaining_text(r)) + "</p>\n";
   for (const std::string& remark : d.remarks) out += "<p>" + render::xml_escaped(remark) + "</p>\n";
-  if (page.held_out) out += identify::held_out_html(*page.held_out);
+  if (run.held_out) out += identify::held_out_html(*run.held_out);
   for (const AddedEffect& a : d.added) out += advice_html(a);
   out += "<h2 id=\"evidence\">Evidence</h2>\n";
   for (std::size_t i = 0; i < d.rounds.size(); ++i) out += round_html(d.rounds[i], i + 1);
@@ -108,7 +109,8 @@ std::string diagnosis_report_html(const DiagnosisPage& page) {
     out += "</ul>\n";
   }
   out += log_html("<h2 id=\"left-out\">Left out of the logs, as no fault of a sensor</h2>\n", d.left_out);
-  return out + page.residual_sections + render::page_end();
+  if (run.residuals && !run.residuals->words.empty()) out += residual_sections_html(*run.residuals);
+  return out + render::page_end();
 }
 
 }  // namespace rotorloop::diagnose

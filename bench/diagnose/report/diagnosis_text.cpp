@@ -184,7 +184,7 @@ std::string diagnosis_text(const DiagnosisRun& run) {
   return out;
 }
 
-std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify::HeldOutScores>& held_out, const identify::IdentifyProvenance& from) {
+std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) {
   const Diagnosis& d = run.diagnosis;
   ordered_json added = ordered_json::array(), rounds = ordered_json::array(), rejected = ordered_json::array(),
                hidden = ordered_json::array(), inputs = ordered_json::array();
@@ -240,9 +240,9 @@ std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify
       {"rounds", rounds},
       {"provenance",
        {{"version", from.version}, {"git", from.git}, {"started_utc", from.started_utc}, {"wall_s", from.wall_s}, {"inputs", inputs}}}};
-  if (held_out) {
-    out["held_out"] = identify::held_out_json(*held_out);
-    if (!held_out->wrench.after.empty()) out["held_out"]["wrench"] = wrench_json(held_out->wrench);
+  if (run.held_out) {
+    out["held_out"] = identify::held_out_json(*run.held_out);
+    if (!run.held_out->wrench.after.empty()) out["held_out"]["wrench"] = wrench_json(run.held_out->wrench);
   }
   return out.dump(1) + "\n";
 }

@@ -1,6 +1,5 @@
 // A diagnosis as tables for people and as result.json for programs.
 #pragma once
-#include <optional>
 #include <string>
 
 #include "bench/diagnose/diagnose.hpp"
@@ -12,6 +11,6 @@ std::string verdict_name(const Diagnosis& d);  // "named", or "named, and someth
 std::string remaining_text(const RemainingResidual& r);
 std::string diagnosis_text(const DiagnosisRun& run);  // verdict first, then evidence
 // Ends with a newline.
-std::string diagnosis_json(const DiagnosisRun& run, const std::optional<identify::HeldOutScores>& held_out, const identify::IdentifyProvenance& provenance);
+std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& provenance);
 
 }  // namespace rotorloop::diagnose

@@ -121,7 +121,7 @@ TEST(RotorGroups, ALogThatReadsRotor1ThreePerCentHighIsDiagnosedAsThatOrItsTwinA
   o.identify.fit.tolerance = 0.02;
   o.identify.fit.threads = 2;
   o.beliefs = false;
-  const Diagnosis d = diagnose(flights_with_rotor_1_read_high(), testing_flights::vehicle(), o).diagnosis;
+  const Diagnosis d = diagnose({.fitted = flights_with_rotor_1_read_high()}, testing_flights::vehicle(), o).diagnosis;
   ASSERT_EQ(d.added.size(), 1u);
   const AddedEffect& a = d.added.front();
   const auto is = [&](const std::string& id) {

@@ -32,7 +32,7 @@ TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndE
   o.identify.fit.threads = 2;
   o.max_effects = 1;
   o.placebos = 20;
-  const DiagnosisRun run = diagnose({checked("square_20251017_run2"), checked("square_20251017_run3")}, kSet.vehicle(), o);
+  const DiagnosisRun run = diagnose({.fitted = {checked("square_20251017_run2"), checked("square_20251017_run3")}}, kSet.vehicle(), o);
   ASSERT_EQ(run.diagnosis.added.size(), 1u);
   const AddedEffect& a = run.diagnosis.added.front();
   EXPECT_EQ(a.id, "rotor_inertia_reaction");
