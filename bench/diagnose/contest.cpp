@@ -226,14 +226,16 @@ std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>&
     if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
     for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
   }
-  // What was not worth a refit by itself may still be as good as the winner by the residuals, and much the same.
+  // What was not worth a refit by itself may still be as good as the winner by the residuals, and much the same; or the same in every
+  // direction, whatever gate of chance kept it from the field: no flight like these tells that one.
   for (const Tested& t : all) {
     if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
     if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;
     const double behind =
         0.5 * (winner.tested->test.chi2 - t.test.chi2) - cost_of(*winner.tested, s.table.readings) + cost_of(t, s.table.readings);
-    if (behind > margin || confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns) < criteria.much_alike)
-      continue;
+    const Eigen::VectorXd shared = canonical_correlations(s.table, model, winner.tested->candidate->columns, t.candidate->columns);
+    const bool same = t.test.degrees == winner.tested->test.degrees && shared.size() > 0 && shared.minCoeff() > criteria.alike;
+    if (!same && (behind > margin || shared.size() == 0 || shared[0] < criteria.much_alike)) continue;
     add(t, t.evidence.one_step, t.test.chi2 / winner.tested->test.chi2);
   }
   return out;

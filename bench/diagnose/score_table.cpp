@@ -236,7 +236,7 @@ Evenness evenness(const ScoreTable& table, const ColumnSet& model, const ColumnS
   return {chi2 > 0.0 ? std::sqrt((t.inflation - 1.0) * t.degrees * t.blocks / chi2) : 0.0, t.inflation};
 }
 
-double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b) {
+VectorXd canonical_correlations(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b) {
   const ColumnSet both = with(a, b);
   const ReducedGroup r = reduce(table.information, table.score, model, both);
   const auto na = static_cast<Index>(a.size()), nb = static_cast<Index>(b.size());
@@ -248,9 +248,14 @@ double confounding(const ScoreTable& table, const ColumnSet& model, const Column
     return whitening(p, directions(table.sums_held, group));
   };
   const MatrixXd ta = part(0, a), tb = part(na, b);
-  if (ta.cols() == 0 || tb.cols() == 0) return 0.0;
+  if (ta.cols() == 0 || tb.cols() == 0) return VectorXd(0);
   const MatrixXd c = ta.transpose() * r.information.topRightCorner(na, nb) * tb;
-  return std::min(1.0, Eigen::JacobiSVD<MatrixXd>(c).singularValues()[0]);
+  return Eigen::JacobiSVD<MatrixXd>(c).singularValues().cwiseMin(1.0);
+}
+
+double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b) {
+  const VectorXd all = canonical_correlations(table, model, a, b);
+  return all.size() > 0 ? all[0] : 0.0;
 }
 
 }  // namespace rotorloop::diagnose

@@ -64,7 +64,10 @@ struct Evenness {
 // `size`: of the group, γ about neutral.
 Evenness evenness(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& size);
 
-// Largest canonical correlation of two groups of columns, after the model took its share.
+// Canonical correlations of two groups of columns, after the model took its share: the largest first, as many as the smaller group has
+// directions; none where one of them has none.
+Eigen::VectorXd canonical_correlations(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b);
+// The largest of them; 0 for none.
 double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b);
 
 ColumnSet with(ColumnSet a, const ColumnSet& b);

@@ -31,6 +31,24 @@ class Made {
     return *this;
   }
   std::vector<std::string> refitted() {
+    std::vector<std::string> out;
+    for (const Contestant& c : worth_a_refit(screened(), tested_, Criteria{})) {
+      out.push_back(c.tested->candidate->id);
+      for (const Tested* t : c.same) out.back() += "=" + t->candidate->id;
+    }
+    return out;
+  }
+  // Of the first of those refitted, none of the others standing.
+  std::vector<std::string> class_of_first() {
+    std::vector<Contestant> field = worth_a_refit(screened(), tested_, Criteria{});
+    field.resize(1);
+    std::vector<std::string> out;
+    for (const ClassMember& m : twins_of(screening_, tested_, field, Criteria{})) out.push_back(m.id);
+    return out;
+  }
+
+ private:
+  const Screening& screened() {
     const auto n = static_cast<Eigen::Index>(tested_.size());
     screening_.table.information = 100.0 * Eigen::MatrixXd::Identity(n, n);
     for (const auto& [a, b] : pairs_) screening_.table.information(a, b) = screening_.table.information(b, a) = 99.9;
@@ -38,15 +56,8 @@ class Made {
     screening_.table.readings = 3000.0;
     for (std::size_t i = 0; i < tested_.size(); ++i) tested_[i].candidate = &screening_.candidates[i];
     std::stable_sort(tested_.begin(), tested_.end(), [](const Tested& a, const Tested& b) { return a.test.wald > b.test.wald; });
-    std::vector<std::string> out;
-    for (const Contestant& c : worth_a_refit(screening_, tested_, Criteria{})) {
-      out.push_back(c.tested->candidate->id);
-      for (const Tested* t : c.same) out.back() += "=" + t->candidate->id;
-    }
-    return out;
+    return screening_;
   }
-
- private:
   Eigen::Index place(const std::string& id) const {
     for (std::size_t i = 0; i < screening_.candidates.size(); ++i) {
       if (screening_.candidates[i].id == id) return static_cast<Eigen::Index>(i);
@@ -82,6 +93,12 @@ TEST(Contest, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_b
   Made made;
   made.candidate("a", 500, 20, true).candidate("b", 490, 19, true).candidate("c", 300, 10, true).alike("a", "b");
   EXPECT_EQ(made.refitted(), (Names{"a=b", "c"}));
+}
+
+TEST(Contest, lists_as_a_twin_what_has_the_winner_s_column_though_a_gate_of_chance_kept_it_out) {
+  Made made;
+  made.candidate("a", 143, 40, true).candidate("b", 100, 31, false).candidate("c", 100, 30, false).alike("a", "b");
+  EXPECT_EQ(made.class_of_first(), (Names{"b"}));
 }
 
 Contestant settled_at(double cost_held, double rise = 0.0) {
