@@ -3,7 +3,8 @@
 #pragma once
 #include <vector>
 
-#include "bench/diagnose/screening.hpp"
+#include "bench/diagnose/candidate.hpp"
+#include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
 

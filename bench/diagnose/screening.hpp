@@ -6,24 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "bench/diagnose/candidate.hpp"
 #include "bench/diagnose/score_table.hpp"
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
-
-struct CandidateParameter {
-  std::string name, unit;
-  double neutral = 0.0, min = 0.0, max = 0.0;
-  double scale = 1.0;  // a change that matters
-};
-
-struct Candidate {
-  std::string id;                    // effects/catalogue.toml
-  const host::Term* term = nullptr;  // or, for quantities of the fit itself:
-  std::vector<int> core = {};        // enum Parameter
-  std::vector<CandidateParameter> parameters = {};
-  ColumnSet columns = {};  // of the table
-};
 
 // Whether it changes force and torque (by the rotor speeds they are reckoned from, too), not only what poses and inertial sensors read.
 bool acts_on_body(const Candidate& candidate);

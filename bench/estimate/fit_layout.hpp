@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "bench/estimate/estimator.hpp"
+#include "bench/estimate/fit_problem.hpp"
 
 namespace rotorloop::estimate {
 

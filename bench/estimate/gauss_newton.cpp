@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "bench/estimate/newton_step.hpp"
+#include "bench/estimate/open_directions.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::estimate {

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "bench/estimate/flight_motion.hpp"
 #include "bench/estimate/mean_noise.hpp"
+#include "bench/identify/held_out_track.hpp"
 #include "bench/score/noise_floor.hpp"
 #include "host/base/error.hpp"
 
@@ -24,19 +24,6 @@ struct NoisyModel {
   estimate::ModelValues values;
   estimate::NoiseModel noise;
 };
-
-// What the terms remember where the flight begins is found from the flight, as its states are; nothing else is.
-estimate::ModelValues with_starts(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise) {
-  const host::TermList& terms = values.terms;
-  estimate::FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
-  for (std::size_t k = 0; k < terms.parameters(); ++k) {
-    if (!terms.is_start(k) || terms.start_u(k) <= 0.0) continue;
-    const int start = estimate::kCoreParameters + static_cast<int>(k);
-    p.start[start] = 0.0;
-    p.free.push_back({start, false, terms.start_u(k)});
-  }
-  return p.free.empty() ? values : estimate::fit(p).values.front();
-}
 
 // The steps that stand for each horizon; 0 where none does.
 std::size_t steps_of(double horizon_s, double step_s) {
@@ -145,12 +132,6 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& o
 }
 
 }  // namespace
-
-score::StateTrack held_out_track(estimate::GridFlight& g, const Identification& r) {
-  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
-  estimate::follow_states({&g, 1}, std::array{states});
-  return score::fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
-}
 
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const IdentifyOptions& o) {
   // How the log was made is no part of the vehicle: both models get it as identified.

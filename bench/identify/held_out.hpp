@@ -42,9 +42,6 @@ HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Iden
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                            const estimate::GridOptions& grid, const WrenchBand& band = {});
 
-// A held-out flight as predictions start from it: states that the readings make, terms remembering along them under the fit's values.
-score::StateTrack held_out_track(estimate::GridFlight& flight, const Identification& result);
-
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report
 // For result.json; without the wrenches.

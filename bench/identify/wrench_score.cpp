@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/identify/held_out.hpp"
+#include "bench/identify/held_out_track.hpp"
 #include "bench/score/preprocess.hpp"
 #include "bench/log/stream_reader.hpp"
 

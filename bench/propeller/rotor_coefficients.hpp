@@ -3,7 +3,7 @@
 // Definitions as in W. D. Deters, G. K. Ananda, M. S. Selig, AIAA 2014-2151 (C_T, C_P, J, eta); the in-plane force and the
 // moments are made dimensionless alike. Mind helicopter books, which use rho A (omega R)^2: their C_T is 4 / pi^3 = 0.129 of this.
 #pragma once
-#include "sim/rotor/rotor.hpp"
+#include "sim/rotor/rotor_loads.hpp"
 
 namespace rotorloop::propeller {
 

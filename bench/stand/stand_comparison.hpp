@@ -1,7 +1,7 @@
 // Stand files against each other: the thrust coefficient is the propeller's, so that a file far from the others of its propeller has a
 // fault; whether of its speed, voltage and current tell, as a motor at full command turns at K (V - R I) whatever it drives.
 #pragma once
-#include "bench/stand/stand_diagnosis.hpp"
+#include "bench/stand/stand_findings.hpp"
 
 namespace rotorloop::stand {
 

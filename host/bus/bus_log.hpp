@@ -1,27 +1,10 @@
-// A recorded bus in memory, whatever file it came from, for replay and for tables. What this house cannot send (remote frames,
-// CAN FD) and what is no frame (error reports of an adapter) is left out and counted, so that foreign recordings can be read.
+// Reads a recorded bus, whatever kind of file it is in.
 #pragma once
-#include <cstdint>
 #include <string>
-#include <vector>
 
-#include "protocols/can_frame.hpp"
+#include "host/bus/logged_frames.hpp"
 
 namespace rotorloop {
-
-struct LoggedFrame {
-  std::int64_t time_ns = 0;     // since 1970, or since the start of a virtual run; candump text holds microseconds only
-  std::uint16_t interface = 0;  // index into BusLog::interfaces
-  CanFrame frame;
-};
-
-struct BusLog {
-  std::vector<LoggedFrame> frames;      // in the order of the file
-  std::vector<std::string> interfaces;  // "can0", …; one empty name for pcap, which has none
-  std::uint64_t skipped_remote = 0;
-  std::uint64_t skipped_fd = 0;
-  std::uint64_t skipped_error = 0;
-};
 
 // Reads candump -L text or pcap, told apart by the first bytes. Throws Error (exit 2) with file and line (or record) on bad input.
 BusLog read_bus_log(const std::string& path);

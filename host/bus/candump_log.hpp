@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "host/bus/bus_log.hpp"
+#include "host/bus/logged_frames.hpp"
 #include "host/bus/output_file.hpp"
 #include "protocols/can_frame.hpp"
 

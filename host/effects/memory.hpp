@@ -4,7 +4,7 @@
 #pragma once
 #include <cstddef>
 
-#include "host/effects/loads.hpp"
+#include "host/effects/load_state.hpp"
 
 namespace rotorloop::host {
 

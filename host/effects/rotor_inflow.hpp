@@ -1,5 +1,6 @@
 // What a rotor meets of the air: the motion of its own hub, the wakes of its neighbours, its own wake in descent.
 #pragma once
+#include "host/effects/loads.hpp"
 #include "host/effects/term_math.hpp"
 
 namespace rotorloop::host {

@@ -15,7 +15,7 @@
 #include <span>
 #include <string_view>
 
-#include "host/effects/loads.hpp"
+#include "host/effects/load_state.hpp"
 #include "host/effects/memory.hpp"
 
 namespace rotorloop::host {

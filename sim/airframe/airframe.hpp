@@ -19,7 +19,7 @@
 
 #include "sim/airframe/body_loads.hpp"
 #include "sim/airframe/parasitic_drag.hpp"
-#include "sim/rotor/rotor.hpp"
+#include "sim/rotor/rotor_loads.hpp"
 
 namespace rotorloop::sim {
 

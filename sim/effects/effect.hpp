@@ -17,14 +17,14 @@
 #include <string_view>
 
 #include "sim/airframe/body_loads.hpp"
-#include "sim/rotor/rotor.hpp"
+#include "sim/rotor/rotor_loads.hpp"
 
 namespace rotorloop::sim {
 
 class Rotor;
 struct PlantSetup;  // plant_setup.hpp
 
-// One rotor at one instant. Frame R as in sim/rotor/rotor.hpp.
+// One rotor at one instant. Frame R as in sim/rotor/rotor_loads.hpp.
 struct RotorSite {
   std::size_t index = 0;                              // from 0: front-right, rear-left, front-left, rear-right
   const Rotor* rotor = nullptr;                       // geometry (radius_m() …) and solver, for effects that ask "what if"

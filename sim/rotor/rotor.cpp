@@ -1,4 +1,6 @@
 // Preparation of a rotor: quadrature nodes, section tables, azimuth directions. Runs once, before the loop.
+#include "sim/rotor/rotor.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,7 +8,6 @@
 
 #include "host/base/elementary.hpp"
 #include "host/base/error.hpp"
-#include "sim/rotor/bem.hpp"
 #include "sim/rotor/prandtl.hpp"
 
 namespace rotorloop::sim {

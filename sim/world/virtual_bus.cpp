@@ -7,7 +7,6 @@
 
 #include "host/base/error.hpp"
 #include "host/bus/frame_bits.hpp"
-#include "sim/world/virtual_bus_port.hpp"
 
 namespace rotorloop::sim {
 namespace {
@@ -41,6 +40,16 @@ void check_frame(const CanFrame& f) {
 }
 
 }  // namespace
+
+SendStatus VirtualBusPort::send(const CanFrame& frame) { return bus_.send(*this, frame); }
+
+std::optional<StampedFrame> VirtualBusPort::receive() {
+  if (rx_count_ == 0 || rx_[rx_head_].time_ns + config.rx_latency_ns > bus_.now_ns_) return std::nullopt;
+  const StampedFrame& frame = rx_[rx_head_];
+  if (++rx_head_ == rx_.size()) rx_head_ = 0;
+  --rx_count_;
+  return frame;
+}
 
 VirtualBus::VirtualBus(BusConfig config)
     : config_(std::move(config)),

@@ -21,8 +21,8 @@
 #include "host/bus/can_bus.hpp"
 #include "sim/world/bus_fault.hpp"
 #include "sim/world/bus_statistics.hpp"
-#include "host/base/random.hpp"
 #include "sim/world/tx_queue.hpp"
+#include "sim/world/virtual_bus_port.hpp"
 #include "sim/world/virtual_time.hpp"
 
 namespace rotorloop::sim {
@@ -40,19 +40,6 @@ struct BusConfig {
   std::vector<BusFault> faults{};
 };
 
-struct PortConfig {
-  std::string name;                // for messages and reports
-  std::size_t tx_depth = 64;       // frames
-  std::size_t rx_depth = 256;      // frames
-  std::int64_t tx_latency_ns = 0;  // send() to "the controller has it" (a USB adapter: 1-2 ms)
-  std::int64_t rx_latency_ns = 0;  // end of frame to "receive() shows it"; the frame's time_ns stays the end of frame
-};
-
-struct ErrorCounters {
-  int transmit = 0;  // TEC
-  int receive = 0;   // REC
-};
-
 // What a recorder sees: every frame that occupied the bus.
 struct BusEvent {
   CanFrame frame;
@@ -64,8 +51,6 @@ struct BusEvent {
 
 class VirtualBus {
  public:
-  class Port;
-
   explicit VirtualBus(BusConfig config);  // throws Error on an impossible bit rate, window or fault
   ~VirtualBus();
   VirtualBus(const VirtualBus&) = delete;
@@ -100,6 +85,10 @@ class VirtualBus {
   std::span<const float> load_by_window_percent();  // complete windows
 
  private:
+  friend class VirtualBusPort;
+  using Port = VirtualBusPort;
+  using FaultState = BusFaultState;
+
   struct Flight {  // the frame on the wire
     TxEntry entry;
     std::int64_t start_ns = 0;
@@ -107,12 +96,6 @@ class VirtualBus {
     std::uint64_t senders = 0;  // bit per node
     bool error = false;
     bool ack_error = false;
-  };
-  struct FaultState {
-    BusFault fault;
-    std::uint64_t seen = 0;  // matching frames so far: the sample number of the random choice
-    std::uint64_t applied = 0;
-    RandomStream random;
   };
 
   void seal();

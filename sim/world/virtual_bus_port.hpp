@@ -1,13 +1,18 @@
-// One node on the virtual bus: its controller's queues and error counters. Internal to sim/world; users see CanBus.
+// One node on the virtual bus: its controller's queues and error counters. Users of the bus see PortConfig, ErrorCounters and CanBus.
 #pragma once
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "sim/world/virtual_bus.hpp"
+#include "host/base/random.hpp"
+#include "host/bus/can_bus.hpp"
+#include "sim/world/bus_fault.hpp"
+#include "sim/world/tx_queue.hpp"
+#include "sim/world/virtual_time.hpp"
 
 namespace rotorloop::sim {
 
@@ -20,19 +25,36 @@ inline constexpr int kRecoverySequences = 128;    // of 11 recessive bits
 inline constexpr int kRecoveryBits = 11;
 inline constexpr int kSuspendBits = 8;  // a passive transmitter waits longer after its own frame
 
-class VirtualBus::Port final : public CanBus {
+struct PortConfig {
+  std::string name;                // for messages and reports
+  std::size_t tx_depth = 64;       // frames
+  std::size_t rx_depth = 256;      // frames
+  std::int64_t tx_latency_ns = 0;  // send() to "the controller has it" (a USB adapter: 1-2 ms)
+  std::int64_t rx_latency_ns = 0;  // end of frame to "receive() shows it"; the frame's time_ns stays the end of frame
+};
+
+struct ErrorCounters {
+  int transmit = 0;  // TEC
+  int receive = 0;   // REC
+};
+
+// A scripted fault of the bus, and how often it has struck.
+struct BusFaultState {
+  BusFault fault;
+  std::uint64_t seen = 0;  // matching frames so far: the sample number of the random choice
+  std::uint64_t applied = 0;
+  RandomStream random;
+};
+
+class VirtualBus;
+
+class VirtualBusPort final : public CanBus {
  public:
-  Port(VirtualBus& bus, PortConfig port_config, int port_number)
+  VirtualBusPort(VirtualBus& bus, PortConfig port_config, int port_number)
       : config(std::move(port_config)), number(port_number), tx(config.tx_depth), bus_(bus), rx_(config.rx_depth) {}
 
-  SendStatus send(const CanFrame& frame) override { return bus_.send(*this, frame); }
-  std::optional<StampedFrame> receive() override {
-    if (rx_count_ == 0 || rx_[rx_head_].time_ns + config.rx_latency_ns > bus_.now_ns_) return std::nullopt;
-    const StampedFrame& frame = rx_[rx_head_];
-    if (++rx_head_ == rx_.size()) rx_head_ = 0;
-    --rx_count_;
-    return frame;
-  }
+  SendStatus send(const CanFrame& frame) override;
+  std::optional<StampedFrame> receive() override;
   BusState state() const override { return state_; }
   PortCounters counters() const override { return counted; }
 
@@ -90,7 +112,7 @@ class VirtualBus::Port final : public CanBus {
   int recovery_left = 0;  // sequences of recessive bits until a bus-off node returns
   std::int64_t suspended_until_ns = 0;
   // Of an extra_traffic device only:
-  FaultState* traffic = nullptr;
+  BusFaultState* traffic = nullptr;
   std::uint64_t traffic_count = 0;
   std::int64_t traffic_due_ns = 0;
 

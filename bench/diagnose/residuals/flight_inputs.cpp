@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "bench/estimate/model/rotations.hpp"
+#include "host/effects/loads.hpp"
 
 namespace rotorloop::diagnose {
 namespace {

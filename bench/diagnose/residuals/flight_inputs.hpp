@@ -1,7 +1,11 @@
 // What a missing load may depend on, sample by sample: motion, place, rotors, battery. From the fitted states and the logged rotor
 // speeds alone. Angular acceleration is not among them: the fitted one contains the residual itself.
 #pragma once
-#include "bench/diagnose/residuals/residual_series.hpp"
+#include <vector>
+
+#include "bench/diagnose/residuals/sample_state.hpp"
+#include "bench/diagnose/residuals/samples.hpp"
+#include "bench/estimate/grid_flight.hpp"
 
 namespace rotorloop::diagnose {
 
@@ -12,9 +16,5 @@ std::vector<Channel> input_channels();
 // each step (N, N m, body axes).
 void add_flight_inputs(const estimate::GridFlight& flight, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states,
                        std::vector<SampleState>& state, std::vector<Channel>& inputs, Axes& wrench);
-
-// Gyro and accelerometer against the fitted states: those in the grid, else those of the log when there is one.
-void add_telemetry(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states,
-                   const log::FlightRecord* log, std::vector<TelemetryResidual>& out);
 
 }  // namespace rotorloop::diagnose

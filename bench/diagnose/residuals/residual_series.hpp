@@ -7,7 +7,9 @@
 #pragma once
 #include <cstdint>
 
+#include "bench/diagnose/residuals/sample_state.hpp"
 #include "bench/diagnose/residuals/samples.hpp"
+#include "bench/diagnose/residuals/telemetry.hpp"
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
@@ -23,29 +25,6 @@ struct WhitenedResiduals {
   std::vector<Eigen::Matrix<float, 3, Eigen::Dynamic>> accels;  // of each accelerometer reading that the fit used
   std::vector<std::size_t> accel_sample;
   std::vector<Eigen::Vector3d> accel_m_s2;  // deviation assumed
-};
-
-// What acts at a sample, for directions of loads.
-struct SampleState {
-  estimate::BodyState x;
-  std::array<double, 4> omega_rad_s{}, thrust_N{};
-  std::array<double, 4> yaw_by_omega_N_m_s{};  // slope of the torque about z by each rotor's speed
-  std::array<Eigen::Vector3d, 4> arm_B_m;      // hub from the centre of mass
-  double induced_hover_m_s = 0.0;              // of a rotor that gives a quarter of the thrust at rest
-  double mass_kg = 0.0, step_s = 0.0;
-  Eigen::Vector3d v_B_m_s = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 6, 2> wrench_by_wind =
-      Eigen::Matrix<double, 6, 2>::Zero();          // of the model, by air moving along world x, y: N s/m, N s
-  Eigen::Matrix<double, 12, 6> whitened_by_wrench;  // residual rows of a step by a constant body wrench over it
-};
-
-// Readings minus what the fitted states expect, each stream of each flight by itself.
-struct TelemetryResidual {
-  std::string flight, stream, unit;  // "gyro", "rad/s"
-  bool fitted = false;               // the fit used these readings; else they are a witness
-  std::vector<double> t_s;
-  std::array<std::vector<double>, 3> value;                                                                          // body axes
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), rms = Eigen::Vector3d::Zero(), assumed = Eigen::Vector3d::Zero();  // deviation of the fit
 };
 
 struct ResidualSeries {

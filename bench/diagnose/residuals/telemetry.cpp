@@ -1,9 +1,9 @@
-// Gyro and accelerometer against the fitted motion: where the fit did not use them they are a witness of their own (a lever arm, a
-// bias that follows vibration, a force that the poses are too coarse to show).
+#include "bench/diagnose/residuals/telemetry.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "bench/diagnose/residuals/flight_inputs.hpp"
+#include "bench/diagnose/residuals/samples.hpp"
 #include "bench/estimate/model/rotations.hpp"
 
 namespace rotorloop::diagnose {

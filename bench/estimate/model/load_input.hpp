@@ -2,7 +2,7 @@
 #pragma once
 #include "bench/estimate/model/body_state.hpp"
 #include "bench/estimate/model/parameters.hpp"
-#include "bench/estimate/model/rotor_input.hpp"
+#include "bench/estimate/model/rotor_input_sample.hpp"
 #include "host/effects/loads.hpp"
 
 namespace rotorloop::estimate {

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "bench/estimate/model/load_input.hpp"
-#include "bench/estimate/model/rotor_input.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::estimate {
@@ -99,7 +98,7 @@ std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const Me
 
 // Runs the filters and all their branches along the motion; write(knot, memory) at each knot.
 template <class Write>
-void run_filters(const ModelValues& v, const RotorInput& input, const Motion& motion, const std::vector<const MeasuredMemory*>& measured,
+void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& motion, const std::vector<const MeasuredMemory*>& measured,
                  std::vector<Branch>& branches, Write&& write) {
   const host::TermList& terms = v.terms;
   const double* values = v.values.data() + kCoreParameters;
@@ -119,10 +118,9 @@ void run_filters(const ModelValues& v, const RotorInput& input, const Motion& mo
     write(knot, memory);
   };
   write_with_measured(0);
-  std::size_t hint = 0;
-  RotorInputSample u = input.at(motion.time_s(0), hint, false);
+  RotorInputSample u = input_at(motion.time_s(0));
   for (std::size_t k = 0; k + 1 < motion.states.size(); ++k) {
-    const RotorInputSample next = input.at(motion.time_s(k + 1), hint, false);
+    const RotorInputSample next = input_at(motion.time_s(k + 1));
     const BodyState &from = motion.states[k], &to = motion.states[k + 1];
     const Moment a(v, from, u, motion.time_s(k), memory), b(v, to, next, motion.time_s(k + 1), memory);
     const host::MemoryStep step = step_between(a, b, from, to, motion.step_s);
@@ -148,7 +146,7 @@ void advance_memory(const ModelValues& v, const BodyState& from, const RotorInpu
   }
 }
 
-void MemoryInput::prepare(const ModelValues& v, const RotorInput& input, bool derivatives) {
+void MemoryInput::prepare(const ModelValues& v, const InputAt& input_at, bool derivatives) {
   numbers_ = v.terms.memory();
   places_.clear();
   width_ = 0;
@@ -168,7 +166,7 @@ void MemoryInput::prepare(const ModelValues& v, const RotorInput& input, bool de
   }
   series_.assign(motion_->states.size() * numbers_, 0.0);
   by_.assign(motion_->states.size() * width_, 0.0);
-  run_filters(v, input, *motion_, measured, branches, [&](std::size_t knot, const MemoryNumbers& memory) {
+  run_filters(v, input_at, *motion_, measured, branches, [&](std::size_t knot, const MemoryNumbers& memory) {
     std::copy_n(memory.begin(), numbers_, series_.begin() + static_cast<std::ptrdiff_t>(knot * numbers_));
     double* row = by_.data() + knot * width_;
     for (const Branch& b : branches) {

@@ -3,20 +3,17 @@
 // the fit takes memory as it takes rotor speeds: as something known that depends on parameters.
 #pragma once
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/estimate/model/body_state.hpp"
 #include "bench/estimate/model/parameters.hpp"
+#include "bench/estimate/model/rotor_input_sample.hpp"
 #include "host/effects/memory.hpp"
 
 namespace rotorloop::estimate {
-
-class RotorInput;
-struct RotorInputSample;
-
-using MemoryNumbers = std::array<double, host::kMaxMemory>;
 
 // Memory that was measured instead: the place of a load on a string.
 struct MeasuredMemory {
@@ -33,13 +30,17 @@ struct Motion {
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * step_s; }
 };
 
+// What drives the model at a time.
+using InputAt = std::function<RotorInputSample(double t_s)>;
+
 class MemoryInput {
  public:
   // Without a motion every memory is at rest.
   void follow(std::shared_ptr<const Motion> motion) { motion_ = std::move(motion); }
   bool follows() const { return motion_ != nullptr; }
-  // Runs the filters with these values; `input` is prepared with the same. Their derivatives take as many runs more as there are numbers.
-  void prepare(const ModelValues& values, const RotorInput& input, bool derivatives = true);
+  // Runs the filters with these values; `input_at` is prepared with the same and asked in the order of time. Their derivatives take as
+  // many runs more as there are numbers.
+  void prepare(const ModelValues& values, const InputAt& input_at, bool derivatives = true);
   // Puts the memory at time t, and where its derivatives stand, into `out`; held outside the motion.
   void at(double t_s, RotorInputSample& out) const;
   // visit(i, ∂memory_i / ∂parameter) for what depends on that parameter, at the moment of the sample.

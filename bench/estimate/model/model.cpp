@@ -5,6 +5,7 @@
 
 #include "bench/estimate/model/load_input.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "host/effects/loads.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::estimate {

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "bench/estimate/model/rotations.hpp"
+#include "host/effects/loads.hpp"
 
 namespace rotorloop::estimate {
 namespace {

@@ -8,22 +8,9 @@
 #include "bench/log/flight_record.hpp"
 #include "bench/estimate/model/memory_input.hpp"
 #include "bench/estimate/model/parameters.hpp"
+#include "bench/estimate/model/rotor_input_sample.hpp"
 
 namespace rotorloop::estimate {
-
-inline constexpr std::array<int, 5> kRotorInputParameters{kRotorDelay, kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag};
-
-struct RotorInputSample {
-  std::array<double, 4> omega_rad_s{}, omega_dot_rad_s2{};
-  // By the parameters in the order of kRotorInputParameters.
-  std::array<std::array<double, 4>, 5> omega_by{}, omega_dot_by{};
-  double battery_V = 0.0;
-  MemoryNumbers memory{};
-  // Where the derivatives of the memory stand; nullptr: it has none.
-  const MemoryInput* memory_input = nullptr;
-  std::size_t memory_row = 0;
-  double memory_share = 0.0;
-};
 
 class RotorInput {
  public:

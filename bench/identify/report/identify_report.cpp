@@ -11,6 +11,7 @@
 #include "bench/identify/report/report_cells.hpp"
 #include "bench/identify/report/report_figures.hpp"
 #include "bench/identify/report/report_tables.hpp"
+#include "bench/identify/report/trail.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 

@@ -5,22 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/report/identify_page.hpp"
 #include "bench/identify/report/identify_result.hpp"
-#include "bench/identify/report/trail.hpp"
+#include "bench/identify/report/trail_point.hpp"
 
 namespace rotorloop::identify {
 
-struct IdentifyPage {
-  const Identification& result;
-  const IdentifyAnalysis& analysis;
-  const FileComparison& comparison;
-  const std::vector<log::CheckedFlight>& checked;
-  const IdentifyProvenance& provenance;
-  std::string start_name;              // that the start file gives the vehicle
-  std::vector<TrailPoint> trail = {};  // this result's own comes last; fewer than two: no section
-  std::vector<TrailReference> references = {};
-  std::string held_out_html = {};  // section of prediction scores, made elsewhere; may be empty
-};
 std::string identify_report_html(const IdentifyPage& page);
 
 // What the files beside say of each parameter, for the trail.

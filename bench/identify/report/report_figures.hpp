@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/identify/report/identify_result.hpp"
-#include "bench/identify/report/trail.hpp"
+#include "bench/identify/report/trail_point.hpp"
 
 namespace rotorloop::identify {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "bench/identify/report/identify_report.hpp"
+#include "bench/identify/report/identify_page.hpp"
 
 namespace rotorloop::identify {
 

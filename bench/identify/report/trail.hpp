@@ -1,32 +1,17 @@
 // Several results of `identify` side by side: each parameter over the trials (the paper's Fig. 8).
 #pragma once
-#include <Eigen/Geometry>
 #include <filesystem>
-#include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/identify/report/trail_point.hpp"
+
 namespace rotorloop::identify {
 
-struct TrailPoint {
-  std::string label;  // folder of the result
-  // Shared parameters by symbol, then what follows from them ("c_t", "D(8.5 m/s)"); u is the larger of classical and robust.
-  std::vector<std::string> names, units;
-  std::vector<double> value, u;
-  std::optional<Eigen::Quaterniond> q_BS;  // none in results that do not say it
-};
 // Reads result.json, given itself or its folder. Throws Error for anything but a result of `identify`.
 TrailPoint read_trail_point(const std::filesystem::path& path);
 // Reads all; folders of the same name are told apart by the folders that they stand in.
 std::vector<TrailPoint> read_trail(const std::vector<std::filesystem::path>& paths);
-
-// What a vehicle file says, drawn across the trials.
-struct TrailReference {
-  std::string label;
-  std::map<std::string, double> value;  // by symbol
-  Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
-};
 
 // Each result counts q_BS from the start value of its own fit. Here all are counted from one rotation, that of the first reference, else
 // of the first trial that says its own: the three numbers become the rotation from there. Returns what they are counted from, for

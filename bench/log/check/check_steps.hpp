@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/log/check/checks.hpp"
+#include "bench/log/check/checked_flight.hpp"
+#include "host/vehicle/model.hpp"
 
 namespace rotorloop::log {
 

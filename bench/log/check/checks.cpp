@@ -43,10 +43,6 @@ TimeRange CheckState::span() const {
   return r.to_s < r.from_s ? TimeRange{} : r;
 }
 
-void CheckedFlight::throw_if_refused() const {
-  if (refusal) throw Error(*refusal, ExitCode::data_quality);
-}
-
 namespace {
 
 // Holes in the inputs end a segment: a rotor's speed is not guessed across them.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/log/check/checks.hpp"
+#include "bench/log/check/checked_flight.hpp"
 
 namespace rotorloop::log {
 

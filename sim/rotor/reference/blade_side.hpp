@@ -4,7 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "sim/rotor/reference/reference_rotor.hpp"
+#include "sim/rotor/reference/conventions.hpp"
+#include "sim/rotor/reference/geometry.hpp"
 
 namespace rotorloop::sim::reference {
 

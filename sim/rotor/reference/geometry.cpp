@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "host/base/elementary.hpp"
-#include "sim/rotor/reference/reference_rotor.hpp"
+#include "sim/rotor/reference/geometry.hpp"
 
 namespace rotorloop::sim {
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "host/effects/loads.hpp"
 #include "host/effects/term.hpp"
 #include "host/vehicle/thrust.hpp"
 

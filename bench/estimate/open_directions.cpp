@@ -1,0 +1,33 @@
+#include "bench/estimate/open_directions.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "bench/estimate/newton_step.hpp"
+
+namespace rotorloop::estimate {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::vector<OpenDirection> open_directions(const MatrixXd& information, const std::vector<std::string>& names, double limit) {
+  std::vector<OpenDirection> out;
+  const VectorXd k = unit_scaling(information);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * information * k.asDiagonal()));
+  for (Eigen::Index i = 0; i < information.rows() && eig.eigenvalues()[i] < limit; ++i) {
+    OpenDirection d{eig.eigenvalues()[i], {}};
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(information.rows()));
+    for (std::size_t j = 0; j < order.size(); ++j) order[j] = static_cast<Eigen::Index>(j);
+    const VectorXd v = eig.eigenvectors().col(i);
+    std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return std::fabs(v[a]) > std::fabs(v[b]); });
+    for (const Eigen::Index j : order) {
+      if (std::fabs(v[j]) < 0.1) break;
+      d.parts.emplace_back(names[static_cast<std::size_t>(j)], v[j]);
+    }
+    out.push_back(std::move(d));
+  }
+  return out;
+}
+
+}  // namespace rotorloop::estimate
