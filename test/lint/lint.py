@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks the tree against the rules of the house (rules.py): include arrows, code for targets, clocks and random numbers,
-floating point, heap in the loop, folders, names of types and words. Prints `file:line: [rule] what` with what to do; exit 1 when something is found.
+floating point, heap in the loop, loops of modules, size of folders and rooms, names of types, words, and the page that describes the house. Prints `file:line: [rule] what` with what to do; exit 1 when something is found.
 
     test/lint/lint.py [--root DIR] [--compile-commands FILE]
 """
@@ -127,6 +127,27 @@ def read_tree(root):
     return tree
 
 
+def module_of(path):
+    return path.rsplit(".", 1)[0]
+
+
+def shortest_loop(start, steps):
+    """The modules of the shortest way from `start` back to itself; empty when there is none."""
+    came_from, queue = {start: None}, [start]
+    while queue:
+        at = queue.pop(0)
+        for target in sorted(steps.get(at, {})):
+            if target == start:
+                chain = [at]
+                while came_from[chain[0]] is not None:
+                    chain.insert(0, came_from[chain[0]])
+                return chain
+            if target not in came_from:
+                came_from[target] = at
+                queue.append(target)
+    return []
+
+
 class Linter:
     def __init__(self, tree):
         self.files = set(tree)
@@ -141,11 +162,14 @@ class Linter:
         includes = self.read_includes()
         self.check_arrows(includes)
         self.check_reach(includes)
+        self.check_module_loops(includes)
         self.check_target_headers()
         self.check_tokens()
         self.check_build_options(compile_commands)
         self.check_folders()
         self.check_function_lengths()
+        self.check_room_sizes()
+        self.check_house_page()
         self.check_type_names()
         self.check_leaks()
         return sorted(set(self.findings))
@@ -204,6 +228,31 @@ class Linter:
                         seen.add(target)
                         queue.append(chain + [target])
         return found
+
+    def check_module_loops(self, includes):
+        """A header and its source file are one module: header A includes B while B's source includes A is a loop, too."""
+        steps = {}  # module -> {module it includes: (source, line)}
+        for source in sorted(includes):
+            for line, target in includes[source]:
+                if module_of(target) != module_of(source):
+                    steps.setdefault(module_of(source), {}).setdefault(module_of(target), (source, line))
+        seen = set()
+        for start in sorted(steps):
+            chain = shortest_loop(start, steps)
+            key = tuple(sorted(chain))
+            if not chain or key in seen:
+                continue
+            seen.add(key)
+            if key in rules.MODULE_LOOPS_ALLOWED:
+                continue
+            source, line = steps[chain[0]][chain[1 % len(chain)]]
+            hops = [f"{steps[a][b][0]} includes {b}" for a, b in zip(chain, chain[1:] + chain[:1])]
+            self.report(source, line, "module-loop", "; ".join(hops),
+                        "move what both need into a header of its own, or the function into the file that owns its data")
+        for key in rules.MODULE_LOOPS_ALLOWED:
+            if key not in seen:
+                self.report("test/lint/rules.py", 1, "exemption-not-needed", f"the exemption from module-loop of {', '.join(key)} suppresses nothing",
+                            "remove its row from MODULE_LOOPS_ALLOWED")
 
     # (b)
     def check_target_headers(self):
@@ -269,6 +318,78 @@ class Linter:
                 lines = self.text[name].count("\n")
                 if lines > rules.MAX_LINES:
                     self.report(name, rules.MAX_LINES + 1, "file-length", f"{lines} lines, the limit is {rules.MAX_LINES}", "split it: one idea per file")
+
+        for folder in with_sources:
+            count = sum(str(PurePosixPath(s).parent) == folder for s in self.sources)
+            if count > rules.MAX_FOLDER_FILES:
+                self.report(f"{folder}/README.md", 1, "folder-size", f"{count} source files in {folder}, the limit is {rules.MAX_FOLDER_FILES}",
+                            "make a folder below it for each task")
+
+    def check_room_sizes(self):
+        lines = {}
+        for source in self.sources:
+            if not inside(source, "test"):
+                lines[room_of(source)] = lines.get(room_of(source), 0) + self.text[source].count("\n")
+        total = sum(lines.values())
+        for room, count in lines.items():
+            if room and total >= rules.ROOM_SHARE_FROM_LINES and count > rules.MAX_ROOM_SHARE * total:
+                self.report(f"{room}/README.md", 1, "room-size",
+                            f"{count} of {total} shipped lines, {100 * count / total:.1f} %; the limit is {100 * rules.MAX_ROOM_SHARE:.0f} %",
+                            "divide the room by what its parts do, each with a row in ARROWS")
+
+    # The page that a newcomer reads first must not go stale.
+    def check_house_page(self):
+        page = rules.HOUSE_PAGE
+        if page not in self.text:
+            return
+        text = self.text[page]
+        rows = {}
+        for match in re.finditer(r"^\| `([\w/]+)` \|(?:.*\|)?([^|\n]*)\|$", text, re.MULTILINE):
+            rows[match.group(1)] = (line_of(text, match.start()), re.findall(r"`([^`]+)`", match.group(2)))
+        shipped = {room_of(s) for s in self.sources} - {"test", None}
+        for room in sorted(shipped):
+            allowed = rules.ARROWS[room]
+            line, said = rows.pop(room, (1, None))
+            for face in re.findall(r"\| `(\w+\.\w+)` \|", text.split("\n")[line - 1][len(f"| `{room}`"):]):
+                if said is not None and f"{room}/{face}" not in self.files:
+                    self.report(page, line, "room-table", f"{room} has no {face}", "name the file where reading this room begins")
+            if said is None or sorted(said) != sorted(allowed):
+                self.report(page, line, "room-table", f"{room}: the table says {said}, test/lint/rules.py {allowed}",
+                            "write the row as ARROWS has it: " + ", ".join(f"`{a}`" for a in allowed))
+        for room, (line, _) in rows.items():
+            self.report(page, line, "room-table", f"{room} is no room of test/lint/rules.py that has sources", "remove the row")
+        for start, section in self.walks(text):
+            self.check_walk(page, start, section)
+
+    @staticmethod
+    def walks(text):
+        """(offset, text) of each section below a heading `### Walk: ...`."""
+        for match in re.finditer(r"^### Walk: .*?(?=^#|\Z)", text, re.MULTILINE | re.DOTALL):
+            yield match.start(), match.group()
+
+    def check_walk(self, page, start, section):
+        text = self.text[page]
+        hops = [(line_of(text, start + m.start()), m.group(1), m.group(2))
+                for m in re.finditer(r"^\d+\. `([\w/.]+): ([\w:~]+)`", section, re.MULTILINE)]
+        for line, path, function in hops:
+            name = re.escape(function.split("::")[-1])
+            if path not in self.text:
+                self.report(page, line, "walk", f"{path} is no file of this repository", "say where the walk goes now")
+            elif not re.search(rf"\b{name}\b(?:<[^;{{}}()]*>)?\s*\(|\b(?:struct|class)\s+{name}\b", without_comments_and_strings(self.text[path])):
+                self.report(page, line, "walk", f"{path} has no {function}", "say where the walk goes now")
+        between_files = sum(module_of(a[1]) != module_of(b[1]) for a, b in zip(hops, hops[1:]))
+        entered = [room_of(hops[0][1])] if hops else []
+        for _, path, _ in hops:
+            if room_of(path) != entered[-1]:
+                entered.append(room_of(path))
+        again = sorted({str(r) for r in entered if entered.count(r) > 1})
+        told = re.search(r"^Calls between files: (\d+) of (\d+)( \(missed\))?\. Rooms entered twice: ([^.\n]*)\.", section, re.MULTILINE)
+        line = line_of(text, start + (told.start() if told else 0))
+        truth = (f"Calls between files: {between_files} of {told.group(2) if told else 'N'}"
+                 f"{' (missed)' if told and between_files > int(told.group(2)) else ''}. "
+                 f"Rooms entered twice: {', '.join(f'`{r}`' for r in again) or 'none'}.")
+        if not told or told.group(0) != truth:
+            self.report(page, line, "walk", f"the walk is not as long as it says: {told.group(0) if told else 'no count'}", f"write: {truth}")
 
     def check_function_lengths(self):
         unused = dict(rules.LONG_FUNCTIONS)

@@ -10,6 +10,7 @@ import unittest
 import unittest.mock
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import lint  # noqa: E402
@@ -21,9 +22,9 @@ CLEAN = {
     "protocols/can_frame.hpp": "#pragma once\n#include <cstdint>\n",
     "firmware/core/interface.hpp": "#pragma once\n#include <cstdint>\n",
     "host/base/error.hpp": "#pragma once\n#include <string>\n",
-    "host/bus/can_bus.hpp": '#pragma once\n#include "protocols/can_frame.hpp"\n',
+    "host/bus/can_bus.hpp": '#pragma once\n#include "protocols/can_frame.hpp"\nvoid send(int frame);\n',
     "host/vehicle/model.hpp": "#pragma once\n",
-    "sim/world/bus.hpp": '#pragma once\n#include "host/bus/can_bus.hpp"\n',
+    "sim/world/bus.hpp": '#pragma once\n#include "host/bus/can_bus.hpp"\nvoid deliver();\n',
     "test/unit/sim/world/bus_test.cpp": '#include "sim/world/bus.hpp"\n#include "host/vehicle/model.hpp"\n',
 }
 
@@ -37,6 +38,18 @@ def findings(files, compile_commands=()):
 
 
 FUNCTION_61 = "void f(int i) {\n" + "  i;\n" * 59 + "}\n"
+TEN_ROOMS = {f"{room}/x.hpp": "//\n" * 600 for room in ("sim/drive", "sim/rotor", "sim/sensor", "sim/esc", "sim/plant", "host/node", "host/control",
+                                                        "host/estimate", "bench/log", "bench/hil")}
+
+
+def house():
+    """The page for CLEAN: a row for each room on lines 3 to 8, below it a walk with its count on line 10 and hops on lines 11 and 12."""
+    return ("| room | may include |\n|---|---|\n"
+            "| `sim/world` | `host/base`, `host/bus`, `protocols` |\n| `protocols` |  |\n| `host/base` |  |\n"
+            "| `host/bus` | `host/base`, `protocols` |\n| `host/vehicle` | `host/base` |\n| `firmware/core` | `protocols`, `firmware/board/board.hpp` |\n"
+            "### Walk: a frame\nCalls between files: 1 of 4. Rooms entered twice: none.\n"
+            "1. `sim/world/bus.hpp: deliver` at its end.\n2. `host/bus/can_bus.hpp: send` to all.\n")
+
 
 # (name, {file: text}, rule or None, file:line of the finding)
 CASES = [
@@ -152,6 +165,36 @@ CASES = [
     ("a path below another", {"docs/a.md": "build/work/x and ./home/x and https://example.org/home/x\n"}, None, None),
     ("unfinished work", {"sim/world/x.cpp": "int i;  // TO" "DO: later\n"}, "unfinished", "sim/world/x.cpp:1"),
     ("fix me in a script", {"scripts/x.py": "# FIX" "ME\n"}, "unfinished", "scripts/x.py:1"),
+    # Loops of modules: a header with its source file
+    ("a header and another's source include each other", {"sim/world/a.hpp": '#include "sim/world/b.hpp"\n', "sim/world/b.hpp": "",
+                                                          "sim/world/b.cpp": 'int i;\n#include "sim/world/a.hpp"\n'}, "module-loop", "sim/world/a.hpp:1"),
+    ("a loop across two rooms", {"firmware/board/board.hpp": '#include "firmware/core/b.hpp"\n', "firmware/core/b.hpp": '#include "firmware/core/a.hpp"\n',
+                                 "firmware/core/a.hpp": '#include "firmware/board/board.hpp"\n'}, "module-loop", "firmware/board/board.hpp:1"),
+    ("two modules share a header", {"sim/world/a.hpp": '#include "sim/world/c.hpp"\n', "sim/world/b.hpp": '#include "sim/world/c.hpp"\n', "sim/world/c.hpp": "",
+                                    "sim/world/b.cpp": '#include "sim/world/b.hpp"\n#include "sim/world/a.hpp"\n'}, None, None),
+    # Size of folders and rooms
+    ("41 source files in a folder", {f"sim/world/x{i}.hpp": "" for i in range(40)}, "folder-size", "sim/world/README.md:1"),
+    ("40 source files in a folder", {f"sim/world/x{i}.hpp": "" for i in range(39)}, None, None),
+    ("41 tests in a folder", {f"test/unit/host/x{i}.cpp": "" for i in range(41)}, "folder-size", "test/unit/host/README.md:1"),
+    ("a room of 18 % of 6 606 lines", {**TEN_ROOMS, "sim/drive/y.hpp": "//\n" * 600}, "room-size", "sim/drive/README.md:1"),
+    ("ten rooms of 10 %", TEN_ROOMS, None, None),
+    ("a room that tests make large", {**TEN_ROOMS, "test/unit/sim/drive/y.cpp": "//\n" * 600, "test/unit/sim/drive/z.cpp": "//\n" * 600}, None, None),
+    # The page that describes the house
+    ("the page as the tree is", {"docs/architecture.md": house()}, None, None),
+    ("a row with another arrow", {"docs/architecture.md": house().replace("| `host/base`, `protocols` |", "| `protocols` |")}, "room-table", "docs/architecture.md:6"),
+    ("a room without row", {"docs/architecture.md": house().replace("| `protocols` |  |\n", "")}, "room-table", "docs/architecture.md:1"),
+    ("a row with its face", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | beliefs | `model.hpp` |")}, None, None),
+    ("a face that is gone", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | beliefs | `gone.hpp` |")},
+     "room-table", "docs/architecture.md:7"),
+    ("a row without room", {"docs/architecture.md": house() + "| `host/gadget` | `protocols` |\n"}, "room-table", "docs/architecture.md:13"),
+    ("a hop in a file that is gone", {"docs/architecture.md": house().replace("host/bus/can_bus.hpp: send", "host/bus/gone.hpp: send")},
+     "walk", "docs/architecture.md:12"),
+    ("a hop to a function that is gone", {"docs/architecture.md": house(), "host/bus/can_bus.hpp": "// send(\n"}, "walk", "docs/architecture.md:12"),
+    ("a walk that is longer than it says", {"docs/architecture.md": house().replace("Calls between files: 1 of", "Calls between files: 0 of")},
+     "walk", "docs/architecture.md:10"),
+    ("a walk too long that does not say missed", {"docs/architecture.md": house().replace("1 of 4", "1 of 0")}, "walk", "docs/architecture.md:10"),
+    ("a room entered twice that is not named", {"docs/architecture.md": house().replace("1 of 4", "2 of 4") + "3. `sim/world/bus.hpp: deliver` again.\n"},
+     "walk", "docs/architecture.md:10"),
     # Text is not code
     ("tokens in strings and comments", {"firmware/core/x.cpp": 'const char* s = "throw new double";  /* virtual\n throw */\n'}, None, None),
     ("tokens in a raw string", {"firmware/core/x.cpp": 'auto s = R"x(throw " new)x";\n'}, None, None),
@@ -182,9 +225,16 @@ class LintTest(unittest.TestCase):
         self.assertIn("sim/plant/b.cpp -> sim/world/a.hpp -> host/base/shared.hpp -> host/vehicle/model.hpp", found[0].what)
         self.assertIn("shares no equation", found[0].remedy)
 
-    def test_include_circle_ends(self):
+    def test_a_loop_of_modules_is_told_once_with_its_chain_and_the_search_for_banned_files_ends(self):
         files = {"sim/world/a.hpp": '#include "sim/world/b.hpp"\n', "sim/world/b.hpp": '#include "sim/world/a.hpp"\n'}
-        self.assertEqual(findings(files), [])
+        self.assertEqual([(f.rule, f.what) for f in findings(files)],
+                         [("module-loop", "sim/world/a.hpp includes sim/world/b; sim/world/b.hpp includes sim/world/a")])
+
+    def test_a_loop_that_stands_in_the_table_is_no_finding_and_its_row_goes_with_it(self):
+        loop = {"sim/world/a.hpp": '#include "sim/world/b.hpp"\n', "sim/world/b.hpp": "", "sim/world/b.cpp": '#include "sim/world/a.hpp"\n'}
+        with mock.patch.dict(rules.MODULE_LOOPS_ALLOWED, {("sim/world/a", "sim/world/b"): "for this test"}):
+            self.assertEqual(findings(loop), [])
+            self.assertEqual([f.rule for f in findings({**loop, "sim/world/b.cpp": ""})], ["exemption-not-needed"])
 
     def test_file_compiled_without_the_option_is_named(self):
         good = {"file": "sim/world/a.cpp", "command": "g++ -O2 -ffp-contract=off -c a.cpp"}
@@ -217,12 +267,16 @@ class LintTest(unittest.TestCase):
         promised = {r.id for r in rules.TOKEN_RULES} | {r[0] for r in rules.LEAKS}
         promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "function-length",
                      "exemption-not-needed"}
+        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "exemption-not-needed",
+                     "module-loop", "folder-size", "room-size", "room-table", "walk"}
         self.assertEqual(promised - {case[2] for case in CASES}, set())
 
     def test_every_exemption_gives_a_reason(self):
         for rule in rules.TOKEN_RULES:
             for path, reason in rule.except_files.items():
                 self.assertGreater(len(reason), 10, f"{rule.id}: {path}")
+        for loop, reason in rules.MODULE_LOOPS_ALLOWED.items():
+            self.assertGreater(len(reason), 10, f"module-loop: {loop}")
 
     def test_long_functions_are_few_and_have_reasons(self):
         self.assertLessEqual(len(rules.LONG_FUNCTIONS), rules.MAX_LONG_FUNCTIONS)

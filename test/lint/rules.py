@@ -156,7 +156,17 @@ LONG_FUNCTIONS = {             # "path: function" -> why it is one piece
     "cli/cmd_diagnose.cpp: diagnose": "one command from its options to its files",
     "cli/cmd_identify.cpp: add_identify": "one row for each option",
 }
+MAX_FOLDER_FILES = 40  # source files in one folder, those of its subfolders not counted
+MAX_ROOM_SHARE = 0.15  # of all shipped lines (everything but tests), for a room as in ARROWS
+ROOM_SHARE_FROM_LINES = 5000  # of the whole tree; in a smaller one any room is a large share
 README_NOT_NEEDED_BELOW = ["test/unit", "test/integration", "test/bench"]  # they mirror the rooms; test/README.md speaks for them
+
+# A module is a header with its source file. Loops that stand although they are loops: modules in the order of the alphabet -> reason.
+MODULE_LOOPS_ALLOWED = {}
+
+# --- the house on one page --------------------------------------------------------------------------------------------
+# Its table has a row for each shipped room of ARROWS with what the room may include; its walks name a file and a function at each hop.
+HOUSE_PAGE = "docs/architecture.md"
 
 # --- (h) words that must not be committed -----------------------------------------------------------------------------
 LEAKS = [
