@@ -17,12 +17,16 @@ if(ROTORLOOP_SANITIZE)
   target_link_options(rl_options INTERFACE -fsanitize=address,undefined)
 endif()
 
-# rl_library(NAME SOURCES… DEPENDS…): a static library of one room; header-only when it has no sources.
+# rl_library(NAME SOURCES… DEPENDS… [NO_PCH]): a static library of one room; header-only when it has no sources.
+# NO_PCH: it includes next to nothing (cmake/precompile.cmake).
 function(rl_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "NO_PCH" "" "SOURCES;DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC rl_options ${ARG_DEPENDS})
+    if(NOT ARG_NO_PCH AND NOT ROTORLOOP_FIRMWARE)
+      rl_precompiled(${name} rl_pch)
+    endif()
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE rl_options ${ARG_DEPENDS})
