@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bench/diagnose/diagnosis.hpp"
+#include "bench/diagnose/diagnosis_run.hpp"
 #include "bench/diagnose/examine.hpp"
-#include "bench/diagnose/residuals/residual_findings.hpp"
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
@@ -38,13 +38,6 @@ struct FlightsToDiagnose {
 struct DiagnoseProgress {
   std::string part;   // "baseline fit", "screening 44 effects", "refit with rotor_inertia_reaction"
   double done = 0.0;  // share of the work expected, 0 to 1
-};
-
-struct DiagnosisRun {
-  Diagnosis diagnosis;
-  identify::Identification before, after;               // the model of the vehicle file refitted, and that with the effects
-  std::optional<ResidualFindings> residuals;  // of the model after; none where flights have no poses
-  std::optional<identify::HeldOutScores> held_out;      // none without flights held out
 };
 
 // Throws like identify().

@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-#include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/diagnosis_run.hpp"
 #include "bench/diagnose/score_table.hpp"
 #include "bench/estimate/chain.hpp"
 

@@ -127,6 +127,29 @@ ordered_json advice_json(const ManoeuvreAdvice& a) {
   return {{"seconds", a.seconds}, {"not_told", a.open}, {"impossible", a.impossible}, {"manoeuvres", ranked}};
 }
 
+ordered_json added_json(const std::vector<AddedEffect>& effects) {
+  ordered_json added = ordered_json::array();
+  for (const AddedEffect& a : effects) {
+    ordered_json twins = ordered_json::array(), shifts = ordered_json::array();
+    for (const ClassMember& m : a.twins)
+      twins.push_back({{"id", m.id},
+                       {"correlation", number(m.correlation)},
+                       {"gain_share", number(m.gain_share)},
+                       {"parameters", values_json(m.parameters)}});
+    for (const auto& [name, change] : a.shifts) shifts.push_back({{"parameter", name}, {"relative", number(change)}});
+    added.push_back({{"id", a.id},
+                     {"parameters", values_json(a.parameters)},
+                     {"twins", twins},
+                     {"determined", ratios_text(a.ratios)},
+                     {"ratios", values_json(a.ratios)},
+                     {"manoeuvre", a.manoeuvre},
+                     {"manoeuvre_search", advice_json(a.advice)},
+                     {"evidence", evidence_json(a.evidence)},
+                     {"shifts", shifts}});
+  }
+  return added;
+}
+
 }  // namespace
 
 std::string verdict_name(const Diagnosis& d) { return std::string(name(d.verdict)) + (more_remains(d) ? ", and something remains" : ""); }
@@ -186,26 +209,8 @@ std::string diagnosis_text(const DiagnosisRun& run) {
 
 std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) {
   const Diagnosis& d = run.diagnosis;
-  ordered_json added = ordered_json::array(), rounds = ordered_json::array(), rejected = ordered_json::array(),
+  ordered_json rounds = ordered_json::array(), rejected = ordered_json::array(),
                hidden = ordered_json::array(), inputs = ordered_json::array();
-  for (const AddedEffect& a : d.added) {
-    ordered_json twins = ordered_json::array(), shifts = ordered_json::array();
-    for (const ClassMember& m : a.twins)
-      twins.push_back({{"id", m.id},
-                       {"correlation", number(m.correlation)},
-                       {"gain_share", number(m.gain_share)},
-                       {"parameters", values_json(m.parameters)}});
-    for (const auto& [name, change] : a.shifts) shifts.push_back({{"parameter", name}, {"relative", number(change)}});
-    added.push_back({{"id", a.id},
-                     {"parameters", values_json(a.parameters)},
-                     {"twins", twins},
-                     {"determined", ratios_text(a.ratios)},
-                     {"ratios", values_json(a.ratios)},
-                     {"manoeuvre", a.manoeuvre},
-                     {"manoeuvre_search", advice_json(a.advice)},
-                     {"evidence", evidence_json(a.evidence)},
-                     {"shifts", shifts}});
-  }
   for (const DiagnosisRound& r : d.rounds) {
     ordered_json candidates = ordered_json::array();
     for (const CandidateEvidence& e : r.candidates) candidates.push_back(evidence_json(e));
@@ -229,7 +234,7 @@ std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProv
       {"made_by", "rotorloop diagnose"},
       {"verdict", std::string(name(d.verdict))},
       {"remains", remains_json(d.remains)},
-      {"added", added},
+      {"added", added_json(d.added)},
       {"rejected", rejected},
       {"not_observable", hidden},
       {"faults", log_json(d.faults)},
