@@ -4,6 +4,7 @@
 #include "bench/hil/flight.hpp"
 #include "bench/hil/runner.hpp"
 #include "cli/commands.hpp"
+#include "cli/completion.hpp"
 #include "cli/hil_commands.hpp"
 #include "cli/run_command.hpp"
 #include "rotorloop_version.hpp"
@@ -24,5 +25,6 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_nanodrone(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);
+  rotorloop::cli::add_completion(app);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

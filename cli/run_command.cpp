@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {
@@ -36,7 +37,7 @@ std::string command_of(const CLI::App& app, int argc, const char* const* argv) {
 void refuse_unknown_command(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2 || argv[1][0] == '-' || subcommand(app, argv[1])) return;
   std::vector<std::string> names;
-  for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) names.push_back(sub->get_name());
+  for (const auto* sub : app.get_subcommands([](const CLI::App* s) { return !s->get_group().empty(); })) names.push_back(sub->get_name());
   throw Error({"rotorloop", fmt::format("\"{}\" is not a command", argv[1]), "",
                fmt::format("use one of: {}; see rotorloop --help", fmt::join(names, ", "))});
 }
@@ -44,6 +45,8 @@ void refuse_unknown_command(const CLI::App& app, int argc, const char* const* ar
 }  // namespace
 
 int run_command(CLI::App& app, int argc, const char* const* argv, const int& exit_code) {
+  const std::filesystem::path share = share_folder();
+  const auto missing = look_below_share(app, share);
   try {
     refuse_unknown_command(app, argc, argv);
     app.parse(argc, argv);
@@ -58,6 +61,8 @@ int run_command(CLI::App& app, int argc, const char* const* argv, const int& exi
     return static_cast<int>(ExitCode::usage);
   } catch (const Error& e) {
     std::fprintf(stderr, "%s\n", e.what());
+    for (const std::string& path : *missing)
+      std::fprintf(stderr, "  note:   \"%s\" is neither in the working folder nor below %s\n", path.c_str(), share.generic_string().c_str());
     return static_cast<int>(e.exit_code());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "rotorloop: internal error: %s\n  do:     please report it with the command and its input files\n", e.what());

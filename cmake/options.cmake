@@ -8,9 +8,11 @@ option(ROTORLOOP_SANITIZE "AddressSanitizer and UndefinedBehaviourSanitizer" OFF
 option(ROTORLOOP_FIRMWARE "cross build of protocols, firmware and the controller" OFF)
 
 add_library(rl_options INTERFACE)
-target_include_directories(rl_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_include_directories(rl_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
+target_compile_features(rl_options INTERFACE cxx_std_20)
+# Whoever links the installed libraries takes the floating point of its headers along, and keeps warnings of its own (cmake/package.cmake).
 target_compile_options(rl_options INTERFACE
-  -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wdouble-promotion -Werror
+  "$<BUILD_INTERFACE:-Wall;-Wextra;-Wconversion;-Wshadow;-Wnon-virtual-dtor;-Wdouble-promotion;-Werror>"
   -ffp-contract=off -fno-math-errno)
 if(ROTORLOOP_SANITIZE)
   target_compile_options(rl_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
