@@ -22,10 +22,10 @@ struct DiagnoseOptions {
   std::vector<std::string> without;             // effects that are not considered
   std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
   bool beliefs = true;                          // what the vehicle file knows (not guesses) counts as knowledge
-  double block_s = 0.5;
-  int max_effects = 6;
+  double block_s = 0.5;          // length of the blocks whose scatter gives robust errors; to be longer than residuals stay correlated
+  int max_effects = 6;         // added at most
   std::size_t placebos = 100;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;  // of the placebos
   identify::WrenchBand wrench_band;  // of force and torque on held-out flights
 };
 
@@ -40,7 +40,8 @@ struct DiagnoseProgress {
   double done = 0.0;  // share of the work expected, 0 to 1
 };
 
-// Throws like identify().
+// `flights`, `vehicle`: as identify() takes them; the vehicle's effects belong in options.identify.terms. Terms of `library` must outlive
+// the run. Verdict, effects with values (SI) and evidence: diagnosis.hpp. Throws like identify().
 DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
 

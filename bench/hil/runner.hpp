@@ -46,7 +46,8 @@ struct HilResult {
 };
 
 // `scenario` as read, with seeds and variants already narrowed by the caller. Throws Error while setting up (input files,
-// run folder); a flight that crashes is a result, not an error.
+// run folder); a flight that crashes is a result, not an error. Deterministic: the same scenario and version give the same logs to the
+// bit. To change plant, vehicle or gains in a program, fly one flight at a time (flight.hpp).
 HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress);
 
 }  // namespace rotorloop::hil

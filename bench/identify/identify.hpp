@@ -33,14 +33,16 @@ struct IdentifyOptions {
   Solver solver = own_solver();
 };
 
+// Told at every iteration, from the thread that called identify().
 struct IdentifyProgress {
   std::string part;  // "stage vertical", "joint fit"
   int part_number = 1, parts = 1;
   estimate::FitProgress fit;
 };
 
+// Movable, not copyable: `problem` points into `flights`.
 struct Identification {
-  std::vector<estimate::GridFlight> flights;
+  std::vector<estimate::GridFlight> flights;  // in the order given
   StartValues start;
   std::vector<StageResult> stages;
   std::vector<StageComparison> comparison;  // stages against the joint fit
@@ -57,7 +59,12 @@ struct Identification {
 // No step of the model stays linked from one segment to the next, or outside them.
 void cut_between_segments(estimate::GridFlight& flight, const std::vector<log::TimeRange>& segments);
 
-// Throws Error (data_quality) for a log that lacks what its stage needs, naming both, and for directions that stay open.
+// `flights`: at least one, each as log::check_flight leaves it. `vehicle`: mass and geometry, which are trusted, and start values; its
+// [[effect]]s take part only as terms of `options.terms`. The estimates (SI; u, u_robust: standard errors) stand in `fit.estimates`;
+// identified_vehicle.hpp makes a vehicle file of them. A fit that did not converge is returned: look at fit.converged.
+// Method: the paper's section V in stages, then eq. (10) over all flights together.
+// Throws Error (data_quality) for a log that lacks what its stage needs, naming both, and for directions that stay open; Error (usage) for
+// wishes that name no parameter.
 Identification identify(const std::vector<FlightToFit>& flights, const host::VehicleFile& vehicle, const IdentifyOptions& options,
                         const std::function<void(const IdentifyProgress&)>& progress = {});
 

@@ -122,6 +122,8 @@ struct ControllerState {
 class Controller {
  public:
   Controller(const VehicleModel& vehicle, const ControllerConfig& config);
+  // One control period: rotor speeds (rad/s, rotors 1 to 4) for the set-point and estimate of one instant, both in W, z up. To be called
+  // every period_s; never throws or allocates, and answers input that is not finite with the last good command.
   Command step(ControllerState& state, const StateEstimate& estimate, const Setpoint& setpoint) const;
   const ControllerConfig& config() const { return config_; }
   double hover_omega_rad_s() const { return mixer_.hover_omega_rad_s(); }
