@@ -116,7 +116,7 @@ void diagnose_vehicle(const std::vector<identify::FlightToFit>& flights, const h
   }
   options.max_effects = 1;
   options.placebos = 20;
-  const diagnose::DiagnosisRun run = diagnose::diagnose(flights, vehicle, options);
+  const diagnose::DiagnosisRun run = diagnose::diagnose({.fitted = flights}, vehicle, options);
   expect(run.diagnosis.added.size() == 1, "diagnosis adds one effect");
   if (run.diagnosis.added.empty()) return;
   const diagnose::AddedEffect& found = run.diagnosis.added.front();
