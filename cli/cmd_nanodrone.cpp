@@ -9,7 +9,7 @@
 #include "bench/studies/nanodrone_benchmark.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
-#include "cli/measured_data.hpp"
+#include "cli/rotor/measured_data.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::cli {

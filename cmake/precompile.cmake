@@ -21,6 +21,8 @@ endfunction()
 function(rl_precompiled target pch)
   set_target_properties(${target} PROPERTIES PRECOMPILE_HEADERS_REUSE_FROM ${pch})
   target_compile_definitions(${target} PRIVATE ${ROTORLOOP_FMT_DEFINITIONS})  # the fmt of the precompiled header, used or not
+  # From a precompiled header g++ 12 takes the standard library for our code, and warns where a std::string is moved into a vector.
+  target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized)
 endfunction()
 
 # rl_inner_loop(TARGET): -O3 for a library in which a command spends its time; no bit of a result changes by it, because

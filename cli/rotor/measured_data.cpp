@@ -1,4 +1,4 @@
-#include "cli/measured_data.hpp"
+#include "cli/rotor/measured_data.hpp"
 
 #include <fmt/format.h>
 

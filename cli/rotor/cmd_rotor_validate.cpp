@@ -9,7 +9,7 @@
 #include "bench/propeller/report/validation_output.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
-#include "cli/measured_data.hpp"
+#include "cli/rotor/measured_data.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {

@@ -8,7 +8,7 @@
 #include "bench/propeller/motor_bench.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
-#include "cli/measured_data.hpp"
+#include "cli/rotor/measured_data.hpp"
 
 namespace rotorloop::cli {
 namespace {
