@@ -13,7 +13,7 @@ namespace {
 
 std::string logged_pole_pairs(const hil::Scenario& scenario, const hil::Inputs& inputs, const TempFolder& folder) {
   const std::atomic<bool> at_once = true;
-  const hil::FlightRequest q{.flight = 0, .variant = Variant::pd_ff_thrust_drag, .seed = 1, .folder = folder.path()};
+  const hil::FlightRequest q{.flight = 0, .variant = host::Variant::pd_ff_thrust_drag, .seed = 1, .folder = folder.path()};
   hil::fly(scenario, inputs, q, nullptr, nullptr, &at_once);
   return log::read_log(folder.path() / "flight.csv").header.at("pole_pairs");
 }

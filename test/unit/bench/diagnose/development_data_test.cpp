@@ -13,7 +13,7 @@ using testing::names;
 
 // A set of flights/development, from its weighed mass and guessed inertia; the rest of the file is that of the same airframe, all guesses.
 Diagnosis diagnosed_development(const std::string& set, int max_effects) {
-  const std::filesystem::path folder = testing::measured_flights() / "development" / set;
+  const std::filesystem::path folder = identify::testing::measured_flights() / "development" / set;
   host::VehicleFile vehicle = host::read_vehicle(testing::vehicles() / "undeclared_a.toml", host::builtin_effect_catalogue());
   const log::LogMapping mapping = log::read_log_mapping(testing::vehicles() / "undeclared_a.mapping.toml");
   const TomlFile known = TomlFile::read(folder / "known.toml");
@@ -30,14 +30,14 @@ Diagnosis diagnosed_development(const std::string& set, int max_effects) {
 // One rotor that gives 5 % less thrust, and a rotor that leans by 30 mrad. The first was unexplained while
 // each of four numbers had to stand for itself, the second while a constant torque was its own placebo.
 TEST(DevelopmentFlights, ARotorThatGivesFivePerCentLessThrustIsNamedFirst) {
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed_development("d03", 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "weak_rotor") || names(d.added.front(), "rotor_speed_scale")) << d.added.front().id;
   EXPECT_LE(d.added.front().twins.size(), 2u);
 }
 TEST(DevelopmentFlights, ARotorThatLeansBy30MilliradiansIsNamedFirst) {
-  if (testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed_development("d04", 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_tilt")) << d.added.front().id;

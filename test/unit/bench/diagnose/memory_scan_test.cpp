@@ -16,7 +16,7 @@ identify::Identification with_slung_load_in_the_model() {
   model_true::FlightSettings s;
   s.duration_s = 2.0;
   identify::Identification r;
-  r.flights.push_back(make_grid(model_true::fly({}, s).record, {}));
+  r.flights.push_back(estimate::make_grid(model_true::fly({}, s).record, {}));
   host::TermList terms;
   terms.add(*host::find_term("slung_load"));
   r.fit.values.push_back(estimate::model_values(model_true::vehicle_of({}), terms));

@@ -13,7 +13,7 @@
 namespace rotorloop::diagnose {
 namespace {
 
-using namespace test;
+using namespace made_up;
 
 // Statistics 1 to n: the limit says which of them it is.
 std::vector<double> one_to(std::size_t n) {

@@ -72,11 +72,11 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that
   EXPECT_EQ(verdict_name(run.diagnosis), "named, and something remains");
   EXPECT_NE(diagnosis_text(run).find("something remains"), std::string::npos);
   EXPECT_NE(diagnosis_text(run).find("74 % of the power of the missing torque x is predictable"), std::string::npos);
-  const auto json = nlohmann::json::parse(diagnosis_json(run, std::nullopt, {}));
+  const auto json = nlohmann::json::parse(diagnosis_json(run, {}));
   EXPECT_EQ(json.at("verdict"), "named");
   EXPECT_EQ(json.at("remains").at(0).at("axis"), "torque x");
   EXPECT_EQ(json.at("remains").at(0).at("share"), 0.74);
-  EXPECT_NE(diagnosis_report_html({run, std::nullopt, "made up", ""}).find("named, and something remains"), std::string::npos);
+  EXPECT_NE(diagnosis_report_html(run, "made up").find("named, and something remains"), std::string::npos);
 }
 
 TEST(Verdict, says_of_a_name_after_which_25_mN_remain_of_6_9_N_nothing_more) {
