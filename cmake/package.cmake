@@ -12,7 +12,7 @@ set(ROTORLOOP_LIBRARIES_control rl_control rl_control_file rl_estimate rl_effect
 set(ROTORLOOP_LIBRARIES_log rl_flight_log rl_identify_checks)
 set(ROTORLOOP_LIBRARIES_estimate rl_identify rl_identify_ceres rl_identify_prediction)
 set(ROTORLOOP_LIBRARIES_identify rl_identify_run rl_identify_report)
-set(ROTORLOOP_LIBRARIES_diagnose rl_diagnose rl_diagnose_manoeuvre rl_diagnose_report)
+set(ROTORLOOP_LIBRARIES_diagnose rl_diagnose rl_diagnose_report)
 set(ROTORLOOP_LIBRARIES_sim rl_hil_loop)
 # The headers that a component is used through; those that they include come along. docs/library.md lists what each is for.
 set(ROTORLOOP_FACES

@@ -27,7 +27,8 @@ TEST(Screening, EveryTermOfTheLibraryIsACandidateOnceButWhatIsLeftOutAndWhatTheF
   EXPECT_EQ(candidate("rotor_tilt"), nullptr);
   EXPECT_EQ(candidate("pose_delay"), nullptr) << "free in every fit";
   for (const host::Term& t : host::all_terms())
-    EXPECT_EQ(candidate(std::string(t.info.id)) != nullptr, t.info.id != "rotor_tilt") << t.info.id;
+    EXPECT_EQ(candidate(std::string(t.info.id)) != nullptr, t.info.id != "rotor_tilt" && t.info.id != "ceiling_effect")
+        << t.info.id << ": rotor_tilt was left out, and no ceiling is known of";
   std::vector<Eigen::Index> columns;
   for (const Candidate& c : screened().candidates) columns.insert(columns.end(), c.columns.begin(), c.columns.end());
   for (std::size_t i = 0; i < columns.size(); ++i) EXPECT_EQ(columns[i], screened().table.base + static_cast<Eigen::Index>(i));
