@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <sstream>
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 
 namespace rotorloop {
 
@@ -17,6 +19,7 @@ struct TomlFile::Impl {
   std::filesystem::path path;
   toml::table root;
   std::set<const toml::node*> asked;  // nodes that some accessor has read
+  std::map<const void*, std::vector<std::string>> known;  // of each table: the keys that its reader knows, there or not
 };
 
 namespace {
@@ -94,14 +97,32 @@ int TomlFile::format(std::initializer_list<int> known) const {
               "the file was written for another version of rotorloop", "use a matching rotorloop, or convert the file");
 }
 
+namespace {
+
+// `key` of `table` is none that the reader knows; `near`: the one that was meant, if any.
+[[noreturn]] void refuse_key(const std::filesystem::path& path, const toml::node& node, const std::string& name, const std::string& near) {
+  throw Error({position(path, node.source()), fmt::format("unknown key \"{}\"", name),
+               near.empty() ? "a misspelt name, or a key of another file type" : fmt::format("\"{}\" was meant", near),
+               near.empty() ? "remove it or correct the name (docs/files.md lists all keys)"
+                            : fmt::format("write {}, or remove it (docs/files.md lists all keys)", near)});
+}
+
+}  // namespace
+
 void TomlFile::refuse_unknown_keys() const {
   const toml::node* first = nullptr;
-  std::string first_name;
+  const toml::table* holder = nullptr;
+  std::string first_name, first_key;
   auto visit = [&](auto&& self, const toml::table& table, const std::string& prefix) -> void {
     for (const auto& [key, node] : table) {
       const std::string name = prefix + std::string(key.str());
       if (!impl_->asked.contains(&node)) {
-        if (!first || key.source().begin.line < first->source().begin.line) { first = &node; first_name = name; }
+        if (!first || key.source().begin.line < first->source().begin.line) {
+          first = &node;
+          holder = &table;
+          first_name = name;
+          first_key = key.str();
+        }
       } else if (const auto* sub = node.as_table()) {
         self(self, *sub, name + ".");
       } else if (const auto* array = node.as_array()) {
@@ -112,9 +133,7 @@ void TomlFile::refuse_unknown_keys() const {
     }
   };
   visit(visit, impl_->root, "");
-  if (!first) return;
-  throw Error({position(impl_->path, first->source()), fmt::format("unknown key \"{}\"", first_name),
-               "a misspelt name, or a key of another file type", "remove it or correct the name (docs/files.md lists all keys)"});
+  if (first) refuse_key(impl_->path, *first, first_name, nearest(first_key, impl_->known[holder]));
 }
 
 namespace {
@@ -135,14 +154,25 @@ void TomlTable::fail(std::string_view key, std::string what, std::string likely,
 }
 
 namespace {
-// The node of `key`, marked as asked for; throws when it is missing.
-const toml::node& need(const TomlTable& t, const void* node, const std::string& name, std::set<const toml::node*>& asked,
-                       std::string_view key, std::string_view expected) {
+// `key` is not in the table: throws where it stands there under a misspelt name.
+template <class File>
+void refuse_slip_of(const void* node, const std::string& name, const File& file, std::string_view key) {
+  for (const auto& [other, value] : as_table(node))
+    if (!file.asked.contains(&value) && slip_of_key(other.str(), key)) refuse_key(file.path, value, dotted(name, other.str()), std::string(key));
+}
+
+// The node of `key`, marked as asked for. Throws when it is missing; where it is there under a misspelt name, about that name.
+template <class File>
+const toml::node& need(const TomlTable& t, const void* node, const std::string& name, File& file, std::string_view key,
+                       std::string_view expected) {
+  file.known[node].emplace_back(key);
   const toml::node* n = find(node, key);
-  if (!n)
+  if (!n) {
+    refuse_slip_of(node, name, file, key);
     throw Error({t.where(), fmt::format("key \"{}\" is missing", dotted(name, key)), "",
                  fmt::format("add {} = {}", key, expected)});
-  asked.insert(n);
+  }
+  file.asked.insert(n);
   return *n;
 }
 
@@ -164,7 +194,7 @@ double checked(const TomlTable& t, const toml::node& n, const std::string& name,
 }  // namespace
 
 double TomlTable::number(std::string_view key, Range range) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, fmt::format("a number, {}", range_text(range)));
+  const auto& n = need(*this, node_, name_, *file_, key, fmt::format("a number, {}", range_text(range)));
   return checked(*this, n, name_, key, range);
 }
 double TomlTable::number(std::string_view key, Range range, double fallback) const {
@@ -172,7 +202,7 @@ double TomlTable::number(std::string_view key, Range range, double fallback) con
 }
 
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int64_t max) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, fmt::format("an integer, {} to {}", min, max));
+  const auto& n = need(*this, node_, name_, *file_, key, fmt::format("an integer, {} to {}", min, max));
   if (!n.is_integer()) wrong_type(*this, n, name_, key, "an integer");
   const auto v = *n.value<std::int64_t>();
   if (v < min || v > max)
@@ -184,14 +214,14 @@ std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int
 }
 
 bool TomlTable::boolean(std::string_view key) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, "true or false");
+  const auto& n = need(*this, node_, name_, *file_, key, "true or false");
   if (!n.is_boolean()) wrong_type(*this, n, name_, key, "true or false");
   return *n.value<bool>();
 }
 bool TomlTable::boolean(std::string_view key, bool fallback) const { return has(key) ? boolean(key) : fallback; }
 
 std::string TomlTable::text(std::string_view key) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, "a text in quotes");
+  const auto& n = need(*this, node_, name_, *file_, key, "a text in quotes");
   if (!n.is_string()) wrong_type(*this, n, name_, key, "a text in quotes");
   return *n.value<std::string>();
 }
@@ -200,7 +230,8 @@ std::string TomlTable::text(std::string_view key, std::string_view fallback) con
 std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words) const {
   const std::string v = text(key);
   if (std::find(words.begin(), words.end(), v) == words.end())
-    fail(key, fmt::format("{} = \"{}\" is not known", dotted(name_, key), v), "", fmt::format("use one of: {}", fmt::join(words, ", ")));
+    fail(key, fmt::format("{} = \"{}\" is not known", dotted(name_, key), v), "",
+         fmt::format("{}use one of: {}", did_you_mean(v, {words.begin(), words.end()}), fmt::join(words, ", ")));
   return v;
 }
 std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words, std::string_view fallback) const {
@@ -219,7 +250,7 @@ std::filesystem::path TomlTable::file(std::string_view key) const {
 
 std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, Range range) const {
   const std::string expected = count ? fmt::format("an array of {} numbers in {}", count, range.unit) : fmt::format("an array of numbers in {}", range.unit);
-  const auto& n = need(*this, node_, name_, file_->asked, key, expected);
+  const auto& n = need(*this, node_, name_, *file_, key, expected);
   const auto* array = n.as_array();
   if (!array) wrong_type(*this, n, name_, key, expected);
   if ((count && array->size() != count) || array->empty())
@@ -231,7 +262,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
 }
 
 std::vector<std::string> TomlTable::texts(std::string_view key) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, "an array of texts");
+  const auto& n = need(*this, node_, name_, *file_, key, "an array of texts");
   const auto* array = n.as_array();
   if (!array) wrong_type(*this, n, name_, key, "an array of texts");
   std::vector<std::string> out;
@@ -243,7 +274,7 @@ std::vector<std::string> TomlTable::texts(std::string_view key) const {
 }
 
 std::vector<std::int64_t> TomlTable::integers(std::string_view key, std::int64_t min, std::int64_t max) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, "an array of integers");
+  const auto& n = need(*this, node_, name_, *file_, key, "an array of integers");
   const auto* array = n.as_array();
   if (!array) wrong_type(*this, n, name_, key, "an array of integers");
   std::vector<std::int64_t> out;
@@ -256,14 +287,17 @@ std::vector<std::int64_t> TomlTable::integers(std::string_view key, std::int64_t
   return out;
 }
 
-bool TomlTable::has(std::string_view key) const { return find(node_, key) != nullptr; }
+bool TomlTable::has(std::string_view key) const {
+  file_->known[node_].emplace_back(key);
+  return find(node_, key) != nullptr;
+}
 bool TomlTable::is_array(std::string_view key) const {
   const auto* n = find(node_, key);
   return n && n->is_array();
 }
 
 TomlTable TomlTable::table(std::string_view key) const {
-  const auto& n = need(*this, node_, name_, file_->asked, key, "{ … }");
+  const auto& n = need(*this, node_, name_, *file_, key, "{ … }");
   if (!n.is_table()) wrong_type(*this, n, name_, key, "a table");
   return TomlTable(n.as_table(), dotted(name_, key), file_);
 }
@@ -279,9 +313,13 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t min_c
                           min_count == max_count ? std::to_string(min_count) : fmt::format("{} to {}", min_count, max_count)),
          "", fmt::format("write one [[{}]] block for each", dotted(name_, key)));
   };
+  file_->known[node_].emplace_back(key);
   const auto* n = find(node_, key);
   if (!n) {
-    if (min_count > 0) count_error(0);
+    if (min_count > 0) {
+      refuse_slip_of(node_, name_, *file_, key);
+      count_error(0);
+    }
     return out;
   }
   file_->asked.insert(n);

@@ -48,6 +48,24 @@ TEST(TomlFile, AKeyThatNobodyReadIsAnErrorInFileOrder) {
   (void)f.root().table("body").number("mass_kg", {0, 10, "kg"});
   EXPECT_THAT(message([&] { f.refuse_unknown_keys(); }), HasSubstr("quad.toml:3: error: unknown key \"body.mas_kg\""));
 }
+TEST(TomlFile, AMisspeltKeyIsNamedWithItsLineAndTheOneMeantBeforeThatIsCalledMissing) {
+  const auto f = parse("format = 1\n[body]\nx = 1\nmass_g = 800\n[[flights]]\n");
+  (void)f.root().integer("format", 1, 1);
+  EXPECT_THAT(message([&] { f.root().table("body").number("mass_kg", {0, 10, "kg"}); }),
+              AllOf(HasSubstr("quad.toml:4: error: unknown key \"body.mass_g\""), HasSubstr("likely: \"mass_kg\" was meant"), HasSubstr("do:     write mass_kg")));
+  EXPECT_THAT(message([&] { f.root().tables("flight", 1, 9); }), HasSubstr("quad.toml:5: error: unknown key \"flights\""));
+}
+TEST(TomlFile, AKeyThatMayStandForItselfIsNotTakenForAMissingOne) {
+  const auto f = parse("k2 = 1\nattitude_kd = 2\n");
+  EXPECT_THAT(message([&] { f.root().number("k1", {0, 10, "1"}); }), HasSubstr("key \"k1\" is missing"));
+  EXPECT_THAT(message([&] { f.root().number("attitude_kp", {0, 10, "1"}); }), HasSubstr("key \"attitude_kp\" is missing"));
+}
+TEST(TomlFile, AnUnknownKeyIsComparedWithThoseThatTheReaderKnowsThereOrNot) {
+  const auto f = parse("seeds = 1\nvarients = 2\n");
+  (void)f.root().integer("seeds", 1, 9);
+  (void)f.root().has("variants");
+  EXPECT_THAT(message([&] { f.refuse_unknown_keys(); }), AllOf(HasSubstr("quad.toml:2: error: unknown key \"varients\""), HasSubstr("\"variants\" was meant")));
+}
 TEST(TomlFile, SyntaxErrorsCarryTheLine) {
   EXPECT_THAT(message([] { parse("a = 1\nb = = 2\n"); }), HasSubstr("quad.toml:2: error: not valid TOML"));
 }
@@ -63,6 +81,8 @@ TEST(TomlFile, TablesAreCounted) {
 TEST(TomlFile, ChoicesListTheWords) {
   const auto f = parse("pace = \"fast\"\n");
   EXPECT_THAT(message([&] { f.root().choice("pace", {"lockstep", "realtime"}); }), HasSubstr("use one of: lockstep, realtime"));
+  const auto slip = parse("pace = \"locksetp\"\n");
+  EXPECT_THAT(message([&] { slip.root().choice("pace", {"lockstep", "realtime"}); }), HasSubstr("did you mean \"lockstep\"? use one of:"));
 }
 TEST(TomlFile, MissingFileIsNamed) {
   EXPECT_THAT(message([] { TomlFile::read("no/such.toml"); }), HasSubstr("no/such.toml: error: no such file"));
