@@ -17,7 +17,7 @@
 namespace rotorloop::cli {
 namespace {
 
-struct Options {
+struct CalibrateArguments {
   std::filesystem::path plant, vehicle, out, table;
   std::vector<std::filesystem::path> trajectories, flown;
   std::string variant;
@@ -41,7 +41,7 @@ void coefficient_rows(const Fit& fit) {
 std::string written_by() { return std::string("rotorloop calibrate ") + kVersion; }
 
 // Points made for the coefficients, and the states of planned flights: what a builder with a wind tunnel would do.
-host::VehicleFile from_programme(const Options& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+host::VehicleFile from_programme(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
   std::vector<calibrate::FlightState> planned;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   for (const auto& path : o.trajectories) {
@@ -49,7 +49,7 @@ host::VehicleFile from_programme(const Options& o, const calibrate::Tunnel& tunn
     planned.insert(planned.end(), states.begin(), states.end());
     inputs.push_back("sha256:" + sha256_file(path));
   }
-  const auto points = calibrate::run_programme(tunnel, planned, base.mass_kg.value * host::kGravity_m_s2);
+  const auto points = calibrate::run_programme(tunnel, planned, base.mass_kg.value * kGravity_m_s2);
   if (!o.table.empty()) calibrate::write_load_points(o.table, points);
   const calibrate::LoadFit fit = calibrate::fit_loads(points, host::to_model(base));
   fmt::print("{} load points: {} powered, {} of these axial\n", points.size(), fit.powered_points, fit.axial_points);
@@ -60,7 +60,7 @@ host::VehicleFile from_programme(const Options& o, const calibrate::Tunnel& tunn
 }
 
 // The states that simulated flights really met: the least misfit that eq. (1)-(5) can have there. A yardstick; no real vehicle has it.
-host::VehicleFile from_flown(const Options& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+host::VehicleFile from_flown(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
   std::vector<calibrate::LoadPoint> points;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   std::size_t logs = 0;
@@ -81,7 +81,7 @@ host::VehicleFile from_flown(const Options& o, const calibrate::Tunnel& tunnel, 
   return calibrate::calibrated(base, fit, written_by(), inputs);
 }
 
-int calibrate(const Options& o) {
+int calibrate(const CalibrateArguments& o) {
   if (o.trajectories.empty() == o.flown.empty())
     throw Error({"rotorloop calibrate", o.flown.empty() ? "no states to measure" : "--trajectory and --flown are given together", "",
                  "give either --trajectory (planned flights) or --flown (run folders of simulated flights)"});
@@ -99,7 +99,7 @@ int calibrate(const Options& o) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CalibrateArguments>();
   CLI::App* c = app.add_subcommand("calibrate", "fit the paper's load model to a plant in the virtual wind tunnel; writes a vehicle file");
   c->add_option("--plant", o->plant, "plant file: what stands in the tunnel")->required();
   c->add_option("--vehicle", o->vehicle, "vehicle file with mass and geometry; its thrust, torque and drag are replaced")->required();

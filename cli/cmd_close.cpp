@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct CloseArguments {
   fs::path plan, vehicle, analyst, out = "runs";
   std::string name, learn_seeds, held_out_seeds, judged_seeds;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -36,7 +36,7 @@ struct Options {
 std::atomic<bool> g_stop{false};
 void on_interrupt(int) { g_stop.store(true, std::memory_order_relaxed); }
 
-std::string command_line(const Options& o) {
+std::string command_line(const CloseArguments& o) {
   std::string out = "rotorloop close " + o.plan.generic_string();
   const auto add = [&](const char* option, const std::string& value) {
     if (!value.empty()) out += fmt::format(" {} {}", option, value);
@@ -49,7 +49,7 @@ std::string command_line(const Options& o) {
   return out;
 }
 
-closed_loop::LoopPlan planned(const Options& o) {
+closed_loop::LoopPlan planned(const CloseArguments& o) {
   closed_loop::LoopPlan p = closed_loop::read_loop_plan(o.plan);
   if (!o.vehicle.empty()) {
     if (!fs::is_regular_file(o.vehicle))
@@ -70,19 +70,19 @@ closed_loop::LoopPlan planned(const Options& o) {
   return p;
 }
 
-int close(const Options& o) {
+int close(const CloseArguments& o) {
   closed_loop::LoopOptions options;
   options.runs_dir = o.out;
   options.name = o.name;
   options.force = o.force;
   options.program = closed_loop::own_program();
-  if (!o.analyst.empty()) options.analyst = fs::canonical(o.analyst);
+  if (!o.analyst.empty()) options.diagnosis_program = fs::canonical(o.analyst);
   options.jobs = o.jobs;
   options.require_isolation = o.require_isolation;
   options.command_line = command_line(o);
   options.version = std::string("rotorloop ") + kVersion + " " + kGit;
   options.stop = &g_stop;
-  if (!o.quiet) options.tell = [](const std::string& stage, const std::string& text) { fmt::print(stderr, "{}: {}\n", stage, text); };
+  if (!o.quiet) options.message = [](const std::string& stage, const std::string& text) { fmt::print(stderr, "{}: {}\n", stage, text); };
   g_stop = false;
   struct sigaction action {};
   action.sa_handler = on_interrupt;
@@ -98,7 +98,7 @@ int close(const Options& o) {
 
 int truth(const fs::path& given, bool json) {
   const fs::path run = fs::absolute(given);
-  const closed_loop::TruthComparison c = closed_loop::tell_truth(run);
+  const closed_loop::TruthComparison c = closed_loop::compare_with_truth(run);
   const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
   hil::write_text_file(closed_loop::LoopLayout{run}.result(), closed_loop::loop_result_json(result));
   hil::write_text_file(closed_loop::LoopLayout{run}.report(), closed_loop::loop_report_html(result));
@@ -138,7 +138,7 @@ void add_probe(CLI::App& close, int& exit_code) {
 void add_close(CLI::App& app, int& exit_code) {
   auto* c = app.add_subcommand("close",
                                "close the loop: fly, identify, diagnose, fly again; the diagnosis is sandboxed and never sees the plant");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CloseArguments>();
   c->add_option("PLAN", o->plan, "loop file: vehicle, plant, what the plant has besides, flights (docs/files.md)");
   c->add_option("--vehicle", o->vehicle, "vehicle file to start from, instead of the plan's");
   c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights to learn from, such as 201 or 201,202");

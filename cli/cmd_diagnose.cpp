@@ -23,6 +23,7 @@
 #include "cli/fit_options.hpp"
 #include "cli/flight_inputs.hpp"
 #include "cli/progress_line.hpp"
+#include "cli/renamed_option.hpp"
 #include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
 
@@ -31,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct DiagnoseArguments {
   FlightPaths paths;
   fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
@@ -44,7 +45,7 @@ struct Options {
   bool json = false, no_checks = false, forget = false;
 };
 
-diagnose::DiagnoseOptions diagnose_options(const Options& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
+diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
   diagnose::DiagnoseOptions d;
   identify::IdentifyOptions& i = d.identify;
   o.fit.apply(i);
@@ -76,7 +77,7 @@ diagnose::DiagnoseOptions diagnose_options(const Options& o, const host::Vehicle
 }
 
 // Flights that the checks refuse are a verdict, not an error: the fault is what was to be found.
-int faulty(const Options& o, const Error& error, const hil::RunClock& clock) {
+int faulty(const DiagnoseArguments& o, const Error& error, const hil::RunClock& clock) {
   diagnose::DiagnosisRun run;
   run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
   const ErrorText& text = error.text();
@@ -104,7 +105,7 @@ Names idle(const Names& given, const Names& acting) {
 }
 
 // `given`: the options that were typed, by their long names.
-int diagnose(const Options& o, const Names& given) {
+int diagnose(const DiagnoseArguments& o, const Names& given) {
   if (!o.stand.empty()) {
     diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed, idle(given, kStandOptions)});
     return 0;
@@ -169,7 +170,7 @@ int diagnose(const Options& o, const Names& given) {
 }  // namespace
 
 void add_diagnose(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<DiagnoseArguments>();
   CLI::App* c =
       app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
   c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
@@ -195,7 +196,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 300))
       ->capture_default_str();
   c->add_option("--seed", o->seed, "of the placebos")->capture_default_str();
-  c->add_flag("--forget", o->forget, "estimate everything anew: what the vehicle file knows is start value only");
+  c->add_flag("--no-priors", o->forget, "no priors from the vehicle file: what it knows is start value only");
+  add_old_flag(*c, "--forget", "--no-priors", &o->forget);
   c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");

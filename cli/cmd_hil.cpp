@@ -15,7 +15,7 @@
 namespace rotorloop::cli {
 namespace {
 
-struct Options {
+struct HilArguments {
   std::vector<std::string> scenarios;
   std::string out = "runs", name, seeds, variants, flights, vehicle;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -63,7 +63,7 @@ void choose_flights(hil::Scenario& s, const std::string& list) {
   s.flights = std::move(chosen);
 }
 
-hil::Scenario narrowed(const std::string& path, const Options& o) {
+hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
   auto s = hil::read_scenario(path);
   if (!o.seeds.empty()) s.seeds = hil::parse_seeds(o.seeds);
   if (!o.variants.empty()) s.variants = hil::parse_variants(o.variants);
@@ -77,7 +77,7 @@ hil::Scenario narrowed(const std::string& path, const Options& o) {
   return s;
 }
 
-std::string plan_text(const hil::Scenario& s, const Options& o) {
+std::string plan_text(const hil::Scenario& s, const HilArguments& o) {
   std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
                                 s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
   for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
@@ -104,7 +104,7 @@ void print_result(const hil::Scenario& s, const hil::HilResult& r) {
              (r.folder / "report.html").generic_string());
 }
 
-int hil(const Options& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
+int hil(const HilArguments& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
   if (o.scenarios.empty())
     throw Error({"rotorloop hil", "no scenario given", "",
                  "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
@@ -160,7 +160,7 @@ std::string typed(const std::vector<std::string>& words) {
   return out;
 }
 
-std::vector<std::string> words_of(const Options& o) {
+std::vector<std::string> words_of(const HilArguments& o) {
   std::vector<std::string> w = o.scenarios;
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) w.insert(w.end(), {name, value});
@@ -177,7 +177,7 @@ std::vector<std::string> words_of(const Options& o) {
 
 void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   auto* c = app.add_subcommand("hil", "fly scenarios in the simulated loop and judge them");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<HilArguments>();
   c->add_option("SCENARIO", o->scenarios, "scenario files (docs/files.md)");
   c->add_option("--out", o->out, "folder that run folders are made in")->capture_default_str();
   c->add_option("--name", o->name, "name of the run folder; default: made from the scenario's name");

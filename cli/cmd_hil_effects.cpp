@@ -15,7 +15,7 @@
 namespace rotorloop::cli {
 namespace {
 
-struct Options {
+struct HilEffectsArguments {
   std::string scenario = "scenarios/effects.toml", seeds, out;
   std::vector<std::string> effects;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -23,9 +23,9 @@ struct Options {
 };
 
 // For the page: without what changes neither table.
-std::string command_line(const Options& o) {
+std::string command_line(const HilEffectsArguments& o) {
   std::string out = "rotorloop hil effects";
-  if (o.scenario != Options{}.scenario) out += " --scenario " + o.scenario;
+  if (o.scenario != HilEffectsArguments{}.scenario) out += " --scenario " + o.scenario;
   for (const auto& e : o.effects) out += " --effect " + e;
   if (!o.seeds.empty()) out += " --seeds " + o.seeds;
   if (o.probes_only) out += " --probes-only";
@@ -33,7 +33,7 @@ std::string command_line(const Options& o) {
   return out;
 }
 
-int effects(const Options& o) {
+int effects(const HilEffectsArguments& o) {
   const auto chosen = hil::chosen_effects(o.effects);
   hil::EffectStudy study;
   study.scenario = hil::read_scenario(o.scenario);
@@ -60,7 +60,7 @@ int effects(const Options& o) {
 
 void add_hil_effects(CLI::App& hil, int& exit_code) {
   auto* c = hil.add_subcommand("effects", "each physical effect of the plant on and off: sizes against references, and in flight");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<HilEffectsArguments>();
   c->add_option("--effect", o->effects, "only this effect, by id (repeatable); default: all");
   c->add_option("--scenario", o->scenario, "flights, and which effect each of them shows")->capture_default_str();
   c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");

@@ -14,7 +14,6 @@
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/identify/beside.hpp"
-#include "bench/identify/report/diagnostics_text.hpp"
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
@@ -29,6 +28,7 @@
 #include "cli/fit_options.hpp"
 #include "cli/flight_inputs.hpp"
 #include "cli/identify_progress.hpp"
+#include "cli/renamed_option.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -36,7 +36,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct IdentifyArguments {
   FlightPaths paths;
   fs::path vehicle, out, report;
   std::vector<fs::path> trail, beside;
@@ -49,7 +49,7 @@ struct Options {
   bool json = false, no_checks = false, names = false;
 };
 
-identify::IdentifyOptions identify_options(const Options& o) {
+identify::IdentifyOptions identify_options(const IdentifyArguments& o) {
   identify::IdentifyOptions i;
   o.fit.apply(i);
   i.terms = term_list(o.terms);
@@ -72,7 +72,7 @@ std::vector<identify::VehicleBeside> read_beside(const std::vector<fs::path>& pa
   return out;
 }
 
-identify::IdentifyConditions conditions(const Options& o) {
+identify::IdentifyConditions conditions(const IdentifyArguments& o) {
   return {o.vehicle.filename().generic_string(),
           o.noise,
           o.solver,
@@ -89,10 +89,9 @@ identify::IdentifyConditions conditions(const Options& o) {
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const Options& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis,
+void publish(const IdentifyArguments& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis,
              const identify::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
              const hil::RunClock& clock) {
-  const std::optional<identify::HeldOutScores>& held_out = analysis.held_out;
   std::vector<identify::InputHash> inputs = read.inputs;
   for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
   const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
@@ -100,24 +99,7 @@ void publish(const Options& o, const identify::Identification& result, const ide
   if (o.json) {
     fmt::print("{}", json);
   } else {
-    if (!result.comparison.empty()) fmt::print("{}\n", identify::stages_table(result));
-    fmt::print("{}{}\n{}", identify::estimates_table(result, base), identify::sensor_rotation_text(result),
-               identify::derived_table(analysis.derived));
-    for (const std::string& table :
-         {identify::beside_table(result, comparison, analysis.derived), identify::static_thrust_table(comparison, analysis.derived)})
-      fmt::print("{}{}", table.empty() ? "" : "\n", table);
-    fmt::print("\n{}", identify::noise_table(result));
-    if (const std::string note = identify::blocks_note(result.fit); !note.empty()) fmt::print("{}\n", note);
-    fmt::print("\n{}{}{}", identify::whiteness_table(analysis.whiteness), identify::homogeneity_table(result, analysis),
-               identify::observability_table(analysis.observability));
-    if (held_out) fmt::print("\n{}", identify::held_out_table(*held_out));
-    fmt::print("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", result.flights.size(), result.fit.iterations,
-               result.fit.noise_rounds,
-               !result.fit.converged      ? " (NOT CONVERGED)"
-               : result.fit.noise_settled ? ""
-                                          : " (noise not settled)",
-               2.0 * result.fit.cost / result.fit.degrees_of_freedom);
-    if (analysis.solver_check) fmt::print("{}", identify::solver_check_text(*analysis.solver_check));
+    fmt::print("{}", identify::identify_text({result, analysis, comparison, read.checked, provenance, base.name}));
   }
   if (o.report.empty()) return;
   fs::create_directories(o.report);
@@ -135,13 +117,13 @@ void publish(const Options& o, const identify::Identification& result, const ide
                                  provenance,
                                  base.name,
                                  trail,
-                                 identify::trail_references(comparison, analysis.derived, result.problem.start.terms),
-                                 held_out ? identify::held_out_html(*held_out) : std::string()};
+                                 identify::trail_references(comparison, analysis.derived, result.problem.start.terms)};
   hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }
 
 // A fit without an end: what the flights disagree about says why, when they do.
-[[noreturn]] void throw_not_converged(const Options& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis) {
+[[noreturn]] void throw_not_converged(const IdentifyArguments& o, const identify::Identification& result,
+                                      const identify::IdentifyAnalysis& analysis) {
   std::string moved;
   for (const identify::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
     if (p.moved) moved += (moved.empty() ? "" : ", ") + estimate::parameter_info(p.parameter, result.problem.start.terms).symbol;
@@ -161,7 +143,7 @@ void publish(const Options& o, const identify::Identification& result, const ide
               ExitCode::data_quality);
 }
 
-[[noreturn]] void throw_solvers_differ(const Options& o, const identify::SolverCheck& check) {
+[[noreturn]] void throw_solvers_differ(const IdentifyArguments& o, const identify::SolverCheck& check) {
   throw Error(
       {"identify --solver ceres", identify::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
        "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
@@ -169,7 +151,7 @@ void publish(const Options& o, const identify::Identification& result, const ide
       ExitCode::data_quality);
 }
 
-int identify(const Options& o) {
+int identify(const IdentifyArguments& o) {
   const hil::RunClock clock;
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const std::vector<identify::VehicleBeside> beside = read_beside(o.beside);
@@ -217,7 +199,7 @@ int identify(const Options& o) {
 }  // namespace
 
 void add_identify(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<IdentifyArguments>();
   CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
   c->add_option("--vehicle", o->vehicle, "vehicle file: mass and geometry that are known, and start values; needed but for --names");
   c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
@@ -230,8 +212,9 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
-  c->add_option("--beside", o->beside,
+  c->add_option("--compare", o->beside,
                 "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
+  add_old_option(*c, "--beside", "--compare", &o->beside);
   add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
   c->add_option("--noise", o->noise,

@@ -20,25 +20,25 @@
 namespace rotorloop::cli {
 namespace {
 
-struct Options {
+struct LogArguments {
   std::filesystem::path log, mapping, out;
   bool json = false;
 };
 
-log::FlightRecord read(const Options& o, std::vector<log::LogFinding>& notes) {
+log::FlightRecord read(const LogArguments& o, std::vector<log::LogFinding>& notes) {
   std::optional<log::LogMapping> mapping;
   if (!o.mapping.empty()) mapping = log::read_log_mapping(o.mapping);
   return log::read_flight(o.log, mapping ? &*mapping : nullptr, &notes);
 }
 
-int info(const Options& o) {
+int info(const LogArguments& o) {
   std::vector<log::LogFinding> notes;
   const auto flight = read(o, notes);
   fmt::print("{}", o.json ? log::summary_json(flight, notes) : log::summary_text(flight, notes));
   return 0;
 }
 
-int convert(const Options& o) {
+int convert(const LogArguments& o) {
   const auto extension = o.out.extension();
   if (extension != ".ulg" && extension != ".csv")
     throw Error({o.out.generic_string(), "has an ending that names no format to write", "",
@@ -52,7 +52,7 @@ int convert(const Options& o) {
   return 0;
 }
 
-void add_input(CLI::App& c, Options& o) {
+void add_input(CLI::App& c, LogArguments& o) {
   c.add_option("log", o.log, "flight log: CSV, ULog, or a folder of a run that holds flight.csv")->required();
   c.add_option("-m,--mapping", o.mapping, "mapping file: what the columns of a log of another tool mean");
 }
@@ -63,7 +63,7 @@ void add_log(CLI::App& app, int& exit_code) {
   CLI::App* group = app.add_subcommand("log", "flight logs of this and other tools: what they hold, and conversion");
   group->require_subcommand(1);
   {
-    auto o = std::make_shared<Options>();
+    auto o = std::make_shared<LogArguments>();
     CLI::App* c = group->add_subcommand("info", "streams, rates, spans and first values");
     add_input(*c, *o);
     c->add_flag("--json", o->json, "one JSON document instead of a table");
@@ -74,7 +74,7 @@ void add_log(CLI::App& app, int& exit_code) {
         "Without a mapping, the error for a log of another tool lists its columns or topics.");
     c->callback([o, &exit_code] { exit_code = info(*o); });
   }
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<LogArguments>();
   CLI::App* c = group->add_subcommand("convert", "write a flight as ULog or as a flight log of rotorloop");
   add_input(*c, *o);
   c->add_option("-o,--out", o->out, "file to write, ending in .ulg or .csv")->required();

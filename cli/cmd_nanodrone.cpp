@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<const char*, score::kPredictedQuantities> kQuantity{"position", "velocity", "attitude", "rates"};
 
-struct Options {
+struct NanodroneArguments {
   std::filesystem::path flights, vehicle = "vehicles/measured/idsia_nanodrone_cf21bl.toml",
                                  mapping = "vehicles/measured/idsia_nanodrone_cf21bl.mapping.toml";
   bool likelihood = false, json = false;
@@ -98,7 +98,7 @@ nlohmann::json as_json(const studies::NanodroneResult& r) {
   return j;
 }
 
-int run(const Options& o) {
+int run(const NanodroneArguments& o) {
   studies::NanodroneInputs in;
   in.flights = o.flights.empty() ? measured_data_folder() / "flights" / "idsia_nanodrone_cf21bl" : o.flights;
   in.mapping = o.mapping;
@@ -118,7 +118,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_nanodrone(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<NanodroneArguments>();
   CLI::App* c = app.add_subcommand("nanodrone", "IDSIA nano-drone benchmark: fit on its training flights, score on its test flight");
   c->add_option("--flights", o->flights, "folder of the logs; default: flights/idsia_nanodrone_cf21bl below ROTORLOOP_DATA");
   c->add_option("--vehicle", o->vehicle, "vehicle file: mass, arms, inertia, start values")->capture_default_str();

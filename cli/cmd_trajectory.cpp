@@ -28,12 +28,12 @@ const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p
                                                                  {"diagnose_horizontal", host::diagnose_horizontal},
                                                                  {"diagnose_rotation", host::diagnose_rotation}};
 
-struct Options {
+struct TrajectoryArguments {
   std::string name;
   std::filesystem::path out;
 };
 
-int write(const Options& o) {
+int write(const TrajectoryArguments& o) {
   const host::TrajectoryFile file = kFlights.at(o.name)();
   const host::Peaks p = host::peaks(file.trajectory);
   const std::string text = host::trajectory_text(file);
@@ -50,7 +50,7 @@ int write(const Options& o) {
 }  // namespace
 
 void add_trajectory(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TrajectoryArguments>();
   CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
   c->add_option("name", o->name,
                 "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "

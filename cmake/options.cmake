@@ -6,6 +6,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 option(ROTORLOOP_SANITIZE "AddressSanitizer and UndefinedBehaviourSanitizer" OFF)
 option(ROTORLOOP_FIRMWARE "cross build of protocols, firmware and the controller" OFF)
+option(ROTORLOOP_UNITY "compile the files of a library together: half the CPU time of a whole build, more after an edit" OFF)
 
 add_library(rl_options INTERFACE)
 target_include_directories(rl_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
@@ -19,13 +20,25 @@ if(ROTORLOOP_SANITIZE)
   target_link_options(rl_options INTERFACE -fsanitize=address,undefined)
 endif()
 
-# rl_library(NAME SOURCES… DEPENDS… [NO_PCH]): a static library of one room; header-only when it has no sources.
-# NO_PCH: it includes next to nothing (cmake/precompile.cmake).
+# rl_unity(TARGET BATCH): compiles its files together, at most BATCH at a time (0: all), so that the templates they share are
+# instantiated once. Sources with options or definitions of their own stay alone. Names in anonymous namespaces must differ within a target.
+function(rl_unity target batch)
+  if(ROTORLOOP_UNITY AND NOT ROTORLOOP_FIRMWARE)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
+  endif()
+endfunction()
+
+# rl_library(NAME SOURCES… DEPENDS… [NO_PCH] [UNITY_BATCH N]): a static library of one room; header-only when it has no sources.
+# NO_PCH: it includes next to nothing (cmake/precompile.cmake). UNITY_BATCH: files compiled together, all of them unless said.
 function(rl_library name)
-  cmake_parse_arguments(ARG "NO_PCH" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "NO_PCH" "UNITY_BATCH" "SOURCES;DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC rl_options ${ARG_DEPENDS})
+    if(NOT DEFINED ARG_UNITY_BATCH)
+      set(ARG_UNITY_BATCH 0)
+    endif()
+    rl_unity(${name} ${ARG_UNITY_BATCH})
     if(NOT ARG_NO_PCH AND NOT ROTORLOOP_FIRMWARE)
       rl_precompiled(${name} rl_pch)
     endif()

@@ -34,5 +34,4 @@ endfunction()
 
 rl_precompile(rl_pch HEADERS ${ROTORLOOP_PCH})
 rl_precompile(rl_pch_inner_loop HEADERS ${ROTORLOOP_PCH} OPTIONS ${ROTORLOOP_INNER_LOOP_OPTIONS})
-rl_precompile(rl_pch_command DEPENDS CLI11::CLI11 HEADERS ${ROTORLOOP_PCH} <CLI/CLI.hpp>)
 rl_precompile(rl_pch_test DEPENDS GTest::gtest GTest::gmock HEADERS ${ROTORLOOP_PCH} <gtest/gtest.h> <gmock/gmock.h>)

@@ -30,7 +30,7 @@ def google_benchmark(program, name, counter=None, repetitions=5):
 
 
 def compare(old):
-    """The loop and the rotor solve of another revision and of this one, in turn; the best of each."""
+    """The loop and the BEM rotor model of another revision and of this one, in turn; the best of each."""
     turns, best = 3, {}
     for _ in range(turns):
         for name, folder in (("then", old), ("now", ".")):

@@ -20,7 +20,7 @@ IDENTIFICATION_SEED = 100
 VARIANTS = ["pd_ff", "pd_ff_drag", "pd_ff_thrust_drag"]
 FLIGHTS = [("horizontal", "mean_3d"), ("vertical", "mean_z"), ("general", "mean_3d")]  # and the error each is judged by
 AXIS_TEXT = {"mean_3d": "3-D", "mean_z": "\\|z\\|"}
-# What a stiff-bladed quadrotor does beyond eq. (1)-(8), and its three identification flights can tell: docs/acceptance/identify_closed_loop.md.
+# What a stiff-bladed quadrotor does beyond eq. (1)-(8), and its three identification flights determine: docs/acceptance/identify_closed_loop.md.
 TERMS = ["rotor_inertia_reaction", "gyroscopic", "thrust_speed_exponent", "hub_moment", "translational_lift", "descent_inflow",
          "body_pitch_moment", "body_lift", "rate_damping"]
 LEAST_REDUCTION_PERCENT = 60.0  # scenarios/paper.toml

@@ -1,8 +1,8 @@
 """Judges what diagnoses said against what the plants had: rules, counts, confusion table. See scripts/diagnose_study.py.
 
-An answer is a list of sets: each effect that was added, with the twins it cannot be told from. The rules, one outcome for a trial:
+An answer is a list of sets: each effect that was added, with those indistinguishable from it. The rules, one outcome for a trial:
   separable       right: the first answer is the effect, alone
-  class_only      right: a set of up to three holds the effect, with the manoeuvre that tells when it has more than one member
+  class_only      right: a set of up to three holds the effect, with the manoeuvre that separates them when it has more than one member
   not_observable  right: verdict clean, and the effect stands in not_observable. silent: clean, but not listed
   pair            right: both are in the answer. half: one is
   foreign         right: verdict unexplained and nothing named
@@ -22,7 +22,7 @@ Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resum
 **Flights.** `scenarios/diagnose.toml`: three of 20 s, the same for all, reference plant and sensors, flown with `vehicles/calibrated.toml`, noise and gusts of each
 flight drawn for it alone. The plant gets one effect of `effects/catalogue.toml` at its typical value, unless it has it by itself; where the vehicle file holds the
 effect, the file loses it. Exceptions, pairs and foreign effects with their sizes and reasons: `scripts/diagnose_study.toml`.
-**Belief.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 to 306 and pooled, frozen before the study.
+**Nominal model.** `vehicles/hil_baseline.toml`: eq. 1-5 and the findings of the plant as its file says, identified from seeds 301 to 306 and pooled, frozen before the study.
 **Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand. A trial without a
 result does not count as right. Flights that ended early are listed below; their trials are judged like the others.
 """
@@ -63,8 +63,8 @@ def outcome(trial, result):
         return ("wrong" if sets else "right" if verdict == "clean" and listed else "silent" if verdict == "clean" else "missed"), wrong
     if kind == "separable":
         return ("right" if sets and sets[0] == tuple(trial["truth"]) else otherwise), wrong
-    told = [i for i in holding if len(sets[i]) == 1 or (len(sets[i]) <= LARGEST_CLASS and result["added"][i].get("manoeuvre"))]
-    return ("right" if told else otherwise), wrong
+    named = [i for i in holding if len(sets[i]) == 1 or (len(sets[i]) <= LARGEST_CLASS and result["added"][i].get("manoeuvre"))]
+    return ("right" if named else otherwise), wrong
 
 
 def read(folder):
@@ -118,8 +118,8 @@ def page(out, wanted):
     lines, missed = summary(judged, kinds)
     clean = {t[3] for name, trials in judged.items() for t in trials if kinds[name].startswith("clean")}
     others = {t[3] for name, trials in judged.items() for t in trials if not kinds[name].startswith("clean")}
-    told = [f"{what}{spans(seeds)}" for what, seeds in (("Seeds ", others), ("clean controls ", clean)) if seeds]
-    lines = [HEAD, "; ".join(told) + ".\n" if told else "No trial yet.\n", *lines, ""]
+    run = [f"{what}{spans(seeds)}" for what, seeds in (("Seeds ", others), ("clean controls ", clean)) if seeds]
+    lines = [HEAD, "; ".join(run) + ".\n" if run else "No trial yet.\n", *lines, ""]
     lines += table(judged, kinds)
     lines += ["", "## Flights that did not end as planned", "", *([f"- {u}" for u in unflown] or ["None."])]
     return "\n".join(lines) + "\n", missed

@@ -1,7 +1,7 @@
 """Flies a plant with one undeclared effect after the other, lets `rotorloop diagnose` say what the logs show, and keeps what it
 said: see scripts/stats diagnose. Uses the command line of rotorloop alone; scripts/diagnose_score.py judges.
 
-A trial is one plant and one seed: build/stats/diagnose/CASE/SEED with plant.toml, the vehicle file that is believed, and trial.json
+A trial is one plant and one seed: build/stats/diagnose/CASE/SEED with plant.toml, the vehicle file, and trial.json
 (how the flights ended, what was said). A trial that has its trial.json is not repeated; logs are deleted once they are read.
 """
 
@@ -32,30 +32,30 @@ class Case:
     kind: str                    # separable, class_only, not_observable, pair, foreign, clean_full, clean_reduced
     truth: tuple = ()            # ids that the answer should hold
     entries: tuple = ()          # (id, {key: value}) that the plant gets, over those of its file
-    unbelieved: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
+    unmodelled: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
 
 
 def toml(path):
     return tomllib.loads(pathlib.Path(path).read_text(encoding="utf-8"))
 
 
-def change_for(effect, study, in_plant, believed):
-    """(entries, unbelieved) that make this effect one that the vehicle file does not know: what the file holds it loses, and the plant
+def change_for(effect, study, in_plant, nominal):
+    """(entries, unmodelled) that make this effect one that the vehicle file does not know: what the file holds it loses, and the plant
     gets the effect, unless it has it by itself."""
     key, name = effect["parameter"], effect["id"]
-    unbelieved = (name,) if name in believed else ()
-    if name in in_plant and unbelieved:
-        return (), unbelieved
-    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), unbelieved
+    unmodelled = (name,) if name in nominal else ()
+    if name in in_plant and unmodelled:
+        return (), unmodelled
+    return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), unmodelled
 
 
 def cases(study, catalogue):
     effects = {e["id"]: e for e in catalogue["effect"] if e["plant"]}
     in_plant = {e["id"] for e in toml(ROOT / study["plant"]).get("effect", [])}
-    believed = {e["id"] for e in toml(ROOT / study["vehicle"]).get("effect", [])}
+    nominal = {e["id"] for e in toml(ROOT / study["vehicle"]).get("effect", [])}
 
     def case(name, kind, ids):
-        parts = [change_for(effects[i], study, in_plant, believed) for i in ids]
+        parts = [change_for(effects[i], study, in_plant, nominal) for i in ids]
         return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(2)))
 
     out = [case(i, study["class"].get(i, e["class"]), [i]) for i, e in effects.items()]
@@ -84,15 +84,15 @@ def plant_text(case, study):
     return "".join(kept)
 
 
-def write_belief(path, case, vehicle):
+def write_nominal(path, case, vehicle):
     """The vehicle file without the terms that the case takes from it; covariance blocks lose their rows."""
     out = []
     for b in blocks(vehicle.read_text(encoding="utf-8")):
-        if b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in case.unbelieved:
+        if b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in case.unmodelled:
             continue
-        if b.startswith("[[covariance]]") and any(f"effect.{i}" in b for i in case.unbelieved):
+        if b.startswith("[[covariance]]") and any(f"effect.{i}" in b for i in case.unmodelled):
             c = tomllib.loads(b)["covariance"][0]
-            keep = [k for k, n in enumerate(c["of"]) if not any(n.startswith(f"effect.{i}") for i in case.unbelieved)]
+            keep = [k for k, n in enumerate(c["of"]) if not any(n.startswith(f"effect.{i}") for i in case.unmodelled)]
             n = len(c["of"])
             if len(keep) < 2:
                 continue
@@ -166,9 +166,9 @@ def trial(case, seed, o, study):
     vehicle = ROOT / study["vehicle"]
     if case.kind == "clean_reduced":
         vehicle = ROOT / study["vehicle_reduced"]
-    elif case.unbelieved:
-        write_belief(folder / "believed.toml", case, vehicle)
-        vehicle = folder / "believed.toml"
+    elif case.unmodelled:
+        write_nominal(folder / "nominal.toml", case, vehicle)
+        vehicle = folder / "nominal.toml"
     code, wall_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
                        folder / "result.json", 3600)
     record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1)}

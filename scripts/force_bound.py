@@ -1,4 +1,4 @@
-"""How much of the force of measured flights the terms below could foretell, whatever their coefficients: least squares on the log's own
+"""How much of the force of measured flights the terms below could predict, whatever their coefficients: least squares on the log's own
 accelerations, without a fit of the motion. For the four NeuroBEM flights (measured rotor speeds, velocity and acceleration in body axes),
 with the terms of the paper's eq. 1-5 and with ever more beside them: error on the flight left out, and on the flight itself when it alone
 is fitted, below which no law of these terms can come (other laws can). Tables for docs/acceptance/diagnose_measured.md:
@@ -127,7 +127,7 @@ def main():
     if len(files) < 2:
         sys.exit(f"{root}: {len(files)} flights, at least 2 are needed; set ROTORLOOP_DATA or name the folder")
     flights = {f.stem.split("_2021")[0]: moments(f) for f in files}
-    print("Error of the force, N: on a flight that the others foretell | on a flight fitted by itself\n")
+    print("Error of the force, N: on a flight that the others predict | on a flight fitted by itself\n")
     print("| flight | " + " | ".join(SETS) + " |\n| --- |" + " --- |" * len(SETS))
     sums = {name: {terms: normal(flight, SETS[terms]) for terms in SETS} for name, flight in flights.items()}
     for name in flights:

@@ -52,8 +52,8 @@ class Run:
         print(f"  verdict: {self.result['verdict']}")
         for a in self.result["added"]:
             sizes = ", ".join(f"{p['name']} {p['value']:.4g} ± {p['u']:.2g} {p['unit']}" for p in a["parameters"])
-            twins = "; or " + ", ".join(t["id"] for t in a["twins"]) if a["twins"] else ""
-            print(f"    {a['id']}: {sizes} (W {a['evidence']['wald']:.0f}){twins}")
+            others = "; or " + ", ".join(t["id"] for t in a["twins"]) if a["twins"] else ""
+            print(f"    {a['id']}: {sizes} (W {a['evidence']['wald']:.0f}){others}")
             for r in a["ratios"]:
                 print(f"      determined: {r['name']} {r['value']:.4g} ± {r['u']:.2g}")
         for r in self.result["rejected"]:
@@ -67,7 +67,7 @@ class Run:
         return None
 
     def ratio(self, effect, name):
-        """Ratio of an added effect's parameter to a scale of the vehicle, and its u, where the flights tell it better than either alone."""
+        """Ratio of an added effect's parameter to a scale of the vehicle, and its u, where the flights determine it better than either alone."""
         for a in self.result["added"]:
             for r in a["ratios"] if a["id"] == effect else []:
                 if r["name"] == name:
@@ -117,7 +117,7 @@ def yaw(run, verdicts, least, ratio):
     verdicts.row("yaw R² of held-out flights, aligned", f"{was_aligned['explained'][5]:.3f} -> {r2:.3f}", f">= {least}", r2 >= least)
     if not found:
         return
-    # Yaw tells this ratio; J_r and J_z themselves only as far as the vehicle file's inertia does.
+    # Yaw determines this ratio; J_r and J_z themselves only as far as the vehicle file's inertia does.
     firm = run.ratio("rotor_inertia_reaction", "J_r_kg_m2 / I_zz")
     if firm:
         got, text = firm[0], f"{firm[0]:.3e} ± {firm[1]:.1e}"
@@ -125,7 +125,7 @@ def yaw(run, verdicts, least, ratio):
         got = found["J_r_kg_m2"] / run.value("body", "inertia_kg_m2", "zz")
         text = f"{got:.3e} of J_r {found['J_r_kg_m2']:.3e} kg m²"
     else:
-        verdicts.row("J_r/J_z", "not told better than J_r, and no vehicle file", f"{ratio} ± 15 %", False)
+        verdicts.row("J_r/J_z", "not determined better than J_r, and no vehicle file", f"{ratio} ± 15 %", False)
         return
     if ratio:
         verdicts.row("J_r/J_z", f"{text}, {100 * (got / ratio - 1):+.1f} %", f"{ratio} ± 15 %", abs(got / ratio - 1) <= 0.15)
@@ -168,14 +168,14 @@ def imrc(rotorloop, data, verdicts):
 def load(rotorloop, data, verdicts):
     """What the bare flights say of the vehicle is what its file knows; the loaded one weighs 39.7 g without its load."""
     name, truth_kg = "imrc_cf21bl_payload", 4.7e-3
-    believed = OUT / "load_believed.toml"
+    nominal = OUT / "load_nominal.toml"
     text = bare(rotorloop, data).vehicle.read_text()
-    believed.write_text(re.sub(r"(?m)^mass_kg = .*", 'mass_kg = { value = 0.0397, u = 0.0005, origin = "cad" }', text))
+    nominal.write_text(re.sub(r"(?m)^mass_kg = .*", 'mass_kg = { value = 0.0397, u = 0.0005, origin = "cad" }', text))
     flown = ["--flight", *flights(data, name, ["eckart29", "eckart43", "eckart45", "eckart67", "eckart68"]),
              "--held-out", *flights(data, name, ["eckart17", "eckart30"]), "--wrench-band", "0,6", *IMRC]
     mapping = ["-m", VEHICLES / f"{name}.mapping.toml"]
     # They hardly turn about z: inertia and torque there run off together, to a vehicle that no file may hold.
-    found = Run(rotorloop, "load", "diagnose", ["--vehicle", believed, *mapping, *flown, "--hold", "body.mass", "--max-effects", "2"],
+    found = Run(rotorloop, "load", "diagnose", ["--vehicle", nominal, *mapping, *flown, "--hold", "body.mass", "--max-effects", "2"],
                 needs_vehicle=False)
     load_kg = (found.added("slung_load") or {}).get("mass_kg")
     verdicts.row("slung_load without payload columns", "found" if load_kg else "not found", "found", bool(load_kg))
@@ -190,7 +190,7 @@ NEUROBEM = {"figure8_1_20210218_170320_seg2": 0.30, "race_track_1_20210218_17190
 
 
 def neurobem(rotorloop, data, verdicts):
-    """Each flight is foretold by the three others."""
+    """Each flight is predicted by the three others."""
     name = "neurobem_test"
     torque2 = force2 = samples = 0.0
     for held, least in NEUROBEM.items():

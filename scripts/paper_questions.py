@@ -3,7 +3,7 @@ does, and compares with what is true of the plant: see scripts/stats paper-quest
 scripts/paper_questions_table.py judges and writes docs/acceptance/paper_questions.md.
 
 A trial is one case of scripts/paper_questions.toml and one seed: build/stats/paper_questions/CASE/SEED.json. A trial that is there is not
-repeated. Cases that change the log or the belief alone share the flights of their plant.
+repeated. Cases that change the log or the vehicle file alone share the flights of their plant.
 """
 
 import argparse
@@ -50,7 +50,7 @@ def scenario_text(case, study, plant):
 
 
 def vehicle_text(case, study):
-    """The vehicle file that identification starts from, with hubs believed elsewhere."""
+    """The vehicle file that identification starts from, with hubs assumed elsewhere."""
     text = (ROOT / study["vehicle"]).read_text(encoding="utf-8")
     believed = case.get("believed", {})
     scale, height = believed.get("arms", 1.0), believed.get("hub_height_m", 0.02)

@@ -26,7 +26,7 @@ def static_c_t(k_1, k_2):
 
 
 def errors(values, study, case=None):
-    """Relative errors against the plant's truth, or against a CAD model that misses some of it; None where nothing was told."""
+    """Relative errors against the plant's truth, or against a CAD model that misses some of it; None where nothing was estimated."""
     missed = (case or {}).get("cad_misses", {})
     of = dict(values)
     if "k_1" in of and "k_2" in of:
@@ -41,10 +41,10 @@ def chi2(e, names):
 
 
 def levered(e):
-    """The errors when roll and pitch torque are believed too large by the factor that suits the paper's figures best, and that factor.
+    """The errors when roll and pitch torque are assumed too large by the factor that suits the paper's figures best, and that factor.
 
-    Arms that are believed too long do that, or a thrust that grows less with rotor speed than its square: all three inertias and c_q grow
-    by the factor, as Euler's equations are homogeneous in inertia and torque, and I_zz is told by its part in roll and pitch.
+    Arms that are assumed too long do that, or a thrust that grows less with rotor speed than its square: all three inertias and c_q grow
+    by the factor, as Euler's equations are homogeneous in inertia and torque, and I_zz is determined by its part in roll and pitch.
     """
     of = ("I_xx", "I_yy", "I_zz", "c_q")
     if any(e[n] is None for n in of):
@@ -133,7 +133,7 @@ def way_tables(way, title, found, cases, study):
         if parts := summed(cases[n], shifts, nominal, cases):
             text += row("", "sum of " + ", ".join(f"`{p}`" for p in cases[n]["parts"]), "", parts)
     if way == "stages":
-        text += (f"\n### {title}: each with the lever that suits it best\n\nNot flown: inertias and c_q times one factor, as arms that are believed too long "
+        text += (f"\n### {title}: each with the lever that suits it best\n\nNot flown: inertias and c_q times one factor, as arms that are assumed too long "
                  "by it make them. The factor is fitted: one figure less in each chi².\n\n" + HEAD.replace("seeds", "factor") + paper_row())
         best = {n: levered(of[n][0]) for n in of}
         for n in sorted(of, key=lambda n: chi2(best[n][0], (*INERTIAS, "c_q")))[:SHOWN]:

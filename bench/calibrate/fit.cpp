@@ -2,8 +2,10 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 
 #include "host/base/error.hpp"
+#include "host/base/least_squares.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::calibrate {
@@ -57,7 +59,7 @@ double total_thrust(const ThrustModel& m, const LoadPoint& p) {
   return sum;
 }
 
-// The points of the table by what they tell.
+// The points of the table by the coefficients that they determine.
 struct LoadGroups {
   std::vector<double> vxy, fxy, vz, fz;             // without propellers: signed square of the velocity, force
   std::vector<double> reaction_square, yaw_torque;  // unequal pairs: Σ reaction ω², torque about z
@@ -113,41 +115,27 @@ Eigen::Vector2d start_of_thrust(const std::vector<const LoadPoint*>& axial, doub
 }
 
 // Thrust, from axial flow alone (the paper's first stage): edgewise flow brings effects that eq. (1)-(2) has not, and k1 and
-// k2 would bend to them. Gauss-Newton on the thrust itself minimises what a controller would notice.
+// k2 would bend to them. Least squares of the thrust itself minimises what a controller would notice.
 void fit_thrust(const std::vector<const LoadPoint*>& axial, const ThrustModel& m, LoadFit& fit) {
   const double c_dz = fit.c_dz_N_s2_m2.value;
-  const auto n = static_cast<Eigen::Index>(axial.size());
-  Eigen::Vector2d k = start_of_thrust(axial, m.momentum_kg_m(), c_dz);
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  double rss = 0.0;
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    Eigen::MatrixX2d jacobian(n, 2);
-    Eigen::VectorXd r(n);
-    const Eigen::Vector2d h(1e-5 * k[0], 1e-5 * std::fabs(k[1]) + 1e-10);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto& p = *axial[static_cast<std::size_t>(i)];
-      const auto predicted = [&](double k1, double k2) {
-        ThrustModel t = m;
-        t.k1_N_s2 = k1;
-        t.k2_N_s2_m = k2;
-        return total_thrust(t, p);
-      };
-      const double measured = p.force_B_N.z() + c_dz * signed_square(p.v_B_m_s.z());
-      r[i] = measured - predicted(k[0], k[1]);
-      jacobian(i, 0) = (predicted(k[0] + h[0], k[1]) - predicted(k[0] - h[0], k[1])) / (2 * h[0]);
-      jacobian(i, 1) = (predicted(k[0], k[1] + h[1]) - predicted(k[0], k[1] - h[1])) / (2 * h[1]);
-    }
-    rss = r.squaredNorm();
-    information = jacobian.transpose() * jacobian;
-    const Eigen::Vector2d step = information.ldlt().solve(jacobian.transpose() * r);
-    k += step;
-    if (std::fabs(step[0]) < 1e-9 * std::fabs(k[0]) && std::fabs(step[1]) < 1e-9 * std::fabs(k[1])) break;
-  }
-  const Eigen::Matrix2d covariance = information.inverse() * (rss / static_cast<double>(n - 2));
-  fit.k1_N_s2 = {k[0], std::sqrt(covariance(0, 0))};
-  fit.k2_N_s2_m = {k[1], std::sqrt(covariance(1, 1))};
-  fit.k1_k2_covariance = covariance(0, 1);
-  fit.thrust_rms_N = std::sqrt(rss / static_cast<double>(n));
+  const auto residuals = [&](const std::vector<double>& k) {
+    ThrustModel t = m;
+    t.k1_N_s2 = k[0];
+    t.k2_N_s2_m = k[1];
+    Eigen::VectorXd r(static_cast<Eigen::Index>(axial.size()));
+    for (std::size_t i = 0; i < axial.size(); ++i)
+      r[static_cast<Eigen::Index>(i)] = total_thrust(t, *axial[i]) - axial[i]->force_B_N.z() - c_dz * signed_square(axial[i]->v_B_m_s.z());
+    return r;
+  };
+  const Eigen::Vector2d k = start_of_thrust(axial, m.momentum_kg_m(), c_dz);
+  constexpr double kFree = std::numeric_limits<double>::infinity();
+  const LeastSquaresFit found = fit_least_squares({{"k1", "N s^2", k[0], -kFree, kFree, 1e-5 * std::fabs(k[0])},
+                                                   {"k2", "N s^2/m", k[1], -kFree, kFree, 1e-5 * std::fabs(k[1]) + 1e-10}},
+                                                  residuals, {.tolerance = 1e-14});
+  fit.k1_N_s2 = {found.values[0], found.standard_errors[0]};
+  fit.k2_N_s2_m = {found.values[1], found.standard_errors[1]};
+  fit.k1_k2_covariance = found.covariance(0, 1);
+  fit.thrust_rms_N = found.rms;
 }
 
 // Rotor drag, eq. (4): what the airframe's drag leaves of the in-plane force, over total thrust.

@@ -22,7 +22,7 @@ struct FlownFit {
 };
 
 // Standard uncertainties are those of independent errors of the misfit's size: neighbouring states are not independent, so they
-// understate what other flights would give. Throws Error (data quality) when the states cannot tell the coefficients apart.
+// understate what other flights would give. Throws Error (data quality) when the states leave a combination of coefficients unobservable.
 FlownFit fit_flown(const std::vector<LoadPoint>& points, const host::VehicleModel& geometry);
 
 }  // namespace rotorloop::calibrate

@@ -15,8 +15,7 @@ struct LoadPoint {
   Eigen::Vector3d torque_B_N_m = Eigen::Vector3d::Zero();  // about the centre of mass
 };
 
-// CSV with units in the header; throws Error with file and line for what cannot be read.
+// CSV with units in the header. Throws Error (ExitCode::device) when it cannot be written.
 void write_load_points(const std::filesystem::path& path, const std::vector<LoadPoint>& points);
-std::vector<LoadPoint> read_load_points(const std::filesystem::path& path);
 
 }  // namespace rotorloop::calibrate

@@ -72,7 +72,7 @@ struct File {
 }
 
 // Whole lines of `pending` to the listener; what is left stays.
-void tell_lines(std::string& pending, const std::function<void(const std::string&)>& line) {
+void emit_lines(std::string& pending, const std::function<void(const std::string&)>& line) {
   for (std::size_t end; (end = pending.find_first_of("\n\r")) != std::string::npos; pending.erase(0, end + 1))
     if (end > 0) line(pending.substr(0, end));
 }
@@ -80,7 +80,7 @@ void tell_lines(std::string& pending, const std::function<void(const std::string
 // The child's messages, to the file `errors` and the listener, until it has closed them; the last line that is not empty.
 std::string follow(const ProgramCall& c, pid_t child, int messages, int errors) {
   std::string pending, last;
-  const auto tell = [&](const std::string& line) {
+  const auto emit = [&](const std::string& line) {
     last = line;
     if (c.line) c.line(line);
   };
@@ -94,10 +94,10 @@ std::string follow(const ProgramCall& c, pid_t child, int messages, int errors) 
     if (n <= 0) break;
     (void)!::write(errors, buffer, static_cast<std::size_t>(n));
     pending.append(buffer, static_cast<std::size_t>(n));
-    tell_lines(pending, tell);
+    emit_lines(pending, emit);
   }
   pending += '\n';
-  tell_lines(pending, tell);
+  emit_lines(pending, emit);
   return last;
 }
 
@@ -140,7 +140,7 @@ int run_program(const ProgramCall& c) {
   const std::string reported = rest_of(report[0]);
   ::close(report[0]);
   if (WIFSIGNALED(status)) return 128 + WTERMSIG(status);
-  // bwrap tells the exit code of a program that it could start; else its last message says why not.
+  // bwrap returns the exit code of a program that it could start; else its last message says why not.
   const bool by_bubblewrap = c.sandbox && c.sandbox->bubblewrap && (reported.empty() || reported.starts_with('{'));
   if (by_bubblewrap && reported.find("\"exit-code\"") == std::string::npos) cannot_start(c.program, last_line);
   if (!by_bubblewrap && !reported.empty()) cannot_start(c.program, reported);

@@ -18,7 +18,7 @@ struct ProgramCall {
   std::filesystem::path folder;                  // it starts in; with `sandbox` the only one that it can write
   std::filesystem::path output, errors;          // files for its standard output and its messages
   std::optional<SandboxLayers> sandbox;          // sandboxed; with nothing but PATH and LANG in the environment
-  std::function<void(const std::string&)> line;  // told each line of its messages
+  std::function<void(const std::string&)> line;  // called with each line of its messages
   const std::atomic<bool>* stop = nullptr;       // true: it is asked to end (SIGINT)
 };
 

@@ -1,4 +1,4 @@
-// What the analyst says, as the bench reads it: the result.json that `rotorloop diagnose --report` writes. Read leniently: what a
+// What the sandboxed diagnosis says, as the bench reads it: the result.json that `rotorloop diagnose --report` writes. Read leniently: what a
 // diagnosis leaves out is empty here, and the page shows what there is.
 #pragma once
 #include <filesystem>
@@ -17,16 +17,16 @@ struct FoundCandidate {
   double wald = 0.0, gain_relative = 0.0, cross_validated = 0.0, p_holm = 1.0;
   std::vector<FoundValue> one_step;
 };
-struct FoundTwin {
+struct FoundAlias {
   std::string id;
   std::vector<FoundValue> parameters;  // what it would be, were it this one
 };
 struct FoundEffect {
   std::string id, determined, manoeuvre;
   std::vector<FoundValue> parameters;
-  std::vector<FoundTwin> twins;  // what these flights cannot tell from it
+  std::vector<FoundAlias> aliases;  // indistinguishable from it in these flights
 };
-std::string twin_names(const FoundEffect& effect);  // "a, b"; empty: none
+std::string alias_names(const FoundEffect& effect);  // "a, b"; empty: none
 struct FoundRound {
   std::vector<FoundCandidate> candidates;  // best first
   double placebo_wald = 0.0;

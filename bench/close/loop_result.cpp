@@ -48,7 +48,7 @@ std::string spread_text(const std::vector<double>& v) {
 }  // namespace
 
 std::string why_not_flyable(const fs::path& vehicle) {
-  if (!fs::is_regular_file(vehicle)) return "the analyst wrote no vehicle file";
+  if (!fs::is_regular_file(vehicle)) return "the diagnosis wrote no vehicle file";
   try {
     (void)host::read_vehicle(vehicle, host::builtin_effect_catalogue());
   } catch (const Error& e) {
@@ -85,7 +85,7 @@ LoopResult assemble_loop(const fs::path& run) {
   // Nothing flown again is no success, even where nothing had to get better: unless nothing was to be changed.
   const bool closed = !r.after_is_before || r.findings.added.empty();
   r.pass = closed && std::all_of(r.tracking.begin(), r.tracking.end(), [](const TrackedFlight& t) { return t.pass; });
-  if ((r.truth_told = fs::is_regular_file(at.truth()))) r.truth = read_truth(at.truth());
+  if ((r.truth_compared = fs::is_regular_file(at.truth()))) r.truth = read_truth(at.truth());
   return r;
 }
 
@@ -95,16 +95,16 @@ std::string loop_result_json(const LoopResult& r) {
                     {"ways_tried", r.isolation.attempts}, {"opened", r.isolation.opened},           {"gave_up", r.isolation.gave_up}};
   j["diagnosis"] = {{"verdict", r.findings.verdict}, {"added", Json::array()}};
   for (const auto& e : r.findings.added) {
-    Json parameters = Json::array(), twin_ids = Json::array();
-    for (const auto& t : e.twins) twin_ids.push_back(t.id);
+    Json parameters = Json::array(), alias_ids = Json::array();
+    for (const auto& t : e.aliases) alias_ids.push_back(t.id);
     for (const auto& p : e.parameters) parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"value", p.value}, {"u", p.u}});
-    j["diagnosis"]["added"].push_back({{"id", e.id}, {"parameters", parameters}, {"twins", twin_ids}});
+    j["diagnosis"]["added"].push_back({{"id", e.id}, {"parameters", parameters}, {"twins", alias_ids}});
   }
   j["flown_again"] = !r.after_is_before;
   if (r.after_is_before) j["why_not_flown"] = r.why_not_flown;
   j["tracking"] = Json::array();
   for (const auto& t : r.tracking) j["tracking"].push_back(to_json(t));
-  if (r.truth_told) j["truth"] = Json::parse(truth_json(r.truth));
+  if (r.truth_compared) j["truth"] = Json::parse(truth_json(r.truth));
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -115,12 +115,12 @@ std::string loop_result_text(const LoopResult& r) {
   for (const auto& e : r.findings.added) {
     out += fmt::format("  added   {}", e.id);
     for (const auto& p : e.parameters) out += fmt::format("  {} = {:.4g} ± {:.2g} {}", p.name, p.value, p.u, p.unit == "1" ? "" : p.unit);
-    if (!e.twins.empty()) out += fmt::format("\n          or {}; {}", twin_names(e), e.manoeuvre);
+    if (!e.aliases.empty()) out += fmt::format("\n          or {}; {}", alias_names(e), e.manoeuvre);
     out += "\n";
   }
   for (const auto& f : r.findings.faults) out += "  fault   " + f + "\n";
   out +=
-      fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "as believed", "identified", "with the effects", "less error");
+      fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "nominal model", "identified", "with the effects", "less error");
   for (const auto& t : r.tracking)
     out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == hil::ErrorAxis::z ? " (|z|)" : " (3-D)"),
                        spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);

@@ -19,16 +19,16 @@ struct LoopResult {
   std::string command_line, version;
   IsolationSummary isolation;  // of the diagnosis
   Findings findings;
-  bool identified = false;       // the analyst's identification gave a vehicle file
+  bool identified = false;       // the sandboxed identification gave a vehicle file
   bool after_is_before = false;  // the diagnosis gave no vehicle file that can be flown: nothing was flown again
   std::string why_not_flown;     // then: why
   std::vector<TrackedFlight> tracking;
   bool pass = false;        // every judged flight
-  bool truth_told = false;  // `rotorloop close truth` has compared
+  bool truth_compared = false;  // `rotorloop close truth` has compared
   TruthComparison truth;
 };
 
-// Why a vehicle file of the analyst's cannot be flown: there is none, or what is wrong with it. Empty: it can.
+// Why a vehicle file of the diagnosis cannot be flown: there is none, or what is wrong with it. Empty: it can.
 std::string why_not_flyable(const std::filesystem::path& vehicle);
 
 // Throws Error for a folder that is no loop's or not complete.

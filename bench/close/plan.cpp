@@ -45,8 +45,8 @@ std::vector<std::uint64_t> read_seeds(const TomlTable& t, std::string_view key, 
   return out;
 }
 
-Undeclared read_undeclared(const TomlTable& t) {
-  Undeclared u;
+InjectedEffect read_injected(const TomlTable& t) {
+  InjectedEffect u;
   u.id = t.text("id");
   for (const std::string& key : t.keys()) {
     if (key == "id" || key == "shows_as") continue;
@@ -82,10 +82,10 @@ LoopPlan read_loop_plan(const fs::path& path) {
   const auto variant = controller.choice("variant", {"pd_ff", "pd_ff_drag", "pd_ff_thrust_drag"}, "pd_ff_thrust_drag");
   p.variant = *hil::variant_from_name(variant);
   for (const auto& t : root.tables("undeclared", 0, kMostEffects)) {
-    p.undeclared.push_back(read_undeclared(t));
-    for (std::size_t i = 0; i + 1 < p.undeclared.size(); ++i)
-      if (p.undeclared[i].id == p.undeclared.back().id)
-        t.fail("id", fmt::format("undeclared.id = \"{}\" is given twice", p.undeclared[i].id), "", "give each effect once");
+    p.injected.push_back(read_injected(t));
+    for (std::size_t i = 0; i + 1 < p.injected.size(); ++i)
+      if (p.injected[i].id == p.injected.back().id)
+        t.fail("id", fmt::format("undeclared.id = \"{}\" is given twice", p.injected[i].id), "", "give each effect once");
   }
   if (root.has("also_true")) p.also_true = root.texts("also_true");
   std::vector<std::string> learn, held_out, judged;
@@ -110,10 +110,10 @@ LoopPlan read_loop_plan(const fs::path& path) {
   return p;
 }
 
-std::string plant_with(const std::string& plant_text, const std::vector<Undeclared>& undeclared) {
+std::string plant_with(const std::string& plant_text, const std::vector<InjectedEffect>& injected) {
   std::string out = plant_text;
   if (!out.empty() && out.back() != '\n') out += '\n';
-  for (const Undeclared& u : undeclared) {
+  for (const InjectedEffect& u : injected) {
     out += fmt::format("\n[[effect]]\nid = \"{}\"\n", u.id);
     for (const auto& [key, value] : u.values) out += fmt::format("{} = {}\n", key, number_text(value));
   }

@@ -19,7 +19,7 @@ namespace {
 
 // One thing, one colour, in every plot of the page.
 constexpr int kBefore = 0, kIdentified = 1, kAfter = 2;
-constexpr const char* kBeforeName = "as believed before";
+constexpr const char* kBeforeName = "nominal model";
 constexpr const char* kIdentifiedName = "identified, no effect added";
 constexpr const char* kAfterName = "with what the diagnosis added";
 
@@ -31,7 +31,7 @@ std::string added_text(const Findings& f) {
     out += (out.empty() ? "" : "; ") + e.id;
     for (const auto& p : e.parameters)
       out += fmt::format(", {} = {:.4g} ± {:.2g}{}", p.name, p.value, p.u, p.unit == "1" ? "" : " " + p.unit);
-    if (!e.twins.empty()) out += fmt::format(" (or {})", twin_names(e));
+    if (!e.aliases.empty()) out += fmt::format(" (or {})", alias_names(e));
   }
   return out.empty() ? "nothing added" : out;
 }
@@ -90,7 +90,7 @@ std::string tracking_section(const LoopResult& r) {
   }
   return "<h2>Tracking before and after</h2>\n<p>The same flights with the same seeds, flown with three vehicle files: the one at the "
          "start, one with "
-         "its parameters identified from the analyst's flights, one with what the diagnosis added. Distance of the true centre of mass "
+         "its parameters identified from the flights to learn from, one with what the diagnosis added. Distance of the true centre of mass "
          "from the "
          "set-point, mean from first to last motion, then over seeds; dots are seeds, whiskers standard deviations.</p>\n" +
          render::figure_html("", render::bar_chart_svg(chart)) +
@@ -170,15 +170,15 @@ std::string isolation_section(const LoopResult& r) {
 }
 
 std::string truth_section(const LoopResult& r) {
-  if (!r.truth_told) return "";
+  if (!r.truth_compared) return "";
   std::string out =
       "<h2>Afterwards: the truth</h2>\n<div class=\"scroll\"><table><tr><th class=\"l\">hidden</th><th class=\"l\">name</th><th "
       "class=\"l\">as</th><th class=\"l\">size</th></tr>\n";
   for (const auto& h : r.truth.hidden) {
-    const char* name = h.told == Told::right ? "right" : h.told == Told::in_class ? "in a class" : "missed";
+    const char* name = h.name == NameResult::right ? "right" : h.name == NameResult::in_class ? "in a class" : "missed";
     const char* size = h.size == Size::right ? "right" : h.size == Size::wrong ? "wrong" : "not compared";
     out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l {}\">{}</td><td class=\"l\">{}</td><td class=\"l {}\">{}</td></tr>\n",
-                       render::xml_escaped(h.id), h.told == Told::missed ? "fail" : "pass", name, render::xml_escaped(h.answer),
+                       render::xml_escaped(h.id), h.name == NameResult::missed ? "fail" : "pass", name, render::xml_escaped(h.answer),
                        h.size == Size::wrong ? "fail" : "", size);
   }
   for (const auto& w : r.truth.wrong)

@@ -1,5 +1,5 @@
-// One page that tells a loop from end to end: the error before, what the analyst was shut away from, the evidence for and against each
-// effect, what was chosen, what it foretells, and the error after.
+// One page of a closed-loop study: the error before, what the sandbox kept closed, the evidence for and against each
+// effect, what was chosen, what it predicts, and the error after.
 #pragma once
 #include <string>
 

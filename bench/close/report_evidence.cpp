@@ -80,13 +80,13 @@ std::string added_section(const Findings& f) {
   if (f.added.empty()) return out + fmt::format("<p>Nothing: the verdict is “{}”.</p>\n", render::xml_escaped(f.verdict));
   out +=
       "<div class=\"scroll\"><table><tr><th class=\"l\">effect</th><th class=\"l\">parameters after the refit</th><th class=\"l\">cannot "
-      "be told from</th></tr>\n";
+      "be distinguished from</th></tr>\n";
   std::string notes;
   for (const auto& e : f.added) {
     out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l\">{}</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(e.id),
-                       render::xml_escaped(values_text(e.parameters)), e.twins.empty() ? "nothing" : render::xml_escaped(twin_names(e)));
+                       render::xml_escaped(values_text(e.parameters)), e.aliases.empty() ? "nothing" : render::xml_escaped(alias_names(e)));
     if (!e.determined.empty()) notes += "<p>" + render::xml_escaped(e.id + ": determined is " + e.determined) + "</p>\n";
-    if (!e.manoeuvre.empty() && !e.twins.empty()) notes += "<p>" + render::xml_escaped("To tell them apart: " + e.manoeuvre) + "</p>\n";
+    if (!e.manoeuvre.empty() && !e.aliases.empty()) notes += "<p>" + render::xml_escaped("To distinguish them: " + e.manoeuvre) + "</p>\n";
   }
   out += "</table></div>\n" + notes;
   for (const auto& r : f.remarks) out += "<p>" + render::xml_escaped(r) + "</p>\n";

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <map>
 
-#include "bench/close/desk.hpp"
+#include "bench/close/workspace.hpp"
 #include "bench/close/isolation_record.hpp"
 #include "bench/close/loop_result.hpp"
 #include "bench/close/report.hpp"
@@ -39,7 +39,7 @@ std::string file_text(const fs::path& path) {
 // The plan with what it names, copied into the run: the run repeats from its own folder.
 struct CopiedInputs {
   std::map<fs::path, std::string> place;  // as given -> below inputs/
-  fs::path plant;                         // with the undeclared effects, below inputs/
+  fs::path plant;                         // with the injected effects, below inputs/
   StageInputs hashes;                     // of what decides how a flight goes
 };
 
@@ -67,13 +67,13 @@ class Loop {
     fly_judged("2-before", at_.before(), "inputs/" + inputs_.place.at(plan_.vehicle));
     analyse("3-identify", at_.identify(), "identify", plan_.identify_arguments);
     analyse("4-diagnose", at_.diagnose(), "diagnose", plan_.diagnose_arguments);
-    fly_with_analysts("5-identified", at_.identified(), at_.identified_vehicle());
-    fly_with_analysts("6-after", at_.after(), at_.diagnosed_vehicle());
+    fly_with_estimate("5-identified", at_.identified(), at_.identified_vehicle());
+    fly_with_estimate("6-after", at_.after(), at_.diagnosed_vehicle());
   }
 
  private:
-  void tell(const std::string& stage, const std::string& text) const {
-    if (o_.tell) o_.tell(stage, text);
+  void message(const std::string& stage, const std::string& text) const {
+    if (o_.message) o_.message(stage, text);
   }
 
   void copy_inputs() {
@@ -87,7 +87,7 @@ class Loop {
     }
     const fs::path plant = inputs_.place.at(plan_.plant);
     inputs_.plant = plant.parent_path() / kFlownPlant;
-    hil::write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.undeclared));
+    hil::write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.injected));
     inputs_.hashes["inputs/" + inputs_.plant.generic_string()] = sha256_file(at_.inputs() / inputs_.plant);
     (void)sim::read_plant(at_.inputs() / inputs_.plant);  // an effect that cannot be is found before the first flight
     std::vector<PlannedFlight> judged;
@@ -126,12 +126,12 @@ class Loop {
   bool open(const Stage& stage, const std::string& name, const std::string& what) const {
     if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     if (stage.done()) {
-      tell(name, "done before");
+      message(name, "done before");
       if (const auto by = stage.made_by(); by != o_.version)
-        tell(name, fmt::format("warning: made by {}, this is {}; --force makes all anew", by, o_.version));
+        message(name, fmt::format("warning: made by {}, this is {}; --force makes all anew", by, o_.version));
       return false;
     }
-    tell(name, what);
+    message(name, what);
     stage.begin();
     return true;
   }
@@ -148,7 +148,7 @@ class Loop {
     if (!vehicle.empty()) call.arguments.insert(call.arguments.end(), {"--vehicle", vehicle});
     call.output = into / (std::string(scenario) + ".txt");
     call.errors = into / (std::string(scenario) + ".messages.txt");
-    call.line = [&](const std::string& line) { tell(stage, line); };
+    call.line = [&](const std::string& line) { message(stage, line); };
     call.stop = o_.stop;
     const int code = run_program(call);
     if (code == static_cast<int>(ExitCode::interrupted))
@@ -184,10 +184,10 @@ class Loop {
     stage.finish(o_.version);
   }
 
-  // A vehicle that cannot be flown is a result of the analyst's, not the end of the run: the loop is judged without it.
-  void fly_with_analysts(const std::string& name, const fs::path& folder, const fs::path& vehicle) const {
+  // A vehicle that cannot be flown is a result of the diagnosis, not the end of the run: the loop is judged without it.
+  void fly_with_estimate(const std::string& name, const fs::path& folder, const fs::path& vehicle) const {
     if (const auto why = why_not_flyable(vehicle); !why.empty()) {
-      tell(name, "not flown: " + why);
+      message(name, "not flown: " + why);
       fs::remove_all(folder);
     } else {
       fly_judged(name, folder, vehicle.lexically_relative(at_.run).generic_string());
@@ -196,7 +196,7 @@ class Loop {
 
   struct Log {
     fs::path file;
-    std::string on_desk, option;
+    std::string in_workspace, option;
   };
   std::vector<Log> logs() const {
     std::vector<Log> out;
@@ -223,7 +223,7 @@ class Loop {
     return out;
   }
 
-  // Everything that tells the truth, where it lies now.
+  // Every file that holds the truth, where it lies now.
   std::vector<fs::path> secrets() const {
     std::vector<fs::path> out{fs::absolute(plan_.path), fs::absolute(plan_.plant), at_.run_toml(), at_.inputs() / inputs_.plant};
     for (const auto& f : plan_.learn)
@@ -242,15 +242,15 @@ class Loop {
     const fs::path vehicle = at_.inputs() / inputs_.place.at(plan_.vehicle);
     Task t{{command, "--vehicle", "vehicle.toml"}, {{vehicle, "vehicle.toml"}}, {}};
     t.inputs = {{"vehicle", sha256_file(vehicle)}, {"arguments", fmt::format("{}", fmt::join(extra, " "))}};
-    if (!o_.analyst.empty()) t.inputs["analyst"] = sha256_file(program);
+    if (!o_.diagnosis_program.empty()) t.inputs["analyst"] = sha256_file(program);
     for (const auto& log : logs()) {
-      t.inputs[log.on_desk] = sha256_file(log.file);
-      t.files.emplace_back(log.file, log.on_desk);
+      t.inputs[log.in_workspace] = sha256_file(log.file);
+      t.files.emplace_back(log.file, log.in_workspace);
       // Roles are for the stages of `identify`; a diagnosis takes every flight alike.
       const bool role = log.option != "--held-out" && command != "identify";
-      t.arguments.insert(t.arguments.end(), {role ? "--flight" : log.option, log.on_desk});
+      t.arguments.insert(t.arguments.end(), {role ? "--flight" : log.option, log.in_workspace});
     }
-    // A diagnosis takes the effects of the vehicle file by itself, an identification those that it is told.
+    // A diagnosis takes the effects of the vehicle file by itself, an identification those that are given to it.
     if (command == "identify")
       for (const auto& effect : host::read_vehicle(vehicle, host::builtin_effect_catalogue()).effects)
         if (host::find_term(effect.id)) t.arguments.insert(t.arguments.end(), {"--term", effect.id});
@@ -260,35 +260,35 @@ class Loop {
   }
 
   // Chooses the sandbox, says so, and leaves the record of all attempts in the stage's folder.
-  void make_sandbox(const std::string& name, const fs::path& folder, Desk& desk) const {
-    hil::write_text_file(folder / "isolation.json", isolation_record(desk.isolate({o_.program, {"close", "probe"}}, secrets())));
+  void make_sandbox(const std::string& name, const fs::path& folder, Workspace& workspace) const {
+    hil::write_text_file(folder / "isolation.json", isolation_record(workspace.isolate({o_.program, {"close", "probe"}}, secrets())));
     const IsolationSummary s = read_isolation_record(folder / "isolation.json");
     const std::string without = fmt::format("{}", fmt::join(s.gave_up, "; "));
     if (s.holds) {
-      tell(name, fmt::format("sandboxed by {} ({}): {} ways to the truth tried, none opened", s.layers, s.enforced_by, s.attempts));
-      if (!without.empty()) tell(name, "without " + without);
+      message(name, fmt::format("sandboxed by {} ({}): {} ways to the truth tried, none opened", s.layers, s.enforced_by, s.attempts));
+      if (!without.empty()) message(name, "without " + without);
       return;
     }
     if (o_.require_isolation)
       throw Error({name, "no sandbox holds on this machine, so the diagnosis could read the truth", without, kSandboxRemedy},
                   ExitCode::device);
-    tell(name, "warning: not isolated: the diagnosis could read the truth, for no sandbox holds on this machine");
-    tell(name, "  likely: " + without);
-    tell(name, std::string("  do:     ") + kSandboxRemedy);
+    message(name, "warning: not isolated: the diagnosis could read the truth, for no sandbox holds on this machine");
+    message(name, "  likely: " + without);
+    message(name, std::string("  do:     ") + kSandboxRemedy);
   }
 
   void analyse(const std::string& name, const fs::path& folder, const std::string& command, const std::vector<std::string>& extra) const {
-    const fs::path program = o_.analyst.empty() ? o_.program : o_.analyst;
+    const fs::path program = o_.diagnosis_program.empty() ? o_.program : o_.diagnosis_program;
     const Task t = task(command, program, extra);
     const Stage stage(folder, t.inputs);
     if (!open(stage, name, fmt::format("sandboxed {}", command))) return;
 
-    Desk desk(t.files);
-    fs::create_directories(desk.path() / "out" / "report");
-    make_sandbox(name, folder, desk);
-    const int code = desk.run(
-        program, t.arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { tell(name, line); }, o_.stop);
-    desk.take_back("out", folder / "out");
+    Workspace workspace(t.files);
+    fs::create_directories(workspace.path() / "out" / "report");
+    make_sandbox(name, folder, workspace);
+    const int code = workspace.run(
+        program, t.arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { message(name, line); }, o_.stop);
+    workspace.take_back("out", folder / "out");
     if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     if (code >= 128)
       throw Error({name, fmt::format("the sandboxed `{}` was ended by signal {}", command, code - 128),
@@ -296,7 +296,7 @@ class Loop {
                   ExitCode::device);
     // Without a vehicle file the identified vehicle is left out of the comparison; without a diagnosis there is no loop to close.
     if (code != 0) {
-      tell(name, fmt::format("`{}` ended with {}, see {}", command, code, (folder / "messages.txt").generic_string()));
+      message(name, fmt::format("`{}` ended with {}, see {}", command, code, (folder / "messages.txt").generic_string()));
       if (command == "diagnose")
         throw Error({name, fmt::format("the sandboxed `{}` ended with {}", command, code),
                      "the logs cannot be used, or the program is another", "see " + (folder / "messages.txt").generic_string()},

@@ -21,16 +21,16 @@ struct LoopOptions {
   std::string name;               // of the run folder; empty: "close-" and the plan's name
   bool force = false;             // start anew: the run folder is emptied
   std::filesystem::path program;  // rotorloop
-  std::filesystem::path analyst;  // what runs sandboxed; empty: program
+  std::filesystem::path diagnosis_program;  // what runs sandboxed; empty: program
   int jobs = 1;
   bool require_isolation = false;  // end before the diagnosis when no sandbox holds
   std::string command_line, version;
-  std::function<void(const std::string& stage, const std::string& text)> tell;  // progress and messages
+  std::function<void(const std::string& stage, const std::string& text)> message;  // progress and messages
   const std::atomic<bool>* stop = nullptr;
 };
 
 // Runs what is not done yet and leaves result.json and report.html; returns the run folder. Throws Error: bad inputs (usage), logs that
-// the analyst could not use (data_quality), interrupted.
+// the diagnosis could not use (data_quality), interrupted.
 std::filesystem::path close_loop(const LoopPlan& plan, const LoopOptions& options);
 
 }  // namespace rotorloop::closed_loop

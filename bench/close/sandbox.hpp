@@ -30,7 +30,7 @@ struct SandboxFiles {
 // What may hold on some machine for the user of this process, best first; the last is no sandbox at all.
 std::vector<SandboxLayers> possible_sandboxes();
 
-// What this machine lacks for them and how to get it; empty where only trying tells.
+// What this machine lacks for them and how to get it; empty where only trying shows it.
 std::string what_is_missing(const SandboxLayers& layers);
 
 // A user id that no account has, from the range that systemd's documentation ("Users, Groups, UIDs and GIDs") leaves unused.

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "host/base/random.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::closed_loop {
 namespace {
@@ -45,15 +45,6 @@ void judge(TrackedFlight& t) {
 
 }  // namespace
 
-double student_975(std::size_t degrees) {
-  constexpr std::array kTable{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
-                              2.120,  2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042};
-  constexpr double kNormal = 1.95996;
-  if (degrees == 0) return kTable.front();
-  if (degrees <= kTable.size()) return kTable[degrees - 1];
-  return kNormal + (kNormal * kNormal * kNormal + kNormal) / (4.0 * static_cast<double>(degrees));
-}
-
 PairedReduction paired_reduction(std::span<const double> before, std::span<const double> after) {
   PairedReduction out;
   out.pairs = before.size();
@@ -75,8 +66,8 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   }
   std::sort(values.begin(), values.end());
   const double dn = static_cast<double>(n);
-  const double z = std::sqrt(dn / (dn - 1.0)) * student_975(n - 1);
-  const double tail = 0.5 * std::erfc(z / std::sqrt(2.0));
+  const double z = std::sqrt(dn / (dn - 1.0)) * student_quantile(0.95, dn - 1.0);
+  const double tail = 0.5 * normal_two_sided(z);
   const auto at = static_cast<std::size_t>(tail * static_cast<double>(kResamples - 1));
   out.low = values[at];
   out.high = values[kResamples - 1 - at];
@@ -84,7 +75,7 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   const double ratio = mean(after) / mean(before);
   double squares = 0.0;
   for (std::size_t i = 0; i < n; ++i) squares += (after[i] - ratio * before[i]) * (after[i] - ratio * before[i]);
-  const double half = 100.0 * student_975(n - 1) * std::sqrt(squares / (dn - 1.0) / dn) / mean(before);
+  const double half = 100.0 * student_quantile(0.95, dn - 1.0) * std::sqrt(squares / (dn - 1.0) / dn) / mean(before);
   out.low = std::min(out.low, out.percent - half);
   out.high = std::min(100.0, std::max(out.high, out.percent + half));
   return out;

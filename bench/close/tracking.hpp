@@ -21,8 +21,6 @@ struct PairedReduction {
 // Needs before > 0.
 PairedReduction paired_reduction(std::span<const double> before, std::span<const double> after);
 
-double student_975(std::size_t degrees);  // two-sided 95 %
-
 struct TrackedFlight {
   JudgedFlight plan;
   std::vector<std::uint64_t> seeds;                 // of the pairs: completed in every run

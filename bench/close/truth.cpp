@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 bool holds(const std::vector<std::string>& list, const std::string& id) { return std::find(list.begin(), list.end(), id) != list.end(); }
 
-const char* word(Told t) { return t == Told::right ? "right" : t == Told::in_class ? "class" : "missed"; }
+const char* word(NameResult t) { return t == NameResult::right ? "right" : t == NameResult::in_class ? "class" : "missed"; }
 const char* word(Size s) { return s == Size::right ? "right" : s == Size::wrong ? "wrong" : "not compared"; }
 
 constexpr double kStandardErrors = 3.0, kRelativeTolerance = 0.01, kPlaceTolerance_m = 1e-4;
@@ -36,17 +36,17 @@ void compare_vehicle(TruthComparison& c, const fs::path& plant_file, const fs::p
   sim::PlantSetup setup = sim::plant_setup(plant, sim::pointers(rotors), 500'000, 1);
   sim::EffectSet effects = sim::effect_set(plant);
   effects.prepare(setup);
-  const FlyingBody believed = flying_body(host::read_vehicle(vehicle_file, host::builtin_effect_catalogue()));
+  const FlyingBody flown = flying_body(host::read_vehicle(vehicle_file, host::builtin_effect_catalogue()));
   const auto add = [&](const std::string& what, const char* unit, double truth, const host::Quantity& found) {
     c.values.push_back({what, unit, truth, found.value, found.u});
   };
   const auto& b = setup.body;
-  add("mass", "kg", b.mass_kg, believed.mass_kg);
-  add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), believed.inertia_kg_m2[0]);
-  add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), believed.inertia_kg_m2[1]);
-  add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), believed.inertia_kg_m2[2]);
-  add(fmt::format("{} x", kPlace), "m", b.com_offset_m.x(), believed.com_m[0]);
-  add(fmt::format("{} y", kPlace), "m", b.com_offset_m.y(), believed.com_m[1]);
+  add("mass", "kg", b.mass_kg, flown.mass_kg);
+  add("I_xx", "kg m^2", b.inertia_kg_m2(0, 0), flown.inertia_kg_m2[0]);
+  add("I_yy", "kg m^2", b.inertia_kg_m2(1, 1), flown.inertia_kg_m2[1]);
+  add("I_zz", "kg m^2", b.inertia_kg_m2(2, 2), flown.inertia_kg_m2[2]);
+  add(fmt::format("{} x", kPlace), "m", b.com_offset_m.x(), flown.com_m[0]);
+  add(fmt::format("{} y", kPlace), "m", b.com_offset_m.y(), flown.com_m[1]);
 }
 
 }  // namespace
@@ -64,11 +64,11 @@ FlyingBody flying_body(const host::VehicleFile& v) {
       const auto found = std::find_if(e.parameters.begin(), e.parameters.end(), [&](const auto& p) { return p.name == name; });
       return found == e.parameters.end() ? host::Quantity{} : found->quantity;
     };
-    if (e.id == "com_offset") {
+    if (e.id == host::effect("com_offset").id) {
       more(b.com_m[0], of("dx_m").value, of("dx_m").u);
       more(b.com_m[1], of("dy_m").value, of("dy_m").u);
     }
-    if (e.id != "payload_mass") continue;
+    if (e.id != host::effect("payload_mass").id) continue;
     // The term's moments are about the centre of mass without the payload; both bodies turn about the one that they have together.
     const host::Quantity payload = of("mass_kg");
     const std::array<host::Quantity, 3> moment{of("moment_x_kg_m"), of("moment_y_kg_m"), of("moment_z_kg_m")};
@@ -89,16 +89,15 @@ double TruthValue::tolerance() const { return what.starts_with(kPlace) ? kPlaceT
 bool TruthValue::right() const { return std::abs(found - truth) <= std::max(kStandardErrors * u, tolerance()); }
 
 bool TruthComparison::names_right() const {
-  return wrong.empty() && std::none_of(hidden.begin(), hidden.end(), [](const HiddenEffect& h) { return h.told == Told::missed; });
+  return wrong.empty() && std::none_of(hidden.begin(), hidden.end(), [](const HiddenEffect& h) { return h.name == NameResult::missed; });
 }
 bool TruthComparison::sizes_right() const {
   return std::all_of(values.begin(), values.end(), [](const TruthValue& v) { return v.right(); });
 }
 
-std::vector<std::string> names_of(const Undeclared& hidden) {
+std::vector<std::string> names_of(const InjectedEffect& hidden) {
   std::vector<std::string> names{hidden.id};
-  const auto catalogue = host::builtin_effect_catalogue();
-  if (const auto* facts = catalogue.facts_of(hidden.id)) names.insert(names.end(), facts->twins.begin(), facts->twins.end());
+  if (const auto* row = host::builtin_effect_catalogue().find(hidden.id)) names.insert(names.end(), row->twins.begin(), row->twins.end());
   names.insert(names.end(), hidden.shows_as.begin(), hidden.shows_as.end());
   return names;
 }
@@ -106,11 +105,11 @@ std::vector<std::string> names_of(const Undeclared& hidden) {
 namespace {
 
 bool names_any(const FoundEffect& f, const std::vector<std::string>& names) {
-  return holds(names, f.id) || std::any_of(f.twins.begin(), f.twins.end(), [&](const FoundTwin& t) { return holds(names, t.id); });
+  return holds(names, f.id) || std::any_of(f.aliases.begin(), f.aliases.end(), [&](const FoundAlias& t) { return holds(names, t.id); });
 }
 
 // The size of a hidden effect, where the answer gives one: as named, or as the member of a class.
-void compare_size(TruthComparison& c, HiddenEffect& h, const Undeclared& u, const FoundEffect& f) {
+void compare_size(TruthComparison& c, HiddenEffect& h, const InjectedEffect& u, const FoundEffect& f) {
   const auto compare = [&](const std::vector<FoundValue>& parameters) {
     for (const FoundValue& v : parameters)
       for (const auto& [name, value] : u.values)
@@ -120,7 +119,7 @@ void compare_size(TruthComparison& c, HiddenEffect& h, const Undeclared& u, cons
         }
   };
   if (f.id == u.id) compare(f.parameters);
-  for (const FoundTwin& t : f.twins)
+  for (const FoundAlias& t : f.aliases)
     if (t.id == u.id) compare(t.parameters);
 }
 
@@ -129,15 +128,15 @@ void compare_size(TruthComparison& c, HiddenEffect& h, const Undeclared& u, cons
 TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) {
   TruthComparison c;
   std::vector<std::string> all = plan.also_true;
-  for (const Undeclared& u : plan.undeclared) {
-    HiddenEffect h{u.id, Told::missed, "", Size::not_compared};
+  for (const InjectedEffect& u : plan.injected) {
+    HiddenEffect h{u.id, NameResult::missed, "", Size::not_compared};
     const auto names = names_of(u);
     all.insert(all.end(), names.begin(), names.end());
     for (const FoundEffect& f : findings.added) {
       if (!names_any(f, names)) continue;
-      const Told told = f.id == u.id && f.twins.empty() ? Told::right : Told::in_class;
-      if (h.told == Told::missed || told == Told::right) {
-        h.told = told;
+      const NameResult name = f.id == u.id && f.aliases.empty() ? NameResult::right : NameResult::in_class;
+      if (h.name == NameResult::missed || name == NameResult::right) {
+        h.name = name;
         h.answer = f.id;
       }
       compare_size(c, h, u, f);
@@ -149,7 +148,7 @@ TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) 
   return c;
 }
 
-TruthComparison tell_truth(const fs::path& run) {
+TruthComparison compare_with_truth(const fs::path& run) {
   const LoopLayout at{run};
   if (!fs::is_regular_file(at.run_toml()) || !fs::is_regular_file(at.diagnosis()))
     throw Error({run.generic_string(), "holds no finished loop", "another folder, or a run that was stopped before its diagnosis",
@@ -173,7 +172,7 @@ std::string truth_json(const TruthComparison& c) {
          {"wrong", c.wrong},
          {"values", Json::array()}};
   for (const auto& h : c.hidden)
-    j["hidden"].push_back({{"id", h.id}, {"told", word(h.told)}, {"answer", h.answer}, {"size", word(h.size)}});
+    j["hidden"].push_back({{"id", h.id}, {"told", word(h.name)}, {"answer", h.answer}, {"size", word(h.size)}});
   for (const auto& v : c.values)
     j["values"].push_back({{"what", v.what},
                            {"unit", v.unit},
@@ -194,7 +193,7 @@ TruthComparison read_truth(const fs::path& path) {
     throw Error({path.generic_string(), "is no JSON", "the file was edited or cut", "run `rotorloop close truth` again"});
   for (const Json& h : j.at("hidden")) {
     const auto told = h.at("told").get<std::string>();
-    c.hidden.push_back({h.at("id"), told == "right" ? Told::right : told == "class" ? Told::in_class : Told::missed, h.at("answer")});
+    c.hidden.push_back({h.at("id"), told == "right" ? NameResult::right : told == "class" ? NameResult::in_class : NameResult::missed, h.at("answer")});
     const auto size = h.value("size", "");  // not in files of older programs
     c.hidden.back().size = size == "right" ? Size::right : size == "wrong" ? Size::wrong : Size::not_compared;
   }
@@ -207,7 +206,7 @@ std::string truth_text(const TruthComparison& c) {
   std::string out;
   if (c.hidden.empty()) out += "nothing was hidden\n";
   for (const auto& h : c.hidden)
-    out += fmt::format("hidden    {:<26} {}{}; size {}\n", h.id, word(h.told), h.answer.empty() ? "" : ", as " + h.answer, word(h.size));
+    out += fmt::format("hidden    {:<26} {}{}; size {}\n", h.id, word(h.name), h.answer.empty() ? "" : ", as " + h.answer, word(h.size));
   for (const auto& w : c.wrong) out += fmt::format("wrong     {:<26} the plant does not have it\n", w);
   out += fmt::format("\n{:<36}{:>14}{:>14}{:>12}{:>12}   {}\n", "", "truth", "found", "u", "error / u", "size");
   for (const auto& v : c.values)

@@ -10,14 +10,14 @@
 namespace rotorloop::closed_loop {
 
 // right: named by its own id alone. in_class: one of its names is in an answer that names several, or is not its own. missed: in no answer.
-enum class Told { right, in_class, missed };
+enum class NameResult { right, in_class, missed };
 
 // not_compared: the answer gives no value for a parameter of the hidden effect (it names another of its class).
 enum class Size { right, wrong, not_compared };
 
 struct HiddenEffect {
   std::string id;
-  Told told = Told::missed;
+  NameResult name = NameResult::missed;
   std::string answer;  // the effect that stands for it; empty: none
   Size size = Size::not_compared;
 };
@@ -51,18 +51,18 @@ struct FlyingBody {
 FlyingBody flying_body(const host::VehicleFile& vehicle);
 
 struct LoopPlan;
-struct Undeclared;
+struct InjectedEffect;
 struct Findings;
-// Every name that an answer may give a hidden effect: its own; those that the catalogue calls its twins, for flight data cannot tell them
-// from it; and what the loop file says that it `shows_as`, for effects that the catalogue does not know.
-std::vector<std::string> names_of(const Undeclared& hidden);
+// Every name that an answer may give a hidden effect: its own; those that the catalogue lists as indistinguishable from it in flight
+// (`twins`); and what the loop file says that it `shows_as`, for effects that the catalogue does not know.
+std::vector<std::string> names_of(const InjectedEffect& hidden);
 
 // Effects by their names, and their parameters where the names agree.
 TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings);
 
 // Reads a finished loop's run folder, adds the values of the vehicle file against the plant (mass properties with payload), writes
 // truth.json.
-TruthComparison tell_truth(const std::filesystem::path& run);
+TruthComparison compare_with_truth(const std::filesystem::path& run);
 
 std::string truth_json(const TruthComparison& c);
 TruthComparison read_truth(const std::filesystem::path& truth_json);

@@ -14,7 +14,7 @@ namespace {
 
 // Of a parameter's scale: a finer figure is a fit's rounding, and would only spoil the arithmetic.
 constexpr double kFinest = 1e-4;
-constexpr double kTold = 0.1;         // of a belief's variance that the flights must take away to say anything of it
+constexpr double kLeastLearned = 0.1;  // of a prior variance that the flights must take away to say anything of it
 constexpr double kContradicts = 3.5;  // of forty numbers one in fifty diagnoses has such a one by chance
 
 // Standard uncertainty of what the file knows of a parameter; nothing where it guesses.
@@ -146,7 +146,7 @@ std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, c
       const estimate::Estimate* e = fit.find(prior.parameters[k]);
       const auto at = static_cast<Eigen::Index>(k);
       const double believed = covariance(at, at), taken = e ? believed - e->u * e->u : 0.0;
-      if (!(taken > kTold * believed)) continue;
+      if (!(taken > kLeastLearned * believed)) continue;
       const double z = (e->value - prior.mean[at]) / std::sqrt(taken) / std::max(1.0, e->u_robust / e->u);
       if (std::fabs(z) > kContradicts) out.push_back({e->parameter, prior.mean[at], std::sqrt(believed), e->value, identify::reported_u(*e), z});
     }

@@ -1,4 +1,4 @@
-// What the vehicle file knows, as knowledge that a fit starts from: values with their uncertainty and, where the file has them, their
+// What the vehicle file knows, as priors of a fit: values with their uncertainty and, where the file has them, their
 // covariance; and static thrust found on a stand. Guesses are no knowledge. And, after the fit, what the flights make of it.
 #pragma once
 #include <span>
@@ -21,7 +21,7 @@ struct Contradiction {
   // (Evans and Moshonov, Checking for prior-data conflict, 2006). Larger where the blocks of the flights scatter more than their noise.
   double z = 0.0;
 };
-// Those beyond 3.5, the worst first. `problem`: as it was fitted, priors about the beliefs.
+// Those beyond 3.5, the worst first. `problem`: as it was fitted, priors of the file included.
 std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, const estimate::Fit& fit);
 
 }  // namespace rotorloop::diagnose

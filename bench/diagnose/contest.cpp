@@ -1,12 +1,11 @@
 #include "bench/diagnose/contest.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
+#include "host/effects/air.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -62,19 +61,22 @@ void judge(Contestant& c, const identify::Identification& model, const Screening
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.even = evenness_of(c.refit.fit, candidate);
   if (!fit.converged) {
-    c.failure = "the refit does not converge";
+    c.failure = {Rejection::not_converged};
   } else if (at_bound(candidate, c.values)) {
-    c.failure = "the refit ends at the bound of its physical range";
+    c.failure = {Rejection::at_bound};
   } else if (c.score <= 0.0) {
-    c.failure = fmt::format("the refit raises the log likelihood by {:.1f} only", c.rise);
+    c.failure = {Rejection::little_rise, {{"rise", "1", c.rise, c.rise - c.score}}};
   } else if (all.p > all.sure) {
-    c.failure = all.degrees == 1
-                    ? fmt::format("{:.1f} standard errors after the refit", std::sqrt(all.statistic))
-                    : fmt::format("chance after the refit: W {:.1f} of its {} numbers, p {:.2g}", all.statistic, all.degrees, all.p);
+    c.failure = {Rejection::chance_after_refit};
+    if (all.degrees == 1) {
+      c.failure.figures = {{"standard_errors", "1", std::sqrt(all.statistic), criteria.fewest_u}};
+    } else {
+      c.failure.figures = {{"wald", "1", all.statistic}, {"parameters", "1", static_cast<double>(all.degrees)}, {"p", "1", all.p, all.sure}};
+    }
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
-    c.failure = fmt::format("too small to matter after the refit ({:.2f} of a size that does)", size);
+    c.failure = {Rejection::too_small_after_refit, {{"relative_size", "1", size, criteria.relevant}}};
   } else if (acts_on_body(candidate) && c.even.variation > criteria.variation && c.even.scatter > criteria.scatter) {
-    c.failure = fmt::format("its size varies by {:.1f} times itself from one stretch of the flights to another", c.even.variation);
+    c.failure = {Rejection::varies, {{"variation", "1", c.even.variation, criteria.variation}}};
   }
 }
 
@@ -114,7 +116,7 @@ std::vector<Contestant> worth_a_refit(const Screening& s, const std::vector<Test
   take(by_likelihood, kByLikelihood);
   take(by_scatter, kByScatter);
   // Where the model lacks much, its blocks scatter by just that, and one step is short: what the lack is may fail every test of scatter
-  // that a small part of it passes. What explains far more than anything that passes is refitted beside it.
+  // that a small part of it passes. What explains far more than anything that passes is refitted too.
   if (by_likelihood.empty()) return out;
   double best = 0.0;
   for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
@@ -152,7 +154,7 @@ std::vector<Contestant> contest(const identify::Identification& start, const ide
     try {
       act();
     } catch (const std::exception& e) {
-      c.failure = std::string("the refit fails: ") + e.what();
+      c.failure = {.id = Rejection::refit_failed, .detail = e.what()};
     }
   };
   for (Contestant& c : field)
@@ -162,20 +164,21 @@ std::vector<Contestant> contest(const identify::Identification& start, const ide
   std::optional<double> without;
   const Contestant* leader = nullptr;
   for (Contestant& c : field) {
-    if (!c.failure.empty()) continue;
+    if (!c.failure.none()) continue;
     if (leader && !without) without = cost_held(start, model.fit.noise, options);
     if (leader && without && far_behind(c, *leader, *without, model.fit.cost)) {
-      c.failure =
-          fmt::format("explains less than {:.0f} % of what {} does, with what is known held", 100.0 * kFar, leader->tested->candidate->id);
+      c.failure = {.id = Rejection::far_behind,
+                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), kFar}},
+                   .effect = leader->tested->candidate->id};
       continue;
     }
     attempt(c, [&] { finish_refit(c.refit, options); });
-    if (!c.failure.empty()) continue;
+    if (!c.failure.none()) continue;
     judge(c, model, s, criteria);
-    if (!leader && c.failure.empty()) leader = &c;
+    if (!leader && c.failure.none()) leader = &c;
   }
   std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
-    return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.score > b.score;
+    return a.failure.none() != b.failure.none() ? a.failure.none() : a.score > b.score;
   });
   return field;
 }
@@ -195,16 +198,16 @@ void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {
   constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
   const Contestant& first = field.front();
   double wind_m_s = 0.0;
-  if (first.failure.empty() && first.tested->candidate->id == "wind_steady") {
+  if (first.failure.none() && first.tested->candidate->id == host::WindSteady::kId) {
     for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
   }
   const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
   for (Contestant& c : field) {
-    if (!c.failure.empty() || (!their_mean && c.rise >= gust.gain)) continue;
-    c.failure = their_mean ? fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", wind_m_s,
-                                         gust.sigma_m_s, gust.time_s)
-                           : fmt::format("raises the log likelihood by {:.1f}, gusts of {:.2f} m/s that last {:.1f} s by {:.1f}", c.rise,
-                                         gust.sigma_m_s, gust.time_s, gust.gain);
+    if (!c.failure.none() || (!their_mean && c.rise >= gust.gain)) continue;
+    c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, kMeanWithin * gust.sigma_m_s}}}
+                           : Reason{Rejection::gusts, {{"rise", "1", c.rise, gust.gain}}};
+    c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
+    c.failure.figures.push_back({"gust_time", "s", gust.time_s});
   }
 }
 
@@ -222,12 +225,12 @@ std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>&
   for (const Contestant& c : field) {
     known.push_back(c.tested);
     known.insert(known.end(), c.same.begin(), c.same.end());
-    if (!c.failure.empty() || (&c != &winner && winner.score - c.score > margin)) continue;
+    if (!c.failure.none() || (&c != &winner && winner.score - c.score > margin)) continue;
     if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
     for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
   }
-  // What was not worth a refit by itself may still be as good as the winner by the residuals, and much the same; or the same in every
-  // direction, whatever gate of chance kept it from the field: no flight like these tells that one.
+  // What was not worth a refit by itself may still be as good as the best by the residuals, and much the same; or the same in every
+  // direction, whatever gate of chance kept it from the field: no flight like these distinguishes it.
   for (const Tested& t : all) {
     if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
     if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;

@@ -1,4 +1,4 @@
-// Effects that could be what is missing, refitted side by side. One step of the screening ranks them by what the residuals of a model
+// Ranking: effects that could be what is missing, each refitted. One step of the screening ranks them by what the residuals of a model
 // that lacks the effect say, noise figures swollen by the misfit; the refit shows what each makes of the likelihood once noise and
 // parameters have settled with it.
 #pragma once
@@ -18,14 +18,14 @@ struct Contestant {
   double rise = 0.0;                     // of the log likelihood
   double score = 0.0;                    // rise less what its parameters cost
   Evenness even = {};                    // of its size over the flights
-  std::string failure = {};              // why it cannot be the missing effect; empty: it could
+  Reason failure = {};                   // why it cannot be the missing effect; none: it could
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
 };
 
 // Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
 std::vector<Contestant> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
 
-// Whether `c` needs no refit to be beaten by `leader`, whose refit is done: with what is known held, and the same noise, it explains less
+// Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with what is known held, and the same noise, it explains less
 // than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing the known values does:
 // there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and no effect.
 bool far_behind(const Contestant& c, const Contestant& leader, double without, double freed);
@@ -41,15 +41,15 @@ struct RisesBefore {
   double any = 0.0, on_body = 0.0;
   void count(const Contestant& winner);
 };
-// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts: on the body it is not
-// told from a further effect that is as small.
+// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts: on the body it is
+// indistinguishable from a further effect that is as small.
 bool too_little_beside(const RisesBefore& before, const Contestant& c, const Criteria& criteria);
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
 // gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
 void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field);
 
-// Which of the others these flights cannot tell from the winner, which is the first of `field`.
+// Which of the others are indistinguishable in these flights from the best, which is the first of `field`.
 std::vector<ClassMember> twins_of(const Screening& screening, const std::vector<Tested>& all, const std::vector<Contestant>& field,
                                   const Criteria& criteria);
 

@@ -16,7 +16,9 @@
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
+#include "host/base/constants.hpp"
 #include "host/effects/rotor_groups.hpp"
+#include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -44,7 +46,7 @@ bool among(std::string_view id, const std::vector<std::string>& ids) { return st
 // What the refits say, in the record of the screening. Where none is accepted, no candidate is left standing as if nothing spoke against
 // it.
 void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
-  const bool accepted = !field.empty() && field.front().failure.empty();
+  const bool accepted = !field.empty() && field.front().failure.none();
   for (CandidateEvidence& e : record.candidates) {
     const auto c = std::find_if(field.begin(), field.end(), [&](const Contestant& one) { return one.tested->candidate->id == e.id; });
     const auto stands_for_it = [&](const Contestant& one) {
@@ -54,12 +56,14 @@ void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
       e.rise = c->rise;
       e.variation = c->even.variation;
       e.scatter = c->even.scatter;
-      if (e.ruled_out_by.empty()) e.ruled_out_by = c->failure;
+      if (e.ruled_out_by.none()) e.ruled_out_by = c->failure;
     } else if (const auto same = std::find_if(field.begin(), field.end(), stands_for_it); same != field.end()) {
-      if (e.ruled_out_by.empty() && !same->failure.empty())
-        e.ruled_out_by = fmt::format("as {}: {}", same->tested->candidate->id, same->failure);
-    } else if (e.ruled_out_by.empty() && !accepted) {
-      e.ruled_out_by = "not refitted: those that explain more were, and failed";
+      if (e.ruled_out_by.none() && !same->failure.none()) {
+        e.ruled_out_by = same->failure;
+        e.ruled_out_by.as = same->tested->candidate->id;
+      }
+    } else if (e.ruled_out_by.none() && !accepted) {
+      e.ruled_out_by = {Rejection::not_refitted};
     }
   }
 }
@@ -90,8 +94,8 @@ void note_placebos(const Criteria& criteria, Diagnosis& d) {
 }
 
 // What it takes to see an effect: what is needed beside such logs, and the flight.
-std::string needs_of(const host::EffectFacts& facts) {
-  return facts.needs + (facts.needs.empty() || facts.manoeuvre.empty() ? "" : "; ") + facts.manoeuvre;
+std::string needs_of(const host::CatalogueEffect& e) {
+  return e.needs + (e.needs.empty() || e.manoeuvre.empty() ? "" : "; ") + e.manoeuvre;
 }
 
 bool innovations_white(const identify::Identification& r) {
@@ -125,7 +129,7 @@ class Search {
   void tell_what_would_not_have_shown(const std::vector<Tested>& all);
 
   const DiagnoseOptions& o_;
-  const host::EffectCatalogue catalogue_ = host::builtin_effect_catalogue();
+  const host::EffectCatalogue& catalogue_ = host::builtin_effect_catalogue();
   estimate::FitOptions again_;
   Diagnosis& d_;
   identify::Identification model_;
@@ -153,7 +157,7 @@ bool Search::add_the_best(int round, const Say& say) {
     std::vector<Contestant> field = refitted(start, s, all);
     note_refits(field, record);
     reject(field);
-    accepted = !field.empty() && field.front().failure.empty();
+    accepted = !field.empty() && field.front().failure.none();
     if (accepted) {
       record.decision = fmt::format("added {}", field.front().tested->candidate->id);
       accept(field.front(), twins_of(s, all, field, o_.criteria));
@@ -170,18 +174,18 @@ bool Search::add_the_best(int round, const Say& say) {
 // Those that could be it, best first, the failed ones last.
 std::vector<Contestant> Search::refitted(const identify::Identification& start, const Screening& s, const std::vector<Tested>& all) const {
   std::vector<Contestant> field = contest(start, model_, s, all, o_.criteria, again_);
-  if (!field.empty() && !among("wind_dryden", o_.without)) leave_to_gusts(score_gust(start), field);
+  if (!field.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), field);
   for (Contestant& c : field) {
-    if (c.failure.empty() && too_little_beside(risen_, c, o_.criteria))
-      c.failure = fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", c.rise, risen_.any);
+    if (c.failure.none() && too_little_beside(risen_, c, o_.criteria))
+      c.failure = {Rejection::small_beside_larger, {{"rise", "1", c.rise}, {"largest_before", "1", risen_.any}}};
   }
-  std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.empty(); });
+  std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.none(); });
   return field;
 }
 
 void Search::reject(const std::vector<Contestant>& field) {
   for (const Contestant& c : field) {
-    if (c.failure.empty()) continue;
+    if (c.failure.none()) continue;
     d_.rejected.push_back(c.tested->evidence);
     d_.rejected.back().ruled_out_by = c.failure;
   }
@@ -194,7 +198,7 @@ void Search::accept(Contestant& winner, std::vector<ClassMember> twins) {
   a.evidence.variation = winner.even.variation;
   a.evidence.scatter = winner.even.scatter;
   a.shifts = shifts(model_, winner.refit.fit);
-  if (const host::EffectFacts* facts = catalogue_.facts_of(a.id); facts && !a.twins.empty()) a.manoeuvre = facts->manoeuvre;
+  if (const host::CatalogueEffect* row = catalogue_.find(a.id); row && !a.twins.empty()) a.manoeuvre = row->manoeuvre;
   risen_.count(winner);
   d_.added.push_back(std::move(a));
   added_.push_back(candidate);
@@ -205,13 +209,13 @@ void Search::tell_what_would_not_have_shown(const std::vector<Tested>& all) {
   for (const Tested& t : all) {
     const double typical = t.evidence.typical;
     if (t.test.degrees > 0 && !(t.evidence.detectable > typical)) continue;
-    const host::EffectFacts* facts = catalogue_.facts_of(t.candidate->id);
+    const host::CatalogueEffect* row = catalogue_.find(t.candidate->id);
     const std::string& unit = t.candidate->parameters.front().unit;
     d_.not_observable.push_back({t.candidate->id,
                                  t.test.degrees == 0
                                      ? "the model's own parameters take all of it"
                                      : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable, unit, typical),
-                                 facts ? needs_of(*facts) : std::string(), t.evidence.detectable, typical, unit});
+                                 row ? needs_of(*row) : std::string(), t.evidence.detectable, typical, unit});
   }
 }
 
@@ -223,7 +227,7 @@ void Search::drop_the_needless(const Say& say) {
     say("refit without " + added_[i].id, 0.93);
     model_ = refit_without(model_, added_[i], again_);
     CandidateEvidence e = d_.added[i].evidence;
-    e.ruled_out_by = "needless beside what was found after it";
+    e.ruled_out_by = {Rejection::needless};
     d_.rejected.push_back(std::move(e));
     d_.added.erase(d_.added.begin() + static_cast<std::ptrdiff_t>(i));
     added_.erase(added_.begin() + static_cast<std::ptrdiff_t>(i));
@@ -254,25 +258,23 @@ void Search::tell_late_poses() {
 
 // What cannot be seen in such logs as a rule, unless it was.
 void Search::tell_what_flights_never_show() {
-  for (std::size_t i = 0; i < catalogue_.ids.size(); ++i) {
-    const host::EffectFacts& facts = catalogue_.facts[i];
-    const auto is_it = [&](const auto& one) { return one.id == catalogue_.ids[i]; };
+  for (const host::CatalogueEffect& e : catalogue_.effects) {
+    const auto is_it = [&](const auto& one) { return one.id == e.id; };
     const bool listed = std::any_of(d_.not_observable.begin(), d_.not_observable.end(), is_it),
                found = std::any_of(d_.added.begin(), d_.added.end(), is_it);
-    if (facts.observability == "not_observable" && !listed && !found)
-      d_.not_observable.push_back({catalogue_.ids[i], "does not show in flight logs of this kind", facts.needs, 0.0, 0.0, facts.unit});
+    if (e.observability == "not_observable" && !listed && !found)
+      d_.not_observable.push_back({e.id, "does not show in flight logs of this kind", e.needs, 0.0, 0.0, e.parameter.unit});
   }
 }
 
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
 // like these cannot show for certain stays a remark, and so does what is found after the first: it shares its blocks.
 void add_scatter(const VarianceResult& variance, const std::vector<std::string>& without, Diagnosis& d) {
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  const host::EffectCatalogue& catalogue = host::builtin_effect_catalogue();
   for (const VarianceEffect& v : variance.effects) {
-    const host::EffectFacts* facts = catalogue.facts_of(v.id);
-    const host::CatalogueParameter* typical = catalogue.parameter_of(v.id);
-    if (!v.found || !facts || !typical || facts->observability == "not_observable" || among(v.id, without)) continue;
-    const double matters = kScatterMatters * std::fabs(typical->typical_value);
+    const host::CatalogueEffect* row = catalogue.find(v.id);
+    if (!v.found || !row || row->observability == "not_observable" || among(v.id, without)) continue;
+    const double matters = kScatterMatters * std::fabs(row->parameter.typical_value);
     if (v.size < matters) continue;
     CandidateEvidence e;
     e.id = v.id;
@@ -284,9 +286,9 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
     e.typical = matters;
     AddedEffect a{.id = v.id, .parameters = e.one_step, .evidence = e};
     for (const auto& [twin, correlation] : v.twins) {
-      if (catalogue.facts_of(twin)) a.twins.push_back({twin, correlation, 1.0, {}});
+      if (catalogue.find(twin)) a.twins.push_back({twin, correlation, 1.0, {}});
     }
-    if (!a.twins.empty()) a.manoeuvre = facts->manoeuvre;
+    if (!a.twins.empty()) a.manoeuvre = row->manoeuvre;
     d.added.push_back(std::move(a));
     return;
   }
@@ -306,7 +308,7 @@ void tell_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
 }  // namespace
 
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
-  const double weight_N = vehicle[estimate::kMass] * host::kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
+  const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& axis = left.unexplained.axis[a];
     const double beyond = std::sqrt(std::max(0.0, axis.rms * axis.rms - axis.rms_expected * axis.rms_expected));
@@ -359,7 +361,7 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
   choose_manoeuvres(out, o.library, o.identify.fit.threads);
   tell_checks(flights, d);
   if (!vehicle.ceiling_z_m)
-    d.not_observable.push_back({"ceiling_effect", "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
+    d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
   if (out.after.problem.flights.front()->pose.empty()) {
     d.remarks.push_back("flights without poses: residuals are not looked at by themselves");
   } else {

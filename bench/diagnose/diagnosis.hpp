@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/diagnose/placebo_limit.hpp"
+#include "bench/diagnose/rejection.hpp"
 #include "bench/diagnose/verdict.hpp"
 #include "bench/identify/held_out.hpp"
 
@@ -27,7 +28,7 @@ struct CandidateEvidence {
   // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
   double variation = 0.0, scatter = 1.0;
   bool inside_bounds = true;  // of its physical range, within two u
-  std::string ruled_out_by;   // first criterion it fails, in words; empty: it could be the missing effect
+  Reason ruled_out_by = {};   // first criterion it fails; none: it could be the missing effect
   // The smallest size that these flights would have shown (3.3 u), by its first parameter, and what is typical (catalogue).
   double detectable = 0.0, typical = 0.0;
 };

@@ -1,7 +1,5 @@
 #include "bench/diagnose/examine.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -59,29 +57,29 @@ Tested examine(const ScoreTable& table, const ColumnSet& model, const Candidate&
   return out;
 }
 
-std::string first_failure(const Tested& t, const Criteria& criteria, double placebo) {
+Reason first_failure(const Tested& t, const Criteria& criteria, double placebo) {
   const CandidateEvidence& e = t.evidence;
-  if (e.degrees == 0) return "the model's own parameters take all of it";
-  if (e.p_holm > criteria.p) return fmt::format("chance: p {:.2g} after Holm", e.p_holm);
-  if (e.wald < placebo) return fmt::format("no better than placebos (W {:.1f}, theirs {:.1f})", e.wald, placebo);
-  if (!e.inside_bounds) return "outside its physical range";
+  if (e.degrees == 0) return {Rejection::absorbed};
+  if (e.p_holm > criteria.p) return {Rejection::chance, {{"p_holm", "1", e.p_holm, criteria.p}}};
+  if (e.wald < placebo) return {Rejection::placebos, {{"wald", "1", e.wald, placebo}}};
+  if (!e.inside_bounds) return {Rejection::out_of_range};
   if (const double size = relevance(*t.candidate, t.test.estimate); size < criteria.relevant)
-    return fmt::format("too small to matter ({:.2f} of a size that does)", size);
-  if (e.bic <= 0.0) return fmt::format("its gain ({:.1f}) does not pay for its {} parameters", e.gain, e.degrees);
+    return {Rejection::too_small, {{"relative_size", "1", size, criteria.relevant}}};
+  if (e.bic <= 0.0) return {Rejection::costs_more, {{"gain", "1", e.gain}, {"parameters", "1", static_cast<double>(e.degrees)}}};
   if (e.cross_validated < criteria.held_share * e.gain)
-    return fmt::format("does not hold on blocks that did not estimate it ({:.1f} of {:.1f})", e.cross_validated, e.gain);
+    return {Rejection::not_cross_validated, {{"cross_validated", "1", e.cross_validated, criteria.held_share * e.gain}, {"gain", "1", e.gain}}};
   return {};
 }
 
-// Where a single number better attested, but too small to matter, leaves nothing of a candidate with several: what is believed is off by
+// Where a single number better attested, but too small to matter, leaves nothing of a candidate with several: the prior is off by
 // a little there, and no effect is missing.
-std::string lesser_cause(const ScoreTable& table, const ColumnSet& model, const Tested& t, const std::vector<Tested>& all,
-                         const Criteria& criteria, double placebo) {
+Reason lesser_cause(const ScoreTable& table, const ColumnSet& model, const Tested& t, const std::vector<Tested>& all,
+                    const Criteria& criteria, double placebo) {
   for (const Tested& m : all) {
     if (!m.minor || m.test.degrees >= t.test.degrees || m.test.wald <= t.test.wald) continue;
     const GroupTest beside = test_group(table, with(model, m.candidate->columns), t.candidate->columns);
     if (beside.wald < placebo || beside.p > criteria.p)
-      return fmt::format("{}, too small to matter, leaves W {:.1f} of it", m.candidate->id, beside.wald);
+      return {.id = Rejection::lesser_cause, .figures = {{"wald", "1", beside.wald, placebo}}, .effect = m.candidate->id};
   }
   return {};
 }
@@ -98,14 +96,14 @@ std::vector<Tested> examine_all(const Screening& s, const Criteria& criteria, do
   for (std::size_t i = 0; i < all.size(); ++i) {
     all[i].evidence.p_holm = adjusted[i];
     all[i].evidence.ruled_out_by = first_failure(all[i], criteria, placebo);
-    all[i].real = all[i].evidence.ruled_out_by.empty();
+    all[i].real = all[i].evidence.ruled_out_by.none();
     Criteria of_any_size = criteria;
     of_any_size.relevant = 0.0;
-    all[i].minor = !all[i].real && first_failure(all[i], of_any_size, placebo).empty();
+    all[i].minor = !all[i].real && first_failure(all[i], of_any_size, placebo).none();
   }
   for (Tested& t : all) {
     if (t.real) t.evidence.ruled_out_by = lesser_cause(s.table, model, t, all, criteria, placebo);
-    t.real = t.evidence.ruled_out_by.empty();
+    t.real = t.evidence.ruled_out_by.none();
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const Tested& a, const Tested& b) { return a.real != b.real ? a.real : a.evidence.bic > b.evidence.bic; });

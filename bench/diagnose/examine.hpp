@@ -16,8 +16,8 @@ struct Criteria {
   double held_share = 0.1;    // of its gain that must also show on blocks that did not estimate it
   double overshoot = 0.3;     // of the way from neutral to a bound, by which an estimate of one step may pass the bound
   double fewest_u = 3.3;      // robust standard errors after the refit; of several numbers a Wald test of that chance
-  double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are not told apart
-  double alike = 0.98;        // correlation of columns from which on no refit could tell them apart either
+  double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are indistinguishable
+  double alike = 0.98;        // correlation of columns from which on no refit could distinguish them either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
   double least_share = 0.02;  // of the largest rise of log likelihood by one effect, which a further one must bring …
   double beside_law = 0.1;    // … where both act on the body (contest.hpp)

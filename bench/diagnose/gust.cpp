@@ -112,11 +112,11 @@ GustScore score_gust(const identify::Identification& r) {
   return out;
 }
 
+const host::CatalogueEffect& gusts() { return host::effect("wind_dryden"); }
+
 bool blows(const GustScore& gust) {
   constexpr double kLasts_s = 1.0;
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  const host::CatalogueParameter* typical = catalogue.parameter_of("wind_dryden");
-  return typical && gust.time_s > kLasts_s && gust.sigma_m_s > kScatterMatters * std::fabs(typical->typical_value);
+  return gust.time_s > kLasts_s && gust.sigma_m_s > kScatterMatters * std::fabs(gusts().parameter.typical_value);
 }
 
 }  // namespace rotorloop::diagnose

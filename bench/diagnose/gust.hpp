@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/identify/identify.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
 
@@ -30,6 +31,7 @@ struct GustScore {
 };
 GustScore score_gust(const identify::Identification& fitted);
 
+const host::CatalogueEffect& gusts();  // the effect of the catalogue whose law this is
 // Of an effect on the scatter: what of its typical size (effects/catalogue.toml) matters.
 inline constexpr double kScatterMatters = 0.3;
 // Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.

@@ -2,14 +2,13 @@
 
 #include <cmath>
 
+#include "bench/diagnose/candidate.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 
 namespace rotorloop::diagnose {
 
 std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& criteria) {
-  constexpr const char* kId = "pose_delay";
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  const host::CatalogueParameter* typical = catalogue.parameter_of(kId);
+  const host::CatalogueEffect& row = effect_of_parameter(estimate::kPoseDelay);
   double information = 0.0, sum = 0.0;
   for (const estimate::Estimate& e : fit.estimates) {
     const double u_s = identify::reported_u(e);
@@ -17,17 +16,17 @@ std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& 
     information += 1.0 / (u_s * u_s);
     sum += e.value / (u_s * u_s);
   }
-  if (!typical || information <= 0.0) return std::nullopt;
-  const double delay_s = sum / information, u_s = 1.0 / std::sqrt(information), matters_s = std::fabs(typical->typical_value);
+  if (information <= 0.0) return std::nullopt;
+  const double delay_s = sum / information, u_s = 1.0 / std::sqrt(information), matters_s = std::fabs(row.parameter.typical_value);
   if (std::fabs(delay_s) < criteria.relevant * matters_s || std::fabs(delay_s) < criteria.fewest_u * u_s) return std::nullopt;
   CandidateEvidence e;
-  e.id = kId;
-  e.one_step = {{typical->name, typical->unit, delay_s, u_s}};
+  e.id = row.id;
+  e.one_step = {{row.parameter.name, row.parameter.unit, delay_s, u_s}};
   e.wald = delay_s * delay_s / (u_s * u_s);
   e.degrees = 1;
   e.typical = matters_s;
   e.detectable = criteria.fewest_u * u_s;
-  return AddedEffect{.id = kId, .parameters = e.one_step, .evidence = e};
+  return AddedEffect{.id = row.id, .parameters = e.one_step, .evidence = e};
 }
 
 }  // namespace rotorloop::diagnose

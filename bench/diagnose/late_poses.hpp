@@ -1,4 +1,4 @@
-// Poses that are stamped late, found by every fit that frees their delay.
+// Pose time offset: poses that are stamped late, found by every fit that frees their delay.
 #pragma once
 #include <optional>
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <future>
 #include <memory>
 
 #include "bench/estimate/flight_motion.hpp"
 #include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -57,7 +57,7 @@ void without_means(Rows& x) {
 
 constexpr double kSmall = 1e-3;  // of a size that matters: what the term is given to see what it does
 
-// Force and torque (N, N m, body axes) of a model along the states of a flight, at its knots.
+// Force and torque (N, N m, body axes) of a model along the states of a flight, at its nodes.
 Rows wrench_along(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const std::shared_ptr<const estimate::Motion>& motion,
                   const estimate::ModelValues& values) {
   estimate::RotorInput input = g.input;
@@ -131,14 +131,7 @@ std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host
     p.parameters.front() = size_of.neutral + estimate;
     p.gain = all > 0.0 && p.parameters.front() > size_of.min ? estimate * along / all : 0.0;
   };
-  std::vector<std::future<void>> pool;  // get() hands on what a worker throws
-  const auto workers = static_cast<std::size_t>(std::max(1, threads));
-  for (std::size_t w = 0; w < workers; ++w) {
-    pool.push_back(std::async(std::launch::async, [&, w] {
-      for (std::size_t i = w; i < points; i += workers) try_point(i);
-    }));
-  }
-  for (auto& worker : pool) worker.get();
+  parallel_for(points, threads, try_point);
   std::stable_sort(out.begin(), out.end(), [](const ScanPoint& a, const ScanPoint& b) { return a.gain > b.gain; });
   return out;
 }

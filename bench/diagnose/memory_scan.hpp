@@ -12,7 +12,7 @@ struct ScanPoint {
   std::vector<double> parameters;  // the first is its estimate
   double gain = 0.0;               // share of the residual's weighted squares that goes, 0 to 1; 0 when the estimate has the wrong sign
 };
-// The term's scan (TermInfo::scan) against the residual of a fit, best first. Constant parts of either do not count: weight is told by
+// The term's scan (TermInfo::scan) against the residual of a fit, best first. Constant parts of either do not count: weight is determined by
 // thrust, not by a swing.
 std::vector<ScanPoint> scan_memory(const identify::Identification& fitted, const host::Term& term, int threads);
 

@@ -16,7 +16,7 @@ namespace {
 using Index = ScoreTable::Index;
 
 constexpr std::uint64_t kPlaceboStream = 0xD1A6;
-constexpr std::size_t kAxes = 6;
+constexpr std::size_t kWrenchRows = 6;
 // Of a column's root mean square, N and N m alike, that must be left without its mean. Rounding leaves 1e-16; effects that depend on the
 // motion at all vary by some per cent.
 constexpr double kLeft = 1e-3;
@@ -51,10 +51,10 @@ struct Row {
   double mean = 0.0;
 };
 Row row_of(const estimate::ExtraColumns& real, std::size_t column, std::size_t axis) {
-  const std::size_t every = kAxes * static_cast<std::size_t>(real.count), steps = real.wrench.size() / every;
+  const std::size_t every = kWrenchRows * static_cast<std::size_t>(real.count), steps = real.wrench.size() / every;
   Row out{std::vector<double>(steps), 0.0};
   for (std::size_t k = 0; k < steps; ++k) {
-    out.value[k] = real.wrench[k * every + column * kAxes + axis];
+    out.value[k] = real.wrench[k * every + column * kWrenchRows + axis];
     out.mean += out.value[k] / static_cast<double>(steps);
   }
   return out;
@@ -63,7 +63,7 @@ Row row_of(const estimate::ExtraColumns& real, std::size_t column, std::size_t a
 bool varies(std::span<const estimate::ExtraColumns> real, std::size_t column) {
   double left = 0.0, all = 0.0;
   for (const estimate::ExtraColumns& flight : real) {
-    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    for (std::size_t axis = 0; axis < kWrenchRows; ++axis) {
       const Row row = row_of(flight, column, axis);
       for (const double v : row.value) {
         all += v * v;
@@ -76,7 +76,7 @@ bool varies(std::span<const estimate::ExtraColumns> real, std::size_t column) {
 
 // `of`: the column that each placebo copies.
 estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::vector<std::size_t>& of, double step_s, const RandomStream& random) {
-  const std::size_t wide = kAxes * of.size(), steps = real.wrench.size() / (kAxes * static_cast<std::size_t>(real.count));
+  const std::size_t wide = kWrenchRows * of.size(), steps = real.wrench.size() / (kWrenchRows * static_cast<std::size_t>(real.count));
   const auto shortest = static_cast<std::size_t>(2.0 / step_s);
   const std::size_t turned = smooth_length(steps);  // a few steps at the end stay as they are
   estimate::ExtraColumns out;
@@ -89,7 +89,7 @@ estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::
     for (double& a : turn) a = 2.0 * std::numbers::pi * random.uniform(sample++);
     const double share = random.uniform(sample++);
     const bool shifted = c % 4 == 3 && steps > 3 * shortest;
-    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    for (std::size_t axis = 0; axis < kWrenchRows; ++axis) {
       auto [row, mean] = row_of(real, of[c], axis);
       for (double& v : row) v -= mean;
       if (shifted) {
@@ -100,7 +100,7 @@ estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::
         turn_phases(head, turn, fft);
         std::copy(head.begin(), head.end(), row.begin());
       }
-      for (std::size_t k = 0; k < steps; ++k) out.wrench[k * wide + c * kAxes + axis] = row[k];
+      for (std::size_t k = 0; k < steps; ++k) out.wrench[k * wide + c * kWrenchRows + axis] = row[k];
     }
   }
   return out;

@@ -1,4 +1,4 @@
-// Ratios that flights tell where the figures themselves run off together. Yaw, say, tells the inertia of rotors over that of the vehicle:
+// Ratios that flights determine where the figures themselves are unobservable together. Yaw, say, determines the inertia of rotors over that of the vehicle:
 // with both larger by a tenth, and the drag torque of rotors too, it turns just the same.
 #pragma once
 #include <string>

@@ -23,8 +23,8 @@ identify::Identification continued(const identify::Identification& last) {
   return out;
 }
 
-constexpr int kRounds = 4;      // of fits, each from where the one before ended, with the terms remembering along its states
-constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
+constexpr int kRounds = 4;      // of fits, each from where the one before ended, with stateful terms re-propagated along its states
+constexpr double kRefitSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // Values and states with what is known held: an effect that could hide behind it must first stand for itself, for many have a second,
 // lesser optimum. The noise stays out of this: where what is known is wrong it would swell. Returns the cost there.
@@ -48,7 +48,7 @@ void run(identify::Identification& r, const estimate::FitOptions& options) {
     r = std::move(next);
     bool still = converged;
     for (std::size_t i = 0; i < before.size(); ++i)
-      still = still && std::fabs(r.fit.estimates[i].value - before[i].value) <= kStill * r.fit.estimates[i].u;
+      still = still && std::fabs(r.fit.estimates[i].value - before[i].value) <= kRefitSettled * r.fit.estimates[i].u;
     if (still) break;
   }
 }
@@ -99,7 +99,7 @@ Refit begin_refit(const identify::Identification& last, const Candidate& c, cons
   if (c.term) {
     const std::size_t before = p.start.terms.parameters();
     p.start.terms.add(*c.term);
-    // Terms stand behind the core parameters: the new ones are last, and what they remember starts at rest.
+    // Terms stand behind the core parameters: the new ones are last, and their state starts at rest.
     const auto grow = [&](std::vector<double>& values) { values.resize(estimate::kCoreParameters + p.start.terms.parameters(), 0.0); };
     grow(p.start.values);
     for (auto& own : p.flight_start) grow(own);

@@ -1,6 +1,6 @@
 // The likelihood of all flights as a quadratic function of the model's free parameters and of terms that it does not hold, about the
 // fit: information and score, in sum, per flight and per block of time, with the states eliminated. What a term would gain, its
-// estimate, what it is confounded with and whether it foretells blocks that did not estimate it, is then linear algebra.
+// estimate, what it is confounded with and whether it predicts blocks that did not estimate it, is then linear algebra.
 //   S̃ = S_γγ - S_γθ S_θθ⁻¹ S_θγ,  s̃ = s_γ - S_γθ S_θθ⁻¹ s_θ,  γ̂ = -S̃⁻¹ s̃,  χ² = s̃ᵀ S̃⁻¹ s̃
 // Residuals of real flights are correlated, so χ² is no test. Each block's contribution to the reduced score, with the estimated
 // effect taken out (u_b = c_b + I_b γ̂, else its own size would count as scatter), gives V, and with it a Wald statistic that holds.
@@ -40,7 +40,7 @@ Eigen::MatrixXd directions(const std::vector<ColumnSet>& sums_held, const Column
 struct GroupTest {
   Eigen::VectorXd estimate;    // γ̂, about the fit
   Eigen::MatrixXd covariance;  // the larger of classical and block-robust, direction by direction
-  int degrees = 0;             // directions that the data tell at all
+  int degrees = 0;             // directions that the data determine at all
   double chi2 = 0.0;           // classical
   double wald = 0.0, p = 1.0;  // robust F statistic and its chance
   double blocks = 0.0;         // effective number of blocks that know of it
@@ -53,11 +53,11 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
 // Rise of the log likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 
-// How even an effect is over the blocks.
+// Heterogeneity: how much an effect's size varies over the blocks.
 struct Evenness {
   // Standard deviation of the group's size between blocks over that size: what the scatter of the block scores about it says beyond the
-  // noise, by the method of moments (DerSimonian and Laird, Meta-analysis in clinical trials, 1986). 0: the same everywhere, as far as can
-  // be told.
+  // noise, by the method of moments (DerSimonian and Laird, Meta-analysis in clinical trials, 1986). 0: the same everywhere, as far as
+  // the data show.
   double variation = 0.0;
   double scatter = 1.0;  // that scatter over the one that noise gives, as a variance
 };

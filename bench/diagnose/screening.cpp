@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
 #include "bench/diagnose/memory_scan.hpp"
+#include "bench/estimate/fit_layout.hpp"
 #include "bench/estimate/flight_motion.hpp"
 #include "bench/identify/gauge.hpp"
 #include "bench/estimate/model/reading_terms.hpp"
 #include "bench/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
 #include "host/effects/surroundings.hpp"
 #include "host/effects/rotor_groups.hpp"
 #include "host/effects/term_size.hpp"
@@ -23,65 +24,6 @@ using Index = ScoreTable::Index;
 
 constexpr double kFoldBlocks = 4;  // neighbouring blocks that stay in one fold
 constexpr int kFolds = 5;
-
-// Quantities of the fit itself that an effect of the catalogue changes.
-struct CoreEffect {
-  const char* id;
-  std::vector<int> parameters;
-};
-const std::vector<CoreEffect>& core_effects() {
-  static const std::vector<CoreEffect> all{{"gravity_tilt", {estimate::kTiltX, estimate::kTiltY}},
-                                           {"products_of_inertia", {estimate::kIxy, estimate::kIxz, estimate::kIyz}},
-                                           {"rotor_speed_delay", {estimate::kRotorDelay}},
-                                           {"pose_delay", {estimate::kPoseDelay}}};
-  return all;
-}
-
-// All parameters of the fit, per flight or shared, in the order of its estimates; which of them flight f knows.
-std::vector<Index> columns_of_flight(const estimate::FitProblem& p, std::size_t f) {
-  std::vector<Index> out;
-  Index at = 0;
-  for (const estimate::FreeParameter& free : p.free) {
-    out.push_back(free.per_flight ? at + static_cast<Index>(f) : at);
-    at += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
-  }
-  return out;
-}
-Index estimates_of(const estimate::FitProblem& p) {
-  Index n = 0;
-  for (const estimate::FreeParameter& free : p.free) n += free.per_flight ? static_cast<Index>(p.flights.size()) : 1;
-  return n;
-}
-
-// What a flight knows before any reading: the priors of the fit.
-void add_priors(const estimate::FitProblem& p, const estimate::Fit& fit, ScoreTable& table) {
-  for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
-    for (const estimate::FreeParameter& free : p.free) {
-      if (free.parameter != fit.estimates[i].parameter || free.prior_u <= 0.0) continue;
-      const auto at = static_cast<Index>(i);
-      const double weight = 1.0 / (free.prior_u * free.prior_u);
-      table.information(at, at) += weight;
-      table.score[at] += weight * (fit.estimates[i].value - p.start[free.parameter]);
-    }
-  }
-  for (const estimate::JointPrior& prior : p.priors) {
-    for (std::size_t a = 0; a < fit.estimates.size(); ++a) {
-      if (fit.estimates[a].flight >= 0) continue;
-      for (std::size_t b = 0; b < fit.estimates.size(); ++b) {
-        if (fit.estimates[b].flight >= 0) continue;
-        for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
-          if (prior.parameters[i] != fit.estimates[a].parameter) continue;
-          for (std::size_t j = 0; j < prior.parameters.size(); ++j) {
-            if (prior.parameters[j] != fit.estimates[b].parameter) continue;
-            const double weight = prior.information(static_cast<Index>(i), static_cast<Index>(j));
-            table.information(static_cast<Index>(a), static_cast<Index>(b)) += weight;
-            table.score[static_cast<Index>(a)] += weight * (fit.estimates[b].value - prior.mean[static_cast<Index>(j)]);
-          }
-        }
-      }
-    }
-  }
-}
 
 // The model with every term of the library in it: those that it lacks at their neutral values.
 estimate::ModelValues with_library(const estimate::ModelValues& values, const std::vector<Candidate>& candidates, std::vector<int>& parameters) {
@@ -97,7 +39,7 @@ estimate::ModelValues with_library(const estimate::ModelValues& values, const st
       parameters.push_back(estimate::kCoreParameters + static_cast<int>(first + k));
       all.values.push_back(c.parameters[k].neutral);
     }
-    all.values.resize(estimate::kCoreParameters + all.terms.parameters(), 0.0);  // what it remembers starts at rest
+    all.values.resize(estimate::kCoreParameters + all.terms.parameters(), 0.0);  // its state starts at rest
   }
   return all;
 }
@@ -173,47 +115,30 @@ estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vecto
   return out;
 }
 
-void for_flights(std::size_t flights, int threads, const auto& act) {
-  std::vector<std::thread> pool;
-  const std::size_t workers = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, threads)), 1, flights);
-  std::vector<std::exception_ptr> failures(workers);
-  for (std::size_t w = 0; w < workers; ++w) {
-    pool.emplace_back([&, w] {
-      try {
-        for (std::size_t f = w; f < flights; f += workers) act(f);
-      } catch (...) {
-        failures[w] = std::current_exception();
-      }
-    });
-  }
-  for (auto& t : pool) t.join();
-  for (const auto& f : failures) {
-    if (f) std::rethrow_exception(f);
-  }
-}
-
 // Sums the sweeps of all flights into one table. `beside`: columns that each sweep has behind those of its free parameters.
 ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std::vector<estimate::Reduced> reduced, Index beside) {
+  const estimate::Layout layout = estimate::make_layout(p);
+  const estimate::Priors priors(p, layout);
   ScoreTable table;
-  table.base = estimates_of(p);
+  table.base = static_cast<Index>(layout.estimates.size());
   const Index n = table.base + beside;
   table.information = Eigen::MatrixXd::Zero(n, n);
   table.score = Eigen::VectorXd::Zero(n);
   for (std::size_t f = 0; f < reduced.size(); ++f) {
-    std::vector<Index> at = columns_of_flight(p, f);
+    std::vector<Index> at = layout.of_flight[f];
     for (Index c = 0; c < beside; ++c) at.push_back(table.base + c);
     table.score(at) += reduced[f].score;
-    for (std::size_t b = 0; b < at.size(); ++b) {
-      for (std::size_t a = 0; a < at.size(); ++a)
-        table.information(at[a], at[b]) += reduced[f].information(static_cast<Index>(a), static_cast<Index>(b));
-    }
+    table.information(at, at) += reduced[f].information;
     table.readings += static_cast<double>(reduced[f].residuals) - 12.0 * static_cast<double>(p.flights[f]->tied_knots());
     for (estimate::ScoreBlock& b : reduced[f].blocks) {
       table.fold.push_back(static_cast<int>(static_cast<double>(table.blocks.size()) / kFoldBlocks) % kFolds);
       table.blocks.push_back({f, b.from_s, b.to_s, at, std::move(b.information), std::move(b.score)});
     }
   }
-  add_priors(p, fit, table);
+  Eigen::VectorXd theta(table.base);
+  for (Index i = 0; i < table.base; ++i) theta[i] = fit.estimates[static_cast<std::size_t>(i)].value;
+  table.information.topLeftCorner(table.base, table.base) += priors.information();
+  table.score.head(table.base) += priors.score(theta);
   for (const auto& group : identify::rotor_groups(p.start.terms, p.free)) {
     ColumnSet held;
     for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
@@ -225,13 +150,14 @@ ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std
 }
 
 // One more sweep. `held`: core parameters beside the free ones, in the order of their columns.
-ScoreTable table_of(const identify::Identification& r, const estimate::Columns& held, const std::vector<estimate::ExtraColumns>& extra, double block_s, int threads) {
+ScoreTable swept_table(const identify::Identification& r, const estimate::Columns& held, const std::vector<estimate::ExtraColumns>& extra,
+                       double block_s, int threads) {
   const estimate::FitProblem& p = r.problem;
   estimate::Columns columns;
   for (const estimate::FreeParameter& f : p.free) columns.push_back(f.parameter);
   columns.insert(columns.end(), held.begin(), held.end());
   std::vector<estimate::Reduced> reduced(p.flights.size());
-  for_flights(p.flights.size(), threads, [&](std::size_t f) {
+  parallel_for(p.flights.size(), threads, [&](std::size_t f) {
     std::vector<estimate::BodyState> states = r.fit.states[f];
     estimate::Chain chain(*p.flights[f], states, states);
     reduced[f] = chain.sweep(estimate::Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
@@ -242,73 +168,30 @@ ScoreTable table_of(const identify::Identification& r, const estimate::Columns& 
 
 }  // namespace
 
-bool acts_on_body(const Candidate& c) {
-  if (!c.term) return c.core.front() != estimate::kPoseDelay;
-  const host::TermHooks<double>& h = c.term->plain;
-  return h.speeds || h.air || h.inflow || h.rotor || h.body;
-}
-
 ScoreTable table_of(const identify::Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
 
 ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads) {
-  return table_of(r, {}, columns, block_s, threads);
+  return swept_table(r, {}, columns, block_s, threads);
 }
 
 Screening screen(const identify::Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
                  double block_s, int threads) {
   const estimate::FitProblem& p = r.problem;
-  const auto excluded = [&](std::string_view id) { return std::find(without.begin(), without.end(), id) != without.end(); };
-  const auto is_free = [&](int parameter) {
-    return std::any_of(p.free.begin(), p.free.end(), [&](const estimate::FreeParameter& f) { return f.parameter == parameter; });
-  };
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   Screening out;
+  out.candidates = candidates_for(r, without, library);
   estimate::Columns held;
-  for (const CoreEffect& e : core_effects()) {
-    if (excluded(e.id) || std::any_of(e.parameters.begin(), e.parameters.end(), is_free)) continue;
-    const bool commands = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return g->input.from_commands(); });
-    const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return !g->pose.empty(); });
-    if ((e.parameters.front() == estimate::kRotorDelay && commands) || (e.parameters.front() == estimate::kPoseDelay && !poses)) continue;
-    Candidate c{.id = e.id, .core = e.parameters};
-    // What matters of it is what matters of the effect.
-    const host::Term* same = host::find_term(e.id);
-    const host::CatalogueParameter* typical = catalogue.parameter_of(e.id);
-    const double size = same ? same->info.parameters.front().scale : typical ? std::fabs(typical->typical_value) : 0.0;
-    for (const int parameter : e.parameters) {
-      const estimate::ParameterInfo info = estimate::parameter_info(parameter, p.start.terms);
-      c.parameters.push_back({info.symbol, info.unit, r.fit.values.front()[parameter], info.min, info.max, size > 0.0 ? size : info.scale});
-      held.push_back(parameter);
-    }
-    out.candidates.push_back(std::move(c));
-  }
-  const double mass = p.start[estimate::kMass], arm = host::arm_m(p.start.geometry);
-  std::vector<const host::Term*> terms;
-  for (const host::Term& term : host::all_terms()) terms.push_back(&term);
-  terms.insert(terms.end(), library.begin(), library.end());
-  for (const host::Term* of_list : terms) {
-    const host::Term& term = *of_list;
-    const bool core = std::any_of(core_effects().begin(), core_effects().end(), [&](const CoreEffect& e) { return term.info.id == e.id; });
-    bool has = false;
-    for (std::size_t i = 0; i < p.start.terms.size(); ++i) has = has || p.start.terms.term(i).info.id == term.info.id;
-    const bool no_ceiling = term.info.id == host::CeilingEffect::kId && !std::isfinite(p.start.geometry.ceiling_z_m);
-    if (core || has || no_ceiling || excluded(term.info.id)) continue;
-    Candidate c{.id = std::string(term.info.id), .term = &term};
-    for (const host::TermParameter& t : term.info.parameters)
-      c.parameters.push_back(
-          {std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass, arm)});
-    out.candidates.push_back(std::move(c));
-  }
+  for (const Candidate& c : out.candidates) held.insert(held.end(), c.core.begin(), c.core.end());
   for (Candidate& c : out.candidates) {
     if (c.term && !c.term->info.scan.empty()) look_where_it_swings(r, c, threads);
   }
-  Index next = estimates_of(p);
+  auto next = static_cast<Index>(r.fit.estimates.size());
   for (Candidate& c : out.candidates) {
     for (std::size_t k = 0; k < c.parameters.size(); ++k) c.columns.push_back(next++);
   }
   out.series.resize(p.flights.size());
-  for_flights(p.flights.size(), threads,
+  parallel_for(p.flights.size(), threads,
               [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); });
-  out.table = table_of(r, held, out.series, block_s, threads);
+  out.table = swept_table(r, held, out.series, block_s, threads);
   for (const Candidate& c : out.candidates) {
     if (!host::common_part(c.id).empty()) out.table.sums_held.push_back(c.columns);
   }

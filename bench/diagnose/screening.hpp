@@ -1,6 +1,4 @@
-// From a fit to the table of scores: which effects are candidates, and one sweep of the elimination with a column for each of their
-// parameters. A candidate is a term that the model lacks, or a quantity that the fit holds or that the vehicle file believed to know
-// (gravity's direction, delays, products of inertia).
+// From a fit to the table of scores: one sweep of the elimination with a column for each parameter of the candidates.
 #pragma once
 #include <span>
 #include <string>
@@ -11,9 +9,6 @@
 #include "bench/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
-
-// Whether it changes force and torque (by the rotor speeds they are reckoned from, too), not only what poses and inertial sensors read.
-bool acts_on_body(const Candidate& candidate);
 
 struct Screening {
   ScoreTable table;

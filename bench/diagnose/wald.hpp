@@ -1,5 +1,5 @@
 // Whether a refit finds an effect: Wald's test of all its numbers together, over their joint covariance. Numbers that share a direction
-// which flights hardly tell (those of four rotors) are each uncertain by more than their size where together they are beyond doubt.
+// which flights poorly determine (those of four rotors) are each uncertain by more than their size where together they are beyond doubt.
 #pragma once
 #include "bench/diagnose/screening.hpp"
 

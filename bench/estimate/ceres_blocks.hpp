@@ -62,7 +62,7 @@ class RenewFlights final : public ceres::EvaluationCallback {
   std::vector<std::unique_ptr<CeresFlight>>& flights_;
 };
 
-// Each owned by the caller. Blocks: process {state k, state k + 1, parameter blocks…}, readings {state, parameter blocks…},
+// Each owned by the caller. Blocks: process {state k, state k + 1, parameter blocks…}, measurements {state, parameter blocks…},
 // anchor {state}, prior {parameter block}.
 ceres::CostFunction* process_cost(const CeresFlight& flight, std::size_t knot);
 ceres::CostFunction* pose_cost(const CeresFlight& flight, const PoseFix& fix);

@@ -14,7 +14,7 @@ using Arrow = Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::ColMajor, 12, kMa
 double robust_cost(double s, double c) { return c > 0.0 ? 0.5 * c * c * std::log1p(s / (c * c)) : 0.5 * s; }
 double robust_weight(double s, double c) { return c > 0.0 ? 1.0 / (1.0 + s / (c * c)) : 1.0; }
 
-// The streams of vector readings, in the order in which their rows are added.
+// The streams of vector measurements, in the order in which their rows are added.
 struct VectorStream {
   std::vector<VectorFix> GridFlight::*fixes;
   std::vector<LinearRows::Reading<3>> LinearRows::*rows;
@@ -25,7 +25,7 @@ constexpr std::array<VectorStream, 4> kVectorStreams{{{&GridFlight::position, &L
                                                       {&GridFlight::gyro, &LinearRows::gyro, &Residuals::gyro},
                                                       {&GridFlight::accel, &LinearRows::accel, &Residuals::accel}}};
 
-// Positions in the lists of readings while the knots are walked upwards.
+// Positions in the lists of measurements while the nodes are walked upwards.
 class ReadingCursor {
  public:
   template <class Act>
@@ -45,14 +45,14 @@ class ReadingCursor {
   std::array<std::size_t, kVectorStreams.size()> vector_{};
 };
 
-// The forward sweep. At each knot: the rows that act on its state are added to its blocks of the normal equations, the state is
-// eliminated, and what it leaves goes to the next knot.
+// The forward sweep. At each node: the rows that act on its state are added to its blocks of the normal equations, the state is
+// eliminated, and what it leaves goes to the next node.
 class Elimination {
  public:
   // All kept by reference; `rows` are kept when it is not null.
   Elimination(const GridFlight& flight, const std::vector<BodyState>& states, const std::vector<BodyState>& guess,
               const Residuals& residuals, const SweepOptions& options, LinearRows* rows);
-  // keep(knot, L, Y, [Z y]) at each knot.
+  // keep(node, L, Y, [Z y]) at each node.
   template <class Keep>
   Reduced run(Keep&& keep);
 
@@ -75,7 +75,7 @@ class Elimination {
   LinearRows* rows_;
   const Eigen::Index p_;  // columns
 
-  // Blocks of the normal matrix: D, E (then Y) and [C g] of the knot, D and [C g] of the next, as far as they are summed; [Z y].
+  // Blocks of the normal matrix: D, E (then Y) and [C g] of the node, D and [C g] of the next, as far as they are summed; [Z y].
   StateJacobian d_ = StateJacobian::Zero(), e_, d_next_ = StateJacobian::Zero();
   Arrow b_, b_next_, z_;
   Eigen::MatrixXd total_;      // of [J r]ᵀ[J r], then minus [Z y]ᵀ[Z y]
@@ -88,9 +88,9 @@ class Elimination {
   RowsBy<6> six_;
   RowsBy<3> three_;
   ProcessRows step_;
-  bool linked_ = false;       // the knot, to the next
-  std::size_t settled_;       // knots until the past fixes a state
-  std::size_t in_piece_ = 0;  // knots since the piece began
+  bool linked_ = false;       // the node, to the next
+  std::size_t settled_;       // nodes until the past fixes a state
+  std::size_t in_piece_ = 0;  // nodes since the piece began
   double block_from_s_;       // of the score block under way
   Eigen::MatrixXd block_before_;
 };
@@ -132,7 +132,7 @@ Reduced Elimination::run(Keep&& keep) {
   return std::move(out_);
 }
 
-// Rows by the state of the knot and by the columns, and their residuals.
+// Rows by the state of the node and by the columns, and their residuals.
 template <class State, class Columns, class R>
 void Elimination::add(const State& state, const Columns& columns, const R& r) {
   d_.noalias() += state.transpose() * state;
@@ -204,7 +204,7 @@ void Elimination::add_process(std::size_t k) {
 }
 
 Eigen::LLT<StateJacobian> Elimination::eliminate() {
-  if (d_.diagonal().maxCoeff() == 0.0) d_.setIdentity();  // a knot of a dropped piece: nothing is known, nothing is asked
+  if (d_.diagonal().maxCoeff() == 0.0) d_.setIdentity();  // a node of a dropped piece: nothing is known, nothing is asked
   if (options_.damping > 0.0) d_.diagonal() *= 1.0 + options_.damping;
   const Eigen::LLT<StateJacobian> llt(d_);
   if (llt.info() != Eigen::Success) throw std::domain_error("the information of a state is not positive definite");

@@ -43,7 +43,7 @@ struct Reduced {
 struct SweepOptions {
   double damping = 0.0;      // Levenberg-Marquardt, on the diagonal of D
   bool keep_factors = true;  // for the backward sweeps
-  bool keep_rows = false;    // linearised steps and readings, some 4 kB a step, for rows_here()
+  bool keep_rows = false;    // linearised steps and measurements, some 4 kB a step, for rows_here()
   double block_s = 0.0;      // length of score blocks; 0: none
   bool innovations = false;
   double robust_scale = 0.0;  // Cauchy loss on each pose, in standard deviations of its six numbers together; 0: squares
@@ -72,7 +72,7 @@ class Chain {
   const std::vector<BodyState>& guess_;
   std::vector<Factor> factors_;
   LinearRows rows_;            // empty unless they are kept
-  std::vector<double> arrow_;  // [Z y] of each knot, 12 x (columns + 1)
+  std::vector<double> arrow_;  // [Z y] of each node, 12 x (columns + 1)
   Eigen::Index columns_ = 0;
 };
 

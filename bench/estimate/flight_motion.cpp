@@ -5,6 +5,7 @@
 
 #include "bench/estimate/estimator.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "host/effects/slung_load.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -38,7 +39,7 @@ std::vector<std::array<double, host::kMaxTermMemory>> swing_of(const GridFlight&
 
 Motion motion_of(const GridFlight& g, const std::vector<BodyState>& states) {
   Motion out{g.start_s, g.step_s, states, {}};
-  std::size_t last = g.knots;  // the last knot that the model ties
+  std::size_t last = g.knots;  // the last node that the model ties
   for (std::size_t k = 0; k < g.knots; ++k) {
     if (!g.tied(k)) continue;
     const std::size_t from = last == g.knots ? 0 : last + 1;
@@ -49,7 +50,7 @@ Motion motion_of(const GridFlight& g, const std::vector<BodyState>& states) {
     last = k;
   }
   for (std::size_t j = last == g.knots ? g.knots : last + 1; j < g.knots; ++j) out.states[j] = states[last];
-  if (!g.load_W_m.empty()) out.measured.push_back({"slung_load", swing_of(g, out.states)});
+  if (!g.load_W_m.empty()) out.measured.push_back({std::string(host::SlungLoad::kId), swing_of(g, out.states)});
   return out;
 }
 

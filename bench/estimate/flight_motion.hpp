@@ -1,4 +1,4 @@
-// The motion of a flight as terms with memory follow it: smoothed states, sound at every knot.
+// The motion of a flight as terms with memory follow it: smoothed states, sound at every node.
 #pragma once
 #include <span>
 #include <vector>
@@ -13,11 +13,11 @@ namespace rotorloop::estimate {
 // the mean acceleration of the gap.
 Motion motion_of(const GridFlight& flight, const std::vector<BodyState>& states);
 
-// States that the readings make, not the model: smoothed under ten times the process noise that models of small multirotors leave.
-// `noise` says how good the readings are.
+// States that the measurements make, not the model: smoothed under ten times the process noise that models of small multirotors leave.
+// `noise` says how good the measurements are.
 std::vector<BodyState> states_by_readings(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise);
 
-// Lets the terms of each flight remember along its states.
+// Propagates the stateful terms of each flight along its states.
 void follow_states(std::span<GridFlight> flights, std::span<const std::vector<BodyState>> states);
 
 }  // namespace rotorloop::estimate

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
-#include <thread>
 
 #include "bench/estimate/newton_step.hpp"
 #include "bench/estimate/open_directions.hpp"
 #include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -27,32 +26,6 @@ constexpr double kStill = 0.1, kRest = 1e-3;
 constexpr int kPatience = 2;  // steps that stall
 constexpr int kTries = 12;    // of a step, each shorter or more damped
 constexpr double kNone = std::numeric_limits<double>::infinity();
-
-void for_each_flight(std::size_t flights, int threads, const std::function<void(std::size_t)>& act) {
-  std::vector<std::exception_ptr> failures(flights);
-  const auto guarded = [&](std::size_t f) {
-    try {
-      act(f);
-    } catch (...) {
-      failures[f] = std::current_exception();
-    }
-  };
-  if (threads <= 1 || flights < 2) {
-    for (std::size_t f = 0; f < flights; ++f) guarded(f);
-  } else {
-    const std::size_t workers = std::min<std::size_t>(static_cast<std::size_t>(threads), flights);
-    std::vector<std::thread> pool;
-    for (std::size_t w = 0; w < workers; ++w) {
-      pool.emplace_back([&, w] {
-        for (std::size_t f = w; f < flights; f += workers) guarded(f);
-      });
-    }
-    for (auto& t : pool) t.join();
-  }
-  for (const auto& f : failures) {
-    if (f) std::rethrow_exception(f);
-  }
-}
 
 // Runs the work of one flight, and names the flight when its states cannot be found.
 template <class Act>
@@ -124,7 +97,7 @@ void GaussNewton::linearise(double damping, bool innovations) {
                            .block_s = options_.block_s,
                            .innovations = innovations,
                            .robust_scale = options_.robust_scale};
-  for_each_flight(chains_.size(), options_.threads, [&](std::size_t f) {
+  parallel_for(chains_.size(), options_.threads, [&](std::size_t f) {
     const GridFlight& flight = *problem_.flights[f];
     const Residuals res(flight, fit_.values[f], fit_.noise[f], layout_.columns);
     for_flight(flight, [&] { fit_.reduced[f] = chains_[f].sweep(res, sweep); });
@@ -147,11 +120,8 @@ void GaussNewton::sum_normal_equations() {
   for (std::size_t f = 0; f < chains_.size(); ++f) {
     const auto& at = layout_.of_flight[f];
     const Reduced& reduced = fit_.reduced[f];
-    for (std::size_t a = 0; a < at.size(); ++a) {
-      score_[at[a]] += reduced.score[static_cast<Eigen::Index>(a)];
-      for (std::size_t b = 0; b < at.size(); ++b)
-        information_(at[a], at[b]) += reduced.information(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
-    }
+    score_(at) += reduced.score;
+    information_(at, at) += reduced.information;
     cost_ += reduced.cost;
     states_gain_ += reduced.cost - reduced.predicted_cost;
   }
@@ -167,7 +137,7 @@ void GaussNewton::move_to(const VectorXd& theta, const VectorXd& step, double sh
 
 double GaussNewton::cost_here(const VectorXd& theta) const {
   std::vector<double> part(chains_.size());
-  for_each_flight(chains_.size(), options_.threads, [&](std::size_t f) {
+  parallel_for(chains_.size(), options_.threads, [&](std::size_t f) {
     part[f] = chains_[f].cost(Residuals(*problem_.flights[f], fit_.values[f], fit_.noise[f], {}), options_.robust_scale);
   });
   double sum = priors_.cost(theta);
@@ -235,7 +205,7 @@ void GaussNewton::estimate_noise() {
     rows.push_back({flight, chains_[f].rows_here(Residuals(flight, fit_.values[f], fit_.noise[f], {}))});
   }
   SettledNoise found = settle_noise(rows, fit_.noise, options_.noise, [&](const auto& act) {
-    for_each_flight(chains_.size(), options_.threads, [&](std::size_t f) { for_flight(*problem_.flights[f], [&] { act(f); }); });
+    parallel_for(chains_.size(), options_.threads, [&](std::size_t f) { for_flight(*problem_.flights[f], [&] { act(f); }); });
   });
   for (std::size_t f = 0; f < chains_.size(); ++f) chains_[f].move(found.moves[f]);
   fit_.noise = std::move(found.noise);

@@ -10,26 +10,19 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "bench/log/stream_reader.hpp"
 #include "host/base/error.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::estimate {
 namespace {
 
-double median_step(const std::vector<double>& t) {
-  std::vector<double> d;
-  for (std::size_t k = 0; k + 1 < t.size(); ++k) d.push_back(t[k + 1] - t[k]);
-  if (d.empty()) return 0.0;
-  std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
-  return d[d.size() / 2];
-}
-
-// The readings around a knot, by their distance in half steps.
+// The measurements around a node, by their distance in half steps.
 using Gathered = LocalParabola<3>;
 
-// The mean of readings over a step h is off by ẅ h² / 24 from what they are in its middle: at 50 steps a second a gyro's mean runs behind
-// the attitude like a mount of 1.7e-5 s². Where there are enough, the parabola through them counts at the knot, at the price of half as
+// The mean of measurements over a step h is off by ẅ h² / 24 from what they are in its middle: at 50 steps a second a gyro's mean runs behind
+// the attitude like a mount of 1.7e-5 s². Where there are enough, the parabola through them counts at the node, at the price of half as
 // much noise again; else their mean at its own time.
 VectorFix fix_of(std::size_t knot, const Gathered& g, double half_step_s) {
-  constexpr double kEnough = 9.5;  // readings
+  constexpr double kEnough = 9.5;  // measurements
   if (g.count() > kEnough && std::fabs(g.mean_place()) < 0.1) return {knot, 0.0, g.at_moment()};
   return {knot, half_step_s * g.mean_place(), g.mean()};
 }
@@ -54,7 +47,7 @@ std::vector<VectorFix> gathered(const log::Stream<Eigen::Vector3d>& s, const Gri
   return out;
 }
 
-// Of the load on a string, at each knot. Throws Error when the log does not hold it.
+// Of the load on a string, at each node. Throws Error when the log does not hold it.
 std::vector<Eigen::Vector3d> load_places(const log::FlightRecord& record, const GridFlight& g) {
   std::vector<log::StreamReader<double>> axes;
   for (const char* name : {"payload_x[m]", "payload_y[m]", "payload_z[m]"}) {
@@ -103,7 +96,7 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
   g.step_s = 1.0 / rate;
   g.slopes_by_middle = o.slopes_by_middle;
   g.substeps = std::max(1, static_cast<int>(std::ceil(g.step_s / o.longest_substep_s - 1e-9)));
-  // The grid starts at a reading, so that a sensor with the grid's own rate is read at the knots.
+  // The grid starts at a reading, so that a sensor with the grid's own rate is read at the nodes.
   const double from = std::max({o.from_s, g.input.first_s(), clock.front()});
   const double to = std::min({o.to_s, g.input.last_s(), clock.back()});
   const auto first = std::lower_bound(clock.begin(), clock.end(), from - 1e-9);
@@ -130,7 +123,7 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
         continue;
       const auto knot = static_cast<std::size_t>(std::min(std::max(std::floor(at + 0.5), 0.0), static_cast<double>(g.knots - 1)));
       const PoseFix fix{knot, record.pose.t_s[i] - g.time_s(knot), record.pose.value[i]};
-      // A pose cannot be averaged: of several around a knot the nearest counts.
+      // A pose cannot be averaged: of several around a node the nearest counts.
       if (!g.pose.empty() && g.pose.back().knot == knot) {
         if (std::fabs(fix.late_s) < std::fabs(g.pose.back().late_s)) g.pose.back() = fix;
       } else {
@@ -216,7 +209,7 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
   const Eigen::Vector3d r(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
   const Eigen::Quaterniond q_SB = values.q_BS().conjugate();
   if (!g.pose.empty()) {
-    // Between readings: straight lines and shortest turns.
+    // Between measurements: straight lines and shortest turns.
     std::size_t i = 0;
     for (std::size_t k = 0; k < g.knots; ++k) {
       while (i + 1 < g.pose.size() && g.pose[i + 1].knot <= k) ++i;

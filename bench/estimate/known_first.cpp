@@ -4,15 +4,16 @@
 #include <algorithm>
 #include <map>
 
+#include "bench/estimate/newton_step.hpp"
+
 namespace rotorloop::estimate {
 namespace {
 
 // Whether the prior says something of every direction of its parameters.
 bool says_all(const JointPrior& prior) {
-  const Eigen::VectorXd scale = prior.information.diagonal().cwiseSqrt();
-  if (scale.size() == 0 || scale.minCoeff() <= 0.0) return false;
-  const Eigen::VectorXd inverse = scale.cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(inverse.asDiagonal() * prior.information * inverse.asDiagonal()));
+  if (prior.information.size() == 0 || prior.information.diagonal().minCoeff() <= 0.0) return false;
+  const Eigen::VectorXd scale = unit_scaling(prior.information);
+  const Eigen::LDLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * prior.information * scale.asDiagonal()));
   constexpr double kFlat = 1e-12;  // of a scaled pivot: rounding
   return factor.info() == Eigen::Success && factor.vectorD().minCoeff() > kFlat;
 }
@@ -52,10 +53,7 @@ FitProblem with_known_held(const FitProblem& problem) {
       information(at, at) += prior.information;
       pull(at) += prior.information * prior.mean;
     }
-    const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::VectorXd likely =
-        scale.asDiagonal() *
-        Eigen::VectorXd(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()).ldlt().solve(scale.asDiagonal() * pull));
+    const Eigen::VectorXd likely = solve_scaled(information, pull);
     for (const auto& [parameter, at] : place) start_at(out, parameter, likely[at]);
     std::erase_if(out.priors, of_held);
   }

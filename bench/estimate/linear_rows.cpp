@@ -20,7 +20,7 @@ LinearRows::Reading<N> scaled(const LinearRows::Reading<N>& row, const Eigen::Ma
   return {by.asDiagonal() * row.state, by.cwiseProduct(row.r), row.weight};
 }
 
-// The readings of one knot, upwards: each list is walked once.
+// The measurements of one node, upwards: each list is walked once.
 template <int N, class Fix, class Act>
 void upwards(const std::vector<Fix>& list, const std::vector<LinearRows::Reading<N>>& rows, std::size_t knot, std::size_t& i, Act&& act) {
   for (; i < list.size() && list[i].knot == knot; ++i) act(rows[i]);
@@ -86,7 +86,7 @@ void RowSmoother::eliminate(const Scales& scales) {
     } else {
       factor.y.setZero();
     }
-    if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a knot of a dropped piece
+    if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a node of a dropped piece
     const Eigen::LLT<StateJacobian> llt(d);
     if (llt.info() != Eigen::Success) throw std::domain_error("the information of a state is not positive definite");
     factor.l = llt.matrixLLT();

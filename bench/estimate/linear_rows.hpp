@@ -1,5 +1,5 @@
 // What a sweep leaves of one flight: its residuals and their derivatives by the states, whitened. With the parameters kept, a smoother on
-// these rows alone tells how large each noise figure would have to be, and again with that figure, without another look at the model.
+// these rows alone shows how large each noise figure would have to be, and again with that figure, without another look at the model.
 #pragma once
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace rotorloop::estimate {
 
 struct LinearRows {
   struct Step {
-    StateJacobian from = StateJacobian::Zero(), to = StateJacobian::Zero();  // by the errors at its two knots
+    StateJacobian from = StateJacobian::Zero(), to = StateJacobian::Zero();  // by the errors at its two nodes
     StateError r = StateError::Zero();
   };
   template <int N>
@@ -24,7 +24,7 @@ struct LinearRows {
     StateJacobian state;
     StateError r;
   };
-  std::vector<Step> steps;      // from each knot to the next
+  std::vector<Step> steps;      // from each node to the next
   std::vector<Anchor> anchors;  // of the pieces, where the flight has any
   // In the order of the flight's lists.
   std::vector<Reading<6>> pose;
@@ -48,7 +48,7 @@ class RowSmoother {
   RowSmoother(const GridFlight& flight, const LinearRows& rows, const NoiseModel& whitened)
       : flight_(flight), rows_(rows), whitened_(whitened) {}
 
-  // With another noise: moves the states to their best, and tells the moments there. Throws std::domain_error where nothing ties a state.
+  // With another noise: moves the states to their best, and returns the moments there. Throws std::domain_error where nothing ties a state.
   NoiseMoments smooth(const NoiseModel& noise);
   // How far the last smoothing moved each state.
   const std::vector<StateError>& moves() const { return moves_; }

@@ -9,7 +9,11 @@ namespace rotorloop::estimate {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
+VectorXd unit_scaling(const MatrixXd& s) {
+  VectorXd d = s.diagonal();
+  for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = d[i] > 0.0 ? 1.0 / std::sqrt(d[i]) : 1.0;
+  return d;
+}
 
 VectorXd solve_scaled(const MatrixXd& s, const VectorXd& rhs, double damping) {
   const VectorXd k = unit_scaling(s);
@@ -17,14 +21,6 @@ VectorXd solve_scaled(const MatrixXd& s, const VectorXd& rhs, double damping) {
   a.diagonal().array() *= 1.0 + damping;
   const VectorXd scaled_rhs = k.asDiagonal() * rhs;
   return k.asDiagonal() * a.ldlt().solve(scaled_rhs);
-}
-
-}  // namespace
-
-VectorXd unit_scaling(const MatrixXd& s) {
-  VectorXd d = s.diagonal();
-  for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = d[i] > 0.0 ? 1.0 / std::sqrt(d[i]) : 1.0;
-  return d;
 }
 
 MatrixXd inverse_scaled(const MatrixXd& s) {

@@ -6,6 +6,8 @@
 namespace rotorloop::estimate {
 
 Eigen::VectorXd unit_scaling(const Eigen::MatrixXd& s);  // k with diag(k) S diag(k) of unit diagonal
+// x of S x = rhs, the diagonal of S raised by the share `damping`.
+Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& s, const Eigen::VectorXd& rhs, double damping = 0.0);
 Eigen::MatrixXd inverse_scaled(const Eigen::MatrixXd& s);
 
 // The Newton step that keeps every value inside its range: a value that would leave it stops at its bound, and the others make the

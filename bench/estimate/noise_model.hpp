@@ -8,7 +8,7 @@ struct NoiseModel {
   // Process, one-sided root densities per world axis (force) and body axis (torque): over a step h the velocity wanders by q sqrt(h).
   Eigen::Vector3d force_m_s2_rtHz = Eigen::Vector3d::Constant(0.05);
   Eigen::Vector3d angular_rad_s2_rtHz = Eigen::Vector3d::Constant(0.5);
-  // Readings, standard deviations per axis.
+  // Measurements, standard deviations per axis.
   Eigen::Vector3d position_m = Eigen::Vector3d::Constant(2e-3);
   Eigen::Vector3d attitude_rad = Eigen::Vector3d::Constant(2e-3);
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Constant(5e-2);

@@ -16,7 +16,7 @@ constexpr std::array kMoments{&NoiseMoments::force,    &NoiseMoments::angular, &
                               &NoiseMoments::velocity, &NoiseMoments::gyro,    &NoiseMoments::accel};
 constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; how many, from the first, are of the process
 
-// EM alone multiplies each standard deviation by the root of its moment, but creeps where readings say little about one step. The
+// EM alone multiplies each standard deviation by the root of its moment, but creeps where measurements say little about one step. The
 // logarithm of that root is, up to a positive factor, the slope of the likelihood, so each figure takes a secant step to the slope's
 // zero instead.
 class SecantSteps {
@@ -28,7 +28,7 @@ class SecantSteps {
     for (std::size_t figure = 0; figure < kFigures.size(); ++figure) {
       const NoiseMoment& of = moments.*kMoments[figure];
       if (!(figure < kProcessFigures ? o.process : o.readings) || of.count <= 0.0) continue;
-      // By gyro and accelerometer alone nothing tells a velocity: with forces left to chance it would wander until it explains every
+      // By gyro and accelerometer alone velocity is unobservable: with forces left to chance it would wander until it explains every
       // reading of the accelerometer by inflow and drag.
       if (figure == kForce && !tracked) continue;
       Eigen::Vector3d& sd = noise.*kFigures[figure];

@@ -6,7 +6,7 @@
 
 namespace rotorloop::estimate {
 
-// A direction of the parameters that the data do not tell.
+// A direction of the parameters that is unobservable in the data.
 struct OpenDirection {
   double information = 0.0;  // eigenvalue of the information matrix scaled to unit diagonal: 0 to number of parameters
   std::vector<std::pair<std::string, double>> parts;  // parameter names and their share, largest first

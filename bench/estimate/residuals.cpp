@@ -60,7 +60,7 @@ Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const 
 int Residuals::place_of(int parameter) const { return places_[static_cast<std::size_t>(parameter)]; }
 
 // Rows (p, v) and (φ, Ω) of each axis are correlated by [h³/3, h²/2; h²/2, h] q²; this is its inverse Cholesky factor.
-// In a flight that reads no position nothing depends on it. Its tight rows (weight² 1e10) would then only round: false readings of the
+// In a flight that reads no position nothing depends on it. Its tight rows (weight² 1e10) would then only round: false measurements of the
 // place that shrank standard errors by 0.3 % after 10 s and more with the cube of time. There p wanders by q √s³ a step, apart from v.
 void Residuals::whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
   struct Weights {
@@ -194,7 +194,7 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
     out.columns.setZero(6, width());
     Matrix3d by_offset = rot;
     if (reads_) {
-      // Terms read the place at the knot, not at the moment the pose shows.
+      // Terms read the place at the node, not at the moment the pose shows.
       by_offset += reading_slope_.position_W_m.leftCols<3>() * x.q_WB.toRotationMatrix();
       out.state.topRows<3>() -= reading_slope_.position_W_m;
       out.state.bottomRows<3>() -= q_BS.toRotationMatrix().transpose() * reading_slope_.turn_B_rad;

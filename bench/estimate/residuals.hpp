@@ -1,6 +1,6 @@
 // The residuals of eq. (10), whitened, with their derivatives by states and parameters: one place that the own elimination, Ceres
 // and the tests share.
-//   process  r = W (x_{k+1} ⊟ f(x_k, u, θ)), 12 rows; readings r = (z - h(x_k, θ)) / σ
+//   process  r = W (x_{k+1} ⊟ f(x_k, u, θ)), 12 rows; measurements r = (z - h(x_k, θ)) / σ
 #pragma once
 #include <Eigen/Core>
 
@@ -20,17 +20,17 @@ struct RowsBy {
 };
 struct ProcessRows {
   Eigen::Matrix<double, 12, 1> r;
-  StateJacobian from, to;  // by the error at knot k, at knot k + 1
+  StateJacobian from, to;  // by the error at node k, at node k + 1
   ParameterJacobian columns;
 };
 
 // Columns beside the parameters, known as series over a flight: what a term that the model does not hold would do per unit of its
-// size. A sweep then tells their scores without a refit. Empty lists: none act there.
+// size. A sweep then gives their scores without a refit. Empty lists: none act there.
 struct ExtraColumns {
   Eigen::Index count = 0;
-  std::vector<double> wrench;       // [step][column][6]: force, N, and torque, N m, in B, mean over the step from knot k to k + 1
+  std::vector<double> wrench;       // [step][column][6]: force, N, and torque, N m, in B, mean over the step from node k to k + 1
   std::vector<double> pose;         // [pose fix][column][6]: of the sensor's position in W, m, and attitude, rotation vector in S, rad
-  std::vector<double> gyro, accel;  // [fix][column][3]: of the readings, B, without what the wrench does to them
+  std::vector<double> gyro, accel;  // [fix][column][3]: of the measurements, B, without what the wrench does to them
 
   template <int Rows>
   Eigen::Map<const Eigen::Matrix<double, Rows, Eigen::Dynamic>> at(const std::vector<double>& list, std::size_t i) const {
@@ -45,11 +45,11 @@ class Residuals {
   Residuals(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise, const Columns& columns,
             const ExtraColumns* extra = nullptr);
 
-  // Between knots k and k + 1, which must be linked.
+  // Between nodes k and k + 1, which must be linked.
   void process(std::size_t k, const BodyState& from, const BodyState& to, ProcessRows& out) const;
   Eigen::Matrix<double, 12, 1> process(std::size_t k, const BodyState& from, const BodyState& to) const;
 
-  // Readings; `out.columns` is filled when wanted. Position of the sensor, 3 rows; attitude, 3 rows.
+  // Measurements; `out.columns` is filled when wanted. Position of the sensor, 3 rows; attitude, 3 rows.
   void pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, bool derivatives) const;
   void position(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
   void velocity(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const;
@@ -64,8 +64,8 @@ class Residuals {
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
-  // The state at the moment of a reading of knot's state `x`. A mean of readings belongs to the mean of their stamps, up to half a step off
-  // its knot: the model carries the state there. `moved`: the derivatives below hold what the way there makes of the knot's.
+  // The state at the moment of a reading of node's state `x`. A mean of measurements belongs to the mean of their stamps, up to half a step off
+  // its node: the model carries the state there. `moved`: the derivatives below hold what the way there makes of the node's.
   struct Moment {
     BodyState x;
     double t_s;
@@ -74,9 +74,9 @@ class Residuals {
   Moment moment_of(const VectorFix& fix, const BodyState& x, bool derivatives) const;
   using ExtraWrench = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxColumns>;
   ExtraWrench extra_wrench(const VectorFix& fix) const;  // at the moment of a reading
-  // Rows by the state at the moment become rows by that of the knot.
+  // Rows by the state at the moment become rows by that of the node.
   void back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const;
-  // What terms add to the readings at a moment, its derivatives into reading_by_ and reading_slope_ when wanted.
+  // What terms add to the measurements at a moment, its derivatives into reading_by_ and reading_slope_ when wanted.
   ReadingChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
 

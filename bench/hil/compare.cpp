@@ -10,6 +10,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::hil {
 namespace fs = std::filesystem;
@@ -66,13 +67,13 @@ ComparedFigure compare_metric(const Metric& m, const Key& k, const std::vector<c
     const auto d = spread_of(differences);
     c.pairs = d.n;
     c.difference = d.mean;
-    c.uncertainty = d.n > 1 ? student_99(d.n - 1) * d.std / std::sqrt(d.n) : 0.0;
+    c.uncertainty = d.n > 1 ? student_quantile(0.99, d.n - 1) * d.std / std::sqrt(d.n) : 0.0;
   } else if (c.a.n > 0 && c.b.n > 0) {
     c.difference = c.b.mean - c.a.mean;
     const double qa = c.a.std * c.a.std / c.a.n, qb = c.b.std * c.b.std / c.b.n;
     c.uncertainty = 0.0;
     if (c.a.n > 1 && c.b.n > 1 && qa + qb > 0)
-      c.uncertainty = student_99((qa + qb) * (qa + qb) / (qa * qa / (c.a.n - 1) + qb * qb / (c.b.n - 1))) * std::sqrt(qa + qb);
+      c.uncertainty = student_quantile(0.99, (qa + qb) * (qa + qb) / (qa * qa / (c.a.n - 1) + qb * qb / (c.b.n - 1))) * std::sqrt(qa + qb);
   }
   c.significant = std::fabs(c.difference) > c.uncertainty;
   return c;
@@ -107,16 +108,6 @@ void compare_ends(Comparison& c, const Key& k, const std::vector<const FlightRes
 std::string num(double v) { return std::isnan(v) ? "-" : fmt::format("{:.4g}", v); }
 
 }  // namespace
-
-double student_99(double degrees) {
-  // Two-sided 99 %: the 0.995 quantile, degrees 1 to 30 (any table of Student's distribution).
-  constexpr std::array kTable{63.657, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.355, 3.250, 3.169, 3.106, 3.055, 3.012, 2.977, 2.947,
-                              2.921,  2.898, 2.878, 2.861, 2.845, 2.831, 2.819, 2.807, 2.797, 2.787, 2.779, 2.771, 2.763, 2.756, 2.750};
-  constexpr double kNormal = 2.5758;
-  if (!(degrees >= 1)) return kTable.front();
-  if (degrees < 31) return kTable[static_cast<std::size_t>(degrees) - 1];
-  return kNormal + (kNormal * kNormal * kNormal + kNormal) / (4 * degrees);  // first term of the Cornish-Fisher expansion
-}
 
 Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool verify) {
   Comparison c;

@@ -32,14 +32,11 @@ struct Comparison {
   std::vector<std::string> reasons;  // sentences for `differs`
 };
 
-// `verify`: hash the logs on disk again instead of believing result.json; a log that does not fit its result.json throws
+// `verify`: hash the logs on disk again instead of trusting result.json; a log that does not fit its result.json throws
 // Error (ExitCode::data_quality).
 Comparison compare_runs(const std::filesystem::path& a, const std::filesystem::path& b, bool verify);
 
 std::string comparison_text(const Comparison& c);
 std::string comparison_json_text(const Comparison& c);
-
-// Two-sided 99 % quantile of Student's t with `degrees` of freedom (>= 1; non-integer for Welch, rounded down).
-double student_99(double degrees);
 
 }  // namespace rotorloop::hil

@@ -64,7 +64,7 @@ std::string effect_page(const EffectStudy& s) {
   for (const auto seed : s.scenario.seeds) seeds += (seeds.empty() ? "" : ", ") + std::to_string(seed);
   std::string out = fmt::format(
       "# What each effect does\n\n"
-      "Made by `{}`; do not edit. What an effect is, what betrays it and what it is mistaken for: [effects/catalogue.toml](../effects/catalogue.toml).\n\n",
+      "Made by `{}`; do not edit. Law, signature in flight and confounders of each effect: [effects/catalogue.toml](../effects/catalogue.toml).\n\n",
       s.command_line);
   if (!s.probes.empty())
     out += fmt::format(

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "bench/hil/effect_study.hpp"
+#include "host/base/constants.hpp"
 #include "sim/plant/flight_dynamics.hpp"
 
 namespace rotorloop::hil {
@@ -71,7 +72,7 @@ double hub_moment_mN_m(const ProbeLoads& with, const ProbeLoads& without) {
 }
 double lateral_force_N(const ProbeLoads& with, const ProbeLoads& without) { return (with.force_B_N - without.force_B_N).head<2>().norm(); }
 double lean_back_deg(const ProbeLoads& with, const ProbeLoads& without) {
-  return 180.0 / 3.141592653589793 * (without.rotor[0].force_R_N.x() - with.rotor[0].force_R_N.x()) / without.rotor[0].force_R_N.z();
+  return kDeg_per_rad * (without.rotor[0].force_R_N.x() - with.rotor[0].force_R_N.x()) / without.rotor[0].force_R_N.z();
 }
 
 // Time constant with which the difference in thrust dies away after a jump of speed, from two points 1 ms apart.

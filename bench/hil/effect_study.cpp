@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::hil {
@@ -38,31 +36,7 @@ Flown fly_sampled(const Scenario& scenario, const Inputs& inputs, std::size_t fl
   return out;
 }
 
-// Calls work(i) for all i < n with `jobs` threads; the first exception ends it.
-template <class Work>
-void in_parallel(std::size_t n, int jobs, const std::atomic<bool>* stop, const Work& work) {
-  std::atomic<std::size_t> next{0};
-  std::mutex mutex;
-  std::exception_ptr error;
-  const auto run = [&] {
-    for (std::size_t i = next++; i < n && !(stop && stop->load()); i = next++) {
-      try {
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!error) error = std::current_exception();
-        next = n;
-      }
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int j = 1; j < std::min(jobs, static_cast<int>(n)); ++j) threads.emplace_back(run);
-  run();
-  for (auto& t : threads) t.join();
-  if (error) std::rethrow_exception(error);
-}
-
-struct Sums {
+struct StudySums {
   double square = 0.0, peak = 0.0;
   std::size_t n = 0;
   void add(double size) {
@@ -74,7 +48,7 @@ struct Sums {
 };
 
 struct AllSums {
-  Sums thrust, in_plane, torque, speed, force, moment;
+  StudySums thrust, in_plane, torque, speed, force, moment;
 
   void add(const std::vector<Sample>& a, const std::vector<Sample>& b) {
     const std::size_t n = std::min(a.size(), b.size());
@@ -107,10 +81,7 @@ std::size_t find_entry(const sim::PlantFile& plant, std::string_view id) {
 bool is_intrinsic(const sim::EffectInfo& info, double typical_value) { return info.parameter.neutral != 0.0 && typical_value == 0.0; }
 
 double typical_value(const sim::EffectInfo& info) {
-  static const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  const auto* entry = catalogue.parameter_of(info.id);
-  if (!entry) throw Error({"effects/catalogue.toml", fmt::format("effect {} has no entry", info.id), "", "describe it there"});
-  return entry->typical_value;
+  return host::effect(info.id).parameter.typical_value;
 }
 
 bool has_effect(const sim::PlantFile& plant, const sim::EffectInfo& info, double typical_value) {
@@ -187,9 +158,9 @@ EffectComparison compare_effect(const Scenario& scenario, const Inputs& inputs, 
     }
     if (end_reference.empty()) end_reference = end_of(r.result);
     if (end_changed.empty()) end_changed = end_of(flown.result);
-    FlightResult told = flown.result;
-    told.flight += (c.in_reference ? " without " : " with ") + c.effect;
-    progress.finished(told);
+    FlightResult shown = flown.result;
+    shown.flight += (c.in_reference ? " without " : " with ") + c.effect;
+    progress.finished(shown);
   }
   c.error_with_cm = spread_of(c.in_reference ? errors_reference : errors_changed);
   c.error_without_cm = spread_of(c.in_reference ? errors_changed : errors_reference);
@@ -226,14 +197,14 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
   progress.begin((flights.size() + effects.size()) * seeds, total_s * static_cast<double>(seeds));
 
   std::vector<std::vector<Flown>> reference(scenario.flights.size(), std::vector<Flown>(seeds));
-  in_parallel(flights.size() * seeds, options.jobs, options.stop, [&](std::size_t i) {
+  parallel_for(flights.size() * seeds, options.jobs, [&](std::size_t i) {
     const std::size_t f = flights[i / seeds], s = i % seeds;
     reference[f][s] = fly_sampled(scenario, inputs, f, scenario.seeds[s], options, progress);
     progress.finished(reference[f][s].result);
   });
 
   std::vector<EffectComparison> out(effects.size());
-  in_parallel(effects.size(), options.jobs, options.stop, [&](std::size_t e) {
+  parallel_for(effects.size(), options.jobs, [&](std::size_t e) {
     out[e] = compare_effect(scenario, inputs, *effects[e], flight_of[e], reference[flight_of[e]], options, progress);
   });
   progress.end();

@@ -153,8 +153,8 @@ struct Logs {
   }
 };
 
-// Sums over a flight that become figures of its result.
-struct Sums {
+// FlightSums over a flight that become figures of its result.
+struct FlightSums {
   std::array<double, 4> rpm_error_square{};
   std::uint64_t rpm_samples = 0, flying_steps = 0, limited_steps = 0, mixer_iterations = 0;
   int mixer_iterations_max = 0;
@@ -179,7 +179,7 @@ struct Sums {
   }
 };
 
-std::map<std::string, double> counters_of(Loop& loop, const Sums& sums, const std::array<sim::BusStatistics, 2>& bus) {
+std::map<std::string, double> counters_of(Loop& loop, const FlightSums& sums, const std::array<sim::BusStatistics, 2>& bus) {
   const auto& est = loop.computer().estimator().counters();
   const auto& ctl = loop.computer().controller_state().counters;
   const auto count = [](auto v) { return static_cast<double>(v); };
@@ -220,7 +220,7 @@ bool ended_early(const Loop& loop, FlightResult& result) {
   return safe || loop.airframe().ended();
 }
 
-void add_figures(Loop& loop, const Sums& sums, FlightOutcome& out) {
+void add_figures(Loop& loop, const FlightSums& sums, FlightOutcome& out) {
   FlightResult& result = out.result;
   result.duration_s = loop.now_s();
   result.max_speed_m_s = sums.max_speed_m_s;
@@ -309,7 +309,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   result.variant = q.variant;
   result.seed = q.seed;
   TrackingMeter meter;
-  Sums sums;
+  FlightSums sums;
 
   const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(config, inputs.trajectories[q.flight]) * kTicks_per_s));
   for (std::int64_t n = 0; n < ticks; ++n) {

@@ -40,11 +40,11 @@ struct FlightRequest {
   std::uint64_t seed = 1;
   std::filesystem::path folder;  // for the logs; empty: no logs
   bool measure_cost = false;
-  // Told of every control step whose instant the plant remembers, spin-up included.
+  // Called at every control step whose truth the plant has stored, spin-up included.
   std::function<void(const host::FlightRecord&, const PlantTruth&)> observe = nullptr;
 };
 
-// `advanced` is told the virtual seconds flown, about ten times per second of flight. `stop`: ends at the next such point.
+// `advanced` gets the virtual seconds flown, about ten times per second of flight. `stop`: ends at the next such point.
 FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request, RunFolder* folder,
                   const std::function<void(double)>& advanced, const std::atomic<bool>* stop);
 

@@ -12,7 +12,7 @@ namespace rotorloop::hil {
 namespace {
 
 constexpr double kZoom_s = 2.0;  // length of the RPM window shown in full resolution
-std::string num(double v, int decimals = 2) {
+std::string shown(double v, int decimals = 2) {
   if (std::isnan(v)) return "–";
   const auto text = fmt::format("{:.{}f}", v, decimals);
   return text.starts_with('-') ? "−" + text.substr(1) : text;
@@ -41,18 +41,18 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
     out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
                        first ? fmt::format("{} <span class=\"hash\">{}</span>", render::xml_escaped(r.flight), render::xml_escaped(r.axis)) : "",
                        dot(r.colour), render::xml_escaped(r.variant));
-    out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", num(r.mean), several ? " ± " + num(r.std) : "",
-                       several ? num(r.min) + " … " + num(r.max) : "");
+    out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", shown(r.mean), several ? " ± " + shown(r.std) : "",
+                       several ? shown(r.min) + " … " + shown(r.max) : "");
     out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown)
                                   : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
     out += std::isnan(r.reduction_percent)
                ? "<td></td>"
-               : fmt::format("<td>{}{} %</td>", num(r.reduction_percent, 1), several ? " ± " + num(r.reduction_std_percent, 1) : "");
+               : fmt::format("<td>{}{} %</td>", shown(r.reduction_percent, 1), several ? " ± " + shown(r.reduction_std_percent, 1) : "");
     if (published)
       out += std::isnan(r.published) ? "<td></td>"
-                                     : fmt::format("<td title=\"{}\">{}</td>", render::xml_escaped(r.published_source), num(r.published));
-    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", num(r.from_estimate), render::xml_escaped(r.other_axis), num(r.other),
-                       num(r.estimator_error));
+                                     : fmt::format("<td title=\"{}\">{}</td>", render::xml_escaped(r.published_source), shown(r.published));
+    out += fmt::format("<td>{}</td><td>{} {}</td><td>{}</td></tr>\n", shown(r.from_estimate), render::xml_escaped(r.other_axis),
+                       shown(r.other), shown(r.estimator_error));
   }
   return out + "</tbody></table></div>\n";
 }
@@ -91,8 +91,8 @@ std::string limits_html(const std::vector<ReportLimit>& limits) {
     const bool measured = !std::isnan(l.value);
     out +=
         fmt::format("<tr><td class=\"l\">{}</td><td class=\"big\">{}{}</td><td>{} {} {}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
-                    render::xml_escaped(l.name), num(l.value), measured ? " " + render::xml_escaped(l.unit) : "", l.upper ? "≤" : "≥",
-                    fmt::format("{}", l.limit), render::xml_escaped(l.unit), num(margin), l.pass ? "pass" : "fail",
+                    render::xml_escaped(l.name), shown(l.value), measured ? " " + render::xml_escaped(l.unit) : "", l.upper ? "≤" : "≥",
+                    fmt::format("{}", l.limit), render::xml_escaped(l.unit), shown(margin), l.pass ? "pass" : "fail",
                     !measured ? "not measured"
                     : l.pass  ? "pass"
                               : "missed");
@@ -184,7 +184,7 @@ std::string rpm_html(const ReportFlight& f) {
   render::Plot all;
   all.title = f.name + ": rotor speeds";
   all.x_label = "time, s";
-  all.y_label = "1000 RPM";
+  all.y_label = "10³ RPM";
   const auto kilo = [](std::vector<double> v) {
     for (double& x : v) x /= 1000;
     return v;
@@ -208,7 +208,7 @@ std::string rpm_html(const ReportFlight& f) {
     render::Plot p;
     p.title = fmt::format("{}: rotor {}", f.name, r + 1);
     p.x_label = "time, s";
-    p.y_label = "1000 RPM";
+    p.y_label = "10³ RPM";
     p.width_px = 500;
     p.height_px = 210;
     p.x_min = from;
@@ -266,7 +266,7 @@ std::string buses_html(const ReportFlight& f) {
     for (const auto& line : b.formula) formula += render::xml_escaped(line) + "\n";
   }
   for (const auto& [y, label] : marks) p.marks.push_back({y, label});
-  std::string out = "<h3>Bus load</h3>\n" + render::figure_html("Share of time in which the bus was taken, in windows of 10 ms", render::plot_svg(p));
+  std::string out = "<h3>Bus load</h3>\n" + render::figure_html("Bus load: share of time that frames occupy the bus, in windows of 10 ms", render::plot_svg(p));
   if (!formula.empty())
     out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
   return out;

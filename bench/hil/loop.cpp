@@ -15,7 +15,7 @@ std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector
   return std::make_unique<sim::VirtualBus>(b);
 }
 
-// What was written into an ESC when it was set up: the motor's data sheet (the defaults) and the believed propeller, not the
+// What was written into an ESC when it was set up: the motor's data sheet (the defaults) and the nominal propeller, not the
 // plant's truth about wear or damage.
 firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
   firmware::Parameters p;
@@ -131,7 +131,7 @@ void Loop::step_plant() {
     std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, battery_->voltage_V()); }, escs_[i]);
 
   CostMeter m(measure_, cost_.sensor_ns);
-  if (sensors_->poll(now_ns_, airframe().state(), omega_rad_s_)) remember_truth();
+  if (sensors_->poll(now_ns_, airframe().state(), omega_rad_s_)) store_truth();
 }
 
 void Loop::evaluate_rotors() {
@@ -145,7 +145,7 @@ void Loop::evaluate_rotors() {
   }
 }
 
-void Loop::remember_truth() {
+void Loop::store_truth() {
   PlantTruth& t = truths_[truth_next_];
   truth_us_[truth_next_] = now_ns_ / 1000;
   truth_next_ = (truth_next_ + 1) % kTruths;

@@ -1,5 +1,5 @@
 // One flight in lockstep: flight computer, four ESCs and airframe with sensors as nodes on two virtual buses, all on one
-// virtual clock, in one thread. What they tell each other crosses as CAN frames; what physics couples (shaft speed, load
+// virtual clock, in one thread. What they exchange crosses as CAN frames; what physics couples (shaft speed, load
 // torque, bus voltage and current) is exchanged inside the plant once per airframe step and never through telemetry.
 //
 // Order within one 24 kHz tick at time t: buses advance to t; the plant (airframe, rotors, battery) advances at its own rate;
@@ -112,7 +112,7 @@ class Loop {
 
   void step_plant();
   void evaluate_rotors();
-  void remember_truth();
+  void store_truth();
   void step_escs();
   bool halted(int esc) const;
 

@@ -20,7 +20,7 @@ inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 struct TrackingSample {
   double t_s = 0.0;
   Eigen::Vector3d true_p_W_m = Eigen::Vector3d::Zero();  // centre of mass
-  Eigen::Vector3d est_p_W_m = Eigen::Vector3d::Zero();   // what the controller believed
+  Eigen::Vector3d est_p_W_m = Eigen::Vector3d::Zero();   // what the controller estimated
   Eigen::Vector3d sp_p_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d sp_v_W_m_s = Eigen::Vector3d::Zero();
   double sp_yaw_rad = 0.0;

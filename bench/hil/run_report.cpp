@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
+#include <set>
 
 #include "bench/hil/limiter_names.hpp"
 #include "bench/log/log_reader.hpp"
 #include "bench/hil/run_folder.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/bus/bus_log.hpp"
@@ -19,7 +20,6 @@ namespace rotorloop::hil {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kRpm_per_rad_s = 30.0 / std::numbers::pi;
 constexpr double kBitRate_Hz = 1e6;      // both buses (wire specification)
 constexpr double kLoadWindow_s = 0.010;  // as the virtual bus measures it
 constexpr std::array kAxisNames{"x", "y", "z"};
@@ -34,12 +34,12 @@ struct FlightLogs {
 };
 
 FlightLogs read_logs(const fs::path& folder) {
-  std::vector<std::string> wanted{"t[s]", "control_limiter[1]", "load_esc[%]", "load_state[%]"};
+  std::set<std::string> wanted{"t[s]", "control_limiter[1]", "load_esc[%]", "load_state[%]"};
   for (const auto* axis : kAxisNames)
-    for (const auto* name : {"true_p_", "est_p_", "sp_p_"}) wanted.push_back(joined(name, axis) + "[m]");
+    for (const auto* name : {"true_p_", "est_p_", "sp_p_"}) wanted.insert(joined(name, axis) + "[m]");
   for (int i = 1; i <= 4; ++i) {
-    for (const auto* name : {"omega_", "omega_cmd_", "true_omega_"}) wanted.push_back(fmt::format("{}{}[rad/s]", name, i));
-    wanted.push_back(fmt::format("esc_limiter_{}[1]", i));
+    for (const auto* name : {"omega_", "omega_cmd_", "true_omega_"}) wanted.insert(fmt::format("{}{}[rad/s]", name, i));
+    wanted.insert(fmt::format("esc_limiter_{}[1]", i));
   }
   FlightLogs logs{log::read_log(folder / "flight.csv", wanted), log::read_log(folder / "truth.csv", wanted)};
   if (logs.flight.rows != logs.truth.rows || logs.flight.column("t[s]") != logs.truth.column("t[s]"))
@@ -253,7 +253,7 @@ ReportFlight flight_of(const fs::path& folder, const Scenario& s, const RunResul
   });
   fact("time with a limiter acting", "%", 1, [](const auto& f) { return 100 * f.limited_share; });
   fact("mean load, ESC bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[0]; });
-  fact("its fullest 10 ms", "%", 1, [](const auto& f) { return f.bus_load_max_percent[0]; });
+  fact("peak load, ESC bus (10 ms window)", "%", 1, [](const auto& f) { return f.bus_load_max_percent[0]; });
   fact("mean load, state bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[1]; });
 
   for (const auto v : kAllVariants) {

@@ -1,14 +1,12 @@
 #include "bench/hil/runner.hpp"
 
 #include <algorithm>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "bench/hil/flight.hpp"
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_report.hpp"
 #include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::hil {
@@ -21,54 +19,6 @@ std::vector<FlightRequest> plan(const Scenario& scenario) {
       for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed, .folder = {}});
   return flights;
 }
-
-// Flies all requests with `jobs` threads; each flight is a world of its own, so the order does not matter.
-class FlightPool {
- public:
-  FlightPool(const Scenario& s, const Inputs& in, const RunOptions& o, RunFolder& folder, Progress& progress,
-             std::vector<FlightRequest>& requests, std::vector<FlightOutcome>& outcomes)
-      : scenario_(s), inputs_(in), options_(o), folder_(folder), progress_(progress), requests_(requests), outcomes_(outcomes) {}
-
-  void run() {
-    const int jobs = std::clamp(options_.jobs, 1, static_cast<int>(requests_.size()));
-    std::vector<std::thread> threads;
-    for (int j = 1; j < jobs; ++j) threads.emplace_back([this] { work(); });
-    work();
-    for (auto& t : threads) t.join();
-    if (error_) std::rethrow_exception(error_);
-  }
-
- private:
-  void work() {
-    for (;;) {
-      const std::size_t i = next_.fetch_add(1);
-      if (i >= requests_.size() || failed_ || (options_.stop && options_.stop->load())) return;
-      try {
-        FlightRequest& q = requests_[i];
-        q.folder = folder_.flight_folder(scenario_.flights[q.flight].name, q.variant, q.seed);
-        outcomes_[i] = fly(scenario_, inputs_, q, &folder_, [this](double s) { progress_.advance(s); }, options_.stop);
-        progress_.finished(outcomes_[i].result);
-      } catch (...) {
-        const std::lock_guard lock(mutex_);
-        if (!error_) error_ = std::current_exception();
-        failed_ = true;
-        return;
-      }
-    }
-  }
-
-  const Scenario& scenario_;
-  const Inputs& inputs_;
-  const RunOptions& options_;
-  RunFolder& folder_;
-  Progress& progress_;
-  std::vector<FlightRequest>& requests_;
-  std::vector<FlightOutcome>& outcomes_;
-  std::atomic<std::size_t> next_{0};
-  std::atomic<bool> failed_{false};
-  std::mutex mutex_;
-  std::exception_ptr error_;
-};
 
 std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs, const std::vector<FlightResult>& flights) {
   std::vector<Warning> out;
@@ -111,7 +61,13 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   double total_s = 0.0;
   for (const FlightRequest& q : requests) total_s += flight_duration_s(scenario, inputs, q);
   progress.begin(requests.size(), total_s);
-  FlightPool(scenario, inputs, options, folder, progress, requests, outcomes).run();
+  const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
+    FlightRequest& q = requests[i];
+    q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
+    outcomes[i] = fly(scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
+    progress.finished(outcomes[i].result);
+  };
+  parallel_for(requests.size(), options.jobs, fly_one, options.stop);
   progress.end();
 
   for (const FlightOutcome& o : outcomes)

@@ -27,7 +27,7 @@ struct FlightKey {
   std::uint64_t seed = 0;
 };
 
-// Told by the runner how far it is; may be called from several threads at once.
+// Gets the runner's progress; may be called from several threads at once.
 class Progress {
  public:
   virtual ~Progress() = default;

@@ -21,7 +21,7 @@ bool any_poses(const Identification& r) {
 }
 
 // What a reader of Table I looks for when it was held: the paper's θ, the delay of the poses, and the numbers of added terms but not
-// what these remembered at the start of a flight.
+// their state at the start of a flight.
 std::vector<int> table_parameters(const host::TermList& terms, bool poses) {
   std::vector<int> out;
   for (int p = 0; p < estimate::kCoreParameters; ++p) {

@@ -1,4 +1,4 @@
-// What the flights found beside what vehicle files say: the paper's Table I beside CAD and stand. Plain numbers; text, page and JSON
+// Comparison of the flights' values with other vehicle files: the paper's Table I against CAD and stand. Plain numbers; text, page and JSON
 // are made of them elsewhere.
 #pragma once
 #include <optional>
@@ -40,7 +40,7 @@ struct BesideColumn {
   std::vector<Said> derived;                    // what follows from the file's values, in the order of the fit's; u is 0
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
 };
-// A [[static_thrust]] entry of a file, at the air density of the start file, beside the static thrust of the fit.
+// A [[static_thrust]] entry of a file, at the air density of the start file, against the static thrust of the fit.
 struct ThrustBeside {
   std::string label;
   std::array<double, 2> rpm_window{};
@@ -61,10 +61,5 @@ const DerivedQuantity* derived_named(std::string_view id, const std::vector<Deri
 
 // Of what the flights found; none where the rotation is another in each flight or no flight has poses.
 std::optional<Eigen::Quaterniond> sensor_rotation(const Identification& result);
-
-// Tables for a terminal; empty without files beside, static thrust, or a rotation.
-std::string beside_table(const Identification& result, const FileComparison& comparison, const std::vector<DerivedQuantity>& derived);
-std::string static_thrust_table(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived);
-std::string sensor_rotation_text(const Identification& result);
 
 }  // namespace rotorloop::identify

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "bench/estimate/model/model.hpp"
+#include "host/base/constants.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::identify {
@@ -14,12 +15,12 @@ namespace {
 
 constexpr double kStep_m_s = 0.01;
 constexpr double kClear_radii = 24.0;  // above the ground where no ceiling is known: neither is felt there
-constexpr double kStill = 1e-9;  // relative move of rotor speed that ends the search for the one that carries the weight
+constexpr double kSpeedSettled = 1e-9;  // relative move of rotor speed that ends the search for the one that carries the weight
 
 // Level and without rates, all rotors alike, in the middle of the room, or clear of the ground: with every term of the model.
 class LevelFlight {
  public:
-  explicit LevelFlight(const estimate::ModelValues& v) : model_(v), weight_N_(v[estimate::kMass] * host::kGravity_m_s2) {
+  explicit LevelFlight(const estimate::ModelValues& v) : model_(v), weight_N_(v[estimate::kMass] * kGravity_m_s2) {
     const host::LoadGeometry& g = v.geometry;
     x_.p_W_m.z() = std::isfinite(g.ceiling_z_m) ? 0.5 * (g.ground_z_m + g.ceiling_z_m) : g.ground_z_m + kClear_radii * g.radius_m;
   }
@@ -39,7 +40,7 @@ class LevelFlight {
       if (!(slope > 0.0)) break;
       const double move = std::clamp((weight_N_ - lift) / slope, -0.3 * omega, 0.3 * omega);
       omega += move;
-      if (std::fabs(move) < kStill * omega) break;
+      if (std::fabs(move) < kSpeedSettled * omega) break;
     }
     return omega;
   }

@@ -23,7 +23,7 @@ std::vector<std::vector<int>> rotor_groups(const host::TermList& terms, std::spa
 }
 
 estimate::JointPrior sum_held(const std::vector<int>& group, const estimate::ModelValues& at) {
-  constexpr double kSure = 1e-3;  // of a size that matters: flights tell no difference between rotors as well
+  constexpr double kSure = 1e-3;  // of a size that matters: flights determine no difference between rotors as well
   const auto n = static_cast<Eigen::Index>(group.size());
   const double u = kSure * estimate::parameter_info(group.front(), at.terms).scale;
   estimate::JointPrior out{group, Eigen::VectorXd(n), Eigen::MatrixXd::Constant(n, n, 1.0 / (u * u))};

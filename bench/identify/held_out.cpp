@@ -49,7 +49,7 @@ struct Prepared {
   }
 };
 
-// Of the flights as they are, the longest horizon that one of them holds; what is out of reach is told.
+// Of the flights as they are, the longest horizon that one of them holds; what is out of reach is reported.
 double longest_horizon(const std::vector<Prepared>& flights, std::vector<std::string>& remarks) {
   for (std::size_t h = std::size(kHorizons_s); h-- > 0;) {
     const auto holds = [&](const Prepared& f) {

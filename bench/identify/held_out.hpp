@@ -1,6 +1,6 @@
-// How well the identified model foretells flights that had no part in the fit, beside the vehicle file's. Open loop, 0.01 to 2 s, from
-// states that the readings make (smoothed under large process noise) and against them: up to some 0.05 s most of an error is the noise
-// of those states, so each stands beside the floor that noise alone would give. One step: each pose from the readings before it, without
+// How well the identified model predicts flights that had no part in the fit, beside the vehicle file's. Open loop, 0.01 to 2 s, from
+// states that the measurements make (smoothed under large process noise) and against them: up to some 0.05 s most of an error is the noise
+// of those states, so each stands beside the floor that noise alone would give. One step: each pose from the measurements before it, without
 // any smoothing; here a model that is right is known by errors as large as it expects them.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
@@ -44,7 +44,7 @@ HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identi
 
 std::string held_out_table(const HeldOutScores& scores);
 std::string held_out_html(const HeldOutScores& scores);  // a section for the report
-// For result.json; without the wrenches.
+// For result.json.
 nlohmann::ordered_json held_out_json(const HeldOutScores& scores);
 
 }  // namespace rotorloop::identify

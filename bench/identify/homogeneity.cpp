@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/identify/whiteness.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -14,9 +14,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTold = 1e-9;   // of the information scaled to unit diagonal: what a flight tells about a direction at all
+constexpr double kLeastInformation = 1e-9;  // of the information scaled to unit diagonal: the information of a flight on a direction at all
 constexpr double kHeard = 0.04;  // share of the joint information from which on a flight counts
-constexpr double kLevel = 0.01;
+constexpr double kHomogeneityLevel = 0.01;
 
 struct FlightSummary {
   MatrixXd information;  // of the shared parameters, per-flight ones eliminated
@@ -29,14 +29,14 @@ VectorXd unit_scale(const MatrixXd& s) {
   return k;
 }
 
-// Pseudo-inverse in the directions told, scaled to unit diagonal first; `rank` counts them.
+// Pseudo-inverse in the directions determined, scaled to unit diagonal first; `rank` counts them.
 MatrixXd told_inverse(const MatrixXd& s, double& rank) {
   const VectorXd k = unit_scale(s);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * s * k.asDiagonal()));
   VectorXd inverse = VectorXd::Zero(s.rows());
   rank = 0.0;
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
-    if (eig.eigenvalues()[i] > kTold) inverse[i] = 1.0 / eig.eigenvalues()[i], rank += 1.0;
+    if (eig.eigenvalues()[i] > kLeastInformation) inverse[i] = 1.0 / eig.eigenvalues()[i], rank += 1.0;
   }
   return k.asDiagonal() * eig.eigenvectors() * inverse.asDiagonal() * eig.eigenvectors().transpose() * k.asDiagonal();
 }
@@ -92,7 +92,7 @@ ParameterHomogeneity of_parameter(int parameter, Eigen::Index at, const estimate
   for (const FlightSummary& f : flights) {
     double rank = 0.0;
     const MatrixXd inverse = told_inverse(f.information, rank);
-    // A parameter with a part in a direction that the flight does not tell is not told.
+    // A parameter with a part in a direction that the flight does not determine is not determined.
     const MatrixXd resolution = inverse * f.information;
     const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
     h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
@@ -111,7 +111,7 @@ ParameterHomogeneity of_parameter(int parameter, Eigen::Index at, const estimate
   }
   h.degrees -= 1.0;
   h.p = chi_square_tail(h.chi2, h.degrees);
-  h.moved = h.p < kLevel / static_cast<double>(joint_inverse.rows());
+  h.moved = h.p < kHomogeneityLevel / static_cast<double>(joint_inverse.rows());
   return h;
 }
 

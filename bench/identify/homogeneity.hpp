@@ -1,4 +1,4 @@
-// Do the flights tell the same vehicle? At the joint optimum each flight's reduced system says where it would move the shared
+// Do the flights agree on one vehicle? At the joint optimum each flight's reduced system says where it would move the shared
 // parameters by itself; under one vehicle the weighted sum of these moves is χ² distributed (sysid: between-flight homogeneity).
 #pragma once
 #include <string>
@@ -11,7 +11,7 @@ namespace rotorloop::identify {
 // One shared parameter between the flights: with the information of each flight about it, all other parameters free.
 struct ParameterHomogeneity {
   int parameter = 0;
-  std::vector<double> value, u;  // of each flight by itself, to first order; u infinite: it tells less than 4 % of what all tell
+  std::vector<double> value, u;  // of each flight by itself, to first order; u infinite: it has less than 4 % of the information of all
   double chi2 = 0.0, degrees = 0.0, p = 1.0;
   bool moved = false;  // p below 1 % shared among the parameters
 };

@@ -87,7 +87,7 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const estimate::Model
   }
 }
 
-// The rotors' inertia that yaw steps told, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by it.
+// The rotors' inertia that yaw steps determined, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by it.
 void put_rotor_inertia(VehicleFile& v) {
   for (const std::string_view name : estimate::kRotorInertiaNames) {
     for (const host::VehicleEffect& e : v.effects) {

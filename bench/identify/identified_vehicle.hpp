@@ -1,4 +1,4 @@
-// The vehicle file that a fit leaves behind: what it estimated replaces what was believed, with uncertainty, covariance and
+// The vehicle file that a fit leaves behind: what it estimated replaces the nominal values, with uncertainty, covariance and
 // origin `flight`; what it held stays as it was.
 #pragma once
 #include <string>

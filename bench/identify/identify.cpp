@@ -15,7 +15,7 @@ namespace rotorloop::identify {
 namespace {
 
 constexpr int kRounds = 3;      // of fits again, with poses tied or memory run anew
-constexpr double kStill = 0.2;  // of a standard uncertainty: a change below it needs no further round
+constexpr double kSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
 void require_streams(const FlightToFit& f, const estimate::GridOptions& grid) {
@@ -40,7 +40,7 @@ void require_streams(const FlightToFit& f, const estimate::GridOptions& grid) {
   if (grid.use_accel && r.accel_B_m_s2.empty()) lacks("accelerometer readings (--use accel)", "columns accel_x[m/s2] … accel_z[m/s2]");
 }
 
-// The segment that a moment belongs to: the nearest, for a reading lies up to half a step from its knot; -1 for none.
+// The segment that a moment belongs to: the nearest, for a reading lies up to half a step from its node; -1 for none.
 int segment_of(double t_s, const std::vector<log::TimeRange>& segments, double step_s) {
   int best = -1;
   double nearest = 0.5 * step_s + 2e-6;
@@ -67,13 +67,13 @@ bool tie_again(std::vector<estimate::GridFlight>& flights, std::vector<double>& 
   return moved;
 }
 
-// What terms remember follows the states, and the states follow from the fit. True when the fit found with the motion of before
+// Stateful terms follow the states, and the states follow from the fit. True when the fit found with the motion of before
 // differs from the one before that by more than rounding of its uncertainty, so that it must go on.
 bool remember_again(std::vector<estimate::GridFlight>& flights, const estimate::Fit& fit, const std::vector<estimate::Estimate>& before) {
   estimate::follow_states(flights, fit.states);
   if (before.size() != fit.estimates.size()) return true;
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (std::fabs(fit.estimates[i].value - before[i].value) > kStill * fit.estimates[i].u) return true;
+    if (std::fabs(fit.estimates[i].value - before[i].value) > kSettled * fit.estimates[i].u) return true;
   }
   return false;
 }
@@ -142,7 +142,7 @@ Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFil
 
 void Sequence::choose_start_values() {
   out_.start = start_values(out_.flights, vehicle_, o_.terms);
-  // The file may know a rotor's inertia by another name. Not where beliefs count: there a term that the file lacks is one not believed.
+  // The file may know a rotor's inertia by another name. Not where priors count: there a term that the file lacks is one without a prior.
   for (const std::string_view name : estimate::kRotorInertiaNames) {
     const int parameter = estimate::find_parameter(name, o_.terms);
     if (parameter < 0 || o_.beliefs || host::uncertainty_of(vehicle_, name)) continue;

@@ -27,13 +27,13 @@ struct IdentifyOptions {
   host::TermList terms;
   ParameterWishes wishes;
   estimate::NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
-  // What is known before the joint fit, about its free parameters; told the vehicle file's values.
+  // What is known before the joint fit, about its free parameters; gets the vehicle file's values.
   std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>, const estimate::ModelValues&)> beliefs = {};
   estimate::FitOptions fit;
   Solver solver = own_solver();
 };
 
-// Told at every iteration, from the thread that called identify().
+// Called at every iteration, from the thread that called identify().
 struct IdentifyProgress {
   std::string part;  // "stage vertical", "joint fit"
   int part_number = 1, parts = 1;

@@ -104,11 +104,10 @@ std::string manoeuvre_for(int p, const host::TermList& terms) {
   if (p >= estimate::kGyroBiasX && p <= estimate::kGyroBiasZ) return "a few seconds of hover";
   if (p >= estimate::kAccelBiasX && p <= estimate::kAccelBiasZ) return "hover at several headings";
   if (p >= estimate::kImuX && p <= estimate::kImuZ) return "quick turns about all three axes";
-  static const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   const auto flat = static_cast<std::size_t>(p - estimate::kCoreParameters);
   const std::string id(terms.term(terms.term_of(flat)).info.id);
-  const host::EffectFacts* facts = catalogue.facts_of(id);
-  if (facts && !facts->manoeuvre.empty()) return facts->manoeuvre;
+  const host::CatalogueEffect* row = host::builtin_effect_catalogue().find(id);
+  if (row && !row->manoeuvre.empty()) return row->manoeuvre;
   // A term of the user's own, which the catalogue does not know.
   return fmt::format("what changes the load of {} by much while the rest of the motion stays as it is", id);
 }

@@ -1,5 +1,5 @@
-// What these flights can and cannot tell: the weakest directions of the parameters by name, strong correlations, what each flight
-// contributes per second, and which manoeuvre would tell the rest.
+// Observability: the weakest directions of the parameters by name, strong correlations, what each flight
+// contributes per second, and which manoeuvre would determine the rest.
 #pragma once
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ struct FlightContribution {
   std::vector<std::string> cannot_tell;  // parameters that this flight alone leaves uncertain by more than their own size
 };
 
-// A manoeuvre for a parameter that is poorly told.
+// A manoeuvre for a parameter that is poorly determined.
 struct Advice {
   std::string parameter;
   std::string why;  // "known to 40 % of its value"

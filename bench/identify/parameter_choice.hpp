@@ -1,5 +1,5 @@
 // Which parameters a fit frees: the paper's θ and what the streams of the flights ask for beside it, then the user's wishes.
-// A parameter that these streams can never tell is held from the start, so that an unobservable direction means a poor flight.
+// A parameter that is unobservable in these streams is held from the start, so that an unobservable direction means a poor flight.
 #pragma once
 #include <span>
 #include <string>

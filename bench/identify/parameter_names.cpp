@@ -94,8 +94,8 @@ std::string names_table(const host::EffectCatalogue& catalogue) {
     const std::string id(term.info.id);
     std::vector<std::string> numbers;
     for (const host::TermParameter& p : term.info.parameters) numbers.push_back(fmt::format("{} [{}]", p.name, p.unit));
-    const host::EffectFacts* facts = catalogue.facts_of(id);
-    out += fmt::format("  {}{}; {}\n", padded(id, 28), facts ? facts->name : id, fmt::join(numbers, ", "));
+    const host::CatalogueEffect* row = catalogue.find(id);
+    out += fmt::format("  {}{}; {}\n", padded(id, 28), row ? row->name : id, fmt::join(numbers, ", "));
   }
   return out;
 }

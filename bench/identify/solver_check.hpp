@@ -1,4 +1,4 @@
-// The joint fit once more by Ceres, and how far the two answers lie apart: what `rotorloop identify --solver ceres` tells.
+// The joint fit once more by Ceres, and how far the two answers lie apart: what `rotorloop identify --solver ceres` reports.
 // Noise figures are those that the own solver found. Ceres begins where the joint fit began; the own solver goes on from where it ended,
 // since it stops at a hundredth of a standard uncertainty and the comparison looks closer than that.
 #pragma once
@@ -22,7 +22,7 @@ FitDifference difference_of_fits(const estimate::Fit& own, const estimate::Fit& 
 // What test_identify_ceres demands (docs/acceptance/identify_speed.md), of fits that ran to their end.
 bool within_acceptance(const FitDifference& to_the_end);
 // Beyond this the digits that a person reads differ: a quarter of a standard uncertainty, uncertainties by 5 %, the cost by 1e-6 of it.
-// The fit that is told may lie 0.01 from its end, and 0.2 where terms remember (their motion follows once more after the last round).
+// The fit that is reported may lie 0.01 from its end, and 0.2 with stateful terms (their motion follows once more after the last round).
 bool far_apart(const FitDifference& told, const FitDifference& to_the_end);
 
 struct SolverCheck {

@@ -22,7 +22,7 @@ bool is_sensor(int p) { return (p >= estimate::kOffsetX && p <= estimate::kPoseD
 bool needs_turns(int p) { return (p >= estimate::kOffsetX && p <= estimate::kOffsetZ) || p == estimate::kPoseDelay || (p >= estimate::kImuX && p <= estimate::kImuZ); }
 bool is_com(int p) { return p == estimate::kComX || p == estimate::kComY; }
 
-// Uncertainty of what the stage holds goes into what it estimates. With S the information of the flights and C what is believed of the
+// Uncertainty of what the stage holds goes into what it estimates. With S the information of the flights and C the prior covariance of the
 // held parameters h: a = â + K (h - ĥ), K = -S_aa⁻¹ S_ah, hence C_aa = S_aa⁻¹ + K C_hh Kᵀ, C_ah = K C_hh.
 void carry_held(const Eigen::MatrixXd& s_aa_inverse, const Eigen::MatrixXd& s_ah, const std::vector<Eigen::Index>& active,
                 const std::vector<Eigen::Index>& held, Eigen::MatrixXd& covariance) {
@@ -105,7 +105,7 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
   if (freed.empty()) return out;
   // Sensor placement and delays are refined from stage to stage; the centre of mass may have moved, it starts afresh.
   estimate::FitProblem problem{.start = values, .free = {}, .flights = flights, .noise = noise, .flight_noise = {}, .flight_start = {}};
-  std::vector<Eigen::Index> active, held;  // into the belief
+  std::vector<Eigen::Index> active, held;  // into the covariance carried
   for (std::size_t i = 0; i < belief.parameters.size(); ++i) {
     const int p = belief.parameters[i];
     const auto at = static_cast<Eigen::Index>(i);

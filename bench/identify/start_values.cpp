@@ -38,7 +38,7 @@ double mean_square_upright(std::span<const estimate::GridFlight> flights, const 
 }  // namespace
 
 double mean_battery_V(const estimate::GridFlight& g) {
-  constexpr std::size_t kEvery = 20;  // knots: voltage changes slowly
+  constexpr std::size_t kEvery = 20;  // nodes: voltage changes slowly
   double sum = 0.0, n = 0.0;
   std::size_t hint = 0;
   for (std::size_t k = 0; k < g.knots; k += kEvery, n += 1.0) sum += g.input.at(g.time_s(k), hint, false).battery_V;

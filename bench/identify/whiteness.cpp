@@ -4,52 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/statistics.hpp"
+
 namespace rotorloop::identify {
 namespace {
 
 constexpr double kLags_s[] = {0.1, 0.5, 2.0};
-constexpr double kLevel = 0.01;  // of all tests of a flight together (Bonferroni)
+constexpr double kWhitenessLevel = 0.01;  // of all tests of a flight together (Bonferroni)
 constexpr double kSettling_s = 1.0;
 constexpr const char* kChannels[] = {"x", "y", "z", "roll", "pitch", "yaw"};
 
-// Regularised upper incomplete gamma function Q(a, x): series below a + 1, continued fraction above (Lentz).
-double gamma_q(double a, double x) {
-  if (x <= 0.0) return 1.0;
-  const double front = std::exp(-x + a * std::log(x) - std::lgamma(a));
-  if (x < a + 1.0) {
-    double term = 1.0 / a, sum = term;
-    for (int n = 1; n < 10000 && std::fabs(term) > 1e-16 * std::fabs(sum); ++n) sum += term *= x / (a + n);
-    return std::max(0.0, 1.0 - front * sum);
-  }
-  constexpr double kTiny = 1e-300;
-  double b = x + 1.0 - a, c = 1.0 / kTiny, d = 1.0 / b, h = d;
-  for (int n = 1; n < 10000; ++n) {
-    const double an = -n * (n - a);
-    b += 2.0;
-    d = an * d + b;
-    if (std::fabs(d) < kTiny) d = kTiny;
-    c = b + an / c;
-    if (std::fabs(c) < kTiny) c = kTiny;
-    d = 1.0 / d;
-    const double change = d * c;
-    h *= change;
-    if (std::fabs(change - 1.0) < 1e-15) break;
-  }
-  return front * h;
-}
-
-double median_step(std::span<const estimate::Innovation> in) {
-  std::vector<double> d;
-  for (std::size_t i = 0; i + 1 < in.size(); ++i) d.push_back(in[i + 1].t_s - in[i].t_s);
-  if (d.empty()) return 0.0;
-  std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
-  return d[d.size() / 2];
-}
-
 }  // namespace
-
-double chi_square_tail(double x, double k) { return gamma_q(0.5 * k, 0.5 * x); }
-double normal_two_sided(double z) { return std::erfc(std::fabs(z) / std::sqrt(2.0)); }
 
 std::vector<double> autocorrelation(std::span<const double> s, std::size_t max_lag) {
   double mean = 0.0, n = 0.0;
@@ -99,14 +64,12 @@ RunsTest runs_test(std::span<const double> s) {
   }
   RunsTest t;
   if (v.size() < 20) return t;
-  std::vector<double> sorted = v;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  const double middle = median(v);
   double above = 0.0, below = 0.0;
   int last = 0;
   for (const double x : v) {
-    if (x == median) continue;
-    const int side = x > median ? 1 : -1;
+    if (x == middle) continue;
+    const int side = x > middle ? 1 : -1;
     (side > 0 ? above : below) += 1.0;
     t.runs += side != last;
     last = side;
@@ -124,7 +87,9 @@ bool FlightWhiteness::white() const {
 }
 
 FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate::Innovation> all) {
-  FlightWhiteness out{.flight = flight, .step_s = median_step(all), .channels = {}, .second_s = {}, .cost_per_number = {}};
+  std::vector<double> t_s;
+  for (const estimate::Innovation& i : all) t_s.push_back(i.t_s);
+  FlightWhiteness out{.flight = flight, .step_s = median_step(t_s), .channels = {}, .second_s = {}, .cost_per_number = {}};
   std::size_t first = 0;
   while (first < all.size() && all[first].t_s < all.front().t_s + kSettling_s) ++first;
   const auto in = all.subspan(first);
@@ -149,8 +114,8 @@ FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate
     for (std::size_t k = 0; k < w.correlation.size(); ++k) w.lag_s.push_back(static_cast<double>(k) * out.step_s);
     for (const double lag : kLags_s) w.ljung_box.push_back(ljung_box(series, lags_of(lag)));
     w.runs = runs_test(series);
-    w.white = w.runs.p >= kLevel / tests;
-    for (const PortmanteauTest& t : w.ljung_box) w.white = w.white && t.p >= kLevel / tests;
+    w.white = w.runs.p >= kWhitenessLevel / tests;
+    for (const PortmanteauTest& t : w.ljung_box) w.white = w.white && t.p >= kWhitenessLevel / tests;
     out.channels.push_back(std::move(w));
   }
   double sum = 0.0, n = 0.0, second = std::floor(in.front().t_s);

@@ -48,8 +48,4 @@ struct FlightWhiteness {
 // `innovations` of one flight, as the sweep returns them. The first second is left out: there the states are still unknown.
 FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate::Innovation> innovations);
 
-// Upper tail of χ² with `k` degrees of freedom, and two-sided tail of the standard normal distribution.
-double chi_square_tail(double x, double k);
-double normal_two_sided(double z);
-
 }  // namespace rotorloop::identify

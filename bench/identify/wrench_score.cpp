@@ -40,17 +40,17 @@ void filter(Rows& x, const WrenchBand& band, double rate_Hz) {
   }
 }
 
-// What makes a wrench of an acceleration, and readings of a wrench.
+// What makes a wrench of an acceleration, and measurements of a wrench.
 struct Reference {
   double mass_kg = 0.0;
   Eigen::Matrix3d inertia_kg_m2;
   Vector3d accel_bias_m_s2, imu_m;
 };
 
-// Specific force and angular acceleration at each knot, `late_s` later, by the readings; times mass and inertia.
+// Specific force and angular acceleration at each node, `late_s` later, by the measurements; times mass and inertia.
 Rows measured(const log::FlightRecord& record, const score::StateTrack& track, const Reference& ref, double late_s) {
   log::StreamReader<Vector3d> gyro_before(record.gyro_B_rad_s), gyro_after(record.gyro_B_rad_s);
-  // Four readings within a step: what a faster sensor shows beyond half the rate of the knots is averaged out.
+  // Four measurements within a step: what a faster sensor shows beyond half the rate of the nodes is averaged out.
   constexpr std::array kWithin{-0.375, -0.125, 0.125, 0.375};
   std::vector<log::StreamReader<Vector3d>> accel(kWithin.size(), log::StreamReader<Vector3d>(record.accel_B_m_s2));
   Rows out = Rows::Zero(6, static_cast<Index>(track.state.size()));

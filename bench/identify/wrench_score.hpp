@@ -1,10 +1,11 @@
-// How much of the force and torque that a flight's accelerometer and gyro show a model foretells, axis by axis: the score for flights
+// How much of the force and torque that a flight's accelerometer and gyro show a model predicts, axis by axis: the score for flights
 // that had no part in the fit, beside errors of the motion (held_out.hpp). A torque that the model lacks about one axis shows here by
 // itself, where a prediction of the motion mixes all of them.
 // Reference: mass times specific force, inertia times angular acceleration (slope of the gyro). Mass and inertia are those that the
-// vehicle file believes, the same for every model: an error is theirs times that of the acceleration.
+// vehicle file has, the same for every model: an error is theirs times that of the acceleration.
 #pragma once
 #include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ using WrenchAxes = Eigen::Matrix<double, 6, 1>;  // force x, y, z (N), torque x,
 struct WrenchScore {
   std::string flight;
   std::size_t samples = 0;
-  double delay_s = 0.0;  // by which the readings were taken later than the model
+  double delay_s = 0.0;  // by which the measurements were taken later than the model
   WrenchAxes rms = WrenchAxes::Zero();
   WrenchAxes explained = WrenchAxes::Zero();  // R²: 1 - error² / variance of the reference; below 0: worse than its mean
 
@@ -35,17 +36,16 @@ struct WrenchComparison {
   WrenchBand band;
   bool force = false, torque = false;                // the logs have an accelerometer, a gyro
   std::vector<WrenchScore> before = {}, after = {};  // each flight, then all in one pot ("pooled"); stamps as the fit leaves them
-  // The same with the readings moved by the delay at which the model explains most torque, for each flight and model by itself: what
+  // The same with the measurements moved by the delay at which the model explains most torque, for each flight and model by itself: what
   // streams are off against each other in a log belongs to that log and says nothing of the vehicle.
   std::vector<WrenchScore> before_aligned = {}, after_aligned = {};
 };
 
-// States come from the readings (flight_motion.hpp), at the fit's rate or 100 Hz, whichever is more. Nothing is scored within a quarter of
+// States come from the measurements (flight_motion.hpp), at the fit's rate or 100 Hz, whichever is more. Nothing is scored within a quarter of
 // a second of a cut. Flights without accelerometer and gyro are left out; no flight left: the comparison is empty.
 WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                                 const estimate::GridOptions& grid, const WrenchBand& band);
 
-std::string wrench_table(const WrenchComparison& scores);
-std::string wrench_html(const WrenchComparison& scores);  // a section for the report
+nlohmann::ordered_json wrench_json(const WrenchComparison& scores);  // for result.json
 
 }  // namespace rotorloop::identify

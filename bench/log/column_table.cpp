@@ -75,8 +75,6 @@ struct Lines {
 
 }  // namespace
 
-bool ColumnTable::has(const std::string& name) const { return std::find(names.begin(), names.end(), name) != names.end(); }
-
 std::string name_list(const std::vector<std::string>& names, std::size_t most) {
   if (names.empty()) return "(none)";
   std::string text =
@@ -97,53 +95,58 @@ std::string read_log_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, char separator,
-                           const std::vector<std::string>& given) {
-  const std::string bytes = read_log_bytes(path);
-  Lines lines{bytes};
-  if (lines.rest.starts_with("\xEF\xBB\xBF")) lines.rest.remove_prefix(3);
+ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted, const CsvFormat& format) {
+  Lines lines{text};
+  if (lines.rest.starts_with("\xEF\xBB\xBF")) lines.rest.remove_prefix(3);  // an editor's mark of UTF-8
   ColumnTable table;
   table.label = path.filename().generic_string();
-  const std::string given_line = fmt::format("{}", fmt::join(given, std::string(1, separator)));
-  const auto header = given.empty() ? lines.next() : std::optional<std::string_view>(given_line);
-  if (!header) bad(path, lines.number + 1, "has no row of column names", "the file is empty or was cut", "export the log again");
+  const std::string given = fmt::format("{}", fmt::join(format.header, std::string(1, format.separator)));
+  const auto header = given.empty() ? lines.next() : std::optional<std::string_view>(given);
+  if (!header) bad(path, lines.number + 1, "has no row of column names", "the file is empty or was cut", "make the log again");
 
   std::vector<std::vector<double>*> keep;
-  split(*header, separator, [&](std::size_t, std::string_view cell) {
-    const std::string name(trimmed(cell));
-    if (wanted.contains(name) && table.columns.contains(name))
-      bad(path, lines.number, fmt::format("has the column \"{}\" twice", name), "", "rename one of them");
-    table.names.push_back(name);
-    keep.push_back(wanted.contains(name) ? &table.columns[name] : nullptr);
+  split(*header, format.separator, [&](std::size_t, std::string_view cell) {
+    table.names.emplace_back(trimmed(cell));
+    const std::string& name = table.names.back();
+    keep.push_back(nullptr);
+    if (wanted && !wanted->contains(name)) return;
+    if (table.has(name)) bad(path, lines.number, fmt::format("has the column \"{}\" twice", name), "", "rename one of them");
+    keep.back() = &table.columns[name];
   });
 
   std::vector<double> row(keep.size());
   while (const auto line = lines.next()) {
     std::string_view bad_cell;
     std::size_t bad_index = keep.size();
-    const std::size_t cells = split(*line, separator, [&](std::size_t i, std::string_view cell) {
+    const std::size_t cells = split(*line, format.separator, [&](std::size_t i, std::string_view cell) {
       if (i >= keep.size() || !keep[i]) return;
       const auto v = number(trimmed(cell));
       if (!v && bad_index == keep.size()) bad_index = i, bad_cell = trimmed(cell);
       row[i] = v.value_or(kBlank);
     });
     if (cells != keep.size() || bad_index != keep.size()) {
-      if (!lines.ended && lines.rest.empty()) {
+      if (!lines.ended && format.cut_end == CutEnd::left_out) {
         table.notes.push_back(fmt::format("{}: line {} was cut off and is left out", table.label, lines.number));
         break;
       }
       if (cells != keep.size())
         bad(path, lines.number, fmt::format("has {} cells, the header has {}", cells, keep.size()),
-            cells == 1 ? "another separator than the mapping's" : "a damaged line, or a separator inside a cell",
-            "repair the line, or set `separator` in the mapping");
-      bad(path, lines.number, fmt::format("\"{}\" in column \"{}\" is not a number", bad_cell.substr(0, 40), table.names[bad_index]), "",
-          "repair the cell, or leave it blank when there was no reading");
+            cells > keep.size() ? "decimals with a comma, as some spreadsheets write, or a separator inside a cell"
+            : cells == 1        ? "another separator than the mapping's, or a line that was cut"
+                                : "a damaged or cut line",
+            "part columns by \",\" and write decimals with \".\", or set `separator` in the mapping; repair or remove a damaged line");
+      bad(path, lines.number, fmt::format("\"{}\" in column \"{}\" is not a number", bad_cell.substr(0, 40), table.names[bad_index]),
+          "a damaged or edited line", "repair the cell, or leave it blank when there was no measurement");
     }
     for (std::size_t i = 0; i < keep.size(); ++i)
       if (keep[i]) keep[i]->push_back(row[i]);
     ++table.rows;
   }
   return table;
+}
+
+ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, const CsvFormat& format) {
+  return parse_csv(read_log_bytes(path), path, &wanted, format);
 }
 
 }  // namespace rotorloop::log

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "host/base/statistics.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::log {
@@ -23,14 +24,8 @@ void add(std::vector<StreamSummary>& out, std::string name, std::string unit, co
   if (stream.empty()) return;
   StreamSummary s{
       std::move(name), std::move(unit), stream.size(), stream.t_s.front(), stream.t_s.back(), 0.0, 0.0, numbers(stream.value.front())};
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < stream.size(); ++i) steps.push_back(stream.t_s[i] - stream.t_s[i - 1]);
-  if (!steps.empty()) {
-    s.longest_gap_s = *std::max_element(steps.begin(), steps.end());
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    if (*middle > 0.0) s.rate_Hz = 1.0 / *middle;
-  }
+  for (std::size_t i = 1; i < stream.size(); ++i) s.longest_gap_s = std::max(s.longest_gap_s, stream.t_s[i] - stream.t_s[i - 1]);
+  if (const double step_s = median_step(stream.t_s); step_s > 0.0) s.rate_Hz = 1.0 / step_s;
   out.push_back(std::move(s));
 }
 

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
+
+#include "host/base/constants.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kRad_s_per_rpm = 2.0 * std::numbers::pi / 60.0;
-constexpr double kRad_per_deg = std::numbers::pi / 180.0;
 
 constexpr std::array kUnits{
     LogUnit{"s", "s", 1.0},
@@ -22,8 +21,8 @@ constexpr std::array kUnits{
     LogUnit{"cm/s", "m/s", 1e-2},
     LogUnit{"mm/s", "m/s", 1e-3},
     LogUnit{"m/s2", "m/s2", 1.0},
-    LogUnit{"g", "m/s2", kStandardGravity_m_s2},
-    LogUnit{"mg", "m/s2", 1e-3 * kStandardGravity_m_s2},
+    LogUnit{"g", "m/s2", kGravity_m_s2},
+    LogUnit{"mg", "m/s2", 1e-3 * kGravity_m_s2},
     LogUnit{"rad/s", "rad/s", 1.0},
     LogUnit{"mrad/s", "rad/s", 1e-3},
     LogUnit{"deg/s", "rad/s", kRad_per_deg},
@@ -38,7 +37,7 @@ constexpr std::array kUnits{
     LogUnit{"A", "A", 1.0},
     LogUnit{"mA", "A", 1e-3},
     LogUnit{"N", "N", 1.0},
-    LogUnit{"gf", "N", 1e-3 * kStandardGravity_m_s2},
+    LogUnit{"gf", "N", 1e-3 * kGravity_m_s2},
     LogUnit{"N m", "N m", 1.0},
     LogUnit{"1", "1", 1.0},
     LogUnit{"%", "1", 1e-2},

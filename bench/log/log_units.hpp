@@ -13,8 +13,6 @@ struct LogUnit {
   bool electrical = false;  // a speed of the motor's field: the mapping's pole_pairs divide it
 };
 
-inline constexpr double kStandardGravity_m_s2 = 9.80665;  // "g" of accelerometers, CGPM 1901
-
 std::span<const LogUnit> log_units();
 const LogUnit* find_log_unit(std::string_view name);  // nullptr when there is none
 std::string log_units_of(std::string_view si);        // names with that SI unit, for messages: "m, mm, cm"

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
@@ -114,7 +115,7 @@ Eigen::Vector3d vector_of(const MappedStream& s, const Reading& raw) {
   if (s.in_world_axes == wanted_in_world && !s.gravity_removed) return v;
   const Eigen::Quaterniond q_WB = attitude_of(s, &raw[4]);
   if (s.gravity_removed) {
-    const Eigen::Vector3d up = kStandardGravity_m_s2 * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
     v += s.in_world_axes ? up : q_WB.conjugate() * up;
   }
   if (s.in_world_axes == wanted_in_world) return v;
@@ -224,7 +225,7 @@ void fill(const MappedSource& source, const MappedStream& s, const ColumnTable& 
   note_fates(s, n, from, to, findings);
 }
 
-Sources read_sources(const LogMapping& m, const TableReader& read_table, std::vector<LogFinding>& findings) {
+Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vector<LogFinding>& findings) {
   std::vector<std::set<std::string>> wanted(m.sources.size());
   for (const auto& s : m.streams) wanted[s.source].merge(columns_of(s));
   Sources tables(m.sources.size());
@@ -265,7 +266,7 @@ void explain_absence(const LogMapping& m, const std::string& label, const Source
 }  // namespace
 
 void map_flight(const LogMapping& m, const TableReader& read_table, FlightRecord& f, std::vector<LogFinding>& findings) {
-  const Sources tables = read_sources(m, read_table, findings);
+  const Sources tables = sources_of(m, read_table, findings);
   const double t_zero = m.start_at_zero ? earliest_s(m, tables) : 0.0;
   // Streams with one label are alternatives; every extra has its own.
   std::set<std::string> filled, explained;

@@ -1,5 +1,5 @@
 // Applies a mapping to the tables of a foreign log: units, axes, signs, rotor order, stamps. Judges nothing beyond what a number can
-// mean at all; whether a stream is believable is for the checks.
+// mean at all; whether a stream is plausible is for the checks.
 #pragma once
 #include <functional>
 #include <optional>

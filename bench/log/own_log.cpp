@@ -103,7 +103,7 @@ void read_pose(const LogTable& log, const std::vector<double>& t, FlightRecord& 
     const auto w = q.at(i);
     const Eigen::Quaterniond q_WS(w[0], w[1], w[2], w[3]);
     if (!(q_WS.norm() > 0.9 && q_WS.norm() < 1.1))
-      throw Error({log.path().generic_string(), fmt::format("q at t = {} s has norm {:.3g}, expected 1", t[i], q_WS.norm()),
+      throw Error({log.path.generic_string(), fmt::format("q at t = {} s has norm {:.3g}, expected 1", t[i], q_WS.norm()),
                    "the file was edited", "fly the run again"},
                   ExitCode::data_quality);
     f.pose.add(t[i], {p_W, q_WS.normalized()});
@@ -128,7 +128,8 @@ FlightRecord read_own_log(const std::filesystem::path& path, std::vector<LogFind
   const LogTable log = read_log(path, {}, CutEnd::left_out);
   if (log.has("true_p_x[m]"))
     throw Error({path.generic_string(), "is a truth log", "", "give the flight.csv beside it: identification never reads truth"});
-  if (findings && !log.cut_off.empty()) findings->push_back({"log", log.cut_off, 0.0, 0.0, FindingAction::note});
+  if (findings)
+    for (const std::string& note : log.notes) findings->push_back({"log", note, 0.0, 0.0, FindingAction::note});
   FlightRecord f;
   const auto& t = log.column("t[s]");
   for (std::size_t i = 0; i < log.rows; ++i)
@@ -147,7 +148,7 @@ FlightRecord read_own_log(const std::filesystem::path& path, std::vector<LogFind
   read_rotors(log, "command", "1", t, f.motor_command);
   if (log.has("bus[V]")) read_scalar(log, "bus[V]", t, f.battery_V);
   const auto known = flight_column_names();
-  for (const auto& name : log.names())
+  for (const auto& name : log.names)
     if (is_extra(name, known)) {
       Stream<double> s;
       read_scalar(log, name, t, s);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 
@@ -51,7 +52,7 @@ std::string topic_list(const ULog& log) {
 [[noreturn]] void needs_mapping(const fs::path& path, Format format) {
   const bool ulog = format == Format::ulog;
   const std::string has =
-      ulog ? "topics " + topic_list(ULog::parse(read_log_bytes(path), path)) : "columns " + name_list(read_csv_table(path, {}, ',').names);
+      ulog ? "topics " + topic_list(ULog::parse(read_log_bytes(path), path)) : "columns " + name_list(read_csv_table(path, {}, {}).names);
   throw Error({path.generic_string(), "is a log of another tool, and no mapping says what its " + has + " mean", "",
                ulog ? "give --mapping; vehicles/measured/px4_ulog.mapping.toml is that of PX4"
                     : "give --mapping FILE (docs/files.md, \"Mapping file\"; examples in vehicles/measured)"});
@@ -62,7 +63,7 @@ void read_mapped_csv(const fs::path& path, const LogMapping& mapping, FlightReco
     fs::path file = path;
     if (!s.suffix.empty()) file.replace_filename(path.stem().generic_string() + s.suffix);
     if (!s.suffix.empty() && !fs::exists(file)) return std::nullopt;
-    return read_csv_table(file, wanted, mapping.separator);
+    return read_csv_table(file, wanted, {.separator = mapping.separator});
   };
   map_flight(mapping, tables, f, findings);
 }
@@ -102,7 +103,7 @@ void read_mapped_ulog(const fs::path& path, const LogMapping& mapping, FlightRec
     for (const auto& name : wanted) {
       auto values = log.column(*topic, name);
       if (!values) continue;
-      if (!table.has(name)) table.names.push_back(name);
+      if (std::find(table.names.begin(), table.names.end(), name) == table.names.end()) table.names.push_back(name);
       table.columns[name] = std::move(*values);
     }
     return table;

@@ -1,4 +1,4 @@
-// The one door by which flights enter: own log, ULog, or CSV of another tool, told apart by their first bytes.
+// The one door by which flights enter: own log, ULog, or CSV of another tool, recognised by their first bytes.
 #pragma once
 #include <filesystem>
 #include <vector>

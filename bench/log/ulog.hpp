@@ -25,7 +25,7 @@ struct ULogTopic {
 class ULog {
  public:
   // Throws Error (ExitCode::data_quality) when `bytes` is no ULog, is of an unknown version or has features that readers must know
-  // and this one does not. Everything else is tolerated and told in notes().
+  // and this one does not. Everything else is tolerated and reported in notes().
   static ULog parse(std::string bytes, const std::filesystem::path& name_for_errors);
 
   const std::vector<ULogTopic>& topics() const { return topics_; }

@@ -7,19 +7,18 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 
 #include "bench/log/merged_rows.hpp"
 #include "bench/log/ulog.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLatest_s = 1e10;  // in µs still far below 2^63
-constexpr double kRpm_per_rad_s = 30.0 / std::numbers::pi;
 constexpr std::size_t kMessagesPerSync = 500;
 constexpr std::uint8_t kFrameNed = 1;  // VehicleOdometry.msg: POSE_FRAME_NED, VELOCITY_FRAME_NED
 
@@ -41,7 +40,7 @@ struct Bytes {
     f32(-v.z());
   }
   void none(int count) {
-    for (int i = 0; i < count; ++i) f32(kNoValue);
+    for (int i = 0; i < count; ++i) f32(kUnknown);
   }
 };
 

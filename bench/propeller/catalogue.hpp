@@ -1,4 +1,4 @@
-// The measured propellers that the rotor solve is validated on: files of the data folder, sections, which sweeps count. All
+// The measured propellers that the BEM rotor model is validated on: files of the data folder, sections, which sweeps count. All
 // choices stand here or follow from a rule; validation.hpp has the protocol.
 #pragma once
 #include <filesystem>

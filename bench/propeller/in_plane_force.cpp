@@ -10,12 +10,13 @@
 #include <optional>
 
 #include "bench/propeller/scaled_blade.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "sim/rotor/bem.hpp"
 
 namespace rotorloop::propeller {
 namespace {
-constexpr double kGravity_m_s2 = 9.80665, kRpm = std::numbers::pi / 30.0, kDensity_kg_m3 = 1.2;
+constexpr double kDensity_kg_m3 = 1.2;
 constexpr double kAdvanceStep = 0.02;
 constexpr double kMostPitchRatio = 1.4;  // beyond, the blade stalls in hover and thrust falls with pitch
 // The reference quadrotor, paper Table I: mass, in-plane rotor drag F = c_dh T v, rotor radius; hover 8950 rpm from its k1, k2.
@@ -61,7 +62,7 @@ std::optional<sim::Blade> bebop_blade(const sim::Blade& reference, const HoverRo
   return scaled_blade(reference, kBebopRadius_m, pitch_ratio);
 }
 
-HoverRotor bebop_hover(double rpm) { return {kBebopMass_kg * kGravity_m_s2 / 4.0, rpm * kRpm, kDensity_kg_m3}; }
+HoverRotor bebop_hover(double rpm) { return {kBebopMass_kg * kGravity_m_s2 / 4.0, rpm * kRad_s_per_rpm, kDensity_kg_m3}; }
 
 sim::Blade with_chord(sim::Blade blade, double scale) {
   for (sim::BladeStation& s : blade.stations) s.chord_m *= scale;
@@ -186,7 +187,7 @@ void scale_to_reference(const sim::Blade& reference, InPlaneForce& r) {
   r.reference_isolated_N =
       -4.0 * loads(rotor, {thrust_N, hover_speed(rotor, thrust_N), kDensity_kg_m3}, kReferenceSpeed_m_s, 0.0).force_R_N.x();
   r.paper_N = kReferenceDrag_s_m * 4.0 * thrust_N * kReferenceSpeed_m_s;
-  const HoverRotor at_paper{thrust_N, kReferenceHover_rpm * kRpm, kDensity_kg_m3};
+  const HoverRotor at_paper{thrust_N, kReferenceHover_rpm * kRad_s_per_rpm, kDensity_kg_m3};
   const double mu = kReferenceSpeed_m_s / (kReferenceRadius_m * at_paper.omega_rad_s);
   r.bebop_scaled_N = r.bebop_measured * mu * 4.0 * disk_scale(kReferenceRadius_m, at_paper);
 }

@@ -2,7 +2,7 @@
 // vehicle and tested on another.
 // Fixed on: Parrot Bebop in free flight in a wind tunnel, 0 to 14 m/s (Sun, de Visser, Chu, Quadrotor Gray-box Model Identification
 // from High-Speed Flight Data, TU Delft): F_x = rho N pi R^2 (R W)^2 C_x(mu_x, mu_z), a polynomial with axes forward and down. The
-// rotor alone is the blade-element solve of a three-blade rotor of that radius; its blades are not published, so the shipped plan
+// rotor alone is the blade-element model of a three-blade rotor of that radius; its blades are not published, so the shipped plan
 // form stands for them, its pitch set so that hover comes out at the speed that the paper names.
 // Tested on: the reference quadrotor at 8.5 m/s, which the Bebop's k_H has never seen.
 #pragma once

@@ -15,7 +15,7 @@ struct MeasuredRow {
 
 // RPM CT CP, rising RPM.
 std::vector<MeasuredRow> read_uiuc_static(const TextFile& file);
-// J CT CP eta; the file does not say the rotor speed, its name does. eta must be J CT / CP as far as the digits go: it tells
+// J CT CP eta; the file does not say the rotor speed, its name does. eta must be J CT / CP as far as the digits go: it detects
 // swapped columns.
 std::vector<MeasuredRow> read_uiuc_sweep(const TextFile& file, double rpm);
 

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/propeller/least_squares.hpp"
 #include "bench/propeller/motor_bench_file.hpp"
+#include "host/base/least_squares.hpp"
 #include "sim/drive/six_step.hpp"
 #include "sim/rotor/blade.hpp"
 

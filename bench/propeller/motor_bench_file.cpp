@@ -6,8 +6,8 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
@@ -15,9 +15,7 @@ namespace rotorloop::propeller {
 namespace {
 using Json = nlohmann::json;
 
-constexpr double kStandardGravity_m_s2 = 9.80665;
-constexpr double kRpm = std::numbers::pi / 30.0;
-constexpr double kGramForce_N = kStandardGravity_m_s2 * 1e-3;
+constexpr double kGramForce_N = kGravity_m_s2 * 1e-3;
 // Means of voltage, current and power over the same seconds; ripple makes the mean of the product differ a little.
 constexpr double kPowerTolerance = 0.03, kPowerFloor_W = 0.1;
 
@@ -88,7 +86,7 @@ MotorBenchFile parse_motor_bench(std::string_view text, const std::filesystem::p
     const MotorBenchRow row{.throttle = number("throttle", {0.01, 1.0, "of full throttle"}),
                             .bus_V = number("voltage_v", {3.0, 100.0, "V"}),
                             .bus_A = number("current_a", {0.0, 300.0, "A"}),
-                            .omega_rad_s = kRpm * number("rpm", {100.0, 100e3, "rpm"}),
+                            .omega_rad_s = kRad_s_per_rpm * number("rpm", {100.0, 100e3, "rpm"}),
                             .thrust_N = kGramForce_N * number("thrust_gf", {-200.0, 20e3, "gf"})};
     const double power_W = number("elec_power_w", {0.0, 3e4, "W"});
     if (std::fabs(power_W - row.bus_V * row.bus_A) > kPowerTolerance * power_W + kPowerFloor_W)

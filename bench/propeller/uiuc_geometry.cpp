@@ -6,7 +6,7 @@
 namespace rotorloop::propeller {
 namespace {
 constexpr double kFirstStationMost = 0.3, kLastStationLeast = 0.95;  // of the radius; sim/rotor's blade files ask the same
-constexpr std::size_t kMinStations = 5;
+constexpr std::size_t kMinUiucStations = 5;
 }  // namespace
 
 PropellerGeometry read_uiuc_geometry(const TextFile& file, double radius_m, int blades) {
@@ -15,7 +15,7 @@ PropellerGeometry read_uiuc_geometry(const TextFile& file, double radius_m, int 
   g.radius_m = radius_m;
   double last = -1.0;
   for (const TableRow& row :
-       read_table(file, {{"r/R", {0.0, 1.0, "radii"}}, {"c/R", {1e-3, 0.8, "radii"}}, {"beta", {-30.0, 80.0, "deg"}}}, kMinStations)) {
+       read_table(file, {{"r/R", {0.0, 1.0, "radii"}}, {"c/R", {1e-3, 0.8, "radii"}}, {"beta", {-30.0, 80.0, "deg"}}}, kMinUiucStations)) {
     const double r = row.values[0];
     if (!(r > last))
       file.fail(row.line, fmt::format("r/R = {} does not exceed that of the station before, {}", number_text(r), number_text(last)), "",

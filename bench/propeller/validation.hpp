@@ -1,4 +1,4 @@
-// The rotor solve against measured propellers. Protocol, the same for all:
+// The BEM rotor model against measured propellers. Protocol, the same for all:
 //   parameters  pitch offset, lift scale, drag scale, stall delay: four scalars for a propeller and a geometry
 //   fitted on   rows 1, 3, 5, … of the static table and of one advance sweep (catalogue.hpp: sweep_to_fit)
 //   held out    the other static rows, the other rows of that sweep, all other sweeps
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bench/propeller/catalogue.hpp"
-#include "bench/propeller/least_squares.hpp"
+#include "host/base/least_squares.hpp"
 #include "sim/rotor/bem.hpp"
 
 namespace rotorloop::propeller {

@@ -7,10 +7,11 @@
 namespace rotorloop::propeller {
 namespace {
 constexpr std::string_view kAirfoil = "Calculated polar for:";
-constexpr std::array<std::string_view, 12> kNames{"alpha", "CL", "CD", "CDp", "Cm", "Top", "Xtr", "Bot", "Xtr", "Cpmin", "Chinge", "XCp"};
+constexpr std::array<std::string_view, 12> kPolarColumns{"alpha", "CL",  "CD",  "CDp",   "Cm",     "Top",
+                                                         "Xtr",   "Bot", "Xtr", "Cpmin", "Chinge", "XCp"};
 // XFLR5 writes two values under Chinge, so that a row of 10 names has 12 numbers; older exports stop at Bot Xtr.
 constexpr std::size_t kFewestFields = 7, kMostFields = 12;
-constexpr std::size_t kMinRows = 10;
+constexpr std::size_t kMinPolarRows = 10;
 constexpr double kCoversFrom_deg = 0.0, kCoversTo_deg = 8.0;  // a propeller works there
 
 // The number after `key` and "=", as in " Mach =   0.000     Re =     0.030 e 6     Ncrit =   7.000".
@@ -43,7 +44,7 @@ SectionPolar read_xflr5_polar(const TextFile& file) {
   if (p.reynolds <= 0.0)
     file.fail(line->number, "no line \"Mach = … Re = … Ncrit = …\" above the table", "an edited header", "export it again");
   const auto& names = line->fields;
-  if (names.size() > kNames.size() || names.size() < 3 || !std::equal(names.begin(), names.end(), kNames.begin()))
+  if (names.size() > kPolarColumns.size() || names.size() < 3 || !std::equal(names.begin(), names.end(), kPolarColumns.begin()))
     file.fail(line->number, fmt::format("unknown columns \"{}\"", line->text), "columns added, or another program's polar",
               "export the polar from XFLR5 as text, all columns");
   if (++line != file.lines.end() && line->text.find("---") != std::string::npos) ++line;
@@ -64,8 +65,8 @@ SectionPolar read_xflr5_polar(const TextFile& file) {
     p.cl.push_back(file.number(*line, 1, "CL", {-4.0, 4.0, "1"}));
     p.cd.push_back(file.number(*line, 2, "CD", {1e-4, 2.0, "1"}));
   }
-  if (p.alpha_deg.size() < kMinRows)
-    file.fail(end_of_file, fmt::format("{} rows, expected at least {}", p.alpha_deg.size(), kMinRows),
+  if (p.alpha_deg.size() < kMinPolarRows)
+    file.fail(end_of_file, fmt::format("{} rows, expected at least {}", p.alpha_deg.size(), kMinPolarRows),
               "the file was cut off, or XFOIL hardly converged", "compute the polar with smaller steps");
   if (p.alpha_deg.front() > kCoversFrom_deg || p.alpha_deg.back() < kCoversTo_deg)
     file.fail(end_of_file,

@@ -12,9 +12,9 @@
 namespace rotorloop::render {
 namespace {
 
-constexpr int kShades = 96;        // more are not told apart, and cells of one shade share a path
+constexpr int kShades = 96;        // more are indistinguishable, and cells of one shade share a path
 constexpr double kMargin_px = 46;  // around the disk: arrows and words
-constexpr double kBar_px = 16, kBarRoom_px = 96;
+constexpr double kScale_px = 16, kScaleRoom_px = 96;
 constexpr double kNarrow_px = 1.0;
 constexpr double kPi = std::numbers::pi;
 
@@ -63,7 +63,7 @@ class Pen {
     d_ += "M" + px(x_) + " " + px(y_);
   }
   void line(double r_m, double azimuth) { d_ += "l" + step(r_m, azimuth); }
-  // Along the ring; azimuth rises counter-clockwise on the page, sweep flag 0 in SVG. The chord is drawn where it cannot be told from
+  // Along the ring; azimuth rises counter-clockwise on the page, sweep flag 0 in SVG. The chord is drawn where it is indistinguishable from
   // the arc.
   void arc(double r_m, double from, double to) {
     constexpr double kSagitta_px = 0.15;
@@ -193,11 +193,11 @@ std::string colour_bar_svg(const DiskMap& m, const Scale& scale, double left, do
   const double step = (bottom - top) / kShades;
   for (int i = 0; i < kShades; ++i)  // overlapping upwards, again against seams
     out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>", px(left), px(bottom - (i + 1) * step),
-                       px(kBar_px), px(i == 0 ? step : step + 0.6), shade_colour(i));
+                       px(kScale_px), px(i == 0 ? step : step + 0.6), shade_colour(i));
   out += '\n';
   const auto end = [&](double y, double to, int shade) {
-    out += fmt::format("<path fill=\"{}\" d=\"M{} {}h{}L{} {}Z\"/>\n", shade_colour(shade), px(left), px(y), px(kBar_px),
-                       px(left + kBar_px / 2), px(to));
+    out += fmt::format("<path fill=\"{}\" d=\"M{} {}h{}L{} {}Z\"/>\n", shade_colour(shade), px(left), px(y), px(kScale_px),
+                       px(left + kScale_px / 2), px(to));
   };
   if (scale.cut_low) end(bottom + 1, bottom + 11, 0);
   if (scale.cut_high) end(top - 1, top - 11, kShades - 1);
@@ -207,11 +207,11 @@ std::string colour_bar_svg(const DiskMap& m, const Scale& scale, double left, do
     const double y = bottom - (t - scale.low) / (scale.high - scale.low) * (bottom - top);
     const std::string text = tick_text(t, ticks.decimals);
     widest = std::max(widest, text_px(text));
-    out += fmt::format("<path class=\"ax\" d=\"M{} {}h5\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(left + kBar_px), px(y),
-                       px(left + kBar_px + 8), px(y + 4), text);
+    out += fmt::format("<path class=\"ax\" d=\"M{} {}h5\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(left + kScale_px), px(y),
+                       px(left + kScale_px + 8), px(y + 4), text);
   }
   out += fmt::format("<text class=\"lb\" transform=\"translate({} {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     px(left + kBar_px + 8 + widest + 22), px((top + bottom) / 2), xml_escaped(m.label));
+                     px(left + kScale_px + 8 + widest + 22), px((top + bottom) / 2), xml_escaped(m.label));
   return out;
 }
 
@@ -236,7 +236,7 @@ Rgb field_colour(double share) {
 }
 
 std::string disk_map_svg(const DiskMap& m) {
-  const double disk_px = m.width_px - kBarRoom_px - 2 * kMargin_px;
+  const double disk_px = m.width_px - kScaleRoom_px - 2 * kMargin_px;
   const double height = disk_px + 2 * kMargin_px;
   std::string out = open_svg(m.width_px, height, m.title);
   if (m.ring_edges_m.size() < 2 || m.sectors < 3 || m.values.size() != (m.ring_edges_m.size() - 1) * static_cast<std::size_t>(m.sectors))
@@ -248,7 +248,7 @@ std::string disk_map_svg(const DiskMap& m) {
   for (const double r : {m.ring_edges_m.front(), radius_m})
     out += fmt::format("<circle class=\"rm\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>", px(view.centre_x), px(view.centre_y), px(r * view.px_per_m));
   out += '\n' + wind_svg(m, view, radius_m) + spin_svg(m, view, radius_m);
-  out += colour_bar_svg(m, scale, m.width_px - kBarRoom_px, kMargin_px, height - kMargin_px);
+  out += colour_bar_svg(m, scale, m.width_px - kScaleRoom_px, kMargin_px, height - kMargin_px);
   return out + "</svg>\n";
 }
 

@@ -313,7 +313,7 @@ PlotFrame lay_out(const Plot& p, double legend_height) {
   Frame& f = out.f;
   f = {.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - out.names_px, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
-  // One tick tells no scale: ask for more until there are three, as far as there is room.
+  // One tick shows no scale: try for more until there are three, as far as there is room.
   const auto y_ticks_of = [&](const auto& range) {
     if (p.log_y) return decade_ticks(range.low, range.high, y_wanted);
     Ticks t = nice_ticks(range.low, range.high, y_wanted);

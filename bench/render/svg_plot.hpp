@@ -10,7 +10,7 @@
 
 namespace rotorloop::render {
 
-// Colours are numbers into a palette that colour-blind readers can tell apart (Okabe and Ito), the same in every plot of a
+// Colours are numbers into a palette that colour-blind readers can distinguish (Okabe and Ito), the same in every plot of a
 // page: one thing, one colour. kNeutral is the text colour, for what is wanted rather than measured.
 inline constexpr int kNeutral = -1;
 inline constexpr int kPaletteSize = 6;

@@ -1,19 +1,13 @@
 #include "bench/score/multi_step_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "bench/estimate/model/rotations.hpp"
+#include "host/base/least_squares.hpp"
 
 namespace rotorloop::score {
 namespace {
-
-struct Normal {
-  Eigen::MatrixXd h;
-  Eigen::VectorXd g;
-  double cost = 0.0;
-};
 
 // Cost and influence weight of a scaled error: quadratic near zero, linear beyond c.
 double pseudo_huber(double e2, double c, double& weight) {
@@ -36,10 +30,10 @@ class Windows {
   }
 
   // With derivatives when `normal` is given.
-  double cost(const estimate::ModelValues& values, const estimate::Columns& free, Normal* normal) const {
+  double cost(const estimate::ModelValues& values, const estimate::Columns& free, NormalEquations* normal) const {
     const estimate::Model model(values, normal ? free : estimate::Columns{});
     const auto parameters = static_cast<Eigen::Index>(free.size());
-    if (normal) *normal = {Eigen::MatrixXd::Zero(parameters, parameters), Eigen::VectorXd::Zero(parameters), 0.0};
+    if (normal) *normal = {Eigen::MatrixXd::Zero(parameters, parameters), Eigen::VectorXd::Zero(parameters)};
     double sum = 0.0;
     estimate::StateJacobian by_state;
     estimate::ParameterJacobian by_columns, sensitivity;
@@ -61,12 +55,11 @@ class Windows {
         }
       }
     }
-    if (normal) normal->cost = sum;
     return sum / static_cast<double>(std::max<std::size_t>(1, count_));
   }
 
  private:
-  double add(const estimate::StateError& error, const estimate::ParameterJacobian& sensitivity, Normal* normal) const {
+  double add(const estimate::StateError& error, const estimate::ParameterJacobian& sensitivity, NormalEquations* normal) const {
     double sum = 0.0;
     for (std::size_t q = 0; q < kPredictedQuantities; ++q) {
       if (o_.scale[q] <= 0.0) continue;
@@ -77,8 +70,8 @@ class Windows {
       if (!normal) continue;
       Eigen::Matrix<double, 3, Eigen::Dynamic> j = sensitivity.middleRows<3>(row) / o_.scale[q];
       if (q == kPredictedAttitude) j = (estimate::inverse_right_jacobian(error.segment<3>(row)) * j).eval();
-      normal->h.noalias() += weight * j.transpose() * j;
-      normal->g.noalias() += weight * j.transpose() * e;
+      normal->information.noalias() += weight * j.transpose() * j;
+      normal->slope.noalias() += weight * j.transpose() * e;
     }
     return sum;
   }
@@ -94,36 +87,22 @@ class Windows {
 MultiStepFit fit_multi_step(const estimate::ModelValues& start, const estimate::Columns& free, const std::vector<StateTrack>& tracks,
                             const MultiStepOptions& options) {
   const Windows windows(tracks, options);
-  MultiStepFit fit{start, 0.0, 0, false};
-  double damping = 1e-4;
-  Normal normal;
-  for (; fit.iterations < options.max_iterations && !fit.converged; ++fit.iterations) {
-    fit.cost = windows.cost(fit.values, free, &normal);
-    bool better = false;
-    while (!better && damping < 1e6) {
-      Eigen::MatrixXd h = normal.h;
-      h.diagonal() *= 1.0 + damping;
-      h.diagonal().array() += 1e-300;
-      const Eigen::VectorXd step = h.ldlt().solve(-normal.g);
-      estimate::ModelValues tried = fit.values;
-      for (std::size_t i = 0; i < free.size(); ++i) {
-        const estimate::ParameterInfo info = estimate::parameter_info(free[i], tried.terms);
-        tried[free[i]] = std::clamp(tried[free[i]] + step[static_cast<Eigen::Index>(i)], info.min, info.max);
-      }
-      const double cost = windows.cost(tried, free, nullptr);
-      better = std::isfinite(cost) && cost < fit.cost;
-      if (better) {
-        fit.converged = fit.cost - cost < options.tolerance * fit.cost;
-        fit.values = tried;
-        fit.cost = cost;
-        damping = std::max(0.1 * damping, 1e-9);
-      } else {
-        damping *= 10.0;
-      }
-    }
-    if (!better) fit.converged = true;  // no step falls any further
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::VectorXd first(n), min(n), max(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int parameter = free[static_cast<std::size_t>(i)];
+    const estimate::ParameterInfo info = estimate::parameter_info(parameter, start.terms);
+    first[i] = start[parameter], min[i] = info.min, max[i] = info.max;
   }
-  return fit;
+  const auto values_at = [&](const Eigen::VectorXd& x) {
+    estimate::ModelValues values = start;
+    for (Eigen::Index i = 0; i < n; ++i) values[free[static_cast<std::size_t>(i)]] = x[i];
+    return values;
+  };
+  const Descent d = descend(
+      first, min, max, [&](const Eigen::VectorXd& x, NormalEquations* normal) { return windows.cost(values_at(x), free, normal); },
+      {.max_iterations = options.max_iterations, .tolerance = options.tolerance, .damping = 1e-4});
+  return {values_at(d.x), d.cost, d.iterations, d.converged};
 }
 
 }  // namespace rotorloop::score

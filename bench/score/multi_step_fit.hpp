@@ -1,4 +1,4 @@
-// Parameters that make a model foretell well: least squares of the open-loop error over many short windows (output error), where the
+// Parameters that make a model predict well: least squares of the open-loop error over many short windows (output error), where the
 // fit of estimator.hpp takes every state for unknown and every step for disturbed. The two agree when the model is true. Where slow
 // unknown moments act, or rotor speeds are noisy, this one pulls towards what pays in prediction: its parameters are for predicting
 // and are no estimates of the vehicle's. It gives no uncertainties.

@@ -1,4 +1,4 @@
-// How well a model foretells each pose of a flight from all readings before it: innovations of the poses in metres and radians, in
+// How well a model predicts each pose of a flight from all measurements before it: innovations of the poses in metres and radians, in
 // the sizes that model and noise figures let expect, and as a likelihood. Nothing is smoothed here: what a pose is compared with knows
 // nothing of it, so these are the scores that hold at the shortest horizon there is.
 #pragma once
@@ -15,13 +15,13 @@ namespace rotorloop::score {
 
 // One flight under one model. `error` and `expected` hold position and attitude of the pose sensor, one start for each pose.
 struct OneStepErrors {
-  PredictionErrors error;           // reading minus what was foretold
+  PredictionErrors error;           // measurement minus its prediction
   PredictionErrors expected;        // the same drawn anew from the predicted covariance: what a model that is right would err
   std::vector<double> squares;      // of each pose: sum over its six numbers, whitened; 6 under the model
   std::vector<double> log_density;  // of each pose, natural logarithm, in m and rad
 };
 
-// A flight with its poses tied (grid_flight.hpp) and, for terms that remember, with its motion. The first 0.25 s after each gap are left
+// A flight with its poses associated with nodes (grid_flight.hpp) and, for stateful terms, with its motion. The first 0.25 s after each gap are left
 // out: there the past does not fix the state. Empty without poses. `seed`: of the draws of `expected`.
 OneStepErrors one_step(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, std::uint64_t seed);
 

@@ -6,8 +6,10 @@
 #include <memory>
 
 #include "bench/estimate/model/rotations.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::score {
 namespace {
@@ -17,7 +19,7 @@ constexpr std::uint64_t kBootstrapModule = 0x5052444Cu, kProcessModule = 0x50524
 // Position, velocity and attitude with constant body rates: Runge-Kutta of fourth order in position and velocity; the attitude is exact.
 estimate::BodyState step_with_rates_held(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double t_s, double h, std::size_t& hint) {
   const estimate::ModelValues& values = model.values();
-  const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d(values[estimate::kTiltX], values[estimate::kTiltY], -1.0);
+  const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d(values[estimate::kTiltX], values[estimate::kTiltY], -1.0);
   const auto turned = [&](double ahead) { return (x.q_WB * estimate::exp_q(ahead * x.w_B_rad_s)).normalized(); };
   const auto acceleration = [&](const estimate::BodyState& y, double ahead) -> Eigen::Vector3d {
     const estimate::RotorInputSample u = track.input.at(t_s + ahead, hint, false);
@@ -41,7 +43,7 @@ estimate::BodyState step_with_rates_held(const estimate::Model& model, const Sta
   return moved_by(h, (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0);
 }
 
-// One step of a model whose terms remember: the memory runs along the step that it would give if it stood still, then the step is taken
+// One step of a model with stateful terms: their state runs along the step that it would give if it stood still, then the step is taken
 // again along the memory.
 estimate::BodyState step_with_memory(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double from_s, double to_s, int substeps,
                            std::size_t& hint, estimate::MemoryNumbers& memory) {
@@ -108,10 +110,8 @@ ErrorRatio drawn_anew(const std::vector<std::vector<Block>>& flights, const Boot
     }
     figures.push_back(figure(sum));
   }
-  std::sort(figures.begin(), figures.end());
-  const auto quantile = [&](double p) { return figures[static_cast<std::size_t>(p * static_cast<double>(figures.size() - 1) + 0.5)]; };
-  out.low = quantile(0.5 * (1.0 - options.level));
-  out.high = quantile(0.5 * (1.0 + options.level));
+  out.low = quantile(figures, 0.5 * (1.0 - options.level));
+  out.high = quantile(figures, 0.5 * (1.0 + options.level));
   return out;
 }
 
@@ -160,7 +160,7 @@ Predictor noisy_model(const estimate::ModelValues& values, int substeps, const e
                                                                                     std::span<estimate::BodyState> out) {
     estimate::BodyState x = track.state[start];
     std::size_t hint = start;
-    const bool remembers = model->values().terms.memory() > 0;
+    const bool stateful = model->values().terms.memory() > 0;
     estimate::MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
     const double h = track.step_s, rate = std::sqrt(h), rest = std::sqrt(h * h * h / 12.0);
     std::uint64_t draw = static_cast<std::uint64_t>(start) << 20;
@@ -171,7 +171,7 @@ Predictor noisy_model(const estimate::ModelValues& values, int substeps, const e
     };
     for (std::size_t k = 0; k < out.size(); ++k) {
       const double from = track.time_s(start + k), to = track.time_s(start + k + 1);
-      x = remembers ? step_with_memory(*model, track, x, from, to, substeps, hint, memory)
+      x = stateful ? step_with_memory(*model, track, x, from, to, substeps, hint, memory)
                     : model->step(x, track.input, hint, from, to, substeps);
       // White acceleration of density q over a step: covariance q² [h³/3, h²/2; h²/2, h], as the fit takes it.
       estimate::StateError kick;

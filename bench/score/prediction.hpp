@@ -1,4 +1,4 @@
-// How well a model foretells a flight: from every start with its state given, the rotor speeds of the log drive the model open loop,
+// How well a model predicts a flight: from every start with its state given, the rotor speeds of the log drive the model open loop,
 // and the error is taken after 1, 2, … steps. Means over starts, sums over horizons, intervals by paired block bootstrap.
 // Protocol and error norms as in the IDSIA nano-drone benchmark (Busetto et al., Control Engineering Practice 172, 2026); any
 // flight, step and horizon will do.
@@ -22,7 +22,7 @@ using Predictor = std::function<void(const StateTrack& track, std::size_t start,
 Predictor state_held();
 // Translation by the model, body rates as at the start: what the model's torque has to beat.
 Predictor rates_held(const estimate::ModelValues& values);
-// The whole model, in equal substeps of a step. Terms with memory start from that of the track's input and then remember what is foretold.
+// The whole model, in equal substeps of a step. Stateful terms start from the state of the track's input and are then propagated along the prediction.
 Predictor whole_model(const estimate::ModelValues& values, int substeps = 1);
 
 // The same with process noise of the given densities after each step: the same draws for the same seed, start and step.

@@ -1,11 +1,11 @@
-// Terms of models that are fitted to foretell (multi_step_fit.hpp). Each lumps causes that a nano-drone's logs cannot tell apart;
+// Terms of models that are fitted to predict (multi_step_fit.hpp). Each lumps causes that are indistinguishable in a nano-drone's logs;
 // they are kept out of the list of named effects in host/effects for that reason.
 #pragma once
 #include "host/effects/term.hpp"
 
 namespace rotorloop::score {
 
-// The part of eq. (3)'s torque that is believed, per body axis. 1 in truth; less pays when rotor speeds are noisy or slow unknown
+// The share of eq. (3)'s torque that is used, per body axis. 1 in truth; less pays when rotor speeds are noisy or slow unknown
 // moments act, which the controller's rotor speeds cancel: the torque of the speeds alone then overstates what the body does.
 struct TorqueShare {
   static constexpr std::string_view kId = "prediction.torque_share";

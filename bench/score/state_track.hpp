@@ -31,7 +31,7 @@ struct TrackFilter {
 // sit in the centre of mass along the body axes. Throws Error (data_quality) naming the stream that is missing.
 StateTrack filtered_track(const log::FlightRecord& record, const TrackFilter& filter = {});
 
-// From the states of a fit: a grid flight and one state for each of its knots.
+// From the states of a fit: a grid flight and one state for each of its nodes.
 StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values);
 
 }  // namespace rotorloop::score

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "bench/stand/block_fit.hpp"
-#include "bench/log/check/signal.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::stand {
 namespace {
@@ -75,45 +75,45 @@ double scatter_on_command(const StandRecord& r, std::size_t k) {
   return fit_in_blocks(X, y, std::vector<int>(use.size(), 0)).rms / y.mean();
 }
 
-// Rotors on one command turn at about one speed: who does not is misread. The one that follows the command best is believed.
+// Rotors on one command turn at about one speed: one that does not is misread. The one that follows the command best is the reference.
 void check_rotors_agree(CheckedStand& s) {
   StandRecord& r = s.record;
   if (r.rotors < 2 || r.points.empty()) return;
-  std::size_t believed = 0;
+  std::size_t reference = 0;
   double least = 1e300;
   for (std::size_t k = 0; k < r.rotors; ++k)
-    if (const double scatter = scatter_on_command(r, k); scatter < least) least = scatter, believed = k;
+    if (const double scatter = scatter_on_command(r, k); scatter < least) least = scatter, reference = k;
   std::vector<bool> bad(r.rotors, false);
   for (std::size_t k = 0; k < r.rotors; ++k) {
     std::size_t twice = 0, wrong = 0, zero = 0, all = 0;
     for (const auto& p : r.points) {
-      if (!turns(p, believed)) continue;
-      const double ratio = p.omega_rad_s[k] / p.omega_rad_s[believed];
+      if (!turns(p, reference)) continue;
+      const double ratio = p.omega_rad_s[k] / p.omega_rad_s[reference];
       ++all;
       zero += ratio == 0.0;
       twice += std::abs(ratio - 2.0) < 0.08 || std::abs(ratio - 3.0) < 0.12 || std::abs(ratio - 0.5) < 0.02;
       wrong += std::abs(ratio - 1.0) > kSameSpeed;
     }
     bad[k] = wrong >= kLeastMisread && static_cast<double>(wrong) > kMisreadShare * static_cast<double>(all);
-    if (!bad[k] || wrong == zero) continue;  // zeros were told above
+    if (!bad[k] || wrong == zero) continue;  // zeros were reported above
     s.faults.push_back(
         {fmt::format("rotor {} speed", k + 1),
          fmt::format(
              "is more than {:.0f} % from rotor {} on the same command in {:.0f} % of {} points; {:.0f} % are near 2, 3 or half of it",
-             100.0 * kSameSpeed, believed + 1, 100.0 * static_cast<double>(wrong) / static_cast<double>(all), all,
+             100.0 * kSameSpeed, reference + 1, 100.0 * static_cast<double>(wrong) / static_cast<double>(all), all,
              100.0 * static_cast<double>(twice) / static_cast<double>(all)),
          "the sensor counts blades or marks more than once, or misses some"});
   }
   const std::size_t before = r.points.size();
   for (auto& p : r.points)
     for (std::size_t k = 0; k < r.rotors; ++k)
-      if (bad[k]) p.omega_rad_s[k] = p.omega_rad_s[believed];
+      if (bad[k]) p.omega_rad_s[k] = p.omega_rad_s[reference];
   if (std::count(bad.begin(), bad.end(), true) > 0)
     s.notes.push_back(fmt::format("the speed of rotor {} stands for those that are misread; it follows the command to {:.1f} %",
-                                  believed + 1, 100.0 * least));
+                                  reference + 1, 100.0 * least));
   std::erase_if(r.points, [&](const StandPoint& p) {
     for (std::size_t k = 0; k < r.rotors; ++k)
-      if (any_turns(r, p) && std::abs(p.omega_rad_s[k] - p.omega_rad_s[believed]) > kSameSpeed * p.omega_rad_s[believed]) return true;
+      if (any_turns(r, p) && std::abs(p.omega_rad_s[k] - p.omega_rad_s[reference]) > kSameSpeed * p.omega_rad_s[reference]) return true;
     return false;
   });
   if (r.points.size() < before)
@@ -155,7 +155,7 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
     if (sign_matters)
       s.notes.push_back(
           fmt::format("{} is negative where the rotor turns (median {:.3g} {}): the stand counts pulling as negative; sign turned", name,
-                      log::median(seen), unit));
+                      median(seen), unit));
   }
   return StandChannelState::good;
 }

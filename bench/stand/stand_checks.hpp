@@ -1,4 +1,4 @@
-// What is wrong with a stand's file, told before any fit: a coefficient through a speed sensor that counts every pole twice, or
+// What is wrong with a stand's file, reported before any fit: a coefficient through a speed sensor that counts every pole twice, or
 // through a load cell with a wrong zero, looks like physics. Judged by the file's own figures alone.
 #pragma once
 #include <string>

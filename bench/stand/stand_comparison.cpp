@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "bench/log/check/signal.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::stand {
 namespace {
@@ -58,12 +58,12 @@ void compare_stands(StandDiagnosis& all) {
     if (files.size() < kLeastFiles) continue;
     std::vector<double> log_c;
     for (const auto i : files) log_c.push_back(std::log(thrust_of(all.files[i])->coefficient.value));
-    const double middle = log::median(log_c);
+    const double middle = median(log_c);
     typical[propeller] = std::exp(middle);
     for (std::size_t k = 0; k < files.size(); ++k) of_all.push_back(distance[files[k]] = log_c[k] - middle);
   }
   // One scatter for all propellers of a stand: two odd files of one propeller must not make their own excuse.
-  const double sd = log::robust_deviation(of_all);
+  const double sd = robust_deviation(of_all);
   std::vector<bool> suspect(all.files.size(), false);
   for (std::size_t i = 0; i < suspect.size(); ++i) suspect[i] = std::abs(distance[i]) > std::max(kRobustSds * sd, kLeastDistance);
   for (const auto& [propeller, c] : typical) {

@@ -1,5 +1,5 @@
 // Stand files against each other: the thrust coefficient is the propeller's, so that a file far from the others of its propeller has a
-// fault; whether of its speed, voltage and current tell, as a motor at full command turns at K (V - R I) whatever it drives.
+// fault; speed, voltage and current decide which, as a motor at full command turns at K (V - R I) whatever it drives.
 #pragma once
 #include "bench/stand/stand_findings.hpp"
 

@@ -9,16 +9,19 @@
 #include <numbers>
 
 #include "bench/stand/stand_comparison.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::stand {
 namespace {
 
+using host::effect;
+
 constexpr double kRunGap_s = 3.0;    // a longer pause in speed at rest begins another run
 constexpr double kRunGap_m_s = 1.0;  // so does another airspeed
 constexpr double kBlock_s = 5.0;     // of a run: longer than the slowest thing on a stand, the motor's warming aside
-constexpr double kToldApart = 0.02;  // least fall of held-out rms, at 95 %, from one candidate to another that is better
+constexpr double kLeastFallOfRms = 0.02;  // least fall of held-out rms, at 95 %, from one candidate to another that is better
 constexpr int kParts = 5;            // of a file of steady points, to be left out in turn
-constexpr double kStill_m_s = 0.5;   // the air in a room with a propeller in it
+constexpr double kStillAir_m_s = 0.5;   // the air in a room with a propeller in it
 
 struct ChannelData {
   Eigen::VectorXd y, w2, omega_rad_s, J, t_s;
@@ -37,7 +40,7 @@ ChannelData channel_data(const StandRecord& r, double StandPoint::*value) {
     d.y(i) = p.*value;
     d.w2(i) = sum_omega_squared(r, p);
     d.omega_rad_s(i) = std::sqrt(d.w2(i) / static_cast<double>(r.rotors));
-    if (p.airspeed_m_s > kStill_m_s && r.diameter_m > 0.0)
+    if (p.airspeed_m_s > kStillAir_m_s && r.diameter_m > 0.0)
       d.J(i) = p.airspeed_m_s / (d.omega_rad_s(i) / (2.0 * std::numbers::pi) * r.diameter_m);
     d.t_s(i) = p.t_s == p.t_s ? p.t_s : static_cast<double>(p.row);
     // Another airspeed is another run: an effect of the air must predict the speed that it was not fitted to.
@@ -64,7 +67,7 @@ std::vector<CandidateTerm> terms_for(bool thrust, const ChannelData& d) {
   const std::string c = thrust ? "N s^2" : "N m s^2";
   if (d.J.maxCoeff() > 0.0 && d.J.maxCoeff() - d.J.minCoeff() > 0.05)
     for (const bool both : {false, true})
-      out.push_back({thrust ? "axial_inflow" : "torque_advance", both ? "ω² (a J + b J²), J = V / (n D)" : "b ω² J², J = V / (n D)", c,
+      out.push_back({thrust ? effect("axial_inflow").id : effect("torque_advance").id, both ? "ω² (a J + b J²), J = V / (n D)" : "b ω² J², J = V / (n D)", c,
                      both ? std::vector<std::string>{"a", "b"} : std::vector<std::string>{"b"},
                      [both](const ChannelData& x) {
                        Eigen::MatrixXd m(x.y.size(), both ? 2 : 1);
@@ -73,7 +76,7 @@ std::vector<CandidateTerm> terms_for(bool thrust, const ChannelData& d) {
                        return m;
                      },
                      true});
-  out.push_back({thrust ? "thrust_speed_exponent" : "torque_speed_exponent",
+  out.push_back({thrust ? effect("thrust_speed_exponent").id : effect("torque_speed_exponent").id,
                  fmt::format("a ω² log(ω / {:.0f} rad/s): exponent a / c", middle),
                  c,
                  {"a"},
@@ -115,13 +118,13 @@ void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, co
     if (!c.ruled_out_by.empty()) continue;
     if (c.id == best.id)
       c.ruled_out_by = "the same effect with fewer terms serves held-out runs better";
-    else if (fall_of_rms(held_out[k], held_out[0], block, seed).low <= kToldApart)
-      f.twins.push_back(c.id);
+    else if (fall_of_rms(held_out[k], held_out[0], block, seed).low <= kLeastFallOfRms)
+      f.aliases.push_back(c.id);
     else
       c.ruled_out_by =
           fmt::format("{} serves held-out runs better: {:.3g} against {:.3g} {}", best.id, best.held_out_rms, c.held_out_rms, f.unit);
   }
-  f.verdict = !f.twins.empty() ? diagnose::DiagnosisVerdict::ambiguous : best.of_the_rotor ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::unexplained;
+  f.verdict = !f.aliases.empty() ? diagnose::DiagnosisVerdict::ambiguous : best.of_the_rotor ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::unexplained;
 }
 
 StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {

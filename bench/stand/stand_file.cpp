@@ -8,8 +8,8 @@
 #include <set>
 
 #include "bench/log/column_table.hpp"
-#include "bench/log/check/signal.hpp"
 #include "host/base/error.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::stand {
 namespace {
@@ -86,7 +86,7 @@ std::vector<StandPoint> joined_rows(const StandMapping& m, const Chosen& chosen,
     if (speeds[0].empty()) continue;
     p.voltage_V = voltage / static_cast<double>(speeds[0].size());
     p.command = to[p.row - 1];
-    for (std::size_t k = 0; k < rotors; ++k) p.omega_rad_s[k] = log::median(speeds[k]);
+    for (std::size_t k = 0; k < rotors; ++k) p.omega_rad_s[k] = median(speeds[k]);
     for (const auto& [quantity, channel] : chosen)
       if (channel->joined) place(p, quantity) = joined.columns.at(channel->columns[0])[j] * channel->to_si;
     out.push_back(p);
@@ -148,13 +148,13 @@ StandRecord read_stand_file(const std::filesystem::path& path, const StandMappin
   for (const auto& c : m.channels) (c.joined ? wanted_joined : wanted).insert(c.columns.begin(), c.columns.end());
   if (m.time_column) wanted.insert(*m.time_column);
   if (m.join) wanted.insert(m.join->to), wanted_joined.insert(m.join->key);
-  const log::ColumnTable file = log::read_csv_table(path, wanted, m.separator, m.header);
+  const log::ColumnTable file = log::read_csv_table(path, wanted, {.separator = m.separator, .header = m.header});
   for (const auto& needed : {m.time_column, m.join ? std::optional(m.join->to) : std::nullopt})
     if (needed && !file.has(*needed))
       throw Error({m.path.generic_string(), fmt::format("the column \"{}\" is not in {}", *needed, file.label),
                    "a mapping for another stand", fmt::format("its columns are: {}", log::name_list(file.names))});
   std::optional<log::ColumnTable> joined;
-  if (m.join) joined = log::read_csv_table(path.parent_path() / m.join->file, wanted_joined, m.separator);
+  if (m.join) joined = log::read_csv_table(path.parent_path() / m.join->file, wanted_joined, {.separator = m.separator});
 
   const Chosen chosen = choose(m, file, joined ? &*joined : nullptr);
   StandRecord r;

@@ -27,7 +27,7 @@ struct StandPoint {
 
 struct StandRecord {
   std::string name;              // of the file, without folder
-  std::string motor, propeller;  // as the file's name tells; empty when the mapping does not say
+  std::string motor, propeller;  // from the file's name; empty when the mapping does not say
   std::size_t rotors = 1;        // on the stand
   bool means = false;            // points are means over time: speed rested
   double diameter_m = kNotMeasured;

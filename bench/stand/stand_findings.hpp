@@ -32,7 +32,7 @@ struct StandChannelFit {
   std::vector<StandCandidate> candidates;              // the one that serves held-out runs best first
   diagnose::DiagnosisVerdict verdict = diagnose::DiagnosisVerdict::clean;  // unexplained: real, and best described by something that is none of the rotor's
   std::optional<std::size_t> best;                     // index into candidates: named, or first of the class
-  std::vector<std::string> twins;                      // ambiguous: what serves held-out runs about as well
+  std::vector<std::string> aliases;                    // ambiguous: what serves held-out runs about as well
   BlockFit with_best;                                  // c and the best candidate's coefficients
 };
 

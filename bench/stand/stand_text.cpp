@@ -14,7 +14,7 @@ std::string channel_text(const StandChannelFit& c) {
   if (c.best) {
     const StandCandidate& n = c.candidates[*c.best];
     s += fmt::format("    {} {}: {}\n      {} = {:.4g} ± {:.2g} {}", name(c.verdict),
-                     c.twins.empty() ? n.id : fmt::format("{} or {}", n.id, fmt::join(c.twins, " or ")), n.law, c.coefficient.name,
+                     c.aliases.empty() ? n.id : fmt::format("{} or {}", n.id, fmt::join(c.aliases, " or ")), n.law, c.coefficient.name,
                      c.with_best.c(0), c.with_best.u(0), c.coefficient.unit);
     for (const auto& p : n.parameters) s += fmt::format(", {} = {:.4g} ± {:.2g} {}", p.name, p.value, p.u, p.unit);
     s += fmt::format("\n      rms {:.3g} -> {:.3g} {}, R² {:.4f} -> {:.4f}\n", c.rms, n.rms, c.unit, c.r2, c.with_best.r2);
@@ -50,7 +50,7 @@ nlohmann::ordered_json channel_json(const StandChannelFit& c) {
                                {"ruled_out_by", k.ruled_out_by}});
   j["verdict"] = std::string(name(c.verdict));
   j["best"] = c.best ? nlohmann::ordered_json(c.candidates[*c.best].id) : nlohmann::ordered_json(nullptr);
-  j["twins"] = c.twins;
+  j["twins"] = c.aliases;
   return j;
 }
 

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::studies {
 namespace {
 
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kBlock_s = 5.0;
-constexpr std::size_t kLeastSamples = 500;
-constexpr double kTwin = 1.25;       // held-out rms within this factor of the best
+constexpr std::size_t kLeastCommandSamples = 500;
+constexpr double kIndistinguishableRmsRatio = 1.25;       // held-out rms within this factor of the best
 constexpr double kLeastFall = 0.02;  // of the held-out rms
 constexpr int kRounds = 8;           // of map and numbers in turn: the second changes the sixth digit only
 
@@ -161,7 +161,7 @@ CommandThrust command_thrust(const log::FlightRecord& f, const CommandThrustOpti
 CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightRecord>& records, const CommandThrustOptions& o) {
   std::vector<CommandThrust> flights;
   for (const auto& r : records)
-    if (auto c = command_thrust(r, o); c.t_s.size() >= kLeastSamples) flights.push_back(std::move(c));
+    if (auto c = command_thrust(r, o); c.t_s.size() >= kLeastCommandSamples) flights.push_back(std::move(c));
   if (flights.size() < 3)
     throw Error(
         {"flights",
@@ -197,7 +197,7 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightReco
   for (auto& x : d.differences) {
     if (x.fall.value <= kLeastFall || x.fall.low <= 0.0)
       x.ruled_out_by = "flights that it was not fitted to gain nothing";
-    else if (x.held_out_rms_m_s2 > kTwin * d.differences.front().held_out_rms_m_s2)
+    else if (x.held_out_rms_m_s2 > kIndistinguishableRmsRatio * d.differences.front().held_out_rms_m_s2)
       x.ruled_out_by = d.differences.front().id + " serves held-out flights better";
     else if (x.id == "force_offset" && scatter(shown) < 0.5 * scatter(x.per_flight))
       x.ruled_out_by = fmt::format("the accelerometer's mean scatters by {:.3f} m/s^2 over the flights, the offset by {:.3f}",

@@ -8,16 +8,19 @@
 #include <functional>
 #include <numbers>
 
-#include "bench/log/check/signal.hpp"
 #include "host/base/error.hpp"
+#include "host/base/statistics.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::studies {
 namespace {
 
+using host::effect;
+
 using Vector4 = Eigen::Vector4d;
 
 constexpr double kLevel_m_s = 0.15;
-constexpr std::size_t kLeastSamples = 200;
+constexpr std::size_t kLeastHoverSamples = 200;
 constexpr double kFull = 0.9999;
 // Thrust goes with motor voltage to this power near hover: the map from thrust to voltage of Crazyflie firmware, -0.0006239 t² + 0.088 t
 // with t the thrust of all four in gf, has the slope 0.63 in logarithms at 38 gf.
@@ -29,7 +32,7 @@ constexpr double kSwayLow_Hz = 0.2, kSwayHigh_Hz = 0.8, kSwayStep_Hz = 0.05;
 constexpr double kSaturatedHover = 0.05;
 constexpr double kLeastLoss = 0.0, kMostLoss = 0.5;
 
-double at(const log::Stream<double>& s, double t_s) {
+double interpolated(const log::Stream<double>& s, double t_s) {
   const auto it = std::upper_bound(s.t_s.begin(), s.t_s.end(), t_s);
   return s.value[it == s.t_s.begin() ? 0 : static_cast<std::size_t>(it - s.t_s.begin()) - 1];
 }
@@ -61,7 +64,7 @@ double yaw_sway(const log::FlightRecord& f, const std::vector<double>& t_s) {
     const double n = static_cast<double>(b - a), span = t_s[b - 1] - t_s[a];
     if (span >= 3.0) {
       std::vector<double> y;
-      for (std::size_t i = a; i < b; ++i) y.push_back(at(yaw->second, t_s[i]));
+      for (std::size_t i = a; i < b; ++i) y.push_back(interpolated(yaw->second, t_s[i]));
       double mean = 0.0, slope = 0.0, squares = 0.0;
       for (const double v : y) mean += v / n;
       for (std::size_t i = a; i < b; ++i) {
@@ -90,7 +93,7 @@ double yaw_sway(const log::FlightRecord& f, const std::vector<double>& t_s) {
 Vector4 as_vector(const std::array<double, 4>& a) { return {a[0], a[1], a[2], a[3]}; }
 
 // A kind of defect: the changes that its unknowns make, and what those must be to be it.
-struct Kind {
+struct ShareKind {
   std::vector<std::string> ids;
   std::vector<std::pair<std::string, std::string>> unknowns;  // name, unit
   Eigen::MatrixXd pattern;                                    // 4 rows
@@ -104,7 +107,7 @@ struct Kind {
 //   a rotor that gives less thrust and torque alike at a given command: its own demand only.
 //   one that loses the two in other proportion: besides, all four change by the reaction's sign to balance yaw. One that keeps its torque
 //   does exactly as a load at its hub of a quarter of the thrust lost.
-std::vector<Kind> kinds(const host::VehicleModel& v) {
+std::vector<ShareKind> kinds(const host::VehicleModel& v) {
   Vector4 x, y, spin;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -112,7 +115,8 @@ std::vector<Kind> kinds(const host::VehicleModel& v) {
   }
   const double X = std::sqrt(x.squaredNorm() / 4.0), Y = std::sqrt(y.squaredNorm() / 4.0);
   const Vector4 total = Vector4::Ones(), pitch = x / X, roll = y / Y;
-  std::vector<Kind> out;
+  std::vector<ShareKind> out;
+  const std::string &payload = effect("payload_mass").id, &weak = effect("weak_rotor").id, &com = effect("com_offset").id;
   const auto positive = [](const Eigen::VectorXd& c) { return c(0) < 0.0 ? std::string("a load below zero") : std::string(); };
   const auto loses = [](std::size_t count) {
     return [count](const Eigen::VectorXd& c) {
@@ -128,21 +132,21 @@ std::vector<Kind> kinds(const host::VehicleModel& v) {
     for (std::size_t k = 0; k < columns.size(); ++k) m.col(static_cast<Eigen::Index>(k)) = columns[k];
     out.push_back({std::move(ids), std::move(unknowns), std::move(m), outside});
   };
-  add({"payload_mass"}, {{"load", "of the weight"}}, {total}, positive);
-  add({"body_torque_bias"}, {{"yaw", "of the demand"}}, {spin}, [](const Eigen::VectorXd&) { return std::string(); });
-  for (int i = 0; i < 4; ++i) add({fmt::format("weak_rotor {}", i + 1)}, {{"demand", "1"}}, {Vector4::Unit(i)}, loses(1));
+  add({payload}, {{"load", "of the weight"}}, {total}, positive);
+  add({effect("body_torque_bias").id}, {{"yaw", "of the demand"}}, {spin}, [](const Eigen::VectorXd&) { return std::string(); });
+  for (int i = 0; i < 4; ++i) add({fmt::format("{} {}", weak, i + 1)}, {{"demand", "1"}}, {Vector4::Unit(i)}, loses(1));
   for (int i = 0; i < 4; ++i) {
     const Vector4 below = total + pitch * x(i) / X + roll * y(i) / Y;
-    add({fmt::format("payload_mass at rotor {}", i + 1)}, {{"load", "of the weight"}}, {below}, positive);
+    add({fmt::format("{} at rotor {}", payload, i + 1)}, {{"load", "of the weight"}}, {below}, positive);
   }
-  add({"com_offset"}, {{"x", "of the arm"}, {"y", "of the arm"}}, {pitch, roll}, [](const Eigen::VectorXd&) { return std::string(); });
+  add({com}, {{"x", "of the arm"}, {"y", "of the arm"}}, {pitch, roll}, [](const Eigen::VectorXd&) { return std::string(); });
   for (int i = 0; i < 4; ++i)
-    add({fmt::format("weak_rotor {}", i + 1)}, {{"demand", "1"}, {"yaw", "of the demand"}}, {Vector4::Unit(i), spin}, loses(1));
+    add({fmt::format("{} {}", weak, i + 1)}, {{"demand", "1"}, {"yaw", "of the demand"}}, {Vector4::Unit(i), spin}, loses(1));
   for (int i = 0; i < 4; ++i)
     for (int k = i + 1; k < 4; ++k)
-      add({fmt::format("weak_rotor {}", i + 1), fmt::format("weak_rotor {}", k + 1)}, {{"demand", "1"}, {"demand", "1"}},
+      add({fmt::format("{} {}", weak, i + 1), fmt::format("{} {}", weak, k + 1)}, {{"demand", "1"}, {"demand", "1"}},
           {Vector4::Unit(i), Vector4::Unit(k)}, loses(2));
-  add({"payload_mass", "com_offset"}, {{"load", "of the weight"}, {"x", "of the arm"}, {"y", "of the arm"}}, {total, pitch, roll},
+  add({payload, com}, {{"load", "of the weight"}, {"x", "of the arm"}, {"y", "of the arm"}}, {total, pitch, roll},
       [](const Eigen::VectorXd& c) {
         if (c(0) <= 0.0) return std::string("a load below zero");
         const double reach = std::max(std::abs(c(1)), std::abs(c(2))) / c(0);
@@ -159,7 +163,7 @@ double f_limit(double d, double n) {
   return w * w * w;
 }
 
-HoverHypothesis judge(const Kind& kind, const Vector4& change, double u, double reference_degrees) {
+HoverHypothesis judge(const ShareKind& kind, const Vector4& change, double u, double reference_degrees) {
   const Eigen::MatrixXd& A = kind.pattern;
   const Eigen::MatrixXd normal = A.transpose() * A;
   const Eigen::VectorXd c = normal.ldlt().solve(A.transpose() * change);
@@ -182,20 +186,20 @@ HoverHypothesis judge(const Kind& kind, const Vector4& change, double u, double 
 
 std::string all_ids(const HoverHypothesis& h);
 
-// What makes the same pattern and so cannot be told from it by commands alone.
-void add_twins(HoverDiagnosis& d) {
+// What makes the same pattern and is indistinguishable from it by commands alone.
+void add_indistinguishable(HoverDiagnosis& d) {
   if (d.named.size() != 1 || d.named[0].find('+') != std::string::npos) return;
   const auto number = d.named[0].rfind(' ');
   if (number == std::string::npos) return;  // of no one rotor
   const std::string rotor = d.named[0].substr(number);
-  if (d.named[0].starts_with("weak_rotor")) {
-    d.named.push_back("motor_resistance" + rotor);
+  if (d.named[0].starts_with(effect("weak_rotor").id)) {
+    d.named.push_back(effect("motor_resistance").id + rotor);
     d.remarks.push_back(
-        "to tell them apart: change the propeller, then the motor; or log rotor speed, which a bad propeller raises and a bad motor does "
+        "to distinguish them: change the propeller, then the motor; or log rotor speed, which a bad propeller raises and a bad motor does "
         "not");
-  } else if (d.named[0].starts_with("payload_mass at rotor")) {
-    d.named.push_back("blockage_strut" + rotor);
-    d.remarks.push_back("to tell them apart: weigh the vehicle; a rotor that loses thrust and keeps its torque asks for the same commands");
+  } else if (d.named[0].starts_with(effect("payload_mass").id + " at rotor")) {
+    d.named.push_back(effect("blockage_strut").id + rotor);
+    d.remarks.push_back("to distinguish them: weigh the vehicle; a rotor that loses thrust and keeps its torque needs the same commands");
   }
 }
 
@@ -206,7 +210,7 @@ std::string all_ids(const HoverHypothesis& h) { return fmt::format("{}", fmt::jo
 std::optional<HoverShare> hover_share(const log::FlightRecord& f, CommandMeaning meaning) {
   const Heights h = heights(f);
   if (h.t_s.empty() || f.motor_command.empty() || (meaning == CommandMeaning::duty && f.battery_V.empty())) return std::nullopt;
-  const double usual = log::quantile(h.z_m, 0.75), ground = *std::min_element(h.z_m.begin(), h.z_m.end());
+  const double usual = quantile(h.z_m, 0.75), ground = *std::min_element(h.z_m.begin(), h.z_m.end());
   HoverShare s;
   s.flight = f.name;
   std::vector<double> hover_t_s;
@@ -216,7 +220,7 @@ std::optional<HoverShare> hover_share(const log::FlightRecord& f, CommandMeaning
     if (h.z_m[i] < ground + 0.8 * (usual - ground) || std::abs(h.climb_m_s[i]) > kLevel_m_s) continue;
     while (k + 1 < f.motor_command.size() && f.motor_command.t_s[k + 1] <= h.t_s[i]) ++k;
     const log::RotorValues& u = f.motor_command.value[k];
-    const double volts = f.battery_V.empty() ? 0.0 : at(f.battery_V, h.t_s[i]);
+    const double volts = f.battery_V.empty() ? 0.0 : interpolated(f.battery_V, h.t_s[i]);
     if (*std::min_element(u.begin(), u.end()) <= 0.0) continue;
     for (std::size_t r = 0; r < 4; ++r) s.demand[r] += meaning == CommandMeaning::thrust ? u[r] : std::pow(u[r] * volts, kThrustPerVoltage);
     full += *std::max_element(u.begin(), u.end()) >= kFull;
@@ -224,7 +228,7 @@ std::optional<HoverShare> hover_share(const log::FlightRecord& f, CommandMeaning
     hover_t_s.push_back(h.t_s[i]);
   }
   s.samples = hover_t_s.size();
-  if (s.samples < kLeastSamples) return std::nullopt;
+  if (s.samples < kLeastHoverSamples) return std::nullopt;
   for (auto& d : s.demand) d /= static_cast<double>(s.samples);
   s.battery_V /= static_cast<double>(s.samples), s.saturated = full / static_cast<double>(s.samples);
   s.yaw_sway_rad = yaw_sway(f, hover_t_s);
@@ -310,7 +314,7 @@ HoverDiagnosis diagnose_hover(const log::FlightRecord& flight, const std::vector
   if (!changed) return d;
   if (swings && change.sum() > kBeyond * 2.0 * d.u) {
     // A load on a string away from the centre turns the body as it swings, which nothing that is fixed to it does.
-    d.named.push_back("slung_load");
+    d.named.push_back(effect("slung_load").id);
     d.verdict = diagnose::DiagnosisVerdict::named;
     d.remarks.push_back(fmt::format("demand rises by {:.1f} ± {:.1f} % in total", 25.0 * change.sum(), 50.0 * d.u));
     return d;
@@ -322,7 +326,7 @@ HoverDiagnosis diagnose_hover(const log::FlightRecord& flight, const std::vector
     fewest = h.degrees;
     d.named.push_back(all_ids(h));
   }
-  add_twins(d);
+  add_indistinguishable(d);
   d.verdict = d.named.empty() ? diagnose::DiagnosisVerdict::unexplained : d.named.size() == 1 ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::ambiguous;
   return d;
 }

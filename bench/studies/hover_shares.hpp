@@ -1,6 +1,6 @@
 // Which rotor, and what kind of defect, from motor commands alone: in hover the mean command of each rotor says what the controller
 // had to ask of it, and its change against flights of the same vehicle without the defect has a pattern for each kind. Four figures
-// per flight: they tell a rotor well, a kind less well; what they cannot tell comes
+// per flight: they identify a rotor well, a kind less well; what they cannot decide comes
 // out as a class.
 #pragma once
 #include <array>

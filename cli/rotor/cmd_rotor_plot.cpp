@@ -19,7 +19,7 @@ namespace {
 constexpr double kRad_s_per_rpm = std::numbers::pi / 30;
 constexpr double kUsualTip_m_s = 60.0;  // near hover of small multirotors, whatever their size
 
-struct Options {
+struct RotorPlotArguments {
   std::filesystem::path blade, out = "rotor.html";
   std::optional<double> rpm;
   double density_kg_m3 = 1.225, climb_m_s = 0.0, edgewise_m_s = 8.5;
@@ -35,7 +35,7 @@ CLI::Validator within(double low, double high) {
   return v;
 }
 
-int plot(const Options& o) {
+int plot(const RotorPlotArguments& o) {
   const sim::Blade blade = sim::read_blade(o.blade);
   propeller::RotorPlotRequest request;
   request.title = o.blade.stem().string();
@@ -53,7 +53,7 @@ int plot(const Options& o) {
 }  // namespace
 
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RotorPlotArguments>();
   CLI::App* c = rotor_group.add_subcommand("plot", "pictures of a rotor in one HTML page: blade, coefficients, descent, disk maps");
   c->add_option("blade", o->blade, "blade file: radius, chord, twist, polars (docs/files.md)")->required();
   c->add_option("-o,--out", o->out, "page to write; an existing one is replaced")->capture_default_str();

@@ -15,7 +15,7 @@
 namespace rotorloop::cli {
 namespace {
 
-struct Options {
+struct RotorValidateArguments {
   std::vector<std::string> propellers;
   std::filesystem::path page;
   propeller::PropellerInputs inputs;
@@ -37,7 +37,7 @@ std::vector<propeller::CataloguedPropeller> chosen(const std::vector<std::string
   return out;
 }
 
-int validate(Options o) {
+int validate(RotorValidateArguments o) {
   const auto entries = chosen(o.propellers);
   o.inputs.data = measured_data_folder();
   propeller::ValidationDocument d;
@@ -62,7 +62,7 @@ int validate(Options o) {
 }  // namespace
 
 void add_rotor_validate(CLI::App& rotor, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RotorValidateArguments>();
   CLI::App* c =
       rotor.add_subcommand("validate", "the rotor solve against measured propellers: errors before and after a fit of four scalars");
   c->add_option("--propeller", o->propellers, "only this one, by its folder in the data (repeatable)");

@@ -45,7 +45,7 @@ struct ThrustLimits {
 };
 
 // The reaction leads the drag torque by J / (2 c_q ω), 0.16 to 0.29 s for 5-inch rotors. Cancelling all of it would leave no
-// phase margin when the reaction is weaker than believed; up to this much leaves 37° then and 60° with the whole of it.
+// phase margin when the reaction is weaker than in the nominal model; up to this much leaves 37° then and 60° with the whole of it.
 inline constexpr double kYawShapingMax_s = 0.05;
 
 // Whose velocity feeds the drag compensation (decision 0042).

@@ -42,7 +42,7 @@ class Legs {
 
 TrajectoryFile diagnose_vertical() {
   // Still beside the ground and below the ceiling; runs of three speeds, and a full turn of the heading spread over them: what stays
-  // with the world is then told from what turns with the body.
+  // with the world is then separated from what turns with the body.
   const auto z = [](double z_m) { return Eigen::Vector3d(0.0, 0.0, z_m); };
   return Legs(z(1.0), 1.5)
       .to(z(0.14), 0.0, 1.0, 0.8)

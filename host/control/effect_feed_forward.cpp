@@ -63,13 +63,13 @@ EffectLoad EffectFeedForward::load(const Mixer& mixer, const EffectMotion& motio
   const TermSet<double> set(terms_.list, terms_.values.data());
   loads(s, &set);
 
-  const MixerWrench believed = mixer.wrench(omega_rad_s, motion.v_B_m_s, motion.w_B_rad_s);
+  const MixerWrench nominal = mixer.wrench(omega_rad_s, motion.v_B_m_s, motion.w_B_rad_s);
   const Eigen::Vector3d drag =
-      airframe_drag_B_N(drag_, motion.v_B_m_s) + rotor_drag_B_N(drag_, std::max(0.0, believed.thrust_N), motion.v_B_m_s);
+      airframe_drag_B_N(drag_, motion.v_B_m_s) + rotor_drag_B_N(drag_, std::max(0.0, nominal.thrust_N), motion.v_B_m_s);
   EffectLoad out;
   out.force_B_N = eigen(s.force_B_N) - Eigen::Vector3d(0.0, 0.0, s.thrust_sum_N) - drag;
-  out.thrust_N = believed.thrust_N - s.thrust_sum_N;
-  out.torque_B_N_m = believed.torque_B_N_m - eigen(s.torque_B_N_m);
+  out.thrust_N = nominal.thrust_N - s.thrust_sum_N;
+  out.torque_B_N_m = nominal.torque_B_N_m - eigen(s.torque_B_N_m);
   if (!out.force_B_N.allFinite() || !std::isfinite(out.thrust_N) || !out.torque_B_N_m.allFinite()) {
     out = {};
     out.finite = false;

@@ -39,7 +39,7 @@ inline constexpr double kEffectShare = 0.5;
 
 class EffectFeedForward {
  public:
-  // `mixer` is copied from for what it believes about arms and inflow. Without terms any() is false and nothing else may be called.
+  // `mixer` is copied from for its model of arms and inflow. Without terms any() is false and nothing else may be called.
   EffectFeedForward(const VehicleModel& vehicle, const VehicleTerms& terms, const MixerConfig& mixer);
   bool any() const { return !terms_.empty(); }
 

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
+#include "host/base/constants.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::host {
 
 namespace {
 
-constexpr double kRad_per_deg = 3.14159265358979323846 / 180.0;
 constexpr double kSeparation = 4.0;  // below it the two loops fight: the position loop sees the attitude lag as phase loss
 
 AxisGains axis(const TomlTable& root, std::string_view key, double frequency_max_rad_s) {
@@ -19,7 +19,7 @@ AxisGains axis(const TomlTable& root, std::string_view key, double frequency_max
           .damping = t.number("damping", {0.3, 2.0, "1"})};
 }
 
-GainsFile read(const TomlFile& file) {
+GainsFile gains_from(const TomlFile& file) {
   file.format({1});
   const TomlTable root = file.root();
   GainsFile out;
@@ -53,8 +53,8 @@ GainsFile read(const TomlFile& file) {
 
 }  // namespace
 
-GainsFile read_gains(const std::filesystem::path& path) { return read(TomlFile::read(path)); }
-GainsFile parse_gains(std::string_view text, const std::filesystem::path& name) { return read(TomlFile::parse(text, name)); }
+GainsFile read_gains(const std::filesystem::path& path) { return gains_from(TomlFile::read(path)); }
+GainsFile parse_gains(std::string_view text, const std::filesystem::path& name) { return gains_from(TomlFile::parse(text, name)); }
 
 ControllerConfig controller_config(const GainsFile& file, Variant variant) {
   ControllerConfig c;

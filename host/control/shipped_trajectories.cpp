@@ -104,7 +104,7 @@ TrajectoryFile identify_vertical() { return {"identification, vertical, 3.5 m/s"
 
 TrajectoryFile identify_horizontal() {
   // Along x and along y, so that neither drag nor centre of mass of one axis is inferred from the other. Every second pair of runs is
-  // gentler: at equal speed the rotors then carry less, which tells drag per thrust (eq. 4) from drag of the airframe (eq. 5).
+  // gentler: at equal speed the rotors then carry less, which separates drag per thrust (eq. 4) from drag of the airframe (eq. 5).
   constexpr double kSpeed_m_s = 10.5, kBrisk_m_s2 = 12.0, kGentle_m_s2 = 9.0;
   std::vector<Segment> segments{hover(kStart_W_m, 0.0, kHoverBefore_s)};
   for (const double accel_m_s2 : {kBrisk_m_s2, kGentle_m_s2})

@@ -64,7 +64,7 @@ void check_rest(const Segment& s, double t_s, const TomlTable& where, std::strin
     }
 }
 
-TrajectoryFile read(const TomlFile& file) {
+TrajectoryFile trajectory_from(const TomlFile& file) {
   file.format({1});
   const TomlTable root = file.root();
   TrajectoryFile out;
@@ -86,9 +86,9 @@ TrajectoryFile read(const TomlFile& file) {
 
 }  // namespace
 
-TrajectoryFile read_trajectory(const std::filesystem::path& path) { return read(TomlFile::read(path)); }
+TrajectoryFile read_trajectory(const std::filesystem::path& path) { return trajectory_from(TomlFile::read(path)); }
 TrajectoryFile parse_trajectory(std::string_view text, const std::filesystem::path& name_for_errors) {
-  return read(TomlFile::parse(text, name_for_errors));
+  return trajectory_from(TomlFile::parse(text, name_for_errors));
 }
 
 std::string trajectory_text(const TrajectoryFile& file) {

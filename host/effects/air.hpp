@@ -1,4 +1,4 @@
-// The air around the vehicle: it moves, it moves differently at different heights, it is thinner or denser than believed.
+// The air around the vehicle: it moves, it moves differently at different heights, it is thinner or denser than nominal.
 #pragma once
 #include "host/effects/term_math.hpp"
 

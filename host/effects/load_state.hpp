@@ -57,7 +57,7 @@ struct LoadGeometry {
   double com_z_m = 0.0;
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
   double mass_kg = 0.0;
-  std::array<double, 3> inertia_kg_m2{};                         // about x, y, z, as believed
+  std::array<double, 3> inertia_kg_m2{};                         // about x, y, z, nominal
   double ground_z_m = 0.0;                                       // in the log's world; for the effects of the ground
   double ceiling_z_m = std::numeric_limits<double>::infinity();  // of the room; infinite: none is known, and none acts
 };
@@ -120,7 +120,7 @@ struct ReadingState {
   const LoadInput<S>& in;
   Vec3<S> sensor_p_W_m, sensor_v_W_m_s;  // true place and velocity of the pose sensor
   Vec3<S> angular_acceleration_B_rad_s2;
-  double mass_kg = 0.0;  // as believed
+  double mass_kg = 0.0;  // nominal
   // Added to the reading. `turn`: the attitude reads q Exp(turn) where q is the attitude of the body.
   Vec3<S> position_W_m{}, velocity_W_m_s{}, turn_B_rad{}, gyro_B_rad_s{}, accel_B_m_s2{};
   const S* memory = nullptr;  // as in LoadState

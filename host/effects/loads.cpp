@@ -31,7 +31,7 @@ S rotor_thrust(const LoadParameters<S>& p, const LoadGeometry& g, const S& omega
     return S(0.0);
   }
   const double u = value_of(v.z) + solved.induced_m_s;
-  const S speed = magnitude(omega);  // a rotor's sense of rotation is not told by the sign of its speed
+  const S speed = magnitude(omega);  // a rotor's sense of rotation is not the sign of its speed
   if constexpr (std::is_same_v<S, double>) {
     through = u;
   } else {

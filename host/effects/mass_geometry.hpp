@@ -17,9 +17,9 @@ struct ComOffset {
   }
 };
 
-// A load fixed to the body: mass and its first moment about the believed centre of mass. The same forces accelerate more mass, about a
+// A load fixed to the body: mass and its first moment about the nominal centre of mass. The same forces accelerate more mass, about a
 // centre of mass that moves towards the load, and turn more inertia (parallel axes, once the mass is there to divide by). The fit
-// divides by the believed mass and inertia, hence the factors. The place of the pose sensor counts from the centre of mass as well.
+// divides by the nominal mass and inertia, hence the factors. The place of the pose sensor counts from the centre of mass as well.
 struct PayloadMass {
   static constexpr std::string_view kId = "payload_mass";
   // A moment without mass is com_offset: it does not matter by itself.
@@ -66,7 +66,7 @@ struct PayloadMass {
   }
 };
 
-// Shafts askew, as far as four nearly equal thrusts can tell: a common lean towards x and y, and a common twist, each shaft leaning
+// Shafts askew, as far as four nearly equal thrusts determine it: a common lean towards x and y, and a common twist, each shaft leaning
 // along its circle about the centre so that thrust turns the body left. One motor askew by an angle gives a quarter of it in each.
 struct RotorTilt {
   static constexpr std::string_view kId = "rotor_tilt";

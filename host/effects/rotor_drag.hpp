@@ -28,7 +28,7 @@ struct RotorDrag {
   }
 };
 
-// The same load as rotor_drag: only a measurement of the rotor alone tells the two apart.
+// The same load as rotor_drag: only a measurement of the rotor alone distinguishes the two.
 struct RotorBodyInterference {
   static constexpr std::string_view kId = "rotor_body_interference";
   static constexpr TermParameter kParameters[] = {{"k_H", "1", 1.0, 4.0, 0.5, 1.0}};
@@ -69,7 +69,7 @@ struct RotorDragAtHubs {
   }
 };
 
-// τ = h e_z x F with F the rotors' force in their plane: the disks lie higher above the centre of mass than believed.
+// τ = h e_z x F with F the rotors' force in their plane: the disks lie higher above the centre of mass than nominal.
 struct RotorPlaneHeight {
   static constexpr std::string_view kId = "rotor_plane_height";
   static constexpr TermParameter kParameters[] = {{"h_m", "m", -0.05, 0.05, 0.02, 0.0}};

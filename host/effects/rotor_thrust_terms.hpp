@@ -24,7 +24,7 @@ struct BlockageStrut {
   }
 };
 
-// T *= (ω / ω_0)^exponent, ω_0 the speed that carries the believed weight in still air.
+// T *= (ω / ω_0)^exponent, ω_0 the speed that carries the nominal weight in still air.
 struct ThrustSpeedExponent {
   static constexpr std::string_view kId = "thrust_speed_exponent";
   static constexpr TermParameter kParameters[] = {{"exponent", "1", -0.5, 0.5, 0.05, 0.0}};

@@ -37,7 +37,7 @@ struct InflowTorque {
   }
 };
 
-// Q *= (ω / ω_0)^exponent, ω_0 the speed that carries the believed weight in still air.
+// Q *= (ω / ω_0)^exponent, ω_0 the speed that carries the nominal weight in still air.
 struct TorqueSpeedExponent {
   static constexpr std::string_view kId = "torque_speed_exponent";
   static constexpr TermParameter kParameters[] = {{"exponent", "1", -0.5, 0.5, 0.05, 0.0}};

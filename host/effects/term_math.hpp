@@ -40,7 +40,7 @@ S still_flow_m(const LoadState<S>& s) {
   return (k2 + square_root(k2 * k2 + 4.0 * q * s.parameters.k1_N_s2)) * (0.5 / q);
 }
 
-// Rotor speed that carries the believed mass in still air, rad/s.
+// Rotor speed that carries the nominal mass in still air, rad/s.
 template <class S>
 S hover_speed_rad_s(const LoadState<S>& s) {
   const double weight = s.geometry.mass_kg * kGravity_m_s2;

@@ -15,14 +15,18 @@ namespace {
 constexpr std::size_t kRows = 6, kMaxParameters = 8;
 constexpr std::array<const char*, kRows> kRowNames{"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"};
 
-struct Program {
+}  // namespace
+
+struct UserTermProgram {
   std::size_t parameters = 0;
   std::array<std::array<Expression, kRows>, kMaxParameters> rows{};
 };
 
+namespace {
+
 template <class S>
 void add_load(const void* own, const S* c, LoadState<S>& s) {
-  const Program& program = *static_cast<const Program*>(own);
+  const UserTermProgram& program = *static_cast<const UserTermProgram*>(own);
   Vec3<S> force, torque;
   S* const sums[kRows] = {&force.x, &force.y, &force.z, &torque.x, &torque.y, &torque.z};
   for (std::size_t k = 0; k < program.parameters; ++k) {
@@ -53,7 +57,7 @@ struct UserTerms::Entry {
   std::string id, title;
   std::vector<std::string> names, units;
   std::vector<TermParameter> parameters;
-  Program program;
+  UserTermProgram program;
   Term term;
 };
 
@@ -69,7 +73,7 @@ class UserTermReader {
     for (const TomlTable& t : file.root().tables("term", 1, 32)) {
       auto entry = std::make_unique<UserTerms::Entry>();
       read(t, *entry);
-      if (catalogue.knows(entry->id))
+      if (catalogue.find(entry->id))
         t.fail("id", fmt::format("\"{}\" is an effect of the catalogue", entry->id), "", "give your term an id of its own");
       if (out.find(entry->id))
         t.fail("id", fmt::format("the term \"{}\" occurs twice", entry->id), "a copied block", "give every term its own id");
@@ -155,18 +159,14 @@ const Term* UserTerms::find(std::string_view id) const {
 }
 
 void UserTerms::join(EffectCatalogue& catalogue) const {
-  catalogue.parameters.resize(catalogue.ids.size());
-  catalogue.model.resize(catalogue.ids.size());
-  catalogue.facts.resize(catalogue.ids.size());
   for (const auto& e : terms_) {
-    catalogue.ids.push_back(e->id);
-    auto& model = catalogue.model.emplace_back();
+    CatalogueEffect& row = catalogue.effects.emplace_back();
+    row.id = e->id;
+    row.name = e->title;
+    row.kind = EffectKind::term;
     for (const TermParameter& p : e->parameters)
-      model.push_back({std::string(p.name), std::string(p.unit), p.min, p.max, p.neutral, p.scale});
-    catalogue.parameters.push_back(model.front());
-    EffectFacts& facts = catalogue.facts.emplace_back();
-    facts.name = e->title;
-    facts.unit = model.front().unit;
+      row.model.push_back({std::string(p.name), std::string(p.unit), p.min, p.max, p.neutral, p.scale});
+    row.parameter = row.model.front();
   }
 }
 

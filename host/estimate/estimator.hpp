@@ -1,4 +1,4 @@
-// State at 1 kHz from IMU samples and late poses: an error-state Kalman filter that lives at the measurement time of the last
+// State at 1 kHz from IMU samples and delayed poses: an error-state Kalman filter that lives at the measurement time of the last
 // pose (the horizon). A pose moves the horizon: the filter rolls forward through the kept IMU samples to the pose's stamp,
 // fuses it there, and the nominal state is carried from the stamp to now through the rest. Between poses each IMU sample adds
 // one cheap step. Fixed-size buffers, no heap, no clock: time is what the samples say.
@@ -34,7 +34,7 @@ struct EstimatorConfig {
   bool compensate_latency = true;
   // A pose whose normalised innovation (each of position, velocity, attitude, 3 degrees of freedom) exceeds this is refused …
   double gate_sigma = 6.0;
-  // … unless refusals have lasted this long: then the sensor is believed and the state jumps (relocalisation).
+  // … unless refusals have lasted this long: then the sensor is accepted and the state jumps (relocalisation).
   double gate_patience_s = 0.15;
   // Poses averaged for initialisation; the vehicle shall be at rest.
   int start_poses = 10;

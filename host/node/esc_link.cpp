@@ -1,8 +1,9 @@
 #include "host/node/esc_link.hpp"
 
+#include "host/base/constants.hpp"
+
 namespace rotorloop::host {
 namespace {
-constexpr double kRadPerSecondPerRpm = 0.10471975511965977;
 }
 
 EscLink::EscLink(const EscLinkConfig& config, CanBus& port)
@@ -34,7 +35,7 @@ EscState EscLink::state_of(std::size_t i) const {
     e.bus_V = static_cast<double>(report->status.voltage_V);
     e.bus_A = static_cast<double>(report->status.current_A);
     if (!config_.fast_channel) {
-      e.speed_rad_s = report->status.rpm * kRadPerSecondPerRpm;
+      e.speed_rad_s = report->status.rpm * kRad_s_per_rpm;
       e.heard_us = report->arrival_us;
     }
   }

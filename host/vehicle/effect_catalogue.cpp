@@ -2,70 +2,72 @@
 
 #include <algorithm>
 
+#include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 #include "rotorloop_effects.hpp"
 
 namespace rotorloop::host {
-
-bool EffectCatalogue::knows(std::string_view id) const { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
-
-const CatalogueParameter* EffectCatalogue::parameter_of(std::string_view id) const {
-  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
-  return at < parameters.size() && !parameters[at].name.empty() ? &parameters[at] : nullptr;
-}
-
-std::vector<CatalogueParameter> EffectCatalogue::model_parameters_of(std::string_view id) const {
-  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
-  if (at < model.size() && !model[at].empty()) return model[at];
-  const CatalogueParameter* only = parameter_of(id);
-  return only ? std::vector{*only} : std::vector<CatalogueParameter>{};
-}
-
-const EffectFacts* EffectCatalogue::facts_of(std::string_view id) const {
-  const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
-  return at < facts.size() ? &facts[at] : nullptr;
-}
-
 namespace {
-void read_range(const TomlTable& t, CatalogueParameter& p) {
+
+CatalogueParameter parameter_in(const TomlTable& t, std::string name, std::string unit) {
+  CatalogueParameter p{std::move(name), std::move(unit)};
+  if (p.name.empty()) return p;
   const std::vector<double> range = t.numbers("range", 2, {-1e9, 1e9, p.unit});
   p.min = range[0];
   p.max = range[1];
   p.neutral = t.number("neutral", {-1e9, 1e9, p.unit}, 0.0);
+  p.typical_value = t.number("typical_value", {p.min, p.max, p.unit}, p.min);
+  return p;
+}
+
+EffectKind kind_in(const TomlTable& t) {
+  constexpr std::string_view kNames[]{"term", "dynamic", "sensor", "parameter", "variance", "none"};  // as EffectKind
+  const std::string name = t.choice("kind", {kNames[0], kNames[1], kNames[2], kNames[3], kNames[4], kNames[5]}, "none");
+  return static_cast<EffectKind>(std::find(std::begin(kNames), std::end(kNames), name) - std::begin(kNames));
+}
+
+CatalogueEffect effect_in(const TomlTable& t) {
+  CatalogueEffect row{.id = t.text("id"),
+                      .name = t.text("name", t.text("id")),
+                      .kind = kind_in(t),
+                      .parameter = parameter_in(t, t.text("parameter", ""), t.text("unit", "1")),
+                      .observability = t.text("class", ""),
+                      .manoeuvre = t.text("manoeuvre", ""),
+                      .needs = t.text("needs", "")};
+  if (t.has("fit")) row.fit = t.texts("fit");
+  if (t.has("twins")) row.twins = t.texts("twins");
+  for (const TomlTable& m : t.tables("model", 0, 16)) row.model.push_back(parameter_in(m, m.text("key"), m.text("unit")));
+  if (row.model.empty() && !row.parameter.name.empty()) row.model = {row.parameter};
+  return row;
 }
 
 EffectCatalogue catalogue_of(const TomlFile& file) {
   EffectCatalogue out;
-  for (const TomlTable& effect : file.root().tables("effect", 1, 1000)) {
-    std::string id = effect.text("id");
-    if (out.knows(id)) effect.fail("id", "effect id \"" + id + "\" occurs twice", "a copied block", "give every effect its own id");
-    EffectFacts facts{effect.text("name", id),      effect.text("unit", "1"), effect.text("class", ""), {},
-                      effect.text("manoeuvre", ""), effect.text("needs", "")};
-    if (effect.has("twins")) facts.twins = effect.texts("twins");
-    out.facts.push_back(std::move(facts));
-    out.ids.push_back(std::move(id));
-    CatalogueParameter parameter;
-    parameter.name = effect.text("parameter", "");
-    parameter.unit = effect.text("unit", "1");
-    if (!parameter.name.empty()) {
-      read_range(effect, parameter);
-      parameter.typical_value = effect.number("typical_value", {parameter.min, parameter.max, parameter.unit}, parameter.min);
-    }
-    out.parameters.push_back(std::move(parameter));
-    out.model.emplace_back();
-    for (const TomlTable& t : effect.tables("model", 0, 16)) {
-      CatalogueParameter& p = out.model.back().emplace_back();
-      p.name = t.text("key");
-      p.unit = t.text("unit");
-      read_range(t, p);
-    }
+  for (const TomlTable& t : file.root().tables("effect", 1, 1000)) {
+    CatalogueEffect e = effect_in(t);
+    if (out.find(e.id)) t.fail("id", "effect id \"" + e.id + "\" occurs twice", "a copied block", "give every effect its own id");
+    out.effects.push_back(std::move(e));
   }
   return out;
 }
+
 }  // namespace
+
+const CatalogueEffect* EffectCatalogue::find(std::string_view id) const {
+  const auto at = std::find_if(effects.begin(), effects.end(), [&](const CatalogueEffect& e) { return e.id == id; });
+  return at == effects.end() ? nullptr : &*at;
+}
 
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path) { return catalogue_of(TomlFile::read(path)); }
 
-EffectCatalogue builtin_effect_catalogue() { return catalogue_of(TomlFile::parse(kEffectsToml, "effects/catalogue.toml")); }
+const EffectCatalogue& builtin_effect_catalogue() {
+  static const EffectCatalogue catalogue = catalogue_of(TomlFile::parse(kEffectsToml, "effects/catalogue.toml"));
+  return catalogue;
+}
+
+const CatalogueEffect& effect(std::string_view id) {
+  if (const CatalogueEffect* e = builtin_effect_catalogue().find(id)) return *e;
+  throw Error({"effects/catalogue.toml", "effect \"" + std::string(id) + "\" has no row", "", "describe it there"});
+}
 
 }  // namespace rotorloop::host

@@ -1,5 +1,5 @@
-// The ids of effects/catalogue.toml: the one list that plant files, vehicle files and diagnosis share. Only id and parameter
-// matter here; what an effect does is written where it is used.
+// The rows of effects/catalogue.toml: the one list that plant files, vehicle files and diagnosis share. What an effect does is written
+// where it is used; every id that the code names must have a row, and lint looks.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -16,32 +16,39 @@ struct CatalogueParameter {
   double typical_value = 0.0;  // the size for on/off comparisons; in an intrinsic effect the value that takes it out
 };
 
-// What diagnosis says of an effect beside its figures.
-struct EffectFacts {
-  std::string name, unit;
-  std::string observability;       // "separable", "class_only" (from its twins not by flight alone), "not_observable"
-  std::vector<std::string> twins;  // of a class_only effect
-  std::string manoeuvre;           // the flight that separates it
-  std::string needs;               // what a not_observable effect takes
+// How models hold an effect, and so which test may name it in flight logs.
+enum class EffectKind {
+  term,       // force, torque or air that a term of host/effects adds
+  dynamic,    // a term whose load depends on the past (memory.hpp)
+  sensor,     // a term that changes what sensors read, and no load
+  parameter,  // quantities of the fit itself (`fit`)
+  variance,   // changes how much residuals scatter, not their mean
+  none,       // no model holds it: only plants, or nothing yet
+};
+
+struct CatalogueEffect {
+  std::string id = {}, name = {};
+  EffectKind kind = EffectKind::none;
+  std::vector<std::string> fit = {};           // of kind parameter: names of the fit's parameters
+  CatalogueParameter parameter = {};
+  std::vector<CatalogueParameter> model = {};  // what a vehicle file holds of it: of its term, or the one above; may be empty
+  std::string observability = {};              // "separable", "class_only" (from its twins not by flight alone), "not_observable"
+  std::vector<std::string> twins = {};         // of a class_only effect
+  std::string manoeuvre = {};                  // the flight that separates it
+  std::string needs = {};                      // what a not_observable effect takes
 };
 
 struct EffectCatalogue {
-  std::vector<std::string> ids;
-  std::vector<CatalogueParameter> parameters;            // in the order of ids; may be shorter
-  std::vector<std::vector<CatalogueParameter>> model{};  // of the model's term; where empty or absent it has the one above
-  std::vector<EffectFacts> facts{};                      // in the order of ids; may be shorter
-  bool knows(std::string_view id) const;
-  const CatalogueParameter* parameter_of(std::string_view id) const;  // nullptr when none is declared
-  // What a vehicle file holds of an effect; empty when none is declared.
-  std::vector<CatalogueParameter> model_parameters_of(std::string_view id) const;
-  const EffectFacts* facts_of(std::string_view id) const;  // nullptr for an unknown id
+  std::vector<CatalogueEffect> effects;
+  const CatalogueEffect* find(std::string_view id) const;  // nullptr for an unknown id
 };
 
-// Takes of every [[effect]] id, name, parameter, unit, range, neutral, typical_value, model, class, twins, manoeuvre and needs; other keys
-// are the business of other readers. Throws Error on a duplicate id.
+// Takes the columns above of every [[effect]]; other keys are the business of other readers. Throws Error on a duplicate id.
 EffectCatalogue read_effect_catalogue(const std::filesystem::path& path);
 
-// effects/catalogue.toml as it was when this program was built.
-EffectCatalogue builtin_effect_catalogue();
+// effects/catalogue.toml as it was when this program was built; parsed at the first call.
+const EffectCatalogue& builtin_effect_catalogue();
+// Its row of an id that the code names. Throws Error where there is none: a defect of the program.
+const CatalogueEffect& effect(std::string_view id);
 
 }  // namespace rotorloop::host

@@ -1,4 +1,4 @@
-// What is believed about a vehicle, as plain numbers: the form that the controller, the estimator and identification share.
+// Nominal model of a vehicle, as plain numbers: the form that the controller, the estimator and identification share.
 // The file behind it (uncertainties, origins) is vehicle_file.hpp, for hosts only. No heap: also compiles for a Cortex-M7.
 // Frames: body B at the centre of mass, x-forward, y-left, z-up. Positions of rotors are given from the geometric centre.
 #pragma once
@@ -7,9 +7,10 @@
 #include <array>
 #include <limits>
 
+#include "host/base/constants.hpp"
+
 namespace rotorloop::host {
 
-inline constexpr double kGravity_m_s2 = 9.80665;  // standard gravity, CGPM 1901
 inline constexpr int kRotors = 4;
 
 // Order of rotors as in the paper's eq. (3): 1 front-right, 2 rear-left, 3 front-left, 4 rear-right.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/constants.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::host {
@@ -15,7 +16,6 @@ namespace {
 // Wider than the 0.4 to 0.75 that small propellers reach (bench values with their uncertainty must pass), far narrower than a
 // unit error: RPM read as rad/s divides the figure by 9.5.
 constexpr double kMeritLow = 0.3, kMeritHigh = 0.85;
-constexpr double kRad_s_per_rpm = 2.0 * 3.14159265358979323846 / 60.0;
 
 std::string three(double x) { return fmt::format("{:.3g}", x); }
 bool credible(double merit) { return merit >= kMeritLow && merit <= kMeritHigh; }
@@ -143,7 +143,7 @@ namespace {
 // The effect's law counts from the ceiling, which no flight log holds.
 void check_room(const VehicleFile& v, const TomlTable& root) {
   for (const TomlTable& t : root.tables("effect", 0, 100)) {
-    if (t.text("id") == "ceiling_effect" && !v.ceiling_z_m)
+    if (t.text("id") == effect("ceiling_effect").id && !v.ceiling_z_m)
       t.fail("id", "effect \"ceiling_effect\" without the height of the ceiling", "the room was not described",
              "add [room] with ceiling_z_m, its height in m in the world of the logs, 0.2 to 1000 m");
   }

@@ -1,4 +1,4 @@
-// vehicle.toml: what is believed about a vehicle, each quantity with standard uncertainty and origin. Stand, identification and
+// vehicle.toml: the nominal model of a vehicle, each quantity with standard uncertainty and origin. Stand, identification and
 // diagnosis write it; the controller, the mixer and comparisons read it. Hosts only; VehicleModel is what the loop uses.
 #pragma once
 #include <array>

@@ -89,11 +89,15 @@ void read_pose_sensor(const TomlTable& t, PoseSensorBelief& p) {
 VehicleEffect read_effect(const TomlTable& t, const EffectCatalogue& catalogue) {
   VehicleEffect e;
   e.id = t.text("id");
-  if (!catalogue.knows(e.id))
+  const CatalogueEffect* row = catalogue.find(e.id);
+  if (!row) {
+    std::vector<std::string_view> ids;
+    for (const CatalogueEffect& c : catalogue.effects) ids.push_back(c.id);
     t.fail("id", fmt::format("effect \"{}\" is not in the catalogue", e.id), "a misspelt id, or a file of a newer rotorloop",
-           fmt::format("use one of: {}", fmt::join(catalogue.ids, ", ")));
+           fmt::format("use one of: {}", fmt::join(ids, ", ")));
+  }
   const TomlTable parameters = t.table("parameter");
-  const std::vector<CatalogueParameter> known = catalogue.model_parameters_of(e.id);
+  const std::vector<CatalogueParameter>& known = row->model;
   for (const std::string& key : parameters.keys()) {
     const auto declared = std::find_if(known.begin(), known.end(), [&](const CatalogueParameter& p) { return p.name == key; });
     if (!known.empty() && declared == known.end()) {

@@ -58,7 +58,7 @@ std::string effect_text(const VehicleEffect& e) {
 }  // namespace
 
 std::string vehicle_text(const VehicleFile& v) {
-  std::string s = "# What is believed about a vehicle: value, standard uncertainty u (same unit), origin (cad | stand | flight | guess).\n";
+  std::string s = "# Nominal model of a vehicle: value, standard uncertainty u (same unit), origin (cad | stand | flight | guess).\n";
   s += fmt::format("format = 1\nname = {}\n\n[body]\nmass_kg = {}\n", toml_string(v.name), text(v.mass_kg));
   s += fmt::format("inertia_kg_m2.xx = {}\ninertia_kg_m2.yy = {}\ninertia_kg_m2.zz = {}\n", text(v.inertia_kg_m2[0]),
                    text(v.inertia_kg_m2[1]), text(v.inertia_kg_m2[2]));

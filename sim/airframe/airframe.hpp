@@ -1,6 +1,6 @@
 // The rigid body of the plant: six degrees of freedom under rotor loads, parasitic drag, gravity and further loads on the body.
 //
-// Loop of one step (one evaluation of the blade-element solve per rotor):
+// Loop of one step (one evaluation of the blade-element model per rotor):
 //   for each rotor i:  loads[i] = bem(airframe.rotor_condition(i, omega[i], air));   // at the start of the step
 //   the drives turn omega[i] over the step; omega_dot[i] = their mean angular acceleration over it;
 //   airframe.step(loads, omega at the start, omega_dot, air, body_loads);
@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <span>
 
+#include "host/base/constants.hpp"
 #include "sim/airframe/body_loads.hpp"
 #include "sim/airframe/parasitic_drag.hpp"
 #include "sim/rotor/rotor_loads.hpp"
@@ -24,8 +25,6 @@
 namespace rotorloop::sim {
 
 inline constexpr std::size_t kAirframeRotors = 4;         // 1 front-right, 2 rear-left, 3 front-left, 4 rear-right
-inline constexpr double kStandardGravity_m_s2 = 9.80665;  // CGPM 1901
-
 struct RotorMount {
   Eigen::Vector3d hub_m = Eigen::Vector3d::Zero();  // from the geometric centre, axes of B
   int spin = 1;                                     // +1: counter-clockwise seen from above, reaction on the body along -z
@@ -44,7 +43,7 @@ struct AirframeConfig {
   std::array<RotorMount, kAirframeRotors> rotors{};
   double density_kg_m3 = 1.225;
   Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
-  double gravity_m_s2 = kStandardGravity_m_s2;
+  double gravity_m_s2 = kGravity_m_s2;
   std::int64_t step_ns = 500'000;  // 2 kHz; not above
   double ground_z_m = 0.0;         // the flight is over when the centre of mass is below this height
 
@@ -58,7 +57,7 @@ struct AirframeState {
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
   Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();
   // What an accelerometer at the centre of mass feels: mean over the last step, +g on z at rest.
-  Eigen::Vector3d specific_force_B_m_s2 = Eigen::Vector3d(0.0, 0.0, kStandardGravity_m_s2);
+  Eigen::Vector3d specific_force_B_m_s2 = Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
 };
 
 // Forces and moments at the start of the last step, about the centre of mass, frame B. On the launch stand they are what the

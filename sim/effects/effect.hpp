@@ -4,7 +4,7 @@
 // and overrides the hooks where its physics acts. A step of the plant (sim/plant/flight_dynamics.hpp) calls them in this order:
 //   prepare          once, before the flight: what is fixed about the vehicle, its sensors, ESCs and battery
 //   air              wind and density at a place: at each hub and at the centre of mass
-//   rotor_condition  what a rotor meets, before the blade-element solve
+//   rotor_condition  what a rotor meets, before the blade-element model
 //   rotor_loads      what it then does to its hub and shaft; once per rotor and step, so a state per rotor may live here
 //   body_loads       force and moment on the body, at every stage of the integrator (const: see sim/airframe/body_loads.hpp)
 //   advance          after the step: the effect's own states
@@ -34,7 +34,7 @@ struct RotorSite {
   const BodyMotion* body = nullptr;
   RotorCondition condition;       // as it stands: before the change in rotor_condition, as solved in rotor_loads
   double omega_dot_rad_s2 = 0.0;  // mean over the last step
-  RotorLoads bare;                // in rotor_loads: what the blade-element solve gave, before any effect on the loads
+  RotorLoads bare;                // in rotor_loads: what the blade-element model gave, before any effect on the loads
 };
 
 class Effect {

@@ -6,14 +6,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string_view>
+
+#include "host/base/constants.hpp"
 
 
 namespace rotorloop::sim {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 
 // ARCHITECTURE "Conventions": side of the hub and sense of rotation, rotor by rotor.
 struct Place {
@@ -57,7 +57,7 @@ PlantRotor read_rotor(const TomlTable& t, const Place& place, std::size_t number
   r.hub_m = vector3(t.numbers("position_m", 3, {-5.0, 5.0, "m"}));
   r.spin = static_cast<int>(t.integer("spin", -1, 1));
   const auto tilt = t.numbers("tilt_deg", 2, {-45.0, 45.0, "deg"});
-  r.tilt_rad = {tilt[0] * kRadians, tilt[1] * kRadians};
+  r.tilt_rad = {tilt[0] * kRad_per_deg, tilt[1] * kRad_per_deg};
   r.blade_path = t.file("blade");
   r.motor_path = t.file("motor");
   r.motor = read_motor(r.motor_path);

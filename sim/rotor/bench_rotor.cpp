@@ -1,4 +1,4 @@
-// Speed of the rotor solve over a sequence of states as from a flight: run build/release/bin/bench_rotor. Not part of ctest.
+// Speed of the BEM rotor model over a sequence of states as from a flight: run build/release/bin/bench_rotor. Not part of ctest.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

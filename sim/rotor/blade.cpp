@@ -62,7 +62,7 @@ void read_polars(Blade& b, const std::vector<TomlTable>& stations, const std::fi
   }
 }
 
-Blade from_file(const TomlFile& file) {
+Blade blade_from(const TomlFile& file) {
   file.format({1});
   const TomlTable root = file.root();
   Blade b;
@@ -86,7 +86,7 @@ Blade from_file(const TomlFile& file) {
 }
 }  // namespace
 
-Blade read_blade(const std::filesystem::path& path) { return from_file(TomlFile::read(path)); }
-Blade parse_blade(std::string_view text, const std::filesystem::path& path) { return from_file(TomlFile::parse(text, path)); }
+Blade read_blade(const std::filesystem::path& path) { return blade_from(TomlFile::read(path)); }
+Blade parse_blade(std::string_view text, const std::filesystem::path& path) { return blade_from(TomlFile::parse(text, path)); }
 
 }  // namespace rotorloop::sim

@@ -34,7 +34,7 @@ void check_angles(const TomlTable& root, const std::vector<double>& alpha) {
         "only the attached branch is given; blades see every angle in reverse flow and when stopped", kFullCircle);
 }
 
-Polar from_file(const TomlFile& file) {
+Polar polar_from(const TomlFile& file) {
   file.format({1});
   const TomlTable root = file.root();
   Polar polar;
@@ -62,9 +62,9 @@ Polar from_file(const TomlFile& file) {
 }
 }  // namespace
 
-Polar read_polar(const std::filesystem::path& path) { return from_file(TomlFile::read(path)); }
+Polar read_polar(const std::filesystem::path& path) { return polar_from(TomlFile::read(path)); }
 Polar parse_polar(std::string_view text, const std::filesystem::path& name_for_errors) {
-  return from_file(TomlFile::parse(text, name_for_errors));
+  return polar_from(TomlFile::parse(text, name_for_errors));
 }
 
 SectionCoefficients polar_at(const Polar& polar, double alpha_deg, double reynolds) {

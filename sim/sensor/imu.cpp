@@ -5,25 +5,22 @@
 #include <numbers>
 
 #include "host/base/elementary.hpp"
+#include "sim/sensor/gaussian3.hpp"
 
 namespace rotorloop::sim {
 namespace {
 
 // Modules of the random streams: four letters each, so that no other user picks the same by accident.
-constexpr std::uint64_t kNoiseModule = 0x494D554E;   // IMUN
+constexpr std::uint64_t kImuNoiseModule = 0x494D554E;  // IMUN
 constexpr std::uint64_t kTurnOnModule = 0x494D5542;  // IMUB
 constexpr std::uint64_t kPhaseModule = 0x494D5550;   // IMUP
-constexpr std::uint64_t kDrawsPerSample = 6;
+constexpr std::uint64_t kImuDraws = 6;
 constexpr double kTurn_rad = 2.0 * std::numbers::pi;
-
-Eigen::Vector3d gaussian3(const RandomStream& stream, std::uint64_t first) {
-  return {stream.gaussian(first), stream.gaussian(first + 1), stream.gaussian(first + 2)};
-}
 
 }  // namespace
 
 ImuSensor::ImuSensor(const ImuConfig& config, const AirframeConfig& body, std::uint64_t seed)
-    : config_(config), noise_(seed, kNoiseModule) {
+    : config_(config), noise_(seed, kImuNoiseModule) {
   const RandomStream turn_on(seed, kTurnOnModule), phase(seed, kPhaseModule);
   gyro_bias_B_rad_s_ = config_.gyro_bias_rad_s * gaussian3(turn_on, 0);
   accel_bias_B_m_s2_ = config_.accel_bias_m_s2 * gaussian3(turn_on, 3);
@@ -59,7 +56,7 @@ ImuReading ImuSensor::sample(std::int64_t n, const AirframeState& state, std::sp
     for (const double omega : omega_rad_s) square += omega * omega / static_cast<double>(kAirframeRotors);
     r.accel_B_m_s2.z() += config_.rectification_m * square;
   }
-  const auto first = static_cast<std::uint64_t>(n) * kDrawsPerSample;
+  const auto first = static_cast<std::uint64_t>(n) * kImuDraws;
   r.gyro_B_rad_s += config_.gyro_noise_rad_s * gaussian3(noise_, first);
   r.accel_B_m_s2 += config_.accel_noise_m_s2 * gaussian3(noise_, first + 3);
   return r;

@@ -8,24 +8,21 @@
 
 #include "host/base/elementary.hpp"
 #include "host/base/error.hpp"
+#include "sim/sensor/gaussian3.hpp"
 
 namespace rotorloop::sim {
 namespace {
 
-constexpr std::uint64_t kNoiseModule = 0x504F534E;  // POSN
+constexpr std::uint64_t kPoseNoiseModule = 0x504F534E;  // POSN
 constexpr std::uint64_t kDriftModule = 0x504F5344;  // POSD
 constexpr std::uint64_t kDelayModule = 0x504F534C;  // POSL
 constexpr std::uint64_t kStampModule = 0x504F5353;  // POSS
-constexpr std::uint64_t kDrawsPerSample = 9;
-
-Eigen::Vector3d gaussian3(const RandomStream& stream, std::uint64_t first) {
-  return {stream.gaussian(first), stream.gaussian(first + 1), stream.gaussian(first + 2)};
-}
+constexpr std::uint64_t kPoseDraws = 9;
 
 }  // namespace
 
 PoseSensor::PoseSensor(const PoseConfig& config, std::uint64_t seed)
-    : config_(config), noise_(seed, kNoiseModule), drift_(seed, kDriftModule), delay_(seed, kDelayModule), stamp_(seed, kStampModule) {
+    : config_(config), noise_(seed, kPoseNoiseModule), drift_(seed, kDriftModule), delay_(seed, kDelayModule), stamp_(seed, kStampModule) {
   if (!(config_.jitter_s >= 0.0) || !(config_.latency_s >= config_.jitter_s))
     throw Error({"pose sensor",
                  fmt::format("latency {} s with jitter {} s would arrive before it was measured", config_.latency_s, config_.jitter_s), "",
@@ -49,7 +46,7 @@ PoseArrival PoseSensor::sample(std::int64_t n, const AirframeState& state) {
     const Eigen::Vector3d draw = gaussian3(drift_, 3 * k);
     drift_W_m_ = n == 0 ? Eigen::Vector3d(config_.drift_m * draw) : Eigen::Vector3d(drift_keep_ * drift_W_m_ + drift_drive_ * draw);
   }
-  const std::uint64_t first = k * kDrawsPerSample;
+  const std::uint64_t first = k * kPoseDraws;
   const Eigen::Vector3d turn_rad = config_.noise_rad * gaussian3(noise_, first + 3);
   const Eigen::Quaterniond small(1.0, 0.5 * turn_rad.x(), 0.5 * turn_rad.y(), 0.5 * turn_rad.z());  // normalised below
 

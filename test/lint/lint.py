@@ -171,7 +171,9 @@ class Linter:
         self.check_room_sizes()
         self.check_house_page()
         self.check_type_names()
+        self.check_effects()
         self.check_leaks()
+        self.check_private_words()
         return sorted(set(self.findings))
 
     # (a)
@@ -423,6 +425,36 @@ class Linter:
                                 "give each its own name: the linker would take one for both")
                 seen.setdefault(name, header)
 
+    # (j) Code and catalogue have the same effects, and nobody names one past the catalogue.
+    def check_effects(self):
+        catalogue = self.text.get(rules.CATALOGUE, "")
+        rows = [dict(re.findall(r'^(id|kind|plant) = "?([\w]+)"?$', row, re.MULTILINE)) for row in catalogue.split("[[effect]]\n")[1:]]
+        known = {row["id"] for row in rows}
+        coded = {"model": {}, "plant": {}}
+        for name in self.sources:
+            literals = list(re.finditer(r'"([a-z]\w*)"', without_comments(self.text[name])))
+            for match in literals:
+                before, effect = self.text[name][:match.start()], match.group(1)
+                where = (name, line_of(self.text[name], match.start()))
+                if inside(name, "host/effects") and re.search(r"\bkId = $", before):
+                    coded["model"][effect] = where
+                elif inside(name, "sim/effects") and not inside(name, "sim/effects/foreign") and re.search(r"\.id = $", before):
+                    coded["plant"][effect] = where
+                elif before.endswith("effect(") and effect not in known and name.startswith(rules.EFFECT_ROOMS):
+                    self.report(*where, "effect-id", f'no row of the catalogue has the id "{effect}"', f"spell it as in {rules.CATALOGUE}, or add its row")
+                elif effect in known and "_" in effect and name.startswith(rules.EFFECT_ROOMS) and name not in rules.EFFECT_ID_EXEMPT:
+                    if not before.endswith(("effect(", "find_term(")):
+                        self.report(*where, "effect-id", f'"{effect}" is named past the catalogue', f'take its row: host::effect("{effect}")')
+        for side, has in (("model", lambda row: row.get("kind") in ("term", "dynamic", "sensor")), ("plant", lambda row: row.get("plant") == "true")):
+            wanted = {row["id"] for row in rows if has(row)}
+            for effect, where in coded[side].items():
+                if effect not in known:
+                    self.report(*where, "effect-row", f'the effect "{effect}" has no row', f"describe it in {rules.CATALOGUE}")
+            for effect in wanted - set(coded[side]):
+                line = line_of(catalogue, catalogue.index(f'id = "{effect}"'))
+                self.report(rules.CATALOGUE, line, "effect-code", f'the {side} that "{effect}" promises has no code',
+                            "write its file, or set kind = \"none\" (plant = false)")
+
     # (i)
     def check_leaks(self):
         for rule, pattern, what, remedy in rules.LEAKS:
@@ -432,6 +464,21 @@ class Linter:
                     continue
                 for match in compiled.finditer(text):
                     self.report(name, line_of(text, match.start()), rule, what.format(match.group()), remedy)
+
+    # (i)
+    def check_private_words(self):
+        allowed = re.compile(rules.PRIVATE_WORDS_ALLOWED, re.MULTILINE)
+        words = [(re.compile(pattern), field_word) for pattern, field_word in rules.PRIVATE_WORDS]
+        for name, text in self.text.items():
+            if name in rules.PRIVATE_WORD_EXEMPT or not name.endswith(rules.PRIVATE_WORD_SUFFIXES):
+                continue
+            if any(inside(name, folder) for folder in rules.PRIVATE_WORDS_NOT_YET):
+                continue
+            plain = allowed.sub(lambda m: _blank(m.group()), text)
+            for pattern, field_word in words:
+                for match in pattern.finditer(plain):
+                    self.report(name, line_of(plain, match.start()), "private-word", f"`{match.group()}` is no word of the field",
+                                f"say: {field_word} (docs/glossary.md), or list the key of a file in PRIVATE_WORDS_ALLOWED")
 
 
 def main(arguments):

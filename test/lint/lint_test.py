@@ -37,6 +37,7 @@ def findings(files, compile_commands=()):
     return lint.Linter({name: text for name, text in tree.items() if text is not None}).run(compile_commands)
 
 
+EFFECT = '[[effect]]\nid = "wet_air"\nkind = "none"\nplant = true\n'
 FUNCTION_61 = "void f(int i) {\n" + "  i;\n" * 59 + "}\n"
 TEN_ROOMS = {f"{room}/x.hpp": "//\n" * 600 for room in ("sim/drive", "sim/rotor", "sim/sensor", "sim/esc", "sim/plant", "host/node", "host/control",
                                                         "host/estimate", "bench/log", "bench/hil")}
@@ -183,8 +184,8 @@ CASES = [
     ("the page as the tree is", {"docs/architecture.md": house()}, None, None),
     ("a row with another arrow", {"docs/architecture.md": house().replace("| `host/base`, `protocols` |", "| `protocols` |")}, "room-table", "docs/architecture.md:6"),
     ("a room without row", {"docs/architecture.md": house().replace("| `protocols` |  |\n", "")}, "room-table", "docs/architecture.md:1"),
-    ("a row with its face", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | beliefs | `model.hpp` |")}, None, None),
-    ("a face that is gone", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | beliefs | `gone.hpp` |")},
+    ("a row with its face", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | a model | `model.hpp` |")}, None, None),
+    ("a face that is gone", {"docs/architecture.md": house().replace("| `host/vehicle` |", "| `host/vehicle` | a model | `gone.hpp` |")},
      "room-table", "docs/architecture.md:7"),
     ("a row without room", {"docs/architecture.md": house() + "| `host/gadget` | `protocols` |\n"}, "room-table", "docs/architecture.md:13"),
     ("a hop in a file that is gone", {"docs/architecture.md": house().replace("host/bus/can_bus.hpp: send", "host/bus/gone.hpp: send")},
@@ -195,6 +196,26 @@ CASES = [
     ("a walk too long that does not say missed", {"docs/architecture.md": house().replace("1 of 4", "1 of 0")}, "walk", "docs/architecture.md:10"),
     ("a room entered twice that is not named", {"docs/architecture.md": house().replace("1 of 4", "2 of 4") + "3. `sim/world/bus.hpp: deliver` again.\n"},
      "walk", "docs/architecture.md:10"),
+    # (i) the field's words
+    ("a private word in a comment", {"host/vehicle/x.hpp": "#pragma once\n// What is believed of the mass.\n"}, "private-word", "host/vehicle/x.hpp:2"),
+    ("a private word in a name", {"host/vehicle/x.cpp": "int i;\nint knots_at(double t_s);\n"}, "private-word", "host/vehicle/x.cpp:2"),
+    ("a private word in a message", {"sim/world/x.cpp": 'const char* s = "cannot tell them apart";\n'}, "private-word", "sim/world/x.cpp:1"),
+    ("a private word in a page", {"docs/a.md": "# A\n\nThe model foretells it.\n"}, "private-word", "docs/a.md:3"),
+    ("a private word in data", {"effects/a.toml": '# Its twin.\ntwins = ["b"]\n'}, "private-word", "effects/a.toml:1"),
+    ("a private word in a script", {"scripts/a.py": "contestants = []\n"}, "private-word", "scripts/a.py:1"),
+    ("a key of a file that has such a word", {"sim/world/x.cpp": 'const char* s = "twins";\n', "effects/a.toml": 'twins = ["b"]\n'}, None, None),
+    ("a word that holds another", {"docs/a.md": "# A\n\nFortells, knotted, contested, betrayed_by, entwined, told, a forecast.\n"}, None, None),
+    # Effects
+    ("an effect with its row", {"effects/catalogue.toml": EFFECT, "sim/effects/a.cpp": 'const EffectInfo k{.id = "wet_air"};\n',
+                                "bench/hil/x.cpp": 'auto e = effect("wet_air");\n'}, None, None),
+    ("a plant without the switch of its row", {"effects/catalogue.toml": EFFECT}, "effect-code", "effects/catalogue.toml:2"),
+    ("a switch without row", {"sim/effects/a.cpp": 'const EffectInfo k{\n    .id = "wet_air"};\n'}, "effect-row", "sim/effects/a.cpp:2"),
+    ("a term without row", {"host/effects/a.hpp": 'constexpr std::string_view kId = "wet_air";\n'}, "effect-row", "host/effects/a.hpp:1"),
+    ("a term that its row promises", {"effects/catalogue.toml": EFFECT.replace("true", "false").replace("none", "term")}, "effect-code",
+     "effects/catalogue.toml:2"),
+    ("a misspelt effect", {"bench/hil/x.cpp": 'auto e = effect("wet_iar");\n'}, "effect-id", "bench/hil/x.cpp:1"),
+    ("an effect named past the catalogue", {"effects/catalogue.toml": EFFECT.replace("true", "false"), "bench/hil/x.cpp": 'f("wet_air");\n'},
+     "effect-id", "bench/hil/x.cpp:1"),
     # Text is not code
     ("tokens in strings and comments", {"firmware/core/x.cpp": 'const char* s = "throw new double";  /* virtual\n throw */\n'}, None, None),
     ("tokens in a raw string", {"firmware/core/x.cpp": 'auto s = R"x(throw " new)x";\n'}, None, None),
@@ -268,7 +289,7 @@ class LintTest(unittest.TestCase):
         promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "function-length",
                      "exemption-not-needed"}
         promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "exemption-not-needed",
-                     "module-loop", "folder-size", "room-size", "room-table", "walk"}
+                     "module-loop", "folder-size", "room-size", "room-table", "walk", "private-word", "effect-row", "effect-code", "effect-id"}
         self.assertEqual(promised - {case[2] for case in CASES}, set())
 
     def test_every_exemption_gives_a_reason(self):

@@ -18,7 +18,7 @@ def trial(kind, *truth):
 
 
 def said(verdict, *sets, manoeuvre="fly it", not_observable=()):
-    """An answer: each set is an effect and its twins."""
+    """An answer: each set is an effect and those indistinguishable from it."""
     return {"verdict": verdict,
             "added": [{"id": s[0], "twins": [{"id": t} for t in s[1:]], "manoeuvre": manoeuvre} for s in sets],
             "not_observable": [{"id": i} for i in not_observable]}
@@ -90,11 +90,11 @@ class Plants(unittest.TestCase):
         self.study, self.catalogue = study.toml(study.STUDY), study.toml(ROOT / "effects/catalogue.toml")
         self.cases = {c.name: c for c in study.cases(self.study, self.catalogue)}
 
-    def test_every_effect_of_the_plant_is_a_case_and_changes_plant_or_belief(self):
+    def test_every_effect_of_the_plant_is_a_case_and_changes_plant_or_model(self):
         for e in self.catalogue["effect"]:
             if e["plant"]:
                 c = self.cases[e["id"]]
-                self.assertTrue(c.entries or c.unbelieved, c.name)
+                self.assertTrue(c.entries or c.unmodelled, c.name)
 
     def test_plant_files_hold_what_the_case_says(self):
         for c in self.cases.values():
@@ -103,19 +103,19 @@ class Plants(unittest.TestCase):
             for i, _ in c.entries:
                 self.assertIn(i, ids)
 
-    def test_belief_loses_the_term_and_its_rows_of_the_covariance(self):
+    def test_nominal_model_loses_the_term_and_its_rows_of_the_covariance(self):
         with tempfile.TemporaryDirectory() as name:
             for c in self.cases.values():
-                if not c.unbelieved:
+                if not c.unmodelled:
                     continue
-                path = pathlib.Path(name) / "believed.toml"
-                study.write_belief(path, c, ROOT / self.study["vehicle"])
-                believed = study.toml(path)
-                for i in c.unbelieved:
-                    self.assertNotIn(i, [e["id"] for e in believed.get("effect", [])])
-                for block in believed.get("covariance", []):
+                path = pathlib.Path(name) / "nominal.toml"
+                study.write_nominal(path, c, ROOT / self.study["vehicle"])
+                nominal = study.toml(path)
+                for i in c.unmodelled:
+                    self.assertNotIn(i, [e["id"] for e in nominal.get("effect", [])])
+                for block in nominal.get("covariance", []):
                     self.assertEqual(len(block["matrix"]), len(block["of"]) ** 2)
-                    self.assertFalse([n for n in block["of"] if n.split(".")[1] in c.unbelieved and n.startswith("effect.")])
+                    self.assertFalse([n for n in block["of"] if n.split(".")[1] in c.unmodelled and n.startswith("effect.")])
 
     def test_seeds_are_told_as_runs(self):
         self.assertEqual(score.spans({508, 506, 507, 565, 510, 511}), "506 to 508, 510 to 511, 565")

@@ -4,13 +4,12 @@
 //     [--no-verdict] [--against USUAL.csv]                                   shift of the estimates against the usual condition
 // Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <fstream>
 #include <iostream>
 #include <mutex>
 #include <set>
-#include <thread>
 
+#include "host/base/parallel.hpp"
 #include "test/stats/identify_ensemble.hpp"
 
 using namespace rotorloop;
@@ -54,24 +53,18 @@ int main(int argc, char** argv) {
   }
   std::set<std::uint64_t> have;
   for (const auto& t : done) have.insert(t.seed);
-  std::atomic<std::uint64_t> next{first};
   std::mutex mutex;
   std::ofstream out(file, std::ios::app);
-  const auto work = [&] {
-    for (std::uint64_t seed = next++; seed <= trials; seed = next++) {
-      if (have.contains(seed)) continue;
-      stats::TrialSettings one = settings;
-      one.seed = seed;
-      const stats::Trial trial = stats::run_trial(one);
-      const std::lock_guard lock(mutex);
-      out << stats::csv_line(trial) << std::endl;
-      done.push_back(trial);
-      std::cerr << done.size() << " trials: seed " << seed << ", " << trial.iterations << " iterations\n";
-    }
-  };
-  std::vector<std::thread> pool;
-  for (unsigned j = 0; j < jobs; ++j) pool.emplace_back(work);
-  for (auto& t : pool) t.join();
+  parallel_for(first <= trials ? trials - first + 1 : 0, static_cast<int>(jobs), [&](std::size_t i) {
+    stats::TrialSettings one = settings;
+    one.seed = first + i;
+    if (have.contains(one.seed)) return;
+    const stats::Trial trial = stats::run_trial(one);
+    const std::lock_guard lock(mutex);
+    out << stats::csv_line(trial) << std::endl;
+    done.push_back(trial);
+    std::cerr << done.size() << " trials: seed " << one.seed << ", " << trial.iterations << " iterations\n";
+  });
 
   std::erase_if(done, [&](const auto& t) { return t.seed < first || t.seed > trials; });
   const auto result = stats::summarise(quantities, done);

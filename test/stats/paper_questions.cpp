@@ -149,8 +149,8 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
   }
   // What no flight tells, as everything scales with it: a wrong mass moves all wrench coefficients; wrong arms the torque of roll and
   // pitch, with it all three inertias (Euler's equations are homogeneous, and I_zz is told by its part in them) and by I_zz c_q.
-  units.push_back({"mass believed too large", "1", Shift{1, 1, 1, 1, 1} * 0.01, 0.01, -0.05, 0.05});
-  units.push_back({"arms believed too long", "1", Shift{1, 1, 1, 1, 0} * 0.01, 0.01, -0.05, 0.05});
+  units.push_back({"mass assumed too large", "1", Shift{1, 1, 1, 1, 1} * 0.01, 0.01, -0.05, 0.05});
+  units.push_back({"arms assumed too long", "1", Shift{1, 1, 1, 1, 0} * 0.01, 0.01, -0.05, 0.05});
 
   std::printf("Baseline: I %.3e %.3e %.3e kg m², c_q %.3e N m s², static c_t %.3e N s²\n", r.fit.values[0][estimate::kIxx], r.fit.values[0][estimate::kIyy],
               r.fit.values[0][estimate::kIzz], r.fit.values[0][estimate::kCq], hover_c_t(r.fit.values[0]));

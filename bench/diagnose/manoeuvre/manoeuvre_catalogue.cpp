@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "host/base/constants.hpp"
 #include "host/vehicle/model.hpp"
 
 namespace rotorloop::diagnose {
@@ -45,7 +46,7 @@ double run(double t, double peak_m_s) { return to_and_fro(t, peak_m_s, peak_m_s)
 double shake(double t, double amplitude, double frequency_Hz) { return smooth(t) * amplitude * std::sin(kTau * frequency_Hz * t); }
 // Moved to and fro so that the vehicle tilts by this much; so that its thrust changes by this share of its weight.
 double tilting(double t, double tilt_rad, double frequency_Hz) {
-  return shake(t, host::kGravity_m_s2 * tilt_rad / std::pow(kTau * frequency_Hz, 2), frequency_Hz);
+  return shake(t, kGravity_m_s2 * tilt_rad / std::pow(kTau * frequency_Hz, 2), frequency_Hz);
 }
 double heaving(double t, double share, double frequency_Hz) { return tilting(t, share, frequency_Hz); }
 double yawing(double t, double peak_rad_s, double frequency_Hz) { return shake(t, peak_rad_s / (kTau * frequency_Hz), frequency_Hz); }

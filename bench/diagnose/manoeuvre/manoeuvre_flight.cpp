@@ -8,6 +8,8 @@
 #include "bench/estimate/flight_motion.hpp"
 #include "bench/estimate/mean_noise.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "host/base/constants.hpp"
+#include "host/base/statistics.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -26,7 +28,7 @@ constexpr double kShares[] = {1.0, 0.8, 0.64, 0.5, 0.4, 0.33};
 constexpr std::size_t kMargin = 4;  // samples on either side, for differences
 constexpr int kPasses = 3;          // attitude and in-plane force follow from each other
 
-// Readings of one kind on a grid of wider steps: one in so many knots, with the noise that what falls together on a knot has in the mean.
+// Measurements of one kind on a grid of wider steps: one in so many nodes, with the noise that what falls together on a node has in the mean.
 struct Readings {
   std::size_t every = 0;  // 0: none
   double noise = 1.0;     // of a single reading's
@@ -87,7 +89,7 @@ class InverseDynamics {
         in_plane_(path.size(), Vector3d::Zero()),
         turning_(path.size(), Vector3d::Zero()) {
     for (log::RotorValues& w : flown_.omega) w.fill(s.rotor_rad_s);
-    const Vector3d gravity = host::kGravity_m_s2 * Vector3d(v[estimate::kTiltX], v[estimate::kTiltY], -1.0);
+    const Vector3d gravity = kGravity_m_s2 * Vector3d(v[estimate::kTiltX], v[estimate::kTiltY], -1.0);
     const std::size_t n = path.size();
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
@@ -265,8 +267,7 @@ ManoeuvreSetting manoeuvre_setting(const identify::Identification& r) {
   out.most_rad_s = std::max(kSpare * highest, std::sqrt(kThrustRatio) * out.rotor_rad_s);
   out.way_m = std::max(out.way_m, kSmallRoom_m * out.length_ratio);
   out.height_m = std::max(out.height_m, kSmallRoom_m * out.length_ratio);
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2), heights.end());
-  out.middle_z_m = heights[heights.size() / 2];
+  out.middle_z_m = median(std::move(heights));
   return out;
 }
 
@@ -287,8 +288,8 @@ struct Timing {
   }
 };
 
-// Readings as often as the flights have them, as the model says and without noise: only how they depend on states and parameters counts.
-void add_readings(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
+// Measurements as often as the flights have them, as the model says and without noise: only how they depend on states and parameters counts.
+void add_flown_readings(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
   estimate::GridFlight& g = out.flight;
   const estimate::ModelValues& values = out.values;
   const Vector3d lever(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
@@ -351,7 +352,7 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
     g.slopes_by_middle = s.like->slopes_by_middle;
     g.linked.assign(t.knots - 1, 1);
     g.anchor = s.like->anchor;
-    add_readings(*f, t, *s.like, out);
+    add_flown_readings(*f, t, *s.like, out);
     if (values.terms.memory() > 0) estimate::follow_states({&g, 1}, {&out.states, 1});
     return out;
   }

@@ -4,15 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <optional>
-#include <thread>
 
 #include "bench/diagnose/diagnosis_run.hpp"
 #include "bench/diagnose/score_table.hpp"
 #include "bench/estimate/chain.hpp"
+#include "bench/estimate/fit_layout.hpp"
+#include "host/base/parallel.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -20,7 +19,7 @@ namespace {
 using Index = ScoreTable::Index;
 using Eigen::MatrixXd;
 
-constexpr double kTold = 3.0;    // log units that tell two effects apart: odds of 20 to 1 …
+constexpr double kToldApart_log = 3.0;  // log units that separate two effects: odds of 20 to 1 …
 constexpr double kPatience = 6;  // … within so many repetitions of a manoeuvre
 
 // A member as columns of the table: its parameters in the model that holds all members, and how far each stands from its absence.
@@ -112,77 +111,11 @@ ClassModel class_model(const identify::Identification& fitted, const identify::I
   return out;
 }
 
-// Where each column of a flight stands among all numbers: shared ones once, others for each flight.
-struct Layout {
-  std::vector<std::vector<Index>> of_flight;
-  Index size = 0;
-};
-Layout layout_of(const std::vector<estimate::FreeParameter>& free, std::size_t flights) {
-  Layout out{std::vector<std::vector<Index>>(flights), 0};
-  for (const estimate::FreeParameter& f : free) {
-    for (std::size_t i = 0; i < flights; ++i) out.of_flight[i].push_back(f.per_flight ? out.size + static_cast<Index>(i) : out.size);
-    out.size += f.per_flight ? static_cast<Index>(flights) : 1;
-  }
-  return out;
-}
-
-// What was known before any flight.
-MatrixXd prior_information(const estimate::FitProblem& p, const std::vector<estimate::FreeParameter>& free, const Layout& layout) {
-  MatrixXd out = MatrixXd::Zero(layout.size, layout.size);
-  for (std::size_t c = 0; c < free.size(); ++c) {
-    if (free[c].prior_u <= 0.0) continue;
-    for (std::size_t f = 0; f < (free[c].per_flight ? layout.of_flight.size() : 1); ++f) {
-      const Index at = layout.of_flight[f][c];
-      out(at, at) += 1.0 / (free[c].prior_u * free[c].prior_u);
-    }
-  }
-  const auto shared = [&](int parameter) -> Index {
-    for (std::size_t c = 0; c < free.size(); ++c) {
-      if (free[c].parameter == parameter && !free[c].per_flight) return layout.of_flight.front()[c];
-    }
-    return -1;
-  };
-  for (const estimate::JointPrior& prior : p.priors) {
-    for (std::size_t a = 0; a < prior.parameters.size(); ++a) {
-      for (std::size_t b = 0; b < prior.parameters.size(); ++b) {
-        const Index i = shared(prior.parameters[a]), j = shared(prior.parameters[b]);
-        if (i >= 0 && j >= 0) out(i, j) += prior.information(static_cast<Index>(a), static_cast<Index>(b));
-      }
-    }
-  }
-  return out;
-}
-
 MatrixXd information_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& at, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
                         const estimate::Columns& columns) {
   std::vector<estimate::BodyState> states = at;
   estimate::Chain chain(g, states, at);
   return chain.sweep(estimate::Residuals(g, values, noise, columns), {.keep_factors = false}).information;
-}
-
-void add(MatrixXd& to, const MatrixXd& what, const std::vector<Index>& at) {
-  for (std::size_t a = 0; a < at.size(); ++a) {
-    for (std::size_t b = 0; b < at.size(); ++b) to(at[a], at[b]) += what(static_cast<Index>(a), static_cast<Index>(b));
-  }
-}
-
-void in_parallel(std::size_t count, int threads, const auto& act) {
-  std::atomic<std::size_t> next{0};
-  std::vector<std::thread> pool;
-  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(std::max(1, threads)));
-  for (std::exception_ptr& failure : failures) {
-    pool.emplace_back([&] {
-      try {
-        for (std::size_t i = next++; i < count; i = next++) act(i);
-      } catch (...) {
-        failure = std::current_exception();
-      }
-    });
-  }
-  for (auto& t : pool) t.join();
-  for (const auto& f : failures) {
-    if (f) std::rethrow_exception(f);
-  }
 }
 
 // Log likelihood by which `truth`, at its size, beats `rival` on what this information stands for.
@@ -196,7 +129,7 @@ double lead(const MatrixXd& information, const ColumnSet& model, const Part& tru
 // All that the flights so far and the class say; manoeuvres are weighed against it.
 struct Evidence {
   const ClassModel& model;
-  const Layout& layout;
+  const estimate::Layout& layout;
   ColumnSet base;  // columns of the model without members
   MatrixXd past;   // information of the flights and of what was known before them
 };
@@ -213,7 +146,8 @@ std::optional<ManoeuvreValue> value_of(const Manoeuvre& manoeuvre, const Evidenc
     for (const int parameter : part.parameters) seen[parameter] = e.model.values.front()[parameter];
   }
   MatrixXd with_it = e.past;
-  add(with_it, information_of(f->flight, f->states, seen, f->noise, e.model.columns), e.layout.of_flight.back());
+  const std::vector<Index>& at = e.layout.of_flight.back();
+  with_it(at, at) += information_of(f->flight, f->states, seen, f->noise, e.model.columns);
   ManoeuvreValue v{.id = manoeuvre.id, .words = manoeuvre_words(manoeuvre, setting.length_ratio, f->share), .separation = {}};
   for (std::size_t b = 1; b < e.model.parts.size(); ++b) {
     const Part &winner = e.model.parts.front(), &twin = e.model.parts[b];
@@ -226,7 +160,7 @@ std::optional<ManoeuvreValue> value_of(const Manoeuvre& manoeuvre, const Evidenc
   return v;
 }
 
-// Which twins some manoeuvre can tell apart, and the manoeuvres by the least that they say about any of those.
+// Which aliases some manoeuvre can separate, and the manoeuvres by the least separation of any of those.
 void rank(const ClassModel& model, ManoeuvreAdvice& out) {
   std::vector<bool> told;
   for (std::size_t b = 0; b + 1 < model.parts.size(); ++b) {
@@ -234,7 +168,7 @@ void rank(const ClassModel& model, ManoeuvreAdvice& out) {
     for (const ManoeuvreValue& v : out.ranked) most = std::max(most, v.separation[b]);
     out.twins.push_back(model.parts[b + 1].id);
     out.reached.push_back(most);
-    told.push_back(kPatience * most * kManoeuvre_s / out.seconds >= kTold);
+    told.push_back(kPatience * most * kManoeuvre_s / out.seconds >= kToldApart_log);
     if (!told.back()) out.open.push_back(out.twins.back());
   }
   for (ManoeuvreValue& v : out.ranked) {
@@ -257,9 +191,12 @@ ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const id
   ClassModel model = class_model(fitted, before, members, o.library);
   const estimate::FitProblem& p = fitted.problem;
   const std::size_t flights = p.flights.size();
-  const Layout layout = layout_of(model.free, flights + 1);  // the last is that of the manoeuvre
+  estimate::FitProblem wider{.start = model.values.front(), .free = model.free, .flights = p.flights, .noise = p.noise, .flight_noise = {},
+                             .flight_start = {}, .priors = p.priors};
+  wider.flights.push_back(nullptr);  // that of the manoeuvre
+  const estimate::Layout layout = estimate::make_layout(wider);
   Evidence evidence{model, layout, {}, {}};
-  for (Index i = 0; i < layout.size; ++i) evidence.base.push_back(i);
+  for (Index i = 0; i < static_cast<Index>(layout.estimates.size()); ++i) evidence.base.push_back(i);
   for (Part& part : model.parts) {
     for (const int parameter : part.parameters) {
       const auto c = static_cast<std::size_t>(std::find(model.columns.begin(), model.columns.end(), parameter) - model.columns.begin());
@@ -270,16 +207,16 @@ ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const id
   if (model.parts.size() < 2 || model.parts.front().id != members.front().id) return out;
 
   std::vector<MatrixXd> each(flights);
-  in_parallel(flights, o.threads, [&](std::size_t f) {
+  parallel_for(flights, o.threads, [&](std::size_t f) {
     each[f] = information_of(*p.flights[f], fitted.fit.states[f], model.values[f], fitted.fit.noise[f], model.columns);
   });
-  evidence.past = prior_information(p, model.free, layout);
-  for (std::size_t f = 0; f < flights; ++f) add(evidence.past, each[f], layout.of_flight[f]);
+  evidence.past = estimate::Priors(wider, layout).information();
+  for (std::size_t f = 0; f < flights; ++f) evidence.past(layout.of_flight[f], layout.of_flight[f]) += each[f];
 
   const ManoeuvreSetting setting = manoeuvre_setting(fitted);
   const std::span<const Manoeuvre> all = manoeuvres();
   std::vector<std::optional<ManoeuvreValue>> values(all.size());
-  in_parallel(all.size(), o.threads, [&](std::size_t i) { values[i] = value_of(all[i], evidence, setting, o); });
+  parallel_for(all.size(), o.threads, [&](std::size_t i) { values[i] = value_of(all[i], evidence, setting, o); });
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (values[i]) {
       out.ranked.push_back(std::move(*values[i]));
@@ -322,7 +259,6 @@ std::string sentence(const ManoeuvreAdvice& a, const std::string& winner, const 
 }  // namespace
 
 void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads) {
-  const host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
   for (AddedEffect& a : run.diagnosis.added) {
     if (a.twins.empty()) continue;
     std::vector<Member> members{{a.id, a.parameters}};
@@ -330,8 +266,8 @@ void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& 
     const double inflation = a.evidence.gain > 0.0 ? std::max(1.0, 0.5 * a.evidence.chi2 / a.evidence.gain) : 1.0;
     a.advice = rank_manoeuvres(run.after, run.before, members, {.inflation = inflation, .threads = threads, .library = library});
     if (a.advice.twins.empty()) continue;  // all of them stand in the model by now
-    const host::EffectFacts* facts = catalogue.facts_of(a.id);
-    a.manoeuvre = sentence(a.advice, a.id, facts ? facts->manoeuvre : std::string());
+    const host::CatalogueEffect* row = host::builtin_effect_catalogue().find(a.id);
+    a.manoeuvre = sentence(a.advice, a.id, row ? row->manoeuvre : std::string());
   }
 }
 

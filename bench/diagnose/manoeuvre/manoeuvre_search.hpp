@@ -1,4 +1,4 @@
-// Which flight would tell the members of a class apart, found by simulating the candidates of manoeuvre_catalogue.hpp. A manoeuvre is
+// Which flight would distinguish the members of a class, found by simulating the candidates of manoeuvre_catalogue.hpp. A manoeuvre is
 // worth what it adds to the log likelihood by which the true member beats another, after the other and all parameters of the model have
 // taken what they can of it, with what the flights so far and the vehicle file know of them (T-optimal design, Atkinson and Fedorov
 // 1975, about the fit): with S the information of the flights so far (and with the manoeuvre),
@@ -29,12 +29,12 @@ struct SearchOptions {
   std::vector<const host::Term*> library = {};  // terms beside those of host/effects
 };
 
-// All manoeuvres, the one that tells best first. The first member is part of the fitted model, the others are not; those that are, or
+// All manoeuvres, the one that separates best first. The first member is part of the fitted model, the others are not; those that are, or
 // that no term is known for, are left out. `before`: the fit without any of them, for the neutral values of quantities of the fit itself.
 ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                                 const SearchOptions& options);
 
-// Fills the advice and the sentence of every class of a diagnosis; where nothing tells, the catalogue's sentence stays, after the finding.
+// Fills the advice and the sentence of every class of a diagnosis; where none separates, the catalogue's sentence stays, after the finding.
 void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads);
 
 }  // namespace rotorloop::diagnose

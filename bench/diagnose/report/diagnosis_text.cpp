@@ -1,255 +1,181 @@
 #include "bench/diagnose/report/diagnosis_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "bench/diagnose/ratios.hpp"
+#include "bench/diagnose/report/diagnosis_report.hpp"
+#include "bench/diagnose/report/residual_sections.hpp"
+#include "bench/identify/report/held_out_sections.hpp"
+#include "bench/identify/report/tree_values.hpp"
+#include "bench/render/page.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
 
-using nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+using identify::text_of;
+using identify::value_of;
+using render::Cell;
+using render::figure_text;
+using render::left;
+using render::Section;
 
-constexpr std::size_t kShown = 12;  // candidates of a round, in the text
-
-std::string value_text(const NamedValue& v) {
-  return fmt::format("{} = {:.4g} ± {:.2g}{}", v.name, v.value, v.u, v.unit == "1" || v.unit.empty() ? "" : " " + v.unit);
-}
-std::string values_text(const std::vector<NamedValue>& all) {
-  std::string out;
-  for (const NamedValue& v : all) out += (out.empty() ? "" : ", ") + value_text(v);
-  return out;
-}
+constexpr std::size_t kShownCandidates = 14, kShownManoeuvres = 8;
 
 // Named or a class, and not all of it.
-bool more_remains(const Diagnosis& d) { return !d.added.empty() && !d.remains.empty(); }
+bool more_remains(const Json& tree) { return !tree.at("added").empty() && !tree.at("remains").empty(); }
 
-std::string verdict_words(const Diagnosis& d) {
-  switch (d.verdict) {
-    case DiagnosisVerdict::clean:
-      return "clean: these flights show nothing that the model lacks";
-    case DiagnosisVerdict::named:
-      return "named: the model lacks what stands below";
-    case DiagnosisVerdict::ambiguous:
-      return "ambiguous: the model lacks what stands below; these flights cannot tell all of it from its twins";
-    case DiagnosisVerdict::unexplained:
-      return "unexplained: the residual is real, and no effect of the library explains it";
-    case DiagnosisVerdict::faulty:
-      return "faulty: a sensor or the log is at fault; no physics was fitted to it";
+std::string verdict_words(const std::string& verdict) {
+  if (verdict == "clean") return "clean: these flights show nothing that the model lacks";
+  if (verdict == "named") return "named: the model lacks what stands below";
+  if (verdict == "ambiguous") return "ambiguous: the model lacks what stands below; these flights cannot distinguish all of it from its twins";
+  if (verdict == "unexplained") return "unexplained: the residual is real, and no effect of the library explains it";
+  return "faulty: a sensor or the log is at fault; no physics was fitted to it";
+}
+
+std::string named_value(const Json& v) {
+  return text_of(v.at("name")) + " = " + render::value_text(value_of(v.at("value")), value_of(v.at("u")), text_of(v.at("unit")));
+}
+std::string named_values(const Json& all, const char* between) {
+  std::vector<std::string> out;
+  for (const Json& v : all) out.push_back(named_value(v));
+  return fmt::format("{}", fmt::join(out, between));
+}
+Cell evidence_cell(const Json& of, const char* key, const char* format = "{:.1f}") { return figure_text(value_of(of.at(key)), format); }
+
+render::List log_list(const Json& all) {
+  render::List out;
+  for (const Json& f : all)
+    out.items.push_back(fmt::format("{} {}: {} ({:.2f} to {:.2f} s)", text_of(f.at("flight")), text_of(f.at("stream")), text_of(f.at("what")),
+                                    value_of(f.at("from_s")), value_of(f.at("to_s"))));
+  return out;
+}
+
+std::string remaining(const Json& r) {
+  return fmt::format("{:.0f} % of the power of the missing {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter", 100.0 * value_of(r.at("share")),
+                     text_of(r.at("axis")), r.at("kind") == "bursts" ? "comes in bursts" : "is predictable and no effect of the library explains it",
+                     value_of(r.at("beyond_noise_rms")), text_of(r.at("unit")), value_of(r.at("limit_rms")));
+}
+
+// What is said of an effect beside its size.
+void add_notes(const Json& effect, render::List& notes) {
+  const std::string id = text_of(effect.at("id"));
+  if (const std::string ratios = text_of(effect.at("determined")); !ratios.empty()) notes.items.push_back(id + ": determined: " + ratios);
+  if (const std::string flight = text_of(effect.at("manoeuvre")); !flight.empty()) notes.items.push_back(id + ": fly: " + flight);
+  std::vector<std::string> moved;
+  for (const Json& s : effect.at("shifts")) moved.push_back(fmt::format("{} {:+.1f} %", text_of(s.at("parameter")), 100.0 * value_of(s.at("relative"))));
+  if (!moved.empty()) notes.items.push_back(fmt::format("{}: moved {}", id, fmt::join(moved, ", ")));
+}
+
+Section effects_section(const Json& tree) {
+  Section out{"Effects", "effects", {}};
+  if (tree.at("added").empty()) out.blocks.push_back(render::Paragraph{"No effect was added to the model."});
+  render::Table t{{left("effect"), left("size"), {"Wald F"}, {"Δ log-likelihood"}, {"cross-validated"}, left("not distinguished from")}};
+  render::List notes;
+  for (const Json& a : tree.at("added")) {
+    std::string twins;
+    for (const Json& m : a.at("twins"))
+      twins += fmt::format("{}{}: {} (correlation {:.2f}, {:.0f} % of the gain)", twins.empty() ? "" : "\n", text_of(m.at("id")),
+                           named_values(m.at("parameters"), ", "), value_of(m.at("correlation")), 100.0 * value_of(m.at("gain_share")));
+    const Json& e = a.at("evidence");
+    t.rows.push_back({{Cell(text_of(a.at("id")), "big"), named_values(a.at("parameters"), "\n"), evidence_cell(e, "wald"), evidence_cell(e, "gain"), evidence_cell(e, "cross_validated"), twins}});
+    add_notes(a, notes);
   }
-  return "";
-}
-
-ordered_json remains_json(const std::vector<RemainingResidual>& all) {
-  ordered_json out = ordered_json::array();
-  for (const RemainingResidual& r : all)
-    out.push_back({{"axis", r.axis},
-                   {"unit", r.unit},
-                   {"kind", r.bursts ? "bursts" : "systematic"},
-                   {"share", r.share},
-                   {"beyond_noise_rms", r.beyond},
-                   {"limit_rms", r.matters}});
+  if (!t.rows.empty()) out.blocks.push_back(t);
+  for (const Json& r : tree.at("remains")) notes.items.push_back("remains: " + remaining(r));
+  for (const Json& r : tree.at("remarks")) notes.items.push_back(text_of(r));
+  out.blocks.push_back(notes);
   return out;
 }
 
-ordered_json number(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr); }
-
-ordered_json values_json(const std::vector<NamedValue>& all) {
-  ordered_json out = ordered_json::array();
-  for (const NamedValue& v : all) out.push_back({{"name", v.name}, {"unit", v.unit}, {"value", number(v.value)}, {"u", number(v.u)}});
-  return out;
-}
-
-ordered_json evidence_json(const CandidateEvidence& e) {
-  return {{"id", e.id},
-          {"one_step", values_json(e.one_step)},
-          {"chi2", number(e.chi2)},
-          {"wald", number(e.wald)},
-          {"degrees", e.degrees},
-          {"p", number(e.p)},
-          {"p_holm", number(e.p_holm)},
-          {"gain", number(e.gain)},
-          {"gain_relative", number(e.gain_relative)},
-          {"bic", number(e.bic)},
-          {"cross_validated", number(e.cross_validated)},
-          {"rise", number(e.rise)},
-          {"variation", number(e.variation)},
-          {"scatter", number(e.scatter)},
-          {"inside_bounds", e.inside_bounds},
-          {"detectable", number(e.detectable)},
-          {"typical", number(e.typical)},
-          {"ruled_out_by", e.ruled_out_by}};
-}
-
-ordered_json axes_json(const identify::WrenchAxes& v) {
-  ordered_json out = ordered_json::array();
-  for (Eigen::Index i = 0; i < 6; ++i) out.push_back(number(v[i]));
-  return out;
-}
-
-// Axes: force x, y, z in N, torque x, y, z in N m; the last score is that of all flights.
-ordered_json wrench_json(const identify::WrenchComparison& c) {
-  const auto scores = [](const std::vector<identify::WrenchScore>& all) {
-    ordered_json out = ordered_json::array();
-    for (const identify::WrenchScore& s : all)
-      out.push_back({{"flight", s.flight},
-                     {"samples", s.samples},
-                     {"delay_s", number(s.delay_s)},
-                     {"rms", axes_json(s.rms)},
-                     {"explained", axes_json(s.explained)}});
-    return out;
-  };
-  return {{"from_Hz", c.band.from_Hz},
-          {"to_Hz", c.band.to_Hz},
-          {"before", scores(c.before)},
-          {"after", scores(c.after)},
-          {"before_aligned", scores(c.before_aligned)},
-          {"after_aligned", scores(c.after_aligned)}};
-}
-
-ordered_json log_json(const std::vector<LogFault>& all) {
-  ordered_json out = ordered_json::array();
-  for (const LogFault& f : all)
-    out.push_back({{"flight", f.flight}, {"stream", f.stream}, {"what", f.what}, {"from_s", f.from_s}, {"to_s", f.to_s}});
-  return out;
-}
-
-ordered_json advice_json(const ManoeuvreAdvice& a) {
-  ordered_json ranked = ordered_json::array();
-  for (const ManoeuvreValue& v : a.ranked) {
-    ordered_json from = ordered_json::object();
-    for (std::size_t b = 0; b < a.twins.size(); ++b) from[a.twins[b]] = number(v.separation[b]);
-    ranked.push_back({{"id", v.id}, {"words", v.words}, {"separation", from}, {"least", number(v.least)}});
+// The best candidates of a screening, and what speaks against each.
+Section round_section(const Json& r, std::size_t number) {
+  const PlaceboLimit placebos{value_of(r.at("placebo_wald")), value_of(r.at("placebo_level")), r.at("placebos")};
+  Section out{fmt::format("Screening {}: {}", number, text_of(r.at("decision"))), "", {}};
+  out.blocks.push_back(render::Paragraph{fmt::format("{} candidates; {}.", r.at("candidates").size(), words(placebos))});
+  render::Table t{{left("effect"), {"Wald F"}, {"p (Holm)"}, {"Δ log-likelihood"}, {"cross-validated"}, left("estimate"), left("what speaks against it")}};
+  for (const Json& e : r.at("candidates")) {
+    if (t.rows.size() == kShownCandidates) break;
+    const std::string against = text_of(e.at("ruled_out_by"));
+    t.rows.push_back({{text_of(e.at("id")), evidence_cell(e, "wald"), evidence_cell(e, "p_holm", "{:.1e}"), evidence_cell(e, "gain"), evidence_cell(e, "cross_validated"),
+                       e.at("one_step").empty() ? "" : named_value(e.at("one_step").front()), against.empty() ? Cell("nothing", "pass") : Cell(against)}});
   }
-  return {{"seconds", a.seconds}, {"not_told", a.open}, {"impossible", a.impossible}, {"manoeuvres", ranked}};
+  out.blocks.push_back(t);
+  return out;
 }
 
-ordered_json added_json(const std::vector<AddedEffect>& effects) {
-  ordered_json added = ordered_json::array();
-  for (const AddedEffect& a : effects) {
-    ordered_json twins = ordered_json::array(), shifts = ordered_json::array();
-    for (const ClassMember& m : a.twins)
-      twins.push_back({{"id", m.id},
-                       {"correlation", number(m.correlation)},
-                       {"gain_share", number(m.gain_share)},
-                       {"parameters", values_json(m.parameters)}});
-    for (const auto& [name, change] : a.shifts) shifts.push_back({{"parameter", name}, {"relative", number(change)}});
-    added.push_back({{"id", a.id},
-                     {"parameters", values_json(a.parameters)},
-                     {"twins", twins},
-                     {"determined", ratios_text(a.ratios)},
-                     {"ratios", values_json(a.ratios)},
-                     {"manoeuvre", a.manoeuvre},
-                     {"manoeuvre_search", advice_json(a.advice)},
-                     {"evidence", evidence_json(a.evidence)},
-                     {"shifts", shifts}});
+// What each of the manoeuvres tried in simulation would say of a class.
+Section advice_section(const Json& effect) {
+  const Json& ranked = effect.at("manoeuvre_search").at("manoeuvres");
+  Section out{fmt::format("What would distinguish {} from its twins", text_of(effect.at("id"))), "", {}};
+  out.blocks.push_back(render::Paragraph{
+      fmt::format("Log likelihood that {:.0f} s of each manoeuvre, flown in simulation by the fitted model, are expected to bring beside the "
+                  "flights so far; 3 are odds of 20 to 1.",
+                  value_of(effect.at("manoeuvre_search").at("seconds")))});
+  render::Table t{{left("manoeuvre")}};
+  for (const auto& twin : ranked.front().at("separation").items()) t.columns.push_back({twin.key()});
+  for (const Json& m : ranked) {
+    if (t.rows.size() == kShownManoeuvres) break;
+    t.rows.push_back({{text_of(m.at("words"))}});
+    for (const Json& s : m.at("separation")) t.rows.back().cells.push_back(figure_text(value_of(s), "{:.2g}"));
   }
-  return added;
+  out.blocks.push_back(t);
+  return out;
+}
+
+template <class Item>
+void add_list(render::Sections& to, const char* title, const char* id, const Json& all, Item&& item) {
+  render::List list;
+  for (const Json& one : all) list.items.push_back(item(one));
+  if (!list.items.empty()) to.push_back({title, id, {list}});
 }
 
 }  // namespace
 
-std::string verdict_name(const Diagnosis& d) { return std::string(name(d.verdict)) + (more_remains(d) ? ", and something remains" : ""); }
+std::string verdict_name(const Json& tree) { return text_of(tree.at("verdict")) + (more_remains(tree) ? ", and something remains" : ""); }
 
-std::string remaining_text(const RemainingResidual& r) {
-  return fmt::format("{:.0f} % of the power of the missing {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter", 100.0 * r.share, r.axis,
-                     r.bursts ? "comes in bursts" : "is predictable and no effect of the library explains it", r.beyond, r.unit, r.matters);
-}
-
-std::string diagnosis_text(const DiagnosisRun& run) {
-  const Diagnosis& d = run.diagnosis;
-  std::string out = "Verdict: " + verdict_words(d) + (more_remains(d) ? "; and something remains" : "") + "\n";
-  for (const LogFault& f : d.faults)
-    out += fmt::format("  fault  {}  {}: {} ({:.2f} to {:.2f} s)\n", f.flight, f.stream, f.what, f.from_s, f.to_s);
-  for (const AddedEffect& a : d.added) {
-    out += fmt::format("  {}: {}\n", a.id, values_text(a.parameters));
-    out +=
-        fmt::format("      W {:.1f}, gain {:.1f}, on other blocks {:.1f}\n", a.evidence.wald, a.evidence.gain, a.evidence.cross_validated);
-    for (const ClassMember& m : a.twins)
-      out += fmt::format("      or {}: {} (correlation {:.2f}, {:.0f} % of the gain)\n", m.id, values_text(m.parameters), m.correlation,
-                         100.0 * m.gain_share);
-    if (!a.ratios.empty()) out += "      determined: " + ratios_text(a.ratios) + "\n";
-    if (!a.manoeuvre.empty()) out += "      fly: " + a.manoeuvre + "\n";
-    std::string moved;
-    for (const auto& [name, change] : a.shifts) moved += fmt::format("{}{} {:+.1f} %", moved.empty() ? "" : ", ", name, 100.0 * change);
-    if (!moved.empty()) out += "      moved " + moved + "\n";
+render::Sections diagnosis_sections(const Json& tree) {
+  render::Sections out{{"", "", {render::Paragraph{"Verdict: " + verdict_words(text_of(tree.at("verdict"))) + (more_remains(tree) ? "; and something remains" : "")}}}};
+  if (!tree.at("faults").empty()) out.push_back({"Faults of the logs", "faults", {log_list(tree.at("faults"))}});
+  out.push_back(effects_section(tree));
+  if (tree.contains("held_out")) {
+    for (Section& s : identify::held_out_sections(tree.at("held_out"))) out.push_back(std::move(s));
   }
-  for (const RemainingResidual& r : d.remains) out += "  remains: " + remaining_text(r) + "\n";
-  for (const std::string& r : d.remarks) out += "  " + r + "\n";
-  for (std::size_t i = 0; i < d.rounds.size(); ++i) {
-    const DiagnosisRound& r = d.rounds[i];
-    out += fmt::format("\nScreening {}: {} candidates; {}; {}\n", i + 1, r.candidates.size(), words(r.placebos), r.decision);
-    out += fmt::format("  {:<26} {:>8} {:>9} {:>9} {:>9}  {}\n", "effect", "W", "p (Holm)", "gain", "held",
-                       "estimate; what speaks against it");
-    for (std::size_t k = 0; k < std::min(kShown, r.candidates.size()); ++k) {
-      const CandidateEvidence& e = r.candidates[k];
-      out += fmt::format("  {:<26} {:>8.1f} {:>9.1e} {:>9.1f} {:>9.1f}  {}{}{}\n", e.id, e.wald, e.p_holm, e.gain, e.cross_validated,
-                         e.one_step.empty() ? "" : value_text(e.one_step.front()), e.ruled_out_by.empty() ? "" : "; ", e.ruled_out_by);
-    }
+  for (const Json& a : tree.at("added")) {
+    if (!a.at("manoeuvre_search").at("manoeuvres").empty()) out.push_back(advice_section(a));
   }
-  if (!d.rejected.empty()) {
-    out += "\nTried and taken out again:\n";
-    for (const CandidateEvidence& e : d.rejected) out += fmt::format("  {:<26} {}\n", e.id, e.ruled_out_by);
-  }
-  if (!d.not_observable.empty()) {
-    out += "\nThese flights could not have shown:\n";
-    for (const NotObservable& n : d.not_observable)
-      out += fmt::format("  {:<26} {}{}{}\n", n.id, n.why, n.needs.empty() ? "" : "; ", n.needs);
-  }
-  if (!d.left_out.empty()) {
-    out += "\nLeft out, as no fault of a sensor:\n";
-    for (const LogFault& f : d.left_out)
-      out += fmt::format("  {}  {}: {} ({:.2f} to {:.2f} s)\n", f.flight, f.stream, f.what, f.from_s, f.to_s);
-  }
+  if (!tree.at("rounds").empty()) out.push_back({"Evidence", "evidence", {}});
+  for (std::size_t i = 0; i < tree.at("rounds").size(); ++i) out.push_back(round_section(tree.at("rounds")[i], i + 1));
+  add_list(out, "Tried and taken out again", "rejected", tree.at("rejected"),
+           [](const Json& e) { return text_of(e.at("id")) + ": " + text_of(e.at("ruled_out_by")); });
+  add_list(out, "What these flights could not have shown", "hidden", tree.at("not_observable"), [](const Json& n) {
+    const std::string needs = text_of(n.at("needs"));
+    return text_of(n.at("id")) + ": " + text_of(n.at("why")) + (needs.empty() ? "" : "; " + needs);
+  });
+  if (!tree.at("left_out").empty()) out.push_back({"Left out of the logs, as no fault of a sensor", "left-out", {log_list(tree.at("left_out"))}});
   return out;
 }
 
-std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) {
-  const Diagnosis& d = run.diagnosis;
-  ordered_json rounds = ordered_json::array(), rejected = ordered_json::array(),
-               hidden = ordered_json::array(), inputs = ordered_json::array();
-  for (const DiagnosisRound& r : d.rounds) {
-    ordered_json candidates = ordered_json::array();
-    for (const CandidateEvidence& e : r.candidates) candidates.push_back(evidence_json(e));
-    rounds.push_back({{"placebos", r.placebos.placebos},
-                      {"placebo_level", number(r.placebos.level)},
-                      {"placebo_wald", number(r.placebos.wald)},
-                      {"decision", r.decision},
-                      {"candidates", candidates}});
-  }
-  for (const CandidateEvidence& e : d.rejected) rejected.push_back(evidence_json(e));
-  for (const NotObservable& n : d.not_observable)
-    hidden.push_back({{"id", n.id},
-                      {"why", n.why},
-                      {"needs", n.needs},
-                      {"detectable", number(n.detectable)},
-                      {"typical", number(n.typical)},
-                      {"unit", n.unit}});
-  for (const identify::InputHash& i : from.inputs) inputs.push_back(identify::input_json(i));
-  ordered_json out{
-      {"format", 1},
-      {"made_by", "rotorloop diagnose"},
-      {"verdict", std::string(name(d.verdict))},
-      {"remains", remains_json(d.remains)},
-      {"added", added_json(d.added)},
-      {"rejected", rejected},
-      {"not_observable", hidden},
-      {"faults", log_json(d.faults)},
-      {"left_out", log_json(d.left_out)},
-      {"white", d.white},
-      {"remarks", d.remarks},
-      {"log_likelihood", {{"before", number(run.before.fit.log_likelihood)}, {"after", number(run.after.fit.log_likelihood)}}},
-      {"rounds", rounds},
-      {"provenance",
-       {{"version", from.version}, {"git", from.git}, {"started_utc", from.started_utc}, {"wall_s", from.wall_s}, {"inputs", inputs}}}};
-  if (run.held_out) {
-    out["held_out"] = identify::held_out_json(*run.held_out);
-    if (!run.held_out->wrench.after.empty()) out["held_out"]["wrench"] = wrench_json(run.held_out->wrench);
-  }
-  return out.dump(1) + "\n";
+std::string diagnosis_text(const DiagnosisRun& run) {
+  Json tree = diagnosis_tree(run, {});
+  tree.erase("held_out");
+  return render::terminal_text(diagnosis_sections(tree));
+}
+
+std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) { return diagnosis_tree(run, from).dump(1) + "\n"; }
+
+std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name) {
+  const Json tree = diagnosis_tree(run, {});
+  return render::page_begin("What the model of " + vehicle_name + " lacks",
+                            fmt::format("diagnosed from {}", fmt::join(tree.at("flights").get<std::vector<std::string>>(), ", ")), "diagnosis") +
+         render::facts_html({{"verdict", verdict_name(tree)},
+                             {"effects added", std::to_string(tree.at("added").size())},
+                             {"innovations", tree.at("white").get<bool>() ? "white" : "not white"}}) +
+         render::page_html(diagnosis_sections(tree)) +
+         (run.residuals && !run.residuals->words.empty() ? render::page_html(residual_sections(tree.at("residuals"), *run.residuals)) : "") +
+         render::page_end();
 }
 
 }  // namespace rotorloop::diagnose

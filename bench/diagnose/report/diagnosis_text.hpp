@@ -1,15 +1,20 @@
-// A diagnosis as tables for people and as result.json for programs.
+// A diagnosis as text for a terminal and as result.json; diagnosis_report.hpp has the page.
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "bench/diagnose/diagnose.hpp"
-#include "bench/identify/report/identify_result.hpp"
+#include "bench/diagnose/report/diagnosis_tree.hpp"
+#include "bench/render/document.hpp"
 
 namespace rotorloop::diagnose {
 
-std::string verdict_name(const Diagnosis& d);  // "named", or "named, and something remains"
-std::string remaining_text(const RemainingResidual& r);
-std::string diagnosis_text(const DiagnosisRun& run);  // verdict first, then evidence
+// Verdict first, then effects, flights held out, and the evidence of each screening. `tree`: diagnosis_tree().
+render::Sections diagnosis_sections(const nlohmann::ordered_json& tree);
+std::string verdict_name(const nlohmann::ordered_json& tree);  // "named", or "named, and something remains"
+
+// Without the flights held out, which identify::held_out_table() has.
+std::string diagnosis_text(const DiagnosisRun& run);
 // Ends with a newline.
 std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& provenance);
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/log/check/signal.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -36,7 +36,7 @@ struct Design {
 
   Design(std::span<const Channel> inputs, std::size_t intervals) {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      const double low = log::quantile(inputs[i].value, 0.01), high = log::quantile(inputs[i].value, 0.99);
+      const double low = quantile(inputs[i].value, 0.01), high = quantile(inputs[i].value, 0.99);
       if (!(high - low > 1e-9 * (std::fabs(high) + std::fabs(low)))) continue;
       splines.push_back({i, columns, static_cast<Index>(intervals) + 3, low, (high - low) / static_cast<double>(intervals)});
       columns += splines.back().count;
@@ -131,7 +131,7 @@ class Regression {
     for (std::size_t f = 0; f < folds.xx.size(); ++f) xx_ += folds.xx[f], xy_ += folds.xy[f], yy_ += folds.yy[f];
     information_ = xx_.diagonal().tail(design.columns - 1).sum() / static_cast<double>(std::max<Index>(1, design.columns - 1));
   }
-  // The penalty under which the folds left out are foretold best, for each residual.
+  // The penalty under which the folds left out are predicted best, for each residual.
   void choose_penalties(std::span<const double> penalties, std::vector<AdditiveFit>& out) const;
   // The curve of each input, the one that explains most first, with jackknife uncertainty over the folds.
   std::vector<PartialCurve> curves(const AdditiveFit& fit, Index y) const;

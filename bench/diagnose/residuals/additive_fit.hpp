@@ -23,7 +23,7 @@ struct PartialCurve {
   double alone = 0.0;                // held-out share that is lost without this input
 };
 struct AdditiveFit {
-  double share = 0.0;  // of the residual's power foretold where it was not fitted, 0 … 1; below 0: nothing was learnt
+  double share = 0.0;  // of the residual's power predicted where it was not fitted, 0 … 1; below 0: nothing was learnt
   double penalty = 0.0;
   std::vector<PartialCurve> curves;  // largest share first
 };

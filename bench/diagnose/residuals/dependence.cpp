@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/log/check/signal.hpp"
 #include "host/base/random.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr std::uint64_t kBootstrapModule = 0x44455045u;
+constexpr std::uint64_t kDependenceBootstrap = 0x44455045u;
 constexpr std::size_t kMapCells = 8;  // along the longer side
-constexpr std::size_t kLeastBlocks = 3;
+constexpr std::size_t kLeastBlocksOfSpread = 3;
 
 // Which bin each sample is in, by equally filled bins.
 struct Binned {
@@ -57,7 +57,7 @@ std::vector<Cell> cells(const Binned& b, const std::vector<double>& r, std::span
   return out;
 }
 
-// Share of the power that the means of the other folds foretell. Σ (r - m)² = Σ r² - 2 m Σ r + n m².
+// Share of the power that the means of the other folds predict. Σ (r - m)² = Σ r² - 2 m Σ r + n m².
 double held_out_share(const std::vector<Cell>& all, std::size_t bins, const std::vector<int>& fold, double power) {
   const int folds = fold.empty() ? 0 : *std::max_element(fold.begin(), fold.end()) + 1;
   if (folds < 2 || !(power > 0.0)) return 0.0;
@@ -89,7 +89,7 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % bins].n += all[i].n, sum[i % bins].sum += all[i].sum;
   for (std::size_t i = 0; i < input.size(); ++i) centre[b.bin[i]] += input[i];
   std::vector<std::vector<double>> means(bins);
-  const RandomStream random(o.seed, kBootstrapModule + 131 * d.axis + d.input);
+  const RandomStream random(o.seed, kDependenceBootstrap + 131 * d.axis + d.input);
   std::uint64_t drawn = 0;
   std::vector<Cell> again(bins);
   for (int n = 0; n < o.resamples; ++n) {
@@ -105,7 +105,7 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
   for (std::size_t c = 0; c < bins; ++c) {
     if (sum[c].n == 0.0) continue;
     d.bins.push_back({b.edges[c], b.edges[c + 1], centre[c] / sum[c].n, static_cast<std::size_t>(sum[c].n), sum[c].sum / sum[c].n,
-                      log::quantile(means[c], 0.025), log::quantile(means[c], 0.975)});
+                      quantile(means[c], 0.025), quantile(means[c], 0.975)});
   }
 }
 
@@ -140,7 +140,7 @@ PlaceMap place_map(const std::vector<double>& r, const std::vector<double>& x, c
     }
   }
   for (const Sums& s : sums) {
-    const bool known = s.blocks >= static_cast<double>(kLeastBlocks);
+    const bool known = s.blocks >= static_cast<double>(kLeastBlocksOfSpread);
     const double mean = known ? s.mean / s.blocks : std::numeric_limits<double>::quiet_NaN();
     m.mean.push_back(mean);
     m.u.push_back(known ? std::sqrt(std::max(0.0, s.square / s.blocks - mean * mean) / (s.blocks - 1.0)) : mean);

@@ -1,5 +1,5 @@
 // What the missing wrench depends on, one input at a time: means over bins of the input with block-bootstrap bands, and a ranking of
-// inputs by the share of the residual's power that those means foretell in blocks that did not make them.
+// inputs by the share of the residual's power that those means predict in blocks that did not make them.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@ struct DependenceBin {
 };
 struct Dependence {
   std::size_t input = 0, axis = 0;
-  double share = 0.0;   // of the residual's power that the bins' means foretell elsewhere; can be negative: worse than zero
+  double share = 0.0;   // of the residual's power that the bins' means predict elsewhere; can be negative: worse than zero
   double chance = 0.0;  // largest such share of any input on this axis when the residual is noise of the fitted figures
   std::vector<DependenceBin> bins;
 };

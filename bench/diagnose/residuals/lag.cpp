@@ -5,26 +5,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/log/check/signal.hpp"
 #include "host/base/random.hpp"
+#include "host/base/statistics.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr std::uint64_t kBootstrapModule = 0x4C414721u;
+using host::effect;
 
-// Less the mean over `window` around each sample, within its piece.
+constexpr std::uint64_t kLagBootstrap = 0x4C414721u;
+
+// Less the mean over `window_s` around each sample.
 std::vector<double> detrended(const Samples& samples, const std::vector<double>& v, double window_s) {
-  std::vector<double> out(v.size());
-  for (const Piece& p : samples.pieces) {
-    const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
-    std::vector<double> sum(p.count + 1, 0.0);
-    for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + v[p.first + i];
-    for (std::size_t i = 0; i < p.count; ++i) {
-      const std::size_t a = i > half ? i - half : 0, b = std::min(p.count, i + half + 1);
-      out[p.first + i] = v[p.first + i] - (sum[b] - sum[a]) / static_cast<double>(b - a);
-    }
-  }
+  std::vector<double> out = sliding_mean(samples, v, window_s);
+  for (std::size_t i = 0; i < v.size(); ++i) out[i] = v[i] - out[i];
   return out;
 }
 
@@ -52,7 +47,7 @@ std::string axis_list(const std::vector<std::size_t>& axes) {
 }
 
 LagFinding leading_yaw(const AxisLag& a) {
-  LagFinding f{LagVerdict::leads, {a.axis}, a.lag_s, {"rotor_inertia_reaction"}, ""};
+  LagFinding f{LagVerdict::leads, {a.axis}, a.lag_s, {effect("rotor_inertia_reaction").id}, ""};
   f.words = fmt::format(
       "torque z, and it alone, leads the model's by {} ms (95 %: {} to {}): a response before its cause. Drag of the rotors follows their "
       "speed; what leads it is the reaction to their acceleration (rotor_inertia_reaction), which this model lacks.",
@@ -107,7 +102,7 @@ std::size_t best_of(const std::vector<double>& shares) {
 
 // The lags of bootstrap samples: blocks drawn with replacement.
 std::vector<double> bootstrap_lags(const LaggedSums& sums, const AxisLag& axis, const LagOptions& o) {
-  const RandomStream random(o.seed, kBootstrapModule + axis.axis);
+  const RandomStream random(o.seed, kLagBootstrap + axis.axis);
   const std::size_t blocks = sums.block.size() / sums.lags;
   std::uint64_t drawn = 0;
   std::vector<double> lags, shares(sums.lags);
@@ -136,9 +131,9 @@ AxisLag lag_of(std::size_t axis, const LaggedSums& sums, int reach, double step_
   r.share_at_zero = r.shares[static_cast<std::size_t>(reach)];
   r.slope = sums.total[best].xx > 0.0 ? sums.total[best].xy / sums.total[best].xx : 0.0;
   const std::vector<double> lags = bootstrap_lags(sums, r, o);
-  r.low_s = log::quantile(lags, 0.025);
-  r.high_s = log::quantile(lags, 0.975);
-  // An interval that touches the ends of the search, or is wider than a quarter of it, tells no lag.
+  r.low_s = quantile(lags, 0.025);
+  r.high_s = quantile(lags, 0.975);
+  // An interval that touches the ends of the search, or is wider than a quarter of it, gives no lag.
   r.known = r.share > 0.1 && r.low_s > -0.95 * o.range_s && r.high_s < 0.95 * o.range_s && r.high_s - r.low_s < 0.5 * o.range_s;
   return r;
 }
@@ -149,19 +144,20 @@ LagFinding leading(const std::vector<std::size_t>& axes, double lag_s, bool othe
   f.words =
       fmt::format("{} {} the model's by {} ms: a response before its cause. ", axis_list(axes), several ? "lead" : "leads", ms(-lag_s));
   if (several || !others_at_rest) {
-    f.effects = {"rotor_speed_delay", "pose_delay"};
+    f.effects = {effect("rotor_speed_delay").id, effect("pose_delay").id};
     f.words +=
         "No load acts ahead of what makes it; the same lead on several axes means that rotor speeds are stamped later than the motion "
         "(rotor_speed_delay), or poses earlier (pose_delay).";
   } else {
     f.words += "The model drives this axis with a quantity that comes later than the true one.";
   }
-  if (yaw && several) f.effects.push_back("rotor_inertia_reaction"), f.words += " On torque z rotor_inertia_reaction may add to it.";
+  if (yaw && several) f.effects.push_back(effect("rotor_inertia_reaction").id), f.words += " On torque z rotor_inertia_reaction may add to it.";
   return f;
 }
 
 LagFinding following(const std::vector<std::size_t>& axes, double lag_s) {
-  LagFinding f{LagVerdict::follows, axes, lag_s, {"thrust_lag", "rotor_speed_delay", "pose_delay", "sensor_mount_compliance"}, ""};
+  LagFinding f{LagVerdict::follows, axes, lag_s, {}, ""};
+  f.effects = {effect("thrust_lag").id, effect("rotor_speed_delay").id, effect("pose_delay").id, effect("sensor_mount_compliance").id};
   f.words = fmt::format(
       "{} {} the model's by {} ms: air that takes time to answer (thrust_lag), rotor speeds stamped early (rotor_speed_delay), poses "
       "stamped late (pose_delay), or a sensor on a soft mount (sensor_mount_compliance).",

@@ -36,7 +36,7 @@ struct LagResult {
 
 struct LagOptions {
   double range_s = 0.2, block_s = 2.0;
-  double detrend_s = 1.0;    // what moves slower than this is left out: trim and drag tell no lag
+  double detrend_s = 1.0;    // what moves slower than this is left out: trim and drag give no lag
   double least_s = 4e-3;     // smaller lags are no finding
   double least_gain = 0.01;  // of the share, by the lag
   int resamples = 500;

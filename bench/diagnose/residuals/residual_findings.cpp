@@ -9,25 +9,12 @@ namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kMostSteps = 3;
-constexpr double kAverage_s = 0.2;  // of what is regressed and judged as a whole: above some 2 Hz the readings' own noise rules
+constexpr double kAverage_s = 0.2;  // of what is regressed and judged as a whole: above some 2 Hz the measurements' own noise rules
 constexpr double kBandStandsOut = 2.0;
 
-// Mean over `window_s` about each sample, within its piece.
-Axes averaged(const Samples& samples, const Axes& axes, double window_s) {
-  Axes out;
-  for (std::size_t a = 0; a < kAxes; ++a) {
-    out[a].resize(samples.size);
-    for (const Piece& p : samples.pieces) {
-      const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
-      std::vector<double> sum(p.count + 1, 0.0);
-      for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + axes[a][p.first + i];
-      for (std::size_t i = 0; i < p.count; ++i) {
-        const std::size_t from = i > half ? i - half : 0, to = std::min(p.count, i + half + 1);
-        out[a][p.first + i] = (sum[to] - sum[from]) / static_cast<double>(to - from);
-      }
-    }
-  }
-  return out;
+Axes averaged(const Samples& samples, Axes axes) {
+  for (auto& axis : axes) axis = sliding_mean(samples, axis, kAverage_s);
+  return axes;
 }
 
 void add_words(ResidualFindings& f) {
@@ -93,9 +80,9 @@ ResidualFindings analyse_residuals(const identify::Identification& result, const
   f.spectra = spectra(s.samples, s.free, std::span(s.simulated).first(std::min<std::size_t>(8, s.simulated.size())), s.inputs, spectrum);
   DependenceOptions dependence_options;
   dependence_options.seed = o.seed;
-  const Axes slow = averaged(s.samples, s.free, kAverage_s);
+  const Axes slow = averaged(s.samples, s.free);
   std::vector<Axes> slow_simulated;
-  for (const Axes& a : s.simulated) slow_simulated.push_back(averaged(s.samples, a, kAverage_s));
+  for (const Axes& a : s.simulated) slow_simulated.push_back(averaged(s.samples, a));
   f.dependence = dependence(s.samples, slow, slow_simulated, s.inputs, dependence_options);
   LagOptions lag;
   lag.seed = o.seed;

@@ -1,5 +1,5 @@
 // Everything that a finished fit's residuals say before any effect is named: where and when the wrench is missing, with what it moves,
-// what could foretell it, whether it leads its cause, whether its scatter or its level changes. For the fit of the vehicle file's model
+// what could predict it, whether it leads its cause, whether its scatter or its level changes. For the fit of the vehicle file's model
 // and again for the model with the effects that were added.
 #pragma once
 #include <string>
@@ -33,9 +33,5 @@ struct ResidualOptions {
 };
 
 ResidualFindings analyse_residuals(const identify::Identification& result, const ResidualOptions& options = {});
-
-std::string residual_table(const ResidualFindings& f);          // for the terminal
-std::string residual_sections_html(const ResidualFindings& f);  // sections of the report
-std::string residual_json(const ResidualFindings& f);           // one object
 
 }  // namespace rotorloop::diagnose

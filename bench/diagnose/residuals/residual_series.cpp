@@ -33,7 +33,7 @@ WrenchMap wrench_map(const estimate::BodyState& x, const estimate::ModelValues& 
   return m;
 }
 
-// Column 0: the flight's residuals. 1: the model's wrench as if it were lacking. Then noise as the fit believes it.
+// Column 0: the flight's residuals. 1: the model's wrench as if it were lacking. Then noise by the figures of the fit.
 ResidualColumns put_in(const LinearFlight& linear, const std::vector<SampleState>& state, std::size_t first, const Axes& wrench,
                        int simulated, const RandomStream& random) {
   ResidualColumns c = ResidualColumns::zero(linear, 2 + simulated);
@@ -90,7 +90,7 @@ void add_whitened(const LinearFlight& linear, const estimate::NoiseModel& noise,
     m.rightCols(columns - 1) = rows.template topRows<decltype(count)::value>().rightCols(columns - 1).template cast<float>();
     return m;
   };
-  std::vector<std::size_t> sample_of(linear.knots, first);  // the step that follows a knot, or else the one before it
+  std::vector<std::size_t> sample_of(linear.knots, first);  // the step that follows a node, or else the one before it
   std::size_t s = first;
   for (std::size_t k = 0; k < linear.knots; ++k) {
     const bool follows = k < linear.steps.size() && linear.linked[k];

@@ -1,7 +1,7 @@
 // The force and torque that a fitted model lacks, step by step in body axes, and everything they may depend on.
 // `smoothed` is the maximum-likelihood residual under the fit's noise; it is small where the noise is small, and autocorrelated even
-// under the right model (Harvey and Koopman 1992). `free` comes from a pass with 100 times the process variance: the readings alone
-// shape it, for plots, regressions and spectra. What either looks like when nothing is missing is told by `simulated`: the same pass
+// under the right model (Harvey and Koopman 1992). `free` comes from a pass with 100 times the process variance: the measurements alone
+// shape it, for plots, regressions and spectra. What either looks like when nothing is missing is in `simulated`: the same pass
 // over noise drawn from the fitted figures. `model` is the model's own wrench through the same pass, so that measured (model + free)
 // and model can be compared: both have lost the same frequencies.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace rotorloop::diagnose {
 
-// Sums of smoothed residuals that tell how much the likelihood rises with a variance (variance_effects.hpp) or a step of a constant
+// Sums of smoothed residuals that give how much the likelihood rises with a variance (variance_effects.hpp) or a step of a constant
 // load (steps_in_time.hpp). Rows whitened by the fit's noise.
 struct WhitenedResiduals {
   std::vector<Eigen::Matrix<float, 12, Eigen::Dynamic>> steps;  // of each sample: first column the flight's, then the simulated ones
@@ -28,7 +28,7 @@ struct WhitenedResiduals {
 };
 
 struct ResidualSeries {
-  Samples samples;  // one for each step between linked knots, at its middle
+  Samples samples;  // one for each step between linked nodes, at its middle
   Axes smoothed, smoothed_u, free, free_u, model;
   std::vector<Axes> simulated;
   std::vector<Channel> inputs;  // what the wrench may depend on

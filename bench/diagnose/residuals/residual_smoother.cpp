@@ -95,7 +95,7 @@ ResidualSmoother::ResidualSmoother(const LinearFlight& f, double process_scale) 
       d.noalias() += weight * f.steps[k].from.transpose() * f.steps[k].from;
       e.noalias() = weight * f.steps[k].from.transpose() * f.steps[k].to;
     }
-    if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a knot of a dropped piece: nothing is known, nothing is asked
+    if (d.diagonal().maxCoeff() == 0.0) d.setIdentity();  // a node of a dropped piece: nothing is known, nothing is asked
     const Eigen::LLT<estimate::StateJacobian> llt(d);
     if (llt.info() != Eigen::Success) throw std::domain_error("the information of a state is not positive definite");
     l_[k] = llt.matrixLLT();

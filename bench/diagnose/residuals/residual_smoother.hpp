@@ -1,5 +1,5 @@
-// The smoother of a fitted flight as a linear machine: whatever is put in as residuals of steps and readings comes out as the states'
-// own fit leaves it. With the flight's residuals it gives the wrench that the model lacks; with a known wrench, what the readings
+// The smoother of a fitted flight as a linear machine: whatever is put in as residuals of steps and measurements comes out as the states'
+// own fit leaves it. With the flight's residuals it gives the wrench that the model lacks; with a known wrench, what the measurements
 // would show of it; with noise drawn from the fitted figures, how large each figure is when nothing is missing. One factorisation
 // serves all of them, as the elimination of bench/identify serves its columns (same sums, states kept instead of parameters).
 #pragma once
@@ -28,14 +28,14 @@ struct LinearFlight {
   };
   std::size_t knots = 0;
   std::vector<std::uint8_t> linked;
-  std::vector<Step> steps;        // between knots k and k + 1; zero where not linked
-  std::vector<Reading> readings;  // in order of knots
+  std::vector<Step> steps;        // between nodes k and k + 1; zero where not linked
+  std::vector<Reading> readings;  // in order of nodes
   estimate::StateJacobian whitening;        // of a step's error (dp, dv in W; dφ, dΩ in B)
   estimate::StateError anchor;              // standard deviations that hold the start of each piece; 0: free
 };
 LinearFlight linearised(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states);
 
-// Residuals of all steps (12 rows each) and readings (6 rows each), one column for each thing put in.
+// Residuals of all steps (12 rows each) and measurements (6 rows each), one column for each thing put in.
 struct ResidualColumns {
   Eigen::MatrixXd steps, readings;
 
@@ -48,7 +48,7 @@ struct ResidualColumns {
 
 class ResidualSmoother {
  public:
-  // `process_scale`: factor on the variances of the process noise. 1: the fit's own; large: the readings alone decide.
+  // `process_scale`: factor on the variances of the process noise. 1: the fit's own; large: the measurements alone decide.
   ResidualSmoother(const LinearFlight& flight, double process_scale);
 
   // Each column after the states have moved to their best places for it; whitened by the fit's noise, as before.
@@ -64,7 +64,7 @@ class ResidualSmoother {
 
   const LinearFlight& flight_;
   double scale_;
-  std::vector<estimate::StateJacobian> l_, y_;  // L (lower triangle) and Y of each knot
+  std::vector<estimate::StateJacobian> l_, y_;  // L (lower triangle) and Y of each node
 };
 
 template <class Visit>

@@ -43,4 +43,18 @@ double mean_square(std::span<const double> v) {
   return v.empty() ? 0.0 : sum / static_cast<double>(v.size());
 }
 
+std::vector<double> sliding_mean(const Samples& samples, std::span<const double> v, double window_s) {
+  std::vector<double> out(v.size());
+  for (const Piece& p : samples.pieces) {
+    const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
+    std::vector<double> sum(p.count + 1, 0.0);
+    for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + v[p.first + i];
+    for (std::size_t i = 0; i < p.count; ++i) {
+      const std::size_t from = i > half ? i - half : 0, to = std::min(p.count, i + half + 1);
+      out[p.first + i] = (sum[to] - sum[from]) / static_cast<double>(to - from);
+    }
+  }
+  return out;
+}
+
 }  // namespace rotorloop::diagnose

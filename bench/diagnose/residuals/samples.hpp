@@ -1,4 +1,4 @@
-// Samples of several flights in one row: what every look at residuals works on, free of gaps because knots that no step of the model
+// Samples of several flights in one row: what every look at residuals works on, free of gaps because nodes that no step of the model
 // ties are left out. Plain values; knows no model.
 #pragma once
 #include <array>
@@ -51,5 +51,7 @@ std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> b
 std::vector<double> times_s(const Samples& samples);
 
 double mean_square(std::span<const double> v);
+// Mean over `window_s` about each sample, within its piece.
+std::vector<double> sliding_mean(const Samples& samples, std::span<const double> v, double window_s);
 
 }  // namespace rotorloop::diagnose

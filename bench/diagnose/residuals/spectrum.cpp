@@ -4,8 +4,9 @@
 #include <bit>
 #include <cmath>
 #include <complex>
-
-#include "bench/diagnose/residuals/fourier.hpp"
+#include <numbers>
+#include <numeric>
+#include <unsupported/Eigen/FFT>
 
 namespace rotorloop::diagnose {
 namespace {
@@ -35,38 +36,28 @@ Segments segments_of(const Samples& samples, double segment_s) {
   return out;
 }
 
-// Two real series by one transform: the second rides in the imaginary part.
-std::pair<Transform, Transform> transform(const double* a, const double* b, const std::vector<double>& window) {
-  const std::size_t n = window.size();
-  double mean_a = 0.0, mean_b = 0.0;
-  for (std::size_t i = 0; i < n; ++i) mean_a += a[i], mean_b += b ? b[i] : 0.0;
-  mean_a /= static_cast<double>(n), mean_b /= static_cast<double>(n);
-  // The mean stays in the lowest line: a constant force is power that the model lacks.
-  std::vector<std::complex<double>> x(n);
-  for (std::size_t i = 0; i < n; ++i) x[i] = {(a[i] - mean_a) * window[i], b ? (b[i] - mean_b) * window[i] : 0.0};
-  fourier(x);
-  std::pair<Transform, Transform> out;
-  double squares = 0.0;
-  for (const double w : window) squares += w * w;
-  for (std::size_t j = 0; j <= n / 2; ++j) {
-    const std::complex<double> p = x[j], q = std::conj(x[(n - j) % n]);
-    out.first.push_back(0.5 * (p + q));
-    out.second.push_back(std::complex<double>(0.0, -0.5) * (p - q));
-  }
-  const double level = std::sqrt(static_cast<double>(n) * squares);  // so that line 0 holds mean²
-  out.first[0] += mean_a * level;
-  out.second[0] += mean_b * level;
-  return out;
+// Hann window of n points, periodic.
+std::vector<double> hann(std::size_t n) {
+  std::vector<double> w(n);
+  for (std::size_t i = 0; i < n; ++i) w[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n));
+  return w;
 }
 
 // All transforms of one series.
 std::vector<Transform> transforms(const std::vector<double>& series, const Segments& s, const std::vector<double>& window) {
-  std::vector<Transform> out;
-  for (std::size_t i = 0; i < s.first.size(); i += 2) {
-    const bool pair = i + 1 < s.first.size();
-    auto both = transform(&series[s.first[i]], pair ? &series[s.first[i + 1]] : nullptr, window);
-    out.push_back(std::move(both.first));
-    if (pair) out.push_back(std::move(both.second));
+  const auto n = static_cast<double>(window.size());
+  double squares = 0.0;
+  for (const double w : window) squares += w * w;
+  Eigen::FFT<double> fft(Eigen::default_fft_impl<double>(), Eigen::FFT<double>::HalfSpectrum);
+  std::vector<Transform> out(s.first.size());
+  for (std::size_t k = 0; k < s.first.size(); ++k) {
+    const double* v = &series[s.first[k]];
+    const double mean = std::accumulate(v, v + window.size(), 0.0) / n;
+    std::vector<double> x(window.size());
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = (v[i] - mean) * window[i];
+    fft.fwd(out[k], x);
+    // The mean stays in the lowest line, as mean²: a constant force is power that the model lacks.
+    out[k][0] += mean * std::sqrt(n * squares);
   }
   return out;
 }

@@ -10,7 +10,7 @@ namespace rotorloop::diagnose {
 struct SpectrumBand {
   double from_Hz = 0.0, to_Hz = 0.0;
   double rms = 0.0;           // of the residual in this band
-  double rms_expected = 0.0;  // mean over noise that the fit believes in: nothing is missing
+  double rms_expected = 0.0;  // mean over noise by the figures of the fit: nothing is missing
 };
 struct InputCoherence {
   std::size_t input = 0;  // index among the inputs

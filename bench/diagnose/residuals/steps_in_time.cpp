@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "host/base/statistics.hpp"
-#include "bench/log/check/signal.hpp"
 #include "bench/identify/whiteness.hpp"
 #include "host/base/random.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -39,7 +39,7 @@ Cells cells(const ResidualSeries& r, const StepKind& kind, std::size_t flight, d
   return out;
 }
 
-// Blocks must be longer than the residual remembers: four times its integrated correlation time (short series
+// Blocks must be longer than the residual is correlated: four times its integrated correlation time (short series
 // make that look shorter than it is), but six blocks at least are left.
 std::size_t block_length(const std::vector<double>& score, std::size_t least) {
   const std::vector<double> r = identify::autocorrelation(score, score.size() / 4);
@@ -79,20 +79,18 @@ void shuffled(const Cells& c, std::size_t block, const RandomStream& random, std
 }  // namespace
 
 std::vector<StepKind> step_kinds(std::span<const SampleState> state) {
-  struct Entry {
-    const char *effect, *parameter, *unit;
-  };
-  constexpr Entry kBias[] = {{"body_force_bias", "x_N", "N"},      {"body_force_bias", "y_N", "N"},
-                             {"body_force_bias", "z_N", "N"},      {"body_torque_bias", "x_N_m", "N m"},
-                             {"body_torque_bias", "y_N_m", "N m"}, {"body_torque_bias", "z_N_m", "N m"}};
   std::vector<StepKind> out;
-  const auto add = [&](const Entry& e, auto&& wrench) {
-    StepKind k{e.effect, e.parameter, e.unit, {}};
+  const auto add = [&](const host::CatalogueEffect& e, const host::CatalogueParameter& p, auto&& wrench) {
+    StepKind k{e.id, p.name, p.unit, {}};
     for (const SampleState& s : state) k.wrench.push_back(wrench(s));
     out.push_back(std::move(k));
   };
   using Wrench = Eigen::Matrix<double, 6, 1>;
-  for (Eigen::Index a = 0; a < 6; ++a) add(kBias[a], [&](const SampleState&) -> Wrench { return Wrench::Unit(a); });
+  const host::CatalogueEffect &force = host::effect("body_force_bias"), &torque = host::effect("body_torque_bias");
+  for (std::size_t a = 0; a < 6; ++a) {
+    add(a < 3 ? force : torque, a < 3 ? force.model[a] : torque.model[a - 3],
+        [&](const SampleState&) -> Wrench { return Wrench::Unit(static_cast<Eigen::Index>(a)); });
+  }
   const auto lift = [](const SampleState& s, std::size_t i) -> Wrench {
     Wrench w = Wrench::Zero();
     w[2] = s.thrust_N[i];
@@ -100,19 +98,21 @@ std::vector<StepKind> step_kinds(std::span<const SampleState> state) {
     w[4] = -s.arm_B_m[i].x() * s.thrust_N[i];
     return w;
   };
-  add({"thrust_scale", "scale", "1"}, [&](const SampleState& s) -> Wrench {
+  const host::CatalogueEffect &scale = host::effect("thrust_scale"), &weak = host::effect("weak_rotor"), &com = host::effect("com_offset");
+  add(scale, scale.parameter, [&](const SampleState& s) -> Wrench {
     Wrench w = Wrench::Zero();
     for (std::size_t i = 0; i < 4; ++i) w += lift(s, i);
     return w;
   });
   for (std::size_t r = 0; r < 4; ++r) {
-    const std::string parameter = "epsilon of rotor " + std::to_string(r + 1);
-    add({"weak_rotor", parameter.c_str(), "1"}, [&](const SampleState& s) -> Wrench { return lift(s, r); });
+    host::CatalogueParameter own = weak.parameter;
+    own.name += " of rotor " + std::to_string(r + 1);
+    add(weak, own, [&](const SampleState& s) -> Wrench { return lift(s, r); });
   }
   // The centre of mass moves ahead by dx: all hubs move back.
   const auto total = [](const SampleState& s) { return s.thrust_N[0] + s.thrust_N[1] + s.thrust_N[2] + s.thrust_N[3]; };
-  add({"com_offset", "dx_m", "m"}, [&](const SampleState& s) -> Wrench { return total(s) * Wrench::Unit(4); });
-  add({"com_offset", "dy_m", "m"}, [&](const SampleState& s) -> Wrench { return -total(s) * Wrench::Unit(3); });
+  add(com, com.model[0], [&](const SampleState& s) -> Wrench { return total(s) * Wrench::Unit(4); });
+  add(com, com.model[1], [&](const SampleState& s) -> Wrench { return -total(s) * Wrench::Unit(3); });
   return out;
 }
 
@@ -179,11 +179,11 @@ void compare_with_chance(const Search& search, const RandomStream& random, int r
   }
   // What was taken out took two of the blocks' degrees of freedom with it.
   const double blocks = std::floor(static_cast<double>(search.cells.score.size()) / static_cast<double>(search.block));
-  s.limit = log::quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
+  s.limit = quantile(largest, 0.99) * blocks / std::max(1.0, blocks - 2.0);
   s.p = (1.0 + as_large) / (1.0 + resamples);
   // Beyond the draws: a largest squared bridge has an exponential tail, and Student's when its scatter is known from few blocks.
   constexpr double kLimit = 12.4;        // 1 % of white noise on the inner 84 % (Andrews 1993)
-  constexpr double kLeastBlocks = 10.0;  // fewer tell no tail: a gust or two look like a step
+  constexpr double kLeastBlocks = 10.0;  // fewer show no tail: a gust or two look like a step
   if (as_large == 0 && blocks >= kLeastBlocks && s.limit > 0.0 && s.chi2 > s.limit)
     s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
 }

@@ -55,7 +55,7 @@ void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& v
         add(t, g.time_s(f.knot) + f.late_s, f.value - there);
       }
     } else if (logged) {
-      std::size_t known = g.knots;  // expected() at this knot and the next
+      std::size_t known = g.knots;  // expected() at this node and the next
       Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();
       for (std::size_t i = 0; i < logged->size(); ++i) {
         const double at = (logged->t_s[i] - g.start_s) / g.step_s;

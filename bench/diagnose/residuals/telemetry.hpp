@@ -11,10 +11,10 @@
 
 namespace rotorloop::diagnose {
 
-// Readings minus what the fitted states expect, each stream of each flight by itself.
+// Measurements minus what the fitted states expect, each stream of each flight by itself.
 struct TelemetryResidual {
   std::string flight, stream, unit;  // "gyro", "rad/s"
-  bool fitted = false;               // the fit used these readings; else they are a witness
+  bool fitted = false;               // the fit used these measurements; else they are a witness
   std::vector<double> t_s;
   std::array<std::vector<double>, 3> value;                                                                          // body axes
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), rms = Eigen::Vector3d::Zero(), assumed = Eigen::Vector3d::Zero();  // deviation of the fit

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/log/check/signal.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -15,24 +15,14 @@ constexpr std::string_view kExplaining[] = {
     "omega_roll", "omega_pitch", "omega_yaw", "omega_dot", "omega_dot_roll", "omega_dot_pitch", "omega_dot_yaw",
     "heading",    "height",      "time"};
 
-// Sliding mean square over `window` samples about each sample, within its piece.
-std::vector<double> sliding_power(const Samples& samples, const std::vector<double>& v, double window_s) {
-  std::vector<double> out(v.size());
-  for (const Piece& p : samples.pieces) {
-    const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * window_s / p.step_s)));
-    std::vector<double> sum(p.count + 1, 0.0);
-    for (std::size_t i = 0; i < p.count; ++i) sum[i + 1] = sum[i] + v[p.first + i] * v[p.first + i];
-    for (std::size_t i = 0; i < p.count; ++i) {
-      const std::size_t a = i > half ? i - half : 0, b = std::min(p.count, i + half + 1);
-      out[p.first + i] = (sum[b] - sum[a]) / static_cast<double>(b - a);
-    }
-  }
-  return out;
+std::vector<double> sliding_power(const Samples& samples, std::vector<double> v, double window_s) {
+  for (double& x : v) x *= x;
+  return sliding_mean(samples, v, window_s);
 }
 
 double largest_ratio(const Samples& samples, const std::vector<double>& v, double window_s) {
   const std::vector<double> power = sliding_power(samples, v, window_s);
-  const double usual = log::quantile(power, 0.5);
+  const double usual = quantile(power, 0.5);
   return usual > 0.0 ? std::sqrt(*std::max_element(power.begin(), power.end()) / usual) : 0.0;
 }
 
@@ -55,7 +45,7 @@ std::string_view name(ResidualKind k) {
 std::vector<Burst> bursts(const Samples& samples, const std::vector<double>& v, std::size_t axis, double window_s, double limit) {
   std::vector<Burst> out;
   const std::vector<double> power = sliding_power(samples, v, window_s);
-  const double usual = std::sqrt(log::quantile(power, 0.5));
+  const double usual = std::sqrt(quantile(power, 0.5));
   if (!(usual > 0.0)) return out;
   for (const Piece& p : samples.pieces) {
     const auto window = static_cast<std::size_t>(std::max(1.0, std::round(window_s / p.step_s)));
@@ -116,7 +106,7 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     for (std::size_t n = 0; n < chance; ++n) x.explainable_by_chance = std::max(x.explainable_by_chance, fits[(n + 1) * kAxes + a].share);
     x.explainable = std::move(fits[a]);
     for (PartialCurve& c : x.explainable.curves) c.input = index[c.input];
-    out.burst_limit[a] = std::max(o.burst_factor, log::quantile(ratios, 0.95));
+    out.burst_limit[a] = std::max(o.burst_factor, quantile(ratios, 0.95));
     const std::vector<Burst> found = bursts(samples, residual[a], a, o.burst_window_s, out.burst_limit[a]);
     double in_bursts = 0.0;
     for (const Burst& b : found) {

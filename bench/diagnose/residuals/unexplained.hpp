@@ -1,5 +1,5 @@
 // When no effect of the library explains what is left: how large it is, how much of it any smooth function of the motion could
-// explain, and whether it comes in bursts. A residual that nothing foretells is noise of the flight (gusts, contacts): it belongs into
+// explain, and whether it comes in bursts. A residual that nothing predicts is noise of the flight (gusts, contacts): it belongs into
 // the noise figures and uncertainties, not into the model.
 #pragma once
 #include <span>
@@ -23,8 +23,8 @@ struct AxisUnexplained {
   double burst_share = 0.0;            // of the residual's power in bursts
 };
 
-// none: no more than the noise that the fit believes in. systematic: inputs explain a good part. bursts: most of the power in short
-// events. stochastic: real, and nothing foretells it.
+// none: no more than noise by the figures of the fit. systematic: inputs explain a good part. bursts: most of the power in short
+// events. stochastic: real, and nothing predicts it.
 enum class ResidualKind { none, systematic, bursts, stochastic };
 std::string_view name(ResidualKind k);
 

@@ -10,7 +10,7 @@
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr double kTwin = 0.7;
+constexpr double kIndistinguishableCorrelation = 0.7;
 
 VarianceEffect named(const VarianceKind& k) {
   VarianceEffect e;
@@ -126,7 +126,7 @@ double covariance(const BlockScores& a, const BlockScores& b, Eigen::Index from,
   return a.value.block(from, 1, to - from, n).cwiseProduct(b.value.block(from, 1, to - from, n)).sum() / static_cast<double>(n - 1);
 }
 
-// Takes off `s` what the scores in `of` foretell, in blocks [from, to).
+// Takes off `s` what the scores in `of` predict, in blocks [from, to).
 void reduce(BlockScores& s, const std::vector<BlockScores>& of, Eigen::Index from, Eigen::Index to) {
   const auto n = static_cast<Eigen::Index>(of.size());
   Eigen::MatrixXd v(n, n);
@@ -172,7 +172,7 @@ ScoreTest score_test(const BlockScores& s, std::span<const std::size_t> flight) 
 
 namespace {
 
-// Takes off the scores of each flight what the nuisances foretell of them there.
+// Takes off the scores of each flight what the nuisances predict of them there.
 void reduce_by_flight(BlockScores& s, const std::vector<BlockScores>& of, std::span<const std::size_t> flight) {
   const auto rows = static_cast<Eigen::Index>(flight.size());
   for (Eigen::Index from = 0; from < rows;) {
@@ -195,7 +195,7 @@ VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const s
     if (j == k || !kinds[j].untested.empty()) continue;
     const double both = covariance(marginal[k], marginal[j], 0, rows);
     const double c = both / std::sqrt(covariance(marginal[k], marginal[k], 0, rows) * covariance(marginal[j], marginal[j], 0, rows));
-    if (c > kTwin) e.twins.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
+    if (c > kIndistinguishableCorrelation) e.twins.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
   }
   return e;
 }

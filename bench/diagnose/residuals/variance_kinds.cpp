@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bench/diagnose/residuals/variance_effects.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -48,12 +49,15 @@ struct Builder {
   }
 };
 
-VarianceKind kind(const char* id, const char* what, const char* parameter, const char* unit, double tau_s = 0.0) {
-  return {.id = id, .what = what, .parameter = parameter, .unit = unit, .tau_s = tau_s, .directions = {}, .untested = {}};
+VarianceKind kind(const host::CatalogueEffect& e, const char* what, double tau_s = 0.0) {
+  return {.id = e.id, .what = what, .parameter = e.parameter.name, .unit = e.parameter.unit, .tau_s = tau_s, .directions = {}, .untested = {}};
+}
+VarianceKind rival(const char* what, const char* parameter, const char* unit, double tau_s = 0.0) {
+  return {.id = {}, .what = what, .parameter = parameter, .unit = unit, .tau_s = tau_s, .directions = {}, .untested = {}};
 }
 
 VarianceKind pose_stamp_jitter(const ResidualSeries& r) {
-  VarianceKind k = kind("pose_stamp_jitter", "pose stamps that scatter", "sigma_s", "s");
+  VarianceKind k = kind(host::effect("pose_stamp_jitter"), "pose stamps that scatter");
   k.rows = Rows::poses;
   for (const auto& by : r.whitened.pose_by_stamp) k.directions.push_back({by.cast<float>()});
   if (k.directions.empty()) k.untested = "the fit used no poses";
@@ -61,7 +65,7 @@ VarianceKind pose_stamp_jitter(const ResidualSeries& r) {
 }
 
 VarianceKind pose_drift(const ResidualSeries& r) {
-  VarianceKind k = kind("pose_drift", "poses that wander for seconds", "drift_m", "m", 15.0);
+  VarianceKind k = kind(host::effect("pose_drift"), "poses that wander for seconds", 15.0);
   k.rows = Rows::poses;
   for (const double sigma : r.whitened.pose_position_m) {
     k.directions.emplace_back();
@@ -74,17 +78,17 @@ VarianceKind pose_drift(const ResidualSeries& r) {
 
 void add_wrench_noise(Builder& b) {
   // Gusts blow along the world's axes, whatever way the body points, and last about a second: the model says what wrench they make.
-  b.steps(kind("wind_dryden", "horizontal gusts, about a second long", "sigma_m_s", "m/s", 1.0), [](const SampleState& s) {
+  b.steps(kind(host::effect("wind_dryden"), "horizontal gusts, about a second long", 1.0), [](const SampleState& s) {
     return std::array<Wrench, 2>{Wrench(s.wrench_by_wind.col(0)), Wrench(s.wrench_by_wind.col(1))};
   });
-  b.steps(kind("vortex_ring_fluctuation", "thrust of each rotor that wanders in vertical descent", "sigma", "1", 0.1),
+  b.steps(kind(host::effect("vortex_ring_fluctuation"), "thrust of each rotor that wanders in vertical descent", 0.1),
           [](const SampleState& s) {
             const double bump = ring_bump(s);
             std::array<Wrench, 4> w;
             for (std::size_t i = 0; i < 4; ++i) w[i] = bump * s.thrust_N[i] * lift(s, i);
             return w;
           });
-  b.steps(kind("rotor_speed_noise", "thrust and torque noise of each rotor in proportion to its speed", "sigma_rad_s", "rad/s"),
+  b.steps(kind(host::effect("rotor_speed_noise"), "thrust and torque noise of each rotor in proportion to its speed"),
           [](const SampleState& s) {
             std::array<Wrench, 4> w;
             for (std::size_t i = 0; i < 4; ++i) {
@@ -96,7 +100,7 @@ void add_wrench_noise(Builder& b) {
 }
 
 VarianceKind rotor_imbalance(const ResidualSeries& r) {
-  VarianceKind k = kind("rotor_imbalance", "vibration of the accelerometer with the square of rotor speed", "unbalance_kg_m", "kg m");
+  VarianceKind k = kind(host::effect("rotor_imbalance"), "vibration of the accelerometer with the square of rotor speed");
   k.rows = Rows::accels;
   for (std::size_t i = 0; i < r.whitened.accels.size(); ++i) {
     const SampleState& s = r.state[r.whitened.accel_sample[i]];
@@ -114,22 +118,22 @@ VarianceKind rotor_imbalance(const ResidualSeries& r) {
 
 // Rivals: what a missing mean effect or a rough flight makes of the scatter must not be given a name of the catalogue.
 void add_rivals(Builder& b) {
-  b.steps(kind("", "force noise that grows with speed", "force_by_speed_N_s_m", "N s/m"), [](const SampleState& s) {
+  b.steps(rival("force noise that grows with speed", "force_by_speed_N_s_m", "N s/m"), [](const SampleState& s) {
     std::array<Wrench, 3> w;
     for (Eigen::Index a = 0; a < 3; ++a) w[static_cast<std::size_t>(a)] = s.v_B_m_s.norm() * Wrench::Unit(a);
     return w;
   });
-  b.steps(kind("", "torque noise that grows with speed", "torque_by_speed_N_s", "N s"), [](const SampleState& s) {
+  b.steps(rival("torque noise that grows with speed", "torque_by_speed_N_s", "N s"), [](const SampleState& s) {
     std::array<Wrench, 3> w;
     for (Eigen::Index a = 0; a < 3; ++a) w[static_cast<std::size_t>(a)] = s.v_B_m_s.norm() * Wrench::Unit(3 + a);
     return w;
   });
-  b.steps(kind("", "torque noise that grows with body rates", "torque_by_rate_N_m_s", "N m s"), [](const SampleState& s) {
+  b.steps(rival("torque noise that grows with body rates", "torque_by_rate_N_m_s", "N m s"), [](const SampleState& s) {
     std::array<Wrench, 3> w;
     for (Eigen::Index a = 0; a < 3; ++a) w[static_cast<std::size_t>(a)] = s.x.w_B_rad_s.norm() * Wrench::Unit(3 + a);
     return w;
   });
-  b.steps(kind("", "torque that wanders, a third of a second at a time", "torque_N_m", "N m", 0.3), [](const SampleState&) {
+  b.steps(rival("torque that wanders, a third of a second at a time", "torque_N_m", "N m", 0.3), [](const SampleState&) {
     return std::array<Wrench, 3>{Wrench::Unit(3), Wrench::Unit(4), Wrench::Unit(5)};
   });
 }

@@ -1,4 +1,4 @@
-// Least-squares parabola through readings about a moment: what they are there, without what a mean makes of curved motion.
+// Least-squares parabola through measurements about a moment: what they are there, without what a mean makes of curved motion.
 #pragma once
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ class LocalParabola {
   double count() const { return power_[0]; }
   double mean_place() const { return power_[1] / power_[0]; }
   Eigen::Matrix<double, N, 1> mean() const { return value_[0] / power_[0]; }
-  // Needs three readings at different places.
+  // Needs three measurements at different places.
   Eigen::Matrix<double, N, 1> at_moment() const {
     Eigen::Matrix3d moments;
     Eigen::Matrix<double, 3, N> values;
@@ -33,7 +33,7 @@ class LocalParabola {
 
  private:
   using Value = Eigen::Matrix<double, N, 1>;
-  std::array<double, 5> power_{};  // sums of the powers of the distance, alone and times the readings
+  std::array<double, 5> power_{};  // sums of the powers of the distance, alone and times the measurements
   std::array<Value, 3> value_{Value::Zero(), Value::Zero(), Value::Zero()};
 };
 

@@ -96,7 +96,7 @@ std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const Me
   return branches;
 }
 
-// Runs the filters and all their branches along the motion; write(knot, memory) at each knot.
+// Runs the filters and all their branches along the motion; write(node, memory) at each node.
 template <class Write>
 void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& motion, const std::vector<const MeasuredMemory*>& measured,
                  std::vector<Branch>& branches, Write&& write) {

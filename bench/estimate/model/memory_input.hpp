@@ -1,5 +1,5 @@
 // The memory of a model's terms over a flight: their filters (host/effects/memory.hpp) run along a motion that is known, with
-// derivatives by the terms' own parameters and by what they remembered at the start. The motion comes from a fit before this one, so
+// derivatives by the terms' own parameters and by their state at the start. The motion comes from a fit before this one, so
 // the fit takes memory as it takes rotor speeds: as something known that depends on parameters.
 #pragma once
 #include <array>

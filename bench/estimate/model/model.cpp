@@ -5,6 +5,7 @@
 
 #include "bench/estimate/model/load_input.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "host/base/constants.hpp"
 #include "host/effects/loads.hpp"
 #include "host/effects/term.hpp"
 
@@ -259,7 +260,7 @@ void slope_at(const Model& model, const BodyState& start, const Eigen::Matrix<do
   const Vector3d xi = at.segment<3>(6), w = at.segment<3>(9);
   const BodyState s{at.segment<3>(0), at.segment<3>(3), start.q_WB * exp_q(xi), w};
   const Instant now = model.instant(s, u, t, &j);
-  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values[kTiltX], values[kTiltY], -1.0);
+  const Vector3d gravity = kGravity_m_s2 * Vector3d(values[kTiltX], values[kTiltY], -1.0);
   const Eigen::Index width = by_start.cols();
   const Matrix3d r = s.q_WB.toRotationMatrix(), jr = right_jacobian(xi), jri = inverse_right_jacobian(xi);
   out.y << s.v_W_m_s, r * now.specific_force_B_m_s2 + gravity, jri * w, now.angular_acceleration_B_rad_s2;
@@ -302,7 +303,7 @@ void slope_at(const Model& model, const BodyState& start, const Eigen::Matrix<do
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const auto col = static_cast<Eigen::Index>(c);
     if (columns[c] == kTiltX || columns[c] == kTiltY) {
-      out.m(3 + columns[c] - kTiltX, 12 + col) += host::kGravity_m_s2;
+      out.m(3 + columns[c] - kTiltX, 12 + col) += kGravity_m_s2;
     } else if (is_dynamics(columns[c]) || columns[c] >= kCoreParameters || input_place(columns[c]) >= 0) {
       const Vector3d f = r * j.force_by.col(col);
       for (Eigen::Index i = 0; i < 3; ++i) {
@@ -318,7 +319,7 @@ void slope_at(const Model& model, const BodyState& start, const Eigen::Matrix<do
 BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
                       const MemoryEnds* memory) const {
   const double h = (t1 - t0) / substeps;
-  const Vector3d gravity = host::kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
+  const Vector3d gravity = kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
   Eigen::Matrix<double, 12, 1> y;
   y << x.p_W_m, x.v_W_m_s, Vector3d::Zero(), x.w_B_rad_s;
   const auto slope = [&](const Eigen::Matrix<double, 12, 1>& at, const RotorInputSample& u, double t) {
@@ -413,7 +414,7 @@ BodyState Model::step_by_middle(const BodyState& x, const RotorInput& input, std
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const auto col = static_cast<Eigen::Index>(c);
     if (columns_[c] == kTiltX || columns_[c] == kTiltY) {
-      b(columns_[c] - kTiltX, col) = host::kGravity_m_s2;
+      b(columns_[c] - kTiltX, col) = kGravity_m_s2;
     } else if (is_dynamics(columns_[c]) || columns_[c] >= kCoreParameters || input_place(columns_[c]) >= 0) {
       b.col(col) << r * j.force_by.col(col), j.angular_by.col(col);
     }

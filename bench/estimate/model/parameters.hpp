@@ -67,7 +67,7 @@ struct ParameterInfo {
   double min = 0.0, max = 0.0;
 };
 
-// Names under which terms know what a vehicle file calls torque_model.rotor_inertia; the first tells it best.
+// Names under which terms know what a vehicle file calls torque_model.rotor_inertia; the first determines it best.
 inline constexpr std::array<std::string_view, 2> kRotorInertiaNames{"effect.rotor_inertia_reaction.J_r_kg_m2",
                                                                     "effect.gyroscopic.J_r_kg_m2"};
 

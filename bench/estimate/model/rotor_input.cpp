@@ -21,7 +21,7 @@ double interpolated(const log::Stream<double>& s, double t, std::size_t& i) {
   return s.value[i] + a * (s.value[i + 1] - s.value[i]);
 }
 
-// Fills missing readings of one rotor by straight lines between its neighbours.
+// Fills missing measurements of one rotor by straight lines between its neighbours.
 void bridge(std::vector<Four>& values, const std::vector<double>& t, std::size_t rotor) {
   const std::size_t n = values.size();
   std::size_t last = n;
@@ -83,10 +83,10 @@ RotorInput::RotorInput(const log::FlightRecord& record, double rate_window_s, do
   slopes(rate_window_s_);
 }
 
-// Readings at a high rate scatter, and a fit that moves them in time (their delay) would climb over every one of them. Where there are
+// Measurements at a high rate scatter, and a fit that moves them in time (their delay) would climb over every one of them. Where there are
 // enough, the parabola through those around stands for a reading. Over more of the window it would round the corners that commands leave.
 void RotorInput::smooth() {
-  constexpr double kEnough = 6.5;  // readings in the window
+  constexpr double kEnough = 6.5;  // measurements in the window
   const std::vector<Four> raw = omega_;
   const double half = rate_window_s_ / 3.0;
   std::size_t from = 0;

@@ -16,12 +16,12 @@ class RotorInput {
  public:
   // From measured speeds when the record has them, else from commands. ω̇ is the slope of a straight line through the samples of
   // `rate_window_s` around each sample; ω, where two thirds of the window hold seven or more, that of a parabola through these. A rotor's
-  // missing readings are bridged by straight lines up to `longest_gap_s`.
+  // missing measurements are bridged by straight lines up to `longest_gap_s`.
   // Throws Error (data_quality) when the record has neither stream.
   RotorInput(const log::FlightRecord& record, double rate_window_s = 0.012, double longest_gap_s = 0.05);
 
   bool from_commands() const { return from_commands_; }
-  // Readings cover [from, to] without a gap longer than `longest_gap_s`.
+  // Measurements cover [from, to] without a gap longer than `longest_gap_s`.
   bool covers(double from_s, double to_s) const;
   double first_s() const { return t_s_.front(); }
   double last_s() const { return t_s_.back(); }
@@ -29,7 +29,7 @@ class RotorInput {
   // Must be called before at() whenever the values change: with commands it runs the motor model over the flight.
   // `derivatives`: of the terms' memory; what asks for no slopes by their numbers can do without.
   void prepare(const ModelValues& values, bool derivatives = true);
-  // `hint`: the caller's cursor, any value; makes neighbouring times cheap. Outside the readings the nearest one is held.
+  // `hint`: the caller's cursor, any value; makes neighbouring times cheap. Outside the measurements the nearest one is held.
   RotorInputSample at(double t_s, std::size_t& hint, bool derivatives) const;
   // Mean over [from, to] by Simpson's rule in `parts` parts; battery and memory as they are in the middle.
   RotorInputSample mean(double from_s, double to_s, int parts, std::size_t& hint, bool derivatives) const;

@@ -1,4 +1,4 @@
-// All that report.html of `identify` is made from.
+// All that text and report.html of `identify` are made from.
 #pragma once
 #include <string>
 #include <vector>
@@ -17,7 +17,6 @@ struct IdentifyPage {
   std::string start_name;              // that the start file gives the vehicle
   std::vector<TrailPoint> trail = {};  // this result's own comes last; fewer than two: no section
   std::vector<TrailReference> references = {};
-  std::string held_out_html = {};  // section of prediction scores, made elsewhere; may be empty
 };
 
 }  // namespace rotorloop::identify

@@ -1,5 +1,5 @@
-// report.html of `identify`: Table I of this vehicle, the same beside other files, stages beside the joint fit, noise, what the
-// residuals say, what the flights could not tell, findings of the checks; and with other results the trail of each parameter over
+// report.html of `identify`: Table I of this vehicle, its comparison with other files, stages and joint fit, noise, what the
+// residuals say, what the flights could not determine, findings of the checks; and with other results the history of each parameter over
 // trials (the paper's Fig. 8).
 #pragma once
 #include <string>
@@ -13,7 +13,7 @@ namespace rotorloop::identify {
 
 std::string identify_report_html(const IdentifyPage& page);
 
-// What the files beside say of each parameter, for the trail.
+// What the compared files say of each parameter, for the parameter history.
 std::vector<TrailReference> trail_references(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived,
                                              const host::TermList& terms);
 

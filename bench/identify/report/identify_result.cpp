@@ -7,14 +7,17 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/identify/identified_vehicle.hpp"
-#include "bench/identify/report/identify_text.hpp"
+#include "bench/identify/report/tree_values.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::identify {
 namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json number(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr); }
+constexpr double kModelErrorRatio = 5.0;
+constexpr std::size_t kBlocksEach = 2;  // of a parameter: below, the scatter of so few holds too little
+constexpr double kContradicted = 2.0;   // standard deviations of the prior
 
 ordered_json figure(double value, double u, const std::string& unit, std::size_t n) {
   return {{"value", number(value)}, {"u", number(u)}, {"unit", unit}, {"n", n}};
@@ -34,7 +37,7 @@ ordered_json whiteness_json(const FlightWhiteness& w) {
   return {{"flight", w.flight}, {"white", w.white()}, {"channels", channels}};
 }
 
-ordered_json observability_json(const Observability& o) {
+ordered_json observability_json(const Identification& r, const Observability& o) {
   ordered_json weakest = ordered_json::array(), pairs = ordered_json::array(), flights = ordered_json::array(),
                advice = ordered_json::array();
   for (const estimate::OpenDirection& d : o.weakest) {
@@ -44,9 +47,10 @@ ordered_json observability_json(const Observability& o) {
   }
   for (const CorrelatedPair& c : o.correlated) pairs.push_back({{"first", c.first}, {"second", c.second}, {"correlation", c.correlation}});
   for (const FlightContribution& f : o.flights)
-    flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.cannot_tell}});
+    flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.cannot_tell}, {"information", f.information}});
   for (const Advice& a : o.advice) advice.push_back({{"parameter", a.parameter}, {"why", a.why}, {"manoeuvre", a.manoeuvre}});
-  return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice}};
+  return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice},
+          {"parameters", array_of(r.problem.free, [&](const estimate::FreeParameter& f) { return estimate::parameter_info(f.parameter, r.problem.start.terms).symbol; })}};
 }
 
 ordered_json difference_json(const FitDifference& d) {
@@ -78,11 +82,14 @@ ordered_json said_json(const Said& s) {
       {"value", number(s.value)}, {"u", number(s.u)}, {"origin", host::name(s.origin)}, {"percent", number(s.percent)}, {"z", number(s.z)}};
 }
 
+ordered_json said_or_null(const std::optional<Said>& s) { return s ? said_json(*s) : ordered_json(nullptr); }
+
 ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<Said>& start) {
   const estimate::ParameterInfo info = estimate::parameter_info(row.parameter, r.problem.start.terms);
   return {{"name", info.name},          {"symbol", info.symbol},
           {"value", number(row.value)}, {"u", start ? number(start->u) : ordered_json(nullptr)},
-          {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)}};
+          {"unit", info.unit},          {"origin", start ? ordered_json(host::name(start->origin)) : ordered_json(nullptr)},
+          {"label", row.symbol},        {"file", said_or_null(start)}};
 }
 
 ordered_json beside_json(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
@@ -94,11 +101,19 @@ ordered_json beside_json(const Identification& r, const FileComparison& c, const
       const auto& e = c.rows[i].estimate;
       ordered_json row = said_json(*b.parameters[i]);
       row["symbol"] = estimate::parameter_info(c.rows[i].parameter, r.problem.start.terms).symbol;
+      row["label"] = c.rows[i].symbol;
+      row["found"] = number(c.rows[i].value);
+      row["held"] = !e;
+      row["unit"] = estimate::parameter_info(c.rows[i].parameter, r.problem.start.terms).unit;
       row["flight"] = e && e->flight >= 0 ? ordered_json(r.flights[static_cast<std::size_t>(e->flight)].name) : ordered_json(nullptr);
       parameters.push_back(row);
     }
     for (std::size_t i = 0; i < b.derived.size(); ++i)
-      follows.push_back({{"id", derived[i].id}, {"value", number(b.derived[i].value)}, {"percent", number(b.derived[i].percent)}});
+      follows.push_back({{"id", derived[i].id},
+                         {"symbol", derived[i].symbol},
+                         {"unit", derived[i].unit},
+                         {"found", number(derived[i].value)},
+                         {"value", number(b.derived[i].value)}, {"percent", number(b.derived[i].percent)}});
     out.push_back({{"file", b.label}, {"parameters", parameters}, {"derived", follows}});
   }
   return out;
@@ -176,7 +191,7 @@ ordered_json figures_json(const Identification& r, const IdentifyAnalysis& a) {
   return out;
 }
 
-ordered_json estimate_json(const Identification& r, const estimate::Estimate& e) {
+ordered_json estimate_json(const Identification& r, const estimate::Estimate& e, const std::optional<Said>& start) {
   const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
   return {{"name", info.name},
           {"symbol", info.symbol},
@@ -186,7 +201,9 @@ ordered_json estimate_json(const Identification& r, const estimate::Estimate& e)
           {"u_robust", number(e.u_robust)},
           {"prior_share", number(e.prior_share)},
           {"unit", info.unit},
-          {"mark", mark_of(e)}};
+          {"mark", mark_of(e)},
+          {"label", estimate::estimate_name(e, r.problem)},
+          {"file", said_or_null(start)}};
 }
 
 ordered_json derived_json(const DerivedQuantity& d) {
@@ -207,20 +224,31 @@ ordered_json matrix_json(const Eigen::MatrixXd& m) {
 }
 
 ordered_json stage_json(const Identification& r, const StageComparison& c) {
+  double alone = NAN;
+  for (const StageResult& s : r.stages) {
+    for (std::size_t i = 0; i < s.estimates.size(); ++i) {
+      if (s.role == c.role && s.estimates[i].parameter == c.parameter) alone = s.u_alone[i];
+    }
+  }
   return {{"stage", name(c.role)},    {"parameter", estimate::parameter_info(c.parameter, r.problem.start.terms).symbol},
           {"value", number(c.stage)}, {"u", number(c.u_stage)},
           {"joint", number(c.joint)}, {"u_joint", number(c.u_joint)},
-          {"z", number(c.z)},         {"agrees", c.agrees}};
+          {"z", number(c.z)},         {"agrees", c.agrees},
+          {"u_alone", number(alone)}};
 }
 
 ordered_json homogeneity_json(const Identification& r, const IdentifyAnalysis& a) {
   ordered_json parameters = ordered_json::array();
   for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
+    ordered_json flights = ordered_json::array();
+    for (std::size_t f = 0; f < h.value.size(); ++f)
+      flights.push_back({{"flight", r.flights[f].name}, {"value", number(h.value[f])}, {"u", number(h.u[f])}});
     parameters.push_back({{"parameter", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol},
                           {"chi2", number(h.chi2)},
                           {"degrees", h.degrees},
                           {"p", number(h.p)},
-                          {"moved", h.moved}});
+                          {"moved", h.moved},
+                          {"flights", flights}});
   }
   return {{"chi2", number(a.homogeneity.chi2)},
           {"degrees", a.homogeneity.degrees},
@@ -238,14 +266,23 @@ ordered_json fit_json(const Identification& r) {
           {"flights", r.flights.size()}};
 }
 
-template <class List, class Write>
-ordered_json array_of(const List& list, Write&& write) {
-  ordered_json out = ordered_json::array();
-  for (const auto& item : list) out.push_back(write(item));
-  return out;
+}  // namespace
+
+std::string mark_of(const estimate::Estimate& e) {
+  if (e.at_bound) return "at its bound";
+  if (e.prior_share > 0.5 && std::fabs(e.prior_z) > kContradicted) return "contradicted";
+  if (e.prior_share > 0.5) return e.parameter == estimate::kMass ? "weighed" : "not identified";
+  if (e.u > 0.0 && e.u_robust >= kModelErrorRatio * e.u) return "model error";
+  return "";
 }
 
-}  // namespace
+std::string blocks_note(const estimate::Fit& fit) {
+  if (fit.blocks >= kBlocksEach * fit.estimates.size()) return "";
+  return fmt::format(
+      "robust u rests on {} blocks of residuals for {} parameters, fewer than two each: too small; longer flights or shorter blocks "
+      "(--block)",
+      fit.blocks, fit.estimates.size());
+}
 
 ordered_json input_json(const InputHash& i) {
   ordered_json out{{"path", i.path}, {"sha256", i.sha256}};
@@ -263,10 +300,7 @@ IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base
   for (const estimate::Estimate& e : r.fit.estimates) {
     if (e.prior_share <= 0.5 && e.u > 0.0) ratio.push_back(e.u_robust * e.u_robust / (e.u * e.u));
   }
-  if (!ratio.empty()) {
-    std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2), ratio.end());
-    a.inflation = std::max(1.0, ratio[ratio.size() / 2]);
-  }
+  if (!ratio.empty()) a.inflation = std::max(1.0, median(std::move(ratio)));
   a.homogeneity = homogeneity_of(r.problem, r.fit, a.inflation);
   a.observability = observability_of(r.problem, r.fit);
   return a;
@@ -299,7 +333,7 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
   return out;
 }
 
-std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
+ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
                                  const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
@@ -308,12 +342,19 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
   j["limits"] = ordered_json::array();
   j["figures"] = figures_json(r, a);
-  j["estimates"] = array_of(r.fit.estimates, [&](const estimate::Estimate& e) { return estimate_json(r, e); });
-  ordered_json held = ordered_json::array();
+  // An estimate of its own in each flight has a row for each.
+  const auto said_before = [&](const estimate::Estimate& e) -> std::optional<Said> {
+    for (std::size_t i = 0; i < compared.rows.size(); ++i) {
+      const auto& row = compared.rows[i].estimate;
+      if (row && row->parameter == e.parameter && row->flight == e.flight) return compared.start.parameters[i];
+    }
+    return std::nullopt;
+  };
+  j["estimates"] = array_of(r.fit.estimates, [&](const estimate::Estimate& e) { return estimate_json(r, e, said_before(e)); });
+  j["held"] = ordered_json::array();
   for (std::size_t i = 0; i < compared.rows.size(); ++i) {
-    if (!compared.rows[i].estimate) held.push_back(held_json(r, compared.rows[i], compared.start.parameters[i]));
+    if (!compared.rows[i].estimate) j["held"].push_back(held_json(r, compared.rows[i], compared.start.parameters[i]));
   }
-  j["held"] = held;
   j["derived"] = array_of(a.derived, derived_json);
   j["q_BS_wxyz"] = nullptr;
   if (const auto q = sensor_rotation(r)) j["q_BS_wxyz"] = quaternion_json(*q);
@@ -324,7 +365,7 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   j["stages"] = array_of(r.comparison, [&](const StageComparison& c) { return stage_json(r, c); });
   j["whiteness"] = array_of(a.whiteness, whiteness_json);
   j["homogeneity"] = homogeneity_json(r, a);
-  j["observability"] = observability_json(a.observability);
+  j["observability"] = observability_json(r, a.observability);
   if (a.held_out) j["held_out"] = held_out_json(*a.held_out);
   j["checks"] = array_of(checked, [](const log::CheckedFlight& c) { return ordered_json::parse(log::findings_json(c)); });
   j["conditions"] = conditions_json(r, p.conditions);
@@ -333,7 +374,12 @@ std::string identify_result_json(const Identification& r, const IdentifyAnalysis
   if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
   j["warnings"] = array_of(warnings_of(r, a), [](const IdentifyWarning& w) { return ordered_json{{"where", w.where}, {"what", w.what}}; });
   j["errors"] = ordered_json::array();
-  return j.dump(1) + "\n";
+  return j;
+}
+
+std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
+                                 const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
+  return identify_tree(r, a, compared, checked, p).dump(1) + "\n";
 }
 
 }  // namespace rotorloop::identify

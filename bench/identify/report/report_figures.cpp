@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/identify/report/report_cells.hpp"
+#include "bench/render/document.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
@@ -191,7 +191,7 @@ std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector
   }
   p.series = std::move(lines);
   const std::string shown =
-      exponent == 0 ? page_unit(unit) : fmt::format("10{} {}", superscript(exponent), unit == "1" ? "" : page_unit(unit));
+      exponent == 0 ? render::unit_text(unit) : fmt::format("10{} {}", superscript(exponent), render::unit_text(unit));
   p.y_label = parameter + (shown == "1" ? "" : ", " + shown);
   return render::figure_html("<b>" + render::xml_escaped(parameter) + "</b>", render::plot_svg(p));
 }

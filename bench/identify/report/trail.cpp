@@ -128,7 +128,7 @@ std::string trail_html(std::vector<TrailPoint> trail, std::vector<TrailReference
   }
   std::string out =
       "<h2 id=\"trail\">Trail over trials</h2>\n<p>Each estimate with ± 2 u, in the order of the trials; the last is this fit.";
-  out += references.empty() ? " No reference is drawn; --beside gives one." : " Dashed: what the files beside say.";
+  out += references.empty() ? " No reference is drawn; --compare gives one." : " Dashed: what the files beside say.";
   if (!from.empty()) out += " q_BS is the rotation from that of " + render::xml_escaped(from) + ", whatever each fit started from.";
   std::string without;
   for (const TrailPoint& p : trail) {

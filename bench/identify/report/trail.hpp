@@ -1,4 +1,4 @@
-// Several results of `identify` side by side: each parameter over the trials (the paper's Fig. 8).
+// Parameter history: each parameter over several results of `identify` (the paper's Fig. 8).
 #pragma once
 #include <filesystem>
 #include <string>
@@ -10,7 +10,7 @@ namespace rotorloop::identify {
 
 // Reads result.json, given itself or its folder. Throws Error for anything but a result of `identify`.
 TrailPoint read_trail_point(const std::filesystem::path& path);
-// Reads all; folders of the same name are told apart by the folders that they stand in.
+// Reads all; folders of the same name are distinguished by the folders that they stand in.
 std::vector<TrailPoint> read_trail(const std::vector<std::filesystem::path>& paths);
 
 // Each result counts q_BS from the start value of its own fit. Here all are counted from one rotation, that of the first reference, else

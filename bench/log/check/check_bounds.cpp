@@ -6,6 +6,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
 namespace {
@@ -68,7 +69,7 @@ void check_speed_sign(CheckState& s) {
   }
   if (which.empty()) return;
   s.refuse(stream_name::rotors, fmt::format("the speeds of rotor {} are negative: median {} rad/s (allowed 0 and above)", which, values),
-           {w.t_s.front(), w.t_s.back()}, "a sign that tells the direction of rotation",
+           {w.t_s.front(), w.t_s.back()}, "a sign that stands for the direction of rotation",
            "give `sign` in the mapping, -1 for these rotors; in a log of rotorloop write speeds without sign");
 }
 

@@ -12,7 +12,7 @@ namespace rotorloop::log {
 namespace {
 
 constexpr double kShortestStep_s = 1e-4, kLongestStep_s = 0.2;
-constexpr double kLongestSlowStep_s = 2.0;  // of positions and velocities: satellite receivers tell once a second
+constexpr double kLongestSlowStep_s = 2.0;  // of positions and velocities: satellite receivers report once a second
 const char* const kRemedy = "give the unit in the mapping ([time] unit, or [source.NAME.time] unit); a log of rotorloop has seconds";
 
 // A damaged last row, a first one from before the clock was set: few samples that a long gap parts from all others.
@@ -28,14 +28,14 @@ void drop_lone_ends(CheckState& s, const std::string& name, Stream<Value>& strea
     if (stream.t_s[i + 1] - stream.t_s[i] > far_s) first = i + 1;
     if (stream.t_s[n - 1 - i] - stream.t_s[n - 2 - i] > far_s) last = n - 2 - i;
   }
-  const auto tell = [&](std::size_t count, double away_s, const char* where, double at_s) {
+  const auto report = [&](std::size_t count, double away_s, const char* where, double at_s) {
     s.exclude(name,
               fmt::format("{} sample{} stand{} {:.4g} s {} all others: wild stamps?", count, count == 1 ? "" : "s", count == 1 ? "s" : "",
                           away_s, where),
               {at_s, at_s});
   };
-  if (first > 0) tell(first, stream.t_s[first] - stream.t_s[first - 1], "before", stream.t_s[first]);
-  if (last + 1 < n) tell(n - 1 - last, stream.t_s[last + 1] - stream.t_s[last], "after", stream.t_s[last]);
+  if (first > 0) report(first, stream.t_s[first] - stream.t_s[first - 1], "before", stream.t_s[first]);
+  if (last + 1 < n) report(n - 1 - last, stream.t_s[last + 1] - stream.t_s[last], "after", stream.t_s[last]);
   std::vector<char> keep(n, 0);
   std::fill(keep.begin() + static_cast<std::ptrdiff_t>(first), keep.begin() + static_cast<std::ptrdiff_t>(last) + 1, char{1});
   if (first > 0 || last + 1 < n) stream = kept(stream, keep);

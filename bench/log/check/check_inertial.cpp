@@ -1,19 +1,18 @@
-// Attitude, gyro and accelerometer tell one rotation and one gravity, in one unit and one frame, or the log is refused with the
+// Attitude, gyro and accelerometer agree on one rotation and one gravity, in one unit and one frame, or the log is refused with the
 // reading that would make them agree. No fitted parameter is needed: the rate of the attitude *is* what the gyro measures.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "bench/log/check/check_steps.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kCorner_hz = 6.0;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kInertialCorner_hz = 6.0;
 
 // Σ gyro_i rate_j over the valid points, and both energies. Agreement = energy-weighted correlation of all three axes together.
 struct Agreement {
@@ -129,8 +128,8 @@ void check_rates(CheckState& s, const FlightGrid& g) {
   if (as_read.total() >= kAgree && !flipped) {
     const double gain = as_read.gain();
     for (const auto& [factor, words, remedy] :
-         {std::tuple{kDegrees, "the gyro is in deg/s, read as rad/s", "give the gyro's unit as deg/s"},
-          std::tuple{1.0 / kDegrees, "the gyro is in rad/s, converted from deg/s once too often", "give the gyro's unit as rad/s"}})
+         {std::tuple{kDeg_per_rad, "the gyro is in deg/s, read as rad/s", "give the gyro's unit as deg/s"},
+          std::tuple{1.0 / kDeg_per_rad, "the gyro is in rad/s, converted from deg/s once too often", "give the gyro's unit as rad/s"}})
       if (gain > 0.5 * factor && gain < 2.0 * factor)
         s.refuse(stream_name::gyro, fmt::format("shows {:.3g} times the rate of the attitude (allowed 0.67 to 1.5)", gain), all, words,
                  remedy);
@@ -164,7 +163,7 @@ void check_rates(CheckState& s, const FlightGrid& g) {
       likely += fmt::format("{}the gyro's x, y, z are {} of the attitude's body frame", likely.empty() ? "" : "; ", axes.words());
       remedy += fmt::format("{}give the gyro's axes or frame in the mapping", remedy.empty() ? "" : "; ");
     }
-    s.refuse(stream_name::gyro, found + fmt::format("; {:.2f} when read as told below", axes.agreement), all, likely, remedy);
+    s.refuse(stream_name::gyro, found + fmt::format("; {:.2f} when read as stated below", axes.agreement), all, likely, remedy);
   } else if (as_read.total() < kDisagree && rms > 0.3) {
     s.refuse(stream_name::gyro, found, all,
              "attitude and gyro of different vehicles, clocks apart by more than the search, or a frame that is no permutation of ours",
@@ -189,17 +188,17 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   if (n < 100) return;
   world /= static_cast<double>(n);
   body /= static_cast<double>(n);
-  const double shown = (g.has_attitude ? world.z() : body.z()) / host::kGravity_m_s2;
+  const double shown = (g.has_attitude ? world.z() : body.z()) / kGravity_m_s2;
   const double low = g.has_attitude ? 0.75 : 0.5, high = g.has_attitude ? 1.33 : 3.0;
   if (shown >= low && shown <= high) return;
   const std::string what = fmt::format("mean specific force upwards is {:.4g} m/s^2 (allowed {:.3g} to {:.3g})",
-                                       shown * host::kGravity_m_s2, low * host::kGravity_m_s2, high * host::kGravity_m_s2);
+                                       shown * kGravity_m_s2, low * kGravity_m_s2, high * kGravity_m_s2);
   const auto near = [&](double ratio) { return shown > 0.7 * ratio && shown < 1.4 * ratio; };
-  if (near(1.0 / host::kGravity_m_s2)) {
+  if (near(1.0 / kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "the accelerometer is in g", "give its unit as g");
-  } else if (near(1000.0 / host::kGravity_m_s2)) {
+  } else if (near(1000.0 / kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "the accelerometer is in mg", "give its unit as mg");
-  } else if (near(host::kGravity_m_s2)) {
+  } else if (near(kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "an accelerometer in m/s^2, converted from g once too often", "give its unit as m/s^2");
   } else if (shown < -0.5 && shown > -2.0) {
     s.refuse(stream_name::accel, what, all, "z points down, or the sign of specific force is that of gravity",
@@ -207,7 +206,7 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   } else if (std::abs(shown) < 0.25) {
     s.refuse(stream_name::accel, what, all, "gravity was taken out of the accelerometer's values",
              "name acceleration as such, with gravity to be added");
-  } else if (std::abs(shown) < 0.75 && g.has_attitude && std::abs(body.norm() / host::kGravity_m_s2 - 1.0) < 0.3) {
+  } else if (std::abs(shown) < 0.75 && g.has_attitude && std::abs(body.norm() / kGravity_m_s2 - 1.0) < 0.3) {
     s.refuse(stream_name::accel, what, all, "attitude and accelerometer are in different frames, or the quaternion's order is wrong",
              "name the columns of w, x, y, z and the frames in the mapping");
   } else {
@@ -218,7 +217,7 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
 }  // namespace
 
 void check_inertial(CheckState& s) {
-  const FlightGrid g = make_grid(s, kCorner_hz);
+  const FlightGrid g = make_grid(s, kInertialCorner_hz);
   if (g.has_gyro && g.has_attitude) check_rates(s, g);
   if (g.has_accel) check_gravity(s, g);
 }

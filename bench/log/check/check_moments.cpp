@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "host/base/statistics.hpp"
+
 namespace rotorloop::log {
 
 std::array<double, 3> moment_signs(const host::VehicleModel& vehicle, std::size_t rotor) {

@@ -1,4 +1,4 @@
-// The moments that the rotor speeds ask for beside what the vehicle did, sample by sample: what tells which rotor a column is, and when
+// The moments that the rotor speeds predict against what the vehicle did, sample by sample: this identifies which rotor a column is, and when
 // one of them was scaled. Private to the checks.
 #pragma once
 #include <array>

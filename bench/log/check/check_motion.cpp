@@ -1,4 +1,4 @@
-// Position, velocity, attitude and accelerometer tell one motion: what the position does twice differentiated is what the
+// Position, velocity, attitude and accelerometer agree on one motion: what the position does twice differentiated is what the
 // accelerometer shows turned by the attitude, or, without one, what the tilt of the thrust axis does to a vehicle of its weight.
 #include <fmt/format.h>
 
@@ -7,11 +7,12 @@
 #include <numbers>
 
 #include "bench/log/check/check_steps.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kCorner_hz = 3.0;  // position is differentiated twice: millimetres at 3 Hz are 0.4 m/s²
+constexpr double kMotionCorner_hz = 3.0;  // position is differentiated twice: millimetres at 3 Hz are 0.4 m/s²
 
 using Vectors = std::vector<Eigen::Vector3d>;
 
@@ -73,7 +74,7 @@ bool refuse_position_unit(CheckState& s, double gain, const std::string& what) {
   return u != nullptr;
 }
 
-// A velocity a thousand times the rate of the position: which of the two is wrong only a third witness tells, the acceleration that the
+// A velocity a thousand times the rate of the position: which of the two is wrong only a third sensor decides, the acceleration that the
 // position shows. Where it has spoken the position is right.
 void refuse_velocity_unit(CheckState& s, double gain, const std::string& what, bool position_is_right) {
   const Unit *speed = unit_of(gain), *length = unit_of(1.0 / gain);
@@ -111,15 +112,15 @@ void check_velocity(CheckState& s, const FlightGrid& g, bool position_is_right) 
     s.note(stream_name::velocity, what, s.span());
 }
 
-// False when the flight moves too little to tell.
+// False when the flight moves too little to decide.
 bool check_acceleration(CheckState& s, const FlightGrid& g) {
   Vectors expected(g.grid.count), seen = g.position_acc_W_m_s2;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const Eigen::Vector3d up = g.q_WB[i] * Eigen::Vector3d::UnitZ();
     if (g.has_accel) {
-      expected[i] = g.q_WB[i] * g.accel_B_m_s2[i] - host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+      expected[i] = g.q_WB[i] * g.accel_B_m_s2[i] - kGravity_m_s2 * Eigen::Vector3d::UnitZ();
     } else {  // as if the vertical part were weight alone: right at moderate tilt, and what a unit or a sign would spoil is larger
-      expected[i] = host::kGravity_m_s2 * Eigen::Vector3d(up.x(), up.y(), 0.0) / std::max(0.3, up.z());
+      expected[i] = kGravity_m_s2 * Eigen::Vector3d(up.x(), up.y(), 0.0) / std::max(0.3, up.z());
       seen[i].z() = 0.0;
     }
   }
@@ -152,7 +153,7 @@ bool check_acceleration(CheckState& s, const FlightGrid& g) {
 }  // namespace
 
 void check_motion(CheckState& s) {
-  const FlightGrid g = make_grid(s, kCorner_hz);
+  const FlightGrid g = make_grid(s, kMotionCorner_hz);
   if (!g.has_position) return;
   const bool position_is_right = g.has_attitude && check_acceleration(s, g);
   if (g.has_velocity && !s.refused()) check_velocity(s, g, position_is_right);

@@ -8,11 +8,13 @@
 #include <optional>
 
 #include "bench/log/check/check_steps.hpp"
+#include "host/base/constants.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kCorner_hz = 10.0;
+constexpr double kOffsetCorner_hz = 10.0;
 constexpr double kClimbCorner_hz = 1.5;  // below it the climb speed, not the rotors, shapes the force
 constexpr std::size_t kParts = 10;
 // Of rotor speeds against force. Below it drag and inflow of the manoeuvre shape the force as much as the speeds do: 0.82 came with
@@ -107,7 +109,7 @@ bool refuse_far_apart(CheckState& s, const FlightGrid& g, const char* y_name, co
   return true;
 }
 
-// y(t) ~ x(t - lag); nothing when this flight does not tell.
+// y(t) ~ x(t - lag); nothing when this flight does not determine it.
 std::optional<StreamOffset> estimate(CheckState& s, const FlightGrid& g, const char* y_name, Channels y, const char* x_name, Channels x,
                                      double high_pass_hz, double least_correlation = 0.6) {
   high_pass(x, g.grid.dt_s, high_pass_hz);
@@ -177,7 +179,7 @@ Channels sum_of_squares(const FlightGrid& g) {
 }  // namespace
 
 void check_offsets(CheckState& s) {
-  const FlightGrid g = make_grid(s, kCorner_hz);
+  const FlightGrid g = make_grid(s, kOffsetCorner_hz);
   if (g.grid.count < 400) return;
   if (g.has_gyro && g.has_attitude)
     record(s, estimate(s, g, stream_name::pose, channels(g.pose_rate_B_rad_s), stream_name::gyro, channels(g.gyro_B_rad_s), 1.0));
@@ -188,7 +190,7 @@ void check_offsets(CheckState& s) {
     record(s, estimate(s, g, stream_name::pose, channels(g.position_acc_W_m_s2), stream_name::accel, channels(felt), 0.5));
   }
   if (g.has_rotors && (g.has_accel || g.has_attitude)) {
-    const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
     Channels up(1, std::vector<double>(g.grid.count));
     for (std::size_t i = 0; i < up[0].size(); ++i)
       up[0][i] = g.has_accel ? g.accel_B_m_s2[i].z() : (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity)).z();

@@ -69,7 +69,7 @@ void check_rotor_order(CheckState& s, const FlightGrid& g, const std::vector<cha
   }
   s.refuse(stream_name::rotors,
            fmt::format("the speeds turn the vehicle as it turned in roll and pitch by {:.2f} (correlation; allowed {:.1f} to 1), by {:.2f} "
-                       "when read as told below",
+                       "when read as stated below",
                        given, kAgrees, best),
            s.span(), likely,
            "give the columns in this order: 1 front right, 2 rear left, 3 front left, 4 rear right; check [[rotor]] in the vehicle file");

@@ -1,4 +1,4 @@
-// Rotor speeds against what carries the vehicle. In steady flight four rotors lift its weight and leave no moment: that tells the
+// Rotor speeds against what carries the vehicle. In steady flight four rotors lift its weight and leave no moment: that identifies the
 // unit of the speeds, a rotor that reads nothing or a fraction, a wrong number of pole pairs, and when the vehicle stood on the
 // ground, all without a thrust model.
 #include <fmt/format.h>
@@ -11,11 +11,13 @@
 #include "bench/log/check/check_moments.hpp"
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
+#include "host/base/constants.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
 namespace {
 
-constexpr double kCorner_hz = 5.0;
+constexpr double kRotorCorner_hz = 5.0;
 constexpr double kGroundMargin_s = 0.5;  // spool-up past the weight, the bounce of a landing
 
 RotorValues squares(const RotorValues& w) { return {w[0] * w[0], w[1] * w[1], w[2] * w[2], w[3] * w[3]}; }
@@ -28,7 +30,7 @@ double middle_of_four(RotorValues v) {
 std::vector<double> specific_force_up(const FlightGrid& g) {
   std::vector<double> f(g.grid.count);
   for (std::size_t i = 0; i < f.size(); ++i) {
-    const Eigen::Vector3d gravity = host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
     if (g.has_accel)
       f[i] = g.accel_B_m_s2[i].z();
     else if (g.has_attitude)
@@ -48,7 +50,7 @@ std::vector<double> lift_figure(const CheckState& s, const FlightGrid& g) {
   }
   const auto& m = s.record.motor_command;
   std::vector<double> c[4];
-  for (std::size_t k = 0; k < 4; ++k) c[k] = low_pass(on_grid(m.t_s, channel(m, k), g.grid), g.grid.dt_s, kCorner_hz);
+  for (std::size_t k = 0; k < 4; ++k) c[k] = low_pass(on_grid(m.t_s, channel(m, k), g.grid), g.grid.dt_s, kRotorCorner_hz);
   for (std::size_t i = 0; i < lift.size(); ++i) lift[i] = middle_of_four({c[0][i], c[1][i], c[2][i], c[3][i]});
   return lift;
 }
@@ -56,13 +58,13 @@ std::vector<double> lift_figure(const CheckState& s, const FlightGrid& g) {
 // On the ground the accelerometer shows one g whatever the rotors do; in the air it shows what they lift. So: lift far below what
 // the specific force asks for, and the stretches around it in which the vehicle does not move.
 void find_ground(CheckState& s, const FlightGrid& g, const std::vector<double>& up, std::vector<char>& airborne) {
-  constexpr double kFarBelow = 0.55, kBelow = 0.9, kStill_m_s = 0.05;
+  constexpr double kFarBelow = 0.55, kBelow = 0.9, kAtRest_m_s = 0.05;
   const std::vector<double> lift = lift_figure(s, g);
   const double high = quantile(lift, 0.95);
   std::vector<double> ratio(g.grid.count), flying;
   for (std::size_t i = 0; i < ratio.size(); ++i) {
     ratio[i] = lift[i] / std::max(1.0, up[i]);
-    if (lift[i] > 0.3 * high && up[i] > 0.5 * host::kGravity_m_s2) flying.push_back(ratio[i]);
+    if (lift[i] > 0.3 * high && up[i] > 0.5 * kGravity_m_s2) flying.push_back(ratio[i]);
   }
   const double usual = median(std::move(flying));
   if (!(usual > 0.0)) return;
@@ -72,9 +74,9 @@ void find_ground(CheckState& s, const FlightGrid& g, const std::vector<double>& 
   };
   std::vector<char> ground(g.grid.count, 0);
   for (std::size_t i = 0; i < ground.size(); ++i)
-    ground[i] = ratio[i] < kFarBelow * usual && std::abs(up[i] / host::kGravity_m_s2 - 1.0) < 0.2 && slower_than(0.3, 1.0, i);
+    ground[i] = ratio[i] < kFarBelow * usual && std::abs(up[i] / kGravity_m_s2 - 1.0) < 0.2 && slower_than(0.3, 1.0, i);
   const auto grow = [&](std::size_t from, std::size_t to) {
-    if (ground[from] && !ground[to] && ratio[to] < kBelow * usual && slower_than(kStill_m_s, 0.15, to)) ground[to] = 1;
+    if (ground[from] && !ground[to] && ratio[to] < kBelow * usual && slower_than(kAtRest_m_s, 0.15, to)) ground[to] = 1;
   };
   for (std::size_t i = 1; i < ground.size(); ++i) grow(i - 1, i);
   for (std::size_t i = ground.size() - 1; i > 0; --i) grow(i, i - 1);
@@ -135,7 +137,7 @@ class Turning {
     double arm2 = 0.0;
     for (std::size_t k = 0; k < 4; ++k) {
       const Eigen::Vector3d arm = vehicle_.arm_m(static_cast<int>(k));
-      moment += host::kGravity_m_s2 * q[k] / usual_ * Eigen::Vector2d(arm.y(), -arm.x());
+      moment += kGravity_m_s2 * q[k] / usual_ * Eigen::Vector2d(arm.y(), -arm.x());
       arm2 += 0.25 * 0.5 * arm.head<2>().squaredNorm();
     }
     return moment / (0.45 * arm2);
@@ -217,7 +219,7 @@ Hover hover_of(const FlightGrid& g, const std::vector<double>& up, const std::ve
     if (!g.valid[i] || !airborne[i]) continue;
     if (strict) {
       const Eigen::Vector3d v = g.has_velocity ? g.velocity_W_m_s[i] : g.has_position ? g.position_rate_W_m_s[i] : Eigen::Vector3d::Zero();
-      if (std::abs(up[i] - host::kGravity_m_s2) > 1.5 || v.norm() > 1.0) continue;
+      if (std::abs(up[i] - kGravity_m_s2) > 1.5 || v.norm() > 1.0) continue;
       if (g.has_attitude && (g.q_WB[i] * Eigen::Vector3d::UnitZ()).z() < 0.97) continue;
       if (g.has_gyro && g.gyro_B_rad_s[i].norm() > 0.7) continue;
     }
@@ -240,17 +242,16 @@ struct SpeedUnit {
   double factor;  // shown / true
   const char* words;
 };
-constexpr double kRpm = 30.0 / std::numbers::pi;  // rev/min per rad/s
 const SpeedUnit kSpeedUnits[] = {
-    {kRpm, "the speeds are in rev/min, read as rad/s"},
-    {1.0 / kRpm, "the speeds are in rad/s, converted from rev/min once too often"},
+    {kRpm_per_rad_s, "the speeds are in rev/min, read as rad/s"},
+    {1.0 / kRpm_per_rad_s, "the speeds are in rad/s, converted from rev/min once too often"},
     {0.5 / std::numbers::pi, "the speeds are in rev/s, read as rad/s"},
     {6.0, "electrical speeds of a motor with 6 pole pairs (12 magnets): the pole pairs are missing"},
     {7.0, "electrical speeds of a motor with 7 pole pairs (14 magnets): the pole pairs are missing"},
     {11.0, "electrical speeds of a motor with 11 pole pairs (22 magnets): the pole pairs are missing"},
-    {6.0 * kRpm, "electrical rev/min of a motor with 6 pole pairs, read as rad/s"},
-    {7.0 * kRpm, "electrical rev/min of a motor with 7 pole pairs, read as rad/s"},
-    {0.07 * kRpm, "the speeds are in hundreds of electrical rev/min (DShot telemetry), 7 pole pairs, read as rad/s"},
+    {6.0 * kRpm_per_rad_s, "electrical rev/min of a motor with 6 pole pairs, read as rad/s"},
+    {7.0 * kRpm_per_rad_s, "electrical rev/min of a motor with 7 pole pairs, read as rad/s"},
+    {0.07 * kRpm_per_rad_s, "the speeds are in hundreds of electrical rev/min (DShot telemetry), 7 pole pairs, read as rad/s"},
     {1.0 / 6.0, "the speeds were divided by 6 pole pairs once too often"},
     {1.0 / 7.0, "the speeds were divided by 7 pole pairs once too often"},
 };
@@ -284,7 +285,7 @@ void check_speed_unit(CheckState& s, const Hover& h) {
 void check_balance(CheckState& s, const Hover& h) {
   // A scale of 0.931 or 1.073. The clean measured flights leave up to 0.023, with less agreement of the three axes than asked for.
   constexpr double kLeastImbalance = 0.035;
-  constexpr double kSameRatio = 0.03;  // 6/7 is told from 0.9, which says nothing of pole pairs
+  constexpr double kSameRatio = 0.03;  // 6/7 is distinguished from 0.9, which says nothing of pole pairs
   const auto scale_of = [](double imbalance) { return std::sqrt((1.0 + 3.0 * imbalance) / (1.0 - imbalance)); };
   double sum = 0.0, arm_x = 0.0, arm_y = 0.0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -326,7 +327,7 @@ void check_balance(CheckState& s, const Hover& h) {
 }  // namespace
 
 void check_rotors(CheckState& s) {
-  const FlightGrid g = make_grid(s, kCorner_hz);
+  const FlightGrid g = make_grid(s, kRotorCorner_hz);
   if (g.grid.count < 100 || (!g.has_rotors && s.record.motor_command.empty()) || (!g.has_accel && !g.has_position)) return;
   const std::vector<double> up = specific_force_up(g);
   std::vector<char> airborne(g.grid.count, 1);

@@ -24,7 +24,7 @@ struct CheckState {
   void lose(TimeRange range) { unusable.push_back({range.from_s - 1e-6, range.to_s + 1e-6}); }
   // The end points are good, but no step of a fit may join them.
   void split(TimeRange range) { unusable.push_back({range.from_s + 1e-6, range.to_s - 1e-6}); }
-  // The first refusal is the one that is told; later ones are findings only.
+  // The first refusal is the one that is reported; later ones are findings only.
   void refuse(std::string stream, std::string what, TimeRange range, std::string likely, std::string remedy);
   bool clock_set_back(double from_s, double to_s) const;  // within this time, or around it
   bool refused() const { return result.refusal.has_value(); }
@@ -52,7 +52,7 @@ void check_clock(CheckState& s);     // stamps far from all others, unit of time
 void check_bounds(CheckState& s);    // values that no flight shows, negative speeds
 void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream
 void check_inertial(CheckState& s);  // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
-void check_motion(CheckState& s);    // position, velocity and tilt tell one acceleration
+void check_motion(CheckState& s);    // position, velocity and tilt agree on one acceleration
 void check_rotors(CheckState& s);    // units by hover, dead or scaled rotors, on the ground
 void check_offsets(CheckState& s);   // stream against stream
 

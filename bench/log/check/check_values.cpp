@@ -6,6 +6,7 @@
 
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
 namespace {
@@ -180,11 +181,11 @@ std::vector<TimeRange> find_frozen(CheckState& s, const std::string& name, const
   for (std::size_t c = 0; c < channel_names.size(); ++c) {
     const std::vector<double> v = channel(stream, c);
     for (const TimeRange& r : runs(stream.t_s, shortest, [&](std::size_t i) { return v[i] == v[i - 1]; })) {
-      const bool told = std::any_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(whole),
+      const bool reported = std::any_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(whole),
                                     [&](const TimeRange& w) { return r.from_s <= w.to_s && w.from_s <= r.to_s; });
       const std::size_t at =
           static_cast<std::size_t>(std::lower_bound(stream.t_s.begin(), stream.t_s.end(), r.from_s) - stream.t_s.begin());
-      if (told || v[at] == 0.0) continue;  // zero: a dead rotor, or not turning; judged with the rotors
+      if (reported || v[at] == 0.0) continue;  // zero: a dead rotor, or not turning; judged with the rotors
       s.exclude(channel_names[c], fmt::format("stands at {:.4g} for {:.2f} s while the rest of its stream changes", v[at], r.span_s()), r);
       found.push_back(r);
     }

@@ -21,7 +21,7 @@ struct StreamOffset {
 struct StreamOffsets {
   std::vector<StreamOffset> pairs;
   const StreamOffset* find(const std::string& stream, const std::string& against) const;
-  // Through at most one stream between, u added in squares; empty when the flight does not tell.
+  // Through at most one stream between, u added in squares; empty when the flight does not determine it.
   std::optional<StreamOffset> between(const std::string& stream, const std::string& against) const;
 };
 

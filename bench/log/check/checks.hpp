@@ -1,4 +1,4 @@
-// What is wrong with a log, told before any fit: a parameter fitted through a dead speed sensor or a wrong unit looks like physics.
+// What is wrong with a log, reported before any fit: a parameter fitted through a dead speed sensor or a wrong unit looks like physics.
 // check_flight judges a flight by physics that needs no fitted parameter (a hovering vehicle carries its weight, attitude and gyro
 // show one rotation, position and tilt one acceleration), names each fault with its time range, takes out what can be taken out,
 // and refuses what cannot. Trusted of the vehicle: mass, hubs, reaction signs, rotor radius, density. Never its thrust, drag or inertia.

@@ -121,22 +121,6 @@ std::vector<double> every(const std::vector<double>& v, std::size_t step) {
   return out;
 }
 
-double quantile(std::vector<double> v, double fraction) {
-  if (v.empty()) return 0.0;
-  const auto n = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(v.size() - 1) + 0.5);
-  std::nth_element(v.begin(), v.begin() + n, v.end());
-  return v[static_cast<std::size_t>(n)];
-}
-
-double median(std::vector<double> v) { return quantile(std::move(v), 0.5); }
-
-double robust_deviation(const std::vector<double>& v) {
-  const double middle = median(v);
-  std::vector<double> d(v.size());
-  for (std::size_t i = 0; i < v.size(); ++i) d[i] = std::abs(v[i] - middle);
-  return 1.4826 * median(std::move(d));  // 1 / Φ⁻¹(3/4)
-}
-
 std::vector<TimeRange> stretches(std::span<const double> t, const std::vector<char>& flag, double join_s) {
   std::vector<TimeRange> out;
   for (std::size_t i = 0; i < flag.size(); ++i) {

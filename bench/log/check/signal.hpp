@@ -37,11 +37,6 @@ std::vector<double> derivative(const std::vector<double>& v, double dt_s);  // c
 // Every `step`-th point, after low_pass: the corner must be well below the new rate.
 std::vector<double> every(const std::vector<double>& v, std::size_t step);
 
-double quantile(std::vector<double> v, double fraction);  // 0 for no values
-double median(std::vector<double> v);
-// Standard deviation of a normal distribution that has this median distance from its median.
-double robust_deviation(const std::vector<double>& v);
-
 // The stretches where `flag` is set on the grid of `t_s`, joined when closer than `join_s`.
 std::vector<TimeRange> stretches(std::span<const double> t_s, const std::vector<char>& flag, double join_s);
 std::vector<TimeRange> joined(std::vector<TimeRange> ranges, double join_s);

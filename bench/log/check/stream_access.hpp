@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/log/check/checked_flight.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
 
@@ -51,9 +52,7 @@ Stream<Value> kept(const Stream<Value>& s, const std::vector<char>& keep) {
 // Median time between samples; 0 for fewer than two.
 template <class Value>
 double period_s(const Stream<Value>& s) {
-  std::vector<double> d;
-  for (std::size_t i = 1; i < s.size(); ++i) d.push_back(s.t_s[i] - s.t_s[i - 1]);
-  return median(std::move(d));
+  return median_step(s.t_s);
 }
 
 }  // namespace rotorloop::log

@@ -11,7 +11,7 @@
 
 namespace rotorloop::propeller {
 namespace {
-constexpr double kLimit = 0.025;
+constexpr double kAgiliciousLimit = 0.025;
 using nlohmann::json;
 
 sim::ReferenceGeometry blade(const json& p, double lift_offset) {
@@ -88,8 +88,9 @@ OracleRow specific_force_row(const json& j, const json& c, const std::string& co
   const Eigen::Vector3d specific_B =
       attitude.conjugate() * (Eigen::Vector3d(a[0].get<double>(), a[1].get<double>(), a[2].get<double>()) + up_W);
   const double ours = obstruction * total_thrust_N / mass;
-  return {kSource, condition, "specific force z x 0.9575, m/s2", specific_B.z(), ours, relative(ours, specific_B.z(), specific_B.z()),
-          kLimit,  ""};
+  return {kSource,          condition, "specific force z x 0.9575, m/s2",
+          specific_B.z(),   ours,      relative(ours, specific_B.z(), specific_B.z()),
+          kAgiliciousLimit, ""};
 }
 
 std::vector<OracleRow> compare(const json& j, const ConventionChange& change) {
@@ -103,7 +104,7 @@ std::vector<OracleRow> compare(const json& j, const ConventionChange& change) {
     const std::string condition = fmt::format("case {}, v = ({:g} {:g} {:g}) m/s", number++, c.at("v_W")[0].get<double>(),
                                               c.at("v_W")[1].get<double>(), c.at("v_W")[2].get<double>());
     const auto judge = [&](const Worst& worst, const char* quantity) {
-      rows.push_back(worst.row(kSource, condition, quantity, kLimit, "worst of 4 rotors"));
+      rows.push_back(worst.row(kSource, condition, quantity, kAgiliciousLimit, "worst of 4 rotors"));
     };
     judge(w.thrust, "thrust, N");
     judge(w.torque, "torque, N m");

@@ -13,7 +13,7 @@
 
 namespace rotorloop::propeller {
 namespace {
-constexpr double kLimit = 0.025;
+constexpr double kJsbsimLimit = 0.025;
 using nlohmann::json;
 using Series = std::vector<double>;
 
@@ -79,11 +79,11 @@ std::vector<OracleRow> compare_rotor(const json& j, const ConventionChange& chan
       glauert.add(carried, nu_eq, nu_eq);
     }
     const std::string note = fmt::format("worst of {} steps", blade_ct.count);
-    rows.push_back(blade_ct.row(source, condition, "C_T at the recorded inflow", kLimit, note));
-    rows.push_back(blade_power.row(source, condition, "power over speed Q + H mu R, N m", kLimit, note + ", of the largest torque"));
-    rows.push_back(blade_torque.row(source, condition, "torque at the recorded inflow, N m", mu.back() > 0.01 ? 0.0 : kLimit,
+    rows.push_back(blade_ct.row(source, condition, "C_T at the recorded inflow", kJsbsimLimit, note));
+    rows.push_back(blade_power.row(source, condition, "power over speed Q + H mu R, N m", kJsbsimLimit, note + ", of the largest torque"));
+    rows.push_back(blade_torque.row(source, condition, "torque at the recorded inflow, N m", mu.back() > 0.01 ? 0.0 : kJsbsimLimit,
                                     note + (mu.back() > 0.01 ? "; theirs flaps, ours is rigid" : ", of the largest torque")));
-    rows.push_back(glauert.row(source, condition, "Glauert inflow nu_eq", kLimit, note));
+    rows.push_back(glauert.row(source, condition, "Glauert inflow nu_eq", kJsbsimLimit, note));
 
     // Settled: our own balance. through = climb + induced, lambda = -(through) / tip.
     sim::RotorCondition at;
@@ -92,7 +92,7 @@ std::vector<OracleRow> compare_rotor(const json& j, const ConventionChange& chan
     at.density_kg_m3 = density;
     const auto l = rotor_of(h, pitch, profile_drag(ct.back(), h, solidity), change).solve(at).loads;
     const auto settled = [&](const char* quantity, double recorded, double ours) {
-      rows.push_back({source, condition, quantity, recorded, ours, relative(ours, recorded, recorded), kLimit, "after 1.3 s"});
+      rows.push_back({source, condition, quantity, recorded, ours, relative(ours, recorded, recorded), kJsbsimLimit, "after 1.3 s"});
     };
     settled("settled C_T", ct.back(), l.force_R_N.z() / thrust_unit_N);
     settled("settled induced inflow nu", nu.back(), l.induced_m_s / tip_m_s);
@@ -154,8 +154,9 @@ std::vector<OracleRow> compare_drive(const json& j) {
       torque.add(held.motor().torque_N_m(), K_q * current[k + 1], K_q * current[k + 1]);
     }
     const std::string note = fmt::format("worst of {} steps", momentum.count);
-    rows.push_back(momentum.row(source, condition, "thrust from v_i by momentum, N", kLimit, note));
-    rows.push_back(torque.row(source, condition, "motor torque at speed, N m", kLimit, fmt::format("worst of {} steps", torque.count)));
+    rows.push_back(momentum.row(source, condition, "thrust from v_i by momentum, N", kJsbsimLimit, note));
+    rows.push_back(
+        torque.row(source, condition, "motor torque at speed, N m", kJsbsimLimit, fmt::format("worst of {} steps", torque.count)));
 
     // Settled speed under the load that the recorded table gives at its last advance ratio.
     const double w = omega.back();
@@ -163,7 +164,8 @@ std::vector<OracleRow> compare_drive(const json& j) {
     free.motor().state().omega_rad_s = 0.9 * w;
     for (double t = 0.0; t < 1.0; t += ThreeConstantMotor::kStep_s) free.step(volts, {power.back() / (w * w * w), 0.0});
     const double ours = free.motor().state().omega_rad_s;
-    rows.push_back({source, condition, "settled speed, rad/s", w, ours, relative(ours, w, w), kLimit, "load from the recorded C_P(J)"});
+    rows.push_back(
+        {source, condition, "settled speed, rad/s", w, ours, relative(ours, w, w), kJsbsimLimit, "load from the recorded C_P(J)"});
   }
   return rows;
 }

@@ -6,12 +6,12 @@
 #include "bench/propeller/oracles/oracles.hpp"
 #include "bench/propeller/oracles/qprop_case.hpp"
 #include "bench/propeller/oracles/recording.hpp"
+#include "host/base/constants.hpp"
 #include "sim/rotor/bem.hpp"
 
 namespace rotorloop::propeller {
 namespace {
 constexpr double kLoadLimit = 0.005, kStationLimit = 0.01;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // The section as a polar that the fast solve can read: every half degree, a table every 5000 of Reynolds number.
 sim::Polar tabulated(const sim::QpropPolar& p) {
@@ -21,7 +21,7 @@ sim::Polar tabulated(const sim::QpropPolar& p) {
   for (double re = 20e3; re <= 110e3; re += 5e3) {
     sim::PolarTable t{re, {}, {}};
     for (const double alpha : polar.alpha_deg) {
-      const auto c = section({alpha * kDegree, re, 0.0});
+      const auto c = section({alpha * kRad_per_deg, re, 0.0});
       t.cl.push_back(c.cl);
       t.cd.push_back(c.cd);
     }
@@ -74,7 +74,7 @@ void compare(const std::filesystem::path& folder, const std::string& condition, 
     const QpropStation& s = q.stations[i];
     const auto& o = ours.stations[i];
     chord.add(geometry.elements[i].chord_m, s.chord_m, s.chord_m);
-    beta.add(geometry.elements[i].twist_rad / kDegree, s.beta_deg, s.beta_deg);
+    beta.add(geometry.elements[i].twist_rad / kRad_per_deg, s.beta_deg, s.beta_deg);
     cl.add(o.cl, s.cl, s.cl);
     cd.add(o.cd, s.cd, s.cd);
     reynolds.add(o.reynolds, s.reynolds, s.reynolds);

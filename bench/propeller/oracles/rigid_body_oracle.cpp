@@ -10,7 +10,7 @@
 
 namespace rotorloop::propeller {
 namespace {
-constexpr double kLimit = 1e-6;
+constexpr double kRigidBodyLimit = 1e-6;
 using nlohmann::json;
 
 Eigen::Vector3d vector3(const json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
@@ -53,8 +53,8 @@ Rates rates_of(const sim::AirframeConfig& config, const sim::AirframeState& star
 template <class Vector>
 OracleRow vector_row(const std::string& source, int number, const char* quantity, const Vector& recorded, const Vector& ours) {
   const double length = recorded.norm(), distance = (ours - recorded).norm();
-  return {source,      fmt::format("case {}", number),    quantity, length,
-          ours.norm(), distance / std::max(length, 1e-3), kLimit,   "length of the vector"};
+  return {source,      fmt::format("case {}", number),    quantity,        length,
+          ours.norm(), distance / std::max(length, 1e-3), kRigidBodyLimit, "length of the vector"};
 }
 
 Eigen::Vector3d moment_of(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& w, const Eigen::Vector3d& w_dot) {
@@ -70,7 +70,7 @@ std::vector<OracleRow> compare_rotorpy(const json& j) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) inertia(i, k) = p.at("inertia")[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)];
   // Its 1.43, 1.43, 2.89 e-5 kg m^2 belong to no body (2.89 > 1.43 + 1.43) and are refused by our airframe. A body that is flat
-  // stands in for it, and the moments that turn the two are compared; Euler's equation itself is judged by the other recording.
+  // replaces it, and the moments that turn the two are compared; Euler's equation itself is judged by the other recording.
   config.inertia_kg_m2 = inertia;
   config.inertia_kg_m2(2, 2) = inertia(0, 0) + inertia(1, 1);
   for (std::size_t i = 0; i < 4; ++i) {

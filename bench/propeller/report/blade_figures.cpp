@@ -8,12 +8,12 @@
 
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::propeller {
 namespace {
 
 constexpr double kInch_m = 0.0254;
-constexpr double kRad_per_deg = std::numbers::pi / 180;
 constexpr double kQuarter = 0.25;  // of the chord, from the leading edge: the line that is drawn straight
 constexpr double kPolarFrom_deg = -20, kPolarTo_deg = 40;
 

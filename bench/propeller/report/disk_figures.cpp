@@ -8,12 +8,11 @@
 
 #include "bench/render/page.hpp"
 #include "bench/render/svg_pieces.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kDeg_per_rad = 180 / std::numbers::pi;
-constexpr double kRpm_per_rad_s = 30 / std::numbers::pi;
 constexpr double kTrimmedArea = 0.02;  // of the map of inflow, at either end of its scale
 // Reversed flow at the hub would take the whole scale of the angle of attack: what lies beyond stall is one colour.
 constexpr double kAlphaLow_deg = -10, kAlphaHigh_deg = 25;

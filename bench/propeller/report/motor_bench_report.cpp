@@ -2,14 +2,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "bench/propeller/motor_bench.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::propeller {
 
 std::vector<std::string> report_lines(const MotorBenchResult& r) {
-  constexpr double kRpm = std::numbers::pi / 30.0;
   std::vector<std::string> lines;
   const BenchParameters& p = r.parameters;
   lines.push_back(fmt::format(
@@ -24,7 +23,7 @@ std::vector<std::string> report_lines(const MotorBenchResult& r) {
   for (const BenchComparison& c : r.rows) {
     const BenchValues e = c.relative_error();
     lines.push_back(fmt::format("{:5.1f} {:8} {:6.0f} {:+8.2f} {:7.2f} {:+8.2f} {:7.3f} {:+8.2f} {:9.2f}   {:+.1f} {:+.1f} {:+.1f}",
-                                c.throttle, c.held_out ? "held out" : "", c.measured.omega_rad_s / kRpm, 100 * e.omega_rad_s,
+                                c.throttle, c.held_out ? "held out" : "", c.measured.omega_rad_s / kRad_s_per_rpm, 100 * e.omega_rad_s,
                                 c.measured.bus_A, 100 * e.bus_A, c.measured.thrust_N, 100 * e.thrust_N, c.overlap_share,
                                 100 * (c.unfitted.omega_rad_s / c.measured.omega_rad_s - 1),
                                 100 * (c.unfitted.bus_A / c.measured.bus_A - 1), 100 * (c.unfitted.thrust_N / c.measured.thrust_N - 1)));

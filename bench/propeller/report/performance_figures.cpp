@@ -9,11 +9,11 @@
 #include "bench/propeller/rotor_sweep.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kRpm_per_rad_s = 30 / std::numbers::pi;
 constexpr double kMuMost = 0.4;  // a 5 inch rotor in hover speed at 24 m/s
 constexpr std::array kClimbAngles_deg{-15.0, 0.0, 15.0, 30.0};
 constexpr double kDescent = -4.0, kClimb = 2.0;  // range of the descent figures, in induced velocities of hover

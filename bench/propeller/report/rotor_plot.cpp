@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "bench/propeller/report/blade_figures.hpp"
 #include "bench/propeller/report/disk_figures.hpp"
@@ -11,13 +10,13 @@
 #include "bench/propeller/rotor_sweep.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kRpm_per_rad_s = 30 / std::numbers::pi;
-constexpr double kGram_per_N = 1000 / 9.80665;  // of thrust, as motor tables have it
+constexpr double kGram_per_N = 1000 / kGravity_m_s2;  // of thrust, as motor tables have it
 constexpr double kSoundSpeed_m_s = 340.3;       // ISA sea level
 constexpr double kIncompressibleMach = 0.6;     // beyond, lift and drag of the polars (Mach 0) are off by more than the model's own error
 constexpr sim::RotorResolution kCurves{};       // as in flight

@@ -15,7 +15,7 @@ namespace {
 constexpr int kLinePoints = 60;
 constexpr double kSpeedStep_rpm = 500.0;  // sweeps within it share a colour
 
-std::string percent(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1f}", 100.0 * v); }
+std::string percent_cell(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1f}", 100.0 * v); }
 
 double value_of(const MeasuredRow& r, bool power) { return power ? r.cp : r.ct; }
 double value_of(const Coefficients& c, bool power) { return power ? c.cp : c.ct; }
@@ -52,7 +52,7 @@ render::Series model_line(const sim::Rotor& rotor, double diameter_m, const std:
 std::string figure(const PropellerResult& p, const sim::Rotor& unfitted, const sim::Rotor& fitted, bool over_j, bool power) {
   render::Plot plot;
   plot.title = fmt::format("{}: {} over {}", p.propeller.entry.title, power ? "C_P" : "C_T", over_j ? "advance ratio" : "rotor speed");
-  plot.x_label = over_j ? "advance ratio J = V/(nD)" : "rotor speed, 1000 RPM";
+  plot.x_label = over_j ? "advance ratio J = V/(nD)" : "rotor speed, 10³ RPM";
   plot.y_label = power ? "C_P" : "C_T";
   plot.width_px = 510;
   plot.height_px = 320;
@@ -89,7 +89,7 @@ std::string scores_html(const GeometryResult& g) {
         s.part == Part::fitted ? "fitted"
         : s.whole              ? "held out, whole sweep"
                                : "held out",
-        s.fitted.rows, percent(s.unfitted.ct), percent(s.unfitted.cp), percent(s.fitted.ct), percent(s.fitted.cp),
+        s.fitted.rows, percent_cell(s.unfitted.ct), percent_cell(s.unfitted.cp), percent_cell(s.fitted.ct), percent_cell(s.fitted.cp),
         counts ? " class=\"big\"" : "");
   }
   return out + "</tbody></table></div>\n";
@@ -103,7 +103,7 @@ std::string fit_html(const GeometryResult& g) {
     out += g.fit.at_bound[k] ? " (at its bound)" : fmt::format(" ± {:.2f}", g.fit.standard_errors[k]);
     if (parameters[k].unit != "1") out += " " + parameters[k].unit;
   }
-  return out + fmt::format("; misfit of the fitted rows {} %", percent(g.fit.rms));
+  return out + fmt::format("; misfit of the fitted rows {} %", percent_cell(g.fit.rms));
 }
 
 std::string propeller_html(const PropellerResult& p) {
@@ -130,8 +130,9 @@ std::string limits_html(const std::vector<ValidationLimit>& limits) {
       "<div class=\"scroll\"><table><thead><tr><th class=\"l\">limit on held-out rows, after the fit</th><th>measured</th><th>allowed</th>"
       "<th class=\"l\">result</th></tr></thead><tbody>\n";
   for (const ValidationLimit& l : limits)
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{} %</td><td>{} {} %</td><td class=\"l {}\">{}</td></tr>\n", render::xml_escaped(l.name),
-                       percent(l.measured), l.at_least ? "≥" : "≤", percent(l.limit), l.pass ? "pass" : "fail", l.pass ? "pass" : "missed");
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{} %</td><td>{} {} %</td><td class=\"l {}\">{}</td></tr>\n",
+                       render::xml_escaped(l.name), percent_cell(l.measured), l.at_least ? "≥" : "≤", percent_cell(l.limit),
+                       l.pass ? "pass" : "fail", l.pass ? "pass" : "missed");
   return out + "</tbody></table></div>\n";
 }
 }  // namespace
@@ -139,7 +140,7 @@ std::string limits_html(const std::vector<ValidationLimit>& limits) {
 std::string validation_html(const ValidationDocument& d) {
   const bool pass = all_pass(d.limits);
   const auto missed = std::count_if(d.limits.begin(), d.limits.end(), [](const ValidationLimit& l) { return !l.pass; });
-  std::string out = render::page_begin("The rotor solve against measured propellers", "rotorloop rotor validate", "rotorloop");
+  std::string out = render::page_begin("BEM rotor model against measured propellers", "rotorloop rotor validate", "rotorloop");
   out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", pass ? "pass" : "fail",
                      d.limits.empty() ? "nothing judged"
                      : pass           ? fmt::format("all {} limits met", d.limits.size())

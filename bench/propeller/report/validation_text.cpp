@@ -11,7 +11,7 @@ namespace rotorloop::propeller {
 namespace {
 using Json = nlohmann::ordered_json;
 
-std::string percent(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1f}", 100.0 * v); }
+std::string percent_text(double v) { return std::isnan(v) ? "–" : fmt::format("{:.1f}", 100.0 * v); }
 
 std::string part_text(const SetScore& s) { return s.part == Part::fitted ? "fitted" : s.whole ? "held out whole" : "held out"; }
 
@@ -63,15 +63,15 @@ std::string validation_text(const ValidationDocument& d) {
                          "fitted");
       out += fmt::format("  {:<34}  {:>7} {:>6}  {:>7} {:>6}\n", "", "C_T", "C_P", "C_T", "C_P");
       for (const SetScore& s : g.scores)
-        out +=
-            fmt::format("  {:<14}{:<16}{:>4}  {:>7} {:>6}  {:>7} {:>6}{}\n", s.label, part_text(s), s.fitted.rows, percent(s.unfitted.ct),
-                        percent(s.unfitted.cp), percent(s.fitted.ct), percent(s.fitted.cp), e.judged && !s.judged ? "  printed only" : "");
+        out += fmt::format("  {:<14}{:<16}{:>4}  {:>7} {:>6}  {:>7} {:>6}{}\n", s.label, part_text(s), s.fitted.rows,
+                           percent_text(s.unfitted.ct), percent_text(s.unfitted.cp), percent_text(s.fitted.ct), percent_text(s.fitted.cp),
+                           e.judged && !s.judged ? "  printed only" : "");
     }
     out += '\n';
   }
   out += fmt::format("{:<62}{:>9}  {:>8}\n", "limit on held-out rows", "measured", "allowed");
   for (const ValidationLimit& l : d.limits)
-    out += fmt::format("{:<62}{:>7} %  {} {:>4} %  {}\n", l.name, percent(l.measured), l.at_least ? "≥" : "≤", percent(l.limit),
+    out += fmt::format("{:<62}{:>7} %  {} {:>4} %  {}\n", l.name, percent_text(l.measured), l.at_least ? "≥" : "≤", percent_text(l.limit),
                        l.pass ? "pass" : "MISSED");
   return out;
 }

@@ -1,4 +1,4 @@
-// One counter per abnormal branch, so that "it never happened" can be told from "nobody looked". Written, never read by control.
+// One counter per abnormal branch, so that "it never happened" differs from "nobody looked". Written, never read by control.
 #pragma once
 #include <cstdint>
 

@@ -135,7 +135,7 @@ class Motor {
   bool observing() const { return v_.state == MotorState::running || v_.state == MotorState::handover; }
   bool driving() const { return v_.state != MotorState::off && v_.state != MotorState::fault; }
 
-  // Electrical acceleration from the torque the firmware believes in; only when the frame is the rotor's.
+  // Electrical acceleration from the firmware's model of the torque; only when the frame is the rotor's.
   float torque_rad_s2() const {
     if (!observing()) return 0.0f;
     const SpeedLoopConfig& c = config_.speed;

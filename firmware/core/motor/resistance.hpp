@@ -1,5 +1,5 @@
 // Resistance while running: copper gains 0.39 % per kelvin and a winding heats in seconds, so the value of the last start ages.
-// A wrong resistance makes the observer's magnet vector longer when driving and shorter when braking, by (R - believed) i_q / w_e; a wrong
+// A wrong resistance makes the observer's magnet vector longer when driving and shorter when braking, by (R - R_assumed) i_q / w_e; a wrong
 // flux makes it longer or shorter always. So only the changes of its length that come with changes of i_q / w_e teach (least mean
 // squares): steady running teaches nothing, and the flux need not be known.
 #pragma once
@@ -11,7 +11,7 @@ constexpr float kResistanceMean = 0.005f;              // per supervision tick: 
 constexpr float kResistanceLeastChange_A_s = 1e-3f;    // of i_q / w_e: current noise, which stands in both factors, stays below
 constexpr float kResistanceLeastOmega_e_rad_s = 1500;  // 2 000 RPM at 7 pole pairs: below, dead time outweighs resistance
 
-// What is believed, at a start and later, as shares of the parameter. Upwards room for copper 100 K hotter (1.39) in a motor 30 % off its
+// The assumed resistance, at a start and later, as shares of the parameter. Upwards room for copper 100 K hotter (1.39) in a motor 30 % off its
 // data sheet: to refuse a hot winding is to run on exactly the error that the measurement is there for.
 constexpr float kResistanceLeast = 0.65f, kResistanceMost = 1.8f;
 
@@ -23,7 +23,7 @@ struct ResistanceState {
   float flux_ratio = 0.0f, current_A_s = 0.0f;  // means: of the vector's length over the parameter; of i_q / w_e
 };
 
-// One supervision tick of the running motor; returns the resistance to believe from now on.
+// One supervision tick of the running motor; returns the resistance to use from now on.
 constexpr float step(const ResistanceConfig& c, ResistanceState& s, float resistance_ohm, float flux_ratio, float current_q_A,
                      float omega_e_rad_s) {
   if (magnitude(omega_e_rad_s) < kResistanceLeastOmega_e_rad_s) return resistance_ohm;

@@ -55,12 +55,12 @@ class WindDryden final : public Effect {
   std::uint64_t sample_ = 0;
 };
 
-constexpr EffectOption kOptions[]{
+constexpr EffectOption kWindDrydenOptions[]{
     {"airspeed_m_s", "m/s", 0.5, 50.0, 5.0}, {"height_m", "m", 1.0, 300.0, 5.0}, {"towards_deg", "deg", -360.0, 360.0, 0.0}};
 
 }  // namespace
 
 const EffectInfo kWindDryden{
-    .id = "wind_dryden", .parameter = {"sigma_m_s", "m/s", 0.0, 5.0, 0.0}, .options = kOptions, .make = make_effect<WindDryden>};
+    .id = "wind_dryden", .parameter = {"sigma_m_s", "m/s", 0.0, 5.0, 0.0}, .options = kWindDrydenOptions, .make = make_effect<WindDryden>};
 
 }  // namespace rotorloop::sim

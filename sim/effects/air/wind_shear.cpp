@@ -25,11 +25,11 @@ class WindShear final : public Effect {
   double reference_m_, ground_z_m_ = 0.0;
 };
 
-constexpr EffectOption kOptions[]{{"towards_deg", "deg", -360.0, 360.0, 0.0}, {"reference_height_m", "m", 0.0, 1000.0, 0.0}};
+constexpr EffectOption kWindShearOptions[]{{"towards_deg", "deg", -360.0, 360.0, 0.0}, {"reference_height_m", "m", 0.0, 1000.0, 0.0}};
 
 }  // namespace
 
 const EffectInfo kWindShear{
-    .id = "wind_shear", .parameter = {"gradient_1_s", "1/s", -5.0, 5.0, 0.0}, .options = kOptions, .make = make_effect<WindShear>};
+    .id = "wind_shear", .parameter = {"gradient_1_s", "1/s", -5.0, 5.0, 0.0}, .options = kWindShearOptions, .make = make_effect<WindShear>};
 
 }  // namespace rotorloop::sim

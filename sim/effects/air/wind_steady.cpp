@@ -21,11 +21,11 @@ class WindSteady final : public Effect {
   Eigen::Vector3d wind_W_m_s_;
 };
 
-constexpr EffectOption kOptions[]{{"towards_deg", "deg", -360.0, 360.0, 0.0}, {"up_m_s", "m/s", -10.0, 10.0, 0.0}};
+constexpr EffectOption kWindSteadyOptions[]{{"towards_deg", "deg", -360.0, 360.0, 0.0}, {"up_m_s", "m/s", -10.0, 10.0, 0.0}};
 
 }  // namespace
 
 const EffectInfo kWindSteady{
-    .id = "wind_steady", .parameter = {"speed_m_s", "m/s", 0.0, 20.0, 0.0}, .options = kOptions, .make = make_effect<WindSteady>};
+    .id = "wind_steady", .parameter = {"speed_m_s", "m/s", 0.0, 20.0, 0.0}, .options = kWindSteadyOptions, .make = make_effect<WindSteady>};
 
 }  // namespace rotorloop::sim

@@ -6,20 +6,18 @@
 namespace rotorloop::sim {
 namespace {
 
-class BodyForceBias final : public Effect {
- public:
-  explicit BodyForceBias(const EffectValues& v) : force_B_N_(v[1], v[2], v[0]) {}
-  void body_loads(const BodyMotion&, Wrench& w) const override { w.force_B_N += force_B_N_; }
+void body_force_bias(const EffectValues& v, const BodyMotion&, Wrench& w) {
+  const Eigen::Vector3d force_B_N(v[1], v[2], v[0]);
+  w.force_B_N += force_B_N;
+}
 
- private:
-  Eigen::Vector3d force_B_N_;
-};
-
-constexpr EffectOption kOptions[] = {{"x_N", "N", -0.3, 0.3, 0.0}, {"y_N", "N", -0.3, 0.3, 0.0}};
+constexpr EffectOption kBodyForceBiasOptions[] = {{"x_N", "N", -0.3, 0.3, 0.0}, {"y_N", "N", -0.3, 0.3, 0.0}};
 
 }  // namespace
 
-const EffectInfo kBodyForceBias{
-    .id = "body_force_bias", .parameter = {"z_N", "N", -0.3, 0.3, 0.0}, .options = kOptions, .make = make_effect<BodyForceBias>};
+const EffectInfo kBodyForceBias{.id = "body_force_bias",
+                                .parameter = {"z_N", "N", -0.3, 0.3, 0.0},
+                                .options = kBodyForceBiasOptions,
+                                .make = effect_of<body_force_bias>};
 
 }  // namespace rotorloop::sim

@@ -7,20 +7,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class BodyLift final : public Effect {
- public:
-  explicit BodyLift(const EffectValues& v) : k_L_N_s2_m2_(v[0]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override {
-    w.force_B_N.z() += density_ratio(m) * k_L_N_s2_m2_ * m.v_air_B_m_s.head<2>().squaredNorm();
-  }
-
- private:
-  double k_L_N_s2_m2_;
-};
+void body_lift(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const double k_L_N_s2_m2 = v[0];
+  w.force_B_N.z() += density_ratio(m) * k_L_N_s2_m2 * m.v_air_B_m_s.head<2>().squaredNorm();
+}
 
 }  // namespace
 
 const EffectInfo kBodyLift{
-    .id = "body_lift", .parameter = {"k_L_N_s2_m2", "N s^2/m^2", -0.02, 0.02, 0.0}, .options = {}, .make = make_effect<BodyLift>};
+    .id = "body_lift", .parameter = {"k_L_N_s2_m2", "N s^2/m^2", -0.02, 0.02, 0.0}, .options = {}, .make = effect_of<body_lift>};
 
 }  // namespace rotorloop::sim

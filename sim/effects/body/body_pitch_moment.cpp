@@ -8,25 +8,19 @@
 namespace rotorloop::sim {
 namespace {
 
-class BodyPitchMoment final : public Effect {
- public:
-  explicit BodyPitchMoment(const EffectValues& v) : k_m_N_s2_m_(v[0]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override {
-    const Eigen::Vector3d& v = m.v_air_B_m_s;
-    const double k_N_s = density_ratio(m) * k_m_N_s2_m_ * v.norm();
-    w.moment_B_N_m.x() -= k_N_s * v.y();
-    w.moment_B_N_m.y() += k_N_s * v.x();
-  }
-
- private:
-  double k_m_N_s2_m_;
-};
+void body_pitch_moment(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const double k_m_N_s2_m = v[0];
+  const Eigen::Vector3d& v_air = m.v_air_B_m_s;
+  const double k_N_s = density_ratio(m) * k_m_N_s2_m * v_air.norm();
+  w.moment_B_N_m.x() -= k_N_s * v_air.y();
+  w.moment_B_N_m.y() += k_N_s * v_air.x();
+}
 
 }  // namespace
 
 const EffectInfo kBodyPitchMoment{.id = "body_pitch_moment",
                                   .parameter = {"k_m_N_s2_m", "N s^2/m", -2e-3, 2e-3, 0.0},
                                   .options = {},
-                                  .make = make_effect<BodyPitchMoment>};
+                                  .make = effect_of<body_pitch_moment>};
 
 }  // namespace rotorloop::sim

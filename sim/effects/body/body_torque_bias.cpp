@@ -5,20 +5,18 @@
 namespace rotorloop::sim {
 namespace {
 
-class BodyTorqueBias final : public Effect {
- public:
-  explicit BodyTorqueBias(const EffectValues& v) : moment_B_N_m_(v[1], v[2], v[0]) {}
-  void body_loads(const BodyMotion&, Wrench& w) const override { w.moment_B_N_m += moment_B_N_m_; }
+void body_torque_bias(const EffectValues& v, const BodyMotion&, Wrench& w) {
+  const Eigen::Vector3d moment_B_N_m(v[1], v[2], v[0]);
+  w.moment_B_N_m += moment_B_N_m;
+}
 
- private:
-  Eigen::Vector3d moment_B_N_m_;
-};
-
-constexpr EffectOption kOptions[] = {{"x_N_m", "N m", -0.02, 0.02, 0.0}, {"y_N_m", "N m", -0.02, 0.02, 0.0}};
+constexpr EffectOption kBodyTorqueBiasOptions[] = {{"x_N_m", "N m", -0.02, 0.02, 0.0}, {"y_N_m", "N m", -0.02, 0.02, 0.0}};
 
 }  // namespace
 
-const EffectInfo kBodyTorqueBias{
-    .id = "body_torque_bias", .parameter = {"z_N_m", "N m", -0.02, 0.02, 0.0}, .options = kOptions, .make = make_effect<BodyTorqueBias>};
+const EffectInfo kBodyTorqueBias{.id = "body_torque_bias",
+                                 .parameter = {"z_N_m", "N m", -0.02, 0.02, 0.0},
+                                 .options = kBodyTorqueBiasOptions,
+                                 .make = effect_of<body_torque_bias>};
 
 }  // namespace rotorloop::sim

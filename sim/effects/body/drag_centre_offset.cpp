@@ -22,11 +22,13 @@ class DragCentreOffset final : public Effect {
   ParasiticDrag drag_;
 };
 
-constexpr EffectOption kOptions[] = {{"x_m", "m", -0.05, 0.05, 0.0}, {"y_m", "m", -0.05, 0.05, 0.0}};
+constexpr EffectOption kDragCentreOffsetOptions[] = {{"x_m", "m", -0.05, 0.05, 0.0}, {"y_m", "m", -0.05, 0.05, 0.0}};
 
 }  // namespace
 
-const EffectInfo kDragCentreOffset{
-    .id = "drag_centre_offset", .parameter = {"z_m", "m", -0.05, 0.05, 0.0}, .options = kOptions, .make = make_effect<DragCentreOffset>};
+const EffectInfo kDragCentreOffset{.id = "drag_centre_offset",
+                                   .parameter = {"z_m", "m", -0.05, 0.05, 0.0},
+                                   .options = kDragCentreOffsetOptions,
+                                   .make = make_effect<DragCentreOffset>};
 
 }  // namespace rotorloop::sim

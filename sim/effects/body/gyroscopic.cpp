@@ -8,17 +8,13 @@
 namespace rotorloop::sim {
 namespace {
 
-class Gyroscopic final : public Effect {
- public:
-  explicit Gyroscopic(const EffectValues&) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override { w.moment_B_N_m -= m.w_B_rad_s.cross(m.rotors.H_B_N_m_s); }
-};
+void gyroscopic(const EffectValues&, const BodyMotion& m, Wrench& w) { w.moment_B_N_m -= m.w_B_rad_s.cross(m.rotors.H_B_N_m_s); }
 
 }  // namespace
 
 const EffectInfo kGyroscopic{.id = "gyroscopic",
                              .parameter = {"J_r_kg_m2", "kg m^2", 0.0, 1e-4, 0.0, ParameterOrigin::drive},
                              .options = {},
-                             .make = make_effect<Gyroscopic>};
+                             .make = effect_of<gyroscopic>};
 
 }  // namespace rotorloop::sim

@@ -7,20 +7,16 @@
 namespace rotorloop::sim {
 namespace {
 
-class LinearDrag final : public Effect {
- public:
-  explicit LinearDrag(const EffectValues& v) : d_N_s_m_(v[0], v[0], v[0] * v[1]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override { w.force_B_N -= d_N_s_m_.cwiseProduct(m.v_air_B_m_s); }
+void linear_drag(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const Eigen::Vector3d d_N_s_m(v[0], v[0], v[0] * v[1]);
+  w.force_B_N -= d_N_s_m.cwiseProduct(m.v_air_B_m_s);
+}
 
- private:
-  Eigen::Vector3d d_N_s_m_;
-};
-
-constexpr EffectOption kOptions[] = {{"z_share", "1", 0.0, 2.0, 1.0}};
+constexpr EffectOption kLinearDragOptions[] = {{"z_share", "1", 0.0, 2.0, 1.0}};
 
 }  // namespace
 
 const EffectInfo kLinearDrag{
-    .id = "linear_drag", .parameter = {"d_N_s_m", "N s/m", 0.0, 0.5, 0.0}, .options = kOptions, .make = make_effect<LinearDrag>};
+    .id = "linear_drag", .parameter = {"d_N_s_m", "N s/m", 0.0, 0.5, 0.0}, .options = kLinearDragOptions, .make = effect_of<linear_drag>};
 
 }  // namespace rotorloop::sim

@@ -7,21 +7,15 @@
 namespace rotorloop::sim {
 namespace {
 
-class ParasiticDragShare final : public Effect {
- public:
-  explicit ParasiticDragShare(const EffectValues& v) : share_(v[0]) {}
-  void prepare(PlantSetup& setup) override {
-    setup.body.drag_xy_N_s2_m2 *= share_;
-    setup.body.drag_z_N_s2_m2 *= share_;
-  }
-
- private:
-  double share_;
-};
+void parasitic_drag_share(const EffectValues& v, PlantSetup& setup) {
+  const double share = v[0];
+  setup.body.drag_xy_N_s2_m2 *= share;
+  setup.body.drag_z_N_s2_m2 *= share;
+}
 
 }  // namespace
 
 const EffectInfo kParasiticDrag{
-    .id = "parasitic_drag", .parameter = {"share", "1", 0.0, 3.0, 1.0}, .options = {}, .make = make_effect<ParasiticDragShare>};
+    .id = "parasitic_drag", .parameter = {"share", "1", 0.0, 3.0, 1.0}, .options = {}, .make = effect_of<parasitic_drag_share>};
 
 }  // namespace rotorloop::sim

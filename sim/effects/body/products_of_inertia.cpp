@@ -6,30 +6,24 @@
 namespace rotorloop::sim {
 namespace {
 
-class ProductsOfInertia final : public Effect {
- public:
-  explicit ProductsOfInertia(const EffectValues& v) : xz_(v[0]), xy_(v[1]), yz_(v[2]) {}
-  void prepare(PlantSetup& setup) override {
-    Eigen::Matrix3d& I = setup.body.inertia_kg_m2;
-    I(0, 2) += xz_;
-    I(2, 0) += xz_;
-    I(0, 1) += xy_;
-    I(1, 0) += xy_;
-    I(1, 2) += yz_;
-    I(2, 1) += yz_;
-  }
+void products_of_inertia(const EffectValues& v, PlantSetup& setup) {
+  const double xz = v[0], xy = v[1], yz = v[2];
+  Eigen::Matrix3d& I = setup.body.inertia_kg_m2;
+  I(0, 2) += xz;
+  I(2, 0) += xz;
+  I(0, 1) += xy;
+  I(1, 0) += xy;
+  I(1, 2) += yz;
+  I(2, 1) += yz;
+}
 
- private:
-  double xz_, xy_, yz_;
-};
-
-constexpr EffectOption kOptions[]{{"I_xy_kg_m2", "kg m^2", -1e-3, 1e-3, 0.0}, {"I_yz_kg_m2", "kg m^2", -1e-3, 1e-3, 0.0}};
+constexpr EffectOption kProductsOfInertiaOptions[]{{"I_xy_kg_m2", "kg m^2", -1e-3, 1e-3, 0.0}, {"I_yz_kg_m2", "kg m^2", -1e-3, 1e-3, 0.0}};
 
 }  // namespace
 
 const EffectInfo kProductsOfInertia{.id = "products_of_inertia",
                                     .parameter = {"I_xz_kg_m2", "kg m^2", -1e-3, 1e-3, 0.0},
-                                    .options = kOptions,
-                                    .make = make_effect<ProductsOfInertia>};
+                                    .options = kProductsOfInertiaOptions,
+                                    .make = effect_of<products_of_inertia>};
 
 }  // namespace rotorloop::sim

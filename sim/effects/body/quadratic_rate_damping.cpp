@@ -8,22 +8,16 @@
 namespace rotorloop::sim {
 namespace {
 
-class QuadraticRateDamping final : public Effect {
- public:
-  explicit QuadraticRateDamping(const EffectValues& v) : d2_N_m_s2_(v[0]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override {
-    w.moment_B_N_m -= (density_ratio(m) * d2_N_m_s2_ * m.w_B_rad_s.norm()) * m.w_B_rad_s;
-  }
-
- private:
-  double d2_N_m_s2_;
-};
+void quadratic_rate_damping(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const double d2_N_m_s2 = v[0];
+  w.moment_B_N_m -= (density_ratio(m) * d2_N_m_s2 * m.w_B_rad_s.norm()) * m.w_B_rad_s;
+}
 
 }  // namespace
 
 const EffectInfo kQuadraticRateDamping{.id = "quadratic_rate_damping",
                                        .parameter = {"d2_N_m_s2", "N m s^2", 0.0, 2e-3, 0.0},
                                        .options = {},
-                                       .make = make_effect<QuadraticRateDamping>};
+                                       .make = effect_of<quadratic_rate_damping>};
 
 }  // namespace rotorloop::sim

@@ -6,11 +6,7 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorInertiaReaction final : public Effect {
- public:
-  explicit RotorInertiaReaction(const EffectValues&) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override { w.moment_B_N_m -= m.rotors.H_dot_B_N_m; }
-};
+void rotor_inertia_reaction(const EffectValues&, const BodyMotion& m, Wrench& w) { w.moment_B_N_m -= m.rotors.H_dot_B_N_m; }
 
 }  // namespace
 
@@ -18,6 +14,6 @@ class RotorInertiaReaction final : public Effect {
 const EffectInfo kRotorInertiaReaction{.id = "rotor_inertia_reaction",
                                        .parameter = {"J_r_kg_m2", "kg m^2", 0.0, 1e-4, 0.0, ParameterOrigin::drive},
                                        .options = {},
-                                       .make = make_effect<RotorInertiaReaction>};
+                                       .make = effect_of<rotor_inertia_reaction>};
 
 }  // namespace rotorloop::sim

@@ -9,22 +9,16 @@
 namespace rotorloop::sim {
 namespace {
 
-class SideslipYawMoment final : public Effect {
- public:
-  explicit SideslipYawMoment(const EffectValues& v) : k_n_N_s2_m_(v[0]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override {
-    w.moment_B_N_m.z() += density_ratio(m) * k_n_N_s2_m_ * m.v_air_B_m_s.x() * m.v_air_B_m_s.y();
-  }
-
- private:
-  double k_n_N_s2_m_;
-};
+void sideslip_yaw_moment(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const double k_n_N_s2_m = v[0];
+  w.moment_B_N_m.z() += density_ratio(m) * k_n_N_s2_m * m.v_air_B_m_s.x() * m.v_air_B_m_s.y();
+}
 
 }  // namespace
 
 const EffectInfo kSideslipYawMoment{.id = "sideslip_yaw_moment",
                                     .parameter = {"k_n_N_s2_m", "N s^2/m", -3e-3, 3e-3, 0.0},
                                     .options = {},
-                                    .make = make_effect<SideslipYawMoment>};
+                                    .make = effect_of<sideslip_yaw_moment>};
 
 }  // namespace rotorloop::sim

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/constants.hpp"
 #include "sim/effects/body/air_density.hpp"
 #include "sim/effects/body/body_list.hpp"
 #include "sim/effects/plant_setup.hpp"
@@ -86,7 +87,7 @@ class SlungLoad final : public Effect {
   Eigen::Vector3d attach_B_m_;  // from the geometric centre, after prepare() from the centre of mass
   double drag_N_s2_m2_, damping_ratio_;
   double stiffness_N_m_ = 0.0, damping_N_s_m_ = 0.0;
-  double gravity_m_s2_ = kStandardGravity_m_s2, ground_z_m_ = 0.0;
+  double gravity_m_s2_ = kGravity_m_s2, ground_z_m_ = 0.0;
   bool hanging_ = false;
   Eigen::Vector3d p_W_m_ = Eigen::Vector3d::Zero(), v_W_m_s_ = Eigen::Vector3d::Zero();  // of the load
   Eigen::Vector3d pull_W_N_ = Eigen::Vector3d::Zero();                                   // on the body
@@ -95,14 +96,14 @@ class SlungLoad final : public Effect {
 // The body feels the pull half a millisecond late, which feeds a string that rings against a free body: below 0.02 of damping the
 // heaviest load would shake the reference vehicle apart.
 constexpr double kLeastDamping = 0.1;
-constexpr EffectOption kOptions[]{{"length_m", "m", 0.1, 5.0, 0.5},
-                                  {"attach_z_m", "m", -0.2, 0.2, -0.03},
-                                  {"drag_N_s2_m2", "N s^2/m^2", 0.0, 0.1, 0.001},
-                                  {"string_damping", "1", kLeastDamping, 1.0, 0.3}};
+constexpr EffectOption kSlungLoadOptions[]{{"length_m", "m", 0.1, 5.0, 0.5},
+                                           {"attach_z_m", "m", -0.2, 0.2, -0.03},
+                                           {"drag_N_s2_m2", "N s^2/m^2", 0.0, 0.1, 0.001},
+                                           {"string_damping", "1", kLeastDamping, 1.0, 0.3}};
 
 }  // namespace
 
 const EffectInfo kSlungLoad{
-    .id = "slung_load", .parameter = {"mass_kg", "kg", 0.0, 0.3, 0.0}, .options = kOptions, .make = make_effect<SlungLoad>};
+    .id = "slung_load", .parameter = {"mass_kg", "kg", 0.0, 0.3, 0.0}, .options = kSlungLoadOptions, .make = make_effect<SlungLoad>};
 
 }  // namespace rotorloop::sim

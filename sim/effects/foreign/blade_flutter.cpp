@@ -7,23 +7,20 @@
 namespace rotorloop::sim {
 namespace {
 
-class BladeFlutter final : public Effect {
- public:
-  explicit BladeFlutter(const EffectValues& v) : loss_(v[0]), centre_rad_s_(v[1]), width_rad_s_(v[2]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override {
-    const double u = (s.condition.omega_rad_s - centre_rad_s_) / width_rad_s_;
-    if (std::fabs(u) < 1.0) loads.force_R_N.z() *= 1.0 - loss_ * (1.0 - u * u) * (1.0 - u * u);
-  }
+void blade_flutter(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double loss = v[0], centre_rad_s = v[1], width_rad_s = v[2];
+  const double u = (s.condition.omega_rad_s - centre_rad_s) / width_rad_s;
+  if (std::fabs(u) < 1.0) loads.force_R_N.z() *= 1.0 - loss * (1.0 - u * u) * (1.0 - u * u);
+}
 
- private:
-  double loss_, centre_rad_s_, width_rad_s_;
-};
-
-constexpr EffectOption kOptions[]{{"centre_rad_s", "rad/s", 100.0, 3000.0, 1030.0}, {"width_rad_s", "rad/s", 5.0, 500.0, 50.0}};
+constexpr EffectOption kForeignBladeFlutterOptions[]{{"centre_rad_s", "rad/s", 100.0, 3000.0, 1030.0},
+                                                     {"width_rad_s", "rad/s", 5.0, 500.0, 50.0}};
 
 }  // namespace
 
-const EffectInfo kForeignBladeFlutter{
-    .id = "foreign_blade_flutter", .parameter = {"loss", "1", 0.0, 0.5, 0.0}, .options = kOptions, .make = make_effect<BladeFlutter>};
+const EffectInfo kForeignBladeFlutter{.id = "foreign_blade_flutter",
+                                      .parameter = {"loss", "1", 0.0, 0.5, 0.0},
+                                      .options = kForeignBladeFlutterOptions,
+                                      .make = effect_of<blade_flutter>};
 
 }  // namespace rotorloop::sim

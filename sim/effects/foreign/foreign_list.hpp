@@ -1,7 +1,7 @@
 // The effects of this folder by name. They are physics that no catalogue and no library of terms knows: a plant may have them, so that a
 // diagnosis can be shown to say "unexplained" instead of a name. Not part of builtin_effects(), never on unless a plant file names them.
 #pragma once
-#include "sim/effects/effect.hpp"
+#include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
 

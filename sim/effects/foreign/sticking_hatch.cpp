@@ -30,13 +30,13 @@ class StickingHatch final : public Effect {
   bool open_ = false;
 };
 
-constexpr EffectOption kOptions[]{{"open_m_s", "m/s", 0.1, 50.0, 5.0}};
+constexpr EffectOption kForeignStickingHatchOptions[]{{"open_m_s", "m/s", 0.1, 50.0, 5.0}};
 
 }  // namespace
 
 const EffectInfo kForeignStickingHatch{.id = "foreign_sticking_hatch",
                                        .parameter = {"drag_N_s2_m2", "N s^2/m^2", 0.0, 0.1, 0.0},
-                                       .options = kOptions,
+                                       .options = kForeignStickingHatchOptions,
                                        .make = make_effect<StickingHatch>};
 
 }  // namespace rotorloop::sim

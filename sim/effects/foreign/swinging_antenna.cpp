@@ -8,25 +8,19 @@
 namespace rotorloop::sim {
 namespace {
 
-class SwingingAntenna final : public Effect {
- public:
-  explicit SwingingAntenna(const EffectValues& v) : torque_N_m_(v[0]), frequency_Hz_(v[1]) {}
-  void body_loads(const BodyMotion& m, Wrench& w) const override {
-    const SinCos phase = sincos_exact(2.0 * std::numbers::pi * frequency_Hz_ * m.time_s);
-    w.moment_B_N_m += torque_N_m_ * Eigen::Vector3d(phase.cos, 0.6 * phase.sin, 0.0);
-  }
+void swinging_antenna(const EffectValues& v, const BodyMotion& m, Wrench& w) {
+  const double torque_N_m = v[0], frequency_Hz = v[1];
+  const SinCos phase = sincos_exact(2.0 * std::numbers::pi * frequency_Hz * m.time_s);
+  w.moment_B_N_m += torque_N_m * Eigen::Vector3d(phase.cos, 0.6 * phase.sin, 0.0);
+}
 
- private:
-  double torque_N_m_, frequency_Hz_;
-};
-
-constexpr EffectOption kOptions[]{{"frequency_Hz", "Hz", 0.1, 50.0, 2.3}};
+constexpr EffectOption kForeignSwingingAntennaOptions[]{{"frequency_Hz", "Hz", 0.1, 50.0, 2.3}};
 
 }  // namespace
 
 const EffectInfo kForeignSwingingAntenna{.id = "foreign_swinging_antenna",
                                          .parameter = {"torque_N_m", "N m", 0.0, 0.1, 0.0},
-                                         .options = kOptions,
-                                         .make = make_effect<SwingingAntenna>};
+                                         .options = kForeignSwingingAntennaOptions,
+                                         .make = effect_of<swinging_antenna>};
 
 }  // namespace rotorloop::sim

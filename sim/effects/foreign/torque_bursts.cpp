@@ -1,5 +1,5 @@
 // A battery that is loose in its tray and strikes it now and then: bursts of torque at random moments about a random axis across the
-// thrust, half a sine long, each with its size between half and all of torque_N_m. Nothing in the motion foretells them.
+// thrust, half a sine long, each with its size between half and all of torque_N_m. Nothing in the motion predicts them.
 #include <cmath>
 #include <numbers>
 
@@ -11,14 +11,14 @@
 namespace rotorloop::sim {
 namespace {
 
-constexpr std::uint64_t kRandomModule = 7101;
+constexpr std::uint64_t kBurstModule = 7101;
 constexpr double kEvery_s = 1.5;  // one burst within each such span, at a random moment of it
 constexpr std::uint64_t kNumbers = 3;
 
 class TorqueBursts final : public Effect {
  public:
   explicit TorqueBursts(const EffectValues& v) : torque_N_m_(v[0]), length_s_(v[1]) {}
-  void prepare(PlantSetup& setup) override { random_ = RandomStream(setup.seed, kRandomModule); }
+  void prepare(PlantSetup& setup) override { random_ = RandomStream(setup.seed, kBurstModule); }
   void body_loads(const BodyMotion& m, Wrench& w) const override {
     const double span = std::floor(m.time_s / kEvery_s);
     const auto n = static_cast<std::uint64_t>(span) * kNumbers;
@@ -32,16 +32,16 @@ class TorqueBursts final : public Effect {
 
  private:
   double torque_N_m_, length_s_;
-  RandomStream random_{0, kRandomModule};
+  RandomStream random_{0, kBurstModule};
 };
 
-constexpr EffectOption kOptions[]{{"length_s", "s", 0.02, 1.0, 0.2}};
+constexpr EffectOption kForeignTorqueBurstsOptions[]{{"length_s", "s", 0.02, 1.0, 0.2}};
 
 }  // namespace
 
 const EffectInfo kForeignTorqueBursts{.id = "foreign_torque_bursts",
                                       .parameter = {"torque_N_m", "N m", 0.0, 0.2, 0.0},
-                                      .options = kOptions,
+                                      .options = kForeignTorqueBurstsOptions,
                                       .make = make_effect<TorqueBursts>};
 
 }  // namespace rotorloop::sim

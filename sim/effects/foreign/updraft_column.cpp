@@ -6,25 +6,20 @@
 namespace rotorloop::sim {
 namespace {
 
-class UpdraftColumn final : public Effect {
- public:
-  explicit UpdraftColumn(const EffectValues& v) : speed_m_s_(v[0]), x_m_(v[1]), y_m_(v[2]), radius_m_(v[3]) {}
-  void air(const Eigen::Vector3d& p_W_m, double, Air& air) const override {
-    const double x = (p_W_m.x() - x_m_) / radius_m_, y = (p_W_m.y() - y_m_) / radius_m_;
-    air.wind_W_m_s.z() += speed_m_s_ * exp_exact(-(x * x + y * y));
-  }
+void updraft_column(const EffectValues& v, const Eigen::Vector3d& p_W_m, double, Air& air) {
+  const double speed_m_s = v[0], x_m = v[1], y_m = v[2], radius_m = v[3];
+  const double x = (p_W_m.x() - x_m) / radius_m, y = (p_W_m.y() - y_m) / radius_m;
+  air.wind_W_m_s.z() += speed_m_s * exp_exact(-(x * x + y * y));
+}
 
- private:
-  double speed_m_s_, x_m_, y_m_, radius_m_;
-};
-
-constexpr EffectOption kOptions[]{{"x_m", "m", -100.0, 100.0, 4.0}, {"y_m", "m", -100.0, 100.0, 1.0}, {"radius_m", "m", 0.1, 50.0, 1.5}};
+constexpr EffectOption kForeignUpdraftColumnOptions[]{
+    {"x_m", "m", -100.0, 100.0, 4.0}, {"y_m", "m", -100.0, 100.0, 1.0}, {"radius_m", "m", 0.1, 50.0, 1.5}};
 
 }  // namespace
 
 const EffectInfo kForeignUpdraftColumn{.id = "foreign_updraft_column",
                                        .parameter = {"speed_m_s", "m/s", -10.0, 10.0, 0.0},
-                                       .options = kOptions,
-                                       .make = make_effect<UpdraftColumn>};
+                                       .options = kForeignUpdraftColumnOptions,
+                                       .make = effect_of<updraft_column>};
 
 }  // namespace rotorloop::sim

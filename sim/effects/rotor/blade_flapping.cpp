@@ -3,7 +3,7 @@
 // With beta = b_0 + b_c cos psi + b_s sin psi at steady speed, inertia and centrifugal force cancel in b_c and b_s: spring and
 // aerodynamic damping C (per flapping rate) carry the applied moment, and centrifugal force helps the spring in the cone b_0:
 //   k b_c + C omega b_s = M_c,   k b_s - C omega b_c = M_s,   b_0 = M_0 / (k + I omega^2)
-// M_c, M_s: what the rigid blade-element solve finds at the hub, plus the gyroscopic moment on blades carried along by the
+// M_c, M_s: what the rigid blade-element model finds at the hub, plus the gyroscopic moment on blades carried along by the
 // body, plus the upwash that a coned blade meets as it points into the wind. The hub passes on the spring's moment alone, and
 // thrust stands on the tilted disk. Compliance 0 is the rigid rotor. Taken as settled at each step: the slow flapping mode of
 // stiff blades, (nu - 1) omega with nu^2 = 1 + k / (I omega^2), lies above 15 Hz over the whole range.

@@ -11,7 +11,7 @@
 namespace rotorloop::sim {
 
 // Effective lift slope of a small propeller blade, root to tip. Thin sections have 5.7 per radian; at chord Reynolds numbers
-// of 1e4 to 8e4, with roots near stall, the blade-element solve itself answers to a body rate as if it were 2.8 (1750 rad/s) to
+// of 1e4 to 8e4, with roots near stall, the blade-element model itself answers to a body rate as if it were 2.8 (1750 rad/s) to
 // 3.6 (700 rad/s), which a unit test holds against this value.
 inline constexpr double kBladeLiftSlope_1_rad = 3.4;
 inline constexpr double kThrustRadiusRatio = 0.7;  // where a blade's thrust acts, over R: 2/3 for triangular loading, 3/4 without tip loss

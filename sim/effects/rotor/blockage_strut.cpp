@@ -6,18 +6,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class BlockageStrut final : public Effect {
- public:
-  explicit BlockageStrut(const EffectValues& v) : loss_(v[0]) {}
-  void rotor_loads(const RotorSite&, RotorLoads& loads) override { loads.force_R_N.z() *= 1.0 - loss_; }
-
- private:
-  double loss_;
-};
+void blockage_strut(const EffectValues& v, const RotorSite&, RotorLoads& loads) {
+  const double loss = v[0];
+  loads.force_R_N.z() *= 1.0 - loss;
+}
 
 }  // namespace
 
 const EffectInfo kBlockageStrut{
-    .id = "blockage_strut", .parameter = {"loss", "1", 0.0, 0.3, 0.0}, .options = {}, .make = make_effect<BlockageStrut>};
+    .id = "blockage_strut", .parameter = {"loss", "1", 0.0, 0.3, 0.0}, .options = {}, .make = effect_of<blockage_strut>};
 
 }  // namespace rotorloop::sim

@@ -11,25 +11,21 @@
 namespace rotorloop::sim {
 namespace {
 
-class CeilingEffect final : public Effect {
- public:
-  explicit CeilingEffect(const EffectValues& v) : gain_(v[0]), ceiling_z_m_(v[1]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override {
-    const double gap_m = ceiling_z_m_ - s.hub_W_m.z(), R = s.rotor->radius_m();
-    if (gap_m < 0.0) return;
-    const double image = R / (4.0 * std::max(gap_m, 0.5 * R));
-    loads.force_R_N.z() /= 1.0 - gain_ * image * image * wake_below(s);
-  }
+void ceiling_effect(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double gain = v[0], ceiling_z_m = v[1];
+  const double gap_m = ceiling_z_m - s.hub_W_m.z(), R = s.rotor->radius_m();
+  if (gap_m < 0.0) return;
+  const double image = R / (4.0 * std::max(gap_m, 0.5 * R));
+  loads.force_R_N.z() /= 1.0 - gain * image * image * wake_below(s);
+}
 
- private:
-  double gain_, ceiling_z_m_;
-};
-
-constexpr EffectOption kOptions[]{{"ceiling_z_m", "m", -100.0, 1000.0, 3.0}};
+constexpr EffectOption kCeilingEffectOptions[]{{"ceiling_z_m", "m", -100.0, 1000.0, 3.0}};
 
 }  // namespace
 
-const EffectInfo kCeilingEffect{
-    .id = "ceiling_effect", .parameter = {"gain", "1", 0.0, 2.0, 0.0}, .options = kOptions, .make = make_effect<CeilingEffect>};
+const EffectInfo kCeilingEffect{.id = "ceiling_effect",
+                                .parameter = {"gain", "1", 0.0, 2.0, 0.0},
+                                .options = kCeilingEffectOptions,
+                                .make = effect_of<ceiling_effect>};
 
 }  // namespace rotorloop::sim

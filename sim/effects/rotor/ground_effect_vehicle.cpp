@@ -53,13 +53,13 @@ class GroundEffectVehicle final : public Effect {
   std::array<Eigen::Vector3d, kAirframeRotors> hub_B_m_{};  // from the geometric centre
 };
 
-constexpr EffectOption kOptions[]{{"fountain", "1", 0.0, 4.0, 2.0}};
+constexpr EffectOption kGroundEffectVehicleOptions[]{{"fountain", "1", 0.0, 4.0, 2.0}};
 
 }  // namespace
 
 const EffectInfo kGroundEffectVehicle{.id = "ground_effect_vehicle",
                                       .parameter = {"gain", "1", 0.0, 2.0, 0.0},
-                                      .options = kOptions,
+                                      .options = kGroundEffectVehicleOptions,
                                       .make = make_effect<GroundEffectVehicle>};
 
 }  // namespace rotorloop::sim

@@ -7,18 +7,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class HoverInterference final : public Effect {
- public:
-  explicit HoverInterference(const EffectValues& v) : loss_(v[0]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override { loads.force_R_N.z() *= 1.0 - loss_ * wake_below(s); }
-
- private:
-  double loss_;
-};
+void hover_interference(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double loss = v[0];
+  loads.force_R_N.z() *= 1.0 - loss * wake_below(s);
+}
 
 }  // namespace
 
 const EffectInfo kHoverInterference{
-    .id = "hover_interference", .parameter = {"loss", "1", 0.0, 0.1, 0.0}, .options = {}, .make = make_effect<HoverInterference>};
+    .id = "hover_interference", .parameter = {"loss", "1", 0.0, 0.1, 0.0}, .options = {}, .make = effect_of<hover_interference>};
 
 }  // namespace rotorloop::sim

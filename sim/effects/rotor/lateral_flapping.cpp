@@ -8,24 +8,18 @@
 namespace rotorloop::sim {
 namespace {
 
-class LateralFlapping final : public Effect {
- public:
-  explicit LateralFlapping(const EffectValues& v) : k_l_N_s2_m_(v[0]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override {
-    const double per_speed_N_s_m = s.condition.spin * s.condition.omega_rad_s * k_l_N_s2_m_;
-    loads.force_R_N.x() -= per_speed_N_s_m * s.condition.v_R_m_s.y();
-    loads.force_R_N.y() += per_speed_N_s_m * s.condition.v_R_m_s.x();
-  }
-
- private:
-  double k_l_N_s2_m_;
-};
+void lateral_flapping(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double k_l_N_s2_m = v[0];
+  const double per_speed_N_s_m = s.condition.spin * s.condition.omega_rad_s * k_l_N_s2_m;
+  loads.force_R_N.x() -= per_speed_N_s_m * s.condition.v_R_m_s.y();
+  loads.force_R_N.y() += per_speed_N_s_m * s.condition.v_R_m_s.x();
+}
 
 }  // namespace
 
 const EffectInfo kLateralFlapping{.id = "lateral_flapping",
                                   .parameter = {"k_l_N_s2_m", "N s^2/m", -1e-5, 1e-5, 0.0},
                                   .options = {},
-                                  .make = make_effect<LateralFlapping>};
+                                  .make = effect_of<lateral_flapping>};
 
 }  // namespace rotorloop::sim

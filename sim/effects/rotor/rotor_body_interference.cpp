@@ -6,21 +6,15 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorBodyInterference final : public Effect {
- public:
-  explicit RotorBodyInterference(const EffectValues& v) : k_H_(v[0]) {}
-  void rotor_loads(const RotorSite&, RotorLoads& loads) override {
-    loads.force_R_N.x() *= k_H_;
-    loads.force_R_N.y() *= k_H_;
-  }
-
- private:
-  double k_H_;
-};
+void rotor_body_interference(const EffectValues& v, const RotorSite&, RotorLoads& loads) {
+  const double k_H = v[0];
+  loads.force_R_N.x() *= k_H;
+  loads.force_R_N.y() *= k_H;
+}
 
 }  // namespace
 
 const EffectInfo kRotorBodyInterference{
-    .id = "rotor_body_interference", .parameter = {"k_H", "1", 1.0, 4.0, 1.0}, .options = {}, .make = make_effect<RotorBodyInterference>};
+    .id = "rotor_body_interference", .parameter = {"k_H", "1", 1.0, 4.0, 1.0}, .options = {}, .make = effect_of<rotor_body_interference>};
 
 }  // namespace rotorloop::sim

@@ -38,13 +38,13 @@ class RotorImbalance final : public Effect {
   double angle_rad_ = 0.0;  // of the heavy side, from x of the disk plane, in the sense of rotation
 };
 
-constexpr EffectOption kOptions[] = {kRotorNumber, {"thrust_loss", "1", 0.0, 0.5, 0.0}};
+constexpr EffectOption kRotorImbalanceOptions[] = {kRotorNumber, {"thrust_loss", "1", 0.0, 0.5, 0.0}};
 
 }  // namespace
 
 const EffectInfo kRotorImbalance{.id = "rotor_imbalance",
                                  .parameter = {"unbalance_kg_m", "kg m", 0.0, 1e-5, 0.0},
-                                 .options = kOptions,
+                                 .options = kRotorImbalanceOptions,
                                  .make = make_effect<RotorImbalance>};
 
 }  // namespace rotorloop::sim

@@ -9,22 +9,16 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorLocalInflow final : public Effect {
- public:
-  explicit RotorLocalInflow(const EffectValues& v) : share_(v[0]) {}
-  void rotor_condition(const RotorSite& s, RotorCondition& c) const override {
-    c.v_R_m_s -= (1.0 - share_) * (s.R_BR.transpose() * s.body->w_B_rad_s.cross(s.hub_B_m));
-    c.w_R_rad_s.x() *= share_;
-    c.w_R_rad_s.y() *= share_;
-  }
-
- private:
-  double share_;
-};
+void rotor_local_inflow(const EffectValues& v, const RotorSite& s, RotorCondition& c) {
+  const double share = v[0];
+  c.v_R_m_s -= (1.0 - share) * (s.R_BR.transpose() * s.body->w_B_rad_s.cross(s.hub_B_m));
+  c.w_R_rad_s.x() *= share;
+  c.w_R_rad_s.y() *= share;
+}
 
 }  // namespace
 
 const EffectInfo kRotorLocalInflow{
-    .id = "rotor_local_inflow", .parameter = {"share", "1", 0.0, 1.3, 1.0}, .options = {}, .make = make_effect<RotorLocalInflow>};
+    .id = "rotor_local_inflow", .parameter = {"share", "1", 0.0, 1.3, 1.0}, .options = {}, .make = effect_of<rotor_local_inflow>};
 
 }  // namespace rotorloop::sim

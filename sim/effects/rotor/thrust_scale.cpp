@@ -7,24 +7,18 @@
 namespace rotorloop::sim {
 namespace {
 
-class ThrustScale final : public Effect {
- public:
-  explicit ThrustScale(const EffectValues& v) : scale_(v[0]), with_torque_(v[1] != 0.0) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override {
-    loads.force_R_N.z() *= scale_;
-    if (with_torque_) add_shaft_torque(loads, s.condition.spin, (scale_ - 1.0) * loads.shaft_torque_N_m);
-  }
+void thrust_scale(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double scale = v[0];
+  const bool with_torque(v[1] != 0.0);
+  loads.force_R_N.z() *= scale;
+  if (with_torque) add_shaft_torque(loads, s.condition.spin, (scale - 1.0) * loads.shaft_torque_N_m);
+}
 
- private:
-  double scale_;
-  bool with_torque_;
-};
-
-constexpr EffectOption kOptions[]{{"with_torque", "1", 0.0, 1.0, 0.0, true}};
+constexpr EffectOption kThrustScaleOptions[]{{"with_torque", "1", 0.0, 1.0, 0.0, true}};
 
 }  // namespace
 
 const EffectInfo kThrustScale{
-    .id = "thrust_scale", .parameter = {"scale", "1", 0.7, 1.3, 1.0}, .options = kOptions, .make = make_effect<ThrustScale>};
+    .id = "thrust_scale", .parameter = {"scale", "1", 0.7, 1.3, 1.0}, .options = kThrustScaleOptions, .make = effect_of<thrust_scale>};
 
 }  // namespace rotorloop::sim

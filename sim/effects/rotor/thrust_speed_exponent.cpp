@@ -12,24 +12,18 @@ namespace {
 
 constexpr double kLeastRatio = 0.05;  // of omega_0: below, there is no thrust to speak of, and a power law has no say
 
-class ThrustSpeedExponent final : public Effect {
- public:
-  explicit ThrustSpeedExponent(const EffectValues& v) : exponent_(v[0]), omega_0_rad_s_(v[1]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override {
-    loads.force_R_N.z() *= pow_exact(std::max(s.condition.omega_rad_s / omega_0_rad_s_, kLeastRatio), exponent_);
-  }
+void thrust_speed_exponent(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double exponent = v[0], omega_0_rad_s = v[1];
+  loads.force_R_N.z() *= pow_exact(std::max(s.condition.omega_rad_s / omega_0_rad_s, kLeastRatio), exponent);
+}
 
- private:
-  double exponent_, omega_0_rad_s_;
-};
-
-constexpr EffectOption kOptions[]{{"omega_0_rad_s", "rad/s", 100.0, 5000.0, 945.0}};
+constexpr EffectOption kThrustSpeedExponentOptions[]{{"omega_0_rad_s", "rad/s", 100.0, 5000.0, 945.0}};
 
 }  // namespace
 
 const EffectInfo kThrustSpeedExponent{.id = "thrust_speed_exponent",
                                       .parameter = {"exponent", "1", -0.5, 0.5, 0.0},
-                                      .options = kOptions,
-                                      .make = make_effect<ThrustSpeedExponent>};
+                                      .options = kThrustSpeedExponentOptions,
+                                      .make = effect_of<thrust_speed_exponent>};
 
 }  // namespace rotorloop::sim

@@ -1,5 +1,5 @@
 // Moving through the air changes the torque of a rotor, not only its thrust: profile drag rises with edgewise speed, induced
-// power falls, climb has to be paid for. The blade-element solve has all of it; share 0 takes the torque of the same rotor at
+// power falls, climb has to be paid for. The blade-element model has all of it; share 0 takes the torque of the same rotor at
 // the same speed at rest in still air instead, as a model with Q = c_q omega^2 does. Thrust and in-plane force stay.
 // Source: Bramwell, Helicopter Dynamics: Q = Q_profile (1 + 4.5 mu^2) - (T lambda + H mu) R.
 #include "sim/effects/rotor/rotor_list.hpp"

@@ -1,5 +1,5 @@
 // Edgewise flow carries more air through the disk, so the same thrust needs less induced velocity and the same rotor speed gives
-// more thrust: 12 % more at 8.5 m/s here. The blade-element solve has it; share 0 takes the thrust of the same rotor without
+// more thrust: 12 % more at 8.5 m/s here. The blade-element model has it; share 0 takes the thrust of the same rotor without
 // edgewise velocity instead. In-plane force and torque stay.
 // Source: Glauert 1926; Hoffmann, Huang, Waslander, Tomlin 2007.
 #include "sim/effects/rotor/rotor_list.hpp"

@@ -44,13 +44,13 @@ class VortexRingFluctuation final : public Effect {
   std::array<double, kAirframeRotors> n_{};
 };
 
-constexpr EffectOption kOptions[]{{"tau_s", "s", 0.005, 2.0, 0.1}};
+constexpr EffectOption kVortexRingFluctuationOptions[]{{"tau_s", "s", 0.005, 2.0, 0.1}};
 
 }  // namespace
 
 const EffectInfo kVortexRingFluctuation{.id = "vortex_ring_fluctuation",
                                         .parameter = {"sigma", "1", 0.0, 0.3, 0.0},
-                                        .options = kOptions,
+                                        .options = kVortexRingFluctuationOptions,
                                         .make = make_effect<VortexRingFluctuation>};
 
 }  // namespace rotorloop::sim

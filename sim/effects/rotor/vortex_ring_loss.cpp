@@ -8,18 +8,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class VortexRingLoss final : public Effect {
- public:
-  explicit VortexRingLoss(const EffectValues& v) : loss_(v[0]) {}
-  void rotor_loads(const RotorSite& s, RotorLoads& loads) override { loads.force_R_N.z() *= 1.0 - loss_ * ring_state(s); }
-
- private:
-  double loss_;
-};
+void vortex_ring_loss(const EffectValues& v, const RotorSite& s, RotorLoads& loads) {
+  const double loss = v[0];
+  loads.force_R_N.z() *= 1.0 - loss * ring_state(s);
+}
 
 }  // namespace
 
 const EffectInfo kVortexRingLoss{
-    .id = "vortex_ring_loss", .parameter = {"loss", "1", 0.0, 0.4, 0.0}, .options = {}, .make = make_effect<VortexRingLoss>};
+    .id = "vortex_ring_loss", .parameter = {"loss", "1", 0.0, 0.4, 0.0}, .options = {}, .make = effect_of<vortex_ring_loss>};
 
 }  // namespace rotorloop::sim

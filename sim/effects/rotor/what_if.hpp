@@ -1,4 +1,4 @@
-// "What would this rotor do if …": a further blade-element solve for effects that are the difference between two conditions.
+// "What would this rotor do if …": a further blade-element model for effects that are the difference between two conditions.
 // Each effect owns one, so that its first guesses never mix with those of the plant's own solve.
 #pragma once
 #include <array>

@@ -8,23 +8,17 @@
 namespace rotorloop::sim {
 namespace {
 
-class BatterySag final : public Effect {
- public:
-  explicit BatterySag(const EffectValues& v) : share_(v[0]) {}
-  void prepare(PlantSetup& setup) override {
-    setup.battery.resistance_ohm *= share_;
-    setup.battery.relaxation_ohm *= share_;
-    if (share_ != 1.0) setup.battery.capacity_A_s /= std::max(share_, kStiff);
-  }
-
- private:
-  static constexpr double kStiff = 1e-6;  // of a share of zero: a pack that never empties
-  double share_;
-};
+void battery_sag(const EffectValues& v, PlantSetup& setup) {
+  constexpr double kStiff = 1e-6;  // of a share of zero: a pack that never empties
+  const double share = v[0];
+  setup.battery.resistance_ohm *= share;
+  setup.battery.relaxation_ohm *= share;
+  if (share != 1.0) setup.battery.capacity_A_s /= std::max(share, kStiff);
+}
 
 }  // namespace
 
 const EffectInfo kBatterySag{
-    .id = "battery_sag", .parameter = {"share", "1", 0.0, 4.0, 1.0}, .options = {}, .make = make_effect<BatterySag>};
+    .id = "battery_sag", .parameter = {"share", "1", 0.0, 4.0, 1.0}, .options = {}, .make = effect_of<battery_sag>};
 
 }  // namespace rotorloop::sim

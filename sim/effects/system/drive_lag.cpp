@@ -6,19 +6,13 @@
 namespace rotorloop::sim {
 namespace {
 
-class DriveLag final : public Effect {
- public:
-  explicit DriveLag(const EffectValues& v) : tau_s_(v[0]) {}
-  void prepare(PlantSetup& setup) override {
-    for (EscSetup& e : setup.esc) e.lag_s += tau_s_;
-  }
-
- private:
-  double tau_s_;
-};
+void drive_lag(const EffectValues& v, PlantSetup& setup) {
+  const double tau_s = v[0];
+  for (EscSetup& e : setup.esc) e.lag_s += tau_s;
+}
 
 }  // namespace
 
-const EffectInfo kDriveLag{.id = "drive_lag", .parameter = {"tau_s", "s", 0.0, 0.1, 0.0}, .options = {}, .make = make_effect<DriveLag>};
+const EffectInfo kDriveLag{.id = "drive_lag", .parameter = {"tau_s", "s", 0.0, 0.1, 0.0}, .options = {}, .make = effect_of<drive_lag>};
 
 }  // namespace rotorloop::sim

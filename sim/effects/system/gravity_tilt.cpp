@@ -6,20 +6,18 @@
 namespace rotorloop::sim {
 namespace {
 
-class GravityTilt final : public Effect {
- public:
-  explicit GravityTilt(const EffectValues& v) : tilt_rad_(v[1], v[0]) {}
-  void prepare(PlantSetup& setup) override { setup.pose.tilt_rad += tilt_rad_; }
+void gravity_tilt(const EffectValues& v, PlantSetup& setup) {
+  const Eigen::Vector2d tilt_rad(v[1], v[0]);
+  setup.pose.tilt_rad += tilt_rad;
+}
 
- private:
-  Eigen::Vector2d tilt_rad_;
-};
-
-constexpr EffectOption kOptions[]{{"about_x_rad", "rad", -0.05, 0.05, 0.0}};
+constexpr EffectOption kGravityTiltOptions[]{{"about_x_rad", "rad", -0.05, 0.05, 0.0}};
 
 }  // namespace
 
-const EffectInfo kGravityTilt{
-    .id = "gravity_tilt", .parameter = {"about_y_rad", "rad", -0.05, 0.05, 0.0}, .options = kOptions, .make = make_effect<GravityTilt>};
+const EffectInfo kGravityTilt{.id = "gravity_tilt",
+                              .parameter = {"about_y_rad", "rad", -0.05, 0.05, 0.0},
+                              .options = kGravityTiltOptions,
+                              .make = effect_of<gravity_tilt>};
 
 }  // namespace rotorloop::sim

@@ -8,21 +8,15 @@
 namespace rotorloop::sim {
 namespace {
 
-class PoseDelay final : public Effect {
- public:
-  explicit PoseDelay(const EffectValues& v) : delay_s_(v[0]) {}
-  void prepare(PlantSetup& setup) override {
-    setup.pose.stamp_error_s += delay_s_;
-    setup.pose.latency_s += std::max(0.0, delay_s_);  // no stamp from the future
-  }
-
- private:
-  double delay_s_;
-};
+void pose_delay(const EffectValues& v, PlantSetup& setup) {
+  const double delay_s = v[0];
+  setup.pose.stamp_error_s += delay_s;
+  setup.pose.latency_s += std::max(0.0, delay_s);  // no stamp from the future
+}
 
 }  // namespace
 
 const EffectInfo kPoseDelay{
-    .id = "pose_delay", .parameter = {"delay_s", "s", -0.05, 0.05, 0.0}, .options = {}, .make = make_effect<PoseDelay>};
+    .id = "pose_delay", .parameter = {"delay_s", "s", -0.05, 0.05, 0.0}, .options = {}, .make = effect_of<pose_delay>};
 
 }  // namespace rotorloop::sim

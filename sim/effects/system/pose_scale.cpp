@@ -6,17 +6,13 @@
 namespace rotorloop::sim {
 namespace {
 
-class PoseScale final : public Effect {
- public:
-  explicit PoseScale(const EffectValues& v) : error_(v[0]) {}
-  void prepare(PlantSetup& setup) override { setup.pose.scale_error += error_; }
-
- private:
-  double error_;
-};
+void pose_scale(const EffectValues& v, PlantSetup& setup) {
+  const double error = v[0];
+  setup.pose.scale_error += error;
+}
 
 }  // namespace
 
-const EffectInfo kPoseScale{.id = "pose_scale", .parameter = {"error", "1", -0.1, 0.1, 0.0}, .options = {}, .make = make_effect<PoseScale>};
+const EffectInfo kPoseScale{.id = "pose_scale", .parameter = {"error", "1", -0.1, 0.1, 0.0}, .options = {}, .make = effect_of<pose_scale>};
 
 }  // namespace rotorloop::sim

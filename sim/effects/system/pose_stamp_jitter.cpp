@@ -5,18 +5,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class PoseStampJitter final : public Effect {
- public:
-  explicit PoseStampJitter(const EffectValues& v) : sigma_s_(v[0]) {}
-  void prepare(PlantSetup& setup) override { setup.pose.stamp_jitter_s += sigma_s_; }
-
- private:
-  double sigma_s_;
-};
+void pose_stamp_jitter(const EffectValues& v, PlantSetup& setup) {
+  const double sigma_s = v[0];
+  setup.pose.stamp_jitter_s += sigma_s;
+}
 
 }  // namespace
 
 const EffectInfo kPoseStampJitter{
-    .id = "pose_stamp_jitter", .parameter = {"sigma_s", "s", 0.0, 0.01, 0.0}, .options = {}, .make = make_effect<PoseStampJitter>};
+    .id = "pose_stamp_jitter", .parameter = {"sigma_s", "s", 0.0, 0.01, 0.0}, .options = {}, .make = effect_of<pose_stamp_jitter>};
 
 }  // namespace rotorloop::sim

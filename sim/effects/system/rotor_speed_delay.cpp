@@ -6,20 +6,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorSpeedDelay final : public Effect {
- public:
-  explicit RotorSpeedDelay(const EffectValues& v) : delay_ns_(static_cast<std::int64_t>(v[0] * 1e9 + 0.5)) {}
-  void prepare(PlantSetup& setup) override {
-    for (EscSetup& e : setup.esc) e.report_delay_ns += delay_ns_;
-  }
-
- private:
-  std::int64_t delay_ns_;
-};
+void rotor_speed_delay(const EffectValues& v, PlantSetup& setup) {
+  const std::int64_t delay_ns(static_cast<std::int64_t>(v[0] * 1e9 + 0.5));
+  for (EscSetup& e : setup.esc) e.report_delay_ns += delay_ns;
+}
 
 }  // namespace
 
 const EffectInfo kRotorSpeedDelay{
-    .id = "rotor_speed_delay", .parameter = {"delay_s", "s", 0.0, 0.05, 0.0}, .options = {}, .make = make_effect<RotorSpeedDelay>};
+    .id = "rotor_speed_delay", .parameter = {"delay_s", "s", 0.0, 0.05, 0.0}, .options = {}, .make = effect_of<rotor_speed_delay>};
 
 }  // namespace rotorloop::sim

@@ -6,20 +6,14 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorSpeedNoise final : public Effect {
- public:
-  explicit RotorSpeedNoise(const EffectValues& v) : sigma_rad_s_(v[0]) {}
-  void prepare(PlantSetup& setup) override {
-    for (EscSetup& e : setup.esc) e.speed_noise_rad_s += sigma_rad_s_;
-  }
-
- private:
-  double sigma_rad_s_;
-};
+void rotor_speed_noise(const EffectValues& v, PlantSetup& setup) {
+  const double sigma_rad_s = v[0];
+  for (EscSetup& e : setup.esc) e.speed_noise_rad_s += sigma_rad_s;
+}
 
 }  // namespace
 
 const EffectInfo kRotorSpeedNoise{
-    .id = "rotor_speed_noise", .parameter = {"sigma_rad_s", "rad/s", 0.0, 50.0, 0.0}, .options = {}, .make = make_effect<RotorSpeedNoise>};
+    .id = "rotor_speed_noise", .parameter = {"sigma_rad_s", "rad/s", 0.0, 50.0, 0.0}, .options = {}, .make = effect_of<rotor_speed_noise>};
 
 }  // namespace rotorloop::sim

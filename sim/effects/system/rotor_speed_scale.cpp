@@ -6,21 +6,19 @@
 namespace rotorloop::sim {
 namespace {
 
-class RotorSpeedScale final : public Effect {
- public:
-  explicit RotorSpeedScale(const EffectValues& v) : error_(v[0]), rotor_(static_cast<std::size_t>(v[1]) - 1) {}
-  void prepare(PlantSetup& setup) override { setup.esc[rotor_].speed_scale *= 1.0 + error_; }
+void rotor_speed_scale(const EffectValues& v, PlantSetup& setup) {
+  const double error = v[0];
+  const std::size_t rotor = static_cast<std::size_t>(v[1]) - 1;
+  setup.esc[rotor].speed_scale *= 1.0 + error;
+}
 
- private:
-  double error_;
-  std::size_t rotor_;
-};
-
-constexpr EffectOption kOptions[]{{"rotor", "1", 1.0, 4.0, 1.0, true}};
+constexpr EffectOption kRotorSpeedScaleOptions[]{{"rotor", "1", 1.0, 4.0, 1.0, true}};
 
 }  // namespace
 
-const EffectInfo kRotorSpeedScale{
-    .id = "rotor_speed_scale", .parameter = {"error", "1", -0.2, 0.2, 0.0}, .options = kOptions, .make = make_effect<RotorSpeedScale>};
+const EffectInfo kRotorSpeedScale{.id = "rotor_speed_scale",
+                                  .parameter = {"error", "1", -0.2, 0.2, 0.0},
+                                  .options = kRotorSpeedScaleOptions,
+                                  .make = effect_of<rotor_speed_scale>};
 
 }  // namespace rotorloop::sim

@@ -1,6 +1,6 @@
 // The effects of this folder by name.
 #pragma once
-#include "sim/effects/effect.hpp"
+#include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
 

@@ -5,20 +5,16 @@
 namespace rotorloop::sim {
 namespace {
 
-class VibrationRectification final : public Effect {
- public:
-  explicit VibrationRectification(const EffectValues& v) : bias_m_(v[0]) {}
-  void prepare(PlantSetup& setup) override { setup.imu.rectification_m += bias_m_; }
-
- private:
-  double bias_m_;
-};
+void vibration_rectification(const EffectValues& v, PlantSetup& setup) {
+  const double bias_m = v[0];
+  setup.imu.rectification_m += bias_m;
+}
 
 }  // namespace
 
 const EffectInfo kVibrationRectification{.id = "vibration_rectification",
                                          .parameter = {"bias_per_speed2_m", "m", -1e-6, 1e-6, 0.0},
                                          .options = {},
-                                         .make = make_effect<VibrationRectification>};
+                                         .make = effect_of<vibration_rectification>};
 
 }  // namespace rotorloop::sim

@@ -2,7 +2,6 @@
 #pragma once
 #include <vector>
 
-#include "sim/rotor/blade.hpp"
 #include "sim/rotor/reference/section.hpp"
 #include "sim/rotor/rotor_loads.hpp"
 
@@ -21,10 +20,6 @@ struct ReferenceGeometry {
   double hub_radius_m = 0.0;  // lift starts here
   std::vector<ReferenceElement> elements;
 };
-
-// Of a blade file: chord and twist by monotone cubics (Fritsch & Butland 1984), polars blended between stations, stall delay by
-// section. The blade must outlive the geometry. Strips shrink towards hub and tip, where Prandtl's loss falls like a square root.
-ReferenceGeometry reference_geometry(const Blade& blade, int elements);
 
 // What happens at one element, averaged over azimuth.
 struct ReferenceStation {

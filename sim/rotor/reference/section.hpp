@@ -1,5 +1,5 @@
-// Lift and drag of a blade section as a plain function of the flow: the tables of a blade file read directly, and the analytic
-// sections of the codes that serve as oracles. No resampling: what the fast solve's section_table.hpp is checked against.
+// Lift and drag of a blade section as a plain function of the flow: the analytic sections of the codes that serve as oracles.
+// test/support/reference_blade.hpp adds those of our blade files.
 #pragma once
 #include <functional>
 
@@ -13,19 +13,6 @@ struct SectionFlow {
   double mach = 0.0;       // 0 when compressibility is switched off; the section divides its lift by sqrt(1 - mach^2)
 };
 using Section = std::function<SectionCoefficients(const SectionFlow&)>;
-
-// Between two polars (weight 0 is `a`, 1 is `b`), with Snel's stall delay, its drag and the scales of a blade file; see
-// section_table.hpp for them. The polars must outlive the section.
-struct PolarBlend {
-  const Polar* a = nullptr;
-  const Polar* b = nullptr;
-  double weight = 0.0;
-  double stall_delay_share = 0.0;
-  double drag_scale = 1.0;
-  double lift_scale = 1.0;
-  double stall_drag = 0.0;
-};
-Section polar_section(const PolarBlend& blend);
 
 // QPROP's section: lift linear up to limits, drag a parabola in lift scaled by Reynolds number. Beyond the limits lift follows a
 // cosine and drag grows by 2 sin^2 of the angle from that of least drag. The published text has the first part; the form beyond

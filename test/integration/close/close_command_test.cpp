@@ -1,5 +1,5 @@
-// The command as a user runs it, with a fake analyst: a strut takes thrust that the vehicle file does not know of; the analyst's vehicle
-// file mends it; the analyst cannot open the plant; a second call makes nothing anew; the truth is told afterwards.
+// The command as a user runs it, with a fake diagnosis: a strut takes thrust that the vehicle file lacks; the diagnosis's vehicle
+// file corrects it; the diagnosis cannot open the plant; a second call makes nothing anew; the truth is compared afterwards.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -62,7 +62,7 @@ struct CloseTest : ::testing::Test {
     return WEXITSTATUS(status);
   }
   int close(const fs::path& p, const std::string& more = "") {
-    return run(p.string() + " --analyst " + FAKE_ANALYST + " --out " + (folder.path() / "runs").string() + " -j 2 " + more);
+    return run(p.string() + " --analyst " + FAKE_DIAGNOSIS + " --out " + (folder.path() / "runs").string() + " -j 2 " + more);
   }
   fs::path run_folder() const { return folder.path() / "runs/close-strut"; }
 };
@@ -75,10 +75,10 @@ TEST_F(CloseTest, GoesRoundOnceFromFlightToFlightAndSaysWhatItBrought) {
   const auto& t = result["tracking"][0];
   EXPECT_EQ(t["before_cm"].size(), 4u);
   EXPECT_GT(t["reduction"]["low"].get<double>(), 20.0) << "8 % of the thrust is 5 cm at this vertical stiffness";
-  EXPECT_EQ(t["before_cm"], t["identified_cm"]) << "the fake analyst's identification changes nothing: the same flights to the bit";
+  EXPECT_EQ(t["before_cm"], t["identified_cm"]) << "the fake diagnosis's identification changes nothing: the same flights to the bit";
   EXPECT_TRUE(fs::is_regular_file(run_folder() / "report.html"));
 
-  // The diagnosis got copies of the logs, and could open nothing of what the test told it to try.
+  // The diagnosis got copies of the logs, and could open nothing of what the test had it try.
   const Json diagnosis = Json::parse(read_text(run_folder() / "4-diagnose/out/report/result.json"));
   if (result["isolation"]["holds"].get<bool>()) {
     EXPECT_EQ(diagnosis["remarks"][0], "opened: ");

@@ -181,7 +181,7 @@ const std::vector<Slip> kVehicleSlips{
      "mass_kg = { value = 0.682, u = 0.001,",
      "mass_kg = { value = 0.682,",
      {"\"body.mass_kg.u\" is missing"}},
-    {"UnknownBelievedEffect",
+    {"UnknownEffectInTheVehicleFile",
      kVehicle,
      "[provenance]",
      "[[effect]]\nid = \"coriolis\"\n[provenance]",

@@ -74,11 +74,11 @@ TEST_F(Determinism, LogsDoNotDependOnLoadThreadsOrWorkingDirectory) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "runs" / "first")) {
     const auto extension = entry.path().extension();
     if (extension != ".csv" && extension != ".log") continue;
-    const auto twin =
+    const auto counterpart =
         folder_ / "runs" / "beside_busy_processes" / std::filesystem::relative(entry.path(), folder_ / "runs" / "first").string();
     const std::string text = read_text(entry.path());
     EXPECT_GT(text.size(), 100'000u) << entry.path();
-    EXPECT_TRUE(text == read_text(twin)) << twin;
+    EXPECT_TRUE(text == read_text(counterpart)) << counterpart;
     ++logs;
   }
   EXPECT_EQ(logs, 8u);  // flight, truth and two buses of two seeds
@@ -100,8 +100,8 @@ TEST_F(Determinism, AFlightIsTheSameAloneAndAmongOthers) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "runs" / "alone"))
     if (entry.path().filename() == "truth.csv") alone.push_back(entry.path());
   ASSERT_EQ(alone.size(), 1u);
-  const auto twin = folder_ / "runs" / "both" / std::filesystem::relative(alone[0], folder_ / "runs" / "alone").string();
-  EXPECT_TRUE(read_text(alone[0]) == read_text(twin)) << twin;
+  const auto counterpart = folder_ / "runs" / "both" / std::filesystem::relative(alone[0], folder_ / "runs" / "alone").string();
+  EXPECT_TRUE(read_text(alone[0]) == read_text(counterpart)) << counterpart;
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ TEST_F(IdentifyCommand, RefusesToHoldOutAFlightThatIsFitted) {
 }
 
 TEST_F(IdentifyCommand, ComparesWithFilesBesideInTextPageResultAndTrail) {
-  const std::string beside = "--beside '" ROTORLOOP_SOURCE_DIR "/vehicles/reference_cad.toml' ";
+  const std::string beside = "--compare '" ROTORLOOP_SOURCE_DIR "/vehicles/reference_cad.toml' ";
   const std::string fit = "--flight rotation.csv --noise fixed --rate 50 --hold pose_delay --hold c_q --quiet ";
   ASSERT_EQ(run(fit + "--report first").exit_code, 0);
   const CommandResult r = run(fit + beside + "--trail first --report second");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "cli/renamed_option.hpp"
 #include "host/base/error.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
@@ -56,6 +57,24 @@ TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
   FitOptions o{.rate_Hz = 100.0};
   add_fit_options(app, o, "states per second", 20.0);
   EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
+}
+
+TEST(RenamedOption, works_by_its_old_name_says_the_new_one_and_is_not_in_the_help) {
+  CLI::App app;
+  bool no_priors = false;
+  std::vector<fs::path> compared;
+  app.add_flag("--no-priors", no_priors, "no priors");
+  add_old_flag(app, "--forget", "--no-priors", &no_priors);
+  app.add_option("--compare", compared, "files");
+  add_old_option(app, "--beside", "--compare", &compared);
+  testing::internal::CaptureStderr();
+  app.parse("--forget --beside a.toml --beside b.toml", false);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "warning: --forget is called --no-priors now\nwarning: --beside is called --compare now\n");
+  EXPECT_TRUE(no_priors);
+  EXPECT_EQ(compared, (std::vector<fs::path>{"a.toml", "b.toml"}));
+  EXPECT_EQ(app.help().find("--forget"), std::string::npos);
+  EXPECT_EQ(app.help().find("--beside"), std::string::npos);
 }
 
 }  // namespace

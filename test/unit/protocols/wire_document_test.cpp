@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/hil/limiter_names.hpp"
 #include "protocols/fast_channel.hpp"
 #include "protocols/state_channel.hpp"
 #include "protocols/transfer.hpp"
@@ -131,6 +132,22 @@ TEST(WireDocument, StateChannelExamples) {
                                     4);
   expect_documented(status[0], "130#87d6a200300f0040");
   expect_documented(status[1], "131#110002002c010040");
+}
+
+TEST(WireDocument, lists_every_limiter_code_of_the_firmware_and_no_other) {
+  const std::size_t head = document().find("| limiter code |");
+  ASSERT_NE(head, std::string::npos);
+  const std::string table = document().substr(head, document().find("\n\n", head) - head);
+  std::size_t rows = 0;
+  for (const char c : table) rows += c == '\n';
+  int code = 0;
+  for (;; ++code) {
+    const auto name = hil::limiter_name(static_cast<firmware::Limiter>(code));
+    if (name.empty()) break;
+    const std::string row = "| " + std::to_string(code) + " | `" + std::string(name) + "` |";
+    EXPECT_NE(table.find(row), std::string::npos) << "docs/wire.md lacks the row " << row;
+  }
+  EXPECT_EQ(rows, static_cast<std::size_t>(code) + 1) << "rows of the table: its rule and one for each code";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The fit over flown states: exact on loads of second_writing.hpp, the best there is on others, and honest about what it cannot tell.
+// The fit over flown states: exact on loads of second_writing.hpp, the best there is on others, and honest about what is unobservable.
 #include "bench/calibrate/fit_flown.hpp"
 
 #include <gmock/gmock.h>
@@ -98,7 +98,7 @@ TEST(FlownFit, ADragThatWouldBeNegativeIsHeldAtZero) {
 }
 
 TEST(FlownFit, VerticalFlightAloneCannotTellDragAcross) {
-  EXPECT_THAT(test::error_of([] { fit_flown(flight(kTruth, 1e-3), guess()); }, ExitCode::data_quality), HasSubstr("cannot tell c_d"));
+  EXPECT_THAT(test::error_of([] { fit_flown(flight(kTruth, 1e-3), guess()); }, ExitCode::data_quality), HasSubstr("leave c_d"));
 }
 
 TEST(FlownFit, PairsAlwaysAlikeCannotTellTheTorqueCoefficient) {

@@ -22,19 +22,19 @@ namespace fs = std::filesystem;
 
 const Prober kProber{SANDBOX_PROBER, {"try"}};
 
-// A folder for the sandbox, alone in its parent folder as Desk makes it, and a secret that every user of the machine may read.
+// A folder for the sandbox, alone in its parent folder as Workspace makes it, and a secret that every user of the machine may read.
 struct IsolationTest : ::testing::Test {
   test::TempFolder folder;
-  fs::path secret, desk;
+  fs::path secret, workspace;
   void SetUp() override {
     secret = folder.write("bench/plant.toml", "the truth\n");
     fs::permissions(folder.path(), fs::perms::all);
-    desk = folder.path() / "room" / "desk";
-    fs::create_directories(desk);
+    workspace = folder.path() / "room" / "workspace";
+    fs::create_directories(workspace);
   }
   IsolationProbeResult in(const SandboxLayers& layers) {
     const std::vector secrets{secret};
-    return probe(layers, desk, kProber, secrets);
+    return probe(layers, workspace, kProber, secrets);
   }
   static bool opened(const IsolationProbeResult& r, const std::string& way) {
     return std::any_of(r.attempts.begin(), r.attempts.end(), [&](const Attempt& a) { return a.way == way && a.opened; });
@@ -57,7 +57,7 @@ TEST_F(IsolationTest, WithoutAnyTheAttemptsSucceedSoTheyAreRealAttempts) {
 
 TEST_F(IsolationTest, TheBestOfThisMachineHoldsOrTheRunSaysNotIsolated) {
   const std::vector secrets{secret};
-  const auto tried = find_sandbox(desk, kProber, secrets);
+  const auto tried = find_sandbox(workspace, kProber, secrets);
   ASSERT_FALSE(tried.empty());
   if (!tried.back().layers.any()) {
     EXPECT_EQ(name(tried.back().layers), "not isolated");
@@ -95,7 +95,7 @@ TEST_F(IsolationTest, WhereNoUserNamespaceIsAllowedTheRecordSaysWhyBubblewrapFai
   const std::string container = "bwrap --unshare-user --uid 61001 --gid 61001 --disable-userns --cap-drop ALL --dev-bind / / ";
   if (std::system((container + "true 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "bwrap makes no container here";
   const auto record = folder.path() / "record.json";
-  const std::string call = std::string(SANDBOX_PROBER) + " choose " + desk.string() + " " + secret.string() + " >" + record.string();
+  const std::string call = std::string(SANDBOX_PROBER) + " choose " + workspace.string() + " " + secret.string() + " >" + record.string();
   ASSERT_EQ(std::system((container + call).c_str()), 0);
   const auto summary = read_isolation_record(record);
   EXPECT_EQ(summary.layers, "Landlock");
@@ -108,7 +108,7 @@ TEST_F(IsolationTest, WhereNoUserNamespaceIsAllowedTheRecordSaysWhyBubblewrapFai
 
 TEST_F(IsolationTest, AUserIdOfItsOwnOpensNothingInAFolderOfTheBenchButFilesThatAllMayRead) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can change the user id";
-  EXPECT_TRUE(opened(in({.own_user = true}), "its path")) << "this is why a user id alone is not believed";
+  EXPECT_TRUE(opened(in({.own_user = true}), "its path")) << "this is why a user id alone is not accepted";
   fs::permissions(folder.path() / "bench", fs::perms::owner_all);
   const auto r = in({.own_user = true});
   for (const char* way : {"its path", "a relative path", "a symbolic link", "a hard link", "moving it here", "listing its folder",
@@ -118,7 +118,7 @@ TEST_F(IsolationTest, AUserIdOfItsOwnOpensNothingInAFolderOfTheBenchButFilesThat
 
 TEST_F(IsolationTest, TheRecordNamesWhatEnforcedTheSandboxWithItsVersionAndEveryAttempt) {
   const std::vector secrets{secret};
-  const auto tried = find_sandbox(desk, kProber, secrets);
+  const auto tried = find_sandbox(workspace, kProber, secrets);
   if (!tried.back().layers.any()) GTEST_SKIP() << "not isolated on this machine";
   const auto record = folder.write("isolation.json", isolation_record(tried));
   const auto summary = read_isolation_record(record);
@@ -153,14 +153,14 @@ TEST_F(IsolationTest, AProgramInTheSandboxReadsTheSystemsLibrariesWritesInItsFol
         "echo a > here; for d in /usr/lib /usr/bin /usr/local/lib /etc/alternatives; do ls $d > /dev/null || echo closed; done; head -c 1 "
         "/dev/urandom > /dev/null || echo closed; for d in / /tmp /dev /usr/lib /etc .. " +
             folder.path().string() + "; do echo b > $d/there && echo $d; done; exit 7"};
-    call.folder = desk;
+    call.folder = workspace;
     call.output = folder.path() / "out.txt";
     call.errors = folder.path() / "errors.txt";
     call.sandbox = layers;
     EXPECT_EQ(run_program(call), 7) << name(layers);
     EXPECT_EQ(test::read_text(call.output), "") << name(layers);
-    EXPECT_EQ(test::read_text(desk / "here"), "a\n") << name(layers);
-    fs::remove(desk / "here");
+    EXPECT_EQ(test::read_text(workspace / "here"), "a\n") << name(layers);
+    fs::remove(workspace / "here");
   }
 }
 
@@ -168,7 +168,7 @@ TEST_F(IsolationTest, AProgramThatBubblewrapCannotStartIsAnErrorOfTheDeviceAndNo
   if (!in({.bubblewrap = true}).failed.empty()) GTEST_SKIP() << "no bubblewrap here";
   ProgramCall call;
   call.program = folder.write("program", "no program");
-  call.folder = desk;
+  call.folder = workspace;
   call.output = folder.path() / "out.txt";
   call.errors = folder.path() / "errors.txt";
   call.sandbox = SandboxLayers{.bubblewrap = true};

@@ -57,9 +57,9 @@ struct PlanTest : ::testing::Test {
 
 TEST_F(PlanTest, SaysWhatIsHiddenWhatIsLearntFromAndWhatIsJudgedHow) {
   const auto p = read(kPlan);
-  ASSERT_EQ(p.undeclared.size(), 1u);
-  EXPECT_EQ(p.undeclared[0].id, "rotor_wake_interference");
-  EXPECT_EQ(p.undeclared[0].values, (std::vector<std::pair<std::string, double>>{{"kappa", 0.35}}));
+  ASSERT_EQ(p.injected.size(), 1u);
+  EXPECT_EQ(p.injected[0].id, "rotor_wake_interference");
+  EXPECT_EQ(p.injected[0].values, (std::vector<std::pair<std::string, double>>{{"kappa", 0.35}}));
   EXPECT_EQ(p.learn.at(0).role, "horizontal");
   EXPECT_EQ(p.variant, host::Variant::pd_ff_thrust_drag);
   ASSERT_EQ(p.judged.size(), 2u);

@@ -30,7 +30,7 @@ TEST(ResidualSection, OfAPageWithAScriptIsOnlyALinkAndOfNoPageNothing) {
   EXPECT_EQ(residual_section(folder.path() / "none.html", "p.html"), "");
 }
 
-TEST(WhyNotFlyable, SaysWhatIsWrongWithAVehicleFileOfTheAnalysts) {
+TEST(WhyNotFlyable, SaysWhatIsWrongWithAVehicleFileOfTheDiagnosis) {
   test::TempFolder folder;
   EXPECT_THAT(why_not_flyable(folder.path() / "none.toml"), HasSubstr("no vehicle file"));
   std::string text = test::read_text(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/calibrated.toml");

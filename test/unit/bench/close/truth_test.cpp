@@ -9,15 +9,15 @@
 namespace rotorloop::closed_loop {
 namespace {
 
-LoopPlan hiding(std::vector<Undeclared> hidden) {
+LoopPlan hiding(std::vector<InjectedEffect> hidden) {
   LoopPlan p;
-  p.undeclared = std::move(hidden);
+  p.injected = std::move(hidden);
   return p;
 }
-FoundEffect found(const std::string& id, std::vector<std::string> twins = {}, std::vector<FoundValue> parameters = {}) {
+FoundEffect found(const std::string& id, std::vector<std::string> aliases = {}, std::vector<FoundValue> parameters = {}) {
   FoundEffect f;
   f.id = id;
-  for (auto& t : twins) f.twins.push_back({std::move(t), {}});
+  for (auto& t : aliases) f.aliases.push_back({std::move(t), {}});
   f.parameters = std::move(parameters);
   return f;
 }
@@ -32,7 +32,7 @@ TEST(CompareEffects, NamedByItsIdAloneIsRightAndItsSizeIsComparedInUnitsOfU) {
   const auto c = compare_effects(hiding({{"blockage_strut", {{"loss", 0.08}}, {}}}),
                                  naming({found("blockage_strut", {}, {{"loss", "1", 0.075, 0.005}})}));
   ASSERT_EQ(c.hidden.size(), 1u);
-  EXPECT_EQ(c.hidden[0].told, Told::right);
+  EXPECT_EQ(c.hidden[0].name, NameResult::right);
   EXPECT_TRUE(c.right());
   ASSERT_EQ(c.values.size(), 1u);
   EXPECT_NEAR(c.values[0].errors_in_u(), -1.0, 1e-12);
@@ -40,14 +40,14 @@ TEST(CompareEffects, NamedByItsIdAloneIsRightAndItsSizeIsComparedInUnitsOfU) {
 
 TEST(CompareEffects, AmongTheMembersOfAClassIsAClassNotANameAndNotWrong) {
   const auto c = compare_effects(hiding({{"blockage_strut", {}, {}}}), naming({found("thrust_scale", {"blockage_strut", "air_density"})}));
-  EXPECT_EQ(c.hidden[0].told, Told::in_class);
+  EXPECT_EQ(c.hidden[0].name, NameResult::in_class);
   EXPECT_TRUE(c.wrong.empty());
   EXPECT_TRUE(c.right());
 }
 
 TEST(CompareEffects, TheSizeOfAMemberOfAClassIsComparedToo) {
   auto answer = found("thrust_scale", {"blockage_strut"});
-  answer.twins[0].parameters = {{"loss", "1", 0.083, 0.002}};
+  answer.aliases[0].parameters = {{"loss", "1", 0.083, 0.002}};
   const auto c = compare_effects(hiding({{"blockage_strut", {{"loss", 0.08}}, {}}}), naming({answer}));
   ASSERT_EQ(c.values.size(), 1u);
   EXPECT_NEAR(c.values[0].errors_in_u(), 1.5, 1e-9);
@@ -55,7 +55,7 @@ TEST(CompareEffects, TheSizeOfAMemberOfAClassIsComparedToo) {
 
 TEST(CompareEffects, AnotherNameIsWrongAndTheHiddenOneMissed) {
   const auto c = compare_effects(hiding({{"rotor_wake_interference", {}, {}}}), naming({found("blade_flapping")}));
-  EXPECT_EQ(c.hidden[0].told, Told::missed);
+  EXPECT_EQ(c.hidden[0].name, NameResult::missed);
   EXPECT_EQ(c.wrong, (std::vector<std::string>{"blade_flapping"}));
   EXPECT_FALSE(c.right());
 }
@@ -67,7 +67,7 @@ TEST(CompareEffects, NothingFoundWhereNothingWasHiddenIsRightAndSomethingFoundIs
 
 TEST(CompareEffects, WhatAHiddenEffectShowsAsCountsForIt) {
   const auto c = compare_effects(hiding({{"payload_mass", {}, {"com_offset"}}}), naming({found("com_offset")}));
-  EXPECT_EQ(c.hidden[0].told, Told::in_class) << "not its own name, so not right, but not wrong either";
+  EXPECT_EQ(c.hidden[0].name, NameResult::in_class) << "not its own name, so not right, but not wrong either";
   EXPECT_TRUE(c.wrong.empty());
 }
 
@@ -81,7 +81,7 @@ TEST(CompareEffects, ARightNameWithASize24PercentAnd7StandardErrorsOffIsAWrongSi
   const auto c = compare_effects(hiding({{"rotor_wake_interference", {{"kappa", 0.35}}, {}}}),
                                  naming({found("rotor_wake_interference", {}, {{"kappa", "1", 0.433, 0.011}})}));
   EXPECT_TRUE(c.names_right());
-  EXPECT_EQ(c.hidden[0].told, Told::right);
+  EXPECT_EQ(c.hidden[0].name, NameResult::right);
   EXPECT_EQ(c.hidden[0].size, Size::wrong);
   EXPECT_FALSE(c.sizes_right());
   EXPECT_FALSE(c.right());
@@ -115,7 +115,7 @@ TEST(CompareEffects, APlaceOfTheCentreOfMassIsRightWithinATenthOfAMillimetreThou
 TEST(CompareEffects, APayloadMayBeNamedByItselfAndTheTwoThatTheCatalogueCannotTellFromIt) {
   EXPECT_EQ(names_of({"payload_mass", {}, {}}), (std::vector<std::string>{"payload_mass", "thrust_scale", "air_density"}));
   const auto c = compare_effects(hiding({{"payload_mass", {}, {}}}), naming({found("blockage_strut")}));
-  EXPECT_EQ(c.hidden[0].told, Told::missed);
+  EXPECT_EQ(c.hidden[0].name, NameResult::missed);
   EXPECT_EQ(c.wrong, (std::vector<std::string>{"blockage_strut"}));
 }
 
@@ -123,7 +123,7 @@ TEST(CompareEffects, InTheShippedLoopAShiftedCentreOfMassIsNoNameForThePayloadTh
   const auto plan = read_loop_plan(std::string(ROTORLOOP_SOURCE_DIR) + "/scenarios/close/payload.toml");
   const auto c = compare_effects(plan, naming({found("com_offset")}));
   ASSERT_EQ(c.hidden.size(), 1u);
-  EXPECT_EQ(c.hidden[0].told, Told::missed);
+  EXPECT_EQ(c.hidden[0].name, NameResult::missed);
   EXPECT_TRUE(c.wrong.empty());
   EXPECT_FALSE(c.names_right());
 }
@@ -158,11 +158,11 @@ TEST(FlyingBody, APayloadOf100GramsAheadAndBelowMovesTheCentreOfMassAndAddsInert
 TEST(TruthJson, ReadsBack) {
   test::TempFolder folder;
   TruthComparison c;
-  c.hidden = {{"tether", Told::in_class, "slung_load", Size::wrong}};
+  c.hidden = {{"tether", NameResult::in_class, "slung_load", Size::wrong}};
   c.wrong = {"wind_steady"};
   c.values = {{"I_xx", "kg m^2", 2.4e-3, 2.3e-3, 1e-4}};
   const auto back = read_truth(folder.write("truth.json", truth_json(c)));
-  EXPECT_EQ(back.hidden.at(0).told, Told::in_class);
+  EXPECT_EQ(back.hidden.at(0).name, NameResult::in_class);
   EXPECT_EQ(back.hidden.at(0).answer, "slung_load");
   EXPECT_EQ(back.wrong, c.wrong);
   EXPECT_EQ(back.hidden.at(0).size, Size::wrong);

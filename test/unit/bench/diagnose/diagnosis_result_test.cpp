@@ -1,12 +1,15 @@
 // The value that diagnose() returns holds all that the command decides and shows: result.json of a simulated flight says the same, field by
 // field. Two flights of eq. 1 to 8 whose log reads rotor 1 three per cent high, a third held out.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/report/diagnosis_report.hpp"
 #include "bench/diagnose/report/diagnosis_text.hpp"
+#include "bench/diagnose/report/rejection_text.hpp"
 #include "bench/diagnose/ratios.hpp"
 #include "test/unit/bench/diagnose/paper_flights.hpp"
 
@@ -21,24 +24,28 @@ identify::FlightToFit read_high(model_true::Manoeuvre m, std::uint64_t seed) {
   return out;
 }
 
+DiagnoseOptions quick() {
+  DiagnoseOptions o;
+  o.identify = testing_flights::options_holding({});
+  o.identify.grid.slopes_by_middle = true;
+  o.identify.fit.noise = {.rounds = 16, .tolerance = 0.05, .per_flight = true};
+  o.identify.fit.max_iterations = 80;
+  o.identify.fit.tolerance = 0.02;
+  o.identify.fit.threads = 2;
+  o.beliefs = false;
+  o.placebos = 20;
+  return o;
+}
+
 const DiagnosisRun& diagnosed() {
   static const DiagnosisRun run = [] {
-    DiagnoseOptions o;
-    o.identify = testing_flights::options_holding({});
-    o.identify.grid.slopes_by_middle = true;
-    o.identify.fit.noise = {.rounds = 16, .tolerance = 0.05, .per_flight = true};
-    o.identify.fit.max_iterations = 80;
-    o.identify.fit.tolerance = 0.02;
-    o.identify.fit.threads = 2;
-    o.beliefs = false;
-    o.placebos = 20;
     const log::LogFinding lost{"gyro", "stands still", 1.0, 2.0, log::FindingAction::exclude, true};
     const log::LogFinding ground{"all", "on the ground", 0.0, 0.5, log::FindingAction::exclude, false};
     const log::LogFinding note{"pose", "of no consequence"};
     return diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)},
                      .held_out = {read_high(model_true::Manoeuvre::horizontal, 32)},
                      .findings = {{lost, note}, {ground}}},
-                    testing_flights::vehicle(), o);
+                    testing_flights::vehicle(), quick());
   }();
   return run;
 }
@@ -61,7 +68,12 @@ void expect_evidence(const json& j, const CandidateEvidence& e) {
   expect_values(j.at("one_step"), e.one_step);
   EXPECT_EQ(j.at("degrees"), e.degrees);
   EXPECT_EQ(j.at("inside_bounds"), e.inside_bounds);
-  EXPECT_EQ(j.at("ruled_out_by"), e.ruled_out_by);
+  EXPECT_EQ(j.at("ruled_out_by"), words(e.ruled_out_by));
+  EXPECT_EQ(j.at("reason").is_null(), e.ruled_out_by.none());
+  if (!e.ruled_out_by.none()) {
+    EXPECT_EQ(j.at("reason").at("id"), name(e.ruled_out_by.id));
+    EXPECT_EQ(j.at("reason").at("figures").size(), e.ruled_out_by.figures.size());
+  }
   const std::pair<const char*, double> numbers[] = {{"chi2", e.chi2},
                                                     {"wald", e.wald},
                                                     {"p", e.p},
@@ -86,6 +98,53 @@ void expect_faults(const json& j, const std::vector<LogFault>& all) {
     EXPECT_EQ(j[i].at("from_s").get<double>(), all[i].from_s);
     EXPECT_EQ(j[i].at("to_s").get<double>(), all[i].to_s);
   }
+}
+
+// Terms that stand in no list: one of a rotor whose speed is read high, one that remembers.
+struct FirstRotorReadsHigh {
+  static constexpr std::string_view kId = "first_rotor_reads_high";
+  static constexpr host::TermParameter kParameters[] = {{"error", "1", -0.2, 0.2, 0.03, 0.0}};
+  template <class S>
+  static void speeds(const S* c, host::LoadState<S>& s) {
+    s.omega_rad_s[0] = s.omega_rad_s[0] / (1.0 + c[0]);
+    s.omega_dot_rad_s2[0] = s.omega_dot_rad_s2[0] / (1.0 + c[0]);
+  }
+};
+struct WakeThatStays {
+  static constexpr std::string_view kId = "wake_that_stays";
+  static constexpr host::TermParameter kParameters[] = {{"mass_kg", "kg", -0.1, 0.1, 1e-2, 0.0}};
+  static constexpr host::TermMemory kMemory[] = {{{"start_m_s2", "m/s2", -10.0, 10.0, 0.1, 0.0}, 0.0}};
+  template <class S>
+  static void body(const S* c, host::LoadState<S>& s) {
+    s.force_B_N.x -= c[0] * s.memory[0];
+  }
+  static void advance(const double*, const host::MemoryStep& step, double* memory) {
+    memory[0] += step.dt_s / 0.2 * (step.acceleration_W_m_s2.x - memory[0]);
+  }
+};
+constexpr host::Term kReadsHigh = host::make_term<FirstRotorReadsHigh>(), kStays = host::make_term<WakeThatStays>();
+
+TEST(Diagnosis, OfATermAddedAtRunTimeReachesScreeningRefitVerdictTextPageAndResult) {
+  DiagnoseOptions o = quick();
+  o.library = {&kReadsHigh, &kStays};
+  o.max_effects = 1;
+  for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) {
+    if (e.id != "com_offset" && e.id != "linear_drag") o.without.push_back(e.id);
+  }
+  const DiagnosisRun run = diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
+                                    testing_flights::vehicle(), o);
+  const Diagnosis& d = run.diagnosis;
+  std::vector<std::string> screened;
+  for (const CandidateEvidence& e : d.rounds.front().candidates) screened.push_back(e.id);
+  EXPECT_THAT(screened, ::testing::IsSupersetOf({"first_rotor_reads_high", "wake_that_stays", "com_offset", "linear_drag"}));
+  ASSERT_EQ(d.added.size(), 1u);
+  EXPECT_EQ(d.added.front().id, "first_rotor_reads_high");
+  EXPECT_NEAR(d.added.front().parameters.front().value, 0.03, 0.003);
+  EXPECT_EQ(d.verdict, DiagnosisVerdict::named);
+  const nlohmann::ordered_json tree = diagnosis_tree(run, {});
+  EXPECT_EQ(tree.at("added").front().at("id"), "first_rotor_reads_high");
+  EXPECT_THAT(diagnosis_text(run), ::testing::HasSubstr("first_rotor_reads_high"));
+  EXPECT_THAT(diagnosis_report_html(run, "paper"), ::testing::HasSubstr("first_rotor_reads_high"));
 }
 
 TEST(DiagnosisResult, VerdictRemarksAndLikelihoodsAreThoseOfTheValue) {

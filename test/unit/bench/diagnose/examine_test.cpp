@@ -46,7 +46,8 @@ TEST(Examine, WhatASingleNumberTooSmallToMatterExplainsBetterIsNoNewEffect) {
   EXPECT_FALSE(of(all, "believed").real);
   EXPECT_TRUE(of(all, "believed").minor);
   EXPECT_FALSE(of(all, "new").real);
-  EXPECT_NE(of(all, "new").evidence.ruled_out_by.find("believed"), std::string::npos) << of(all, "new").evidence.ruled_out_by;
+  EXPECT_EQ(of(all, "new").evidence.ruled_out_by.id, Rejection::lesser_cause);
+  EXPECT_EQ(of(all, "new").evidence.ruled_out_by.effect, "believed");
 }
 TEST(Examine, ANumberThatMattersIsACandidateBesideTheOther) {
   Lesser l{.matters = 0.2};
@@ -58,7 +59,7 @@ TEST(Examine, AnEffectThatExplainsMoreThanTheNumberTooSmallToMatterStays) {
   Lesser l{.beside = 0.5};
   const auto all = l.examined();
   EXPECT_TRUE(of(all, "believed").minor);
-  EXPECT_TRUE(of(all, "new").real) << of(all, "new").evidence.ruled_out_by;
+  EXPECT_TRUE(of(all, "new").real) << name(of(all, "new").evidence.ruled_out_by.id);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Changes in time and in scatter, on residuals of flights whose states are known: found with moment and size, and not found in noise.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "host/base/statistics.hpp"
@@ -69,6 +70,17 @@ const VarianceEffect& effect(const VarianceResult& v, const std::string& id) {
     if (e.id == id) return e;
   }
   throw std::out_of_range(id);
+}
+
+TEST(VarianceEffects, are_the_rows_of_the_catalogue_that_change_the_scatter_each_once) {
+  std::vector<std::string> tested, rows;
+  for (const VarianceKind& k : variance_kinds(known_states())) {
+    if (!k.id.empty()) tested.push_back(k.id);
+  }
+  for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) {
+    if (e.kind == host::EffectKind::variance) rows.push_back(e.id);
+  }
+  EXPECT_THAT(tested, ::testing::UnorderedElementsAreArray(rows));
 }
 
 TEST(VarianceEffects, find_nothing_in_noise_of_the_fitted_size_nor_in_more_noise_everywhere) {

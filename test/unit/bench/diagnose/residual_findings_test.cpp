@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bench/diagnose/report/residual_sections.hpp"
+#include "bench/diagnose/report/residual_tree.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 #include "test/support/model_true_flight.hpp"
 #include "test/unit/bench/markup.hpp"
@@ -52,12 +54,13 @@ TEST(ResidualFindings, of_flights_that_obey_the_model_are_noise_of_the_fitted_si
   EXPECT_TRUE(f.words.empty()) << f.words.front();
 }
 
-TEST(ResidualFindings, repeat_bit_by_bit) { EXPECT_EQ(residual_json(clean()), residual_json(analyse_residuals(clean_fit()))); }
+TEST(ResidualFindings, repeat_bit_by_bit) { EXPECT_EQ(residual_tree(clean()), residual_tree(analyse_residuals(clean_fit()))); }
 
 TEST(ResidualFindings, are_told_in_text_markup_and_json) {
-  EXPECT_THAT(residual_table(clean()), ::testing::HasSubstr("torque z"));
-  EXPECT_EQ(test::unbalanced(residual_sections_html(clean())), "");
-  const auto j = nlohmann::json::parse(residual_json(clean()));
+  const auto j = residual_tree(clean());
+  const render::Sections sections = residual_sections(j, clean());
+  EXPECT_THAT(render::terminal_text(sections), ::testing::HasSubstr("torque z"));
+  EXPECT_EQ(test::unbalanced(render::page_html(sections)), "");
   EXPECT_EQ(j["axes"].size(), 6u);
   EXPECT_EQ(j["axes"][5]["unit"], "N m");
 }

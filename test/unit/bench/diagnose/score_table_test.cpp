@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "host/base/statistics.hpp"
 #include "test/unit/bench/diagnose/made_up_regression.hpp"
 
 namespace rotorloop::diagnose {
@@ -104,24 +103,6 @@ TEST(ScoreTable, ConfoundingOfTwinsIsOneAndOfStrangersNothing) {
   const ScoreTable t = r.table();
   EXPECT_NEAR(confounding(t, {0}, {1}, {2}), 1.0, 1e-6);
   EXPECT_LT(confounding(t, {0}, {1}, {3}), 0.1);
-}
-
-// Percentiles of F(d1, d2) as tabulated (Abramowitz and Stegun, table 26.9).
-TEST(Statistics, TailOfTheFDistribution) {
-  EXPECT_NEAR(f_tail(4.9646, 1.0, 10.0), 0.05, 1e-5);
-  EXPECT_NEAR(f_tail(4.1028, 2.0, 10.0), 0.05, 1e-5);
-  EXPECT_NEAR(f_tail(6.6349, 1.0, 1e7), 0.01, 1e-5);
-  EXPECT_EQ(f_tail(0.0, 3.0, 20.0), 1.0);
-}
-
-// The example of Holm's step-down: 0.01, 0.04, 0.03, 0.005 become 0.03, 0.06, 0.06, 0.02.
-TEST(Statistics, HolmStepsDown) {
-  const std::vector<double> p{0.01, 0.04, 0.03, 0.005};
-  const std::vector<double> adjusted = holm(p);
-  EXPECT_NEAR(adjusted[0], 0.03, 1e-12);
-  EXPECT_NEAR(adjusted[1], 0.06, 1e-12);
-  EXPECT_NEAR(adjusted[2], 0.06, 1e-12);
-  EXPECT_NEAR(adjusted[3], 0.02, 1e-12);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST(UndeclaredFlights, NothingIsAddedWhereNothingIsMissing) {
   const Diagnosis d = diagnosed("undeclared_c", {"vertical", "horizontal", "rotation"}, 2);
   EXPECT_TRUE(d.added.empty()) << d.added.front().id;
   EXPECT_EQ(d.verdict, DiagnosisVerdict::clean);
-  for (const CandidateEvidence& e : d.rounds.back().candidates) EXPECT_FALSE(e.ruled_out_by.empty()) << e.id;
+  for (const CandidateEvidence& e : d.rounds.back().candidates) EXPECT_FALSE(e.ruled_out_by.none()) << e.id;
 }
 
 }  // namespace

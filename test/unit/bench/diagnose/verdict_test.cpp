@@ -69,7 +69,7 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that
   ASSERT_EQ(run.diagnosis.remains.size(), 1u);
   EXPECT_EQ(run.diagnosis.remains[0].axis, "torque x");
   EXPECT_NEAR(run.diagnosis.remains[0].beyond, 2.83e-3, 1e-5);
-  EXPECT_EQ(verdict_name(run.diagnosis), "named, and something remains");
+  EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named, and something remains");
   EXPECT_NE(diagnosis_text(run).find("something remains"), std::string::npos);
   EXPECT_NE(diagnosis_text(run).find("74 % of the power of the missing torque x is predictable"), std::string::npos);
   const auto json = nlohmann::json::parse(diagnosis_json(run, {}));
@@ -82,7 +82,7 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that
 TEST(Verdict, says_of_a_name_after_which_25_mN_remain_of_6_9_N_nothing_more) {
   const DiagnosisRun run = named_with(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2));
   EXPECT_TRUE(run.diagnosis.remains.empty());
-  EXPECT_EQ(verdict_name(run.diagnosis), "named");
+  EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named");
   EXPECT_EQ(diagnosis_text(run).find("remains"), std::string::npos);
 }
 

@@ -25,7 +25,7 @@ class AnalyticPath {
   // p'' + g: what an accelerometer at the centre of mass shows, in world axes.
   Eigen::Vector3d specific_force_m_s2(double t) const {
     return (position_m(t + kStep_s) - 2.0 * position_m(t) + position_m(t - kStep_s)) / (kStep_s * kStep_s) +
-           host::kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+           kGravity_m_s2 * Eigen::Vector3d::UnitZ();
   }
   Eigen::Quaterniond attitude(double t) const {
     const double yaw = 0.3 * std::sin(0.7 * t + phase_);

@@ -7,7 +7,7 @@
 
 #include "bench/identify/derived.hpp"
 #include "bench/identify/identified_vehicle.hpp"
-#include "bench/identify/report/identify_text.hpp"
+#include "bench/identify/report/identify_result.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "test/support/model_true_flight.hpp"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "bench/score/inertia_band.hpp"
+#include "test/support/inertia_band.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 

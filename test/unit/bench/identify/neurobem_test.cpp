@@ -2,7 +2,7 @@
 // Limits and what was tried: docs/acceptance/identify_measured.md.
 #include <fmt/format.h>
 
-#include "bench/score/force_score.hpp"
+#include "test/support/force_score.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 
 namespace rotorloop::identify {

@@ -58,7 +58,7 @@ TEST(ParameterNames, EveryTermStandsWithItsNameInTheCatalogueAndItsParameters) {
   const std::string table = names_table(catalogue);
   for (const host::Term& term : host::all_terms()) {
     const std::string id(term.info.id), line = line_of(table, id);
-    EXPECT_THAT(line, HasSubstr(catalogue.facts_of(id)->name)) << id;
+    EXPECT_THAT(line, HasSubstr(catalogue.find(id)->name)) << id;
     for (const host::TermParameter& p : term.info.parameters)
       EXPECT_THAT(line, HasSubstr(std::string(p.name) + " [" + std::string(p.unit) + "]")) << id;
   }

@@ -7,7 +7,8 @@
 
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/report/identify_report.hpp"
-#include "bench/identify/report/report_cells.hpp"
+#include "bench/identify/report/identify_sections.hpp"
+#include "bench/identify/report/identify_text.hpp"
 #include "test/support/model_true_flight.hpp"
 
 namespace rotorloop::identify {
@@ -134,13 +135,15 @@ TEST(IdentifyPage, ShowsStaticThrustBesideEveryEntryOfStandAndFlight) {
   EXPECT_NEAR(c.static_thrust[0].said.percent, -8.0, 1e-9);
   EXPECT_NEAR(c.static_thrust[1].said.percent, 0.0, 1e-9) << "half the thrust in air half as dense is the same propeller";
   EXPECT_TRUE(holds(page_of(c), ">−8.00<"));
-  EXPECT_TRUE(holds(static_thrust_table(c, analysis().derived), "-8.00 %"));
+  const IdentifyProvenance p = provenance();
+  EXPECT_TRUE(holds(identify_text({result(), analysis(), c, {}, p, "seed paper quadrotor"}), " -8.00 "));
 }
 
 TEST(IdentifyPage, GivesTheQuaternionThatTheRotationVectorStandsFor) {
   const host::VehicleFile v = identified_vehicle(result().fit, paper(), {0, 0}, "test", {});
   const auto& q = v.pose_sensor.quaternion_wxyz;
-  const std::string shown = num(q[0], "{:.6f}") + ", " + num(q[1], "{:.6f}") + ", " + num(q[2], "{:.6f}") + ", " + num(q[3], "{:.6f}");
+  const auto figure = [](double x) { return render::figure_text(x, "{:.6f}"); };
+  const std::string shown = figure(q[0]) + ", " + figure(q[1]) + ", " + figure(q[2]) + ", " + figure(q[3]);
   const std::string page = page_of(compared_with({}));
   EXPECT_TRUE(holds(page, shown)) << shown;
   EXPECT_TRUE(holds(page, "rotation vector of the sensor about the start value"));

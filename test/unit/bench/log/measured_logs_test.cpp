@@ -125,8 +125,8 @@ TEST_P(MeasuredLogs, MedianSpecificForceAlongBodyZIsGravityInTheCalmestFlightAnd
     if (f.accel_B_m_s2.empty()) GTEST_SKIP() << "the set has no specific force";
     auto z = component<Eigen::Vector3d>(f.accel_B_m_s2, [](const auto& a) { return a.z(); });
     std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
-    calmest = std::min(calmest, z[z.size() / 2] / kStandardGravity_m_s2);
-    wildest = std::max(wildest, z[z.size() / 2] / kStandardGravity_m_s2);
+    calmest = std::min(calmest, z[z.size() / 2] / kGravity_m_s2);
+    wildest = std::max(wildest, z[z.size() / 2] / kGravity_m_s2);
   }
   EXPECT_GT(calmest, 0.95);
   EXPECT_LT(calmest, 1.15);
@@ -151,7 +151,7 @@ TEST_P(MeasuredLogs, SpecificForceTurnedByTheAttitudeIsTheChangeOfVelocity) {
     // Attitudes of both signs stand for one rotation: interpolate the matrix.
     for (int axis = 0; axis < 3; ++axis) {
       const auto p = at(f.pose, [&](const PoseReading& r) { return r.p_W_m[axis]; });
-      std::vector<double> force(t.size(), axis == 2 ? -kStandardGravity_m_s2 : 0.0), accel(t.size(), 0.0);
+      std::vector<double> force(t.size(), axis == 2 ? -kGravity_m_s2 : 0.0), accel(t.size(), 0.0);
       for (int k = 0; k < 3; ++k) {
         const auto r = at(f.pose, [&](const PoseReading& x) { return x.q_WS.toRotationMatrix()(axis, k); });
         const auto a = at(f.accel_B_m_s2, [&](const Eigen::Vector3d& x) { return x[k]; });

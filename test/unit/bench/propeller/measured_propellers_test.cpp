@@ -24,7 +24,7 @@ class MeasuredPropellers : public ::testing::Test {
  protected:
   void SetUp() override {
     if (std::getenv("ROTORLOOP_DATA") == nullptr)
-      GTEST_SKIP() << "ROTORLOOP_DATA is not set: the rotor solve is not held against measured propellers";
+      GTEST_SKIP() << "ROTORLOOP_DATA is not set: the BEM rotor model is not compared with measured propellers";
   }
 };
 

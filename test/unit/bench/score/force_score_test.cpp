@@ -1,5 +1,5 @@
 // The force score: what it counts as error, and that places and biases of the sensors are not counted.
-#include "bench/score/force_score.hpp"
+#include "test/support/force_score.hpp"
 
 #include <gtest/gtest.h>
 

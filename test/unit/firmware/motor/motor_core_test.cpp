@@ -65,8 +65,8 @@ TEST(CurrentSense, TakesTheTwoBestPhasesWhenTheThirdHadNoWindow) {
   const Sensed two = sense_currents(sense_config(), calibrated(), adc, {{1700, 700, 600}});
   EXPECT_EQ(two.usable, 2);
   EXPECT_NEAR(two.phase_A[0], 9.0f, 1e-4f);
-  const Sensed believed = sense_currents(sense_config(), calibrated(), adc, {{800, 700, 600}});  // without the rule
-  EXPECT_GT(std::fabs(believed.phase_A[0] - 9.0f), 2.0f);
+  const Sensed sensed = sense_currents(sense_config(), calibrated(), adc, {{800, 700, 600}});  // without the rule
+  EXPECT_GT(std::fabs(sensed.phase_A[0] - 9.0f), 2.0f);
 }
 
 TEST(CurrentSense, CommonErrorIsRemovedAndReportedAsResidual) {
@@ -202,16 +202,16 @@ TEST(Observer, WithoutVoltageItDoesNotClaimALockedRotation) {
   EXPECT_LT(std::fabs(s.omega_e_rad_s), 50.0f);
 }
 
-// The flux ratio that a believed resistance makes the observer see, at 6 000 electrical rad/s, for a torque current.
+// The flux ratio that an assumed resistance makes the observer see, at 6 000 electrical rad/s, for a torque current.
 float learnt_ohm(float true_ohm, float true_flux_ratio, float mean_A, float swing_A, int ticks) {
   const MotorConfig c = configure<FakeBoard>(Parameters{});
   ResistanceState s{true_flux_ratio, 0.0f};
-  float believed_ohm = 0.064f;
+  float assumed_ohm = 0.064f;
   for (int k = 0; k < ticks; ++k) {
     const float i_A = mean_A + swing_A * std::sin(0.01f * static_cast<float>(k)), x = i_A / 6000.0f;
-    believed_ohm = step(c.resistance, s, believed_ohm, true_flux_ratio + (true_ohm - believed_ohm) * x / 3.42e-4f, i_A, 6000.0f);
+    assumed_ohm = step(c.resistance, s, assumed_ohm, true_flux_ratio + (true_ohm - assumed_ohm) * x / 3.42e-4f, i_A, 6000.0f);
   }
-  return believed_ohm;
+  return assumed_ohm;
 }
 
 TEST(Resistance, IsFoundWithin2PercentIn10SecondsOfSwingingCurrentWhateverTheFlux) {
@@ -220,7 +220,7 @@ TEST(Resistance, IsFoundWithin2PercentIn10SecondsOfSwingingCurrentWhateverTheFlu
       EXPECT_NEAR(learnt_ohm(ohm, flux_ratio, 8.0f, 15.0f, 40000), ohm, 0.02f * ohm) << flux_ratio;
 }
 
-TEST(Resistance, StaysWhileTheCurrentIsSteadyAndWithinTheBoundsBelieved) {
+TEST(Resistance, StaysWhileTheCurrentIsSteadyAndWithinTheBoundsAssumed) {
   EXPECT_NEAR(learnt_ohm(0.0874f, 0.8f, 8.0f, 0.0f, 40000), 0.064f, 0.002f);
   EXPECT_FLOAT_EQ(learnt_ohm(0.5f, 1.0f, 8.0f, 15.0f, 40000), kResistanceMost * 0.064f);
   EXPECT_FLOAT_EQ(learnt_ohm(0.0f, 1.0f, 8.0f, 15.0f, 40000), kResistanceLeast * 0.064f);

@@ -205,7 +205,7 @@ TEST(EffectController, ATermThatAsksForHundredNewtonIsCutToHalfTheWeight) {
   EXPECT_NEAR(s.command.diagnostics.thrust_W_N.x(), -0.5 * kWeight_N, 1e-9);
 }
 
-TEST(EffectController, AThirdOfTheThrustIsBelievedNoFurtherThanHalfTheWeight) {
+TEST(EffectController, AThirdOfTheThrustIsCorrectedNoFurtherThanHalfTheWeight) {
   const Stepped s = step(config(test::terms_with(test::kThrustScale, {0.3})), at_rest());
   EXPECT_GT(s.counters.effects_bounded, 0u);
   EXPECT_LE(s.command.diagnostics.effect_thrust_N, 0.5 * kWeight_N + 1e-9);

@@ -130,7 +130,7 @@ TEST(GeneralFlight, SofteningYawSparesTheRotorsAndHoldsCourseEvenWithoutTheirRea
   EXPECT_LT(fly(s, trajectory("general")).yaw_max_rad, 1.2);  // authority is short, the course is kept
 }
 
-TEST(VerticalFlight, EightPercentLessThrustThanBelievedShowsAsAStaticError) {
+TEST(VerticalFlight, EightPercentLessThrustThanModelledShowsAsAStaticError) {
   FlightSetup s = setup(kThrustDrag);
   s.plant.thrust_scale = 1.0 / 1.08;
   // a PD controller has no integral: 8 % of g over the vertical stiffness

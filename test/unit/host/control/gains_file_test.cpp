@@ -91,7 +91,7 @@ TEST(ShippedGains, YawKeeps35DegreesWhetherOrNotTheRotorsReact) {
   for (const double lead_s : {0.0, 0.16, 0.29})  // none; the paper's c_q; 1.7e-8 N m s²
     for (const double lag_s : {0.010, 0.015})
       EXPECT_GT(margin(yaw, lag_s, 0.003, lead_s, kYawShapingMax_s).phase_deg, 34.0) << lead_s << ' ' << lag_s;
-  // Cancelling the reaction that the vehicle file believes in would leave nothing when it is not there.
+  // Cancelling the reaction that the vehicle file has would leave nothing when it is not there.
   EXPECT_LT(margin(yaw, 0.010, 0.003, 0.0, 0.29).phase_deg, 5.0);
   // Without softening the loop would cross over at the motors' own lag, and as fast as roll and pitch it would not hold at all.
   EXPECT_GT(margin(yaw, 0.010, 0.003, 0.29).crossover_rad_s, 200.0);

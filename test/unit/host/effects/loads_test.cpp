@@ -85,9 +85,8 @@ TEST(Loads, every_term_has_the_parameters_units_and_ranges_that_the_catalogue_gi
     std::erase(unit, '^');
     return unit;
   };
-  const EffectCatalogue catalogue = builtin_effect_catalogue();
   for (const Term& t : all_terms()) {
-    const std::vector<CatalogueParameter> entry = catalogue.model_parameters_of(t.info.id);
+    const std::vector<CatalogueParameter>& entry = effect(t.info.id).model;
     ASSERT_EQ(entry.size(), t.info.parameters.size()) << t.info.id;
     for (std::size_t k = 0; k < entry.size(); ++k) {
       const TermParameter& p = t.info.parameters[k];

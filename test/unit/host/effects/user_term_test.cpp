@@ -185,10 +185,11 @@ TEST(UserTerms, make_vehicle_files_that_hold_them_readable) {
   const UserTerms terms = UserTerms::parse(kFile, "my_terms.toml", builtin_effect_catalogue());
   EffectCatalogue catalogue = builtin_effect_catalogue();
   terms.join(catalogue);
-  ASSERT_TRUE(catalogue.knows("low_pressure"));
-  ASSERT_EQ(catalogue.model_parameters_of("low_pressure").size(), 2u);
-  EXPECT_EQ(catalogue.model_parameters_of("low_pressure")[1].name, "d");
-  EXPECT_EQ(catalogue.model_parameters_of("low_pressure")[1].max, 1.0);
+  ASSERT_TRUE(catalogue.find("low_pressure"));
+  const std::vector<CatalogueParameter>& model = catalogue.find("low_pressure")->model;
+  ASSERT_EQ(model.size(), 2u);
+  EXPECT_EQ(model[1].name, "d");
+  EXPECT_EQ(model[1].max, 1.0);
 }
 
 TEST(UserTerms, the_example_of_the_manual_is_one) {

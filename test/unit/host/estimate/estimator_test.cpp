@@ -50,7 +50,7 @@ VehicleModel vehicle() {
 struct Scene {
   Motion motion;
   EstimatorConfig config;
-  VehicleModel believed = vehicle();
+  VehicleModel nominal = vehicle();
   bool noise = true;
   double drift_m = 0.005;
   double stamp_late_s = 0.0;  // the sensor's stamps lie by this much
@@ -70,7 +70,7 @@ struct Figures {
 };
 
 Figures run(const Scene& s) {
-  Estimator estimator(s.config, s.believed);
+  Estimator estimator(s.config, s.nominal);
   const VehicleModel truth = vehicle();
   const RandomStream r(11, 3);
   std::uint64_t draw = 0;
@@ -187,10 +187,10 @@ TEST(Estimator, StampOffsetParameterUndoesLyingStamps) {
 
 TEST(Estimator, SensorOffsetAndRotationComeFromTheVehicleFile) {
   Scene s = without_noise();
-  s.believed.pose_sensor_p_BS_m.setZero();
+  s.nominal.pose_sensor_p_BS_m.setZero();
   EXPECT_GT(run(s).excess_rms_m, 0.02);
   s = without_noise();
-  s.believed.pose_sensor_q_BS = Q::Identity();
+  s.nominal.pose_sensor_q_BS = Q::Identity();
   EXPECT_GT(run(s).q_rms_rad, 0.03);
 }
 

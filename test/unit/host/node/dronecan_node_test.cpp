@@ -227,13 +227,13 @@ TEST_F(HostAndFourEscs, FullTransmitQueueIsCountedAndPeriodicMessagesStayDue) {
 }
 
 TEST_F(HostAndFourEscs, AnotherNodeWithOurIdIsNoticed) {
-  SmallBus::Port& twin = bus_.add_port();
+  SmallBus::Port& duplicate = bus_.add_port();
   protocols::NodeStatus s;
   std::array<std::uint8_t, 7> payload{};
   encode(s, payload);
   protocols::encode_transfer({.kind = protocols::TransferKind::message, .priority = 20, .data_type_id = 341, .source = 120}, 0, 0, payload,
                              [&](const CanFrame& f) {
-                               twin.send(f);
+                               duplicate.send(f);
                                return true;
                              });
   run_ms(5);

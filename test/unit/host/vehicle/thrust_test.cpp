@@ -1,4 +1,4 @@
-// The believed thrust and drag: both equations hold at the returned inflow in every flight state, the paper's magnitudes are
+// The nominal thrust and drag: both equations hold at the returned inflow in every flight state, the paper's magnitudes are
 // met, and states where momentum theory fails say so.
 #include "host/vehicle/thrust.hpp"
 

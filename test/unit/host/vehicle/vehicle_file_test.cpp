@@ -19,7 +19,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-const EffectCatalogue kEffects{{"rotor_drag", "rotor_inertia_reaction"}, {{}, {"J_r_kg_m2", "kg m^2", 0.0, 1e-4}}};
+const EffectCatalogue kEffects{{{.id = "rotor_drag"}, {.id = "rotor_inertia_reaction", .model = {{"J_r_kg_m2", "kg m^2", 0.0, 1e-4}}}}};
 const std::filesystem::path kPaper = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml";
 
 std::string paper_text() {
@@ -255,19 +255,22 @@ TEST(VehicleFileRefuses, CovarianceThatContradictsItself) {
 TEST(EffectCatalogue, TakesTheIdsAndRefusesDuplicates) {
   const auto path = std::filesystem::path(testing::TempDir()) / "rotorloop_effects.toml";
   std::ofstream(path) << "[[effect]]\nid = \"a\"\nparameter = \"k_N\"\nunit = \"N\"\nrange = [0.0, 2.0]\n[[effect]]\nid = \"b\"\n";
-  EXPECT_EQ(read_effect_catalogue(path).ids, (std::vector<std::string>{"a", "b"}));
-  ASSERT_NE(read_effect_catalogue(path).parameter_of("a"), nullptr);
-  EXPECT_EQ(read_effect_catalogue(path).parameter_of("a")->max, 2.0);
-  EXPECT_EQ(read_effect_catalogue(path).parameter_of("b"), nullptr);
+  const EffectCatalogue two = read_effect_catalogue(path);
+  ASSERT_EQ(two.effects.size(), 2u);
+  ASSERT_NE(two.find("a"), nullptr);
+  EXPECT_EQ(two.find("a")->parameter.max, 2.0);
+  EXPECT_EQ(two.find("a")->model.size(), 1u) << "what a vehicle file holds is the one parameter where no model is given";
+  EXPECT_TRUE(two.find("b")->model.empty());
+  EXPECT_EQ(two.find("c"), nullptr);
   std::ofstream(path) << "[[effect]]\nid = \"a\"\n[[effect]]\nid = \"a\"\n";
   EXPECT_THROW(read_effect_catalogue(path), Error);
   std::filesystem::remove(path);
 }
 
 TEST(EffectCatalogue, ShippedCatalogueHoldsTheReactionOfTheRotors) {
-  const EffectCatalogue shipped = builtin_effect_catalogue();
-  ASSERT_TRUE(shipped.knows("rotor_inertia_reaction"));
-  EXPECT_EQ(shipped.parameter_of("rotor_inertia_reaction")->name, "J_r_kg_m2");
+  EXPECT_EQ(effect("rotor_inertia_reaction").parameter.name, "J_r_kg_m2");
+  EXPECT_THROW((void)effect("phlogiston"), Error);
+  EXPECT_EQ(&builtin_effect_catalogue(), &builtin_effect_catalogue()) << "parsed once";
 }
 
 }  // namespace

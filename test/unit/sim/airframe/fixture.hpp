@@ -1,4 +1,4 @@
-// A body of round numbers and a rotor with closed-form loads: airframe tests must not depend on a blade-element solve.
+// A body of round numbers and a rotor with closed-form loads: airframe tests must not depend on a blade-element model.
 #pragma once
 #include <array>
 #include <cmath>

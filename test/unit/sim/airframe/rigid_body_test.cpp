@@ -11,12 +11,12 @@ namespace rotorloop::sim {
 namespace {
 using namespace test;
 
-constexpr Four kStill{0, 0, 0, 0};
+constexpr Four kStopped{0, 0, 0, 0};
 const FourLoads kNoLoads{};
 
 void run(Airframe& a, double seconds) {
   const auto steps = static_cast<int>(std::lround(seconds * 1e9 / static_cast<double>(a.config().step_ns)));
-  for (int i = 0; i < steps; ++i) a.step(kNoLoads, kStill, kStill);
+  for (int i = 0; i < steps; ++i) a.step(kNoLoads, kStopped, kStopped);
 }
 AirframeConfig in_vacuum() {
   AirframeConfig c = reference_body();
@@ -29,7 +29,7 @@ TEST(RigidBody, FallsAsAParabola) {
   s.v_W_m_s = {3.0, -2.0, 1.0};
   Airframe a(in_vacuum(), s);
   run(a, 2.0);
-  EXPECT_LT((a.state().p_W_m - Eigen::Vector3d(6.0, -4.0, 102.0 - 2.0 * kStandardGravity_m_s2)).norm(), 1e-9);
+  EXPECT_LT((a.state().p_W_m - Eigen::Vector3d(6.0, -4.0, 102.0 - 2.0 * kGravity_m_s2)).norm(), 1e-9);
   EXPECT_EQ(a.state().time_ns, 2'000'000'000);
   EXPECT_LT(a.state().specific_force_B_m_s2.norm(), 1e-12) << "an accelerometer in free fall reads zero";
 }
@@ -37,7 +37,7 @@ TEST(RigidBody, FallsAsAParabola) {
 TEST(RigidBody, TerminalSpeedOfAFallIsWhereDragEqualsWeight) {
   Airframe a(reference_body(), at_height(1000.0));
   run(a, 15.0);
-  EXPECT_NEAR(a.state().v_W_m_s.z(), -std::sqrt(kMass_kg * kStandardGravity_m_s2 / 0.0185), 1e-3);
+  EXPECT_NEAR(a.state().v_W_m_s.z(), -std::sqrt(kMass_kg * kGravity_m_s2 / 0.0185), 1e-3);
 }
 
 TEST(RigidBody, BodyDragOpposesTheMotionInEveryDirectionOfThePlane) {
@@ -86,7 +86,7 @@ TEST(RigidBody, FreeTumblingKeepsAngularMomentumAndEnergyWithAFullInertiaMatrix)
   const double E0 = energy();
   double lowest_w_y = 9.0;
   for (int i = 0; i < 8000; ++i) {
-    a.step(kNoLoads, kStill, kStill);
+    a.step(kNoLoads, kStopped, kStopped);
     lowest_w_y = std::min(lowest_w_y, a.state().w_B_rad_s.y());
   }
   EXPECT_LT(lowest_w_y, -5.0) << "the flip is what makes this a test of the coupling terms";
@@ -111,8 +111,8 @@ TEST(RigidBody, MotionDoesNotDependOnTheChoiceOfBodyAxes) {
   on_a[0].moment_R_N_m = {0.01, -0.02, 0.005};
   on_b[0].moment_R_N_m = R * on_a[0].moment_R_N_m;
   for (int i = 0; i < 1000; ++i) {
-    a.step(on_a, kStill, kStill);
-    b.step(on_b, kStill, kStill);
+    a.step(on_a, kStopped, kStopped);
+    b.step(on_b, kStopped, kStopped);
   }
   EXPECT_LT((a.state().q_WB * a.state().w_B_rad_s - b.state().q_WB * b.state().w_B_rad_s).norm(), 1e-9);
 }
@@ -199,21 +199,21 @@ TEST(LaunchStand, HoldsTheBodyAndRecordsWhatItHasToHold) {
   Airframe a(reference_body(), s, 10'000'000);
   FourLoads loads{};
   for (auto& l : loads) l.force_R_N.z() = 3.0;
-  for (int i = 0; i < 19; ++i) EXPECT_EQ(a.step(loads, kStill, kStill), AirframeStatus::clamped);
+  for (int i = 0; i < 19; ++i) EXPECT_EQ(a.step(loads, kStopped, kStopped), AirframeStatus::clamped);
   EXPECT_EQ(a.state().p_W_m, Eigen::Vector3d(0, 0, 1.5));
   EXPECT_EQ(a.state().v_W_m_s, Eigen::Vector3d::Zero().eval());
   EXPECT_EQ(a.wrench().rotor_force_B_N.z(), 12.0);
-  EXPECT_NEAR(a.state().specific_force_B_m_s2.z(), kStandardGravity_m_s2, 1e-12);
-  EXPECT_EQ(a.step(loads, kStill, kStill), AirframeStatus::flying) << "released at 10 ms";
+  EXPECT_NEAR(a.state().specific_force_B_m_s2.z(), kGravity_m_s2, 1e-12);
+  EXPECT_EQ(a.step(loads, kStopped, kStopped), AirframeStatus::flying) << "released at 10 ms";
   EXPECT_EQ(a.state().v_W_m_s.z(), 0.0);
-  a.step(loads, kStill, kStill);
-  EXPECT_NEAR(a.state().v_W_m_s.z(), (12.0 / kMass_kg - kStandardGravity_m_s2) * 5e-4, 1e-6);
+  a.step(loads, kStopped, kStopped);
+  EXPECT_NEAR(a.state().v_W_m_s.z(), (12.0 / kMass_kg - kGravity_m_s2) * 5e-4, 1e-6);
 }
 
 TEST(LaunchStand, ATiltedBodyAtRestFeelsGravityInItsOwnFrame) {
   AirframeState s = at_height(1.0);
   s.q_WB = Eigen::Quaterniond(std::sqrt(0.5), std::sqrt(0.5), 0, 0);  // left side up
-  EXPECT_LT((Airframe(reference_body(), s, 1).state().specific_force_B_m_s2 - Eigen::Vector3d(0, kStandardGravity_m_s2, 0)).norm(), 1e-12);
+  EXPECT_LT((Airframe(reference_body(), s, 1).state().specific_force_B_m_s2 - Eigen::Vector3d(0, kGravity_m_s2, 0)).norm(), 1e-12);
 }
 
 TEST(FlightEnd, BelowGroundIsReportedAndTheStateOfTheImpactStays) {
@@ -224,7 +224,7 @@ TEST(FlightEnd, BelowGroundIsReportedAndTheStateOfTheImpactStays) {
   EXPECT_EQ(a.status(), AirframeStatus::below_ground);
   EXPECT_TRUE(a.ended());
   EXPECT_NEAR(a.state().p_W_m.z(), 0.0, 3e-3);
-  EXPECT_NEAR(a.state().v_W_m_s.z(), -std::sqrt(2.0 * kStandardGravity_m_s2), 0.01);
+  EXPECT_NEAR(a.state().v_W_m_s.z(), -std::sqrt(2.0 * kGravity_m_s2), 0.01);
   EXPECT_EQ(a.state().time_ns, 1'000'000'000) << "the clock runs on";
 }
 
@@ -246,7 +246,7 @@ TEST(FlightEnd, LoadsThatAreNotFiniteEndTheFlightAndNeverReachTheState) {
       if (place == 3) omega_dot[0] = bad;
       a.step(loads, omega, omega_dot, a.air(), &effects);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << bad << " at place " << place;
-      a.step(kNoLoads, kStill, kStill);
+      a.step(kNoLoads, kStopped, kStopped);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << "it stays ended";
       EXPECT_TRUE(a.state().p_W_m.allFinite() && a.state().w_B_rad_s.allFinite() && a.state().q_WB.coeffs().allFinite());
       EXPECT_EQ(a.state().p_W_m.z(), 10.0);

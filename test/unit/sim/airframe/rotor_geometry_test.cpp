@@ -7,11 +7,11 @@ namespace rotorloop::sim {
 namespace {
 using namespace test;
 
-constexpr Four kStill{0, 0, 0, 0};
+constexpr Four kStopped{0, 0, 0, 0};
 
 Eigen::Vector3d angular_acceleration(const AirframeConfig& c, const FourLoads& loads) {
   Airframe a(c, at_height(0.0));
-  a.step(loads, kStill, kStill);
+  a.step(loads, kStopped, kStopped);
   return a.state().w_B_rad_s / (static_cast<double>(c.step_ns) * 1e-9);
 }
 
@@ -76,7 +76,7 @@ TEST(RotorLoads, ReactionTorqueOfRotorsOneAndTwoIsAlongMinusZ) {
     FourLoads loads{};
     loads[i] = analytic_rotor(a.rotor_condition(i, 945.0));
     loads[i].force_R_N.setZero();
-    a.step(loads, kStill, kStill);
+    a.step(loads, kStopped, kStopped);
     const double torque_N_m = 0.016 * 1.9e-6 * 945.0 * 945.0;
     EXPECT_NEAR(a.state().w_B_rad_s.z() / 5e-4, (i < 2 ? -1.0 : 1.0) * torque_N_m / 5.22e-3, 1e-9) << "rotor " << i + 1;
   }
@@ -94,8 +94,8 @@ TEST(RotorLoads, CentreOfMass1p4MillimetresAheadPitchesTheNoseDownWith9Millinewt
   AirframeConfig c = reference_body();
   c.com_offset_m = {0.0014, 0.0, 0.0};
   FourLoads loads{};
-  for (auto& l : loads) l.force_R_N.z() = kMass_kg * kStandardGravity_m_s2 / 4.0;
-  EXPECT_NEAR(angular_acceleration(c, loads).y() * 3.42e-3, 0.0014 * kMass_kg * kStandardGravity_m_s2, 1e-6);
+  for (auto& l : loads) l.force_R_N.z() = kMass_kg * kGravity_m_s2 / 4.0;
+  EXPECT_NEAR(angular_acceleration(c, loads).y() * 3.42e-3, 0.0014 * kMass_kg * kGravity_m_s2, 1e-6);
 }
 
 TEST(RotorTilt, OneDegreeLeansOnePointSevenPercentOfTheThrust) {
@@ -113,7 +113,7 @@ TEST(RotorTilt, OneDegreeLeansOnePointSevenPercentOfTheThrust) {
     Airframe a(c, at_height(0.0));
     FourLoads loads{};
     loads[0].force_R_N.z() = 1.0;
-    a.step(loads, kStill, kStill);
+    a.step(loads, kStopped, kStopped);
     EXPECT_LT((a.wrench().rotor_force_B_N - k.expected_N).norm(), 1e-5);
   }
 }

@@ -131,7 +131,7 @@ TEST(SlungLoad, PullsAHeldBodyWithItsWeight) {
     held.time_s = 5e-4 * i;
     e->advance(held, 5e-4);
   }
-  EXPECT_NEAR(wrench_of(*e, held).force_B_N.z(), -0.1 * kStandardGravity_m_s2, 1e-6);
+  EXPECT_NEAR(wrench_of(*e, held).force_B_N.z(), -0.1 * kGravity_m_s2, 1e-6);
   EXPECT_LT(wrench_of(*e, held).moment_B_N_m.norm(), 1e-9) << "hangs below the centre of mass";
 }
 TEST(SlungLoad, HangsToLeewardUnderAHeldBodyByTheDragOfTheWindAndItsDensity) {
@@ -147,7 +147,7 @@ TEST(SlungLoad, HangsToLeewardUnderAHeldBodyByTheDragOfTheWindAndItsDensity) {
     for (int i = 0; i < 240'000; ++i) e->advance(held, 5e-4);  // until its own drag has damped the swing
     const Eigen::Vector3d pull_W_N = held.R_WB * wrench_of(*e, held).force_B_N;
     EXPECT_NEAR(pull_W_N.x(), 0.004 * 25.0 * density_kg_m3 / 1.225, 1e-3) << density_kg_m3;
-    EXPECT_NEAR(pull_W_N.z(), -0.1 * kStandardGravity_m_s2, 1e-3);
+    EXPECT_NEAR(pull_W_N.z(), -0.1 * kGravity_m_s2, 1e-3);
   }
 }
 TEST(SlungLoad, TheStringOfTheHeaviestLoadStopsRingingUnderAFreeBodyAtTheLeastDampingThatAFileMayGive) {
@@ -236,7 +236,7 @@ TEST(SlungLoad, UnderABodyOnARailItSwingsFasterByTheRecoilAndTogetherTheyKeepThe
     before = m.v_W_m_s.x();
   }
   const double period_s = (crossings_s.back() - crossings_s.front()) / 10.0;
-  EXPECT_NEAR(period_s, 2.0 * 3.14159265 * std::sqrt(kLength_m / kStandardGravity_m_s2 / (1.0 + kLoad_kg / kMass_kg)), 0.01);
+  EXPECT_NEAR(period_s, 2.0 * 3.14159265 * std::sqrt(kLength_m / kGravity_m_s2 / (1.0 + kLoad_kg / kMass_kg)), 0.01);
   EXPECT_NEAR(sum_m_s / samples, common_m_s, 1e-3);
 }
 

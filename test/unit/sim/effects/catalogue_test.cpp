@@ -45,6 +45,8 @@ const std::map<std::string, Entry>& catalogue() {
            {"name", "equation", "symbols", "parameter", "unit", "sign", "typical", "source", "betrayed_by", "manoeuvre"})
         EXPECT_GT(t.text(field).size(), field == std::string("unit") || field == std::string("parameter") ? 0u : 2u) << id << "." << field;
       EXPECT_TRUE(is_id(id)) << id;
+      const std::string held = t.choice("kind", {"term", "dynamic", "sensor", "parameter", "variance", "none"});
+      EXPECT_EQ(t.has("fit") && !t.texts("fit").empty(), held == "parameter") << id << ": what the fit itself holds names its parameters";
       const double typical_value = t.number("typical_value", {-1e6, 1e6, "1"});
       Entry e{t.text("parameter"),
               t.text("unit"),
@@ -58,8 +60,8 @@ const std::map<std::string, Entry>& catalogue() {
       EXPECT_GE(typical_value, e.range[0]) << id;
       EXPECT_LE(typical_value, e.range[1]) << id;
       EXPECT_NE(typical_value, e.neutral) << id;
-      const auto twins = t.has("twins") ? t.texts("twins") : std::vector<std::string>{};
-      EXPECT_EQ(!twins.empty(), e.kind == "class_only") << id << ": class_only names its twins, others have none";
+      const auto same = t.has("twins") ? t.texts("twins") : std::vector<std::string>{};
+      EXPECT_EQ(!same.empty(), e.kind == "class_only") << id << ": class_only names `twins`, others have none";
       EXPECT_EQ(t.has("needs"), e.kind == "not_observable") << id << ": not_observable says what else is needed, others do not";
       EXPECT_GT(t.text("needs", "none").size(), 2u) << id;
       EXPECT_EQ(t.has("why_not_in_plant"), !e.plant) << id;
@@ -79,7 +81,7 @@ const std::map<std::string, Entry>& catalogue() {
           EXPECT_FALSE(m.text("unit").empty()) << key;
         }
       }
-      for (const auto& twin : twins) e.confounders.push_back(twin);
+      for (const auto& other : same) e.confounders.push_back(other);
       EXPECT_TRUE(out.emplace(id, e).second) << id << " occurs twice";
     }
     file.refuse_unknown_keys();
@@ -123,7 +125,7 @@ TEST(EffectCatalogue, CoversEveryNumberOfTheSurveyAndOfTheLibrary) {
   for (const auto& n : expected) EXPECT_TRUE(found.contains(n)) << n << " stands in no entry";
   for (const auto& n : found) EXPECT_TRUE(n == "-" || expected.contains(n)) << n;
 }
-TEST(EffectCatalogue, TwinsAndConfoundersThatLookLikeIdsExist) {
+TEST(EffectCatalogue, IndistinguishableAndConfoundersThatLookLikeIdsExist) {
   for (const auto& [id, entry] : catalogue()) {
     EXPECT_FALSE(entry.confounders.empty()) << id;
     for (const std::string& c : entry.confounders)

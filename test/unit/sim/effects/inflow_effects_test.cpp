@@ -1,4 +1,4 @@
-// What the blade-element solve already has and a plant can take out: local inflow, axial inflow, translational lift, torque in
+// What the blade-element model already has and a plant can take out: local inflow, axial inflow, translational lift, torque in
 // motion, rotor drag. Sizes are those of the reference quadrotor at the speed that holds it in hover.
 #include <gtest/gtest.h>
 

@@ -24,7 +24,7 @@ AirframeWrench hover(const PlantSetup& s, double weight_N) {
 }
 Eigen::Vector3d hover_moment(const PlantSetup& s, double weight_N) { return hover(s, weight_N).rotor_moment_B_N_m; }
 Eigen::Vector3d hover_force(const PlantSetup& s, double weight_N) { return hover(s, weight_N).rotor_force_B_N; }
-const double kWeight_N = kMass_kg * kStandardGravity_m_s2;
+const double kWeight_N = kMass_kg * kGravity_m_s2;
 
 TEST(PayloadMass, AddsItsMassAndMovesTheCentreOfMassByTheLeverRule) {
   const PlantSetup s = with("payload_mass", 0.1, {{"x_m", 0.05}, {"z_m", -0.04}});

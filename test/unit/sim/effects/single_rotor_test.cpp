@@ -1,4 +1,4 @@
-// What one rotor may do that its twins do not, and the extra loads of a rotor in edgewise flow: signs by rotor and spin, sizes,
+// What one rotor may do that the others do not, and the extra loads of a rotor in edgewise flow: signs by rotor and spin, sizes,
 // what stays.
 #include <gtest/gtest.h>
 

@@ -127,7 +127,7 @@ TEST(RpmLoop, Starts20OutOf20WithinSixHundredMilliseconds) {
     of_200 += ok ? 1 : 0;
   }
   row("starts to 2 000 RPM, R, L, flux +-20 %, 3.5 to 4.2 V/cell", text("%d/20, slowest %.0f ms; %d/200", good, slowest_ms, of_200),
-      "20/20 in 600 ms", text("parameters believed, rotor swing undamped: %d/20", blind));
+      "20/20 in 600 ms", text("nominal parameters, rotor swing undamped: %d/20", blind));
   EXPECT_EQ(good, 20);
   EXPECT_EQ(of_200, 200);
   EXPECT_LT(blind, 20);

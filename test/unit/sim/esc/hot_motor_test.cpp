@@ -1,5 +1,5 @@
 // A motor warmer than its data sheet: copper gains 39 % of resistance over 100 K, magnets lose about 0.1 % of flux per kelvin. The firmware
-// believes the data sheet; what keeps the observer is the resistance measured at every start and followed in flight.
+// trusts the data sheet; what keeps the observer is the resistance measured at every start and followed in flight.
 #include <gtest/gtest.h>
 
 #include "test/unit/sim/esc/rpm_loop_measure.hpp"
@@ -9,7 +9,7 @@ namespace {
 using namespace rotorloop;
 using namespace rotorloop::sim;
 
-// The motor of the reference quadrotor (vehicles/motors/2306_2300kv.toml: 18 uH across the magnet, 15 uH believed), hot.
+// The motor of the reference quadrotor (vehicles/motors/2306_2300kv.toml: 18 uH across the magnet, 15 uH in the data sheet), hot.
 NativeEscConfig hot_motor(std::uint64_t seed, double resistance_scale = 1.39, double flux_scale = 0.93) {
   NativeEscConfig c;
   c.seed = seed;
@@ -45,7 +45,7 @@ void fly(NativeEsc& esc, std::uint64_t seed, double end_scale = 1.0) {
   }
 }
 
-void believe_the_data_sheet(NativeEsc& esc) {
+void keep_to_the_data_sheet(NativeEsc& esc) {
   esc.motor().config().resistance.least_ohm = esc.motor().config().resistance.most_ohm = esc.motor().config().observer.resistance_ohm;
 }
 void do_not_learn_while_running(NativeEsc& esc) { esc.motor().config().resistance.learn_ohm_A_s = 0.0f; }
@@ -74,10 +74,10 @@ TEST(HotMotor, FliesTheSpeedsOfTheGeneralFlightWithoutAFault) {
     }
 }
 
-TEST(HotMotor, BelievingTheDataSheetInsteadOfTheMeasurementLosesTheRotor) {
+TEST(HotMotor, TrustingTheDataSheetInsteadOfTheMeasurementLosesTheRotor) {
   std::uint32_t stalls = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    NativeEsc esc = make_esc(hot_motor(seed, 1.39, 1.0), kTriblade_N_m_s2, believe_the_data_sheet);
+    NativeEsc esc = make_esc(hot_motor(seed, 1.39, 1.0), kTriblade_N_m_s2, keep_to_the_data_sheet);
     fly(esc, seed);
     stalls += esc.motor().counters().stalls;
   }

@@ -253,7 +253,7 @@ TEST(Protection, ShortLowSideWindowsNeedTheTwoPhaseReconstruction) {
     c.bus_V = 14.0;
     NativeEsc esc = running_at(15500, c, [&](NativeEsc& e) {
       if (reconstruct) return;
-      e.motor().config().sense.blind_compare = 65535;   // every sample believed …
+      e.motor().config().sense.blind_compare = 65535;   // every sample accepted …
       e.motor().config().modulator.sample_duty = 1.0f;  // … and no room made for it
       e.motor().config().protection.residual_A = 1e9f;
       e.motor().config().protection.trip_A = 1e9f;

@@ -142,7 +142,7 @@ struct StartResult {
   bool held = false;        // within 2 % from 700 ms on
 };
 
-// Motor, supply and angle drawn from `seed`: R, L, flux each within +-20 % of what the firmware believes, 3.5..4.2 V per cell.
+// Motor, supply and angle drawn from `seed`: R, L, flux each within +-20 % of what the firmware assumes, 3.5..4.2 V per cell.
 inline NativeEscConfig spread_config(std::uint64_t seed) {
   NativeEscConfig c;
   c.seed = seed;

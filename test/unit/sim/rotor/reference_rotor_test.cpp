@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "sim/rotor/inflow.hpp"
 #include "sim/rotor/reference/momentum.hpp"
+#include "test/support/reference_blade.hpp"
 #include "test/unit/sim/rotor/fixtures.hpp"
 
 namespace rotorloop::sim {

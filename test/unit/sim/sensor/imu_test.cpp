@@ -11,7 +11,7 @@ namespace rotorloop::sim {
 namespace {
 
 using Four = std::array<double, 4>;
-constexpr Four kStill{0, 0, 0, 0};
+constexpr Four kStopped{0, 0, 0, 0};
 
 AirframeConfig body() {
   AirframeConfig c;
@@ -47,10 +47,10 @@ TEST(ImuSensor, WhiteNoiseHasTheFilesDeviationOnEveryAxisAndNoMemory) {
   ImuSensor imu(c, body(), 7);
   std::vector<double> series[6];
   for (std::int64_t n = 0; n < 20000; ++n) {
-    const ImuReading r = imu.sample(n, AirframeState{}, kStill);
+    const ImuReading r = imu.sample(n, AirframeState{}, kStopped);
     for (int k = 0; k < 3; ++k) {
       series[k].push_back(r.gyro_B_rad_s[k]);
-      series[3 + k].push_back(r.accel_B_m_s2[k] - (k == 2 ? kStandardGravity_m_s2 : 0.0));
+      series[3 + k].push_back(r.accel_B_m_s2[k] - (k == 2 ? kGravity_m_s2 : 0.0));
     }
   }
   for (int k = 0; k < 6; ++k) {
@@ -71,10 +71,10 @@ TEST(ImuSensor, TurnOnBiasIsConstantInARunAndHasTheFilesDeviationOverSeeds) {
   std::vector<double> gyro, accel;
   for (std::uint64_t seed = 0; seed < 4000; ++seed) {
     ImuSensor imu(c, body(), seed);
-    const ImuReading first = imu.sample(0, moving(), kStill);
+    const ImuReading first = imu.sample(0, moving(), kStopped);
     const Eigen::Vector3d bias = first.gyro_B_rad_s - moving().w_B_rad_s;
     EXPECT_LT((bias - imu.gyro_bias_B_rad_s()).norm(), 1e-15);
-    EXPECT_EQ(imu.sample(1, moving(), kStill).gyro_B_rad_s, first.gyro_B_rad_s);
+    EXPECT_EQ(imu.sample(1, moving(), kStopped).gyro_B_rad_s, first.gyro_B_rad_s);
     for (int k = 0; k < 3; ++k) {
       gyro.push_back(bias[k]);
       accel.push_back(imu.accel_bias_B_m_s2()[k]);
@@ -106,7 +106,7 @@ Shaking shake(const Four& omega_rad_s, double vibration, std::uint64_t seed = 3)
   for (std::int64_t n = 0; n < 1000; ++n) {
     const ImuReading r = imu.sample(n, AirframeState{}, omega_rad_s);
     out.accel_x.push_back(r.accel_B_m_s2.x());
-    out.accel_z.push_back(r.accel_B_m_s2.z() - kStandardGravity_m_s2);
+    out.accel_z.push_back(r.accel_B_m_s2.z() - kGravity_m_s2);
     out.gyro_z.push_back(r.gyro_B_rad_s.z());
   }
   return out;
@@ -136,12 +136,12 @@ TEST(ImuVibration, ForceTurnsWithTheRotorAndTheRateIsTheIntegralOfItsMoment) {
     ImuConfig c = silent();
     c.vibration = 1000.0;
     ImuSensor imu(c, body(), 3);
-    Four speeds = kStill;
+    Four speeds = kStopped;
     speeds[rotor] = omega;
     std::vector<ImuReading> r;
     for (std::int64_t n = 0; n < 400; ++n) {
       r.push_back(imu.sample(n, AirframeState{}, speeds));
-      r.back().accel_B_m_s2.z() -= kStandardGravity_m_s2;
+      r.back().accel_B_m_s2.z() -= kGravity_m_s2;
     }
     const RotorMount mount = body().rotors[rotor];
     for (std::size_t n = 1; n + 1 < r.size(); ++n) {
@@ -165,7 +165,7 @@ TEST(ImuVibration, ScalesWithTheFilesFactorAndVanishesWithItAndWithStoppedRotors
   const double omega = 150.0 * kHz;
   EXPECT_NEAR(amplitude(shake({omega, 0, 0, 0}, 3.0).accel_x, omega) / amplitude(shake({omega, 0, 0, 0}, 1.0).accel_x, omega), 3.0, 1e-9);
   EXPECT_EQ(test::rms(shake({omega, omega, omega, omega}, 0.0).accel_x), 0.0);
-  EXPECT_EQ(test::rms(shake(kStill, 1.0).accel_x), 0.0);
+  EXPECT_EQ(test::rms(shake(kStopped, 1.0).accel_x), 0.0);
 }
 TEST(ImuVibration, PhasesOfTheRotorsComeFromTheSeed) {
   const double omega = 150.0 * kHz;

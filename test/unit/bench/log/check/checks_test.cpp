@@ -261,7 +261,7 @@ TEST_P(Fault, GyroWithTwoAxesExchangedIsRefusedWithItsAxes) {
 }
 
 TEST_P(Fault, AccelerometerInGravitiesIsRefusedWithTheUnit) {
-  change(flight.record.accel_B_m_s2, 0.0, 1e9, [](Eigen::Vector3d& f) { f /= host::kGravity_m_s2; });
+  change(flight.record.accel_B_m_s2, 0.0, 1e9, [](Eigen::Vector3d& f) { f /= kGravity_m_s2; });
   expect_refused("accelerometer", "in g");
 }
 
@@ -271,7 +271,7 @@ TEST_P(Fault, AccelerometerWithGravitysSignIsRefused) {
 }
 
 TEST_P(Fault, AccelerometerWithoutGravityIsRefused) {
-  change(flight.record.accel_B_m_s2, 0.0, 1e9, [](Eigen::Vector3d& f) { f.z() -= host::kGravity_m_s2; });
+  change(flight.record.accel_B_m_s2, 0.0, 1e9, [](Eigen::Vector3d& f) { f.z() -= kGravity_m_s2; });
   expect_refused("accelerometer", "gravity was taken out");
 }
 
@@ -337,7 +337,7 @@ TEST_P(Fault, StandingOnTheGroundBeforeAndAfterIsExcluded) {
     const Eigen::Vector3d n(0.01 * random.gaussian(static_cast<std::uint64_t>(3 * i)),
                             0.01 * random.gaussian(static_cast<std::uint64_t>(3 * i + 1)), 0.0);
     ground.gyro_B_rad_s.add(t, n);
-    ground.accel_B_m_s2.add(t, Eigen::Vector3d(0.0, 0.0, host::kGravity_m_s2) + n);
+    ground.accel_B_m_s2.add(t, Eigen::Vector3d(0.0, 0.0, kGravity_m_s2) + n);
     ground.rotor_omega_rad_s.add(t, {330.0 + n.x(), 330.0 + n.y(), 331.0 - n.x(), 332.0 - n.y()});
     if (i % 5 == 0) ground.pose.add(t, {rest.p_W_m, Eigen::Quaterniond(1.0, 1e-3 * n.x(), 1e-3 * n.y(), 0.0).normalized()});
     if (i % 5 == 0) ground.velocity_W_m_s.add(t, n);
