@@ -97,8 +97,9 @@ TEST_F(IdentifyCommand, ComparesWithFilesBesideInTextPageResultAndTrail) {
   ASSERT_EQ(run(fit + "--report first").exit_code, 0);
   const CommandResult r = run(fit + beside + "--trail first --report second");
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  for (const char* part : {"beside reference_cad.toml", "static thrust of these flights", "q_BS (w x y z)"})
-    EXPECT_NE(r.out.find(part), std::string::npos) << part;
+  for (const char* part : {"Comparison with reference_cad.toml", "Static thrust of these flights beside other measurements",
+                           "The quaternion itself, sensor to body, w x y z: "})
+    EXPECT_NE(r.out.find(part), std::string::npos) << part << "\n" << r.out;
   const auto result = result_of(scratch / "second");
   EXPECT_EQ(result.at("beside").at(0).at("file"), "reference_cad.toml");
   EXPECT_EQ(result.at("static_thrust").at(1).at("origin"), "stand") << "paper.toml has a flight's entry, then a stand's";
