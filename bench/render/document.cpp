@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "bench/render/digits.hpp"
 #include "bench/render/svg_pieces.hpp"
 
 namespace rotorloop::render {
@@ -25,6 +26,11 @@ std::size_t characters(std::string_view text) {
 std::string plain(std::string text) {
   replace_all(text, kMinus, "-");
   return text;
+}
+
+std::string typeset(std::string figure) {
+  replace_all(figure, "-", kMinus);
+  return figure;
 }
 
 std::string escaped(const std::string& text) { return xml_escaped(true_minus(text)); }
@@ -111,15 +117,15 @@ std::string text(const Markup&) { return {}; }
 
 std::string figure_text(double value, const char* format) {
   if (!std::isfinite(value)) return std::isinf(value) ? std::string(value < 0.0 ? kMinus : "") + "∞" : "–";
-  std::string out = fmt::format(fmt::runtime(format), value);
-  replace_all(out, "-", kMinus);
-  return out;
+  return typeset(fmt::format(fmt::runtime(format), value));
 }
-std::string uncertainty_text(double u) { return u > 0.0 ? "± " + figure_text(u, "{:.2g}") : ""; }
+std::string measured_figure(double value, double u) { return std::isfinite(value) ? typeset(measured(value, u).value) : figure_text(value); }
+std::string measured_u(double u) { return u > 0.0 && std::isfinite(u) ? typeset(measured(0.0, u).u) : figure_text(u); }
+std::string uncertainty_text(double u) { return u > 0.0 && std::isfinite(u) ? "± " + measured_u(u) : ""; }
 std::string value_text(double value, double u, const std::string& unit) {
-  std::string out = figure_text(value);
-  for (const std::string& part : {uncertainty_text(u), unit_text(unit)}) out += part.empty() ? "" : " " + part;
-  return out;
+  const std::string in = unit_text(unit);
+  const std::string after = uncertainty_text(u);
+  return measured_figure(value, u) + (after.empty() ? "" : " " + after) + (in.empty() ? "" : " " + in);
 }
 
 std::string unit_text(const std::string& unit) {

@@ -54,7 +54,7 @@ TEST(Figures, AreWrittenAsPrintHasThem) {
   EXPECT_EQ(figure_text(-3.1e-8), "−3.1e−08");
   EXPECT_EQ(figure_text(INFINITY), "∞");
   EXPECT_EQ(uncertainty_text(0.0), "");
-  EXPECT_EQ(value_text(5.125, 0.21, "kg m2"), "5.125 ± 0.21 kg m²");
+  EXPECT_EQ(value_text(5.128, 0.21, "kg m2"), "5.13 ± 0.21 kg m²");
   EXPECT_EQ(value_text(5.0, 0.0, "1"), "5");
   EXPECT_EQ(true_minus("by -3 (-4), not well-known"), "by −3 (−4), not well-known");
 }
