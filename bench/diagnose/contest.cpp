@@ -150,12 +150,13 @@ bool far_behind(const Contestant& c, const Contestant& leader, double without, d
 std::vector<Contestant> contest(const identify::Identification& start, const identify::Identification& model, const Screening& s,
                                 const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options) {
   std::vector<Contestant> field = worth_a_refit(s, all, criteria);
-  const auto attempt = [](Contestant& c, auto&& act) {
+  const auto attempt = [&](Contestant& c, auto&& act) {
     try {
       act();
     } catch (const std::exception& e) {
       c.failure = {.id = Rejection::refit_failed, .detail = e.what()};
     }
+    options.stop.check();
   };
   for (Contestant& c : field)
     attempt(c, [&] { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, options); });

@@ -16,6 +16,7 @@
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
+#include "bench/render/digits.hpp"
 #include "host/base/constants.hpp"
 #include "host/effects/rotor_groups.hpp"
 #include "host/effects/surroundings.hpp"
@@ -76,9 +77,9 @@ void note_contradictions(const identify::Identification& model, Diagnosis& d) {
     const Contradiction& c = all[i];
     const estimate::ParameterInfo info = estimate::parameter_info(c.parameter, model.problem.start.terms);
     d.remarks.push_back(
-        fmt::format("The flights contradict what the file knows of {}: {:.4g} ± {:.2g} {} there, {:.4g} ± {:.2g} with them ({:.1f} "
+        fmt::format("The flights contradict what the file knows of {}: {} {} there, {} with them ({:.1f} "
                     "standard deviations).",
-                    info.name, c.believed, c.believed_u, info.unit, c.found, c.found_u, std::fabs(c.z)));
+                    info.name, render::measured_text(c.believed, c.believed_u), info.unit, render::measured_text(c.found, c.found_u), std::fabs(c.z)));
   }
 }
 
@@ -141,10 +142,12 @@ bool Search::add_the_best(int round, const Say& say) {
   const double share = 1.0 / (o_.max_effects + 1.0), done = 0.3 + 0.6 * round * share;
   say("screening", done);
   const int threads = o_.identify.fit.threads;
+  again_.stop.check();
   const identify::Identification start = at_beliefs(model_, again_);
-  const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads);
+  again_.stop.check();
+  const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads, again_.stop);
   const std::vector<double> placebos =
-      placebo_statistics(start, s, o_.placebos, o_.seed + static_cast<std::uint64_t>(round), o_.block_s, threads);
+      placebo_statistics(start, s, o_.placebos, o_.seed + static_cast<std::uint64_t>(round), o_.block_s, threads, again_.stop);
   const PlaceboLimit limit = placebo_limit(placebos, o_.criteria.placebo);
   const std::vector<Tested> all = examine_all(s, o_.criteria, limit.wald);
   DiagnosisRound record{.candidates = {}, .placebos = limit, .decision = {}};
@@ -153,7 +156,7 @@ bool Search::add_the_best(int round, const Say& say) {
   const bool may_add = static_cast<int>(added_.size()) < o_.max_effects;
   bool accepted = false;
   if (may_add) {
-    say("refits of what could be it", done + 0.3 * share);
+    say("refits with candidate effects", done + 0.3 * share);
     std::vector<Contestant> field = refitted(start, s, all);
     note_refits(field, record);
     reject(field);
@@ -225,7 +228,9 @@ void Search::drop_the_needless(const Say& say) {
     const WaldTest test = wald_test(model_, added_[i], o_.criteria.fewest_u);
     if (test.p <= test.sure) continue;
     say("refit without " + added_[i].id, 0.93);
-    model_ = refit_without(model_, added_[i], again_);
+    identify::Identification without = refit_without(model_, added_[i], again_);
+    again_.stop.check();
+    model_ = std::move(without);
     CandidateEvidence e = d_.added[i].evidence;
     e.ruled_out_by = {Rejection::needless};
     d_.rejected.push_back(std::move(e));
@@ -332,48 +337,85 @@ void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& 
   d.remarks.insert(d.remarks.end(), left.words.begin(), left.words.end());
 }
 
+namespace {
+
+// What the search found, as far as it came.
+void tell_model(Search& search, const host::VehicleFile& vehicle, const DiagnoseOptions& o, DiagnosisRun& out) {
+  Diagnosis& d = out.diagnosis;
+  search.tell_sizes();
+  search.tell_late_poses();
+  search.tell_what_flights_never_show();
+  out.after = std::move(search).model();
+  if (!d.rounds.empty()) note_placebos(o.criteria, d);
+  if (out.after.fit.converged) note_contradictions(out.after, d);
+  d.white = innovations_white(out.after);
+  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
+  d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
+  if (!vehicle.ceiling_z_m)
+    d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
+}
+
+// What is left of the flights, and flights held out.
+void judge_what_is_left(const FlightsToDiagnose& flights, const DiagnoseOptions& o, const Search::Say& say, DiagnosisRun& out) {
+  const estimate::StopFit stop = o.identify.fit.stop;
+  Diagnosis& d = out.diagnosis;
+  stop.check();
+  if (out.after.problem.flights.front()->pose.empty()) {
+    d.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  } else {
+    say("analysis of the residuals", 0.95);
+    out.residuals = analyse_residuals(out.after, {.seed = o.seed, .logs = flights.fitted});
+    judge_residuals(*out.residuals, out.after.problem.start, d, o.without);
+  }
+  stop.check();
+  if (!flights.held_out.empty()) {
+    say("score of the held-out flights", 0.97);
+    out.held_out = identify::score_models(flights.held_out, out.before, out.after, o.identify.grid, o.wrench_band);
+  }
+}
+
+}  // namespace
+
 DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& o,
                       const std::function<void(const DiagnoseProgress&)>& progress) {
-  const auto say = [&](const std::string& part, double done) {
-    if (progress) progress({part, done});
+  std::string part;
+  const Search::Say say = [&](const std::string& next, double done) {
+    part = next;
+    if (progress) progress({next, done});
   };
   DiagnosisRun out;
   Diagnosis& d = out.diagnosis;
 
-  say("baseline fit", 0.0);
+  say("fit of the nominal model", 0.0);
   identify::IdentifyOptions first = o.identify;
   if (o.beliefs) first.beliefs = beliefs;
   first.fit.innovations = true;
   out.before = identify::identify(flights.fitted, vehicle, first);
 
   Search search(o, first.fit, out.before, d);
-  for (int round = 0; search.add_the_best(round, say);) ++round;
-  search.drop_the_needless(say);
-  search.tell_sizes();
-  search.tell_late_poses();
-  search.tell_what_flights_never_show();
-  out.after = std::move(search).model();
-  note_placebos(o.criteria, d);
-  note_contradictions(out.after, d);
-  d.white = innovations_white(out.after);
-  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
-  d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
-  choose_manoeuvres(out, o.library, o.identify.fit.threads);
+  bool stopped = false;
+  try {
+    for (int round = 0; search.add_the_best(round, say);) ++round;
+    search.drop_the_needless(say);
+  } catch (const estimate::FitStopped&) {
+    stopped = true;
+  }
+  tell_model(search, vehicle, o, out);
   tell_checks(flights, d);
-  if (!vehicle.ceiling_z_m)
-    d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
-  if (out.after.problem.flights.front()->pose.empty()) {
-    d.remarks.push_back("flights without poses: residuals are not looked at by themselves");
+  try {
+    if (!stopped) {
+      choose_manoeuvres(out, o.library, o.identify.fit.threads, o.identify.fit.stop);
+      judge_what_is_left(flights, o, say, out);
+    }
+  } catch (const estimate::FitStopped&) {
+    stopped = true;
+  }
+  if (stopped) {
+    d.verdict = DiagnosisVerdict::incomplete;
+    d.remarks.insert(d.remarks.begin(), "stopped during: " + part + "; what stands here was found before");
   } else {
-    say("residuals", 0.95);
-    out.residuals = analyse_residuals(out.after, {.seed = o.seed, .logs = flights.fitted});
-    judge_residuals(*out.residuals, out.after.problem.start, d, o.without);
+    say("done", 1.0);
   }
-  if (!flights.held_out.empty()) {
-    say("flights held out", 0.97);
-    out.held_out = identify::score_models(flights.held_out, out.before, out.after, o.identify.grid, o.wrench_band);
-  }
-  say("done", 1.0);
   return out;
 }
 

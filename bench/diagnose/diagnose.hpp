@@ -41,7 +41,7 @@ struct DiagnoseProgress {
 };
 
 // `flights`, `vehicle`: as identify() takes them; the vehicle's effects belong in options.identify.terms. Terms of `library` must outlive
-// the run. Verdict, effects with values (SI) and evidence: diagnosis.hpp. Throws like identify().
+// the run. Stopped by options.identify.fit.stop, it returns what it has, with the verdict `incomplete`. Verdict, effects with values (SI) and evidence: diagnosis.hpp. Throws like identify().
 DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile& vehicle, const DiagnoseOptions& options,
                       const std::function<void(const DiagnoseProgress&)>& progress = {});
 

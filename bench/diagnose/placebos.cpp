@@ -124,12 +124,13 @@ std::vector<estimate::ExtraColumns> placebo_columns(std::span<const estimate::Ex
 }
 
 std::vector<double> placebo_statistics(const identify::Identification& r, const Screening& screening, std::size_t count, std::uint64_t seed,
-                                       double block_s, int threads) {
+                                       double block_s, int threads, estimate::StopFit stop) {
   std::vector<double> step_s, out;
   for (const estimate::GridFlight* g : r.problem.flights) step_s.push_back(g->step_s);
   const std::vector<estimate::ExtraColumns> placebos = placebo_columns(screening.series, step_s, count, seed);
   if (placebos.empty()) return out;
-  const ScoreTable table = table_with(r, placebos, block_s, threads);
+  stop.check();
+  const ScoreTable table = table_with(r, placebos, block_s, threads, stop);
   for (std::size_t c = 0; c < count; ++c) {
     const GroupTest t = test_group(table, base_columns(table), {table.base + static_cast<Index>(c)});
     if (t.degrees > 0) out.push_back(t.wald);

@@ -17,6 +17,6 @@ std::vector<estimate::ExtraColumns> placebo_columns(std::span<const estimate::Ex
 
 // Robust statistic of each through the sweep that tests the candidates, ascending.
 std::vector<double> placebo_statistics(const identify::Identification& result, const Screening& screening, std::size_t count, std::uint64_t seed,
-                                       double block_s, int threads);
+                                       double block_s, int threads, estimate::StopFit stop = {});
 
 }  // namespace rotorloop::diagnose

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bench/estimate/model/parameters.hpp"
+#include "bench/render/digits.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -65,7 +66,7 @@ std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, con
 std::string ratios_text(const std::vector<NamedValue>& ratios) {
   std::string out;
   for (const NamedValue& r : ratios)
-    out += fmt::format("{}{} = {:.4g} ± {:.2g}{}", out.empty() ? "" : ", ", r.name, r.value, r.u, r.unit == "1" ? "" : " " + r.unit);
+    out += fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", r.name, render::measured_text(r.value, r.u), r.unit == "1" ? "" : " " + r.unit);
   return out;
 }
 

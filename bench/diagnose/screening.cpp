@@ -151,7 +151,7 @@ ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std
 
 // One more sweep. `held`: core parameters beside the free ones, in the order of their columns.
 ScoreTable swept_table(const identify::Identification& r, const estimate::Columns& held, const std::vector<estimate::ExtraColumns>& extra,
-                       double block_s, int threads) {
+                       double block_s, int threads, estimate::StopFit stop) {
   const estimate::FitProblem& p = r.problem;
   estimate::Columns columns;
   for (const estimate::FreeParameter& f : p.free) columns.push_back(f.parameter);
@@ -162,7 +162,8 @@ ScoreTable swept_table(const identify::Identification& r, const estimate::Column
     estimate::Chain chain(*p.flights[f], states, states);
     reduced[f] = chain.sweep(estimate::Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
                              {.keep_factors = false, .block_s = block_s});
-  });
+  }, stop.flag);
+  stop.check();
   return gathered(p, r.fit, std::move(reduced), static_cast<Index>(held.size()) + extra.front().count);
 }
 
@@ -170,18 +171,19 @@ ScoreTable swept_table(const identify::Identification& r, const estimate::Column
 
 ScoreTable table_of(const identify::Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
 
-ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads) {
-  return swept_table(r, {}, columns, block_s, threads);
+ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads, estimate::StopFit stop) {
+  return swept_table(r, {}, columns, block_s, threads, stop);
 }
 
 Screening screen(const identify::Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,
-                 double block_s, int threads) {
+                 double block_s, int threads, estimate::StopFit stop) {
   const estimate::FitProblem& p = r.problem;
   Screening out;
   out.candidates = candidates_for(r, without, library);
   estimate::Columns held;
   for (const Candidate& c : out.candidates) held.insert(held.end(), c.core.begin(), c.core.end());
   for (Candidate& c : out.candidates) {
+    stop.check();
     if (c.term && !c.term->info.scan.empty()) look_where_it_swings(r, c, threads);
   }
   auto next = static_cast<Index>(r.fit.estimates.size());
@@ -190,8 +192,9 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
   }
   out.series.resize(p.flights.size());
   parallel_for(p.flights.size(), threads,
-              [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); });
-  out.table = swept_table(r, held, out.series, block_s, threads);
+              [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); }, stop.flag);
+  stop.check();
+  out.table = swept_table(r, held, out.series, block_s, threads, stop);
   for (const Candidate& c : out.candidates) {
     if (!host::common_part(c.id).empty()) out.table.sums_held.push_back(c.columns);
   }

@@ -14,6 +14,8 @@ std::string_view name(DiagnosisVerdict v) {
       return "unexplained";
     case DiagnosisVerdict::faulty:
       return "faulty";
+    case DiagnosisVerdict::incomplete:
+      return "incomplete";
   }
   return "";
 }

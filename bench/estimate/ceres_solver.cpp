@@ -205,15 +205,17 @@ void CeresProblem::release() {
 // Ends where fit() ends: when a step lowers the cost by less than the tolerance.
 class Watch final : public ceres::IterationCallback {
  public:
-  Watch(double tolerance, const std::function<void(const FitProgress&)>& progress) : tolerance_(tolerance), progress_(progress) {}
+  Watch(double tolerance, StopFit stop, const std::function<void(const FitProgress&)>& progress) : tolerance_(tolerance), stop_(stop), progress_(progress) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
     if (progress_) progress_({s.iteration, s.cost, std::fabs(s.cost_change), 0});
+    if (stop_.asked()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     const bool settled = s.iteration > 0 && s.step_is_successful && std::fabs(s.cost_change) < tolerance_;
     return settled ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
   double tolerance_;
+  StopFit stop_;
   const std::function<void(const FitProgress&)>& progress_;
 };
 
@@ -302,7 +304,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   }
   CeresProblem c(p, o.robust_scale);
   require_start_inside(p, *c.unknowns);
-  Watch watch(o.tolerance, progress);
+  Watch watch(o.tolerance, o.stop, progress);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = o.max_iterations;
@@ -320,7 +322,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
            "check the log (`rotorloop log info`) and the start values");
     }
     out.iterations += static_cast<int>(summary.iterations.size()) - 1;
-  } while (c.hold_the_farthest_outside(p));
+  } while (!o.stop.asked() && c.hold_the_farthest_outside(p));
   c.release();
 
   out.covariance = parameter_covariance(p, c);
@@ -335,7 +337,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   out.cost = summary.final_cost;
   out.degrees_of_freedom = degrees_of_freedom(p, out.estimates.size());
   out.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  out.converged = summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
+  out.converged = !o.stop.asked() && (summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS);
   return out;
 }
 

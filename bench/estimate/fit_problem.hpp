@@ -5,6 +5,7 @@
 
 #include "bench/estimate/chain.hpp"
 #include "bench/estimate/noise_search.hpp"
+#include "bench/estimate/stop_fit.hpp"
 
 namespace rotorloop::estimate {
 
@@ -30,6 +31,7 @@ struct FitOptions {
   bool innovations = false;   // of the poses, at the end
   int threads = 1;            // over flights; the result does not depend on it
   NoiseFit noise;
+  StopFit stop = {};          // asked: the fit ends at its next iteration, not converged
 };
 
 struct FitProblem {

@@ -71,6 +71,7 @@ GaussNewton::GaussNewton(const FitProblem& problem, const FitOptions& options)
 
 void GaussNewton::iterate(const std::function<void(const FitProgress&)>& progress) {
   for (fit_.iterations = 0; fit_.iterations < options_.max_iterations; ++fit_.iterations) {
+    if (options_.stop.asked()) return;
     if (stalled_steps_ == kPatience) damping_ = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     linearise(damping_);
     if (fit_.iterations == 0) observable_at_start_ = open_directions(information_with_priors(), names_, kSingularAtStart).empty();

@@ -9,6 +9,7 @@
 
 #include "bench/identify/start_values.hpp"
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -20,7 +21,7 @@ constexpr double kAccelBiasPrior_m_s2 = 0.3;
   std::vector<std::string> names;
   for (int i = 0; i < estimate::kCoreParameters + static_cast<int>(terms.parameters()); ++i) names.push_back(estimate::parameter_info(i, terms).name);
   throw Error({name, "is no parameter of this model", "a misspelt name, or a term that was not added with --term",
-               "use one of " + fmt::format("{}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
+               did_you_mean(name, names) + fmt::format("use one of {}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
 }
 
 struct NamedNumber {

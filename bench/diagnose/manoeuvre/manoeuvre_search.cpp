@@ -258,9 +258,10 @@ std::string sentence(const ManoeuvreAdvice& a, const std::string& winner, const 
 
 }  // namespace
 
-void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads) {
+void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads, estimate::StopFit stop) {
   for (AddedEffect& a : run.diagnosis.added) {
     if (a.twins.empty()) continue;
+    stop.check();
     std::vector<Member> members{{a.id, a.parameters}};
     for (const ClassMember& m : a.twins) members.push_back({m.id, m.parameters});
     const double inflation = a.evidence.gain > 0.0 ? std::max(1.0, 0.5 * a.evidence.chi2 / a.evidence.gain) : 1.0;

@@ -34,7 +34,8 @@ struct SearchOptions {
 ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                                 const SearchOptions& options);
 
+// `stop` asked: throws estimate::FitStopped, before the next class.
 // Fills the advice and the sentence of every class of a diagnosis; where none separates, the catalogue's sentence stays, after the finding.
-void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads);
+void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads, estimate::StopFit stop = {});
 
 }  // namespace rotorloop::diagnose

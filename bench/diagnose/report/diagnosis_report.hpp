@@ -3,9 +3,10 @@
 #include <string>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/identify/report/identify_result.hpp"
 
 namespace rotorloop::diagnose {
 
-std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name);
+std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name, const identify::IdentifyProvenance& from = {});
 
 }  // namespace rotorloop::diagnose

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "bench/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/diagnose/report/diagnosis_report.hpp"
 #include "bench/diagnose/report/residual_sections.hpp"
 #include "bench/identify/report/held_out_sections.hpp"
@@ -26,14 +27,6 @@ constexpr std::size_t kShownCandidates = 14, kShownManoeuvres = 8;
 
 // Named or a class, and not all of it.
 bool more_remains(const Json& tree) { return !tree.at("added").empty() && !tree.at("remains").empty(); }
-
-std::string verdict_words(const std::string& verdict) {
-  if (verdict == "clean") return "clean: these flights show nothing that the model lacks";
-  if (verdict == "named") return "named: the model lacks what stands below";
-  if (verdict == "ambiguous") return "ambiguous: the model lacks what stands below; these flights cannot distinguish all of it from its twins";
-  if (verdict == "unexplained") return "unexplained: the residual is real, and no effect of the library explains it";
-  return "faulty: a sensor or the log is at fault; no physics was fitted to it";
-}
 
 std::string named_value(const Json& v) {
   return text_of(v.at("name")) + " = " + render::value_text(value_of(v.at("value")), value_of(v.at("u")), text_of(v.at("unit")));
@@ -137,7 +130,7 @@ void add_list(render::Sections& to, const char* title, const char* id, const Jso
 std::string verdict_name(const Json& tree) { return text_of(tree.at("verdict")) + (more_remains(tree) ? ", and something remains" : ""); }
 
 render::Sections diagnosis_sections(const Json& tree) {
-  render::Sections out{{"", "", {render::Paragraph{"Verdict: " + verdict_words(text_of(tree.at("verdict"))) + (more_remains(tree) ? "; and something remains" : "")}}}};
+  render::Sections out{{"", "", {render::Paragraph{"Verdict: " + verdict_words(text_of(tree.at("verdict"))) + (more_remains(tree) ? "; and something remains" : ""), render::On::terminal}}}};
   if (!tree.at("faults").empty()) out.push_back({"Faults of the logs", "faults", {log_list(tree.at("faults"))}});
   out.push_back(effects_section(tree));
   if (tree.contains("held_out")) {
@@ -166,10 +159,11 @@ std::string diagnosis_text(const DiagnosisRun& run) {
 
 std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) { return diagnosis_tree(run, from).dump(1) + "\n"; }
 
-std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name) {
-  const Json tree = diagnosis_tree(run, {});
+std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name, const identify::IdentifyProvenance& from) {
+  const Json tree = diagnosis_tree(run, from);
   return render::page_begin("What the model of " + vehicle_name + " lacks",
                             fmt::format("diagnosed from {}", fmt::join(tree.at("flights").get<std::vector<std::string>>(), ", ")), "diagnosis") +
+         render::banner_html(diagnosis_outcome(run.diagnosis, from)) +
          render::facts_html({{"verdict", verdict_name(tree)},
                              {"effects added", std::to_string(tree.at("added").size())},
                              {"innovations", tree.at("white").get<bool>() ? "white" : "not white"}}) +

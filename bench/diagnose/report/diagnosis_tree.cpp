@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/diagnose/ratios.hpp"
+#include "bench/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/diagnose/report/rejection_text.hpp"
 #include "bench/diagnose/report/residual_tree.hpp"
 #include "bench/identify/report/tree_values.hpp"
@@ -130,6 +131,7 @@ ordered_json diagnosis_tree(const DiagnosisRun& run, const identify::IdentifyPro
   ordered_json out{
       {"format", 1},
       {"made_by", "rotorloop diagnose"},
+      {"command", "diagnose"},
       {"verdict", std::string(name(d.verdict))},
       {"remains", remains_json(d.remains)},
       {"added", added_json(d.added)},
@@ -148,6 +150,9 @@ ordered_json diagnosis_tree(const DiagnosisRun& run, const identify::IdentifyPro
         {"started_utc", from.started_utc},
         {"wall_s", from.wall_s},
         {"inputs", array_of(from.inputs, identify::input_json)}}}};
+  const render::Outcome outcome = diagnosis_outcome(d, from);
+  out["errors"] = outcome.errors;
+  out["next"] = outcome.next;
   if (run.held_out) out["held_out"] = identify::held_out_json(*run.held_out);
   if (run.residuals) out["residuals"] = residual_tree(*run.residuals);
   return out;

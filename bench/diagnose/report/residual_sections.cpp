@@ -7,6 +7,7 @@
 
 #include "bench/diagnose/report/residual_figures.hpp"
 #include "bench/identify/report/tree_values.hpp"
+#include "bench/render/document.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -142,7 +143,7 @@ Section steps_section(const Json& tree, const ResidualFindings& f) {
     for (std::size_t i = 0; i < event.size(); ++i) {
       const Json& s = event[i];
       t.rows.push_back({{text_of(s.at("effect")), text_of(s.at("flight")), num(s.at("at_s"), "{:.1f}"), text_of(s.at("parameter")),
-                         Cell(num(s.at("size")), "big"), render::uncertainty_text(value_of(s.at("u"))), text_of(s.at("unit")), num(s.at("p_holm"), "{:.1e}")},
+                         Cell(render::measured_figure(value_of(s.at("size")), value_of(s.at("u"))), "big"), render::uncertainty_text(value_of(s.at("u"))), text_of(s.at("unit")), num(s.at("p_holm"), "{:.1e}")},
                         i == 0});
     }
   }

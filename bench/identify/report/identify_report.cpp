@@ -86,7 +86,7 @@ std::string identify_report_html(const IdentifyPage& p) {
              fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
              fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name, p.provenance.conditions.vehicle_file),
              "identification") +
-         render::facts_html(facts) + render::page_html(identify_sections(tree, p.result, p.analysis)) + trail_html(p.trail, p.references) +
+         render::banner_html(identify_outcome(p.result, p.analysis, p.provenance)) + render::facts_html(facts) + render::page_html(identify_sections(tree, p.result, p.analysis)) + trail_html(p.trail, p.references) +
          render::page_end();
 }
 

@@ -339,7 +339,8 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;
   j["wall_s"] = p.wall_s;
-  j["verdict"] = !r.fit.converged ? "incomplete" : a.solver_check && !a.solver_check->good() ? "fail" : "pass";
+  const render::Outcome outcome = identify_outcome(r, a, p);
+  j["verdict"] = outcome.verdict;
   j["limits"] = ordered_json::array();
   j["figures"] = figures_json(r, a);
   // An estimate of its own in each flight has a row for each.
@@ -373,7 +374,8 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   j["fit"] = fit_json(r);
   if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
   j["warnings"] = array_of(warnings_of(r, a), [](const IdentifyWarning& w) { return ordered_json{{"where", w.where}, {"what", w.what}}; });
-  j["errors"] = ordered_json::array();
+  j["errors"] = outcome.errors;
+  j["next"] = outcome.next;
   return j;
 }
 

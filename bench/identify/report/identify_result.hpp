@@ -15,6 +15,7 @@
 #include "bench/identify/observability.hpp"
 #include "bench/identify/solver_check.hpp"
 #include "bench/identify/whiteness.hpp"
+#include "bench/render/outcome.hpp"
 
 namespace rotorloop::identify {
 
@@ -50,6 +51,7 @@ struct IdentifyProvenance {
   double wall_s = 0.0;
   std::vector<InputHash> inputs;
   IdentifyConditions conditions = {};
+  std::optional<render::Outcome> ended = {};  // where the command knows more than the figures say; see identify_outcome()
 };
 
 // Marks beside an estimate: "at its bound" when it stopped at the end of its range, "not identified" when its prior holds more than half of
@@ -65,6 +67,10 @@ struct IdentifyWarning {
   std::string where, what;
 };
 std::vector<IdentifyWarning> warnings_of(const Identification& result, const IdentifyAnalysis& analysis);
+
+// Whether the result may be used, why not, and what to do next: provenance.ended where that is set (interrupted, a vehicle that is not
+// credible), else by the fit and its check by another solver.
+render::Outcome identify_outcome(const Identification& result, const IdentifyAnalysis& analysis, const IdentifyProvenance& provenance);
 
 // The value tree that text and page are rendered from, and that result.json is.
 nlohmann::ordered_json identify_tree(const Identification& result, const IdentifyAnalysis& analysis, const FileComparison& comparison,

@@ -9,6 +9,7 @@
 #include "bench/identify/report/held_out_sections.hpp"
 #include "bench/identify/report/report_figures.hpp"
 #include "bench/identify/report/tree_values.hpp"
+#include "bench/render/document.hpp"
 #include "bench/render/page.hpp"
 
 namespace rotorloop::identify {
@@ -27,9 +28,13 @@ using render::Table;
 using render::uncertainty_text;
 
 std::string num(const Json& of, const char* key, const char* format = "{:.4g}") { return figure_text(value_of(of.at(key)), format); }
-std::string two(const Json& of, const char* key) { return num(of, key, "{:.2g}"); }
+std::string two(const Json& of, const char* key) { return render::measured_u(value_of(of.at(key))); }
 std::string u_of(const Json& of, const char* key = "u") { return uncertainty_text(value_of(of.at(key))); }
-std::string reported_u(const Json& of) { return uncertainty_text(std::max(value_of(of.at("u")), value_of(of.at("u_robust")))); }
+double largest_u(const Json& of) { return std::max(value_of(of.at("u")), value_of(of.at("u_robust"))); }
+std::string reported_u(const Json& of) { return uncertainty_text(largest_u(of)); }
+// The value under `key` with the digits that an uncertainty allows.
+std::string measured(const Json& of, const char* key, double u) { return render::measured_figure(value_of(of.at(key)), u); }
+std::string measured(const Json& of, const char* key = "value") { return measured(of, key, value_of(of.at("u"))); }
 std::string unit_of(const Json& of) { return render::unit_text(text_of(of.at("unit"))); }
 Cell p_cell(const Json& of) { return p_text(value_of(of.at("p"))); }
 
@@ -64,13 +69,12 @@ Section parameters_section(const Json& tree) {
     if (file.is_null()) {
       cells.insert(cells.end(), {"–", "–", "–"});
     } else {
-      const std::string said_u = u_of(file);
-      cells.insert(cells.end(), {num(file, "value") + (said_u.empty() ? "" : " " + said_u), text_of(file.at("origin")), z_cell(file)});
+      cells.insert(cells.end(), {render::value_text(value_of(file.at("value")), value_of(file.at("u")), "1"), text_of(file.at("origin")), z_cell(file)});
     }
     t.rows.push_back({cells});
   };
   for (const Json& e : tree.at("estimates"))
-    add(e, {Cell(num(e, "value", "{:.5g}"), "big"), reported_u(e), two(e, "u"), two(e, "u_robust")}, text_of(e.at("mark")));
+    add(e, {Cell(measured(e, "value", largest_u(e)), "big"), reported_u(e), two(e, "u"), two(e, "u_robust")}, text_of(e.at("mark")));
   for (const Json& h : tree.at("held")) add(h, {num(h, "value", "{:.5g}"), "", "", ""}, "held");
   out.blocks.push_back(t);
   if (!tree.at("q_BS_wxyz").is_null())
@@ -83,7 +87,7 @@ Section parameters_section(const Json& tree) {
 Section derived_section(const Json& tree) {
   Table t{{left("quantity"), {"value"}, {"u"}, {"u classical"}, {"u robust"}, left("unit"), left("meaning")}};
   for (const Json& d : tree.at("derived"))
-    t.rows.push_back({{text_of(d.at("symbol")), Cell(num(d, "value", "{:.5g}"), "big"), reported_u(d), two(d, "u"), two(d, "u_robust"), unit_of(d), text_of(d.at("meaning"))}});
+    t.rows.push_back({{text_of(d.at("symbol")), Cell(measured(d, "value", largest_u(d)), "big"), reported_u(d), two(d, "u"), two(d, "u_robust"), unit_of(d), text_of(d.at("meaning"))}});
   return {"Derived quantities", "", {t}};
 }
 
@@ -100,7 +104,7 @@ void add_comparisons(const Json& tree, render::Sections& out) {
     Table t{{left("parameter"), {"these flights"}, left("unit"), {"file"}, {"u"}, left("origin"), {"difference, %"}, {"z"}}};
     for (const Json& p : file.at("parameters")) {
       const bool held = p.at("held");
-      t.rows.push_back({{text_of(p.at("label")), Cell(num(p, "found", "{:.5g}") + (held ? " (held)" : ""), held ? "" : "big"), unit_of(p), num(p, "value"), u_of(p),
+      t.rows.push_back({{text_of(p.at("label")), Cell(num(p, "found", "{:.5g}") + (held ? " (held)" : ""), held ? "" : "big"), unit_of(p), measured(p), u_of(p),
                          text_of(p.at("origin")), num(p, "percent", "{:+.1f}"), z_cell(p)}});
     }
     for (const Json& d : file.at("derived"))
@@ -118,10 +122,10 @@ void add_comparisons(const Json& tree, render::Sections& out) {
   Section s{"Static thrust of these flights beside other measurements", tree.at("beside").empty() ? "beside" : "", {}};
   s.blocks.push_back(Paragraph{fmt::format("These flights: c_t {} {} {}. Entries of the files, at the air density of the start file; the "
                                            "difference is how far these flights lie above.",
-                                           num(*found, "value", "{:.5g}"), reported_u(*found), unit_of(*found))});
+                                           measured(*found, "value", largest_u(*found)), reported_u(*found), unit_of(*found))});
   Table t{{left("file"), left("origin"), {"c_t"}, {"u"}, left("unit"), {"difference, %"}, {"z"}, {"speeds, RPM"}}};
   for (const Json& e : tree.at("static_thrust"))
-    t.rows.push_back({{text_of(e.at("file")), text_of(e.at("origin")), num(e, "value", "{:.5g}"), u_of(e), unit_of(*found),
+    t.rows.push_back({{text_of(e.at("file")), text_of(e.at("origin")), measured(e), u_of(e), unit_of(*found),
                        Cell(num(e, "percent", "{:+.2f}"), "big"), z_cell(e), fmt::format("{:.0f} … {:.0f}", value_of(e.at("rpm_window")[0]), value_of(e.at("rpm_window")[1]))}});
   s.blocks.push_back(t);
   out.push_back(s);
@@ -138,7 +142,7 @@ Section stages_section(const Json& tree) {
   for (const Json& c : tree.at("stages")) {
     const std::string stage = text_of(c.at("stage"));
     const bool agrees = c.at("agrees"), first = stage != last;
-    t.rows.push_back({{first ? stage : "", text_of(c.at("parameter")), num(c, "value", "{:.5g}"), u_of(c), two(c, "u_alone"), Cell(num(c, "joint", "{:.5g}"), "big"),
+    t.rows.push_back({{first ? stage : "", text_of(c.at("parameter")), measured(c), u_of(c), two(c, "u_alone"), Cell(measured(c, "joint", value_of(c.at("u_joint"))), "big"),
                        u_of(c, "u_joint"), Cell(num(c, "z", "{:.1f}"), agrees ? "" : "fail"), Cell(agrees ? "" : "apart", "fail")},
                       first});
     last = stage;

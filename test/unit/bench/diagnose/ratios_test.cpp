@@ -28,7 +28,7 @@ TEST(FirmRatios, a_ratio_told_to_2_percent_of_figures_that_run_off_together_by_3
   EXPECT_EQ(ratios[0].name, "c_q / I_zz");
   EXPECT_NEAR(ratios[0].value, 2e-10 / 4e-5, 1e-12);
   EXPECT_NEAR(ratios[0].u / ratios[0].value, 0.02, 1e-6);
-  EXPECT_EQ(ratios_text(ratios), "c_q / I_zz = 5e-06 ± 1e-07 (N m s2)/(kg m2)");
+  EXPECT_EQ(ratios_text(ratios), "c_q / I_zz = 5.00e-06 ± 1.0e-07 (N m s2)/(kg m2)");
 }
 
 TEST(FirmRatios, a_ratio_no_better_known_than_the_figure_itself_is_not_told) {
