@@ -8,6 +8,7 @@
 
 #include "bench/close/run_layout.hpp"
 #include "bench/hil/run_folder.hpp"
+#include "bench/render/digits.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -89,8 +90,25 @@ LoopResult assemble_loop(const fs::path& run) {
   return r;
 }
 
+render::Outcome loop_outcome(const LoopResult& r) {
+  render::Outcome out{.verdict = r.pass ? "pass" : "fail", .standing = r.pass ? render::Standing::good : render::Standing::bad};
+  const auto passed = std::count_if(r.tracking.begin(), r.tracking.end(), [](const TrackedFlight& t) { return t.pass; });
+  out.sentence = fmt::format("{} of {} judged flights as expected. Diagnosis: {}.", passed, r.tracking.size(), r.findings.verdict);
+  for (const TrackedFlight& t : r.tracking)
+    if (!t.pass) out.errors.push_back(t.plan.flight.name + ": " + t.reason);
+  if (r.after_is_before && !r.findings.added.empty()) out.errors.push_back("nothing was flown again: " + r.why_not_flown);
+  if (r.truth_compared)
+    out.next = "the truth is told below; another plan or other seeds (--learn-seeds) show whether it holds";
+  else
+    out.next = fmt::format("rotorloop close truth {}: was the diagnosis right?", r.run.filename().generic_string());
+  return out;
+}
+
 std::string loop_result_json(const LoopResult& r) {
   Json j{{"format", 1}, {"command", "close"}, {"version", r.version}, {"name", r.plan.name}, {"verdict", r.pass ? "pass" : "fail"}};
+  const render::Outcome outcome = loop_outcome(r);
+  j["errors"] = outcome.errors;
+  j["next"] = outcome.next;
   j["isolation"] = {{"layers", r.isolation.layers},       {"enforced_by", r.isolation.enforced_by}, {"holds", r.isolation.holds},
                     {"ways_tried", r.isolation.attempts}, {"opened", r.isolation.opened},           {"gave_up", r.isolation.gave_up}};
   j["diagnosis"] = {{"verdict", r.findings.verdict}, {"added", Json::array()}};
@@ -114,7 +132,7 @@ std::string loop_result_text(const LoopResult& r) {
   out += fmt::format("diagnosis {}\n", r.findings.verdict);
   for (const auto& e : r.findings.added) {
     out += fmt::format("  added   {}", e.id);
-    for (const auto& p : e.parameters) out += fmt::format("  {} = {:.4g} ± {:.2g} {}", p.name, p.value, p.u, p.unit == "1" ? "" : p.unit);
+    for (const auto& p : e.parameters) out += fmt::format("  {} = {} {}", p.name, render::measured_text(p.value, p.u), p.unit == "1" ? "" : p.unit);
     if (!e.aliases.empty()) out += fmt::format("\n          or {}; {}", alias_names(e), e.manoeuvre);
     out += "\n";
   }
@@ -125,7 +143,7 @@ std::string loop_result_text(const LoopResult& r) {
     out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == hil::ErrorAxis::z ? " (|z|)" : " (3-D)"),
                        spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);
   if (r.after_is_before) out += "nothing was flown again: " + r.why_not_flown + "\n";
-  out += fmt::format("\nverdict: {}\nrun:     {}\nreport:  {}\n", r.pass ? "pass" : "fail", r.run.generic_string(),
+  out += fmt::format("\n{}run:     {}\nreport:  {}\n", render::outcome_text(loop_outcome(r)), r.run.generic_string(),
                      LoopLayout{r.run}.report().generic_string());
   return out;
 }

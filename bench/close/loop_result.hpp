@@ -10,6 +10,7 @@
 #include "bench/close/plan.hpp"
 #include "bench/close/tracking.hpp"
 #include "bench/close/truth.hpp"
+#include "bench/render/outcome.hpp"
 
 namespace rotorloop::closed_loop {
 
@@ -33,6 +34,9 @@ std::string why_not_flyable(const std::filesystem::path& vehicle);
 
 // Throws Error for a folder that is no loop's or not complete.
 LoopResult assemble_loop(const std::filesystem::path& run);
+
+// Why it passed or not, and what to do next.
+render::Outcome loop_outcome(const LoopResult& r);
 
 std::string loop_result_json(const LoopResult& result);
 std::string loop_result_text(const LoopResult& result);  // for a terminal

@@ -8,6 +8,7 @@
 #include "bench/close/report_evidence.hpp"
 #include "bench/close/run_layout.hpp"
 #include "bench/log/log_reader.hpp"
+#include "bench/render/digits.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 #include "host/base/error.hpp"
@@ -30,18 +31,17 @@ std::string added_text(const Findings& f) {
   for (const auto& e : f.added) {
     out += (out.empty() ? "" : "; ") + e.id;
     for (const auto& p : e.parameters)
-      out += fmt::format(", {} = {:.4g} ± {:.2g}{}", p.name, p.value, p.u, p.unit == "1" ? "" : " " + p.unit);
+      out += fmt::format(", {} = {}{}", p.name, render::measured_text(p.value, p.u), p.unit == "1" ? "" : " " + p.unit);
     if (!e.aliases.empty()) out += fmt::format(" (or {})", alias_names(e));
   }
   return out.empty() ? "nothing added" : out;
 }
 
 std::string head(const LoopResult& r) {
-  const auto passed = static_cast<std::size_t>(std::count_if(r.tracking.begin(), r.tracking.end(), [](const auto& t) { return t.pass; }));
   std::string out = render::page_begin(r.plan.name, "the loop closed: flown, diagnosed, flown again", "rotorloop close");
-  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1} of {2} judged flights as expected. Diagnosis: {3} – {4}.</p></div>\n",
-                     r.pass ? "pass" : "fail", passed, r.tracking.size(), render::xml_escaped(r.findings.verdict),
-                     render::xml_escaped(added_text(r.findings)));
+  render::Outcome outcome = loop_outcome(r);
+  outcome.sentence += " " + added_text(r.findings) + ".";
+  out += render::banner_html(outcome);
   out += render::facts_html({{"sandboxed by", r.isolation.layers + (r.isolation.enforced_by.empty() ? "" : " (" + r.isolation.enforced_by + ")")},
                      {"ways to the truth tried", fmt::format("{}, {} opened", r.isolation.attempts, r.isolation.opened.size())},
                      {"learnt from", fmt::format("{} flights", r.plan.learn.size() * r.plan.learn_seeds.size())},

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "bench/render/digits.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
@@ -19,7 +20,7 @@ constexpr int kOut = 0, kIn = 2;       // colours: ruled out, could be it
 std::string values_text(const std::vector<FoundValue>& values) {
   std::string out;
   for (const auto& v : values)
-    out += fmt::format("{}{} = {:.4g} ± {:.2g}{}", out.empty() ? "" : ", ", v.name, v.value, v.u, v.unit == "1" ? "" : " " + v.unit);
+    out += fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", v.name, render::measured_text(v.value, v.u), v.unit == "1" ? "" : " " + v.unit);
   return out;
 }
 

@@ -12,7 +12,9 @@
 #include "bench/close/report.hpp"
 #include "bench/close/run_layout.hpp"
 #include "bench/close/stage.hpp"
+#include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
+#include "bench/hil/unfinished_result.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "host/base/toml_file.hpp"
@@ -26,6 +28,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kFlownPlant = "flown_plant.toml";
+constexpr int kIncomplete = 7, kTerminated = 143;  // exit codes of `rotorloop hil` (docs/manual.md)
 constexpr const char* kSandboxRemedy =
     "install the Debian package bubblewrap and allow user namespaces (sysctl user.max_user_namespaces, kernel.unprivileged_userns_clone; "
     "in a "
@@ -151,10 +154,10 @@ class Loop {
     call.line = [&](const std::string& line) { message(stage, line); };
     call.stop = o_.stop;
     const int code = run_program(call);
-    if (code == static_cast<int>(ExitCode::interrupted))
+    if (code == static_cast<int>(ExitCode::interrupted) || code == kTerminated)
       throw Error({stage, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     // A flight that crashed is a result, not an error.
-    if (code != 0 && code != static_cast<int>(ExitCode::verdict))
+    if (code != 0 && code != static_cast<int>(ExitCode::verdict) && code != kIncomplete)
       throw Error({stage, fmt::format("`rotorloop hil` ended with {}", code), "", "see " + call.errors.generic_string()},
                   code == 2 || code == 3 ? ExitCode{code} : ExitCode::device);
   }
@@ -311,16 +314,46 @@ class Loop {
   CopiedInputs inputs_;
 };
 
+// A run goes on only where the same plan began it: another command's run, or another plan's, is not what the name was meant for.
+void refuse_other_run(const fs::path& run, const LoopPlan& plan) {
+  const auto file = TomlFile::read(run / "run.toml");
+  const auto root = file.root();
+  const std::string command = root.text("command", "hil");
+  std::string other;
+  if (command != "close")
+    other = fmt::format("is a run of `rotorloop {}`", command);
+  else if (const fs::path begun = run / root.text("plan"); fs::is_regular_file(begun) && read_loop_plan(begun).name != plan.name)
+    other = fmt::format("is a run of another plan, \"{}\"", read_loop_plan(begun).name);
+  if (!other.empty())
+    throw Error({run.generic_string(), other, "", "keep both with --name NAME, or replace it with --force"});
+}
+
+// The folder says itself that the loop came to no end.
+void write_unfinished(const fs::path& run, const LoopPlan& plan, const LoopOptions& options, const Error& e, const hil::RunClock& clock) {
+  const bool stopped = e.exit_code() == ExitCode::interrupted;
+  const ErrorText& t = e.text();
+  hil::write_unfinished(run, {"close", options.version, "", clock.started_utc(), clock.elapsed_s(), {}, plan.name,
+                              {stopped ? "incomplete" : "refused", stopped ? render::Standing::open : render::Standing::bad, "The loop came to no end.",
+                               {t.where + ": " + t.what}, t.remedy}});
+}
+
 }  // namespace
 
 fs::path close_loop(const LoopPlan& plan, const LoopOptions& options) {
   const std::string name = options.name.empty() ? "close-" + hil::folder_name(plan.name) : options.name;
   fs::path run = options.runs_dir / name;
   // A run that was stopped goes on; anything else in the way is refused by create().
+  if (!options.force && fs::is_regular_file(run / "run.toml")) refuse_other_run(run, plan);
   if (options.force || !fs::is_regular_file(run / "run.toml")) run = hil::RunFolder::create(options.runs_dir, name, options.force).path();
   run = fs::canonical(run);
   fs::permissions(run, fs::perms::owner_all);
-  Loop(plan, options, run).go();
+  const hil::RunClock clock;
+  try {
+    Loop(plan, options, run).go();
+  } catch (const Error& e) {
+    write_unfinished(run, plan, options, e, clock);
+    throw;
+  }
   const LoopResult result = assemble_loop(run);
   hil::write_text_file(LoopLayout{run}.result(), loop_result_json(result));
   hil::write_text_file(LoopLayout{run}.report(), loop_report_html(result));

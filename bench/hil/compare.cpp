@@ -120,6 +120,11 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
     c.name_a = "A (" + c.name_a + ")";
     c.name_b = "B (" + c.name_b + ")";
   }
+  c.logs_compared = !c.a.log_hashes.empty() && !c.b.log_hashes.empty();
+  if (verify && !c.logs_compared)
+    throw Error({"--verify", fmt::format("{} has no logs: nothing can be verified", c.a.log_hashes.empty() ? c.name_a : c.name_b),
+                 "the run was flown with --no-logs, or stopped before its first flight", "fly it with logs, or compare figures alone, without --verify"},
+                ExitCode::data_quality);
   if (verify) {
     verify_logs(folder_a, c.a);
     verify_logs(folder_b, c.b);
@@ -156,6 +161,10 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
       c.figures.push_back(std::move(figure));
     }
   }
+  if (!c.logs_compared && c.figures.empty())
+    throw Error({fmt::format("{} and {}", folder_a.generic_string(), folder_b.generic_string()), "nothing can be compared: no flight was flown in both, and there are no logs",
+                 "the runs are of different scenarios, or one was stopped before its first flight", "compare runs that share flights"},
+                ExitCode::data_quality);
   c.differs = !c.reasons.empty();
   return c;
 }
@@ -166,6 +175,9 @@ std::string comparison_text(const Comparison& c) {
   out += fmt::format("verdict: A {}, B {}\n", verdict_name(c.a.verdict), verdict_name(c.b.verdict));
   if (c.logs_identical)
     out += fmt::format("logs: identical, all {} files to the bit (log_sha256 {})\n", c.a.log_hashes.size(), c.a.log_sha256.substr(0, 12));
+  else if (!c.logs_compared)
+    out += fmt::format("logs: not compared, {} has none; figures alone are compared\n",
+                       !c.a.log_hashes.empty() ? c.name_b : !c.b.log_hashes.empty() ? c.name_a : "each run");
   else
     out += fmt::format("logs: {} differ, {} only in A, {} only in B\n", c.differing_logs.size(), c.only_in_a.size(), c.only_in_b.size());
   out += c.differing_inputs.empty() ? "inputs: identical\n" : fmt::format("inputs that differ: {}\n", fmt::join(c.differing_inputs, ", "));
@@ -195,6 +207,7 @@ std::string comparison_json_text(const Comparison& c) {
                            {"b", c.name_b},
                            {"verdict_a", verdict_name(c.a.verdict)},
                            {"verdict_b", verdict_name(c.b.verdict)}};
+  j["logs_compared"] = c.logs_compared;
   j["logs_identical"] = c.logs_identical;
   j["differing_logs"] = c.differing_logs;
   j["only_in_a"] = c.only_in_a;

@@ -28,12 +28,14 @@ struct Comparison {
   std::vector<std::string> only_in_a, only_in_b;
   std::vector<std::string> differing_inputs;  // path of inputs that one lacks or that differ
   std::vector<ComparedFigure> figures;
+  bool logs_compared = false;        // both runs have logs
   bool differs = false;              // a figure differs significantly, or a flight or its end is not the same in both
   std::vector<std::string> reasons;  // sentences for `differs`
 };
 
 // `verify`: hash the logs on disk again instead of trusting result.json; a log that does not fit its result.json throws
-// Error (ExitCode::data_quality).
+// Error (ExitCode::data_quality), and so do runs without logs. Two runs that have neither logs nor flights in common are nothing that could
+// be compared: Error (ExitCode::data_quality).
 Comparison compare_runs(const std::filesystem::path& a, const std::filesystem::path& b, bool verify);
 
 std::string comparison_text(const Comparison& c);

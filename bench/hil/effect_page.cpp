@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -66,6 +67,8 @@ std::string effect_page(const EffectStudy& s) {
       "# What each effect does\n\n"
       "Made by `{}`; do not edit. Law, signature in flight and confounders of each effect: [effects/catalogue.toml](../effects/catalogue.toml).\n\n",
       s.command_line);
+  if (!s.interrupted.empty())
+    out += fmt::format("**Incomplete: interrupted by {}.** What stands here was flown before; fly all of it again.\n\n", s.interrupted);
   if (!s.probes.empty())
     out += fmt::format(
         "## Sizes at defined points\n\n"
@@ -104,6 +107,11 @@ std::string effect_page(const EffectStudy& s) {
 
 std::string effect_json_text(const EffectStudy& s) {
   nlohmann::ordered_json j{{"format", 1}, {"command", s.command_line}, {"seeds", s.scenario.seeds}};
+  const auto outside = std::count_if(s.probes.begin(), s.probes.end(), [](const ProbeResult& p) { return p.missed(); });
+  j["verdict"] = !s.interrupted.empty() ? "incomplete" : outside > 0 ? "fail" : "pass";
+  j["errors"] = nlohmann::ordered_json::array();
+  if (!s.interrupted.empty()) j["errors"].push_back("interrupted by " + s.interrupted);
+  if (outside > 0) j["errors"].push_back(fmt::format("{} of {} sizes are outside a factor {:g} of their reference", outside, s.probes.size(), kProbeFactor));
   j["probes"] = nlohmann::ordered_json::array();
   for (const ProbeResult& p : s.probes)
     j["probes"].push_back({{"effect", p.effect},

@@ -13,6 +13,7 @@ struct EffectStudy {
   std::string command_line;  // that repeats it
   std::vector<ProbeResult> probes;
   std::vector<EffectComparison> flights;
+  std::string interrupted = {};  // by what signal; empty: complete
 };
 
 std::string effect_page(const EffectStudy& study);

@@ -104,7 +104,7 @@ std::vector<const sim::EffectInfo*> chosen_effects(const std::vector<std::string
   for (const std::string& id : ids) {
     const sim::EffectInfo* info = sim::find_effect(id);
     if (!info)
-      throw Error({"--effect", fmt::format("\"{}\" is not an effect of the plant", id), "", "use one of: " + sim::known_effect_ids()});
+      throw Error({"--effect", fmt::format("\"{}\" is not an effect of the plant", id), "", sim::use_known_effect(id)});
     if (std::find(out.begin(), out.end(), info) != out.end())
       throw Error({"--effect", fmt::format("\"{}\" is given twice", id), "", "give each effect once"});
     out.push_back(info);
@@ -119,7 +119,7 @@ std::size_t flight_for(const Scenario& scenario, std::string_view effect) {
       if (!sim::find_effect(id))
         throw Error({scenario.path.generic_string(),
                      fmt::format("flight \"{}\" names \"{}\", which is not an effect of the plant", scenario.flights[f].name, id), "",
-                     "use one of: " + sim::known_effect_ids()});
+                     sim::use_known_effect(id)});
       if (id == effect) found = f;
     }
   return found;
@@ -208,6 +208,8 @@ std::vector<EffectComparison> compare_effects(const Scenario& scenario, const In
     out[e] = compare_effect(scenario, inputs, *effects[e], flight_of[e], reference[flight_of[e]], options, progress);
   });
   progress.end();
+  if (options.stop && options.stop->load())  // what was not flown any more says nothing
+    std::erase_if(out, [](const EffectComparison& c) { return c.error_with_cm.n == 0 && c.error_without_cm.n == 0; });
   return out;
 }
 

@@ -276,7 +276,7 @@ std::string buses_html(const ReportFlight& f) {
 
 std::string hil_report_html(const HilReport& r) {
   std::string out = render::page_begin(r.title, "rotorloop hardware-in-the-loop run", "rotorloop HIL");
-  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", render::xml_escaped(r.verdict), render::xml_escaped(r.verdict_text));
+  out += render::banner_html(r.outcome);
   out += render::facts_html(r.facts);
   if (!r.warnings.empty()) {
     out += "<ul class=\"warn\">";
@@ -299,6 +299,10 @@ std::string hil_report_html(const HilReport& r) {
     out += "<h2 id=\"flight-" + slug(f.name) + "\">Flight: " + render::xml_escaped(f.name) + "</h2>\n" + render::facts_html(f.facts);
     std::string legend;
     for (const auto& t : f.traces) legend += dot(t.colour) + render::xml_escaped(t.variant) + "&emsp;";
+    if (f.traces.empty()) {
+      out += "<p class=\"cap\">Of this flight no log is in the folder: there is nothing to plot over time.</p>\n";
+      continue;
+    }
     out += "<h3>Trajectory</h3>\n<p class=\"cap\">" + legend + "dashed: set-point" +
            (f.traces.empty() ? "" : "; seed " + render::xml_escaped(f.traces.front().seed)) + "</p>\n" + trajectory_html(f);
     out += "<h3>Errors over time</h3>\n" + errors_html(f) + rpm_html(f) + limiters_html(f) + buses_html(f);

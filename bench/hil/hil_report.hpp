@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/render/outcome.hpp"
 #include "bench/render/svg_plot.hpp"
 
 namespace rotorloop::hil {
@@ -64,9 +65,8 @@ struct ReportFlight {
 };
 
 struct HilReport {
-  std::string title;         // scenario
-  std::string verdict;       // "pass", "fail", "incomplete"
-  std::string verdict_text;  // one sentence
+  std::string title;  // scenario
+  render::Outcome outcome;
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<std::string> warnings;
   std::vector<ReportTableRow> table;

@@ -108,6 +108,7 @@ std::string result_json_text(const RunResult& r) {
   j["warnings"] = Json::array();
   for (const auto& w : r.warnings) j["warnings"].push_back({{"where", w.where}, {"what", w.what}});
   j["errors"] = r.errors;
+  j["next"] = r.next;
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -159,6 +160,7 @@ RunResult read_result(const std::filesystem::path& run_folder) {
     if (j.contains("logs")) r.log_hashes = j.at("logs").get<std::map<std::string, std::string>>();
     for (const auto& w : j.at("warnings")) r.warnings.push_back({w.at("where"), w.at("what")});
     r.errors = j.at("errors").get<std::vector<std::string>>();
+    r.next = j.value("next", "");
     return r;
   } catch (const Error&) {
     throw;

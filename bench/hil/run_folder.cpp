@@ -43,10 +43,19 @@ std::string toml_list(const Items& items, Text text) {
 }  // namespace
 
 void write_text_file(const fs::path& path, std::string_view text) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  std::error_code ec;
+  // Pipes and devices are written to; a file appears under its name when it is whole, so that nobody reads half of it.
+  const bool in_place = fs::exists(path, ec) && !fs::is_regular_file(path, ec);
+  const fs::path at = in_place ? path : fs::path(path.string() + ".part");
+  std::ofstream out(at, std::ios::binary | std::ios::trunc);
   out.write(text.data(), static_cast<std::streamsize>(text.size()));
   out.close();
-  if (!out) device_error(path, "cannot be written", "the disk is full, or the folder is read-only");
+  const bool written = !out.fail();
+  if (written && !in_place) fs::rename(at, path, ec);
+  if (written && (in_place || !ec)) return;
+  std::error_code ignored;
+  if (!in_place) fs::remove(at, ignored);
+  device_error(path, "cannot be written", "the disk is full, the folder is not there, or it is read-only");
 }
 
 std::string hash_of_logs(const std::map<std::string, std::string>& logs) {

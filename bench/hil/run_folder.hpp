@@ -46,7 +46,8 @@ struct RunResult {
   std::map<std::string, std::string> log_hashes;  // relative path -> sha256
   std::string log_sha256;
   std::vector<Warning> warnings;
-  std::vector<std::string> errors;
+  std::vector<std::string> errors;  // why it did not pass (run_outcome.hpp)
+  std::string next;                 // what to do now
 };
 
 std::string result_json_text(const RunResult& r);                // pretty, ends with a newline
@@ -100,7 +101,7 @@ class RunFolder {
 std::map<std::filesystem::path, std::string> copy_together(const std::vector<std::filesystem::path>& files,
                                                            const std::filesystem::path& folder);
 
-// Writes a text file or throws Error (ExitCode::device): full disk, no permission.
+// Writes a text file or throws Error (ExitCode::device): full disk, no permission. Until it is whole it is called PATH.part.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace rotorloop::hil

@@ -10,6 +10,7 @@
 #include "bench/hil/limiter_names.hpp"
 #include "bench/log/log_reader.hpp"
 #include "bench/hil/run_folder.hpp"
+#include "bench/hil/run_outcome.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
@@ -322,20 +323,6 @@ std::vector<ReportTableRow> table_of(const Scenario& s, const Assessment& a, con
   return rows;
 }
 
-std::string verdict_sentence(const RunResult& r) {
-  const auto completed = std::count_if(r.flights.begin(), r.flights.end(), [](const auto& f) { return f.end == FlightEnd::completed; });
-  const auto met = std::count_if(r.limits.begin(), r.limits.end(), [](const auto& l) { return l.pass; });
-  std::string text = fmt::format("{} of {} flights completed, ", completed, r.flights.size());
-  text += r.limits.empty() ? "no limit was set." : fmt::format("{} of {} limits met.", met, r.limits.size());
-  for (const auto& l : r.limits)
-    if (!l.pass) text += fmt::format(" {}: {}.", std::isnan(l.value) ? "Not measured" : "Missed", l.name);
-  for (const auto& f : r.flights)
-    if (f.end != FlightEnd::completed && text.size() < 600)
-      text += fmt::format(" {} {} seed {} {}{}.", f.flight, variant_name(f.variant), f.seed, flight_end_name(f.end),
-                          f.end_detail.empty() ? "" : ": " + f.end_detail);
-  return text;
-}
-
 }  // namespace
 
 std::map<int, std::string> numbered_names(std::string_view value) {
@@ -361,8 +348,7 @@ HilReport read_hil_report(const fs::path& folder) {
 
   HilReport out;
   out.title = r.scenario;
-  out.verdict = verdict_name(r.verdict);
-  out.verdict_text = verdict_sentence(r);
+  out.outcome = outcome_of(r, folder);
   out.facts = {{"flights", std::to_string(r.flights.size())},
                {"seeds", std::to_string(r.seeds.size())},
                {"rotorloop", r.version + " (" + r.git + ")"}};
@@ -372,7 +358,6 @@ HilReport read_hil_report(const fs::path& folder) {
   if (r.wall_s > 0)
     out.facts.emplace_back("flown", fmt::format("{:.0f} s in {:.1f} s ({:.1f} × real time)", virtual_s, r.wall_s, virtual_s / r.wall_s));
   for (const auto& w : r.warnings) out.warnings.push_back(w.where.empty() ? w.what : w.where + ": " + w.what);
-  for (const auto& e : r.errors) out.warnings.push_back("error: " + e);
   out.table = table_of(s, a, r.flights);
   for (const auto& l : r.limits) out.limits.push_back({l.name, l.unit, l.value, l.limit, l.upper, l.pass});
   for (const auto& f : s.flights)

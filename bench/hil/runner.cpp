@@ -4,6 +4,7 @@
 
 #include "bench/hil/flight.hpp"
 #include "bench/hil/run_clock.hpp"
+#include "bench/hil/run_outcome.hpp"
 #include "bench/hil/run_report.hpp"
 #include "host/base/error.hpp"
 #include "host/base/parallel.hpp"
@@ -63,7 +64,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   progress.begin(requests.size(), total_s);
   const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
     FlightRequest& q = requests[i];
-    q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
+    if (options.logs) q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
     outcomes[i] = fly(scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
     progress.finished(outcomes[i].result);
   };
@@ -81,6 +82,9 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.log_hashes = folder.log_hashes();
   r.log_sha256 = hash_of_logs(r.log_hashes);
   r.warnings = warnings_of(scenario, inputs, out.flights);
+  r.errors = errors_of(r, requests.size());
+  r.next = outcome_of(r, folder.path()).next;
+  if (!options.logs) r.warnings.push_back({"logs", "none was kept (--no-logs): figures can be compared, bytes and plots over time cannot"});
   for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
   r.wall_s = clock.elapsed_s();
   folder.write_result(r);

@@ -16,6 +16,7 @@ struct RunOptions {
   std::filesystem::path runs_dir = "runs";  // the run folder is runs_dir / name
   std::string name;                         // empty: made from the scenario's name
   bool force = false;                       // replace an existing run folder
+  bool logs = true;                         // false: figures alone are kept, no log of any flight
   int jobs = 1;                             // flights at a time; results do not depend on it
   std::string command_line;                 // for run.toml
   const std::atomic<bool>* stop = nullptr;  // set by Ctrl-C: end the flights at the next step, write what there is

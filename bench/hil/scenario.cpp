@@ -7,6 +7,7 @@
 #include <set>
 
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::hil {
@@ -16,10 +17,10 @@ constexpr double kLongestFlight_s = 3600.0;
 constexpr std::size_t kMostFlights = 100, kMostFaults = 100, kMostLimits = 1000, kMostSeeds = 10'000;
 constexpr std::int64_t kLargestSeed = 4'294'967'295;  // 32 bits: a seed is a name that people type, not a key
 
-std::string known_variants() {
-  std::vector<std::string_view> names;
-  for (const auto v : kAllVariants) names.push_back(variant_name(v));
-  return fmt::format("{}", fmt::join(names, ", "));
+std::vector<std::string> variant_names() {
+  std::vector<std::string> names;
+  for (const auto v : kAllVariants) names.emplace_back(variant_name(v));
+  return names;
 }
 
 std::vector<std::string> flight_names(const Scenario& s) {
@@ -33,14 +34,14 @@ std::string given_flight(const TomlTable& t, std::string_view key, const Scenari
   const auto names = flight_names(s);
   if (std::find(names.begin(), names.end(), name) == names.end())
     t.fail(key, fmt::format("{} = \"{}\" is not a flight of this scenario", key, name), "a renamed or misspelt flight",
-           fmt::format("use one of: {}", fmt::join(names, ", ")));
+           fmt::format("{}use one of: {}", did_you_mean(name, names), fmt::join(names, ", ")));
   return name;
 }
 
 Variant known_variant(const TomlTable& t, std::string_view key, const std::string& name) {
   if (const auto v = variant_from_name(name)) return *v;
   t.fail(key, fmt::format("{} has \"{}\", which is not a controller variant", key, name), "",
-         fmt::format("use one of: {}", known_variants()));
+         fmt::format("{}use one of: {}", did_you_mean(name, variant_names()), fmt::join(variant_names(), ", ")));
 }
 
 // A variant that this scenario flies.
@@ -130,7 +131,7 @@ EscKind esc_kind(const TomlTable& t, const std::string& name) {
   if (name == "emulated" || name == "external")
     t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag", name), "",
            "use \"native\" (the firmware core on a simulated drive)");
-  t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "", "use one of: native, lag");
+  t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "", did_you_mean(name, {"native", "lag"}) + "use one of: native, lag");
 }
 
 void read_esc(const TomlTable& root, Scenario& s) {
@@ -377,7 +378,7 @@ std::vector<Variant> parse_variants(std::string_view text) {
     const auto v = variant_from_name(part);
     if (!v)
       throw Error({"--variants", fmt::format("\"{}\" is not a controller variant", part), "",
-                   fmt::format("use one or more of: {}", known_variants())});
+                   fmt::format("{}use one or more of: {}", did_you_mean(part, variant_names()), fmt::join(variant_names(), ", "))});
     if (std::find(out.begin(), out.end(), *v) != out.end())
       throw Error({"--variants", fmt::format("\"{}\" is given twice", part), "", "give each variant once"});
     out.push_back(*v);

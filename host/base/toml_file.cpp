@@ -67,7 +67,7 @@ TomlFile::~TomlFile() = default;
 TomlFile TomlFile::read(const std::filesystem::path& path) {
   std::error_code ec;
   if (!std::filesystem::is_regular_file(path, ec))
-    throw Error({path.generic_string(), "no such file", "", "check the path; relative paths start at the file that names them"});
+    throw Error({path.generic_string(), "no such file", "", "check the path; on the command line it is relative to the folder where the command runs"});
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host/base/constants.hpp"
+#include "host/base/nearest.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::host {
@@ -111,7 +112,7 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
       const auto u = uncertainty_of(v, block.of[i]);
       if (!u)
         tables[b].fail("of", fmt::format("covariance names \"{}\", which is no quantity of this file", block.of[i]), "a misspelt name",
-                       fmt::format("use one of: {}, or effect.ID.PARAMETER", fmt::join(quantity_names(), ", ")));
+                       fmt::format("{}use one of: {}, or effect.ID.PARAMETER", did_you_mean(block.of[i], quantity_names()), fmt::join(quantity_names(), ", ")));
       const double variance = block.matrix[i * n + i], sigma = variance > 0.0 ? std::sqrt(variance) : 0.0;
       if (std::fabs(sigma - *u) > 0.05 * std::max(sigma, *u) || variance <= 0.0)
         tables[b].fail(

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/vehicle/vehicle_checks.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -91,10 +92,10 @@ VehicleEffect read_effect(const TomlTable& t, const EffectCatalogue& catalogue) 
   e.id = t.text("id");
   const CatalogueEffect* row = catalogue.find(e.id);
   if (!row) {
-    std::vector<std::string_view> ids;
+    std::vector<std::string> ids;
     for (const CatalogueEffect& c : catalogue.effects) ids.push_back(c.id);
     t.fail("id", fmt::format("effect \"{}\" is not in the catalogue", e.id), "a misspelt id, or a file of a newer rotorloop",
-           fmt::format("use one of: {}", fmt::join(ids, ", ")));
+           fmt::format("{}use one of: {}", did_you_mean(e.id, ids), fmt::join(ids, ", ")));
   }
   const TomlTable parameters = t.table("parameter");
   const std::vector<CatalogueParameter>& known = row->model;

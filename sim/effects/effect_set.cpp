@@ -2,11 +2,13 @@
 #include "sim/effects/effect_set.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 #include "sim/effects/lists.hpp"
 
 namespace rotorloop::sim {
@@ -47,10 +49,10 @@ const EffectInfo* find_effect(std::string_view id) {
   return nullptr;
 }
 
-std::string known_effect_ids() {
-  std::string ids;
-  for (const EffectInfo* e : builtin_effects()) ids += (ids.empty() ? "" : ", ") + std::string(e->id);
-  return ids;
+std::string use_known_effect(std::string_view id) {
+  std::vector<std::string> ids;
+  for (const EffectInfo* e : builtin_effects()) ids.emplace_back(e->id);
+  return did_you_mean(id, ids) + fmt::format("use one of: {}", fmt::join(ids, ", "));
 }
 
 EffectValues effect_values(const EffectInfo& info, double value) {
@@ -68,7 +70,7 @@ void EffectSet::add(std::string_view id, double value) {
 void EffectSet::add(std::string_view id, const EffectValues& values) {
   const EffectInfo* info = find_effect(id);
   if (!info)
-    throw Error({"", fmt::format("effect \"{}\" is not known", id), "a misspelt id", fmt::format("use one of: {}", known_effect_ids())});
+    throw Error({"", fmt::format("effect \"{}\" is not known", id), "a misspelt id", use_known_effect(id)});
   if (has(id)) throw Error({"", fmt::format("effect \"{}\" is switched on twice", id), "a copied entry", "keep one entry for each effect"});
   const EffectParameter& p = info->parameter;
   if (p.origin == ParameterOrigin::effect_entry) check(id, p.key, p.unit, values[0], p.min, p.max);

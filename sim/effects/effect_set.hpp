@@ -14,8 +14,8 @@ namespace rotorloop::sim {
 std::span<const EffectInfo* const> builtin_effects();
 // Also one of the foreign effects, which no list shows. Null when no effect has this id.
 const EffectInfo* find_effect(std::string_view id);
-// "a, b, c": for messages.
-std::string known_effect_ids();
+// For messages about an unknown id: "did you mean "a"? use one of: a, b, c".
+std::string use_known_effect(std::string_view id);
 // The options' fallbacks with `value` as the parameter.
 EffectValues effect_values(const EffectInfo& info, double value);
 

@@ -130,7 +130,7 @@ PlantEffect read_effect(const TomlTable& t) {
   PlantEffect e{t.text("id"), {}};
   const EffectInfo* effect = find_effect(e.id);
   if (!effect)
-    t.fail("id", fmt::format("effect \"{}\" is not known", e.id), "a misspelt id", fmt::format("use one of: {}", known_effect_ids()));
+    t.fail("id", fmt::format("effect \"{}\" is not known", e.id), "a misspelt id", use_known_effect(e.id));
   const EffectParameter& p = effect->parameter;
   e.values = effect_values(*effect, 0.0);
   if (p.origin == ParameterOrigin::effect_entry) {

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "bench/propeller/report/validation_output.hpp"
+#include "bench/render/outcome.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
 
@@ -141,10 +142,14 @@ std::string validation_html(const ValidationDocument& d) {
   const bool pass = all_pass(d.limits);
   const auto missed = std::count_if(d.limits.begin(), d.limits.end(), [](const ValidationLimit& l) { return !l.pass; });
   std::string out = render::page_begin("BEM rotor model against measured propellers", "rotorloop rotor validate", "rotorloop");
-  out += fmt::format("<div class=\"verdict {0}\"><b>{0}</b><p>{1}</p></div>\n", pass ? "pass" : "fail",
-                     d.limits.empty() ? "nothing judged"
+  render::Outcome outcome{.verdict = pass ? "pass" : "fail", .standing = pass ? render::Standing::good : render::Standing::bad};
+  outcome.sentence = d.limits.empty() ? "nothing judged"
                      : pass           ? fmt::format("all {} limits met", d.limits.size())
-                                      : fmt::format("{} of {} limits missed", missed, d.limits.size()));
+                                      : fmt::format("{} of {} limits missed", missed, d.limits.size());
+  for (const ValidationLimit& l : d.limits)
+    if (!l.pass) outcome.errors.push_back(fmt::format("limit missed: {}: {}, allowed {} {}", l.name, percent_cell(l.measured), l.at_least ? "at least" : "at most", percent_cell(l.limit)));
+  outcome.next = pass ? "simulate with these rotors; docs/acceptance/rotor_validation.md has the limits" : "look at the propeller below whose curve lies beside its rings and dots";
+  out += render::banner_html(outcome);
   out +=
       "<p>Thrust and power coefficients, C_T = T/(ρn²D⁴), C_P = P/(ρn³D⁵), measured by the UIUC Propeller Database (Brandt, Deters, "
       "Ananda, "

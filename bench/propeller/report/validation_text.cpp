@@ -77,7 +77,9 @@ std::string validation_text(const ValidationDocument& d) {
 }
 
 std::string validation_json(const ValidationDocument& d) {
-  Json j{{"format", 1}, {"version", d.version}, {"stall_drag", d.stall_drag}, {"verdict", all_pass(d.limits) ? "pass" : "fail"}};
+  Json j{{"format", 1}, {"version", d.version}, {"stall_drag", d.stall_drag}, {"verdict", all_pass(d.limits) ? "pass" : "fail"}, {"errors", Json::array()}};
+  for (const ValidationLimit& l : d.limits)
+    if (!l.pass) j["errors"].push_back("limit missed: " + l.name);
   for (const ValidationLimit& l : d.limits)
     j["limits"].push_back({{"name", l.name}, {"measured", l.measured}, {"limit", l.limit}, {"at_least", l.at_least}, {"pass", l.pass}});
   for (const PropellerResult& p : d.results) {

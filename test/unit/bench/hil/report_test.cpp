@@ -245,7 +245,8 @@ TEST_F(Report, ShowsVerdictTableLimitsEveryFlightAndTheInputs) {
   const auto html = test::read_text(write_hil_report(run_.folder));
   EXPECT_THAT(html,
               AllOf(HasSubstr("class=\"verdict fail\""),
-                    HasSubstr("30 of 30 flights completed, 4 of 5 limits met. Missed: mean_tracking_error vertical pd_ff_thrust_drag z."),
+                    HasSubstr("30 of 30 flights completed, 4 of 5 limits met."),
+                    HasSubstr("<li>limit missed: mean_tracking_error vertical pd_ff_thrust_drag z: "), HasSubstr("Next: look at errors over time"),
                     HasSubstr("PD FF + THR + DRG")));
   EXPECT_THAT(html, AllOf(HasSubstr("id=\"flight-horizontal\""), HasSubstr("id=\"flight-vertical\""), HasSubstr("paper, Fig. 9"),
                           HasSubstr("ESC 2: voltage"), HasSubstr("controller: thrust")));
