@@ -4,12 +4,21 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "bench/calibrate/flown.hpp"
 #include "bench/calibrate/programme.hpp"
+#include "bench/hil/run_clock.hpp"
+#include "bench/hil/run_folder.hpp"
+#include "bench/render/digits.hpp"
+#include "bench/render/document.hpp"
+#include "bench/render/page.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/refused_result.hpp"
+#include "cli/fit_options.hpp"
 #include "host/control/trajectory_file.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "rotorloop_version.hpp"
@@ -18,30 +27,37 @@ namespace rotorloop::cli {
 namespace {
 
 struct CalibrateArguments {
-  std::filesystem::path plant, vehicle, out, table;
+  std::filesystem::path plant, vehicle, out, table, report;
   std::vector<std::filesystem::path> trajectories, flown;
   std::string variant;
   double period_s = 0.05;
+  bool force = false;
 };
 
-void row(const char* name, const calibrate::FittedValue& v, const char* unit) {
-  fmt::print("{:<8} {:>12.4e} ± {:.1e} {}\n", name, v.value, v.u, unit);
-}
+struct Coefficient {
+  const char* name;
+  calibrate::FittedValue value;
+  const char* unit;
+};
 
 template <class Fit>
-void coefficient_rows(const Fit& fit) {
-  row("k1", fit.k1_N_s2, "N s²");
-  row("k2", fit.k2_N_s2_m, "N s²/m");
-  row("c_q", fit.c_q_N_m_s2, "N m s²");
-  row("c_dh", fit.c_dh_s_m, "s/m");
-  row("c_dxy", fit.c_dxy_N_s2_m2, "N s²/m²");
-  row("c_dz", fit.c_dz_N_s2_m2, "N s²/m²");
+std::vector<Coefficient> coefficients(const Fit& fit) {
+  return {{"k1", fit.k1_N_s2, "N s²"},     {"k2", fit.k2_N_s2_m, "N s²/m"},         {"c_q", fit.c_q_N_m_s2, "N m s²"},
+          {"c_dh", fit.c_dh_s_m, "s/m"},   {"c_dxy", fit.c_dxy_N_s2_m2, "N s²/m²"}, {"c_dz", fit.c_dz_N_s2_m2, "N s²/m²"}};
 }
+
+// What a calibration came to.
+struct Calibrated {
+  host::VehicleFile vehicle;
+  std::vector<Coefficient> coefficients;
+  std::string misfit;               // a sentence
+  std::vector<std::string> inputs;  // "sha256:…"
+};
 
 std::string written_by() { return std::string("rotorloop calibrate ") + kVersion; }
 
 // Points made for the coefficients, and the states of planned flights: what a builder with a wind tunnel would do.
-host::VehicleFile from_programme(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+Calibrated from_programme(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
   std::vector<calibrate::FlightState> planned;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   for (const auto& path : o.trajectories) {
@@ -53,14 +69,14 @@ host::VehicleFile from_programme(const CalibrateArguments& o, const calibrate::T
   if (!o.table.empty()) calibrate::write_load_points(o.table, points);
   const calibrate::LoadFit fit = calibrate::fit_loads(points, host::to_model(base));
   fmt::print("{} load points: {} powered, {} of these axial\n", points.size(), fit.powered_points, fit.axial_points);
-  coefficient_rows(fit);
-  fmt::print("misfit (rms): thrust {:.3f} N, in-plane force {:.3f} N, yaw torque {:.2e} N m\n", fit.thrust_rms_N, fit.in_plane_rms_N,
-             fit.yaw_torque_rms_N_m);
-  return calibrate::calibrated(base, fit, written_by(), inputs);
+  return {calibrate::calibrated(base, fit, written_by(), inputs), coefficients(fit),
+          fmt::format("misfit (rms): thrust {:.3f} N, in-plane force {:.3f} N, yaw torque {:.2e} N m", fit.thrust_rms_N, fit.in_plane_rms_N,
+                      fit.yaw_torque_rms_N_m),
+          inputs};
 }
 
 // The states that simulated flights really met: the least misfit that eq. (1)-(5) can have there. A yardstick; no real vehicle has it.
-host::VehicleFile from_flown(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
+Calibrated from_flown(const CalibrateArguments& o, const calibrate::Tunnel& tunnel, const host::VehicleFile& base) {
   std::vector<calibrate::LoadPoint> points;
   std::vector<std::string> inputs{"sha256:" + sha256_file(o.vehicle)};
   std::size_t logs = 0;
@@ -73,27 +89,75 @@ host::VehicleFile from_flown(const CalibrateArguments& o, const calibrate::Tunne
   if (!o.table.empty()) calibrate::write_load_points(o.table, points);
   const calibrate::FlownFit fit = calibrate::fit_flown(points, host::to_model(base));
   fmt::print("{} states of {} flights\n", fit.states, logs);
-  coefficient_rows(fit);
-  row("com x", fit.com_x_m, "m");
-  row("com y", fit.com_y_m, "m");
-  fmt::print("misfit (rms): in-plane force {:.3f} N, thrust {:.3f} N, roll and pitch torque {:.2e} N m, yaw torque {:.2e} N m\n",
-             fit.force_xy_rms_N, fit.force_z_rms_N, fit.roll_pitch_rms_N_m, fit.yaw_rms_N_m);
-  return calibrate::calibrated(base, fit, written_by(), inputs);
+  std::vector<Coefficient> values = coefficients(fit);
+  values.insert(values.end(), {{"com_x", fit.com_x_m, "m"}, {"com_y", fit.com_y_m, "m"}});
+  return {calibrate::calibrated(base, fit, written_by(), inputs), values,
+          fmt::format("misfit (rms): in-plane force {:.3f} N, thrust {:.3f} N, roll and pitch torque {:.2e} N m, yaw torque {:.2e} N m",
+                      fit.force_xy_rms_N, fit.force_z_rms_N, fit.roll_pitch_rms_N_m, fit.yaw_rms_N_m),
+          inputs};
 }
 
-int calibrate(const CalibrateArguments& o) {
-  if (o.trajectories.empty() == o.flown.empty())
-    throw Error({"rotorloop calibrate", o.flown.empty() ? "no states to measure" : "--trajectory and --flown are given together", "",
-                 "give either --trajectory (planned flights) or --flown (run folders of simulated flights)"});
+void publish(const CalibrateArguments& o, const Calibrated& c, const render::Outcome& outcome, const hil::RunClock& clock) {
+  render::Table table{{render::left("coefficient"), {"value"}, {"u"}, render::left("unit")}};
+  for (const Coefficient& k : c.coefficients) {
+    const render::MeasuredText t = render::measured(k.value.value, k.value.u);
+    fmt::print("{:<8} {:>12} ± {} {}\n", k.name, t.value, t.u, k.unit);
+    table.rows.push_back({{k.name, render::Cell(t.value, "big"), "± " + t.u, k.unit}});
+  }
+  fmt::print("{}\n{}", c.misfit, render::outcome_text(outcome));
+  if (o.report.empty()) return;
+  nlohmann::ordered_json j{{"format", 1}, {"command", "calibrate"}, {"version", kVersion}, {"git", kGit}, {"inputs", c.inputs}};
+  j["started_utc"] = clock.started_utc();
+  j["wall_s"] = clock.elapsed_s();
+  j["verdict"] = outcome.verdict;
+  j["limits"] = nlohmann::ordered_json::array();
+  for (const Coefficient& k : c.coefficients) j["figures"][k.name] = {{"value", k.value.value}, {"u", k.value.u}, {"unit", k.unit}};
+  j["warnings"] = nlohmann::ordered_json::array();
+  j["errors"] = outcome.errors;
+  j["next"] = outcome.next;
+  hil::write_text_file(o.report / "result.json", j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  hil::write_text_file(o.report / "report.html",
+                       render::page_begin("Load model of " + c.vehicle.name, "calibrated in the virtual wind tunnel", "calibration") +
+                           render::banner_html(outcome) +
+                           render::page_html({{"Coefficients", "coefficients", {table, render::Paragraph{c.misfit}}}}) + render::page_end());
+}
+
+int calibrate_plant(const CalibrateArguments& o, const hil::RunClock& clock, bool& told) {
   const sim::PlantFile plant = sim::read_plant(o.plant);
   const auto rotors = sim::read_rotors(plant);
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const calibrate::Tunnel tunnel(plant, rotors);
-  const host::VehicleFile result = o.flown.empty() ? from_programme(o, tunnel, base) : from_flown(o, tunnel, base);
-  host::write_vehicle(o.out, result);
-  fmt::print("static c_t {:.4e} N s², hover at {:.0f} RPM\nwritten: {}\n", result.static_thrust.front().c_t_N_s2,
-             host::hover_omega_rad_s(host::to_model(result)) * 60.0 / (2.0 * 3.14159265358979), o.out.generic_string());
+  const Calibrated c = o.flown.empty() ? from_programme(o, tunnel, base) : from_flown(o, tunnel, base);
+  const std::optional<Error> problem = not_credible(o.out, c.vehicle, host::builtin_effect_catalogue());
+  publish(o, c, problem ? refused_outcome(*problem) : render::Outcome{"pass", render::Standing::good, "The load model fits what the balance read.", {},
+                                                                       "fly with it: rotorloop hil SCENARIO --vehicle " + o.out.filename().generic_string()},
+          clock);
+  told = true;
+  if (problem) throw *problem;
+  hil::write_text_file(o.out, host::vehicle_text(c.vehicle));
+  fmt::print("static c_t {:.4e} N s², hover at {:.0f} RPM\nwritten: {}\n", c.vehicle.static_thrust.front().c_t_N_s2,
+             host::hover_omega_rad_s(host::to_model(c.vehicle)) * 60.0 / (2.0 * 3.14159265358979), o.out.generic_string());
   return 0;
+}
+
+int calibrate(const CalibrateArguments& o) {
+  if (o.trajectories.empty() == o.flown.empty())
+    throw Error({"", o.flown.empty() ? "no states to measure" : "--trajectory and --flown are given together", "",
+                 "give either --trajectory (planned flights) or --flown (run folders of simulated flights)"});
+  if (o.flown.empty() && !o.variant.empty())
+    throw Error({"--variant", "does nothing without --flown", "", "leave it out, or name run folders with --flown"});
+  if (!o.variant.empty()) (void)hil::parse_variants(o.variant);
+  std::vector<OutputFile> files = report_files("--report", o.report);
+  files.insert(files.end(), {{"-o", o.out}, {"--table", o.table}});
+  check_outputs(files, o.force);
+  const hil::RunClock clock;
+  bool told = false;
+  try {
+    return calibrate_plant(o, clock, told);
+  } catch (const Error& e) {
+    if (!told && e.exit_code() == ExitCode::data_quality) tell_unfinished({.command = "calibrate", .report = o.report}, refused_outcome(e), clock);
+    throw;
+  }
 }
 
 }  // namespace
@@ -109,6 +173,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   c->add_option("--variant", o->variant, "of --flown: only flights of this controller");
   c->add_option("-o,--out", o->out, "vehicle file to write")->required();
   c->add_option("--table", o->table, "also write the load table (CSV)");
+  c->add_option("--report", o->report, "folder for report.html and result.json");
+  add_force(*c, o->force);
   c->add_option("--period", o->period_s, "seconds between two states of a planned flight")
       ->check(CLI::Range(0.005, 1.0))
       ->capture_default_str();
@@ -116,7 +182,9 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Example:\n  rotorloop calibrate --plant vehicles/reference_plant.toml --vehicle vehicles/reference_cad.toml\n"
       "    --trajectory scenarios/trajectories/horizontal_8p5.toml -o vehicles/calibrated.toml\n"
       "  rotorloop calibrate --plant vehicles/reference_plant.toml --vehicle vehicles/reference_cad.toml\n"
-      "    --flown runs/paper --variant pd_ff_thrust_drag -o best.toml");
+      "    --flown runs/paper --variant pd_ff_thrust_drag -o best.toml\n"
+      "Exit codes: 0 written; 2 bad arguments or input file; 3 disk; 5 refused: the states lack what a coefficient needs, or the vehicle is\n"
+      "not credible.");
   c->callback([o, &exit_code] { exit_code = calibrate(*o); });
 }
 

@@ -2,8 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -18,6 +17,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/stop_signals.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -31,10 +31,6 @@ struct CloseArguments {
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool json = false, quiet = false, force = false, require_isolation = false;
 };
-
-// Ctrl-C reaches the flights by themselves; the loop then ends before its next stage.
-std::atomic<bool> g_stop{false};
-void on_interrupt(int) { g_stop.store(true, std::memory_order_relaxed); }
 
 std::string command_line(const CloseArguments& o) {
   std::string out = "rotorloop close " + o.plan.generic_string();
@@ -66,7 +62,7 @@ closed_loop::LoopPlan planned(const CloseArguments& o) {
   for (const auto s : p.learn_seeds)
     for (const auto* other : {&p.held_out_seeds, &p.judged_seeds})
       if (std::find(other->begin(), other->end(), s) != other->end())
-        throw Error({"seeds", fmt::format("{} is learnt from and also held out or judged", s), "", "give lists without a common seed"});
+        throw Error({"", fmt::format("seed {} is learnt from and also held out or judged", s), "", "give lists without a common seed"});
   return p;
 }
 
@@ -81,16 +77,18 @@ int close(const CloseArguments& o) {
   options.require_isolation = o.require_isolation;
   options.command_line = command_line(o);
   options.version = std::string("rotorloop ") + kVersion + " " + kGit;
-  options.stop = &g_stop;
+  // A signal from the terminal reaches the flights by themselves; the loop then ends before its next stage.
+  const StopSignals stop;
+  options.stop = stop.flag();
   if (!o.quiet) options.message = [](const std::string& stage, const std::string& text) { fmt::print(stderr, "{}: {}\n", stage, text); };
-  g_stop = false;
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  struct sigaction previous {};
-  sigaction(SIGINT, &action, &previous);
-  const fs::path run = closed_loop::close_loop(planned(o), options);
-  sigaction(SIGINT, &previous, nullptr);
+  fs::path run;
+  try {
+    run = closed_loop::close_loop(planned(o), options);
+  } catch (const Error& e) {
+    if (!stop.asked()) throw;
+    std::fprintf(stderr, "%s\n", e.what());
+    return stop.exit_code();
+  }
   const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
   fmt::print("{}", o.json ? closed_loop::loop_result_json(result) : closed_loop::loop_result_text(result));
   return static_cast<int>(result.pass ? ExitCode::ok : ExitCode::verdict);
@@ -163,8 +161,8 @@ void add_close(CLI::App& app, int& exit_code) {
       "  rotorloop close truth runs/close-aft-rotor-wake                  afterwards: was the diagnosis right?\n"
       "\nA run that was stopped goes on where it was. What a stage was made from stands in its done.toml; a changed vehicle file, plan or\n"
       "trajectory makes anew what depends on it.\n"
-      "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 the logs could\n"
-      "not be used, 6 a judged flight missed its expectation (truth: missed or wrong), 130 interrupted.");
+      "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 refused: the\n"
+      "logs could not be used, 6 a judged flight missed its expectation (truth: missed or wrong), 130 and 143 interrupted.");
   add_truth(*c, exit_code);
   add_probe(*c, exit_code);
   c->require_subcommand(0, 1);

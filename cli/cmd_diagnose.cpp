@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bench/diagnose/diagnose.hpp"
+#include "bench/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/diagnose/report/diagnosis_report.hpp"
 #include "bench/diagnose/report/diagnosis_text.hpp"
 #include "bench/hil/run_clock.hpp"
@@ -16,13 +17,16 @@
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
 #include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
 #include "cli/diagnose_commands.hpp"
 #include "cli/diagnose_stand.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/refused_result.hpp"
 #include "cli/fit_options.hpp"
 #include "cli/flight_inputs.hpp"
-#include "cli/progress_line.hpp"
+#include "cli/progress/progress_line.hpp"
 #include "cli/renamed_option.hpp"
 #include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
@@ -42,10 +46,10 @@ struct DiagnoseArguments {
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
-  bool json = false, no_checks = false, forget = false;
+  bool json = false, no_checks = false, forget = false, force = false;
 };
 
-diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const host::VehicleFile& vehicle, const host::UserTerms* own) {
+diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const host::VehicleFile& vehicle, const host::UserTerms* own, estimate::StopFit stop) {
   diagnose::DiagnoseOptions d;
   identify::IdentifyOptions& i = d.identify;
   o.fit.apply(i);
@@ -67,6 +71,7 @@ diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const hos
   i.fit.max_iterations = 80;
   i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
   i.fit.noise.per_flight = true;
+  i.fit.stop = stop;
   d.without = o.without;
   d.beliefs = !o.forget;
   d.max_effects = o.max_effects;
@@ -76,19 +81,39 @@ diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const hos
   return d;
 }
 
-// Flights that the checks refuse are a verdict, not an error: the fault is what was to be found.
-int faulty(const DiagnoseArguments& o, const Error& error, const hil::RunClock& clock) {
+// Text or JSON to stdout, the page and result.json into the folder.
+void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, const std::string& vehicle, const identify::IdentifyProvenance& from) {
+  const std::string json = diagnose::diagnosis_json(run, from);
+  if (o.json) {
+    fmt::print("{}", json);
+  } else {
+    fmt::print("{}", diagnose::diagnosis_text(run));
+    if (run.held_out) fmt::print("\n{}", identify::held_out_table(*run.held_out));
+    fmt::print("{}", render::outcome_text(diagnose::diagnosis_outcome(run.diagnosis, from)));
+  }
+  if (o.report.empty()) return;
+  hil::write_text_file(o.report / "result.json", json);
+  hil::write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, vehicle, from));
+}
+
+// Flights that the checks refuse are a verdict, not an error: the fault is what was to be found. Nothing was fitted to them.
+int faulty(const DiagnoseArguments& o, const Error& error, const std::string& vehicle, const hil::RunClock& clock) {
   diagnose::DiagnosisRun run;
   run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
   const ErrorText& text = error.text();
   run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
-  const std::string json = diagnose::diagnosis_json(run, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
-  fmt::print("{}", o.json ? json : diagnose::diagnosis_text(run));
-  if (!o.report.empty()) {
-    fs::create_directories(o.report);
-    hil::write_text_file(o.report / "result.json", json);
-  }
-  return 0;
+  publish(o, run, vehicle, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
+  std::fprintf(stderr, "%s\n", error.what());
+  return static_cast<int>(ExitCode::data_quality);
+}
+
+// The diagnosis stands, and its vehicle cannot be written.
+render::Outcome with_problem(render::Outcome outcome, const Error& problem) {
+  const render::Outcome refused = refused_outcome(problem);
+  outcome.standing = refused.standing;
+  outcome.errors = refused.errors;
+  outcome.next = refused.next;
+  return outcome;
 }
 
 using Names = std::vector<std::string>;
@@ -104,29 +129,28 @@ Names idle(const Names& given, const Names& acting) {
   return out;
 }
 
-// `given`: the options that were typed, by their long names.
-int diagnose(const DiagnoseArguments& o, const Names& given) {
-  if (!o.stand.empty()) {
-    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed, idle(given, kStandOptions)});
-    return 0;
-  }
-  if (o.vehicle.empty() || o.paths.flights.empty())
-    throw Error({"diagnose", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
-                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
+// What these options would do, nothing else of the call does.
+void refuse_idle_options(const DiagnoseArguments& o, const Names& given) {
+  const auto refuse = [&](const char* option, bool idle, const char* why, const char* remedy) {
+    if (idle && std::find(given.begin(), given.end(), option) != given.end()) throw Error({option, why, "", remedy});
+  };
+  refuse("--reference", true, "not offered for flights with rotor speeds: only logs of motor commands are compared with reference flights",
+         "leave it out, or diagnose the flights one vehicle at a time");
+  refuse("--wrench-band", o.paths.held_out.empty(), "does nothing without --held-out", "name a flight to score (--held-out), or leave it out");
+  refuse("--seed", o.placebos == 0, "does nothing without placebos", "leave out --placebos 0, or this");
+}
+
+void refuse_unknown_effects(const Names& ids, const host::EffectCatalogue& catalogue) {
+  Names known;
+  for (const host::CatalogueEffect& e : catalogue.effects) known.push_back(e.id);
+  for (const std::string& id : ids)
+    if (!catalogue.find(id))
+      throw Error({"--without", fmt::format("\"{}\" is no effect of the catalogue", id), "", did_you_mean(id, known) + "effects/catalogue.toml lists them"});
+}
+
+int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, const host::EffectCatalogue& catalogue, const host::UserTerms* own,
+                     const StopSignals& stop) {
   const hil::RunClock clock;
-  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  std::optional<host::UserTerms> own;
-  if (!o.library.empty()) {
-    own = host::UserTerms::read(o.library, catalogue);
-    own->join(catalogue);
-  }
-  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
-  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, idle(given, kCommandLogOptions)}, host::to_model(base)))
-    return 0;
-  if (!o.reference.empty())
-    throw Error({"--reference", "not offered for flights with rotor speeds",
-                 "only logs of motor commands are compared with reference flights",
-                 "leave it out, or diagnose the flights one vehicle at a time"});
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -134,37 +158,66 @@ int diagnose(const DiagnoseArguments& o, const Names& given) {
     read = read_flights(paths, host::to_model(base));
   } catch (const Error& e) {
     if (e.exit_code() != ExitCode::data_quality) throw;
-    return faulty(o, e, clock);
+    return faulty(o, e, base.name, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
-  const diagnose::DiagnoseOptions options = diagnose_options(o, base, own ? &*own : nullptr);
   const ProgressStyle style = progress_style(o.paths.quiet);
   diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out()};
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
-  const diagnose::DiagnosisRun run = diagnose::diagnose(flights, base, options, [&](const diagnose::DiagnoseProgress& p) {
-    if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
-  });
-  const std::string json = diagnose::diagnosis_json(run, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs});
-  if (o.json) {
-    fmt::print("{}", json);
-  } else {
-    fmt::print("{}", diagnose::diagnosis_text(run));
-    if (run.held_out) fmt::print("\n{}", identify::held_out_table(*run.held_out));
+  const diagnose::DiagnosisRun run =
+      diagnose::diagnose(flights, base, diagnose_options(o, base, own, {stop.flag()}), [&](const diagnose::DiagnoseProgress& p) {
+        if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
+      });
+  identify::IdentifyProvenance from{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs};
+  const bool stopped = run.diagnosis.verdict == diagnose::DiagnosisVerdict::incomplete;
+  std::optional<host::VehicleFile> vehicle;
+  std::optional<Error> problem;
+  if (!o.out.empty() && !stopped) {
+    vehicle = identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights), std::string("rotorloop diagnose ") + kVersion,
+                                           read.fitted_hashes());
+    problem = not_credible(o.out, *vehicle, catalogue);
   }
-  if (!o.report.empty()) {
-    fs::create_directories(o.report);
-    hil::write_text_file(o.report / "result.json", json);
-    hil::write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, base.name));
-  }
+  if (problem) from.ended = with_problem(diagnose::diagnosis_outcome(run.diagnosis, from), *problem);
+  publish(o, run, base.name, from);
+  if (stopped) return stop.exit_code();
   // Last: what was found is told even when no vehicle file can be made of it.
-  if (!o.out.empty()) {
-    write_checked(o.out,
-                  identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights),
-                                            std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes()),
-                  catalogue);
-  }
+  if (problem) throw *problem;
+  if (vehicle) hil::write_text_file(o.out, host::vehicle_text(*vehicle));
   return 0;
+}
+
+// `given`: the options that were typed, by their long names.
+int diagnose(const DiagnoseArguments& o, const Names& given) {
+  if (!o.stand.empty()) {
+    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed, idle(given, kStandOptions)});
+    return 0;
+  }
+  if (o.vehicle.empty() || o.paths.flights.empty())
+    throw Error({"", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+                 "give --vehicle and --flight; or --stand, for files of a thrust stand"});
+  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
+  std::optional<host::UserTerms> own;
+  if (!o.library.empty()) {
+    own = host::UserTerms::read(o.library, catalogue);
+    own->join(catalogue);
+  }
+  refuse_unknown_effects(o.without, catalogue);
+  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
+  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, idle(given, kCommandLogOptions)}, host::to_model(base)))
+    return 0;
+  refuse_idle_options(o, given);
+  std::vector<OutputFile> files = report_files("--report", o.report);
+  files.push_back({"-o", o.out});
+  check_outputs(files, o.force);
+  const StopSignals stop;
+  try {
+    return diagnose_flights(o, base, catalogue, own ? &*own : nullptr, stop);
+  } catch (const Error& e) {
+    if (!stop.asked()) throw;
+    tell_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), hil::RunClock());
+    return stop.exit_code();
+  }
 }
 
 }  // namespace
@@ -199,6 +252,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_flag("--no-priors", o->forget, "no priors from the vehicle file: what it knows is start value only");
   add_old_flag(*c, "--forget", "--no-priors", &o->forget);
   c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
+  add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
   c->footer(
@@ -208,8 +262,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "better.toml\n"
       "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
       "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 done, whatever the verdict; 2 usage or bad input file; 5 the logs cannot be used, or no credible vehicle file (-o) "
-      "comes of them.");
+      "Exit codes: 0 done, verdict clean, named, ambiguous or unexplained; 2 usage or bad input file; 5 refused: the logs cannot be used\n"
+      "(verdict faulty), or no credible vehicle file (-o) comes of them; 130 and 143 interrupted (verdict incomplete).");
   c->callback([o, c, &exit_code] {
     Names given;
     for (const CLI::Option* option : c->get_options()) {

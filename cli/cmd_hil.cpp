@@ -2,15 +2,21 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <csignal>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <thread>
 
+#include "bench/hil/run_outcome.hpp"
 #include "bench/hil/scenario.hpp"
 #include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
+#include "cli/ending/exit_codes.hpp"
+#include "cli/ending/junit.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/stop_signals.hpp"
 #include "cli/hil_commands.hpp"
-#include "cli/progress_line.hpp"
+#include "cli/progress/progress_line.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -18,29 +24,9 @@ namespace {
 struct HilArguments {
   std::vector<std::string> scenarios;
   std::string out = "runs", name, seeds, variants, flights, vehicle;
+  std::filesystem::path junit;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool json = false, quiet = false, force = false, dry_run = false;
-};
-
-// Ctrl-C ends the flights at their next step; a second one ends the program at once.
-std::atomic<bool> g_stop{false};
-void on_interrupt(int) { g_stop.store(true, std::memory_order_relaxed); }
-
-class InterruptGuard {
- public:
-  InterruptGuard() {
-    g_stop = false;
-    struct sigaction action {};
-    action.sa_handler = on_interrupt;
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(SIGINT, &action, &previous_);
-  }
-  ~InterruptGuard() { sigaction(SIGINT, &previous_, nullptr); }
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-
- private:
-  struct sigaction previous_ {};
+  bool json = false, quiet = false, force = false, dry_run = false, no_logs = false;
 };
 
 void choose_flights(hil::Scenario& s, const std::string& list) {
@@ -53,7 +39,7 @@ void choose_flights(hil::Scenario& s, const std::string& list) {
       std::vector<std::string> names;
       for (const auto& f : s.flights) names.push_back(f.name);
       throw Error({"--flights", fmt::format("\"{}\" is not a flight of {}", name, s.path.generic_string()), "",
-                   fmt::format("use one or more of: {}", fmt::join(names, ","))});
+                   did_you_mean(name, names) + fmt::format("use one or more of: {}", fmt::join(names, ","))});
     }
     if (std::any_of(chosen.begin(), chosen.end(), [&](const auto& f) { return f.name == name; }))
       throw Error({"--flights", fmt::format("\"{}\" is given twice", name), "", "give each flight once"});
@@ -100,18 +86,65 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o) {
 void print_result(const hil::Scenario& s, const hil::HilResult& r) {
   fmt::print("{}\n{}\n", s.name, hil::tracking_table_text(s, r.assessment, r.flights));
   if (const auto limits = hil::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
-  fmt::print("verdict: {}\nrun:     {}\nreport:  {}\n", hil::verdict_name(r.result.verdict), r.folder.generic_string(),
+  fmt::print("{}run:     {}\nreport:  {}\n", render::outcome_text(hil::outcome_of(r.result, r.folder)), r.folder.generic_string(),
              (r.folder / "report.html").generic_string());
 }
 
-int hil(const HilArguments& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
+// A case for each flight and each limit.
+void add_cases(const hil::Scenario& s, const hil::RunResult& r, std::vector<JunitCase>& cases) {
+  for (const hil::FlightResult& f : r.flights) {
+    const bool completed = f.end == hil::FlightEnd::completed;
+    const std::string why = fmt::format("{}{}", hil::flight_end_name(f.end), f.end_detail.empty() ? "" : ": " + f.end_detail);
+    cases.push_back({s.name + ".flight", fmt::format("{}/{}/{}", f.flight, hil::variant_name(f.variant), f.seed),
+                     completed                                ? JunitEnd::passed
+                     : f.end == hil::FlightEnd::interrupted ? JunitEnd::error
+                                                            : JunitEnd::failed,
+                     completed ? "" : why});
+  }
+  for (const hil::LimitResult& l : r.limits) {
+    const bool measured = !std::isnan(l.value);
+    cases.push_back({s.name + ".limit", l.name, l.pass ? JunitEnd::passed : measured ? JunitEnd::failed : JunitEnd::error,
+                     measured ? fmt::format("{} {} against {} {}", l.value, l.unit, l.limit, l.unit) : "not measured"});
+  }
+  if (r.verdict == hil::Verdict::incomplete) cases.push_back({s.name, "complete", JunitEnd::error, fmt::format("{}", fmt::join(r.errors, "; "))});
+}
+
+// What has been flown is shown, whatever becomes of the next scenario.
+class HilOutput {
+ public:
+  explicit HilOutput(const HilArguments& o) : o_(o) {}
+  void add(const hil::Scenario& s, const hil::HilResult& r) {
+    if (o_.json)
+      documents_.push_back(hil::result_json_text(r.result));
+    else
+      print_result(s, r);
+    add_cases(s, r.result, cases_);
+    failed_ = failed_ || r.result.verdict == hil::Verdict::fail;
+    incomplete_ = incomplete_ || r.result.verdict == hil::Verdict::incomplete;
+  }
+  void finish() const {
+    if (o_.json) fmt::print("{}", documents_.size() == 1 ? documents_.front() : fmt::format("[\n{}]\n", fmt::join(documents_, ",\n")));
+    if (!o_.junit.empty()) hil::write_text_file(o_.junit, junit_xml("rotorloop hil", cases_));
+  }
+  int exit_code() const { return failed_ ? static_cast<int>(ExitCode::verdict) : incomplete_ ? kExitIncomplete : 0; }
+
+ private:
+  const HilArguments& o_;
+  std::vector<std::string> documents_;
+  std::vector<JunitCase> cases_;
+  bool failed_ = false, incomplete_ = false;
+};
+
+// Everything is read before the first flight: a slip in the last file is not found after an hour.
+std::vector<hil::Scenario> read_all(const HilArguments& o, const CheckInputs& check) {
   if (o.scenarios.empty())
     throw Error({"rotorloop hil", "no scenario given", "",
                  "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
   if (!o.name.empty() && o.scenarios.size() > 1)
     throw Error({"--name", fmt::format("names one run, but {} scenarios are given", o.scenarios.size()), "",
                  "leave --name out, or fly one scenario at a time"});
-  // Everything is read before the first flight: a slip in the last file is not found after an hour.
+  if (o.dry_run && (o.json || !o.junit.empty()))
+    throw Error({o.json ? "--json" : "--junit", "does nothing with --dry-run: there is no result", "", "leave one of them out"});
   std::vector<hil::Scenario> scenarios;
   for (const auto& path : o.scenarios) scenarios.push_back(narrowed(path, o));
   std::map<std::string, std::string> folders;
@@ -123,34 +156,38 @@ int hil(const HilArguments& o, const std::string& command_line, const RunHil& ru
   }
   if (check)
     for (const auto& s : scenarios) check(s);
+  return scenarios;
+}
+
+int hil(const HilArguments& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
+  const std::vector<hil::Scenario> scenarios = read_all(o, check);
   if (o.dry_run) {
     for (const auto& s : scenarios) fmt::print("{}", plan_text(s, o));
     return static_cast<int>(ExitCode::ok);
   }
-
-  const InterruptGuard guard;
-  bool all_passed = true;
-  std::vector<std::string> documents;
+  check_outputs({{"--junit", o.junit}}, o.force);
+  const StopSignals stop;
+  HilOutput output(o);
   for (const auto& s : scenarios) {
     ProgressLine progress(progress_style(o.quiet), stderr);
     hil::RunOptions options;
     options.runs_dir = o.out;
     options.name = o.name;
     options.force = o.force;
+    options.logs = !o.no_logs;
     options.jobs = o.jobs;
     options.command_line = command_line;
-    options.stop = &g_stop;
-    const auto result = run(s, options, progress);
-    if (o.json)
-      documents.push_back(hil::result_json_text(result.result));
-    else
-      print_result(s, result);
-    all_passed = all_passed && result.result.verdict == hil::Verdict::pass;
-    if (g_stop) break;
+    options.stop = stop.flag();
+    try {
+      output.add(s, run(s, options, progress));
+    } catch (const Error&) {
+      output.finish();
+      throw;
+    }
+    if (stop.asked()) break;
   }
-  if (o.json) fmt::print("{}", documents.size() == 1 ? documents.front() : fmt::format("[\n{}]\n", fmt::join(documents, ",\n")));
-  if (g_stop) return static_cast<int>(ExitCode::interrupted);
-  return static_cast<int>(all_passed ? ExitCode::ok : ExitCode::verdict);
+  output.finish();
+  return stop.asked() ? stop.exit_code() : output.exit_code();
 }
 
 // The command as typed, for run.toml; parts with blanks are quoted.
@@ -170,6 +207,7 @@ std::vector<std::string> words_of(const HilArguments& o) {
   add("--flights", o.flights);
   add("--name", o.name);
   add("--vehicle", o.vehicle);
+  if (o.no_logs) w.push_back("--no-logs");
   return w;
 }
 
@@ -186,9 +224,11 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
   c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: what the controller believes");
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
+  c->add_option("--junit", o->junit, "also write JUnit XML: a case for each flight and each limit");
+  c->add_flag("--no-logs", o->no_logs, "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");
   c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
   c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
-  c->add_flag("--force", o->force, "replace a run folder that exists");
+  c->add_flag("--force", o->force, "replace a run folder (and JUnit file) that exists");
   c->add_flag("--dry-run", o->dry_run, "check the scenario and every file it names, print what would be flown");
   c->footer(
       "Examples:\n"
@@ -199,8 +239,9 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       "  rotorloop hil scenarios/paper.toml --vehicle identified.toml --name identified\n"
       "  rotorloop hil compare runs/paper runs/after            what changed, and is it more than scatter\n"
       "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
-      "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or could not be\n"
-      "judged, 130 interrupted (the flights until then are kept).");
+      "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or a flight did not complete,\n"
+      "7 not all was flown or measured that the limits need, 130 and 143 interrupted by SIGINT and SIGTERM (the flights until then are\n"
+      "kept). rotorloop --help has the codes of all commands.");
   add_hil_compare(*c, exit_code);
   add_hil_report(*c, exit_code);
   c->require_subcommand(0, 1);

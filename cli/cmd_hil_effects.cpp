@@ -10,7 +10,9 @@
 #include "bench/hil/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
-#include "cli/progress_line.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/stop_signals.hpp"
+#include "cli/progress/progress_line.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -19,7 +21,7 @@ struct HilEffectsArguments {
   std::string scenario = "scenarios/effects.toml", seeds, out;
   std::vector<std::string> effects;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool json = false, quiet = false, probes_only = false;
+  bool json = false, quiet = false, probes_only = false, force = false;
 };
 
 // For the page: without what changes neither table.
@@ -34,6 +36,9 @@ std::string command_line(const HilEffectsArguments& o) {
 }
 
 int effects(const HilEffectsArguments& o) {
+  if (o.probes_only && !o.seeds.empty()) throw Error({"--seeds", "does nothing with --probes-only: nothing is flown", "", "leave one of them out"});
+  check_outputs({{"-o", o.out}}, o.force);
+  const StopSignals stop;
   const auto chosen = hil::chosen_effects(o.effects);
   hil::EffectStudy study;
   study.scenario = hil::read_scenario(o.scenario);
@@ -43,8 +48,9 @@ int effects(const HilEffectsArguments& o) {
   study.probes = hil::probe_effects(inputs, chosen);
   if (!o.probes_only) {
     ProgressLine progress(progress_style(o.quiet), stderr);
-    study.flights = hil::compare_effects(study.scenario, inputs, chosen, {.jobs = o.jobs, .stop = nullptr}, progress);
+    study.flights = hil::compare_effects(study.scenario, inputs, chosen, {.jobs = o.jobs, .stop = stop.flag()}, progress);
   }
+  if (stop.asked()) study.interrupted = stop.name();
   const std::string text = o.json ? hil::effect_json_text(study) : hil::effect_page(study);
   if (o.out.empty())
     fmt::print("{}", text);
@@ -53,6 +59,7 @@ int effects(const HilEffectsArguments& o) {
   const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return p.missed(); });
   if (outside > 0)
     fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), hil::kProbeFactor);
+  if (stop.asked()) return stop.exit_code();
   return static_cast<int>(outside > 0 ? ExitCode::verdict : ExitCode::ok);
 }
 
@@ -67,14 +74,16 @@ void add_hil_effects(CLI::App& hil, int& exit_code) {
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
   c->add_flag("--probes-only", o->probes_only, "sizes at defined points only: a second instead of minutes");
   c->add_option("-o,--out", o->out, "file to write; without it the page goes to standard output");
+  add_force(*c, o->force);
   c->add_flag("--json", o->json, "one JSON document instead of Markdown");
   c->add_flag("-q,--quiet", o->quiet, "no progress on stderr");
   c->footer(
       "Examples:\n"
       "  rotorloop hil effects --effect axial_inflow --effect blockage_strut     two effects, on standard output\n"
-      "  rotorloop hil effects -o docs/effects.md                                all of them: docs/effects.md\n"
+      "  rotorloop hil effects -o docs/effects.md --force                        all of them: docs/effects.md\n"
       "  rotorloop hil effects --probes-only --json | jq '.probes[] | select(.within | not)'\n"
-      "\nExit codes: 0 all sizes within a factor 2 of their reference, 2 bad arguments or input file, 6 a size is outside.\n"
+      "\nExit codes: 0 all sizes within a factor 2 of their reference, 2 bad arguments or input file, 6 a size is outside,\n"
+      "130 and 143 interrupted: what was flown until then is told, marked.\n"
       "A flight that an effect brings down is a result: the table says why it ended.");
   c->callback([o, &exit_code] { exit_code = effects(*o); });
 }

@@ -25,9 +25,12 @@
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/junit.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/refused_result.hpp"
 #include "cli/fit_options.hpp"
 #include "cli/flight_inputs.hpp"
-#include "cli/identify_progress.hpp"
+#include "cli/progress/identify_progress.hpp"
 #include "cli/renamed_option.hpp"
 #include "rotorloop_version.hpp"
 
@@ -38,7 +41,7 @@ namespace fs = std::filesystem;
 
 struct IdentifyArguments {
   FlightPaths paths;
-  fs::path vehicle, out, report;
+  fs::path vehicle, out, report, junit;
   std::vector<fs::path> trail, beside;
   std::vector<std::string> terms;
   FitOptions fit{.rate_Hz = 200.0};
@@ -46,10 +49,10 @@ struct IdentifyArguments {
   double robust_scale = 0.0, block_s = 1.0;
   int iterations = 100;
   std::string noise = "em", solver = "own";
-  bool json = false, no_checks = false, names = false;
+  bool json = false, no_checks = false, names = false, force = false;
 };
 
-identify::IdentifyOptions identify_options(const IdentifyArguments& o) {
+identify::IdentifyOptions identify_options(const IdentifyArguments& o, estimate::StopFit stop) {
   identify::IdentifyOptions i;
   o.fit.apply(i);
   i.terms = term_list(o.terms);
@@ -59,6 +62,7 @@ identify::IdentifyOptions identify_options(const IdentifyArguments& o) {
   i.fit.robust_scale = o.robust_scale;
   i.fit.block_s = o.block_s;
   i.fit.max_iterations = o.iterations;
+  i.fit.stop = stop;
   return i;
 }
 
@@ -88,21 +92,41 @@ identify::IdentifyConditions conditions(const IdentifyArguments& o) {
           o.fit.per_flight};
 }
 
-// Text or JSON to stdout, the page and result.json into the folder.
-void publish(const IdentifyArguments& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis,
-             const identify::FileComparison& comparison, const FlightInputs& read, const host::VehicleFile& base,
+// What a fit came to, for all that is shown of it.
+struct Found {
+  FlightInputs read;
+  identify::Identification result;
+  identify::IdentifyAnalysis analysis;
+  identify::FileComparison comparison;
+};
+
+std::vector<JunitCase> cases_of(const Found& f, const render::Outcome& outcome) {
+  std::vector<JunitCase> out;
+  const auto add = [&](const char* group, const std::string& name, bool good, const std::string& why) {
+    out.push_back({group, name, good ? JunitEnd::passed : JunitEnd::failed, good ? "" : why});
+  };
+  for (const log::CheckedFlight& c : f.read.checked) add("identify.log", c.flight.name, true, "");
+  add("identify.fit", "converged", f.result.fit.converged, "did not converge");
+  if (f.analysis.solver_check) add("identify.fit", "check by another solver", f.analysis.solver_check->good(), identify::solver_check_problem(*f.analysis.solver_check));
+  add("identify", "result", outcome.verdict == "pass", outcome.errors.empty() ? outcome.verdict : outcome.errors.front());
+  if (outcome.verdict == "incomplete") out.back().end = JunitEnd::error;
+  return out;
+}
+
+// Text or JSON to stdout, the page and result.json into the folder, JUnit.
+void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base, const std::optional<render::Outcome>& ended,
              const hil::RunClock& clock) {
-  std::vector<identify::InputHash> inputs = read.inputs;
+  std::vector<identify::InputHash> inputs = f.read.inputs;
   for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
-  const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o)};
-  const std::string json = identify::identify_result_json(result, analysis, comparison, read.checked, provenance);
-  if (o.json) {
+  const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o), ended};
+  const render::Outcome outcome = identify::identify_outcome(f.result, f.analysis, provenance);
+  const std::string json = identify::identify_result_json(f.result, f.analysis, f.comparison, f.read.checked, provenance);
+  if (o.json)
     fmt::print("{}", json);
-  } else {
-    fmt::print("{}", identify::identify_text({result, analysis, comparison, read.checked, provenance, base.name}));
-  }
+  else
+    fmt::print("{}{}", identify::identify_text({f.result, f.analysis, f.comparison, f.read.checked, provenance, base.name}), render::outcome_text(outcome));
+  if (!o.junit.empty()) hil::write_text_file(o.junit, junit_xml("rotorloop identify", cases_of(f, outcome)));
   if (o.report.empty()) return;
-  fs::create_directories(o.report);
   hil::write_text_file(o.report / "result.json", json);
   std::vector<identify::TrailPoint> trail;
   if (!o.trail.empty()) {
@@ -110,20 +134,13 @@ void publish(const IdentifyArguments& o, const identify::Identification& result,
     trials.push_back(o.report);
     trail = identify::read_trail(trials);
   }
-  const identify::IdentifyPage page{result,
-                                 analysis,
-                                 comparison,
-                                 read.checked,
-                                 provenance,
-                                 base.name,
-                                 trail,
-                                 identify::trail_references(comparison, analysis.derived, result.problem.start.terms)};
+  const identify::IdentifyPage page{f.result,   f.analysis, f.comparison, f.read.checked,
+                                    provenance, base.name,  trail,        identify::trail_references(f.comparison, f.analysis.derived, f.result.problem.start.terms)};
   hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }
 
 // A fit without an end: what the flights disagree about says why, when they do.
-[[noreturn]] void throw_not_converged(const IdentifyArguments& o, const identify::Identification& result,
-                                      const identify::IdentifyAnalysis& analysis) {
+Error not_converged(const IdentifyArguments& o, const identify::Identification& result, const identify::IdentifyAnalysis& analysis) {
   std::string moved;
   for (const identify::ParameterHomogeneity& p : analysis.homogeneity.parameters) {
     if (p.moved) moved += (moved.empty() ? "" : ", ") + estimate::parameter_info(p.parameter, result.problem.start.terms).symbol;
@@ -132,68 +149,91 @@ void publish(const IdentifyArguments& o, const identify::Identification& result,
                                        o.out.empty() ? "" : "; no vehicle file was written") +
                            (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
   if (moved.empty()) {
-    throw Error(
-        {"identify", what, "noise figures that chase each other, or parameters that these flights cannot tell",
+    return Error(
+        {"", what, "noise figures that chase each other, or parameters that these flights cannot tell",
          "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
-  throw Error({"identify", what, "the flights ask for different values of " + moved + ": the model lacks an effect that some of them show",
-               "add it (--term; `rotorloop diagnose` names it), hold what cannot differ (--hold pose_delay for synchronised logs), or "
-               "leave out the flight that disagrees"},
-              ExitCode::data_quality);
+  return Error({"", what, "the flights ask for different values of " + moved + ": the model lacks an effect that some of them show",
+                "add it (--term; `rotorloop diagnose` names it), hold what cannot differ (--hold pose_delay for synchronised logs), or "
+                "leave out the flight that disagrees"},
+               ExitCode::data_quality);
 }
 
-[[noreturn]] void throw_solvers_differ(const IdentifyArguments& o, const identify::SolverCheck& check) {
-  throw Error(
-      {"identify --solver ceres", identify::solver_check_problem(check) + (o.out.empty() ? "" : "; no vehicle file was written"),
-       "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
-       "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
-      ExitCode::data_quality);
+// What keeps the fit from being an answer; none when it is one.
+std::optional<Error> problem_of(const IdentifyArguments& o, const Found& f, const host::VehicleFile& vehicle) {
+  if (!f.result.fit.converged) return not_converged(o, f.result, f.analysis);
+  if (f.analysis.solver_check && !f.analysis.solver_check->good())
+    return Error({"--solver ceres", identify::solver_check_problem(*f.analysis.solver_check) + (o.out.empty() ? "" : "; no vehicle file was written"),
+                  "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
+                  "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
+                 ExitCode::data_quality);
+  return not_credible(o.out, vehicle, host::builtin_effect_catalogue());
 }
 
-int identify(const IdentifyArguments& o) {
-  const hil::RunClock clock;
+// The fit, and its check by Ceres where that is asked for.
+void fit_flights(const IdentifyArguments& o, const host::VehicleFile& base, const identify::IdentifyOptions& options, Found& f) {
+  const bool check = o.solver == "ceres";
+  IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr, options.fit);
+  int parts = 0;
+  f.result = identify::identify(f.read.to_fit(), base, options, [&](identify::IdentifyProgress p) {
+    parts = p.parts += check ? 1 : 0;
+    progress(p);
+  });
+  f.analysis = identify::analyse(f.result, host::to_model(base), o.drag_speed_m_s);
+  if (!check || !f.result.fit.converged) return;
+  progress.goes_on_with(identify::check_options(options.fit));
+  f.analysis.solver_check = identify::check_by_ceres(f.result, options.fit, [&](const estimate::FitProgress& p) {
+    progress({"check by Ceres", parts, parts, p});
+  });
+}
+
+// Fits, tells (`told`), and writes the vehicle file. What was found is told even when no vehicle file can be made of it.
+int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const hil::RunClock& clock, bool& told) {
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const std::vector<identify::VehicleBeside> beside = read_beside(o.beside);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
-  FlightInputs read = read_flights(paths, host::to_model(base));
-  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  const identify::IdentifyOptions options = identify_options(o);
-  const bool check = o.solver == "ceres";
-  identify::Identification result;
-  std::optional<identify::SolverCheck> solver_check;
-  {
-    IdentifyProgressLine progress(progress_style(o.paths.quiet), stderr, options.fit);
-    int parts = 0;
-    result = identify::identify(read.to_fit(), base, options, [&](identify::IdentifyProgress p) {
-      parts = p.parts += check ? 1 : 0;
-      progress(p);
-    });
-    if (check && result.fit.converged) {
-      progress.goes_on_with(identify::check_options(options.fit));
-      solver_check = identify::check_by_ceres(result, options.fit, [&](const estimate::FitProgress& p) {
-        progress({"check by Ceres", parts, parts, p});
-      });
-    }
+  Found f;
+  f.read = read_flights(paths, host::to_model(base));
+  f.read.inputs.insert(f.read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
+  const identify::IdentifyOptions options = identify_options(o, {stop.flag()});
+  fit_flights(o, base, options, f);
+  if (f.read.flights.size() > f.read.fitted && !stop.asked()) f.analysis.held_out = identify::score_held_out(f.read.held_out(), f.result, options);
+  f.comparison = identify::compared(f.result, f.analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
+  if (stop.asked()) {
+    publish(o, f, base, interrupted_outcome(stop), clock);
+    told = true;
+    return stop.exit_code();
   }
-  identify::IdentifyAnalysis analysis = identify::analyse(result, host::to_model(base), o.drag_speed_m_s);
-  analysis.solver_check = solver_check;
-  if (read.flights.size() > read.fitted) analysis.held_out = identify::score_held_out(read.held_out(), result, options);
-  const identify::FileComparison comparison =
-      identify::compared(result, analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
-  publish(o, result, analysis, comparison, read, base, clock);
-  if (!result.fit.converged) throw_not_converged(o, result, analysis);
-  if (solver_check && !solver_check->good()) throw_solvers_differ(o, *solver_check);
-  // Last: what was found is told even when no vehicle file can be made of it.
-  if (!o.out.empty()) {
-    write_checked(o.out,
-                  identify::identified_vehicle(result.fit, base, identify::flown_rpm(result.flights),
-                                            std::string("rotorloop identify ") + kVersion, read.fitted_hashes()),
-                  host::builtin_effect_catalogue());
-  }
-  if (!o.out.empty() && !o.json) fmt::print("written: {}\n", o.out.generic_string());
+  const host::VehicleFile vehicle = identify::identified_vehicle(f.result.fit, base, identify::flown_rpm(f.result.flights),
+                                                                 std::string("rotorloop identify ") + kVersion, f.read.fitted_hashes());
+  const std::optional<Error> problem = problem_of(o, f, vehicle);
+  publish(o, f, base, problem ? std::optional(refused_outcome(*problem)) : std::nullopt, clock);
+  told = true;
+  if (problem) throw *problem;
+  if (o.out.empty()) return 0;
+  hil::write_text_file(o.out, host::vehicle_text(vehicle));
+  if (!o.json) fmt::print("written: {}\n", o.out.generic_string());
   return 0;
+}
+
+int identify(const IdentifyArguments& o) {
+  const hil::RunClock clock;
+  std::vector<OutputFile> files = report_files("--report", o.report);
+  files.insert(files.end(), {{"-o", o.out}, {"--junit", o.junit}});
+  check_outputs(files, o.force);
+  const ResultPlaces places{"identify", o.report, o.junit, o.json};
+  const StopSignals stop;
+  bool told = false;
+  try {
+    return identify_flights(o, stop, clock, told);
+  } catch (const Error& e) {
+    if (told || (!stop.asked() && e.exit_code() != ExitCode::data_quality)) throw;
+    tell_unfinished(places, stop.asked() ? interrupted_outcome(stop) : refused_outcome(e), clock);
+    if (stop.asked()) return stop.exit_code();
+    throw;
+  }
 }
 
 }  // namespace
@@ -237,6 +277,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
   c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
+  c->add_option("--junit", o->junit, "also write JUnit XML: a case for each log, the fit, its check, and the result");
+  add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
   c->footer(
@@ -247,12 +289,14 @@ void add_identify(CLI::App& app, int& exit_code) {
       "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
       "Which names --free, --hold, --per-flight and --term take:\n"
       "  rotorloop identify --names\n"
-      "Exit codes: 0 done; 2 usage or bad input file; 5 data quality: the logs lack what the fit needs or cannot tell a parameter, the "
-      "fit\n"
-      "did not converge, the identified vehicle is not credible, or --solver ceres gives another answer. The message names what, and what "
-      "to do.");
-  c->callback([o, &exit_code] {
+      "Exit codes: 0 done; 2 usage or bad input file; 5 refused: the logs lack what the fit needs or cannot tell a parameter, the fit did\n"
+      "not converge, the identified vehicle is not credible, or --solver ceres gives another answer; 130 and 143 interrupted, what was\n"
+      "found is told, marked incomplete. The message names what, and what to do.");
+  c->callback([o, c, &exit_code] {
     if (o->names) {
+      for (const CLI::Option* option : c->get_options())
+        if (option->count() > 0 && option->get_name() != "--names")
+          throw Error({option->get_name(), "does nothing with --names: nothing is fitted", "", "leave one of them out"});
       fmt::print("{}", identify::names_table(host::builtin_effect_catalogue()));
       return;
     }

@@ -16,13 +16,14 @@
 #include "bench/log/ulog_write.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
 
 namespace rotorloop::cli {
 namespace {
 
 struct LogArguments {
   std::filesystem::path log, mapping, out;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 log::FlightRecord read(const LogArguments& o, std::vector<log::LogFinding>& notes) {
@@ -43,6 +44,7 @@ int convert(const LogArguments& o) {
   if (extension != ".ulg" && extension != ".csv")
     throw Error({o.out.generic_string(), "has an ending that names no format to write", "",
                  "let --out end in .ulg (ULog) or .csv (flight log of rotorloop)"});
+  check_outputs({{"-o", o.out}}, o.force);
   std::vector<log::LogFinding> notes;
   const auto flight = read(o, notes);
   for (const auto& n : notes) fmt::print(stderr, "note: {}: {}\n", n.stream, n.what);
@@ -78,6 +80,7 @@ void add_log(CLI::App& app, int& exit_code) {
   CLI::App* c = group->add_subcommand("convert", "write a flight as ULog or as a flight log of rotorloop");
   add_input(*c, *o);
   c->add_option("-o,--out", o->out, "file to write, ending in .ulg or .csv")->required();
+  add_force(*c, o->force);
   c->footer("Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg");
   c->callback([o, &exit_code] { exit_code = convert(*o); });
 }

@@ -78,7 +78,9 @@ void print_parameters(const studies::NanodroneResult& r) {
 }
 
 nlohmann::json as_json(const studies::NanodroneResult& r) {
-  nlohmann::json j;
+  nlohmann::json j{{"format", 1}, {"command", "nanodrone"}, {"verdict", r.met() ? "pass" : "fail"}, {"errors", nlohmann::json::array()}};
+  for (const auto& l : r.limits)
+    if (!l.met) j["errors"].push_back(fmt::format("limit missed: {}: {:.3f}, allowed at most {:.3f}", kQuantity[l.quantity], l.measured, l.limit));
   for (const auto& s : r.scores) {
     for (std::size_t q = 0; q < kQuantity.size(); ++q)
       j["scores"][s.model][kQuantity[q]] = {{"mean", s.score.mean[q]}, {"sim_error", s.score.sim_error[q]}};
@@ -111,6 +113,7 @@ int run(const NanodroneArguments& o) {
     print_scores(result);
     print_limits(result);
     print_parameters(result);
+    fmt::print("\nverdict: {}\n", result.met() ? "pass" : "fail");
   }
   return static_cast<int>(result.met() ? ExitCode::ok : ExitCode::verdict);
 }

@@ -9,6 +9,7 @@
 
 #include "bench/hil/run_folder.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
 #include "host/control/trajectory_generator.hpp"
 
 namespace rotorloop::cli {
@@ -31,9 +32,11 @@ const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p
 struct TrajectoryArguments {
   std::string name;
   std::filesystem::path out;
+  bool force = false;
 };
 
 int write(const TrajectoryArguments& o) {
+  check_outputs({{"-o", o.out}}, o.force);
   const host::TrajectoryFile file = kFlights.at(o.name)();
   const host::Peaks p = host::peaks(file.trajectory);
   const std::string text = host::trajectory_text(file);
@@ -58,6 +61,7 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->required()
       ->check(CLI::IsMember(kFlights));
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
+  add_force(*c, o->force);
   c->footer(
       "Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
       "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");

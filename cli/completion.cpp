@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/hil/run_folder.hpp"
+#include "cli/ending/outputs.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -65,7 +66,10 @@ void add_completion(CLI::App& app) {
   CLI::App* bash = c->add_subcommand("bash", "for bash: eval \"$(rotorloop completion bash)\"");
   bash->add_option("--out", *out, "file to write; without it to standard output");
   c->require_subcommand(1);
-  bash->callback([&app, out] {
+  auto force = std::make_shared<bool>(false);
+  add_force(*bash, *force);
+  bash->callback([&app, out, force] {
+    check_outputs({{"--out", *out}}, *force);
     if (out->empty())
       fmt::print("{}", bash_completion(app));
     else

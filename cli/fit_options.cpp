@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "host/base/error.hpp"
+#include "bench/hil/run_folder.hpp"
 
 namespace rotorloop::cli {
 
@@ -34,20 +34,27 @@ void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help,
   app.add_option("--to", o.to_s, "leave out what lies after, s");
 }
 
-void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue) {
+std::optional<Error> not_credible(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue) {
   try {
-    (void)host::parse_vehicle(host::vehicle_text(v), path, catalogue);
+    (void)host::parse_vehicle(host::vehicle_text(v), path.empty() ? std::filesystem::path("the identified vehicle") : path, catalogue);
+    return std::nullopt;
   } catch (const Error& e) {
     ErrorText text = e.text();
-    text.what = "the identified vehicle is not credible and was not written: " + text.what;
+    // Line numbers are those of a file that nobody has.
+    text.where = path.empty() ? "" : path.generic_string();
+    text.what = std::string("the identified vehicle is not credible") + (path.empty() ? ": " : " and was not written: ") + text.what;
     text.likely =
         "the flights do not tell these parameters, the model lacks an effect that they show, or a stream is wrong (see the findings of the "
         "checks)";
     text.remedy =
         "hold what they cannot tell (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that excite it";
-    throw Error(text, ExitCode::data_quality);
+    return Error(text, ExitCode::data_quality);
   }
-  host::write_vehicle(path, v);
+}
+
+void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue) {
+  if (const auto problem = not_credible(path, v, catalogue)) throw *problem;
+  hil::write_text_file(path, host::vehicle_text(v));
 }
 
 }  // namespace rotorloop::cli

@@ -3,10 +3,12 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/identify/identify.hpp"
+#include "host/base/error.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::cli {
@@ -23,8 +25,11 @@ struct FitOptions {
 // --free, --hold, --per-flight, --use, --rate (`rate_help`, from `least_rate_Hz` to 1000), --from and --to.
 void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz);
 
-// Writes what a reader of vehicle files accepts. What it would refuse is not written, since a fit of a poor flight must not become a
-// vehicle: Error (data quality).
+// Why a reader of vehicle files would refuse what a fit came to; none when it would take it. A fit of a poor flight must not become a
+// vehicle. `path`: where it was to be written; empty: nowhere.
+std::optional<Error> not_credible(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue);
+
+// Writes what a reader of vehicle files accepts, else throws not_credible() (data quality).
 void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue);
 
 }  // namespace rotorloop::cli

@@ -9,6 +9,7 @@
 #include "bench/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "cli/ending/refusal.hpp"
 
 namespace rotorloop::cli {
 
@@ -58,7 +59,7 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
     }
   }
   if (out.fitted == 0)
-    throw Error({"the command line", "names no flight", "", "name logs with --flight (or --vertical, --horizontal, --rotation)"});
+    throw Error({"", "no flight is named", "", "name logs with --flight (or --vertical, --horizontal, --rotation)"});
   return out;
 }
 
@@ -82,9 +83,9 @@ host::TermList term_list(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     const host::Term* term = host::find_term(id);
     if (!term) {
-      std::string known;
-      for (const host::Term& t : host::all_terms()) known += (known.empty() ? "" : ", ") + std::string(t.info.id);
-      throw Error({"--term " + id, "is no term that can be fitted", "", "use one of " + known});
+      std::vector<std::string> known;
+      for (const host::Term& t : host::all_terms()) known.emplace_back(t.info.id);
+      throw Error({"--term " + id, "is no term that can be fitted", "", use_one_of(id, known)});
     }
     if (!list.add(*term)) throw Error({"--term " + id, "is given twice", "", "give it once"});
   }

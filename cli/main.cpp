@@ -5,6 +5,7 @@
 #include "bench/hil/runner.hpp"
 #include "cli/commands.hpp"
 #include "cli/completion.hpp"
+#include "cli/ending/exit_codes.hpp"
 #include "cli/hil_commands.hpp"
 #include "cli/run_command.hpp"
 #include "rotorloop_version.hpp"
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
   CLI::App app{"rotorloop: hardware-in-the-loop test bench and motor/ESC firmware toolkit", "rotorloop"};
   app.set_version_flag("--version", std::string("rotorloop ") + rotorloop::kVersion + " (" + rotorloop::kGit + ")");
   app.require_subcommand(1);
+  app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil,
                           [](const rotorloop::hil::Scenario& s) { (void)rotorloop::hil::read_inputs(s); });

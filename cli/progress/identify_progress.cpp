@@ -1,4 +1,4 @@
-#include "cli/identify_progress.hpp"
+#include "cli/progress/identify_progress.hpp"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cstdio>
 
-#include "cli/identify_progress_text.hpp"
-#include "cli/progress_line.hpp"
+#include "cli/progress/identify_progress_text.hpp"
+#include "cli/progress/progress_line.hpp"
 
 namespace rotorloop::cli {
 

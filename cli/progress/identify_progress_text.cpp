@@ -1,11 +1,11 @@
-#include "cli/identify_progress_text.hpp"
+#include "cli/progress/identify_progress_text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "cli/progress_line.hpp"
+#include "cli/progress/progress_line.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -40,8 +40,8 @@ IdentifyProgressText::Told IdentifyProgressText::operator()(const identify::Iden
   if (out.due) last_line_s_ = elapsed_s;
   out.text = fmt::format("[{}/{}] {}{}: iteration {} of at most {}, cost {:.6g}", p.part_number, p.parts, p.part,
                          round_ > 1 ? fmt::format(" again, round {}", round_) : "", p.fit.iteration, fit_.max_iterations, p.fit.cost);
-  // Ceres foretells nothing before its first step.
-  if (p.fit.decrement > 0.0) out.text += fmt::format(", still to fall {:.2g}", p.fit.decrement);
+  // Ceres predicts nothing before its first step.
+  if (p.fit.decrement > 0.0) out.text += fmt::format(", predicted decrease {:.2g}", p.fit.decrement);
   if (fit_.noise.rounds > 0) out.text += fmt::format(", noise round {}", p.fit.noise_round);
   out.text += fmt::format("; {} so far", duration_text(elapsed_s));
   if (const double left = left_s(p.fit, elapsed_s); left >= 0.0)

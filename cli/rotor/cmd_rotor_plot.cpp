@@ -11,6 +11,7 @@
 #include "bench/hil/run_folder.hpp"
 #include "bench/propeller/report/rotor_plot.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -24,6 +25,7 @@ struct RotorPlotArguments {
   std::optional<double> rpm;
   double density_kg_m3 = 1.225, climb_m_s = 0.0, edgewise_m_s = 8.5;
   std::string spin = "ccw";
+  bool force = false;
 };
 
 // CLI::Range lets not-a-number pass; no other number has an n in it.
@@ -36,6 +38,7 @@ CLI::Validator within(double low, double high) {
 }
 
 int plot(const RotorPlotArguments& o) {
+  check_outputs({{"-o", o.out}}, o.force);
   const sim::Blade blade = sim::read_blade(o.blade);
   propeller::RotorPlotRequest request;
   request.title = o.blade.stem().string();
@@ -56,7 +59,8 @@ void add_rotor_plot(CLI::App& rotor_group, int& exit_code) {
   auto o = std::make_shared<RotorPlotArguments>();
   CLI::App* c = rotor_group.add_subcommand("plot", "pictures of a rotor in one HTML page: blade, coefficients, descent, disk maps");
   c->add_option("blade", o->blade, "blade file: radius, chord, twist, polars (docs/files.md)")->required();
-  c->add_option("-o,--out", o->out, "page to write; an existing one is replaced")->capture_default_str();
+  c->add_option("-o,--out", o->out, "page to write")->capture_default_str();
+  add_force(*c, o->force);
   c->add_option("--rpm", o->rpm, "rotor speed; default: 60 m/s at the tip, near hover of small multirotors")->check(within(1.0, 2e5));
   c->add_option("--density", o->density_kg_m3, "of the air, kg/m³: 1.225 at sea level and 15 °C, 1.2 at 20 °C, 1.0 at 2000 m")
       ->check(within(0.01, 10.0))

@@ -9,6 +9,8 @@
 #include "bench/propeller/report/validation_output.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
+#include "cli/ending/refusal.hpp"
 #include "cli/rotor/measured_data.hpp"
 #include "rotorloop_version.hpp"
 
@@ -19,25 +21,26 @@ struct RotorValidateArguments {
   std::vector<std::string> propellers;
   std::filesystem::path page;
   propeller::PropellerInputs inputs;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 std::vector<propeller::CataloguedPropeller> chosen(const std::vector<std::string>& keys) {
   const auto& all = propeller::propeller_catalogue();
   if (keys.empty()) return all;
   std::vector<propeller::CataloguedPropeller> out;
-  std::string known;
-  for (const auto& e : all) known += (known.empty() ? "" : ", ") + e.key;
+  std::vector<std::string> known;
+  for (const auto& e : all) known.push_back(e.key);
   for (const std::string& key : keys) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const auto& e) { return e.key == key; });
     if (found == all.end())
-      throw Error({"--propeller", fmt::format("\"{}\" is not a measured propeller", key), "", "use one of: " + known});
+      throw Error({"--propeller", fmt::format("\"{}\" is not a measured propeller", key), "", use_one_of(key, known)});
     out.push_back(*found);
   }
   return out;
 }
 
 int validate(RotorValidateArguments o) {
+  check_outputs({{"-o", o.page}}, o.force);
   const auto entries = chosen(o.propellers);
   o.inputs.data = measured_data_folder();
   propeller::ValidationDocument d;
@@ -67,6 +70,7 @@ void add_rotor_validate(CLI::App& rotor, int& exit_code) {
       rotor.add_subcommand("validate", "the rotor solve against measured propellers: errors before and after a fit of four scalars");
   c->add_option("--propeller", o->propellers, "only this one, by its folder in the data (repeatable)");
   c->add_option("-o,--out", o->page, "also write an HTML page with plots");
+  add_force(*c, o->force);
   c->add_option("--section", o->inputs.section, "this section for all propellers, in place of their own");
   c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml, for sections that the data lack")->capture_default_str();
   c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed, in place of the middle one that reaches zero thrust")

@@ -111,8 +111,8 @@ TOKEN_RULES = [
               "lockstep runs know virtual time only; a real-time pacer or progress line goes into its own file, listed here",
               {"bench/hil/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed",
                "bench/hil/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
-               "cli/progress_line.hpp": "how long to wait, on stderr",
-               "cli/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
+               "cli/progress/progress_line.hpp": "how long to wait, on stderr",
+               "cli/progress/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
     TokenRule("std-random", LOCKSTEP_ROOMS + ["bench", "host"],
               r"\bstd::mt19937\w*|\bstd::\w+_engine\b|\brandom_device\b|\b\w+_distribution\b|(?<![\w.>:])s?rand\s*\(|\bstd::s?rand\s*\(|\bdrand48\b",
               "`{0}` is not a seeded stream of this house", "use host/base/random.hpp: RandomStream(seed, module)"),
@@ -151,7 +151,6 @@ HARD_MAX_FUNCTION_LINES = 80  # of an exception
 MAX_LONG_FUNCTIONS = 5         # exceptions
 LONG_FUNCTIONS = {             # "path: function" -> why it is one piece
     "bench/estimate/grid_flight.cpp: make_grid": "one stream after the other onto the grid, each in a line or two",
-    "cli/cmd_diagnose.cpp: diagnose": "one command from its options to its files",
     "cli/cmd_identify.cpp: add_identify": "one row for each option",
 }
 MAX_FOLDER_FILES = 40  # source files in one folder, those of its subfolders not counted

@@ -6,7 +6,7 @@
 
 #include "host/base/error.hpp"
 #include "cli/hil_commands.hpp"
-#include "cli/progress_line.hpp"
+#include "cli/progress/progress_line.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::cli {
@@ -93,9 +93,9 @@ TEST_F(HilCommand, AnotherVehicleFileTakesThePlaceOfTheScenarios) {
   EXPECT_THAT(error({scenario_, "--vehicle", "no/such.toml"}),
               AllOf(HasSubstr("--vehicle: error: \"no/such.toml\": no such file"), HasSubstr("identify")));
 }
-TEST_F(HilCommand, ExitCodeIsSixUnlessEverythingPassed) {
+TEST_F(HilCommand, ExitCodeIsSixForAMissedLimitAndSevenForWhatWasNotJudged) {
   EXPECT_EQ(run({scenario_}, hil::Verdict::fail), 6);
-  EXPECT_EQ(run({scenario_}, hil::Verdict::incomplete), 6);
+  EXPECT_EQ(run({scenario_}, hil::Verdict::incomplete), 7);
 }
 TEST_F(HilCommand, JsonIsOneDocumentForOneScenarioAndAListForMore) {
   run({scenario_, "--json"});

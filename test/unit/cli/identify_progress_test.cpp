@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "cli/identify_progress_text.hpp"
+#include "cli/progress/identify_progress_text.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -32,7 +32,7 @@ identify::IdentifyProgress joint(int iteration, double to_fall, int noise_round 
 TEST(IdentifyProgress, NamesPartIterationCostAndTheTimeSinceTheBeginning) {
   IdentifyProgressText text(searched_noise());
   EXPECT_EQ(text(joint(0, 3.8e6), 65.0).text,
-            "[4/4] joint fit: iteration 0 of at most 40, cost 3834.5, still to fall 3.8e+06, noise round 0; 1:05 so far");
+            "[4/4] joint fit: iteration 0 of at most 40, cost 3834.5, predicted decrease 3.8e+06, noise round 0; 1:05 so far");
 }
 
 TEST(IdentifyProgress, SaysThatAPartIsFittedAgainWhenItsIterationsBeginAnew) {

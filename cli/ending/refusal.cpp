@@ -1,0 +1,125 @@
+#include "cli/ending/refusal.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "host/base/nearest.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
+  const auto found = app.get_subcommands([&](const CLI::App* s) { return s->get_name() == name; });
+  return found.empty() ? nullptr : found.front();
+}
+
+// Names of the commands or options that are shown to users.
+std::vector<std::string> commands_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App* s) { return !s->get_group().empty(); })) names.push_back(sub->get_name());
+  return names;
+}
+std::vector<std::string> options_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+bool is_option(const CLI::App& app, const std::string& word) {
+  const auto options = app.get_options();
+  return std::any_of(options.begin(), options.end(), [&](const CLI::Option* o) { return o->check_name(word); });
+}
+
+// Has arguments of its own beside options: then a word need not be a command.
+bool takes_words(const CLI::App& app) {
+  const auto options = app.get_options();
+  return std::any_of(options.begin(), options.end(), [](const CLI::Option* o) { return o->get_positional(); });
+}
+
+std::string lower_first(std::string text) {
+  if (text.size() > 1 && text[0] >= 'A' && text[0] <= 'Z' && text[1] >= 'a' && text[1] <= 'z') text[0] = static_cast<char>(text[0] - 'A' + 'a');
+  return text;
+}
+
+}  // namespace
+
+TypedCommand typed_command(const CLI::App& app, int argc, const char* const* argv) {
+  TypedCommand out{app.get_name().empty() ? "rotorloop" : app.get_name(), &app};
+  for (int i = 1; i < argc; ++i) {
+    const CLI::App* sub = subcommand(*out.app, argv[i]);
+    if (!sub) break;
+    out.name += " " + sub->get_name();
+    out.app = sub;
+  }
+  return out;
+}
+
+std::string use_one_of(const std::string& word, const std::vector<std::string>& allowed) {
+  return did_you_mean(word, allowed) + fmt::format("use one of: {}", fmt::join(allowed, ", "));
+}
+
+std::optional<ErrorText> unknown_word(const CLI::App& app, int argc, const char* const* argv) {
+  TypedCommand at{app.get_name().empty() ? "rotorloop" : app.get_name(), &app};
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--") break;
+    if (const CLI::App* sub = subcommand(*at.app, word)) {
+      at = {at.name + " " + sub->get_name(), sub};
+      continue;
+    }
+    if (!word.starts_with('-')) {
+      const auto commands = commands_of(*at.app);
+      if (!commands.empty() && !takes_words(*at.app))
+        return ErrorText{at.name, fmt::format("\"{}\" is not a command", word), "", use_one_of(word, commands) + "; see " + at.name + " --help"};
+      continue;
+    }
+    const std::string option = word.substr(0, word.find('='));
+    if (!option.starts_with("--") || is_option(*at.app, option)) continue;
+    const std::string near = did_you_mean(option, options_of(*at.app));
+    return ErrorText{at.name + " " + option, "is not an option of this command", "", near + "see " + at.name + " --help"};
+  }
+  return std::nullopt;
+}
+
+ErrorText refusal_of(const CLI::ParseError& error, const TypedCommand& command) {
+  const std::string see = "see " + command.name + " --help";
+  std::string what = error.what();
+  // "--noise: emm not in {em,fixed}": the option belongs to where, and its list gives the nearest word. Arguments have no dashes.
+  const auto colon = what.find(": ");
+  if (colon != std::string::npos && what.find(' ') > colon) {
+    const std::string option = what.substr(0, colon);
+    what = what.substr(colon + 2);
+    const auto in = what.find(" not in {");
+    if (in != std::string::npos && what.ends_with('}')) {
+      const std::string word = what.substr(0, in);
+      std::vector<std::string> allowed;
+      std::string list = what.substr(in + 9, what.size() - in - 10);
+      for (std::size_t from = 0; from <= list.size();) {
+        const auto comma = std::min(list.find(',', from), list.size());
+        allowed.push_back(list.substr(from, comma - from));
+        from = comma + 1;
+      }
+      return {command.name + " " + option, fmt::format("\"{}\" is not known", word), "", use_one_of(word, allowed)};
+    }
+    if (what.starts_with("At Most 1 required")) return {command.name + " " + option, "is given more than once", "", "give it once"};
+    return {command.name + " " + option, lower_first(what), "", see};
+  }
+  return {command.name, lower_first(what), "", see};
+}
+
+std::string refusal_text(const ErrorText& text, const std::string& command) {
+  ErrorText out = text;
+  if (out.where.empty())
+    out.where = command;
+  else if (out.where.starts_with('-'))
+    out.where = command + " " + out.where;
+  return Error(out).what();
+}
+
+}  // namespace rotorloop::cli
