@@ -174,12 +174,18 @@ TEST_F(IdentifyCommand, EndsWith5ForALogWithoutRotorSpeedsNamingStageAndColumns)
   EXPECT_FALSE(fs::exists(scratch / "out.toml"));
 }
 
-TEST_F(IdentifyCommand, EndsWith5AndWritesNothingWhenADirectionStaysOpen) {
-  const CommandResult r = run("--flight rotation.csv --free imu_place --noise fixed -o out.toml --report report");
+TEST_F(IdentifyCommand, EndsWith5WithoutAVehicleFileAndSaysRefusedInResultPageAndJunitWhenADirectionStaysOpen) {
+  const CommandResult r = run("--flight rotation.csv --free imu_place --noise fixed -o out.toml --report report --junit j.xml");
   EXPECT_EQ(r.exit_code, 5);
   EXPECT_NE(r.err.find("r_BI,x"), std::string::npos) << r.err;
   EXPECT_FALSE(fs::exists(scratch / "out.toml"));
-  EXPECT_FALSE(fs::exists(scratch / "report"));
+  const auto result = result_of(scratch / "report");
+  EXPECT_EQ(result.at("verdict"), "refused");
+  EXPECT_NE(result.at("errors").at(0).get<std::string>().find("r_BI,x"), std::string::npos) << result;
+  EXPECT_FALSE(result.at("next").get<std::string>().empty());
+  const std::string page = read_text(scratch / "report" / "report.html");
+  EXPECT_NE(page.find("class=\"verdict fail\" role=\"status\"><b>refused</b>"), std::string::npos) << page;
+  EXPECT_NE(read_text(scratch / "j.xml").find("r_BI,x"), std::string::npos);
 }
 
 // A torque coefficient 1.7 times too large makes a rotor that no one builds.
@@ -199,7 +205,12 @@ TEST_F(IdentifyCommand, TellsWhatItFoundBeforeItRefusesAVehicleFileThatIsNotCred
   EXPECT_NE(r.err.find("is not credible and was not written"), std::string::npos) << r.err;
   EXPECT_NE(r.out.find("k_1"), std::string::npos);
   EXPECT_FALSE(fs::exists(scratch / "out.toml"));
-  EXPECT_TRUE(fs::exists(scratch / "report" / "result.json"));
+  const auto result = result_of(scratch / "report");
+  EXPECT_EQ(result.at("verdict"), "refused") << "the figures stand, and the result says that they are no vehicle";
+  EXPECT_NE(result.at("errors").at(0).get<std::string>().find("is not credible"), std::string::npos) << result.at("errors");
+  EXPECT_FALSE(result.at("estimates").empty());
+  EXPECT_NE(r.out.find("verdict: refused\nerror:   "), std::string::npos) << r.out;
+  EXPECT_NE(read_text(scratch / "report" / "report.html").find("<b>refused</b>"), std::string::npos);
 }
 
 TEST_F(IdentifyCommand, ARobustLossTakesPosesFarOffForLess) {

@@ -1,0 +1,83 @@
+"""What tests of the built command share: run it in a folder of its own, with small files that it can read."""
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+
+CLIMB = """format = 1
+name = "short climb"
+[[segment]]
+duration_s = 0.5
+x_m = [0]
+y_m = [0]
+z_m = [2]
+yaw_rad = [0]
+[[segment]]
+duration_s = 2
+x_m = [0]
+y_m = [0]
+z_m = [2, 0, 0, 0, 2.1875, -2.625, 1.09375, -0.15625]
+yaw_rad = [0]
+[[segment]]
+duration_s = 0.5
+x_m = [0]
+y_m = [0]
+z_m = [3]
+yaw_rad = [0]
+"""
+
+SCENARIO = f"""format = 1
+name = "short"
+plant = "{SOURCE}/vehicles/reference_plant.toml"
+vehicle = "{SOURCE}/vehicles/calibrated.toml"
+seeds = [1]
+variants = ["pd_ff"]
+[controller]
+gains = "{SOURCE}/vehicles/gains.toml"
+[[flight]]
+name = "climb"
+trajectory = "climb.toml"
+"""
+
+MISSED_LIMIT = """[limits]
+mean_tracking_error_cm = {{ flight = "climb", variant = "{variant}", max = 0.001 }}
+"""
+
+# Two seconds of climbing determine few numbers: the rest is held.
+FIT = ("--vehicle", SOURCE / "vehicles/calibrated.toml", "--use", "gyro,accel", "--hold", "body", "--hold", "thrust_model",
+       "--hold", "torque_model", "--hold", "drag", "--hold", "pose_sensor", "--hold", "pose_delay")
+
+
+class CommandTest(unittest.TestCase):
+    program = None  # set by main()
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name)
+        self.write("climb.toml", CLIMB)
+        self.write("s.toml", SCENARIO)
+
+    def write(self, name, text):
+        path = self.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return name
+
+    def run_command(self, *words, timeout_s=120):
+        return subprocess.run([self.program, *map(str, words)], cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=timeout_s)
+
+    def result(self, folder):
+        return json.loads((self.path / folder / "result.json").read_text(encoding="utf-8"))
+
+    def page(self, folder):
+        return (self.path / folder / "report.html").read_text(encoding="utf-8")
+
+
+def main(argv):
+    CommandTest.program = os.path.abspath(argv.pop(1))
+    unittest.main(module="__main__", argv=argv)
