@@ -32,7 +32,7 @@ def say(text):
 
 
 def run(words, log, allowed=(0,)):
-    """Runs rotorloop; what it says goes to `log`. A missed limit (6) is a result, not an error."""
+    """Runs rotorloop; what it says goes to `log`. A missed limit (6) or one that was not measured (7) is a result, not an error."""
     say("rotorloop " + " ".join(map(str, words)))
     log.parent.mkdir(parents=True, exist_ok=True)
     with open(log, "w", encoding="utf-8") as out:
@@ -47,7 +47,7 @@ def fly(out, name, scenario, seeds, jobs, vehicle=None):
     if (folder / "result.json").exists() and result(folder)["seeds"] == seeds:
         return folder
     words = ["hil", scenario, "--seeds", ",".join(map(str, seeds)) + ",", "--out", out, "--name", name, "--force", "-q", "-j", jobs]
-    run(words + (["--vehicle", vehicle] if vehicle else []), out / f"{name}.txt", allowed=(0, 6))
+    run(words + (["--vehicle", vehicle] if vehicle else []), out / f"{name}.txt", allowed=(0, 6, 7))
     return folder
 
 
@@ -168,7 +168,7 @@ def main():
     def identify(seed):
         vehicle = o.out / f"identified_{seed}.toml"
         if not vehicle.exists():
-            words = ["identify", "--vehicle", o.start, "-o", vehicle, "--report", o.out / f"identify_{seed}", *o.identify.split()]
+            words = ["identify", "--vehicle", o.start, "-o", vehicle, "--report", o.out / f"identify_{seed}", "--force", *o.identify.split()]
             for stage in ("vertical", "horizontal", "rotation"):
                 words += [f"--{stage}", first / stage / "pd_ff" / str(IDENTIFICATION_SEED + seed) / "flight.csv"]
             run(words, o.out / f"identify_{seed}.txt")

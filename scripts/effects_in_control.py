@@ -80,7 +80,7 @@ def fly(out, case, factor, flights, seeds, jobs):
     say("rotorloop " + " ".join(map(str, words)))
     with open(folder / "log.txt", "w", encoding="utf-8") as log:
         status = subprocess.run([ROTORLOOP, *map(str, words)], stdout=log, stderr=subprocess.STDOUT, check=False).returncode
-    if status not in (0, 6):
+    if status not in (0, 6, 7):
         sys.exit(f"error: rotorloop ended with {status}; see {folder / 'log.txt'}")
     return json.loads(done.read_text(encoding="utf-8"))
 

@@ -34,6 +34,8 @@ class Run:
         if not (done.exists() and made_by.exists() and made_by.read_text() == program):
             done.unlink(missing_ok=True)
             self.folder.mkdir(parents=True, exist_ok=True)
+            for old in (self.folder / "result.json", self.folder / "report.html", self.vehicle):
+                old.unlink(missing_ok=True)
             before = os.times()
             with open(self.folder / "stdout", "w") as out, open(self.folder / "stderr", "w") as err:
                 code = subprocess.run(line, stdout=out, stderr=err).returncode

@@ -108,6 +108,8 @@ def identify(case, logs, folder, o, study):
         said = json.loads(done.stdout)
     except json.JSONDecodeError:
         return {"error": done.stderr.strip()[-400:]}
+    if "fit" not in said:  # refused before anything was fitted
+        return {"error": "; ".join(said["errors"])[-400:]}
     of = {"vertical": ("k_1", "k_2"), "rotation": ("I_xx", "I_yy", "I_zz", "c_q")}
     stages = {s["parameter"]: s["value"] for s in said["stages"] if s["parameter"] in of.get(s["stage"], ())}
     joint = {n: said["figures"][n]["value"] for names in of.values() for n in names}

@@ -37,11 +37,11 @@ def produce(command, out, parts):
     out.mkdir(parents=True, exist_ok=True)
     runs = ["--out", out, "--force", "-q"]
     if "fly" in parts:
-        run(command, "hil", "scenarios/paper.toml", "--seeds", 1, *runs, may_end_with=(0, 6))
+        run(command, "hil", "scenarios/paper.toml", "--seeds", 1, *runs, may_end_with=(0, 6, 7))
     if "effects" in parts:
-        run(command, "hil", "scenarios/effects.toml", "--seeds", 1, *runs, may_end_with=(0, 6))
+        run(command, "hil", "scenarios/effects.toml", "--seeds", 1, *runs, may_end_with=(0, 6, 7))
     if {"identify", "diagnose"} & set(parts):
-        run(command, "hil", "scenarios/identify.toml", "--seeds", "101,", *runs, may_end_with=(0, 6))
+        run(command, "hil", "scenarios/identify.toml", "--seeds", "101,", *runs, may_end_with=(0, 6, 7))
         logs = {role: out / "identify" / role / "pd_ff" / "101" for role in ("vertical", "horizontal", "rotation")}
     if "identify" in parts:
         roles = [x for role, log in logs.items() for x in (f"--{role}", log)]
