@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "bench/render/digits.hpp"
 #include "bench/studies/nanodrone_benchmark.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
@@ -73,7 +74,8 @@ void print_parameters(const studies::NanodroneResult& r) {
   fmt::print("\nmaximum likelihood (classical and block-robust standard error):\n");
   for (std::size_t i = 0; i < r.likelihood->estimates.size(); ++i) {
     const auto& e = r.likelihood->estimates[i];
-    fmt::print("  {:<48} {:>11.4e} ± {:.1e} ({:.1e})\n", r.likelihood_names[i], e.value, e.u, e.u_robust);
+    const render::MeasuredText t = render::measured(e.value, e.u);
+    fmt::print("  {:<48} {:>11} ± {} ({:.1e})\n", r.likelihood_names[i], t.value, t.u, e.u_robust);
   }
 }
 

@@ -126,7 +126,18 @@ int run_program(const ProgramCall& c) {
   const File out(c.output), errors(c.errors);
   int message[2], report[2];
   if (::pipe2(message, O_CLOEXEC) != 0 || ::pipe2(report, O_CLOEXEC) != 0) cannot_start(c.program, std::strerror(errno));
+  // A signal between fork and exec would end in this program's handler, which does nothing there: it waits until the child has its own.
+  sigset_t waiting, before;
+  sigemptyset(&waiting);
+  sigaddset(&waiting, SIGINT);
+  sigaddset(&waiting, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &waiting, &before);
   const pid_t child = ::fork();
+  if (child == 0) {
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+  }
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) cannot_start(c.program, std::strerror(errno));
   if (child == 0) become(c, program, out.fd, message[1], report[1]);
   ::close(program);

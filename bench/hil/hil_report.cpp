@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "bench/render/digits.hpp"
 #include "bench/render/page.hpp"
 
 namespace rotorloop::hil {
@@ -16,6 +17,11 @@ std::string shown(double v, int decimals = 2) {
   if (std::isnan(v)) return "–";
   const auto text = fmt::format("{:.{}f}", v, decimals);
   return text.starts_with('-') ? "−" + text.substr(1) : text;
+}
+
+// With the digits that the spread over seeds allows; equal seeds have none.
+std::string with_spread(double mean, double std, int decimals) {
+  return std > 0.0 ? render::measured_text(mean, std) : shown(mean, decimals) + " ± 0";
 }
 
 std::string slug(const std::string& text) {
@@ -41,13 +47,13 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
     out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
                        first ? fmt::format("{} <span class=\"hash\">{}</span>", render::xml_escaped(r.flight), render::xml_escaped(r.axis)) : "",
                        dot(r.colour), render::xml_escaped(r.variant));
-    out += fmt::format("<td class=\"big\">{}{}</td><td>{}</td>", shown(r.mean), several ? " ± " + shown(r.std) : "",
+    out += fmt::format("<td class=\"big\">{}</td><td>{}</td>", several ? with_spread(r.mean, r.std, 2) : shown(r.mean),
                        several ? shown(r.min) + " … " + shown(r.max) : "");
     out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown)
                                   : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
     out += std::isnan(r.reduction_percent)
                ? "<td></td>"
-               : fmt::format("<td>{}{} %</td>", shown(r.reduction_percent, 1), several ? " ± " + shown(r.reduction_std_percent, 1) : "");
+               : fmt::format("<td>{} %</td>", several ? with_spread(r.reduction_percent, r.reduction_std_percent, 1) : shown(r.reduction_percent, 1));
     if (published)
       out += std::isnan(r.published) ? "<td></td>"
                                      : fmt::format("<td title=\"{}\">{}</td>", render::xml_escaped(r.published_source), shown(r.published));

@@ -9,6 +9,7 @@
 
 #include "bench/hil/limiter_names.hpp"
 #include "bench/log/log_reader.hpp"
+#include "bench/render/digits.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/hil/run_outcome.hpp"
 #include "host/base/constants.hpp"
@@ -224,7 +225,8 @@ ReportBus bus_of(BusName name, const FlightLogs& logs, const fs::path& file, con
 
 std::string text_of(const Spread& s, const char* unit, int decimals) {
   if (s.n == 0) return "–";
-  return s.n > 1 && s.std >= 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.{}f} ± {:.{}f} {}", s.mean, decimals, s.std, decimals, unit)
+  // A spread far below the digits shown is that of rounding.
+  return s.n > 1 && s.std >= 0.5 * std::pow(10.0, -decimals) ? fmt::format("{} {}", render::measured_text(s.mean, s.std), unit)
                                                              : fmt::format("{:.{}f} {}", s.mean, decimals, unit);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/hil/metrics.hpp"
+#include "bench/render/digits.hpp"
 
 namespace rotorloop::hil {
 namespace {
@@ -48,6 +49,11 @@ std::string aligned(const std::vector<Row>& rows, std::size_t left_columns) {
 }
 
 std::string cm(double v) { return std::isnan(v) ? "-" : fmt::format("{:.2f}", v); }
+// With the digits that the spread allows; equal seeds have none.
+std::string spread_text(double mean, double std, std::string (*alone)(double)) {
+  return std > 0.0 ? render::measured_text(mean, std) : alone(mean) + " ± 0";
+}
+std::string percent(double v) { return fmt::format("{:.1f}", v); }
 
 const PublishedError* published(const Scenario& s, const std::string& flight, Variant v, ErrorAxis axis) {
   for (const auto& p : s.published)
@@ -72,11 +78,11 @@ std::string tracking_table_text(const Scenario& s, const Assessment& a, const st
     const auto less = new_flight ? Reduction{} : reduction(results, c.flight, first, c.variant, axis);
     const auto* p = published(s, c.flight, c.variant, axis);
     rows.push_back({new_flight ? fmt::format("{} ({})", c.flight, z ? "|z|" : "3-D") : "", std::string(variant_label(c.variant)),
-                    e.n > 1 ? fmt::format("{} ± {}", cm(e.mean), cm(e.std)) : cm(e.mean),
+                    e.n > 1 ? spread_text(e.mean, e.std, cm) : cm(e.mean),
                     e.n > 1 ? fmt::format("{} … {}", cm(e.min), cm(e.max)) : "",
                     c.completed == c.flown ? std::to_string(c.flown) : fmt::format("{} of {}", c.completed, c.flown),
                     less.n == 0  ? ""
-                    : less.n > 1 ? fmt::format("{:.1f} ± {:.1f} %", less.percent, less.std_percent)
+                    : less.n > 1 ? spread_text(less.percent, less.std_percent, percent) + " %"
                                  : fmt::format("{:.1f} %", less.percent),
                     cm((z ? c.estimate_error_z_cm : c.estimate_error_3d_cm).mean),
                     fmt::format("{} {}", z ? "3-D" : "|z|", cm((z ? c.error_3d_cm : c.error_z_cm).mean)), p ? cm(p->error_cm) : ""});

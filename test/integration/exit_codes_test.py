@@ -83,6 +83,22 @@ class ExitCodes(CommandTest):
         self.assertTrue(result["errors"])
         self.assertRegex(self.page("d"), r'class="verdict fail".*faulty')
 
+    def test_0_and_5_of_a_calibration_stand_in_its_result_and_page(self):
+        words = ("calibrate", "--plant", SOURCE / "vehicles/reference_plant.toml", "--vehicle", SOURCE / "vehicles/reference_cad.toml", "-o", "v.toml",
+                 "--report", "c", "--force")
+        self.ends(0, *words, "--trajectory", SOURCE / "scenarios/trajectories/horizontal_8p5.toml")
+        result = self.result("c")
+        self.assertEqual((result["verdict"], result["errors"]), ("pass", []))
+        self.assertGreater(result["figures"]["k1"]["u"], 0)
+        self.assertIn('class="verdict pass"', self.page("c"))
+        (self.path / "v.toml").unlink()
+        self.ends(5, *words, "--trajectory", "climb.toml")
+        result = self.result("c")
+        self.assertEqual(result["verdict"], "refused")
+        self.assertIn("too few points for rotor drag", result["errors"][0])
+        self.assertIn('class="verdict fail"', self.page("c"))
+        self.assertFalse((self.path / "v.toml").exists())
+
     def test_2_for_a_loop_in_the_folder_of_another_command(self):
         self.ends(0, "hil", "s.toml", "-q", "--no-logs")
         before = (self.path / "runs/short/result.json").read_bytes()

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 
-from rotorloop_cli import FIT, SCENARIO, CommandTest, main
+from rotorloop_cli import FIT, SOURCE, CommandTest, main
 
 
 class Interrupt(CommandTest):
@@ -50,6 +50,23 @@ class Interrupt(CommandTest):
                 self.assertLess(ends.count("completed"), 40)
                 self.assertIn("of 40 flights were flown", result["errors"][0])
                 self.assertIn("verdict: incomplete", out)
+
+    def test_hil_effects_tells_what_it_flew_marked(self):
+        effects = ("hil", "effects", "--scenario", SOURCE / "scenarios/effects.toml", "--effect", "rotor_speed_noise", "--effect", "weak_rotor",
+                   "--seeds", "20", "-j", "1", "-o", "e.md", "--force")
+        for which, expected in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            with self.subTest(which=which):
+                code, _, _ = self.interrupted(which, "[1/", *effects)
+                self.assertEqual(code, expected)
+                self.assertIn(f"**Incomplete: interrupted by {which.name}.**", (self.path / "e.md").read_text(encoding="utf-8"))
+
+    def test_close_marks_its_folder_and_goes_on_from_there(self):
+        plan = SOURCE / "scenarios/close/nothing.toml"
+        for which, expected in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            with self.subTest(which=which):
+                code, _, after = self.interrupted(which, "1-fly", "close", plan, "--name", "loop", "-j", "1")
+                self.marked("runs/loop", which, code, expected)
+                self.assertIn("the same command goes on from here", after)
 
     def test_identify_keeps_the_estimates_of_its_last_step(self):
         log = self.flown()
