@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/least_squares.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/drag.hpp"
 #include "host/vehicle/thrust.hpp"
 
@@ -58,10 +59,10 @@ LeastSquaresFit fit_forces(const std::vector<LoadPoint>& points, const host::Veh
     return Eigen::VectorXd(r.reshaped());
   };
   const LeastSquaresFit fit = fit_least_squares(parameters, residuals, {.tolerance = 1e-14});
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(fit.information);
-  if (!(eigen.eigenvalues()[0] > 1e-9 * eigen.eigenvalues()[kForce - 1])) {
+  const SymmetricEigen eigen = symmetric_eigen(fit.information);
+  if (!(eigen.values[0] > 1e-9 * eigen.values[kForce - 1])) {
     Eigen::Index worst = 0;
-    eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&worst);
+    eigen.vectors.col(0).cwiseAbs().maxCoeff(&worst);
     throw Error({"flown states", fmt::format("leave {} unobservable beside the other coefficients", kForceNames[static_cast<std::size_t>(worst)]),
                  "flights of one kind only", "add flights with vertical and horizontal speed"},
                 ExitCode::data_quality);

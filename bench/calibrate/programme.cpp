@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "host/base/constants.hpp"
+#include "host/base/rotation_between.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::calibrate {
@@ -13,7 +14,7 @@ std::vector<FlightState> planned_states(const host::Trajectory& trajectory, doub
     const host::Setpoint sp = trajectory.at(t);
     const Eigen::Vector3d thrust_W_N = mass_kg * (sp.a_W_m_s2 + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2));
     const Eigen::Vector3d z_W = thrust_W_N.normalized();
-    const Eigen::Quaterniond q_WB = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), z_W);
+    const Eigen::Quaterniond q_WB = rotation_between(Eigen::Vector3d::UnitZ(), z_W);
     states.push_back({q_WB.inverse() * sp.v_W_m_s, thrust_W_N.norm()});
   }
   return states;

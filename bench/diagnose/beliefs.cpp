@@ -1,12 +1,12 @@
 #include "bench/diagnose/beliefs.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
 #include "bench/identify/identified_vehicle.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::diagnose {
@@ -118,9 +118,9 @@ std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<
       covariance(k, k) = std::max(covariance(k, k), std::pow(kFinest * estimate::parameter_info(p.parameters[i], at.terms).scale, 2));
     }
     const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
-    if (factor.info() != Eigen::Success || !scale.allFinite()) continue;  // the single uncertainties then speak
-    p.information = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(scale.size(), scale.size())) * scale.asDiagonal();
+    const LltFactor factor(scale.asDiagonal() * covariance * scale.asDiagonal());
+    if (!factor.succeeded() || !scale.allFinite()) continue;  // the single uncertainties then speak
+    p.information = scale.asDiagonal() * factor.inverse() * scale.asDiagonal();
     p.mean.resize(scale.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       p.mean[static_cast<Eigen::Index>(i)] = at[p.parameters[i]];
@@ -139,9 +139,9 @@ std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<
 std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, const estimate::Fit& fit) {
   std::vector<Contradiction> out;
   for (const estimate::JointPrior& prior : problem.priors) {
-    const Eigen::LLT<Eigen::MatrixXd> factor(prior.information);
-    if (factor.info() != Eigen::Success) continue;  // one direction of several numbers: it says nothing of each
-    const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(prior.information.rows(), prior.information.cols()));
+    const LltFactor factor(prior.information);
+    if (!factor.succeeded()) continue;  // one direction of several numbers: it says nothing of each
+    const Eigen::MatrixXd covariance = factor.inverse();
     for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
       const estimate::Estimate* e = fit.find(prior.parameters[k]);
       const auto at = static_cast<Eigen::Index>(k);

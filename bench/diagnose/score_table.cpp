@@ -1,13 +1,11 @@
 #include "bench/diagnose/score_table.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -26,13 +24,13 @@ class Scaled {
     for (Index i = 0; i < scale_.size(); ++i) scale_[i] = scale_[i] > 0.0 ? 1.0 / std::sqrt(scale_[i]) : 1.0;
     MatrixXd a = scale_.asDiagonal() * s * scale_.asDiagonal();
     a.diagonal().array() += 1e-13;
-    factor_.compute(a);
+    factor_.emplace(a);
   }
-  MatrixXd solve(const MatrixXd& rhs) const { return scale_.asDiagonal() * MatrixXd(factor_.solve(MatrixXd(scale_.asDiagonal() * rhs))); }
+  MatrixXd solve(const MatrixXd& rhs) const { return scale_.asDiagonal() * factor_->solve(MatrixXd(scale_.asDiagonal() * rhs)); }
 
  private:
   VectorXd scale_;
-  Eigen::LDLT<MatrixXd> factor_;
+  std::optional<LdltFactor> factor_;
 };
 
 struct ReducedGroup {
@@ -61,14 +59,14 @@ MatrixXd whitening(const ReducedGroup& r, const MatrixXd& along) {
   VectorXd k = (along.transpose() * r.own * along).diagonal();
   for (Index i = 0; i < k.size(); ++i) k[i] = k[i] > 0.0 ? 1.0 / std::sqrt(k[i]) : 0.0;
   const MatrixXd information = along.transpose() * r.information * along;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * information * k.asDiagonal()));
+  const SymmetricEigen eig = symmetric_eigen(k.asDiagonal() * information * k.asDiagonal());
   std::vector<Index> kept;
   for (Index i = 0; i < k.size(); ++i) {
-    if (eig.eigenvalues()[i] > kOpen) kept.push_back(i);
+    if (eig.values[i] > kOpen) kept.push_back(i);
   }
   MatrixXd t(k.size(), static_cast<Index>(kept.size()));
   for (std::size_t j = 0; j < kept.size(); ++j)
-    t.col(static_cast<Index>(j)) = k.asDiagonal() * eig.eigenvectors().col(kept[j]) / std::sqrt(eig.eigenvalues()[kept[j]]);
+    t.col(static_cast<Index>(j)) = k.asDiagonal() * eig.vectors.col(kept[j]) / std::sqrt(eig.values[kept[j]]);
   return along * t;
 }
 
@@ -123,8 +121,7 @@ MatrixXd directions(const std::vector<ColumnSet>& sums_held, const ColumnSet& gr
     sums.rightCols(1) = within;
   }
   if (sums.cols() == 0) return MatrixXd::Identity(d, d);
-  const MatrixXd q = Eigen::HouseholderQR<MatrixXd>(sums).householderQ();
-  return q.rightCols(d - sums.cols());
+  return symmetric_eigen(sums * sums.transpose()).vectors.leftCols(d - sums.cols());  // of the eigenvalues 0, which come first
 }
 
 ColumnSet base_columns(const ScoreTable& table) {
@@ -178,15 +175,15 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
   if (count > 1) v *= static_cast<double>(count) / static_cast<double>(count - 1);
   out.blocks = squares > 0.0 ? sum * sum / squares : 0.0;
   // Correlation can make an estimate worse than the classical variance says, hardly better: a smaller scatter is chance.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(v);
-  const VectorXd spread = eig.eigenvalues().cwiseMax(1.0);
+  const SymmetricEigen eig = symmetric_eigen(v);
+  const VectorXd spread = eig.values.cwiseMax(1.0);
   out.inflation = spread.mean();
-  const VectorXd along = eig.eigenvectors().transpose() * z;
+  const VectorXd along = eig.vectors.transpose() * z;
   const double robust = (along.array().square() / spread.array()).sum();
   out.gain = 0.5 * robust;
   out.wald = robust / out.degrees;
   out.p = f_tail(out.wald, out.degrees, std::max(kFewestBlocks, out.blocks - out.degrees));
-  out.covariance = t * eig.eigenvectors() * spread.asDiagonal() * eig.eigenvectors().transpose() * t.transpose();
+  out.covariance = t * eig.vectors * spread.asDiagonal() * eig.vectors.transpose() * t.transpose();
   return out;
 }
 
@@ -250,7 +247,9 @@ VectorXd canonical_correlations(const ScoreTable& table, const ColumnSet& model,
   const MatrixXd ta = part(0, a), tb = part(na, b);
   if (ta.cols() == 0 || tb.cols() == 0) return VectorXd(0);
   const MatrixXd c = ta.transpose() * r.information.topRightCorner(na, nb) * tb;
-  return Eigen::JacobiSVD<MatrixXd>(c).singularValues().cwiseMin(1.0);
+  // Singular values of c: roots of the eigenvalues of the smaller of cᵀc and ccᵀ.
+  const MatrixXd squared = c.cols() < c.rows() ? MatrixXd(c.transpose() * c) : MatrixXd(c * c.transpose());
+  return symmetric_eigenvalues(squared).reverse().cwiseMax(0.0).cwiseSqrt().cwiseMin(1.0);
 }
 
 double confounding(const ScoreTable& table, const ColumnSet& model, const ColumnSet& a, const ColumnSet& b) {

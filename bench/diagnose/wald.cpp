@@ -1,11 +1,11 @@
 #include "bench/diagnose/wald.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "bench/diagnose/refit.hpp"
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/effects/rotor_groups.hpp"
 
 namespace rotorloop::diagnose {
@@ -26,17 +26,17 @@ WaldTest wald_test(const identify::Identification& r, const Candidate& c, double
   const Eigen::MatrixXd along = host::common_part(c.id).empty() ? directions({}, at) : directions({at}, at);
   const Eigen::MatrixXd classical = along.transpose() * r.fit.covariance(at, at) * along;
   const Eigen::VectorXd scale = classical.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(Eigen::MatrixXd(scale.asDiagonal() * classical * scale.asDiagonal()));
+  const SymmetricEigen eig = symmetric_eigen(scale.asDiagonal() * classical * scale.asDiagonal());
   // Directions of unit classical variance, of which the robust one may be more.
-  Eigen::MatrixXd unit = scale.asDiagonal() * eig.eigenvectors();
-  for (Eigen::Index i = 0; i < unit.cols(); ++i) unit.col(i) *= eig.eigenvalues()[i] > kFlat ? 1.0 / std::sqrt(eig.eigenvalues()[i]) : 0.0;
+  Eigen::MatrixXd unit = scale.asDiagonal() * eig.vectors;
+  for (Eigen::Index i = 0; i < unit.cols(); ++i) unit.col(i) *= eig.values[i] > kFlat ? 1.0 / std::sqrt(eig.values[i]) : 0.0;
   const Eigen::MatrixXd whole = along * unit;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> robust(Eigen::MatrixXd(whole.transpose() * r.fit.robust_covariance(at, at) * whole));
-  const Eigen::VectorXd z = robust.eigenvectors().transpose() * whole.transpose() *
+  const SymmetricEigen robust = symmetric_eigen(whole.transpose() * r.fit.robust_covariance(at, at) * whole);
+  const Eigen::VectorXd z = robust.vectors.transpose() * whole.transpose() *
                             Eigen::Map<const Eigen::VectorXd>(size.data(), static_cast<Eigen::Index>(size.size()));
-  out.degrees = static_cast<int>((eig.eigenvalues().array() > kFlat).count());
+  out.degrees = static_cast<int>((eig.values.array() > kFlat).count());
   if (out.degrees == 0) return out;
-  out.statistic = (z.array().square() / robust.eigenvalues().array().max(1.0)).sum() / out.degrees;
+  out.statistic = (z.array().square() / robust.values.array().max(1.0)).sum() / out.degrees;
   const double blocks = std::max(kFewestBlocks, static_cast<double>(r.fit.blocks));
   out.p = f_tail(out.statistic, out.degrees, blocks);
   out.sure = f_tail(fewest_u * fewest_u, 1.0, blocks);

@@ -7,7 +7,6 @@
 #include <ceres/solver.h>
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +16,7 @@
 
 #include "bench/estimate/ceres_blocks.hpp"
 #include "host/base/error.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -279,7 +279,7 @@ void require_start_inside(const FitProblem& p, const Unknowns& u) {
 
 void read_estimates(const Unknowns& u, Fit& out) {
   const auto n = static_cast<Eigen::Index>(u.estimates.size());
-  out.information = n > 0 ? Eigen::MatrixXd(out.covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n))) : out.covariance;
+  out.information = n > 0 ? LdltFactor(out.covariance).inverse() : out.covariance;
   out.robust_covariance = Eigen::MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN());
   out.estimates = u.estimates;
   for (std::size_t i = 0; i < out.estimates.size(); ++i) {

@@ -10,6 +10,7 @@
 #include "bench/estimate/model/rotations.hpp"
 #include "bench/log/stream_reader.hpp"
 #include "host/base/error.hpp"
+#include "host/base/rotation_between.hpp"
 #include "host/base/statistics.hpp"
 
 namespace rotorloop::estimate {
@@ -228,7 +229,7 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
     for (std::size_t k = 0; k < g.knots; ++k) {
       while (i + 1 < g.gyro.size() && g.gyro[i + 1].knot <= k) ++i;
       while (j + 1 < g.accel.size() && g.accel[j + 1].knot <= k) ++j;
-      if (k == 0) q = Eigen::Quaterniond::FromTwoVectors(g.accel[j].value, Eigen::Vector3d::UnitZ());
+      if (k == 0) q = rotation_between(g.accel[j].value, Eigen::Vector3d::UnitZ());
       x[k].q_WB = q;
       x[k].w_B_rad_s = g.gyro[i].value - Eigen::Vector3d(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
       const Eigen::Vector3d up = q.conjugate() * Eigen::Vector3d::UnitZ(), pull = g.accel[j].value.normalized().cross(up);

@@ -1,10 +1,10 @@
 #include "bench/estimate/known_first.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
 
 #include "bench/estimate/newton_step.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -13,9 +13,9 @@ namespace {
 bool says_all(const JointPrior& prior) {
   if (prior.information.size() == 0 || prior.information.diagonal().minCoeff() <= 0.0) return false;
   const Eigen::VectorXd scale = unit_scaling(prior.information);
-  const Eigen::LDLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * prior.information * scale.asDiagonal()));
+  const LdltFactor factor(scale.asDiagonal() * prior.information * scale.asDiagonal());
   constexpr double kFlat = 1e-12;  // of a scaled pivot: rounding
-  return factor.info() == Eigen::Success && factor.vectorD().minCoeff() > kFlat;
+  return factor.succeeded() && factor.least_pivot() > kFlat;
 }
 
 bool held_by_itself(const FreeParameter& f) { return f.prior_u > 0.0 && !f.per_flight; }

@@ -1,8 +1,9 @@
 #include "bench/estimate/newton_step.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::estimate {
 
@@ -20,13 +21,13 @@ VectorXd solve_scaled(const MatrixXd& s, const VectorXd& rhs, double damping) {
   MatrixXd a = k.asDiagonal() * s * k.asDiagonal();
   a.diagonal().array() *= 1.0 + damping;
   const VectorXd scaled_rhs = k.asDiagonal() * rhs;
-  return k.asDiagonal() * a.ldlt().solve(scaled_rhs);
+  return k.asDiagonal() * LdltFactor(a).solve(scaled_rhs);
 }
 
 MatrixXd inverse_scaled(const MatrixXd& s) {
   const VectorXd k = unit_scaling(s);
   const MatrixXd a = k.asDiagonal() * s * k.asDiagonal();
-  return k.asDiagonal() * a.ldlt().solve(MatrixXd::Identity(s.rows(), s.cols())) * k.asDiagonal();
+  return k.asDiagonal() * LdltFactor(a).inverse() * k.asDiagonal();
 }
 
 VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta, const MatrixXd& s, const VectorXd& score,

@@ -1,12 +1,11 @@
 #include "bench/identify/homogeneity.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -32,13 +31,13 @@ VectorXd unit_scale(const MatrixXd& s) {
 // Pseudo-inverse in the directions determined, scaled to unit diagonal first; `rank` counts them.
 MatrixXd told_inverse(const MatrixXd& s, double& rank) {
   const VectorXd k = unit_scale(s);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * s * k.asDiagonal()));
+  const SymmetricEigen eig = symmetric_eigen(k.asDiagonal() * s * k.asDiagonal());
   VectorXd inverse = VectorXd::Zero(s.rows());
   rank = 0.0;
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
-    if (eig.eigenvalues()[i] > kLeastInformation) inverse[i] = 1.0 / eig.eigenvalues()[i], rank += 1.0;
+    if (eig.values[i] > kLeastInformation) inverse[i] = 1.0 / eig.values[i], rank += 1.0;
   }
-  return k.asDiagonal() * eig.eigenvectors() * inverse.asDiagonal() * eig.eigenvectors().transpose() * k.asDiagonal();
+  return k.asDiagonal() * eig.vectors * inverse.asDiagonal() * eig.vectors.transpose() * k.asDiagonal();
 }
 
 // Columns of the shared or of the per-flight parameters. One that its prior holds (the mass) counts as known: freed in each flight,
@@ -67,12 +66,12 @@ FlightSummary summary_of(const estimate::FitProblem& p, const estimate::Fit& fit
 
 // Of all parameters together: the scores of each flight, whose sum is zero. In the basis where the joint information is the identity,
 // the eigenvalues of a flight's are its shares.
-void add_scores(const FlightSummary& f, const VectorXd& scale, const Eigen::LLT<MatrixXd>& joint, double inflation, Homogeneity& out) {
-  const MatrixXd half = joint.matrixL().solve(MatrixXd(scale.asDiagonal() * f.information * scale.asDiagonal()));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(joint.matrixL().solve(half.transpose())));
-  const VectorXd score = eig.eigenvectors().transpose() * joint.matrixL().solve(VectorXd(scale.asDiagonal() * f.score));
+void add_scores(const FlightSummary& f, const VectorXd& scale, const LltFactor& joint, double inflation, Homogeneity& out) {
+  const MatrixXd half = joint.solve_lower(MatrixXd(scale.asDiagonal() * f.information * scale.asDiagonal()));
+  const SymmetricEigen eig = symmetric_eigen(joint.solve_lower(MatrixXd(half.transpose())));
+  const VectorXd score = eig.vectors.transpose() * joint.solve_lower(VectorXd(scale.asDiagonal() * f.score));
   for (Eigen::Index i = 0; i < score.size(); ++i) {
-    const double share = eig.eigenvalues()[i];
+    const double share = eig.values[i];
     if (share < kHeard) continue;
     out.chi2 += score[i] * score[i] / (share * inflation);
     out.degrees += std::max(0.0, 1.0 - share);
@@ -126,12 +125,12 @@ Homogeneity homogeneity_of(const estimate::FitProblem& problem, const estimate::
   MatrixXd total = MatrixXd::Zero(flights.front().information.rows(), flights.front().information.cols());
   for (const FlightSummary& f : flights) total += f.information;
   const VectorXd scale = unit_scale(total);
-  const Eigen::LLT<MatrixXd> llt(MatrixXd(scale.asDiagonal() * total * scale.asDiagonal()));
-  if (llt.info() != Eigen::Success) return out;
-  for (const FlightSummary& f : flights) add_scores(f, scale, llt, inflation, out);
+  const LltFactor joint(scale.asDiagonal() * total * scale.asDiagonal());
+  if (!joint.succeeded()) return out;
+  for (const FlightSummary& f : flights) add_scores(f, scale, joint, inflation, out);
   out.p = out.degrees > 0.01 ? chi_square_tail(out.chi2, out.degrees) : 1.0;
 
-  const MatrixXd joint_inverse = scale.asDiagonal() * llt.solve(MatrixXd::Identity(total.rows(), total.cols())) * scale.asDiagonal();
+  const MatrixXd joint_inverse = scale.asDiagonal() * joint.inverse() * scale.asDiagonal();
   for (std::size_t i = 0; i < shared.size(); ++i) {
     const int parameter = problem.free[static_cast<std::size_t>(shared[i])].parameter;
     out.parameters.push_back(of_parameter(parameter, static_cast<Eigen::Index>(i), fit.find(parameter), joint_inverse, flights));

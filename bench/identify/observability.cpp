@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "bench/identify/identified_vehicle.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::identify {
@@ -32,14 +31,14 @@ VectorXd alone(const MatrixXd& information, const VectorXd& prior_weight) {
   const MatrixXd s = information + MatrixXd(prior_weight.asDiagonal());
   VectorXd k = s.diagonal();
   for (Eigen::Index i = 0; i < k.size(); ++i) k[i] = k[i] > 0.0 ? 1.0 / std::sqrt(k[i]) : 0.0;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eig(MatrixXd(k.asDiagonal() * s * k.asDiagonal()));
+  const SymmetricEigen eig = symmetric_eigen(k.asDiagonal() * s * k.asDiagonal());
   VectorXd u = VectorXd::Zero(s.rows());
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
     double variance = k[i] > 0.0 ? 0.0 : kOpen;
     for (Eigen::Index j = 0; j < s.rows() && std::isfinite(variance); ++j) {
-      const double part = eig.eigenvectors()(i, j) * eig.eigenvectors()(i, j);
-      if (eig.eigenvalues()[j] > 1e-12) {
-        variance += part / eig.eigenvalues()[j];
+      const double part = eig.vectors(i, j) * eig.vectors(i, j);
+      if (eig.values[j] > 1e-12) {
+        variance += part / eig.values[j];
       } else if (part > 1e-6) {
         variance = kOpen;
       }

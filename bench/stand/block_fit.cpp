@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::stand {
 namespace {
@@ -46,13 +46,13 @@ BlockFit fit_in_blocks(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const
         ExitCode::data_quality);
   const Eigen::VectorXd scale = lengths(X);
   const Eigen::MatrixXd A = X * scale.cwiseInverse().asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> normal(A.transpose() * A);
+  const LdltFactor normal(A.transpose() * A);
   BlockFit f;
-  const Eigen::VectorXd c = normal.solve(A.transpose() * y);
+  const Eigen::VectorXd c = normal.solve(Eigen::VectorXd(A.transpose() * y));
   f.residual = y - A * c;
   f.rms = rms_of(f.residual);
   f.r2 = 1.0 - f.residual.squaredNorm() / (y.array() - y.mean()).square().sum();
-  const Eigen::MatrixXd inverse = normal.solve(Eigen::MatrixXd::Identity(d, d));
+  const Eigen::MatrixXd inverse = normal.inverse();
   const double s2 = f.residual.squaredNorm() / static_cast<double>(n - d);
   const auto blocks = members(block);
   f.blocks = blocks.size();

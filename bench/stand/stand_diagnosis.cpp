@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 #include <map>
 #include <numbers>
 
 #include "bench/stand/stand_comparison.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::stand {
@@ -105,7 +105,7 @@ double joint_z(const BlockFit& f, Eigen::Index d) {
   const Eigen::VectorXd scale = V.diagonal().cwiseSqrt();
   const Eigen::MatrixXd unit = scale.cwiseInverse().asDiagonal() * V * scale.cwiseInverse().asDiagonal();
   const Eigen::VectorXd c = f.c.tail(d).cwiseQuotient(scale);
-  return std::sqrt(std::max(0.0, c.dot(unit.ldlt().solve(c)) / static_cast<double>(d)));
+  return std::sqrt(std::max(0.0, c.dot(LdltFactor(unit).solve(c)) / static_cast<double>(d)));
 }
 
 // The best for held-out runs is named, unless another kind of thing does about as well.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::studies {
@@ -165,9 +165,9 @@ double f_limit(double d, double n) {
 
 HoverHypothesis judge(const ShareKind& kind, const Vector4& change, double u, double reference_degrees) {
   const Eigen::MatrixXd& A = kind.pattern;
-  const Eigen::MatrixXd normal = A.transpose() * A;
-  const Eigen::VectorXd c = normal.ldlt().solve(A.transpose() * change);
-  const Eigen::MatrixXd inverse = normal.ldlt().solve(Eigen::MatrixXd::Identity(A.cols(), A.cols()));
+  const LdltFactor normal(A.transpose() * A);
+  const Eigen::VectorXd c = normal.solve(Eigen::VectorXd(A.transpose() * change));
+  const Eigen::MatrixXd inverse = normal.inverse();
   HoverHypothesis h;
   h.ids = kind.ids;
   h.degrees = static_cast<int>(A.cols());

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host/base/error.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop {
 namespace {
@@ -42,7 +42,7 @@ Descent descend(const VectorXd& start, const VectorXd& min, const VectorXd& max,
     for (; damping < kMostDamping && !improved; damping *= 10.0) {
       MatrixXd damped = at.information;
       damped.diagonal() *= 1.0 + damping;
-      const VectorXd next = (d.x - damped.ldlt().solve(at.slope)).cwiseMax(min).cwiseMin(max);
+      const VectorXd next = (d.x - LdltFactor(damped).solve(at.slope)).cwiseMax(min).cwiseMin(max);
       const double next_cost = cost(next, nullptr);
       if (!(next_cost < d.cost)) continue;
       improved = true;
@@ -100,7 +100,9 @@ LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameter
     if (fit.at_bound.back()) hold(end.information, k);
   }
   fit.information = end.information;
-  fit.covariance = end.information.inverse() * squares / static_cast<double>(first.size() - n);
+  const LdltFactor factor(end.information);
+  fit.covariance = MatrixXd::Constant(n, n, std::numeric_limits<double>::infinity());
+  if (factor.least_pivot() > 0.0) fit.covariance = factor.inverse() * squares / static_cast<double>(first.size() - n);
   for (Index k = 0; k < n; ++k) {
     fit.values.push_back(d.x[k]);
     fit.standard_errors.push_back(fit.at_bound[static_cast<std::size_t>(k)] ? std::numeric_limits<double>::quiet_NaN()

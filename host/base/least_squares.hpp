@@ -46,7 +46,7 @@ struct LeastSquaresFit {
   std::vector<double> standard_errors;  // from the residuals' scatter; not-a-number for a parameter at its bound
   std::vector<bool> at_bound;
   Eigen::MatrixXd information;  // JᵀJ at the values; 1 on the diagonal and nothing beside it for a parameter at its bound
-  Eigen::MatrixXd covariance;   // its inverse times the residuals' variance
+  Eigen::MatrixXd covariance;   // its inverse times the residuals' variance; infinite where the residuals leave a direction open
   double rms = 0.0;             // of the residuals
   int evaluations = 0;          // of the residual vector
   bool converged = false;
@@ -56,6 +56,7 @@ using Residuals = std::function<Eigen::VectorXd(const std::vector<double>&)>;
 
 // Minimises the sum of squares; the Jacobian is taken by central differences. Throws Error (data_quality) for fewer residuals than
 // parameters or residuals that are not finite at the start.
-LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameters, const Residuals& residuals, const DescentOptions& options = {});
+LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameters, const Residuals& residuals,
+                                  const DescentOptions& options = {});
 
 }  // namespace rotorloop

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "host/base/constants.hpp"
 #include "host/base/nearest.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::host {
@@ -129,7 +129,7 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
             a / std::sqrt(block.matrix[i * n + i] * std::max(block.matrix[j * n + j], 1e-300));
       }
     }
-    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+    const double least = symmetric_eigenvalues(correlation).minCoeff();
     if (least < -1e-6)
       tables[b].fail("matrix",
                      fmt::format("covariance is not positive semi-definite (least eigenvalue of the correlations {})", three(least)),

@@ -80,7 +80,7 @@ class InverseDynamics {
       : path_(path),
         h_(h),
         model_(v),
-        slopes_(hover_slopes(s, v, model_)),
+        inverse_slopes_(hover_slopes(s, v, model_).inverse()),
         battery_V_(identify::mean_battery_V(*s.like)),
         least_(std::pow(0.2 * s.rotor_rad_s, 2)),
         most_(s.most_rad_s * s.most_rad_s),
@@ -115,7 +115,7 @@ class InverseDynamics {
   const std::vector<PathPoint>& path_;
   double h_;
   estimate::Model model_;
-  Eigen::PartialPivLU<Eigen::Matrix4d> slopes_;
+  Eigen::Matrix4d inverse_slopes_;
   double battery_V_, least_, most_;  // of the squared rotor speed
   Flown flown_;
   std::vector<Vector3d> needed_, in_plane_;  // specific force: W, as the path needs it; B, the part that thrust cannot give
@@ -170,7 +170,7 @@ bool InverseDynamics::settle_rotors(std::size_t k, estimate::RotorInputSample& u
     Vector4d miss;
     miss << (x.q_WB.conjugate() * needed_[k]).z() - now.specific_force_B_m_s2.z(), turning_[k] - now.angular_acceleration_B_rad_s2;
     if (std::fabs(miss[0]) < 1e-2 && miss.tail<3>().norm() < 0.1) return true;
-    const Vector4d step = slopes_.solve(miss);
+    const Vector4d step = inverse_slopes_ * miss;
     for (std::size_t r = 0; r < host::kRotors; ++r) {
       const double square = u.omega_rad_s[r] * u.omega_rad_s[r] + step[static_cast<Eigen::Index>(r)];
       u.omega_rad_s[r] = std::sqrt(std::clamp(square, least_, most_));

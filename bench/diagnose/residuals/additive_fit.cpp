@@ -1,11 +1,11 @@
 #include "bench/diagnose/residuals/additive_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -162,7 +162,7 @@ MatrixXd Regression::solved(std::size_t left_out, double penalty, const VectorXd
     rhs = keep->asDiagonal() * rhs;
   }
   m.diagonal().array() += 1e-9 * information_;
-  return MatrixXd(m.llt().solve(rhs));
+  return LltFactor(m).solve(rhs);
 }
 
 void Regression::choose_penalties(std::span<const double> penalties, std::vector<AdditiveFit>& out) const {

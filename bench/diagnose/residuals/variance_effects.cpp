@@ -1,11 +1,11 @@
 #include "bench/diagnose/residuals/variance_effects.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -138,7 +138,7 @@ void reduce(BlockScores& s, const std::vector<BlockScores>& of, Eigen::Index fro
   }
   v.diagonal() *= 1.0 + 1e-6;
   for (Eigen::Index i = 0; i < n; ++i) v(i, i) = std::max(v(i, i), 1e-12);
-  const Eigen::VectorXd share = v.ldlt().solve(c);
+  const Eigen::VectorXd share = LdltFactor(v).solve(c);
   for (Eigen::Index i = 0; i < n; ++i)
     s.value.middleRows(from, to - from) -= share[i] * of[static_cast<std::size_t>(i)].value.middleRows(from, to - from);
 }

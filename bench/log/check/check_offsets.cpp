@@ -10,6 +10,7 @@
 #include "bench/log/check/check_steps.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::log {
 namespace {
@@ -164,7 +165,7 @@ void take_out_climb(const FlightGrid& g, const std::vector<double>& lift, double
     normal += row * row.transpose();
     right += row * up[here];
   }
-  const Eigen::Vector3d x = (normal + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(right);
+  const Eigen::Vector3d x = LdltFactor(normal + 1e-9 * Eigen::Matrix3d::Identity()).solve(Eigen::VectorXd(right));
   if (x[1] > 0.0) return;  // physics has it negative; a fit that says otherwise saw something else
   for (std::size_t i = 0; i < up.size(); ++i) up[i] -= x[1] * climb[i];
 }

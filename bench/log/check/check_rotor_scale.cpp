@@ -10,6 +10,7 @@
 
 #include "bench/log/check/check_moments.hpp"
 #include "bench/log/check/stream_access.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::log {
 namespace {
@@ -53,7 +54,7 @@ Left unexplained(const std::vector<MomentSample>& samples, const Sound& sound) {
       right += r * m.moment[a];
     }
     for (int k = 0; k < kRegressors; ++k) normal(k, k) += 1e-9 * normal(k, k) + 1e-12;
-    const Row x = normal.ldlt().solve(right);
+    const Row x = LdltFactor(normal).solve(Eigen::VectorXd(right));
     for (std::size_t i = 0; i < samples.size(); ++i) out.imbalance[i][a] = samples[i].moment[a] - x.dot(row(samples[i]));
     out.constant[a] = x[0];
   }

@@ -48,6 +48,12 @@ TEST(LeastSquares, StandardErrorOfAMeanIsTheScatterOverTheRootOfTheCount) {
   EXPECT_NEAR(fit.values[0], 3.0, 1e-6);
   EXPECT_NEAR(fit.standard_errors[0], std::sqrt(4.0 / 3.0 / 4.0), 1e-6);
 }
+TEST(LeastSquares, AParameterThatNoResidualKnowsHasNoFiniteStandardError) {
+  const auto first_only = [](const std::vector<double>& v) { return Eigen::VectorXd(Eigen::Vector4d(-1, 1, -1, 1).array() + v[0] - 3.0); };
+  const auto fit = fit_least_squares(two(), first_only);
+  EXPECT_NEAR(fit.values[0], 3.0, 1e-6);
+  EXPECT_FALSE(std::isfinite(fit.standard_errors[1]));
+}
 TEST(LeastSquares, FewerRowsThanParametersAreRefusedAsBadData) {
   try {
     fit_least_squares(two(), [](const std::vector<double>&) { return Eigen::VectorXd(Eigen::Vector2d(1, 2)); });
