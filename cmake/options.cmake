@@ -6,7 +6,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 option(ROTORLOOP_SANITIZE "AddressSanitizer and UndefinedBehaviourSanitizer" OFF)
 option(ROTORLOOP_FIRMWARE "cross build of protocols, firmware and the controller" OFF)
-option(ROTORLOOP_UNITY "compile the files of a library together: half the CPU time of a whole build, more after an edit" OFF)
+option(ROTORLOOP_UNITY "compile the files of a library together: less CPU time for a whole build, more after an edit (preset develop: OFF)" ON)
 
 add_library(rl_options INTERFACE)
 target_include_directories(rl_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)

@@ -3,7 +3,7 @@
 # gcc takes a precompiled header only where optimisation flags and the macros that its headers look at are the same, and
 # -Winvalid-pch with -Werror says so where they are not.
 set(ROTORLOOP_PCH <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <numbers> <optional> <set> <span>
-  <string> <string_view> <vector> <fmt/format.h> <Eigen/Core> <Eigen/Geometry> <Eigen/Cholesky>)
+  <string> <string_view> <vector> <fmt/format.h> <nlohmann/json.hpp> <Eigen/Core> <Eigen/Geometry> <Eigen/Cholesky>)
 set(ROTORLOOP_INNER_LOOP_OPTIONS -O3 -fno-trapping-math)
 get_target_property(ROTORLOOP_FMT_DEFINITIONS fmt::fmt INTERFACE_COMPILE_DEFINITIONS)
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/precompile.cpp CONTENT "")
