@@ -122,7 +122,7 @@ void publish(const CalibrateArguments& o, const Calibrated& c, const render::Out
                            render::page_html({{"Coefficients", "coefficients", {table, render::Paragraph{c.misfit}}}}) + render::page_end());
 }
 
-int calibrate_plant(const CalibrateArguments& o, const hil::RunClock& clock, bool& told) {
+int calibrate_plant(const CalibrateArguments& o, const hil::RunClock& clock, bool& printed) {
   const sim::PlantFile plant = sim::read_plant(o.plant);
   const auto rotors = sim::read_rotors(plant);
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
@@ -132,7 +132,7 @@ int calibrate_plant(const CalibrateArguments& o, const hil::RunClock& clock, boo
   publish(o, c, problem ? refused_outcome(*problem) : render::Outcome{"pass", render::Standing::good, "The load model fits what the balance read.", {},
                                                                        "fly with it: rotorloop hil SCENARIO --vehicle " + o.out.filename().generic_string()},
           clock);
-  told = true;
+  printed = true;
   if (problem) throw *problem;
   hil::write_text_file(o.out, host::vehicle_text(c.vehicle));
   fmt::print("static c_t {:.4e} N s², hover at {:.0f} RPM\nwritten: {}\n", c.vehicle.static_thrust.front().c_t_N_s2,
@@ -151,11 +151,12 @@ int calibrate(const CalibrateArguments& o) {
   files.insert(files.end(), {{"-o", o.out}, {"--table", o.table}});
   check_outputs(files, o.force);
   const hil::RunClock clock;
-  bool told = false;
+  bool printed = false;
   try {
-    return calibrate_plant(o, clock, told);
+    return calibrate_plant(o, clock, printed);
   } catch (const Error& e) {
-    if (!told && e.exit_code() == ExitCode::data_quality) tell_unfinished({.command = "calibrate", .report = o.report}, refused_outcome(e), clock);
+    if (!printed && e.exit_code() == ExitCode::data_quality)
+      report_unfinished({.command = "calibrate", .report = o.report}, refused_outcome(e), clock);
     throw;
   }
 }

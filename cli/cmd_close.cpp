@@ -114,8 +114,9 @@ void add_truth(CLI::App& close, int& exit_code) {
   t->add_option("RUN", to->run, "run folder of rotorloop close")->required();
   t->add_flag("--json", to->json, "truth.json on stdout instead of the table");
   t->footer(
-      "Names and sizes are judged apart. A name is right alone, or in a class with what flight data cannot tell from it (the catalogue's\n"
-      "twins). A size is right within three standard errors or 1 % of the truth (0.1 mm for a place of the centre of mass).\n"
+      "Names and sizes are judged apart. A name is right alone, or in a class with effects indistinguishable from it by flight data "
+      "(catalogue:\n"
+      "`twins`). A size is right within three standard errors or 1 % of the truth (0.1 mm for a place of the centre of mass).\n"
       "Writes truth.json, and result.json and report.html of the run anew.\n"
       "\nExample:\n"
       "  rotorloop close truth runs/close-aft-rotor-wake\n"

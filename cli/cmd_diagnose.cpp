@@ -46,7 +46,7 @@ struct DiagnoseArguments {
   int max_effects = 6;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
-  bool json = false, no_checks = false, forget = false, force = false;
+  bool json = false, no_checks = false, no_priors = false, force = false;
 };
 
 diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const host::VehicleFile& vehicle, const host::UserTerms* own, estimate::StopFit stop) {
@@ -73,7 +73,7 @@ diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const hos
   i.fit.noise.per_flight = true;
   i.fit.stop = stop;
   d.without = o.without;
-  d.beliefs = !o.forget;
+  d.priors = !o.no_priors;
   d.max_effects = o.max_effects;
   d.placebos = o.placebos;
   d.seed = o.seed;
@@ -181,7 +181,7 @@ int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, 
   if (problem) from.ended = with_problem(diagnose::diagnosis_outcome(run.diagnosis, from), *problem);
   publish(o, run, base.name, from);
   if (stopped) return stop.exit_code();
-  // Last: what was found is told even when no vehicle file can be made of it.
+  // Last: what was found is printed even when no vehicle file can be made of it.
   if (problem) throw *problem;
   if (vehicle) hil::write_text_file(o.out, host::vehicle_text(*vehicle));
   return 0;
@@ -215,7 +215,7 @@ int diagnose(const DiagnoseArguments& o, const Names& given) {
     return diagnose_flights(o, base, catalogue, own ? &*own : nullptr, stop);
   } catch (const Error& e) {
     if (!stop.asked()) throw;
-    tell_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), hil::RunClock());
+    report_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), hil::RunClock());
     return stop.exit_code();
   }
 }
@@ -226,7 +226,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<DiagnoseArguments>();
   CLI::App* c =
       app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
-  c->add_option("--vehicle", o->vehicle, "vehicle file: what is believed; its effects are part of the model");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: nominal model and priors; its effects are part of the model");
   c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
   c->add_option("--flight", o->paths.flights, "flights to diagnose");
   c->add_option("--reference", o->reference,
@@ -249,14 +249,15 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 300))
       ->capture_default_str();
   c->add_option("--seed", o->seed, "of the placebos")->capture_default_str();
-  c->add_flag("--no-priors", o->forget, "no priors from the vehicle file: what it knows is start value only");
-  add_old_flag(*c, "--forget", "--no-priors", &o->forget);
+  c->add_flag("--no-priors", o->no_priors, "no priors from the vehicle file: what it knows is start value only");
+  add_old_flag(*c, "--forget", "--no-priors", &o->no_priors);
   c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
   add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
   c->footer(
-      "Verdicts: clean, named, ambiguous (a class that these flights cannot tell apart, with the flight that would), unexplained, faulty.\n"
+      "Verdicts: clean, named, ambiguous (a class that these flights cannot distinguish, with the flight that would), unexplained, "
+      "faulty.\n"
       "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
       "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
       "better.toml\n"

@@ -222,7 +222,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
   c->add_option("--variants", o->variants, "only these controllers: pd_ff,pd_ff_drag,pd_ff_thrust_drag,pd_ff_no_effects");
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
-  c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: what the controller believes");
+  c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: the nominal model of the controller");
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each flight and each limit");
   c->add_flag("--no-logs", o->no_logs, "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");

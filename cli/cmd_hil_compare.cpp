@@ -20,7 +20,7 @@ void add_hil_compare(CLI::App& hil, int& exit_code) {
   c->add_option("A", o->a, "run folder")->required();
   c->add_option("B", o->b, "run folder")->required();
   c->add_flag("--fail-on-diff", o->fail_on_diff, "exit with 8 when a figure differs significantly or a flight ended differently");
-  c->add_flag("--verify", o->verify, "hash the logs again instead of believing result.json");
+  c->add_flag("--verify", o->verify, "hash the logs again instead of trusting result.json");
   c->add_flag("--json", o->json, "print one JSON document");
   c->footer(
       "Examples:\n"

@@ -83,7 +83,7 @@ void add_hil_effects(CLI::App& hil, int& exit_code) {
       "  rotorloop hil effects -o docs/effects.md --force                        all of them: docs/effects.md\n"
       "  rotorloop hil effects --probes-only --json | jq '.probes[] | select(.within | not)'\n"
       "\nExit codes: 0 all sizes within a factor 2 of their reference, 2 bad arguments or input file, 6 a size is outside,\n"
-      "130 and 143 interrupted: what was flown until then is told, marked.\n"
+      "130 and 143 interrupted: what was flown until then is printed, marked.\n"
       "A flight that an effect brings down is a result: the table says why it ended.");
   c->callback([o, &exit_code] { exit_code = effects(*o); });
 }

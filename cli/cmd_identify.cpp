@@ -13,17 +13,15 @@
 
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
-#include "bench/identify/beside.hpp"
+#include "bench/identify/file_comparison.hpp"
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
+#include "bench/identify/parameter_names.hpp"
 #include "bench/identify/report/identify_report.hpp"
 #include "bench/identify/report/identify_text.hpp"
-#include "bench/identify/parameter_names.hpp"
+#include "bench/identify/report/parameter_history.hpp"
 #include "bench/identify/solver_check.hpp"
-#include "bench/identify/report/trail.hpp"
-#include "host/base/error.hpp"
-#include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/junit.hpp"
 #include "cli/ending/outputs.hpp"
@@ -32,6 +30,8 @@
 #include "cli/flight_inputs.hpp"
 #include "cli/progress/identify_progress.hpp"
 #include "cli/renamed_option.hpp"
+#include "host/base/error.hpp"
+#include "host/base/sha256.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -42,7 +42,7 @@ namespace fs = std::filesystem;
 struct IdentifyArguments {
   FlightPaths paths;
   fs::path vehicle, out, report, junit;
-  std::vector<fs::path> trail, beside;
+  std::vector<fs::path> history, compare;
   std::vector<std::string> terms;
   FitOptions fit{.rate_Hz = 200.0};
   double drag_speed_m_s = 8.5;
@@ -66,9 +66,9 @@ identify::IdentifyOptions identify_options(const IdentifyArguments& o, estimate:
   return i;
 }
 
-// Files are told apart by name, and by the whole path where two have the same.
-std::vector<identify::VehicleBeside> read_beside(const std::vector<fs::path>& paths) {
-  std::vector<identify::VehicleBeside> out;
+// Files are named by their file name, and by the whole path where two have the same.
+std::vector<identify::ComparedVehicle> read_compared(const std::vector<fs::path>& paths) {
+  std::vector<identify::ComparedVehicle> out;
   for (const fs::path& path : paths) {
     const auto same = std::count_if(paths.begin(), paths.end(), [&](const fs::path& other) { return other.filename() == path.filename(); });
     out.push_back({(same > 1 ? path : path.filename()).generic_string(), host::read_vehicle(path, host::builtin_effect_catalogue())});
@@ -117,7 +117,7 @@ std::vector<JunitCase> cases_of(const Found& f, const render::Outcome& outcome) 
 void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base, const std::optional<render::Outcome>& ended,
              const hil::RunClock& clock) {
   std::vector<identify::InputHash> inputs = f.read.inputs;
-  for (const fs::path& path : o.beside) inputs.push_back({path.generic_string(), sha256_file(path)});
+  for (const fs::path& path : o.compare) inputs.push_back({path.generic_string(), sha256_file(path)});
   const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o), ended};
   const render::Outcome outcome = identify::identify_outcome(f.result, f.analysis, provenance);
   const std::string json = identify::identify_result_json(f.result, f.analysis, f.comparison, f.read.checked, provenance);
@@ -128,14 +128,15 @@ void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile
   if (!o.junit.empty()) hil::write_text_file(o.junit, junit_xml("rotorloop identify", cases_of(f, outcome)));
   if (o.report.empty()) return;
   hil::write_text_file(o.report / "result.json", json);
-  std::vector<identify::TrailPoint> trail;
-  if (!o.trail.empty()) {
-    std::vector<fs::path> trials = o.trail;
+  std::vector<identify::HistoryPoint> history;
+  if (!o.history.empty()) {
+    std::vector<fs::path> trials = o.history;
     trials.push_back(o.report);
-    trail = identify::read_trail(trials);
+    history = identify::read_history(trials);
   }
-  const identify::IdentifyPage page{f.result,   f.analysis, f.comparison, f.read.checked,
-                                    provenance, base.name,  trail,        identify::trail_references(f.comparison, f.analysis.derived, f.result.problem.start.terms)};
+  const identify::IdentifyPage page{
+      f.result,   f.analysis, f.comparison, f.read.checked,
+      provenance, base.name,  history,      identify::history_references(f.comparison, f.analysis.derived, f.result.problem.start.terms)};
   hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }
 
@@ -150,11 +151,11 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
                            (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
   if (moved.empty()) {
     return Error(
-        {"", what, "noise figures that chase each other, or parameters that these flights cannot tell",
+        {"", what, "noise figures that chase each other, or parameters that these flights do not determine",
          "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
-  return Error({"", what, "the flights ask for different values of " + moved + ": the model lacks an effect that some of them show",
+  return Error({"", what, "estimates differ significantly between flights: " + moved + "; the model lacks an effect that some of them show",
                 "add it (--term; `rotorloop diagnose` names it), hold what cannot differ (--hold pose_delay for synchronised logs), or "
                 "leave out the flight that disagrees"},
                ExitCode::data_quality);
@@ -188,10 +189,10 @@ void fit_flights(const IdentifyArguments& o, const host::VehicleFile& base, cons
   });
 }
 
-// Fits, tells (`told`), and writes the vehicle file. What was found is told even when no vehicle file can be made of it.
-int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const hil::RunClock& clock, bool& told) {
+// Fits, prints (`printed`), and writes the vehicle file. What was found is printed even when no vehicle file can be made of it.
+int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const hil::RunClock& clock, bool& printed) {
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
-  const std::vector<identify::VehicleBeside> beside = read_beside(o.beside);
+  const std::vector<identify::ComparedVehicle> compared_files = read_compared(o.compare);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   Found f;
@@ -200,17 +201,18 @@ int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const 
   const identify::IdentifyOptions options = identify_options(o, {stop.flag()});
   fit_flights(o, base, options, f);
   if (f.read.flights.size() > f.read.fitted && !stop.asked()) f.analysis.held_out = identify::score_held_out(f.read.held_out(), f.result, options);
-  f.comparison = identify::compared(f.result, f.analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, beside);
+  f.comparison =
+      identify::compared(f.result, f.analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, compared_files);
   if (stop.asked()) {
     publish(o, f, base, interrupted_outcome(stop), clock);
-    told = true;
+    printed = true;
     return stop.exit_code();
   }
   const host::VehicleFile vehicle = identify::identified_vehicle(f.result.fit, base, identify::flown_rpm(f.result.flights),
                                                                  std::string("rotorloop identify ") + kVersion, f.read.fitted_hashes());
   const std::optional<Error> problem = problem_of(o, f, vehicle);
   publish(o, f, base, problem ? std::optional(refused_outcome(*problem)) : std::nullopt, clock);
-  told = true;
+  printed = true;
   if (problem) throw *problem;
   if (o.out.empty()) return 0;
   hil::write_text_file(o.out, host::vehicle_text(vehicle));
@@ -225,12 +227,12 @@ int identify(const IdentifyArguments& o) {
   check_outputs(files, o.force);
   const ResultPlaces places{"identify", o.report, o.junit, o.json};
   const StopSignals stop;
-  bool told = false;
+  bool printed = false;
   try {
-    return identify_flights(o, stop, clock, told);
+    return identify_flights(o, stop, clock, printed);
   } catch (const Error& e) {
-    if (told || (!stop.asked() && e.exit_code() != ExitCode::data_quality)) throw;
-    tell_unfinished(places, stop.asked() ? interrupted_outcome(stop) : refused_outcome(e), clock);
+    if (printed || (!stop.asked() && e.exit_code() != ExitCode::data_quality)) throw;
+    report_unfinished(places, stop.asked() ? interrupted_outcome(stop) : refused_outcome(e), clock);
     if (stop.asked()) return stop.exit_code();
     throw;
   }
@@ -248,13 +250,13 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--rotation", o->paths.rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
   c->add_option("--flight", o->paths.flights, "any other flight, for the joint fit");
   c->add_option("--held-out", o->paths.held_out,
-                "flight that has no part in the fit: the identified model foretells it, beside the vehicle file's");
+                "flight that has no part in the fit: the identified model predicts it, compared with the vehicle file's");
   c->add_option("-o,--out", o->out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--trail", o->trail, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
-  c->add_option("--compare", o->beside,
+  c->add_option("--trail", o->history, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
+  c->add_option("--compare", o->compare,
                 "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
-  add_old_option(*c, "--beside", "--compare", &o->beside);
+  add_old_option(*c, "--beside", "--compare", &o->compare);
   add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
   c->add_option("--noise", o->noise,
@@ -289,9 +291,10 @@ void add_identify(CLI::App& app, int& exit_code) {
       "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
       "Which names --free, --hold, --per-flight and --term take:\n"
       "  rotorloop identify --names\n"
-      "Exit codes: 0 done; 2 usage or bad input file; 5 refused: the logs lack what the fit needs or cannot tell a parameter, the fit did\n"
+      "Exit codes: 0 done; 2 usage or bad input file; 5 refused: the logs lack what the fit needs or do not determine a parameter, the fit "
+      "did\n"
       "not converge, the identified vehicle is not credible, or --solver ceres gives another answer; 130 and 143 interrupted, what was\n"
-      "found is told, marked incomplete. The message names what, and what to do.");
+      "found is printed, marked incomplete. The message names what, and what to do.");
   c->callback([o, c, &exit_code] {
     if (o->names) {
       for (const CLI::Option* option : c->get_options())

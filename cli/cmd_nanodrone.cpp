@@ -65,7 +65,7 @@ void print_limits(const studies::NanodroneResult& r) {
 }
 
 void print_parameters(const studies::NanodroneResult& r) {
-  fmt::print("\nfitted to foretell (not the vehicle's):\n");
+  fmt::print("\nfitted to predict (not the vehicle's):\n");
   for (const int p : r.predicting_free) {
     const auto info = estimate::parameter_info(p, r.predicting.terms);
     fmt::print("  {:<48} {:>11.4e} {}\n", info.name, r.predicting[p], info.unit);

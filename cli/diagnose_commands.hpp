@@ -1,5 +1,5 @@
 // `rotorloop diagnose` for logs that hold motor commands and no rotor speeds: no wrench can be fitted there, but hover demand against
-// reference flights tells a rotor, and thrust over motor voltage tells flights apart.
+// reference flights identifies a rotor, and thrust over motor voltage distinguishes flights.
 #pragma once
 #include <filesystem>
 #include <string>

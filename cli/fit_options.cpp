@@ -26,7 +26,8 @@ void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help,
       "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
   app.add_option("--hold", o.hold, "hold a parameter or group at its start value");
   app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
-  app.add_option("--use", o.use, "readings beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
+  app.add_option("--use", o.use,
+                 "measurements beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
       ->delimiter(',')
       ->check(CLI::IsMember({"gyro", "accel", "velocity", "load"}));
   app.add_option("--rate", o.rate_Hz, rate_help)->check(CLI::Range(least_rate_Hz, 1000.0))->capture_default_str();
@@ -44,10 +45,12 @@ std::optional<Error> not_credible(const std::filesystem::path& path, const host:
     text.where = path.empty() ? "" : path.generic_string();
     text.what = std::string("the identified vehicle is not credible") + (path.empty() ? ": " : " and was not written: ") + text.what;
     text.likely =
-        "the flights do not tell these parameters, the model lacks an effect that they show, or a stream is wrong (see the findings of the "
+        "the flights do not determine these parameters, the model lacks an effect that they show, or a stream is wrong (see the findings "
+        "of the "
         "checks)";
     text.remedy =
-        "hold what they cannot tell (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that excite it";
+        "hold what they do not determine (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that "
+        "excite it";
     return Error(text, ExitCode::data_quality);
   }
 }

@@ -1,4 +1,4 @@
-// Options that every command that fits flights has: which parameters are free, which readings count, at what rate, and from when to
+// Options that every command that fits flights has: which parameters are free, which measurements count, at what rate, and from when to
 // when. `identify` and `diagnose` fit the same model, so a word means the same in both.
 #pragma once
 #include <CLI/CLI.hpp>
@@ -18,7 +18,7 @@ struct FitOptions {
   double rate_Hz = 0.0;  // 0, where the command allows it: as many as poses
   double from_s = -1e300, to_s = 1e300;
 
-  // Grid, readings and wishes of `i`; all else stays.
+  // Grid, measurements and wishes of `i`; all else stays.
   void apply(identify::IdentifyOptions& i) const;
 };
 

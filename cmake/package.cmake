@@ -19,7 +19,7 @@ set(ROTORLOOP_FACES
   protocols/*.hpp
   host/control/*.hpp host/effects/*.hpp host/estimate/*.hpp host/vehicle/*.hpp
   bench/log/read_flight.hpp bench/log/log_summary.hpp bench/log/check/checks.hpp
-  bench/estimate/estimator.hpp bench/estimate/known_first.hpp bench/estimate/ceres_solver.hpp
+  bench/estimate/estimator.hpp bench/estimate/staged_fit.hpp bench/estimate/ceres_solver.hpp
   bench/score/prediction.hpp bench/score/one_step.hpp bench/score/multi_step_fit.hpp bench/score/noise_floor.hpp
   bench/identify/identify.hpp bench/identify/identified_vehicle.hpp bench/identify/held_out.hpp bench/identify/derived.hpp
   bench/identify/report/identify_text.hpp bench/identify/report/identify_report.hpp

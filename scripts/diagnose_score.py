@@ -15,7 +15,7 @@ import json
 import math
 
 LARGEST_CLASS = 3
-HEAD = """# Which undeclared effects a diagnosis finds in simulated flights
+HEAD = """# Which unmodelled effects a diagnosis finds in simulated flights
 
 Command: `scripts/stats diagnose --table docs/acceptance/diagnose_hil.md` (resumable; exit code 6 when a limit is missed). This page is made by it.
 

@@ -1,4 +1,4 @@
-"""Flies a plant with one undeclared effect after the other, lets `rotorloop diagnose` say what the logs show, and keeps what it
+"""Flies a plant with one unmodelled effect after the other, lets `rotorloop diagnose` say what the logs show, and keeps what it
 said: see scripts/stats diagnose. Uses the command line of rotorloop alone; scripts/diagnose_score.py judges.
 
 A trial is one plant and one seed: build/stats/diagnose/CASE/SEED with plant.toml, the vehicle file, and trial.json

@@ -52,8 +52,8 @@ def scenario_text(case, study, plant):
 def vehicle_text(case, study):
     """The vehicle file that identification starts from, with hubs assumed elsewhere."""
     text = (ROOT / study["vehicle"]).read_text(encoding="utf-8")
-    believed = case.get("believed", {})
-    scale, height = believed.get("arms", 1.0), believed.get("hub_height_m", 0.02)
+    nominal = case.get("believed", {})
+    scale, height = nominal.get("arms", 1.0), nominal.get("hub_height_m", 0.02)
     for x in (-1, 1):
         for y in (-1, 1):
             text = text.replace(f"position_m = [{0.0885 * x}, {0.0885 * y}, 0.02]",

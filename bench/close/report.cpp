@@ -38,7 +38,7 @@ std::string added_text(const Findings& f) {
 }
 
 std::string head(const LoopResult& r) {
-  std::string out = render::page_begin(r.plan.name, "the loop closed: flown, diagnosed, flown again", "rotorloop close");
+  std::string out = render::page_begin(r.plan.name, "closed-loop study: flown, diagnosed, flown again", "rotorloop close");
   render::Outcome outcome = loop_outcome(r);
   outcome.sentence += " " + added_text(r.findings) + ".";
   out += render::banner_html(outcome);

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/diagnose/beliefs.hpp"
-#include "bench/diagnose/contest.hpp"
 #include "bench/diagnose/gust.hpp"
-#include "bench/diagnose/late_poses.hpp"
 #include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
+#include "bench/diagnose/model_selection.hpp"
 #include "bench/diagnose/placebos.hpp"
+#include "bench/diagnose/pose_time_offset.hpp"
 #include "bench/diagnose/ratios.hpp"
+#include "bench/diagnose/vehicle_priors.hpp"
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
@@ -25,11 +25,11 @@
 namespace rotorloop::diagnose {
 namespace {
 
-// Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time foretells on other blocks: from here on
+// Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time predicts on other blocks: from here on
 // it is a part of the physics that the library lacks.
 constexpr double kSystematic = 0.1;
-// Missing force over weight, and torque over weight times arm: 33 mN and 1.7 mN m for the reference quadrotor, whose blade-element plant
-// leaves 19 mN and 0.4 mN m beyond the terms of this library.
+// Residual force over weight, and residual torque over weight times arm: 33 mN and 1.7 mN m for the reference quadrotor, whose
+// blade-element plant leaves 19 mN and 0.4 mN m beyond the terms of this library.
 constexpr double kForceMatters = 0.005, kTorqueMatters = 0.002;
 
 std::vector<std::pair<std::string, double>> shifts(const identify::Identification& before, const identify::Identification& after) {
@@ -46,19 +46,19 @@ bool among(std::string_view id, const std::vector<std::string>& ids) { return st
 
 // What the refits say, in the record of the screening. Where none is accepted, no candidate is left standing as if nothing spoke against
 // it.
-void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
-  const bool accepted = !field.empty() && field.front().failure.none();
+void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& record) {
+  const bool accepted = !ranked.empty() && ranked.front().failure.none();
   for (CandidateEvidence& e : record.candidates) {
-    const auto c = std::find_if(field.begin(), field.end(), [&](const Contestant& one) { return one.tested->candidate->id == e.id; });
-    const auto stands_for_it = [&](const Contestant& one) {
+    const auto c = std::find_if(ranked.begin(), ranked.end(), [&](const RefitCandidate& one) { return one.tested->candidate->id == e.id; });
+    const auto stands_for_it = [&](const RefitCandidate& one) {
       return std::any_of(one.same.begin(), one.same.end(), [&](const Tested* t) { return t->candidate->id == e.id; });
     };
-    if (c != field.end()) {
-      e.rise = c->rise;
-      e.variation = c->even.variation;
-      e.scatter = c->even.scatter;
+    if (c != ranked.end()) {
+      e.delta_log_likelihood = c->delta_log_likelihood;
+      e.variation = c->heterogeneity.variation;
+      e.scatter = c->heterogeneity.scatter;
       if (e.ruled_out_by.none()) e.ruled_out_by = c->failure;
-    } else if (const auto same = std::find_if(field.begin(), field.end(), stands_for_it); same != field.end()) {
+    } else if (const auto same = std::find_if(ranked.begin(), ranked.end(), stands_for_it); same != ranked.end()) {
       if (e.ruled_out_by.none() && !same->failure.none()) {
         e.ruled_out_by = same->failure;
         e.ruled_out_by.as = same->tested->candidate->id;
@@ -69,17 +69,17 @@ void note_refits(const std::vector<Contestant>& field, DiagnosisRound& record) {
   }
 }
 
-// What the file is wrong about is no effect that the model lacks, and yet changes what it foretells.
+// A prior that is wrong is no effect that the model lacks, and yet changes what the model predicts.
 void note_contradictions(const identify::Identification& model, Diagnosis& d) {
-  constexpr std::size_t kMost = 5;
+  constexpr std::size_t kMostReported = 5;
   const std::vector<Contradiction> all = contradictions(model.problem, model.fit);
-  for (std::size_t i = 0; i < std::min(kMost, all.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMostReported, all.size()); ++i) {
     const Contradiction& c = all[i];
     const estimate::ParameterInfo info = estimate::parameter_info(c.parameter, model.problem.start.terms);
-    d.remarks.push_back(
-        fmt::format("The flights contradict what the file knows of {}: {} {} there, {} with them ({:.1f} "
-                    "standard deviations).",
-                    info.name, render::measured_text(c.believed, c.believed_u), info.unit, render::measured_text(c.found, c.found_u), std::fabs(c.z)));
+    d.remarks.push_back(fmt::format(
+        "The flights contradict what the file knows of {}: {} {} there, {} with them ({:.1f} "
+        "standard deviations).",
+        info.name, render::measured_text(c.prior, c.prior_u), info.unit, render::measured_text(c.found, c.found_u), std::fabs(c.z)));
   }
 }
 
@@ -87,7 +87,7 @@ void note_contradictions(const identify::Identification& model, Diagnosis& d) {
 void note_placebos(const Criteria& criteria, Diagnosis& d) {
   const PlaceboLimit& first = d.rounds.front().placebos;
   if (first.placebos == 0) {
-    d.remarks.push_back("No placebos: against chance stands only what the blocks of the flights say of their own scatter (p after Holm).");
+    d.remarks.push_back("No placebos: the only test against chance is the scatter between blocks of the flights (p after Holm).");
   } else if (first.level < criteria.placebo) {
     d.remarks.push_back(fmt::format("{} placebos are too few for a level of {:.0f} %: their largest is one of {:.1f} %.", first.placebos,
                                     100.0 * criteria.placebo, 100.0 * first.level));
@@ -106,11 +106,11 @@ bool innovations_white(const identify::Identification& r) {
   return true;
 }
 
-// A diagnosis under way: the model so far, the effects in it, and what is told of them.
+// A diagnosis under way: the model so far, the effects in it, and what is reported of them.
 class Search {
  public:
-  Search(const DiagnoseOptions& options, const estimate::FitOptions& fit, const identify::Identification& before, Diagnosis& told)
-      : o_(options), again_(fit), d_(told), model_(copy_of(before)) {
+  Search(const DiagnoseOptions& options, const estimate::FitOptions& fit, const identify::Identification& before, Diagnosis& diagnosis)
+      : o_(options), again_(fit), d_(diagnosis), model_(copy_of(before)) {
     again_.noise.rounds = std::min(again_.noise.rounds, 4);  // from where the last fit left it
     again_.tolerance = std::max(again_.tolerance, 0.01);     // of a log likelihood that is compared in whole numbers
   }
@@ -118,16 +118,17 @@ class Search {
   using Say = std::function<void(const std::string& part, double done)>;
   bool add_the_best(int round, const Say& say);  // false: nothing more is to be added
   void drop_the_needless(const Say& say);
-  void tell_sizes();
-  void tell_late_poses();
-  void tell_what_flights_never_show();
+  void report_sizes();
+  void report_pose_time_offset();
+  void report_unobservable_in_flight();
   identify::Identification model() && { return std::move(model_); }
 
  private:
-  std::vector<Contestant> refitted(const identify::Identification& start, const Screening& screening, const std::vector<Tested>& all) const;
-  void reject(const std::vector<Contestant>& field);
-  void accept(Contestant& winner, std::vector<ClassMember> twins);
-  void tell_what_would_not_have_shown(const std::vector<Tested>& all);
+  std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening,
+                                       const std::vector<Tested>& all) const;
+  void reject(const std::vector<RefitCandidate>& ranked);
+  void accept(RefitCandidate& best, std::vector<ClassMember> aliases);
+  void report_detection_limits(const std::vector<Tested>& all);
 
   const DiagnoseOptions& o_;
   const host::EffectCatalogue& catalogue_ = host::builtin_effect_catalogue();
@@ -135,7 +136,7 @@ class Search {
   Diagnosis& d_;
   identify::Identification model_;
   std::vector<Candidate> added_;
-  RisesBefore risen_;
+  GainsBefore gains_before_;
 };
 
 bool Search::add_the_best(int round, const Say& say) {
@@ -143,7 +144,7 @@ bool Search::add_the_best(int round, const Say& say) {
   say("screening", done);
   const int threads = o_.identify.fit.threads;
   again_.stop.check();
-  const identify::Identification start = at_beliefs(model_, again_);
+  const identify::Identification start = at_priors(model_, again_);
   again_.stop.check();
   const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads, again_.stop);
   const std::vector<double> placebos =
@@ -157,58 +158,59 @@ bool Search::add_the_best(int round, const Say& say) {
   bool accepted = false;
   if (may_add) {
     say("refits with candidate effects", done + 0.3 * share);
-    std::vector<Contestant> field = refitted(start, s, all);
-    note_refits(field, record);
-    reject(field);
-    accepted = !field.empty() && field.front().failure.none();
+    std::vector<RefitCandidate> ranked = refitted(start, s, all);
+    note_refits(ranked, record);
+    reject(ranked);
+    accepted = !ranked.empty() && ranked.front().failure.none();
     if (accepted) {
-      record.decision = fmt::format("added {}", field.front().tested->candidate->id);
-      accept(field.front(), twins_of(s, all, field, o_.criteria));
+      record.decision = fmt::format("added {}", ranked.front().tested->candidate->id);
+      accept(ranked.front(), indistinguishable_from_best(s, all, ranked, o_.criteria));
     }
   }
   if (!accepted) {
     record.decision = may_add ? "nothing passes every criterion" : "as many effects as were allowed";
-    tell_what_would_not_have_shown(all);
+    report_detection_limits(all);
   }
   d_.rounds.push_back(std::move(record));
   return accepted;
 }
 
 // Those that could be it, best first, the failed ones last.
-std::vector<Contestant> Search::refitted(const identify::Identification& start, const Screening& s, const std::vector<Tested>& all) const {
-  std::vector<Contestant> field = contest(start, model_, s, all, o_.criteria, again_);
-  if (!field.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), field);
-  for (Contestant& c : field) {
-    if (c.failure.none() && too_little_beside(risen_, c, o_.criteria))
-      c.failure = {Rejection::small_beside_larger, {{"rise", "1", c.rise}, {"largest_before", "1", risen_.any}}};
+std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s,
+                                             const std::vector<Tested>& all) const {
+  std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_);
+  if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked);
+  for (RefitCandidate& c : ranked) {
+    if (c.failure.none() && gains_too_little(gains_before_, c, o_.criteria))
+      c.failure = {Rejection::small_beside_larger, {{"rise", "1", c.delta_log_likelihood}, {"largest_before", "1", gains_before_.any}}};
   }
-  std::stable_partition(field.begin(), field.end(), [](const Contestant& c) { return c.failure.none(); });
-  return field;
+  std::stable_partition(ranked.begin(), ranked.end(), [](const RefitCandidate& c) { return c.failure.none(); });
+  return ranked;
 }
 
-void Search::reject(const std::vector<Contestant>& field) {
-  for (const Contestant& c : field) {
+void Search::reject(const std::vector<RefitCandidate>& ranked) {
+  for (const RefitCandidate& c : ranked) {
     if (c.failure.none()) continue;
     d_.rejected.push_back(c.tested->evidence);
     d_.rejected.back().ruled_out_by = c.failure;
   }
 }
 
-void Search::accept(Contestant& winner, std::vector<ClassMember> twins) {
-  const Candidate& candidate = *winner.tested->candidate;
-  AddedEffect a{.id = candidate.id, .parameters = winner.values, .twins = std::move(twins), .evidence = winner.tested->evidence};
-  a.evidence.rise = winner.rise;
-  a.evidence.variation = winner.even.variation;
-  a.evidence.scatter = winner.even.scatter;
-  a.shifts = shifts(model_, winner.refit.fit);
-  if (const host::CatalogueEffect* row = catalogue_.find(a.id); row && !a.twins.empty()) a.manoeuvre = row->manoeuvre;
-  risen_.count(winner);
+void Search::accept(RefitCandidate& best, std::vector<ClassMember> aliases) {
+  const Candidate& candidate = *best.tested->candidate;
+  AddedEffect a{.id = candidate.id, .parameters = best.values, .aliases = std::move(aliases), .evidence = best.tested->evidence};
+  a.evidence.delta_log_likelihood = best.delta_log_likelihood;
+  a.evidence.variation = best.heterogeneity.variation;
+  a.evidence.scatter = best.heterogeneity.scatter;
+  a.shifts = shifts(model_, best.refit.fit);
+  if (const host::CatalogueEffect* row = catalogue_.find(a.id); row && !a.aliases.empty()) a.manoeuvre = row->manoeuvre;
+  gains_before_.count(best);
   d_.added.push_back(std::move(a));
   added_.push_back(candidate);
-  model_ = std::move(winner.refit.fit);
+  model_ = std::move(best.refit.fit);
 }
 
-void Search::tell_what_would_not_have_shown(const std::vector<Tested>& all) {
+void Search::report_detection_limits(const std::vector<Tested>& all) {
   for (const Tested& t : all) {
     const double typical = t.evidence.typical;
     if (t.test.degrees > 0 && !(t.evidence.detectable > typical)) continue;
@@ -217,7 +219,7 @@ void Search::tell_what_would_not_have_shown(const std::vector<Tested>& all) {
     d_.not_observable.push_back({t.candidate->id,
                                  t.test.degrees == 0
                                      ? "the model's own parameters take all of it"
-                                     : fmt::format("only {:.2g} {} would have shown, {:.2g} matters", t.evidence.detectable, unit, typical),
+                                     : fmt::format("detection limit {:.2g} {}, {:.2g} matters", t.evidence.detectable, unit, typical),
                                  row ? needs_of(*row) : std::string(), t.evidence.detectable, typical, unit});
   }
 }
@@ -239,7 +241,7 @@ void Search::drop_the_needless(const Say& say) {
   }
 }
 
-void Search::tell_sizes() {
+void Search::report_sizes() {
   for (std::size_t i = 0; i < added_.size(); ++i) {
     d_.added[i].parameters = values_in(model_, added_[i]);
     if (const std::string_view common = host::common_part(added_[i].id); !common.empty()) {
@@ -255,14 +257,14 @@ void Search::tell_sizes() {
 }
 
 // Where the user held the delay it was a candidate like any other.
-void Search::tell_late_poses() {
+void Search::report_pose_time_offset() {
   const bool was_candidate =
       std::any_of(added_.begin(), added_.end(), [](const Candidate& c) { return c.core == std::vector<int>{estimate::kPoseDelay}; });
-  if (auto late = late_poses(model_.fit, o_.criteria); late && !was_candidate) d_.added.insert(d_.added.begin(), std::move(*late));
+  if (auto late = pose_time_offset(model_.fit, o_.criteria); late && !was_candidate) d_.added.insert(d_.added.begin(), std::move(*late));
 }
 
-// What cannot be seen in such logs as a rule, unless it was.
-void Search::tell_what_flights_never_show() {
+// What is not observable in such logs as a rule, unless it was found.
+void Search::report_unobservable_in_flight() {
   for (const host::CatalogueEffect& e : catalogue_.effects) {
     const auto is_it = [&](const auto& one) { return one.id == e.id; };
     const bool listed = std::any_of(d_.not_observable.begin(), d_.not_observable.end(), is_it),
@@ -290,17 +292,17 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
     e.p_holm = v.p_holm;
     e.typical = matters;
     AddedEffect a{.id = v.id, .parameters = e.one_step, .evidence = e};
-    for (const auto& [twin, correlation] : v.twins) {
-      if (catalogue.find(twin)) a.twins.push_back({twin, correlation, 1.0, {}});
+    for (const auto& [alias, correlation] : v.aliases) {
+      if (catalogue.find(alias)) a.aliases.push_back({alias, correlation, 1.0, {}});
     }
-    if (!a.twins.empty()) a.manoeuvre = row->manoeuvre;
+    if (!a.aliases.empty()) a.manoeuvre = row->manoeuvre;
     d.added.push_back(std::move(a));
     return;
   }
 }
 
 // What the checks took out of the logs: a fault of a sensor or stream, or no fault. Notes took nothing out.
-void tell_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
+void report_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
   for (std::size_t f = 0; f < flights.findings.size(); ++f) {
     for (const log::LogFinding& finding : flights.findings[f]) {
       if (finding.action == log::FindingAction::note) continue;
@@ -340,16 +342,16 @@ void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& 
 namespace {
 
 // What the search found, as far as it came.
-void tell_model(Search& search, const host::VehicleFile& vehicle, const DiagnoseOptions& o, DiagnosisRun& out) {
+void report_model(Search& search, const host::VehicleFile& vehicle, const DiagnoseOptions& o, DiagnosisRun& out) {
   Diagnosis& d = out.diagnosis;
-  search.tell_sizes();
-  search.tell_late_poses();
-  search.tell_what_flights_never_show();
+  search.report_sizes();
+  search.report_pose_time_offset();
+  search.report_unobservable_in_flight();
   out.after = std::move(search).model();
   if (!d.rounds.empty()) note_placebos(o.criteria, d);
   if (out.after.fit.converged) note_contradictions(out.after, d);
   d.white = innovations_white(out.after);
-  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.twins.empty(); });
+  const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.aliases.empty(); });
   d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
   if (!vehicle.ceiling_z_m)
     d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
@@ -388,7 +390,7 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
 
   say("fit of the nominal model", 0.0);
   identify::IdentifyOptions first = o.identify;
-  if (o.beliefs) first.beliefs = beliefs;
+  if (o.priors) first.priors = vehicle_priors;
   first.fit.innovations = true;
   out.before = identify::identify(flights.fitted, vehicle, first);
 
@@ -400,8 +402,8 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
   } catch (const estimate::FitStopped&) {
     stopped = true;
   }
-  tell_model(search, vehicle, o, out);
-  tell_checks(flights, d);
+  report_model(search, vehicle, o, out);
+  report_checks(flights, d);
   try {
     if (!stopped) {
       choose_manoeuvres(out, o.library, o.identify.fit.threads, o.identify.fit.stop);

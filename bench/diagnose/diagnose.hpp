@@ -1,5 +1,5 @@
-// The whole diagnosis: fit with what the vehicle file holds, screen every effect against what is left, refit with each that could
-// be it, add the best, screen again; at the end take out what the others made needless. Then what tells a class apart, what the residuals
+// The whole diagnosis: fit with the priors of the vehicle file, screen every effect against what is left, refit with each that could
+// be it, add the best, screen again; at the end take out what the others made needless. Then what separates a class, what the residuals
 // say by themselves, and the error on flights held out. Nothing here prints or reads files: all that a program decides and shows is in
 // the value returned.
 #pragma once
@@ -21,7 +21,7 @@ struct DiagnoseOptions {
   Criteria criteria;
   std::vector<std::string> without;             // effects that are not considered
   std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
-  bool beliefs = true;                          // what the vehicle file knows (not guesses) counts as knowledge
+  bool priors = true;                           // uncertainties of the vehicle file (not of guesses) are priors of the fits
   double block_s = 0.5;          // length of the blocks whose scatter gives robust errors; to be longer than residuals stay correlated
   int max_effects = 6;         // added at most
   std::size_t placebos = 100;

@@ -20,37 +20,37 @@ struct CandidateEvidence {
   double wald = 0.0;                 // block-robust, over its degrees of freedom: an F statistic
   int degrees = 0;
   double p = 1.0, p_holm = 1.0;  // of the robust statistic; Holm over all candidates
-  double gain = 0.0;             // predicted rise of the log likelihood, deflated for correlated residuals
+  double gain = 0.0;             // predicted Δ log-likelihood, deflated for correlated residuals
   double gain_relative = 0.0;    // predicted fall of the misfit that the model's errors cause, 0 to 1
   double bic = 0.0;              // gain less ½ d log(n_eff)
-  double cross_validated = 0.0;  // rise of the log likelihood on blocks or flights that did not estimate it, deflated likewise
-  double rise = 0.0;             // of the log likelihood by the refit with it; 0: it was not refitted
+  double cross_validated = 0.0;  // Δ log-likelihood on blocks or flights that did not estimate it, deflated likewise
+  double delta_log_likelihood = 0.0;  // of the refit with it; 0: it was not refitted
   // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
   double variation = 0.0, scatter = 1.0;
   bool inside_bounds = true;  // of its physical range, within two u
   Reason ruled_out_by = {};   // first criterion it fails; none: it could be the missing effect
-  // The smallest size that these flights would have shown (3.3 u), by its first parameter, and what is typical (catalogue).
+  // Detection limit of these flights (3.3 u), of its first parameter, and what is typical (catalogue).
   double detectable = 0.0, typical = 0.0;
 };
 
 struct ClassMember {
   std::string id;
-  double correlation = 0.0;  // canonical, with the winner, after the model's parameters took their share
-  double gain_share = 0.0;   // its gain over the winner's
+  double correlation = 0.0;  // canonical, with the best, after the model's parameters took their share
+  double gain_share = 0.0;   // its gain over that of the best
   std::vector<NamedValue> parameters;
 };
 
-// What a flight of a class's manoeuvre would tell (manoeuvre_search.hpp).
+// What a flight of a class's manoeuvre would add (manoeuvre_search.hpp).
 struct ManoeuvreValue {
   std::string id, words;
-  std::vector<double> separation;  // from each of the twins told of below: log likelihood that the manoeuvre is expected to bring
-  double least = 0.0;              // of those that any manoeuvre tells
+  std::vector<double> separation;  // from each of the aliases below: Δ log-likelihood that the manoeuvre is expected to bring
+  double least = 0.0;              // of those that any manoeuvre separates
 };
 struct ManoeuvreAdvice {
   double seconds = 0.0;                 // of each manoeuvre
-  std::vector<std::string> twins;       // in the order of the separations
-  std::vector<double> reached;          // from each twin, by the manoeuvre that tells it best
-  std::vector<std::string> open;        // twins that no manoeuvre tells
+  std::vector<std::string> aliases;     // in the order of the separations
+  std::vector<double> reached;          // from each alias, by the manoeuvre that separates it best
+  std::vector<std::string> open;        // aliases that no manoeuvre separates
   std::vector<ManoeuvreValue> ranked;   // best first
   std::vector<std::string> impossible;  // manoeuvres that rotors or room do not allow
 };
@@ -59,9 +59,9 @@ struct ManoeuvreAdvice {
 struct AddedEffect {
   std::string id = {};                      // the best of the class, or the effect itself
   std::vector<NamedValue> parameters = {};  // after the refit
-  std::vector<ClassMember> twins = {};      // what these flights cannot tell from it; empty: named
-  std::vector<NamedValue> ratios = {};      // of its parameters to scales of the vehicle, where they are told much better (ratios.hpp)
-  std::string manoeuvre = {};               // for a class: the flight that would tell its members apart
+  std::vector<ClassMember> aliases = {};    // indistinguishable from it in these flights; empty: named
+  std::vector<NamedValue> ratios = {};      // of its parameters to scales of the vehicle, where determined much better (ratios.hpp)
+  std::string manoeuvre = {};               // for a class: the flight that would separate its members
   ManoeuvreAdvice advice = {};              // … and how well, in simulation
   CandidateEvidence evidence = {};
   std::vector<std::pair<std::string, double>> shifts = {};  // parameters of the model that it moved by more than one u: relative change
@@ -74,7 +74,7 @@ struct DiagnosisRound {
   std::string decision;  // in words: "added rotor_inertia_reaction", "nothing passes every criterion"
 };
 
-// An effect that these flights could not have shown at its typical size, or never can.
+// An effect whose detection limit in these flights is above its typical size, or that no flight shows.
 struct NotObservable {
   std::string id, why, needs;
   double detectable = 0.0, typical = 0.0;
@@ -87,7 +87,7 @@ struct LogFault {
   double from_s = 0.0, to_s = 0.0;
 };
 
-// An axis of the missing wrench that the last model leaves larger than matters to the vehicle, and not as noise.
+// An axis of the residual wrench that the last model leaves larger than matters to the vehicle, and not as noise.
 struct RemainingResidual {
   std::string axis, unit;
   bool bursts = false;   // else systematic: a share of its power is predictable on blocks that had no part in the prediction

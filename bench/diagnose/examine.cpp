@@ -17,8 +17,8 @@ double relevance(const Candidate& c, const Eigen::VectorXd& change) {
 
 namespace {
 
-double deflated_bic(const GroupTest& t, double readings) {
-  return t.gain - 0.5 * t.degrees * std::log(readings / std::max(1.0, t.inflation));
+double deflated_bic(const GroupTest& t, double measurements) {
+  return t.gain - 0.5 * t.degrees * std::log(measurements / std::max(1.0, t.inflation));
 }
 
 // Two standard errors inside the physical range, and some of what one step may overshoot by where the effect is not linear.
@@ -48,8 +48,8 @@ Tested examine(const ScoreTable& table, const ColumnSet& model, const Candidate&
   e.degrees = t.degrees;
   e.p = t.p;
   e.gain = t.gain;
-  e.gain_relative = 2.0 * t.gain / table.readings;
-  e.bic = deflated_bic(t, table.readings);
+  e.gain_relative = 2.0 * t.gain / table.measurements;
+  e.bic = deflated_bic(t, table.measurements);
   e.inside_bounds = inside(c, t, overshoot);
   if (t.degrees > 0) e.cross_validated = cross_validated_gain(table, model, c.columns, t.inflation);
   e.typical = c.parameters.front().scale;

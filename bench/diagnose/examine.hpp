@@ -16,11 +16,11 @@ struct Criteria {
   double held_share = 0.1;    // of its gain that must also show on blocks that did not estimate it
   double overshoot = 0.3;     // of the way from neutral to a bound, by which an estimate of one step may pass the bound
   double fewest_u = 3.3;      // robust standard errors after the refit; of several numbers a Wald test of that chance
-  double twin = 3.0;          // of log likelihood, deflated for correlated residuals, within which two effects are indistinguishable
+  double class_margin = 3.0;  // of log likelihood, deflated for correlated residuals, within which two effects are indistinguishable
   double alike = 0.98;        // correlation of columns from which on no refit could distinguish them either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
-  double least_share = 0.02;  // of the largest rise of log likelihood by one effect, which a further one must bring …
-  double beside_law = 0.1;    // … where both act on the body (contest.hpp)
+  double least_share = 0.02;  // of the largest Δ log-likelihood by one effect, which a further one must bring …
+  double law_share = 0.1;     // … where both act on the body (model_selection.hpp)
   double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect …
   double scatter = 4.0;       // … if these scatter by more than what the reduced laws of a whole model leave, as a variance over noise
 };

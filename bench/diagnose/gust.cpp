@@ -72,7 +72,7 @@ GustScore score_gust(const identify::Identification& r) {
     const auto block = static_cast<std::size_t>(std::max(1.0, std::round(kBlock_s / g.step_s)));
     std::size_t hint = 0;
     for (auto& axis : series) axis.emplace_back();
-    for (std::size_t k = 0; k + block < g.knots; k += block) {
+    for (std::size_t k = 0; k + block < g.nodes; k += block) {
       Eigen::Vector3d change = Eigen::Vector3d::Zero();
       bool whole = true;
       for (std::size_t j = k; j < k + block && whole; ++j) {

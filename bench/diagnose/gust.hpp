@@ -18,7 +18,7 @@ namespace rotorloop::diagnose {
 struct ColouredNoise {
   double sigma = 0.0, time_s = 0.0;  // of the part that lasts: standard deviation and correlation time
   double white = 0.0;                // standard deviation of the rest, of one value
-  double gain = 0.0;                 // rise of the log likelihood over white noise alone; two parameters more
+  double gain = 0.0;                 // Δ log-likelihood over white noise alone; two parameters more
 };
 // Values at equal distances, each list by itself (flights). Their mean counts as known: a constant is no gust.
 ColouredNoise coloured_noise(std::span<const std::vector<double>> series, double step_s);

@@ -13,7 +13,7 @@ struct PlaceboLimit {
 };
 // The least of the ascending `statistics` whose level is `level` or more; where they are too few, the largest, with the level that it has.
 PlaceboLimit placebo_limit(std::span<const double> statistics, double level);
-// "100 placebos, 99.0 % of such columns below W 12.3"
+// "100 placebos, 99.0 % of such columns below Wald F 12.3"
 std::string words(const PlaceboLimit& limit);
 
 }  // namespace rotorloop::diagnose

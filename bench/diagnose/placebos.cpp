@@ -149,7 +149,7 @@ PlaceboLimit placebo_limit(std::span<const double> statistics, double level) {
 
 std::string words(const PlaceboLimit& limit) {
   if (limit.placebos == 0) return "no placebos";
-  return fmt::format("{} placebos, {:.1f} % of such columns below W {:.1f}", limit.placebos, 100.0 * limit.level, limit.wald);
+  return fmt::format("{} placebos, {:.1f} % of such columns below Wald F {:.1f}", limit.placebos, 100.0 * limit.level, limit.wald);
 }
 
 }  // namespace rotorloop::diagnose

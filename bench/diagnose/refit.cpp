@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/staged_fit.hpp"
 #include "bench/identify/gauge.hpp"
-#include "bench/estimate/known_first.hpp"
 #include "host/effects/rotor_groups.hpp"
 
 namespace rotorloop::diagnose {
@@ -26,13 +26,14 @@ identify::Identification continued(const identify::Identification& last) {
 constexpr int kRounds = 4;      // of fits, each from where the one before ended, with stateful terms re-propagated along its states
 constexpr double kRefitSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
-// Values and states with what is known held: an effect that could hide behind it must first stand for itself, for many have a second,
-// lesser optimum. The noise stays out of this: where what is known is wrong it would swell. Returns the cost there.
+// Values and states with the priors' parameters held: an effect that could hide behind them must first stand for itself, for many have a
+// second, lesser optimum. The noise stays out of this: where a prior is wrong it would swell. Returns the cost there.
 std::optional<double> settle_values(identify::Identification& r, const estimate::FitOptions& options) {
   if (r.problem.start.terms.memory() > 0 && !r.problem.states.empty()) estimate::follow_states(r.flights, r.problem.states);
   estimate::FitOptions values_only = options;
   values_only.noise.rounds = 0;
-  const std::optional<estimate::Fit> held = estimate::settle_about_known(r.problem, [&](const estimate::FitProblem& p) { return estimate::fit(p, values_only); });
+  const std::optional<estimate::Fit> held =
+      estimate::settle_with_priors_held(r.problem, [&](const estimate::FitProblem& p) { return estimate::fit(p, values_only); });
   return held ? std::optional(held->cost) : std::nullopt;
 }
 
@@ -55,11 +56,11 @@ void run(identify::Identification& r, const estimate::FitOptions& options) {
 
 }  // namespace
 
-identify::Identification at_beliefs(const identify::Identification& fitted, const estimate::FitOptions& options) {
-  if (!estimate::anything_known(fitted.problem)) return copy_of(fitted);
+identify::Identification at_priors(const identify::Identification& fitted, const estimate::FitOptions& options) {
+  if (!estimate::any_prior_holds(fitted.problem)) return copy_of(fitted);
   identify::Identification out = continued(fitted);
   if (out.problem.start.terms.memory() > 0) estimate::follow_states(out.flights, out.problem.states);
-  estimate::settle_about_known(out.problem, [&](const estimate::FitProblem& held) { return estimate::fit(held, options); });
+  estimate::settle_with_priors_held(out.problem, [&](const estimate::FitProblem& held) { return estimate::fit(held, options); });
   estimate::FitOptions as_it_is = options;
   as_it_is.max_iterations = 0;
   out.fit = estimate::fit(out.problem, as_it_is);

@@ -6,10 +6,10 @@
 
 namespace rotorloop::diagnose {
 
-// A fit with one effect more, begun: values and states have settled with what is known held and the noise as given.
+// A fit with one effect more, begun: values and states have settled with the priors' parameters held and the noise as given.
 struct Refit {
   identify::Identification fit;
-  std::optional<double> cost_held;  // there; none where nothing is known
+  std::optional<double> cost_held;  // there; none without priors
 };
 // `estimate`: of the candidate's parameters, about their neutral values; where the new fit starts. `noise`: of each flight, likewise.
 Refit begin_refit(const identify::Identification& last, const Candidate& candidate, const Eigen::VectorXd& estimate,
@@ -20,10 +20,10 @@ std::optional<double> cost_held(const identify::Identification& last, const std:
 
 identify::Identification refit_without(const identify::Identification& last, const Candidate& candidate, const estimate::FitOptions& options);
 
-// The same model with what is known beforehand at its known values, and all else fitted: states, noise, what nothing was known of. Here
-// what the model lacks stands in the residuals as it is; in the fit itself the known values have moved to hide as much of it as they can.
-// The problem keeps its priors as they were. Without priors: the same fit.
-identify::Identification at_beliefs(const identify::Identification& fitted, const estimate::FitOptions& options);
+// The same model with the priors' parameters at their most likely values, and all else fitted: states, noise, parameters without a prior.
+// Here what the model lacks stands in the residuals as it is; in the fit itself those parameters have moved to hide as much of it as they
+// can. The problem keeps its priors as they were. Without priors: the same fit.
+identify::Identification at_priors(const identify::Identification& fitted, const estimate::FitOptions& options);
 
 // The same fit, its problem pointing into its own flights.
 identify::Identification copy_of(const identify::Identification& fitted);

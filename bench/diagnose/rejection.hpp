@@ -26,9 +26,9 @@ enum class Rejection {
   too_small_after_refit,  // size over the size that matters
   varies,                 // its size between stretches of the flights, over that size
   far_behind,             // share of what `effect` explains, with prior values held
-  small_beside_larger,    // rise of log likelihood; the largest by an effect found before
+  small_beside_larger,    // Δ log-likelihood; the largest by an effect found before
   mean_of_gusts,          // wind, m/s; standard deviation and correlation time of gusts
-  gusts,                  // rise; standard deviation and correlation time of gusts; their gain
+  gusts,                  // Δ log-likelihood; standard deviation and correlation time of gusts; their gain
   not_refitted,           // others that explain more were, and failed
   needless,               // beside what was found after it
 };

@@ -227,7 +227,7 @@ double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, con
   return sum / inflation;
 }
 
-Evenness evenness(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const VectorXd& size) {
+Heterogeneity heterogeneity(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const VectorXd& size) {
   const double chi2 = size.dot(reduce(table.information, table.score, model, group).information * size);
   const GroupTest t = test_group(table, model, group);
   return {chi2 > 0.0 ? std::sqrt((t.inflation - 1.0) * t.degrees * t.blocks / chi2) : 0.0, t.inflation};

@@ -30,7 +30,7 @@ struct ScoreTable {
   std::vector<Block> blocks;
   std::vector<int> fold;             // of each block, for cross-validation
   std::vector<ColumnSet> sums_held;  // columns of which only the differences count (bench/identify/gauge.hpp): a group moves along these
-  double readings = 0.0;             // numbers read, for the information criterion
+  double measurements = 0.0;         // numbers read, for the information criterion
 };
 
 // Orthonormal directions in which a group may move: those that leave the sums held as they are.
@@ -44,17 +44,17 @@ struct GroupTest {
   double chi2 = 0.0;           // classical
   double wald = 0.0, p = 1.0;  // robust F statistic and its chance
   double blocks = 0.0;         // effective number of blocks that know of it
-  double gain = 0.0;           // rise of the log likelihood, ½ χ², deflated by the scatter of the blocks
+  double gain = 0.0;           // Δ log-likelihood, ½ χ², deflated by the scatter of the blocks
   double inflation = 1.0;      // mean variance of blocks over the classical one, at least 1
   double open = 0.0;           // share of its own information that is left beside the model, 0 to 1
 };
 GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group);
 
-// Rise of the log likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
+// Δ log-likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 
 // Heterogeneity: how much an effect's size varies over the blocks.
-struct Evenness {
+struct Heterogeneity {
   // Standard deviation of the group's size between blocks over that size: what the scatter of the block scores about it says beyond the
   // noise, by the method of moments (DerSimonian and Laird, Meta-analysis in clinical trials, 1986). 0: the same everywhere, as far as
   // the data show.
@@ -62,7 +62,7 @@ struct Evenness {
   double scatter = 1.0;  // that scatter over the one that noise gives, as a variance
 };
 // `size`: of the group, γ about neutral.
-Evenness evenness(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& size);
+Heterogeneity heterogeneity(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& size);
 
 // Canonical correlations of two groups of columns, after the model took its share: the largest first, as many as the smaller group has
 // directions; none where one of them has none.

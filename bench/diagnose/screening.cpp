@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/diagnose/memory_scan.hpp"
+#include "bench/diagnose/dynamic_term_scan.hpp"
 #include "bench/estimate/fit_layout.hpp"
 #include "bench/estimate/flight_motion.hpp"
-#include "bench/identify/gauge.hpp"
-#include "bench/estimate/model/reading_terms.hpp"
+#include "bench/estimate/model/measurement_terms.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "bench/identify/gauge.hpp"
 #include "host/base/error.hpp"
 #include "host/base/parallel.hpp"
-#include "host/effects/surroundings.hpp"
 #include "host/effects/rotor_groups.hpp"
+#include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -50,44 +50,46 @@ estimate::BodyState between(const estimate::BodyState& a, const estimate::BodySt
 }
 
 // What the candidates would add to each reading.
-void add_readings(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values, const std::vector<int>& parameters,
-                  const estimate::Model& model, const estimate::RotorInput& input, estimate::ExtraColumns& out) {
-  std::vector<int> reading;
+void add_measurements(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values,
+                      const std::vector<int>& parameters, const estimate::Model& model, const estimate::RotorInput& input,
+                      estimate::ExtraColumns& out) {
+  std::vector<int> sensor_parameters;
   std::vector<std::size_t> place;
-  for (const int p : estimate::reading_parameters(values.terms)) {
+  for (const int p : estimate::measurement_parameters(values.terms)) {
     const auto found = std::find(parameters.begin(), parameters.end(), p);
     if (found == parameters.end()) continue;
-    reading.push_back(p);
+    sensor_parameters.push_back(p);
     place.push_back(static_cast<std::size_t>(found - parameters.begin()));
   }
-  if (reading.empty()) return;
+  if (sensor_parameters.empty()) return;
   const auto width = static_cast<std::size_t>(out.count);
-  std::vector<estimate::ReadingChange> by(reading.size());
+  std::vector<estimate::MeasurementChange> by(sensor_parameters.size());
   std::size_t hint = 0;
   const auto at = [&](double t_s, const estimate::BodyState& x) {
     const estimate::RotorInputSample u = input.at(t_s, hint, false);
-    estimate::reading_change(values, x, u, t_s, model.instant(x, u, t_s).angular_acceleration_B_rad_s2, reading, by);
+    estimate::measurement_change(values, x, u, t_s, model.instant(x, u, t_s).angular_acceleration_B_rad_s2, sensor_parameters, by);
   };
   const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
   const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();
   out.pose.assign(g.pose.size() * width * 6, 0.0);
   for (std::size_t i = 0; i < g.pose.size(); ++i) {
-    at(g.time_s(g.pose[i].knot), states[g.pose[i].knot]);
+    at(g.time_s(g.pose[i].node), states[g.pose[i].node]);
     for (std::size_t k = 0; k < by.size(); ++k) {
       put(&out.pose[(i * width + place[k]) * 6], by[k].position_W_m);
       put(&out.pose[(i * width + place[k]) * 6 + 3], to_sensor * by[k].turn_B_rad);
     }
   }
-  const auto vectors = [&](const std::vector<estimate::VectorFix>& list, std::vector<double>& to, Eigen::Vector3d estimate::ReadingChange::*what) {
+  const auto vectors = [&](const std::vector<estimate::VectorFix>& list, std::vector<double>& to,
+                           Eigen::Vector3d estimate::MeasurementChange::*what) {
     to.assign(list.size() * width * 3, 0.0);
     for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::size_t k0 = list[i].knot, k1 = estimate::neighbour(g, list[i]);
+      const std::size_t k0 = list[i].node, k1 = estimate::neighbour(g, list[i]);
       at(g.time_s(k0) + list[i].late_s, k0 == k1 ? states[k0] : between(states[k0], states[k1], std::fabs(list[i].late_s) / g.step_s));
       for (std::size_t k = 0; k < by.size(); ++k) put(&to[(i * width + place[k]) * 3], by[k].*what);
     }
   };
-  vectors(g.gyro, out.gyro, &estimate::ReadingChange::gyro_B_rad_s);
-  vectors(g.accel, out.accel, &estimate::ReadingChange::accel_B_m_s2);
+  vectors(g.gyro, out.gyro, &estimate::MeasurementChange::gyro_B_rad_s);
+  vectors(g.accel, out.accel, &estimate::MeasurementChange::accel_B_m_s2);
 }
 
 estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& fitted,
@@ -102,16 +104,16 @@ estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vecto
   if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values);
   const auto per_step = static_cast<std::size_t>(6 * out.count);
-  out.wrench.assign((g.knots - 1) * per_step, 0.0);
+  out.wrench.assign((g.nodes - 1) * per_step, 0.0);
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(6, out.count);
   std::size_t hint = 0;
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) {
     if (!g.linked[k]) continue;
     const double from = g.time_s(k), to = g.time_s(k + 1);
     model.wrench_by_extras(between(states[k], states[k + 1], 0.5), input.mean(from, to, g.substeps, hint, false), 0.5 * (from + to), by);
     Eigen::Map<Eigen::MatrixXd>(&out.wrench[k * per_step], 6, out.count) = by;
   }
-  add_readings(g, states, values, parameters, model, input, out);
+  add_measurements(g, states, values, parameters, model, input, out);
   return out;
 }
 
@@ -129,7 +131,7 @@ ScoreTable gathered(const estimate::FitProblem& p, const estimate::Fit& fit, std
     for (Index c = 0; c < beside; ++c) at.push_back(table.base + c);
     table.score(at) += reduced[f].score;
     table.information(at, at) += reduced[f].information;
-    table.readings += static_cast<double>(reduced[f].residuals) - 12.0 * static_cast<double>(p.flights[f]->tied_knots());
+    table.measurements += static_cast<double>(reduced[f].residuals) - 12.0 * static_cast<double>(p.flights[f]->tied_nodes());
     for (estimate::ScoreBlock& b : reduced[f].blocks) {
       table.fold.push_back(static_cast<int>(static_cast<double>(table.blocks.size()) / kFoldBlocks) % kFolds);
       table.blocks.push_back({f, b.from_s, b.to_s, at, std::move(b.information), std::move(b.score)});
@@ -184,7 +186,7 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
   for (const Candidate& c : out.candidates) held.insert(held.end(), c.core.begin(), c.core.end());
   for (Candidate& c : out.candidates) {
     stop.check();
-    if (c.term && !c.term->info.scan.empty()) look_where_it_swings(r, c, threads);
+    if (c.term && !c.term->info.scan.empty()) start_where_scan_is_best(r, c, threads);
   }
   auto next = static_cast<Index>(r.fit.estimates.size());
   for (Candidate& c : out.candidates) {

@@ -56,15 +56,15 @@ class FlightCost : public ceres::CostFunction {
 
 class ProcessCost final : public FlightCost {
  public:
-  ProcessCost(const CeresFlight& flight, std::size_t knot) : FlightCost(flight, 12, 2), knot_(knot) { depend_on_parameters(); }
+  ProcessCost(const CeresFlight& flight, std::size_t node) : FlightCost(flight, 12, 2), node_(node) { depend_on_parameters(); }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const BodyState from = from_block(x[0]), to = from_block(x[1]);
     RowMajor<12, 1> r(residuals);
     if (!jacobians) {
-      r = flight_.residuals().process(knot_, from, to);
+      r = flight_.residuals().process(node_, from, to);
     } else {
       ProcessRows rows;
-      flight_.residuals().process(knot_, from, to, rows);
+      flight_.residuals().process(node_, from, to, rows);
       r = rows.r;
       write_state<12>(rows.from, x[0], jacobians[0]);
       write_state<12>(rows.to, x[1], jacobians[1]);
@@ -74,14 +74,15 @@ class ProcessCost final : public FlightCost {
   }
 
  private:
-  std::size_t knot_;
+  std::size_t node_;
 };
 
 template <int Rows, class Fix>
-class ReadingCost final : public FlightCost {
+class MeasurementCost final : public FlightCost {
  public:
   using Residual = void (Residuals::*)(const Fix&, const BodyState&, RowsBy<Rows>&, bool) const;
-  ReadingCost(const CeresFlight& flight, const Fix& fix, Residual residual) : FlightCost(flight, Rows, 1), fix_(fix), residual_(residual) {
+  MeasurementCost(const CeresFlight& flight, const Fix& fix, Residual residual)
+      : FlightCost(flight, Rows, 1), fix_(fix), residual_(residual) {
     depend_on_parameters();
   }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
@@ -103,17 +104,17 @@ class ReadingCost final : public FlightCost {
 
 class AnchorCost final : public FlightCost {
  public:
-  AnchorCost(const CeresFlight& flight, std::size_t knot) : FlightCost(flight, 12, 1), knot_(knot) {}
+  AnchorCost(const CeresFlight& flight, std::size_t node) : FlightCost(flight, 12, 1), node_(node) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     StateJacobian by;
     RowMajor<12, 1> r(residuals);
-    r = flight_.residuals().anchor(flight_.guess[knot_], from_block(x[0]), by);
+    r = flight_.residuals().anchor(flight_.guess[node_], from_block(x[0]), by);
     if (jacobians) write_state<12>(by, x[0], jacobians[0]);
     return true;
   }
 
  private:
-  std::size_t knot_;
+  std::size_t node_;
 };
 
 class PriorCost final : public ceres::CostFunction {
@@ -174,14 +175,14 @@ void RenewFlights::PrepareForEvaluation(bool /*derivatives*/, bool new_point) {
   for (auto& f : flights_) f->renew();
 }
 
-ceres::CostFunction* process_cost(const CeresFlight& flight, std::size_t knot) { return new ProcessCost(flight, knot); }
+ceres::CostFunction* process_cost(const CeresFlight& flight, std::size_t node) { return new ProcessCost(flight, node); }
 ceres::CostFunction* pose_cost(const CeresFlight& flight, const PoseFix& fix) {
-  return new ReadingCost<6, PoseFix>(flight, fix, &Residuals::pose);
+  return new MeasurementCost<6, PoseFix>(flight, fix, &Residuals::pose);
 }
 ceres::CostFunction* vector_cost(const CeresFlight& flight, const VectorFix& fix, VectorResidual residual) {
-  return new ReadingCost<3, VectorFix>(flight, fix, residual);
+  return new MeasurementCost<3, VectorFix>(flight, fix, residual);
 }
-ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t knot) { return new AnchorCost(flight, knot); }
+ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t node) { return new AnchorCost(flight, node); }
 ceres::CostFunction* prior_cost(const ParameterBlock& block, const std::vector<double>& u) { return new PriorCost(block, u); }
 
 }  // namespace rotorloop::estimate

@@ -64,11 +64,11 @@ class RenewFlights final : public ceres::EvaluationCallback {
 
 // Each owned by the caller. Blocks: process {state k, state k + 1, parameter blocks…}, measurements {state, parameter blocks…},
 // anchor {state}, prior {parameter block}.
-ceres::CostFunction* process_cost(const CeresFlight& flight, std::size_t knot);
+ceres::CostFunction* process_cost(const CeresFlight& flight, std::size_t node);
 ceres::CostFunction* pose_cost(const CeresFlight& flight, const PoseFix& fix);
 using VectorResidual = void (Residuals::*)(const VectorFix&, const BodyState&, RowsBy<3>&, bool) const;
 ceres::CostFunction* vector_cost(const CeresFlight& flight, const VectorFix& fix, VectorResidual residual);
-ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t knot);
+ceres::CostFunction* anchor_cost(const CeresFlight& flight, std::size_t node);
 // (number - start) * scale / u for each parameter with u > 0.
 ceres::CostFunction* prior_cost(const ParameterBlock& block, const std::vector<double>& u);
 

@@ -149,26 +149,26 @@ void CeresProblem::add_prior(ParameterBlock& b) {
 
 void CeresProblem::add_flight(CeresFlight& f) {
   const GridFlight& g = f.flight();
-  const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* with, std::vector<std::size_t> knots, bool parameters = true) {
+  const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* with, std::vector<std::size_t> nodes, bool parameters = true) {
     std::vector<double*> blocks;
-    for (const std::size_t k : knots) blocks.push_back(f.states[k].data());
+    for (const std::size_t k : nodes) blocks.push_back(f.states[k].data());
     for (ParameterBlock* b : f.blocks()) {
       if (parameters) blocks.push_back(b->number.data());
     }
     problem->AddResidualBlock(cost, with, blocks);
-    for (const std::size_t k : knots) {
+    for (const std::size_t k : nodes) {
       if (!problem->HasManifold(f.states[k].data())) problem->SetManifold(f.states[k].data(), &manifold);
     }
   };
   const auto add_all = [&](const std::vector<VectorFix>& list, VectorResidual residual) {
-    for (const VectorFix& fix : list) add(vector_cost(f, fix, residual), nullptr, {fix.knot});
+    for (const VectorFix& fix : list) add(vector_cost(f, fix, residual), nullptr, {fix.node});
   };
-  for (std::size_t k = 0; k < g.knots; ++k) {
+  for (std::size_t k = 0; k < g.nodes; ++k) {
     const bool begins = k == 0 || !g.linked[k - 1];
     if (begins && g.anchor.squaredNorm() > 0.0) add(anchor_cost(f, k), nullptr, {k}, false);
-    if (k + 1 < g.knots && g.linked[k]) add(process_cost(f, k), nullptr, {k, k + 1});
+    if (k + 1 < g.nodes && g.linked[k]) add(process_cost(f, k), nullptr, {k, k + 1});
   }
-  for (const PoseFix& fix : g.pose) add(pose_cost(f, fix), loss.get(), {fix.knot});
+  for (const PoseFix& fix : g.pose) add(pose_cost(f, fix), loss.get(), {fix.node});
   add_all(g.position, &Residuals::position);
   add_all(g.velocity, &Residuals::velocity);
   add_all(g.gyro, &Residuals::gyro);
@@ -260,7 +260,7 @@ double degrees_of_freedom(const FitProblem& p, std::size_t estimates) {
     for (const auto linked : g->linked) rows += 12.0 * linked;
     rows += 6.0 * static_cast<double>(g->pose.size());
     rows += 3.0 * static_cast<double>(g->position.size() + g->velocity.size() + g->gyro.size() + g->accel.size());
-    rows -= 12.0 * static_cast<double>(g->tied_knots());
+    rows -= 12.0 * static_cast<double>(g->tied_nodes());
   }
   return rows - static_cast<double>(estimates);
 }
@@ -318,7 +318,7 @@ Fit fit_with_ceres(const FitProblem& p, const FitOptions& o, const std::function
   do {
     ceres::Solve(options, c.problem.get(), &summary);
     if (!summary.IsSolutionUsable()) {
-      fail(p, "Ceres cannot go on: " + summary.message, "readings or rotor speeds that are not finite",
+      fail(p, "Ceres cannot go on: " + summary.message, "measurements or rotor speeds that are not finite",
            "check the log (`rotorloop log info`) and the start values");
     }
     out.iterations += static_cast<int>(summary.iterations.size()) - 1;

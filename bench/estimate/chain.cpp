@@ -17,7 +17,7 @@ double robust_weight(double s, double c) { return c > 0.0 ? 1.0 / (1.0 + s / (c 
 // The streams of vector measurements, in the order in which their rows are added.
 struct VectorStream {
   std::vector<VectorFix> GridFlight::*fixes;
-  std::vector<LinearRows::Reading<3>> LinearRows::*rows;
+  std::vector<LinearRows::Measurement<3>> LinearRows::*rows;
   void (Residuals::*residual)(const VectorFix&, const BodyState&, RowsBy<3>&, bool) const;
 };
 constexpr std::array<VectorStream, 4> kVectorStreams{{{&GridFlight::position, &LinearRows::position, &Residuals::position},
@@ -26,17 +26,17 @@ constexpr std::array<VectorStream, 4> kVectorStreams{{{&GridFlight::position, &L
                                                       {&GridFlight::accel, &LinearRows::accel, &Residuals::accel}}};
 
 // Positions in the lists of measurements while the nodes are walked upwards.
-class ReadingCursor {
+class MeasurementCursor {
  public:
   template <class Act>
-  void poses(const GridFlight& g, std::size_t knot, Act&& act) {
-    for (; pose_ < g.pose.size() && g.pose[pose_].knot == knot; ++pose_) act(g.pose[pose_]);
+  void poses(const GridFlight& g, std::size_t node, Act&& act) {
+    for (; pose_ < g.pose.size() && g.pose[pose_].node == node; ++pose_) act(g.pose[pose_]);
   }
   template <class Act>
-  void vectors(const GridFlight& g, std::size_t knot, Act&& act) {
+  void vectors(const GridFlight& g, std::size_t node, Act&& act) {
     for (std::size_t s = 0; s < kVectorStreams.size(); ++s) {
       const std::vector<VectorFix>& list = g.*kVectorStreams[s].fixes;
-      for (std::size_t& i = vector_[s]; i < list.size() && list[i].knot == knot; ++i) act(kVectorStreams[s], list[i]);
+      for (std::size_t& i = vector_[s]; i < list.size() && list[i].node == node; ++i) act(kVectorStreams[s], list[i]);
     }
   }
 
@@ -61,7 +61,7 @@ class Elimination {
   void add(const State& state, const Columns& columns, const R& r);
   void add_anchor(std::size_t k);
   void add_pose(std::size_t k, const PoseFix& fix);
-  void add_readings(std::size_t k);
+  void add_measurements(std::size_t k);
   void add_process(std::size_t k);
   Eigen::LLT<StateJacobian> eliminate();
   void pass_on();
@@ -84,7 +84,7 @@ class Elimination {
   double robust_extra_ = 0.0;  // cost that is not ½ r²
   Reduced out_;
 
-  ReadingCursor cursor_;
+  MeasurementCursor cursor_;
   RowsBy<6> six_;
   RowsBy<3> three_;
   ProcessRows step_;
@@ -114,10 +114,10 @@ Elimination::Elimination(const GridFlight& flight, const std::vector<BodyState>&
 
 template <class Keep>
 Reduced Elimination::run(Keep&& keep) {
-  for (std::size_t k = 0; k < flight_.knots; ++k) {
+  for (std::size_t k = 0; k < flight_.nodes; ++k) {
     if (flight_.begins(k)) in_piece_ = 0;
     add_anchor(k);
-    add_readings(k);
+    add_measurements(k);
     add_process(k);
     const Eigen::LLT<StateJacobian> llt = eliminate();
     keep(k, llt.matrixLLT(), e_, z_);
@@ -154,7 +154,7 @@ void Elimination::add_anchor(std::size_t k) {
   squares_ += r.squaredNorm();
 }
 
-void Elimination::add_readings(std::size_t k) {
+void Elimination::add_measurements(std::size_t k) {
   cursor_.poses(flight_, k, [&](const PoseFix& fix) { add_pose(k, fix); });
   cursor_.vectors(flight_, k, [&](const VectorStream& stream, const VectorFix& fix) {
     (residuals_.*stream.residual)(fix, states_[k], three_, true);
@@ -189,7 +189,7 @@ void Elimination::predict(const PoseFix& fix, std::size_t k) {
 }
 
 void Elimination::add_process(std::size_t k) {
-  linked_ = k + 1 < flight_.knots && flight_.linked[k];
+  linked_ = k + 1 < flight_.nodes && flight_.linked[k];
   e_.setZero();
   d_next_.setZero();
   b_next_.setZero();
@@ -229,7 +229,7 @@ void Elimination::pass_on() {
 // flight gives it.
 void Elimination::end_score_block(std::size_t k) {
   const double now_s = flight_.time_s(k);
-  if (options_.block_s <= 0.0 || (k + 1 < flight_.knots && now_s - block_from_s_ < options_.block_s)) return;
+  if (options_.block_s <= 0.0 || (k + 1 < flight_.nodes && now_s - block_from_s_ < options_.block_s)) return;
   Eigen::MatrixXd sums = total_;
   if (linked_) {
     const Eigen::LLT<StateJacobian> past(d_);
@@ -251,12 +251,12 @@ Chain::Chain(const GridFlight& flight, std::vector<BodyState>& states, const std
 
 double Chain::cost(const Residuals& res, double robust_scale) const {
   double sum = 0.0;
-  ReadingCursor at;
+  MeasurementCursor at;
   RowsBy<6> six;
   RowsBy<3> three;
   const bool anchored = flight_.anchor.squaredNorm() > 0.0;
   StateJacobian unused;
-  for (std::size_t k = 0; k < flight_.knots; ++k) {
+  for (std::size_t k = 0; k < flight_.nodes; ++k) {
     const BodyState& x = states_[k];
     if (anchored && flight_.begins(k)) sum += 0.5 * res.anchor(guess_[k], x, unused).squaredNorm();
     at.poses(flight_, k, [&](const PoseFix& f) {
@@ -267,7 +267,7 @@ double Chain::cost(const Residuals& res, double robust_scale) const {
       (res.*stream.residual)(f, x, three, false);
       sum += 0.5 * three.r.squaredNorm();
     });
-    if (k + 1 < flight_.knots && flight_.linked[k]) sum += 0.5 * res.process(k, x, states_[k + 1]).squaredNorm();
+    if (k + 1 < flight_.nodes && flight_.linked[k]) sum += 0.5 * res.process(k, x, states_[k + 1]).squaredNorm();
   }
   return sum;
 }
@@ -275,11 +275,11 @@ double Chain::cost(const Residuals& res, double robust_scale) const {
 Reduced Chain::sweep(const Residuals& res, const SweepOptions& o) {
   columns_ = res.width();
   if (o.keep_factors) {
-    factors_.resize(flight_.knots);
-    arrow_.resize(flight_.knots * 12 * static_cast<std::size_t>(columns_ + 1));
+    factors_.resize(flight_.nodes);
+    arrow_.resize(flight_.nodes * 12 * static_cast<std::size_t>(columns_ + 1));
   }
   rows_ = {};
-  rows_.steps.resize(o.keep_rows ? flight_.knots : 0);
+  rows_.steps.resize(o.keep_rows ? flight_.nodes : 0);
   return Elimination(flight_, states_, guess_, res, o, o.keep_rows ? &rows_ : nullptr)
       .run([&](std::size_t k, const auto& l, const auto& y, const auto& z) {
         if (!o.keep_factors) return;
@@ -292,7 +292,7 @@ void Chain::apply(const Eigen::VectorXd& parameter_step, double share) {
   Eigen::VectorXd with(columns_ + 1);
   with << parameter_step, 1.0;
   StateError next = StateError::Zero();
-  for (std::size_t k = flight_.knots; k-- > 0;) {
+  for (std::size_t k = flight_.nodes; k-- > 0;) {
     const Eigen::Map<const Arrow> z(&arrow_[k * 12 * static_cast<std::size_t>(columns_ + 1)], 12, columns_ + 1);
     const StateError rhs = -(z * with) - factors_[k].y * next;
     next = factors_[k].l.triangularView<Eigen::Lower>().transpose().solve(rhs);
@@ -301,7 +301,7 @@ void Chain::apply(const Eigen::VectorXd& parameter_step, double share) {
 }
 
 void Chain::move(const std::vector<StateError>& by) {
-  for (std::size_t k = 0; k < flight_.knots; ++k) states_[k] = moved(states_[k], by[k]);
+  for (std::size_t k = 0; k < flight_.nodes; ++k) states_[k] = moved(states_[k], by[k]);
 }
 
 const LinearRows& Chain::rows_here(const Residuals& res) {
@@ -309,18 +309,18 @@ const LinearRows& Chain::rows_here(const Residuals& res) {
   RowsBy<3> three;
   StateJacobian unused;
   std::size_t anchor = 0;
-  for (std::size_t k = 0; k < flight_.knots; ++k) {
+  for (std::size_t k = 0; k < flight_.nodes; ++k) {
     if (!rows_.anchors.empty() && flight_.begins(k)) rows_.anchors[anchor++].r = res.anchor(guess_[k], states_[k], unused);
-    if (k + 1 < flight_.knots && flight_.linked[k]) rows_.steps[k].r = res.process(k, states_[k], states_[k + 1]);
+    if (k + 1 < flight_.nodes && flight_.linked[k]) rows_.steps[k].r = res.process(k, states_[k], states_[k + 1]);
   }
   for (std::size_t i = 0; i < flight_.pose.size(); ++i) {
-    res.pose(flight_.pose[i], states_[flight_.pose[i].knot], six, false);
+    res.pose(flight_.pose[i], states_[flight_.pose[i].node], six, false);
     rows_.pose[i].r = std::sqrt(rows_.pose[i].weight) * six.r;
   }
   for (const VectorStream& stream : kVectorStreams) {
     const std::vector<VectorFix>& list = flight_.*stream.fixes;
     for (std::size_t i = 0; i < list.size(); ++i) {
-      (res.*stream.residual)(list[i], states_[list[i].knot], three, false);
+      (res.*stream.residual)(list[i], states_[list[i].node], three, false);
       (rows_.*stream.rows)[i].r = three.r;
     }
   }

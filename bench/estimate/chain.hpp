@@ -21,11 +21,11 @@ struct ScoreBlock {
   Eigen::VectorXd score;
 };
 
-// Reading minus its prediction from the past, whitened by the predicted covariance: white and of unit variance when the model is right.
+// Measurement minus its prediction from the past, whitened by the predicted covariance: white and of unit variance when the model is right.
 struct Innovation {
   double t_s = 0.0;
   Eigen::Matrix<double, 6, 1> value;
-  // The predicted covariance L Lᵀ, in units of the reading's own variances: lower triangle L.
+  // The predicted covariance L Lᵀ, in units of the measurement's own variances: lower triangle L.
   Eigen::Matrix<double, 6, 6> root = Eigen::Matrix<double, 6, 6>::Identity();
 };
 

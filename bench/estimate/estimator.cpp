@@ -80,7 +80,7 @@ void count_likelihood(const FitProblem& p, double cost, Fit& out) {
   double residuals = 0.0, states = 0.0;
   for (std::size_t f = 0; f < p.flights.size(); ++f) {
     residuals += static_cast<double>(out.reduced[f].residuals);
-    states += 12.0 * static_cast<double>(p.flights[f]->tied_knots());
+    states += 12.0 * static_cast<double>(p.flights[f]->tied_nodes());
     out.log_likelihood -= 0.5 * out.reduced[f].log_det_states + log_sd(*p.flights[f], out.noise[f]);
   }
   out.degrees_of_freedom = residuals - states - static_cast<double>(out.estimates.size());
@@ -95,17 +95,18 @@ void count_likelihood(const FitProblem& p, double cost, Fit& out) {
       text += fmt::format("{}{} ({:+.2f})", i ? ", " : "", d.parts[i].first, d.parts[i].second);
   }
   if (run.observable_at_start() && !out.converged) {
-    throw Error({where,
-                 fmt::format("the fit ran away: after {} iterations it can no longer tell {}, which these flights told at the start values",
-                             out.iterations, text),
-                 "a model that is not these flights': rotor columns exchanged, a rotor speed that is scaled or lost for a while, a stream "
-                 "whose stamps are off, or start values far from the vehicle",
-                 "look at `rotorloop log info`, try each flight alone, hold what is known (--hold), or start from a better vehicle file"},
-                ExitCode::data_quality);
+    throw Error(
+        {where,
+         fmt::format("the fit ran away: after {} iterations it no longer determines {}, which these flights determined at the start values",
+                     out.iterations, text),
+         "a model that is not these flights': rotor columns exchanged, a rotor speed that is scaled or lost for a while, a stream "
+         "whose stamps are off, or start values far from the vehicle",
+         "look at `rotorloop log info`, try each flight alone, hold what is known (--hold), or start from a better vehicle file"},
+        ExitCode::data_quality);
   }
   throw Error({where, fmt::format("{} direction(s) of the parameters leave every residual unchanged: {}", open.size(), text),
-               "the flights do not excite them, or they cannot be told apart on any flight (mass and all forces; rotor arms and inertia)",
-               "hold one of each direction at a measured value, or fly the manoeuvre that tells them apart (docs/manual.md)"},
+               "the flights do not excite them, or no flight can distinguish them (mass and all forces; rotor arms and inertia)",
+               "hold one of each direction at a measured value, or fly the manoeuvre that separates them (docs/manual.md)"},
               ExitCode::data_quality);
 }
 

@@ -26,9 +26,9 @@ BodyState between(const BodyState& a, const BodyState& b, double share) {
 std::vector<std::array<double, host::kMaxTermMemory>> swing_of(const GridFlight& g, const std::vector<BodyState>& states) {
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.03 / g.step_s)));
   const auto direction = [&](std::size_t k) { return (g.load_W_m[k] - states[k].p_W_m).normalized().eval(); };
-  std::vector<std::array<double, host::kMaxTermMemory>> out(g.knots);
-  for (std::size_t k = 0; k < g.knots; ++k) {
-    const std::size_t a = k >= half ? k - half : 0, b = std::min(k + half, g.knots - 1);
+  std::vector<std::array<double, host::kMaxTermMemory>> out(g.nodes);
+  for (std::size_t k = 0; k < g.nodes; ++k) {
+    const std::size_t a = k >= half ? k - half : 0, b = std::min(k + half, g.nodes - 1);
     const Eigen::Vector3d d = direction(k), rate = (direction(b) - direction(a)) / (static_cast<double>(b - a) * g.step_s);
     out[k] = {d.x(), d.y(), rate.x(), rate.y()};
   }
@@ -39,22 +39,22 @@ std::vector<std::array<double, host::kMaxTermMemory>> swing_of(const GridFlight&
 
 Motion motion_of(const GridFlight& g, const std::vector<BodyState>& states) {
   Motion out{g.start_s, g.step_s, states, {}};
-  std::size_t last = g.knots;  // the last node that the model ties
-  for (std::size_t k = 0; k < g.knots; ++k) {
+  std::size_t last = g.nodes;  // the last node that the model ties
+  for (std::size_t k = 0; k < g.nodes; ++k) {
     if (!g.tied(k)) continue;
-    const std::size_t from = last == g.knots ? 0 : last + 1;
+    const std::size_t from = last == g.nodes ? 0 : last + 1;
     for (std::size_t j = from; j < k; ++j) {
       out.states[j] =
-          last == g.knots ? states[k] : between(states[last], states[k], static_cast<double>(j - last) / static_cast<double>(k - last));
+          last == g.nodes ? states[k] : between(states[last], states[k], static_cast<double>(j - last) / static_cast<double>(k - last));
     }
     last = k;
   }
-  for (std::size_t j = last == g.knots ? g.knots : last + 1; j < g.knots; ++j) out.states[j] = states[last];
+  for (std::size_t j = last == g.nodes ? g.nodes : last + 1; j < g.nodes; ++j) out.states[j] = states[last];
   if (!g.load_W_m.empty()) out.measured.push_back({std::string(host::SlungLoad::kId), swing_of(g, out.states)});
   return out;
 }
 
-std::vector<BodyState> states_by_readings(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
+std::vector<BodyState> states_by_measurements(const GridFlight& g, const ModelValues& values, const NoiseModel& noise) {
   FitProblem p{.start = values, .free = {}, .flights = {&g}, .noise = noise, .flight_noise = {}, .flight_start = {}};
   p.noise.force_m_s2_rtHz.setConstant(kForceNoise_m_s2_rtHz);
   p.noise.angular_rad_s2_rtHz.setConstant(kAngularNoise_rad_s2_rtHz);

@@ -1,10 +1,10 @@
-// The motion of a flight as terms with memory follow it: smoothed states, sound at every node.
+// The motion of a flight as dynamic terms follow it: smoothed states, sound at every node.
 #pragma once
 #include <span>
 #include <vector>
 
 #include "bench/estimate/grid_flight.hpp"
-#include "bench/estimate/model/memory_input.hpp"
+#include "bench/estimate/model/dynamic_term_input.hpp"
 #include "bench/estimate/noise_model.hpp"
 
 namespace rotorloop::estimate {
@@ -15,7 +15,7 @@ Motion motion_of(const GridFlight& flight, const std::vector<BodyState>& states)
 
 // States that the measurements make, not the model: smoothed under ten times the process noise that models of small multirotors leave.
 // `noise` says how good the measurements are.
-std::vector<BodyState> states_by_readings(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise);
+std::vector<BodyState> states_by_measurements(const GridFlight& flight, const ModelValues& values, const NoiseModel& noise);
 
 // Propagates the stateful terms of each flight along its states.
 void follow_states(std::span<GridFlight> flights, std::span<const std::vector<BodyState>> states);

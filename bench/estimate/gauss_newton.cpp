@@ -18,11 +18,11 @@ using Eigen::VectorXd;
 constexpr double kSingularAtStart = 1e-9;  // as kSingular of the result, away from the optimum, where directions are not quite flat
 constexpr double kShorten = 0.05;          // of the cost: a decrement below it is near the optimum
 constexpr double kCertain = 1.0;           // a decrement below it is a step that cannot fail: its cost need not be looked at
-// Slopes that are not exact foretell more than there is: damped steps that lower the cost by less than this, in turn, are the end.
+// Slopes that are not exact predict more than there is: damped steps that lower the cost by less than this, in turn, are the end.
 // With exact ones they end nothing, but where they gain less than `near_optimum_` the noise is read all the same: a fit that stays damped
 // would else keep the noise it began with, and what that weighs too much (torque, by forty) draws it into a lesser optimum. Only where even
 // an undamped step promises less than this and damped ones bring nothing is the rest rounding (a heading and a gyro's bias without poses).
-constexpr double kStill = 0.1, kRest = 1e-3;
+constexpr double kStalledCost = 0.1, kSettledCost = 1e-3;
 constexpr int kPatience = 2;  // steps that stall
 constexpr int kTries = 12;    // of a step, each shorter or more damped
 constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -34,7 +34,7 @@ void for_flight(const GridFlight& flight, Act&& act) {
     act();
   } catch (const std::domain_error& e) {
     throw Error({flight.name, std::string("the fit cannot go on: ") + e.what(),
-                 "a state that no reading and no model step ties down, or values that are not finite",
+                 "a state that no measurement and no model step ties down, or values that are not finite",
                  "check the log (`rotorloop log info`) and the start values"},
                 ExitCode::data_quality);
   }
@@ -107,7 +107,7 @@ void GaussNewton::linearise(double damping, bool innovations) {
   undamped_here_ = damping == 0.0;
   if (!std::isfinite(cost_)) {
     throw Error({problem_.flights.front()->name, "the misfit of the flights is not a finite number",
-                 "a reading or a start value is not one, or a value ran away",
+                 "a measurement or a start value is not one, or a value ran away",
                  "let the checks look at the log, and give start values nearer to the vehicle"},
                 ExitCode::data_quality);
   }
@@ -157,7 +157,7 @@ double GaussNewton::decrement(const VectorXd& step) const {
 bool GaussNewton::at_optimum(double promised) const {
   if (!noise_done_) return false;
   const bool converged = damping_ == 0.0 && promised < options_.tolerance;
-  return converged || (stalled_steps_ == kPatience && (!exact_slopes_ || promised < kStill));
+  return converged || (stalled_steps_ == kPatience && (!exact_slopes_ || promised < kStalledCost));
 }
 
 bool GaussNewton::ready_for_noise(double promised) const {
@@ -194,7 +194,7 @@ bool GaussNewton::descend(VectorXd step, double promised) {
 }
 
 void GaussNewton::count_stalls(double gained, double before) {
-  const double little = !exact_slopes_ ? kStill : noise_done_ ? kRest : near_optimum_ * before;
+  const double little = !exact_slopes_ ? kStalledCost : noise_done_ ? kSettledCost : near_optimum_ * before;
   const bool stalls = damping_ > 0.0 && gained < little;
   stalled_steps_ = stalls ? std::min(stalled_steps_ + 1, kPatience) : 0;
 }

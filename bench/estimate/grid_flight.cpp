@@ -22,29 +22,29 @@ using Gathered = LocalParabola<3>;
 // The mean of measurements over a step h is off by ẅ h² / 24 from what they are in its middle: at 50 steps a second a gyro's mean runs behind
 // the attitude like a mount of 1.7e-5 s². Where there are enough, the parabola through them counts at the node, at the price of half as
 // much noise again; else their mean at its own time.
-VectorFix fix_of(std::size_t knot, const Gathered& g, double half_step_s) {
-  constexpr double kEnough = 9.5;  // measurements
-  if (g.count() > kEnough && std::fabs(g.mean_place()) < 0.1) return {knot, 0.0, g.at_moment()};
-  return {knot, half_step_s * g.mean_place(), g.mean()};
+VectorFix fix_of(std::size_t node, const Gathered& g, double half_step_s) {
+  constexpr double kMeasurementsForParabola = 9.5;  // measurements
+  if (g.count() > kMeasurementsForParabola && std::fabs(g.mean_place()) < 0.1) return {node, 0.0, g.at_moment()};
+  return {node, half_step_s * g.mean_place(), g.mean()};
 }
 
 std::vector<VectorFix> gathered(const log::Stream<Eigen::Vector3d>& s, const GridFlight& g) {
   std::vector<VectorFix> out;
   const double half = 0.5 * g.step_s;
-  std::size_t last = g.knots;
+  std::size_t last = g.nodes;
   Gathered sums;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const double place = (s.t_s[i] - g.start_s) / g.step_s;
-    if (place < -0.5 || place > static_cast<double>(g.knots) - 0.5 || !s.value[i].allFinite()) continue;
-    const auto knot = static_cast<std::size_t>(std::min(std::max(std::floor(place + 0.5), 0.0), static_cast<double>(g.knots - 1)));
-    if (knot != last) {
-      if (last != g.knots) out.push_back(fix_of(last, sums, half));
+    if (place < -0.5 || place > static_cast<double>(g.nodes) - 0.5 || !s.value[i].allFinite()) continue;
+    const auto node = static_cast<std::size_t>(std::min(std::max(std::floor(place + 0.5), 0.0), static_cast<double>(g.nodes - 1)));
+    if (node != last) {
+      if (last != g.nodes) out.push_back(fix_of(last, sums, half));
       sums = {};
-      last = knot;
+      last = node;
     }
-    sums.add((s.t_s[i] - g.time_s(knot)) / half, s.value[i]);
+    sums.add((s.t_s[i] - g.time_s(node)) / half, s.value[i]);
   }
-  if (last != g.knots) out.push_back(fix_of(last, sums, half));
+  if (last != g.nodes) out.push_back(fix_of(last, sums, half));
   return out;
 }
 
@@ -61,7 +61,7 @@ std::vector<Eigen::Vector3d> load_places(const log::FlightRecord& record, const 
     axes.emplace_back(found->second);
   }
   std::vector<Eigen::Vector3d> out;
-  for (std::size_t k = 0; k < g.knots; ++k) out.emplace_back(axes[0].at(g.time_s(k)), axes[1].at(g.time_s(k)), axes[2].at(g.time_s(k)));
+  for (std::size_t k = 0; k < g.nodes; ++k) out.emplace_back(axes[0].at(g.time_s(k)), axes[1].at(g.time_s(k)), axes[2].at(g.time_s(k)));
   return out;
 }
 
@@ -73,8 +73,8 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
   };
   const bool pose = o.use_pose && !record.pose.empty(), place = !record.position_W_m.empty();
   if (!pose && (record.gyro_B_rad_s.empty() || record.accel_B_m_s2.empty())) {
-    fail(fmt::format("{} poses, {} gyro and {} accelerometer readings: a fit needs poses, or gyro and accelerometer", record.pose.size(),
-                     record.gyro_B_rad_s.size(), record.accel_B_m_s2.size()),
+    fail(fmt::format("{} poses, {} gyro and {} accelerometer measurements: a fit needs poses, or gyro and accelerometer",
+                     record.pose.size(), record.gyro_B_rad_s.size(), record.accel_B_m_s2.size()),
          "columns p_x[m] … q_z[1], or gyro_x[rad/s] … accel_z[m/s2], are missing",
          "log one of the two sets; in a mapping add [[stream]] with quantity = \"pose\", or with \"gyro\" and \"accel\"");
   }
@@ -97,7 +97,7 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
   g.step_s = 1.0 / rate;
   g.slopes_by_middle = o.slopes_by_middle;
   g.substeps = std::max(1, static_cast<int>(std::ceil(g.step_s / o.longest_substep_s - 1e-9)));
-  // The grid starts at a reading, so that a sensor with the grid's own rate is read at the nodes.
+  // The grid starts at a measurement, so that a sensor with the grid's own rate is read at the nodes.
   const double from = std::max({o.from_s, g.input.first_s(), clock.front()});
   const double to = std::min({o.to_s, g.input.last_s(), clock.back()});
   const auto first = std::lower_bound(clock.begin(), clock.end(), from - 1e-9);
@@ -112,20 +112,20 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
          "a wild time stamp, or several flights in one file", "cut the log with --from and --to");
   }
   g.start_s = *first;
-  g.knots = static_cast<std::size_t>(std::floor((to - g.start_s) / g.step_s + 1e-6)) + 1;
-  g.linked.assign(g.knots - 1, 1);
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) g.linked[k] = g.input.covers(g.time_s(k) + 1e-9, g.time_s(k + 1) - 1e-9);
+  g.nodes = static_cast<std::size_t>(std::floor((to - g.start_s) / g.step_s + 1e-6)) + 1;
+  g.linked.assign(g.nodes - 1, 1);
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) g.linked[k] = g.input.covers(g.time_s(k) + 1e-9, g.time_s(k + 1) - 1e-9);
 
   if (pose) {
     for (std::size_t i = 0; i < record.pose.size(); ++i) {
       const double at = (record.pose.t_s[i] - g.start_s) / g.step_s;
-      if (at < -0.5 || at > static_cast<double>(g.knots) - 0.5 || !record.pose.value[i].p_W_m.allFinite() ||
+      if (at < -0.5 || at > static_cast<double>(g.nodes) - 0.5 || !record.pose.value[i].p_W_m.allFinite() ||
           !record.pose.value[i].q_WS.coeffs().allFinite())
         continue;
-      const auto knot = static_cast<std::size_t>(std::min(std::max(std::floor(at + 0.5), 0.0), static_cast<double>(g.knots - 1)));
-      const PoseFix fix{knot, record.pose.t_s[i] - g.time_s(knot), record.pose.value[i]};
+      const auto node = static_cast<std::size_t>(std::min(std::max(std::floor(at + 0.5), 0.0), static_cast<double>(g.nodes - 1)));
+      const PoseFix fix{node, record.pose.t_s[i] - g.time_s(node), record.pose.value[i]};
       // A pose cannot be averaged: of several around a node the nearest counts.
-      if (!g.pose.empty() && g.pose.back().knot == knot) {
+      if (!g.pose.empty() && g.pose.back().node == node) {
         if (std::fabs(fix.late_s) < std::fabs(g.pose.back().late_s)) g.pose.back() = fix;
       } else {
         g.pose.push_back(fix);
@@ -146,57 +146,57 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& o) {
 }
 
 std::size_t neighbour(const GridFlight& g, const VectorFix& fix) {
-  const std::size_t k = fix.knot;
+  const std::size_t k = fix.node;
   if (fix.late_s < 0.0 && k > 0 && g.linked[k - 1]) return k - 1;
-  if (fix.late_s > 0.0 && k + 1 < g.knots && g.linked[k]) return k + 1;
+  if (fix.late_s > 0.0 && k + 1 < g.nodes && g.linked[k]) return k + 1;
   return k;
 }
 
-std::size_t GridFlight::tied_knots() const {
+std::size_t GridFlight::tied_nodes() const {
   std::size_t n = 0;
-  for (std::size_t k = 0; k < knots; ++k) n += tied(k);
+  for (std::size_t k = 0; k < nodes; ++k) n += tied(k);
   return n;
 }
 
 void drop_short_pieces(GridFlight& g) {
   const bool pose = !g.pose.empty();
-  std::vector<std::uint8_t> keep(g.knots, 1);
+  std::vector<std::uint8_t> keep(g.nodes, 1);
   const auto shortest = static_cast<std::size_t>(std::ceil(0.2 / g.step_s));
   std::size_t next_pose = 0;
-  for (std::size_t begin = 0; begin < g.knots;) {
+  for (std::size_t begin = 0; begin < g.nodes;) {
     std::size_t end = begin;
-    while (end + 1 < g.knots && g.linked[end]) ++end;
-    std::size_t readings = 0;
-    for (; next_pose < g.pose.size() && g.pose[next_pose].knot <= end; ++next_pose) ++readings;
-    if (end - begin < shortest || (pose && readings < 4))
+    while (end + 1 < g.nodes && g.linked[end]) ++end;
+    std::size_t measurements = 0;
+    for (; next_pose < g.pose.size() && g.pose[next_pose].node <= end; ++next_pose) ++measurements;
+    if (end - begin < shortest || (pose && measurements < 4))
       std::fill(keep.begin() + static_cast<std::ptrdiff_t>(begin), keep.begin() + static_cast<std::ptrdiff_t>(end) + 1, 0);
     begin = end + 1;
   }
-  const auto drop = [&](auto& list) { std::erase_if(list, [&](const auto& f) { return !keep[f.knot]; }); };
+  const auto drop = [&](auto& list) { std::erase_if(list, [&](const auto& f) { return !keep[f.node]; }); };
   drop(g.pose);
   drop(g.position);
   drop(g.velocity);
   drop(g.gyro);
   drop(g.accel);
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) g.linked[k] = g.linked[k] && keep[k] && keep[k + 1];
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) g.linked[k] = g.linked[k] && keep[k] && keep[k + 1];
   const double left_s = static_cast<double>(std::count(g.linked.begin(), g.linked.end(), 1)) * g.step_s;
   if (left_s < 1.0) {
     throw Error(
         {g.name,
-         fmt::format("{:.2f} s of {:.2f} s are left after cuts at gaps; at least 1 s is needed", left_s, g.time_s(g.knots - 1) - g.start_s),
-         "rotor speeds come too slowly or with gaps (a gap is 0.05 s without a reading), or poses are missing for long",
+         fmt::format("{:.2f} s of {:.2f} s are left after cuts at gaps; at least 1 s is needed", left_s, g.time_s(g.nodes - 1) - g.start_s),
+         "rotor speeds come too slowly or with gaps (a gap is 0.05 s without a measurement), or poses are missing for long",
          "log rotor speeds at 100 Hz or more; look at the streams with `rotorloop log info`"},
         ExitCode::data_quality);
   }
 }
 
-void tie_poses(GridFlight& g, double delay_s) {
+void associate_poses(GridFlight& g, double delay_s) {
   std::vector<PoseFix> tied;
   for (const PoseFix& f : g.pose) {
-    const double stamp = g.time_s(f.knot) + f.late_s, at = std::floor((stamp - delay_s - g.start_s) / g.step_s + 0.5);
-    if (at < 0.0 || at > static_cast<double>(g.knots - 1) || !g.tied(static_cast<std::size_t>(at))) continue;
+    const double stamp = g.time_s(f.node) + f.late_s, at = std::floor((stamp - delay_s - g.start_s) / g.step_s + 0.5);
+    if (at < 0.0 || at > static_cast<double>(g.nodes - 1) || !g.tied(static_cast<std::size_t>(at))) continue;
     const PoseFix moved{static_cast<std::size_t>(at), stamp - (g.start_s + at * g.step_s), f.value};
-    if (tied.empty() || tied.back().knot != moved.knot) {
+    if (tied.empty() || tied.back().node != moved.node) {
       tied.push_back(moved);
     } else if (std::fabs(moved.late_s - delay_s) < std::fabs(tied.back().late_s - delay_s)) {
       tied.back() = moved;
@@ -206,17 +206,17 @@ void tie_poses(GridFlight& g, double delay_s) {
 }
 
 std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& values) {
-  std::vector<BodyState> x(g.knots);
+  std::vector<BodyState> x(g.nodes);
   const Eigen::Vector3d r(values[kOffsetX], values[kOffsetY], values[kOffsetZ]);
   const Eigen::Quaterniond q_SB = values.q_BS().conjugate();
   if (!g.pose.empty()) {
     // Between measurements: straight lines and shortest turns.
     std::size_t i = 0;
-    for (std::size_t k = 0; k < g.knots; ++k) {
-      while (i + 1 < g.pose.size() && g.pose[i + 1].knot <= k) ++i;
+    for (std::size_t k = 0; k < g.nodes; ++k) {
+      while (i + 1 < g.pose.size() && g.pose[i + 1].node <= k) ++i;
       const PoseFix& a = g.pose[i];
       const PoseFix& b = g.pose[std::min(i + 1, g.pose.size() - 1)];
-      const double ta = g.time_s(a.knot) + a.late_s - values[kPoseDelay], tb = g.time_s(b.knot) + b.late_s - values[kPoseDelay];
+      const double ta = g.time_s(a.node) + a.late_s - values[kPoseDelay], tb = g.time_s(b.node) + b.late_s - values[kPoseDelay];
       const double s = tb > ta ? std::clamp((g.time_s(k) - ta) / (tb - ta), 0.0, 1.0) : 0.0;
       const Eigen::Vector3d turn = log_q(a.value.q_WS.conjugate() * b.value.q_WS);
       x[k].q_WB = (a.value.q_WS * exp_q(s * turn) * q_SB).normalized();
@@ -226,9 +226,9 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
     // Attitude from the gyro, slowly pulled upright by the specific force; position and velocity unknown: at rest.
     Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
     std::size_t i = 0, j = 0;
-    for (std::size_t k = 0; k < g.knots; ++k) {
-      while (i + 1 < g.gyro.size() && g.gyro[i + 1].knot <= k) ++i;
-      while (j + 1 < g.accel.size() && g.accel[j + 1].knot <= k) ++j;
+    for (std::size_t k = 0; k < g.nodes; ++k) {
+      while (i + 1 < g.gyro.size() && g.gyro[i + 1].node <= k) ++i;
+      while (j + 1 < g.accel.size() && g.accel[j + 1].node <= k) ++j;
       if (k == 0) q = rotation_between(g.accel[j].value, Eigen::Vector3d::UnitZ());
       x[k].q_WB = q;
       x[k].w_B_rad_s = g.gyro[i].value - Eigen::Vector3d(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
@@ -238,14 +238,14 @@ std::vector<BodyState> guess_states(const GridFlight& g, const ModelValues& valu
     return x;
   }
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.01 / g.step_s)));
-  for (std::size_t k = 0; k < g.knots; ++k) {
-    const std::size_t a = k >= half ? k - half : 0, b = std::min(k + half, g.knots - 1);
+  for (std::size_t k = 0; k < g.nodes; ++k) {
+    const std::size_t a = k >= half ? k - half : 0, b = std::min(k + half, g.nodes - 1);
     const double h = static_cast<double>(b - a) * g.step_s;
     x[k].v_W_m_s = (x[b].p_W_m - x[a].p_W_m) / h;
     x[k].w_B_rad_s = log_q(x[a].q_WB.conjugate() * x[b].q_WB) / h;
   }
   for (const VectorFix& f : g.gyro)
-    x[f.knot].w_B_rad_s = f.value - Eigen::Vector3d(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
+    x[f.node].w_B_rad_s = f.value - Eigen::Vector3d(values[kGyroBiasX], values[kGyroBiasY], values[kGyroBiasZ]);
   return x;
 }
 

@@ -10,12 +10,12 @@
 namespace rotorloop::estimate {
 
 struct PoseFix {
-  std::size_t knot;
+  std::size_t node;
   double late_s;  // stamp minus node; less the sensor's delay, at most half a step either way
   log::PoseReading value;
 };
 struct VectorFix {
-  std::size_t knot;
+  std::size_t node;
   double late_s;  // mean stamp of what was averaged, minus node
   Eigen::Vector3d value;
 };
@@ -33,7 +33,7 @@ struct GridOptions {
 struct GridFlight {
   std::string name;
   double start_s = 0.0, step_s = 0.0;
-  std::size_t knots = 0;
+  std::size_t nodes = 0;
   int substeps = 1;
   bool slopes_by_middle = false;
   std::vector<std::uint8_t> linked;  // node k and k+1 are tied by the model (nodes - 1 entries)
@@ -44,15 +44,15 @@ struct GridFlight {
   // Without poses the start of each piece is held near its guess: standard deviations in the order of StateError; 0: free.
   StateError anchor = StateError::Zero();
 
-  double time_s(std::size_t knot) const { return start_s + static_cast<double>(knot) * step_s; }
+  double time_s(std::size_t node) const { return start_s + static_cast<double>(node) * step_s; }
   // Whether this node begins a piece: nothing ties it to the one before.
-  bool begins(std::size_t knot) const { return knot == 0 || !linked[knot - 1]; }
+  bool begins(std::size_t node) const { return node == 0 || !linked[node - 1]; }
   // Whether the model ties this node to a neighbour; only such nodes are estimated.
-  bool tied(std::size_t knot) const { return (knot > 0 && linked[knot - 1]) || (knot + 1 < knots && linked[knot]); }
-  std::size_t tied_knots() const;
+  bool tied(std::size_t node) const { return (node > 0 && linked[node - 1]) || (node + 1 < nodes && linked[node]); }
+  std::size_t tied_nodes() const;
 };
 
-// The node on the other side of a reading's moment; its own where there is none, or where a cut lies between.
+// The node on the other side of a measurement's moment; its own where there is none, or where a cut lies between.
 std::size_t neighbour(const GridFlight& flight, const VectorFix& fix);
 
 // Sensors faster than the grid are averaged around each node. Throws Error (data_quality) naming the missing stream, or when fewer than
@@ -63,9 +63,9 @@ GridFlight make_grid(const log::FlightRecord& record, const GridOptions& options
 // measurements. To be called after links were cut. Throws Error (data_quality) when less than one second stays tied.
 void drop_short_pieces(GridFlight& flight);
 
-// Poses are associated with the node next to the moment they show: their stamp less `delay_s`. From there to the moment the state is carried on in
-// a straight line, so a fit that finds a delay more than half a step from this one must tie them again and go on.
-void tie_poses(GridFlight& flight, double delay_s);
+// Poses are associated with the node next to the moment they show: their stamp less `delay_s`. From there to the moment the state is
+// carried on in a straight line, so a fit that finds a delay more than half a step from this one must associate them again and go on.
+void associate_poses(GridFlight& flight, double delay_s);
 
 // First guess of all states: poses (or position and gyro) smoothed; without poses the gyro is integrated and levelled by the accelerometer.
 std::vector<BodyState> guess_states(const GridFlight& flight, const ModelValues& values);

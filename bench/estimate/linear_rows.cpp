@@ -16,18 +16,20 @@ Six both(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 Eigen::Vector3d ratio(const Eigen::Vector3d& was, const Eigen::Vector3d& is) { return was.cwiseQuotient(is); }
 
 template <int N>
-LinearRows::Reading<N> scaled(const LinearRows::Reading<N>& row, const Eigen::Matrix<double, N, 1>& by) {
+LinearRows::Measurement<N> scaled(const LinearRows::Measurement<N>& row, const Eigen::Matrix<double, N, 1>& by) {
   return {by.asDiagonal() * row.state, by.cwiseProduct(row.r), row.weight};
 }
 
 // The measurements of one node, upwards: each list is walked once.
 template <int N, class Fix, class Act>
-void upwards(const std::vector<Fix>& list, const std::vector<LinearRows::Reading<N>>& rows, std::size_t knot, std::size_t& i, Act&& act) {
-  for (; i < list.size() && list[i].knot == knot; ++i) act(rows[i]);
+void upwards(const std::vector<Fix>& list, const std::vector<LinearRows::Measurement<N>>& rows, std::size_t node, std::size_t& i,
+             Act&& act) {
+  for (; i < list.size() && list[i].node == node; ++i) act(rows[i]);
 }
 template <int N, class Fix, class Act>
-void downwards(const std::vector<Fix>& list, const std::vector<LinearRows::Reading<N>>& rows, std::size_t knot, std::size_t& i, Act&& act) {
-  for (; i > 0 && list[i - 1].knot == knot; --i) act(rows[i - 1]);
+void downwards(const std::vector<Fix>& list, const std::vector<LinearRows::Measurement<N>>& rows, std::size_t node, std::size_t& i,
+               Act&& act) {
+  for (; i > 0 && list[i - 1].node == node; --i) act(rows[i - 1]);
 }
 
 }  // namespace
@@ -57,7 +59,7 @@ NoiseMoments RowSmoother::smooth(const NoiseModel& noise) {
 
 // As Chain::sweep, without parameters.
 void RowSmoother::eliminate(const Scales& scales) {
-  factors_.resize(flight_.knots);
+  factors_.resize(flight_.nodes);
   StateJacobian d = StateJacobian::Zero();
   StateError g = StateError::Zero();
   std::size_t pose = 0, position = 0, velocity = 0, gyro = 0, accel = 0, anchor = 0;
@@ -65,14 +67,14 @@ void RowSmoother::eliminate(const Scales& scales) {
     d.noalias() += row.state.transpose() * row.state;
     g.noalias() += row.state.transpose() * row.r;
   };
-  for (std::size_t k = 0; k < flight_.knots; ++k) {
+  for (std::size_t k = 0; k < flight_.nodes; ++k) {
     if (!rows_.anchors.empty() && flight_.begins(k)) add(rows_.anchors[anchor++]);
     upwards(flight_.pose, rows_.pose, k, pose, [&](const auto& row) { add(scaled(row, scales.pose)); });
     upwards(flight_.position, rows_.position, k, position, [&](const auto& row) { add(scaled(row, scales.position)); });
     upwards(flight_.velocity, rows_.velocity, k, velocity, [&](const auto& row) { add(scaled(row, scales.velocity)); });
     upwards(flight_.gyro, rows_.gyro, k, gyro, [&](const auto& row) { add(scaled(row, scales.gyro)); });
     upwards(flight_.accel, rows_.accel, k, accel, [&](const auto& row) { add(scaled(row, scales.accel)); });
-    const bool linked = k + 1 < flight_.knots && flight_.linked[k];
+    const bool linked = k + 1 < flight_.nodes && flight_.linked[k];
     StateJacobian to;
     StateError r;
     Factor& factor = factors_[k];
@@ -105,7 +107,7 @@ void RowSmoother::eliminate(const Scales& scales) {
 
 NoiseMoments RowSmoother::walk_back(const Scales& scales) {
   NoiseMoments m;
-  moves_.resize(flight_.knots);
+  moves_.resize(flight_.nodes);
   std::size_t pose = flight_.pose.size(), position = flight_.position.size(), velocity = flight_.velocity.size(),
               gyro = flight_.gyro.size(), accel = flight_.accel.size();
   StateJacobian p = StateJacobian::Zero();
@@ -118,7 +120,7 @@ NoiseMoments RowSmoother::walk_back(const Scales& scales) {
     }
     to.count += row.weight;
   };
-  for (std::size_t k = flight_.knots; k-- > 0;) {
+  for (std::size_t k = flight_.nodes; k-- > 0;) {
     const Factor& factor = factors_[k];
     const auto l = factor.l.triangularView<Eigen::Lower>().transpose();
     const StateJacobian next = p;
@@ -131,7 +133,7 @@ NoiseMoments RowSmoother::walk_back(const Scales& scales) {
     move = -(factor.pull + factor.y * next_move);
     l.solveInPlace(move);
     moves_[k] = move;
-    if (k + 1 < flight_.knots && flight_.linked[k]) {
+    if (k + 1 < flight_.nodes && flight_.linked[k]) {
       StateJacobian joint = -passed;  // becomes P_{k,k+1}
       l.solveInPlace(joint);
       const StateJacobian from = scales.step.asDiagonal() * rows_.steps[k].from, to = scales.step.asDiagonal() * rows_.steps[k].to;

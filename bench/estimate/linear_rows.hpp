@@ -15,7 +15,7 @@ struct LinearRows {
     StateError r = StateError::Zero();
   };
   template <int N>
-  struct Reading {
+  struct Measurement {
     Eigen::Matrix<double, N, 12> state;
     Eigen::Matrix<double, N, 1> r;
     double weight = 1.0;  // of a robust loss, already in the rows
@@ -27,8 +27,8 @@ struct LinearRows {
   std::vector<Step> steps;      // from each node to the next
   std::vector<Anchor> anchors;  // of the pieces, where the flight has any
   // In the order of the flight's lists.
-  std::vector<Reading<6>> pose;
-  std::vector<Reading<3>> position, velocity, gyro, accel;
+  std::vector<Measurement<6>> pose;
+  std::vector<Measurement<3>> position, velocity, gyro, accel;
 };
 
 // Squares of what one noise figure has to explain, whitened, with the uncertainty of the states in them. Over their count they are the

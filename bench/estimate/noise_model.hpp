@@ -1,4 +1,4 @@
-// How uncertain one step of the model and each reading is. Process noise: white acceleration densities, constant over a flight.
+// How uncertain one step of the model and each measurement is. Process noise: white acceleration densities, constant over a flight.
 #pragma once
 #include <Eigen/Core>
 

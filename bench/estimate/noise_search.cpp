@@ -27,9 +27,9 @@ class SecantSteps {
     const bool tracked = moments.position.count > 0.0 || moments.velocity.count > 0.0;
     for (std::size_t figure = 0; figure < kFigures.size(); ++figure) {
       const NoiseMoment& of = moments.*kMoments[figure];
-      if (!(figure < kProcessFigures ? o.process : o.readings) || of.count <= 0.0) continue;
+      if (!(figure < kProcessFigures ? o.process : o.measurements) || of.count <= 0.0) continue;
       // By gyro and accelerometer alone velocity is unobservable: with forces left to chance it would wander until it explains every
-      // reading of the accelerometer by inflow and drag.
+      // measurement of the accelerometer by inflow and drag.
       if (figure == kForce && !tracked) continue;
       Eigen::Vector3d& sd = noise.*kFigures[figure];
       Eigen::Vector3d factor = of.squares / of.count;

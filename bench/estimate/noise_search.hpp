@@ -10,7 +10,7 @@ namespace rotorloop::estimate {
 struct NoiseFit {
   int rounds = 0;           // of the fit in which the noise is looked for, at most; 0: the noise given is kept
   double tolerance = 0.01;  // relative change of every standard deviation that ends it
-  bool process = true, readings = true;
+  bool process = true, measurements = true;
   bool per_flight = false;  // else one noise model for all
   bool per_axis = true;     // else one figure for the three axes
 };

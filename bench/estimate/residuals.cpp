@@ -41,15 +41,15 @@ Residuals::Residuals(const GridFlight& flight, const ModelValues& values, const 
       extra_(extra && extra->count > 0 ? extra : nullptr),
       inverse_inertia_(values.inertia_kg_m2().inverse()) {
   places_.fill(-1);
-  reads_ = has_readings(values.terms);
+  reads_ = has_measurement_terms(values.terms);
   if (reads_) {
-    for (const int p : reading_parameters(values.terms)) {
+    for (const int p : measurement_parameters(values.terms)) {
       const auto found = std::find(columns.begin(), columns.end(), p);
       if (found == columns.end()) continue;
-      reading_parameters_.push_back(p);
-      reading_places_.push_back(static_cast<int>(found - columns.begin()));
+      measurement_parameters_.push_back(p);
+      measurement_places_.push_back(static_cast<int>(found - columns.begin()));
     }
-    reading_by_.resize(reading_parameters_.size());
+    measurement_by_.resize(measurement_parameters_.size());
   }
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (of_the_model(columns[c])) dynamic_.push_back(static_cast<int>(c));
@@ -134,24 +134,24 @@ void Residuals::process(std::size_t k, const BodyState& from, const BodyState& t
 }
 
 Residuals::Moment Residuals::moment_of(const VectorFix& fix, const BodyState& x, bool derivatives) const {
-  constexpr double kAtKnot_s = 1e-6;  // below: rounding of stamps, which moves nothing that a sensor shows
-  const double knot_s = flight_.time_s(fix.knot), t_s = knot_s + fix.late_s;
-  if (std::fabs(fix.late_s) < kAtKnot_s) return {x, knot_s, false};
-  if (!derivatives) return {model_.step(x, input_, hint_, knot_s, t_s, 1), t_s, true};
+  constexpr double kAtNode_s = 1e-6;  // below: rounding of stamps, which moves nothing that a sensor shows
+  const double node_s = flight_.time_s(fix.node), t_s = node_s + fix.late_s;
+  if (std::fabs(fix.late_s) < kAtNode_s) return {x, node_s, false};
+  if (!derivatives) return {model_.step(x, input_, hint_, node_s, t_s, 1), t_s, true};
   const auto step = flight_.slopes_by_middle ? &Model::step_by_middle : static_cast<StepWithSlopes>(&Model::step);
-  return {(model_.*step)(x, input_, hint_, knot_s, t_s, 1, moment_by_state_, moment_by_), t_s, true};
+  return {(model_.*step)(x, input_, hint_, node_s, t_s, 1, moment_by_state_, moment_by_), t_s, true};
 }
 
-// The series holds means over steps, which belong to their middles: between the two about the reading, or that of the linked one.
+// The series holds means over steps, which belong to their middles: between the two about the measurement, or that of the linked one.
 Residuals::ExtraWrench Residuals::extra_wrench(const VectorFix& fix) const {
-  const std::size_t k = fix.knot;
-  const bool before = k > 0 && flight_.linked[k - 1], after = k + 1 < flight_.knots && flight_.linked[k];
+  const std::size_t k = fix.node;
+  const bool before = k > 0 && flight_.linked[k - 1], after = k + 1 < flight_.nodes && flight_.linked[k];
   const double share = before && after ? std::clamp(0.5 + fix.late_s / flight_.step_s, 0.0, 1.0) : after || !before ? 1.0 : 0.0;
-  if (share >= 1.0) return extra_->at<6>(extra_->wrench, std::min(k, flight_.knots - 2));
-  return (1.0 - share) * extra_->at<6>(extra_->wrench, k - 1) + share * extra_->at<6>(extra_->wrench, std::min(k, flight_.knots - 2));
+  if (share >= 1.0) return extra_->at<6>(extra_->wrench, std::min(k, flight_.nodes - 2));
+  return (1.0 - share) * extra_->at<6>(extra_->wrench, k - 1) + share * extra_->at<6>(extra_->wrench, std::min(k, flight_.nodes - 2));
 }
 
-void Residuals::back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const {
+void Residuals::back_to_node(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const {
   if (!at.moved) return;
   for (std::size_t c = 0; c < dynamic_.size(); ++c)
     out.columns.col(dynamic_[c]) += out.state * moment_by_.col(static_cast<Eigen::Index>(c));
@@ -164,12 +164,12 @@ void Residuals::back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& 
   out.state *= moment_by_state_;
 }
 
-ReadingChange Residuals::terms_read(const BodyState& x, double t_s, bool derivatives) const {
+MeasurementChange Residuals::terms_read(const BodyState& x, double t_s, bool derivatives) const {
   const RotorInputSample u = input_.at(t_s, hint_, false);
   const Vector3d angular = model_.instant(x, u, t_s).angular_acceleration_B_rad_s2;
-  if (!derivatives) return reading_change(model_.values(), x, u, t_s, angular, {}, {});
-  reading_slope_ = reading_by_state(model_.values(), x, u, t_s, angular);
-  return reading_change(model_.values(), x, u, t_s, angular, reading_parameters_, reading_by_);
+  if (!derivatives) return measurement_change(model_.values(), x, u, t_s, angular, {}, {});
+  measurement_slope_ = measurement_by_state(model_.values(), x, u, t_s, angular);
+  return measurement_change(model_.values(), x, u, t_s, angular, measurement_parameters_, measurement_by_);
 }
 
 void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, bool derivatives) const {
@@ -178,7 +178,7 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
   const Vector3d r(v[kOffsetX], v[kOffsetY], v[kOffsetZ]), turn = ahead * x.w_B_rad_s;
   const Eigen::Quaterniond q = x.q_WB * exp_q(turn), q_BS = v.q_BS();
   const Matrix3d rot = q.toRotationMatrix();
-  const ReadingChange change = reads_ ? terms_read(x, flight_.time_s(fix.knot), derivatives) : ReadingChange{};
+  const MeasurementChange change = reads_ ? terms_read(x, flight_.time_s(fix.node), derivatives) : MeasurementChange{};
   out.r.head<3>() = fix.value.p_W_m - (x.p_W_m + ahead * x.v_W_m_s + rot * r) - change.position_W_m;
   out.r.tail<3>() = log_q((q * exp_q(change.turn_B_rad) * q_BS).conjugate() * fix.value.q_WS);
   if (derivatives) {
@@ -195,9 +195,9 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
     Matrix3d by_offset = rot;
     if (reads_) {
       // Terms read the place at the node, not at the moment the pose shows.
-      by_offset += reading_slope_.position_W_m.leftCols<3>() * x.q_WB.toRotationMatrix();
-      out.state.topRows<3>() -= reading_slope_.position_W_m;
-      out.state.bottomRows<3>() -= q_BS.toRotationMatrix().transpose() * reading_slope_.turn_B_rad;
+      by_offset += measurement_slope_.position_W_m.leftCols<3>() * x.q_WB.toRotationMatrix();
+      out.state.topRows<3>() -= measurement_slope_.position_W_m;
+      out.state.bottomRows<3>() -= q_BS.toRotationMatrix().transpose() * measurement_slope_.turn_B_rad;
     }
     const Matrix3d sensor_turn = -inverse_left_jacobian(out.r.tail<3>()) * right_jacobian(Vector3d(v[kTurnX], v[kTurnY], v[kTurnZ]));
     for (int i = 0; i < 3; ++i) {
@@ -208,9 +208,9 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
       out.columns.col(c).head<3>() = x.v_W_m_s - lever * x.w_B_rad_s;
       out.columns.col(c).tail<3>() = -from_body * x.w_B_rad_s;
     }
-    for (std::size_t k = 0; k < reading_places_.size(); ++k) {
-      out.columns.col(reading_places_[k]).head<3>() = -reading_by_[k].position_W_m;
-      out.columns.col(reading_places_[k]).tail<3>() = -(q_BS.conjugate() * reading_by_[k].turn_B_rad);
+    for (std::size_t k = 0; k < measurement_places_.size(); ++k) {
+      out.columns.col(measurement_places_[k]).head<3>() = -measurement_by_[k].position_W_m;
+      out.columns.col(measurement_places_[k]).tail<3>() = -(q_BS.conjugate() * measurement_by_[k].turn_B_rad);
     }
     const std::ptrdiff_t index = &fix - flight_.pose.data();  // a position alone comes as a fix of its own
     if (extra_ && !extra_->pose.empty() && index >= 0 && index < static_cast<std::ptrdiff_t>(flight_.pose.size())) {
@@ -228,7 +228,7 @@ void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, boo
 
 void Residuals::position(const VectorFix& fix, const BodyState& x, RowsBy<3>& out, bool derivatives) const {
   RowsBy<6> six;
-  pose({fix.knot, fix.late_s, {fix.value, x.q_WB * model_.values().q_BS()}}, x, six, derivatives);
+  pose({fix.node, fix.late_s, {fix.value, x.q_WB * model_.values().q_BS()}}, x, six, derivatives);
   out.r = six.r.head<3>();
   if (!derivatives) return;
   out.state = six.state.topRows<3>();
@@ -236,60 +236,60 @@ void Residuals::position(const VectorFix& fix, const BodyState& x, RowsBy<3>& ou
 }
 
 // Velocity of the sensor in W: that of the centre of mass plus Ω x r.
-void Residuals::velocity(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
+void Residuals::velocity(const VectorFix& fix, const BodyState& node, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
-  const Moment at = moment_of(fix, knot, derivatives);
+  const Moment at = moment_of(fix, node, derivatives);
   const BodyState& x = at.x;
   const Vector3d r(v[kOffsetX], v[kOffsetY], v[kOffsetZ]), swing = x.w_B_rad_s.cross(r);
   const Matrix3d rot = x.q_WB.toRotationMatrix();
   const Vector3d weight = noise_.velocity_m_s.cwiseInverse();
-  const ReadingChange change = reads_ ? terms_read(x, at.t_s, derivatives) : ReadingChange{};
+  const MeasurementChange change = reads_ ? terms_read(x, at.t_s, derivatives) : MeasurementChange{};
   out.r = weight.cwiseProduct(fix.value - x.v_W_m_s - rot * swing - change.velocity_W_m_s);
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 3) = -Matrix3d(weight.asDiagonal());
   out.state.block<3, 3>(0, 6) = weight.asDiagonal() * (rot * skew(swing));
   out.state.block<3, 3>(0, 9) = weight.asDiagonal() * (rot * skew(r));
-  if (reads_) out.state -= weight.asDiagonal() * reading_slope_.velocity_W_m_s;
+  if (reads_) out.state -= weight.asDiagonal() * measurement_slope_.velocity_W_m_s;
   out.columns.setZero(3, width());
-  for (std::size_t k = 0; k < reading_places_.size(); ++k)
-    out.columns.col(reading_places_[k]) = -weight.cwiseProduct(reading_by_[k].velocity_W_m_s);
+  for (std::size_t k = 0; k < measurement_places_.size(); ++k)
+    out.columns.col(measurement_places_[k]) = -weight.cwiseProduct(measurement_by_[k].velocity_W_m_s);
   Matrix3d by_offset = -(weight.asDiagonal() * (rot * skew(x.w_B_rad_s)));
-  if (reads_) by_offset -= weight.asDiagonal() * (reading_slope_.velocity_W_m_s.middleCols<3>(3) * (rot * skew(x.w_B_rad_s)));
+  if (reads_) by_offset -= weight.asDiagonal() * (measurement_slope_.velocity_W_m_s.middleCols<3>(3) * (rot * skew(x.w_B_rad_s)));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kOffsetX + i); c >= 0) out.columns.col(c) = by_offset.col(i);
   }
-  back_to_knot(fix, at, out);
+  back_to_node(fix, at, out);
 }
 
-void Residuals::gyro(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
+void Residuals::gyro(const VectorFix& fix, const BodyState& node, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
-  const Moment at = moment_of(fix, knot, derivatives);
+  const Moment at = moment_of(fix, node, derivatives);
   const BodyState& x = at.x;
   const Vector3d weight = noise_.gyro_rad_s.cwiseInverse();
-  const ReadingChange change = reads_ ? terms_read(x, at.t_s, derivatives) : ReadingChange{};
+  const MeasurementChange change = reads_ ? terms_read(x, at.t_s, derivatives) : MeasurementChange{};
   out.r = weight.cwiseProduct(fix.value - x.w_B_rad_s - Vector3d(v[kGyroBiasX], v[kGyroBiasY], v[kGyroBiasZ]) - change.gyro_B_rad_s);
   if (!derivatives) return;
   out.state.setZero();
   out.state.block<3, 3>(0, 9) = -Matrix3d(weight.asDiagonal());
-  if (reads_) out.state -= weight.asDiagonal() * reading_slope_.gyro_B_rad_s;
+  if (reads_) out.state -= weight.asDiagonal() * measurement_slope_.gyro_B_rad_s;
   out.columns.setZero(3, width());
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kGyroBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
   }
-  for (std::size_t k = 0; k < reading_places_.size(); ++k)
-    out.columns.col(reading_places_[k]) = -weight.cwiseProduct(reading_by_[k].gyro_B_rad_s);
+  for (std::size_t k = 0; k < measurement_places_.size(); ++k)
+    out.columns.col(measurement_places_[k]) = -weight.cwiseProduct(measurement_by_[k].gyro_B_rad_s);
   if (extra_ && !extra_->gyro.empty()) {
     out.columns.rightCols(extra_->count) =
         -(weight.asDiagonal() * extra_->at<3>(extra_->gyro, static_cast<std::size_t>(&fix - flight_.gyro.data())));
   }
-  back_to_knot(fix, at, out);
+  back_to_node(fix, at, out);
 }
 
 // Specific force at the sensor's place: F/m + Ω̇ x r + Ω x (Ω x r), plus bias.
-void Residuals::accel(const VectorFix& fix, const BodyState& knot, RowsBy<3>& out, bool derivatives) const {
+void Residuals::accel(const VectorFix& fix, const BodyState& node, RowsBy<3>& out, bool derivatives) const {
   const ModelValues& v = model_.values();
-  const Moment at = moment_of(fix, knot, derivatives);
+  const Moment at = moment_of(fix, node, derivatives);
   const BodyState& x = at.x;
   const double t = at.t_s;
   bool input_columns = false;
@@ -299,19 +299,20 @@ void Residuals::accel(const VectorFix& fix, const BodyState& knot, RowsBy<3>& ou
   const Instant now = model_.instant(x, u, t, derivatives ? &j : nullptr);
   const Vector3d r(v[kImuX], v[kImuY], v[kImuZ]), &w = x.w_B_rad_s, weight = noise_.accel_m_s2.cwiseInverse();
   const Vector3d expected = now.specific_force_B_m_s2 + now.angular_acceleration_B_rad_s2.cross(r) + w.cross(w.cross(r));
-  const ReadingChange change = reads_ ? terms_read(x, t, derivatives) : ReadingChange{};
+  const MeasurementChange change = reads_ ? terms_read(x, t, derivatives) : MeasurementChange{};
   out.r = weight.cwiseProduct(fix.value - expected - Vector3d(v[kAccelBiasX], v[kAccelBiasY], v[kAccelBiasZ]) - change.accel_B_m_s2);
   if (!derivatives) return;
   const Matrix3d lever = skew(r), minus = -Matrix3d(weight.asDiagonal());
   out.state = minus * (j.force_by_state - lever * j.angular_by_state);
   out.state.block<3, 3>(0, 9) -= minus * (skew(w.cross(r)) + skew(w) * lever);
-  if (reads_) out.state += minus * reading_slope_.accel_B_m_s2;
+  if (reads_) out.state += minus * measurement_slope_.accel_B_m_s2;
   out.columns.setZero(3, width());
   for (std::size_t c = 0; c < dynamic_.size(); ++c) {
     const auto from = static_cast<Eigen::Index>(c);
     out.columns.col(dynamic_[c]) = minus * (j.force_by.col(from) - lever * j.angular_by.col(from));
   }
-  for (std::size_t k = 0; k < reading_places_.size(); ++k) out.columns.col(reading_places_[k]) += minus * reading_by_[k].accel_B_m_s2;
+  for (std::size_t k = 0; k < measurement_places_.size(); ++k)
+    out.columns.col(measurement_places_[k]) += minus * measurement_by_[k].accel_B_m_s2;
   const Matrix3d by_place = minus * (skew(now.angular_acceleration_B_rad_s2) + skew(w) * skew(w));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kAccelBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
@@ -323,7 +324,7 @@ void Residuals::accel(const VectorFix& fix, const BodyState& knot, RowsBy<3>& ou
     place = minus * (wrench.topRows<3>() / v[kMass] - lever * (inverse_inertia_ * wrench.bottomRows<3>()));
     if (!extra_->accel.empty()) place += minus * extra_->at<3>(extra_->accel, static_cast<std::size_t>(&fix - flight_.accel.data()));
   }
-  back_to_knot(fix, at, out);
+  back_to_node(fix, at, out);
 }
 
 Eigen::Matrix<double, 12, 1> Residuals::anchor(const BodyState& guess, const BodyState& x, StateJacobian& by_state) const {

@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 
 #include "bench/estimate/grid_flight.hpp"
+#include "bench/estimate/model/measurement_terms.hpp"
 #include "bench/estimate/model/model.hpp"
 #include "bench/estimate/noise_model.hpp"
-#include "bench/estimate/model/reading_terms.hpp"
 
 namespace rotorloop::estimate {
 
@@ -64,8 +64,8 @@ class Residuals {
 
  private:
   int place_of(int parameter) const;  // among columns_, or -1
-  // The state at the moment of a reading of node's state `x`. A mean of measurements belongs to the mean of their stamps, up to half a step off
-  // its node: the model carries the state there. `moved`: the derivatives below hold what the way there makes of the node's.
+  // The state at the moment of a measurement of node's state `x`. A mean of measurements belongs to the mean of their stamps, up to half a
+  // step off its node: the model carries the state there. `moved`: the derivatives below hold what the way there makes of the node's.
   struct Moment {
     BodyState x;
     double t_s;
@@ -73,11 +73,11 @@ class Residuals {
   };
   Moment moment_of(const VectorFix& fix, const BodyState& x, bool derivatives) const;
   using ExtraWrench = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxColumns>;
-  ExtraWrench extra_wrench(const VectorFix& fix) const;  // at the moment of a reading
+  ExtraWrench extra_wrench(const VectorFix& fix) const;  // at the moment of a measurement
   // Rows by the state at the moment become rows by that of the node.
-  void back_to_knot(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const;
-  // What terms add to the measurements at a moment, its derivatives into reading_by_ and reading_slope_ when wanted.
-  ReadingChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
+  void back_to_node(const VectorFix& fix, const Moment& at, RowsBy<3>& out) const;
+  // What terms add to the measurements at a moment, its derivatives into measurement_by_ and measurement_slope_ when wanted.
+  MeasurementChange terms_read(const BodyState& x, double t_s, bool derivatives) const;
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
 
   const GridFlight& flight_;
@@ -88,10 +88,10 @@ class Residuals {
   Model model_;               // with those columns
   std::array<int, kCoreParameters> places_{};
   const ExtraColumns* extra_ = nullptr;
-  std::vector<int> reading_parameters_, reading_places_;  // of terms that read: parameter, place in columns_; those that are free
+  std::vector<int> measurement_parameters_, measurement_places_;  // of terms that read: parameter, place in columns_; those that are free
   bool reads_ = false;
-  mutable std::vector<ReadingChange> reading_by_;
-  mutable ReadingSlope reading_slope_;
+  mutable std::vector<MeasurementChange> measurement_by_;
+  mutable MeasurementSlope measurement_slope_;
   mutable StateJacobian moment_by_state_;
   mutable ParameterJacobian moment_by_;
   Eigen::Matrix3d inverse_inertia_ = Eigen::Matrix3d::Identity();

@@ -58,8 +58,8 @@ double longest_horizon(const std::vector<Prepared>& flights, std::vector<std::st
     };
     if (std::none_of(flights.begin(), flights.end(), holds)) continue;
     if (h + 1 < std::size(kHorizons_s)) {
-      remarks.push_back(
-          fmt::format("beyond {:g} s nothing is foretold: no held-out flight has {:g} s in one piece", kHorizons_s[h], kHorizons_s[h + 1]));
+      remarks.push_back(fmt::format("beyond {:g} s there is no prediction: no held-out flight has {:g} s in one piece", kHorizons_s[h],
+                                    kHorizons_s[h + 1]));
     }
     return kHorizons_s[h];
   }
@@ -70,15 +70,15 @@ double longest_horizon(const std::vector<Prepared>& flights, std::vector<std::st
 }
 
 // Both models open loop from the same states, and what noise alone would do.
-void foretell(const std::vector<Prepared>& flights, const estimate::ModelValues& old, const NoisyModel& now, const estimate::NoiseModel& smoothed_with,
-              HeldOutScores& out) {
+void score_horizons(const std::vector<Prepared>& flights, const estimate::ModelValues& old, const NoisyModel& now,
+                    const estimate::NoiseModel& smoothed_with, HeldOutScores& out) {
   std::vector<score::PredictionErrors> before, after, held, floor;
   const double longest_s = longest_horizon(flights, out.remarks);
   for (const Prepared& f : flights) {
     const auto horizon = steps_of(longest_s, f.track.step_s);
     const auto starts = f.starts(horizon);
     if (starts.empty()) {
-      out.remarks.push_back(fmt::format("{}: not foretold, it has no {:g} s in one piece", f.grid.name, longest_s));
+      out.remarks.push_back(fmt::format("{}: not predicted, it has no {:g} s in one piece", f.grid.name, longest_s));
       continue;
     }
     before.push_back(score::predict(f.track, score::whole_model(old, f.grid.substeps), starts, horizon));
@@ -105,7 +105,7 @@ void foretell(const std::vector<Prepared>& flights, const estimate::ModelValues&
     if (h <= longest_s && steps_of(h, b.step_s) == 0) short_s.push_back(fmt::format("{:g}", h));
   }
   if (!short_s.empty()) {
-    out.remarks.push_back(fmt::format("{} s: not foretold, a step of the states is {:g} s long; give more states per second (--rate)",
+    out.remarks.push_back(fmt::format("{} s: not predicted, a step of the states is {:g} s long; give more states per second (--rate)",
                                       fmt::join(short_s, ", "), b.step_s));
   }
 }
@@ -118,14 +118,14 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& o
   for (const FlightToFit& f : flights) {
     estimate::GridFlight g = make_grid(f.record, grid);
     cut_between_segments(g, f.segments);
-    estimate::tie_poses(g, now.values[estimate::kPoseDelay]);
+    estimate::associate_poses(g, now.values[estimate::kPoseDelay]);
     score::StateTrack track = held_out_track(g, r);
     all.push_back({std::move(g), std::move(track)});
     const estimate::GridFlight& kept = all.back().grid;
     before.push_back(score::one_step(kept, with_starts(kept, old.values, old.noise), old.noise, kFloorSeed + before.size()));
     after.push_back(score::one_step(kept, with_starts(kept, now.values, now.noise), now.noise, kFloorSeed + after.size()));
   }
-  foretell(all, old.values, now, r.fit.noise.front(), out);
+  score_horizons(all, old.values, now, r.fit.noise.front(), out);
   out.one_step = score::compare(before, after);
   if (out.one_step.poses == 0) out.remarks.push_back("one step: not scored, the flights have no poses");
   return out;

@@ -19,7 +19,7 @@ estimate::ModelValues with_starts(const estimate::GridFlight& g, const estimate:
 }
 
 score::StateTrack held_out_track(estimate::GridFlight& g, const Identification& r) {
-  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, r.fit.values.front(), r.fit.noise.front());
+  const std::vector<estimate::BodyState> states = estimate::states_by_measurements(g, r.fit.values.front(), r.fit.noise.front());
   estimate::follow_states({&g, 1}, std::array{states});
   return score::fitted_track(g, states, with_starts(g, r.fit.values.front(), r.fit.noise.front()));
 }

@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLeastInformation = 1e-9;  // of the information scaled to unit diagonal: the information of a flight on a direction at all
-constexpr double kHeard = 0.04;  // share of the joint information from which on a flight counts
+constexpr double kSmallestShare = 0.04;     // share of the joint information from which on a flight counts
 constexpr double kHomogeneityLevel = 0.01;
 
 struct FlightSummary {
@@ -29,7 +29,7 @@ VectorXd unit_scale(const MatrixXd& s) {
 }
 
 // Pseudo-inverse in the directions determined, scaled to unit diagonal first; `rank` counts them.
-MatrixXd told_inverse(const MatrixXd& s, double& rank) {
+MatrixXd determined_inverse(const MatrixXd& s, double& rank) {
   const VectorXd k = unit_scale(s);
   const SymmetricEigen eig = symmetric_eigen(k.asDiagonal() * s * k.asDiagonal());
   VectorXd inverse = VectorXd::Zero(s.rows());
@@ -57,7 +57,7 @@ FlightSummary summary_of(const estimate::FitProblem& p, const estimate::Fit& fit
   FlightSummary out{r.information(shared, shared), r.score(shared)};
   if (own.empty()) return out;
   double rank = 0.0;
-  const MatrixXd inverse = told_inverse(r.information(own, own), rank);
+  const MatrixXd inverse = determined_inverse(r.information(own, own), rank);
   const MatrixXd cross = r.information(shared, own);
   out.information -= cross * inverse * cross.transpose();
   out.score -= cross * inverse * r.score(own);
@@ -72,7 +72,7 @@ void add_scores(const FlightSummary& f, const VectorXd& scale, const LltFactor& 
   const VectorXd score = eig.vectors.transpose() * joint.solve_lower(VectorXd(scale.asDiagonal() * f.score));
   for (Eigen::Index i = 0; i < score.size(); ++i) {
     const double share = eig.values[i];
-    if (share < kHeard) continue;
+    if (share < kSmallestShare) continue;
     out.chi2 += score[i] * score[i] / (share * inflation);
     out.degrees += std::max(0.0, 1.0 - share);
   }
@@ -90,13 +90,13 @@ ParameterHomogeneity of_parameter(int parameter, Eigen::Index at, const estimate
   double weights = 0.0, sum = 0.0;
   for (const FlightSummary& f : flights) {
     double rank = 0.0;
-    const MatrixXd inverse = told_inverse(f.information, rank);
+    const MatrixXd inverse = determined_inverse(f.information, rank);
     // A parameter with a part in a direction that the flight does not determine is not determined.
     const MatrixXd resolution = inverse * f.information;
-    const bool told = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kHeard * inverse(at, at) < joint_inverse(at, at);
-    h.value.push_back(told && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
-    h.u.push_back(told ? std::sqrt(inverse(at, at) * own) : std::numeric_limits<double>::infinity());
-    if (!told) continue;
+    const bool determined = inverse(at, at) > 0.0 && resolution(at, at) > 0.99 && kSmallestShare * inverse(at, at) < joint_inverse(at, at);
+    h.value.push_back(determined && joint ? joint->value - inverse.row(at).dot(f.score) : std::numeric_limits<double>::quiet_NaN());
+    h.u.push_back(determined ? std::sqrt(inverse(at, at) * own) : std::numeric_limits<double>::infinity());
+    if (!determined) continue;
     weights += 1.0 / (h.u.back() * h.u.back());
     sum += h.value.back() / (h.u.back() * h.u.back());
     h.degrees += 1.0;

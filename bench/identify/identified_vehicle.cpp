@@ -170,7 +170,7 @@ std::array<double, 2> flown_rpm(const std::vector<estimate::GridFlight>& flights
   for (const estimate::GridFlight& g : flights) {
     if (g.input.from_commands()) continue;
     std::size_t hint = 0;
-    for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+    for (std::size_t k = 0; k + 1 < g.nodes; ++k) {
       if (!g.linked[k]) continue;
       for (const double w : g.input.at(g.time_s(k), hint, false).omega_rad_s) speeds.push_back(w * 30.0 / std::numbers::pi);
     }

@@ -7,14 +7,14 @@
 #include <cmath>
 
 #include "bench/estimate/flight_motion.hpp"
+#include "bench/estimate/staged_fit.hpp"
 #include "bench/identify/gauge.hpp"
-#include "bench/estimate/known_first.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::identify {
 namespace {
 
-constexpr int kRounds = 3;      // of fits again, with poses tied or memory run anew
+constexpr int kRounds = 3;        // of fits again, with poses associated or dynamic terms propagated anew
 constexpr double kSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
 
 // What the stage, or a fit of any kind, cannot do without: named here, where the reader still knows which flight was meant for what.
@@ -36,11 +36,11 @@ void require_streams(const FlightToFit& f, const estimate::GridOptions& grid) {
   if (!pose && (r.gyro_B_rad_s.empty() || r.accel_B_m_s2.empty()))
     lacks("poses, or gyro and accelerometer", "columns p_x[m] … q_z[1], or gyro_x[rad/s] … accel_z[m/s2]");
   if (grid.use_velocity && r.velocity_W_m_s.empty()) lacks("velocities (--use velocity)", "columns v_x[m/s] … v_z[m/s]");
-  if (grid.use_gyro && r.gyro_B_rad_s.empty()) lacks("gyro readings (--use gyro)", "columns gyro_x[rad/s] … gyro_z[rad/s]");
-  if (grid.use_accel && r.accel_B_m_s2.empty()) lacks("accelerometer readings (--use accel)", "columns accel_x[m/s2] … accel_z[m/s2]");
+  if (grid.use_gyro && r.gyro_B_rad_s.empty()) lacks("gyro measurements (--use gyro)", "columns gyro_x[rad/s] … gyro_z[rad/s]");
+  if (grid.use_accel && r.accel_B_m_s2.empty()) lacks("accelerometer measurements (--use accel)", "columns accel_x[m/s2] … accel_z[m/s2]");
 }
 
-// The segment that a moment belongs to: the nearest, for a reading lies up to half a step from its node; -1 for none.
+// The segment that a moment belongs to: the nearest, for a measurement lies up to half a step from its node; -1 for none.
 int segment_of(double t_s, const std::vector<log::TimeRange>& segments, double step_s) {
   int best = -1;
   double nearest = 0.5 * step_s + 2e-6;
@@ -54,13 +54,13 @@ int segment_of(double t_s, const std::vector<log::TimeRange>& segments, double s
   return best;
 }
 
-// Ties each flight's poses to the moments they show. True when a delay differs from the one they were tied with by so much that the
+// Associates each flight's poses with the nodes of the moments they show. True when a delay differs from the last one by so much that the
 // fit must go on.
-bool tie_again(std::vector<estimate::GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
+bool associate_again(std::vector<estimate::GridFlight>& flights, std::vector<double>& tied_s, const std::vector<double>& delay_s) {
   bool moved = false;
   for (std::size_t f = 0; f < flights.size(); ++f) {
     if (flights[f].pose.empty() || std::fabs(delay_s[f] - tied_s[f]) <= 0.5 * flights[f].step_s) continue;
-    estimate::tie_poses(flights[f], delay_s[f]);
+    estimate::associate_poses(flights[f], delay_s[f]);
     tied_s[f] = delay_s[f];
     moved = true;
   }
@@ -69,7 +69,7 @@ bool tie_again(std::vector<estimate::GridFlight>& flights, std::vector<double>& 
 
 // Stateful terms follow the states, and the states follow from the fit. True when the fit found with the motion of before
 // differs from the one before that by more than rounding of its uncertainty, so that it must go on.
-bool remember_again(std::vector<estimate::GridFlight>& flights, const estimate::Fit& fit, const std::vector<estimate::Estimate>& before) {
+bool repropagate(std::vector<estimate::GridFlight>& flights, const estimate::Fit& fit, const std::vector<estimate::Estimate>& before) {
   estimate::follow_states(flights, fit.states);
   if (before.size() != fit.estimates.size()) return true;
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -82,7 +82,7 @@ bool remember_again(std::vector<estimate::GridFlight>& flights, const estimate::
 
 void cut_between_segments(estimate::GridFlight& g, const std::vector<log::TimeRange>& segments) {
   if (segments.empty()) return;
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) {
     const int from = segment_of(g.time_s(k), segments, g.step_s), to = segment_of(g.time_s(k + 1), segments, g.step_s);
     if (from < 0 || from != to) g.linked[k] = 0;
   }
@@ -105,9 +105,9 @@ class Sequence {
 
  private:
   void choose_start_values();
-  void run(FlightRole role, Belief& belief);
+  void run(FlightRole role, Knowledge& known);
   std::function<void(const estimate::FitProgress&)> report(const std::string& what);
-  void tie_all() { tie_again(out_.flights, tied_s_, std::vector<double>(given_.size(), values_[estimate::kPoseDelay])); }
+  void associate_all() { associate_again(out_.flights, tied_s_, std::vector<double>(given_.size(), values_[estimate::kPoseDelay])); }
 
   const std::vector<FlightToFit>& given_;
   const host::VehicleFile& vehicle_;
@@ -117,7 +117,7 @@ class Sequence {
   std::vector<estimate::FreeParameter> free_;
   estimate::ModelValues values_;                             // as the last stage left them
   estimate::NoiseModel noise_;                               // likewise
-  std::vector<double> tied_s_;                     // delay that each flight's poses are tied with
+  std::vector<double> tied_s_;                               // delay that each flight's poses are associated by
   std::vector<std::vector<double>> flight_start_;  // values of each flight, as its own stage left them
   int parts_ = 1, part_ = 0;                       // of the progress: stages and joint fit
 };
@@ -135,9 +135,10 @@ Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFil
   choose_start_values();
   for (const FlightRole role : kStages)
     parts_ += std::any_of(given.begin(), given.end(), [&](const FlightToFit& f) { return f.role == role; });
-  tie_all();
+  associate_all();
   if (o_.terms.memory() == 0) return;
-  for (estimate::GridFlight& g : out_.flights) estimate::follow_states({&g, 1}, std::array{estimate::states_by_readings(g, values_, o_.noise)});
+  for (estimate::GridFlight& g : out_.flights)
+    estimate::follow_states({&g, 1}, std::array{estimate::states_by_measurements(g, values_, o_.noise)});
 }
 
 void Sequence::choose_start_values() {
@@ -145,7 +146,7 @@ void Sequence::choose_start_values() {
   // The file may know a rotor's inertia by another name. Not where priors count: there a term that the file lacks is one without a prior.
   for (const std::string_view name : estimate::kRotorInertiaNames) {
     const int parameter = estimate::find_parameter(name, o_.terms);
-    if (parameter < 0 || o_.beliefs || host::uncertainty_of(vehicle_, name)) continue;
+    if (parameter < 0 || o_.priors || host::uncertainty_of(vehicle_, name)) continue;
     out_.start.file[parameter] = out_.start.values[parameter] = vehicle_.rotor_inertia_kg_m2.value;
   }
   values_ = out_.start.values;
@@ -167,11 +168,11 @@ std::function<void(const estimate::FitProgress&)> Sequence::report(const std::st
 
 void Sequence::run_stages() {
   flight_start_.assign(given_.size(), values_.values);
-  Belief belief = first_belief(free_, vehicle_, values_);
-  for (const FlightRole role : kStages) run(role, belief);
+  Knowledge known = first_knowledge(free_, vehicle_, values_);
+  for (const FlightRole role : kStages) run(role, known);
 }
 
-void Sequence::run(FlightRole role, Belief& belief) {
+void Sequence::run(FlightRole role, Knowledge& known) {
   std::vector<const estimate::GridFlight*> flights;
   std::vector<std::size_t> which;
   for (std::size_t f = 0; f < given_.size(); ++f) {
@@ -181,10 +182,10 @@ void Sequence::run(FlightRole role, Belief& belief) {
   }
   if (flights.empty()) return;
   out_.stages.push_back(
-      run_stage(role, flights, free_, values_, belief, noise_, o_.fit, o_.solver, report(fmt::format("stage {}", name(role)))));
+      run_stage(role, flights, free_, values_, known, noise_, o_.fit, o_.solver, report(fmt::format("stage {}", name(role)))));
   out_.stages.back().flights = which;
   for (const std::size_t f : which) flight_start_[f] = values_.values;
-  tie_all();
+  associate_all();
 }
 
 void Sequence::pose_joint_problem() {
@@ -204,21 +205,22 @@ void Sequence::pose_joint_problem() {
     out_.problem.start.values[at] = out_.start.file.values[at];
     for (auto& own : out_.problem.flight_start) own[at] = out_.start.file.values[at];
   }
-  if (o_.beliefs) out_.problem.priors = o_.beliefs(vehicle_, free_, out_.start.file);
+  if (o_.priors) out_.problem.priors = o_.priors(vehicle_, free_, out_.start.file);
   for (const auto& group : rotor_groups(o_.terms, free_)) out_.problem.priors.push_back(sum_held(group, out_.start.file));
 }
 
 void Sequence::fit_jointly() {
   const auto joint = report("joint fit");
-  if (o_.beliefs) estimate::settle_about_known(out_.problem, [&](const estimate::FitProblem& held) { return o_.solver(held, o_.fit, joint); });
+  if (o_.priors)
+    estimate::settle_with_priors_held(out_.problem, [&](const estimate::FitProblem& held) { return o_.solver(held, o_.fit, joint); });
   out_.fit = o_.solver(out_.problem, o_.fit, joint);
   std::vector<estimate::Estimate> before;
   for (int again = 0; again < kRounds && (again == 0 || out_.fit.converged); ++again) {
     std::vector<double> found_s;
     for (const estimate::ModelValues& v : out_.fit.values) found_s.push_back(v[estimate::kPoseDelay]);
-    const bool tied = tie_again(out_.flights, tied_s_, found_s);
-    const bool remembered = o_.terms.memory() > 0 && remember_again(out_.flights, out_.fit, before);
-    if (!tied && !remembered) break;
+    const bool tied = associate_again(out_.flights, tied_s_, found_s);
+    const bool repropagated = o_.terms.memory() > 0 && repropagate(out_.flights, out_.fit, before);
+    if (!tied && !repropagated) break;
     before = out_.fit.estimates;
     estimate::start_from(out_.fit, out_.problem);
     out_.fit = o_.solver(out_.problem, o_.fit, joint);

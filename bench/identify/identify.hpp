@@ -28,7 +28,9 @@ struct IdentifyOptions {
   ParameterWishes wishes;
   estimate::NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
   // What is known before the joint fit, about its free parameters; gets the vehicle file's values.
-  std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>, const estimate::ModelValues&)> beliefs = {};
+  std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>,
+                                                  const estimate::ModelValues&)>
+      priors = {};
   estimate::FitOptions fit;
   Solver solver = own_solver();
 };

@@ -61,14 +61,14 @@ std::string manoeuvre_for(int p, const host::TermList& terms) {
       return "quick pitching both ways, 5 rad/s and more";
     case estimate::kIzz:
     case estimate::kCq:
-      return "yaw steps both ways with fast rotor response; slow and fast ones tell I_zz from c_q";
+      return "yaw steps both ways with fast rotor response; slow and fast ones distinguish I_zz from c_q";
     case estimate::kIxy:
     case estimate::kIxz:
     case estimate::kIyz:
       return "turns about two axes at once";
     case estimate::kComX:
     case estimate::kComY:
-      return "any hover; yaw turns tell it from a tilted pose frame";
+      return "any hover; yaw turns distinguish it from a tilted pose frame";
     case estimate::kK1:
     case estimate::kK2:
       return "fast climbs and descents (3 m/s and more) beside hover: k_1 and k_2 differ only when the inflow does";
@@ -152,7 +152,8 @@ Observability observability_of(const estimate::FitProblem& problem, const estima
       const int p = problem.free[i].parameter;
       const auto at = static_cast<Eigen::Index>(i);
       c.information.push_back(own(at, at));
-      if (p != estimate::kMass && u[at] > size_of(fit.values[f][p], p, terms)) c.cannot_tell.push_back(estimate::parameter_info(p, terms).symbol);
+      if (p != estimate::kMass && u[at] > size_of(fit.values[f][p], p, terms))
+        c.undetermined.push_back(estimate::parameter_info(p, terms).symbol);
     }
     out.flights.push_back(std::move(c));
   }

@@ -18,7 +18,7 @@ struct FlightContribution {
   std::string flight;
   double seconds = 0.0;
   std::vector<double> information;       // of each free parameter, the others known: 1/u², SI; all free parameters in order
-  std::vector<std::string> cannot_tell;  // parameters that this flight alone leaves uncertain by more than their own size
+  std::vector<std::string> undetermined;  // parameters that this flight alone leaves uncertain by more than their own size
 };
 
 // A manoeuvre for a parameter that is poorly determined.

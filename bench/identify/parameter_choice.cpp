@@ -50,7 +50,7 @@ std::vector<int> parameters_named(const std::string& name, const host::TermList&
   return out;
 }
 
-double believed_u(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms) {
+double prior_u_of(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms) {
   const std::string name = estimate::parameter_info(parameter, terms).name;
   const bool rotor = std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
   return host::uncertainty_of(vehicle, name).value_or(rotor ? vehicle.rotor_inertia_kg_m2.u : 0.0);
@@ -70,7 +70,7 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
   std::vector<estimate::FreeParameter> out;
   const auto add = [&](int parameter, bool per_flight = false, double prior_u = 0.0) { out.push_back({parameter, per_flight, prior_u}); };
   // All forces and inertias scale with the mass: only the scales know it, and their uncertainty belongs into every other.
-  if (const double u = believed_u(vehicle, estimate::kMass, terms); u > 0.0) add(estimate::kMass, false, u);
+  if (const double u = prior_u_of(vehicle, estimate::kMass, terms); u > 0.0) add(estimate::kMass, false, u);
   for (const int p : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kComX, estimate::kComY}) add(p);
   if (speeds) add(estimate::kK1);  // with commands alone their gain stands in its place
   if (place) add(estimate::kK2);   // climb speed is known from places only
@@ -83,7 +83,7 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
   for (int i = 0; accel && i < 3; ++i) add(estimate::kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
   if (commands) add(estimate::kCommandGain), add(estimate::kCommandLag);
   if (battery) add(estimate::kVoltageExponent);
-  // What a term remembered when the flight began is that flight's own.
+  // The state of a dynamic term at the start is the flight's own.
   for (std::size_t k = 0; k < terms.parameters(); ++k) {
     const int parameter = estimate::kCoreParameters + static_cast<int>(k);
     if (!terms.is_start(k)) {

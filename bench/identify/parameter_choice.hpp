@@ -24,6 +24,6 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms);
 
 // Standard uncertainty that the vehicle file gives a parameter; 0 when it gives none.
-double believed_u(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms);
+double prior_u_of(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms);
 
 }  // namespace rotorloop::identify

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "bench/estimate/ceres_solver.hpp"
-#include "bench/estimate/known_first.hpp"
+#include "bench/estimate/staged_fit.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::identify {
@@ -45,9 +45,9 @@ bool within_acceptance(const FitDifference& d) {
          std::fabs(d.uncertainty) <= kAcceptedUncertainty;
 }
 
-bool far_apart(const FitDifference& told, const FitDifference& to_the_end) {
-  return !(std::fabs(to_the_end.cost) <= kFarCost && std::fabs(told.estimate_u) <= kFarEstimate_u &&
-           std::fabs(told.uncertainty) <= kFarUncertainty);
+bool far_apart(const FitDifference& reported, const FitDifference& to_the_end) {
+  return !(std::fabs(to_the_end.cost) <= kFarCost && std::fabs(reported.estimate_u) <= kFarEstimate_u &&
+           std::fabs(reported.uncertainty) <= kFarUncertainty);
 }
 
 estimate::FitOptions check_options(estimate::FitOptions of_fit) {
@@ -73,7 +73,7 @@ SolverCheck check_by_ceres(const Identification& result, const estimate::FitOpti
     out.ceres_cost = ceres.cost;
     out.iterations = ceres.iterations;
     out.converged = ceres.converged;
-    out.told = difference_of_fits(result.fit, ceres, result.problem);
+    out.reported = difference_of_fits(result.fit, ceres, result.problem);
     out.to_the_end = difference_of_fits(own, ceres, result.problem);
   } catch (const Error& e) {
     out.failure = e.text().what;
@@ -84,13 +84,13 @@ SolverCheck check_by_ceres(const Identification& result, const estimate::FitOpti
 std::string solver_check_problem(const SolverCheck& c) {
   if (!c.failure.empty()) return "the check by Ceres came to no answer: " + c.failure;
   if (!c.converged) return fmt::format("the check by Ceres did not converge in {} iterations", c.iterations);
-  if (!far_apart(c.told, c.to_the_end)) return "";
+  if (!far_apart(c.reported, c.to_the_end)) return "";
   return fmt::format(
       "Ceres and the own solver give different answers: {} by {:+.2g} standard uncertainties (at most {:g}), the uncertainty of {} by "
       "{:+.2g} % "
       "(at most {:g} %), the cost by {:+.2g} of it (at most {:g})",
-      c.told.estimate, c.told.estimate_u, kFarEstimate_u, c.told.of, 100.0 * c.told.uncertainty, 100.0 * kFarUncertainty, c.to_the_end.cost,
-      kFarCost);
+      c.reported.estimate, c.reported.estimate_u, kFarEstimate_u, c.reported.of, 100.0 * c.reported.uncertainty, 100.0 * kFarUncertainty,
+      c.to_the_end.cost, kFarCost);
 }
 
 std::string solver_check_text(const SolverCheck& c) {
@@ -101,7 +101,7 @@ std::string solver_check_text(const SolverCheck& c) {
   };
   std::string out = fmt::format("the same fit by Ceres: cost {:.9g} after {} iterations{}, by the own solver {:.9g}\n", c.ceres_cost,
                                 c.iterations, c.converged ? "" : " (NOT CONVERGED)", c.own_cost);
-  out += fmt::format("  as told above: {}\n", apart(c.told));
+  out += fmt::format("  as reported above: {}\n", apart(c.reported));
   out += fmt::format("  both to the end: {}, cost {:.1g} of it: {} the limits of docs/acceptance/identify_speed.md ({:g}, {:g}, {:g})\n",
                      apart(c.to_the_end), std::fabs(c.to_the_end.cost), within_acceptance(c.to_the_end) ? "within" : "OUTSIDE",
                      kAcceptedEstimate_u, kAcceptedUncertainty, kAcceptedCost);

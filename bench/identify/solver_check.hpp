@@ -23,17 +23,17 @@ FitDifference difference_of_fits(const estimate::Fit& own, const estimate::Fit& 
 bool within_acceptance(const FitDifference& to_the_end);
 // Beyond this the digits that a person reads differ: a quarter of a standard uncertainty, uncertainties by 5 %, the cost by 1e-6 of it.
 // The fit that is reported may lie 0.01 from its end, and 0.2 with stateful terms (their motion follows once more after the last round).
-bool far_apart(const FitDifference& told, const FitDifference& to_the_end);
+bool far_apart(const FitDifference& reported, const FitDifference& to_the_end);
 
 struct SolverCheck {
   double own_cost = 0.0, ceres_cost = 0.0;
   int iterations = 0;  // of Ceres
   bool converged = false;
-  FitDifference told;        // the fit that is told against Ceres
+  FitDifference reported;    // the fit that is reported against Ceres
   FitDifference to_the_end;  // the own fit run to its end against Ceres
   std::string failure;       // why there is no comparison: what Ceres said; empty when there is one
 
-  bool good() const { return failure.empty() && converged && !far_apart(told, to_the_end); }
+  bool good() const { return failure.empty() && converged && !far_apart(reported, to_the_end); }
 };
 
 // With the noise kept, and to the end: the options of a check of a fit that had these.

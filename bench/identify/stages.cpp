@@ -78,23 +78,25 @@ std::vector<int> stage_parameters(FlightRole role, const std::vector<estimate::F
   return out;
 }
 
-Belief first_belief(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle, const estimate::ModelValues& values) {
-  Belief b;
+Knowledge first_knowledge(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle,
+                          const estimate::ModelValues& values) {
+  Knowledge b;
   const auto n = static_cast<Eigen::Index>(free.size());
   b.covariance = Eigen::MatrixXd::Zero(n, n);
   b.estimated.assign(free.size(), false);
   for (Eigen::Index i = 0; i < n; ++i) {
     const estimate::FreeParameter& f = free[static_cast<std::size_t>(i)];
     b.parameters.push_back(f.parameter);
-    double u = f.prior_u > 0.0 ? f.prior_u : believed_u(vehicle, f.parameter, values.terms);
+    double u = f.prior_u > 0.0 ? f.prior_u : prior_u_of(vehicle, f.parameter, values.terms);
     if (u <= 0.0) u = std::max(std::fabs(values[f.parameter]), estimate::parameter_info(f.parameter, values.terms).scale);
     b.covariance(i, i) = u * u;
   }
   return b;
 }
 
-StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights, const std::vector<estimate::FreeParameter>& free,
-                      estimate::ModelValues& values, Belief& belief, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
+                      const std::vector<estimate::FreeParameter>& free, estimate::ModelValues& values, Knowledge& known,
+                      estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
                       const std::function<void(const estimate::FitProgress&)>& progress) {
   const std::vector<int> freed = stage_parameters(role, free);
   const std::set<int> is_freed(freed.begin(), freed.end());
@@ -106,10 +108,10 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
   // Sensor placement and delays are refined from stage to stage; the centre of mass may have moved, it starts afresh.
   estimate::FitProblem problem{.start = values, .free = {}, .flights = flights, .noise = noise, .flight_noise = {}, .flight_start = {}};
   std::vector<Eigen::Index> active, held;  // into the covariance carried
-  for (std::size_t i = 0; i < belief.parameters.size(); ++i) {
-    const int p = belief.parameters[i];
+  for (std::size_t i = 0; i < known.parameters.size(); ++i) {
+    const int p = known.parameters[i];
     const auto at = static_cast<Eigen::Index>(i);
-    const double u = std::sqrt(belief.covariance(at, at));
+    const double u = std::sqrt(known.covariance(at, at));
     const bool act = is_freed.contains(p);
     (act ? active : held).push_back(at);
     problem.free.push_back({p, false, !act ? kHeldPrior * estimate::parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
@@ -129,16 +131,16 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
     if (prior_u > 0.0) s_aa(at, at) += 1.0 / (prior_u * prior_u);
   }
   const Eigen::MatrixXd alone = estimate::inverse_scaled(s_aa);
-  carry_held(alone, out.fit.information(active, held), active, held, belief.covariance);
+  carry_held(alone, out.fit.information(active, held), active, held, known.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const auto k = static_cast<std::size_t>(active[i]);
     estimate::Estimate e = out.fit.estimates[k];
     const double own = std::sqrt(alone(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
     out.u_alone.push_back(std::max(own, e.u_robust));
-    e.u = std::sqrt(belief.covariance(active[i], active[i]));
+    e.u = std::sqrt(known.covariance(active[i], active[i]));
     e.u_robust = std::sqrt(std::max(e.u * e.u + e.u_robust * e.u_robust - own * own, 0.0));
     values[e.parameter] = e.value;
-    belief.estimated[k] = true;
+    known.estimated[k] = true;
     out.estimates.push_back(e);
   }
   if (!out.fit.noise.empty()) noise = out.fit.noise.front();

@@ -20,13 +20,14 @@ std::string_view name(FlightRole role);
 std::vector<int> stage_parameters(FlightRole role, const std::vector<estimate::FreeParameter>& all);
 
 // What is known of the free parameters between stages.
-struct Belief {
+struct Knowledge {
   std::vector<int> parameters;
   Eigen::MatrixXd covariance;
   std::vector<bool> estimated;  // by a stage
 };
 // Uncertainties of the vehicle file; a parameter without one may be off by its own size, or by the size that matters for it.
-Belief first_belief(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle, const estimate::ModelValues& values);
+Knowledge first_knowledge(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle,
+                          const estimate::ModelValues& values);
 
 using Solver = std::function<estimate::Fit(const estimate::FitProblem&, const estimate::FitOptions&, const std::function<void(const estimate::FitProgress&)>&)>;
 Solver own_solver();  // fit()
@@ -39,9 +40,10 @@ struct StageResult {
   estimate::Fit fit;
 };
 
-// Runs one stage on `flights`; moves `values`, `belief` and `noise` on. Throws what the solver throws, with the stage's name before it.
-StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights, const std::vector<estimate::FreeParameter>& free,
-                      estimate::ModelValues& values, Belief& belief, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+// Runs one stage on `flights`; moves `values`, `known` and `noise` on. Throws what the solver throws, with the stage's name before it.
+StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
+                      const std::vector<estimate::FreeParameter>& free, estimate::ModelValues& values, Knowledge& known,
+                      estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
                       const std::function<void(const estimate::FitProgress&)>& progress);
 
 // A parameter as a stage and as the joint fit see it. Both used the stage's data; the difference of an efficient estimate and one that

@@ -22,8 +22,8 @@ double mean_square_upright(std::span<const estimate::GridFlight> flights, const 
     input.prepare(v);
     const auto states = estimate::guess_states(g, values);
     std::size_t hint = 0;
-    for (std::size_t k = 0; k < g.knots; ++k) {
-      if (k + 1 < g.knots && !g.linked[k]) continue;
+    for (std::size_t k = 0; k < g.nodes; ++k) {
+      if (k + 1 < g.nodes && !g.linked[k]) continue;
       const estimate::RotorInputSample u = input.at(g.time_s(k), hint, false);
       double squares = 0.0;
       for (const double w : u.omega_rad_s) squares += w * w;
@@ -41,7 +41,7 @@ double mean_battery_V(const estimate::GridFlight& g) {
   constexpr std::size_t kEvery = 20;  // nodes: voltage changes slowly
   double sum = 0.0, n = 0.0;
   std::size_t hint = 0;
-  for (std::size_t k = 0; k < g.knots; k += kEvery, n += 1.0) sum += g.input.at(g.time_s(k), hint, false).battery_V;
+  for (std::size_t k = 0; k < g.nodes; k += kEvery, n += 1.0) sum += g.input.at(g.time_s(k), hint, false).battery_V;
   return n > 0.0 ? sum / n : 0.0;
 }
 

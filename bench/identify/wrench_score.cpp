@@ -114,11 +114,11 @@ Sums sums_of(const Rows& model, const Rows& reference, const std::vector<char>& 
   return s;
 }
 
-// Knots that the model ties on both sides and that keep their distance from cuts.
-std::vector<char> scored_knots(const estimate::GridFlight& g, const WrenchBand& band) {
+// Nodes that the model ties on both sides and that keep their distance from cuts.
+std::vector<char> scored_nodes(const estimate::GridFlight& g, const WrenchBand& band) {
   const double margin_s = std::max(kMargin_s, band.from_Hz > 0.0 ? 0.5 / band.from_Hz : 0.0);
-  std::vector<char> tied(g.knots, 1);
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+  std::vector<char> tied(g.nodes, 1);
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) {
     if (!g.linked[k]) tied[k] = tied[k + 1] = 0;
   }
   tied.front() = tied.back() = 0;
@@ -154,9 +154,9 @@ WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const I
     options.use_gyro = torque;
     estimate::GridFlight g = make_grid(f.record, options);
     cut_between_segments(g, f.segments);
-    estimate::tie_poses(g, after.fit.values.front()[estimate::kPoseDelay]);
+    estimate::associate_poses(g, after.fit.values.front()[estimate::kPoseDelay]);
     const score::StateTrack track = held_out_track(g, after);
-    const std::vector<char> counts = scored_knots(g, band);
+    const std::vector<char> counts = scored_nodes(g, band);
     if (std::find(counts.begin(), counts.end(), 1) == counts.end()) continue;
     out.force = out.force || force;
     out.torque = out.torque || torque;

@@ -38,7 +38,7 @@ estimate::GridFlight read_again(const estimate::GridFlight& flight, const estima
 PredictionErrors noise_floor(const estimate::GridFlight& flight, const StateTrack& track, const estimate::ModelValues& values, const estimate::NoiseModel& smoothed_with,
                              const estimate::NoiseModel& noise, std::span<const std::size_t> starts, std::size_t horizon, std::uint64_t seed) {
   StateTrack again = track;
-  again.state = estimate::states_by_readings(read_again(flight, noise, seed), values, smoothed_with);
+  again.state = estimate::states_by_measurements(read_again(flight, noise, seed), values, smoothed_with);
   const Predictor quiet = whole_model(values, flight.substeps), noisy = noisy_model(values, flight.substeps, noise, seed);
   PredictionErrors out{track.name, track.step_s, horizon, {starts.begin(), starts.end()}, {}};
   std::vector<estimate::BodyState> ahead(horizon), shaken(horizon);

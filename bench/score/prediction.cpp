@@ -45,12 +45,12 @@ estimate::BodyState step_with_rates_held(const estimate::Model& model, const Sta
 
 // One step of a model with stateful terms: their state runs along the step that it would give if it stood still, then the step is taken
 // again along the memory.
-estimate::BodyState step_with_memory(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double from_s, double to_s, int substeps,
-                           std::size_t& hint, estimate::MemoryNumbers& memory) {
-  estimate::MemoryEnds ends{memory, memory};
+estimate::BodyState step_with_term_states(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x,
+                                          double from_s, double to_s, int substeps, std::size_t& hint, estimate::MemoryNumbers& memory) {
+  estimate::TermStateEnds ends{memory, memory};
   const estimate::BodyState first = model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
   const estimate::RotorInputSample from = track.input.at(from_s, hint, false), to = track.input.at(to_s, hint, false);
-  estimate::advance_memory(model.values(), x, from, from_s, first, to, to_s, ends.to);
+  estimate::advance_term_states(model.values(), x, from, from_s, first, to, to_s, ends.to);
   memory = ends.to;
   return model.step(x, track.input, hint, from_s, to_s, substeps, &ends);
 }
@@ -142,7 +142,7 @@ Predictor whole_model(const estimate::ModelValues& values, int substeps) {
     if (model->values().terms.memory() > 0) {
       estimate::MemoryNumbers memory = track.input.at(track.time_s(start), hint, false).memory;
       for (std::size_t k = 0; k < out.size(); ++k) {
-        x = step_with_memory(*model, track, x, track.time_s(start + k), track.time_s(start + k + 1), substeps, hint, memory);
+        x = step_with_term_states(*model, track, x, track.time_s(start + k), track.time_s(start + k + 1), substeps, hint, memory);
         out[k] = x;
       }
       return;
@@ -171,8 +171,8 @@ Predictor noisy_model(const estimate::ModelValues& values, int substeps, const e
     };
     for (std::size_t k = 0; k < out.size(); ++k) {
       const double from = track.time_s(start + k), to = track.time_s(start + k + 1);
-      x = stateful ? step_with_memory(*model, track, x, from, to, substeps, hint, memory)
-                    : model->step(x, track.input, hint, from, to, substeps);
+      x = stateful ? step_with_term_states(*model, track, x, from, to, substeps, hint, memory)
+                   : model->step(x, track.input, hint, from, to, substeps);
       // White acceleration of density q over a step: covariance q² [h³/3, h²/2; h²/2, h], as the fit takes it.
       estimate::StateError kick;
       const auto push = [&](Eigen::Index place, const Eigen::Vector3d& q) {

@@ -18,7 +18,7 @@ render::Outcome interrupted_outcome(const StopSignals& stop) {
           "run the same command again with --force: nothing of it is taken over"};
 }
 
-void tell_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const hil::RunClock& clock) {
+void report_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const hil::RunClock& clock) {
   const hil::UnfinishedResult r{places.command, kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}, "No result of rotorloop " + places.command, outcome};
   if (places.json) fmt::print("{}", hil::unfinished_json(r));
   if (!places.report.empty()) hil::write_unfinished(places.report, r);

@@ -20,6 +20,6 @@ struct ResultPlaces {
 render::Outcome refused_outcome(const Error& error);
 render::Outcome interrupted_outcome(const StopSignals& stop);
 
-void tell_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const hil::RunClock& clock);
+void report_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const hil::RunClock& clock);
 
 }  // namespace rotorloop::cli

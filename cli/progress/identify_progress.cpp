@@ -11,11 +11,11 @@ void IdentifyProgressLine::erase() {
 
 void IdentifyProgressLine::operator()(const identify::IdentifyProgress& p) {
   if (style_ == ProgressStyle::silent) return;
-  const auto told = text_(p, std::chrono::duration<double>(Clock::now() - begun_).count());
+  const auto line = text_(p, std::chrono::duration<double>(Clock::now() - begun_).count());
   if (style_ == ProgressStyle::lines) {
-    if (told.due) fmt::print(out_, "{}\n", told.text);
+    if (line.due) fmt::print(out_, "{}\n", line.text);
   } else {
-    fmt::print(out_, "\r\033[K{}", told.text);
+    fmt::print(out_, "\r\033[K{}", line.text);
     on_screen_ = true;
   }
   std::fflush(out_);

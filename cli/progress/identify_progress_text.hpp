@@ -1,5 +1,5 @@
-// What `rotorloop identify` tells of its progress, from what the fit reports and the seconds since it began. No clock, so that a test
-// can say what time it is. A time left is given only where the fit itself foretells it: with given noise, once what is left of the cost
+// What `rotorloop identify` says of its progress, from what the fit reports and the seconds since it began. No clock, so that a test
+// can say what time it is. A time left is given only where the fit itself predicts it: with given noise, once what is left of the cost
 // falls steadily. While the noise is searched too, nobody knows how many rounds it takes; there the most iterations are named instead.
 #pragma once
 #include <array>
@@ -21,7 +21,7 @@ class IdentifyProgressText {
   Told operator()(const identify::IdentifyProgress& p, double elapsed_s);
 
  private:
-  // Seconds to the end of this round, below 0 where they cannot be foretold.
+  // Seconds to the end of this round, below 0 where they cannot be predicted.
   double left_s(const estimate::FitProgress& p, double elapsed_s) const;
 
   estimate::FitOptions fit_;

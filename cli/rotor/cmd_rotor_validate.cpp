@@ -1,4 +1,4 @@
-// `rotorloop rotor validate`: the rotor solve against measured propellers of the data folder.
+// `rotorloop rotor validate`: the BEM rotor model against measured propellers of the data folder.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -67,7 +67,7 @@ int validate(RotorValidateArguments o) {
 void add_rotor_validate(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorValidateArguments>();
   CLI::App* c =
-      rotor.add_subcommand("validate", "the rotor solve against measured propellers: errors before and after a fit of four scalars");
+      rotor.add_subcommand("validate", "the BEM rotor model against measured propellers: errors before and after a fit of four scalars");
   c->add_option("--propeller", o->propellers, "only this one, by its folder in the data (repeatable)");
   c->add_option("-o,--out", o->page, "also write an HTML page with plots");
   add_force(*c, o->force);

@@ -1,6 +1,6 @@
 // State of a dynamic term: a load on a string still swings after the vehicle stopped, thrust lags behind rotor speed. Such a term
 // names its numbers (kMemory) and says how the motion of the body carries them on (advance). To the loads of a moment they are
-// known numbers, so a term with memory adds no state to the fit: the fit, the predictor and the controller each run `advance`.
+// known numbers, so a dynamic term adds no state to the fit: the fit, the predictor and the controller each run `advance`.
 #pragma once
 #include <cstddef>
 

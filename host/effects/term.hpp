@@ -60,7 +60,7 @@ struct Term {
   TermHooks<PlaceDual> place;
   TermHooks<ExtraDual> extra;
   const void* own = nullptr;  // what its hooks need beside the parameters; a term written in C++ needs nothing
-  Advance advance = nullptr;  // of a term with memory
+  Advance advance = nullptr;  // of a dynamic term
 
   template <class S>
   const TermHooks<S>& hooks() const;

@@ -24,13 +24,13 @@ struct Quantity {
   friend bool operator==(const Quantity&, const Quantity&) = default;
 };
 
-struct PoseSensorBelief {
+struct PoseSensorPrior {
   std::array<double, 3> offset_m{}, offset_u_m{};  // from the centre of mass, B
   Origin offset_origin = Origin::guess;
   std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};  // sensor to body; normalised by to_model()
   std::array<double, 3> rotation_u_rad{};
   Origin rotation_origin = Origin::guess;
-  friend bool operator==(const PoseSensorBelief&, const PoseSensorBelief&) = default;
+  friend bool operator==(const PoseSensorPrior&, const PoseSensorPrior&) = default;
 };
 
 struct CovarianceBlock {
@@ -83,7 +83,7 @@ struct VehicleFile {
   std::array<double, 2> rpm_window{};
   Quantity c_q_N_m_s2, rotor_inertia_kg_m2;
   Quantity c_dh_s_m, c_dxy_N_s2_m2, c_dz_N_s2_m2;
-  PoseSensorBelief pose_sensor;
+  PoseSensorPrior pose_sensor;
   std::optional<double> ceiling_z_m;  // [room]: height of the ceiling in the logs' world, measured; none: open air, or not known
   std::vector<CovarianceBlock> covariance;
   std::vector<StaticThrust> static_thrust;

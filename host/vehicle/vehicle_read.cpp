@@ -76,7 +76,7 @@ void read_models(const TomlTable& root, VehicleFile& v) {
   v.c_dz_N_s2_m2 = quantity(drag, "c_dz_N_s2_m2", kAirframeDrag);
 }
 
-void read_pose_sensor(const TomlTable& t, PoseSensorBelief& p) {
+void read_pose_sensor(const TomlTable& t, PoseSensorPrior& p) {
   const TomlTable offset = t.table("offset_m");
   p.offset_m = fixed<3>(offset, "value", kPosition);
   p.offset_u_m = fixed<3>(offset, "u", uncertainty(kPosition));

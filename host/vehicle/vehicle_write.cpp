@@ -69,7 +69,7 @@ std::string vehicle_text(const VehicleFile& v) {
   s += fmt::format("\n[torque_model]\nc_q_N_m_s2 = {}\nrotor_inertia_kg_m2 = {}\n", text(v.c_q_N_m_s2), text(v.rotor_inertia_kg_m2));
   s += fmt::format("\n[drag]\nc_dh_s_m = {}\nc_dxy_N_s2_m2 = {}\nc_dz_N_s2_m2 = {}\n", text(v.c_dh_s_m), text(v.c_dxy_N_s2_m2),
                    text(v.c_dz_N_s2_m2));
-  const PoseSensorBelief& p = v.pose_sensor;
+  const PoseSensorPrior& p = v.pose_sensor;
   s += fmt::format("\n[pose_sensor]\noffset_m = {{ value = {}, u = {}, origin = \"{}\" }}\n", list(p.offset_m), list(p.offset_u_m),
                    name(p.offset_origin));
   s += fmt::format("quaternion_wxyz = {{ value = {}, u_rad = {}, origin = \"{}\" }}\n", list(p.quaternion_wxyz), list(p.rotation_u_rad),

@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
     const estimate::Fit fit = solver == "ceres" ? estimate::fit_with_ceres(problem, options) : estimate::fit(problem, options);
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), used_s = cpu_s() - cpu_before;
     std::size_t states = 0;
-    for (const auto& g : grids) states += g.knots;
+    for (const auto& g : grids) states += g.nodes;
     nlohmann::json u, value;
     for (const estimate::Estimate& e : fit.estimates) {
       value.push_back(e.value);

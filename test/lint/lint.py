@@ -472,8 +472,6 @@ class Linter:
         for name, text in self.text.items():
             if name in rules.PRIVATE_WORD_EXEMPT or not name.endswith(rules.PRIVATE_WORD_SUFFIXES):
                 continue
-            if any(inside(name, folder) for folder in rules.PRIVATE_WORDS_NOT_YET):
-                continue
             plain = allowed.sub(lambda m: _blank(m.group()), text)
             for pattern, field_word in words:
                 for match in pattern.finditer(plain):

@@ -1,4 +1,4 @@
-// Many trials against the truth: bias, scatter, and whether the standard errors that came with the estimates can be believed.
+// Many trials against the truth: bias, scatter, and whether the standard errors that came with the estimates are right.
 #pragma once
 #include <filesystem>
 #include <iosfwd>

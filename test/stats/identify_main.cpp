@@ -1,6 +1,6 @@
 // The study as a program: trials that the file lacks are run and appended, then the table is printed and judged.
 //   stats_identify FILE.csv --trials 300 [--jobs 2]
-//     [--rotor-log-ms 5] [--estimate-noise] [--pilot-sees-truth] [--knots-at-stamps] [--quiet]   a changed condition
+//     [--rotor-log-ms 5] [--estimate-noise] [--pilot-sees-truth] [--nodes-at-stamps] [--quiet]   a changed condition
 //     [--no-verdict] [--against USUAL.csv]                                   shift of the estimates against the usual condition
 // Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
 #include <CLI/CLI.hpp>
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   app.add_option("--rotor-log-ms", settings.rotor_log_every_ms, "interval of logged rotor speeds, ms")->check(CLI::Range(1, 20));
   app.add_flag("--estimate-noise", settings.estimate_noise, "process and measurement noise by EM instead of given");
   app.add_flag("--pilot-sees-truth", settings.pilot_sees_truth, "the loop is closed on motion that the log does not show");
-  app.add_flag("--knots-at-stamps", settings.knots_at_stamps, "the time offset as one of the poses");
+  app.add_flag("--nodes-at-stamps", settings.nodes_at_stamps, "the time offset as one of the poses");
   app.add_flag("--quiet", settings.quiet, "flights without noise: bias of the method alone");
   app.add_option("--against", against, "CSV file of the usual condition: print the shift, seed by seed")->check(CLI::ExistingFile);
   app.add_flag("--no-verdict", no_verdict, "print the table, judge nothing");

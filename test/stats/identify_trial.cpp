@@ -20,7 +20,7 @@ using model_true::Truth;
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
 constexpr double kDragSpeed_m_s = 8.5;
 
-// The time offset is estimated as one of the rotor log, so that the knots lie where the poses were taken; see
+// The time offset is estimated as one of the rotor log, so that the nodes lie where the poses were taken; see
 // docs/acceptance/identify_monte_carlo.md for what happens otherwise. The last of the list.
 const std::vector<int> kFree{estimate::kIxx,     estimate::kIyy,     estimate::kIzz,   estimate::kCq,    estimate::kComX,  estimate::kComY,
                              estimate::kK1,      estimate::kK2,      estimate::kCdh,   estimate::kCdxy,  estimate::kCdz,   estimate::kOffsetX,
@@ -110,7 +110,7 @@ Trial run_trial(const TrialSettings& s) {
   estimate::FitProblem problem;
   problem.start = first_guess(truth, s.seed);
   for (const int p : kFree) problem.free.push_back({.parameter = p});
-  if (s.knots_at_stamps) problem.free.back().parameter = estimate::kPoseDelay;
+  if (s.nodes_at_stamps) problem.free.back().parameter = estimate::kPoseDelay;
   for (const auto& g : grids) problem.flights.push_back(&g);
   estimate::FitOptions options;
   if (s.estimate_noise) {
@@ -134,7 +134,7 @@ Trial run_trial(const TrialSettings& s) {
   out.pose_sigma_m = rms(fit.noise.front().position_m);
   out.pose_sigma_rad = rms(fit.noise.front().attitude_rad);
   for (const estimate::Estimate& e : fit.estimates) out.outcomes.push_back({e.value, e.u, e.u_robust});
-  if (s.knots_at_stamps) out.outcomes.back().estimate *= -1.0;  // late poses are early rotor speeds
+  if (s.nodes_at_stamps) out.outcomes.back().estimate *= -1.0;  // poses stamped late are rotor speeds stamped early
 
   // The sensor's rotation as the turn from the true one to the estimate, small; its covariance moved there from the fit's own turn.
   const auto turn_at = static_cast<Eigen::Index>(std::find(kFree.begin(), kFree.end(), int{estimate::kTurnX}) - kFree.begin());

@@ -15,7 +15,7 @@ struct TrialSettings {
   int rotor_log_every_ms = 1;     // 5: rotor speeds at 200 Hz
   bool estimate_noise = false;    // process and measurement noise by EM; else those of the flights are given
   bool pilot_sees_truth = false;  // see model_true::FlightSettings
-  bool knots_at_stamps = false;   // the time offset as one of the poses, which are then predicted 2 ms away from the knots
+  bool nodes_at_stamps = false;   // the time offset as one of the poses, which are then predicted 2 ms away from the nodes
   bool quiet = false;             // flights without any noise, weighed as if they had it: what is left is bias of the method
 };
 

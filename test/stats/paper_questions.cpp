@@ -147,8 +147,8 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
                        std::max(p.min - p.neutral, -most), std::min(p.max - p.neutral, most)});
     }
   }
-  // What no flight tells, as everything scales with it: a wrong mass moves all wrench coefficients; wrong arms the torque of roll and
-  // pitch, with it all three inertias (Euler's equations are homogeneous, and I_zz is told by its part in them) and by I_zz c_q.
+  // What no flight determines, as everything scales with it: a wrong mass moves all wrench coefficients; wrong arms the torque of roll and
+  // pitch, with it all three inertias (Euler's equations are homogeneous, and I_zz is determined by its part in them) and by I_zz c_q.
   units.push_back({"mass assumed too large", "1", Shift{1, 1, 1, 1, 1} * 0.01, 0.01, -0.05, 0.05});
   units.push_back({"arms assumed too long", "1", Shift{1, 1, 1, 1, 0} * 0.01, 0.01, -0.05, 0.05});
 

@@ -98,7 +98,7 @@ class Cases(unittest.TestCase):
         self.assertIn("loss = 0.08", text)
         self.assertIn("rotor_inertia_reaction", text)
 
-    def test_arms_that_are_believed_longer_move_all_four_hubs(self):
+    def test_arms_that_are_nominally_longer_move_all_four_hubs(self):
         text = study.vehicle_text({"believed": {"arms": 1.2}}, STUDY)
         self.assertEqual(text.count("0.106200"), 8)
 

@@ -47,7 +47,7 @@ RotorSpeeds towards(const RotorSpeeds& now, const RotorSpeeds& goal, double shar
   return out;
 }
 
-// The pilot's filter: a pose that was taken when he believed `then` moves what he believes now, with the fixed gains of natural
+// The pilot's filter: a pose that was taken when his estimate was `then` moves his estimate now, with the fixed gains of natural
 // frequency (q/(σ√T))^½ and damping 0.71, at most 30 rad/s because of the interval that has passed.
 void correct(const Truth& truth, const FlightSettings& s, const log::PoseReading& z, const State& then, State& now) {
   const double T = 1e-3 * s.pose_every_ms;
@@ -111,8 +111,8 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
       specific_sum.setZero();
     }
     if (whole_ms) {
-      const State& believed = s.pilot_sees_truth ? x : seen;
-      goal = s.path ? command(truth, s.path, false, t, believed, omega) : command(truth, s.manoeuvre, t, believed, omega);
+      const State& estimate = s.pilot_sees_truth ? x : seen;
+      goal = s.path ? command(truth, s.path, false, t, estimate, omega) : command(truth, s.manoeuvre, t, estimate, omega);
       seen = advance(truth, seen, omega, towards(omega, goal, exp_exact(-0.5e-3 / s.motor_lag_s)), 1e-3);
     }
 

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-constexpr double kKnot_s = 2e-2;      // of the simulated flight, at least: its information hardly depends on it
+constexpr double kNode_s = 2e-2;      // of the simulated flight, at least: its information hardly depends on it
 constexpr double kSample_s = 1e-2;    // of the path, at most: what it asks for is below 3 Hz
 constexpr double kThrustRatio = 2.0;  // thrust over weight that a multirotor has at least
 constexpr double kSpare = 1.1;        // over the highest rotor speed that was flown
@@ -29,14 +29,15 @@ constexpr std::size_t kMargin = 4;  // samples on either side, for differences
 constexpr int kPasses = 3;          // attitude and in-plane force follow from each other
 
 // Measurements of one kind on a grid of wider steps: one in so many nodes, with the noise that what falls together on a node has in the mean.
-struct Readings {
+struct Measurements {
   std::size_t every = 0;  // 0: none
-  double noise = 1.0;     // of a single reading's
+  double noise = 1.0;     // of a single measurement's
 };
-Readings thinned(const estimate::GridFlight& like, std::size_t readings, std::size_t wider) {
-  if (readings == 0) return {};
-  const double knots = static_cast<double>(like.knots) / (static_cast<double>(readings) * static_cast<double>(wider));  // for each reading
-  return knots >= 1.0 ? Readings{static_cast<std::size_t>(std::lround(knots)), 1.0} : Readings{1, std::sqrt(knots)};
+Measurements thinned(const estimate::GridFlight& like, std::size_t measurements, std::size_t wider) {
+  if (measurements == 0) return {};
+  const double nodes =
+      static_cast<double>(like.nodes) / (static_cast<double>(measurements) * static_cast<double>(wider));  // for each measurement
+  return nodes >= 1.0 ? Measurements{static_cast<std::size_t>(std::lround(nodes)), 1.0} : Measurements{1, std::sqrt(nodes)};
 }
 
 // z axis along `up`, x axis as near to the heading as that allows.
@@ -249,7 +250,7 @@ ManoeuvreSetting manoeuvre_setting(const identify::Identification& r) {
     input.prepare(r.fit.values[f]);
     std::size_t hint = 0;
     Vector3d low = Vector3d::Constant(1e300), high = -low;
-    for (std::size_t k = 0; k < flights[f]->knots; ++k) {
+    for (std::size_t k = 0; k < flights[f]->nodes; ++k) {
       if (!flights[f]->tied(k)) continue;
       for (const double w : input.at(flights[f]->time_s(k), hint, false).omega_rad_s) {
         sum += w * w;
@@ -277,32 +278,32 @@ namespace {
 struct Timing {
   std::size_t wider = 1, per_step = 1;  // steps of the flights to one of this; samples to a step
   double step_s = 0.0, sample_s = 0.0;
-  std::size_t knots = 0, samples = 0;
+  std::size_t nodes = 0, samples = 0;
   Timing(const estimate::GridFlight& like, double duration_s) {
-    wider = static_cast<std::size_t>(std::max(1.0, std::floor(kKnot_s / like.step_s + 1e-9)));
+    wider = static_cast<std::size_t>(std::max(1.0, std::floor(kNode_s / like.step_s + 1e-9)));
     step_s = static_cast<double>(wider) * like.step_s;
     per_step = static_cast<std::size_t>(std::max(1.0, std::ceil(step_s / kSample_s - 1e-9)));
     sample_s = step_s / static_cast<double>(per_step);
-    knots = static_cast<std::size_t>(std::lround(duration_s / step_s)) + 1;
-    samples = (knots - 1) * per_step + 1;
+    nodes = static_cast<std::size_t>(std::lround(duration_s / step_s)) + 1;
+    samples = (nodes - 1) * per_step + 1;
   }
 };
 
 // Measurements as often as the flights have them, as the model says and without noise: only how they depend on states and parameters counts.
-void add_flown_readings(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
+void add_flown_measurements(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
   estimate::GridFlight& g = out.flight;
   const estimate::ModelValues& values = out.values;
   const Vector3d lever(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
-  const Readings pose = thinned(like, like.pose.size(), t.wider), position = thinned(like, like.position.size(), t.wider),
-                 velocity = thinned(like, like.velocity.size(), t.wider), gyro = thinned(like, like.gyro.size(), t.wider),
-                 accel = thinned(like, like.accel.size(), t.wider);
+  const Measurements pose = thinned(like, like.pose.size(), t.wider), position = thinned(like, like.position.size(), t.wider),
+                     velocity = thinned(like, like.velocity.size(), t.wider), gyro = thinned(like, like.gyro.size(), t.wider),
+                     accel = thinned(like, like.accel.size(), t.wider);
   out.noise.position_m *= pose.every ? pose.noise : position.noise;
   out.noise.attitude_rad *= pose.noise;
   out.noise.velocity_m_s *= velocity.noise;
   out.noise.gyro_rad_s *= gyro.noise;
   out.noise.accel_m_s2 *= accel.noise;
-  const auto due = [](const Readings& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
-  for (std::size_t k = 0; k < t.knots; ++k) {
+  const auto due = [](const Measurements& r, std::size_t k) { return r.every > 0 && k % r.every == 0; };
+  for (std::size_t k = 0; k < t.nodes; ++k) {
     const estimate::BodyState& x = f.states[kMargin + k * t.per_step];
     out.states.push_back(x);
     const Vector3d at = x.p_W_m + x.q_WB * lever;
@@ -347,12 +348,12 @@ std::optional<ManoeuvreFlight> flown(const Manoeuvre& m, const ManoeuvreSetting&
                         .share = share};
     estimate::GridFlight& g = out.flight;
     g.step_s = t.step_s;
-    g.knots = t.knots;
+    g.nodes = t.nodes;
     g.substeps = 1;
     g.slopes_by_middle = s.like->slopes_by_middle;
-    g.linked.assign(t.knots - 1, 1);
+    g.linked.assign(t.nodes - 1, 1);
     g.anchor = s.like->anchor;
-    add_flown_readings(*f, t, *s.like, out);
+    add_flown_measurements(*f, t, *s.like, out);
     if (values.terms.memory() > 0) estimate::follow_states({&g, 1}, {&out.states, 1});
     return out;
   }

@@ -19,7 +19,7 @@ namespace {
 using Index = ScoreTable::Index;
 using Eigen::MatrixXd;
 
-constexpr double kToldApart_log = 3.0;  // log units that separate two effects: odds of 20 to 1 …
+constexpr double kDistinguished_log = 3.0;  // log units that separate two effects: odds of 20 to 1 …
 constexpr double kPatience = 6;  // … within so many repetitions of a manoeuvre
 
 // A member as columns of the table: its parameters in the model that holds all members, and how far each stands from its absence.
@@ -150,11 +150,11 @@ std::optional<ManoeuvreValue> value_of(const Manoeuvre& manoeuvre, const Evidenc
   with_it(at, at) += information_of(f->flight, f->states, seen, f->noise, e.model.columns);
   ManoeuvreValue v{.id = manoeuvre.id, .words = manoeuvre_words(manoeuvre, setting.length_ratio, f->share), .separation = {}};
   for (std::size_t b = 1; b < e.model.parts.size(); ++b) {
-    const Part &winner = e.model.parts.front(), &twin = e.model.parts[b];
+    const Part &best = e.model.parts.front(), &alias = e.model.parts[b];
     const auto gained_by = [&](const Part& truth, const Part& rival) {
       return lead(with_it, e.base, truth, rival) - lead(e.past, e.base, truth, rival);
     };
-    const double gained = std::min(gained_by(winner, twin), gained_by(twin, winner));
+    const double gained = std::min(gained_by(best, alias), gained_by(alias, best));
     v.separation.push_back(std::max(0.0, gained) / o.inflation);
   }
   return v;
@@ -162,19 +162,19 @@ std::optional<ManoeuvreValue> value_of(const Manoeuvre& manoeuvre, const Evidenc
 
 // Which aliases some manoeuvre can separate, and the manoeuvres by the least separation of any of those.
 void rank(const ClassModel& model, ManoeuvreAdvice& out) {
-  std::vector<bool> told;
+  std::vector<bool> separable;
   for (std::size_t b = 0; b + 1 < model.parts.size(); ++b) {
     double most = 0.0;
     for (const ManoeuvreValue& v : out.ranked) most = std::max(most, v.separation[b]);
-    out.twins.push_back(model.parts[b + 1].id);
+    out.aliases.push_back(model.parts[b + 1].id);
     out.reached.push_back(most);
-    told.push_back(kPatience * most * kManoeuvre_s / out.seconds >= kToldApart_log);
-    if (!told.back()) out.open.push_back(out.twins.back());
+    separable.push_back(kPatience * most * kManoeuvre_s / out.seconds >= kDistinguished_log);
+    if (!separable.back()) out.open.push_back(out.aliases.back());
   }
   for (ManoeuvreValue& v : out.ranked) {
     bool some = false;
-    for (std::size_t b = 0; b < told.size(); ++b) {
-      if (!told[b]) continue;
+    for (std::size_t b = 0; b < separable.size(); ++b) {
+      if (!separable[b]) continue;
       v.least = some ? std::min(v.least, v.separation[b]) : v.separation[b];
       some = true;
     }
@@ -187,7 +187,7 @@ void rank(const ClassModel& model, ManoeuvreAdvice& out) {
 
 ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
                                 const SearchOptions& o) {
-  ManoeuvreAdvice out{.seconds = o.duration_s, .twins = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
+  ManoeuvreAdvice out{.seconds = o.duration_s, .aliases = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
   ClassModel model = class_model(fitted, before, members, o.library);
   const estimate::FitProblem& p = fitted.problem;
   const std::size_t flights = p.flights.size();
@@ -231,25 +231,24 @@ ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const id
 namespace {
 
 // What to fly, in words.
-std::string sentence(const ManoeuvreAdvice& a, const std::string& winner, const std::string& of_catalogue) {
-  std::vector<std::string> told;
-  const auto told_by = [&](const ManoeuvreValue& v) {
+std::string sentence(const ManoeuvreAdvice& a, const std::string& id, const std::string& of_catalogue) {
+  const auto separations = [&](const ManoeuvreValue& v) {
     std::vector<std::string> out;
-    for (std::size_t b = 0; b < a.twins.size(); ++b) {
-      if (std::find(a.open.begin(), a.open.end(), a.twins[b]) == a.open.end())
-        out.push_back(fmt::format("{:.2g} from {}", v.separation[b], a.twins[b]));
+    for (std::size_t b = 0; b < a.aliases.size(); ++b) {
+      if (std::find(a.open.begin(), a.open.end(), a.aliases[b]) == a.open.end())
+        out.push_back(fmt::format("{:.2g} from {}", v.separation[b], a.aliases[b]));
     }
     return out;
   };
   std::string out;
-  if (a.open.size() < a.twins.size()) {
+  if (a.open.size() < a.aliases.size()) {
     const ManoeuvreValue& best = a.ranked.front();
-    out = fmt::format("{}: {:.0f} s are expected to tell {} by a log likelihood of {}", best.words, a.seconds, winner,
-                      fmt::join(told_by(best), ", "));
-    if (a.ranked.size() > 1) out += fmt::format("; or {} ({})", a.ranked[1].words, fmt::join(told_by(a.ranked[1]), ", "));
+    out = fmt::format("{}: {:.0f} s are expected to separate {} by a Δ log-likelihood of {}", best.words, a.seconds, id,
+                      fmt::join(separations(best), ", "));
+    if (a.ranked.size() > 1) out += fmt::format("; or {} ({})", a.ranked[1].words, fmt::join(separations(a.ranked[1]), ", "));
   }
   if (!a.open.empty()) {
-    out += fmt::format("{}no manoeuvre of {} tried tells it from {} in a minute with these sensors", out.empty() ? "" : "; ",
+    out += fmt::format("{}no manoeuvre of {} tried separates it from {} in a minute with these sensors", out.empty() ? "" : "; ",
                        a.ranked.size(), fmt::join(a.open, ", "));
     if (!of_catalogue.empty()) out += "; the catalogue advises: " + of_catalogue;
   }
@@ -260,13 +259,13 @@ std::string sentence(const ManoeuvreAdvice& a, const std::string& winner, const 
 
 void choose_manoeuvres(DiagnosisRun& run, const std::vector<const host::Term*>& library, int threads, estimate::StopFit stop) {
   for (AddedEffect& a : run.diagnosis.added) {
-    if (a.twins.empty()) continue;
+    if (a.aliases.empty()) continue;
     stop.check();
     std::vector<Member> members{{a.id, a.parameters}};
-    for (const ClassMember& m : a.twins) members.push_back({m.id, m.parameters});
+    for (const ClassMember& m : a.aliases) members.push_back({m.id, m.parameters});
     const double inflation = a.evidence.gain > 0.0 ? std::max(1.0, 0.5 * a.evidence.chi2 / a.evidence.gain) : 1.0;
     a.advice = rank_manoeuvres(run.after, run.before, members, {.inflation = inflation, .threads = threads, .library = library});
-    if (a.advice.twins.empty()) continue;  // all of them stand in the model by now
+    if (a.advice.aliases.empty()) continue;  // all of them stand in the model by now
     const host::CatalogueEffect* row = host::builtin_effect_catalogue().find(a.id);
     a.manoeuvre = sentence(a.advice, a.id, row ? row->manoeuvre : std::string());
   }

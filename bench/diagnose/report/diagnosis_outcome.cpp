@@ -30,7 +30,8 @@ std::string next_step(const Diagnosis& d) {
 std::string verdict_words(const std::string& verdict) {
   if (verdict == "clean") return "clean: these flights show nothing that the model lacks";
   if (verdict == "named") return "named: the model lacks what stands below";
-  if (verdict == "ambiguous") return "ambiguous: the model lacks what stands below; these flights cannot distinguish all of it from its twins";
+  if (verdict == "ambiguous")
+    return "ambiguous: the model lacks what stands below; these flights cannot distinguish all of it from its aliases";
   if (verdict == "unexplained") return "unexplained: the residual is real, and no effect of the library explains it";
   if (verdict == "incomplete") return "incomplete: stopped before its end; what stands below was found before";
   return "faulty: a sensor or the log is at fault; no physics was fitted to it";

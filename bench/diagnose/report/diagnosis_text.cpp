@@ -47,12 +47,13 @@ render::List log_list(const Json& all) {
 }
 
 std::string remaining(const Json& r) {
-  return fmt::format("{:.0f} % of the power of the missing {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter", 100.0 * value_of(r.at("share")),
-                     text_of(r.at("axis")), r.at("kind") == "bursts" ? "comes in bursts" : "is predictable and no effect of the library explains it",
+  return fmt::format("{:.0f} % of the power of the residual {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter",
+                     100.0 * value_of(r.at("share")), text_of(r.at("axis")),
+                     r.at("kind") == "bursts" ? "comes in bursts" : "is predictable and no effect of the library explains it",
                      value_of(r.at("beyond_noise_rms")), text_of(r.at("unit")), value_of(r.at("limit_rms")));
 }
 
-// What is said of an effect beside its size.
+// What is reported of an effect with its size.
 void add_notes(const Json& effect, render::List& notes) {
   const std::string id = text_of(effect.at("id"));
   if (const std::string ratios = text_of(effect.at("determined")); !ratios.empty()) notes.items.push_back(id + ": determined: " + ratios);
@@ -65,15 +66,21 @@ void add_notes(const Json& effect, render::List& notes) {
 Section effects_section(const Json& tree) {
   Section out{"Effects", "effects", {}};
   if (tree.at("added").empty()) out.blocks.push_back(render::Paragraph{"No effect was added to the model."});
-  render::Table t{{left("effect"), left("size"), {"Wald F"}, {"Δ log-likelihood"}, {"cross-validated"}, left("not distinguished from")}};
+  render::Table t{{left("effect"),
+                   left("size"),
+                   {"Wald F"},
+                   {"Δ log-likelihood"},
+                   {"cross-validated Δ log-likelihood"},
+                   left("not distinguished from")}};
   render::List notes;
   for (const Json& a : tree.at("added")) {
-    std::string twins;
+    std::string aliases;
     for (const Json& m : a.at("twins"))
-      twins += fmt::format("{}{}: {} (correlation {:.2f}, {:.0f} % of the gain)", twins.empty() ? "" : "\n", text_of(m.at("id")),
-                           named_values(m.at("parameters"), ", "), value_of(m.at("correlation")), 100.0 * value_of(m.at("gain_share")));
+      aliases += fmt::format("{}{}: {} (correlation {:.2f}, {:.0f} % of the gain)", aliases.empty() ? "" : "\n", text_of(m.at("id")),
+                             named_values(m.at("parameters"), ", "), value_of(m.at("correlation")), 100.0 * value_of(m.at("gain_share")));
     const Json& e = a.at("evidence");
-    t.rows.push_back({{Cell(text_of(a.at("id")), "big"), named_values(a.at("parameters"), "\n"), evidence_cell(e, "wald"), evidence_cell(e, "gain"), evidence_cell(e, "cross_validated"), twins}});
+    t.rows.push_back({{Cell(text_of(a.at("id")), "big"), named_values(a.at("parameters"), "\n"), evidence_cell(e, "wald"),
+                       evidence_cell(e, "gain"), evidence_cell(e, "cross_validated"), aliases}});
     add_notes(a, notes);
   }
   if (!t.rows.empty()) out.blocks.push_back(t);
@@ -88,7 +95,13 @@ Section round_section(const Json& r, std::size_t number) {
   const PlaceboLimit placebos{value_of(r.at("placebo_wald")), value_of(r.at("placebo_level")), r.at("placebos")};
   Section out{fmt::format("Screening {}: {}", number, text_of(r.at("decision"))), "", {}};
   out.blocks.push_back(render::Paragraph{fmt::format("{} candidates; {}.", r.at("candidates").size(), words(placebos))});
-  render::Table t{{left("effect"), {"Wald F"}, {"p (Holm)"}, {"Δ log-likelihood"}, {"cross-validated"}, left("estimate"), left("what speaks against it")}};
+  render::Table t{{left("effect"),
+                   {"Wald F"},
+                   {"p (Holm)"},
+                   {"Δ log-likelihood"},
+                   {"cross-validated Δ log-likelihood"},
+                   left("estimate"),
+                   left("what speaks against it")}};
   for (const Json& e : r.at("candidates")) {
     if (t.rows.size() == kShownCandidates) break;
     const std::string against = text_of(e.at("ruled_out_by"));
@@ -102,13 +115,13 @@ Section round_section(const Json& r, std::size_t number) {
 // What each of the manoeuvres tried in simulation would say of a class.
 Section advice_section(const Json& effect) {
   const Json& ranked = effect.at("manoeuvre_search").at("manoeuvres");
-  Section out{fmt::format("What would distinguish {} from its twins", text_of(effect.at("id"))), "", {}};
+  Section out{fmt::format("What would distinguish {} from its aliases", text_of(effect.at("id"))), "", {}};
   out.blocks.push_back(render::Paragraph{
-      fmt::format("Log likelihood that {:.0f} s of each manoeuvre, flown in simulation by the fitted model, are expected to bring beside the "
+      fmt::format("Δ log-likelihood that {:.0f} s of each manoeuvre, flown in simulation by the fitted model, are expected to add to the "
                   "flights so far; 3 are odds of 20 to 1.",
                   value_of(effect.at("manoeuvre_search").at("seconds")))});
   render::Table t{{left("manoeuvre")}};
-  for (const auto& twin : ranked.front().at("separation").items()) t.columns.push_back({twin.key()});
+  for (const auto& alias : ranked.front().at("separation").items()) t.columns.push_back({alias.key()});
   for (const Json& m : ranked) {
     if (t.rows.size() == kShownManoeuvres) break;
     t.rows.push_back({{text_of(m.at("words"))}});
@@ -143,7 +156,7 @@ render::Sections diagnosis_sections(const Json& tree) {
   for (std::size_t i = 0; i < tree.at("rounds").size(); ++i) out.push_back(round_section(tree.at("rounds")[i], i + 1));
   add_list(out, "Tried and taken out again", "rejected", tree.at("rejected"),
            [](const Json& e) { return text_of(e.at("id")) + ": " + text_of(e.at("ruled_out_by")); });
-  add_list(out, "What these flights could not have shown", "hidden", tree.at("not_observable"), [](const Json& n) {
+  add_list(out, "Below the detection limit of these flights", "hidden", tree.at("not_observable"), [](const Json& n) {
     const std::string needs = text_of(n.at("needs"));
     return text_of(n.at("id")) + ": " + text_of(n.at("why")) + (needs.empty() ? "" : "; " + needs);
   });

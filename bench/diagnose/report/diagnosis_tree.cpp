@@ -60,7 +60,7 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"gain_relative", number(e.gain_relative)},
           {"bic", number(e.bic)},
           {"cross_validated", number(e.cross_validated)},
-          {"rise", number(e.rise)},
+          {"rise", number(e.delta_log_likelihood)},
           {"variation", number(e.variation)},
           {"scatter", number(e.scatter)},
           {"inside_bounds", e.inside_bounds},
@@ -81,7 +81,7 @@ ordered_json advice_json(const ManoeuvreAdvice& a) {
   ordered_json ranked = ordered_json::array();
   for (const ManoeuvreValue& v : a.ranked) {
     ordered_json from = ordered_json::object();
-    for (std::size_t b = 0; b < a.twins.size(); ++b) from[a.twins[b]] = number(v.separation[b]);
+    for (std::size_t b = 0; b < a.aliases.size(); ++b) from[a.aliases[b]] = number(v.separation[b]);
     ranked.push_back({{"id", v.id}, {"words", v.words}, {"separation", from}, {"least", number(v.least)}});
   }
   return {{"seconds", a.seconds}, {"not_told", a.open}, {"impossible", a.impossible}, {"manoeuvres", ranked}};
@@ -90,16 +90,16 @@ ordered_json advice_json(const ManoeuvreAdvice& a) {
 ordered_json added_json(const std::vector<AddedEffect>& effects) {
   ordered_json added = ordered_json::array();
   for (const AddedEffect& a : effects) {
-    ordered_json twins = ordered_json::array(), shifts = ordered_json::array();
-    for (const ClassMember& m : a.twins)
-      twins.push_back({{"id", m.id},
-                       {"correlation", number(m.correlation)},
-                       {"gain_share", number(m.gain_share)},
-                       {"parameters", values_json(m.parameters)}});
+    ordered_json aliases = ordered_json::array(), shifts = ordered_json::array();
+    for (const ClassMember& m : a.aliases)
+      aliases.push_back({{"id", m.id},
+                         {"correlation", number(m.correlation)},
+                         {"gain_share", number(m.gain_share)},
+                         {"parameters", values_json(m.parameters)}});
     for (const auto& [name, change] : a.shifts) shifts.push_back({{"parameter", name}, {"relative", number(change)}});
     added.push_back({{"id", a.id},
                      {"parameters", values_json(a.parameters)},
-                     {"twins", twins},
+                     {"twins", aliases},
                      {"determined", ratios_text(a.ratios)},
                      {"ratios", values_json(a.ratios)},
                      {"manoeuvre", a.manoeuvre},

@@ -12,32 +12,38 @@ std::string sentence(const Reason& r) {
     case Rejection::none: return {};
     case Rejection::absorbed: return "the model's own parameters take all of it";
     case Rejection::chance: return fmt::format("chance: p {:.2g} after Holm", v(0));
-    case Rejection::placebos: return fmt::format("no better than placebos (W {:.1f}, theirs {:.1f})", v(0), limit());
+    case Rejection::placebos:
+      return fmt::format("no better than placebos (Wald F {:.1f}, theirs {:.1f})", v(0), limit());
     case Rejection::out_of_range: return "outside its physical range";
     case Rejection::too_small: return fmt::format("too small to matter ({:.2f} of a size that does)", v(0));
     case Rejection::costs_more: return fmt::format("its gain ({:.1f}) does not pay for its {:.0f} parameters", v(0), v(1));
     case Rejection::not_cross_validated:
       return fmt::format("does not hold on blocks that did not estimate it ({:.1f} of {:.1f})", v(0), v(1));
-    case Rejection::lesser_cause: return fmt::format("{}, too small to matter, leaves W {:.1f} of it", r.effect, v(0));
+    case Rejection::lesser_cause:
+      return fmt::format("{}, too small to matter, leaves Wald F {:.1f} of it", r.effect, v(0));
     case Rejection::refit_failed: return "the refit fails: " + r.detail;
     case Rejection::not_converged: return "the refit does not converge";
     case Rejection::at_bound: return "the refit ends at the bound of its physical range";
-    case Rejection::little_rise: return fmt::format("the refit raises the log likelihood by {:.1f} only", v(0));
+    case Rejection::little_rise:
+      return fmt::format("Δ log-likelihood of the refit {:.1f} only", v(0));
     case Rejection::chance_after_refit:
-      return r.figures.size() == 1 ? fmt::format("{:.1f} standard errors after the refit", v(0))
-                                   : fmt::format("chance after the refit: W {:.1f} of its {:.0f} numbers, p {:.2g}", v(0), v(1), v(2));
+      return r.figures.size() == 1
+                 ? fmt::format("{:.1f} standard errors after the refit", v(0))
+                 : fmt::format("chance after the refit: Wald F {:.1f} of its {:.0f} parameters, p {:.2g}", v(0), v(1), v(2));
     case Rejection::too_small_after_refit: return fmt::format("too small to matter after the refit ({:.2f} of a size that does)", v(0));
-    case Rejection::varies: return fmt::format("its size varies by {:.1f} times itself from one stretch of the flights to another", v(0));
+    case Rejection::varies:
+      return fmt::format("heterogeneous: its size varies by {:.1f} times itself from one stretch of the flights to another", v(0));
     case Rejection::far_behind:
-      return fmt::format("explains less than {:.0f} % of what {} does, with what is known held", 100.0 * limit(), r.effect);
+      return fmt::format("explains less than {:.0f} % of what {} does, with the priors' parameters held", 100.0 * limit(), r.effect);
     case Rejection::small_beside_larger:
-      return fmt::format("raises the log likelihood by {:.1f}, next to {:.1f} by what was found before", v(0), v(1));
+      return fmt::format("Δ log-likelihood {:.1f}, next to {:.1f} by what was found before", v(0), v(1));
     case Rejection::mean_of_gusts:
       return fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", v(0), v(1), v(2));
     case Rejection::gusts:
-      return fmt::format("raises the log likelihood by {:.1f}, gusts of {:.2f} m/s that last {:.1f} s by {:.1f}", v(0), v(1), v(2), limit());
+      return fmt::format("Δ log-likelihood {:.1f}; gusts of {:.2f} m/s that last {:.1f} s: {:.1f}", v(0), v(1), v(2), limit());
     case Rejection::not_refitted: return "not refitted: those that explain more were, and failed";
-    case Rejection::needless: return "needless beside what was found after it";
+    case Rejection::needless:
+      return "not significant with what was found after it";
   }
   return {};
 }

@@ -34,7 +34,7 @@ std::string wrench_figures(const ResidualFindings& f, std::size_t flight) {
   const Samples& samples = f.series.samples;
   for (std::size_t group = 0; group < 2; ++group) {
     render::Plot p;
-    p.title = samples.flights[flight] + (group == 0 ? ": missing force" : ": missing torque");
+    p.title = samples.flights[flight] + (group == 0 ? ": residual force" : ": residual torque");
     p.x_label = "time, s";
     p.y_label = group == 0 ? "force, N" : "torque, N m";
     p.width_px = kHalf_px;
@@ -50,8 +50,9 @@ std::string wrench_figures(const ResidualFindings& f, std::size_t flight) {
       }
       p.series.push_back(std::move(s));
     }
-    out += render::figure_html(fmt::format("<b>{}</b>, missing {}", render::xml_escaped(samples.flights[flight]), group == 0 ? "force" : "torque"),
-                       render::plot_svg(p));
+    out += render::figure_html(
+        fmt::format("<b>{}</b>, residual {}", render::xml_escaped(samples.flights[flight]), group == 0 ? "force" : "torque"),
+        render::plot_svg(p));
   }
   return out + "</div>\n";
 }
@@ -79,7 +80,7 @@ std::string spectrum_figure(const ResidualFindings& f, std::size_t axis) {
 std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
   const Channel& input = f.series.inputs[d.input];
   render::Plot p;
-  p.title = fmt::format("missing {} against {}", kAxisNames[d.axis], input.name);
+  p.title = fmt::format("residual {} against {}", kAxisNames[d.axis], input.name);
   p.x_label = fmt::format("{}, {}", input.name, input.unit);
   p.y_label = label(d.axis);
   p.width_px = kHalf_px;
@@ -87,15 +88,15 @@ std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
   for (const DependenceBin& b : d.bins) x.push_back(b.centre), y.push_back(b.mean), low.push_back(b.low), high.push_back(b.high);
   add_band(p, x, y, low, high);
   p.marks = {{0.0, ""}};
-  return render::figure_html(fmt::format("<b>{}</b> against {}: {:.0f} % of its power foretold on other blocks", kAxisNames[d.axis],
-                                 render::xml_escaped(input.name), 100.0 * d.share),
-                     render::plot_svg(p));
+  return render::figure_html(fmt::format("<b>{}</b> against {}: {:.0f} % of its power predicted on other blocks", kAxisNames[d.axis],
+                                         render::xml_escaped(input.name), 100.0 * d.share),
+                             render::plot_svg(p));
 }
 
 std::string curve_figure(const ResidualFindings& f, std::size_t axis, const PartialCurve& c) {
   const Channel& input = f.series.inputs[c.input];
   render::Plot p;
-  p.title = fmt::format("part of {} in the missing {}", input.name, kAxisNames[axis]);
+  p.title = fmt::format("part of {} in the residual {}", input.name, kAxisNames[axis]);
   p.x_label = fmt::format("{}, {}", input.name, input.unit);
   p.y_label = label(axis);
   p.width_px = kHalf_px;

@@ -30,14 +30,15 @@ Markup side_by_side(const std::string& drawings) { return {drawings.empty() ? ""
 std::string range_Hz(const Json& band) { return num(band.at("from_Hz")) + "–" + num(band.at("to_Hz")); }
 
 Section power_section(const Json& tree, const ResidualFindings& f) {
-  Section out{"The wrench that the model lacks", "wrench", {render::List{tree.at("words").get<std::vector<std::string>>()}}};
+  Section out{"Residual wrench", "wrench", {render::List{tree.at("words").get<std::vector<std::string>>()}}};
   out.blocks.push_back(render::Paragraph{
       "Force and torque that the model lacks, from a pass in which the measurements alone decide, averaged over 0.2 s (bands and curves over "
       "time: as they are). “Expected” is what the same pass makes of noise of the fitted figures; “predictable” the share of the power that "
       "smooth functions of the motion, rotors and time explain on flights or blocks that had no part in them.",
       render::On::page});
-  Table power{{left("missing"), left("unit"), {"rms"}, {"expected"}, {"predictable, %"}, {"by chance, %"}, {"in bursts, %"}, left("kind")}};
-  Table coherent{{left("missing"), left("moves with"), {"band, Hz"}, {"coherence"}, {"by chance 1 %"}}};
+  Table power{
+      {left("residual"), left("unit"), {"rms"}, {"expected"}, {"predictable, %"}, {"by chance, %"}, {"in bursts, %"}, left("kind")}};
+  Table coherent{{left("residual"), left("coherent with"), {"band, Hz"}, {"coherence"}, {"by chance 1 %"}}};
   for (const Json& band : tree.at("axes").front().at("bands")) power.columns.push_back({range_Hz(band) + " Hz"});
   for (const Json& a : tree.at("axes")) {
     power.rows.push_back({{text_of(a.at("axis")), text_of(a.at("unit")), Cell(num(a.at("rms")), "big"), num(a.at("rms_expected")),
@@ -65,7 +66,7 @@ Section power_section(const Json& tree, const ResidualFindings& f) {
 
 Section dependence_section(const Json& tree, const ResidualFindings& f) {
   Section out{"What it depends on", "", {}};
-  Table t{{left("input"), left("missing"), {"predictable, %"}, {"by chance, %"}}};
+  Table t{{left("input"), left("residual"), {"predictable, %"}, {"by chance, %"}}};
   std::string drawings, curves, maps;
   for (std::size_t i = 0, drawn = 0; i < tree.at("dependence").size() && t.rows.size() < 2 * kMostFigures; ++i) {
     const Json& d = tree.at("dependence")[i];
@@ -114,7 +115,15 @@ Section variance_section(const Json& tree) {
       "Score of a variance that the model lacks, after the noise figures of each flight took their share. Sizes are one step from zero: an order "
       "of magnitude when large.",
       render::On::page});
-  Table t{{left("effect"), left("what would scatter"), {"t"}, {"p (Holm)"}, {"size"}, {"u"}, left("unit"), left("hard to distinguish from"), left("")}};
+  Table t{{left("effect"),
+           left("what would scatter"),
+           {"t"},
+           {"p (Holm)"},
+           {"size"},
+           {"u"},
+           left("unit"),
+           left("aliases (correlation)"),
+           left("")}};
   for (const Json& e : tree.at("variance_effects")) {
     const std::string id = text_of(e.at("id"));
     t.rows.push_back({{id.empty() ? "no effect of the library" : id, text_of(e.at("what"))}});
@@ -123,10 +132,12 @@ Section variance_section(const Json& tree) {
       cells.insert(cells.end(), {"–", "–", "–", "–", text_of(e.at("unit")), "not tested: " + text_of(e.at("untested")), ""});
       continue;
     }
-    std::vector<std::string> twins;
-    for (const Json& twin : e.at("twins")) twins.push_back(fmt::format("{} ({:.2f})", text_of(twin.at("id")), value_of(twin.at("correlation"))));
-    cells.insert(cells.end(), {num(e.at("t"), "{:.2f}"), num(e.at("p_holm"), "{:.2g}"), num(e.at("size"), "{:.2g}"), num(e.at("u"), "{:.1g}"),
-                               text_of(e.at("unit")), fmt::format("{}", fmt::join(twins, ", ")), Cell(e.at("found").get<bool>() ? "found" : "", "fail")});
+    std::vector<std::string> aliases;
+    for (const Json& alias : e.at("twins"))
+      aliases.push_back(fmt::format("{} ({:.2f})", text_of(alias.at("id")), value_of(alias.at("correlation"))));
+    cells.insert(cells.end(), {num(e.at("t"), "{:.2f}"), num(e.at("p_holm"), "{:.2g}"), num(e.at("size"), "{:.2g}"),
+                               num(e.at("u"), "{:.1g}"), text_of(e.at("unit")), fmt::format("{}", fmt::join(aliases, ", ")),
+                               Cell(e.at("found").get<bool>() ? "found" : "", "fail")});
   }
   out.blocks.push_back(t);
   return out;

@@ -62,9 +62,9 @@ Json variance_json(const VarianceEffect& e) {
     v["untested"] = e.untested;
     return v;
   }
-  Json twins = Json::array();
-  for (const auto& [id, c] : e.twins) twins.push_back({{"id", id}, {"correlation", c}});
-  v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = twins;
+  Json aliases = Json::array();
+  for (const auto& [id, c] : e.aliases) aliases.push_back({{"id", id}, {"correlation", c}});
+  v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = aliases;
   return v;
 }
 

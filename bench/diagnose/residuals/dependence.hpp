@@ -1,4 +1,4 @@
-// What the missing wrench depends on, one input at a time: means over bins of the input with block-bootstrap bands, and a ranking of
+// What the residual wrench depends on, one input at a time: means over bins of the input with block-bootstrap bands, and a ranking of
 // inputs by the share of the residual's power that those means predict in blocks that did not make them.
 #pragma once
 #include <cstdint>

@@ -147,7 +147,7 @@ void add_flight_inputs(const estimate::GridFlight& g, const estimate::ModelValue
   input.prepare(values);
   const RotorPatterns patterns(values.geometry);
   std::size_t hint = 0;
-  for (std::size_t k = 0; k + 1 < g.knots; ++k) {
+  for (std::size_t k = 0; k + 1 < g.nodes; ++k) {
     if (!g.linked[k]) continue;
     const double t = g.time_s(k) + 0.5 * g.step_s;
     const estimate::RotorInputSample u = input.at(t, hint, false);

@@ -37,11 +37,11 @@ void add_words(ResidualFindings& f) {
   for (const LagFinding& l : f.lag.findings) f.words.push_back(l.words);
   for (const VarianceEffect& e : f.variance.effects) {
     if (!e.found) continue;
-    std::string twins;
-    for (const auto& [id, c] : e.twins) twins += (twins.empty() ? "" : ", ") + id;
+    std::string aliases;
+    for (const auto& [id, c] : e.aliases) aliases += (aliases.empty() ? "" : ", ") + id;
     f.words.push_back(fmt::format("The scatter changes as by {} ({} about {:.2g} {}, p {:.1e}){}.",
                                   e.id.empty() ? e.what + ", which is no effect of the library" : e.id + ": " + e.what, e.parameter, e.size,
-                                  e.unit, e.p_holm, twins.empty() ? "" : "; hard to tell from " + twins));
+                                  e.unit, e.p_holm, aliases.empty() ? "" : "; hard to distinguish from " + aliases));
   }
   for (std::size_t a = 0; a < kAxes; ++a) {
     for (const SpectrumBand& b : f.spectra.axis[a].bands) {
@@ -56,14 +56,14 @@ void add_words(ResidualFindings& f) {
       std::string by;
       for (std::size_t i = 0; i < std::min<std::size_t>(2, x.explainable.curves.size()); ++i)
         by += (by.empty() ? "" : " and ") + f.series.inputs[x.explainable.curves[i].input].name;
-      f.words.push_back(fmt::format("{:.0f} % of the power of the missing {} can be foretold on blocks that had no part in it{}.",
+      f.words.push_back(fmt::format("{:.0f} % of the power of the residual {} is predictable on blocks that had no part in it{}.",
                                     100.0 * x.explainable.share, kAxisNames[a], by.empty() ? "" : ", most by " + by));
     } else if (f.unexplained.kind[a] == ResidualKind::bursts) {
-      f.words.push_back(fmt::format("{:.0f} % of the power of the missing {} comes in bursts.", 100.0 * x.burst_share, kAxisNames[a]));
+      f.words.push_back(fmt::format("{:.0f} % of the power of the residual {} comes in bursts.", 100.0 * x.burst_share, kAxisNames[a]));
     } else if (f.unexplained.kind[a] == ResidualKind::stochastic) {
-      f.words.push_back(
-          fmt::format("The missing {} ({:.2g} {} rms, {:.2g} by the noise figures) is foretold by nothing: noise of the flight.",
-                      kAxisNames[a], x.rms, kAxisUnits[a], x.rms_expected));
+      f.words.push_back(fmt::format(
+          "The residual {} ({:.2g} {} rms, {:.2g} by the noise figures) is not predictable from any regressor: consistent with noise.",
+          kAxisNames[a], x.rms, kAxisUnits[a], x.rms_expected));
     }
   }
 }

@@ -50,10 +50,10 @@ ResidualColumns put_in(const LinearFlight& linear, const std::vector<SampleState
     }
     ++s;
   }
-  for (std::size_t i = 0; i < linear.readings.size(); ++i) {
-    c.reading(i).col(0) = linear.readings[i].r;
+  for (std::size_t i = 0; i < linear.measurements.size(); ++i) {
+    c.measurement(i).col(0) = linear.measurements[i].r;
     for (Eigen::Index n = 0; n < simulated; ++n) {
-      for (Eigen::Index a = 0; a < linear.readings[i].rows; ++a) c.reading(i)(a, 2 + n) = random.quick_gaussian(drawn++);
+      for (Eigen::Index a = 0; a < linear.measurements[i].rows; ++a) c.measurement(i)(a, 2 + n) = random.quick_gaussian(drawn++);
     }
   }
   return c;
@@ -90,25 +90,25 @@ void add_whitened(const LinearFlight& linear, const estimate::NoiseModel& noise,
     m.rightCols(columns - 1) = rows.template topRows<decltype(count)::value>().rightCols(columns - 1).template cast<float>();
     return m;
   };
-  std::vector<std::size_t> sample_of(linear.knots, first);  // the step that follows a node, or else the one before it
+  std::vector<std::size_t> sample_of(linear.nodes, first);  // the step that follows a node, or else the one before it
   std::size_t s = first;
-  for (std::size_t k = 0; k < linear.knots; ++k) {
+  for (std::size_t k = 0; k < linear.nodes; ++k) {
     const bool follows = k < linear.steps.size() && linear.linked[k];
     sample_of[k] = follows || s == first ? s : s - 1;
     if (!follows) continue;
     out.steps.push_back(kept(c.step(k), std::integral_constant<int, 12>()));
     ++s;
   }
-  for (std::size_t i = 0; i < linear.readings.size(); ++i) {
-    const LinearFlight::Reading& r = linear.readings[i];
+  for (std::size_t i = 0; i < linear.measurements.size(); ++i) {
+    const LinearFlight::Measurement& r = linear.measurements[i];
     if (r.kind == LinearFlight::Kind::pose) {
-      out.poses.push_back(kept(c.reading(i), std::integral_constant<int, 6>()));
-      out.pose_sample.push_back(sample_of[r.knot]);
+      out.poses.push_back(kept(c.measurement(i), std::integral_constant<int, 6>()));
+      out.pose_sample.push_back(sample_of[r.node]);
       out.pose_by_stamp.push_back(r.by_stamp);
       out.pose_position_m.push_back(noise.position_m.mean());
     } else if (r.kind == LinearFlight::Kind::accel) {
-      out.accels.push_back(kept(c.reading(i), std::integral_constant<int, 3>()));
-      out.accel_sample.push_back(sample_of[r.knot]);
+      out.accels.push_back(kept(c.measurement(i), std::integral_constant<int, 3>()));
+      out.accel_sample.push_back(sample_of[r.node]);
       out.accel_m_s2.push_back(noise.accel_m_s2);
     }
   }
@@ -152,9 +152,9 @@ ResidualSeries residual_series(const identify::Identification& r, const SeriesOp
     const estimate::GridFlight& g = r.flights[f];
     const estimate::ModelValues& values = r.fit.values[f];
     const std::size_t first = out.samples.size;
-    for (std::size_t k = 0; k + 1 < g.knots;) {
+    for (std::size_t k = 0; k + 1 < g.nodes;) {
       std::size_t end = k;
-      while (end + 1 < g.knots && g.linked[end]) ++end;
+      while (end + 1 < g.nodes && g.linked[end]) ++end;
       if (end > k) out.samples.add(f, g.time_s(k) + 0.5 * g.step_s, g.step_s, end - k);
       k = end + 1;
     }

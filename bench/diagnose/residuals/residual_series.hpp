@@ -22,7 +22,7 @@ struct WhitenedResiduals {
   std::vector<std::size_t> pose_sample;                         // the sample that a pose belongs to
   std::vector<Eigen::Matrix<double, 6, 1>> pose_by_stamp;       // rows of a pose per second that its stamp is off
   std::vector<double> pose_position_m;                          // deviation assumed for the positions of a pose, mean of three axes
-  std::vector<Eigen::Matrix<float, 3, Eigen::Dynamic>> accels;  // of each accelerometer reading that the fit used
+  std::vector<Eigen::Matrix<float, 3, Eigen::Dynamic>> accels;  // of each accelerometer measurement that the fit used
   std::vector<std::size_t> accel_sample;
   std::vector<Eigen::Vector3d> accel_m_s2;  // deviation assumed
 };

@@ -18,8 +18,8 @@ estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const esti
   estimate::RotorInput input = g.input;
   input.prepare(values);
   std::size_t hint = 0;
-  const estimate::BodyState foretold = estimate::Model(values).step(states[k], input, hint, g.time_s(k), g.time_s(k + 1), g.substeps);
-  for (Eigen::Index i = 0; i < 12; ++i) w.col(i) = res.process(k, states[k], estimate::moved(foretold, estimate::StateError::Unit(i)));
+  const estimate::BodyState predicted = estimate::Model(values).step(states[k], input, hint, g.time_s(k), g.time_s(k + 1), g.substeps);
+  for (Eigen::Index i = 0; i < 12; ++i) w.col(i) = res.process(k, states[k], estimate::moved(predicted, estimate::StateError::Unit(i)));
   return w;
 }
 
@@ -28,11 +28,11 @@ estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const esti
 LinearFlight linearised(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states) {
   const estimate::Residuals res(g, values, noise, {estimate::kPoseDelay});
   LinearFlight out;
-  out.knots = g.knots;
+  out.nodes = g.nodes;
   out.linked = g.linked;
   out.whitening = step_whitening(g, values, res, states);
   out.anchor = g.anchor;
-  out.steps.resize(g.knots > 0 ? g.knots - 1 : 0);
+  out.steps.resize(g.nodes > 0 ? g.nodes - 1 : 0);
   estimate::ProcessRows step;
   for (std::size_t k = 0; k < out.steps.size(); ++k) {
     out.steps[k] = {estimate::StateJacobian::Zero(), estimate::StateJacobian::Zero(), estimate::StateError::Zero()};
@@ -43,53 +43,53 @@ LinearFlight linearised(const estimate::GridFlight& g, const estimate::ModelValu
   estimate::RowsBy<6> six;
   estimate::RowsBy<3> three;
   for (const estimate::PoseFix& f : g.pose) {
-    res.pose(f, states[f.knot], six, true);
-    out.readings.push_back({LinearFlight::Kind::pose, f.knot, g.time_s(f.knot) + f.late_s, 6, six.state, six.r, six.columns.col(0)});
+    res.pose(f, states[f.node], six, true);
+    out.measurements.push_back({LinearFlight::Kind::pose, f.node, g.time_s(f.node) + f.late_s, 6, six.state, six.r, six.columns.col(0)});
   }
   const auto vectors = [&](const std::vector<estimate::VectorFix>& list, LinearFlight::Kind kind, auto&& rows) {
     for (const estimate::VectorFix& f : list) {
       rows(f);
-      LinearFlight::Reading r;
+      LinearFlight::Measurement r;
       r.kind = kind;
-      r.knot = f.knot;
-      r.t_s = g.time_s(f.knot) + f.late_s;
+      r.node = f.node;
+      r.t_s = g.time_s(f.node) + f.late_s;
       r.rows = 3;
       r.state.setZero();
       r.r.setZero();
       r.state.topRows<3>() = three.state;
       r.r.head<3>() = three.r;
-      out.readings.push_back(r);
+      out.measurements.push_back(r);
     }
   };
-  vectors(g.position, LinearFlight::Kind::position, [&](const estimate::VectorFix& f) { res.position(f, states[f.knot], three, true); });
-  vectors(g.velocity, LinearFlight::Kind::velocity, [&](const estimate::VectorFix& f) { res.velocity(f, states[f.knot], three, true); });
-  vectors(g.gyro, LinearFlight::Kind::gyro, [&](const estimate::VectorFix& f) { res.gyro(f, states[f.knot], three, true); });
-  vectors(g.accel, LinearFlight::Kind::accel, [&](const estimate::VectorFix& f) { res.accel(f, states[f.knot], three, true); });
-  std::stable_sort(out.readings.begin(), out.readings.end(),
-                   [](const LinearFlight::Reading& a, const LinearFlight::Reading& b) { return a.knot < b.knot; });
+  vectors(g.position, LinearFlight::Kind::position, [&](const estimate::VectorFix& f) { res.position(f, states[f.node], three, true); });
+  vectors(g.velocity, LinearFlight::Kind::velocity, [&](const estimate::VectorFix& f) { res.velocity(f, states[f.node], three, true); });
+  vectors(g.gyro, LinearFlight::Kind::gyro, [&](const estimate::VectorFix& f) { res.gyro(f, states[f.node], three, true); });
+  vectors(g.accel, LinearFlight::Kind::accel, [&](const estimate::VectorFix& f) { res.accel(f, states[f.node], three, true); });
+  std::stable_sort(out.measurements.begin(), out.measurements.end(),
+                   [](const LinearFlight::Measurement& a, const LinearFlight::Measurement& b) { return a.node < b.node; });
   return out;
 }
 
 ResidualColumns ResidualColumns::zero(const LinearFlight& f, Eigen::Index columns) {
   return {Eigen::MatrixXd::Zero(12 * static_cast<Eigen::Index>(f.steps.size()), columns),
-          Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(f.readings.size()), columns)};
+          Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(f.measurements.size()), columns)};
 }
 
 ResidualSmoother::ResidualSmoother(const LinearFlight& f, double process_scale) : flight_(f), scale_(process_scale) {
-  l_.resize(f.knots);
-  y_.resize(f.knots);
+  l_.resize(f.nodes);
+  y_.resize(f.nodes);
   const double weight = 1.0 / scale_;
   estimate::StateJacobian d = estimate::StateJacobian::Zero(), e;
-  std::size_t reading = 0;
-  for (std::size_t k = 0; k < f.knots; ++k) {
+  std::size_t measurement = 0;
+  for (std::size_t k = 0; k < f.nodes; ++k) {
     if (begins(f, k)) {
       for (Eigen::Index i = 0; i < 12; ++i) {
         if (f.anchor[i] > 0.0) d(i, i) += 1.0 / (f.anchor[i] * f.anchor[i]);
       }
     }
-    for (; reading < f.readings.size() && f.readings[reading].knot == k; ++reading)
-      d.noalias() += f.readings[reading].state.transpose() * f.readings[reading].state;
-    const bool linked = k + 1 < f.knots && f.linked[k];
+    for (; measurement < f.measurements.size() && f.measurements[measurement].node == k; ++measurement)
+      d.noalias() += f.measurements[measurement].state.transpose() * f.measurements[measurement].state;
+    const bool linked = k + 1 < f.nodes && f.linked[k];
     e.setZero();
     if (linked) {
       d.noalias() += weight * f.steps[k].from.transpose() * f.steps[k].from;
@@ -112,14 +112,14 @@ ResidualColumns ResidualSmoother::smoothed(const ResidualColumns& in) const {
   const LinearFlight& f = flight_;
   const Eigen::Index columns = in.steps.cols();
   const double weight = 1.0 / scale_;
-  Eigen::MatrixXd move(12 * static_cast<Eigen::Index>(f.knots), columns);  // first y, then the states' steps
+  Eigen::MatrixXd move(12 * static_cast<Eigen::Index>(f.nodes), columns);  // first y, then the states' steps
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(12, columns);
   const auto at = [&](std::size_t k) { return move.middleRows<12>(12 * static_cast<Eigen::Index>(k)); };
-  std::size_t reading = 0;
-  for (std::size_t k = 0; k < f.knots; ++k) {
-    for (; reading < f.readings.size() && f.readings[reading].knot == k; ++reading)
-      g.noalias() += f.readings[reading].state.transpose() * in.reading(reading);
-    const bool linked = k + 1 < f.knots && f.linked[k];
+  std::size_t measurement = 0;
+  for (std::size_t k = 0; k < f.nodes; ++k) {
+    for (; measurement < f.measurements.size() && f.measurements[measurement].node == k; ++measurement)
+      g.noalias() += f.measurements[measurement].state.transpose() * in.measurement(measurement);
+    const bool linked = k + 1 < f.nodes && f.linked[k];
     if (linked) g.noalias() += weight * f.steps[k].from.transpose() * in.step(k);
     at(k) = l_[k].triangularView<Eigen::Lower>().solve(g);
     g.setZero();
@@ -128,16 +128,17 @@ ResidualColumns ResidualSmoother::smoothed(const ResidualColumns& in) const {
     g.noalias() -= y_[k].transpose() * at(k);
   }
   ResidualColumns out = in;
-  for (std::size_t k = f.knots; k-- > 0;) {
+  for (std::size_t k = f.nodes; k-- > 0;) {
     Eigen::MatrixXd rhs = -at(k);
-    const bool linked = k + 1 < f.knots && f.linked[k];
+    const bool linked = k + 1 < f.nodes && f.linked[k];
     if (linked) rhs.noalias() -= y_[k] * at(k + 1);
     at(k) = l_[k].triangularView<Eigen::Lower>().transpose().solve(rhs);
     if (!linked) continue;
     out.step(k).noalias() += f.steps[k].from * at(k);
     out.step(k).noalias() += f.steps[k].to * at(k + 1);
   }
-  for (std::size_t i = 0; i < f.readings.size(); ++i) out.reading(i).noalias() += f.readings[i].state * at(f.readings[i].knot);
+  for (std::size_t i = 0; i < f.measurements.size(); ++i)
+    out.measurement(i).noalias() += f.measurements[i].state * at(f.measurements[i].node);
   return out;
 }
 

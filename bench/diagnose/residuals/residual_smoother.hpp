@@ -17,19 +17,19 @@ struct LinearFlight {
     estimate::StateError r;
   };
   enum class Kind { pose, position, velocity, gyro, accel };
-  struct Reading {
+  struct Measurement {
     Kind kind = Kind::pose;
-    std::size_t knot = 0;
+    std::size_t node = 0;
     double t_s = 0.0;
     int rows = 6;  // of those below; the rest is zero
     Eigen::Matrix<double, 6, 12> state;
     Eigen::Matrix<double, 6, 1> r;
     Eigen::Matrix<double, 6, 1> by_stamp = Eigen::Matrix<double, 6, 1>::Zero();  // poses: per second that the stamp is too early
   };
-  std::size_t knots = 0;
+  std::size_t nodes = 0;
   std::vector<std::uint8_t> linked;
   std::vector<Step> steps;        // between nodes k and k + 1; zero where not linked
-  std::vector<Reading> readings;  // in order of nodes
+  std::vector<Measurement> measurements;    // in order of nodes
   estimate::StateJacobian whitening;        // of a step's error (dp, dv in W; dφ, dΩ in B)
   estimate::StateError anchor;              // standard deviations that hold the start of each piece; 0: free
 };
@@ -37,13 +37,13 @@ LinearFlight linearised(const estimate::GridFlight& flight, const estimate::Mode
 
 // Residuals of all steps (12 rows each) and measurements (6 rows each), one column for each thing put in.
 struct ResidualColumns {
-  Eigen::MatrixXd steps, readings;
+  Eigen::MatrixXd steps, measurements;
 
   static ResidualColumns zero(const LinearFlight& flight, Eigen::Index columns);
   auto step(std::size_t k) { return steps.middleRows<12>(12 * static_cast<Eigen::Index>(k)); }
   auto step(std::size_t k) const { return steps.middleRows<12>(12 * static_cast<Eigen::Index>(k)); }
-  auto reading(std::size_t i) { return readings.middleRows<6>(6 * static_cast<Eigen::Index>(i)); }
-  auto reading(std::size_t i) const { return readings.middleRows<6>(6 * static_cast<Eigen::Index>(i)); }
+  auto measurement(std::size_t i) { return measurements.middleRows<6>(6 * static_cast<Eigen::Index>(i)); }
+  auto measurement(std::size_t i) const { return measurements.middleRows<6>(6 * static_cast<Eigen::Index>(i)); }
 };
 
 class ResidualSmoother {
@@ -70,10 +70,10 @@ class ResidualSmoother {
 template <class Visit>
 void ResidualSmoother::covariances(Visit&& visit) const {
   estimate::StateJacobian p = estimate::StateJacobian::Zero();
-  for (std::size_t k = flight_.knots; k-- > 0;) {
+  for (std::size_t k = flight_.nodes; k-- > 0;) {
     const estimate::StateJacobian next = p;
     p = marginal(k, next);
-    if (k + 1 >= flight_.knots || !flight_.linked[k]) continue;
+    if (k + 1 >= flight_.nodes || !flight_.linked[k]) continue;
     const LinearFlight::Step& s = flight_.steps[k];
     const estimate::StateJacobian cross = s.from * joint(k, next) * s.to.transpose();
     visit(k, estimate::StateJacobian(s.from * p * s.from.transpose() + s.to * next * s.to.transpose() + cross + cross.transpose()));

@@ -50,16 +50,16 @@ void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& v
       t.assumed = assumed;
       for (const estimate::VectorFix& f : fitted) {
         const std::size_t other = estimate::neighbour(g, f);
-        const Vector3d at_knot = expected(f.knot);
-        const Vector3d there = other == f.knot ? at_knot : Vector3d(at_knot + std::fabs(f.late_s) / g.step_s * (expected(other) - at_knot));
-        add(t, g.time_s(f.knot) + f.late_s, f.value - there);
+        const Vector3d at_node = expected(f.node);
+        const Vector3d there = other == f.node ? at_node : Vector3d(at_node + std::fabs(f.late_s) / g.step_s * (expected(other) - at_node));
+        add(t, g.time_s(f.node) + f.late_s, f.value - there);
       }
     } else if (logged) {
-      std::size_t known = g.knots;  // expected() at this node and the next
+      std::size_t known = g.nodes;  // expected() at this node and the next
       Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();
       for (std::size_t i = 0; i < logged->size(); ++i) {
         const double at = (logged->t_s[i] - g.start_s) / g.step_s;
-        if (at < 0.0 || at >= static_cast<double>(g.knots - 1)) continue;
+        if (at < 0.0 || at >= static_cast<double>(g.nodes - 1)) continue;
         const auto k = static_cast<std::size_t>(at);
         if (!g.linked[k]) continue;
         if (k != known) from = expected(k), to = expected(k + 1), known = k;

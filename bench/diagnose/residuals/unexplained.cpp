@@ -122,8 +122,8 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     x.burst_share = power > 0.0 ? in_bursts / power : 0.0;
     out.bursts.insert(out.bursts.end(), found.begin(), found.end());
     const bool real = expected.empty() || x.rms > 1.15 * x.rms_expected;
-    const bool foretold = x.explainable.share > 0.1 && x.explainable.share > 2.0 * x.explainable_by_chance;
-    out.kind[a] = foretold              ? ResidualKind::systematic
+    const bool predicted = x.explainable.share > 0.1 && x.explainable.share > 2.0 * x.explainable_by_chance;
+    out.kind[a] = predicted             ? ResidualKind::systematic
                   : x.burst_share > 0.3 ? ResidualKind::bursts
                   : real                ? ResidualKind::stochastic
                                         : ResidualKind::none;

@@ -195,7 +195,7 @@ VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const s
     if (j == k || !kinds[j].untested.empty()) continue;
     const double both = covariance(marginal[k], marginal[j], 0, rows);
     const double c = both / std::sqrt(covariance(marginal[k], marginal[k], 0, rows) * covariance(marginal[j], marginal[j], 0, rows));
-    if (c > kIndistinguishableCorrelation) e.twins.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
+    if (c > kIndistinguishableCorrelation) e.aliases.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
   }
   return e;
 }
@@ -248,8 +248,8 @@ VarianceResult variance_effects(const ResidualSeries& r, std::span<const Varianc
     out.effects.push_back(entry(kinds, best, marginal, test[order.front()], adjusted[order.front()]));
     out.effects.back().found = true;
     open.erase(open.begin() + static_cast<std::ptrdiff_t>(order.front()));
-    const std::vector<BlockScores> winner{score[best]};
-    for (const std::size_t k : open) reduce(score[k], winner, 0, static_cast<Eigen::Index>(blocks.size()));
+    const std::vector<BlockScores> of_best{score[best]};
+    for (const std::size_t k : open) reduce(score[k], of_best, 0, static_cast<Eigen::Index>(blocks.size()));
   }
   for (const VarianceKind& k : kinds) {
     if (k.untested.empty()) continue;

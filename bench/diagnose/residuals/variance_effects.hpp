@@ -30,7 +30,7 @@ struct VarianceEffect {
   double t = 0.0;              // robust statistic; large and positive: there
   double p = 1.0, p_holm = 1.0;
   bool found = false;                                 // by forward selection at 1 % (Holm)
-  std::vector<std::pair<std::string, double>> twins;  // correlation of scores above 0.7
+  std::vector<std::pair<std::string, double>> aliases;  // correlation of scores above 0.7
   std::string untested;
 };
 struct VarianceResult {

@@ -10,11 +10,11 @@ template <int N>
 class LocalParabola {
  public:
   // `at`: distance from the moment, in a unit that keeps it near 1.
-  void add(double at, const Eigen::Matrix<double, N, 1>& reading) {
+  void add(double at, const Eigen::Matrix<double, N, 1>& measurement) {
     double p = 1.0;
     for (std::size_t i = 0; i < power_.size(); ++i, p *= at) {
       power_[i] += p;
-      if (i < value_.size()) value_[i] += p * reading;
+      if (i < value_.size()) value_[i] += p * measurement;
     }
   }
   double count() const { return power_[0]; }

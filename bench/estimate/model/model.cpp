@@ -185,8 +185,8 @@ void Model::wrench_by_extras(const BodyState& x, const RotorInputSample& u, doub
         }
       } else {
         c[place_in(group.flat, static_cast<std::size_t>(parameter - kCoreParameters))].d[j] = 1.0;
-        if (u.memory_input) {
-          u.memory_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) {
+        if (u.dynamic_term_input) {
+          u.dynamic_term_input->derivatives(u.memory_row, u.memory_share, parameter, [&](std::size_t i, double slope) {
             if (const std::size_t at = place_in(group.memory, i); at < group.memory.size()) memory[at].d[j] = slope;
           });
         }
@@ -317,7 +317,7 @@ void slope_at(const Model& model, const BodyState& start, const Eigen::Matrix<do
 }  // namespace
 
 BodyState Model::step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0, double t1, int substeps,
-                      const MemoryEnds* memory) const {
+                      const TermStateEnds* memory) const {
   const double h = (t1 - t0) / substeps;
   const Vector3d gravity = kGravity_m_s2 * Vector3d(values_[kTiltX], values_[kTiltY], -1.0);
   Eigen::Matrix<double, 12, 1> y;

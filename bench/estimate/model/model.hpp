@@ -49,7 +49,7 @@ class Model {
 
   // x(t1) from x(t0) in `substeps` equal steps. `memory`: that of the terms, instead of the input's.
   BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
-                 const MemoryEnds* memory = nullptr) const;
+                 const TermStateEnds* memory = nullptr) const;
   // The same with Jacobians: of the error at t1 by the error at t0, and by the columns.
   BodyState step(const BodyState& x, const RotorInput& input, std::size_t& hint, double t0_s, double t1_s, int substeps,
                  StateJacobian& by_state, ParameterJacobian& by_columns) const;

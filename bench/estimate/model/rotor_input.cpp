@@ -84,9 +84,10 @@ RotorInput::RotorInput(const log::FlightRecord& record, double rate_window_s, do
 }
 
 // Measurements at a high rate scatter, and a fit that moves them in time (their delay) would climb over every one of them. Where there are
-// enough, the parabola through those around stands for a reading. Over more of the window it would round the corners that commands leave.
+// enough, the parabola through those around stands for a measurement. Over more of the window it would round the corners that commands
+// leave.
 void RotorInput::smooth() {
-  constexpr double kEnough = 6.5;  // measurements in the window
+  constexpr double kMeasurementsForParabola = 6.5;  // measurements in the window
   const std::vector<Four> raw = omega_;
   const double half = rate_window_s_ / 3.0;
   std::size_t from = 0;
@@ -95,11 +96,11 @@ void RotorInput::smooth() {
     LocalParabola<4> window;
     for (std::size_t j = from; j < raw.size() && t_s_[j] <= t_s_[k] + half; ++j)
       window.add((t_s_[j] - t_s_[k]) / half, Eigen::Map<const Eigen::Vector4d>(raw[j].data()));
-    if (window.count() > kEnough) Eigen::Map<Eigen::Vector4d>(omega_[k].data()) = window.at_moment();
+    if (window.count() > kMeasurementsForParabola) Eigen::Map<Eigen::Vector4d>(omega_[k].data()) = window.at_moment();
   }
 }
 
-// Least-squares slope through the samples within half a window: noise and quantisation of the reading would otherwise be
+// Least-squares slope through the samples within half a window: noise and quantisation of the measurement would otherwise be
 // differentiated at full sampling rate.
 void RotorInput::slopes(double window_s) {
   const std::size_t n = t_s_.size();
@@ -242,7 +243,7 @@ RotorInputSample RotorInput::mean(double from_s, double to_s, int parts, std::si
     if (i != parts) continue;
     out.battery_V = u.battery_V;
     out.memory = u.memory;
-    out.memory_input = u.memory_input;
+    out.dynamic_term_input = u.dynamic_term_input;
     out.memory_row = u.memory_row;
     out.memory_share = u.memory_share;
   }

@@ -1,14 +1,14 @@
 // What drives the model beside its state, at any time: rotor speeds, interpolated from measured ones or made from motor commands and
 // battery voltage by a first-order motor, and the memory of terms. Knows its derivatives by its own parameters (delay; gain, offset,
-// voltage exponent, lag; those of memory_input.hpp).
+// voltage exponent, lag; those of dynamic_term_input.hpp).
 #pragma once
 #include <array>
 #include <vector>
 
-#include "bench/log/flight_record.hpp"
-#include "bench/estimate/model/memory_input.hpp"
+#include "bench/estimate/model/dynamic_term_input.hpp"
 #include "bench/estimate/model/parameters.hpp"
 #include "bench/estimate/model/rotor_input_sample.hpp"
+#include "bench/log/flight_record.hpp"
 
 namespace rotorloop::estimate {
 
@@ -34,7 +34,7 @@ class RotorInput {
   // Mean over [from, to] by Simpson's rule in `parts` parts; battery and memory as they are in the middle.
   RotorInputSample mean(double from_s, double to_s, int parts, std::size_t& hint, bool derivatives) const;
 
-  // The motion along which terms remember; to be followed by prepare().
+  // The motion along which dynamic terms are propagated; to be followed by prepare().
   void follow(std::shared_ptr<const Motion> motion) { memory_.follow(std::move(motion)); }
   bool follows() const { return memory_.follows(); }
 
@@ -53,7 +53,7 @@ class RotorInput {
   std::vector<double> battery_V_;               // at each sample; empty without the stream
   std::vector<std::array<double, 4>> omega_, omega_dot_;
   std::array<std::vector<std::array<double, 4>>, 4> by_, dot_by_;  // with commands: by gain, offset, exponent, lag
-  MemoryInput memory_;
+  DynamicTermInput memory_;
 };
 
 }  // namespace rotorloop::estimate

@@ -8,7 +8,7 @@
 
 namespace rotorloop::estimate {
 
-class MemoryInput;
+class DynamicTermInput;
 
 using MemoryNumbers = std::array<double, host::kMaxMemory>;
 
@@ -21,7 +21,7 @@ struct RotorInputSample {
   double battery_V = 0.0;
   MemoryNumbers memory{};
   // Where the derivatives of the memory stand; nullptr: it has none.
-  const MemoryInput* memory_input = nullptr;
+  const DynamicTermInput* dynamic_term_input = nullptr;
   std::size_t memory_row = 0;
   double memory_share = 0.0;
 };

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/report/history_point.hpp"
 #include "bench/identify/report/identify_result.hpp"
-#include "bench/identify/report/trail_point.hpp"
 
 namespace rotorloop::identify {
 
@@ -15,8 +15,8 @@ struct IdentifyPage {
   const std::vector<log::CheckedFlight>& checked;
   const IdentifyProvenance& provenance;
   std::string start_name;              // that the start file gives the vehicle
-  std::vector<TrailPoint> trail = {};  // this result's own comes last; fewer than two: no section
-  std::vector<TrailReference> references = {};
+  std::vector<HistoryPoint> history = {};  // this result's own comes last; fewer than two: no section
+  std::vector<HistoryReference> references = {};
 };
 
 }  // namespace rotorloop::identify

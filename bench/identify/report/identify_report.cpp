@@ -7,7 +7,7 @@
 
 #include "bench/identify/report/identify_sections.hpp"
 #include "bench/identify/report/identify_text.hpp"
-#include "bench/identify/report/trail.hpp"
+#include "bench/identify/report/parameter_history.hpp"
 #include "bench/identify/report/tree_values.hpp"
 #include "bench/render/page.hpp"
 
@@ -50,11 +50,11 @@ Json tree_of(const IdentifyPage& p) { return identify_tree(p.result, p.analysis,
 
 }  // namespace
 
-std::vector<TrailReference> trail_references(const FileComparison& c, const std::vector<DerivedQuantity>& derived,
-                                             const host::TermList& terms) {
-  std::vector<TrailReference> out;
-  for (const BesideColumn& b : c.beside) {
-    TrailReference r{.label = b.label, .value = {}, .q_BS = b.q_BS};
+std::vector<HistoryReference> history_references(const FileComparison& c, const std::vector<DerivedQuantity>& derived,
+                                                 const host::TermList& terms) {
+  std::vector<HistoryReference> out;
+  for (const ComparisonColumn& b : c.others) {
+    HistoryReference r{.label = b.label, .value = {}, .q_BS = b.q_BS};
     for (std::size_t i = 0; i < c.rows.size(); ++i) {
       if (b.parameters[i]) r.value[estimate::parameter_info(c.rows[i].parameter, terms).symbol] = b.parameters[i]->value;
     }
@@ -82,12 +82,12 @@ std::string identify_report_html(const IdentifyPage& p) {
   for (const estimate::GridFlight& g : p.result.flights) flights.push_back(g.name);
   auto facts = facts_of(tree);
   if (p.analysis.solver_check) facts.emplace_back("check by another solver", solver_check_text(*p.analysis.solver_check));
-  return render::page_begin(
-             fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
-             fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name, p.provenance.conditions.vehicle_file),
-             "identification") +
-         render::banner_html(identify_outcome(p.result, p.analysis, p.provenance)) + render::facts_html(facts) + render::page_html(identify_sections(tree, p.result, p.analysis)) + trail_html(p.trail, p.references) +
-         render::page_end();
+  return render::page_begin(fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
+                            fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name,
+                                        p.provenance.conditions.vehicle_file),
+                            "identification") +
+         render::banner_html(identify_outcome(p.result, p.analysis, p.provenance)) + render::facts_html(facts) +
+         render::page_html(identify_sections(tree, p.result, p.analysis)) + history_html(p.history, p.references) + render::page_end();
 }
 
 }  // namespace rotorloop::identify

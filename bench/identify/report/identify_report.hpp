@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/report/history_point.hpp"
 #include "bench/identify/report/identify_page.hpp"
 #include "bench/identify/report/identify_result.hpp"
-#include "bench/identify/report/trail_point.hpp"
 
 namespace rotorloop::identify {
 
 std::string identify_report_html(const IdentifyPage& page);
 
 // What the compared files say of each parameter, for the parameter history.
-std::vector<TrailReference> trail_references(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived,
-                                             const host::TermList& terms);
+std::vector<HistoryReference> history_references(const FileComparison& comparison, const std::vector<DerivedQuantity>& derived,
+                                                 const host::TermList& terms);
 
 }  // namespace rotorloop::identify

@@ -47,7 +47,7 @@ ordered_json observability_json(const Identification& r, const Observability& o)
   }
   for (const CorrelatedPair& c : o.correlated) pairs.push_back({{"first", c.first}, {"second", c.second}, {"correlation", c.correlation}});
   for (const FlightContribution& f : o.flights)
-    flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.cannot_tell}, {"information", f.information}});
+    flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.undetermined}, {"information", f.information}});
   for (const Advice& a : o.advice) advice.push_back({{"parameter", a.parameter}, {"why", a.why}, {"manoeuvre", a.manoeuvre}});
   return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice},
           {"parameters", array_of(r.problem.free, [&](const estimate::FreeParameter& f) { return estimate::parameter_info(f.parameter, r.problem.start.terms).symbol; })}};
@@ -68,7 +68,7 @@ ordered_json solver_check_json(const SolverCheck& c) {
   j["ceres_cost"] = number(c.ceres_cost);
   j["iterations"] = c.iterations;
   j["converged"] = c.converged;
-  j["told"] = difference_json(c.told);
+  j["told"] = difference_json(c.reported);
   j["to_the_end"] = difference_json(c.to_the_end);
   j["within_acceptance"] = within_acceptance(c.to_the_end);
   return j;
@@ -92,9 +92,9 @@ ordered_json held_json(const Identification& r, const ParameterRow& row, const s
           {"label", row.symbol},        {"file", said_or_null(start)}};
 }
 
-ordered_json beside_json(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
+ordered_json comparison_json(const Identification& r, const FileComparison& c, const std::vector<DerivedQuantity>& derived) {
   ordered_json out = ordered_json::array();
-  for (const BesideColumn& b : c.beside) {
+  for (const ComparisonColumn& b : c.others) {
     ordered_json parameters = ordered_json::array(), follows = ordered_json::array();
     for (std::size_t i = 0; i < c.rows.size(); ++i) {
       if (!b.parameters[i]) continue;
@@ -121,7 +121,7 @@ ordered_json beside_json(const Identification& r, const FileComparison& c, const
 
 ordered_json static_thrust_json(const FileComparison& c) {
   ordered_json out = ordered_json::array();
-  for (const ThrustBeside& t : c.static_thrust) {
+  for (const ThrustComparison& t : c.static_thrust) {
     ordered_json row = said_json(t.said);
     row["file"] = t.label;
     row["rpm_window"] = t.rpm_window;
@@ -151,7 +151,7 @@ ordered_json conditions_json(const Identification& r, const IdentifyConditions& 
           {"thrust_scale", r.start.thrust_scale}};
 }
 
-// Of each flight; null for readings that it does not have.
+// Of each flight; null for measurements that it does not have.
 ordered_json noise_json(const Identification& r) {
   ordered_json out = ordered_json::array();
   for (std::size_t f = 0; f < r.flights.size(); ++f) {
@@ -162,7 +162,7 @@ ordered_json noise_json(const Identification& r) {
     };
     out.push_back({{"flight", g.name},
                    {"rate_Hz", number(1.0 / g.step_s)},
-                   {"seconds", number(static_cast<double>(g.tied_knots()) * g.step_s)},
+                   {"seconds", number(static_cast<double>(g.tied_nodes()) * g.step_s)},
                    {"q_a_m_s2_rtHz", of(true, n.force_m_s2_rtHz)},
                    {"q_alpha_rad_s2_rtHz", of(true, n.angular_rad_s2_rtHz)},
                    {"position_m", of(!g.pose.empty() || !g.position.empty(), n.position_m)},
@@ -176,7 +176,7 @@ ordered_json noise_json(const Identification& r) {
 
 std::size_t grid_steps(const Identification& r) {
   std::size_t steps = 0;
-  for (const estimate::GridFlight& g : r.flights) steps += g.knots;
+  for (const estimate::GridFlight& g : r.flights) steps += g.nodes;
   return steps;
 }
 
@@ -360,7 +360,7 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   j["q_BS_wxyz"] = nullptr;
   if (const auto q = sensor_rotation(r)) j["q_BS_wxyz"] = quaternion_json(*q);
   j["start_q_BS_wxyz"] = quaternion_json(r.problem.start.start_q_BS);
-  j["beside"] = beside_json(r, compared, a.derived);
+  j["beside"] = comparison_json(r, compared, a.derived);
   j["static_thrust"] = static_thrust_json(compared);
   j["covariance"] = matrix_json(r.fit.covariance);
   j["stages"] = array_of(r.comparison, [&](const StageComparison& c) { return stage_json(r, c); });

@@ -6,15 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/beside.hpp"
-#include "bench/log/check/checks.hpp"
 #include "bench/identify/derived.hpp"
+#include "bench/identify/file_comparison.hpp"
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/homogeneity.hpp"
 #include "bench/identify/identify.hpp"
 #include "bench/identify/observability.hpp"
 #include "bench/identify/solver_check.hpp"
 #include "bench/identify/whiteness.hpp"
+#include "bench/log/check/checks.hpp"
 #include "bench/render/outcome.hpp"
 
 namespace rotorloop::identify {
@@ -55,8 +55,9 @@ struct IdentifyProvenance {
 };
 
 // Marks beside an estimate: "at its bound" when it stopped at the end of its range, "not identified" when its prior holds more than half of
-// what is known ("weighed" for the mass, which no flight can tell; "contradicted" when the flights move it by two of the prior's standard
-// deviations all the same), "model error" when the uncertainty that holds for correlated residuals is 5 times the classical one or more.
+// what is known ("weighed" for the mass, which no flight can determine; "contradicted" when the flights move it by two of the prior's
+// standard deviations all the same), "model error" when the uncertainty that holds for correlated residuals is 5 times the classical one or
+// more.
 std::string mark_of(const estimate::Estimate& e);
 
 // That the robust uncertainties rest on too few blocks of residuals to hold; empty when they do not.

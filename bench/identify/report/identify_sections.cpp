@@ -119,7 +119,7 @@ void add_comparisons(const Json& tree, render::Sections& out) {
     if (d.at("id") == "static_c_t") found = &d;
   }
   if (!found) return;
-  Section s{"Static thrust of these flights beside other measurements", tree.at("beside").empty() ? "beside" : "", {}};
+  Section s{"Static thrust of these flights compared with other measurements", tree.at("beside").empty() ? "beside" : "", {}};
   s.blocks.push_back(Paragraph{fmt::format("These flights: c_t {} {} {}. Entries of the files, at the air density of the start file; the "
                                            "difference is how far these flights lie above.",
                                            measured(*found, "value", largest_u(*found)), reported_u(*found), unit_of(*found))});
@@ -132,7 +132,7 @@ void add_comparisons(const Json& tree, render::Sections& out) {
 }
 
 Section stages_section(const Json& tree) {
-  Section out{"Staged fit beside the joint fit", "stages", {}};
+  Section out{"Stages compared with the joint fit", "stages", {}};
   out.blocks.push_back(Paragraph{
       "Each stage frees its own parameters on its own flight; what it holds counts with its uncertainty. z is the difference in uncertainties "
       "of the stage.",
@@ -242,7 +242,7 @@ Section observability_section(const Json& tree, const Identification& result) {
   render::List pairs;
   for (const Json& c : o.at("correlated"))
     pairs.items.push_back(fmt::format("{} and {}: correlation {}", text_of(c.at("first")), text_of(c.at("second")), num(c, "correlation", "{:+.3f}")));
-  Table advice{{left("parameter"), left("how it stands"), left("what would tell it")}};
+  Table advice{{left("parameter"), left("how it stands"), left("manoeuvre that determines it")}};
   for (const Json& a : o.at("advice")) advice.rows.push_back({{text_of(a.at("parameter")), text_of(a.at("why")), text_of(a.at("manoeuvre"))}});
   // Information per second, each parameter's largest set to 1: where each is learned.
   Table learned{{left("information per second, share of the best flight")}};

@@ -1,5 +1,5 @@
-// An identification as sections of text and page: Table I of the vehicle, the same beside other files, stages, flights held out, noise,
-// what the residuals say, what the flights cannot tell, findings of the checks. Figures come from the value tree that result.json is.
+// An identification as sections of text and page: Table I of the vehicle, compared with other files, stages, flights held out, noise,
+// what the residuals say, what the flights cannot determine, findings of the checks. Figures come from the value tree that result.json is.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 

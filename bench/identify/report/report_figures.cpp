@@ -147,8 +147,8 @@ std::string correlation_map(const Identification& r) {
   return out + correlation_legend(left, top + n * kCell + 16.0, kCell) + "</svg>\n";
 }
 
-std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector<TrailReference>& references, const std::string& parameter,
-                         const std::string& unit) {
+std::string history_figure(const std::vector<HistoryPoint>& history, const std::vector<HistoryReference>& references,
+                           const std::string& parameter, const std::string& unit) {
   render::Plot p;
   p.title = parameter + " over trials";
   p.x_label = "trial";
@@ -156,22 +156,22 @@ std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector
   p.height_px = 240;
   render::Series value{.label = "", .x = {}, .y = {}, .colour = 0, .marker = render::Marker::dot};
   render::Series bars{.label = "", .x = {}, .y = {}, .colour = 0};
-  for (std::size_t t = 0; t < trail.size(); ++t) {
-    p.x_names.push_back(trail[t].label);
-    const auto found = std::find(trail[t].names.begin(), trail[t].names.end(), parameter);
-    if (found == trail[t].names.end()) continue;
-    const auto i = static_cast<std::size_t>(found - trail[t].names.begin());
+  for (std::size_t t = 0; t < history.size(); ++t) {
+    p.x_names.push_back(history[t].label);
+    const auto found = std::find(history[t].names.begin(), history[t].names.end(), parameter);
+    if (found == history[t].names.end()) continue;
+    const auto i = static_cast<std::size_t>(found - history[t].names.begin());
     const double x = static_cast<double>(t + 1);
     value.x.push_back(x);
-    value.y.push_back(trail[t].value[i]);
-    for (const double sign : {-2.0, 2.0}) bars.x.push_back(x), bars.y.push_back(trail[t].value[i] + sign * trail[t].u[i]);
+    value.y.push_back(history[t].value[i]);
+    for (const double sign : {-2.0, 2.0}) bars.x.push_back(x), bars.y.push_back(history[t].value[i] + sign * history[t].u[i]);
     bars.x.push_back(NAN), bars.y.push_back(NAN);
   }
   // In the legend, not beside the line: lines of several files often coincide.
   p.x_min = 0.5;
-  p.x_max = static_cast<double>(trail.size()) + 0.5;
+  p.x_max = static_cast<double>(history.size()) + 0.5;
   std::vector<render::Series> lines;
-  for (const TrailReference& r : references) {
+  for (const HistoryReference& r : references) {
     const auto said = r.value.find(parameter);
     if (said == r.value.end()) continue;
     lines.push_back({.label = r.label,

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/identify/report/history_point.hpp"
 #include "bench/identify/report/identify_result.hpp"
-#include "bench/identify/report/trail_point.hpp"
 
 namespace rotorloop::identify {
 
@@ -13,7 +13,7 @@ std::string cost_figure(const FlightWhiteness& whiteness);             // mean s
 std::string innovation_figure(const std::string& flight, const std::vector<estimate::Innovation>& innovations);
 std::string correlation_map(const Identification& result);  // SVG, with its legend
 // One parameter over the trials, in units of a power of a thousand so that ticks stay short.
-std::string trail_figure(const std::vector<TrailPoint>& trail, const std::vector<TrailReference>& references, const std::string& parameter,
-                         const std::string& unit);
+std::string history_figure(const std::vector<HistoryPoint>& history, const std::vector<HistoryReference>& references,
+                           const std::string& parameter, const std::string& unit);
 
 }  // namespace rotorloop::identify

@@ -91,13 +91,13 @@ TEST_F(IdentifyCommand, RefusesToHoldOutAFlightThatIsFitted) {
   EXPECT_NE(r.err.find("held out and also fitted"), std::string::npos) << r.err;
 }
 
-TEST_F(IdentifyCommand, ComparesWithFilesBesideInTextPageResultAndTrail) {
+TEST_F(IdentifyCommand, ComparesWithOtherFilesInTextPageResultAndParameterHistory) {
   const std::string beside = "--compare '" ROTORLOOP_SOURCE_DIR "/vehicles/reference_cad.toml' ";
   const std::string fit = "--flight rotation.csv --noise fixed --rate 50 --hold pose_delay --hold c_q --quiet ";
   ASSERT_EQ(run(fit + "--report first").exit_code, 0);
   const CommandResult r = run(fit + beside + "--trail first --report second");
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  for (const char* part : {"Comparison with reference_cad.toml", "Static thrust of these flights beside other measurements",
+  for (const char* part : {"Comparison with reference_cad.toml", "Static thrust of these flights compared with other measurements",
                            "The quaternion itself, sensor to body, w x y z: "})
     EXPECT_NE(r.out.find(part), std::string::npos) << part << "\n" << r.out;
   const auto result = result_of(scratch / "second");

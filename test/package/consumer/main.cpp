@@ -109,7 +109,7 @@ void diagnose_vehicle(const std::vector<identify::FlightToFit>& flights, const h
   diagnose::DiagnoseOptions options;
   options.identify = fit_options(vehicle);
   options.library = {&kTailFin};
-  // Its twin of the catalogue is left out, and most of the rest, so that this takes seconds.
+  // What the catalogue lists as indistinguishable from it is left out, and most of the rest, so that this takes seconds.
   for (const host::Term& term : host::all_terms()) {
     if (term.info.id != "linear_drag" && term.info.id != "com_offset" && term.info.id != "quadratic_rate_damping")
       options.without.emplace_back(term.info.id);
@@ -121,7 +121,7 @@ void diagnose_vehicle(const std::vector<identify::FlightToFit>& flights, const h
   if (run.diagnosis.added.empty()) return;
   const diagnose::AddedEffect& found = run.diagnosis.added.front();
   std::printf("        found %s, k = %.4g +- %.1g N s2/m\n", found.id.c_str(), found.parameters.front().value, found.parameters.front().u);
-  expect(found.id == "tail_fin" && found.twins.empty(), "diagnosis names the own effect, alone");
+  expect(found.id == "tail_fin" && found.aliases.empty(), "diagnosis names the own effect, alone");
   expect(std::fabs(found.parameters.front().value / kFin_N_s2_m - 1.0) < 0.1, "its size is within 10 % of the true one");
 }
 

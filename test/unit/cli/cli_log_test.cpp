@@ -1,4 +1,4 @@
-// The log commands: what they print, what they write, and what wrong arguments are told.
+// The log commands: what they print, what they write, and the messages on wrong arguments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

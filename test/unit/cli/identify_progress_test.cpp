@@ -1,5 +1,5 @@
-// What identify tells while it works, with the seconds given by hand: when a part or a round begins, how long it has taken, and a time
-// left only where the fit foretells it.
+// What identify says while it works, with the seconds given by hand: when a part or a round begins, how long it has taken, and a time
+// left only where the fit predicts it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,15 +48,15 @@ TEST(IdentifyProgress, SaysThatAPartIsFittedAgainWhenItsIterationsBeginAnew) {
   EXPECT_THAT(text(other, 404.0).text, HasSubstr("[5/5] check by Ceres: iteration 0"));
 }
 
-TEST(IdentifyProgress, ForetellsTheTimeLeftWithinOneIterationWhenTheCostFallsByAFactor) {
+TEST(IdentifyProgress, PredictsTheTimeLeftWithinOneIterationWhenTheCostFallsByAFactor) {
   IdentifyProgressText text(given_noise());
   // 0.6 a step from 1 down: below 1e-4 after 19 steps of 2 s.
   for (int i = 0; i < 19; ++i) {
-    const std::string told = text(joint(i, std::pow(0.6, i)), 100.0 + 2.0 * i).text;
+    const std::string line = text(joint(i, std::pow(0.6, i)), 100.0 + 2.0 * i).text;
     if (i < 2) {
-      EXPECT_THAT(told, Not(HasSubstr("left"))) << "two falls are needed to see a factor";
+      EXPECT_THAT(line, Not(HasSubstr("left"))) << "two falls are needed to see a factor";
     } else {
-      EXPECT_THAT(told,
+      EXPECT_THAT(line,
                   HasSubstr("about 0:" + std::string(2 * (19 - i) < 10 ? "0" : "") + std::to_string(2 * (19 - i)) + " left in this part"));
     }
   }

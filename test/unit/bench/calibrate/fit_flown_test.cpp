@@ -97,7 +97,7 @@ TEST(FlownFit, ADragThatWouldBeNegativeIsHeldAtZero) {
   EXPECT_NEAR(f.c_dh_s_m.value / kTruth.c_dh, 1.0, 0.02);
 }
 
-TEST(FlownFit, VerticalFlightAloneCannotTellDragAcross) {
+TEST(FlownFit, VerticalFlightAloneDoesNotDetermineDragAcross) {
   EXPECT_THAT(test::error_of([] { fit_flown(flight(kTruth, 1e-3), guess()); }, ExitCode::data_quality), HasSubstr("leave c_d"));
 }
 

@@ -34,14 +34,14 @@ TEST(DevelopmentFlights, ARotorThatGivesFivePerCentLessThrustIsNamedFirst) {
   const Diagnosis d = diagnosed_development("d03", 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "weak_rotor") || names(d.added.front(), "rotor_speed_scale")) << d.added.front().id;
-  EXPECT_LE(d.added.front().twins.size(), 2u);
+  EXPECT_LE(d.added.front().aliases.size(), 2u);
 }
 TEST(DevelopmentFlights, ARotorThatLeansBy30MilliradiansIsNamedFirst) {
   if (identify::testing::measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   const Diagnosis d = diagnosed_development("d04", 1);
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_TRUE(names(d.added.front(), "rotor_tilt")) << d.added.front().id;
-  EXPECT_LE(d.added.front().twins.size(), 2u);
+  EXPECT_LE(d.added.front().aliases.size(), 2u);
 }
 
 }  // namespace

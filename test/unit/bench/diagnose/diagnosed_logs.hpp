@@ -30,7 +30,7 @@ inline Diagnosis diagnosed(const std::vector<identify::FlightToFit>& logs, const
 }
 
 inline bool names(const AddedEffect& a, const std::string& id) {
-  return a.id == id || std::any_of(a.twins.begin(), a.twins.end(), [&](const ClassMember& m) { return m.id == id; });
+  return a.id == id || std::any_of(a.aliases.begin(), a.aliases.end(), [&](const ClassMember& m) { return m.id == id; });
 }
 
 }  // namespace rotorloop::diagnose::testing

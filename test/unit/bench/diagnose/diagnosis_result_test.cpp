@@ -32,7 +32,7 @@ DiagnoseOptions quick() {
   o.identify.fit.max_iterations = 80;
   o.identify.fit.tolerance = 0.02;
   o.identify.fit.threads = 2;
-  o.beliefs = false;
+  o.priors = false;
   o.placebos = 20;
   return o;
 }
@@ -80,7 +80,7 @@ void expect_evidence(const json& j, const CandidateEvidence& e) {
                                                     {"p_holm", e.p_holm},
                                                     {"gain", e.gain},
                                                     {"bic", e.bic},
-                                                    {"rise", e.rise},
+                                                    {"rise", e.delta_log_likelihood},
                                                     {"gain_relative", e.gain_relative},
                                                     {"scatter", e.scatter},
                                                     {"variation", e.variation},
@@ -100,7 +100,7 @@ void expect_faults(const json& j, const std::vector<LogFault>& all) {
   }
 }
 
-// Terms that stand in no list: one of a rotor whose speed is read high, one that remembers.
+// Terms that stand in no list: one of a rotor whose speed is read high, one with a state of its own.
 struct FirstRotorReadsHigh {
   static constexpr std::string_view kId = "first_rotor_reads_high";
   static constexpr host::TermParameter kParameters[] = {{"error", "1", -0.2, 0.2, 0.03, 0.0}};
@@ -155,7 +155,7 @@ TEST(DiagnosisResult, VerdictRemarksAndLikelihoodsAreThoseOfTheValue) {
   EXPECT_EQ(written().at("log_likelihood").at("before").get<double>(), diagnosed().before.fit.log_likelihood);
   EXPECT_EQ(written().at("log_likelihood").at("after").get<double>(), diagnosed().after.fit.log_likelihood);
 }
-TEST(DiagnosisResult, EveryEffectAddedStandsThereWithSizesTwinsShiftsAndAdvice) {
+TEST(DiagnosisResult, EveryEffectAddedStandsThereWithSizesAliasesShiftsAndAdvice) {
   const auto& added = diagnosed().diagnosis.added;
   ASSERT_FALSE(added.empty());
   ASSERT_EQ(written().at("added").size(), added.size());
@@ -168,12 +168,12 @@ TEST(DiagnosisResult, EveryEffectAddedStandsThereWithSizesTwinsShiftsAndAdvice) 
     EXPECT_EQ(j.at("manoeuvre"), added[i].manoeuvre);
     EXPECT_EQ(j.at("manoeuvre_search").at("manoeuvres").size(), added[i].advice.ranked.size());
     expect_evidence(j.at("evidence"), added[i].evidence);
-    ASSERT_EQ(j.at("twins").size(), added[i].twins.size());
-    for (std::size_t t = 0; t < added[i].twins.size(); ++t) {
-      EXPECT_EQ(j.at("twins")[t].at("id"), added[i].twins[t].id);
-      EXPECT_EQ(j.at("twins")[t].at("correlation").get<double>(), added[i].twins[t].correlation);
-      EXPECT_EQ(j.at("twins")[t].at("gain_share").get<double>(), added[i].twins[t].gain_share);
-      expect_values(j.at("twins")[t].at("parameters"), added[i].twins[t].parameters);
+    ASSERT_EQ(j.at("twins").size(), added[i].aliases.size());
+    for (std::size_t t = 0; t < added[i].aliases.size(); ++t) {
+      EXPECT_EQ(j.at("twins")[t].at("id"), added[i].aliases[t].id);
+      EXPECT_EQ(j.at("twins")[t].at("correlation").get<double>(), added[i].aliases[t].correlation);
+      EXPECT_EQ(j.at("twins")[t].at("gain_share").get<double>(), added[i].aliases[t].gain_share);
+      expect_values(j.at("twins")[t].at("parameters"), added[i].aliases[t].parameters);
     }
     ASSERT_EQ(j.at("shifts").size(), added[i].shifts.size());
     for (std::size_t s = 0; s < added[i].shifts.size(); ++s) {

@@ -30,7 +30,7 @@ struct Lesser {
       r.y[k] += 0.3 * r.columns[1][k] + beside * r.columns[3][k];
     }
     screening.table = r.table();
-    screening.candidates = {candidate("believed", {1}, matters), candidate("new", {2, 3}, 0.1)};
+    screening.candidates = {candidate("prior", {1}, matters), candidate("new", {2, 3}, 0.1)};
     return examine_all(screening, Criteria{}, 8.0);
   }
   Screening screening = {};
@@ -43,22 +43,22 @@ const Tested& of(const std::vector<Tested>& all, const std::string& id) {
 TEST(Examine, WhatASingleNumberTooSmallToMatterExplainsBetterIsNoNewEffect) {
   Lesser l;
   const auto all = l.examined();
-  EXPECT_FALSE(of(all, "believed").real);
-  EXPECT_TRUE(of(all, "believed").minor);
+  EXPECT_FALSE(of(all, "prior").real);
+  EXPECT_TRUE(of(all, "prior").minor);
   EXPECT_FALSE(of(all, "new").real);
   EXPECT_EQ(of(all, "new").evidence.ruled_out_by.id, Rejection::lesser_cause);
-  EXPECT_EQ(of(all, "new").evidence.ruled_out_by.effect, "believed");
+  EXPECT_EQ(of(all, "new").evidence.ruled_out_by.effect, "prior");
 }
 TEST(Examine, ANumberThatMattersIsACandidateBesideTheOther) {
   Lesser l{.matters = 0.2};
   const auto all = l.examined();
-  EXPECT_TRUE(of(all, "believed").real);
+  EXPECT_TRUE(of(all, "prior").real);
   EXPECT_TRUE(of(all, "new").real);
 }
 TEST(Examine, AnEffectThatExplainsMoreThanTheNumberTooSmallToMatterStays) {
   Lesser l{.beside = 0.5};
   const auto all = l.examined();
-  EXPECT_TRUE(of(all, "believed").minor);
+  EXPECT_TRUE(of(all, "prior").minor);
   EXPECT_TRUE(of(all, "new").real) << name(of(all, "new").evidence.ruled_out_by.id);
 }
 

@@ -22,7 +22,7 @@ struct Regression {
     t.base = static_cast<Index>(base);
     t.information = Eigen::MatrixXd::Zero(n, n);
     t.score = Eigen::VectorXd::Zero(n);
-    t.readings = static_cast<double>(y.size());
+    t.measurements = static_cast<double>(y.size());
     std::vector<Index> all;
     for (Index i = 0; i < n; ++i) all.push_back(i);
     for (std::size_t from = 0; from + per_block <= y.size(); from += per_block) {

@@ -25,9 +25,9 @@ model_true::FlightSettings settings_of(const std::string& id, double duration_s)
   throw std::logic_error("no manoeuvre of that name");
 }
 
-// Centre of mass 1.5 mm from where it is believed, against a constant torque of the same size in hover: in flights near hover much alike.
+// Centre of mass 1.5 mm from its nominal place, against a constant torque of the same size in hover: in flights near hover much alike.
 // Flown by the second writing of equations 1 to 8, whose thrust, integration, pilot, motors and noise are not those of the search.
-TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulatorAndTheWorstTellsNothing) {
+TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulatorAndTheWorstSeparatesNothing) {
   model_true::Truth truth;
   truth.com_offset_m.x() += 1.5e-3;
   truth.r_BS_m.x() -= 1.5e-3;  // the sensor stays where it is
@@ -52,11 +52,11 @@ TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulat
       rank_manoeuvres(shifted, shifted, std::vector<Member>{found(shifted), found(pushed)}, {.duration_s = kFlown_s, .threads = 2});
   const ManoeuvreValue &best = a.ranked.front(), &worst = a.ranked.back();
   const double before = shifted.fit.log_likelihood - pushed.fit.log_likelihood;
-  const auto told = [&](const ManoeuvreValue& v) {
+  const auto separated = [&](const ManoeuvreValue& v) {
     const std::vector<identify::FlightToFit> flights{past, flight(truth, settings_of(v.id, kFlown_s), 6)};
     return fit_with("com_offset", flights).fit.log_likelihood - fit_with("body_torque_bias", flights).fit.log_likelihood - before;
   };
-  const double by_best = told(best), by_worst = told(worst);
+  const double by_best = separated(best), by_worst = separated(worst);
   EXPECT_EQ(best.id, "thrust_pulses");
   EXPECT_GT(best.least, 100.0);
   EXPECT_NEAR(by_best, best.least, 0.4 * best.least);

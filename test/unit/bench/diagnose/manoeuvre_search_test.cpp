@@ -1,4 +1,4 @@
-// Which flight tells two effects apart: pairs whose physics says the answer.
+// Which flight separates two effects: pairs whose physics says the answer.
 #include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 
 #include <gmock/gmock.h>
@@ -76,9 +76,9 @@ TEST(ManoeuvreSearch, ForceFixedInTheBodyIsToldFromATiltedWorldByTurningTheHeadi
   EXPECT_GT(worth(a, "hover_turned"), 3.0 * worth(a, "hover"));
 }
 
-// Both keep their direction in the world, so that turning in hover tells hardly more than standing still, where their sum is weighed;
-// wind's force grows with thrust and with speed against it.
-TEST(ManoeuvreSearch, WindIsToldFromATiltedWorldByRunsAndByThrustMoreThanByTurningInHover) {
+// Both keep their direction in the world, so that turning in hover separates them hardly more than standing still, where their sum is
+// weighed; wind's force grows with thrust and with speed against it.
+TEST(ManoeuvreSearch, WindIsDistinguishedFromATiltedWorldByRunsAndByThrustMoreThanByTurningInHover) {
   const ManoeuvreAdvice a = advice(member("wind_steady", {1.0, 0.0, 0.0}), member("gravity_tilt", {0.02, 0.0}));
   EXPECT_LT(worth(a, "hover_turned"), 1.25 * worth(a, "hover"));
   EXPECT_GT(worth(a, "thrust_pulses"), 1.5 * worth(a, "hover"));
@@ -92,8 +92,8 @@ TEST(ManoeuvreSearch, LiftOfTheBodyIsToldFromThrustThatWasMisjudgedBySpeed) {
 }
 
 TEST(ManoeuvreSearch, EffectsWithTheSameLoadAreToldByNoManoeuvreAndTheDiagnosisSaysSo) {
-  const Member twin = member("rotor_body_interference", {1.5});
-  const ManoeuvreAdvice a = advice(kRotorDrag, twin);
+  const Member alias = member("rotor_body_interference", {1.5});
+  const ManoeuvreAdvice a = advice(kRotorDrag, alias);
   for (const ManoeuvreValue& v : a.ranked) EXPECT_LT(v.separation.front(), 1e-3) << v.id;
   EXPECT_EQ(a.open, std::vector<std::string>{"rotor_body_interference"});
 
@@ -101,14 +101,14 @@ TEST(ManoeuvreSearch, EffectsWithTheSameLoadAreToldByNoManoeuvreAndTheDiagnosisS
   run.before = copy_of(fitted());
   run.after = copy_of(fitted());
   run.diagnosis.added.push_back(
-      {.id = "rotor_drag", .parameters = kRotorDrag.parameters, .twins = {{.id = twin.id, .parameters = twin.parameters}}});
+      {.id = "rotor_drag", .parameters = kRotorDrag.parameters, .aliases = {{.id = alias.id, .parameters = alias.parameters}}});
   choose_manoeuvres(run, {}, 2);
   EXPECT_THAT(run.diagnosis.added.front().manoeuvre, ::testing::HasSubstr("no manoeuvre of"));
   EXPECT_THAT(run.diagnosis.added.front().manoeuvre, ::testing::HasSubstr("in proportion to T or to omega")) << "the catalogue's advice";
 }
 
-// Of three, the two that can be told are, by one flight that serves for both.
-TEST(ManoeuvreSearch, ATwinThatNothingTellsDoesNotHideWhatTellsTheOthers) {
+// Of three, the two that can be separated are, by one flight that serves for both.
+TEST(ManoeuvreSearch, AnAliasThatNothingSeparatesDoesNotHideWhatSeparatesTheOthers) {
   const ManoeuvreAdvice a = rank_manoeuvres(
       fitted(), fitted(), std::vector<Member>{kRotorDrag, member("rotor_body_interference", {1.5}), kLinearDrag}, {.threads = 2});
   EXPECT_EQ(a.open, std::vector<std::string>{"rotor_body_interference"});
@@ -117,7 +117,7 @@ TEST(ManoeuvreSearch, ATwinThatNothingTellsDoesNotHideWhatTellsTheOthers) {
   EXPECT_EQ(a.ranked.front().least, a.ranked.front().separation[1]);
 }
 
-TEST(ManoeuvreSearch, TwiceTheTimeTellsTwiceAsMuchAndCorrelatedResidualsTellLess) {
+TEST(ManoeuvreSearch, TwiceTheTimeSeparatesTwiceAsMuchAndCorrelatedResidualsLess) {
   const ManoeuvreAdvice ten = advice(kRotorDrag, kLinearDrag), twenty = advice(kRotorDrag, kLinearDrag, {.duration_s = 20.0, .threads = 2}),
                         correlated = advice(kRotorDrag, kLinearDrag, {.inflation = 4.0, .threads = 2});
   EXPECT_NEAR(worth(twenty, "pass_pulsed") / worth(ten, "pass_pulsed"), 2.0, 0.2);

@@ -1,5 +1,5 @@
-// Placebos: which columns give one, what level their order statistics have, and that a column without meaning is told from an effect as
-// often as the level says.
+// Placebos: which columns give one, what level their order statistics have, and that a column without meaning is distinguished from an
+// effect as often as the level says.
 #include "bench/diagnose/placebos.hpp"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST(Placebos, WhereEveryColumnIsConstantThereAreNone) {
   EXPECT_TRUE(placebo_columns(std::vector{constant}, {0.01}, 20, 1).empty());
 }
 
-// A residual that remembers ten samples, a column of the same kind that is no effect, and what a hundred placebos of such columns say.
+// A residual correlated over ten samples, a column of the same kind that is no effect, and what a hundred placebos of such columns say.
 struct Trial {
   std::vector<double> placebos;
   double statistic = 0.0;
@@ -101,7 +101,7 @@ int false_alarms_of_200(double level) {
       std::count_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.statistic > placebo_limit(t.placebos, level).wald; }));
 }
 
-TEST(PlaceboLevel, NoMoreThanFiveOf200ColumnsWithoutMeaningPassAtOnePerCentUnderResidualsThatRememberTenSamples) {
+TEST(PlaceboLevel, NoMoreThanFiveOf200ColumnsWithoutMeaningPassAtOnePerCentUnderResidualsCorrelatedOverTenSamples) {
   const int passed = false_alarms_of_200(0.99);
   RecordProperty("passed", passed);
   EXPECT_LE(passed, 5);

@@ -1,4 +1,4 @@
-// What of a sum that runs off is told all the same: ratios by the joint covariance of a fit.
+// What of a sum that runs off is determined all the same: ratios by the joint covariance of a fit.
 #include "bench/diagnose/ratios.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ estimate::Fit yaw_fit(double alone, double apart) {
   return fit;
 }
 
-TEST(FirmRatios, a_ratio_told_to_2_percent_of_figures_that_run_off_together_by_30_is_told_with_its_uncertainty) {
+TEST(FirmRatios, a_ratio_known_to_2_percent_of_figures_that_run_off_together_by_30_is_reported_with_its_uncertainty) {
   const auto ratios = firm_ratios(yaw_fit(0.3, 0.02), estimate::kCq, kNoTerms);
   ASSERT_EQ(ratios.size(), 1u);
   EXPECT_EQ(ratios[0].name, "c_q / I_zz");
@@ -31,7 +31,7 @@ TEST(FirmRatios, a_ratio_told_to_2_percent_of_figures_that_run_off_together_by_3
   EXPECT_EQ(ratios_text(ratios), "c_q / I_zz = 5.00e-06 ± 1.0e-07 (N m s2)/(kg m2)");
 }
 
-TEST(FirmRatios, a_ratio_no_better_known_than_the_figure_itself_is_not_told) {
+TEST(FirmRatios, a_ratio_no_better_known_than_the_figure_itself_is_not_reported) {
   EXPECT_TRUE(firm_ratios(yaw_fit(0.03, 0.02), estimate::kCq, kNoTerms).empty());
 }
 

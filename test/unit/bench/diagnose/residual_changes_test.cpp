@@ -43,7 +43,7 @@ TEST(StepInTime, of_15_percent_of_one_rotors_thrust_at_12_s_of_the_third_flight_
   EXPECT_LT(first.p_holm, 1e-4);
 }
 
-std::string told(const StepsResult& s) {
+std::string reported(const StepsResult& s) {
   std::string out;
   for (const auto& event : s.events) {
     const TimeStep& t = s.steps[event.front()];
@@ -56,13 +56,13 @@ std::string told(const StepsResult& s) {
 TEST(StepInTime, is_not_found_in_white_noise_nor_in_a_constant_nor_in_a_force_that_wanders) {
   ResidualSeries r = known_states();
   const auto kinds = step_kinds(r.state);
-  EXPECT_EQ(told(steps_in_time(r, kinds, quick_steps())), "");
+  EXPECT_EQ(reported(steps_in_time(r, kinds, quick_steps())), "");
   for (std::size_t f = 0; f < kFlights; ++f) add_wrench(r, f, 0.0, Eigen::Matrix<double, 6, 1>::Constant(0.02));
-  EXPECT_EQ(told(steps_in_time(r, kinds, quick_steps())), "") << "a constant";
+  EXPECT_EQ(reported(steps_in_time(r, kinds, quick_steps())), "") << "a constant";
   const std::vector<double> gust = wandering(300, 0.7);
   for (std::size_t i = 0; i < kAll; ++i)
     r.whitened.steps[i].col(0) += (0.3 * gust[i] * r.state[i].whitened_by_wrench.rowwise().sum()).cast<float>();
-  EXPECT_EQ(told(steps_in_time(r, kinds, quick_steps())), "") << "gusts";
+  EXPECT_EQ(reported(steps_in_time(r, kinds, quick_steps())), "") << "gusts";
 }
 
 const VarianceEffect& effect(const VarianceResult& v, const std::string& id) {

@@ -1,5 +1,5 @@
 // The smoother as a linear machine: the fit's own residuals stay where they are, its covariances are those of noise that is known, and
-// a wrench put in comes out again where the readings can see it.
+// a wrench put in comes out again where the measurements can see it.
 #include "bench/diagnose/residuals/residual_smoother.hpp"
 
 #include <gtest/gtest.h>
@@ -67,11 +67,11 @@ TEST(ResidualSmoother, leaves_the_residuals_of_a_fit_at_its_optimum_where_they_a
   const Short s;
   ResidualColumns in = ResidualColumns::zero(s.linear, 1);
   for (std::size_t k = 0; k < s.linear.steps.size(); ++k) in.step(k) = s.linear.steps[k].r;
-  for (std::size_t i = 0; i < s.linear.readings.size(); ++i) in.reading(i) = s.linear.readings[i].r;
+  for (std::size_t i = 0; i < s.linear.measurements.size(); ++i) in.measurement(i) = s.linear.measurements[i].r;
   const ResidualColumns out = ResidualSmoother(s.linear, 1.0).smoothed(in);
   EXPECT_LT((out.steps - in.steps).cwiseAbs().maxCoeff(), 1e-4);
-  EXPECT_LT((out.readings - in.readings).cwiseAbs().maxCoeff(), 1e-4);
-  EXPECT_GT(in.readings.cwiseAbs().maxCoeff(), 1.0) << "there is something to leave";
+  EXPECT_LT((out.measurements - in.measurements).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_GT(in.measurements.cwiseAbs().maxCoeff(), 1.0) << "there is something to leave";
 }
 
 TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
@@ -84,9 +84,9 @@ TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
     if (!s.linear.linked[k]) continue;
     in.step(k) = Eigen::MatrixXd::NullaryExpr(12, kDrawn, [&] { return random.gaussian(n++); });
   }
-  for (std::size_t i = 0; i < s.linear.readings.size(); ++i)
-    in.reading(i).topRows(s.linear.readings[i].rows) =
-        Eigen::MatrixXd::NullaryExpr(s.linear.readings[i].rows, kDrawn, [&] { return random.gaussian(n++); });
+  for (std::size_t i = 0; i < s.linear.measurements.size(); ++i)
+    in.measurement(i).topRows(s.linear.measurements[i].rows) =
+        Eigen::MatrixXd::NullaryExpr(s.linear.measurements[i].rows, kDrawn, [&] { return random.gaussian(n++); });
   const ResidualSmoother own(s.linear, 1.0);
   const ResidualColumns out = own.smoothed(in);
   double ratio = 0.0, numbers = 0.0;
@@ -102,7 +102,7 @@ TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
   EXPECT_NEAR(ratio / numbers, 1.0, 0.02);
 }
 
-TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_readings_decide_and_little_of_it_when_the_noise_is_small) {
+TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_measurements_decide_and_little_of_it_when_the_noise_is_small) {
   const Short s;
   const Eigen::Vector3d torque_N_m(0.0, 0.01, 0.0);
   const estimate::StateJacobian unwhiten = s.linear.whitening.inverse();

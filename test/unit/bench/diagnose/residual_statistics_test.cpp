@@ -110,7 +110,7 @@ TEST(Dependence, of_a_gust_that_wanders_by_itself_is_none_on_flights_that_did_no
   for (const Dependence& x : d.ranking) EXPECT_LT(x.share, 0.04) << inputs[x.input].name;
 }
 
-TEST(AdditiveFit, foretells_a_sum_of_two_curves_to_its_share_of_the_power) {
+TEST(AdditiveFit, predicts_a_sum_of_two_curves_to_its_share_of_the_power) {
   const auto inputs = three_inputs();
   const std::vector<double> noise = white(130);
   const auto y = made([&](std::size_t i) { return std::sin(2.0 * inputs[0].value[i]) + 0.5 * inputs[1].value[i] + noise[i]; });
@@ -194,7 +194,7 @@ TEST(Bursts, of_half_a_second_are_found_with_start_length_and_size) {
   EXPECT_NEAR(found[0].mean, 0.8, 0.25);
 }
 
-TEST(Unexplained, tells_what_can_be_foretold_from_bursts_from_gusts_and_from_noise_of_the_expected_size) {
+TEST(Unexplained, distinguishes_what_is_predictable_from_bursts_from_gusts_and_from_noise_of_the_expected_size) {
   const auto inputs = three_inputs();
   Axes r = quiet_axes(200);
   std::vector<Axes> expected{quiet_axes(210), quiet_axes(220), quiet_axes(230)};

@@ -1,5 +1,5 @@
-// Effects with a number for each rotor: what all four have in common is k_1's or c_q's, and no single number is told as well as all of them
-// together. Flights of eq. 1 to 8 whose log reads one rotor's speed too high.
+// Effects with a number for each rotor: what all four have in common is k_1's or c_q's, and no single number is determined as well as all
+// of them together. Flights of eq. 1 to 8 whose log reads one rotor's speed too high.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,17 +70,18 @@ TEST(RotorGroups, TakenOutAgainTheLogLikelihoodIsWhatItWas) {
   EXPECT_EQ(without.problem.priors.size(), fitted().problem.priors.size());
 }
 
-// Four numbers of which a common direction of the differences is hardly told: each stands within two of its standard errors, all together
-// at a chance of less than one in a million.
+// Four numbers of which a common direction of the differences is hardly determined: each stands within two of its standard errors, all
+// together at a chance of less than one in a million.
 TEST(WaldTest, TellsFourNumbersTogetherOfWhichEachIsWithinTwoOfItsStandardErrors) {
   identify::Identification r;
   const host::Term& term = *host::find_term("weak_rotor");
   r.problem.start.terms.add(term);
   Candidate c{.id = "weak_rotor", .term = &term};
-  const Eigen::Vector4d hardly_told(0.5, 0.5, -0.5, -0.5), value(0.01, 0.01, -0.04, 0.02);
+  const Eigen::Vector4d hardly_determined(0.5, 0.5, -0.5, -0.5), value(0.01, 0.01, -0.04, 0.02);
   const Eigen::Vector4d common = Eigen::Vector4d::Constant(0.5);
   const Eigen::Matrix4d differences = Eigen::Matrix4d::Identity() - common * common.transpose();
-  r.fit.covariance = 1e-6 * differences + 0.05 * 0.05 * 4.0 * hardly_told * hardly_told.transpose() + 1e-10 * common * common.transpose();
+  r.fit.covariance =
+      1e-6 * differences + 0.05 * 0.05 * 4.0 * hardly_determined * hardly_determined.transpose() + 1e-10 * common * common.transpose();
   r.fit.robust_covariance = r.fit.covariance;
   r.fit.blocks = 150;
   for (int i = 0; i < 4; ++i) {
@@ -103,16 +104,16 @@ TEST(WaldTest, OfOneNumberIsTheSquareOfItsStandardErrorsByTheLargerCovariance) {
   r.fit.covariance = Eigen::MatrixXd::Constant(1, 1, 1.0);
   r.fit.robust_covariance = Eigen::MatrixXd::Constant(1, 1, 4.0);
   r.fit.blocks = 150;
-  for (const auto& [value, told] : {std::pair{6.5, false}, std::pair{6.7, true}}) {
+  for (const auto& [value, significant] : {std::pair{6.5, false}, std::pair{6.7, true}}) {
     r.fit.estimates = {{.parameter = estimate::kCoreParameters, .value = value, .u = 1.0, .u_robust = 2.0}};
     const WaldTest one = wald_test(r, c, 3.3);
     EXPECT_NEAR(one.statistic, value * value / 4.0, 1e-9);
-    EXPECT_EQ(one.p <= one.sure, told) << value;
+    EXPECT_EQ(one.p <= one.sure, significant) << value;
   }
 }
 
-// The whole diagnosis: the four-rotor effect is named, alone or with its twin, and nothing else is.
-TEST(RotorGroups, ALogThatReadsRotor1ThreePerCentHighIsDiagnosedAsThatOrItsTwinAndAsNothingElse) {
+// The whole diagnosis: the four-rotor effect is named, alone or with its alias, and nothing else is.
+TEST(RotorGroups, ALogThatReadsRotor1ThreePerCentHighIsDiagnosedAsThatOrItsAliasAndAsNothingElse) {
   DiagnoseOptions o;
   o.identify = testing_flights::options_holding({});
   o.identify.grid.slopes_by_middle = true;
@@ -120,15 +121,15 @@ TEST(RotorGroups, ALogThatReadsRotor1ThreePerCentHighIsDiagnosedAsThatOrItsTwinA
   o.identify.fit.max_iterations = 80;
   o.identify.fit.tolerance = 0.02;
   o.identify.fit.threads = 2;
-  o.beliefs = false;
+  o.priors = false;
   const Diagnosis d = diagnose({.fitted = flights_with_rotor_1_read_high()}, testing_flights::vehicle(), o).diagnosis;
   ASSERT_EQ(d.added.size(), 1u);
   const AddedEffect& a = d.added.front();
   const auto is = [&](const std::string& id) {
-    return a.id == id || std::any_of(a.twins.begin(), a.twins.end(), [&](const ClassMember& m) { return m.id == id; });
+    return a.id == id || std::any_of(a.aliases.begin(), a.aliases.end(), [&](const ClassMember& m) { return m.id == id; });
   };
   EXPECT_TRUE(is("rotor_speed_scale")) << a.id;
-  EXPECT_LE(a.twins.size(), 2u);
+  EXPECT_LE(a.aliases.size(), 2u);
   EXPECT_TRUE(std::any_of(d.remarks.begin(), d.remarks.end(),
                           [](const std::string& r) { return r.find("differences between rotors") != std::string::npos; }));
 }

@@ -1,4 +1,4 @@
-// The linear algebra of screening on regressions whose answers are known: estimates, chance, correlated residuals, twins, folds.
+// The linear algebra of screening on regressions whose answers are known: estimates, chance, correlated residuals, aliases, folds.
 #include "bench/diagnose/score_table.hpp"
 
 #include <gtest/gtest.h>
@@ -63,40 +63,40 @@ TEST(ScoreTable, ARealEffectHoldsOnBlocksThatDidNotEstimateIt) {
 }
 
 // Sizes of 0.4 (1 + e), e of standard deviation `spread` and drawn for each block; what the table says of their spread.
-double told_spread(std::uint64_t seed, double spread) {
+double estimated_spread(std::uint64_t seed, double spread) {
   Regression r{{noise(seed, 1), noise(seed, 2)}, noise(seed, 3)};
   const std::vector<double> of_block = noise(seed, 4);
   for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += 0.4 * (1.0 + spread * of_block[k / r.per_block]) * r.columns[1][k];
   const ScoreTable t = r.table();
-  return evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate).variation;
+  return heterogeneity(t, {0}, {1}, test_group(t, {0}, {1}).estimate).variation;
 }
 TEST(ScoreTable, TheSizeOfAnEffectThatIsTheSameEverywhereDoesNotVary) {
-  for (std::uint64_t seed = 10; seed < 20; ++seed) EXPECT_LT(told_spread(seed, 0.0), 0.3) << seed;
+  for (std::uint64_t seed = 10; seed < 20; ++seed) EXPECT_LT(estimated_spread(seed, 0.0), 0.3) << seed;
 }
 TEST(ScoreTable, HowMuchASizeVariesFromBlockToBlockIsTold) {
   double sum = 0.0;
   constexpr int kTrials = 20;
-  for (int i = 0; i < kTrials; ++i) sum += told_spread(30 + static_cast<std::uint64_t>(i), 1.0) / kTrials;
+  for (int i = 0; i < kTrials; ++i) sum += estimated_spread(30 + static_cast<std::uint64_t>(i), 1.0) / kTrials;
   EXPECT_NEAR(sum, 1.0, 0.25);
 }
 TEST(ScoreTable, AnEffectOfEveryFifthBlockVariesByTwiceItself) {
   Regression r{{noise(6, 1), noise(6, 2)}, noise(6, 3)};
   for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += (k / r.per_block) % 5 == 0 ? 2.0 * r.columns[1][k] : 0.0;
   const ScoreTable t = r.table();
-  const Evenness e = evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate);
+  const Heterogeneity e = heterogeneity(t, {0}, {1}, test_group(t, {0}, {1}).estimate);
   EXPECT_NEAR(e.variation, 2.0, 0.5);
   EXPECT_GT(e.scatter, 10.0);
 }
 
-TEST(ScoreTable, ASmallEffectBesideNoiseThatWandersScattersLittleThoughItsSizeIsNotToldEverywhere) {
+TEST(ScoreTable, ASmallEffectBesideNoiseThatWandersScattersLittleThoughItsSizeIsNotDeterminedEverywhere) {
   Regression r{{noise(8, 1), noise(8, 2)}, coloured(8, 3, 0.5)};
   r.columns[1] = coloured(8, 2, 0.5);
   for (std::size_t k = 0; k < kSamples; ++k) r.y[k] += 0.1 * r.columns[1][k];
   const ScoreTable t = r.table();
-  EXPECT_LT(evenness(t, {0}, {1}, test_group(t, {0}, {1}).estimate).scatter, 4.0);
+  EXPECT_LT(heterogeneity(t, {0}, {1}, test_group(t, {0}, {1}).estimate).scatter, 4.0);
 }
 
-TEST(ScoreTable, ConfoundingOfTwinsIsOneAndOfStrangersNothing) {
+TEST(ScoreTable, ConfoundingOfAliasesIsOneAndOfIndependentColumnsNothing) {
   Regression r{{noise(5, 1), noise(5, 2), {}, noise(5, 4)}, noise(5, 3)};
   r.columns[2] = r.columns[1];
   for (std::size_t k = 0; k < kSamples; ++k) r.columns[2][k] = -2.0 * r.columns[1][k] + 0.5 * r.columns[0][k];

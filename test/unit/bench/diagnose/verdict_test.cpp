@@ -45,7 +45,7 @@ TEST(Verdict, stays_clean_where_bursts_are_a_tenth_of_a_per_cent_of_weight_times
   EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 1e-3, 0.5e-3)), DiagnosisVerdict::clean);
 }
 
-TEST(Verdict, is_unexplained_where_the_motion_foretells_a_fifth_of_a_force_of_50_mN) {
+TEST(Verdict, is_unexplained_where_the_motion_predicts_a_fifth_of_a_force_of_50_mN) {
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.2)), DiagnosisVerdict::unexplained);
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2)), DiagnosisVerdict::clean) << "25 mN of 6.9 N";
@@ -71,7 +71,7 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that
   EXPECT_NEAR(run.diagnosis.remains[0].beyond, 2.83e-3, 1e-5);
   EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named, and something remains");
   EXPECT_NE(diagnosis_text(run).find("something remains"), std::string::npos);
-  EXPECT_NE(diagnosis_text(run).find("74 % of the power of the missing torque x is predictable"), std::string::npos);
+  EXPECT_NE(diagnosis_text(run).find("74 % of the power of the residual torque x is predictable"), std::string::npos);
   const auto json = nlohmann::json::parse(diagnosis_json(run, {}));
   EXPECT_EQ(json.at("verdict"), "named");
   EXPECT_EQ(json.at("remains").at(0).at("axis"), "torque x");

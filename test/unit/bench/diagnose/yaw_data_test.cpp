@@ -36,9 +36,9 @@ TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndE
   ASSERT_EQ(run.diagnosis.added.size(), 1u);
   const AddedEffect& a = run.diagnosis.added.front();
   EXPECT_EQ(a.id, "rotor_inertia_reaction");
-  EXPECT_TRUE(a.twins.empty());
+  EXPECT_TRUE(a.aliases.empty());
   EXPECT_GT(a.evidence.wald, 10.0 * run.diagnosis.rounds.front().placebos.wald);
-  // Yaw tells J_r and J_z only as far as the vehicle file does, their ratio to a few per cent.
+  // Yaw determines J_r and J_z only as far as the vehicle file does, their ratio to a few per cent.
   const auto firm = std::find_if(a.ratios.begin(), a.ratios.end(), [](const NamedValue& r) { return r.name == "J_r_kg_m2 / I_zz"; });
   ASSERT_NE(firm, a.ratios.end());
   const double ratio = firm->value;

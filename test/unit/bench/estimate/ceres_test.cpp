@@ -159,7 +159,7 @@ TEST(IdentifyCeres, GivesTheSameFitOfAModelWithAddedTermsOneAtItsBoundWhenTheRot
   model_true::ModelTrueFlight f = model_true::fly(late, {.manoeuvre = Manoeuvre::rotation, .seed = 9, .duration_s = 4.0});
   for (std::size_t k = 2000; k < 2200; ++k) f.record.rotor_omega_rad_s.value[k].fill(std::nan(""));
   const GridFlight grid = make_grid(f.record, {});
-  ASSERT_LT(std::count(grid.linked.begin(), grid.linked.end(), 1), static_cast<std::ptrdiff_t>(grid.knots) - 30) << "the chain is cut";
+  ASSERT_LT(std::count(grid.linked.begin(), grid.linked.end(), 1), static_cast<std::ptrdiff_t>(grid.nodes) - 30) << "the chain is cut";
   const auto free = free_of({kIxx, kIyy, kCq, kK1, kComX, kComY, kCoreParameters, kCoreParameters + 1});
   ModelValues start = away_from(truth_values(terms), free, 0.05);
   start[kCoreParameters] = 0.5;

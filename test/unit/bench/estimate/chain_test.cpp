@@ -31,7 +31,7 @@ host::VehicleModel guessed_vehicle() {
 
 const Columns kSome{kIxx, kK1, kCdh, kOffsetX, kTurnZ, kPoseDelay, kGyroBiasX, kAccelBiasZ};
 
-// 1.2 s of the rotation flight with every kind of reading, cut in the middle.
+// 1.2 s of the rotation flight with every kind of measurement, cut in the middle.
 struct Short {
   model_true::ModelTrueFlight flight;
   GridFlight grid;
@@ -68,13 +68,13 @@ struct Dense {
   double cost = 0.0;
 
   Dense(const Short& s, const Residuals& res) {
-    const auto p = static_cast<Eigen::Index>(kSome.size()), n = 12 * static_cast<Eigen::Index>(s.grid.knots);
+    const auto p = static_cast<Eigen::Index>(kSome.size()), n = 12 * static_cast<Eigen::Index>(s.grid.nodes);
     h = MatrixXd::Zero(n + p, n + p);
     g = VectorXd::Zero(n + p);
-    const auto add = [&](std::size_t knot, const auto& state, const auto& columns, const auto& r, const StateJacobian* next = nullptr) {
+    const auto add = [&](std::size_t node, const auto& state, const auto& columns, const auto& r, const StateJacobian* next = nullptr) {
       MatrixXd j = MatrixXd::Zero(r.size(), n + p);
-      j.middleCols(12 * static_cast<Eigen::Index>(knot), 12) = state;
-      if (next) j.middleCols(12 * static_cast<Eigen::Index>(knot + 1), 12) = *next;
+      j.middleCols(12 * static_cast<Eigen::Index>(node), 12) = state;
+      if (next) j.middleCols(12 * static_cast<Eigen::Index>(node + 1), 12) = *next;
       j.rightCols(p) = columns;
       h += j.transpose() * j;
       g += j.transpose() * r;
@@ -83,10 +83,10 @@ struct Dense {
     RowsBy<6> six;
     RowsBy<3> three;
     ProcessRows step;
-    for (const PoseFix& f : s.grid.pose) res.pose(f, s.states[f.knot], six, true), add(f.knot, six.state, six.columns, six.r);
-    for (const VectorFix& f : s.grid.gyro) res.gyro(f, s.states[f.knot], three, true), add(f.knot, three.state, three.columns, three.r);
-    for (const VectorFix& f : s.grid.accel) res.accel(f, s.states[f.knot], three, true), add(f.knot, three.state, three.columns, three.r);
-    for (std::size_t k = 0; k + 1 < s.grid.knots; ++k) {
+    for (const PoseFix& f : s.grid.pose) res.pose(f, s.states[f.node], six, true), add(f.node, six.state, six.columns, six.r);
+    for (const VectorFix& f : s.grid.gyro) res.gyro(f, s.states[f.node], three, true), add(f.node, three.state, three.columns, three.r);
+    for (const VectorFix& f : s.grid.accel) res.accel(f, s.states[f.node], three, true), add(f.node, three.state, three.columns, three.r);
+    for (std::size_t k = 0; k + 1 < s.grid.nodes; ++k) {
       if (!s.grid.linked[k]) continue;
       res.process(k, s.states[k], s.states[k + 1], step);
       add(k, step.from, step.columns, step.r, &step.to);
@@ -98,7 +98,7 @@ TEST(Chain, reduced_system_log_determinant_cost_and_steps_are_those_of_the_dense
   Short s;
   const Residuals res(s.grid, s.values, s.noise, kSome);
   const Dense dense(s, res);
-  const auto n = 12 * static_cast<Eigen::Index>(s.grid.knots), p = static_cast<Eigen::Index>(kSome.size());
+  const auto n = 12 * static_cast<Eigen::Index>(s.grid.nodes), p = static_cast<Eigen::Index>(kSome.size());
   const MatrixXd states = dense.h.topLeftCorner(n, n), arrow = dense.h.topRightCorner(n, p);
   const Eigen::LLT<MatrixXd> llt(states);
   const MatrixXd reduced = dense.h.bottomRightCorner(p, p) - arrow.transpose() * llt.solve(arrow);
@@ -123,7 +123,7 @@ TEST(Chain, reduced_system_log_determinant_cost_and_steps_are_those_of_the_dense
   chain.apply(parameter_step, 1.0);
   for (std::size_t k = 0; k < before.size(); ++k) {
     const StateError expected = step.segment<12>(12 * static_cast<Eigen::Index>(k));
-    EXPECT_LT((difference(before[k], s.states[k]) - expected).norm(), 1e-6 * (1e-3 + expected.norm())) << "knot " << k;
+    EXPECT_LT((difference(before[k], s.states[k]) - expected).norm(), 1e-6 * (1e-3 + expected.norm())) << "node " << k;
   }
 }
 
@@ -138,34 +138,34 @@ TEST(RowSmoother, moves_and_noise_moments_under_another_noise_are_those_of_the_d
   other.accel_m_s2 = {0.5, 0.2, 0.1};
   const Residuals res(s.grid, s.values, s.noise, kSome), res_other(s.grid, s.values, other, kSome);
   const Dense dense(s, res_other);
-  const auto n = 12 * static_cast<Eigen::Index>(s.grid.knots);
+  const auto n = 12 * static_cast<Eigen::Index>(s.grid.nodes);
   const Eigen::LLT<MatrixXd> llt(dense.h.topLeftCorner(n, n));
   const VectorXd move = -llt.solve(dense.g.head(n));
   const MatrixXd covariance = llt.solve(MatrixXd::Identity(n, n));
-  const auto at = [](std::size_t knot) { return 12 * static_cast<Eigen::Index>(knot); };
+  const auto at = [](std::size_t node) { return 12 * static_cast<Eigen::Index>(node); };
 
   Chain chain(s.grid, s.states, s.guess);
   chain.sweep(res, {.keep_rows = true});
   RowSmoother smoother(s.grid, chain.rows_here(res), s.noise);
   const NoiseMoments found = smoother.smooth(other);
 
-  for (std::size_t k = 0; k < s.grid.knots; ++k) {
+  for (std::size_t k = 0; k < s.grid.nodes; ++k) {
     const StateError expected = move.segment<12>(at(k));
-    EXPECT_LT((smoother.moves()[k] - expected).norm(), 1e-6 * (1e-6 + expected.norm())) << "knot " << k;
+    EXPECT_LT((smoother.moves()[k] - expected).norm(), 1e-6 * (1e-6 + expected.norm())) << "node " << k;
   }
   RowsBy<3> three;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();
   for (const VectorFix& f : s.grid.gyro) {
-    res_other.gyro(f, s.states[f.knot], three, true);
-    gyro += (three.r + three.state * move.segment<12>(at(f.knot))).cwiseAbs2();
-    gyro += (three.state * covariance.block<12, 12>(at(f.knot), at(f.knot)) * three.state.transpose()).diagonal();
+    res_other.gyro(f, s.states[f.node], three, true);
+    gyro += (three.r + three.state * move.segment<12>(at(f.node))).cwiseAbs2();
+    gyro += (three.state * covariance.block<12, 12>(at(f.node), at(f.node)) * three.state.transpose()).diagonal();
   }
   EXPECT_LT((found.gyro.squares - gyro).norm(), 1e-6 * gyro.norm());
   EXPECT_EQ(found.gyro.count, static_cast<double>(s.grid.gyro.size()));
 
   ProcessRows step;
   Eigen::Matrix<double, 12, 1> process = Eigen::Matrix<double, 12, 1>::Zero();
-  for (std::size_t k = 0; k + 1 < s.grid.knots; ++k) {
+  for (std::size_t k = 0; k + 1 < s.grid.nodes; ++k) {
     if (!s.grid.linked[k]) continue;
     res_other.process(k, s.states[k], s.states[k + 1], step);
     Eigen::Matrix<double, 12, 24> both;
@@ -184,12 +184,12 @@ TEST(Chain, rows_here_have_the_residuals_of_states_that_moved_since_the_sweep) {
   const Residuals res(s.grid, s.values, s.noise, kSome);
   Chain chain(s.grid, s.states, s.guess);
   chain.sweep(res, {.keep_rows = true});
-  chain.move(std::vector<StateError>(s.grid.knots, StateError::Constant(1e-3)));
+  chain.move(std::vector<StateError>(s.grid.nodes, StateError::Constant(1e-3)));
   const LinearRows& rows = chain.rows_here(res);
   RowsBy<6> six;
   RowsBy<3> three;
-  res.pose(s.grid.pose[7], s.states[s.grid.pose[7].knot], six, false);
-  res.accel(s.grid.accel[5], s.states[s.grid.accel[5].knot], three, false);
+  res.pose(s.grid.pose[7], s.states[s.grid.pose[7].node], six, false);
+  res.accel(s.grid.accel[5], s.states[s.grid.accel[5].node], three, false);
   EXPECT_EQ(rows.pose[7].r, six.r);
   EXPECT_EQ(rows.accel[5].r, three.r);
   EXPECT_EQ(rows.steps[3].r, res.process(3, s.states[3], s.states[4]));
@@ -217,8 +217,8 @@ TEST(Chain, score_blocks_add_up_to_the_whole_flight) {
   EXPECT_LT((score - r.score).norm(), 1e-8 * r.score.norm());
 }
 
-// Central differences of every reading's residuals by state and columns, `v` with what a test sets. Gyro, accelerometer and velocity are
-// read `late_s` behind their knot.
+// Central differences of every measurement's residuals by state and columns, `v` with what a test sets. Gyro, accelerometer and velocity
+// are read `late_s` behind their node.
 void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns columns, double late_s = 0.0) {
   v[kPoseDelay] = 2e-3;
   v[kTurnX] = 0.05;
@@ -266,12 +266,12 @@ void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns co
   }
 }
 
-TEST(Residuals, of_every_reading_have_the_derivatives_of_differences) {
+TEST(Residuals, of_every_measurement_have_the_derivatives_of_differences) {
   const Short s;
   expect_derivatives_of_differences(s, s.values, {});
 }
 
-TEST(Residuals, of_means_that_stand_5_ms_before_or_4_ms_behind_their_knot_have_the_derivatives_of_differences) {
+TEST(Residuals, of_means_that_stand_5_ms_before_or_4_ms_behind_their_node_have_the_derivatives_of_differences) {
   const Short s;
   for (const double late_s : {-5e-3, 4e-3}) expect_derivatives_of_differences(s, s.values, {}, late_s);
 }

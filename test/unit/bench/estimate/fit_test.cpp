@@ -1,4 +1,4 @@
-// The fit as a whole, on flights that obey the paper's equations: noise, outliers, priors, flights of their own, what cannot be told.
+// The fit as a whole, on flights that obey the paper's equations: noise, outliers, priors, flights of their own, what is not observable.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -52,7 +52,7 @@ double z_of(const Fit& f, int parameter, double truth) {
   return (e->value - truth) / e->u;
 }
 
-// Every fifth reading of a stream.
+// Every fifth measurement of a stream.
 template <class T>
 log::Stream<T> a_fifth(const log::Stream<T>& s, std::size_t first) {
   log::Stream<T> out;
@@ -60,9 +60,9 @@ log::Stream<T> a_fifth(const log::Stream<T>& s, std::size_t first) {
   return out;
 }
 
-// Gyro and accelerometer at 200 Hz and 100 knots a second: two readings each, whose mean stands 2 to 3 ms off the knot, on one side of it
-// always. Taken for readings at the knot they made rotor speeds that are stamped right 2 ms late or early.
-TEST(Fit, delay_of_rotor_speeds_is_0_within_half_a_millisecond_whether_means_of_readings_stand_2_ms_before_or_behind_their_knots) {
+// Gyro and accelerometer at 200 Hz and 100 nodes a second: two measurements each, whose mean stands 2 to 3 ms off the node, on one side of
+// it always. Taken for measurements at the node they made rotor speeds that are stamped right 2 ms late or early.
+TEST(Fit, delay_of_rotor_speeds_is_0_within_half_a_millisecond_whether_means_of_measurements_stand_2_ms_before_or_behind_their_nodes) {
   std::vector<double> delay_s;
   for (const std::size_t first : {0u, 4u}) {
     model_true::FlightSettings s;
@@ -188,7 +188,7 @@ TEST(Fit, ends_at_the_same_misfit_with_slopes_about_the_middle_of_steps_of_50_ms
   EXPECT_NEAR(b.cost, a.cost, 1e-3 * a.cost);
 }
 
-TEST(Fit, ends_with_the_directions_that_no_flight_can_tell_instead_of_numbers) {
+TEST(Fit, ends_with_the_unobservable_combinations_instead_of_numbers) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(10, {}, 2.0), {})};
   FitProblem p = rotation_problem(flights);
   p.free.push_back({kMass});
@@ -196,7 +196,7 @@ TEST(Fit, ends_with_the_directions_that_no_flight_can_tell_instead_of_numbers) {
   p.free.push_back({kK2});
   p.free.push_back({kCdxy});
   p.free.push_back({kCdz});
-  // The scale of the disk's momentum (density, radius) still ties thrust to Newtons, but the battery of readings here cannot: without
+  // The scale of the disk's momentum (density, radius) still ties thrust to Newtons, but the battery of measurements here cannot: without
   // that tie nothing is left. Remove it.
   p.start.geometry.air_density_kg_m3 *= 1e9;
   try {

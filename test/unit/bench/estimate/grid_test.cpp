@@ -23,7 +23,7 @@ log::FlightRecord short_flight(double pose_delay_s = 0.0) {
 
 std::size_t links(const GridFlight& g) { return static_cast<std::size_t>(std::accumulate(g.linked.begin(), g.linked.end(), 0)); }
 
-TEST(Grid, a_split_between_two_readings_cuts_exactly_the_step_between_them) {
+TEST(Grid, a_split_between_two_measurements_cuts_exactly_the_step_between_them) {
   const log::FlightRecord record = short_flight();
   GridFlight g = make_grid(record, {});
   const std::size_t before = links(g), at = record.pose.size() / 2;
@@ -49,23 +49,23 @@ GridFlight with_its_gyro(const log::FlightRecord& record, double rate_Hz) {
   return make_grid(record, o);
 }
 
-TEST(Grid, twenty_gyro_readings_about_a_knot_say_the_rate_there_and_not_the_mean_of_a_curve) {
+TEST(Grid, twenty_gyro_measurements_about_a_node_say_the_rate_there_and_not_the_mean_of_a_curve) {
   const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 50.0);
   ASSERT_GT(g.gyro.size(), 100u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {  // the mean would be 10 mrad/s higher: 300 · 0.02² / 12
-    const double s = g.time_s(g.gyro[i].knot) - record.pose.t_s.front();
+    const double s = g.time_s(g.gyro[i].node) - record.pose.t_s.front();
     EXPECT_EQ(g.gyro[i].late_s, 0.0);
     EXPECT_LT((g.gyro[i].value - Eigen::Vector3d(1.0, 2.0 * s, 300.0 * s * s)).norm(), 1e-9) << s << " s";
   }
 }
 
-TEST(Grid, five_gyro_readings_about_a_knot_are_averaged_at_their_mean_time) {
+TEST(Grid, five_gyro_measurements_about_a_node_are_averaged_at_their_mean_time) {
   const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 200.0);
   ASSERT_GT(g.gyro.size(), 400u);
   for (std::size_t i = 1; i + 1 < g.gyro.size(); ++i) {
-    const double s = g.time_s(g.gyro[i].knot) + g.gyro[i].late_s - record.pose.t_s.front();
+    const double s = g.time_s(g.gyro[i].node) + g.gyro[i].late_s - record.pose.t_s.front();
     EXPECT_NEAR(g.gyro[i].value.y(), 2.0 * s, 1e-9);
     EXPECT_LE(std::fabs(g.gyro[i].late_s), 0.5e-3 + 1e-9);
   }
@@ -81,8 +81,8 @@ TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) 
   }
   record.rotor_omega_rad_s = with_gap;
   GridFlight g = make_grid(record, {});
-  tie_poses(g, 0.015);
-  for (const PoseFix& f : g.pose) EXPECT_TRUE(g.tied(f.knot)) << "pose at knot " << f.knot;
+  associate_poses(g, 0.015);
+  for (const PoseFix& f : g.pose) EXPECT_TRUE(g.tied(f.node)) << "pose at node " << f.node;
 
   host::VehicleModel m;
   m.mass_kg = 0.682;

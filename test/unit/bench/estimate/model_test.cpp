@@ -88,7 +88,7 @@ void expect_exact_derivatives(const ModelValues& values, const RotorInput& rotor
   }
 }
 
-TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_however_noisy_the_readings) {
+TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_however_noisy_the_measurements) {
   log::FlightRecord record;
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise_rad_s(0.0, 3.0);
@@ -110,7 +110,7 @@ TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_
   const RotorInputSample now = mean_at(0.0, true), later = mean_at(e, false), earlier = mean_at(-e, false);
   for (std::size_t r = 0; r < host::kRotors; ++r) {
     const double slope = (later.omega_rad_s[r] - earlier.omega_rad_s[r]) / (2 * e);
-    EXPECT_NEAR(now.omega_by[0][r], slope, 250.0) << "rad/s²; readings 1 ms apart would scatter by 4000";
+    EXPECT_NEAR(now.omega_by[0][r], slope, 250.0) << "rad/s²; measurements 1 ms apart would scatter by 4000";
     EXPECT_NEAR(now.omega_by[0][r], 720.0 * std::cos(12.0 * 0.51), 250.0);
   }
 }

@@ -1,4 +1,4 @@
-// Scores on flights that had no part in a fit, on flights of another simulator that obey the equations: parameters that are right foretell
+// Scores on flights that had no part in a fit, on flights of another simulator that obey the equations: parameters that are right predict
 // better than wrong ones at every horizon at which they can, their one-step errors are as large as they say, and what no flight is long
 // enough for is told.
 #include "bench/identify/held_out.hpp"
@@ -71,7 +71,7 @@ TEST(HeldOutHorizons, RunFromAHundredthToTwoSecondsForEachQuantity) {
   EXPECT_TRUE(scored().right_after_wrong.remarks.empty());
 }
 
-TEST(HeldOutHorizons, ParametersThatAreRightForetellBetterThanOnesTwentyPercentOffWhereverTheyCan) {
+TEST(HeldOutHorizons, ParametersThatAreRightPredictBetterThanOnesTwentyPercentOffWhereverTheyCan) {
   for (const HeldOutRow& r : scored().right_after_wrong.rows) {
     // Thrust acts on the velocity at once; what torque does to rates needs a tenth of a second to rise above the noise of the states.
     const bool tells = r.quantity == score::kPredictedPosition || r.quantity == score::kPredictedVelocity || r.horizon_s > 0.09;
@@ -158,15 +158,15 @@ TEST(HeldOutHorizons, OneOfSeveralFlightsThatIsTooShortIsLeftOutByName) {
   brief.record.name = "brief";
   const HeldOutScores s = score_models({flight(4.0), brief}, bad, good, kGrid);
   EXPECT_NEAR(s.rows.back().horizon_s, 2.0, 1e-12);
-  EXPECT_THAT(s.remarks, Contains(HasSubstr("brief: not foretold, it has no 2 s in one piece")));
+  EXPECT_THAT(s.remarks, Contains(HasSubstr("brief: not predicted, it has no 2 s in one piece")));
   EXPECT_EQ(s.flights.size(), 1u);
 }
 
-TEST(HeldOutHorizons, BelowAStepOfTheStatesNothingIsForetoldAndThatIsSaid) {
+TEST(HeldOutHorizons, BelowAStepOfTheStatesThereIsNoPredictionAndThatIsSaid) {
   const Identification good = found(right()), bad = found(wrong());
   const HeldOutScores s = score_models({flight(4.0)}, bad, good, {.rate_Hz = 25.0});
   EXPECT_NEAR(s.rows.front().horizon_s, 0.04, 1e-12);  // stands for 0.05 s
-  EXPECT_THAT(s.remarks, Contains(HasSubstr("0.01, 0.02 s: not foretold, a step of the states is 0.04 s long")));
+  EXPECT_THAT(s.remarks, Contains(HasSubstr("0.01, 0.02 s: not predicted, a step of the states is 0.04 s long")));
 }
 
 TEST(HeldOutPage, ColoursOnlyDifferencesThatAreWorthOne) {

@@ -236,7 +236,7 @@ TEST(Identify, MarksAMassAgainstTheScalesAndAnEstimateAtItsBound) {
 }
 
 // Eq. (1)-(8) know no inertia of the rotors: its reaction comes out as next to nothing, better known than the file had it.
-TEST(Identify, WritesTheRotorInertiaThatItsReactionToldWhereTheControllerLooksForIt) {
+TEST(Identify, WritesTheRotorInertiaThatItsReactionDeterminedWhereTheControllerLooksForIt) {
   host::VehicleFile start = paper();
   ASSERT_GT(start.rotor_inertia_kg_m2.u, 0.0);
   start.rotor_inertia_kg_m2.value = 2.0 * start.rotor_inertia_kg_m2.u;
@@ -244,16 +244,16 @@ TEST(Identify, WritesTheRotorInertiaThatItsReactionToldWhereTheControllerLooksFo
   o.terms.add(*host::find_term("rotor_inertia_reaction"));
   const Identification r = identify(three_flights(), start, o);
   EXPECT_EQ(r.start.file[estimate::kCoreParameters], start.rotor_inertia_kg_m2.value) << "what the file says of it";
-  const estimate::Estimate* told = r.fit.find(estimate::kCoreParameters);
-  ASSERT_NE(told, nullptr);
+  const estimate::Estimate* estimate = r.fit.find(estimate::kCoreParameters);
+  ASSERT_NE(estimate, nullptr);
   const host::VehicleFile v = identified_vehicle(r.fit, start, {0, 0}, "test", {});
-  if (told->value > 0.0) {
-    EXPECT_EQ(v.rotor_inertia_kg_m2.value, told->value);
+  if (estimate->value > 0.0) {
+    EXPECT_EQ(v.rotor_inertia_kg_m2.value, estimate->value);
     EXPECT_EQ(v.rotor_inertia_kg_m2.origin, host::Origin::flight);
   } else {
     EXPECT_EQ(v.rotor_inertia_kg_m2, start.rotor_inertia_kg_m2) << "no rotor is without";
   }
-  EXPECT_LT(reported_u(*told), start.rotor_inertia_kg_m2.u);
+  EXPECT_LT(reported_u(*estimate), start.rotor_inertia_kg_m2.u);
 }
 
 TEST(Identify, AHeldEffectOfTheFileKeepsItsUncertaintyAndOrigin) {
@@ -310,7 +310,7 @@ TEST(Identify, FitsTheGainOfMotorCommandsInPlaceOfRotorSpeeds) {
     f.record.rotor_omega_rad_s = {};
   }
   host::VehicleFile v = paper();
-  v.k1_N_s2.value = truth(estimate::kK1);  // held: gain and k1 cannot be told apart
+  v.k1_N_s2.value = truth(estimate::kK1);  // held: gain and k1 cannot be distinguished
   const Identification r = identify(flights, v, quick());
   EXPECT_EQ(r.fit.find(estimate::kK1), nullptr);
   EXPECT_NEAR(r.fit.find(estimate::kCommandGain)->value, kGain, 0.02 * kGain);

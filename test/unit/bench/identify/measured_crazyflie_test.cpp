@@ -30,7 +30,7 @@ double rotor_drag(const Identification& r, const std::vector<log::FlightRecord>&
     input.prepare(v);
     std::size_t hint = 0;
     const estimate::Model model(v);
-    for (std::size_t k = 0; k < g.knots; ++k) {
+    for (std::size_t k = 0; k < g.nodes; ++k) {
       const estimate::RotorInputSample u = input.at(g.time_s(k), hint, false);
       const estimate::BodyState& x = r.fit.states[f][k];
       const double speeds = u.omega_rad_s[0] + u.omega_rad_s[1] + u.omega_rad_s[2] + u.omega_rad_s[3];

@@ -1,4 +1,4 @@
-// What flights can tell and what not: on flights that obey the model, whose manoeuvres excite known parameters only.
+// What flights can determine and what not: on flights that obey the model, whose manoeuvres excite known parameters only.
 #include "bench/identify/observability.hpp"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ std::vector<estimate::FreeParameter> thrust_and_drag() {
 struct Fitted {
   estimate::FitProblem problem;
   estimate::Fit fit;
-  Observability told;
+  Observability observability;
 };
 Fitted fitted(std::vector<const estimate::GridFlight*> flights, const std::vector<estimate::FreeParameter>& free = thrust_and_drag(),
               const host::TermList& terms = {}) {
@@ -50,7 +50,7 @@ Fitted fitted(std::vector<const estimate::GridFlight*> flights, const std::vecto
   out.problem.noise.position_m.setConstant(2e-3);
   out.problem.noise.attitude_rad.setConstant(2e-3);
   out.fit = fit(out.problem);
-  out.told = observability_of(out.problem, out.fit);
+  out.observability = observability_of(out.problem, out.fit);
   return out;
 }
 
@@ -63,14 +63,14 @@ const Advice* advice_for(const Observability& o, const std::string& parameter) {
 
 TEST(Observability, AHoverCannotTellDragNorTheTwoThrustCoefficientsFromEachOther) {
   const estimate::GridFlight g = hover();
-  const Observability o = fitted({&g}).told;
+  const Observability o = fitted({&g}).observability;
   ASSERT_EQ(o.flights.size(), 1u);
   EXPECT_EQ(o.flights[0].flight, "hover");
   EXPECT_NEAR(o.flights[0].seconds, 5.0, 0.1);
-  for (const char* drag : {"c_d,h", "c_d,xy", "c_d,z"}) EXPECT_THAT(o.flights[0].cannot_tell, Contains(drag));
-  EXPECT_THAT(o.flights[0].cannot_tell, Contains("k_2"));
-  EXPECT_THAT(o.flights[0].cannot_tell, Not(Contains("Δx"))) << "a hover tells the centre of mass";
-  // The direction that is told least: more k_1 and as much less k_2 carry the same weight.
+  for (const char* drag : {"c_d,h", "c_d,xy", "c_d,z"}) EXPECT_THAT(o.flights[0].undetermined, Contains(drag));
+  EXPECT_THAT(o.flights[0].undetermined, Contains("k_2"));
+  EXPECT_THAT(o.flights[0].undetermined, Not(Contains("Δx"))) << "a hover determines the centre of mass";
+  // The weakest direction: more k_1 and as much less k_2 carry the same weight.
   ASSERT_FALSE(o.weakest.empty());
   ASSERT_GE(o.weakest[0].parts.size(), 2u);
   EXPECT_THAT((std::vector{o.weakest[0].parts[0].first, o.weakest[0].parts[1].first}), testing::UnorderedElementsAre("k_1", "k_2"));
@@ -81,9 +81,9 @@ TEST(Observability, AHoverCannotTellDragNorTheTwoThrustCoefficientsFromEachOther
 
 TEST(Observability, EachFlightSaysWhatItTellsByItself) {
   const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
-  const Observability o = fitted({&still, &up, &fast}).told;
+  const Observability o = fitted({&still, &up, &fast}).observability;
   ASSERT_EQ(o.flights.size(), 3u);
-  const auto &of_hover = o.flights[0].cannot_tell, &of_climb = o.flights[1].cannot_tell, &of_dash = o.flights[2].cannot_tell;
+  const auto &of_hover = o.flights[0].undetermined, &of_climb = o.flights[1].undetermined, &of_dash = o.flights[2].undetermined;
   EXPECT_THAT(of_hover, Contains("k_2"));
   EXPECT_THAT(of_climb, Not(Contains("k_2")));
   EXPECT_THAT(of_hover, Contains("c_d,h"));
@@ -103,9 +103,9 @@ TEST(Observability, ListsEveryStrongCorrelationOfTheCovarianceStrongestFirstAndN
   }
   EXPECT_GT(strong, 0u);
   EXPECT_LT(strong, 21u) << "not every pair of seven is strong";
-  ASSERT_EQ(f.told.correlated.size(), strong);
+  ASSERT_EQ(f.observability.correlated.size(), strong);
   double before = 1.0;
-  for (const CorrelatedPair& pair : f.told.correlated) {
+  for (const CorrelatedPair& pair : f.observability.correlated) {
     EXPECT_GT(std::fabs(pair.correlation), 0.9);
     EXPECT_LE(std::fabs(pair.correlation), before);
     before = std::fabs(pair.correlation);
@@ -114,7 +114,7 @@ TEST(Observability, ListsEveryStrongCorrelationOfTheCovarianceStrongestFirstAndN
 
 TEST(Observability, FlightsInMoreDirectionsAreBetterConditionedAndNeedLessAdvice) {
   const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
-  const Observability poor = fitted({&still}).told, rich = fitted({&still, &up, &fast}).told;
+  const Observability poor = fitted({&still}).observability, rich = fitted({&still, &up, &fast}).observability;
   EXPECT_LT(rich.condition, 0.1 * poor.condition);
   EXPECT_TRUE(advice_for(poor, "c_d,h"));
   EXPECT_FALSE(advice_for(rich, "c_d,h"));
@@ -122,7 +122,7 @@ TEST(Observability, FlightsInMoreDirectionsAreBetterConditionedAndNeedLessAdvice
 
 TEST(Observability, AdviceSaysHowPoorlyAParameterIsKnownAndNamesItsManoeuvre) {
   const estimate::GridFlight g = hover();
-  const Observability o = fitted({&g}).told;
+  const Observability o = fitted({&g}).observability;
   const Advice* drag = advice_for(o, "c_d,h");
   ASSERT_TRUE(drag);
   EXPECT_THAT(drag->why, HasSubstr("% of its size only"));
@@ -138,7 +138,7 @@ TEST(Observability, AParameterThatOnlyItsPriorHoldsIsNamedAsSuchThoughItIsKnownW
   for (estimate::FreeParameter& f : free) {
     if (f.parameter == estimate::kCdh) f.prior_u = 1e-4;
   }
-  const Observability o = fitted({&g}, free).told;
+  const Observability o = fitted({&g}, free).observability;
   const Advice* drag = advice_for(o, "c_d,h");
   ASSERT_TRUE(drag);
   EXPECT_EQ(drag->why, "its prior holds more than half of what is known");
@@ -148,7 +148,7 @@ TEST(Observability, AdviceForATermIsTheManoeuvreOfTheCatalogue) {
   host::TermList terms;
   ASSERT_TRUE(terms.add(*host::find_term("rotor_local_inflow")));
   const estimate::GridFlight g = hover();
-  const Observability o = fitted({&g}, {{.parameter = estimate::kK1}, {.parameter = estimate::kCoreParameters}}, terms).told;
+  const Observability o = fitted({&g}, {{.parameter = estimate::kK1}, {.parameter = estimate::kCoreParameters}}, terms).observability;
   const Advice* share = advice_for(o, "rotor_local_inflow.share");
   ASSERT_TRUE(share);
   EXPECT_THAT(share->manoeuvre, HasSubstr("roll and pitch chirps"));

@@ -1,5 +1,5 @@
 // IMRC's brushless Crazyflie with 4.7 g on a cable and without: its flights as the checks leave them, and the vehicle of the loaded
-// flights as it is believed without its load.
+// flights as its nominal model has it, without its load.
 #pragma once
 #include <fmt/format.h>
 

@@ -49,8 +49,8 @@ IdentifyProvenance provenance() {
   return p;
 }
 
-FileComparison compared_with(const std::vector<VehicleBeside>& beside, const host::VehicleFile& start = paper()) {
-  return compared(result(), analysis().derived, kDragSpeed_m_s, {"paper.toml", start}, beside);
+FileComparison compared_with(const std::vector<ComparedVehicle>& others, const host::VehicleFile& start = paper()) {
+  return compared(result(), analysis().derived, kDragSpeed_m_s, {"paper.toml", start}, others);
 }
 
 std::string page_of(const FileComparison& c, const IdentifyAnalysis& a = analysis()) {
@@ -69,8 +69,8 @@ std::string row_of(const std::string& page, const std::string& section, const st
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 // A file that says `value` of I_xx, with this origin.
-VehicleBeside saying_inertia(double value, host::Origin origin) {
-  VehicleBeside b{"other.toml", paper()};
+ComparedVehicle saying_inertia(double value, host::Origin origin) {
+  ComparedVehicle b{"other.toml", paper()};
   b.file.inertia_kg_m2[0] = {value, 1e-6, origin};
   return b;
 }
@@ -124,11 +124,11 @@ TEST(IdentifyPage, ShowsADifferenceInRedOnlyWhereTheFileDoesNotGuess) {
   EXPECT_FALSE(red(host::Origin::guess));
 }
 
-TEST(IdentifyPage, ShowsStaticThrustBesideEveryEntryOfStandAndFlight) {
+TEST(IdentifyPage, ShowsStaticThrustAgainstEveryEntryOfStandAndFlight) {
   const DerivedQuantity& c_t = *derived_named("static_c_t", analysis().derived);
   host::VehicleFile start = paper();
   start.static_thrust = {{host::Origin::stand, c_t.value / 0.92, 1e-9, {5000, 15000}, start.air_density_kg_m3}};
-  VehicleBeside thin{"thin_air.toml", paper()};
+  ComparedVehicle thin{"thin_air.toml", paper()};
   thin.file.static_thrust = {{host::Origin::flight, 0.5 * c_t.value, 1e-9, {5000, 15000}, 0.5 * start.air_density_kg_m3}};
   const FileComparison c = compared_with({thin}, start);
   ASSERT_EQ(c.static_thrust.size(), 2u);
@@ -152,7 +152,7 @@ TEST(IdentifyPage, GivesTheQuaternionThatTheRotationVectorStandsFor) {
   for (std::size_t i = 0; i < same.rows.size(); ++i) {
     const int p = same.rows[i].parameter;
     if (p >= estimate::kTurnX && p <= estimate::kTurnZ) {
-      EXPECT_NEAR(same.beside[0].parameters[i]->value, same.rows[i].value, 1e-9) << same.rows[i].symbol;
+      EXPECT_NEAR(same.others[0].parameters[i]->value, same.rows[i].value, 1e-9) << same.rows[i].symbol;
     }
   }
 }
@@ -162,7 +162,7 @@ TEST(IdentifyPage, WritesUnitsMinusAndHeadsAsPrintHasThem) {
   for (const char* unit : {"kg m2", "N s2", "m2/N"}) EXPECT_FALSE(holds(page, unit)) << unit;
   EXPECT_TRUE(holds(page, "kg m²"));
   EXPECT_FALSE(std::regex_search(page, std::regex("<td[^>]*>[^<]*-[0-9]"))) << "an ASCII minus in a table";
-  for (const char* name : {"unit", "meaning", "direction", "origin", "what would tell it"}) {
+  for (const char* name : {"unit", "meaning", "direction", "origin", "manoeuvre that determines it"}) {
     EXPECT_TRUE(holds(page, std::string("<th class=\"l\">") + name + "</th>")) << name;
     EXPECT_FALSE(holds(page, std::string("<th>") + name + "</th>")) << name;
   }

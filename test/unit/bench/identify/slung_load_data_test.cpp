@@ -37,8 +37,8 @@ Eigen::Vector3d residual_force_N(const Identification& r) {
     std::array<std::vector<double>, 3> rows;
     std::size_t hint = 0;
     for (const estimate::VectorFix& a : g.accel) {
-      const estimate::BodyState& x = r.fit.states[f][a.knot];
-      const double t = g.time_s(a.knot);
+      const estimate::BodyState& x = r.fit.states[f][a.node];
+      const double t = g.time_s(a.node);
       const Eigen::Vector3d bias(v[estimate::kAccelBiasX], v[estimate::kAccelBiasY], v[estimate::kAccelBiasZ]);
       const Eigen::Vector3d e =
           x.q_WB * Eigen::Vector3d(v[estimate::kMass] * (a.value - bias) - model.instant(x, input.at(t, hint, false), t).force_B_N);

@@ -26,7 +26,7 @@ TEST(IdentifyStudy, SixTrialsFindTheTruthWithinTheirOwnStandardErrors) {
   for (std::size_t i = 0; i < quantity.size(); ++i) {
     EXPECT_LT(std::fabs(r.quantity[i].mean_z), 1.7) << quantity[i].name;  // 4 of its own standard deviations
     if (quantity[i].limit > 0.0) {
-      EXPECT_LT(3 * r.quantity[i].mean_u, quantity[i].limit) << quantity[i].name << ": what these flights can tell at best";
+      EXPECT_LT(3 * r.quantity[i].mean_u, quantity[i].limit) << quantity[i].name << ": what these flights can determine at best";
       EXPECT_LT(r.quantity[i].rms_error, 2.0 * quantity[i].limit / 3.0) << quantity[i].name;
     }
   }

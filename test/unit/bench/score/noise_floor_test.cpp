@@ -38,7 +38,7 @@ const Scored& scored() {
       s.manoeuvre = m;
       s.seed = 77;
       const estimate::GridFlight g = estimate::make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0, .longest_substep_s = 1e-2});
-      const StateTrack track = fitted_track(g, estimate::states_by_readings(g, right, true_noise()), right);
+      const StateTrack track = fitted_track(g, estimate::states_by_measurements(g, right, true_noise()), right);
       const auto starts = prediction_starts(track, kSecond, 20);
       out.right.push_back(predict(track, whole_model(right, g.substeps), starts, kSecond));
       out.wrong.push_back(predict(track, whole_model(wrong, g.substeps), starts, kSecond));
@@ -74,7 +74,7 @@ TEST(NoiseFloor, RepeatsForASeedAndChangesWithIt) {
   s.duration_s = 3.0;
   const estimate::GridFlight g = estimate::make_grid(model_true::fly({}, s).record, {.rate_Hz = 100.0});
   const estimate::ModelValues right = estimate::model_values(model_true::vehicle_of({}));
-  const StateTrack track = fitted_track(g, estimate::states_by_readings(g, right, true_noise()), right);
+  const StateTrack track = fitted_track(g, estimate::states_by_measurements(g, right, true_noise()), right);
   const auto starts = prediction_starts(track, 20, 50);
   const auto of = [&](std::uint64_t seed) { return noise_floor(g, track, right, true_noise(), true_noise(), starts, 20, seed).error[0]; };
   EXPECT_EQ(of(3), of(3));

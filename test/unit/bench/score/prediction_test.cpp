@@ -26,7 +26,7 @@ host::VehicleModel small_vehicle() {
   return m;
 }
 
-// Rotor speeds about hover that wiggle every axis; `noise` of white reading noise on top.
+// Rotor speeds about hover that wiggle every axis; `noise` of white measurement noise on top.
 log::FlightRecord speeds(double seconds, double noise_rad_s = 0.0, std::uint64_t seed = 1) {
   log::FlightRecord r;
   const RandomStream random(seed, 1);
@@ -59,7 +59,7 @@ PredictionErrors errors_of(const StateTrack& track, const Predictor& predictor, 
   return predict(track, predictor, starts, horizon);
 }
 
-TEST(Prediction, TheModelThatMadeAFlightForetellsItToRoundOff) {
+TEST(Prediction, TheModelThatMadeAFlightPredictsItToRoundOff) {
   const estimate::ModelValues v = estimate::model_values(small_vehicle());
   const PredictionErrors e = errors_of(flown(v), whole_model(v));
   const PredictionSummary s = summary({&e, 1});
@@ -252,8 +252,8 @@ TEST(MultiStepFit, ParametersStayWithinTheirBounds) {
   EXPECT_EQ(fit_multi_step(start, {roll}, tracks).values[roll], 2.0);
 }
 
-// Why parameters that foretell are not the vehicle's: reading noise on rotor speeds makes less than the whole torque the best guess.
-TEST(MultiStepFit, NoiseOnRotorSpeedsPullsTheBelievedShareOfTorqueBelowOneAndForetellsBetter) {
+// Why parameters that predict are not the vehicle's: measurement noise on rotor speeds makes less than the whole torque the best guess.
+TEST(MultiStepFit, NoiseOnRotorSpeedsPullsTheFittedShareOfTorqueBelowOneAndPredictsBetter) {
   host::TermList terms;
   ASSERT_TRUE(terms.add(kTorqueShare));
   const estimate::ModelValues truth = estimate::model_values(small_vehicle(), terms);

@@ -107,7 +107,7 @@ TEST(FittedTrack, StatesOfAFitArePredictedFromOnTheirOwnClock) {
   const estimate::Model model(values);
   std::vector<estimate::BodyState> states{estimate::BodyState{}};
   std::size_t hint = 0;
-  for (std::size_t k = 0; k + 1 < grid.knots; ++k)
+  for (std::size_t k = 0; k + 1 < grid.nodes; ++k)
     states.push_back(model.step(states.back(), grid.input, hint, grid.time_s(k), grid.time_s(k + 1), 1));
   const StateTrack track = fitted_track(grid, states, values);
   EXPECT_EQ(track.step_s, 0.005);

@@ -93,7 +93,7 @@ TEST(HoverShares, rotor_that_loses_8_percent_is_a_class_of_propeller_and_motor) 
   }
 }
 
-TEST(HoverShares, load_on_a_string_is_told_by_yaw_that_sways) {
+TEST(HoverShares, load_on_a_string_is_determined_by_yaw_that_sways) {
   const auto d = diagnose_hover(hover({.change = {-0.02, 0.08, 0.03, 0.03}, .sway_rad = 0.04}, 4), reference(), vehicle());
   EXPECT_EQ(d.named, (std::vector<std::string>{"slung_load"})) << hover_text(d);
 }

@@ -1,5 +1,5 @@
-// The scan for terms with memory on measured flights: with a load on a cable, and of the same kind of vehicle without.
-#include "bench/diagnose/memory_scan.hpp"
+// The scan for dynamic terms on measured flights: with a load on a cable, and of the same kind of vehicle without.
+#include "bench/diagnose/dynamic_term_scan.hpp"
 #include "test/unit/bench/identify/payload_flights.hpp"
 
 namespace rotorloop::diagnose {
@@ -10,10 +10,11 @@ TEST(SlungLoadMeasured, stands_out_of_the_payload_flights_at_its_length_and_not_
   if (!identify::MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not scanned";
   const host::VehicleFile v = identify::vehicle_without_load();
   identify::print("bare", identify::bare_fit());
-  const identify::Identification without = identify::identify(identify::checked(identify::kPayload, identify::kFlights), v, identify::knowing(v));
+  const identify::Identification without =
+      identify::identify(identify::checked(identify::kPayload, identify::kFlights), v, identify::knowing(v));
   identify::print("payload without a load in the model", without);
   const host::Term& term = *host::find_term("slung_load");
-  const auto loaded = scan_memory(without, term, 2), bare = scan_memory(identify::bare_fit(), term, 2);
+  const auto loaded = scan_dynamic_term(without, term, 2), bare = scan_dynamic_term(identify::bare_fit(), term, 2);
   for (const auto* points : {&loaded, &bare}) {
     for (std::size_t i = 0; i < 5; ++i) {
       const ScanPoint& p = (*points)[i];

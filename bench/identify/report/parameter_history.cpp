@@ -1,4 +1,4 @@
-#include "bench/identify/report/trail.hpp"
+#include "bench/identify/report/parameter_history.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/identify/report/report_figures.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "bench/identify/report/report_figures.hpp"
 #include "bench/render/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
@@ -22,7 +22,7 @@ constexpr const char* kRotationNames[] = {"q_BS,x", "q_BS,y", "q_BS,z"};
 
 fs::path file_of(const fs::path& given) { return fs::absolute(fs::is_directory(given) ? given / "result.json" : given).lexically_normal(); }
 
-void drop(TrailPoint& p, std::size_t i) {
+void drop(HistoryPoint& p, std::size_t i) {
   const auto at = static_cast<std::ptrdiff_t>(i);
   p.names.erase(p.names.begin() + at), p.units.erase(p.units.begin() + at);
   p.value.erase(p.value.begin() + at), p.u.erase(p.u.begin() + at);
@@ -30,7 +30,7 @@ void drop(TrailPoint& p, std::size_t i) {
 
 }  // namespace
 
-TrailPoint read_trail_point(const fs::path& given) {
+HistoryPoint read_history_point(const fs::path& given) {
   const auto path = fs::is_directory(given) ? given / "result.json" : given;
   const auto fail = [&](const std::string& what) {
     throw Error({path.generic_string(), what, "", "name folders that `rotorloop identify --report` wrote"});
@@ -41,7 +41,7 @@ TrailPoint read_trail_point(const fs::path& given) {
   if (j.is_discarded() || !j.is_object()) fail("is no JSON document");
   if (j.value("command", "") != "identify") fail("is no result of `rotorloop identify`");
   if (j.value("format", 0) != 1) fail("has a format that this program does not know");
-  TrailPoint out;
+  HistoryPoint out;
   out.label = file_of(given).parent_path().filename().generic_string();
   const auto take = [&](const nlohmann::json& e, const std::string& kind) {
     for (const char* key : {"symbol", "unit", "value", "u", "u_robust"}) {
@@ -69,11 +69,11 @@ TrailPoint read_trail_point(const fs::path& given) {
   return out;
 }
 
-std::vector<TrailPoint> read_trail(const std::vector<fs::path>& paths) {
-  std::vector<TrailPoint> out;
+std::vector<HistoryPoint> read_history(const std::vector<fs::path>& paths) {
+  std::vector<HistoryPoint> out;
   std::vector<fs::path> above;  // of each, the folder next to be named
   for (const fs::path& p : paths) {
-    out.push_back(read_trail_point(p));
+    out.push_back(read_history_point(p));
     above.push_back(file_of(p).parent_path().parent_path());
   }
   // As many folders as it takes, of those that share a name: "run1/report", "run2/report".
@@ -92,18 +92,18 @@ std::vector<TrailPoint> read_trail(const std::vector<fs::path>& paths) {
   return out;
 }
 
-std::string count_rotations_from_one(std::vector<TrailPoint>& trail, const std::vector<TrailReference>& references) {
+std::string count_rotations_from_one(std::vector<HistoryPoint>& history, const std::vector<HistoryReference>& references) {
   std::string from;
   Eigen::Quaterniond origin = Eigen::Quaterniond::Identity();
   if (!references.empty()) {
     from = references.front().label;
     origin = references.front().q_BS;
   } else {
-    const auto first = std::find_if(trail.begin(), trail.end(), [](const TrailPoint& p) { return p.q_BS.has_value(); });
-    if (first != trail.end()) from = first->label, origin = *first->q_BS;
+    const auto first = std::find_if(history.begin(), history.end(), [](const HistoryPoint& p) { return p.q_BS.has_value(); });
+    if (first != history.end()) from = first->label, origin = *first->q_BS;
   }
   bool any = false;
-  for (TrailPoint& p : trail) {
+  for (HistoryPoint& p : history) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto found = std::find(p.names.begin(), p.names.end(), kRotationNames[axis]);
       if (found == p.names.end()) continue;
@@ -119,25 +119,25 @@ std::string count_rotations_from_one(std::vector<TrailPoint>& trail, const std::
   return any ? from : "";
 }
 
-std::string trail_html(std::vector<TrailPoint> trail, std::vector<TrailReference> references) {
-  if (trail.size() < 2) return "";
-  const std::string from = count_rotations_from_one(trail, references);
-  for (TrailReference& r : references) {
+std::string history_html(std::vector<HistoryPoint> history, std::vector<HistoryReference> references) {
+  if (history.size() < 2) return "";
+  const std::string from = count_rotations_from_one(history, references);
+  for (HistoryReference& r : references) {
     const Eigen::Vector3d turn = estimate::log_q(references.front().q_BS.conjugate() * r.q_BS);
     for (int axis = 0; axis < 3; ++axis) r.value[kRotationNames[axis]] = turn[axis];
   }
   std::string out =
-      "<h2 id=\"trail\">Trail over trials</h2>\n<p>Each estimate with ± 2 u, in the order of the trials; the last is this fit.";
-  out += references.empty() ? " No reference is drawn; --compare gives one." : " Dashed: what the files beside say.";
+      "<h2 id=\"trail\">Parameter history over trials</h2>\n<p>Each estimate with ± 2 u, in the order of the trials; the last is this fit.";
+  out += references.empty() ? " No reference is drawn; --compare gives one." : " Dashed: the vehicle files of --compare.";
   if (!from.empty()) out += " q_BS is the rotation from that of " + render::xml_escaped(from) + ", whatever each fit started from.";
   std::string without;
-  for (const TrailPoint& p : trail) {
+  for (const HistoryPoint& p : history) {
     if (!p.q_BS) without += (without.empty() ? "" : ", ") + p.label;
   }
   if (!without.empty()) out += " Left out for q_BS, as their results do not say the rotation: " + render::xml_escaped(without) + ".";
   out += "</p>\n<div class=\"two\">\n";
-  for (std::size_t i = 0; i < trail.back().names.size(); ++i)
-    out += trail_figure(trail, references, trail.back().names[i], trail.back().units[i]);
+  for (std::size_t i = 0; i < history.back().names.size(); ++i)
+    out += history_figure(history, references, history.back().names[i], history.back().units[i]);
   return out + "</div>\n";
 }
 

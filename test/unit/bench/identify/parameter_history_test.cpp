@@ -1,5 +1,5 @@
 // Results of several trials, read back and drawn side by side.
-#include "bench/identify/report/trail.hpp"
+#include "bench/identify/report/parameter_history.hpp"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ json trial(double k1, const Eigen::Quaterniond& start, const Eigen::Quaterniond&
   return j;
 }
 
-class Trail : public ::testing::Test {
+class ParameterHistory : public ::testing::Test {
  protected:
   void SetUp() override {
     fs::remove_all(root_);
@@ -45,7 +45,7 @@ class Trail : public ::testing::Test {
   }
   std::string refusal(const json& j) const {
     try {
-      (void)read_trail_point(put("bad", j));
+      (void)read_history_point(put("bad", j));
     } catch (const Error& e) {
       return e.what();
     }
@@ -55,15 +55,15 @@ class Trail : public ::testing::Test {
   const fs::path root_ = fs::path(::testing::TempDir()) / ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
-double value_of(const TrailPoint& p, const std::string& name) {
+double value_of(const HistoryPoint& p, const std::string& name) {
   for (std::size_t i = 0; i < p.names.size(); ++i) {
     if (p.names[i] == name) return p.value[i];
   }
   return NAN;
 }
 
-TEST_F(Trail, ReadsEstimatesAndWhatFollowsFromThemWithTheLargerUncertainty) {
-  const TrailPoint p = read_trail_point(put("monday", trial(2.4e-6, tilted_, tilted_)));
+TEST_F(ParameterHistory, ReadsEstimatesAndWhatFollowsFromThemWithTheLargerUncertainty) {
+  const HistoryPoint p = read_history_point(put("monday", trial(2.4e-6, tilted_, tilted_)));
   EXPECT_EQ(p.label, "monday");
   EXPECT_EQ(p.names, (std::vector<std::string>{"k_1", "q_BS,x", "q_BS,y", "q_BS,z", "c_t"}));
   EXPECT_EQ(p.value.front(), 2.4e-6);
@@ -72,58 +72,58 @@ TEST_F(Trail, ReadsEstimatesAndWhatFollowsFromThemWithTheLargerUncertainty) {
   EXPECT_LT(p.q_BS->angularDistance(tilted_), 1e-12);
 }
 
-TEST_F(Trail, LeavesOutWhatBelongsToASingleFlight) {
+TEST_F(ParameterHistory, LeavesOutWhatBelongsToASingleFlight) {
   json j = trial(2.4e-6, tilted_, tilted_);
   j["estimates"][0]["flight"] = "vertical";
-  EXPECT_TRUE(std::isnan(value_of(read_trail_point(put("monday", j)), "k_1")));
+  EXPECT_TRUE(std::isnan(value_of(read_history_point(put("monday", j)), "k_1")));
 }
 
-TEST_F(Trail, TellsFoldersOfTheSameNameApartByWhereTheyStand) {
+TEST_F(ParameterHistory, TellsFoldersOfTheSameNameApartByWhereTheyStand) {
   const json j = trial(2.4e-6, tilted_, tilted_);
-  const auto trail = read_trail({put("run1/report", j), put("run2/report", j), put("tuesday", j)});
-  ASSERT_EQ(trail.size(), 3u);
-  EXPECT_EQ(trail[0].label, "run1/report");
-  EXPECT_EQ(trail[1].label, "run2/report");
-  EXPECT_EQ(trail[2].label, "tuesday");
+  const auto history = read_history({put("run1/report", j), put("run2/report", j), put("tuesday", j)});
+  ASSERT_EQ(history.size(), 3u);
+  EXPECT_EQ(history[0].label, "run1/report");
+  EXPECT_EQ(history[1].label, "run2/report");
+  EXPECT_EQ(history[2].label, "tuesday");
 }
 
-TEST_F(Trail, CountsTheSensorsRotationFromOneWhateverEachFitStartedFrom) {
+TEST_F(ParameterHistory, CountsTheSensorsRotationFromOneWhateverEachFitStartedFrom) {
   // The same sensor, found from two start values that differ by 3 degrees: one rotation, two rotation vectors.
   const Eigen::Quaterniond other_start = tilted_ * estimate::exp_q({0.0, 0.05, 0.0});
   const std::vector<fs::path> paths{put("a", trial(2.4e-6, tilted_, tilted_)), put("b", trial(2.4e-6, other_start, tilted_))};
-  auto trail = read_trail(paths);
-  ASSERT_GT(std::fabs(value_of(trail[0], "q_BS,y") - value_of(trail[1], "q_BS,y")), 0.04) << "as each result says it";
-  EXPECT_EQ(count_rotations_from_one(trail, {}), "a");
-  for (const char* axis : {"q_BS,x", "q_BS,y", "q_BS,z"}) EXPECT_NEAR(value_of(trail[1], axis), 0.0, 1e-12) << axis;
+  auto history = read_history(paths);
+  ASSERT_GT(std::fabs(value_of(history[0], "q_BS,y") - value_of(history[1], "q_BS,y")), 0.04) << "as each result says it";
+  EXPECT_EQ(count_rotations_from_one(history, {}), "a");
+  for (const char* axis : {"q_BS,x", "q_BS,y", "q_BS,z"}) EXPECT_NEAR(value_of(history[1], axis), 0.0, 1e-12) << axis;
 
   // With a file beside, from that file's rotation.
-  trail = read_trail(paths);
-  EXPECT_EQ(count_rotations_from_one(trail, {{.label = "cad.toml", .value = {}, .q_BS = Eigen::Quaterniond::Identity()}}), "cad.toml");
-  EXPECT_NEAR(value_of(trail[1], "q_BS,z"), 0.1, 1e-12);
+  history = read_history(paths);
+  EXPECT_EQ(count_rotations_from_one(history, {{.label = "cad.toml", .value = {}, .q_BS = Eigen::Quaterniond::Identity()}}), "cad.toml");
+  EXPECT_NEAR(value_of(history[1], "q_BS,z"), 0.1, 1e-12);
 }
 
-TEST_F(Trail, LeavesOutTheRotationOfResultsThatDoNotSayItAndSaysSo) {
+TEST_F(ParameterHistory, LeavesOutTheRotationOfResultsThatDoNotSayItAndSaysSo) {
   json old = trial(2.3e-6, tilted_, tilted_);
   old.erase("q_BS_wxyz");
   old.erase("derived");
-  const std::string html = trail_html(read_trail({put("older", old), put("newer", trial(2.4e-6, tilted_, tilted_))}), {});
+  const std::string html = history_html(read_history({put("older", old), put("newer", trial(2.4e-6, tilted_, tilted_))}), {});
   EXPECT_NE(html.find("Left out for q_BS, as their results do not say the rotation: older."), std::string::npos) << html.substr(0, 600);
   EXPECT_NE(html.find("rotation from that of newer"), std::string::npos);
 }
 
-TEST_F(Trail, DrawsLabelsOfTrialsTheReferenceAndShortTicks) {
+TEST_F(ParameterHistory, DrawsLabelsOfTrialsTheReferenceAndShortTicks) {
   std::vector<fs::path> paths;
   for (int i = 0; i < 6; ++i) paths.push_back(put("trial number " + std::to_string(i), trial(2.4e-6 + 1e-8 * i, tilted_, tilted_)));
-  const TrailReference stand{.label = "stand.toml", .value = {{"k_1", 2.41e-6}, {"c_t", 1.9e-6}}, .q_BS = tilted_};
-  const std::string html = trail_html(read_trail(paths), {stand});
+  const HistoryReference stand{.label = "stand.toml", .value = {{"k_1", 2.41e-6}, {"c_t", 1.9e-6}}, .q_BS = tilted_};
+  const std::string html = history_html(read_history(paths), {stand});
   for (const char* part : {"trial number 0</text>", "trial number 5</text>", "rotate(-35", "k_1, 10⁻⁶ N s²", "c_t, 10⁻⁶ N s²",
                            ">2.40</text>", ">stand.toml</text>"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   EXPECT_EQ(html.find("0.0000024"), std::string::npos);
-  EXPECT_EQ(trail_html(read_trail({paths.front()}), {stand}), "") << "one trial is no trail";
+  EXPECT_EQ(history_html(read_history({paths.front()}), {stand}), "") << "one trial is no history";
 }
 
-TEST_F(Trail, RefusesWhatIsNoResultOfIdentifyByName) {
+TEST_F(ParameterHistory, RefusesWhatIsNoResultOfIdentifyByName) {
   EXPECT_NE(refusal({{"command", "hil"}}).find("is no result of `rotorloop identify`"), std::string::npos);
   EXPECT_NE(refusal({{"command", "identify"}, {"format", 9}}).find("format"), std::string::npos);
   json j = trial(2.4e-6, tilted_, tilted_);

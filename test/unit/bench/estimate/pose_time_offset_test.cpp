@@ -1,12 +1,12 @@
-// A pose that shows the moment 20 ms before its stamp: read at the knot of its stamp, the state would have to be carried back 20 ms in
-// a straight line, and the fit would pay with a wrong delay. Tied to the knot of the moment it shows, it is read where it belongs.
+// A pose that shows the moment 20 ms before its stamp: read at the node of its stamp, the state would have to be carried back 20 ms in
+// a straight line, and the fit would pay with a wrong delay. Associated with the node of the moment it shows, it is read where it belongs.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bench/estimate/grid_flight.hpp"
-#include "bench/estimate/residuals.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "bench/estimate/residuals.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -43,7 +43,7 @@ double worst_residual_m(const GridFlight& grid) {
   RowsBy<6> rows;
   double worst = 0.0;
   for (const PoseFix& fix : grid.pose) {
-    const double t = grid.time_s(fix.knot);
+    const double t = grid.time_s(fix.node);
     BodyState truth;
     truth.p_W_m.x() = 0.5 * kBend_m_s2 * t * t;
     truth.v_W_m_s.x() = kBend_m_s2 * t;
@@ -53,36 +53,36 @@ double worst_residual_m(const GridFlight& grid) {
   return worst;
 }
 
-TEST(LatePoses, at_the_knot_of_their_stamp_20_ms_at_12_m_s2_look_like_2p4_mm_of_error) {
+TEST(PoseTimeOffset, at_the_node_of_their_stamp_20_ms_at_12_m_s2_look_like_2p4_mm_of_error) {
   EXPECT_NEAR(worst_residual_m(make_grid(late_flight(), {})), 0.5 * kBend_m_s2 * kDelay_s * kDelay_s, 1e-6);
 }
 
-TEST(LatePoses, tied_to_the_moment_they_show_they_agree_to_a_micrometre) {
+TEST(PoseTimeOffset, associated_with_the_moment_they_show_they_agree_to_a_micrometre) {
   GridFlight grid = make_grid(late_flight(), {});
-  tie_poses(grid, kDelay_s);
+  associate_poses(grid, kDelay_s);
   EXPECT_LT(worst_residual_m(grid), 1e-6);
-  EXPECT_EQ(grid.pose.size(), 397u);  // four show moments before the first knot
+  EXPECT_EQ(grid.pose.size(), 397u);  // four show moments before the first node
 }
 
-TEST(LatePoses, a_delay_between_two_knots_is_carried_over_half_a_step_at_most) {
+TEST(PoseTimeOffset, a_delay_between_two_nodes_is_carried_over_half_a_step_at_most) {
   GridFlight grid = make_grid(late_flight(), {});
-  tie_poses(grid, 0.0178);
+  associate_poses(grid, 0.0178);
   for (const PoseFix& fix : grid.pose) EXPECT_LE(std::fabs(fix.late_s - 0.0178), 0.0025 + 1e-12);
 }
 
-TEST(LatePoses, tying_back_restores_the_stamps) {
+TEST(PoseTimeOffset, tying_back_restores_the_stamps) {
   const GridFlight before = make_grid(late_flight(), {});
   GridFlight grid = before;
-  tie_poses(grid, kDelay_s);
-  tie_poses(grid, 0.0);
+  associate_poses(grid, kDelay_s);
+  associate_poses(grid, 0.0);
   ASSERT_EQ(grid.pose.size(), 397u);
-  EXPECT_EQ(grid.pose.front().knot, before.pose[4].knot);
+  EXPECT_EQ(grid.pose.front().node, before.pose[4].node);
   EXPECT_NEAR(grid.pose.front().late_s, before.pose[4].late_s, 1e-12);
 }
 
-TEST(LatePoses, first_guess_of_the_states_allows_for_the_delay) {
+TEST(PoseTimeOffset, first_guess_of_the_states_allows_for_the_delay) {
   GridFlight grid = make_grid(late_flight(), {});
-  tie_poses(grid, kDelay_s);
+  associate_poses(grid, kDelay_s);
   const std::vector<BodyState> guess = guess_states(grid, values_with_delay());
   const double t = grid.time_s(200);
   EXPECT_NEAR(guess[200].p_W_m.x(), 0.5 * kBend_m_s2 * t * t, 1e-6);

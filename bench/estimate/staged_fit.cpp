@@ -1,4 +1,4 @@
-#include "bench/estimate/known_first.hpp"
+#include "bench/estimate/staged_fit.hpp"
 
 #include <algorithm>
 #include <map>
@@ -27,11 +27,11 @@ void start_at(FitProblem& p, int parameter, double value) {
   for (auto& own : p.flight_start) own[static_cast<std::size_t>(parameter)] = value;
 }
 
-bool anything_known(const FitProblem& p) {
+bool any_prior_holds(const FitProblem& p) {
   return std::any_of(p.free.begin(), p.free.end(), held_by_itself) || std::any_of(p.priors.begin(), p.priors.end(), says_all);
 }
 
-FitProblem with_known_held(const FitProblem& problem) {
+FitProblem with_priors_held(const FitProblem& problem) {
   FitProblem out = problem;
   std::map<int, Eigen::Index> place;  // of the parameters that priors hold
   for (const JointPrior& prior : problem.priors) {
@@ -76,9 +76,9 @@ void start_from(const Fit& fit, FitProblem& p) {
   }
 }
 
-std::optional<Fit> settle_about_known(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit) {
-  if (!anything_known(problem)) return std::nullopt;
-  std::optional<Fit> held = fit(with_known_held(problem));
+std::optional<Fit> settle_with_priors_held(FitProblem& problem, const std::function<Fit(const FitProblem&)>& fit) {
+  if (!any_prior_holds(problem)) return std::nullopt;
+  std::optional<Fit> held = fit(with_priors_held(problem));
   start_from(*held, problem);
   return held;
 }

@@ -1,5 +1,5 @@
 // What a fit holds first where something is known beforehand, and where the whole fit then starts.
-#include "bench/estimate/known_first.hpp"
+#include "bench/estimate/staged_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -26,17 +26,17 @@ bool is_free(const FitProblem& p, int parameter) {
   return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
 }
 
-TEST(KnownFirst, a_problem_of_which_nothing_is_known_stays_as_it_is) {
+TEST(StagedFit, a_problem_without_priors_stays_as_it_is) {
   FitProblem p = problem();
   std::erase_if(p.free, [](const FreeParameter& f) { return f.parameter == kMass; });
-  EXPECT_FALSE(anything_known(p));
-  EXPECT_EQ(with_known_held(p).free.size(), p.free.size());
+  EXPECT_FALSE(any_prior_holds(p));
+  EXPECT_EQ(with_priors_held(p).free.size(), p.free.size());
 }
 
-TEST(KnownFirst, what_is_known_is_held_where_all_that_is_known_has_it_most_likely) {
+TEST(StagedFit, parameters_with_priors_are_held_at_the_most_likely_point_of_all_priors) {
   FitProblem p = problem();
   p.priors = {about(kK1, 3e-6, 1e-8), about(kK1, 3.3e-6, 2e-8)};
-  const FitProblem held = with_known_held(p);
+  const FitProblem held = with_priors_held(p);
   EXPECT_NEAR(held.start[kK1], (4.0 * 3e-6 + 3.3e-6) / 5.0, 1e-12);
   EXPECT_FALSE(is_free(held, kK1));
   EXPECT_TRUE(held.priors.empty());
@@ -44,34 +44,34 @@ TEST(KnownFirst, what_is_known_is_held_where_all_that_is_known_has_it_most_likel
   EXPECT_TRUE(is_free(held, kCq));
 }
 
-TEST(KnownFirst, what_has_an_uncertainty_of_its_own_is_held_at_its_start_and_what_each_flight_has_of_its_own_stays_free) {
-  const FitProblem held = with_known_held(problem());
+TEST(StagedFit, what_has_an_uncertainty_of_its_own_is_held_at_its_start_and_what_each_flight_has_of_its_own_stays_free) {
+  const FitProblem held = with_priors_held(problem());
   EXPECT_FALSE(is_free(held, kMass));
   EXPECT_EQ(held.start[kMass], 0.68);
   EXPECT_TRUE(is_free(held, kGyroBiasX));
 }
 
 // A thrust stand ties k1 and k2 in one direction only.
-TEST(KnownFirst, one_direction_of_two_parameters_holds_neither_but_moves_both_where_each_is_known) {
+TEST(StagedFit, one_direction_of_two_parameters_holds_neither_but_moves_both_where_each_is_known) {
   const Eigen::Vector2d slope(1.0, 2e-2);
   const JointPrior stand{{kK1, kK2}, Eigen::Vector2d(3.1e-6, -1e-4), slope * slope.transpose() / 1e-20};
   FitProblem alone = problem();
   alone.priors = {stand};
-  const FitProblem free = with_known_held(alone);
+  const FitProblem free = with_priors_held(alone);
   EXPECT_TRUE(is_free(free, kK1) && is_free(free, kK2));
   EXPECT_EQ(free.priors.size(), 1u) << "what the stand says still counts";
 
   FitProblem both = alone;
   both.priors.push_back(about(kK1, 3e-6, 1e-8));
   both.priors.push_back(about(kK2, -1e-4, 5e-7));
-  const FitProblem held = with_known_held(both);
+  const FitProblem held = with_priors_held(both);
   EXPECT_FALSE(is_free(held, kK1) || is_free(held, kK2));
   // The stand is the surest: its direction holds, and the rest moves as little as the uncertainties allow.
   EXPECT_NEAR(slope.dot(Eigen::Vector2d(held.start[kK1], held.start[kK2])), slope.dot(stand.mean), 1e-9);
   EXPECT_NEAR((held.start[kK1] - 3e-6) / (held.start[kK2] + 1e-4), 1e-16 / (2e-2 * 2.5e-13), 1e-3);
 }
 
-TEST(KnownFirst, the_whole_fit_starts_where_the_first_ended_but_for_what_a_start_is_the_mean_of) {
+TEST(StagedFit, the_whole_fit_starts_where_the_first_ended_but_for_what_a_start_is_the_mean_of) {
   FitProblem p = problem();
   Fit first;
   first.values = {p.start, p.start};

@@ -1,6 +1,6 @@
-// The memory of a model's terms over a flight: their filters (host/effects/memory.hpp) run along a motion that is known, with
-// derivatives by the terms' own parameters and by their state at the start. The motion comes from a fit before this one, so
-// the fit takes memory as it takes rotor speeds: as something known that depends on parameters.
+// The states of a model's dynamic terms over a flight (`memory` of a term): their filters (host/effects/memory.hpp) run along a motion that
+// is known, with derivatives by the terms' own parameters and by their state at the start. The motion comes from a fit before this one, so
+// the fit takes these states as it takes rotor speeds: as something known that depends on parameters.
 #pragma once
 #include <array>
 #include <functional>
@@ -15,17 +15,17 @@
 
 namespace rotorloop::estimate {
 
-// Memory that was measured instead: the place of a load on a string.
-struct MeasuredMemory {
+// States of a term that were measured instead: the place of a load on a string.
+struct MeasuredTermState {
   std::string term;
-  std::vector<std::array<double, host::kMaxTermMemory>> at_knot;
+  std::vector<std::array<double, host::kMaxTermMemory>> at_node;
 };
 
 // States at equal distances in time, all of them sound.
 struct Motion {
   double start_s = 0.0, step_s = 0.0;
   std::vector<BodyState> states;
-  std::vector<MeasuredMemory> measured;  // each as many as states
+  std::vector<MeasuredTermState> measured;  // each as many as states
 
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * step_s; }
 };
@@ -33,7 +33,7 @@ struct Motion {
 // What drives the model at a time.
 using InputAt = std::function<RotorInputSample(double t_s)>;
 
-class MemoryInput {
+class DynamicTermInput {
  public:
   // Without a motion every memory is at rest.
   void follow(std::shared_ptr<const Motion> motion) { motion_ = std::move(motion); }
@@ -68,12 +68,12 @@ class MemoryInput {
 };
 
 // The memory at both ends of a step; between them it runs straight.
-struct MemoryEnds {
+struct TermStateEnds {
   MemoryNumbers from{}, to{};
 };
 
 // Carries the memory of all terms from one state to the next; u: inputs at both ends.
-void advance_memory(const ModelValues& values, const BodyState& from, const RotorInputSample& u_from, double from_s, const BodyState& to,
-                    const RotorInputSample& u_to, double to_s, MemoryNumbers& memory);
+void advance_term_states(const ModelValues& values, const BodyState& from, const RotorInputSample& u_from, double from_s,
+                         const BodyState& to, const RotorInputSample& u_to, double to_s, MemoryNumbers& memory);
 
 }  // namespace rotorloop::estimate

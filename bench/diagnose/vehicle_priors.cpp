@@ -1,4 +1,4 @@
-#include "bench/diagnose/beliefs.hpp"
+#include "bench/diagnose/vehicle_priors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@ namespace rotorloop::diagnose {
 namespace {
 
 // Of a parameter's scale: a finer figure is a fit's rounding, and would only spoil the arithmetic.
-constexpr double kFinest = 1e-4;
+constexpr double kFinestShare = 1e-4;
 constexpr double kLeastLearned = 0.1;  // of a prior variance that the flights must take away to say anything of it
-constexpr double kContradicts = 3.5;  // of forty numbers one in fifty diagnoses has such a one by chance
+constexpr double kContradicts = 3.5;   // of forty numbers one in fifty diagnoses has such a one by chance
 
 // Standard uncertainty of what the file knows of a parameter; nothing where it guesses.
 std::optional<double> known_u(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
@@ -81,14 +81,16 @@ void add_stand(const host::VehicleFile& v, const estimate::ModelValues& at, std:
   const Eigen::Vector2d slope((c_t(k1 * (1 + kStep), k2) - here) / (k1 * kStep), (c_t(k1, k2 * (1 + kStep)) - here) / (k2 * kStep));
   // Thrust scales with the density of the air at a given c_t; the stand's figure is taken to this model's density.
   const double density = stand->air_density_kg_m3 > 0.0 ? at.geometry.air_density_kg_m3 / stand->air_density_kg_m3 : 1.0;
-  estimate::JointPrior p{{estimate::kK1, estimate::kK2}, Eigen::Vector2d(k1, k2), slope * slope.transpose() / (stand->u_N_s2 * stand->u_N_s2)};
+  estimate::JointPrior p{
+      {estimate::kK1, estimate::kK2}, Eigen::Vector2d(k1, k2), slope * slope.transpose() / (stand->u_N_s2 * stand->u_N_s2)};
   p.mean[0] += (stand->c_t_N_s2 * density - here) / slope[0];
   out.push_back(std::move(p));
 }
 
 }  // namespace
 
-std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<const estimate::FreeParameter> free, const estimate::ModelValues& at) {
+std::vector<estimate::JointPrior> vehicle_priors(const host::VehicleFile& v, std::span<const estimate::FreeParameter> free,
+                                                 const estimate::ModelValues& at) {
   std::vector<estimate::JointPrior> out;
   std::map<std::string, int> of_name;
   std::map<int, double> left;  // standard uncertainties that no covariance block has spoken for
@@ -97,7 +99,7 @@ std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<
     if (const auto u = known_u(v, f.parameter, at.terms)) {
       const estimate::ParameterInfo info = estimate::parameter_info(f.parameter, at.terms);
       of_name[info.name] = f.parameter;
-      left[f.parameter] = std::max(*u, kFinest * info.scale);
+      left[f.parameter] = std::max(*u, kFinestShare * info.scale);
     }
   }
   for (const host::CovarianceBlock& block : v.covariance) {
@@ -115,7 +117,7 @@ std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& v, std::span<
     Eigen::MatrixXd covariance = all(rows, rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      covariance(k, k) = std::max(covariance(k, k), std::pow(kFinest * estimate::parameter_info(p.parameters[i], at.terms).scale, 2));
+      covariance(k, k) = std::max(covariance(k, k), std::pow(kFinestShare * estimate::parameter_info(p.parameters[i], at.terms).scale, 2));
     }
     const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
     const LltFactor factor(scale.asDiagonal() * covariance * scale.asDiagonal());
@@ -145,10 +147,11 @@ std::vector<Contradiction> contradictions(const estimate::FitProblem& problem, c
     for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
       const estimate::Estimate* e = fit.find(prior.parameters[k]);
       const auto at = static_cast<Eigen::Index>(k);
-      const double believed = covariance(at, at), taken = e ? believed - e->u * e->u : 0.0;
-      if (!(taken > kLeastLearned * believed)) continue;
+      const double prior_variance = covariance(at, at), taken = e ? prior_variance - e->u * e->u : 0.0;
+      if (!(taken > kLeastLearned * prior_variance)) continue;
       const double z = (e->value - prior.mean[at]) / std::sqrt(taken) / std::max(1.0, e->u_robust / e->u);
-      if (std::fabs(z) > kContradicts) out.push_back({e->parameter, prior.mean[at], std::sqrt(believed), e->value, identify::reported_u(*e), z});
+      if (std::fabs(z) > kContradicts)
+        out.push_back({e->parameter, prior.mean[at], std::sqrt(prior_variance), e->value, identify::reported_u(*e), z});
     }
   }
   std::stable_sort(out.begin(), out.end(), [](const Contradiction& a, const Contradiction& b) { return std::fabs(a.z) > std::fabs(b.z); });

@@ -1,4 +1,4 @@
-#include "bench/diagnose/late_poses.hpp"
+#include "bench/diagnose/pose_time_offset.hpp"
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 
 namespace rotorloop::diagnose {
 
-std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& criteria) {
+std::optional<AddedEffect> pose_time_offset(const estimate::Fit& fit, const Criteria& criteria) {
   const host::CatalogueEffect& row = effect_of_parameter(estimate::kPoseDelay);
   double information = 0.0, sum = 0.0;
   for (const estimate::Estimate& e : fit.estimates) {

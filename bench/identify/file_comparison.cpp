@@ -1,11 +1,11 @@
-#include "bench/identify/beside.hpp"
+#include "bench/identify/file_comparison.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "bench/identify/identified_vehicle.hpp"
 #include "bench/estimate/model/rotations.hpp"
+#include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/start_values.hpp"
 
 namespace rotorloop::identify {
@@ -40,15 +40,15 @@ Said said(double value, double u, host::Origin origin, double found, double u_fo
 }
 
 // What the file says of each row, and what follows from all it says.
-BesideColumn column_of(const VehicleBeside& beside, const Identification& r, const std::vector<ParameterRow>& rows,
-                       const std::vector<DerivedQuantity>& derived, double drag_speed_m_s) {
+ComparisonColumn column_of(const ComparedVehicle& other, const Identification& r, const std::vector<ParameterRow>& rows,
+                           const std::vector<DerivedQuantity>& derived, double drag_speed_m_s) {
   const host::TermList& terms = r.problem.start.terms;
-  const estimate::ModelValues values = start_values({}, beside.file, terms).file;
-  BesideColumn out{.label = beside.label, .parameters = {}, .derived = {}, .q_BS = values.start_q_BS};
+  const estimate::ModelValues values = start_values({}, other.file, terms).file;
+  ComparisonColumn out{.label = other.label, .parameters = {}, .derived = {}, .q_BS = values.start_q_BS};
   const Eigen::Vector3d turn = estimate::log_q(r.problem.start.start_q_BS.conjugate() * values.start_q_BS);
   for (const ParameterRow& row : rows) {
     const std::string name = estimate::parameter_info(row.parameter, terms).name;
-    const auto u = host::uncertainty_of(beside.file, name);
+    const auto u = host::uncertainty_of(other.file, name);
     if (!u) {
       out.parameters.push_back(std::nullopt);
       continue;
@@ -56,13 +56,13 @@ BesideColumn column_of(const VehicleBeside& beside, const Identification& r, con
     const bool rotation = of_rotation(row.parameter);
     Said s =
         said(rotation ? turn[row.parameter - estimate::kTurnX] : values[row.parameter], *u,
-             host::origin_of(beside.file, name).value_or(host::Origin::guess), row.value, row.estimate ? reported_u(*row.estimate) : 0.0);
+             host::origin_of(other.file, name).value_or(host::Origin::guess), row.value, row.estimate ? reported_u(*row.estimate) : 0.0);
     if (rotation) s.percent = kNone;  // about the start value: of no size of its own
     out.parameters.push_back(s);
   }
   estimate::Fit exact;
   exact.values = {values};
-  const auto follows = derived_quantities(exact, host::to_model(beside.file), drag_speed_m_s);
+  const auto follows = derived_quantities(exact, host::to_model(other.file), drag_speed_m_s);
   for (std::size_t i = 0; i < follows.size() && i < derived.size(); ++i)
     out.derived.push_back(said(follows[i].value, 0.0, host::Origin::guess, derived[i].value, 0.0));
   return out;
@@ -74,7 +74,8 @@ std::vector<ParameterRow> parameter_rows(const Identification& r) {
   std::vector<ParameterRow> out;
   for (const estimate::Estimate& e : r.fit.estimates) out.push_back({e.parameter, estimate::estimate_name(e, r.problem), e, e.value});
   for (const int p : table_parameters(r.problem.start.terms, any_poses(r))) {
-    const bool estimated = std::any_of(r.fit.estimates.begin(), r.fit.estimates.end(), [&](const estimate::Estimate& e) { return e.parameter == p; });
+    const bool estimated =
+        std::any_of(r.fit.estimates.begin(), r.fit.estimates.end(), [&](const estimate::Estimate& e) { return e.parameter == p; });
     if (!estimated) out.push_back({p, estimate::parameter_info(p, r.problem.start.terms).symbol, std::nullopt, r.fit.values.front()[p]});
   }
   std::stable_sort(out.begin(), out.end(), [](const ParameterRow& a, const ParameterRow& b) { return a.parameter < b.parameter; });
@@ -82,7 +83,7 @@ std::vector<ParameterRow> parameter_rows(const Identification& r) {
 }
 
 FileComparison compared(const Identification& r, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s,
-                        const VehicleBeside& start, const std::vector<VehicleBeside>& beside) {
+                        const ComparedVehicle& start, const std::vector<ComparedVehicle>& others) {
   FileComparison out;
   out.rows = parameter_rows(r);
   out.start = column_of(start, r, out.rows, derived, drag_speed_m_s);
@@ -90,11 +91,11 @@ FileComparison compared(const Identification& r, const std::vector<DerivedQuanti
     const bool from_prior = !out.rows[i].estimate || out.rows[i].estimate->prior_share > 0.5;
     if (from_prior && out.start.parameters[i]) out.start.parameters[i]->z = kNone;
   }
-  for (const VehicleBeside& b : beside) out.beside.push_back(column_of(b, r, out.rows, derived, drag_speed_m_s));
+  for (const ComparedVehicle& b : others) out.others.push_back(column_of(b, r, out.rows, derived, drag_speed_m_s));
 
   const DerivedQuantity* c_t = derived_named("static_c_t", derived);
   if (!c_t || !(r.fit.find(estimate::kK1) || r.fit.find(estimate::kK2))) return out;
-  const auto add = [&](const VehicleBeside& b) {
+  const auto add = [&](const ComparedVehicle& b) {
     for (const host::StaticThrust& t : b.file.static_thrust) {
       // Thrust goes with the density of the air: both at that of the fit's model.
       const double denser = start.file.air_density_kg_m3 / t.air_density_kg_m3;
@@ -103,7 +104,7 @@ FileComparison compared(const Identification& r, const std::vector<DerivedQuanti
     }
   };
   add(start);
-  for (const VehicleBeside& b : beside) add(b);
+  for (const ComparedVehicle& b : others) add(b);
   return out;
 }
 

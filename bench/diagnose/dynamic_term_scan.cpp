@@ -1,4 +1,4 @@
-#include "bench/diagnose/memory_scan.hpp"
+#include "bench/diagnose/dynamic_term_scan.hpp"
 
 #include <fmt/format.h>
 
@@ -19,11 +19,12 @@ constexpr double kEvery_s = 0.02;  // of the residual: loads that swing are slow
 
 // What the model leaves on the body, in units of its own noise over a step: force in the world, torque in the body.
 struct Leftover {
-  std::vector<std::size_t> knot;
+  std::vector<std::size_t> node;
   Rows value;  // accelerations over the process noise
 };
 
-Leftover leftover(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values, const estimate::NoiseModel& noise) {
+Leftover leftover(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values,
+                  const estimate::NoiseModel& noise) {
   estimate::RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values, false);
@@ -32,18 +33,19 @@ Leftover leftover(const estimate::GridFlight& g, const std::vector<estimate::Bod
   Leftover out;
   std::vector<Wrench> rows;
   std::size_t hint = 0;
-  for (std::size_t k = 0; k + stride < g.knots; k += stride) {
+  for (std::size_t k = 0; k + stride < g.nodes; k += stride) {
     Wrench sum = Wrench::Zero();
     bool whole = true;
     for (std::size_t j = k; j < k + stride && whole; ++j) {
       whole = g.linked[j];
       if (!whole) break;
-      const estimate::StateError d = estimate::difference(model.step(states[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps), states[j + 1]);
+      const estimate::StateError d =
+          estimate::difference(model.step(states[j], input, hint, g.time_s(j), g.time_s(j + 1), g.substeps), states[j + 1]);
       sum.head<3>() += d.segment<3>(3).cwiseQuotient(noise.force_m_s2_rtHz);
       sum.tail<3>() += d.segment<3>(9).cwiseQuotient(noise.angular_rad_s2_rtHz);
     }
     if (!whole) continue;
-    out.knot.push_back(k + stride / 2);
+    out.node.push_back(k + stride / 2);
     rows.push_back(sum / (static_cast<double>(stride) * g.step_s));
   }
   out.value.resize(6, static_cast<Eigen::Index>(rows.size()));
@@ -55,18 +57,18 @@ void without_means(Rows& x) {
   if (x.cols() > 0) x.colwise() -= Wrench(x.rowwise().mean());
 }
 
-constexpr double kSmall = 1e-3;  // of a size that matters: what the term is given to see what it does
+constexpr double kProbeShare = 1e-3;  // of a size that matters: what the term is given to see what it does
 
 // Force and torque (N, N m, body axes) of a model along the states of a flight, at its nodes.
-Rows wrench_along(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const std::shared_ptr<const estimate::Motion>& motion,
-                  const estimate::ModelValues& values) {
+Rows wrench_along(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states,
+                  const std::shared_ptr<const estimate::Motion>& motion, const estimate::ModelValues& values) {
   estimate::RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(motion);
   input.prepare(values, false);
   const estimate::Model model(values);
-  Rows out(6, static_cast<Eigen::Index>(g.knots));
+  Rows out(6, static_cast<Eigen::Index>(g.nodes));
   std::size_t hint = 0;
-  for (std::size_t k = 0; k < g.knots; ++k) {
+  for (std::size_t k = 0; k < g.nodes; ++k) {
     const estimate::Instant now = model.instant(states[k], input.at(g.time_s(k), hint, false), g.time_s(k));
     out.col(static_cast<Eigen::Index>(k)) << now.force_B_N, now.torque_B_N_m;
   }
@@ -88,10 +90,10 @@ estimate::ModelValues with_term(const estimate::ModelValues& model, const host::
 
 }  // namespace
 
-std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host::Term& term, int threads) {
+std::vector<ScanPoint> scan_dynamic_term(const identify::Identification& r, const host::Term& term, int threads) {
   const std::size_t flights = r.flights.size(), width = term.info.parameters.size(), points = term.info.scan.size() / width;
   const host::TermParameter& size_of = term.info.parameters.front();
-  const double given = size_of.scale * kSmall;
+  const double given = size_of.scale * kProbeShare;
   std::vector<Leftover> left(flights);
   std::vector<Rows> without(flights);
   std::vector<std::shared_ptr<const estimate::Motion>> motion(flights);
@@ -117,7 +119,7 @@ std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host
       const Eigen::Matrix3d inverse_inertia = v.inertia_kg_m2().inverse();
       Rows a(6, left[f].value.cols());
       for (Eigen::Index c = 0; c < a.cols(); ++c) {
-        const std::size_t k = left[f].knot[static_cast<std::size_t>(c)];
+        const std::size_t k = left[f].node[static_cast<std::size_t>(c)];
         const Wrench w = wrench.col(static_cast<Eigen::Index>(k));
         a.col(c).head<3>() =
             (r.fit.states[f][k].q_WB * Eigen::Vector3d(w.head<3>() / v[estimate::kMass])).cwiseQuotient(r.fit.noise[f].force_m_s2_rtHz);
@@ -136,8 +138,8 @@ std::vector<ScanPoint> scan_memory(const identify::Identification& r, const host
   return out;
 }
 
-void look_where_it_swings(const identify::Identification& fitted, Candidate& c, int threads) {
-  const std::vector<ScanPoint> points = scan_memory(fitted, *c.term, threads);
+void start_where_scan_is_best(const identify::Identification& fitted, Candidate& c, int threads) {
+  const std::vector<ScanPoint> points = scan_dynamic_term(fitted, *c.term, threads);
   if (points.empty()) return;
   for (std::size_t k = 1; k < c.parameters.size(); ++k) c.parameters[k].neutral = points.front().parameters[k];
 }

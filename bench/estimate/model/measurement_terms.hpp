@@ -9,27 +9,27 @@
 
 namespace rotorloop::estimate {
 
-struct ReadingChange {
+struct MeasurementChange {
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero(), velocity_W_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d turn_B_rad = Eigen::Vector3d::Zero();  // the attitude reads q Exp(turn)
   Eigen::Vector3d gyro_B_rad_s = Eigen::Vector3d::Zero(), accel_B_m_s2 = Eigen::Vector3d::Zero();
 };
 
 // Whether a term of the list reads at all.
-bool has_readings(const host::TermList& terms);
+bool has_measurement_terms(const host::TermList& terms);
 // Parameters (index as in ModelValues) of the terms that read.
-std::vector<int> reading_parameters(const host::TermList& terms);
+std::vector<int> measurement_parameters(const host::TermList& terms);
 
 // At one moment. `by`: derivatives by each of `parameters`, which belong to terms of the list; may be empty.
-ReadingChange reading_change(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
-                             const Eigen::Vector3d& angular_acceleration_B_rad_s2, std::span<const int> parameters,
-                             std::span<ReadingChange> by);
+MeasurementChange measurement_change(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
+                                     const Eigen::Vector3d& angular_acceleration_B_rad_s2, std::span<const int> parameters,
+                                     std::span<MeasurementChange> by);
 
 // Its derivatives by the error of the state (p, v, φ, Ω; see Model); angular acceleration and memory stay.
-struct ReadingSlope {
+struct MeasurementSlope {
   Eigen::Matrix<double, 3, 12> position_W_m, velocity_W_m_s, turn_B_rad, gyro_B_rad_s, accel_B_m_s2;
 };
-ReadingSlope reading_by_state(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
-                              const Eigen::Vector3d& angular_acceleration_B_rad_s2);
+MeasurementSlope measurement_by_state(const ModelValues& values, const BodyState& x, const RotorInputSample& u, double t_s,
+                                      const Eigen::Vector3d& angular_acceleration_B_rad_s2);
 
 }  // namespace rotorloop::estimate

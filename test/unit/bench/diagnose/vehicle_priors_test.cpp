@@ -1,5 +1,5 @@
 // What flights say of what a vehicle file knows, on fits whose outcome is given.
-#include "bench/diagnose/beliefs.hpp"
+#include "bench/diagnose/vehicle_priors.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,12 +21,12 @@ struct Known {
   std::vector<Contradiction> contradicted() const { return contradictions(problem, fit); }
 };
 
-TEST(Contradictions, an_inertia_ten_percent_off_what_is_known_to_two_is_told_with_both_figures) {
+TEST(Contradictions, an_inertia_ten_percent_off_a_prior_of_two_is_reported_with_both_figures) {
   const auto all = Known(2.2e-3, 2e-5, 2e-5).contradicted();
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0].parameter, estimate::kIxx);
-  EXPECT_DOUBLE_EQ(all[0].believed, 2e-3);
-  EXPECT_NEAR(all[0].believed_u, 4e-5, 1e-12);
+  EXPECT_DOUBLE_EQ(all[0].prior, 2e-3);
+  EXPECT_NEAR(all[0].prior_u, 4e-5, 1e-12);
   EXPECT_DOUBLE_EQ(all[0].found, 2.2e-3);
   EXPECT_NEAR(all[0].z, 2e-4 / std::sqrt(4e-5 * 4e-5 - 2e-5 * 2e-5), 1e-6);
 }
@@ -37,7 +37,7 @@ TEST(Contradictions, blocks_that_scatter_three_times_more_than_the_noise_ask_for
   EXPECT_TRUE(Known(2.2e-3, 2e-5, 6e-5).contradicted().empty());
   EXPECT_EQ(Known(2.5e-3, 2e-5, 6e-5).contradicted().size(), 1u);
 }
-TEST(Contradictions, flights_that_tell_nothing_of_a_number_contradict_nothing) {
+TEST(Contradictions, flights_that_do_not_determine_a_number_contradict_nothing) {
   EXPECT_TRUE(Known(2.2e-3, 3.95e-5, 3.95e-5).contradicted().empty());
 }
 TEST(Contradictions, a_stand_that_ties_two_numbers_in_one_direction_says_nothing_of_each) {

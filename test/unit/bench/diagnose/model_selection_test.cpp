@@ -1,9 +1,9 @@
-// Who is refitted, what gusts explain better, and late poses: rules that need no flight.
-#include "bench/diagnose/contest.hpp"
+// Which candidates are refitted, what gusts explain better, and the pose time offset: rules that need no flight.
+#include "bench/diagnose/model_selection.hpp"
 
 #include <gtest/gtest.h>
 
-#include "bench/diagnose/late_poses.hpp"
+#include "bench/diagnose/pose_time_offset.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::diagnose {
@@ -32,7 +32,7 @@ class Made {
   }
   std::vector<std::string> refitted() {
     std::vector<std::string> out;
-    for (const Contestant& c : worth_a_refit(screened(), tested_, Criteria{})) {
+    for (const RefitCandidate& c : worth_a_refit(screened(), tested_, Criteria{})) {
       out.push_back(c.tested->candidate->id);
       for (const Tested* t : c.same) out.back() += "=" + t->candidate->id;
     }
@@ -40,10 +40,10 @@ class Made {
   }
   // Of the first of those refitted, none of the others standing.
   std::vector<std::string> class_of_first() {
-    std::vector<Contestant> field = worth_a_refit(screened(), tested_, Criteria{});
-    field.resize(1);
+    std::vector<RefitCandidate> ranked = worth_a_refit(screened(), tested_, Criteria{});
+    ranked.resize(1);
     std::vector<std::string> out;
-    for (const ClassMember& m : twins_of(screening_, tested_, field, Criteria{})) out.push_back(m.id);
+    for (const ClassMember& m : indistinguishable_from_best(screening_, tested_, ranked, Criteria{})) out.push_back(m.id);
     return out;
   }
 
@@ -53,7 +53,7 @@ class Made {
     screening_.table.information = 100.0 * Eigen::MatrixXd::Identity(n, n);
     for (const auto& [a, b] : pairs_) screening_.table.information(a, b) = screening_.table.information(b, a) = 99.9;
     screening_.table.score = Eigen::VectorXd::Zero(n);
-    screening_.table.readings = 3000.0;
+    screening_.table.measurements = 3000.0;
     for (std::size_t i = 0; i < tested_.size(); ++i) tested_[i].candidate = &screening_.candidates[i];
     std::stable_sort(tested_.begin(), tested_.end(), [](const Tested& a, const Tested& b) { return a.test.wald > b.test.wald; });
     return screening_;
@@ -71,93 +71,93 @@ class Made {
 
 using Names = std::vector<std::string>;
 
-TEST(Contest, refits_the_three_likeliest_of_those_that_pass_and_the_two_that_scatter_least) {
+TEST(ModelSelection, refits_the_three_likeliest_of_those_that_pass_and_the_two_that_scatter_least) {
   Made made;
   made.candidate("a", 500, 20, true).candidate("b", 400, 30, true).candidate("c", 300, 10, true).candidate("d", 200, 90, true);
   made.candidate("e", 100, 5, true).candidate("f", 450, 80, false);
   EXPECT_EQ(made.refitted(), (Names{"a", "b", "c", "d"}));
 }
 
-TEST(Contest, refits_what_explains_more_than_twice_as_much_as_anything_that_passes) {
+TEST(ModelSelection, refits_what_explains_more_than_twice_as_much_as_anything_that_passes) {
   Made made;
   made.candidate("part", 103, 33, true).candidate("whole", 1394, 27, false).candidate("much", 195, 25, false);
   EXPECT_EQ(made.refitted(), (Names{"part", "whole"}));
 }
 
-TEST(Contest, refits_nothing_where_nothing_passes_and_nothing_that_is_too_small_to_matter) {
+TEST(ModelSelection, refits_nothing_where_nothing_passes_and_nothing_that_is_too_small_to_matter) {
   EXPECT_EQ(Made().candidate("burst", 1394, 27, false).refitted(), Names{});
   EXPECT_EQ(Made().candidate("part", 103, 33, true).candidate("small", 1394, 27, false, 0.1).refitted(), (Names{"part"}));
 }
 
-TEST(Contest, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_beside_it) {
+TEST(ModelSelection, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_beside_it) {
   Made made;
   made.candidate("a", 500, 20, true).candidate("b", 490, 19, true).candidate("c", 300, 10, true).alike("a", "b");
   EXPECT_EQ(made.refitted(), (Names{"a=b", "c"}));
 }
 
-TEST(Contest, lists_as_a_twin_what_has_the_winner_s_column_though_a_gate_of_chance_kept_it_out) {
+TEST(ModelSelection, lists_as_an_alias_what_has_the_column_of_the_best_though_a_gate_of_chance_kept_it_out) {
   Made made;
   made.candidate("a", 143, 40, true).candidate("b", 100, 31, false).candidate("c", 100, 30, false).alike("a", "b");
   EXPECT_EQ(made.class_of_first(), (Names{"b"}));
 }
 
-Contestant settled_at(double cost_held, double rise = 0.0) {
-  Contestant c;
+RefitCandidate settled_at(double cost_held, double delta_log_likelihood = 0.0) {
+  RefitCandidate c;
   c.refit.cost_held = cost_held;
-  c.rise = rise;
+  c.delta_log_likelihood = delta_log_likelihood;
   return c;
 }
 
-TEST(Contest, needs_no_refit_of_what_explains_less_than_half_of_what_the_leader_does) {
-  const Contestant leader = settled_at(4000.0, 700.0);
+TEST(ModelSelection, needs_no_refit_of_what_explains_less_than_half_of_what_the_leader_does) {
+  const RefitCandidate leader = settled_at(4000.0, 700.0);
   EXPECT_TRUE(far_behind(settled_at(9000.0), leader, 10000.0, 5000.0));
   EXPECT_TRUE(far_behind(settled_at(10050.0), leader, 10000.0, 5000.0));
   EXPECT_FALSE(far_behind(settled_at(6900.0), leader, 10000.0, 5000.0));
 }
 
-TEST(Contest, refits_what_is_behind_by_less_than_50_of_log_likelihood) {
+TEST(ModelSelection, refits_what_is_behind_by_less_than_50_of_log_likelihood) {
   EXPECT_FALSE(far_behind(settled_at(9000.0), settled_at(4000.0, 60.0), 10000.0, 5000.0));
 }
 
-TEST(Contest, refits_all_where_the_leader_explains_less_than_half_of_what_other_values_of_the_known_do) {
+TEST(ModelSelection, refits_all_where_the_leader_explains_less_than_half_of_what_freeing_the_priors_parameters_does) {
   EXPECT_FALSE(far_behind(settled_at(9900.0), settled_at(9000.0, 700.0), 10000.0, 5000.0));
 }
 
-TEST(Contest, refits_all_where_nothing_is_known) {
-  Contestant leader, other;
-  leader.rise = 700.0;
+TEST(ModelSelection, refits_all_where_there_are_no_priors) {
+  RefitCandidate leader, other;
+  leader.delta_log_likelihood = 700.0;
   EXPECT_FALSE(far_behind(other, leader, 10000.0, 5000.0));
 }
 
-TEST(Contest, takes_a_tenth_of_an_effect_on_the_body_for_what_its_law_leaves_unless_it_is_of_the_sensors) {
+TEST(ModelSelection, takes_a_tenth_of_an_effect_on_the_body_for_what_its_law_leaves_unless_it_is_of_the_sensors) {
   const auto of_term = [](const char* id) { return Candidate{.id = id, .term = host::find_term(id)}; };
   const Candidate load = of_term("slung_load"), ground = of_term("ground_effect_vehicle"), scale = of_term("pose_scale");
   const Tested of_load{.candidate = &load}, of_ground{.candidate = &ground}, of_scale{.candidate = &scale};
-  const auto by = [](const Tested& t, double rise) {
-    Contestant c{.tested = &t};
-    c.rise = rise;
+  const auto by = [](const Tested& t, double gain) {
+    RefitCandidate c{.tested = &t};
+    c.delta_log_likelihood = gain;
     return c;
   };
-  RisesBefore before;
+  GainsBefore before;
   before.count(by(of_load, 5000.0));
-  EXPECT_TRUE(too_little_beside(before, by(of_ground, 400.0), {}));
-  EXPECT_FALSE(too_little_beside(before, by(of_ground, 600.0), {}));
-  EXPECT_FALSE(too_little_beside(before, by(of_scale, 200.0), {}));
-  EXPECT_TRUE(too_little_beside(before, by(of_scale, 90.0), {}));
-  RisesBefore of_sensors;
+  EXPECT_TRUE(gains_too_little(before, by(of_ground, 400.0), {}));
+  EXPECT_FALSE(gains_too_little(before, by(of_ground, 600.0), {}));
+  EXPECT_FALSE(gains_too_little(before, by(of_scale, 200.0), {}));
+  EXPECT_TRUE(gains_too_little(before, by(of_scale, 90.0), {}));
+  GainsBefore of_sensors;
   of_sensors.count(by(of_scale, 5000.0));
-  EXPECT_FALSE(too_little_beside(of_sensors, by(of_ground, 400.0), {}));
+  EXPECT_FALSE(gains_too_little(of_sensors, by(of_ground, 400.0), {}));
 }
 
-struct Field {
+struct Ranked {
   Candidate wind{.id = "wind_steady"}, drag{.id = "linear_drag"};
   Tested of_wind{.candidate = &wind}, of_drag{.candidate = &drag};
-  // Standing in a field: `first` leads.
-  std::vector<Contestant> of(const Tested& first, double first_rise, const Tested& second, double second_rise, double wind_m_s) const {
-    std::vector<Contestant> out;
-    for (const auto& [tested, rise] : {std::pair{&first, first_rise}, std::pair{&second, second_rise}}) {
+  // Two refitted candidates: `first` leads.
+  std::vector<RefitCandidate> of(const Tested& first, double first_gain, const Tested& second, double second_gain, double wind_m_s) const {
+    std::vector<RefitCandidate> out;
+    for (const auto& [tested, gain] : {std::pair{&first, first_gain}, std::pair{&second, second_gain}}) {
       out.push_back({.tested = tested});
-      out.back().rise = rise;
+      out.back().delta_log_likelihood = gain;
       if (tested == &of_wind) out.back().values = {{"x", "m/s", wind_m_s, 0.05}};
     }
     return out;
@@ -172,31 +172,31 @@ GustScore gusts(double sigma_m_s, double time_s, double gain) {
   return g;
 }
 
-TEST(Contest, leaves_to_gusts_of_0_5_m_s_that_last_3_s_a_wind_of_1_m_s_and_what_else_explains_it_but_not_one_of_2) {
-  const Field f;
-  auto field = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 1.0);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
-  EXPECT_EQ(field[0].failure.id, Rejection::mean_of_gusts);
-  EXPECT_FALSE(field[1].failure.none());
-  field = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 2.0);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
-  EXPECT_TRUE(field[0].failure.none() && field[1].failure.none());
+TEST(ModelSelection, leaves_to_gusts_of_0_5_m_s_that_last_3_s_a_wind_of_1_m_s_and_what_else_explains_it_but_not_one_of_2) {
+  const Ranked f;
+  auto ranked = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 1.0);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked);
+  EXPECT_EQ(ranked[0].failure.id, Rejection::mean_of_gusts);
+  EXPECT_FALSE(ranked[1].failure.none());
+  ranked = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 2.0);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked);
+  EXPECT_TRUE(ranked[0].failure.none() && ranked[1].failure.none());
 }
 
-TEST(Contest, leaves_to_gusts_what_raises_the_likelihood_less_than_they_do) {
-  const Field f;
-  auto field = f.of(f.of_drag, 300.0, f.of_wind, 150.0, 0.4);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), field);
-  EXPECT_TRUE(field[0].failure.none());
-  EXPECT_FALSE(field[1].failure.none());
+TEST(ModelSelection, leaves_to_gusts_what_raises_the_likelihood_less_than_they_do) {
+  const Ranked f;
+  auto ranked = f.of(f.of_drag, 300.0, f.of_wind, 150.0, 0.4);
+  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked);
+  EXPECT_TRUE(ranked[0].failure.none());
+  EXPECT_FALSE(ranked[1].failure.none());
 }
 
-TEST(Contest, leaves_nothing_to_gusts_that_last_half_a_second_or_are_a_tenth_of_a_metre_per_second) {
-  const Field f;
-  auto field = f.of(f.of_wind, 100.0, f.of_drag, 50.0, 0.2);
-  leave_to_gusts(gusts(0.5, 0.5, 200.0), field);
-  leave_to_gusts(gusts(0.1, 3.0, 200.0), field);
-  EXPECT_TRUE(field[0].failure.none() && field[1].failure.none());
+TEST(ModelSelection, leaves_nothing_to_gusts_that_last_half_a_second_or_are_a_tenth_of_a_metre_per_second) {
+  const Ranked f;
+  auto ranked = f.of(f.of_wind, 100.0, f.of_drag, 50.0, 0.2);
+  leave_to_gusts(gusts(0.5, 0.5, 200.0), ranked);
+  leave_to_gusts(gusts(0.1, 3.0, 200.0), ranked);
+  EXPECT_TRUE(ranked[0].failure.none() && ranked[1].failure.none());
 }
 
 estimate::Fit fit_with_poses_late_by(double first_s, double second_s, double u_s) {
@@ -206,8 +206,8 @@ estimate::Fit fit_with_poses_late_by(double first_s, double second_s, double u_s
   return f;
 }
 
-TEST(LatePoses, of_20_ms_are_a_finding_with_the_mean_of_the_flights_and_its_uncertainty) {
-  const auto found = late_poses(fit_with_poses_late_by(0.019, 0.021, 1e-3), Criteria{});
+TEST(PoseTimeOffset, of_20_ms_is_a_finding_with_the_mean_of_the_flights_and_its_uncertainty) {
+  const auto found = pose_time_offset(fit_with_poses_late_by(0.019, 0.021, 1e-3), Criteria{});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->id, "pose_delay");
   EXPECT_NEAR(found->parameters[0].value, 0.020, 1e-12);
@@ -215,9 +215,9 @@ TEST(LatePoses, of_20_ms_are_a_finding_with_the_mean_of_the_flights_and_its_unce
 }
 
 TEST(LatePoses, are_none_where_they_are_a_millisecond_or_not_known) {
-  EXPECT_FALSE(late_poses(fit_with_poses_late_by(1e-3, 1e-3, 1e-5), Criteria{}));
-  EXPECT_FALSE(late_poses(fit_with_poses_late_by(0.02, 0.02, 0.01), Criteria{})) << "2.8 standard errors";
-  EXPECT_FALSE(late_poses(estimate::Fit{}, Criteria{}));
+  EXPECT_FALSE(pose_time_offset(fit_with_poses_late_by(1e-3, 1e-3, 1e-5), Criteria{}));
+  EXPECT_FALSE(pose_time_offset(fit_with_poses_late_by(0.02, 0.02, 0.01), Criteria{})) << "2.8 standard errors";
+  EXPECT_FALSE(pose_time_offset(estimate::Fit{}, Criteria{}));
 }
 
 }  // namespace

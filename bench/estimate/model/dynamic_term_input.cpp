@@ -1,4 +1,4 @@
-#include "bench/estimate/model/memory_input.hpp"
+#include "bench/estimate/model/dynamic_term_input.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,20 +49,20 @@ struct Branch {
   std::array<double, host::kMaxTermMemory> memory{};
 };
 
-std::vector<const MeasuredMemory*> measured_terms(const host::TermList& terms, const Motion& motion) {
-  std::vector<const MeasuredMemory*> measured(terms.size(), nullptr);
+std::vector<const MeasuredTermState*> measured_terms(const host::TermList& terms, const Motion& motion) {
+  std::vector<const MeasuredTermState*> measured(terms.size(), nullptr);
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    for (const MeasuredMemory& m : motion.measured) {
-      if (m.term == terms.term(i).info.id && m.at_knot.size() == motion.states.size()) measured[i] = &m;
+    for (const MeasuredTermState& m : motion.measured) {
+      if (m.term == terms.term(i).info.id && m.at_node.size() == motion.states.size()) measured[i] = &m;
     }
   }
   return measured;
 }
 
-// Two branches for each parameter and start of a term with memory; one where the parameter stands at its bound.
+// Two branches for each parameter and start of a dynamic term; one where the parameter stands at its bound.
 // add_place(term, parameter): the place of their derivatives.
 template <class AddPlace>
-std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const MeasuredMemory*>& measured, AddPlace&& add_place) {
+std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const MeasuredTermState*>& measured, AddPlace&& add_place) {
   const host::TermList& terms = v.terms;
   const double* values = v.values.data() + kCoreParameters;
   std::vector<Branch> branches;
@@ -98,7 +98,7 @@ std::vector<Branch> branches_of(const ModelValues& v, const std::vector<const Me
 
 // Runs the filters and all their branches along the motion; write(node, memory) at each node.
 template <class Write>
-void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& motion, const std::vector<const MeasuredMemory*>& measured,
+void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& motion, const std::vector<const MeasuredTermState*>& measured,
                  std::vector<Branch>& branches, Write&& write) {
   const host::TermList& terms = v.terms;
   const double* values = v.values.data() + kCoreParameters;
@@ -109,13 +109,13 @@ void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& mo
       memory[terms.first_memory(i) + k] = terms.term(i).info.memory[k].start_u > 0.0 ? start : 0.0;
     }
   }
-  const auto write_with_measured = [&](std::size_t knot) {
+  const auto write_with_measured = [&](std::size_t node) {
     for (std::size_t i = 0; i < terms.size(); ++i) {
       if (!measured[i]) continue;
-      std::copy_n(measured[i]->at_knot[knot].begin(), terms.term(i).info.memory.size(),
+      std::copy_n(measured[i]->at_node[node].begin(), terms.term(i).info.memory.size(),
                   memory.begin() + static_cast<std::ptrdiff_t>(terms.first_memory(i)));
     }
-    write(knot, memory);
+    write(node, memory);
   };
   write_with_measured(0);
   RotorInputSample u = input_at(motion.time_s(0));
@@ -135,8 +135,8 @@ void run_filters(const ModelValues& v, const InputAt& input_at, const Motion& mo
 
 }  // namespace
 
-void advance_memory(const ModelValues& v, const BodyState& from, const RotorInputSample& u_from, double from_s, const BodyState& to,
-                    const RotorInputSample& u_to, double to_s, MemoryNumbers& memory) {
+void advance_term_states(const ModelValues& v, const BodyState& from, const RotorInputSample& u_from, double from_s, const BodyState& to,
+                         const RotorInputSample& u_to, double to_s, MemoryNumbers& memory) {
   const Moment a(v, from, u_from, from_s, memory), b(v, to, u_to, to_s, memory);
   const host::MemoryStep step = step_between(a, b, from, to, to_s - from_s);
   for (std::size_t i = 0; i < v.terms.size(); ++i) {
@@ -146,7 +146,7 @@ void advance_memory(const ModelValues& v, const BodyState& from, const RotorInpu
   }
 }
 
-void MemoryInput::prepare(const ModelValues& v, const InputAt& input_at, bool derivatives) {
+void DynamicTermInput::prepare(const ModelValues& v, const InputAt& input_at, bool derivatives) {
   numbers_ = v.terms.memory();
   places_.clear();
   width_ = 0;
@@ -154,7 +154,7 @@ void MemoryInput::prepare(const ModelValues& v, const InputAt& input_at, bool de
     numbers_ = 0;
     return;
   }
-  const std::vector<const MeasuredMemory*> measured = measured_terms(v.terms, *motion_);
+  const std::vector<const MeasuredTermState*> measured = measured_terms(v.terms, *motion_);
   std::vector<Branch> branches;
   if (derivatives) {
     branches = branches_of(v, measured, [&](std::size_t term, int parameter) {
@@ -166,9 +166,9 @@ void MemoryInput::prepare(const ModelValues& v, const InputAt& input_at, bool de
   }
   series_.assign(motion_->states.size() * numbers_, 0.0);
   by_.assign(motion_->states.size() * width_, 0.0);
-  run_filters(v, input_at, *motion_, measured, branches, [&](std::size_t knot, const MemoryNumbers& memory) {
-    std::copy_n(memory.begin(), numbers_, series_.begin() + static_cast<std::ptrdiff_t>(knot * numbers_));
-    double* row = by_.data() + knot * width_;
+  run_filters(v, input_at, *motion_, measured, branches, [&](std::size_t node, const MemoryNumbers& memory) {
+    std::copy_n(memory.begin(), numbers_, series_.begin() + static_cast<std::ptrdiff_t>(node * numbers_));
+    double* row = by_.data() + node * width_;
     for (const Branch& b : branches) {
       const Place& p = places_[b.place];
       for (std::size_t k = 0; k < p.count; ++k) row[p.at + k] += b.width > 0.0 ? b.sign * b.memory[k] / b.width : 0.0;
@@ -176,7 +176,7 @@ void MemoryInput::prepare(const ModelValues& v, const InputAt& input_at, bool de
   });
 }
 
-void MemoryInput::at(double t_s, RotorInputSample& out) const {
+void DynamicTermInput::at(double t_s, RotorInputSample& out) const {
   if (numbers_ == 0) return;
   const double last = static_cast<double>(motion_->states.size() - 1);
   const double place = std::clamp((t_s - motion_->start_s) / motion_->step_s, 0.0, last);
@@ -184,7 +184,7 @@ void MemoryInput::at(double t_s, RotorInputSample& out) const {
   out.memory_share = place - static_cast<double>(k);
   const double* row = series_.data() + k * numbers_;
   for (std::size_t i = 0; i < numbers_; ++i) out.memory[i] = row[i] + out.memory_share * (row[numbers_ + i] - row[i]);
-  out.memory_input = this;
+  out.dynamic_term_input = this;
   out.memory_row = k;
 }
 

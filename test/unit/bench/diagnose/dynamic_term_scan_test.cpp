@@ -1,5 +1,5 @@
-// The scan for terms with memory never reads values of one term as another's, and what a worker throws reaches the caller.
-#include "bench/diagnose/memory_scan.hpp"
+// The scan for dynamic terms never reads values of one term as another's, and what a worker throws reaches the caller.
+#include "bench/diagnose/dynamic_term_scan.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace rotorloop::diagnose {
 namespace {
 
-// A second of flight at its readings, with a model that holds the load on a string already.
+// A second of flight at its measurements, with a model that holds the load on a string already.
 identify::Identification with_slung_load_in_the_model() {
   model_true::FlightSettings s;
   s.duration_s = 2.0;
@@ -30,7 +30,7 @@ TEST(MemoryScan, refuses_by_name_a_term_that_the_model_cannot_take_up_instead_of
   for (const int threads : {1, 2}) {
     std::string said;
     try {
-      (void)scan_memory(r, *host::find_term("slung_load"), threads);
+      (void)scan_dynamic_term(r, *host::find_term("slung_load"), threads);
     } catch (const Error& e) {
       said = e.what();
     }

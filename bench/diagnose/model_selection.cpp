@@ -1,4 +1,4 @@
-#include "bench/diagnose/contest.hpp"
+#include "bench/diagnose/model_selection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +11,9 @@ namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
-constexpr double kTowers = 2.0;                           // times the best classical statistic of those that pass
-constexpr double kFar = 0.5;                              // of what the leader explains: below it no refit makes up for it
-constexpr double kFewest = 50.0;                          // of log likelihood, by which it must be behind
+constexpr double kStrongestFactor = 2.0;                  // times the best classical statistic of those that pass
+constexpr double kFarBehindShare = 0.5;                   // of what the leader explains: below it no refit makes up for it
+constexpr double kFarBehind_log = 50.0;                   // of log likelihood, by which it must be behind
 constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
 
 // An effect that is absent altogether (a share of 0 where 1 is neutral) stands at a bound and is right there.
@@ -34,9 +34,9 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
   return out;
 }
 
-double cost_of(const Tested& t, double readings) { return 0.5 * t.test.degrees * std::log(readings); }
+double cost_of(const Tested& t, double measurements) { return 0.5 * t.test.degrees * std::log(measurements); }
 
-Evenness evenness_of(const identify::Identification& refit, const Candidate& c) {
+Heterogeneity heterogeneity_of(const identify::Identification& refit, const Candidate& c) {
   const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
   ColumnSet own, others;
   Eigen::VectorXd size(static_cast<Eigen::Index>(parameters.size()));
@@ -48,57 +48,58 @@ Evenness evenness_of(const identify::Identification& refit, const Candidate& c) 
     const auto k = static_cast<std::size_t>(found - parameters.begin());
     size[static_cast<Eigen::Index>(own.size()) - 1] = estimates[i].value - c.parameters[k].neutral;
   }
-  return evenness(table_of(refit), others, own, size);
+  return heterogeneity(table_of(refit), others, own, size);
 }
 
 // What the refit says of an effect, and why it cannot be what is missing, if so.
-void judge(Contestant& c, const identify::Identification& model, const Screening& s, const Criteria& criteria) {
+void judge(RefitCandidate& c, const identify::Identification& model, const Screening& s, const Criteria& criteria) {
   const Candidate& candidate = *c.tested->candidate;
   const estimate::Fit& fit = c.refit.fit.fit;
   c.values = values_in(c.refit.fit, candidate);
-  c.rise = fit.log_likelihood - model.fit.log_likelihood;
-  c.score = c.rise - cost_of(*c.tested, s.table.readings);
+  c.delta_log_likelihood = fit.log_likelihood - model.fit.log_likelihood;
+  c.score = c.delta_log_likelihood - cost_of(*c.tested, s.table.measurements);
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
-  c.even = evenness_of(c.refit.fit, candidate);
+  c.heterogeneity = heterogeneity_of(c.refit.fit, candidate);
   if (!fit.converged) {
     c.failure = {Rejection::not_converged};
   } else if (at_bound(candidate, c.values)) {
     c.failure = {Rejection::at_bound};
   } else if (c.score <= 0.0) {
-    c.failure = {Rejection::little_rise, {{"rise", "1", c.rise, c.rise - c.score}}};
+    c.failure = {Rejection::little_rise, {{"rise", "1", c.delta_log_likelihood, c.delta_log_likelihood - c.score}}};
   } else if (all.p > all.sure) {
     c.failure = {Rejection::chance_after_refit};
     if (all.degrees == 1) {
       c.failure.figures = {{"standard_errors", "1", std::sqrt(all.statistic), criteria.fewest_u}};
     } else {
-      c.failure.figures = {{"wald", "1", all.statistic}, {"parameters", "1", static_cast<double>(all.degrees)}, {"p", "1", all.p, all.sure}};
+      c.failure.figures = {
+          {"wald", "1", all.statistic}, {"parameters", "1", static_cast<double>(all.degrees)}, {"p", "1", all.p, all.sure}};
     }
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
     c.failure = {Rejection::too_small_after_refit, {{"relative_size", "1", size, criteria.relevant}}};
-  } else if (acts_on_body(candidate) && c.even.variation > criteria.variation && c.even.scatter > criteria.scatter) {
-    c.failure = {Rejection::varies, {{"variation", "1", c.even.variation, criteria.variation}}};
+  } else if (acts_on_body(candidate) && c.heterogeneity.variation > criteria.variation && c.heterogeneity.scatter > criteria.scatter) {
+    c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, criteria.variation}}};
   }
 }
 
 }  // namespace
 
-std::vector<Contestant> worth_a_refit(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
+std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
   std::vector<const Tested*> by_scatter, by_likelihood;
   for (const Tested& t : all) {
     if (t.real) by_scatter.push_back(&t);
   }
   by_likelihood = by_scatter;
-  const auto likelihood = [&](const Tested* t) { return 0.5 * t->test.chi2 - cost_of(*t, s.table.readings); };
+  const auto likelihood = [&](const Tested* t) { return 0.5 * t->test.chi2 - cost_of(*t, s.table.measurements); };
   std::stable_sort(by_likelihood.begin(), by_likelihood.end(),
                    [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
-  std::vector<Contestant> out;
+  std::vector<RefitCandidate> out;
   const ColumnSet model = base_columns(s.table);
   const auto take = [&](const std::vector<const Tested*>& order, std::size_t most) {
     std::size_t taken = 0;
     for (const Tested* t : order) {
       if (taken == most) break;
       bool known = false;
-      for (Contestant& c : out) {
+      for (RefitCandidate& c : out) {
         const auto& other = c.tested->candidate->columns;
         if (c.tested == t || std::find(c.same.begin(), c.same.end(), t) != c.same.end()) {
           known = true;
@@ -120,13 +121,14 @@ std::vector<Contestant> worth_a_refit(const Screening& s, const std::vector<Test
   if (by_likelihood.empty()) return out;
   double best = 0.0;
   for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
-  std::vector<const Tested*> towering;
+  std::vector<const Tested*> strongest;
   for (const Tested& t : all) {
-    if (!t.real && t.test.degrees > 0 && t.test.chi2 > kTowers * best && relevance(*t.candidate, t.test.estimate) > criteria.relevant)
-      towering.push_back(&t);
+    if (!t.real && t.test.degrees > 0 && t.test.chi2 > kStrongestFactor * best &&
+        relevance(*t.candidate, t.test.estimate) > criteria.relevant)
+      strongest.push_back(&t);
   }
-  std::stable_sort(towering.begin(), towering.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
-  take(towering, kByScatter);
+  std::stable_sort(strongest.begin(), strongest.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
+  take(strongest, kByScatter);
   return out;
 }
 
@@ -140,17 +142,17 @@ std::vector<NamedValue> values_in(const identify::Identification& r, const Candi
   return out;
 }
 
-bool far_behind(const Contestant& c, const Contestant& leader, double without, double freed) {
+bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed) {
   if (!c.refit.cost_held || !leader.refit.cost_held) return false;
   const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
-  if (by_leader <= 0.0 || by_leader <= kFar * (without - freed) || explained >= kFar * by_leader) return false;
-  return leader.rise * (1.0 - std::max(explained, 0.0) / by_leader) > kFewest;
+  if (by_leader <= 0.0 || by_leader <= kFarBehindShare * (without - freed) || explained >= kFarBehindShare * by_leader) return false;
+  return leader.delta_log_likelihood * (1.0 - std::max(explained, 0.0) / by_leader) > kFarBehind_log;
 }
 
-std::vector<Contestant> contest(const identify::Identification& start, const identify::Identification& model, const Screening& s,
-                                const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options) {
-  std::vector<Contestant> field = worth_a_refit(s, all, criteria);
-  const auto attempt = [&](Contestant& c, auto&& act) {
+std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
+                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options) {
+  std::vector<RefitCandidate> ranked = worth_a_refit(s, all, criteria);
+  const auto attempt = [&](RefitCandidate& c, auto&& act) {
     try {
       act();
     } catch (const std::exception& e) {
@@ -158,18 +160,19 @@ std::vector<Contestant> contest(const identify::Identification& start, const ide
     }
     options.stop.check();
   };
-  for (Contestant& c : field)
+  for (RefitCandidate& c : ranked)
     attempt(c, [&] { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, options); });
-  const auto unexplained = [](const Contestant& c) { return c.refit.cost_held.value_or(0.0); };
-  std::stable_sort(field.begin(), field.end(), [&](const Contestant& a, const Contestant& b) { return unexplained(a) < unexplained(b); });
+  const auto unexplained = [](const RefitCandidate& c) { return c.refit.cost_held.value_or(0.0); };
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [&](const RefitCandidate& a, const RefitCandidate& b) { return unexplained(a) < unexplained(b); });
   std::optional<double> without;
-  const Contestant* leader = nullptr;
-  for (Contestant& c : field) {
+  const RefitCandidate* leader = nullptr;
+  for (RefitCandidate& c : ranked) {
     if (!c.failure.none()) continue;
     if (leader && !without) without = cost_held(start, model.fit.noise, options);
     if (leader && without && far_behind(c, *leader, *without, model.fit.cost)) {
       c.failure = {.id = Rejection::far_behind,
-                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), kFar}},
+                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), kFarBehindShare}},
                    .effect = leader->tested->candidate->id};
       continue;
     }
@@ -178,57 +181,57 @@ std::vector<Contestant> contest(const identify::Identification& start, const ide
     judge(c, model, s, criteria);
     if (!leader && c.failure.none()) leader = &c;
   }
-  std::stable_sort(field.begin(), field.end(), [](const Contestant& a, const Contestant& b) {
+  std::stable_sort(ranked.begin(), ranked.end(), [](const RefitCandidate& a, const RefitCandidate& b) {
     return a.failure.none() != b.failure.none() ? a.failure.none() : a.score > b.score;
   });
-  return field;
+  return ranked;
 }
 
-void RisesBefore::count(const Contestant& winner) {
-  any = std::max(any, winner.rise);
-  if (acts_on_body(*winner.tested->candidate)) on_body = std::max(on_body, winner.rise);
+void GainsBefore::count(const RefitCandidate& best) {
+  any = std::max(any, best.delta_log_likelihood);
+  if (acts_on_body(*best.tested->candidate)) on_body = std::max(on_body, best.delta_log_likelihood);
 }
 
-bool too_little_beside(const RisesBefore& before, const Contestant& c, const Criteria& criteria) {
-  return c.rise < criteria.least_share * before.any ||
-         (acts_on_body(*c.tested->candidate) && c.rise < criteria.beside_law * before.on_body);
+bool gains_too_little(const GainsBefore& before, const RefitCandidate& c, const Criteria& criteria) {
+  return c.delta_log_likelihood < criteria.least_share * before.any ||
+         (acts_on_body(*c.tested->candidate) && c.delta_log_likelihood < criteria.law_share * before.on_body);
 }
 
-void leave_to_gusts(const GustScore& gust, std::vector<Contestant>& field) {
-  if (field.empty() || !blows(gust)) return;
+void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked) {
+  if (ranked.empty() || !blows(gust)) return;
   constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
-  const Contestant& first = field.front();
+  const RefitCandidate& first = ranked.front();
   double wind_m_s = 0.0;
   if (first.failure.none() && first.tested->candidate->id == host::WindSteady::kId) {
     for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
   }
   const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
-  for (Contestant& c : field) {
-    if (!c.failure.none() || (!their_mean && c.rise >= gust.gain)) continue;
+  for (RefitCandidate& c : ranked) {
+    if (!c.failure.none() || (!their_mean && c.delta_log_likelihood >= gust.gain)) continue;
     c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, kMeanWithin * gust.sigma_m_s}}}
-                           : Reason{Rejection::gusts, {{"rise", "1", c.rise, gust.gain}}};
+                           : Reason{Rejection::gusts, {{"rise", "1", c.delta_log_likelihood, gust.gain}}};
     c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
     c.failure.figures.push_back({"gust_time", "s", gust.time_s});
   }
 }
 
-std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>& all, const std::vector<Contestant>& field,
-                                  const Criteria& criteria) {
+std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const std::vector<Tested>& all,
+                                                     const std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
   std::vector<ClassMember> out;
-  const Contestant& winner = field.front();
+  const RefitCandidate& best = ranked.front();
   const ColumnSet model = base_columns(s.table);
-  const double margin = criteria.twin * std::clamp(winner.tested->test.inflation, 1.0, kLargestInflation);
+  const double margin = criteria.class_margin * std::clamp(best.tested->test.inflation, 1.0, kLargestInflation);
   std::vector<const Tested*> known;
   const auto add = [&](const Tested& t, const std::vector<NamedValue>& values, double gain_share) {
     out.push_back(
-        {t.candidate->id, confounding(s.table, model, winner.tested->candidate->columns, t.candidate->columns), gain_share, values});
+        {t.candidate->id, confounding(s.table, model, best.tested->candidate->columns, t.candidate->columns), gain_share, values});
   };
-  for (const Contestant& c : field) {
+  for (const RefitCandidate& c : ranked) {
     known.push_back(c.tested);
     known.insert(known.end(), c.same.begin(), c.same.end());
-    if (!c.failure.none() || (&c != &winner && winner.score - c.score > margin)) continue;
-    if (&c != &winner) add(*c.tested, c.values, c.rise / winner.rise);
-    for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.rise / winner.rise);
+    if (!c.failure.none() || (&c != &best && best.score - c.score > margin)) continue;
+    if (&c != &best) add(*c.tested, c.values, c.delta_log_likelihood / best.delta_log_likelihood);
+    for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.delta_log_likelihood / best.delta_log_likelihood);
   }
   // What was not worth a refit by itself may still be as good as the best by the residuals, and much the same; or the same in every
   // direction, whatever gate of chance kept it from the field: no flight like these distinguishes it.
@@ -236,11 +239,11 @@ std::vector<ClassMember> twins_of(const Screening& s, const std::vector<Tested>&
     if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
     if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;
     const double behind =
-        0.5 * (winner.tested->test.chi2 - t.test.chi2) - cost_of(*winner.tested, s.table.readings) + cost_of(t, s.table.readings);
-    const Eigen::VectorXd shared = canonical_correlations(s.table, model, winner.tested->candidate->columns, t.candidate->columns);
-    const bool same = t.test.degrees == winner.tested->test.degrees && shared.size() > 0 && shared.minCoeff() > criteria.alike;
+        0.5 * (best.tested->test.chi2 - t.test.chi2) - cost_of(*best.tested, s.table.measurements) + cost_of(t, s.table.measurements);
+    const Eigen::VectorXd shared = canonical_correlations(s.table, model, best.tested->candidate->columns, t.candidate->columns);
+    const bool same = t.test.degrees == best.tested->test.degrees && shared.size() > 0 && shared.minCoeff() > criteria.alike;
     if (!same && (behind > margin || shared.size() == 0 || shared[0] < criteria.much_alike)) continue;
-    add(t, t.evidence.one_step, t.test.chi2 / winner.tested->test.chi2);
+    add(t, t.evidence.one_step, t.test.chi2 / best.tested->test.chi2);
   }
   return out;
 }

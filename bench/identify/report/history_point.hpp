@@ -8,7 +8,7 @@
 
 namespace rotorloop::identify {
 
-struct TrailPoint {
+struct HistoryPoint {
   std::string label;  // folder of the result
   // Shared parameters by symbol, then what follows from them ("c_t", "D(8.5 m/s)"); u is the larger of classical and robust.
   std::vector<std::string> names, units;
@@ -17,7 +17,7 @@ struct TrailPoint {
 };
 
 // What a vehicle file says, drawn across the trials.
-struct TrailReference {
+struct HistoryReference {
   std::string label;
   std::map<std::string, double> value;  // by symbol
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();

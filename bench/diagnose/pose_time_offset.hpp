@@ -9,6 +9,6 @@ namespace rotorloop::diagnose {
 
 // How late the poses are stamped is free in every fit, and no candidate therefore: a delay that matters, mean over the flights, is a
 // finding all the same, and as a fault of a sensor the first.
-std::optional<AddedEffect> late_poses(const estimate::Fit& fit, const Criteria& criteria);
+std::optional<AddedEffect> pose_time_offset(const estimate::Fit& fit, const Criteria& criteria);
 
 }  // namespace rotorloop::diagnose

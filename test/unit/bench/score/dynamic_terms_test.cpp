@@ -60,15 +60,15 @@ TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of
   v[parameter("attach_z_m")] = -0.02;
   v[parameter("start_d_x")] = 0.1;
   v[parameter("start_rate_y")] = -0.5;
-  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, v, flown_noise());
+  const std::vector<estimate::BodyState> states = estimate::states_by_measurements(g, v, flown_noise());
   estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
-  const std::size_t knot = 700;  // 3.5 s after the start
-  const estimate::BodyState& x = states[knot];
+  const std::size_t node = 700;  // 3.5 s after the start
+  const estimate::BodyState& x = states[node];
   const auto stepped = [&](const estimate::ModelValues& at) {
     estimate::RotorInput input = g.input;
     input.prepare(at);
     std::size_t hint = 0;
-    return estimate::Model(at).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2);
+    return estimate::Model(at).step(x, input, hint, g.time_s(node), g.time_s(node + 1), 2);
   };
   estimate::Columns columns;
   for (std::size_t k = 0; k < v.terms.parameters(); ++k) columns.push_back(estimate::kCoreParameters + static_cast<int>(k));
@@ -77,7 +77,7 @@ TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of
   estimate::StateJacobian by_state;
   estimate::ParameterJacobian by;
   std::size_t hint = 0;
-  estimate::Model(v, columns).step(x, input, hint, g.time_s(knot), g.time_s(knot + 1), 2, by_state, by);
+  estimate::Model(v, columns).step(x, input, hint, g.time_s(node), g.time_s(node + 1), 2, by_state, by);
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const estimate::ParameterInfo info = estimate::parameter_info(columns[c], v.terms);
     estimate::ModelValues up = v, down = v;
@@ -111,7 +111,7 @@ TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_perc
   p.noise = flown_noise();
   p.flights = {&g};
   estimate::Fit r, before;
-  std::vector<estimate::BodyState> states = estimate::states_by_readings(g, p.start, p.noise);
+  std::vector<estimate::BodyState> states = estimate::states_by_measurements(g, p.start, p.noise);
   for (int round = 0; round < 3; ++round) {
     estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
     before = std::move(r);
@@ -127,7 +127,7 @@ TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_perc
   EXPECT_LT(2.0 * r.cost / r.degrees_of_freedom, 1.1);
 }
 
-// Open loop, without noise, which would hide the load behind the error of the start: it swings on with the vehicle that is foretold.
+// Open loop, without noise, which would hide the load behind the error of the start: it swings on with the vehicle that is predicted.
 TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_leaves_it_out_after_1_s) {
   estimate::GridFlight g = estimate::make_grid(flight_with_load(3, true), {.rate_Hz = 100.0});
   estimate::ModelValues v = truth_without_load();
@@ -138,7 +138,7 @@ TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_lea
   estimate::NoiseModel noise = flown_noise();
   noise.position_m.setConstant(1e-5);
   noise.attitude_rad.setConstant(1e-5);
-  const std::vector<estimate::BodyState> states = estimate::states_by_readings(g, v, noise);
+  const std::vector<estimate::BodyState> states = estimate::states_by_measurements(g, v, noise);
   estimate::follow_states({&g, 1}, std::vector<std::vector<estimate::BodyState>>{states});
   const StateTrack track = fitted_track(g, states, v);
   estimate::ModelValues without = v;

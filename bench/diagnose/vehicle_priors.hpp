@@ -1,5 +1,5 @@
-// What the vehicle file knows, as priors of a fit: values with their uncertainty and, where the file has them, their
-// covariance; and static thrust found on a stand. Guesses are no knowledge. And, after the fit, what the flights make of it.
+// Priors of a fit from the vehicle file: values with their uncertainty and, where the file has them, their covariance; and static
+// thrust found on a stand. Guesses give no prior. And, after the fit, what the flights make of it.
 #pragma once
 #include <span>
 #include <vector>
@@ -10,14 +10,15 @@
 namespace rotorloop::diagnose {
 
 // About the free, shared parameters among `free`.
-std::vector<estimate::JointPrior> beliefs(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free, const estimate::ModelValues& file_values);
+std::vector<estimate::JointPrior> vehicle_priors(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free,
+                                                 const estimate::ModelValues& file_values);
 
-// What the file knows of a number and the flights contradict.
+// A prior that the flights contradict.
 struct Contradiction {
   int parameter = 0;
-  double believed = 0.0, believed_u = 0.0;
+  double prior = 0.0, prior_u = 0.0;
   double found = 0.0, found_u = 0.0;  // by file and flights together
-  // How far the flights moved it, over what they could have moved it by chance: were both right, that is of variance believed_u² - found_u²
+  // How far the flights moved it, over what they could have moved it by chance: were both right, that is of variance prior_u² - found_u²
   // (Evans and Moshonov, Checking for prior-data conflict, 2006). Larger where the blocks of the flights scatter more than their noise.
   double z = 0.0;
 };

@@ -15,7 +15,7 @@ namespace rotorloop::identify {
 // A line of the parameter table: an estimate, or what was held of the paper's θ, of added terms and of the pose sensor.
 struct ParameterRow {
   int parameter = 0;
-  std::string symbol;                // "k_1", "Δx (vertical)"
+  std::string symbol;                          // "k_1", "Δx (vertical)"
   std::optional<estimate::Estimate> estimate;  // none: held
   double value = 0.0;
 };
@@ -30,31 +30,31 @@ struct Said {
   double percent = 0.0, z = 0.0;
 };
 
-struct VehicleBeside {
+struct ComparedVehicle {
   std::string label;  // name of the file
   host::VehicleFile file;
 };
-struct BesideColumn {
+struct ComparisonColumn {
   std::string label;
   std::vector<std::optional<Said>> parameters;  // in the order of the rows; none: the file has no such quantity
   std::vector<Said> derived;                    // what follows from the file's values, in the order of the fit's; u is 0
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
 };
 // A [[static_thrust]] entry of a file, at the air density of the start file, against the static thrust of the fit.
-struct ThrustBeside {
+struct ThrustComparison {
   std::string label;
   std::array<double, 2> rpm_window{};
   Said said;
 };
 struct FileComparison {
   std::vector<ParameterRow> rows;
-  BesideColumn start;  // no z where the start was the prior
-  std::vector<BesideColumn> beside;
-  std::vector<ThrustBeside> static_thrust;  // empty when neither k_1 nor k_2 was estimated: the fit then says nothing of it
+  ComparisonColumn start;  // no z where the start was the prior
+  std::vector<ComparisonColumn> others;
+  std::vector<ThrustComparison> static_thrust;  // empty when neither k_1 nor k_2 was estimated: the fit then says nothing of it
 };
 // `derived`: of the fit, with `drag_speed_m_s`.
 FileComparison compared(const Identification& result, const std::vector<DerivedQuantity>& derived, double drag_speed_m_s,
-                        const VehicleBeside& start, const std::vector<VehicleBeside>& beside);
+                        const ComparedVehicle& start, const std::vector<ComparedVehicle>& others);
 
 // nullptr when there is none of this id.
 const DerivedQuantity* derived_named(std::string_view id, const std::vector<DerivedQuantity>& derived);

@@ -1,0 +1,61 @@
+// Model selection: candidates that could be what is missing, each refitted, and ranked. One step of the screening ranks them by what the
+// residuals of a model that lacks the effect say, noise figures swollen by the misfit; the refit shows what each makes of the likelihood
+// once noise and parameters have settled with it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bench/diagnose/examine.hpp"
+#include "bench/diagnose/gust.hpp"
+#include "bench/diagnose/refit.hpp"
+
+namespace rotorloop::diagnose {
+
+struct RefitCandidate {
+  const Tested* tested = nullptr;
+  Refit refit = {};                      // with the effect
+  std::vector<NamedValue> values = {};   // of its parameters there
+  double delta_log_likelihood = 0.0;     // by the refit
+  double score = 0.0;                    // delta_log_likelihood less what its parameters cost
+  Heterogeneity heterogeneity = {};      // of its size over the flights
+  Reason failure = {};                   // why it cannot be the missing effect; none: it could
+  std::vector<const Tested*> same = {};  // others whose columns are those of this one
+};
+
+// Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
+std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
+
+// Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
+// explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
+// parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and
+// no effect.
+bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed);
+
+// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
+// `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
+// first.
+std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
+                                         const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
+                                         const estimate::FitOptions& options);
+
+// Largest Δ log-likelihood by an effect found before, and by one of them that acts on the body.
+struct GainsBefore {
+  double any = 0.0, on_body = 0.0;
+  void count(const RefitCandidate& best);
+};
+// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts: on the body it is
+// indistinguishable from a further effect that is as small.
+bool gains_too_little(const GainsBefore& before, const RefitCandidate& c, const Criteria& criteria);
+
+// In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
+// gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
+void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked);
+
+// Which of the others are indistinguishable in these flights from the best, which is the first of `ranked`.
+std::vector<ClassMember> indistinguishable_from_best(const Screening& screening, const std::vector<Tested>& all,
+                                                     const std::vector<RefitCandidate>& ranked, const Criteria& criteria);
+
+// The candidate's values in a fit that has it.
+std::vector<NamedValue> values_in(const identify::Identification& fit, const Candidate& candidate);
+
+}  // namespace rotorloop::diagnose
