@@ -9,7 +9,7 @@
 namespace rotorloop::render {
 namespace {
 
-constexpr int kMostDigits = 12;  // of a value: beyond them lies the rounding of what it was computed with
+constexpr int kMostDigits = 10;  // of a value: beyond them lies the rounding of what it was computed with
 constexpr int kSmallest = -4, kLargest = 6;  // powers of ten that are written without an exponent
 
 // Power of ten of the first digit, after rounding to `digits`: 0.0996 with two digits is 0.10.
@@ -38,7 +38,10 @@ std::string printed(double v, int place, bool exponent) {
 
 MeasuredText measured(double value, double u) {
   if (!std::isfinite(value) || !std::isfinite(u) || !(u > 0.0)) return {fmt::format("{:.4g}", value), ""};
-  const int place = std::max(power_of(u, 2) - 1, power_of(value, 2) - kMostDigits);
+  const int own_place = power_of(u, 2) - 1;
+  // A u that is rounding alone tells nothing of the value's digits: a fit of what has no scatter.
+  if (value != 0.0 && power_of(value, 2) - own_place >= kMostDigits) return {fmt::format("{:.4g}", value), fmt::format("{:.1e}", u)};
+  const int place = own_place;
   const int largest = std::max(power_of(value, 2), power_of(u, 2));
   const bool exponent = largest < kSmallest || largest >= kLargest;
   const bool small_u = power_of(u, 2) < kSmallest || power_of(u, 2) >= kLargest;

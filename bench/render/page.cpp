@@ -8,7 +8,7 @@ namespace rotorloop::render {
 namespace {
 constexpr std::string_view kPageCss =
     R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
-main{max-width:1096px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}h2{font-size:19px;margin:52px 0 6px;padding-top:18px;border-top:1px solid var(--line)}h3{font-size:15px;margin:30px 0 4px}
+main{max-width:1200px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}h2{font-size:19px;margin:52px 0 6px;padding-top:18px;border-top:1px solid var(--line)}h3{font-size:15px;margin:30px 0 4px}
 p{margin:6px 0 14px;max-width:80ch}.sub{color:var(--soft);margin:0 0 22px}.cap{color:var(--soft);font-size:13px;margin:2px 0 10px;max-width:100ch}
 .verdict{display:flex;flex-wrap:wrap;gap:8px 22px;align-items:center;border:1px solid var(--line);border-left:6px solid var(--soft);background:var(--raise);border-radius:8px;padding:18px 22px;margin:0 0 18px}
 .verdict>b{font-size:25px;letter-spacing:.05em;text-transform:uppercase}.verdict>div{flex:1 1 260px;min-width:0;overflow-wrap:anywhere}.verdict p{margin:0}.verdict ul{margin:6px 0;padding-left:20px}.verdict .next{margin-top:6px;font-weight:600}
@@ -23,7 +23,7 @@ td{text-align:right;padding:6px 11px 6px 0;border-bottom:1px solid var(--line);w
 .verdict p{max-width:none}.two{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:6px 24px}.two figure,.views figure{margin:4px 0 8px}.views{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(300px,100%),1fr));gap:14px}figure{margin:8px 0 22px}figcaption{color:var(--soft);font-size:13px;margin:2px 0 6px}
 code,pre,.hash{font:12.5px/1.5 ui-monospace,"SF Mono",Menlo,Consolas,"DejaVu Sans Mono",monospace}pre{background:var(--raise);border:1px solid var(--line);border-radius:6px;padding:12px 16px;overflow-x:auto;margin:8px 0 18px}.hash{color:var(--soft)}
 nav{margin:0 0 22px;font-size:14px}nav a{color:var(--c1);text-decoration:none;margin-right:18px}nav a:hover{text-decoration:underline}
-@media(max-width:1120px){th{white-space:normal}table{font-size:13px}th,td{padding-right:6px}td+td.l,th+th.l{padding-left:6px}}
+@media(max-width:1200px){th{white-space:normal}table{font-size:13px}th,td{padding-right:5px}td+td.l,th+th.l{padding-left:5px}}
 @media(max-width:640px){main{padding:20px 14px 48px}h1{font-size:22px}h1,h2,.sub,.facts div{overflow-wrap:anywhere}.verdict{padding:12px 14px}nav a{display:inline-block}table{font-size:12px;min-width:0}th{font-size:11px}th,td{padding-right:6px}td.l{min-width:4em}td.big{font-size:12.5px}}
 @media print{main{max-width:none;padding:0}h2{break-after:avoid}figure{break-inside:avoid}nav{display:none}}
 )";

@@ -31,6 +31,7 @@ TEST(Digits, WithoutUncertaintyThereAreFourDigits) {
   EXPECT_EQ(measured_text(0.0175123, 0.0), "0.01751");
   EXPECT_EQ(measured_text(0.0175123, std::nan("")), "0.01751");
 }
+TEST(Digits, UncertaintyThatIsRoundingAloneAddsNoDigits) { EXPECT_EQ(measured_text(0.0055, 1.5e-19), "0.0055 ± 1.5e-19"); }
 TEST(Digits, ValueFarAboveItsUncertaintyIsNotCutShort) { EXPECT_EQ(measured_text(1.23456789, 1e-6), "1.2345679 ± 1.0e-06"); }
 
 }  // namespace
