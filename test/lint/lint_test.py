@@ -199,7 +199,7 @@ CASES = [
     # (i) the field's words
     ("a private word in a comment", {"host/vehicle/x.hpp": "#pragma once\n// What is believed of the mass.\n"}, "private-word", "host/vehicle/x.hpp:2"),
     ("a private word in a name", {"host/vehicle/x.cpp": "int i;\nint knots_at(double t_s);\n"}, "private-word", "host/vehicle/x.cpp:2"),
-    ("a private word in a message", {"sim/world/x.cpp": 'const char* s = "cannot tell them apart";\n'}, "private-word", "sim/world/x.cpp:1"),
+    ("a private word in a message", {"sim/world/x.cpp": 'const char* s = "told apart by a climb";\n'}, "private-word", "sim/world/x.cpp:1"),
     ("a private word in a page", {"docs/a.md": "# A\n\nThe model foretells it.\n"}, "private-word", "docs/a.md:3"),
     ("a private word in data", {"effects/a.toml": '# Its twin.\ntwins = ["b"]\n'}, "private-word", "effects/a.toml:1"),
     ("a private word in a script", {"scripts/a.py": "contestants = []\n"}, "private-word", "scripts/a.py:1"),
