@@ -14,7 +14,7 @@ set(ROTORLOOP_MANUAL ${CMAKE_BINARY_DIR}/generated/rotorloop.1)
 set(ROTORLOOP_COMPLETION ${CMAKE_BINARY_DIR}/generated/rotorloop.bash)
 add_custom_command(OUTPUT ${ROTORLOOP_MANUAL} ${ROTORLOOP_COMPLETION} VERBATIM
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_SOURCE_DIR}/cmake/man_page.py $<TARGET_FILE:rotorloop> ${ROTORLOOP_MANUAL}
-  COMMAND rotorloop completion bash --out ${ROTORLOOP_COMPLETION}
+  COMMAND rotorloop completion bash --out ${ROTORLOOP_COMPLETION} --force
   DEPENDS rotorloop ${CMAKE_SOURCE_DIR}/cmake/man_page.py COMMENT "Manual page and completion")
 add_custom_target(rl_manual ALL DEPENDS ${ROTORLOOP_MANUAL} ${ROTORLOOP_COMPLETION})
 install(FILES ${ROTORLOOP_MANUAL} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT command)

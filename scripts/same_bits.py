@@ -6,6 +6,7 @@
 
 import argparse
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -34,7 +35,8 @@ def require(path):
 
 def produce(command, out, parts):
     """Everything that is compared, below `out`."""
-    out.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(out, ignore_errors=True)  # of an earlier comparison
+    out.mkdir(parents=True)
     runs = ["--out", out, "--force", "-q"]
     if "fly" in parts:
         run(command, "hil", "scenarios/paper.toml", "--seeds", 1, *runs, may_end_with=(0, 6, 7))
