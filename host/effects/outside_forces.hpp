@@ -1,5 +1,5 @@
-// Forces that are not of the air: constants in body axes (which stand for what has no law), a tether, and gravity seen in a frame that
-// does not stand upright.
+// Forces that are not of the air: constants in body axes (which stand for what has no law), pulls of lines, and gravity seen in a frame
+// that does not stand upright.
 #pragma once
 #include "host/effects/term_math.hpp"
 
@@ -41,6 +41,29 @@ struct Tether {
     const Vec3<S>& p = s.in.p_W_m;
     push_in_world(s, Vec3<S>{c[2] - c[0] * p.x, c[3] - c[0] * p.y, c[4] - c[0] * p.z});
     s.force_B_N -= scaled(c[1], s.in.v_B_m_s);
+  }
+};
+
+// Constant in the world and level: a line drawn off to the side under a steady tension. What it would have upwards belongs to the mass.
+struct WorldForce {
+  static constexpr std::string_view kId = "world_force";
+  static constexpr TermParameter kParameters[] = {{"x_N", "N", -2.0, 2.0, 0.1, 0.0}, {"y_N", "N", -2.0, 2.0, 0.1, 0.0}};
+
+  template <class S>
+  static void body(const S* c, LoadState<S>& s) {
+    push_in_world(s, Vec3<S>{c[0], c[1], S(0.0)});
+  }
+};
+
+// F = -k z e_z of the world: the further up, the more cable hangs from the vehicle. Straight on below the ground's height as well, where
+// a log with its zero elsewhere may fly: a shift of z is a constant, and belongs to the mass.
+struct HeightPull {
+  static constexpr std::string_view kId = "height_pull";
+  static constexpr TermParameter kParameters[] = {{"k_N_m", "N/m", 0.0, 2.0, 0.05, 0.0}};
+
+  template <class S>
+  static void body(const S* c, LoadState<S>& s) {
+    push_in_world(s, Vec3<S>{S(0.0), S(0.0), c[0] * (s.geometry.ground_z_m - s.in.p_W_m.z)});
   }
 };
 

@@ -85,6 +85,8 @@ constexpr Term kTerms[] = {
     make_term<BodyForceBias>(),
     make_term<BodyTorqueBias>(),
     make_term<Tether>(),
+    make_term<WorldForce>(),
+    make_term<HeightPull>(),
     make_term<GravityTilt>(),
     // slung_load.hpp: after every other force, for the string's tension follows from them
     make_term<SlungLoad>(),

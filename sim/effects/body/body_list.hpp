@@ -12,6 +12,8 @@ extern const EffectInfo kProductsOfInertia;
 extern const EffectInfo kRotorTilt;
 extern const EffectInfo kRotorPlaneHeight;
 extern const EffectInfo kTether;
+extern const EffectInfo kWorldForce;
+extern const EffectInfo kHeightPull;
 extern const EffectInfo kSlungLoad;
 extern const EffectInfo kParasiticDrag;
 extern const EffectInfo kLinearDrag;

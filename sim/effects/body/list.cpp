@@ -17,6 +17,8 @@ EffectList body_effects() {
       &kRotorTilt,
       &kRotorPlaneHeight,
       &kTether,
+      &kWorldForce,
+      &kHeightPull,
       &kSlungLoad,
       &kParasiticDrag,
       &kLinearDrag,

@@ -42,6 +42,9 @@ Flight turning(double p, double q, double r) {
 Flight at(double x, double y, double z) {
   return [=](LoadInput<double>& in) { in.p_W_m = {x, y, z}; };
 }
+Flight heading_north() {  // the nose along y of the world
+  return [](LoadInput<double>& in) { in.world_B = {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}; };
+}
 Flight speeding_up(double rad_s2) {
   return [=](LoadInput<double>& in) { in.omega_dot_rad_s2 = {rad_s2, 0, 0, 0}; };
 }
@@ -188,6 +191,16 @@ const std::vector<Law>& laws() {
       {"slung_load", {0.05, 0.5, 0, 0, 0}, "N: m M / (m + M) g when the thrust carries the body alone", still(), force(2), -0.458, -0.456},
       {"tether", {0.5, 0, 0, 0, 0}, "N at 2 m", at(2, 0, 0), force(0), -1.001, -0.999},
       {"tether", {0.0, 0.05, 0, 0, 0}, "N at 2 m/s", moving(0, 2, 0), force(1), -0.1001, -0.0999},
+      {"world_force",
+       {0.1, 0},
+       "N, whatever the heading: nose along y, the world's x is to the right",
+       heading_north(),
+       force(1),
+       -0.1001,
+       -0.0999},
+      {"world_force", {0, 0.1}, "N along the nose then", heading_north(), force(0), 0.0999, 0.1001},
+      {"height_pull", {0.05}, "N down at 3 m", at(0, 0, 3), force(2), -0.1501, -0.1499},
+      {"height_pull", {0.05}, "N m: none", at(0, 0, 3), torque(1), -1e-15, 1e-15},
       {"parasitic_drag", {0}, "N at 8.5 m/s", moving(8.5, 0, 0), force(0), 0.39, 0.41},
       {"drag_isotropy", {1}, "N along x at 8.5 m/s and 45 degrees", moving(6.01, 6.01, 0), force(0), -0.09, -0.075},
       {"drag_isotropy", {1}, "nothing straight ahead", moving(8.5, 0, 0), force(0), -1e-12, 1e-12},

@@ -121,6 +121,36 @@ TEST(Tether, PullsTowardsItsAnchorBeyondTheSlackAndNeverPushes) {
   EXPECT_EQ(wrench_of(*e, m).force_B_N.norm(), 0.0) << "damping does not push";
 }
 
+TEST(WorldForce, KeepsSizeAndDirectionInTheWorldInEveryAttitudePlaceAndMotion) {
+  const auto e = make("world_force", 0.2, {{"towards_deg", 30.0}});
+  const Eigen::Vector3d expected_W_N(0.2 * std::cos(3.14159265358979 / 6), 0.1, 0.0);
+  for (const double turn_rad : {0.0, 1.0, -2.5}) {
+    BodyMotion m = some_motion();
+    m.R_WB = Eigen::AngleAxisd(turn_rad, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+    m.p_W_m = {10.0 * turn_rad, -3.0, 7.0};
+    const Wrench w = wrench_of(*e, m);
+    EXPECT_LT((m.R_WB * w.force_B_N - expected_W_N).norm(), 1e-12) << turn_rad;
+    EXPECT_EQ(w.moment_B_N_m.norm(), 0.0);
+  }
+}
+
+TEST(HeightPull, IsTheWeightOfTheCableBetweenGroundAndVehicleInEveryAttitude) {
+  const auto e = make("height_pull", 0.05);
+  PlantSetup setup = reference_setup();
+  setup.body.ground_z_m = 1.0;
+  e->prepare(setup);
+  BodyMotion m = some_motion();
+  m.R_WB = Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, -1, 2).normalized()).toRotationMatrix();
+  for (const double z_m : {1.0, 3.0, 9.0}) {
+    m.p_W_m = {4.0, -5.0, z_m};
+    const Wrench w = wrench_of(*e, m);
+    EXPECT_LT((m.R_WB * w.force_B_N - Eigen::Vector3d(0, 0, -0.05 * (z_m - 1.0))).norm(), 1e-12) << z_m;
+    EXPECT_EQ(w.moment_B_N_m.norm(), 0.0);
+  }
+  m.p_W_m.z() = 0.5;
+  EXPECT_EQ(wrench_of(*e, m).force_B_N.norm(), 0.0) << "a cable that lies on the ground pulls nothing, and never pushes";
+}
+
 TEST(SlungLoad, PullsAHeldBodyWithItsWeight) {
   const auto e = make("slung_load", 0.1);
   PlantSetup setup = reference_setup();
