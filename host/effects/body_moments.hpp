@@ -1,4 +1,4 @@
-// Moments of the air on the airframe, of which the paper has none.
+// Moments of the air on the airframe and among the rotors, of which the paper has none.
 #pragma once
 #include "host/effects/term_math.hpp"
 
@@ -15,6 +15,22 @@ struct BodyPitchMoment {
     const S k = c[0] * square_root(dot(v, v));
     s.torque_B_N_m.x -= k * v.y;
     s.torque_B_N_m.y += k * v.x;
+  }
+};
+
+// τ = Σ v_i (k_roll v_y, -k_pitch v_x): as hub_moment, with the induced velocity of each rotor in place of its speed. It fades where
+// edgewise flow takes the induced velocity away, as what rotors do to each other does.
+struct InducedFlowMoment {
+  static constexpr std::string_view kId = "induced_flow_moment";
+  static constexpr TermParameter kParameters[] = {{"k_roll_N_s2_m", "N s2/m", -5e-3, 5e-3, 2e-4, 0.0},
+                                                  {"k_pitch_N_s2_m", "N s2/m", -5e-3, 5e-3, 2e-4, 0.0}};
+
+  template <class S>
+  static void body(const S* c, LoadState<S>& s) {
+    S sum{};
+    for (const RotorLoad<S>& r : s.rotor) sum += r.through_m_s - r.v_air_B_m_s.z;
+    s.torque_B_N_m.x += c[0] * sum * s.v_air_B_m_s.y;
+    s.torque_B_N_m.y -= c[1] * sum * s.v_air_B_m_s.x;
   }
 };
 

@@ -50,6 +50,17 @@ struct RotorDragWithSpeed {
   }
 };
 
+// In proportion to the flow through the disk, -k (v_z + v_i) v_xy at each hub: the air that a rotor draws in it takes along edgewise.
+struct RotorDragWithInflow {
+  static constexpr std::string_view kId = "rotor_drag_with_inflow";
+  static constexpr TermParameter kParameters[] = {{"k_N_s2_m2", "N s2/m2", -0.05, 0.05, 1e-3, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].drag_N_s_m += c[0] * s.rotor[i].through_m_s;
+  }
+};
+
 // Eq. (4) at each hub with its own thrust and velocity v + Ω x r_i. Damps yaw, and turns the body when thrusts differ or the disks do
 // not lie in the plane of the centre of mass. No new coefficient: physics says share = 1, the paper share = 0.
 struct RotorDragAtHubs {

@@ -65,6 +65,43 @@ struct RotorWakeInterference {
   }
 };
 
+// The same between the two rotors of a pair, one number for each kind of pair, of either sign: side by side, one behind the other, and
+// across the diagonal. Rotor i flies behind rotor j by b = max(0, -e·v) with e the unit vector from j to i:
+// v_z,i += κ 2 v_j b / sqrt(v_xy² + v_j²). On the diagonal b = -(e·v) cos 2(φ - ψ), φ the direction of flight and ψ that of e: both rotors
+// feel it, and it turns its sign where the flow runs along the sides. v_j is that of rotor j in still air.
+struct RotorPairInteraction {
+  static constexpr std::string_view kId = "rotor_pair_interaction";
+  static constexpr TermParameter kParameters[] = {{"kappa_lateral", "1", -1.0, 1.0, 0.3, 0.0},
+                                                  {"kappa_longitudinal", "1", -1.0, 1.0, 0.3, 0.0},
+                                                  {"kappa_diagonal", "1", -1.0, 1.0, 0.3, 0.0}};
+  // A pair stands side by side, or one behind the other, when its line is within 22.5 degrees of y, of x.
+  static constexpr double kWithin = 0.9238795325112867;
+
+  template <class S>
+  static void inflow(const S* c, LoadState<S>& s, std::size_t i) {
+    const Vec3<S>& v = s.v_air_B_m_s;
+    const S edgewise2 = across2(v);
+    for (std::size_t j = 0; j < kRotors; ++j) {
+      if (j == i) continue;
+      const Eigen::Vector3d apart = s.geometry.rotors[i].position_m - s.geometry.rotors[j].position_m;
+      const double length = std::sqrt(apart.x() * apart.x() + apart.y() * apart.y());
+      if (length <= 0.0) continue;
+      const double ex = apart.x() / length, ey = apart.y() / length;
+      const S along = ex * v.x + ey * v.y;
+      S behind;
+      if (std::fabs(ey) > kWithin) {
+        behind = c[0] * positive_part(-along);
+      } else if (std::fabs(ex) > kWithin) {
+        behind = c[1] * positive_part(-along);
+      } else {
+        behind = c[2] * along * (1.0 - 2.0 * along * along / (edgewise2 + 1e-12));
+      }
+      const S wake = still_flow_m(s) * magnitude(s.omega_rad_s[j]);
+      s.rotor[i].v_air_B_m_s.z += 2.0 * wake * behind / square_root(edgewise2 + wake * wake + 1e-12);
+    }
+  }
+};
+
 // Loss among neighbours, gone once edgewise flight has carried the wakes away.
 struct HoverInterference {
   static constexpr std::string_view kId = "hover_interference";

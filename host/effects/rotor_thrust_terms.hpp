@@ -37,6 +37,20 @@ struct ThrustSpeedExponent {
   }
 };
 
+// T_i += k v_xy³ / ω: what a blade gains at a high advance ratio beyond eq. (2), whose translational lift grows ever more slowly.
+struct HighAdvanceThrust {
+  static constexpr std::string_view kId = "high_advance_thrust";
+  static constexpr TermParameter kParameters[] = {{"k_N_s2_m3", "N s2/m3", -1.0, 1.0, 0.05, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    const S speed = magnitude(s.omega_rad_s[i]);
+    if (value_of(speed) < kStopped_rad_s) return;
+    const S edgewise2 = across2(s.rotor[i].v_air_B_m_s);
+    s.rotor[i].thrust_N += c[0] * edgewise2 * square_root(edgewise2 + 1e-12) / speed;
+  }
+};
+
 // T_i *= 1 + ε_i (rotor_groups.hpp).
 struct WeakRotor {
   static constexpr std::string_view kId = "weak_rotor", kCommonPart = "k_1 and k_2";

@@ -32,6 +32,7 @@ constexpr Term kTerms[] = {
     make_term<AxialInflow>(),
     make_term<TranslationalLift>(),
     make_term<RotorWakeInterference>(),
+    make_term<RotorPairInteraction>(),
     make_term<HoverInterference>(),
     make_term<DescentInflow>(),
     make_term<VortexRingLoss>(),
@@ -43,6 +44,7 @@ constexpr Term kTerms[] = {
     make_term<ThrustScale>(),
     make_term<BlockageStrut>(),
     make_term<ThrustSpeedExponent>(),
+    make_term<HighAdvanceThrust>(),
     make_term<WeakRotor>(),
     make_term<ThrustLag>(),
     make_term<DynamicInflow>(),
@@ -55,6 +57,7 @@ constexpr Term kTerms[] = {
     make_term<RotorDrag>(),
     make_term<RotorBodyInterference>(),
     make_term<RotorDragWithSpeed>(),
+    make_term<RotorDragWithInflow>(),
     make_term<RotorDragAtHubs>(),
     make_term<RotorPlaneHeight>(),
     // flapping.hpp
@@ -78,6 +81,7 @@ constexpr Term kTerms[] = {
     make_term<BodyLift>(),
     // body_moments.hpp
     make_term<BodyPitchMoment>(),
+    make_term<InducedFlowMoment>(),
     make_term<SideslipYawMoment>(),
     make_term<RateDamping>(),
     make_term<QuadraticRateDamping>(),

@@ -15,6 +15,7 @@ EffectList rotor_effects() {
       &kRotorLocalInflow,
       &kAxialInflow,
       &kRotorWakeInterference,
+      &kRotorPairInteraction,
       &kDynamicInflow,
       &kTranslationalLift,
       &kTorqueAdvance,

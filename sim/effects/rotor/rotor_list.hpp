@@ -8,6 +8,7 @@ namespace rotorloop::sim {
 extern const EffectInfo kRotorLocalInflow;
 extern const EffectInfo kAxialInflow;
 extern const EffectInfo kRotorWakeInterference;
+extern const EffectInfo kRotorPairInteraction;
 extern const EffectInfo kDynamicInflow;
 extern const EffectInfo kTranslationalLift;
 extern const EffectInfo kTorqueAdvance;

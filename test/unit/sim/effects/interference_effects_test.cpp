@@ -1,6 +1,7 @@
 // Rotors in each other's wakes: pitch-up in forward flight, loss in hover.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
 
 #include "test/unit/sim/effects/vehicle.hpp"
@@ -51,6 +52,51 @@ TEST(RotorWakeInterference, VanishesInHoverAndVerticalFlightAndGrowsWithKappaAnd
   for (const double climb : {-2.0, 0.0, 3.0}) EXPECT_EQ(added_moment(0.5, {0, 0, climb}).norm(), 0.0);
   EXPECT_NEAR(added_moment(0.4, {8.5, 0, 0}).y() / added_moment(0.2, {8.5, 0, 0}).y(), 2.0, 0.2);
   EXPECT_LT(added_moment(0.3, {4, 0, 0}).y(), added_moment(0.3, {1, 0, 0}).y());
+}
+
+// Thrust of each rotor over that without the effect, in the second step.
+std::array<double, 4> shares(double lateral, double longitudinal, double diagonal, const Eigen::Vector3d& v_m_s) {
+  const auto effect = make("rotor_pair_interaction", lateral, {{"kappa_longitudinal", longitudinal}, {"kappa_diagonal", diagonal}});
+  PlantSetup setup = reference_setup();
+  effect->prepare(setup);
+  const BodyMotion m = flying(v_m_s);
+  four_loads(*effect, m);
+  const FourRotorLoads with = four_loads(*effect, m), bare = four_bare_loads(m);
+  std::array<double, 4> out{};
+  for (std::size_t i = 0; i < 4; ++i) out[i] = thrust_N(with[i]) / thrust_N(bare[i]);
+  return out;
+}
+constexpr std::size_t kFrontRight = 0, kRearLeft = 1, kFrontLeft = 2, kRearRight = 3;
+
+TEST(RotorPairInteraction, LateralPairsActInSidewaysFlightOnTheRotorsBehindAlone) {
+  const auto left = shares(0.3, 0.0, 0.0, {0, 8.5, 0});
+  for (const std::size_t behind : {kFrontRight, kRearRight}) EXPECT_LT(left[behind], 0.97);
+  for (const std::size_t ahead : {kFrontLeft, kRearLeft}) EXPECT_DOUBLE_EQ(left[ahead], 1.0);
+  EXPECT_NEAR(shares(0.3, 0.0, 0.0, {0, -8.5, 0})[kFrontLeft], left[kFrontRight], 1e-9) << "mirrored";
+  for (const double share : shares(0.3, 0.0, 0.0, {8.5, 0, 0})) EXPECT_DOUBLE_EQ(share, 1.0) << "nothing straight ahead";
+}
+TEST(RotorPairInteraction, LongitudinalPairsActInForwardFlightAndASignTurnsLossIntoGain) {
+  const auto forward = shares(0.0, 0.3, 0.0, {8.5, 0, 0}), gain = shares(0.0, -0.3, 0.0, {8.5, 0, 0});
+  for (const std::size_t rear : {kRearLeft, kRearRight}) {
+    EXPECT_LT(forward[rear], 0.97);
+    EXPECT_GT(gain[rear], 1.03);
+  }
+  for (const std::size_t front : {kFrontLeft, kFrontRight}) EXPECT_DOUBLE_EQ(forward[front], 1.0);
+}
+TEST(RotorPairInteraction, ADiagonalPairTurnsItsSignBeyond45DegreesFromItsLine) {
+  const double c = std::numbers::sqrt2 / 2.0;
+  const auto along = shares(0.0, 0.0, 0.3, {8.5 * c, 8.5 * c, 0});
+  EXPECT_LT(along[kRearRight], 0.97) << "behind";
+  EXPECT_GT(along[kFrontLeft], 1.03) << "ahead";
+  EXPECT_NEAR(along[kFrontRight], 1.0, 1e-9) << "the other pair flies side by side";
+  EXPECT_NEAR(shares(0.0, 0.0, 0.3, {8.5, 0, 0})[kRearRight], 1.0, 1e-9) << "at 45 degrees";
+  EXPECT_LT(shares(0.0, 0.0, 0.3, {8.5 * 0.2, 8.5 * 0.98, 0})[kRearLeft], 0.999) << "57 degrees from its line: ahead, and loses";
+  EXPECT_GT(shares(0.0, 0.0, 0.3, {-8.5 * 0.2, 8.5 * 0.98, 0})[kRearRight], 1.001) << "and the one behind gains";
+}
+TEST(RotorPairInteraction, VanishesInHoverAndVerticalFlight) {
+  for (const double climb : {-2.0, 0.0, 3.0}) {
+    for (const double share : shares(0.5, 0.5, 0.5, {0, 0, climb})) EXPECT_DOUBLE_EQ(share, 1.0) << climb;
+  }
 }
 
 TEST(HoverInterference, TakesItsLossFromTheThrustOfHoverAndNothingElse) {
