@@ -1,14 +1,17 @@
 // Labelled defects and unlike flights of measured Crazyflies, from motor commands and battery voltage alone: which rotor, which kind,
 // what is confused with what. Skipped without ROTORLOOP_DATA.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <map>
 
 #include "bench/studies/command_thrust.hpp"
-#include "bench/studies/hover_shares.hpp"
+#include "bench/studies/hover_diagnosis.hpp"
+#include "host/base/error.hpp"
 #include "test/unit/bench/identify/measured_flights.hpp"
 
 namespace rotorloop::studies {
@@ -36,23 +39,36 @@ CrazyPad crazypad() {
 }
 std::string label(const std::string& name) { return name.substr(0, name.find("__")); }
 
-TEST(CrazyPadHover, six_normal_flights_judged_by_the_others_of_their_vehicle_are_clean) {
+std::vector<log::FlightRecord> without(std::vector<log::FlightRecord> flights, std::size_t k) {
+  flights.erase(flights.begin() + static_cast<std::ptrdiff_t>(k));
+  return flights;
+}
+std::string percents(const std::array<double, 4>& v) {
+  std::string s;
+  for (const double x : v) s += (s.empty() ? "" : " / ") + fmt::format("{:+.1f}", 100.0 * x);
+  return s;
+}
+std::string answer(const HoverDiagnosis& d) {
+  if (!d.refused.empty()) return "refused";
+  return fmt::format("{}{}", name(d.verdict), d.named.empty() ? "" : fmt::format(": {}", fmt::join(d.named, " | ")));
+}
+
+TEST(CrazyPadHover, six_normal_flights_judged_by_the_two_others_of_their_vehicle_are_clean) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   for (const auto* vehicle : {&c.normal_e8, &c.normal_e9}) {
     ASSERT_EQ(vehicle->size(), 3u);
     for (std::size_t k = 0; k < 3; ++k) {
-      auto others = *vehicle;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-      const HoverDiagnosis d = diagnose_hover((*vehicle)[k], others, c.vehicle);
-      std::printf("%s", hover_text(d).c_str());
+      const HoverDiagnosis d = diagnose_hover((*vehicle)[k], without(*vehicle, k), c.vehicle);
+      std::printf("| %s | %s | seen from %s | %s |\n", d.share.flight.c_str(), percents(d.change).c_str(), percents(d.seen_from).c_str(),
+                  answer(d).c_str());
       EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << d.share.flight;
     }
   }
 }
 
-// Motor 3 is rear left: our rotor 2. What is right for each label; an answer that names several must hold it. Right twice: a propeller
-// that lost thrust, by cut or tape, is a weak rotor.
+// Motor 3 is rear left: our rotor 2. What is right for each label; an answer that names several must hold it, and at most three. Right
+// twice: a propeller that lost thrust, by cut or tape, is a weak rotor.
 const std::map<std::string, std::string> kRight{{"weight_on_string_W3_near_M3", "slung_load"},
                                                 {"tape_on_propeller_M3", "weak_rotor 2"},
                                                 {"cut_propeller_M3_1mm", "weak_rotor 2"},
@@ -60,30 +76,89 @@ const std::map<std::string, std::string> kRight{{"weight_on_string_W3_near_M3", 
                                                 {"add_weight_W1_near_M3", "payload_mass at rotor 2"},
                                                 {"add_weight_W3_near_M3", "payload_mass at rotor 2"}};
 
-// The kind is a known miss (docs/acceptance/diagnose_measured.md: right in 3 of 10 flights, not told in 3, wrong in 4, of these 2 as the
-// only answer). The test holds that it gets no worse; it says of no wrong name that it should be given.
-TEST(CrazyPadHover, defect_at_motor_3_is_found_in_ten_flights_its_rotor_in_eight_its_kind_in_three_and_wrong_in_at_most_four) {
+struct Score {
+  int seen = 0, rotor = 0, kind = 0, wrong = 0, wrong_alone = 0;
+};
+// Prints a row of the page's table for each flight.
+Score score(const std::vector<log::FlightRecord>& flights, const std::vector<log::FlightRecord>& reference,
+            const host::VehicleModel& vehicle) {
+  Score s;
+  for (const auto& f : flights) {
+    const HoverDiagnosis d = diagnose_hover(f, reference, vehicle);
+    const bool kind = d.named.size() <= 3 && std::find(d.named.begin(), d.named.end(), kRight.at(label(f.name))) != d.named.end();
+    s.seen += d.verdict != diagnose::DiagnosisVerdict::clean && d.refused.empty();
+    s.rotor += d.rotor == 2;
+    s.kind += kind;
+    s.wrong += !kind && !d.named.empty();
+    s.wrong_alone += !kind && d.verdict == diagnose::DiagnosisVerdict::named;
+    std::printf("| %s | %s | %s | %s | %s |\n", f.name.c_str(), percents(d.change).c_str(),
+                fmt::format("{}", fmt::join(d.rotors, ", ")).c_str(), answer(d).c_str(),
+                kind              ? "yes"
+                : d.named.empty() ? "not told"
+                                  : "no");
+  }
+  std::printf("seen %d, rotor %d, kind in a class of at most three %d, wrong %d (given alone: %d) of %zu\n", s.seen, s.rotor, s.kind,
+              s.wrong, s.wrong_alone, flights.size());
+  return s;
+}
+
+// These ten flights were seen while the rules were written: what is held here is no claim for flights that were not. The two with a blade
+// cut by 1 mm are the known miss: rotors 1 and 2 rise alike there.
+TEST(CrazyPadHover, defect_at_motor_3_is_seen_in_ten_flights_its_rotor_and_kind_in_eight_whichever_normal_flight_is_left_out) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   ASSERT_EQ(c.defect.size(), 10u);
-  int rotor_2 = 0, right = 0, untold = 0, wrong = 0, wrong_alone = 0;
-  for (const auto& f : c.defect) {
-    const HoverDiagnosis d = diagnose_hover(f, c.normal_e9, c.vehicle);
-    std::printf("%s", hover_text(d).c_str());
-    EXPECT_NE(d.verdict, diagnose::DiagnosisVerdict::clean) << f.name;
-    rotor_2 += d.rotor == 2;
-    const bool holds = std::find(d.named.begin(), d.named.end(), kRight.at(label(f.name))) != d.named.end();
-    right += holds;
-    untold += d.named.empty();
-    wrong += !holds && !d.named.empty();
-    wrong_alone += !holds && d.verdict == diagnose::DiagnosisVerdict::named;
-    EXPECT_EQ(d.named.empty(), d.verdict == diagnose::DiagnosisVerdict::unexplained) << f.name;
+  for (std::size_t fold = 0; fold <= 3; ++fold) {
+    const auto reference = fold < 3 ? without(c.normal_e9, fold) : c.normal_e9;
+    std::printf("%s\n", fold < 3 ? ("without " + c.normal_e9[fold].name).c_str() : "all three normal flights of E9");
+    const Score s = score(c.defect, reference, c.vehicle);
+    EXPECT_EQ(s.seen, 10);
+    EXPECT_GE(s.rotor, 8);
+    EXPECT_GE(s.kind, 8);
+    EXPECT_EQ(s.wrong_alone, 0);
   }
-  std::printf("kind right %d, not told %d, wrong %d (given alone: %d) of 10\n", right, untold, wrong, wrong_alone);
-  EXPECT_GE(rotor_2, 8);
-  EXPECT_GE(right, 3);
-  EXPECT_LE(wrong, 4);
-  EXPECT_LE(wrong_alone, 2);
+  for (const auto& f : c.defect) std::printf("%s", hover_text(diagnose_hover(f, c.normal_e9, c.vehicle)).c_str());
+}
+
+// The other way round nothing is refused, and references with two flights of E8 seldom: those scatter nearly as much as the two vehicles
+// differ.
+TEST(CrazyPadHover, normal_flights_of_e8_are_refused_by_the_reference_of_e9_and_one_of_them_among_those_of_e9_too) {
+  NEED_DATA();
+  const CrazyPad c = crazypad();
+  for (std::size_t fold = 0; fold <= 3; ++fold)
+    for (const auto& f : c.normal_e8) {
+      const HoverDiagnosis d = diagnose_hover(f, fold < 3 ? without(c.normal_e9, fold) : c.normal_e9, c.vehicle);
+      EXPECT_NE(d.refused, "") << hover_text(d);
+      if (fold == 3) std::printf("%s: %s\n", f.name.c_str(), d.refused.c_str());
+    }
+  int refused = 0;
+  for (const auto& f : c.normal_e9) {
+    const HoverDiagnosis d = diagnose_hover(f, c.normal_e8, c.vehicle);
+    std::printf("%s by E8: %s\n", f.name.c_str(), answer(d).c_str());
+    refused += !d.refused.empty();
+  }
+  std::printf("E9 by E8: %d of 3 refused\n", refused);
+
+  std::vector<HoverShare> all;
+  for (const auto* flights : {&c.normal_e8, &c.normal_e9})
+    for (const auto& f : *flights) all.push_back(*hover_share(f, CommandMeaning::thrust));
+  int mixed[4] = {}, found[4] = {};  // by the number of flights of E8
+  for (unsigned choice = 0; choice < 64; ++choice) {
+    std::vector<HoverShare> some;
+    for (unsigned i = 0; i < 6; ++i)
+      if (choice >> i & 1U) some.push_back(all[i]);
+    const int of_e8 = std::popcount(choice & 7U);
+    if (some.size() < 3 || of_e8 == 0 || (choice & 56U) == 0) continue;  // three at least, of both
+    ++mixed[of_e8];
+    try {
+      hover_reference(some);
+    } catch (const Error& e) {
+      ++found[of_e8];
+      if (choice == 63) std::printf("%s\n", e.what());
+    }
+  }
+  for (int n = 1; n <= 3; ++n) std::printf("references of both vehicles, %d of E8: %d of %d refused\n", n, found[n], mixed[n]);
+  EXPECT_EQ(found[1], mixed[1]) << "one of E8 beside two or three of E9";
 }
 
 // Are the patterns themselves distinct, whatever physics makes of them? Nearest mean of the labels, each flight left out in turn.
