@@ -32,7 +32,7 @@ struct HoverDiagnosis {
   diagnose::DiagnosisVerdict verdict = diagnose::DiagnosisVerdict::clean;  // faulty: the reference is of another vehicle
   std::string refused;             // why the reference says nothing about this flight; empty: it does
   std::vector<std::string> named;  // one: named; several: a class
-  std::vector<int> rotors;         // 1 to 4, most first: those that are asked for more and cannot be told apart in that
+  std::vector<int> rotors;         // 1 to 4, most first: asked for more, and indistinguishable by how much
   std::optional<int> rotor;        // when it is one
   std::vector<std::string> remarks;
 };

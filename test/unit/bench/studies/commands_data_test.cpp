@@ -134,7 +134,7 @@ TEST(CrazyPadHover, normal_flights_of_e8_are_refused_by_the_reference_of_e9_and_
   int refused = 0;
   for (const auto& f : c.normal_e9) {
     const HoverDiagnosis d = diagnose_hover(f, c.normal_e8, c.vehicle);
-    std::printf("%s by E8: %s\n", f.name.c_str(), answer(d).c_str());
+    std::printf("%s by E8: %s, a rise seen from %s %%\n", f.name.c_str(), answer(d).c_str(), percents(d.seen_from).c_str());
     refused += !d.refused.empty();
   }
   std::printf("E9 by E8: %d of 3 refused\n", refused);
