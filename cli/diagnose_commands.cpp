@@ -45,9 +45,10 @@ bool diagnose_command_logs(const CommandLogs& logs, const host::VehicleModel& ve
   const std::string refused = reference.size() >= 2 ? print_hovers(flights, reference, vehicle) : std::string();
   const bool forces =
       std::all_of(flights.begin(), flights.end(), [](const auto& f) { return !f.accel_B_m_s2.empty() && !f.battery_V.empty(); });
-  if (reference.size() == 1 && !forces)
-    throw Error({"--reference", "1 flight, at least 2 needed: one flight does not say how well flights of a vehicle agree", "",
-                 "give two or more flights of the same vehicle without the defect"});
+  if (reference.size() == 1 || (reference.empty() && !forces))
+    throw Error({"--reference",
+                 fmt::format("{} given, at least 2 needed: how well flights of a vehicle agree is known from several", reference.size()),
+                 "", "give two or more flights of the same vehicle without the defect"});
   if (reference.size() < 2 || (forces && flights.size() >= 3))
     std::fputs(studies::command_thrust_text(studies::diagnose_command_thrust(flights)).c_str(), stdout);
   if (!refused.empty())

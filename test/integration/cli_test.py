@@ -168,6 +168,7 @@ full_scale = 1
         for word in self.IDLE_NAMES:
             self.assertNotIn(word, self.run_command(*words, "--quiet").stderr)
         self.assertFalse((self.path / "r").exists())
+        self.refused(*words, "--reference", "f.csv", says=["--reference: error: 1 given, at least 2 needed", "do:"])
 
     def test_effects_names_the_known_ones_and_writes_no_page(self):
         self.refused("hil", "effects", "--effect", "nonsense", "-o", "e.md",
