@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "bench/identify/held_out_track.hpp"
-#include "bench/score/preprocess.hpp"
 #include "bench/log/stream_reader.hpp"
+#include "bench/score/preprocess.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -19,6 +19,11 @@ using Index = Eigen::Index;
 constexpr double kSlowest_Hz = 100.0;  // of the samples
 constexpr double kMargin_s = 0.25;     // about cuts, for the filters
 constexpr double kLongestDelay_s = 0.04, kDelayStep_s = 0.0025;
+
+// Where the fit has a place for the accelerometer, the gyro's slope takes the reading to the centre of mass: the force is scored beside
+// what is asked of a predictor, the model's own angular acceleration there. Such a row stands before the last, under the flight's name and
+// this.
+constexpr const char* kAtAccelerometer = ", at the accelerometer";
 
 // What belongs to a flight is not known of one that was not fitted: its usual value stands for it.
 double usual(const estimate::Fit& fit, int parameter) {
@@ -47,8 +52,10 @@ struct Reference {
   Vector3d accel_bias_m_s2, imu_m;
 };
 
+enum class Turning : unsigned char { measured, modelled };  // whose angular acceleration takes the accelerometer to the centre of mass
+
 // Specific force and angular acceleration at each node, `late_s` later, by the measurements; times mass and inertia.
-Rows measured(const log::FlightRecord& record, const score::StateTrack& track, const Reference& ref, double late_s) {
+Rows measured(const log::FlightRecord& record, const score::StateTrack& track, const Reference& ref, double late_s, Turning turning) {
   log::StreamReader<Vector3d> gyro_before(record.gyro_B_rad_s), gyro_after(record.gyro_B_rad_s);
   // Four measurements within a step: what a faster sensor shows beyond half the rate of the nodes is averaged out.
   constexpr std::array kWithin{-0.375, -0.125, 0.125, 0.375};
@@ -64,19 +71,23 @@ Rows measured(const log::FlightRecord& record, const score::StateTrack& track, c
     Vector3d f = -ref.accel_bias_m_s2;
     for (std::size_t i = 0; i < kWithin.size(); ++i) f += accel[i].at(t + kWithin[i] * track.step_s) / static_cast<double>(kWithin.size());
     const Vector3d& w = track.state[k].w_B_rad_s;
-    out.col(c).head<3>() = ref.mass_kg * (f - slope.cross(ref.imu_m) - w.cross(w.cross(ref.imu_m)));
+    if (turning == Turning::measured) f -= slope.cross(ref.imu_m);
+    out.col(c).head<3>() = ref.mass_kg * (f - w.cross(w.cross(ref.imu_m)));
   }
   return out;
 }
 
-Rows modelled(const score::StateTrack& track, const estimate::RotorInput& input, const estimate::ModelValues& values, const Reference& ref) {
+Rows modelled(const score::StateTrack& track, const estimate::RotorInput& input, const estimate::ModelValues& values, const Reference& ref,
+              Turning turning) {
   const estimate::Model model(values);
   Rows out(6, static_cast<Index>(track.state.size()));
   std::size_t hint = 0;
   for (std::size_t k = 0; k < track.state.size(); ++k) {
     const double t = track.time_s(k);
     const estimate::Instant i = model.instant(track.state[k], input.at(t, hint, false), t);
-    out.col(static_cast<Index>(k)) << ref.mass_kg * i.specific_force_B_m_s2, ref.inertia_kg_m2 * i.angular_acceleration_B_rad_s2;
+    Vector3d f = i.specific_force_B_m_s2;
+    if (turning == Turning::modelled) f += i.angular_acceleration_B_rad_s2.cross(ref.imu_m);
+    out.col(static_cast<Index>(k)) << ref.mass_kg * f, ref.inertia_kg_m2 * i.angular_acceleration_B_rad_s2;
   }
   return out;
 }
@@ -128,11 +139,60 @@ std::vector<char> scored_nodes(const estimate::GridFlight& g, const WrenchBand& 
 struct OfModel {
   std::vector<WrenchScore>&plain, &aligned;
   Sums plain_sums = {}, aligned_sums = {};
+  std::vector<WrenchScore> at_accelerometer = {};
 
   void finish() {
+    for (std::vector<WrenchScore>* scores : {&plain, &aligned})
+      scores->insert(scores->end(), at_accelerometer.begin(), at_accelerometer.end());
     plain.push_back(plain_sums.score("pooled", 0.0));
     aligned.push_back(aligned_sums.score("pooled", 0.0));
   }
+};
+
+// One held-out flight with what its sensors show, moved by every delay that is looked at, to score models against.
+class ScoredFlight {
+ public:
+  ScoredFlight(const log::FlightRecord& record, const score::StateTrack& track, const Reference& ref, const WrenchBand& band,
+               const std::vector<char>& counts)
+      : record_(record), track_(track), ref_(ref), band_(band), counts_(counts) {
+    const auto steps = static_cast<int>(std::lround(kLongestDelay_s / kDelayStep_s));
+    for (int d = -steps; d <= steps; ++d) references_.emplace_back(kDelayStep_s * d, shown(kDelayStep_s * d, Turning::measured));
+  }
+
+  void score(const estimate::RotorInput& input, const estimate::ModelValues& values, OfModel& to) const {
+    const Rows model = filtered(modelled(track_, input, values, ref_, Turning::measured));
+    Sums as_stamped, best;
+    double best_s = 0.0, most = -1e300;
+    for (const auto& [late_s, reference] : references_) {
+      const Sums s = sums_of(model, reference, counts_);
+      if (std::fabs(late_s) < 0.5 * kDelayStep_s) as_stamped = s;
+      const double explained = s.score("", 0.0).explained.tail<3>().sum();
+      if (explained > most) most = explained, best = s, best_s = late_s;
+    }
+    if (record_.gyro_B_rad_s.empty()) best = as_stamped, best_s = 0.0;
+    to.plain.push_back(as_stamped.score(record_.name, 0.0));
+    to.aligned.push_back(best.score(record_.name, best_s));
+    to.plain_sums.add(as_stamped);
+    to.aligned_sums.add(best);
+    if (record_.accel_B_m_s2.empty() || ref_.imu_m.norm() == 0.0) return;
+    const Rows there = filtered(modelled(track_, input, values, ref_, Turning::modelled));
+    const Sums s = sums_of(there, shown(0.0, Turning::modelled), counts_);
+    to.at_accelerometer.push_back(s.score(record_.name + kAtAccelerometer, 0.0));
+  }
+
+ private:
+  Rows filtered(Rows rows) const {
+    filter(rows, band_, 1.0 / track_.step_s);
+    return rows;
+  }
+  Rows shown(double late_s, Turning turning) const { return filtered(measured(record_, track_, ref_, late_s, turning)); }
+
+  const log::FlightRecord& record_;
+  const score::StateTrack& track_;
+  const Reference& ref_;
+  const WrenchBand& band_;
+  const std::vector<char>& counts_;
+  std::vector<std::pair<double, Rows>> references_;
 };
 
 }  // namespace
@@ -160,35 +220,11 @@ WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const I
     if (std::find(counts.begin(), counts.end(), 1) == counts.end()) continue;
     out.force = out.force || force;
     out.torque = out.torque || torque;
-    const double rate_Hz = 1.0 / track.step_s;
-
-    std::vector<std::pair<double, Rows>> references;
-    const auto steps = static_cast<int>(std::lround(kLongestDelay_s / kDelayStep_s));
-    for (int d = -steps; d <= steps; ++d) {
-      references.emplace_back(kDelayStep_s * d, measured(f.record, track, ref, kDelayStep_s * d));
-      filter(references.back().second, band, rate_Hz);
-    }
-    const auto score = [&](const estimate::RotorInput& input, const estimate::ModelValues& values, OfModel& to) {
-      Rows model = modelled(track, input, values, ref);
-      filter(model, band, rate_Hz);
-      Sums as_stamped, best;
-      double best_s = 0.0, most = -1e300;
-      for (const auto& [late_s, reference] : references) {
-        const Sums s = sums_of(model, reference, counts);
-        if (std::fabs(late_s) < 0.5 * kDelayStep_s) as_stamped = s;
-        const double explained = s.score("", 0.0).explained.tail<3>().sum();
-        if (explained > most) most = explained, best = s, best_s = late_s;
-      }
-      if (!torque) best = as_stamped, best_s = 0.0;
-      to.plain.push_back(as_stamped.score(f.record.name, 0.0));
-      to.aligned.push_back(best.score(f.record.name, best_s));
-      to.plain_sums.add(as_stamped);
-      to.aligned_sums.add(best);
-    };
+    const ScoredFlight flight(f.record, track, ref, band, counts);
     estimate::RotorInput input = track.input;
     input.prepare(before.fit.values.front());
-    score(input, before.fit.values.front(), old);
-    score(track.input, after.fit.values.front(), found);
+    flight.score(input, before.fit.values.front(), old);
+    flight.score(track.input, after.fit.values.front(), found);
   }
   if (out.before.empty()) return out;
   old.finish();

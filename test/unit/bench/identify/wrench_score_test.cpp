@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/identify/report/held_out_sections.hpp"
+#include "bench/log/stream_reader.hpp"
 #include "test/unit/bench/estimate/analytic_flight.hpp"
 
 namespace rotorloop::identify {
@@ -74,6 +75,28 @@ TEST(WrenchScore, RotorSpeedsStampedTwentyMillisecondsEarlyCostTorqueThatAlignme
   EXPECT_NEAR(c.after_aligned.front().delay_s, 0.020, 0.0026);
   EXPECT_GT(c.after.back().torque_N_m(), 1.2 * on_time.torque_N_m());
   EXPECT_LT(c.after_aligned.back().torque_N_m(), 1.1 * on_time.torque_N_m());
+}
+
+TEST(WrenchScore, AnAccelerometer120MillimetresAheadIsScoredByTheModelsAngularAccelerationBesideTheMeasuredOne) {
+  estimate::testing::AnalyticFlight f = estimate::testing::analytic_flight();
+  estimate::ModelValues truth = true_values(f);
+  truth[estimate::kImuX] = 0.12;
+  const Eigen::Vector3d place_m(0.12, 0.0, 0.0);
+  log::StreamReader<Eigen::Vector3d> before(f.record.gyro_B_rad_s), at(f.record.gyro_B_rad_s), after(f.record.gyro_B_rad_s);
+  for (std::size_t i = 0; i < f.record.accel_B_m_s2.size(); ++i) {
+    const double t = f.record.accel_B_m_s2.t_s[i], half_s = 0.005;
+    const Eigen::Vector3d slope = (after.at(t + half_s) - before.at(t - half_s)) / (2.0 * half_s), w = at.at(t);
+    f.record.accel_B_m_s2.value[i] += slope.cross(place_m) + w.cross(w.cross(place_m));
+  }
+  estimate::ModelValues sluggish = truth;  // turns half as fast in pitch as it should
+  sluggish[estimate::kIyy] *= 2.0;
+  const WrenchComparison c = score(f.record, sluggish, truth);
+  ASSERT_EQ(c.after.size(), 3u);
+  EXPECT_EQ(c.after[1].flight, "analytic, at the accelerometer");
+  EXPECT_EQ(c.after.back().flight, "pooled");
+  EXPECT_NEAR(c.after[1].rms[kForceZ], c.after[0].rms[kForceZ], 0.02) << "N: a true model has the true angular acceleration";
+  EXPECT_NEAR(c.before[0].rms[kForceZ], c.after[0].rms[kForceZ], 0.02) << "the measured one does not care for the inertia";
+  EXPECT_GT(c.before[1].rms[kForceZ], c.after[1].rms[kForceZ] + 0.02) << "the model's own does";
 }
 
 TEST(WrenchScore, FlightsWithoutInertialSensorsGiveNoScore) {
