@@ -37,6 +37,19 @@ struct ThrustSpeedExponent {
   }
 };
 
+// T_i += k_3 |ω_i|³: the thrust coefficient rises in proportion to rotor speed. Unlike thrust_speed_exponent it acts on the static part
+// alone, and beyond the speeds that were flown it goes on growing.
+struct ThrustSpeedCubed {
+  static constexpr std::string_view kId = "thrust_speed_cubed";
+  static constexpr TermParameter kParameters[] = {{"k3_N_s3", "N s3", -1e-9, 1e-9, 5e-11, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    const S speed = magnitude(s.omega_rad_s[i]);
+    s.rotor[i].thrust_N += c[0] * speed * speed * speed;
+  }
+};
+
 // T_i += k v_xy³ / ω: what a blade gains at a high advance ratio beyond eq. (2), whose translational lift grows ever more slowly.
 struct HighAdvanceThrust {
   static constexpr std::string_view kId = "high_advance_thrust";

@@ -44,6 +44,7 @@ constexpr Term kTerms[] = {
     make_term<ThrustScale>(),
     make_term<BlockageStrut>(),
     make_term<ThrustSpeedExponent>(),
+    make_term<ThrustSpeedCubed>(),
     make_term<HighAdvanceThrust>(),
     make_term<WeakRotor>(),
     make_term<ThrustLag>(),

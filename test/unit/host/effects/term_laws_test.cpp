@@ -153,6 +153,8 @@ const std::vector<Law>& laws() {
       {"blockage_strut", {0.08}, "share of thrust", still(), thrust(), -0.0801, -0.0799},
       {"blockage_strut", {0.08}, "torque is unchanged", still(), shaft(), -1e-12, 1e-12},
       {"thrust_speed_exponent", {0.05}, "share of thrust at 147 rad/s", all_at(147), thrust(), -0.092, -0.086},
+      {"thrust_speed_cubed", {1e-10}, "N of four rotors at 1000 rad/s", all_at(1000), force(2), 0.399, 0.401},
+      {"thrust_speed_cubed", {1e-10}, "and eight times that at 2000 rad/s", all_at(2000), force(2), 3.19, 3.21},
       {"high_advance_thrust",
        {0.05},
        "share of thrust at 8.5 m/s: 32 mN of the 1.67 N of hover",
