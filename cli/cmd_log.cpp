@@ -1,4 +1,4 @@
-// `rotorloop log`: what is in a flight log, whoever wrote it, and the same flight in another format.
+// `rotorloop log`: what is in a flight log, whoever wrote it, what is wrong with it, and the same flight in another format.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,19 +10,23 @@
 #include <vector>
 
 #include "bench/hil/run_folder.hpp"
+#include "bench/log/check/log_report.hpp"
 #include "bench/log/log_summary.hpp"
 #include "bench/log/own_log.hpp"
 #include "bench/log/read_flight.hpp"
 #include "bench/log/ulog_write.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "host/base/error.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
+#include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
 
 struct LogArguments {
-  std::filesystem::path log, mapping, out;
+  std::filesystem::path log, mapping, out, vehicle;
+  std::vector<std::filesystem::path> logs;  // of `check`
   bool json = false, force = false;
 };
 
@@ -54,15 +58,54 @@ int convert(const LogArguments& o) {
   return 0;
 }
 
-void add_input(CLI::App& c, LogArguments& o) {
-  c.add_option("log", o.log, "flight log: CSV, ULog, or a folder of a run that holds flight.csv")->required();
+// Every log is judged before one of them ends the command.
+int check(const LogArguments& o) {
+  std::optional<log::LogMapping> mapping;
+  if (!o.mapping.empty()) mapping = log::read_log_mapping(o.mapping);
+  std::optional<host::VehicleModel> vehicle;
+  if (!o.vehicle.empty()) vehicle = host::to_model(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()));
+  std::vector<log::LogReport> reports;
+  bool refused = false;
+  for (const auto& path : o.logs) {
+    std::vector<log::LogFinding> notes;
+    log::FlightRecord flight = log::read_flight(path, mapping ? &*mapping : nullptr, &notes);
+    reports.push_back(log::report_log(std::move(flight), std::move(notes), vehicle ? &*vehicle : nullptr));
+    refused = refused || reports.back().checked.refusal;
+  }
+  fmt::print("{}", o.json ? log::log_report_json(reports, vehicle.has_value()) : log::log_report_text(reports, vehicle.has_value()));
+  return static_cast<int>(refused ? ExitCode::data_quality : ExitCode::ok);
+}
+
+constexpr const char* kLogHelp = "flight log: CSV, ULog, or a folder of a run that holds flight.csv";
+
+void add_mapping(CLI::App& c, LogArguments& o) {
   c.add_option("-m,--mapping", o.mapping, "mapping file: what the columns of a log of another tool mean");
+}
+
+void add_check(CLI::App& group, int& exit_code) {
+  auto o = std::make_shared<LogArguments>();
+  CLI::App* c = group.add_subcommand("check", "what is wrong with logs, and what these flights can determine");
+  c->add_option("log", o->logs, kLogHelp)->required();
+  add_mapping(*c, *o);
+  c->add_option("--vehicle", o->vehicle, "vehicle file: its mass, geometry and rotor radius allow two more checks");
+  c->add_flag("--json", o->json, "one JSON document instead of text");
+  c->footer(
+      "Examples:\n"
+      "  rotorloop log check run/horizontal/pd_ff/1\n"
+      "  rotorloop log check eckart00.csv eckart12.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml\n"
+      "Exit code 5: at least one log is refused.");
+  c->callback([o, &exit_code] { exit_code = check(*o); });
+}
+
+void add_input(CLI::App& c, LogArguments& o) {
+  c.add_option("log", o.log, kLogHelp)->required();
+  add_mapping(c, o);
 }
 
 }  // namespace
 
 void add_log(CLI::App& app, int& exit_code) {
-  CLI::App* group = app.add_subcommand("log", "flight logs of this and other tools: what they hold, and conversion");
+  CLI::App* group = app.add_subcommand("log", "flight logs of this and other tools: what they hold, checks, conversion");
   group->require_subcommand(1);
   {
     auto o = std::make_shared<LogArguments>();
@@ -76,6 +119,7 @@ void add_log(CLI::App& app, int& exit_code) {
         "Without a mapping, the error for a log of another tool lists its columns or topics.");
     c->callback([o, &exit_code] { exit_code = info(*o); });
   }
+  add_check(*group, exit_code);
   auto o = std::make_shared<LogArguments>();
   CLI::App* c = group->add_subcommand("convert", "write a flight as ULog or as a flight log of rotorloop");
   add_input(*c, *o);

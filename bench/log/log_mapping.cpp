@@ -169,7 +169,7 @@ MappedStream read_stream(const TomlTable& t, const TomlTable& root, const std::v
   if (t.has("missing_value")) s.missing_value = t.number("missing_value", kAnything);
   if (const auto c = t.optional_table("only_if")) s.only_if = MappedCondition{c->text("column"), c->number("is", kAnything)};
   s.time_offset_s = t.number("time_offset_s", {-10.0, 10.0, "s"}, 0.0);
-  s.optional = t.boolean("optional", false);
+  s.optional = t.boolean("optional", s.quantity == LogQuantity::extra);  // nothing is fitted to an extra
   return s;
 }
 
@@ -227,9 +227,7 @@ LogMapping from_toml(const TomlFile& file) {
 
 std::string_view name(LogQuantity quantity) { return traits(quantity).name; }
 
-std::string MappedStream::label() const {
-  return quantity == LogQuantity::extra ? "extra " + extra_name : std::string(name(quantity));
-}
+std::string MappedStream::label() const { return quantity == LogQuantity::extra ? "extra " + extra_name : std::string(name(quantity)); }
 
 LogMapping read_log_mapping(const std::filesystem::path& path) { return from_toml(TomlFile::read(path)); }
 LogMapping parse_log_mapping(std::string_view text, const std::filesystem::path& name_for_errors) {

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -36,6 +38,29 @@ std::set<std::string> columns_of(const MappedStream& s) {
   return names;
 }
 
+// What a table that lacks a column most likely is: parted by another sign, or without a row of names.
+std::optional<ErrorText> misread(const LogMapping& m, const ColumnTable& table) {
+  if (m.kind != LogKind::csv || table.names.empty()) return std::nullopt;
+  const auto words = [](char c) { return c == '\t' ? std::string("tab") : std::string(1, c); };
+  if (table.names.size() == 1)
+    for (const char other : {',', ';', '\t'})
+      if (other != m.separator && table.names.front().find(other) != std::string::npos)
+        return ErrorText{m.path.generic_string(),
+                         fmt::format("{} has one column when parted by \"{}\": \"{}\"", table.label, words(m.separator),
+                                     table.names.front().substr(0, 60)),
+                         fmt::format("its columns are parted by \"{}\"", words(other)),
+                         fmt::format("set separator = \"{}\" in the mapping, before its first [table]", words(other))};
+  const auto is_number = [](const std::string& name) {
+    double v = 0.0;
+    return !name.empty() && std::from_chars(name.data(), name.data() + name.size(), v).ptr == name.data() + name.size();
+  };
+  if (std::all_of(table.names.begin(), table.names.end(), is_number))
+    return ErrorText{table.label,
+                     fmt::format("its first row holds numbers where names of columns are expected: {}", name_list(table.names, 4)),
+                     "a log without a row of names", "write the names of its columns, as the mapping has them, into a first row"};
+  return std::nullopt;
+}
+
 // First column that the log lacks, as a complete error; nothing when the stream can be filled.
 std::optional<ErrorText> missing(const LogMapping& m, const MappedStream& s, const Sources& tables) {
   const MappedSource& source = m.sources[s.source];
@@ -43,6 +68,8 @@ std::optional<ErrorText> missing(const LogMapping& m, const MappedStream& s, con
   if (!table)
     return ErrorText{s.where, fmt::format("{} is taken from {}, which is not there", s.label(), source_label(m, source)),
                      "a log of another kind than the mapping's", "give the mapping of this log, or mark the stream `optional = true`"};
+  if (!table->has(source.time.column))
+    if (auto whole = misread(m, *table)) return whole;
   if (!table->has(source.time.column))
     return ErrorText{source.time.where, fmt::format("no column {} (time) in {}", source.time.column, table->label),
                      "a log of another kind than the mapping's", fmt::format("it has: {}", name_list(table->names))};
@@ -234,6 +261,10 @@ Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vect
     wanted[i].insert(m.sources[i].time.column);
     tables[i] = read_table(m.sources[i], wanted[i]);
     if (!tables[i]) continue;
+    if (tables[i]->rows == 0 && tables[i]->has(m.sources[i].time.column))
+      throw Error({tables[i]->label, fmt::format("has names of {} columns and no row of numbers", tables[i]->names.size()),
+                   "the logger was stopped before it wrote, or the file was cut behind its first row", "log again; the mapping fits"},
+                  ExitCode::data_quality);
     for (const auto& note : tables[i]->notes) findings.push_back({"log", note, 0.0, 0.0, FindingAction::note});
   }
   return tables;

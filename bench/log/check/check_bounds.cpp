@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "bench/log/check/check_steps.hpp"
 #include "bench/log/check/stream_access.hpp"
@@ -73,11 +74,33 @@ void check_speed_sign(CheckState& s) {
            "give `sign` in the mapping, -1 for these rotors; in a log of rotorloop write speeds without sign");
 }
 
+// Packs of one to sixteen lithium cells, nearly empty to full. No other reading fits between their units.
+void check_battery_unit(CheckState& s) {
+  constexpr double kLeast_V = 2.5, kMost_V = 70.0;
+  const auto& b = s.record.battery_V;
+  if (b.empty()) return;
+  const double usual = median(b.value);
+  if (usual >= kLeast_V && usual <= kMost_V) return;
+  std::string likely, units;
+  for (const auto& [factor, words, unit] : {std::tuple{1e-3, "the log has mV, the mapping says V", "mV"},
+                                            std::tuple{1e-2, "the log has hundredths of a volt, the mapping says V", "cV"},
+                                            std::tuple{1e-1, "the log has tenths of a volt, the mapping says V", "dV"},
+                                            std::tuple{1e3, "the log has V, the mapping says mV", "V"}}) {
+    if (usual * factor < kLeast_V || usual * factor > kMost_V) continue;
+    likely += fmt::format("{}{} (then {:.4g} V)", likely.empty() ? "" : "; or ", words, usual * factor);
+    units += fmt::format("{}unit = \"{}\"", units.empty() ? "" : " or ", unit);
+  }
+  if (likely.empty()) return;
+  s.refuse(stream_name::battery, fmt::format("the median is {:.4g} V (allowed {:.3g} to {:.3g} V)", usual, kLeast_V, kMost_V),
+           {b.t_s.front(), b.t_s.back()}, likely, fmt::format("give {} in the mapping's [[stream]] of battery", units));
+}
+
 }  // namespace
 
 void check_bounds(CheckState& s) {
   for_each_stream(s.record, [&](const std::string& name, auto& stream) { check_bound(s, name, stream); });
   if (!s.refused()) check_speed_sign(s);
+  if (!s.refused()) check_battery_unit(s);
 }
 
 }  // namespace rotorloop::log

@@ -41,21 +41,22 @@ void drop_lone_ends(CheckState& s, const std::string& name, Stream<Value>& strea
   if (first > 0 || last + 1 < n) stream = kept(stream, keep);
 }
 
-// What a wrong unit makes of 50 Hz to 1 kHz; nothing when no unit would bring the step there.
+// What a wrong unit makes of 50 Hz to 1 kHz; nothing when no unit would bring the step there. The unit that was given is not known here:
+// only the factor is, and each factor has its pairs.
 std::string likely_unit(double step_s) {
   struct Unit {
-    double factor;  // of the numbers in the log, were they seconds
+    double factor;  // of the step read to the step meant
     const char* words;
   };
-  constexpr Unit kUnits[] = {{1e3, "stamps in ms, read as s"},
-                             {1e6, "stamps in us, read as s"},
-                             {1e9, "stamps in ns, read as s"},
-                             {1e-3, "stamps in s, read as ms"},
-                             {1e-6, "stamps in s, read as us"}};
+  constexpr Unit kUnits[] = {{1e3, "us where the mapping says ms, or ms where it says s"},
+                             {1e6, "us where the mapping says s, or ns where it says ms"},
+                             {1e9, "ns where the mapping says s"},
+                             {1e-3, "s where the mapping says ms, or ms where it says us"},
+                             {1e-6, "s where the mapping says us, or ms where it says ns"}};
   std::string out;
   for (const Unit& u : kUnits)
     if (const double meant = step_s / u.factor; meant > 0.8e-3 && meant < 0.03)
-      out += fmt::format("{}{} (then {:.3g} ms)", out.empty() ? "time unit? " : ", or ", u.words, 1e3 * meant);
+      out += fmt::format("{}the stamps are in {} (then {:.3g} ms)", out.empty() ? "time unit? " : ", or ", u.words, 1e3 * meant);
   return out.empty() ? "time unit? Or stamps rounded to whole seconds" : out;
 }
 

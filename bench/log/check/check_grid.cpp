@@ -117,4 +117,12 @@ FlightGrid make_grid(const CheckState& s, double corner_hz) {
   return g;
 }
 
+FlightRecord turning_streams(const FlightRecord& r) {
+  FlightRecord out;
+  out.rotor_omega_rad_s = r.rotor_omega_rad_s;
+  out.gyro_B_rad_s = r.gyro_B_rad_s;
+  if (r.gyro_B_rad_s.size() <= 3) out.pose = r.pose;
+  return out;
+}
+
 }  // namespace rotorloop::log

@@ -173,6 +173,33 @@ void check_rates(CheckState& s, const FlightGrid& g) {
   }
 }
 
+// The thrust axis points up in the mean of a flight. Where it points down while gyro and attitude turn alike, one of the two frames of
+// the attitude is upside down: the accelerometer, which is in body axes, shows which.
+void check_upright(CheckState& s, const FlightGrid& g) {
+  constexpr double kUpsideDown = -0.5;
+  double up = 0.0, felt = 0.0, n = 0.0;
+  for (std::size_t i = 0; i < g.grid.count; ++i) {
+    if (!g.valid[i]) continue;
+    up += (g.q_WB[i] * Eigen::Vector3d::UnitZ()).z();
+    if (g.has_accel) felt += g.accel_B_m_s2[i].z();
+    n += 1.0;
+  }
+  if (n < 100.0 || up / n > kUpsideDown) return;
+  const std::string what =
+      fmt::format("z of the body points along {:+.2f} of the world's z in the mean (allowed {:.1f} to 1)", up / n, kUpsideDown);
+  const std::string body = "body axes are forward-right-down", world = "world axes are north-east-down";
+  const std::string set_body = "body = \"FRD\"", set_world = "world = \"NED\"";
+  const std::string where = " in the mapping's [axes], or in each [[stream]] that has them";
+  if (g.has_accel && felt < 0.0) {
+    s.refuse(stream_name::pose, what, s.span(), body, "give " + set_body + where);
+  } else if (g.has_accel) {
+    s.refuse(stream_name::pose, what, s.span(), world, "give " + set_world + where);
+  } else {
+    s.refuse(stream_name::pose, what, s.span(), body + ", or " + world + ", or the quaternion is stored w, x, y, z and read as x, y, z, w",
+             "give " + set_body + " or " + set_world + where + "; name the columns of w, x, y, z in this order");
+  }
+}
+
 // Mean specific force in world axes is gravity, whatever was flown, when the flight begins and ends at moderate speed; without
 // attitude the mean along body z must do.
 void check_gravity(CheckState& s, const FlightGrid& g) {
@@ -191,8 +218,8 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   const double shown = (g.has_attitude ? world.z() : body.z()) / kGravity_m_s2;
   const double low = g.has_attitude ? 0.75 : 0.5, high = g.has_attitude ? 1.33 : 3.0;
   if (shown >= low && shown <= high) return;
-  const std::string what = fmt::format("mean specific force upwards is {:.4g} m/s^2 (allowed {:.3g} to {:.3g})",
-                                       shown * kGravity_m_s2, low * kGravity_m_s2, high * kGravity_m_s2);
+  const std::string what = fmt::format("mean specific force upwards is {:.4g} m/s^2 (allowed {:.3g} to {:.3g})", shown * kGravity_m_s2,
+                                       low * kGravity_m_s2, high * kGravity_m_s2);
   const auto near = [&](double ratio) { return shown > 0.7 * ratio && shown < 1.4 * ratio; };
   if (near(1.0 / kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "the accelerometer is in g", "give its unit as g");
@@ -201,8 +228,12 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
   } else if (near(kGravity_m_s2)) {
     s.refuse(stream_name::accel, what, all, "an accelerometer in m/s^2, converted from g once too often", "give its unit as m/s^2");
   } else if (shown < -0.5 && shown > -2.0) {
-    s.refuse(stream_name::accel, what, all, "z points down, or the sign of specific force is that of gravity",
-             "give its frame as forward-right-down, or its sign");
+    s.refuse(stream_name::accel, what, all,
+             g.has_attitude ? "z points down in world and body both, or the sign of specific force is that of gravity"
+                            : "z of the body points down, or the sign of specific force is that of gravity",
+             g.has_attitude
+                 ? "give world = \"NED\" and body = \"FRD\" in the mapping's [axes]; or sign = [-1, -1, -1] in the [[stream]] of accel"
+                 : "give body = \"FRD\" in the mapping's [axes]; or sign = [-1, -1, -1] in the [[stream]] of accel");
   } else if (std::abs(shown) < 0.25) {
     s.refuse(stream_name::accel, what, all, "gravity was taken out of the accelerometer's values",
              "name acceleration as such, with gravity to be added");
@@ -219,7 +250,8 @@ void check_gravity(CheckState& s, const FlightGrid& g) {
 void check_inertial(CheckState& s) {
   const FlightGrid g = make_grid(s, kInertialCorner_hz);
   if (g.has_gyro && g.has_attitude) check_rates(s, g);
-  if (g.has_accel) check_gravity(s, g);
+  if (g.has_attitude && !s.refused()) check_upright(s, g);
+  if (g.has_accel && !s.refused()) check_gravity(s, g);
 }
 
 }  // namespace rotorloop::log

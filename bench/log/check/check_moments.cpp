@@ -1,9 +1,12 @@
 // Moments of the speeds and turning of the vehicle; see check_moments.hpp.
 #include "bench/log/check/check_moments.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "host/base/constants.hpp"
 #include "host/base/statistics.hpp"
+#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::log {
 
@@ -41,6 +44,10 @@ std::vector<MomentSample> moment_samples(const FlightGrid& g, const std::vector<
                    .velocity_B_m_s = Eigen::Vector3d::Zero(),
                    .moment = {}};
     if (g.has_attitude) m.velocity_B_m_s = g.q_WB[i].conjugate() * (g.has_velocity ? g.velocity_W_m_s[i] : g.position_rate_W_m_s[i]);
+    if (g.has_accel)
+      m.thrust_g = g.accel_B_m_s2[i].z() / kGravity_m_s2;
+    else if (g.has_attitude)
+      m.thrust_g = (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] / kGravity_m_s2 + Eigen::Vector3d::UnitZ())).z();
     for (std::size_t k = 0; k < 4; ++k) {
       const Eigen::Vector3d arm = vehicle.arm_m(static_cast<int>(k));
       const double reaction = vehicle.rotors[k].reaction;
@@ -52,6 +59,41 @@ std::vector<MomentSample> moment_samples(const FlightGrid& g, const std::vector<
     }
     out.push_back(m);
   }
+  return out;
+}
+
+Unexplained unexplained_moments(const std::vector<MomentSample>& samples, const std::function<bool(std::size_t)>& sound) {
+  constexpr int kRegressors = 11;
+  Unexplained out{.imbalance = std::vector<Imbalance>(samples.size()), .constant = {}};
+  using Row = Eigen::Matrix<double, kRegressors, 1>;
+  double count = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int j = (axis + 1) % 3, l = (axis + 2) % 3;
+    const auto row = [&](const MomentSample& m) {
+      Row r;
+      r << 1.0, m.thrust_g - 1.0, m.acceleration_B_rad_s2[axis], m.rate_B_rad_s[j] * m.rate_B_rad_s[l], m.rate_B_rad_s, m.velocity_B_m_s,
+          axis == 2 ? m.spin_s : 0.0;
+      return r;
+    };
+    Eigen::Matrix<double, kRegressors, kRegressors> normal = Eigen::Matrix<double, kRegressors, kRegressors>::Zero();
+    Row right = Row::Zero();
+    const auto a = static_cast<std::size_t>(axis);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const MomentSample& m = samples[i];
+      if (!m.valid || !sound(i)) continue;
+      const Row r = row(m);
+      normal += r * r.transpose();
+      right += r * m.moment[a];
+    }
+    for (int k = 0; k < kRegressors; ++k) normal(k, k) += 1e-9 * normal(k, k) + 1e-12;
+    const Row x = LdltFactor(normal).solve(Eigen::VectorXd(right));
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      out.imbalance[i][a] = samples[i].moment[a] - x.dot(row(samples[i]));
+      if (samples[i].valid && sound(i)) out.mean_square += out.imbalance[i][a] * out.imbalance[i][a], count += 1.0;
+    }
+    out.constant[a] = x[0];
+  }
+  out.mean_square /= std::max(1.0, count);
   return out;
 }
 

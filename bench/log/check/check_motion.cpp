@@ -134,16 +134,28 @@ bool check_acceleration(CheckState& s, const FlightGrid& g) {
   const double turn_deg = l.turn_rad * 180.0 / std::numbers::pi;
   if (l.correlation_turned > 0.75 && std::abs(turn_deg) > 30.0) {
     const bool opposite = std::abs(turn_deg) > 150.0;
+    std::string likely = "position and attitude are given in different world frames, or x and y are exchanged";
+    std::string remedy = "give the quaternion's direction and the frames in the mapping";
+    if (opposite) {
+      likely = "tilting forward moves it backward: the quaternion is the conjugate (world to body), or an axis has the wrong sign";
+      remedy = "give direction = \"world_to_body\" in the mapping's [[stream]] of pose, or the frames";
+      if (!g.has_accel) {
+        likely += ", or world and body are north-east-down and forward-right-down";
+        remedy += ": world = \"NED\" and body = \"FRD\" in [axes]";
+      }
+    }
     s.refuse(stream_name::pose, what + fmt::format("; {:.2f} when turned by {:.0f} deg about z", l.correlation_turned, turn_deg), s.span(),
-             opposite ? "tilting forward moves it backward: the quaternion is the conjugate (world to body), or an axis has the wrong sign"
-                      : "position and attitude are given in different world frames, or x and y are exchanged",
-             "give the quaternion's direction and the frames in the mapping");
+             likely, remedy);
     return true;
   }
   if (l.axis.x() < -0.5 || l.axis.y() < -0.5) {
+    const bool half_turn = l.axis.x() > 0.0 && l.axis.y() < 0.0 && l.axis.z() < 0.0;
     s.refuse(stream_name::position, what + fmt::format("; axis by axis {:.2f}, {:.2f}, {:.2f}", l.axis.x(), l.axis.y(), l.axis.z()),
-             s.span(), "an axis of the position has the wrong sign (east-north-up against north-west-up?)",
-             "give the frame of the position in the mapping");
+             s.span(),
+             half_turn ? "the position is north-east-down, the attitude's world frame has z up"
+                       : "an axis of the position has the wrong sign (east-north-up against north-west-up?)",
+             half_turn ? "give world = \"NED\" in the mapping for what is logged so, and sign = [1, -1, -1] where a pose has both"
+                       : "give the frame of the position in the mapping");
     return true;
   }
   if (l.correlation < 0.5) s.note(stream_name::position, what, s.span());

@@ -1,6 +1,7 @@
 // How late each stream is against another, from what both must show: initial values for the fit's time offsets, and a fault when
 // streams of one log do not keep one clock. The lag of largest correlation, between grid points by a parabola; its uncertainty
-// from leaving out a tenth of the flight at a time, which counts coloured noise as what it is.
+// from leaving out a tenth of the flight at a time, which counts coloured noise as what it is; for rotor speeds also from what of the
+// airflow's part of the thrust is known, for that is where most of their error lies.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <optional>
 
 #include "bench/log/check/check_steps.hpp"
+#include "bench/log/check/stream_access.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/statistics.hpp"
 #include "host/base/symmetric_matrix.hpp"
@@ -145,29 +147,33 @@ void record(CheckState& s, const std::optional<StreamOffset>& o) {
          s.span());
 }
 
-// Climbing takes thrust away, and the climb is the integral of the force: at 1 Hz that alone turns the force ahead of the speeds by
-// 20 ms. The part that goes with Σω times the climb speed is fitted beside Σω² and taken out of the force.
-// The speeds are read `late_s` late meanwhile.
-void take_out_climb(const FlightGrid& g, const std::vector<double>& lift, double late_s, std::vector<double>& up) {
+// What of the force goes with the motion and not with the speeds at once. Climbing takes thrust away, and the climb is the integral of
+// the force: at 1 Hz that alone turns the force ahead of the speeds by 20 ms. Flying forward adds thrust with the square of the speed.
+enum class Airflow { climb, climb_and_forward };
+
+// The parts that go with Σω times the climb speed, and with the square of the in-plane speed, are fitted beside Σω² and taken out of the
+// force. The speeds are read `late_s` late meanwhile.
+void take_out_airflow(const FlightGrid& g, Airflow which, const std::vector<double>& lift, double late_s, std::vector<double>& up) {
   const auto shift = static_cast<std::ptrdiff_t>(std::round(late_s / g.grid.dt_s));
   const auto n = static_cast<std::ptrdiff_t>(up.size());
   const double scale = 1.0 / (median(lift) + 1e-9);
-  std::vector<double> climb(up.size());
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  std::vector<double> climb(up.size()), forward(up.size());
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const auto here = static_cast<std::size_t>(i), read = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i + shift, 0, n - 1));
     const RotorValues& w = g.omega_rad_s[read];
     const Eigen::Vector3d v = g.q_WB[here].conjugate() * (g.has_velocity ? g.velocity_W_m_s[here] : g.position_rate_W_m_s[here]);
     climb[here] = v.z() * (w[0] + w[1] + w[2] + w[3]) * std::sqrt(scale);
+    forward[here] = which == Airflow::climb ? 0.0 : v.head<2>().squaredNorm();
     if (!g.valid[here]) continue;
-    const Eigen::Vector3d row(lift[read] * scale, climb[here], 1.0);
+    const Eigen::Vector4d row(lift[read] * scale, climb[here], forward[here], 1.0);
     normal += row * row.transpose();
     right += row * up[here];
   }
-  const Eigen::Vector3d x = LdltFactor(normal + 1e-9 * Eigen::Matrix3d::Identity()).solve(Eigen::VectorXd(right));
-  if (x[1] > 0.0) return;  // physics has it negative; a fit that says otherwise saw something else
-  for (std::size_t i = 0; i < up.size(); ++i) up[i] -= x[1] * climb[i];
+  const Eigen::Vector4d x = LdltFactor(normal + 1e-9 * Eigen::Matrix4d::Identity()).solve(Eigen::VectorXd(right));
+  const double climb_gain = std::min(0.0, x[1]);  // physics has it negative; a fit that says otherwise saw something else
+  for (std::size_t i = 0; i < up.size(); ++i) up[i] -= climb_gain * climb[i] + x[2] * forward[i];
 }
 
 Channels sum_of_squares(const FlightGrid& g) {
@@ -175,6 +181,37 @@ Channels sum_of_squares(const FlightGrid& g) {
   for (std::size_t i = 0; i < g.grid.count; ++i)
     for (const double w : g.omega_rad_s[i]) c[0][i] += w * w;
   return c;
+}
+
+// How late the speeds are and how much of the force is airflow depend on each other: a few rounds settle both.
+std::optional<StreamOffset> rotor_offset(CheckState& s, const FlightGrid& g, const char* against, const Channels& up, Airflow which) {
+  const Channels lift = sum_of_squares(g);
+  std::optional<StreamOffset> o = estimate(s, g, stream_name::rotors, lift, against, up, kClimbCorner_hz, kLeastLiftCorrelation);
+  for (int round = 0; round < 3 && o && g.has_attitude; ++round) {
+    Channels without = up;
+    take_out_airflow(g, which, lift[0], o->late_s, without[0]);
+    o = estimate(s, g, stream_name::rotors, lift, against, without, kClimbCorner_hz, kLeastLiftCorrelation);
+  }
+  return o;
+}
+
+void record_rotor_offset(CheckState& s, const FlightGrid& g) {
+  constexpr double kOfPeriod = 0.1;  // stamps and interpolation are no better than a tenth of the sample time
+  const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+  Channels up(1, std::vector<double>(g.grid.count));
+  for (std::size_t i = 0; i < up[0].size(); ++i)
+    up[0][i] = g.has_accel ? g.accel_B_m_s2[i].z() : (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity)).z();
+  const char* against = g.has_accel ? stream_name::accel : stream_name::pose;
+  std::optional<StreamOffset> o = rotor_offset(s, g, against, up, Airflow::climb_and_forward);
+  if (o && g.has_attitude) {
+    // Noise is the smaller part of what is unknown: thrust does more than the airflow taken out here. What taking out one part of it
+    // changed stands for what the parts that are left would change.
+    const auto cruder = rotor_offset(s, g, against, up, Airflow::climb);
+    if (!cruder) return;
+    const double floor_s = kOfPeriod * std::max(period_s(s.record.rotor_omega_rad_s), period_s(s.record.accel_B_m_s2));
+    o->u_s = std::hypot(o->u_s, o->late_s - cruder->late_s, floor_s);
+  }
+  record(s, o);
 }
 
 }  // namespace
@@ -190,21 +227,7 @@ void check_offsets(CheckState& s) {
     for (std::size_t i = 0; i < felt.size(); ++i) felt[i] = g.q_WB[i] * g.accel_B_m_s2[i];
     record(s, estimate(s, g, stream_name::pose, channels(g.position_acc_W_m_s2), stream_name::accel, channels(felt), 0.5));
   }
-  if (g.has_rotors && (g.has_accel || g.has_attitude)) {
-    const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
-    Channels up(1, std::vector<double>(g.grid.count));
-    for (std::size_t i = 0; i < up[0].size(); ++i)
-      up[0][i] = g.has_accel ? g.accel_B_m_s2[i].z() : (g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity)).z();
-    const Channels lift = sum_of_squares(g);
-    const char* against = g.has_accel ? stream_name::accel : stream_name::pose;
-    std::optional<StreamOffset> o = estimate(s, g, stream_name::rotors, lift, against, up, kClimbCorner_hz, kLeastLiftCorrelation);
-    for (int round = 0; round < 3 && o && g.has_attitude; ++round) {  // how late and how much of it is climb depend on each other
-      Channels without = up;
-      take_out_climb(g, lift[0], o->late_s, without[0]);
-      o = estimate(s, g, stream_name::rotors, lift, against, without, kClimbCorner_hz, kLeastLiftCorrelation);
-    }
-    record(s, o);
-  }
+  if (g.has_rotors && (g.has_accel || g.has_attitude)) record_rotor_offset(s, g);
   if (g.has_velocity && g.has_position)
     record(s, estimate(s, g, stream_name::velocity, channels(g.velocity_W_m_s), g.has_attitude ? stream_name::pose : stream_name::position,
                        channels(g.position_rate_W_m_s), 0.5));

@@ -10,7 +10,6 @@
 
 #include "bench/log/check/check_moments.hpp"
 #include "bench/log/check/stream_access.hpp"
-#include "host/base/symmetric_matrix.hpp"
 
 namespace rotorloop::log {
 namespace {
@@ -20,47 +19,6 @@ namespace {
 constexpr double kLeastStep = 0.04, kMostSpread = 0.5;
 constexpr double kShortest_s = 1.0, kLeastLeft_s = 2.0;
 constexpr std::size_t kMostWindows = 400;  // all pairs of them are tried
-constexpr int kRegressors = 10;
-
-using Imbalance = std::array<double, 3>;
-
-struct Left {
-  std::vector<Imbalance> imbalance;  // sample by sample, without what a sound log explains
-  Imbalance constant{};              // of the fit: what the whole flight leaves
-};
-
-// Regression of each axis on what moves a sound vehicle: its own acceleration and rates, products of rates, velocity, spin-up.
-// Fitted to the samples of which `sound(i)` is true.
-template <class Sound>
-Left unexplained(const std::vector<MomentSample>& samples, const Sound& sound) {
-  Left out{.imbalance = std::vector<Imbalance>(samples.size()), .constant = {}};
-  using Row = Eigen::Matrix<double, kRegressors, 1>;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int j = (axis + 1) % 3, l = (axis + 2) % 3;
-    const auto row = [&](const MomentSample& m) {
-      Row r;
-      r << 1.0, m.acceleration_B_rad_s2[axis], m.rate_B_rad_s[j] * m.rate_B_rad_s[l], m.rate_B_rad_s, m.velocity_B_m_s,
-          axis == 2 ? m.spin_s : 0.0;
-      return r;
-    };
-    Eigen::Matrix<double, kRegressors, kRegressors> normal = Eigen::Matrix<double, kRegressors, kRegressors>::Zero();
-    Row right = Row::Zero();
-    const auto a = static_cast<std::size_t>(axis);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const MomentSample& m = samples[i];
-      if (!m.valid || !sound(i)) continue;
-      const Row r = row(m);
-      normal += r * r.transpose();
-      right += r * m.moment[a];
-    }
-    for (int k = 0; k < kRegressors; ++k) normal(k, k) += 1e-9 * normal(k, k) + 1e-12;
-    const Row x = LdltFactor(normal).solve(Eigen::VectorXd(right));
-    for (std::size_t i = 0; i < samples.size(); ++i) out.imbalance[i][a] = samples[i].moment[a] - x.dot(row(samples[i]));
-    out.constant[a] = x[0];
-  }
-  return out;
-}
-
 struct Stretch {
   std::size_t from = 0, to = 0;  // samples, half open
   std::size_t rotor = 0;
@@ -72,7 +30,7 @@ struct Stretch {
 
 class StepSearch {
  public:
-  StepSearch(const std::vector<MomentSample>& samples, const Left& left, const host::VehicleModel& vehicle, double dt_s)
+  StepSearch(const std::vector<MomentSample>& samples, const Unexplained& left, const host::VehicleModel& vehicle, double dt_s)
       : left_(left), vehicle_(vehicle), dt_s_(dt_s), sum_(samples.size() + 1), count_(samples.size() + 1, 0.0) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
       sum_[i + 1] = sum_[i];
@@ -123,7 +81,7 @@ class StepSearch {
     }
   }
 
-  const Left& left_;
+  const Unexplained& left_;
   const host::VehicleModel& vehicle_;
   double dt_s_;
   std::vector<Imbalance> sum_;
@@ -137,7 +95,7 @@ double scale_of(double step) { return std::sqrt(1.0 + 4.0 * step); }
 // speed that it read.
 double scale_in(const std::vector<MomentSample>& samples, const Stretch& b, bool inside, const host::VehicleModel& vehicle) {
   const auto wrong = [&](std::size_t i) { return (i >= b.from && i < b.to) == inside; };
-  const Left left = unexplained(samples, [&](std::size_t i) { return !wrong(i); });
+  const Unexplained left = unexplained_moments(samples, [&](std::size_t i) { return !wrong(i); });
   const std::array<double, 3> sign = moment_signs(vehicle, b.rotor);
   double read = 0.0, too_much = 0.0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -157,7 +115,7 @@ void check_rotor_scale(CheckState& s, const FlightGrid& g, std::vector<char> in_
     const std::vector<MomentSample> samples = moment_samples(g, shrunk(in_flight, g.grid.dt_s, kMargin_s), s.vehicle);
     if (samples.empty()) return;
     const double dt_s = g.grid.dt_s * static_cast<double>(kMomentStride);
-    const Left left = unexplained(samples, [](std::size_t) { return true; });
+    const Unexplained left = unexplained_moments(samples, [](std::size_t) { return true; });
     const std::optional<Stretch> b = StepSearch(samples, left, s.vehicle, dt_s).best();
     if (!b) return;
     const std::string name = fmt::format("rotor {} speed", b->rotor + 1);

@@ -46,6 +46,8 @@ struct FlightGrid {
 
 // Grid of 400 Hz, everything low-passed with the same zero-phase filter. `corner_hz` well below half the slowest stream's rate.
 FlightGrid make_grid(const CheckState& s, double corner_hz);
+// Rotor speeds and what shows the vehicle's rates, alone: gaps of other streams must not take away from what these two show.
+FlightRecord turning_streams(const FlightRecord& r);
 
 void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
 void check_clock(CheckState& s);     // stamps far from all others, unit of time; a step of check_stamps

@@ -14,7 +14,7 @@ namespace rotorloop::log {
 struct StreamOffset {
   std::string stream, against;
   double late_s = 0.0;
-  double u_s = 0.0;          // standard uncertainty, from leaving out one tenth of the flight at a time
+  double u_s = 0.0;          // standard uncertainty; see check_offsets.cpp
   double correlation = 0.0;  // of the two, at this offset
 };
 

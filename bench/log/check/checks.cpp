@@ -102,4 +102,11 @@ CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel&
   return std::move(s.result);
 }
 
+CheckedFlight check_flight(const FlightRecord& record, const CheckLimits& limits) {
+  host::VehicleModel any;  // no mass and no radius; arms count by their directions alone
+  any.rotors = {host::RotorMount{{1.0, -1.0, 0.0}, -1}, host::RotorMount{{-1.0, 1.0, 0.0}, -1}, host::RotorMount{{1.0, 1.0, 0.0}, 1},
+                host::RotorMount{{-1.0, -1.0, 0.0}, 1}};
+  return check_flight(record, any, limits);
+}
+
 }  // namespace rotorloop::log

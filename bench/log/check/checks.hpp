@@ -13,6 +13,10 @@ namespace rotorloop::log {
 
 CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel& vehicle, const CheckLimits& limits = {});
 
+// Of a vehicle that nobody has described: four rotors in the order of FlightRecord. Two checks are left out, for they need sizes:
+// the unit of the rotor speeds (mass and rotor radius) and a rotor whose reading fails for a while (arms).
+CheckedFlight check_flight(const FlightRecord& record, const CheckLimits& limits = {});
+
 // One line per finding under a heading; the refusal, if any, last.
 std::string findings_table(const CheckedFlight& checked);
 // {"flight", "segments": [[from_s, to_s]], "offsets": [...], "findings": [...], "refusal": null or {...}}

@@ -233,6 +233,16 @@ TEST(LogMapping, OptionalStreamThatIsNotThereIsANote) {
   EXPECT_TRUE(r.noted("battery: not in this log: no column u"));
 }
 
+TEST(LogMapping, FurtherColumnThatIsNotThereIsANoteUnlessTheMappingSaysOtherwise) {
+  test::TempFolder folder;
+  const std::string log = "t,x,y,z\n0,0,0,0\n", gyro = stream("gyro", kXyz, "rad/s");
+  const auto r = read_csv(folder, log, csv_mapping(gyro + stream("extra", "[\"px\"]", "mm", "name = \"payload_x[m]\"")));
+  EXPECT_EQ(r.flight.gyro_B_rad_s.size(), 1u);
+  EXPECT_TRUE(r.noted("extra payload_x[m]: not in this log: no column px"));
+  const std::string required = csv_mapping(gyro + stream("extra", "[\"px\"]", "mm", "name = \"payload_x[m]\"\noptional = false"));
+  EXPECT_THAT(test::error_of([&] { read_csv(folder, log, required); }), HasSubstr("no column px"));
+}
+
 TEST(LogMapping, FurtherColumnsAreKeptUnderTheirNames) {
   test::TempFolder folder;
   const auto r = read_csv(folder, "t,px\n0,-15\n", csv_mapping(stream("extra", "[\"px\"]", "mm", "name = \"payload_x[m]\"")));
@@ -323,19 +333,23 @@ TEST(LogMapping, FileBesideTheLogThatIsNotThereIsNamed) {
 TEST(LogMapping, FourColumnsThatAreNoQuaternionAreRefused) {
   test::TempFolder folder;
   const std::string degrees = "t,x,y,z,qw,qx,qy,qz\n0,0,0,0,10,20,30,40\n1,0,0,0,10,20,30,40\n";
-  EXPECT_THAT(test::error_of([&] { read_csv(folder, degrees, csv_mapping(stream("pose", kXyz, "m", kQuaternion))); }, ExitCode::data_quality),
-              AllOf(HasSubstr("are no unit quaternion: norm 54.7"), HasSubstr("Euler angles")));
+  EXPECT_THAT(
+      test::error_of([&] { read_csv(folder, degrees, csv_mapping(stream("pose", kXyz, "m", kQuaternion))); }, ExitCode::data_quality),
+      AllOf(HasSubstr("are no unit quaternion: norm 54.7"), HasSubstr("Euler angles")));
 }
 TEST(LogMapping, BlankIsRefusedWhereTheMappingSaysSo) {
   test::TempFolder folder;
-  EXPECT_THAT(test::error_of([&] { read_csv(folder, "t,u\n0,1\n1,\n", csv_mapping(stream("battery", "[\"u\"]", "V", "blank = \"refuse\""))); },
-                       ExitCode::data_quality),
-              HasSubstr("battery is blank in data row 2"));
+  EXPECT_THAT(
+      test::error_of([&] { read_csv(folder, "t,u\n0,1\n1,\n", csv_mapping(stream("battery", "[\"u\"]", "V", "blank = \"refuse\""))); },
+                     ExitCode::data_quality),
+      HasSubstr("battery is blank in data row 2"));
 }
 TEST(CsvTable, DamagedRowsAreNamedByLine) {
   test::TempFolder folder;
   const std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
-  const auto error = [&](const std::string& log) { return test::error_of([&] { read_csv(folder, log, mapping); }, ExitCode::data_quality); };
+  const auto error = [&](const std::string& log) {
+    return test::error_of([&] { read_csv(folder, log, mapping); }, ExitCode::data_quality);
+  };
   EXPECT_THAT(error("t,u\n0,1,2\n1,2\n"), HasSubstr("log.csv:2: error: has 3 cells, the header has 2"));
   EXPECT_THAT(error("t;u\n0,1\n0;1\n"), HasSubstr("log.csv:2"));
   EXPECT_THAT(error("t,u\n0,1\n0,1x\n2,3\n"), HasSubstr("log.csv:3: error: \"1x\" in column \"u\" is not a number"));
@@ -343,10 +357,29 @@ TEST(CsvTable, DamagedRowsAreNamedByLine) {
   EXPECT_THAT(error(""), HasSubstr("has no row of column names"));
   EXPECT_THAT(error("# only a comment\n"), HasSubstr("has no row of column names"));
 }
+TEST(CsvTable, PartedByAnotherSignIsRefusedWithTheSeparatorToSet) {
+  test::TempFolder folder;
+  const std::string battery = stream("battery", "[\"u\"]", "V");
+  const auto error = [&](const std::string& log, const std::string& head) {
+    return test::error_of([&] { read_csv(folder, log, csv_mapping(battery, head)); });
+  };
+  EXPECT_THAT(error("t;u\n0;1\n", ""), HasSubstr("set separator = \";\" in the mapping"));
+  EXPECT_THAT(error("t\tu\n0\t1\n", ""), HasSubstr("set separator = \"tab\" in the mapping"));
+  EXPECT_THAT(error("t,u\n0,1\n", "separator = \";\"\n"), HasSubstr("set separator = \",\" in the mapping"));
+}
+TEST(CsvTable, WithoutNamesOrWithoutRowsIsRefusedAsSuchAndNoColumnIsBlamed) {
+  test::TempFolder folder;
+  const std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
+  const std::string empty = test::error_of([&] { read_csv(folder, "t,u\n", mapping); }, ExitCode::data_quality);
+  EXPECT_THAT(empty, HasSubstr("has names of 2 columns and no row of numbers"));
+  EXPECT_THAT(test::error_of([&] { read_csv(folder, "0.0,11.1\n0.1,11.0\n", mapping); }),
+              HasSubstr("its first row holds numbers where names of columns are expected: 0.0, 11.1"));
+}
 TEST(ReadFlight, LogOfAnotherToolWithoutMappingListsItsColumns) {
   test::TempFolder folder;
   const auto path = folder.write("log.csv", "t,u\n0,1\n");
-  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("columns t, u mean"), HasSubstr("give --mapping")));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }),
+              AllOf(HasSubstr("columns t, u mean"), HasSubstr("give --mapping")));
   EXPECT_THAT(test::error_of([&] { (void)read_flight(folder.path(), nullptr); }), HasSubstr("flight.csv: error: is not a file"));
   const LogMapping ulog = parse_log_mapping(
       "format = 1\nname = \"u\"\nlog = \"ulog\"\n[source.b]\ntopic = \"b\"\n" + stream("battery", "[\"u\"]", "V", "from = \"b\""),

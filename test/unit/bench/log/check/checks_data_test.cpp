@@ -101,6 +101,31 @@ TEST_F(MeasuredLogs, NanoDroneRunsHaveTheirOwnOffsetsOfMotorsAgainstAcceleromete
   EXPECT_NEAR(rotor_offset_s("random1_20251017_run1"), -0.025, 0.002);
 }
 
+// Vehicles of another simulator, whose rotor speeds and accelerometer have one clock: what is found is the error.
+TEST_F(MeasuredLogs, ErrorsOfRotorOffsetsAreThoseThatTheirUncertaintySaysWhereTheTruthIsZero) {
+  const log::LogMapping mapping =
+      log::read_log_mapping(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/measured/undeclared_a.mapping.toml");
+  const MeasuredFlight any = read_measured(measured_flights() / "undeclared_a" / "rotation.csv");
+  double square = 0.0, worst = 0.0;
+  int reported = 0, flights = 0;
+  for (int set = 1; set <= 16; ++set)
+    for (const char* name : {"general", "general2", "rotation"}) {
+      const auto file = measured_flights() / "development" / ((set < 10 ? "d0" : "d") + std::to_string(set)) / (std::string(name) + ".csv");
+      const CheckedFlight c = check_flight(read_flight(file, &mapping), any.vehicle);
+      ++flights;
+      const StreamOffset* o = c.offsets.find("rotor speeds", "accelerometer");
+      if (!o) continue;
+      ++reported;
+      square += o->late_s * o->late_s / (o->u_s * o->u_s);
+      worst = std::max(worst, std::abs(o->late_s));
+    }
+  const double rms_z = std::sqrt(square / std::max(1, reported));
+  std::printf("rotor offsets of %d flights: %d reported, rms of error over u %.2f, largest error %.1f ms\n", flights, reported, rms_z,
+              1e3 * worst);
+  EXPECT_GE(reported, 30);
+  EXPECT_LT(rms_z, 2.0);
+}
+
 TEST_F(MeasuredLogs, WithoutPoseOrRotorSpeedsTheFlownWindowsThatTheAuthorsChoseByHandAreKept) {
   // Thrust curve, roll and pitch inertia, yaw inertia: the windows of the publication's notebook, taken by eye.
   const std::vector<std::pair<std::string, TimeRange>> windows{

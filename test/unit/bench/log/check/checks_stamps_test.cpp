@@ -48,7 +48,9 @@ TEST(Stamps, OneWildStampAmongOthersIsToldWhereItStandsAndInFewDigits) {
 }
 
 TEST(Stamps, InAnotherUnitAreRefusedWithTheUnitAndTheKeyToSet) {
-  for (const auto& [factor, unit] : {std::pair{1e3, "in ms, read as s"}, {1e6, "in us, read as s"}, {1e-3, "in s, read as ms"}}) {
+  for (const auto& [factor, unit] : {std::pair{1e3, "us where the mapping says ms, or ms where it says s (then 10 ms)"},
+                                     {1e6, "us where the mapping says s"},
+                                     {1e-3, "s where the mapping says ms"}}) {
     AnalyticFlight f = analytic_flight();
     scale_stamps(f.record, factor);
     const CheckedFlight c = check_flight(f.record, f.vehicle);

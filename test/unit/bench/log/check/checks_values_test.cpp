@@ -87,5 +87,69 @@ TEST(Values, PoseLateByMoreThanTheSearchIsRefusedWithTheOffset) {
   EXPECT_THAT(c.refusal->remedy, HasSubstr("time_offset_s = -0.20"));
 }
 
+// Half a turn about x: what forward-right-down makes of forward-left-up, and north-east-down of z up.
+Eigen::Vector3d turned_over(const Eigen::Vector3d& v) { return {v.x(), -v.y(), -v.z()}; }
+const Eigen::Quaterniond kHalfTurn(0.0, 1.0, 0.0, 0.0);
+
+AnalyticFlight with_body_forward_right_down() {
+  AnalyticFlight f = analytic_flight();
+  for (Eigen::Vector3d& v : f.record.gyro_B_rad_s.value) v = turned_over(v);
+  for (Eigen::Vector3d& v : f.record.accel_B_m_s2.value) v = turned_over(v);
+  for (PoseReading& p : f.record.pose.value) p.q_WS = p.q_WS * kHalfTurn;
+  return f;
+}
+
+AnalyticFlight with_world_north_east_down(AnalyticFlight f) {
+  for (Eigen::Vector3d& v : f.record.velocity_W_m_s.value) v = turned_over(v);
+  for (PoseReading& p : f.record.pose.value) p = {turned_over(p.p_W_m), kHalfTurn * p.q_WS};
+  return f;
+}
+
+TEST(Axes, OfTheBodyForwardRightDownInAllStreamsAreRefusedWithTheKeyOfTheMapping) {
+  const AnalyticFlight f = with_body_forward_right_down();
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->likely, "body axes are forward-right-down");
+  EXPECT_THAT(c.refusal->remedy, HasSubstr("body = \"FRD\" in the mapping's [axes]"));
+}
+
+TEST(Axes, OfTheWorldNorthEastDownAreRefusedWithTheKeyOfTheMapping) {
+  const AnalyticFlight f = with_world_north_east_down(analytic_flight());
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->likely, "world axes are north-east-down");
+  EXPECT_THAT(c.refusal->remedy, HasSubstr("world = \"NED\" in the mapping's [axes]"));
+}
+
+TEST(Axes, OfWorldAndBodyBothPointingDownAreRefusedWithBothKeys) {
+  AnalyticFlight f = with_world_north_east_down(with_body_forward_right_down());
+  const CheckedFlight with_accel = check_flight(f.record, f.vehicle);
+  f.record.accel_B_m_s2 = {};
+  const CheckedFlight without = check_flight(f.record, f.vehicle);
+  for (const CheckedFlight* c : {&with_accel, &without}) {
+    ASSERT_TRUE(c->refusal) << findings_table(*c);
+    EXPECT_THAT(c->refusal->remedy, HasSubstr("world = \"NED\" and body = \"FRD\"")) << findings_table(*c);
+  }
+}
+
+TEST(Axes, OfThePositionAloneNorthEastDownAreRefusedAsThePositions) {
+  AnalyticFlight f = analytic_flight();
+  for (PoseReading& p : f.record.pose.value) p.p_W_m = turned_over(p.p_W_m);
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->likely, HasSubstr("the position is north-east-down")) << findings_table(c);
+}
+
+TEST(Battery, InMillivoltsReadAsVoltsOrTheOtherWayIsRefusedWithTheUnitToGive) {
+  AnalyticFlight milli = analytic_flight(), volts = analytic_flight();
+  for (double& v : milli.record.battery_V.value) v *= 1000.0;
+  for (double& v : volts.record.battery_V.value) v *= 0.001;
+  const CheckedFlight a = check_flight(milli.record, milli.vehicle), b = check_flight(volts.record, volts.vehicle);
+  ASSERT_TRUE(a.refusal && b.refusal) << findings_table(a) << findings_table(b);
+  EXPECT_THAT(a.refusal->likely, HasSubstr("the log has mV, the mapping says V (then 15.84 V)"));
+  EXPECT_THAT(a.refusal->remedy, HasSubstr("unit = \"mV\""));
+  EXPECT_THAT(b.refusal->remedy, HasSubstr("unit = \"V\""));
+}
+
 }  // namespace
 }  // namespace rotorloop::log
