@@ -145,6 +145,12 @@ class Turning {
   double usual_ = 0.0;  // Σω² that carries the weight
 };
 
+bool any_within(const std::vector<double>& t_s, const std::vector<char>& flag, TimeRange r) {
+  for (std::size_t i = 0; i < t_s.size(); ++i)
+    if (flag[i] && r.contains(t_s[i])) return true;
+  return false;
+}
+
 // A rotor that reads far from the other three for longer than a spike, while the vehicle does not turn as that would make it: the
 // reading fails, not the rotor.
 void find_failing_rotor(CheckState& s, const FlightGrid& g, const std::vector<char>& airborne) {
@@ -174,8 +180,7 @@ void find_failing_rotor(CheckState& s, const FlightGrid& g, const std::vector<ch
     }
     std::vector<TimeRange> ranges = stretches(w.t_s, bad, 0.1);
     std::erase_if(ranges, [&](const TimeRange& r) {
-      const bool nothing =
-          std::any_of(dead.begin(), dead.end(), [&, i = std::size_t{0}](char d) mutable { return r.contains(w.t_s[i++]) && d; });
+      const bool nothing = any_within(w.t_s, dead, r);
       return r.span_s() < (nothing ? kLongest_s : kAtLimit_s) || (turning.known() && turning.doubt(rotor, r) < kDoubt);
     });
     if (ranges.empty() || in_flight == 0) continue;

@@ -95,7 +95,7 @@ FlightContent flight_content(const FlightRecord& flight, const std::vector<TimeR
 
 namespace {
 
-// Above `enough` a parameter of this kind stands out of noise and of what the model lacks; below `little` it cannot be told from them.
+// Above `enough` a parameter of this kind stands out of noise and of what the model lacks; below `little` it is lost in them.
 // A rotor loses some 5 % of its thrust per m/s of climb, and drag is some 0.2 m/s^2 per m/s, while models and sensors are good to 1 %
 // and 0.1 m/s^2: a few tenths of a metre per second are the least. 0.1 rad/s is what the check of the rotors' order asks for.
 struct Need {

@@ -27,7 +27,7 @@ class LogCommand : public ::testing::Test {
                           "[[stream]]\nquantity = \"rotor_speed\"\ncolumns = [\"a\", \"b\", \"c\", \"d\"]\nunit = \"rpm\"\n")
                    .string();
   }
-  std::string run(std::vector<std::string> words) {
+  std::string run(std::vector<std::string> words, int expected_exit_code = 0) {
     CLI::App app;
     int exit_code = -1;
     add_log(app, exit_code);
@@ -41,7 +41,7 @@ class LogCommand : public ::testing::Test {
       throw;
     }
     const std::string out = ::testing::internal::GetCapturedStdout();
-    EXPECT_EQ(exit_code, 0);
+    EXPECT_EQ(exit_code, expected_exit_code);
     return out;
   }
   TempFolder folder_;
@@ -81,6 +81,15 @@ TEST_F(LogCommand, ConvertsToAFlightLogAndToULogThatHoldTheSameFlight) {
     EXPECT_EQ(a["streams"][i]["samples"], b["streams"][i]["samples"]);
     EXPECT_NEAR(a["streams"][i]["first"][0], b["streams"][i]["first"][0], 1e-5);
   }
+}
+
+TEST_F(LogCommand, CheckJudgesEveryLogWithoutAVehicleFileAndEndsWith5WhereOneIsRefused) {
+  EXPECT_THAT(run({"check", log_, log_, "-m", mapping_}, 5),
+              AllOf(HasSubstr(": no part of at least 1.0 s is left"), HasSubstr("not checked without a vehicle file")));
+  const auto j = nlohmann::json::parse(run({"check", log_, log_, "-m", mapping_, "--json"}, 5));
+  ASSERT_EQ(j["flights"].size(), 2u);
+  EXPECT_FALSE(j["flights"][1]["refusal"].is_null());
+  EXPECT_FALSE(j["with_vehicle"]);
 }
 
 TEST_F(LogCommand, WrongArgumentsNameTheRemedy) {
