@@ -2,6 +2,7 @@
 
 #include <ceres/covariance.h>
 #include <ceres/loss_function.h>
+#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/product_manifold.h>
 #include <ceres/solver.h>
@@ -105,6 +106,7 @@ struct CeresProblem {
   std::map<ParameterBlock*, std::vector<int>> held;
   void add_flight(CeresFlight& f);
   void add_prior(ParameterBlock& b);
+  void add_joint_prior(const JointPrior& prior);
 };
 
 CeresProblem::CeresProblem(const FitProblem& p, double robust_scale) : unknowns(make_unknowns(p)) {
@@ -121,6 +123,7 @@ CeresProblem::CeresProblem(const FitProblem& p, double robust_scale) : unknowns(
     add_prior(b);
   };
   use(unknowns->shared);
+  for (const JointPrior& prior : p.priors) add_joint_prior(prior);
   for (ParameterBlock& b : unknowns->own) use(b);
   for (std::size_t i = 0; i < p.flights.size(); ++i) {
     ModelValues values = p.start;
@@ -145,6 +148,25 @@ void CeresProblem::add_prior(ParameterBlock& b) {
     any = any || unknowns->prior_u[i] > 0.0;
   }
   if (any) problem->AddResidualBlock(prior_cost(b, u), nullptr, b.number.data());
+}
+
+// Of shared parameters, as the own solver has them: what is not free counts as known. In units of the block's numbers.
+void CeresProblem::add_joint_prior(const JointPrior& prior) {
+  ParameterBlock& b = unknowns->shared;
+  const auto width = static_cast<Eigen::Index>(b.number.size());
+  Eigen::MatrixXd from = Eigen::MatrixXd::Zero(prior.information.rows(), width);  // of the prior's parameters, their places in the block
+  ceres::Vector mean = ceres::Vector::Zero(width);
+  for (std::size_t k = 0; k < prior.parameters.size(); ++k) {
+    for (std::size_t i = 0; i < b.column.size(); ++i) {
+      if (unknowns->columns[b.column[i]] != prior.parameters[k]) continue;
+      const auto of = static_cast<Eigen::Index>(k), at = static_cast<Eigen::Index>(i);
+      from(of, at) = b.scale[i];
+      mean[at] = prior.mean[of] / b.scale[i];
+    }
+  }
+  const SymmetricEigen eig = symmetric_eigen(prior.weight * from.transpose() * prior.information * from);
+  const ceres::Matrix root = eig.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eig.vectors.transpose();
+  if (root.squaredNorm() > 0.0) problem->AddResidualBlock(new ceres::NormalPrior(root, mean), nullptr, b.number.data());
 }
 
 void CeresProblem::add_flight(CeresFlight& f) {

@@ -18,19 +18,6 @@ using Eigen::VectorXd;
 
 constexpr double kSingular = 1e-11;  // of the information scaled to unit diagonal: below it lies rounding
 
-// Sum of logs of all assumed standard deviations: the part of the likelihood that keeps the noise from growing.
-double log_sd(const GridFlight& g, const NoiseModel& n) {
-  std::size_t linked = 0;
-  for (const auto l : g.linked) linked += l;
-  const auto logs = [](const Eigen::Vector3d& v) { return v.array().log().sum(); };
-  const double h = g.step_s, per_axis = std::log(h * h * h / 3.0) / 2.0 + std::log(h / 4.0) / 2.0;
-  double sum = static_cast<double>(linked) * (2.0 * logs(n.force_m_s2_rtHz) + 2.0 * logs(n.angular_rad_s2_rtHz) + 6.0 * per_axis);
-  sum += static_cast<double>(g.pose.size()) * (logs(n.position_m) + logs(n.attitude_rad));
-  sum += static_cast<double>(g.position.size()) * logs(n.position_m) + static_cast<double>(g.velocity.size()) * logs(n.velocity_m_s);
-  sum += static_cast<double>(g.gyro.size()) * logs(n.gyro_rad_s) + static_cast<double>(g.accel.size()) * logs(n.accel_m_s2);
-  return sum;
-}
-
 // Scatter of the block scores, with neighbours: the V of S⁻¹ V S⁻¹.
 MatrixXd block_scatter(const Layout& layout, Fit& out) {
   const auto n = static_cast<Eigen::Index>(layout.estimates.size());
@@ -81,7 +68,7 @@ void count_likelihood(const FitProblem& p, double cost, Fit& out) {
   for (std::size_t f = 0; f < p.flights.size(); ++f) {
     residuals += static_cast<double>(out.reduced[f].residuals);
     states += 12.0 * static_cast<double>(p.flights[f]->tied_nodes());
-    out.log_likelihood -= 0.5 * out.reduced[f].log_det_states + log_sd(*p.flights[f], out.noise[f]);
+    out.log_likelihood -= 0.5 * out.reduced[f].log_det_states + log_standard_deviations(*p.flights[f], out.noise[f]);
   }
   out.degrees_of_freedom = residuals - states - static_cast<double>(out.estimates.size());
 }
@@ -94,7 +81,7 @@ void count_likelihood(const FitProblem& p, double cost, Fit& out) {
     for (std::size_t i = 0; i < d.parts.size(); ++i)
       text += fmt::format("{}{} ({:+.2f})", i ? ", " : "", d.parts[i].first, d.parts[i].second);
   }
-  if (run.observable_at_start() && !out.converged) {
+  if (run.observable_at_start()) {  // whether it ended or not: where residuals are flat every step promises nothing
     throw Error(
         {where,
          fmt::format("the fit ran away: after {} iterations it no longer determines {}, which these flights determined at the start values",
@@ -122,7 +109,7 @@ Fit fit(const FitProblem& p, const FitOptions& o, const std::function<void(const
   out.covariance = inverse_scaled(information);
   out.information = run.information();
   const MatrixXd scatter = block_scatter(run.layout(), out);
-  out.robust_covariance = out.covariance * (scatter + run.priors().information()) * out.covariance;
+  out.robust_covariance = out.covariance * (scatter + run.priors().scatter()) * out.covariance;
   out.estimates = estimates_of(p, run, out);
   count_likelihood(p, run.cost(), out);
   return out;

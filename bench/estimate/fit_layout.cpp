@@ -54,9 +54,12 @@ Priors::Priors(const FitProblem& p, const Layout& l) : size_(static_cast<Eigen::
     }
   }
   parts_.push_back({mean, weight.asDiagonal()});
-  for (const JointPrior& prior : p.priors) parts_.push_back(spread(prior, l));
-  information_ = MatrixXd::Zero(size_, size_);
-  for (const Part& part : parts_) information_ += part.information;
+  information_ = scatter_ = parts_.front().information;
+  for (const JointPrior& prior : p.priors) {
+    parts_.push_back(spread(prior, l));
+    information_ += parts_.back().information;
+    scatter_ += prior.weight * parts_.back().information;
+  }
 }
 
 VectorXd Priors::score(const VectorXd& theta) const {
@@ -84,7 +87,7 @@ Priors::Part Priors::spread(const JointPrior& prior, const Layout& l) const {
   }
   for (std::size_t a = 0; a < to.size(); ++a) {
     out.mean[to[a]] = prior.mean[from[a]];
-    for (std::size_t b = 0; b < to.size(); ++b) out.information(to[a], to[b]) = prior.information(from[a], from[b]);
+    for (std::size_t b = 0; b < to.size(); ++b) out.information(to[a], to[b]) = prior.weight * prior.information(from[a], from[b]);
   }
   return out;
 }

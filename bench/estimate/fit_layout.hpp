@@ -22,6 +22,7 @@ class Priors {
  public:
   Priors(const FitProblem& problem, const Layout& layout);
   const Eigen::MatrixXd& information() const { return information_; }
+  const Eigen::MatrixXd& scatter() const { return scatter_; }  // covariance of the score, the priors' means being uncertain: information times weight
   Eigen::VectorXd score(const Eigen::VectorXd& theta) const;
   double cost(const Eigen::VectorXd& theta) const;
 
@@ -33,7 +34,7 @@ class Priors {
   Part spread(const JointPrior& prior, const Layout& layout) const;
   Eigen::Index size_;
   std::vector<Part> parts_;
-  Eigen::MatrixXd information_;
+  Eigen::MatrixXd information_, scatter_;
 };
 
 }  // namespace rotorloop::estimate

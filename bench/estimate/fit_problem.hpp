@@ -21,6 +21,10 @@ struct JointPrior {
   std::vector<int> parameters;
   Eigen::VectorXd mean;
   Eigen::MatrixXd information;
+  // By how much the flights' own information overstates what they know (their blocks scatter more than the noise says): the prior counts by
+  // so much more, lest a model error outvote it.
+  double weight = 1.0;
+  bool weak = false;  // a guess: it keeps what the flights leave open from running away, and is nothing to hold a parameter at
 };
 
 struct FitOptions {

@@ -1,6 +1,8 @@
 // Gauss-Newton over the parameters and all states of the flights: linearise every flight and eliminate its states (chain.hpp), solve
 // the reduced normal equations for the parameters, substitute back into the states, and shorten or damp a step that does not lower
-// the cost. The noise is estimated between two steps, once the states are near their best values.
+// the cost: the parameters' first, by a trust region whose size follows the ratio of what a step gains to what it promises, while the
+// states go all the way to where they are best with them; the states' own step only where no step of the parameters helps. The noise is
+// estimated between two steps, once the states are near their best values.
 #pragma once
 #include <functional>
 #include <string>
@@ -33,14 +35,18 @@ class GaussNewton {
   void linearise(double damping, bool innovations = false);
   void sum_normal_equations();
   void move_to(const Eigen::VectorXd& theta, const Eigen::VectorXd& step, double share);
+  void move_back(const std::vector<std::vector<BodyState>>& states);
   double cost_here(const Eigen::VectorXd& theta) const;
   Eigen::VectorXd newton_step() const;
   double decrement(const Eigen::VectorXd& step) const;  // fall of the cost that the linear model promises
+  bool undamped() const { return damping_ == 0.0 && state_damping_ == 0.0; }
+  void count_stalls();
   bool at_optimum(double decrement) const;
   bool ready_for_noise(double decrement) const;
   bool descend(Eigen::VectorXd step, double decrement);
-  void count_stalls(double gained, double before);
+  void adapt(double gained, double promised, bool at_once);
   void estimate_noise();
+  bool likelihood_settled(double decrement);
   Eigen::VectorXd score_with_priors() const { return score_ + priors_.score(theta_); }
 
   const FitProblem& problem_;
@@ -55,6 +61,7 @@ class GaussNewton {
   std::vector<std::vector<BodyState>> guess_;
   std::vector<Chain> chains_;
   Eigen::VectorXd theta_;
+  std::vector<NoiseModel> noise_limits_;  // of each flight, no figure of its measurements above it
 
   // The reduced normal equations at the last sweep.
   Eigen::MatrixXd information_;
@@ -62,13 +69,18 @@ class GaussNewton {
   double cost_ = 0.0, states_gain_ = 0.0;  // states_gain_: fall of the cost by the states' own step
   bool undamped_here_ = false;             // the last sweep was undamped, and nothing moved since
 
-  double damping_ = 0.0;
-  int stalled_steps_ = 0;
+  double damping_ = 0.0, state_damping_ = 0.0;  // Levenberg-Marquardt, of the parameters' reduced equations and of the states'
+  int stalled_ = 0;                             // iterations in turn that lowered the cost by nothing that matters
+  double cost_before_;                          // the lowest so far with this noise; infinite when there is none
   // Slopes that are not exact can lead to and fro between two points for ever: one step whose cost was not looked at and that did not
   // lower it ends the trust in such steps.
   bool trust_small_steps_ = true;
   double cost_before_unchecked_;  // … with this noise; infinite when the last step was checked
   bool noise_done_;               // settled, kept as given, or out of rounds
+  // The likelihood before each round of the noise, and the noise that it was highest with.
+  double best_likelihood_;
+  int rounds_since_best_ = 0;
+  std::vector<NoiseModel> best_noise_;
   bool observable_at_start_ = true;
 };
 

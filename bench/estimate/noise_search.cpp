@@ -14,6 +14,9 @@ constexpr std::array kFigures{&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular
                               &NoiseModel::accel_m_s2};
 constexpr std::array kMoments{&NoiseMoments::force,    &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
                               &NoiseMoments::velocity, &NoiseMoments::gyro,    &NoiseMoments::accel};
+// Of one measurement, the least, in the order of the figures: no pose is better than a tenth of a millimetre. With less the fit goes through
+// every pose, the process explains the rest, and no step of the parameters leads anywhere.
+constexpr std::array kLeast{0.0, 0.0, 1e-4, 1e-4, 1e-3, 1e-3, 1e-2};
 constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; how many, from the first, are of the process
 
 // EM alone multiplies each standard deviation by the root of its moment, but creeps where measurements say little about one step. The
@@ -22,7 +25,7 @@ constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; h
 class SecantSteps {
  public:
   // One step from the moments found with `noise`; returns the largest relative change.
-  double step(NoiseModel& noise, const NoiseMoments& moments, const NoiseFit& o) {
+  double step(NoiseModel& noise, const NoiseMoments& moments, const NoiseModel& limits, const NoiseFit& o) {
     double largest = 0.0;
     const bool tracked = moments.position.count > 0.0 || moments.velocity.count > 0.0;
     for (std::size_t figure = 0; figure < kFigures.size(); ++figure) {
@@ -43,6 +46,8 @@ class SecantSteps {
           if (fall > 1e-3) move = slope / fall;
         }
         move = std::clamp(move, -kLargestMove, kLargestMove);
+        if (kLeast[figure] > 0.0) move = std::max(move, std::min(0.0, std::log(kLeast[figure]) - x));
+        move = std::min(move, std::log((limits.*kFigures[figure])[i]) - x);
         last = {true, x, slope};
         sd[i] = std::exp(x + move);
         largest = std::max(largest, std::fabs(move));
@@ -78,6 +83,18 @@ double largest_change(const NoiseModel& from, const NoiseModel& to) {
 
 }  // namespace
 
+double log_standard_deviations(const GridFlight& g, const NoiseModel& n) {
+  std::size_t linked = 0;
+  for (const auto l : g.linked) linked += l;
+  const auto logs = [](const Eigen::Vector3d& v) { return v.array().log().sum(); };
+  const double h = g.step_s, per_axis = std::log(h * h * h / 3.0) / 2.0 + std::log(h / 4.0) / 2.0;
+  double sum = static_cast<double>(linked) * (2.0 * logs(n.force_m_s2_rtHz) + 2.0 * logs(n.angular_rad_s2_rtHz) + 6.0 * per_axis);
+  sum += static_cast<double>(g.pose.size()) * (logs(n.position_m) + logs(n.attitude_rad));
+  sum += static_cast<double>(g.position.size()) * logs(n.position_m) + static_cast<double>(g.velocity.size()) * logs(n.velocity_m_s);
+  sum += static_cast<double>(g.gyro.size()) * logs(n.gyro_rad_s) + static_cast<double>(g.accel.size()) * logs(n.accel_m_s2);
+  return sum;
+}
+
 SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vector<NoiseModel>& noise, const NoiseFit& o,
                           const ForEachFlight& for_each) {
   SettledNoise out{.noise = noise, .moves = {}, .change = 0.0};
@@ -90,7 +107,7 @@ SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vec
   for (int again = 0; again < kSteps; ++again) {
     if (!o.per_flight) moments.assign(flights.size(), pooled(moments));
     double change = 0.0;
-    for (std::size_t f = 0; f < flights.size(); ++f) change = std::max(change, steps[f].step(out.noise[f], moments[f], o));
+    for (std::size_t f = 0; f < flights.size(); ++f) change = std::max(change, steps[f].step(out.noise[f], moments[f], flights[f].limits, o));
     smooth();
     if (change < o.tolerance) break;
   }

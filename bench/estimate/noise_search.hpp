@@ -18,6 +18,7 @@ struct NoiseFit {
 struct FlightRows {
   const GridFlight& flight;
   const LinearRows& rows;
+  const NoiseModel& limits;  // no figure of its measurements above it; where flights share the noise, that of all
 };
 
 // Runs `act` for each flight, perhaps at once.
@@ -28,6 +29,10 @@ struct SettledNoise {
   std::vector<std::vector<StateError>> moves;  // of its states, to where they are best with that noise
   double change = 0.0;                         // largest of any figure, relative
 };
+
+// Sum of the logarithms of all standard deviations that a flight's residuals are whitened with: the part of the likelihood that keeps the
+// noise from growing.
+double log_standard_deviations(const GridFlight& flight, const NoiseModel& noise);
 
 // From `noise`, which whitened the rows. Throws std::domain_error where nothing ties a state.
 SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vector<NoiseModel>& noise, const NoiseFit& options,

@@ -9,8 +9,9 @@
 namespace rotorloop::estimate {
 namespace {
 
-// Whether the prior says something of every direction of its parameters.
+// Whether the prior knows something of every direction of its parameters.
 bool says_all(const JointPrior& prior) {
+  if (prior.weak) return false;
   if (prior.information.size() == 0 || prior.information.diagonal().minCoeff() <= 0.0) return false;
   const Eigen::VectorXd scale = unit_scaling(prior.information);
   const LdltFactor factor(scale.asDiagonal() * prior.information * scale.asDiagonal());

@@ -9,7 +9,7 @@
 namespace rotorloop::estimate {
 
 // The same problem with every shared parameter that a prior speaks of held where the priors together have it most likely, and no longer
-// free. Without such priors: the same problem.
+// free. Weak priors hold nothing. Without others: the same problem.
 FitProblem with_priors_held(const FitProblem& problem);
 bool any_prior_holds(const FitProblem& problem);
 

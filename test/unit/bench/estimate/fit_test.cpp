@@ -118,6 +118,34 @@ TEST(Fit, finds_process_and_pose_noise_from_twice_and_half_their_size) {
   }
 }
 
+// A heading that sways by 3 degrees in two seconds is an error of the poses, but no noise of theirs: neighbours differ by 2 mrad.
+TEST(Fit, attitude_noise_is_no_more_than_neighbouring_poses_scatter_by_when_the_poses_sway_slowly) {
+  log::FlightRecord swaying = rotation_flight(12);
+  for (std::size_t k = 0; k < swaying.pose.size(); ++k)
+    swaying.pose.value[k].q_WS = exp_q({0.0, 0.0, 0.05 * std::sin(3.0 * swaying.pose.t_s[k])}) * swaying.pose.value[k].q_WS;
+  const std::vector<GridFlight> flights{make_grid(swaying, {})};
+  FitProblem p = rotation_problem(flights);
+  FitOptions o;
+  o.noise.rounds = 20;
+  o.max_iterations = 100;
+  const Fit f = fit(p, o);
+  EXPECT_TRUE(f.converged);
+  EXPECT_LT(f.noise[0].attitude_rad.maxCoeff(), 1.6 * 2e-3);
+  EXPECT_GT(f.noise[0].attitude_rad.minCoeff(), 1e-3);
+}
+
+TEST(Fit, noise_figures_that_chase_each_other_end_when_the_flights_become_no_likelier) {
+  const std::vector<GridFlight> flights{make_grid(rotation_flight(3), {})};
+  FitOptions o;
+  o.noise.rounds = 30;
+  o.noise.tolerance = 1e-9;  // no figure ever comes to rest as near as this
+  o.max_iterations = 200;
+  const Fit f = fit(rotation_problem(flights), o);
+  EXPECT_TRUE(f.converged);
+  EXPECT_TRUE(f.noise_settled);
+  EXPECT_LT(f.noise_rounds, 12);
+}
+
 TEST(Fit, a_few_wild_poses_move_nothing_when_the_loss_is_robust) {
   log::FlightRecord wild = rotation_flight(4);
   for (std::size_t k = 50; k < wild.pose.size(); k += 100) wild.pose.value[k].p_W_m += Eigen::Vector3d(0.2, -0.1, 0.15);

@@ -44,6 +44,18 @@ TEST(StagedFit, parameters_with_priors_are_held_at_the_most_likely_point_of_all_
   EXPECT_TRUE(is_free(held, kCq));
 }
 
+TEST(StagedFit, a_weak_prior_of_a_guess_holds_nothing_and_still_counts_in_the_fit) {
+  FitProblem p;
+  p.start = problem().start;
+  p.free = {{kK1}, {kCq}};
+  p.priors = {about(kCq, 2e-8, 2e-8)};
+  p.priors[0].weak = true;
+  EXPECT_FALSE(any_prior_holds(p));
+  const FitProblem held = with_priors_held(p);
+  EXPECT_TRUE(is_free(held, kCq));
+  EXPECT_EQ(held.priors.size(), 1u);
+}
+
 TEST(StagedFit, what_has_an_uncertainty_of_its_own_is_held_at_its_start_and_what_each_flight_has_of_its_own_stays_free) {
   const FitProblem held = with_priors_held(problem());
   EXPECT_FALSE(is_free(held, kMass));
