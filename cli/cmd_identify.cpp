@@ -17,11 +17,13 @@
 #include "bench/identify/held_out.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/identify.hpp"
+#include "bench/identify/mass_check.hpp"
 #include "bench/identify/parameter_names.hpp"
 #include "bench/identify/report/identify_report.hpp"
 #include "bench/identify/report/identify_text.hpp"
 #include "bench/identify/report/parameter_history.hpp"
 #include "bench/identify/solver_check.hpp"
+#include "bench/identify/vehicle_priors.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/junit.hpp"
 #include "cli/ending/outputs.hpp"
@@ -47,9 +49,9 @@ struct IdentifyArguments {
   FitOptions fit{.rate_Hz = 200.0};
   double drag_speed_m_s = 8.5;
   double robust_scale = 0.0, block_s = 1.0;
-  int iterations = 100;
+  int iterations = 200;
   std::string noise = "em", solver = "own";
-  bool json = false, no_checks = false, names = false, force = false;
+  bool json = false, no_checks = false, no_priors = false, names = false, force = false;
 };
 
 identify::IdentifyOptions identify_options(const IdentifyArguments& o, estimate::StopFit stop) {
@@ -63,6 +65,9 @@ identify::IdentifyOptions identify_options(const IdentifyArguments& o, estimate:
   i.fit.block_s = o.block_s;
   i.fit.max_iterations = o.iterations;
   i.fit.stop = stop;
+  if (!o.no_priors) i.priors = identify::priors_beside_flights;
+  i.hold_priors_first = false;
+  i.priors_against_scatter = true;
   return i;
 }
 
@@ -152,7 +157,7 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
   if (moved.empty()) {
     return Error(
         {"", what, "noise figures that chase each other, or parameters that these flights do not determine",
-         "try --noise em-per-flight or --noise fixed, hold what the observability table names, or look at the findings of the checks"},
+         "try --noise fixed or more --iterations, hold what the observability table names, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
   return Error({"", what, "estimates differ significantly between flights: " + moved + "; the model lacks an effect that some of them show",
@@ -162,8 +167,9 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
 }
 
 // What keeps the fit from being an answer; none when it is one.
-std::optional<Error> problem_of(const IdentifyArguments& o, const Found& f, const host::VehicleFile& vehicle) {
+std::optional<Error> problem_of(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base, const host::VehicleFile& vehicle) {
   if (!f.result.fit.converged) return not_converged(o, f.result, f.analysis);
+  if (const auto mass = identify::mass_contradicted(f.result, base)) return mass;
   if (f.analysis.solver_check && !f.analysis.solver_check->good())
     return Error({"--solver ceres", identify::solver_check_problem(*f.analysis.solver_check) + (o.out.empty() ? "" : "; no vehicle file was written"),
                   "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
@@ -208,9 +214,11 @@ int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const 
     printed = true;
     return stop.exit_code();
   }
-  const host::VehicleFile vehicle = identify::identified_vehicle(f.result.fit, base, identify::flown_rpm(f.result.flights),
-                                                                 std::string("rotorloop identify ") + kVersion, f.read.fitted_hashes());
-  const std::optional<Error> problem = problem_of(o, f, vehicle);
+  const identify::WrittenVehicle written = identify::written_vehicle(f.result.fit, base, identify::flown_rpm(f.result.flights),
+                                                                     std::string("rotorloop identify ") + kVersion, f.read.fitted_hashes());
+  const host::VehicleFile& vehicle = written.file;
+  f.analysis.written_differences = written.differences;
+  const std::optional<Error> problem = problem_of(o, f, base, vehicle);
   publish(o, f, base, problem ? std::optional(refused_outcome(*problem)) : std::nullopt, clock);
   printed = true;
   if (problem) throw *problem;
@@ -278,6 +286,9 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--iterations", o->iterations, "of each fit, at most")->check(CLI::Range(1, 1000))->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--no-priors", o->no_priors,
+              "the vehicle file gives start values alone; else what it has from CAD or a stand counts with its u, and a guess as right to a "
+              "factor of three");
   c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each log, the fit, its check, and the result");
   add_force(*c, o->force);

@@ -1,17 +1,12 @@
-// Priors of a fit from the vehicle file: values with their uncertainty and, where the file has them, their covariance; and static
-// thrust found on a stand. Guesses give no prior. And, after the fit, what the flights make of it.
+// What the flights of a fit make of the priors from its vehicle file (bench/identify/vehicle_priors.hpp). Guesses are not judged.
 #pragma once
-#include <span>
 #include <vector>
 
-#include "bench/estimate/estimator.hpp"
-#include "host/vehicle/vehicle_file.hpp"
+#include "bench/identify/vehicle_priors.hpp"
 
 namespace rotorloop::diagnose {
 
-// About the free, shared parameters among `free`.
-std::vector<estimate::JointPrior> vehicle_priors(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free,
-                                                 const estimate::ModelValues& file_values);
+using identify::vehicle_priors;
 
 // A prior that the flights contradict.
 struct Contradiction {

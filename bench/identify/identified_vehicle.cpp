@@ -1,5 +1,7 @@
 #include "bench/identify/identified_vehicle.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -46,23 +48,127 @@ host::Quantity* place_of(VehicleFile& v, int p) {
   }
 }
 
-// Standard uncertainties below zero within which a drag coefficient is none: nothing is pushed along by its drag.
+// Standard uncertainties beyond what can be within which an estimate is taken for what can be.
 constexpr double kNothing = 3.0;
+// Of its u, by what a number moved along: below it none is named, below the other none counts.
+constexpr double kWorthALine = 0.1, kRounding = 1e-9;
 
-// No rigid body has a moment of inertia above the sum of the other two. Where the fit leaves one above by no more than that, in standard
-// uncertainties of the difference, all three move to the nearest such body, each as far as its own uncertainty allows.
-void onto_a_rigid_body(VehicleFile& v) {
-  auto& inertia = v.inertia_kg_m2;
-  double u2 = 0.0;
-  for (const host::Quantity& q : inertia) u2 += q.u * q.u;
-  for (host::Quantity& largest : inertia) {
-    double excess = 2.0 * largest.value;
-    for (const host::Quantity& q : inertia) excess -= q.value;
-    if (excess <= 0.0 || excess > kNothing * std::sqrt(u2)) continue;
-    constexpr double kInside = 1.0 + 1e-9;  // past the bound by more than rounding
-    for (host::Quantity& q : inertia) q.value += (&q == &largest ? -1.0 : 1.0) * kInside * excess * q.u * q.u / u2;
-    return;
+// Moves the estimates the least, in terms of their covariance, so that slope · estimates changes by `change`: what is tied to a number that
+// has to move goes with it.
+void move_along(SharedEstimates& s, const Eigen::VectorXd& slope, double change) {
+  Eigen::VectorXd u(slope.size());
+  for (Eigen::Index i = 0; i < u.size(); ++i) u[i] = s.estimates[static_cast<std::size_t>(i)].u;
+  const Eigen::VectorXd way = u.asDiagonal() * s.correlation * u.asDiagonal() * slope;
+  const double length = slope.dot(way);
+  if (!(length > 0.0)) return;
+  for (Eigen::Index i = 0; i < u.size(); ++i) s.estimates[static_cast<std::size_t>(i)].value += way[i] * change / length;
+}
+
+int row_of(const SharedEstimates& s, int parameter) {
+  for (std::size_t i = 0; i < s.estimates.size(); ++i) {
+    if (s.estimates[i].parameter == parameter) return static_cast<int>(i);
   }
+  return -1;
+}
+
+// Nothing is pushed along by its drag.
+bool onto_drag(SharedEstimates& s) {
+  bool moved = false;
+  for (int p = estimate::kCdh; p <= estimate::kCdz; ++p) {
+    const int row = row_of(s, p);
+    if (row < 0) continue;
+    estimate::Estimate& e = s.estimates[static_cast<std::size_t>(row)];
+    if (!(e.value < 0.0 && e.value > -kNothing * e.u)) continue;
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(s.estimates.size()));
+    slope[row] = 1.0;
+    move_along(s, slope, -e.value);
+    e.value = 0.0;  // without rounding
+    moved = true;
+  }
+  return moved;
+}
+
+// No rigid body has a moment of inertia above the sum of the other two. `held`: moments that are no estimates.
+bool onto_a_rigid_body(SharedEstimates& s, const estimate::ModelValues& held) {
+  std::array<int, 3> row{};
+  std::array<double, 3> value{};
+  double u2 = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int parameter = estimate::kIxx + static_cast<int>(i);
+    row[i] = row_of(s, parameter);
+    value[i] = row[i] < 0 ? held[parameter] : s.estimates[static_cast<std::size_t>(row[i])].value;
+    if (row[i] >= 0) u2 += std::pow(s.estimates[static_cast<std::size_t>(row[i])].u, 2);
+  }
+  for (std::size_t largest = 0; largest < 3; ++largest) {
+    const double excess = 2.0 * value[largest] - value[0] - value[1] - value[2];
+    if (excess <= 0.0 || excess > kNothing * std::sqrt(u2)) continue;
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(s.estimates.size()));
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (row[i] >= 0) slope[row[i]] = i == largest ? 1.0 : -1.0;
+    }
+    constexpr double kInside = 1.0 + 1e-9;  // past the bound by more than rounding
+    move_along(s, slope, -kInside * excess);
+    return true;
+  }
+  return false;
+}
+
+// No rotor lifts with less than the ideal power, nor with three times it: the torque coefficient of one within three of its u of what a rotor
+// reaches is moved there.
+bool onto_a_figure_of_merit(SharedEstimates& s, const estimate::ModelValues& held) {
+  constexpr double kLeast = 0.3, kLargest = 0.85, kInside = 1e-3;  // what the reader of vehicle files takes for credible
+  const int row = row_of(s, estimate::kCq);
+  if (row < 0) return false;
+  const auto value = [&](int parameter) {
+    const int at = row_of(s, parameter);
+    return at < 0 ? held[parameter] : s.estimates[static_cast<std::size_t>(at)].value;
+  };
+  bool moved = false;
+  for (int again = 0; again < 3; ++again) {  // what moves along changes the thrust a little
+    const estimate::Estimate& e = s.estimates[static_cast<std::size_t>(row)];
+    const host::ThrustModel thrust{value(estimate::kK1), value(estimate::kK2), held.geometry.radius_m, held.geometry.air_density_kg_m3};
+    const double merit = host::figure_of_merit(thrust, e.value);
+    if (!(merit > 0.0) || (merit >= kLeast && merit <= kLargest)) break;
+    const double change = e.value * (merit / (merit > kLargest ? kLargest - kInside : kLeast + kInside) - 1.0);
+    if (std::fabs(change) > kNothing * e.u) break;
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(s.estimates.size()));
+    slope[row] = 1.0;
+    move_along(s, slope, change);
+    moved = true;
+  }
+  return moved;
+}
+
+// What cannot be is moved to what can; a line says what moved, and why.
+std::vector<std::string> move_to_what_can_be(SharedEstimates& s, const estimate::ModelValues& held) {
+  const SharedEstimates before = s;
+  std::string why;
+  if (onto_drag(s)) why = "nothing is pushed along by its drag";
+  if (onto_a_figure_of_merit(s, held)) why += std::string(why.empty() ? "" : ", and ") + "a rotor's figure of merit is between 0.3 and 0.85";
+  if (onto_a_rigid_body(s, held)) why += std::string(why.empty() ? "" : ", and ") + "no body has a moment of inertia above the sum of the other two";
+  std::vector<std::string> out;
+  if (why.empty()) return out;
+  std::string moved;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < s.estimates.size(); ++i) {
+    const estimate::Estimate &was = before.estimates[i], &is = s.estimates[i];
+    if (std::fabs(is.value - was.value) <= kRounding * is.u) continue;
+    if (std::fabs(is.value - was.value) <= kWorthALine * is.u) {
+      ++others;
+      continue;
+    }
+    const estimate::ParameterInfo info = estimate::parameter_info(is.parameter, held.terms);
+    moved += fmt::format("{}{} {:.4g} instead of {:.4g} {}", moved.empty() ? "" : ", ", info.symbol, is.value, was.value, info.unit);
+  }
+  if (others > 0) moved += fmt::format("{}{} other{} by less than a tenth of {} u", moved.empty() ? "" : ", ", others, others > 1 ? "s" : "", others > 1 ? "their" : "its");
+  out.push_back(fmt::format("{}: {}", why, moved));
+  return out;
+}
+
+// A number that its prior determines is still the file's, but for one of CAD, a stand or scales that the flights moved by more than its u.
+Origin origin_after(const estimate::Estimate& e, double was, double was_u, Origin origin) {
+  const bool still = e.prior_share > 0.5 && (origin == Origin::guess || std::fabs(e.value - was) <= was_u);
+  return still ? origin : Origin::flight;
 }
 
 void put_effects(VehicleFile& v, const SharedEstimates& s, const estimate::ModelValues& values) {
@@ -80,24 +186,29 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const estimate::Model
         if (was.name == terms.parameter(k).name) q = was.quantity;
       }
       for (const estimate::Estimate& e : s.estimates) {
-        if (e.parameter == p) q = {e.value, e.u, Origin::flight};
+        if (e.parameter == p) q = {e.value, e.u, origin_after(e, q.value, q.u, q.origin)};
       }
       found->parameters.push_back({std::string(terms.parameter(k).name), q});
     }
   }
 }
 
-// The rotors' inertia that yaw steps determined, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by it.
-void put_rotor_inertia(VehicleFile& v) {
+// The rotors' inertia that yaw steps determined, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by
+// it. What a drawing or a stand knows better stays, and a line says so.
+void put_rotor_inertia(VehicleFile& v, const SharedEstimates& s, const host::TermList& terms, std::vector<std::string>& differences) {
   for (const std::string_view name : estimate::kRotorInertiaNames) {
-    for (const host::VehicleEffect& e : v.effects) {
-      for (const host::EffectParameter& p : e.parameters) {
-        if ("effect." + e.id + "." + p.name != name || p.quantity.origin != Origin::flight || p.quantity.value <= 0.0) continue;
-        const bool better = v.rotor_inertia_kg_m2.u <= 0.0 || p.quantity.u < v.rotor_inertia_kg_m2.u;
-        if (better) v.rotor_inertia_kg_m2 = p.quantity;
-        return;
-      }
+    const int row = row_of(s, estimate::find_parameter(name, terms));
+    if (row < 0) continue;
+    const estimate::Estimate& e = s.estimates[static_cast<std::size_t>(row)];
+    host::Quantity& q = v.rotor_inertia_kg_m2;
+    const bool known = q.origin == Origin::cad || q.origin == Origin::stand;
+    if (e.value > 0.0 && !(known && q.u > 0.0 && q.u <= e.u)) {
+      q = {e.value, e.u, origin_after(e, q.value, q.u, q.origin)};
+    } else if (q.value != e.value) {
+      differences.push_back(fmt::format("[torque_model] keeps its rotor inertia of {:.4g} ± {:.2g} kg m² ({}), for the flights' {:.4g} ± {:.2g} is {}", q.value,
+                                        q.u, host::name(q.origin), e.value, e.u, e.value > 0.0 ? "less certain" : "none that a rotor can have"));
     }
+    return;
   }
 }
 
@@ -181,11 +292,13 @@ std::array<double, 2> flown_rpm(const std::vector<estimate::GridFlight>& flights
   return {std::floor(speeds[cut]), std::ceil(speeds[speeds.size() - 1 - cut])};
 }
 
-VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base, const std::array<double, 2>& rpm_flown,
+WrittenVehicle written_vehicle(const estimate::Fit& fit, const VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                const std::string& written_by, const std::vector<std::string>& inputs) {
-  VehicleFile v = base;
+  WrittenVehicle out{base, {}};
+  VehicleFile& v = out.file;
   SharedEstimates s = shared_estimates(fit);
   estimate::ModelValues values = fit.values.front();
+  out.differences = move_to_what_can_be(s, values);
   for (const estimate::Estimate& e : s.estimates) values[e.parameter] = e.value;
 
   // The fit's three numbers turn q_BS about its start value; the file's are a small rotation about the result: J_r maps one to the other.
@@ -207,10 +320,7 @@ VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base
 
   for (const estimate::Estimate& e : s.estimates) {
     if (host::Quantity* q = place_of(v, e.parameter)) {
-      // A mass that only its prior knows is still the weighed one, unless the flights moved it beyond what the scales allow.
-      const bool still_weighed = e.prior_share > 0.5 && std::fabs(e.value - q->value) <= q->u;
-      const bool no_drag = e.parameter >= estimate::kCdh && e.parameter <= estimate::kCdz && e.value < 0.0 && e.value > -kNothing * e.u;
-      *q = {no_drag ? 0.0 : e.value, e.u, still_weighed ? q->origin : Origin::flight};
+      *q = {e.value, e.u, origin_after(e, q->value, q->u, q->origin)};
     } else if (const int axis = e.parameter - estimate::kOffsetX; axis >= 0 && axis < 3) {
       v.pose_sensor.offset_m[static_cast<std::size_t>(axis)] = e.value;
       v.pose_sensor.offset_u_m[static_cast<std::size_t>(axis)] = e.u;
@@ -220,11 +330,10 @@ VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base
       v.pose_sensor.rotation_origin = Origin::flight;
     }
   }
-  onto_a_rigid_body(v);
   const Eigen::Quaterniond q = values.q_BS();
   v.pose_sensor.quaternion_wxyz = {q.w(), q.x(), q.y(), q.z()};
   put_effects(v, s, values);
-  put_rotor_inertia(v);
+  put_rotor_inertia(v, s, values.terms, out.differences);
   put_covariance(v, s, values.terms);
 
   const host::VehicleModel model = host::to_model(v);
@@ -237,7 +346,12 @@ VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base
   }
   v.written_by = written_by;
   v.inputs = inputs;
-  return v;
+  return out;
+}
+
+VehicleFile identified_vehicle(const estimate::Fit& fit, const VehicleFile& base, const std::array<double, 2>& rpm_flown,
+                               const std::string& written_by, const std::vector<std::string>& inputs) {
+  return written_vehicle(fit, base, rpm_flown, written_by, inputs).file;
 }
 
 }  // namespace rotorloop::identify

@@ -22,10 +22,19 @@ struct SharedEstimates {
 };
 SharedEstimates shared_estimates(const estimate::Fit& fit);
 
+// A vehicle file, and a line for each number in which it differs from the estimates that it is made of.
+struct WrittenVehicle {
+  host::VehicleFile file;
+  std::vector<std::string> differences;
+};
+
 // `base`: the vehicle file the fit started from. `rpm_flown`: window of rotor speeds of the flights; {0, 0} keeps that of the file.
-// A drag coefficient below zero by no more than three standard uncertainties is written as 0, and moments of inertia that no rigid body
-// has by no more than that are moved to the nearest that one has. Uncertainties are the reported ones;
-// covariance blocks have the correlations of the classical covariance.
+// What cannot be is not written: a drag coefficient below zero by no more than three standard uncertainties is 0, moments of inertia that no
+// rigid body has by no more than that are moved to the nearest that one has, and what is correlated with them moves along; what lies farther
+// off stays for the reader of the file to refuse. Uncertainties are the reported ones; covariance blocks have the correlations of the
+// classical covariance. A parameter that its prior determines keeps its origin.
+WrittenVehicle written_vehicle(const estimate::Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
+                               const std::string& written_by, const std::vector<std::string>& inputs);
 host::VehicleFile identified_vehicle(const estimate::Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                      const std::string& written_by, const std::vector<std::string>& inputs);
 

@@ -105,6 +105,9 @@ class Sequence {
 
  private:
   void choose_start_values();
+  void choose_priors();
+  bool weigh_priors();
+  bool weigh_mass();
   void run(FlightRole role, Knowledge& known);
   std::function<void(const estimate::FitProgress&)> report(const std::string& what);
   void associate_all() { associate_again(out_.flights, tied_s_, std::vector<double>(given_.size(), values_[estimate::kPoseDelay])); }
@@ -115,6 +118,7 @@ class Sequence {
   const std::function<void(const IdentifyProgress&)>& progress_;
   Identification out_;
   std::vector<estimate::FreeParameter> free_;
+  std::vector<estimate::JointPrior> priors_;
   estimate::ModelValues values_;                             // as the last stage left them
   estimate::NoiseModel noise_;                               // likewise
   std::vector<double> tied_s_;                               // delay that each flight's poses are associated by
@@ -133,6 +137,7 @@ Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFil
   }
   free_ = choose_parameters(out_.flights, vehicle, o_.terms, o_.wishes);
   choose_start_values();
+  if (o_.priors) choose_priors();
   for (const FlightRole role : kStages)
     parts_ += std::any_of(given.begin(), given.end(), [&](const FlightToFit& f) { return f.role == role; });
   associate_all();
@@ -143,10 +148,10 @@ Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFil
 
 void Sequence::choose_start_values() {
   out_.start = start_values(out_.flights, vehicle_, o_.terms);
-  // The file may know a rotor's inertia by another name. Not where priors count: there a term that the file lacks is one without a prior.
+  // The file may know a rotor's inertia by another name.
   for (const std::string_view name : estimate::kRotorInertiaNames) {
     const int parameter = estimate::find_parameter(name, o_.terms);
-    if (parameter < 0 || o_.priors || host::uncertainty_of(vehicle_, name)) continue;
+    if (parameter < 0 || host::uncertainty_of(vehicle_, name)) continue;
     out_.start.file[parameter] = out_.start.values[parameter] = vehicle_.rotor_inertia_kg_m2.value;
   }
   values_ = out_.start.values;
@@ -157,6 +162,27 @@ void Sequence::choose_start_values() {
     if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
   }
   if (delay_is_free && known > 0.0) values_[estimate::kPoseDelay] += late_s / known;
+}
+
+// Those of the file, and of delays: streams are some tens of milliseconds apart, not hundreds. Without quick turns a delay would else run
+// off to where it hides what the model lacks.
+void Sequence::choose_priors() {
+  // Where the checks have seen the poses beside the gyro only the rotors' clock is left, tens of milliseconds off at the most.
+  const bool seen = std::any_of(given_.begin(), given_.end(), [](const FlightToFit& f) { return f.pose_late_s.has_value(); });
+  const double delay_s = seen ? 0.01 : 0.03;
+  priors_ = o_.priors(vehicle_, free_, out_.start.file);
+  // A guess of thrust that does not carry the weight is worth what is left of it once it does.
+  for (estimate::JointPrior& prior : priors_) {
+    const int p = prior.parameters.front();
+    if (!prior.weak || (p != estimate::kK1 && p != estimate::kK2 && p != estimate::kCq)) continue;
+    const double scale = out_.start.file[p] != 0.0 ? out_.start.values[p] / out_.start.file[p] : 1.0;
+    prior.mean *= scale;
+    prior.information /= scale * scale;
+  }
+  for (const estimate::FreeParameter& f : free_) {
+    if ((f.parameter != estimate::kPoseDelay && f.parameter != estimate::kRotorDelay) || f.per_flight || f.prior_u > 0.0) continue;
+    priors_.push_back({{f.parameter}, Eigen::VectorXd::Constant(1, values_[f.parameter]), Eigen::MatrixXd::Constant(1, 1, 1.0 / (delay_s * delay_s)), 1.0, true});
+  }
 }
 
 std::function<void(const estimate::FitProgress&)> Sequence::report(const std::string& what) {
@@ -182,7 +208,7 @@ void Sequence::run(FlightRole role, Knowledge& known) {
   }
   if (flights.empty()) return;
   out_.stages.push_back(
-      run_stage(role, flights, free_, values_, known, noise_, o_.fit, o_.solver, report(fmt::format("stage {}", name(role)))));
+      run_stage(role, flights, free_, priors_, values_, known, noise_, o_.fit, o_.solver, report(fmt::format("stage {}", name(role)))));
   out_.stages.back().flights = which;
   for (const std::size_t f : which) flight_start_[f] = values_.values;
   associate_all();
@@ -205,15 +231,54 @@ void Sequence::pose_joint_problem() {
     out_.problem.start.values[at] = out_.start.file.values[at];
     for (auto& own : out_.problem.flight_start) own[at] = out_.start.file.values[at];
   }
-  if (o_.priors) out_.problem.priors = o_.priors(vehicle_, free_, out_.start.file);
+  out_.problem.priors = priors_;
   for (const auto& group : rotor_groups(o_.terms, free_)) out_.problem.priors.push_back(sum_held(group, out_.start.file));
+}
+
+// Gives each prior the weight that the last fit asks for. True when one changes by so much that the fit must go on.
+bool Sequence::weigh_priors() {
+  constexpr double kMost = 25.0;    // beyond it the scatter of so few blocks says no more than "much"
+  constexpr double kMatters = 1.5;  // of a weight: less moves an estimate by less than its u
+  bool changed = false;
+  for (std::size_t i = 0; i < priors_.size(); ++i) {  // those behind them hold what no flight determines
+    estimate::JointPrior& prior = out_.problem.priors[i];
+    double sum = 0.0, count = 0.0;
+    for (const int parameter : prior.parameters) {
+      const estimate::Estimate* e = out_.fit.find(parameter);
+      if (e && e->u > 0.0 && std::isfinite(e->u_robust)) sum += e->u_robust * e->u_robust / (e->u * e->u), count += 1.0;
+    }
+    const double weight = count > 0.0 ? std::clamp(sum / count, 1.0, kMost) : 1.0;
+    if (weight < kMatters * prior.weight) continue;
+    prior.weight = weight;
+    changed = true;
+  }
+  changed = weigh_mass() || changed;
+  return changed;
+}
+
+// The mass's own prior stands with its parameter: what it lacks in weight w is a second one, of information (w - 1)/u² and scatter (w² - 1)/u².
+bool Sequence::weigh_mass() {
+  const auto mass = std::find_if(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kMass; });
+  if (mass == free_.end() || mass->prior_u <= 0.0) return false;
+  double largest = 1.0;
+  for (const estimate::JointPrior& prior : out_.problem.priors) largest = std::max(largest, prior.weight);
+  if (largest == 1.0) return false;
+  estimate::JointPrior more{{estimate::kMass}, Eigen::VectorXd::Constant(1, out_.start.file[estimate::kMass]),
+                            Eigen::MatrixXd::Constant(1, 1, (largest - 1.0) / ((largest + 1.0) * mass->prior_u * mass->prior_u))};
+  more.weight = largest + 1.0;
+  out_.problem.priors.push_back(std::move(more));
+  return true;
 }
 
 void Sequence::fit_jointly() {
   const auto joint = report("joint fit");
-  if (o_.priors)
+  if (o_.priors && o_.hold_priors_first)
     estimate::settle_with_priors_held(out_.problem, [&](const estimate::FitProblem& held) { return o_.solver(held, o_.fit, joint); });
   out_.fit = o_.solver(out_.problem, o_.fit, joint);
+  if (o_.priors_against_scatter && out_.fit.converged && weigh_priors()) {
+    estimate::start_from(out_.fit, out_.problem);
+    out_.fit = o_.solver(out_.problem, o_.fit, joint);
+  }
   std::vector<estimate::Estimate> before;
   for (int again = 0; again < kRounds && (again == 0 || out_.fit.converged); ++again) {
     std::vector<double> found_s;

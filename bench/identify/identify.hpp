@@ -31,6 +31,11 @@ struct IdentifyOptions {
   std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>,
                                                   const estimate::ModelValues&)>
       priors = {};
+  // Where there are priors: a fit with their parameters held comes first (staged_fit.hpp), so that an effect which is no part of the model
+  // does not hide behind them.
+  bool hold_priors_first = true;
+  // Priors count against what the blocks of the flights scatter (robust u), not against what the noise alone says (JointPrior::weight).
+  bool priors_against_scatter = false;
   estimate::FitOptions fit;
   Solver solver = own_solver();
 };

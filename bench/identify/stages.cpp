@@ -95,8 +95,8 @@ Knowledge first_knowledge(const std::vector<estimate::FreeParameter>& free, cons
 }
 
 StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
-                      const std::vector<estimate::FreeParameter>& free, estimate::ModelValues& values, Knowledge& known,
-                      estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+                      const std::vector<estimate::FreeParameter>& free, const std::vector<estimate::JointPrior>& priors,
+                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
                       const std::function<void(const estimate::FitProgress&)>& progress) {
   const std::vector<int> freed = stage_parameters(role, free);
   const std::set<int> is_freed(freed.begin(), freed.end());
@@ -116,6 +116,10 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
     (act ? active : held).push_back(at);
     problem.free.push_back({p, false, !act ? kHeldPrior * estimate::parameter_info(p, values.terms).scale : is_sensor(p) ? u : 0.0});
   }
+  for (const estimate::JointPrior& prior : priors) {
+    const bool of_stage_only = prior.weak && prior.parameters.size() == 1 && is_freed.contains(prior.parameters.front());
+    if (of_stage_only && !is_sensor(prior.parameters.front())) problem.priors.push_back(prior);
+  }
   try {
     out.fit = solver(problem, of_stage, progress);
   } catch (const Error& e) {
@@ -129,6 +133,9 @@ StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFli
     const double prior_u = problem.free[static_cast<std::size_t>(active[i])].prior_u;
     const auto at = static_cast<Eigen::Index>(i);
     if (prior_u > 0.0) s_aa(at, at) += 1.0 / (prior_u * prior_u);
+    for (const estimate::JointPrior& prior : problem.priors) {
+      if (prior.parameters.front() == problem.free[static_cast<std::size_t>(active[i])].parameter) s_aa(at, at) += prior.information(0, 0);
+    }
   }
   const Eigen::MatrixXd alone = estimate::inverse_scaled(s_aa);
   carry_held(alone, out.fit.information(active, held), active, held, known.covariance);

@@ -40,10 +40,10 @@ struct StageResult {
   estimate::Fit fit;
 };
 
-// Runs one stage on `flights`; moves `values`, `known` and `noise` on. Throws what the solver throws, with the stage's name before it.
+// Runs one stage on `flights`; moves `values`, `known` and `noise` on. Of `priors` the weak ones of what the stage frees take part. Throws what the solver throws, with the stage's name before it.
 StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
-                      const std::vector<estimate::FreeParameter>& free, estimate::ModelValues& values, Knowledge& known,
-                      estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
+                      const std::vector<estimate::FreeParameter>& free, const std::vector<estimate::JointPrior>& priors,
+                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
                       const std::function<void(const estimate::FitProgress&)>& progress);
 
 // A parameter as a stage and as the joint fit see it. Both used the stage's data; the difference of an efficient estimate and one that

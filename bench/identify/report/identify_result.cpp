@@ -319,6 +319,7 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
   for (const estimate::Estimate& e : r.fit.estimates) {
     if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate::estimate_name(e, r.problem), mark);
   }
+  for (const std::string& line : a.written_differences) warn("vehicle file", line);
   for (const StageComparison& c : r.comparison) {
     if (!c.agrees)
       warn(fmt::format("stage {}", name(c.role)), fmt::format("{} is {:+.1f} standard uncertainties from the joint fit",

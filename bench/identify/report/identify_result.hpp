@@ -28,6 +28,7 @@ struct IdentifyAnalysis {
   Observability observability;
   std::optional<SolverCheck> solver_check;  // when it was asked for
   std::optional<HeldOutScores> held_out;    // when flights were held out; analyse() has none
+  std::vector<std::string> written_differences;  // of the vehicle file from the estimates (written_vehicle()); analyse() has none
 };
 IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);
 
