@@ -101,7 +101,7 @@ std::vector<estimate::JointPrior> priors_of_known(const host::VehicleFile& v, co
   return out;
 }
 
-// What flights found counts only where `flights` says so; else it is a start value, as a guess is.
+// What flights found counts only where `flights` says so; else it is a start value, as a guess is, and both are weak priors.
 std::vector<estimate::JointPrior> priors_from(const host::VehicleFile& v, std::span<const estimate::FreeParameter> free,
                                               const estimate::ModelValues& at, bool flights) {
   std::map<int, double> known;
@@ -116,6 +116,7 @@ std::vector<estimate::JointPrior> priors_from(const host::VehicleFile& v, std::s
       if (said->u > 0.0) known[f.parameter] = at_least_fine(said->u, info);
       continue;
     }
+    if (flights) continue;
     const double u = std::max(kWeakFactor * std::fabs(at[f.parameter]), kWeakUncertainties * said->u);
     if (u > 0.0 && takes_weak_prior(f.parameter, at.terms)) weak.push_back(single(f.parameter, at[f.parameter], at_least_fine(u, info), true));
   }

@@ -1,5 +1,5 @@
-// Priors of a fit from the vehicle file. What was drawn, measured on a stand or weighed counts with its uncertainty and, where the file has
-// it, its covariance. A guess is a weak prior, right to a factor of three: it decides only what the flights leave open.
+// Priors of a fit from the vehicle file. What was drawn or measured on a stand counts with its uncertainty and, where the file has it, its
+// covariance.
 #pragma once
 #include <span>
 #include <vector>
@@ -10,12 +10,12 @@
 namespace rotorloop::identify {
 
 // About the free, shared parameters among `free`. What earlier flights found counts with its uncertainty, static thrust found on a stand ties
-// k_1 and k_2.
+// k_1 and k_2. Guesses give no prior.
 std::vector<estimate::JointPrior> vehicle_priors(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free,
                                                  const estimate::ModelValues& file_values);
 
-// For a fit that is to stand beside the file's other sources: what earlier flights found is a start value like a guess, for they may be the
-// same flights; and static thrust of a stand is left out, for the fit's own is compared with it.
+// For a fit that is to stand beside the file's other sources: what earlier flights found is no better than a guess, for they may be the
+// same flights; a guess is a weak prior, right to a factor of three, that decides only what the flights leave open; and static thrust of a stand is left out, for the fit's own is compared with it.
 std::vector<estimate::JointPrior> priors_beside_flights(const host::VehicleFile& vehicle, std::span<const estimate::FreeParameter> free,
                                                         const estimate::ModelValues& file_values);
 

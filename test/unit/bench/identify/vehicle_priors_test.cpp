@@ -44,13 +44,13 @@ struct Case {
 
 TEST(VehiclePriors, a_guessed_inertia_is_right_to_a_factor_of_three_and_nothing_to_hold_it_at) {
   const Case c;
-  for (const auto& priors : {vehicle_priors(c.v, c.free, c.at), priors_beside_flights(c.v, c.free, c.at)}) {
-    const JointPrior* ixx = about(estimate::kIxx, priors);
-    ASSERT_NE(ixx, nullptr);
-    EXPECT_TRUE(ixx->weak);
-    EXPECT_NEAR(u_of(*ixx), std::log(3.0) * 1.6e-5, 1e-9);
-    EXPECT_DOUBLE_EQ(ixx->mean[0], 1.6e-5);
-  }
+  const auto priors = priors_beside_flights(c.v, c.free, c.at);
+  const JointPrior* ixx = about(estimate::kIxx, priors);
+  ASSERT_NE(ixx, nullptr);
+  EXPECT_TRUE(ixx->weak);
+  EXPECT_NEAR(u_of(*ixx), std::log(3.0) * 1.6e-5, 1e-9);
+  EXPECT_DOUBLE_EQ(ixx->mean[0], 1.6e-5);
+  EXPECT_EQ(about(estimate::kIxx, vehicle_priors(c.v, c.free, c.at)), nullptr) << "a diagnosis knows nothing of what was guessed";
 }
 TEST(VehiclePriors, an_inertia_from_cad_counts_with_its_own_uncertainty) {
   const Case c;
@@ -62,8 +62,10 @@ TEST(VehiclePriors, an_inertia_from_cad_counts_with_its_own_uncertainty) {
 }
 TEST(VehiclePriors, what_earlier_flights_found_counts_for_a_diagnosis_and_is_a_guess_for_a_fit_that_may_be_of_the_same_flights) {
   const Case c;
-  EXPECT_FALSE(about(estimate::kIzz, vehicle_priors(c.v, c.free, c.at))->weak);
-  EXPECT_TRUE(about(estimate::kIzz, priors_beside_flights(c.v, c.free, c.at))->weak);
+  const auto of_diagnosis = vehicle_priors(c.v, c.free, c.at), of_fit = priors_beside_flights(c.v, c.free, c.at);
+  ASSERT_NE(about(estimate::kIzz, of_diagnosis), nullptr);
+  EXPECT_FALSE(about(estimate::kIzz, of_diagnosis)->weak);
+  EXPECT_TRUE(about(estimate::kIzz, of_fit)->weak);
 }
 TEST(VehiclePriors, a_guess_of_zero_is_right_to_three_of_its_uncertainties) {
   const Case c;
