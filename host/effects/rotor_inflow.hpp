@@ -48,7 +48,7 @@ struct TranslationalLift {
 // v_f is that of the mean rotor speed in still air.
 struct RotorWakeInterference {
   static constexpr std::string_view kId = "rotor_wake_interference";
-  static constexpr TermParameter kParameters[] = {{"kappa", "1", 0.0, 0.5, 0.3, 0.0}};
+  static constexpr TermParameter kParameters[] = {{"kappa", "1", 0.0, 1.0, 0.3, 0.0}};
 
   template <class S>
   static void inflow(const S* c, LoadState<S>& s, std::size_t i) {

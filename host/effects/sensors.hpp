@@ -48,7 +48,7 @@ struct PoseScale {
 // A soft mount far below its resonance: the sensor stays behind by Ω̇ / ω_s².
 struct SensorMountCompliance {
   static constexpr std::string_view kId = "sensor_mount_compliance";
-  static constexpr TermParameter kParameters[] = {{"compliance_s2", "s2", 0.0, 4e-4, 1e-5, 0.0}};
+  static constexpr TermParameter kParameters[] = {{"compliance_s2", "s2", 0.0, 4e-4, 3e-5, 0.0}};
 
   template <class S>
   static void reading(const S* c, ReadingState<S>& r) {
