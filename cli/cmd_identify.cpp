@@ -265,7 +265,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--compare", o->compare,
                 "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
   add_old_option(*c, "--beside", "--compare", &o->compare);
-  add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
+  add_fit_options(*c, o->fit, "the poses alone", "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
   c->add_option("--noise", o->noise,
                 "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")

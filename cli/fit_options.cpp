@@ -1,5 +1,6 @@
 #include "cli/fit_options.hpp"
 
+#include <algorithm>
 #include <thread>
 
 #include "bench/hil/run_folder.hpp"
@@ -20,16 +21,27 @@ void FitOptions::apply(identify::IdentifyOptions& i) const {
   i.fit.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz) {
+void FitOptions::use_what_all_have(const std::vector<identify::FlightToFit>& flights) {
+  if (!use.empty()) return;
+  const auto all_have = [&](auto log::FlightRecord::*stream) {
+    return std::none_of(flights.begin(), flights.end(), [&](const identify::FlightToFit& f) { return (f.record.*stream).empty(); });
+  };
+  if (all_have(&log::FlightRecord::gyro_B_rad_s)) use.push_back("gyro");
+  if (all_have(&log::FlightRecord::accel_B_m_s2)) use.push_back("accel");
+}
+
+void add_fit_options(CLI::App& app, FitOptions& o, const std::string& use_default, const std::string& rate_help, double least_rate_Hz) {
   app.add_option(
       "--free", o.free,
       "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
   app.add_option("--hold", o.hold, "hold a parameter or group at its start value");
   app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
   app.add_option("--use", o.use,
-                 "measurements beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …)")
+                 "measurements beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …); none: the "
+                 "poses alone. Not given: " +
+                     use_default)
       ->delimiter(',')
-      ->check(CLI::IsMember({"gyro", "accel", "velocity", "load"}));
+      ->check(CLI::IsMember({"gyro", "accel", "velocity", "load", "none"}));
   app.add_option("--rate", o.rate_Hz, rate_help)->check(CLI::Range(least_rate_Hz, 1000.0))->capture_default_str();
   app.add_option("--from", o.from_s, "leave out what lies before, s");
   app.add_option("--to", o.to_s, "leave out what lies after, s");

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bench/diagnose/gust.hpp"
+#include "bench/diagnose/leftover.hpp"
 #include "bench/diagnose/manoeuvre/manoeuvre_search.hpp"
 #include "bench/diagnose/model_selection.hpp"
 #include "bench/diagnose/placebos.hpp"
@@ -94,6 +95,21 @@ void note_placebos(const Criteria& criteria, Diagnosis& d) {
   }
 }
 
+// Which streams the fit read: what could be seen depends on them.
+std::string measurements_used(const identify::Identification& r) {
+  const auto any = [&](auto estimate::GridFlight::*list) {
+    return std::any_of(r.flights.begin(), r.flights.end(), [&](const estimate::GridFlight& g) { return !(g.*list).empty(); });
+  };
+  std::vector<std::string_view> used;
+  if (any(&estimate::GridFlight::pose)) used.push_back("poses");
+  if (any(&estimate::GridFlight::position)) used.push_back("positions");
+  if (any(&estimate::GridFlight::velocity)) used.push_back("velocities");
+  if (any(&estimate::GridFlight::gyro)) used.push_back("gyro");
+  if (any(&estimate::GridFlight::accel)) used.push_back("accelerometer");
+  if (any(&estimate::GridFlight::load_W_m)) used.push_back("place of the load");
+  return fmt::format("Measurements used: {}.", fmt::join(used, ", "));
+}
+
 // What it takes to see an effect: what is needed beside such logs, and the flight.
 std::string needs_of(const host::CatalogueEffect& e) {
   return e.needs + (e.needs.empty() || e.manoeuvre.empty() ? "" : "; ") + e.manoeuvre;
@@ -125,7 +141,7 @@ class Search {
 
  private:
   std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening,
-                                       const std::vector<Tested>& all) const;
+                                       const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const;
   void reject(const std::vector<RefitCandidate>& ranked);
   void accept(RefitCandidate& best, std::vector<ClassMember> aliases);
   void report_detection_limits(const std::vector<Tested>& all);
@@ -136,7 +152,7 @@ class Search {
   Diagnosis& d_;
   identify::Identification model_;
   std::vector<Candidate> added_;
-  GainsBefore gains_before_;
+  std::vector<FoundBefore> found_;  // each with the gain of its refit
 };
 
 bool Search::add_the_best(int round, const Say& say) {
@@ -157,8 +173,9 @@ bool Search::add_the_best(int round, const Say& say) {
   const bool may_add = static_cast<int>(added_.size()) < o_.max_effects;
   bool accepted = false;
   if (may_add) {
-    say("refits with candidate effects", done + 0.3 * share);
-    std::vector<RefitCandidate> ranked = refitted(start, s, all);
+    std::vector<RefitCandidate> ranked = refitted(start, s, all, [&](const std::string& id, double of_refits) {
+      say("refit with " + id, done + share * (0.3 + 0.7 * of_refits));
+    });
     note_refits(ranked, record);
     reject(ranked);
     accepted = !ranked.empty() && ranked.front().failure.none();
@@ -177,12 +194,22 @@ bool Search::add_the_best(int round, const Say& say) {
 
 // Those that could be it, best first, the failed ones last.
 std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s,
-                                             const std::vector<Tested>& all) const {
-  std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_);
+                                             const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const {
+  std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, progress);
   if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked);
   for (RefitCandidate& c : ranked) {
-    if (c.failure.none() && gains_too_little(gains_before_, c, o_.criteria))
-      c.failure = {Rejection::small_beside_larger, {{"rise", "1", c.delta_log_likelihood}, {"largest_before", "1", gains_before_.any}}};
+    if (!c.failure.none() || found_.empty()) continue;
+    if (gains_too_little(found_, c, o_.criteria)) {
+      const auto largest = std::max_element(found_.begin(), found_.end(), [](const auto& a, const auto& b) { return a.gain < b.gain; });
+      c.failure = {Rejection::small_beside_larger, {{"rise", "1", c.delta_log_likelihood}, {"largest_before", "1", largest->gain}}};
+      continue;
+    }
+    for (const FoundBefore* before : laws_that_may_leave(found_, c, o_.criteria)) {
+      const double own = left_beside(start, before->candidate, s, {c.tested->candidate}, o_.block_s, o_.identify.fit.threads, again_.stop).front();
+      if (own >= o_.criteria.own_share) continue;
+      c.failure = {.id = Rejection::leftover, .figures = {{"own_share", "1", own, o_.criteria.own_share}}, .effect = before->candidate.id};
+      break;
+    }
   }
   std::stable_partition(ranked.begin(), ranked.end(), [](const RefitCandidate& c) { return c.failure.none(); });
   return ranked;
@@ -204,7 +231,7 @@ void Search::accept(RefitCandidate& best, std::vector<ClassMember> aliases) {
   a.evidence.scatter = best.heterogeneity.scatter;
   a.shifts = shifts(model_, best.refit.fit);
   if (const host::CatalogueEffect* row = catalogue_.find(a.id); row && !a.aliases.empty()) a.manoeuvre = row->manoeuvre;
-  gains_before_.count(best);
+  found_.push_back({candidate, best.delta_log_likelihood});
   d_.added.push_back(std::move(a));
   added_.push_back(candidate);
   model_ = std::move(best.refit.fit);
@@ -348,6 +375,7 @@ void report_model(Search& search, const host::VehicleFile& vehicle, const Diagno
   search.report_pose_time_offset();
   search.report_unobservable_in_flight();
   out.after = std::move(search).model();
+  d.remarks.push_back(measurements_used(out.after));
   if (!d.rounds.empty()) note_placebos(o.criteria, d);
   if (out.after.fit.converged) note_contradictions(out.after, d);
   d.white = innovations_white(out.after);

@@ -36,6 +36,15 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 
 double cost_of(const Tested& t, double measurements) { return 0.5 * t.test.degrees * std::log(measurements); }
 
+// A number that the fit leaves where it changes nothing costs nothing: a law of several numbers is as simple as what it comes to.
+double cost_after_refit(const RefitCandidate& c, double measurements) {
+  constexpr double kLeft = 2.0;  // standard uncertainties
+  int moved = 0;
+  for (std::size_t k = 0; k < c.values.size(); ++k)
+    moved += std::fabs(c.values[k].value - c.tested->candidate->parameters[k].neutral) > kLeft * c.values[k].u;
+  return 0.5 * std::clamp(moved, 1, std::max(1, c.tested->test.degrees)) * std::log(measurements);
+}
+
 Heterogeneity heterogeneity_of(const identify::Identification& refit, const Candidate& c) {
   const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
   ColumnSet own, others;
@@ -57,7 +66,7 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   const estimate::Fit& fit = c.refit.fit.fit;
   c.values = values_in(c.refit.fit, candidate);
   c.delta_log_likelihood = fit.log_likelihood - model.fit.log_likelihood;
-  c.score = c.delta_log_likelihood - cost_of(*c.tested, s.table.measurements);
+  c.score = c.delta_log_likelihood - cost_after_refit(c, s.table.measurements);
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.heterogeneity = heterogeneity_of(c.refit.fit, candidate);
   if (!fit.converged) {
@@ -79,6 +88,15 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   } else if (acts_on_body(candidate) && c.heterogeneity.variation > criteria.variation && c.heterogeneity.scatter > criteria.scatter) {
     c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, criteria.variation}}};
   }
+}
+
+// Of laws that the flights like as well, that of the fewest numbers stands first.
+void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
+  auto first = ranked.begin();
+  for (auto c = ranked.begin(); c != ranked.end() && c->failure.none(); ++c) {
+    if (ranked.front().score - c->score < criteria.class_margin && c->values.size() < first->values.size()) first = c;
+  }
+  if (first != ranked.end()) std::rotate(ranked.begin(), first, std::next(first));
 }
 
 }  // namespace
@@ -143,6 +161,8 @@ std::vector<NamedValue> values_in(const identify::Identification& r, const Candi
 }
 
 bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed) {
+  // What moves by itself follows states that still lack it: its cost falls again with every round of the refit.
+  if (c.tested && c.tested->candidate->term && !c.tested->candidate->term->info.memory.empty()) return false;
   if (!c.refit.cost_held || !leader.refit.cost_held) return false;
   const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
   if (by_leader <= 0.0 || by_leader <= kFarBehindShare * (without - freed) || explained >= kFarBehindShare * by_leader) return false;
@@ -150,7 +170,12 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
 }
 
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
-                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options) {
+                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
+                                         const std::function<void(const std::string&, double)>& progress) {
+  double begun = 0.0;
+  const auto say = [&](const RefitCandidate& c, double of) {
+    if (progress) progress(c.tested->candidate->id, begun++ / of);
+  };
   std::vector<RefitCandidate> ranked = worth_a_refit(s, all, criteria);
   const auto attempt = [&](RefitCandidate& c, auto&& act) {
     try {
@@ -160,8 +185,11 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
     }
     options.stop.check();
   };
-  for (RefitCandidate& c : ranked)
+  const double refits = 2.0 * static_cast<double>(ranked.size());
+  for (RefitCandidate& c : ranked) {
+    say(c, refits);
     attempt(c, [&] { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, options); });
+  }
   const auto unexplained = [](const RefitCandidate& c) { return c.refit.cost_held.value_or(0.0); };
   std::stable_sort(ranked.begin(), ranked.end(),
                    [&](const RefitCandidate& a, const RefitCandidate& b) { return unexplained(a) < unexplained(b); });
@@ -176,6 +204,7 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
                    .effect = leader->tested->candidate->id};
       continue;
     }
+    say(c, refits);
     attempt(c, [&] { finish_refit(c.refit, options); });
     if (!c.failure.none()) continue;
     judge(c, model, s, criteria);
@@ -184,17 +213,23 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   std::stable_sort(ranked.begin(), ranked.end(), [](const RefitCandidate& a, const RefitCandidate& b) {
     return a.failure.none() != b.failure.none() ? a.failure.none() : a.score > b.score;
   });
+  prefer_the_simpler(ranked, criteria);
   return ranked;
 }
 
-void GainsBefore::count(const RefitCandidate& best) {
-  any = std::max(any, best.delta_log_likelihood);
-  if (acts_on_body(*best.tested->candidate)) on_body = std::max(on_body, best.delta_log_likelihood);
+bool gains_too_little(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria) {
+  return std::any_of(before.begin(), before.end(),
+                     [&](const FoundBefore& b) { return c.delta_log_likelihood < criteria.least_share * b.gain; });
 }
 
-bool gains_too_little(const GainsBefore& before, const RefitCandidate& c, const Criteria& criteria) {
-  return c.delta_log_likelihood < criteria.least_share * before.any ||
-         (acts_on_body(*c.tested->candidate) && c.delta_log_likelihood < criteria.law_share * before.on_body);
+std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c,
+                                                    const Criteria& criteria) {
+  std::vector<const FoundBefore*> out;
+  if (!acts_on_body(*c.tested->candidate)) return out;
+  for (const FoundBefore& b : before) {
+    if (acts_on_body(b.candidate) && c.delta_log_likelihood < criteria.law_share * b.gain) out.push_back(&b);
+  }
+  return out;
 }
 
 void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked) {

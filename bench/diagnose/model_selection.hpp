@@ -2,6 +2,7 @@
 // residuals of a model that lacks the effect say, noise figures swollen by the misfit; the refit shows what each makes of the likelihood
 // once noise and parameters have settled with it.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,20 +33,23 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std:
 bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed);
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
-// `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
+// `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
 // first.
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
                                          const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
-                                         const estimate::FitOptions& options);
+                                         const estimate::FitOptions& options,
+                                         const std::function<void(const std::string& id, double done)>& progress = {});
 
-// Largest Δ log-likelihood by an effect found before, and by one of them that acts on the body.
-struct GainsBefore {
-  double any = 0.0, on_body = 0.0;
-  void count(const RefitCandidate& best);
+// An effect found before, and its Δ log-likelihood.
+struct FoundBefore {
+  Candidate candidate;
+  double gain = 0.0;
 };
-// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts: on the body it is
-// indistinguishable from a further effect that is as small.
-bool gains_too_little(const GainsBefore& before, const RefitCandidate& c, const Criteria& criteria);
+// Beside the largest effect found before.
+bool gains_too_little(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria);
+// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts (leftover.hpp): those found
+// before whose leftover this could be by its size.
+std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria);
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
 // gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.

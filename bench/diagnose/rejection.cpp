@@ -21,6 +21,7 @@ std::string_view name(Rejection r) {
                                       "varies",
                                       "far_behind",
                                       "small_beside_larger",
+                                      "leftover",
                                       "mean_of_gusts",
                                       "gusts",
                                       "not_refitted",

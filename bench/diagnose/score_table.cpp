@@ -187,6 +187,10 @@ GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const Colu
   return out;
 }
 
+double information_along(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const VectorXd& change) {
+  return change.dot(reduce(table.information, table.score, model, group).information * change);
+}
+
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation) {
   const ColumnSet all = with(model, group);
   const auto n = static_cast<Index>(all.size()), m = static_cast<Index>(model.size());
@@ -228,7 +232,7 @@ double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, con
 }
 
 Heterogeneity heterogeneity(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const VectorXd& size) {
-  const double chi2 = size.dot(reduce(table.information, table.score, model, group).information * size);
+  const double chi2 = information_along(table, model, group, size);
   const GroupTest t = test_group(table, model, group);
   return {chi2 > 0.0 ? std::sqrt((t.inflation - 1.0) * t.degrees * t.blocks / chi2) : 0.0, t.inflation};
 }

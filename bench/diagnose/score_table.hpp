@@ -50,6 +50,10 @@ struct GroupTest {
 };
 GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group);
 
+// Information that the data hold of a group along `change` of its numbers, beside the columns `model`: twice the Δ log-likelihood that such a
+// change is worth.
+double information_along(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& change);
+
 // Δ log-likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 

@@ -230,7 +230,7 @@ std::vector<AdditiveFit> additive_fit(const Samples& samples, std::span<const st
                                       std::span<const Channel> inputs, std::size_t with_curves, const AdditiveOptions& o) {
   std::vector<AdditiveFit> out(ys.size());
   const std::vector<SampleBlock> blocks = blocks_of(samples, o.block_s);
-  const std::vector<int> fold = folds_of(samples, blocks, o.folds);
+  const std::vector<int> fold = folds_of(samples, blocks, o.folds, o.left_out);
   const int folds = fold.empty() ? 0 : *std::max_element(fold.begin(), fold.end()) + 1;
   if (folds < 2) return out;
   Design design(inputs, o.intervals);

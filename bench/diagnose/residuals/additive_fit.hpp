@@ -12,6 +12,7 @@ struct AdditiveOptions {
   std::size_t intervals = 8;  // of each input's range, 1st to 99th percentile; beyond, the function holds its end value
   double block_s = 1.5;
   int folds = 6;
+  LeftOut left_out = LeftOut::flights;
   std::vector<double> penalties{1e-3, 1e-2, 1e-1, 1.0, 10.0};  // relative to the mean information of a coefficient
 };
 

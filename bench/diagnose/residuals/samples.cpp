@@ -19,9 +19,9 @@ std::vector<SampleBlock> blocks_of(const Samples& samples, double block_s) {
   return out;
 }
 
-std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> blocks, int folds) {
+std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> blocks, int folds, LeftOut left_out) {
   std::vector<int> out;
-  const bool whole_flights = samples.flights.size() >= 3;
+  const bool whole_flights = left_out == LeftOut::flights && samples.flights.size() >= 3;
   // Runs long enough that what is left out has few neighbours in what is kept.
   const std::size_t run = std::max<std::size_t>(1, blocks.size() / static_cast<std::size_t>(2 * folds));
   for (std::size_t b = 0; b < blocks.size(); ++b)

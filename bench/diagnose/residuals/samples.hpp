@@ -45,8 +45,12 @@ struct SampleBlock {
 // Pieces cut into blocks as near to `block_s` as they divide; one shorter than half of it stays one block.
 std::vector<SampleBlock> blocks_of(const Samples& samples, double block_s);
 
-// A fold for each block: whole flights when there are three or more, else `folds` runs of blocks one after the other in turn.
-std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> blocks, int folds);
+// What is predicted from the rest. Whole flights: a curve must hold on a flight that had no part in it; but what only one flight meets (a
+// wall that one alone comes near) is then never seen. Runs of blocks within the flights: it is.
+enum class LeftOut { flights, runs };
+
+// A fold for each block: whole flights when there are three or more and `left_out` says so, else `folds` runs of blocks one after the other in turn.
+std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> blocks, int folds, LeftOut left_out = LeftOut::flights);
 
 std::vector<double> times_s(const Samples& samples);
 

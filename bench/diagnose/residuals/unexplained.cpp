@@ -9,11 +9,11 @@ namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kChanceFits = 4;
-// What the additive fit may use: the motion, rotors and time, each once. Nothing that contains the residual's own acceleration.
+// What the additive fit may use: the motion, rotors, the place and time, each once. Nothing that contains the residual's own acceleration.
 constexpr std::string_view kExplaining[] = {
     "v_x",        "v_y",         "v_z",       "rate_x",    "rate_y",         "rate_z",          "omega",
     "omega_roll", "omega_pitch", "omega_yaw", "omega_dot", "omega_dot_roll", "omega_dot_pitch", "omega_dot_yaw",
-    "heading",    "height",      "time"};
+    "heading",    "place_x",     "place_y",   "height",    "time"};
 
 std::vector<double> sliding_power(const Samples& samples, std::vector<double> v, double window_s) {
   for (double& x : v) x *= x;
@@ -24,6 +24,19 @@ double largest_ratio(const Samples& samples, const std::vector<double>& v, doubl
   const std::vector<double> power = sliding_power(samples, v, window_s);
   const double usual = quantile(power, 0.5);
   return usual > 0.0 ? std::sqrt(*std::max_element(power.begin(), power.end()) / usual) : 0.0;
+}
+
+// Either way of leaving out may show what the other cannot; simulated residuals go through both.
+std::vector<AdditiveFit> predicted_either_way(const Samples& samples, std::span<const std::vector<double>* const> series,
+                                              std::span<const Channel> used, const AdditiveOptions& flights) {
+  std::vector<AdditiveFit> out = additive_fit(samples, series, used, kAxes, flights);
+  AdditiveOptions runs = flights;
+  runs.left_out = LeftOut::runs;
+  std::vector<AdditiveFit> by_runs = additive_fit(samples, series, used, kAxes, runs);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (by_runs[i].share > out[i].share) out[i] = std::move(by_runs[i]);
+  }
+  return out;
 }
 
 }  // namespace
@@ -93,7 +106,7 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
   for (std::size_t n = 0; n < chance; ++n) {
     for (const auto& a : expected[n]) series.push_back(&a);
   }
-  std::vector<AdditiveFit> fits = additive_fit(samples, series, used, kAxes, o.fit);
+  std::vector<AdditiveFit> fits = predicted_either_way(samples, series, used, o.fit);
   for (std::size_t a = 0; a < kAxes; ++a) {
     AxisUnexplained& x = out.axis[a];
     x.rms = std::sqrt(mean_square(residual[a]));

@@ -1,0 +1,67 @@
+// Whether a further effect is only what the law of the first leaves: hub moments (a moment that grows with speed) are in the model, and
+// what else could be there is asked how much of it would be its own.
+#include "bench/diagnose/leftover.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+
+#include "test/unit/bench/diagnose/paper_flights.hpp"
+
+namespace rotorloop::diagnose {
+namespace {
+
+struct Fitted {
+  identify::Identification fit;
+  Candidate found;
+  Screening screening;
+};
+
+// Ten seconds out and back, hub moments of a size that does not matter here: the variations of a law are of one shape.
+const Fitted& with_hub_moments() {
+  static const Fitted f = [] {
+    Fitted out;
+    identify::IdentifyOptions o = testing_flights::options_holding({"k_1", "k_2", "c_d,h"});
+    const host::Term& term = *host::find_term("hub_moment");
+    o.terms.add(term);
+    out.fit = identify::identify({testing_flights::flight({}, {.manoeuvre = model_true::Manoeuvre::horizontal, .duration_s = 10.0}, 7)},
+                                 testing_flights::vehicle(), o);
+    out.found = {.id = "hub_moment", .term = &term, .core = {}, .parameters = {}};
+    for (const host::TermParameter& p : term.info.parameters) {
+      out.found.parameters.push_back({std::string(p.name), std::string(p.unit), p.neutral, p.min, p.max, p.scale});
+    }
+    for (std::size_t k = 0; k < term.info.parameters.size(); ++k)
+      out.fit.fit.values.front()[estimate::kCoreParameters + static_cast<int>(k)] = term.info.parameters[k].scale;
+    out.screening = screen(out.fit, {}, {}, 0.5, 2);
+    return out;
+  }();
+  return f;
+}
+
+double left(const std::string& id) {
+  const Fitted& f = with_hub_moments();
+  const auto c =
+      std::find_if(f.screening.candidates.begin(), f.screening.candidates.end(), [&](const Candidate& one) { return one.id == id; });
+  return left_beside(f.fit, f.found, f.screening, {&*c}, 0.5, 2).front();
+}
+
+TEST(Leftover, AMomentThatGrowsWithTheSquareOfSpeedIsWhatALawLinearInSpeedLeaves) { EXPECT_LT(left("body_pitch_moment"), 0.1); }
+
+TEST(Leftover, AForceAlongWhichNoMomentActsIsACauseOfItsOwn) { EXPECT_GT(left("body_lift"), 0.8); }
+
+TEST(Leftover, ADelayHasNoLawThatCouldLeaveAnything) {
+  const Fitted& f = with_hub_moments();
+  const Candidate delay{.id = "rotor_speed_delay", .term = nullptr, .core = {estimate::kRotorDelay}, .parameters = {}};
+  EXPECT_TRUE(law_variations(f.fit, delay).empty());
+}
+
+// Six variations on each axis that the law acts on: roll and pitch.
+TEST(Leftover, ALawOfTwoMomentsHasTwelveVariations) {
+  const auto columns = law_variations(with_hub_moments().fit, with_hub_moments().found);
+  ASSERT_EQ(columns.size(), 1u);
+  EXPECT_EQ(columns.front().count, 12);
+}
+
+}  // namespace
+}  // namespace rotorloop::diagnose
