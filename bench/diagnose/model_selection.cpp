@@ -38,10 +38,10 @@ double cost_of(const Tested& t, double measurements) { return 0.5 * t.test.degre
 
 // A number that the fit leaves where it changes nothing costs nothing: a law of several numbers is as simple as what it comes to.
 double cost_after_refit(const RefitCandidate& c, double measurements) {
-  constexpr double kLeft = 2.0;  // standard uncertainties
+  constexpr double kMoved = 2.0;  // standard uncertainties
   int moved = 0;
   for (std::size_t k = 0; k < c.values.size(); ++k)
-    moved += std::fabs(c.values[k].value - c.tested->candidate->parameters[k].neutral) > kLeft * c.values[k].u;
+    moved += std::fabs(c.values[k].value - c.tested->candidate->parameters[k].neutral) > kMoved * c.values[k].u;
   return 0.5 * std::clamp(moved, 1, std::max(1, c.tested->test.degrees)) * std::log(measurements);
 }
 
