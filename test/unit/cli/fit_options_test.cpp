@@ -37,7 +37,7 @@ TEST(WriteChecked, AVehicleWithNegativeVerticalDragIsRefusedAsDataQualityAndNotW
 TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
   CLI::App app;
   FitOptions o{.rate_Hz = 100.0};
-  add_fit_options(app, o, "states per second", 20.0);
+  add_fit_options(app, o, "poses", "states per second", 20.0);
   app.parse("--use gyro,velocity --rate 50 --from 1.5 --to 9 --free gravity_tilt=0.01 --hold c_q --per-flight com_offset", false);
   identify::IdentifyOptions i;
   o.apply(i);
@@ -52,10 +52,26 @@ TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
   EXPECT_EQ(i.wishes.per_flight, std::vector<std::string>{"com_offset"});
 }
 
+TEST(FitOptions, GyroAndAccelerometerAreUsedWhereAllFlightsHaveThemAndTheUserNamedNothing) {
+  identify::FlightToFit whole, without_accelerometer;
+  whole.record.gyro_B_rad_s.add(0.0, Eigen::Vector3d::Zero());
+  whole.record.accel_B_m_s2.add(0.0, Eigen::Vector3d::Zero());
+  without_accelerometer.record.gyro_B_rad_s.add(0.0, Eigen::Vector3d::Zero());
+  FitOptions both, gyro_alone, none{.use = {"none"}};
+  both.use_what_all_have({whole, whole});
+  EXPECT_EQ(both.use, (std::vector<std::string>{"gyro", "accel"}));
+  gyro_alone.use_what_all_have({whole, without_accelerometer});
+  EXPECT_EQ(gyro_alone.use, std::vector<std::string>{"gyro"});
+  none.use_what_all_have({whole});
+  identify::IdentifyOptions i;
+  none.apply(i);
+  EXPECT_FALSE(i.grid.use_gyro || i.grid.use_accel);
+}
+
 TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
   CLI::App app;
   FitOptions o{.rate_Hz = 100.0};
-  add_fit_options(app, o, "states per second", 20.0);
+  add_fit_options(app, o, "poses", "states per second", 20.0);
   EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
 }
 
