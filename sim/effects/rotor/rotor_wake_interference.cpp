@@ -58,6 +58,6 @@ class RotorWakeInterference final : public Effect {
 }  // namespace
 
 const EffectInfo kRotorWakeInterference{
-    .id = "rotor_wake_interference", .parameter = {"kappa", "1", 0.0, 0.5, 0.0}, .options = {}, .make = make_effect<RotorWakeInterference>};
+    .id = "rotor_wake_interference", .parameter = {"kappa", "1", 0.0, 1.0, 0.0}, .options = {}, .make = make_effect<RotorWakeInterference>};
 
 }  // namespace rotorloop::sim
