@@ -152,8 +152,8 @@ TEST_F(IdentifyCommand, TellsNothingOfCeresWhereNobodyAsked) {
 TEST_F(IdentifyCommand, WritesALineForEachPartWhereStderrIsNoTerminal) {
   const CommandResult r = run("--rotation rotation.csv --hold pose_delay --rate 50 --noise fixed --no-checks");
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  EXPECT_TRUE(r.err.starts_with("[1/2] stage rotation: iteration 0 of at most 100, cost ")) << r.err;
-  EXPECT_NE(r.err.find("\n[2/2] joint fit: iteration 0 of at most 100, cost "), std::string::npos) << r.err;
+  EXPECT_TRUE(r.err.starts_with("[1/2] stage rotation: iteration 0 of at most 200, cost ")) << r.err;
+  EXPECT_NE(r.err.find("\n[2/2] joint fit: iteration 0 of at most 200, cost "), std::string::npos) << r.err;
   EXPECT_EQ(r.err.find('\r'), std::string::npos);
 }
 
