@@ -52,13 +52,13 @@ class BitWriter {
     for (; bits >= 8; bits -= 8, value >>= 8) group(static_cast<std::uint32_t>(value & 0xFFu), 8);
     if (bits > 0) group(static_cast<std::uint32_t>(value) & ((1u << bits) - 1u), bits);
   }
-  constexpr void put_saturated(std::uint32_t value, unsigned bits) {
-    const std::uint64_t max = (std::uint64_t{1} << bits) - 1u;
+  constexpr void put_saturated(std::uint64_t value, unsigned bits) {
+    const std::uint64_t max = ~std::uint64_t{0} >> (64u - bits);
     put(value > max ? max : value, bits);
   }
-  constexpr void put_signed_saturated(std::int32_t value, unsigned bits) {
-    const std::int64_t max = (std::int64_t{1} << (bits - 1u)) - 1, min = -max - 1, v = value;
-    put(static_cast<std::uint64_t>(v > max ? max : v < min ? min : v), bits);
+  constexpr void put_signed_saturated(std::int64_t value, unsigned bits) {
+    const std::int64_t max = static_cast<std::int64_t>(~std::uint64_t{0} >> (65u - bits)), min = -max - 1;
+    put(static_cast<std::uint64_t>(value > max ? max : value < min ? min : value), bits);
   }
   constexpr void put_float16(float value) { put(to_float16(value), 16); }
   constexpr void put_float32(float value) { put(std::bit_cast<std::uint32_t>(value), 32); }
@@ -106,6 +106,10 @@ class BitReader {
   constexpr std::int32_t get_signed(unsigned bits) {
     const std::uint32_t raw = static_cast<std::uint32_t>(get(bits)), sign = 1u << (bits - 1u);
     return static_cast<std::int32_t>((raw ^ sign) - sign);
+  }
+  constexpr std::int64_t get_signed64(unsigned bits) {
+    const std::uint64_t raw = get(bits), sign = std::uint64_t{1} << (bits - 1u);
+    return static_cast<std::int64_t>((raw ^ sign) - sign);
   }
   constexpr float get_float16() { return from_float16(static_cast<std::uint16_t>(get(16))); }
   constexpr float get_float32() { return std::bit_cast<float>(static_cast<std::uint32_t>(get(32))); }

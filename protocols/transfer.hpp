@@ -1,4 +1,4 @@
-// DroneCAN transfers on classic CAN, sending side: identifiers, tail byte, splitting into frames (docs/wire.md §1).
+// DroneCAN transfers, sending side: identifiers, tail byte, splitting into frames of classic CAN or CAN FD (docs/wire.md §1).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -31,12 +31,16 @@ struct FrameId {
   std::uint16_t data_type_id = 0;
   std::uint8_t source = kNoNode;
   std::uint8_t destination = kNoNode;  // services only
+  std::uint16_t discriminator = 0;     // anonymous messages (source 0) only: 14 bits that keep two senders apart
   friend constexpr bool operator==(const FrameId&, const FrameId&) = default;
 };
 
 constexpr std::uint32_t encode_id(const FrameId& f) {
   const std::uint32_t priority = (f.priority & 31u) << 24, source = f.source & 127u;
-  if (f.kind == TransferKind::message) return priority | static_cast<std::uint32_t>(f.data_type_id) << 8 | source;
+  if (f.kind == TransferKind::message) {
+    if (f.source == kNoNode) return priority | (f.discriminator & 0x3FFFu) << 10 | (f.data_type_id & 3u) << 8;
+    return priority | static_cast<std::uint32_t>(f.data_type_id) << 8 | source;
+  }
   const std::uint32_t request = f.kind == TransferKind::request ? 1u : 0u;
   return priority | (f.data_type_id & 0xFFu) << 16 | request << 15 | (f.destination & 127u) << 8 | 0x80u | source;
 }
@@ -50,8 +54,11 @@ constexpr FrameId decode_id(std::uint32_t id) {
     f.kind = (id & 0x8000u) != 0 ? TransferKind::request : TransferKind::response;
     f.data_type_id = static_cast<std::uint16_t>(id >> 16 & 0xFFu);
     f.destination = static_cast<std::uint8_t>(id >> 8 & 127u);
+  } else if (f.source == kNoNode) {
+    f.data_type_id = static_cast<std::uint16_t>(id >> 8 & 3u);
+    f.discriminator = static_cast<std::uint16_t>(id >> 10 & 0x3FFFu);
   } else {
-    f.data_type_id = static_cast<std::uint16_t>(f.source == kNoNode ? id >> 8 & 3u : id >> 8 & 0xFFFFu);
+    f.data_type_id = static_cast<std::uint16_t>(id >> 8 & 0xFFFFu);
   }
   return f;
 }
@@ -105,6 +112,40 @@ constexpr bool encode_transfer(const FrameId& header, std::uint16_t crc_seed, st
     if (end) return true;
     f.data = {};
     at = 0;
+  }
+}
+
+// The same on CAN FD: up to 63 payload bytes a frame, zeros between the payload and the last frame's tail byte up to the next
+// length that CAN FD has. The CRC of a multi-frame transfer includes these zeros.
+template <class Sink>
+constexpr bool encode_transfer_fd(const FrameId& header, std::uint16_t crc_seed, std::uint8_t transfer_id,
+                                  std::span<const std::uint8_t> payload, Sink&& sink) {
+  constexpr std::size_t kContent = 63;
+  CanFdFrame f;
+  f.id = encode_id(header);
+  f.extended = true;
+  const bool multi = payload.size() > kContent;
+  const std::size_t head = multi ? 2 : 0, rest = (payload.size() + head) % kContent;
+  const std::size_t in_last = rest == 0 && multi ? kContent : payload.size() + head <= kContent ? payload.size() : rest;
+  const std::size_t padding = fd_length(static_cast<std::uint32_t>(in_last + 1)) - (in_last + 1);
+  std::uint16_t crc = multi ? crc16(crc_seed, payload) : std::uint16_t{0};
+  for (std::size_t n = 0; multi && n < padding; ++n) crc = crc16(crc, std::uint8_t{0});
+  const std::size_t total = head + payload.size() + padding;
+  std::size_t next = 0;  // of the stream CRC, payload, zeros
+  for (bool toggle = false;; toggle = !toggle) {
+    const bool start = next == 0;
+    f.data = {};
+    std::size_t at = 0;
+    for (; at < kContent && next < total; ++at, ++next) {
+      f.data[at] = next < head                    ? static_cast<std::uint8_t>(next == 0 ? crc & 0xFFu : crc >> 8)
+                   : next - head < payload.size() ? payload[next - head]
+                                                  : std::uint8_t{0};
+    }
+    const bool end = next == total;
+    f.data[at] = encode_tail({.start = start, .end = end, .toggle = toggle, .transfer_id = transfer_id});
+    f.length = static_cast<std::uint8_t>(at + 1);
+    if (!sink(static_cast<const CanFdFrame&>(f))) return false;
+    if (end) return true;
   }
 }
 

@@ -155,11 +155,29 @@ TEST_F(Reassembly, PayloadBeyondTheBufferIsDroppedWithoutHarm) {
   EXPECT_EQ(feed(transfer(EscStatus::kType, 6, 14)), 1);
 }
 
-TEST_F(Reassembly, MemoryIsBoundedAndOldSessionsGiveWay) {
-  for (std::uint8_t source = 1; source <= 4; ++source) feed(transfer(RawCommand::kType, 0, 7, source), 1000);
-  EXPECT_EQ(receiver_.counters().transfers, 3u);
-  EXPECT_EQ(receiver_.counters().no_session, 1u);
-  EXPECT_EQ(feed(transfer(RawCommand::kType, 0, 7, 4), 1000 + 2'000'001), 1) << "a silent sender's place is taken";
+TEST_F(Reassembly, memory_is_bounded_and_the_sender_that_started_least_recently_gives_way) {
+  for (std::uint8_t source = 1; source <= 4; ++source) feed(transfer(RawCommand::kType, 0, 7, source), 1000u * source);
+  EXPECT_EQ(receiver_.counters().transfers, 4u) << "a fourth sender is heard although there are three sessions";
+  EXPECT_EQ(receiver_.counters().displaced, 1u);
+  EXPECT_EQ(feed(transfer(RawCommand::kType, 0, 7, 4), 5000), 0) << "senders 2, 3 and 4 are known: a repetition is dropped";
+  EXPECT_EQ(feed(transfer(RawCommand::kType, 0, 7, 2), 5000), 0);
+}
+
+TEST_F(Reassembly, flood_of_126_senders_neither_locks_out_a_newcomer_nor_breaks_the_transfer_of_the_sender_that_is_kept) {
+  receiver_.keep(77);
+  const auto long_one = transfer(EscStatus::kType, 5, 14, 77);
+  EXPECT_EQ(feed({long_one[0], long_one[1]}, 1000), 0);
+  for (std::uint8_t source = 1; source <= 127; ++source) {
+    if (source != 77) {
+      EXPECT_EQ(feed(transfer(RawCommand::kType, 0, 7, source), 1000u + source), 1) << int{source};
+    }
+  }
+  EXPECT_EQ(feed({long_one[2]}, 2000), 1) << "the sender that is kept";
+  receiver_.keep(kNoNode);
+  feed({transfer(EscStatus::kType, 6, 14, 77)[0]}, 3000);
+  for (std::uint8_t source = 1; source <= 127; ++source) feed(transfer(RawCommand::kType, 1, 7, source), 3000u + source);
+  EXPECT_EQ(feed({transfer(EscStatus::kType, 6, 14, 77)[1], transfer(EscStatus::kType, 6, 14, 77)[2]}, 4000), 0)
+      << "without keep() the flood takes its place";
 }
 
 TEST_F(Reassembly, StartWithToggleSetBelongsToAnotherProtocolVersion) {
@@ -198,6 +216,74 @@ TEST_F(Reassembly, AnonymousAndUnknownAndForeignFramesAreCountedApart) {
   request.id = encode_id({.kind = TransferKind::request, .priority = 30, .data_type_id = 1, .source = kOwn, .destination = kOwn});
   EXPECT_EQ(feed({request}), 0);
   EXPECT_EQ(receiver_.counters().bad_address, 1u);
+}
+
+TEST_F(Reassembly, anonymous_allocation_requests_are_delivered_to_who_asked_for_them_as_often_as_they_come) {
+  constexpr std::array<Subscription, 1> kAllocation{subscribe_anonymous(Allocation::kType)};
+  Receiver<2, 45> receiver(kOwn, kAllocation);
+  CanFrame f;
+  f.extended = true;
+  f.id = encode_id({.kind = TransferKind::message, .priority = 30, .data_type_id = 1, .source = kNoNode, .discriminator = 0x1ABC});
+  f.length = 8;
+  f.data = {0x01, 1, 2, 3, 4, 5, 6, 0xC0};
+  for (int n = 0; n < 2; ++n) {
+    const auto t = receiver.accept(f, 1000);
+    ASSERT_TRUE(t);
+    Allocation a;
+    ASSERT_TRUE(decode(t->payload, a));
+    EXPECT_TRUE(a.first_part);
+    EXPECT_EQ(a.unique_id.count, 6);
+    EXPECT_EQ(t->id.discriminator, 0x1ABC);
+  }
+  f.data[7] = 0x80;  // would be the first of several frames: an anonymous transfer has one
+  EXPECT_FALSE(receiver.accept(f, 1000));
+}
+
+std::vector<CanFdFrame> fd_transfer(std::uint8_t transfer_id, std::size_t size) {
+  std::vector<std::uint8_t> payload(size);
+  for (std::size_t k = 0; k < size; ++k) payload[k] = static_cast<std::uint8_t>(k + 1);
+  std::vector<CanFdFrame> frames;
+  encode_transfer_fd({.kind = TransferKind::message, .priority = 16, .data_type_id = EscStatus::kType.id, .source = kPeer},
+                     EscStatus::kType.crc_seed(), transfer_id, payload, [&](const CanFdFrame& f) {
+                       frames.push_back(f);
+                       return true;
+                     });
+  return frames;
+}
+
+TEST_F(Reassembly, fd_transfers_of_0_to_400_bytes_come_back_with_zeros_up_to_a_length_that_can_fd_has) {
+  Receiver<3, 500> receiver(kOwn, kSubscriptions);
+  std::uint8_t id = 0;
+  for (std::size_t n = 0; n <= 400; ++n, id = static_cast<std::uint8_t>((id + 1) % 32)) {
+    std::size_t delivered = 0;
+    const auto frames = fd_transfer(id, n);
+    for (const CanFdFrame& f : frames) {
+      ASSERT_EQ(f.length, fd_length(f.length)) << n << ": no such length on a bus";
+      ASSERT_TRUE(&f == &frames.back() || f.length == 64);
+      if (const auto t = receiver.accept(f, 1000)) {
+        ++delivered;
+        ASSERT_EQ(t->framing, Framing::fd);
+        ASSERT_GE(t->payload.size(), n);
+        for (std::size_t k = 0; k < t->payload.size(); ++k) ASSERT_EQ(t->payload[k], k < n ? static_cast<std::uint8_t>(k + 1) : 0) << n;
+      }
+    }
+    ASSERT_EQ(delivered, 1u) << n;
+    EXPECT_EQ(frames.size(), n <= 63 ? 1u : (n + 2 + 62) / 63) << n;
+  }
+}
+
+TEST_F(Reassembly, every_flipped_bit_of_an_fd_transfer_of_two_frames_is_caught_its_padding_included) {
+  Receiver<3, 500> receiver(kOwn, kSubscriptions);
+  std::uint8_t id = 0;
+  const std::size_t last = fd_transfer(0, 70)[1].length - 1u;
+  EXPECT_EQ(last, 11u);  // 70 + 2 - 63 = 9 bytes, two zeros, tail
+  for (std::size_t bit = 0; bit < 8 * (63 + last); ++bit) {
+    auto frames = fd_transfer(id, 70);
+    id = static_cast<std::uint8_t>((id + 1) % 32);
+    std::uint8_t& byte = bit < 8 * 63 ? frames[0].data[bit / 8] : frames[1].data[bit / 8 - 63];
+    byte = static_cast<std::uint8_t>(byte ^ 1u << bit % 8);
+    for (const CanFdFrame& f : frames) ASSERT_FALSE(receiver.accept(f, 1000)) << bit;
+  }
 }
 
 TEST_F(Reassembly, StandardFramesAreNotItsBusiness) {
