@@ -22,6 +22,7 @@ class Battery {
   double step(double current_A, double dt_s);
   double step(std::span<const double> currents_A, double dt_s);
   double voltage_V() const { return bus_V_; }
+  double rest_V() const { return p_.cells * open_circuit_cell_V(charge_) - relaxation_V_; }  // behind the resistance
   double charge() const { return charge_; }
   static double open_circuit_cell_V(double charge);
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "sim/drive/commutation.hpp"
+#include "sim/drive/saturation.hpp"
+
 namespace rotorloop::sim {
 namespace {
 
@@ -36,12 +39,19 @@ double high_side_share(const PwmCommand& pwm, std::size_t phase) {
 Drive::Drive(const DriveParameters& parameters, RandomStream noise, double initial_angle_rad)
     : p_(parameters),
       motor_(parameters.motor, parameters.motor.inertia_kg_m2 + parameters.blade_inertia_kg_m2, initial_angle_rad),
-      sensing_(parameters.sensing, noise),
-      temperature_K_(parameters.temperature_K) {}
+      sensing_(parameters.sensing, noise) {
+  temperatures_ = {p_.thermal.air_K, p_.thermal.air_K, parameters.temperature_K, parameters.temperature_K};
+  next_slow_ = slow_periods();
+  if (!p_.faults.empty()) follow_faults();
+}
 
-AdcReading Drive::sample() { return sensing_.sample(phase_currents_A(), low_window_s_, bus_V_, temperature_K_); }
+AdcReading Drive::sample() {
+  const auto& low = low_current_A_;
+  const PhaseCurrents currents = legs_.any ? PhaseCurrents{low[0], low[1], low[2]} : phase_currents_A();
+  return sensing_.sample(currents, low_window_s_, bus_V_ + bus_ripple_V_, temperatures_.board_K);
+}
 
-template <class Real, std::size_t Count>
+template <bool kDetailed, class Real, std::size_t Count>
 void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods) {
   const auto each = [&](const auto& get) { return collect<Real>(drives, get); };
   const auto parameter = [&](const auto& get) { return each([&](const Drive& d, std::size_t) { return get(d.motor_.parameters()); }); };
@@ -51,32 +61,53 @@ void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::arra
   const auto inverter = [&](double InverterParameters::*which) {
     return each([&](const Drive& d, std::size_t) { return d.p_.inverter.*which; });
   };
+  const auto own = [&](double Drive::*which) { return each([&](const Drive& d, std::size_t) { return d.*which; }); };
 
   const Real period_s = 1.0 / inverter(&InverterParameters::pwm_Hz);
-  const MotorConstants<Real> motor{.pole_pairs = parameter([](const MotorParameters& p) { return static_cast<double>(p.pole_pairs); }),
-                                   .resistance_ohm = parameter([](const MotorParameters& p) { return p.resistance_ohm; }) +
-                                                     inverter(&InverterParameters::switch_resistance_ohm),
-                                   .inductance_d_H = parameter([](const MotorParameters& p) { return p.inductance_H.d; }),
-                                   .inductance_q_H = parameter([](const MotorParameters& p) { return p.inductance_H.q; }),
-                                   .flux_linkage_Wb = parameter([](const MotorParameters& p) { return p.flux_linkage_Wb; }),
-                                   .inertia_kg_m2 = each([](const Drive& d, std::size_t) { return d.motor_.inertia_kg_m2(); }),
-                                   .static_friction_N_m = parameter([](const MotorParameters& p) { return p.static_friction_N_m; }),
-                                   .cogging_N_m = parameter([](const MotorParameters& p) { return p.cogging_N_m; })};
-  const BridgeConstants<Real> bridge{.dead_share = inverter(&InverterParameters::dead_time_s) * inverter(&InverterParameters::pwm_Hz),
+  MotorConstants<Real> motor{.pole_pairs = parameter([](const MotorParameters& p) { return static_cast<double>(p.pole_pairs); }),
+                             .resistance_ohm = parameter([](const MotorParameters& p) { return p.resistance_ohm; }) * own(&Drive::copper_) +
+                                               inverter(&InverterParameters::switch_resistance_ohm) * own(&Drive::channel_),
+                             .inductance_d_H = parameter([](const MotorParameters& p) { return p.inductance_H.d; }),
+                             .inductance_q_H = parameter([](const MotorParameters& p) { return p.inductance_H.q; }),
+                             .flux_linkage_Wb = parameter([](const MotorParameters& p) { return p.flux_linkage_Wb; }) * own(&Drive::flux_),
+                             .inertia_kg_m2 = each([](const Drive& d, std::size_t) { return d.motor_.inertia_kg_m2(); }),
+                             .static_friction_N_m = parameter([](const MotorParameters& p) { return p.static_friction_N_m; }),
+                             .cogging_N_m = parameter([](const MotorParameters& p) { return p.cogging_N_m; })};
+  const Real dead_time_s = inverter(&InverterParameters::dead_time_s), bus_V = own(&Drive::bus_V_);
+  const BridgeConstants<Real> bridge{.dead_share = dead_time_s * inverter(&InverterParameters::pwm_Hz),
                                      .diode_drop_V = inverter(&InverterParameters::diode_drop_V),
                                      .zero_zone_A = inverter(&InverterParameters::zero_zone_A),
-                                     .bus_V = each([](const Drive& d, std::size_t) { return d.bus_V_; })};
-  const BasicShaftLoad<Real> load{each([](const Drive& d, std::size_t) { return d.load_.quadratic_N_m_s2; }),
-                                  each([](const Drive& d, std::size_t) { return d.load_.constant_N_m; })};
+                                     .bus_V = bus_V};
+  const BasicShaftLoad<Real> load{each([](const Drive& d, std::size_t) { return d.present_load().quadratic_N_m_s2; }),
+                                  each([](const Drive& d, std::size_t) { return d.present_load().constant_N_m; })};
   std::array<Real, 3> duty;
   for (std::size_t k = 0; k < 3; ++k) duty[k] = each([&](const Drive&, std::size_t i) { return high_side_share(*pwm[i], k); });
   BasicMotorState<Real> s{state_of(&MotorState::i_d_A),     state_of(&MotorState::i_q_A), state_of(&MotorState::omega_rad_s),
                           state_of(&MotorState::angle_rad), state_of(&MotorState::cos_e), state_of(&MotorState::sin_e)};
-  Real energy_J = each([](const Drive& d, std::size_t) { return d.bus_energy_J_; });
+  Real energy_J = own(&Drive::bus_energy_J_);
 
-  for (int n = 0; n < periods; ++n) {
-    const BasicBridgeOutput<Real> out = bridge_output(bridge, duty, to_phases(stator_current_A(s)));
-    energy_J += driven_step(motor, s, out.v_V, load, period_s) + out.diode_loss_W * period_s;
+  if constexpr (kDetailed) {
+    const Real l_d = motor.inductance_d_H, l_q = motor.inductance_q_H;
+    const Real end_share = parameter([](const MotorParameters& p) { return p.saturated_share; });
+    const Real per_knee_A = parameter([](const MotorParameters& p) { return p.saturation_A > 0.0 ? 1.0 / p.saturation_A : 0.0; });
+    const Real mean_H = 0.5 * (l_d + l_q);
+    CommutationConstants<Real> edges = commutation_constants(dead_time_s, inverter(&InverterParameters::pwm_Hz), bridge.diode_drop_V, bus_V,
+                                                             inverter(&InverterParameters::node_capacitance_F), mean_H);
+    const Real duty_V_s_over_H = bus_V * period_s / mean_H;
+    for (int n = 0; n < periods; ++n) {
+      const BasicPhaseCurrents<Real> phases = to_phases(stator_current_A(s));
+      set_ripple(edges, duty, phases, duty_V_s_over_H);
+      const AxisFlux<Real> d = axis_flux(l_d, end_share, per_knee_A, s.i_d_A), q = axis_flux(l_q, end_share, per_knee_A, s.i_q_A);
+      motor.inductance_d_H = d.apparent_H;
+      motor.inductance_q_H = q.apparent_H;
+      const BasicBridgeOutput<Real> out = commutated_output(edges, duty, phases);
+      energy_J += driven_step(motor, s, out.v_V, load, period_s, {d.incremental_H, q.incremental_H}) + out.diode_loss_W * period_s;
+    }
+  } else {
+    for (int n = 0; n < periods; ++n) {
+      const BasicBridgeOutput<Real> out = bridge_output(bridge, duty, to_phases(stator_current_A(s)));
+      energy_J += driven_step(motor, s, out.v_V, load, period_s) + out.diode_loss_W * period_s;
+    }
   }
 
   const auto put_state = [&](double MotorState::*which, const Real& value) {
@@ -89,38 +120,57 @@ void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::arra
   put_state(&MotorState::cos_e, s.cos_e);
   put_state(&MotorState::sin_e, s.sin_e);
   distribute(drives, energy_J, [](Drive& d, double x) { d.bus_energy_J_ = x; });
-  const Real dead_time_s = inverter(&InverterParameters::dead_time_s);
   for (std::size_t k = 0; k < 3; ++k) {
     const Real window_s = 0.5 * ((1.0 - duty[k]) * period_s - dead_time_s);
     distribute(drives, window_s, [&](Drive& d, double x) { d.low_window_s_[k] = x; });
   }
+  for (Drive* d : drives) d->count_periods(periods);
 }
 
-void Drive::step(const PwmCommand& pwm) {
-  if (driven(pwm)) {
-    step_driven<double, 1>({this}, {&pwm}, 1);
-    return;
+void Drive::step(const PwmCommand& pwm) { step_alone(pwm, 1); }
+
+void Drive::step_alone(const PwmCommand& pwm, int periods) {
+  if (periods > 1 && slow_within(periods)) {
+    for (int n = 0; n < periods; ++n) step_alone(pwm, 1);
+  } else if (legs_.any) {
+    for (int n = 0; n < periods; ++n) step_switched(pwm);
+  } else if (!driven(pwm)) {
+    for (int n = 0; n < periods; ++n) {
+      bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, present_load(), 1.0 / p_.inverter.pwm_Hz);
+      low_window_s_ = {};
+      count_periods(1);
+    }
+  } else if (detailed()) {
+    step_driven<true, double, 1>({this}, {&pwm}, periods);
+  } else {
+    step_driven<false, double, 1>({this}, {&pwm}, periods);
   }
-  bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, load_, 1.0 / p_.inverter.pwm_Hz);
-  low_window_s_ = {};
 }
 
 void Drive::step_together(std::span<Drive* const> drives, std::span<const PwmCommand> pwm, int periods) {
-  std::array<Drive*, Lanes::kCount> batch;
-  std::array<const PwmCommand*, Lanes::kCount> command;
-  std::size_t filled = 0;
+  struct Batch {
+    std::array<Drive*, Lanes::kCount> drives;
+    std::array<const PwmCommand*, Lanes::kCount> pwm;
+    std::size_t filled = 0;
+  };
+  std::array<Batch, 2> batches;  // simple and detailed: a batch steps by one law
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (!drives[i]->driven(pwm[i])) {
-      for (int n = 0; n < periods; ++n) drives[i]->step(pwm[i]);
+    if (drives[i]->legs_.any || !drives[i]->driven(pwm[i]) || drives[i]->slow_within(periods)) {
+      drives[i]->step_alone(pwm[i], periods);
       continue;
     }
-    batch[filled] = drives[i];
-    command[filled] = &pwm[i];
-    if (++filled < Lanes::kCount) continue;
-    step_driven<Lanes>(batch, command, periods);
-    filled = 0;
+    Batch& b = batches[drives[i]->detailed() ? 1 : 0];
+    b.drives[b.filled] = drives[i];
+    b.pwm[b.filled] = &pwm[i];
+    if (++b.filled < Lanes::kCount) continue;
+    if (drives[i]->detailed())
+      step_driven<true, Lanes>(b.drives, b.pwm, periods);
+    else
+      step_driven<false, Lanes>(b.drives, b.pwm, periods);
+    b.filled = 0;
   }
-  for (std::size_t i = 0; i < filled; ++i) step_driven<double, 1>({batch[i]}, {command[i]}, periods);
+  for (const Batch& b : batches)
+    for (std::size_t i = 0; i < b.filled; ++i) b.drives[i]->step_alone(*b.pwm[i], periods);
 }
 
 }  // namespace rotorloop::sim

@@ -5,10 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "sim/drive/drive_fault.hpp"
 #include "sim/drive/inverter.hpp"
 #include "sim/drive/motor.hpp"
 #include "sim/drive/sensing.hpp"
+#include "sim/drive/switched_bridge.hpp"
+#include "sim/drive/thermal.hpp"
 
 namespace rotorloop::sim {
 
@@ -18,6 +22,8 @@ struct DriveParameters {
   SensingParameters sensing{};
   double blade_inertia_kg_m2 = 4.4e-6;  // three-blade 5-inch propeller
   double temperature_K = 308.15;        // board
+  ThermalParameters thermal{};
+  std::vector<DriveFault> faults;  // by the drive's own time
 };
 
 // Compare values of centre-aligned PWM: the high side of a phase is on for compare/top of the period.
@@ -41,31 +47,55 @@ class Drive {
 
   void set_bus_V(double bus_V) { bus_V_ = bus_V; }
   void set_load(const ShaftLoad& load) { load_ = load; }
-  void set_temperature_K(double temperature_K) { temperature_K_ = temperature_K; }
+  void set_temperature_K(double temperature_K) { temperatures_.board_K = temperature_K; }
+  void set_bus_ripple_V(double ripple_V) { bus_ripple_V_ = ripple_V; }  // above the mean at the sampling instant
+  void add_fault(const DriveFault& fault) { p_.faults.push_back(fault); }
 
   double bus_V() const { return bus_V_; }
   const ShaftLoad& load() const { return load_; }
   double omega_rad_s() const { return motor_.state().omega_rad_s; }
   PhaseCurrents phase_currents_A() const { return to_phases(motor_.current_A()); }
   double bus_energy_J() const { return bus_energy_J_; }  // taken from the bus since the start
+  const Temperatures& temperatures() const { return temperatures_; }
+  double time_s() const { return static_cast<double>(pwm_periods_) / p_.inverter.pwm_Hz; }
+  const DriveParameters& parameters() const { return p_; }
   double time_in_step_s() const { return 1.0 / p_.inverter.pwm_Hz; }
   Motor& motor() { return motor_; }
   const Motor& motor() const { return motor_; }
   Sensing& sensing() { return sensing_; }
 
  private:
-  template <class Real, std::size_t Count>
+  // kDetailed: edges by the charge of the node, true ripple, iron that saturates.
+  template <bool kDetailed, class Real, std::size_t Count>
   static void step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods);
   bool driven(const PwmCommand& pwm) const { return pwm.enabled && bus_V_ > 0.0; }
+  bool detailed() const { return p_.inverter.node_capacitance_F > 0.0; }
+  void step_alone(const PwmCommand& pwm, int periods);
+  void step_switched(const PwmCommand& pwm);
+  // What changes slowly: temperatures, drift of offsets, faults that begin or end. Once a millisecond.
+  void count_periods(int periods);
+  std::int64_t slow_periods() const;
+  bool slow_within(int periods) const { return pwm_periods_ + periods > next_slow_; }  // before their end
+  void follow_losses(double dt_s);
+  void follow_faults();
+  MotorConstants<double> present_motor() const;
+  ShaftLoad present_load() const;
 
   DriveParameters p_;
   Motor motor_;
   Sensing sensing_;
   ShaftLoad load_{};
-  double bus_V_ = 0.0;
-  double temperature_K_;
+  double bus_V_ = 0.0, bus_ripple_V_ = 0.0;
   double bus_energy_J_ = 0.0;
   std::array<double, 3> low_window_s_{};
+  Temperatures temperatures_{};
+  double copper_ = 1.0, channel_ = 1.0, flux_ = 1.0;  // over the values at 25 degC; flux with the magnets' damage
+  double load_share_ = 1.0, strike_N_m_ = 0.0;
+  bool locked_ = false;
+  SwitchedBridge bridge_;
+  LegFaults legs_{};
+  std::array<double, 3> low_current_A_{};  // of the last period stepped edge by edge
+  std::int64_t pwm_periods_ = 0, next_slow_ = 0;
 };
 
 }  // namespace rotorloop::sim

@@ -14,6 +14,10 @@ struct InverterParameters {
   double switch_resistance_ohm = 4e-3;  // FET about 2.4 mohm plus half the 3 mohm shunt (STL180N6F7, UM2516)
   // Around zero the switch node's charge and the ripple make the error proportional to current: half the ripple of about 3 A.
   double zero_zone_A = 1.5;
+  // Of one switch node: both FETs' output capacitance (charge-equivalent) and the wire. Above 0 the edges follow the charge of the
+  // node and the true ripple (commutation.hpp), and zero_zone_A is not used.
+  double node_capacitance_F = 0.0;
+  double switching_s = 60e-9;  // overlap of voltage and current at a hard edge: heat of the FETs only
 };
 
 template <class Real>

@@ -1,6 +1,7 @@
 #include "sim/drive/motor.hpp"
 
 #include "host/base/elementary.hpp"
+#include "sim/drive/saturation.hpp"
 
 namespace rotorloop::sim {
 
@@ -17,6 +18,9 @@ void Motor::set_angle(double mechanical_rad) {
 }
 
 double Motor::magnetic_energy_J() const {
+  if (const MotorParameters& p = parameters_; p.saturation_A > 0.0)
+    return 1.5 * (axis_energy_J(p.inductance_H.d, p.saturated_share, p.saturation_A, state_.i_d_A) +
+                  axis_energy_J(p.inductance_H.q, p.saturated_share, p.saturation_A, state_.i_q_A));
   return 0.75 * (parameters_.inductance_H.d * state_.i_d_A * state_.i_d_A + parameters_.inductance_H.q * state_.i_q_A * state_.i_q_A);
 }
 

@@ -26,6 +26,9 @@ struct MotorParameters {
   double inertia_kg_m2 = 5.0e-6;  // rotor and bell; the propeller adds its own
   double static_friction_N_m = 2e-3;
   double cogging_N_m = 1e-3;  // peak
+  // Iron (saturation.hpp): above 0, the current at which the inductances have fallen half-way or so to their share at the end.
+  double saturation_A = 0.0;
+  double saturated_share = 1.0;
 };
 
 class Motor {
@@ -50,6 +53,7 @@ class Motor {
   const MotorParameters& parameters() const { return parameters_; }
   MotorParameters& parameters() { return parameters_; }  // damage during a run: a demagnetised or hot motor
   double inertia_kg_m2() const { return inertia_kg_m2_; }
+  void set_inertia_kg_m2(double inertia_kg_m2) { inertia_kg_m2_ = inertia_kg_m2; }  // a lost propeller, a held rotor
   void set_angle(double mechanical_rad);
   // For the equations, with what stands in series with the winding.
   MotorConstants<double> constants(double series_resistance_ohm) const {

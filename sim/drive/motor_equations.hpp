@@ -107,13 +107,19 @@ inline void advance_angle(const MotorConstants<Real>& m, BasicMotorState<Real>& 
   s.sin_e = r.sin * norm;
 }
 
+// What a change of current meets; differs from the constants' (flux over current) where iron saturates.
+template <class Real>
+struct TransientInductance {
+  Real d_H, q_H;
+};
+
 // One classical Runge-Kutta step at constant stator voltage; m.resistance_ohm with what is in series. Returns the energy that
 // entered behind the voltage [J].
 template <class Real>
 inline Real driven_step(const MotorConstants<Real>& m, BasicMotorState<Real>& s, const BasicVector2<Real>& v_V,
-                        const BasicShaftLoad<Real>& load, const Real& dt_s) {
+                        const BasicShaftLoad<Real>& load, const Real& dt_s, const TransientInductance<Real>& transient) {
   using Rotation = BasicRotation<Real>;
-  const Real over_ld = 1.0 / m.inductance_d_H, over_lq = 1.0 / m.inductance_q_H, over_j = 1.0 / m.inertia_kg_m2;
+  const Real over_ld = 1.0 / transient.d_H, over_lq = 1.0 / transient.q_H, over_j = 1.0 / m.inertia_kg_m2;
   const Real w0 = s.omega_rad_s;
   // Friction, cogging and load change little over 21 us: taken once per step.
   const Real resisting_N_m = load_N_m(load, s) + friction_N_m(m, s) + cogging_N_m(m, s);
@@ -143,6 +149,12 @@ inline Real driven_step(const MotorConstants<Real>& m, BasicMotorState<Real>& s,
   s.omega_rad_s += sixth * (k1.w + 2.0 * (k2.w + k3.w) + k4.w);
   advance_angle(m, s, w0, dt_s);
   return sixth * (k1.energy + 2.0 * (k2.energy + k3.energy) + k4.energy);
+}
+
+template <class Real>
+inline Real driven_step(const MotorConstants<Real>& m, BasicMotorState<Real>& s, const BasicVector2<Real>& v_V,
+                        const BasicShaftLoad<Real>& load, const Real& dt_s) {
+  return driven_step(m, s, v_V, load, dt_s, {m.inductance_d_H, m.inductance_q_H});
 }
 
 }  // namespace rotorloop::sim

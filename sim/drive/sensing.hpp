@@ -22,7 +22,14 @@ struct SensingParameters {
   double bus_noise_counts = 1.0;
   // The amplifier follows the shunt voltage only while the low side conducts: no signal before `dead`, all of it after `full`.
   double settle_dead_s = 0.3e-6, settle_full_s = 1.0e-6;
+  // Offsets that wander as the board warms up: a ramp from 0 to this, then at rest.
+  std::array<double, 3> drift_counts = {0.0, 0.0, 0.0};
+  double drift_s = 5.0;
+  double bad_sample_every = 0.0;  // conversions of any of the five channels that are nonsense: mean number of samples between; 0: none
 };
+
+// An amplifier or divider that shows nothing of the truth any more.
+enum class ChannelFault : std::uint8_t { none, low_rail, high_rail, no_current };
 
 struct AdcReading {
   std::array<std::uint16_t, 3> phase{};
@@ -38,13 +45,21 @@ class Sensing {
   Sensing(const SensingParameters& parameters, RandomStream noise) : p_(parameters), noise_(noise) {}
   // low_window_s: time since the low side of each phase turned on, at the sampling instant; negative when it never did.
   AdcReading sample(const PhaseCurrents& i, const std::array<double, 3>& low_window_s, double bus_V, double temperature_K);
+  void set_drift_share(double share) { drift_share_ = share; }  // 0 at power-up, 1 once warm
+  std::array<ChannelFault, 4> faults{};                         // U, V, W, temperature
   const SensingParameters& parameters() const { return p_; }
   SensingParameters& parameters() { return p_; }  // faults during a run: a channel that sticks or drifts
 
  private:
+  void spoil(AdcReading& reading);
+  void break_channels(AdcReading& reading) const;
+
   SensingParameters p_;
   RandomStream noise_;
   std::uint64_t drawn_ = 0;
+  double drift_share_ = 0.0;
+  double until_bad_ = -1.0;  // samples; below 0: not drawn yet
+  std::uint64_t bad_ = 0;
 };
 
 }  // namespace rotorloop::sim

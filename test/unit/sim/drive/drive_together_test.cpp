@@ -4,16 +4,19 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
-#include "sim/drive/drive.hpp"
+#include "sim/drive/typical.hpp"
 
 namespace {
 
 using namespace rotorloop::sim;
 
+enum class Law { simple, drawn_boards, mixed };
+
 // No two alike, in parameters, load, supply, angle or speed.
-Drive drive_number(std::size_t i) {
+Drive drive_number(std::size_t i, Law law) {
   const double x = static_cast<double>(i);
   DriveParameters p;
   p.motor.resistance_ohm *= 1.0 + 0.03 * x;
@@ -22,6 +25,8 @@ Drive drive_number(std::size_t i) {
   p.motor.static_friction_N_m *= 1.0 + x;
   p.inverter.dead_time_s *= 1.0 - 0.05 * x;
   p.blade_inertia_kg_m2 *= 1.0 + 0.02 * x;
+  if (law == Law::drawn_boards || (law == Law::mixed && i % 2 == 1)) p = typical_drive(p, 45.0, rotorloop::RandomStream(3, i)).drive;
+  if (law == Law::mixed && i == 3) p.faults = {{.kind = DriveFaultKind::phase_open, .phase = 1, .from_s = 0.01, .until_s = 0.02}};
   Drive d(p, rotorloop::RandomStream(7, i), 0.4 * x);
   d.set_bus_V(14.0 + 0.3 * x);
   d.set_load({2.9e-8 * (1.0 + 0.1 * x), 1e-4 * x});
@@ -53,11 +58,12 @@ std::array<std::uint64_t, 8> bits(const Drive& d) {
 
 std::array<std::uint16_t, 5> counts(const AdcReading& r) { return {r.phase[0], r.phase[1], r.phase[2], r.bus, r.temperature}; }
 
-class DrivesTogether : public testing::TestWithParam<std::size_t> {};
+class DrivesTogether : public testing::TestWithParam<std::tuple<std::size_t, Law>> {};
 
 TEST_P(DrivesTogether, GetTheBitsOfASingleDriveOver2000PwmPeriods) {
   std::vector<Drive> alone, together;
-  for (std::size_t i = 0; i < GetParam(); ++i) alone.push_back(drive_number(i)), together.push_back(drive_number(i));
+  const auto [count, law] = GetParam();
+  for (std::size_t i = 0; i < count; ++i) alone.push_back(drive_number(i, law)), together.push_back(drive_number(i, law));
   std::vector<Drive*> pointers;
   for (Drive& d : together) pointers.push_back(&d);
   for (int period = 0; period < 2000; period += 2) {
@@ -74,6 +80,7 @@ TEST_P(DrivesTogether, GetTheBitsOfASingleDriveOver2000PwmPeriods) {
   EXPECT_LT(alone[0].omega_rad_s(), 990.0);  // … and was at work
 }
 
-INSTANTIATE_TEST_SUITE_P(FromOneToNine, DrivesTogether, testing::Values(1, 2, 3, 4, 5, 8, 9));
+INSTANTIATE_TEST_SUITE_P(FromOneToNine, DrivesTogether,
+                         testing::Combine(testing::Values(1, 2, 3, 4, 5, 8, 9), testing::Values(Law::simple, Law::drawn_boards, Law::mixed)));
 
 }  // namespace

@@ -1,0 +1,176 @@
+#include "sim/drive/switched_bridge.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rotorloop::sim {
+namespace {
+
+constexpr double kLongestStep_s = 0.25e-6;
+// Directions of the phases: 0, 120, 240 degrees electrical.
+constexpr std::array<double, 3> kCos = {1.0, -0.5, -0.5};
+constexpr std::array<double, 3> kSin = {0.0, 0.86602540378443864676, -0.86602540378443864676};
+
+struct Gates {
+  bool high = false, low = false;
+};
+
+// Gates of one leg at time t of a period that begins and ends at the middle of its low side.
+Gates gates_at(double t_s, double duty, double period_s, double dead_s) {
+  const double up_s = 0.5 * (1.0 - duty) * period_s, down_s = period_s - up_s;
+  if (duty <= 0.0) return {false, true};
+  if (duty >= 1.0) return {true, false};
+  return {t_s >= up_s + dead_s && t_s < down_s, t_s < up_s || t_s >= down_s + dead_s};
+}
+
+struct PhaseAxes {
+  std::array<double, 3> c, s;  // cosine and sine of rotor angle less the phase's direction
+};
+
+PhaseAxes axes(const MotorState& m) {
+  PhaseAxes a;
+  for (std::size_t k = 0; k < 3; ++k) {
+    a.c[k] = m.cos_e * kCos[k] + m.sin_e * kSin[k];
+    a.s[k] = m.sin_e * kCos[k] - m.cos_e * kSin[k];
+  }
+  return a;
+}
+
+std::array<double, 3> phase_currents(const PhaseAxes& a, double i_d, double i_q) {
+  std::array<double, 3> i;
+  for (std::size_t k = 0; k < 3; ++k) i[k] = a.c[k] * i_d - a.s[k] * i_q;
+  return i;
+}
+
+struct Slope {
+  double d, q;
+};
+
+Slope current_slope(const MotorConstants<double>& m, double w_e, double i_d, double i_q, double v_d, double v_q) {
+  return {(v_d - m.resistance_ohm * i_d + w_e * m.inductance_q_H * i_q) / m.inductance_d_H,
+          (v_q - m.resistance_ohm * i_q - w_e * (m.inductance_d_H * i_d + m.flux_linkage_Wb)) / m.inductance_q_H};
+}
+
+struct Leg {
+  double v_V = 0.0;        // mean over the step
+  double end_V = 0.0;      // at its end
+  bool held = false;       // by a channel: not a free node
+  bool low = false;        // the phase current passes the low shunt
+  double bus_share = 0.0;  // of the phase current that comes from the bus
+  double short_W = 0.0;
+};
+
+// A node that nobody holds: the current charges it until a diode takes over within the step.
+Leg free_node(const SwitchedStage& g, std::size_t k, double i_A, double node_V, double dt_s) {
+  const double floor_V = g.faults.no_low_path[k] ? g.bus_V - g.avalanche_V : -g.inverter.diode_drop_V;
+  const double top_V = g.bus_V + g.inverter.diode_drop_V;
+  const double node_F = std::max(g.inverter.node_capacitance_F, 0.5e-9);
+  const double rate_V_s = -i_A / node_F, limit_V = rate_V_s > 0.0 ? top_V : floor_V;
+  const double begin_V = std::clamp(node_V, floor_V, top_V);
+  const double moving_s = rate_V_s == 0.0 ? dt_s : std::min(dt_s, (limit_V - begin_V) / rate_V_s);
+  const double end_V = moving_s < dt_s ? limit_V : begin_V + rate_V_s * dt_s;
+  const double on_diode = 1.0 - moving_s / dt_s;
+  Leg leg{.v_V = 0.5 * (begin_V + end_V) * (1.0 - on_diode) + end_V * on_diode, .end_V = end_V};
+  leg.bus_share = rate_V_s > 0.0 ? on_diode : 0.0;
+  leg.low = rate_V_s < 0.0 && on_diode > 0.5 && !g.faults.no_low_path[k];
+  return leg;
+}
+
+Leg leg_voltage(const SwitchedStage& g, std::size_t k, Gates gate, double i_A, double node_V, double dt_s) {
+  const LegFaults& f = g.faults;
+  const double r = g.inverter.switch_resistance_ohm;
+  const bool high = (gate.high && !f.high_open[k]) || f.high_short[k];
+  const bool low = ((gate.low && !f.low_open[k]) || f.low_short[k]) && !f.no_low_path[k];
+  if (!high && !low) return free_node(g, k, i_A, node_V, dt_s);
+  Leg leg{.held = true, .low = low};
+  leg.v_V = high && low ? 0.5 * g.bus_V - 0.5 * r * i_A : (high ? g.bus_V : 0.0) - r * i_A;
+  leg.bus_share = high ? (low ? 0.5 : 1.0) : 0.0;
+  if (high && low) leg.short_W = g.bus_V * g.bus_V / g.short_circuit_ohm;
+  leg.end_V = leg.v_V;
+  return leg;
+}
+
+}  // namespace
+
+SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorConstants<double>& m, MotorState& s,
+                                           const std::array<double, 3>& duty, bool enabled, const ShaftLoad& load) {
+  SwitchedPeriod out;
+  const double period_s = 1.0 / g.inverter.pwm_Hz, dead_s = g.inverter.dead_time_s;
+  std::array<double, 14> instants{};  // of edges: twelve, begin and end
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double up_s = 0.5 * (1.0 - duty[k]) * period_s;
+    for (const double t : {up_s, up_s + dead_s, period_s - up_s, period_s - up_s + dead_s})
+      instants[count++] = std::clamp(t, 0.0, period_s);
+  }
+  instants[count++] = 0.0;
+  instants[count++] = period_s;
+  std::sort(instants.begin(), instants.end());
+
+  for (std::size_t e = 0; e + 1 < count; ++e) {
+    const std::array<double, 3> at_edge = phase_currents(axes(s), s.i_d_A, s.i_q_A);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double up_s = 0.5 * (1.0 - duty[k]) * period_s;
+      if (instants[e] == up_s) out.rise_A[k] = at_edge[k];
+      if (instants[e] == period_s - up_s) out.fall_A[k] = at_edge[k];
+    }
+    const double span_s = instants[e + 1] - instants[e];
+    if (span_s < 1e-12) continue;
+    const int steps = static_cast<int>(std::ceil(span_s / kLongestStep_s));
+    const double dt = span_s / steps;
+    std::array<Gates, 3> gate{};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (enabled) gate[k] = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
+    for (int n = 0; n < steps; ++n) {
+      const PhaseAxes a = axes(s);
+      if (g.faults.any)  // an open phase carries nothing, whatever it carried when it broke
+        for (std::size_t k = 0; k < 3; ++k)
+          if (g.faults.phase_open[k]) {
+            const double i_k = a.c[k] * s.i_d_A - a.s[k] * s.i_q_A;
+            s.i_d_A -= i_k * a.c[k], s.i_q_A += i_k * a.s[k];
+          }
+      const std::array<double, 3> i = phase_currents(a, s.i_d_A, s.i_q_A);
+      const double w0 = s.omega_rad_s, w_e = w0 * m.pole_pairs;
+      std::array<Leg, 3> leg;
+      double v_d = 0.0, v_q = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        leg[k] = leg_voltage(g, k, gate[k], i[k], node_V[k], dt);
+        if (g.faults.phase_open[k]) continue;
+        v_d += 2.0 / 3.0 * leg[k].v_V * a.c[k];
+        v_q -= 2.0 / 3.0 * leg[k].v_V * a.s[k];
+      }
+      for (std::size_t k = 0; k < 3; ++k) {  // the end of an open phase follows its EMF: the voltage that keeps its current zero
+        if (!g.faults.phase_open[k]) continue;
+        const Slope y = current_slope(m, w_e, s.i_d_A, s.i_q_A, v_d, v_q);
+        const double rate = a.c[k] * (y.d - w_e * s.i_q_A) - a.s[k] * (y.q + w_e * s.i_d_A);
+        const double per_V = 2.0 / 3.0 * (a.c[k] * a.c[k] / m.inductance_d_H + a.s[k] * a.s[k] / m.inductance_q_H);
+        v_d -= 2.0 / 3.0 * rate / per_V * a.c[k];
+        v_q += 2.0 / 3.0 * rate / per_V * a.s[k];
+      }
+      // The voltage stands still in the stator and turns back in the rotor's frame: taken at the middle of the step.
+      const BasicRotation<double> back = small_rotation(0.5 * w_e * dt);
+      const double vm_d = back.cos * v_d + back.sin * v_q, vm_q = back.cos * v_q - back.sin * v_d;
+      const Slope first = current_slope(m, w_e, s.i_d_A, s.i_q_A, v_d, v_q);
+      const Slope middle = current_slope(m, w_e, s.i_d_A + 0.5 * dt * first.d, s.i_q_A + 0.5 * dt * first.q, vm_d, vm_q);
+      s.i_d_A += dt * middle.d;
+      s.i_q_A += dt * middle.q;
+      s.omega_rad_s += dt * (torque_N_m(m, s.i_d_A, s.i_q_A) - load_N_m(load, s) - friction_N_m(m, s) - cogging_N_m(m, s)) / m.inertia_kg_m2;
+      advance_angle(m, s, w0, dt);
+
+      const std::array<double, 3> after = phase_currents(axes(s), s.i_d_A, s.i_q_A);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double mean_A = g.faults.phase_open[k] ? 0.0 : 0.5 * (i[k] + after[k]);
+        out.mean_node_V[k] += leg[k].v_V * dt;
+        out.bus_J += (leg[k].bus_share * mean_A * g.bus_V + leg[k].short_W) * dt;
+        out.low_current_A[k] = leg[k].low ? mean_A : 0.0;
+        node_V[k] = leg[k].end_V;
+      }
+    }
+  }
+  for (double& v : out.mean_node_V) v /= period_s;
+  const auto& v = out.mean_node_V;
+  out.mean_v_V = {(2.0 * v[0] - v[1] - v[2]) / 3.0, (v[1] - v[2]) * 0.57735026918962576451};
+  return out;
+}
+
+}  // namespace rotorloop::sim
