@@ -24,7 +24,7 @@ firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
   return p;
 }
 
-// ESP, and the number of the ESC; 0x45534E01 to 03 are streams of the first native ESC (sim/esc/native_esc.cpp).
+// ESP, and the number of the ESC; 0x45534E01 to 03 are streams of the first native ESC (sim/esc/native_esc_body.hpp).
 constexpr std::uint64_t kSpeedNoiseModule = 0x45535000;
 
 firmware::NodeIdentity identity(int esc) {

@@ -23,8 +23,13 @@ BoardStage small_2s_15a() {
   b.least_cells = 1, b.most_cells = 2;
   b.most_phase_A = 15.0;
   b.most_bus_V = 12.0;
-  b.inverter = {.pwm_Hz = 48000.0, .dead_time_s = 300e-9, .diode_drop_V = 0.75, .switch_resistance_ohm = 8.5e-3, .zero_zone_A = 0.5,
-                .node_capacitance_F = 0.0, .switching_s = 20e-9};
+  b.inverter = {.pwm_Hz = 48000.0,
+                .dead_time_s = 300e-9,
+                .diode_drop_V = 0.75,
+                .switch_resistance_ohm = 8.5e-3,
+                .zero_zone_A = 0.5,
+                .node_capacitance_F = 0.0,
+                .switching_s = 20e-9};
   b.sensing.current_V_per_A = 0.1;
   b.sensing.current_zero_V = 1.65;
   b.sensing.bus_ratio = 3.3 / 12.0;
@@ -41,8 +46,13 @@ BoardStage high_voltage_14s_120a() {
   b.least_cells = 7, b.most_cells = 14;
   b.most_phase_A = 120.0;
   b.most_bus_V = 80.0;
-  b.inverter = {.pwm_Hz = 24000.0, .dead_time_s = 1000e-9, .diode_drop_V = 0.9, .switch_resistance_ohm = 1.9e-3, .zero_zone_A = 2.0,
-                .node_capacitance_F = 0.0, .switching_s = 80e-9};
+  b.inverter = {.pwm_Hz = 24000.0,
+                .dead_time_s = 1000e-9,
+                .diode_drop_V = 0.9,
+                .switch_resistance_ohm = 1.9e-3,
+                .zero_zone_A = 2.0,
+                .node_capacitance_F = 0.0,
+                .switching_s = 80e-9};
   b.sensing.current_V_per_A = 12.5e-3;
   b.sensing.current_zero_V = 1.65;
   b.sensing.bus_ratio = 3.3 / 80.0;

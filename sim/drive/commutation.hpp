@@ -23,8 +23,8 @@ struct CommutationConstants {
   Real dead_share;  // effective dead time over the period
   Real diode_drop_V;
   Real bus_V;
-  Real per_reach_A;   // 1 / x_r
-  Real reach_left;    // x_c / (2 x_r): share of U t_d that is still gained there
+  Real per_reach_A;  // 1 / x_r
+  Real reach_left;   // x_c / (2 x_r): share of U t_d that is still gained there
   std::array<Real, 3> half_ripple_A;
   std::array<Real, 3> switches;  // 1; 0 for a leg that stays on one side for the whole period
 };
@@ -89,8 +89,7 @@ inline void set_ripple(CommutationConstants<Real>& c, const std::array<Real, 3>&
                        const Real& duty_V_s_over_H) {
   c.half_ripple_A = half_ripple_A(duty, duty_V_s_over_H);
   const Real zero = 0.0, one = 1.0;
-  for (std::size_t k = 0; k < 3; ++k)
-    c.switches[k] = if_at_least(zero, duty[k], zero, if_at_least(duty[k], one, zero, one));
+  for (std::size_t k = 0; k < 3; ++k) c.switches[k] = if_at_least(zero, duty[k], zero, if_at_least(duty[k], one, zero, one));
   const std::array<EdgeVolts<Real>, 3> errors = leg_errors(c, i);
   const Real per_V = 1.0 / c.bus_V;
   std::array<Real, 3> real;

@@ -51,8 +51,8 @@ AdcReading Drive::sample() {
   return sensing_.sample(currents, low_window_s_, bus_V_ + bus_ripple_V_, temperatures_.board_K);
 }
 
-template <bool kDetailed, class Real, std::size_t Count>
-void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods) {
+template <class Real, std::size_t Count>
+inline Drive::SideBySide<Real> Drive::gather(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm) {
   const auto each = [&](const auto& get) { return collect<Real>(drives, get); };
   const auto parameter = [&](const auto& get) { return each([&](const Drive& d, std::size_t) { return get(d.motor_.parameters()); }); };
   const auto state_of = [&](double MotorState::*which) {
@@ -63,68 +63,84 @@ void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::arra
   };
   const auto own = [&](double Drive::*which) { return each([&](const Drive& d, std::size_t) { return d.*which; }); };
 
-  const Real period_s = 1.0 / inverter(&InverterParameters::pwm_Hz);
-  MotorConstants<Real> motor{.pole_pairs = parameter([](const MotorParameters& p) { return static_cast<double>(p.pole_pairs); }),
-                             .resistance_ohm = parameter([](const MotorParameters& p) { return p.resistance_ohm; }) * own(&Drive::copper_) +
-                                               inverter(&InverterParameters::switch_resistance_ohm) * own(&Drive::channel_),
-                             .inductance_d_H = parameter([](const MotorParameters& p) { return p.inductance_H.d; }),
-                             .inductance_q_H = parameter([](const MotorParameters& p) { return p.inductance_H.q; }),
-                             .flux_linkage_Wb = parameter([](const MotorParameters& p) { return p.flux_linkage_Wb; }) * own(&Drive::flux_),
-                             .inertia_kg_m2 = each([](const Drive& d, std::size_t) { return d.motor_.inertia_kg_m2(); }),
-                             .static_friction_N_m = parameter([](const MotorParameters& p) { return p.static_friction_N_m; }),
-                             .cogging_N_m = parameter([](const MotorParameters& p) { return p.cogging_N_m; })};
-  const Real dead_time_s = inverter(&InverterParameters::dead_time_s), bus_V = own(&Drive::bus_V_);
-  const BridgeConstants<Real> bridge{.dead_share = dead_time_s * inverter(&InverterParameters::pwm_Hz),
-                                     .diode_drop_V = inverter(&InverterParameters::diode_drop_V),
-                                     .zero_zone_A = inverter(&InverterParameters::zero_zone_A),
-                                     .bus_V = bus_V};
-  const BasicShaftLoad<Real> load{each([](const Drive& d, std::size_t) { return d.present_load().quadratic_N_m_s2; }),
-                                  each([](const Drive& d, std::size_t) { return d.present_load().constant_N_m; })};
-  std::array<Real, 3> duty;
-  for (std::size_t k = 0; k < 3; ++k) duty[k] = each([&](const Drive&, std::size_t i) { return high_side_share(*pwm[i], k); });
-  BasicMotorState<Real> s{state_of(&MotorState::i_d_A),     state_of(&MotorState::i_q_A), state_of(&MotorState::omega_rad_s),
-                          state_of(&MotorState::angle_rad), state_of(&MotorState::cos_e), state_of(&MotorState::sin_e)};
-  Real energy_J = own(&Drive::bus_energy_J_);
+  SideBySide<Real> g;
+  g.period_s = 1.0 / inverter(&InverterParameters::pwm_Hz);
+  g.dead_time_s = inverter(&InverterParameters::dead_time_s);
+  g.motor = {.pole_pairs = parameter([](const MotorParameters& p) { return static_cast<double>(p.pole_pairs); }),
+             .resistance_ohm = parameter([](const MotorParameters& p) { return p.resistance_ohm; }) * own(&Drive::copper_) +
+                               inverter(&InverterParameters::switch_resistance_ohm) * own(&Drive::channel_),
+             .inductance_d_H = parameter([](const MotorParameters& p) { return p.inductance_H.d; }),
+             .inductance_q_H = parameter([](const MotorParameters& p) { return p.inductance_H.q; }),
+             .flux_linkage_Wb = parameter([](const MotorParameters& p) { return p.flux_linkage_Wb; }) * own(&Drive::flux_),
+             .inertia_kg_m2 = each([](const Drive& d, std::size_t) { return d.motor_.inertia_kg_m2(); }),
+             .static_friction_N_m = parameter([](const MotorParameters& p) { return p.static_friction_N_m; }),
+             .cogging_N_m = parameter([](const MotorParameters& p) { return p.cogging_N_m; })};
+  g.bridge = {.dead_share = g.dead_time_s * inverter(&InverterParameters::pwm_Hz),
+              .diode_drop_V = inverter(&InverterParameters::diode_drop_V),
+              .zero_zone_A = inverter(&InverterParameters::zero_zone_A),
+              .bus_V = own(&Drive::bus_V_)};
+  g.load = {each([](const Drive& d, std::size_t) { return d.present_load().quadratic_N_m_s2; }),
+            each([](const Drive& d, std::size_t) { return d.present_load().constant_N_m; })};
+  for (std::size_t k = 0; k < 3; ++k) g.duty[k] = each([&](const Drive&, std::size_t i) { return high_side_share(*pwm[i], k); });
+  g.state = {state_of(&MotorState::i_d_A),     state_of(&MotorState::i_q_A), state_of(&MotorState::omega_rad_s),
+             state_of(&MotorState::angle_rad), state_of(&MotorState::cos_e), state_of(&MotorState::sin_e)};
+  g.energy_J = own(&Drive::bus_energy_J_);
+  return g;
+}
 
-  if constexpr (kDetailed) {
-    const Real l_d = motor.inductance_d_H, l_q = motor.inductance_q_H;
-    const Real end_share = parameter([](const MotorParameters& p) { return p.saturated_share; });
-    const Real per_knee_A = parameter([](const MotorParameters& p) { return p.saturation_A > 0.0 ? 1.0 / p.saturation_A : 0.0; });
-    const Real mean_H = 0.5 * (l_d + l_q);
-    CommutationConstants<Real> edges = commutation_constants(dead_time_s, inverter(&InverterParameters::pwm_Hz), bridge.diode_drop_V, bus_V,
-                                                             inverter(&InverterParameters::node_capacitance_F), mean_H);
-    const Real duty_V_s_over_H = bus_V * period_s / mean_H;
-    for (int n = 0; n < periods; ++n) {
-      const BasicPhaseCurrents<Real> phases = to_phases(stator_current_A(s));
-      set_ripple(edges, duty, phases, duty_V_s_over_H);
-      const AxisFlux<Real> d = axis_flux(l_d, end_share, per_knee_A, s.i_d_A), q = axis_flux(l_q, end_share, per_knee_A, s.i_q_A);
-      motor.inductance_d_H = d.apparent_H;
-      motor.inductance_q_H = q.apparent_H;
-      const BasicBridgeOutput<Real> out = commutated_output(edges, duty, phases);
-      energy_J += driven_step(motor, s, out.v_V, load, period_s, {d.incremental_H, q.incremental_H}) + out.diode_loss_W * period_s;
-    }
-  } else {
-    for (int n = 0; n < periods; ++n) {
-      const BasicBridgeOutput<Real> out = bridge_output(bridge, duty, to_phases(stator_current_A(s)));
-      energy_J += driven_step(motor, s, out.v_V, load, period_s) + out.diode_loss_W * period_s;
-    }
-  }
-
+template <class Real, std::size_t Count>
+inline void Drive::scatter(const std::array<Drive*, Count>& drives, const SideBySide<Real>& g, int periods) {
   const auto put_state = [&](double MotorState::*which, const Real& value) {
     distribute(drives, value, [&](Drive& d, double x) { d.motor_.state().*which = x; });
   };
-  put_state(&MotorState::i_d_A, s.i_d_A);
-  put_state(&MotorState::i_q_A, s.i_q_A);
-  put_state(&MotorState::omega_rad_s, s.omega_rad_s);
-  put_state(&MotorState::angle_rad, s.angle_rad);
-  put_state(&MotorState::cos_e, s.cos_e);
-  put_state(&MotorState::sin_e, s.sin_e);
-  distribute(drives, energy_J, [](Drive& d, double x) { d.bus_energy_J_ = x; });
+  put_state(&MotorState::i_d_A, g.state.i_d_A);
+  put_state(&MotorState::i_q_A, g.state.i_q_A);
+  put_state(&MotorState::omega_rad_s, g.state.omega_rad_s);
+  put_state(&MotorState::angle_rad, g.state.angle_rad);
+  put_state(&MotorState::cos_e, g.state.cos_e);
+  put_state(&MotorState::sin_e, g.state.sin_e);
+  distribute(drives, g.energy_J, [](Drive& d, double x) { d.bus_energy_J_ = x; });
   for (std::size_t k = 0; k < 3; ++k) {
-    const Real window_s = 0.5 * ((1.0 - duty[k]) * period_s - dead_time_s);
+    const Real window_s = 0.5 * ((1.0 - g.duty[k]) * g.period_s - g.dead_time_s);
     distribute(drives, window_s, [&](Drive& d, double x) { d.low_window_s_[k] = x; });
   }
   for (Drive* d : drives) d->count_periods(periods);
+}
+
+template <bool kDetailed, class Real, std::size_t Count>
+void Drive::step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods) {
+  SideBySide<Real> g = gather<Real>(drives, pwm);
+  BasicMotorState<Real> s = g.state;
+  if constexpr (kDetailed) {
+    const auto own = [&](const auto& get) { return collect<Real>(drives, [&](const Drive& d, std::size_t) { return get(d); }); };
+    const Real l_d = g.motor.inductance_d_H, l_q = g.motor.inductance_q_H, mean_H = 0.5 * (l_d + l_q), bus_V = g.bridge.bus_V;
+    const Real end_share = own([](const Drive& d) { return d.motor_.parameters().saturated_share; });
+    const Real per_knee_A = own([](const Drive& d) {
+      const double knee_A = d.motor_.parameters().saturation_A;
+      return knee_A > 0.0 ? 1.0 / knee_A : 0.0;
+    });
+    CommutationConstants<Real> edges =
+        commutation_constants(g.dead_time_s, own([](const Drive& d) { return d.p_.inverter.pwm_Hz; }), g.bridge.diode_drop_V, bus_V,
+                              own([](const Drive& d) { return d.p_.inverter.node_capacitance_F; }), mean_H);
+    const Real duty_V_s_over_H = bus_V * g.period_s / mean_H;
+    for (int n = 0; n < periods; ++n) {
+      const BasicPhaseCurrents<Real> phases = to_phases(stator_current_A(s));
+      set_ripple(edges, g.duty, phases, duty_V_s_over_H);
+      const AxisFlux<Real> d = axis_flux(l_d, end_share, per_knee_A, s.i_d_A), q = axis_flux(l_q, end_share, per_knee_A, s.i_q_A);
+      g.motor.inductance_d_H = d.apparent_H;
+      g.motor.inductance_q_H = q.apparent_H;
+      const BasicBridgeOutput<Real> out = commutated_output(edges, g.duty, phases);
+      g.energy_J +=
+          driven_step(g.motor, s, out.v_V, g.load, g.period_s, {d.incremental_H, q.incremental_H}) + out.diode_loss_W * g.period_s;
+    }
+  } else {
+    for (int n = 0; n < periods; ++n) {
+      const BasicBridgeOutput<Real> out = bridge_output(g.bridge, g.duty, to_phases(stator_current_A(s)));
+      g.energy_J += driven_step(g.motor, s, out.v_V, g.load, g.period_s) + out.diode_loss_W * g.period_s;
+    }
+  }
+  g.state = s;
+  scatter(drives, g, periods);
 }
 
 void Drive::step(const PwmCommand& pwm) { step_alone(pwm, 1); }

@@ -65,6 +65,20 @@ class Drive {
   Sensing& sensing() { return sensing_; }
 
  private:
+  // What a step needs of one drive or of four, and what it changes.
+  template <class Real>
+  struct SideBySide {
+    Real period_s, dead_time_s, energy_J;
+    MotorConstants<Real> motor;
+    BridgeConstants<Real> bridge;
+    BasicShaftLoad<Real> load;
+    std::array<Real, 3> duty;
+    BasicMotorState<Real> state;
+  };
+  template <class Real, std::size_t Count>
+  static SideBySide<Real> gather(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm);
+  template <class Real, std::size_t Count>
+  static void scatter(const std::array<Drive*, Count>& drives, const SideBySide<Real>& stepped, int periods);
   // kDetailed: edges by the charge of the node, true ripple, iron that saturates.
   template <bool kDetailed, class Real, std::size_t Count>
   static void step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods);

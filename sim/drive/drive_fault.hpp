@@ -1,9 +1,9 @@
 // What can break in one motor and its power stage, when and how much: a schedule that the drive follows by its own time.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string_view>
-#include <array>
 
 namespace rotorloop::sim {
 
@@ -24,8 +24,8 @@ enum class DriveFaultKind : std::uint8_t {
 };
 
 inline constexpr std::array<std::string_view, 13> kDriveFaultNames = {
-    "phase_open", "shunt_open", "shunt_short", "high_fet_open", "high_fet_short", "low_fet_open", "low_fet_short",
-    "ntc_open",   "ntc_short",  "weak_magnets", "rotor_lock",   "prop_strike",    "prop_loss"};
+    "phase_open", "shunt_open", "shunt_short",  "high_fet_open", "high_fet_short", "low_fet_open", "low_fet_short",
+    "ntc_open",   "ntc_short",  "weak_magnets", "rotor_lock",    "prop_strike",    "prop_loss"};
 
 struct DriveFault {
   DriveFaultKind kind = DriveFaultKind::phase_open;

@@ -53,19 +53,45 @@ void Drive::follow_faults() {
     using enum DriveFaultKind;
     const std::size_t k = f.phase;
     switch (f.kind) {
-      case phase_open: legs_.phase_open[k] = legs_.any = true; break;
-      case shunt_open: legs_.no_low_path[k] = legs_.any = true, sensing_.faults[k] = ChannelFault::high_rail; break;
-      case shunt_short: sensing_.faults[k] = ChannelFault::no_current; break;
-      case high_fet_open: legs_.high_open[k] = legs_.any = true; break;
-      case high_fet_short: legs_.high_short[k] = legs_.any = true; break;
-      case low_fet_open: legs_.low_open[k] = legs_.any = true; break;
-      case low_fet_short: legs_.low_short[k] = legs_.any = true; break;
-      case ntc_open: sensing_.faults[3] = ChannelFault::low_rail; break;
-      case ntc_short: sensing_.faults[3] = ChannelFault::high_rail; break;
-      case weak_magnets: magnets *= f.size; break;
-      case rotor_lock: locked = true; break;
-      case prop_strike: strike_N_m_ += f.size; break;
-      case prop_loss: load_share_ = 0.0, inertia_kg_m2 = p_.motor.inertia_kg_m2; break;
+      case phase_open:
+        legs_.phase_open[k] = legs_.any = true;
+        break;
+      case shunt_open:
+        legs_.no_low_path[k] = legs_.any = true, sensing_.faults[k] = ChannelFault::high_rail;
+        break;
+      case shunt_short:
+        sensing_.faults[k] = ChannelFault::no_current;
+        break;
+      case high_fet_open:
+        legs_.high_open[k] = legs_.any = true;
+        break;
+      case high_fet_short:
+        legs_.high_short[k] = legs_.any = true;
+        break;
+      case low_fet_open:
+        legs_.low_open[k] = legs_.any = true;
+        break;
+      case low_fet_short:
+        legs_.low_short[k] = legs_.any = true;
+        break;
+      case ntc_open:
+        sensing_.faults[3] = ChannelFault::low_rail;
+        break;
+      case ntc_short:
+        sensing_.faults[3] = ChannelFault::high_rail;
+        break;
+      case weak_magnets:
+        magnets *= f.size;
+        break;
+      case rotor_lock:
+        locked = true;
+        break;
+      case prop_strike:
+        strike_N_m_ += f.size;
+        break;
+      case prop_loss:
+        load_share_ = 0.0, inertia_kg_m2 = p_.motor.inertia_kg_m2;
+        break;
     }
   }
   flux_ = magnets * (p_.thermal.follows ? magnet_factor(temperatures_.iron_K) : 1.0);
@@ -73,9 +99,7 @@ void Drive::follow_faults() {
   motor_.set_inertia_kg_m2(locked ? kHeld_kg_m2 : inertia_kg_m2);
 }
 
-ShaftLoad Drive::present_load() const {
-  return {load_.quadratic_N_m_s2 * load_share_, load_.constant_N_m * load_share_ + strike_N_m_};
-}
+ShaftLoad Drive::present_load() const { return {load_.quadratic_N_m_s2 * load_share_, load_.constant_N_m * load_share_ + strike_N_m_}; }
 
 MotorConstants<double> Drive::present_motor() const {
   MotorConstants<double> m = motor_.constants(0.0);
@@ -102,8 +126,7 @@ void Drive::step_switched(const PwmCommand& pwm) {
   bus_energy_J_ += p.bus_J;
   low_current_A_ = p.low_current_A;
   const double period_s = 1.0 / p_.inverter.pwm_Hz;
-  for (std::size_t k = 0; k < 3; ++k)
-    low_window_s_[k] = on ? 0.5 * ((1.0 - duty[k]) * period_s - p_.inverter.dead_time_s) : 0.5 * period_s;
+  for (std::size_t k = 0; k < 3; ++k) low_window_s_[k] = on ? 0.5 * ((1.0 - duty[k]) * period_s - p_.inverter.dead_time_s) : 0.5 * period_s;
   count_periods(1);
 }
 

@@ -31,7 +31,8 @@ AdcReading Sensing::sample(const PhaseCurrents& i, const std::array<double, 3>& 
   AdcReading r;
   for (std::size_t k = 0; k < 3; ++k) {
     const double volt = p_.current_zero_V + p_.current_V_per_A * p_.gain[k] * settled(p_, low_window_s[k]) * current[k];
-    r.phase[k] = quantise(volt * per_V + p_.offset_counts[k] + drift_share_ * p_.drift_counts[k] + p_.noise_counts * noise_.quick_gaussian(drawn_++));
+    r.phase[k] = quantise(volt * per_V + p_.offset_counts[k] + drift_share_ * p_.drift_counts[k] +
+                          p_.noise_counts * noise_.quick_gaussian(drawn_++));
   }
   r.bus = quantise(bus_V * p_.bus_ratio * per_V + p_.bus_noise_counts * noise_.quick_gaussian(drawn_++));
   r.temperature = quantise((p_.temperature_zero_V + p_.temperature_V_per_K * (temperature_K - p_.temperature_zero_K)) * per_V);
@@ -47,7 +48,9 @@ void Sensing::spoil(AdcReading& r) {
   if ((until_bad_ -= 1.0) >= 0.0) return;
   const std::uint64_t n = kBadDraws + 4 * ++bad_;
   const double kind = noise_.uniform(n + 1);
-  const std::uint16_t code = kind < 1.0 / 3 ? std::uint16_t{0} : kind < 2.0 / 3 ? std::uint16_t{4095} : quantise(4095.0 * noise_.uniform(n + 2));
+  const std::uint16_t code = kind < 1.0 / 3   ? std::uint16_t{0}
+                             : kind < 2.0 / 3 ? std::uint16_t{4095}
+                                              : quantise(4095.0 * noise_.uniform(n + 2));
   std::uint16_t* const channels[] = {&r.phase[0], &r.phase[1], &r.phase[2], &r.bus, &r.temperature};
   *channels[static_cast<std::size_t>(5.0 * noise_.uniform(n + 3))] = code;
   until_bad_ = -p_.bad_sample_every * log_exact(1.0 - noise_.uniform(n));
@@ -58,7 +61,9 @@ void Sensing::break_channels(AdcReading& r) const {
   std::uint16_t* const channels[] = {&r.phase[0], &r.phase[1], &r.phase[2], &r.temperature};
   for (std::size_t k = 0; k < faults.size(); ++k)
     if (faults[k] != ChannelFault::none)
-      *channels[k] = faults[k] == ChannelFault::low_rail ? std::uint16_t{0} : faults[k] == ChannelFault::high_rail ? std::uint16_t{4095} : zero;
+      *channels[k] = faults[k] == ChannelFault::low_rail    ? std::uint16_t{0}
+                     : faults[k] == ChannelFault::high_rail ? std::uint16_t{4095}
+                                                            : zero;
 }
 
 }  // namespace rotorloop::sim

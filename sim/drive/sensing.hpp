@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdint>
 
-#include "sim/drive/inverter.hpp"
 #include "host/base/random.hpp"
+#include "sim/drive/inverter.hpp"
 
 namespace rotorloop::sim {
 

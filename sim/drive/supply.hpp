@@ -10,9 +10,9 @@
 namespace rotorloop::sim {
 
 struct CableParameters {
-  double inductance_H = 0.30e-6;       // 2 x 15 cm of AWG 12, side by side (typical)
-  double capacitance_F = 4 * 470e-6;   // one electrolytic capacitor per ESC
-  double capacitor_ohm = 6e-3;         // their series resistance, all together
+  double inductance_H = 0.30e-6;      // 2 x 15 cm of AWG 12, side by side (typical)
+  double capacitance_F = 4 * 470e-6;  // one electrolytic capacitor per ESC
+  double capacitor_ohm = 6e-3;        // their series resistance, all together
 };
 
 class Supply {

@@ -6,14 +6,11 @@
 namespace rotorloop::sim {
 namespace {
 
+using Gates = SwitchedBridge::Gates;
 constexpr double kLongestStep_s = 0.25e-6;
 // Directions of the phases: 0, 120, 240 degrees electrical.
 constexpr std::array<double, 3> kCos = {1.0, -0.5, -0.5};
 constexpr std::array<double, 3> kSin = {0.0, 0.86602540378443864676, -0.86602540378443864676};
-
-struct Gates {
-  bool high = false, low = false;
-};
 
 // Gates of one leg at time t of a period that begins and ends at the middle of its low side.
 Gates gates_at(double t_s, double duty, double period_s, double dead_s) {
@@ -90,82 +87,106 @@ Leg leg_voltage(const SwitchedStage& g, std::size_t k, Gates gate, double i_A, d
   return leg;
 }
 
+struct Voltage {
+  double d = 0.0, q = 0.0;
+};
+
+// An open phase carries nothing, whatever it carried when it broke.
+void empty_open_phases(const LegFaults& f, const PhaseAxes& a, MotorState& s) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!f.phase_open[k]) continue;
+    const double i_k = a.c[k] * s.i_d_A - a.s[k] * s.i_q_A;
+    s.i_d_A -= i_k * a.c[k], s.i_q_A += i_k * a.s[k];
+  }
+}
+
+// In the rotor's frame. The end of an open phase follows its EMF: it stands at the voltage that keeps its current zero.
+Voltage winding_voltage(const LegFaults& f, const PhaseAxes& a, const std::array<Leg, 3>& leg, const MotorConstants<double>& m,
+                        const MotorState& s) {
+  Voltage v;
+  const auto add = [&](std::size_t k, double volt) { v.d += 2.0 / 3.0 * volt * a.c[k], v.q -= 2.0 / 3.0 * volt * a.s[k]; };
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!f.phase_open[k]) add(k, leg[k].v_V);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!f.phase_open[k]) continue;
+    const double w_e = s.omega_rad_s * m.pole_pairs;
+    const Slope y = current_slope(m, w_e, s.i_d_A, s.i_q_A, v.d, v.q);
+    const double rate = a.c[k] * (y.d - w_e * s.i_q_A) - a.s[k] * (y.q + w_e * s.i_d_A);
+    const double per_V = 2.0 / 3.0 * (a.c[k] * a.c[k] / m.inductance_d_H + a.s[k] * a.s[k] / m.inductance_q_H);
+    add(k, -rate / per_V);
+  }
+  return v;
+}
+
+// Midpoint rule; the voltage stands still in the stator and turns back in the rotor's frame.
+void step_machine(const MotorConstants<double>& m, MotorState& s, const Voltage& v, const ShaftLoad& load, double dt) {
+  const double w0 = s.omega_rad_s, w_e = w0 * m.pole_pairs;
+  const BasicRotation<double> back = small_rotation(0.5 * w_e * dt);
+  const Slope first = current_slope(m, w_e, s.i_d_A, s.i_q_A, v.d, v.q);
+  const Slope middle = current_slope(m, w_e, s.i_d_A + 0.5 * dt * first.d, s.i_q_A + 0.5 * dt * first.q, back.cos * v.d + back.sin * v.q,
+                                     back.cos * v.q - back.sin * v.d);
+  s.i_d_A += dt * middle.d;
+  s.i_q_A += dt * middle.q;
+  s.omega_rad_s += dt * (torque_N_m(m, s.i_d_A, s.i_q_A) - load_N_m(load, s) - friction_N_m(m, s) - cogging_N_m(m, s)) / m.inertia_kg_m2;
+  advance_angle(m, s, w0, dt);
+}
+
+double rise_s(double duty, double period_s) { return 0.5 * (1.0 - duty) * period_s; }
+
+// Begin, end and the twelve edges of a period, in order.
+std::array<double, 14> edge_instants(const std::array<double, 3>& duty, double period_s, double dead_s) {
+  std::array<double, 14> t{};
+  std::size_t count = 0;
+  for (const double d : duty) {
+    const double up_s = rise_s(d, period_s);
+    for (const double edge : {up_s, up_s + dead_s, period_s - up_s, period_s - up_s + dead_s}) t[count++] = std::clamp(edge, 0.0, period_s);
+  }
+  t[count++] = 0.0;
+  t[count++] = period_s;
+  std::sort(t.begin(), t.end());
+  return t;
+}
+
+std::array<double, 3> phases_now(const MotorState& s) { return phase_currents(axes(s), s.i_d_A, s.i_q_A); }
+
 }  // namespace
+
+void SwitchedBridge::sub_step(const SwitchedStage& g, const MotorConstants<double>& m, MotorState& s, const std::array<Gates, 3>& gate,
+                              const ShaftLoad& load, double dt, SwitchedPeriod& out) {
+  const PhaseAxes a = axes(s);
+  if (g.faults.any) empty_open_phases(g.faults, a, s);
+  const std::array<double, 3> before = phase_currents(a, s.i_d_A, s.i_q_A);
+  std::array<Leg, 3> leg;
+  for (std::size_t k = 0; k < 3; ++k) leg[k] = leg_voltage(g, k, gate[k], before[k], node_V[k], dt);
+  step_machine(m, s, winding_voltage(g.faults, a, leg, m, s), load, dt);
+  const std::array<double, 3> after = phases_now(s);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double mean_A = g.faults.phase_open[k] ? 0.0 : 0.5 * (before[k] + after[k]);
+    out.mean_node_V[k] += leg[k].v_V * dt;
+    out.bus_J += (leg[k].bus_share * mean_A * g.bus_V + leg[k].short_W) * dt;
+    out.low_current_A[k] = leg[k].low ? mean_A : 0.0;
+    node_V[k] = leg[k].end_V;
+  }
+}
 
 SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorConstants<double>& m, MotorState& s,
                                            const std::array<double, 3>& duty, bool enabled, const ShaftLoad& load) {
   SwitchedPeriod out;
   const double period_s = 1.0 / g.inverter.pwm_Hz, dead_s = g.inverter.dead_time_s;
-  std::array<double, 14> instants{};  // of edges: twelve, begin and end
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double up_s = 0.5 * (1.0 - duty[k]) * period_s;
-    for (const double t : {up_s, up_s + dead_s, period_s - up_s, period_s - up_s + dead_s})
-      instants[count++] = std::clamp(t, 0.0, period_s);
-  }
-  instants[count++] = 0.0;
-  instants[count++] = period_s;
-  std::sort(instants.begin(), instants.end());
-
-  for (std::size_t e = 0; e + 1 < count; ++e) {
-    const std::array<double, 3> at_edge = phase_currents(axes(s), s.i_d_A, s.i_q_A);
+  const std::array<double, 14> instants = edge_instants(duty, period_s, dead_s);
+  for (std::size_t e = 0; e + 1 < instants.size(); ++e) {
+    const std::array<double, 3> at_edge = phases_now(s);
     for (std::size_t k = 0; k < 3; ++k) {
-      const double up_s = 0.5 * (1.0 - duty[k]) * period_s;
-      if (instants[e] == up_s) out.rise_A[k] = at_edge[k];
-      if (instants[e] == period_s - up_s) out.fall_A[k] = at_edge[k];
+      if (instants[e] == rise_s(duty[k], period_s)) out.rise_A[k] = at_edge[k];
+      if (instants[e] == period_s - rise_s(duty[k], period_s)) out.fall_A[k] = at_edge[k];
     }
     const double span_s = instants[e + 1] - instants[e];
     if (span_s < 1e-12) continue;
-    const int steps = static_cast<int>(std::ceil(span_s / kLongestStep_s));
-    const double dt = span_s / steps;
     std::array<Gates, 3> gate{};
     for (std::size_t k = 0; k < 3; ++k)
       if (enabled) gate[k] = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
-    for (int n = 0; n < steps; ++n) {
-      const PhaseAxes a = axes(s);
-      if (g.faults.any)  // an open phase carries nothing, whatever it carried when it broke
-        for (std::size_t k = 0; k < 3; ++k)
-          if (g.faults.phase_open[k]) {
-            const double i_k = a.c[k] * s.i_d_A - a.s[k] * s.i_q_A;
-            s.i_d_A -= i_k * a.c[k], s.i_q_A += i_k * a.s[k];
-          }
-      const std::array<double, 3> i = phase_currents(a, s.i_d_A, s.i_q_A);
-      const double w0 = s.omega_rad_s, w_e = w0 * m.pole_pairs;
-      std::array<Leg, 3> leg;
-      double v_d = 0.0, v_q = 0.0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        leg[k] = leg_voltage(g, k, gate[k], i[k], node_V[k], dt);
-        if (g.faults.phase_open[k]) continue;
-        v_d += 2.0 / 3.0 * leg[k].v_V * a.c[k];
-        v_q -= 2.0 / 3.0 * leg[k].v_V * a.s[k];
-      }
-      for (std::size_t k = 0; k < 3; ++k) {  // the end of an open phase follows its EMF: the voltage that keeps its current zero
-        if (!g.faults.phase_open[k]) continue;
-        const Slope y = current_slope(m, w_e, s.i_d_A, s.i_q_A, v_d, v_q);
-        const double rate = a.c[k] * (y.d - w_e * s.i_q_A) - a.s[k] * (y.q + w_e * s.i_d_A);
-        const double per_V = 2.0 / 3.0 * (a.c[k] * a.c[k] / m.inductance_d_H + a.s[k] * a.s[k] / m.inductance_q_H);
-        v_d -= 2.0 / 3.0 * rate / per_V * a.c[k];
-        v_q += 2.0 / 3.0 * rate / per_V * a.s[k];
-      }
-      // The voltage stands still in the stator and turns back in the rotor's frame: taken at the middle of the step.
-      const BasicRotation<double> back = small_rotation(0.5 * w_e * dt);
-      const double vm_d = back.cos * v_d + back.sin * v_q, vm_q = back.cos * v_q - back.sin * v_d;
-      const Slope first = current_slope(m, w_e, s.i_d_A, s.i_q_A, v_d, v_q);
-      const Slope middle = current_slope(m, w_e, s.i_d_A + 0.5 * dt * first.d, s.i_q_A + 0.5 * dt * first.q, vm_d, vm_q);
-      s.i_d_A += dt * middle.d;
-      s.i_q_A += dt * middle.q;
-      s.omega_rad_s += dt * (torque_N_m(m, s.i_d_A, s.i_q_A) - load_N_m(load, s) - friction_N_m(m, s) - cogging_N_m(m, s)) / m.inertia_kg_m2;
-      advance_angle(m, s, w0, dt);
-
-      const std::array<double, 3> after = phase_currents(axes(s), s.i_d_A, s.i_q_A);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double mean_A = g.faults.phase_open[k] ? 0.0 : 0.5 * (i[k] + after[k]);
-        out.mean_node_V[k] += leg[k].v_V * dt;
-        out.bus_J += (leg[k].bus_share * mean_A * g.bus_V + leg[k].short_W) * dt;
-        out.low_current_A[k] = leg[k].low ? mean_A : 0.0;
-        node_V[k] = leg[k].end_V;
-      }
-    }
+    const int steps = static_cast<int>(std::ceil(span_s / kLongestStep_s));
+    for (int n = 0; n < steps; ++n) sub_step(g, m, s, gate, load, span_s / steps, out);
   }
   for (double& v : out.mean_node_V) v /= period_s;
   const auto& v = out.mean_node_V;

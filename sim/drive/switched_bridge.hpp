@@ -12,7 +12,7 @@ namespace rotorloop::sim {
 struct SwitchedStage {
   InverterParameters inverter{};
   double bus_V = 0.0;
-  double avalanche_V = 60.0;      // of a FET without its diode's path
+  double avalanche_V = 60.0;         // of a FET without its diode's path
   double short_circuit_ohm = 20e-3;  // supply leads and two channels, when both FETs of a leg conduct
   LegFaults faults{};
 };
@@ -27,12 +27,20 @@ struct SwitchedPeriod {
 
 class SwitchedBridge {
  public:
+  struct Gates {
+    bool high = false, low = false;
+  };
+
   // From one PWM centre (low sides on) to the next. duty of each high side 0..1 with `enabled`, else all gates low. m: the motor
   // without what is in series. The rotor turns as the equations say.
-  SwitchedPeriod step_period(const SwitchedStage& stage, const MotorConstants<double>& m, MotorState& s,
-                             const std::array<double, 3>& duty, bool enabled, const ShaftLoad& load);
+  SwitchedPeriod step_period(const SwitchedStage& stage, const MotorConstants<double>& m, MotorState& s, const std::array<double, 3>& duty,
+                             bool enabled, const ShaftLoad& load);
   // Node voltages at rest; where they start when the bridge was off.
   std::array<double, 3> node_V{};
+
+ private:
+  void sub_step(const SwitchedStage& stage, const MotorConstants<double>& m, MotorState& s, const std::array<Gates, 3>& gate,
+                const ShaftLoad& load, double dt_s, SwitchedPeriod& out);
 };
 
 }  // namespace rotorloop::sim

@@ -10,8 +10,9 @@
 #include "firmware/board/fake/fake_board.hpp"
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/motor.hpp"
-#include "sim/drive/drive.hpp"
 #include "host/base/random.hpp"
+#include "sim/drive/boards.hpp"
+#include "sim/drive/drive.hpp"
 
 namespace rotorloop::sim {
 
@@ -24,17 +25,25 @@ struct NativeEscConfig {
   std::uint64_t seed = 1;
   std::uint64_t module = 0;       // names the random streams of this ESC; one number per ESC
   bool draw_board_spread = true;  // current gains and offsets of this board drawn from the stream
+  bool typical_board = false;     // everything of it drawn instead (sim/drive/typical.hpp)
+  bool own_clock = false;         // with typical_board: its crystal and the phase of its PWM too; no tick in common with the others
 };
 
-class NativeEsc {
+// `Scales`: of the firmware's board (firmware/board/fake/board_scales.hpp). config.drive must stand on the same board.
+template <class Scales>
+class BasicNativeEsc {
  public:
-  explicit NativeEsc(const NativeEscConfig& config);
+  using Board = firmware::BasicFakeBoard<Scales>;
+
+  explicit BasicNativeEsc(const NativeEscConfig& config);
+  // The true power stage of that board.
+  static const BoardStage& stage();
 
   void set_setpoint(const firmware::Setpoint& setpoint) { setpoint_ = setpoint; }
   // One 24 kHz period: sample, firmware interrupt, two PWM periods of the drive.
   void step_current_loop();
   // The same for several ESCs, whose drives then step side by side (Drive::step_together); each gets the bits of a step alone.
-  static void step_current_loops(std::span<NativeEsc* const> escs);
+  static void step_current_loops(std::span<BasicNativeEsc* const> escs);
   // Once per airframe step: the propeller's resisting torque [N m, >= 0] at the present speed, scaled with speed² until the
   // next call, and the bus voltage. Restarts the means below.
   void couple(double load_torque_N_m, double bus_V);
@@ -47,24 +56,43 @@ class NativeEsc {
   firmware::Telemetry telemetry() const { return motor_.telemetry(); }
   std::int64_t time_us() const { return static_cast<std::int64_t>(periods_ * 125 / 3); }  // 24 kHz period = 41.67 us
   std::uint64_t periods() const { return periods_; }
+  double pwm_phase() const { return phase_; }  // turns of a PWM period, against the common tick; moves with its clock
 
   // For tests and fault injection: the true drive and the firmware under test.
   Drive& drive() { return drive_; }
   const Drive& drive() const { return drive_; }
-  firmware::Motor<firmware::FakeBoard>& motor() { return motor_; }
-  firmware::FakeBoard& board() { return board_; }
+  firmware::Motor<Board>& motor() { return motor_; }
+  Board& board() { return board_; }
 
  private:
   PwmCommand run_firmware();  // sample and interrupt; what the bridge does in the period that follows
+  int periods_due();          // of its own clock in one common tick: 1, at times 0 or 2
 
+  double rate_ = 1.0, phase_ = 0.0;  // of its clock over the common one
   Drive drive_;
-  firmware::FakeBoard board_;
-  firmware::Motor<firmware::FakeBoard> motor_;
+  Board board_;
+  firmware::Motor<Board> motor_;
   firmware::Setpoint setpoint_{};
   firmware::PwmCompare active_{};
   std::uint64_t periods_ = 0;
   double coupled_omega_rad_s_ = 0.0, coupled_energy_J_ = 0.0;
   std::uint64_t coupled_period_ = 0;
 };
+
+using NativeEsc = BasicNativeEsc<firmware::B_G431B_ESC1_Scales>;
+using SmallNativeEsc = BasicNativeEsc<firmware::Small2s15aScales>;
+using HighVoltageNativeEsc = BasicNativeEsc<firmware::HighVoltage14s120aScales>;
+template <>
+const BoardStage& NativeEsc::stage();
+template <>
+const BoardStage& SmallNativeEsc::stage();
+template <>
+const BoardStage& HighVoltageNativeEsc::stage();
+extern template class BasicNativeEsc<firmware::B_G431B_ESC1_Scales>;
+extern template class BasicNativeEsc<firmware::Small2s15aScales>;
+extern template class BasicNativeEsc<firmware::HighVoltage14s120aScales>;
+
+// A drive on a board: stage and sensing of the board, the rest as given.
+DriveParameters on_stage(DriveParameters drive, const BoardStage& stage);
 
 }  // namespace rotorloop::sim

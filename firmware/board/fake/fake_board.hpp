@@ -1,43 +1,26 @@
-// A board without hardware: the test or the simulated drive writes the counts, reads the compares. Scales are those of the ST
-// B-G431B-ESC1, the first real target, so that both see the same numbers.
+// A board without hardware: the test or the simulated drive writes the counts, reads the compares. One template over the scales of
+// a real board (board_scales.hpp); FakeBoard is the ST B-G431B-ESC1, the first real target.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cstring>
 
 #include "firmware/board/board.hpp"
+#include "firmware/board/fake/board_scales.hpp"
 
 namespace rotorloop::firmware {
 
-// Analogue scales of the B-G431B-ESC1 (UM2516; current: 3 mohm shunt × 64/7, 3.3 V / 4096 counts; confidence A).
-struct B_G431B_ESC1_Scales {
-  static constexpr std::uint32_t kPwm_Hz = 48'000;
-  static constexpr std::uint32_t kPwmPeriodsPerSample = 2;
-  static constexpr std::uint32_t kPwmTop = 1771;  // 170 MHz centre-aligned: 47 996 Hz
-  static constexpr std::uint32_t kDeadTime_ns = 800;
-  static constexpr std::uint32_t kSampleWindow_ns = 1200;
-  static constexpr float kVolt_per_count = 3.3f / 4096.0f;
-  static constexpr float kCurrent_A_per_count = kVolt_per_count / -27.43e-3f;
-  static constexpr float kCurrentZero_counts = 2553.0f;
-  static constexpr float kCurrentZeroTolerance_counts = 100.0f;
-  static constexpr float kBus_V_per_count = kVolt_per_count / 0.09626f;
-  static constexpr float kTemperature_K_per_count = kVolt_per_count / 19e-3f;
-  static constexpr float kTemperatureZero_K = 298.15f - 1.4f / 19e-3f;
-  static constexpr float kSwitchResistance_ohm = 4e-3f;
-  static constexpr float kDiodeDrop_V = 0.8f;
-  static constexpr float kTripCurrent_A = 44.0f;  // shunt range ±45 A
-  static constexpr std::uint32_t kFlashPageBytes = 2048;
-};
-
-class FakeBoard : public B_G431B_ESC1_Scales {
+template <class Scales>
+class BasicFakeBoard : public Scales {
  public:
+  using Scales::kFlashPageBytes;
   AdcCounts counts{};
   PwmCompare compare{};
   bool bridge = false;
   std::uint64_t now_us = 0;
   std::array<std::array<std::uint8_t, kFlashPageBytes>, 2> flash{};
 
-  FakeBoard() {
+  BasicFakeBoard() {
     for (auto& page : flash) page.fill(0xFF);
   }
   AdcCounts adc() const noexcept { return counts; }
@@ -63,6 +46,9 @@ class FakeBoard : public B_G431B_ESC1_Scales {
     return true;
   }
 };
-static_assert(Board<FakeBoard>);
+using FakeBoard = BasicFakeBoard<B_G431B_ESC1_Scales>;
+using SmallFakeBoard = BasicFakeBoard<Small2s15aScales>;
+using HighVoltageFakeBoard = BasicFakeBoard<HighVoltage14s120aScales>;
+static_assert(Board<FakeBoard> && Board<SmallFakeBoard> && Board<HighVoltageFakeBoard>);
 
 }  // namespace rotorloop::firmware

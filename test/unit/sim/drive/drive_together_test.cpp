@@ -81,6 +81,7 @@ TEST_P(DrivesTogether, GetTheBitsOfASingleDriveOver2000PwmPeriods) {
 }
 
 INSTANTIATE_TEST_SUITE_P(FromOneToNine, DrivesTogether,
-                         testing::Combine(testing::Values(1, 2, 3, 4, 5, 8, 9), testing::Values(Law::simple, Law::drawn_boards, Law::mixed)));
+                         testing::Combine(testing::Values(1, 2, 3, 4, 5, 8, 9),
+                                          testing::Values(Law::simple, Law::drawn_boards, Law::mixed)));
 
 }  // namespace

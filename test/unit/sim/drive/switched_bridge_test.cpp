@@ -37,8 +37,14 @@ Bench bench(const Point& p) {
   b.stage.bus_V = kBus_V;
   // The rotor's q axis on the voltage: EMF = w_e flux along q. So slow that it turns 1e-3 rad in the period.
   const double voltage_rad = p.direction_rad + p.lead_rad, rotor_rad = voltage_rad - 0.5 * std::numbers::pi, w_e = 50.0;
-  b.motor = {.pole_pairs = 1.0, .resistance_ohm = 0.0, .inductance_d_H = 15e-6, .inductance_q_H = 15e-6,
-             .flux_linkage_Wb = p.voltage_V / w_e, .inertia_kg_m2 = 1e9, .static_friction_N_m = 0.0, .cogging_N_m = 0.0};
+  b.motor = {.pole_pairs = 1.0,
+             .resistance_ohm = 0.0,
+             .inductance_d_H = 15e-6,
+             .inductance_q_H = 15e-6,
+             .flux_linkage_Wb = p.voltage_V / w_e,
+             .inertia_kg_m2 = 1e9,
+             .static_friction_N_m = 0.0,
+             .cogging_N_m = 0.0};
   b.state.omega_rad_s = w_e;
   b.state.cos_e = std::cos(rotor_rad), b.state.sin_e = std::sin(rotor_rad);
   b.state.i_d_A = p.amplitude_A * std::cos(p.direction_rad - rotor_rad);
@@ -88,7 +94,8 @@ Deviation deviation(const std::vector<double>& amplitudes_A, bool simple_law = f
             const SwitchedPeriod truth = steady_period(b);
             const Vector2 v = simple_law ? bridge_output(bridge_constants(b.stage.inverter, kBus_V), b.duty, phases(b.state)).v_V
                                          : commutated_output(averaged(p, b), b.duty, phases(b.state)).v_V;
-            const Vector2 asked{(2.0 * b.duty[0] - b.duty[1] - b.duty[2]) / 3.0 * kBus_V, (b.duty[1] - b.duty[2]) / std::sqrt(3.0) * kBus_V};
+            const Vector2 asked{(2.0 * b.duty[0] - b.duty[1] - b.duty[2]) / 3.0 * kBus_V,
+                                (b.duty[1] - b.duty[2]) / std::sqrt(3.0) * kBus_V};
             const double off_V = std::hypot(v.alpha - truth.mean_v_V.alpha, v.beta - truth.mean_v_V.beta);
             d.largest_V = std::max(d.largest_V, std::hypot(asked.alpha - truth.mean_v_V.alpha, asked.beta - truth.mean_v_V.beta));
             d.worst_V = std::max(d.worst_V, off_V);
@@ -103,7 +110,8 @@ Deviation deviation(const std::vector<double>& amplitudes_A, bool simple_law = f
 constexpr double kMost_V = 1.17;
 
 void report(const char* range, const Deviation& d) {
-  std::printf("[ measured ] %s: averaged law off by %.0f mV rms, %.0f mV at most, of %.0f mV\n", range, 1e3 * d.rms_V, 1e3 * d.worst_V, 1e3 * d.largest_V);
+  std::printf("[ measured ] %s: averaged law off by %.0f mV rms, %.0f mV at most, of %.0f mV\n", range, 1e3 * d.rms_V, 1e3 * d.worst_V,
+              1e3 * d.largest_V);
 }
 
 TEST(SwitchedBridge, AveragedDeadTimeErrorWithin3PercentOfTheLargestFrom8To40Amperes) {
@@ -163,7 +171,7 @@ TEST(SwitchedBridge, GatesOffLetTheDiodesEmptyTheWindingIntoTheSupply) {
   double returned_J = 0.0;
   for (int k = 0; k < 4; ++k) returned_J -= bridge.step_period(b.stage, b.motor, b.state, {0.5, 0.5, 0.5}, false, {}).bus_J;
   EXPECT_LT(std::hypot(b.state.i_d_A, b.state.i_q_A), 0.3);  // what winding and nodes swing with
-  EXPECT_NEAR(returned_J, stored_J, 0.15 * stored_J);  // less what the diodes burn, 0.8 of 15 V twice
+  EXPECT_NEAR(returned_J, stored_J, 0.15 * stored_J);        // less what the diodes burn, 0.8 of 15 V twice
 }
 
 }  // namespace

@@ -1,0 +1,130 @@
+// Bodies of native_esc.hpp, for the files that instantiate it for one board each (they compile side by side).
+#pragma once
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "sim/drive/typical.hpp"
+#include "sim/esc/native_esc.hpp"
+
+namespace rotorloop::sim {
+namespace native_esc_detail {
+
+inline constexpr std::uint64_t kNoiseStream = 0x45534E01, kBoardStream = 0x45534E02, kAngleStream = 0x45534E03, kTypicalStream = 0x45534E04;
+inline constexpr double kSlow_rad_s = 20.0;  // below this the load coefficient torque/speed² means nothing
+
+inline RandomStream stream(const NativeEscConfig& c, std::uint64_t purpose) { return {c.seed, (c.module << 32) | purpose}; }
+
+inline TypicalDrive drawn(const NativeEscConfig& c, const BoardStage& stage) {
+  if (c.typical_board) return typical_drive(c.drive, stage.most_phase_A, stream(c, kTypicalStream));
+  TypicalDrive t{c.drive};
+  if (c.draw_board_spread) {
+    const SensingParameters board = typical_board(stream(c, kBoardStream));
+    t.drive.sensing.gain = board.gain;
+    t.drive.sensing.offset_counts = board.offset_counts;
+  }
+  return t;
+}
+
+inline DriveParameters with_clock(TypicalDrive t, bool own_clock) {
+  if (own_clock) t.drive.inverter.pwm_Hz *= 1.0 + 1e-6 * t.clock_ppm;
+  return t.drive;
+}
+
+}  // namespace native_esc_detail
+
+template <class Scales>
+BasicNativeEsc<Scales>::BasicNativeEsc(const NativeEscConfig& c)
+    : drive_(native_esc_detail::with_clock(native_esc_detail::drawn(c, stage()), c.own_clock),
+             native_esc_detail::stream(c, native_esc_detail::kNoiseStream),
+             2.0 * std::numbers::pi * native_esc_detail::stream(c, native_esc_detail::kAngleStream).uniform(0)),
+      board_(),
+      motor_(c.firmware) {
+  if (c.typical_board && c.own_clock) {
+    const TypicalDrive t = native_esc_detail::drawn(c, stage());
+    rate_ = 1.0 + 1e-6 * t.clock_ppm, phase_ = t.pwm_phase;
+  }
+  drive_.set_bus_V(c.bus_V);
+}
+
+template <class Scales>
+int BasicNativeEsc<Scales>::periods_due() {
+  phase_ += rate_ - 1.0;
+  if (phase_ >= 1.0) return phase_ -= 1.0, 2;
+  if (phase_ < 0.0) return phase_ += 1.0, 0;
+  return 1;
+}
+
+template <class Scales>
+PwmCommand BasicNativeEsc<Scales>::run_firmware() {
+  // The compares written in the previous interrupt take effect at this instant.
+  active_ = board_.compare;
+  const AdcReading adc = drive_.sample();
+  board_.counts = {adc.phase, adc.bus, adc.temperature};
+  board_.now_us = static_cast<std::uint64_t>(time_us());
+  motor_.set_setpoint(setpoint_);
+  motor_.on_sample(board_);
+  return {active_.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge};
+}
+
+template <class Scales>
+void BasicNativeEsc<Scales>::step_current_loop() {
+  BasicNativeEsc* const alone = this;
+  step_current_loops({&alone, 1});
+}
+
+template <class Scales>
+void BasicNativeEsc<Scales>::step_current_loops(std::span<BasicNativeEsc* const> escs) {
+  std::array<Drive*, Lanes::kCount> drives;
+  std::array<PwmCommand, Lanes::kCount> pwm;
+  while (!escs.empty()) {
+    const std::size_t most = std::min(escs.size(), Lanes::kCount);
+    std::size_t n = 0;
+    for (BasicNativeEsc* esc : escs.first(most)) {
+      const int due = esc->periods_due();
+      if (due == 0) continue;
+      if (due == 2) {  // one more than the others: alone
+        drives[n] = &esc->drive_;
+        pwm[n] = esc->run_firmware();
+        Drive::step_together({&drives[n], 1}, {&pwm[n], 1}, static_cast<int>(Board::kPwmPeriodsPerSample));
+        ++esc->periods_;
+      }
+      drives[n] = &esc->drive_;
+      pwm[n++] = esc->run_firmware();
+      ++esc->periods_;
+    }
+    Drive::step_together({drives.data(), n}, {pwm.data(), n}, static_cast<int>(Board::kPwmPeriodsPerSample));
+    escs = escs.subspan(most);
+  }
+}
+
+template <class Scales>
+void BasicNativeEsc<Scales>::couple(double load_torque_N_m, double bus_V) {
+  const double w = std::fabs(drive_.omega_rad_s());
+  const double floor_rad_s = w > native_esc_detail::kSlow_rad_s ? w : native_esc_detail::kSlow_rad_s;
+  couple_quadratic(load_torque_N_m / (floor_rad_s * floor_rad_s), bus_V);
+}
+
+template <class Scales>
+void BasicNativeEsc<Scales>::couple_quadratic(double load_N_m_s2, double bus_V) {
+  drive_.set_load({load_N_m_s2, 0.0});
+  drive_.set_bus_V(bus_V);
+  coupled_omega_rad_s_ = drive_.omega_rad_s();
+  coupled_energy_J_ = drive_.bus_energy_J();
+  coupled_period_ = periods_;
+}
+
+template <class Scales>
+double BasicNativeEsc<Scales>::shaft_acceleration_rad_s2() const {
+  const auto n = periods_ - coupled_period_;
+  return n == 0 ? 0.0 : (drive_.omega_rad_s() - coupled_omega_rad_s_) * kCurrentLoop_Hz / static_cast<double>(n);
+}
+
+template <class Scales>
+double BasicNativeEsc<Scales>::bus_current_A() const {
+  const auto n = periods_ - coupled_period_;
+  if (n == 0 || drive_.bus_V() <= 0.0) return 0.0;
+  return (drive_.bus_energy_J() - coupled_energy_J_) * kCurrentLoop_Hz / (static_cast<double>(n) * drive_.bus_V());
+}
+
+}  // namespace rotorloop::sim
