@@ -1,10 +1,10 @@
-# What `cmake --install` leaves for users of the command: <prefix>/bin, share/rotorloop (vehicles, scenarios, catalogue of effects,
+# What `cmake --install` leaves for users of the command: <prefix>/bin, share/rotorloop (vehicles, scenarios, catalogue of effects, devices,
 # docs, in the order of the tree, so that links and relative paths hold), man page and completion. The library: package.cmake.
 include(GNUInstallDirs)
 set(ROTORLOOP_SHARE ${CMAKE_INSTALL_DATADIR}/rotorloop)
 install(CODE "set(CMAKE_INSTALL_DO_STRIP 1)" COMPONENT command)  # symbols are of use beside the source alone
 install(TARGETS rotorloop RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT command)
-install(DIRECTORY vehicles scenarios effects docs DESTINATION ${ROTORLOOP_SHARE} COMPONENT command)
+install(DIRECTORY vehicles scenarios effects devices docs DESTINATION ${ROTORLOOP_SHARE} COMPONENT command)
 install(FILES README.md DESTINATION ${ROTORLOOP_SHARE} COMPONENT command)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rotorloop COMPONENT command)
 install(FILES CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rotorloop COMPONENT command)

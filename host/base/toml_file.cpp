@@ -30,6 +30,11 @@ std::string position(const std::filesystem::path& path, const toml::source_regio
   return fmt::format("{}:{}", path.generic_string(), region.begin.line);
 }
 
+// The place inside the line, behind what is wrong with it.
+std::string at_column(std::string what, const toml::source_region& region) {
+  return region.begin.column ? fmt::format("{} (column {})", what, region.begin.column) : what;
+}
+
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {
     case toml::node_type::table: return "a table";
@@ -81,7 +86,7 @@ TomlFile TomlFile::parse(std::string_view text, const std::filesystem::path& nam
   try {
     impl->root = toml::parse(text, name.generic_string());
   } catch (const toml::parse_error& e) {
-    throw Error({position(name, e.source()), fmt::format("not valid TOML: {}", e.description()), "",
+    throw Error({position(name, e.source()), at_column(fmt::format("not valid TOML: {}", e.description()), e.source()), "",
                  "see https://toml.io for the syntax; strings need quotes, decimals need a digit on both sides of the point"});
   }
   return TomlFile(std::move(impl));
@@ -101,7 +106,7 @@ namespace {
 
 // `key` of `table` is none that the reader knows; `near`: the one that was meant, if any.
 [[noreturn]] void refuse_key(const std::filesystem::path& path, const toml::node& node, const std::string& name, const std::string& near) {
-  throw Error({position(path, node.source()), fmt::format("unknown key \"{}\"", name),
+  throw Error({position(path, node.source()), at_column(fmt::format("unknown key \"{}\"", name), node.source()),
                near.empty() ? "a misspelt name, or a key of another file type" : fmt::format("\"{}\" was meant", near),
                near.empty() ? "remove it or correct the name (docs/files.md lists all keys)"
                             : fmt::format("write {}, or remove it (docs/files.md lists all keys)", near)});
@@ -150,7 +155,8 @@ std::string TomlTable::where(std::string_view key) const {
 }
 
 void TomlTable::fail(std::string_view key, std::string what, std::string likely, std::string remedy) const {
-  throw Error({where(key), std::move(what), std::move(likely), std::move(remedy)});
+  const auto* n = as_table(node_).get(key);
+  throw Error({where(key), at_column(std::move(what), (n ? *n : as_table(node_)).source()), std::move(likely), std::move(remedy)});
 }
 
 namespace {
@@ -169,7 +175,7 @@ const toml::node& need(const TomlTable& t, const void* node, const std::string& 
   const toml::node* n = find(node, key);
   if (!n) {
     refuse_slip_of(node, name, file, key);
-    throw Error({t.where(), fmt::format("key \"{}\" is missing", dotted(name, key)), "",
+    throw Error({t.where(), at_column(fmt::format("key \"{}\" is missing", dotted(name, key)), as_table(node).source()), "",
                  fmt::format("add {} = {}", key, expected)});
   }
   file.asked.insert(n);

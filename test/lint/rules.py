@@ -40,6 +40,7 @@ ARROWS = {
     "sim/plant": ["host/base", "sim"],
     # bench: first what reads and explains data, then what flies, then studies that use both
     "bench/render": [],
+    "bench/modbus": ["host/base"],
     "bench/log": ["host/base", "host/vehicle"],
     "bench/estimate": DATA_SIDE + ["bench/log"],
     "bench/score": DATA_SIDE + ["bench/log", "bench/estimate"],
@@ -111,6 +112,7 @@ TOKEN_RULES = [
               "lockstep runs know virtual time only; a real-time pacer or progress line goes into its own file, listed here",
               {"bench/hil/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed",
                "bench/hil/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
+               "bench/modbus/port_clock.hpp": "the time of bytes on a real port; nothing in virtual time includes it",
                "cli/progress/progress_line.hpp": "how long to wait, on stderr",
                "cli/progress/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
     TokenRule("std-random", LOCKSTEP_ROOMS + ["bench", "host"],
