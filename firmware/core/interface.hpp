@@ -5,11 +5,11 @@
 
 namespace rotorloop::firmware {
 
-enum class Mode : std::uint8_t { off, duty, speed, current };
+enum class Mode : std::uint8_t { off, duty, speed, current, tone };
 
 struct Setpoint {
   Mode mode = Mode::off;
-  float value = 0.0f;  // duty -1..1 | mechanical speed rad/s | torque current i_q A
+  float value = 0.0f;  // duty -1..1 | mechanical speed rad/s | torque current i_q A | tone Hz
 };
 
 // Which limit is the one acting now; `none` when the controller has all it asks for.
@@ -27,9 +27,53 @@ enum class Limiter : std::uint8_t {
   observer,      // current held to what the position estimate tolerates at this speed
 };
 
-enum class MotorState : std::uint8_t { off, align, ramp, handover, running, braking, fault, catching };
+// stopping: current against the rotation; holding: windings shorted; tone: a rotor at rest is made to sound.
+enum class MotorState : std::uint8_t { off, align, ramp, handover, running, braking, fault, catching, stopping, holding, tone };
 
 enum class Fault : std::uint8_t { none, overcurrent, undervoltage, overvoltage, stall, start_failed, sensor, overtemperature };
+
+// Why the bridge is off, in the order in which it is looked for; `none` while the motor is driven.
+enum class Blocked : std::uint8_t {
+  none,
+  parameters,      // parameters that this board cannot serve (ParameterProblem)
+  calibrating,     // zero of the current sensors not yet measured
+  current_sensor,  // … or out of tolerance
+  no_order,        // set-point off or zero
+  stale_order,     // no valid set-point for kOrderLife_s
+  latched,         // too many faults in a row: set-point to off first
+  pause,           // between a fault and the next try
+  overvoltage,
+  undervoltage,
+  overtemperature,
+  temperature_sensor,  // open or short
+};
+
+// What happens when the set-point goes to off. A fault and a stale set-point always coast.
+enum class StopMode : std::uint8_t {
+  coast,  // bridge off
+  brake,  // current against the rotation down to the lowest speed, windings shorted for a moment, then off
+  drag,   // the same, and the windings stay shorted for as long as the set-point is off and fresh
+};
+
+// Parameters that are each allowed, but not on this board.
+enum class ParameterProblem : std::uint8_t {
+  none,
+  motor_not_positive,        // pole pairs, resistance, inductance, flux linkage, inertia
+  speed_beyond_sampling,     // max_speed · pole pairs above f_s · 60/7 electrical RPM
+  current_beyond_sensor,     // phase_current_limit above what the shunts can measure
+  voltage_beyond_divider,    // overvoltage above what the bus divider can measure
+  resistance_beyond_supply,  // the lowest bus cannot drive a start current worth the name
+};
+
+// A trip as it happened, for a log that outlives it.
+struct TripRecord {
+  std::uint32_t number = 0;  // since power-up, from 1; 0: no record
+  std::uint32_t uptime_ms = 0;
+  Fault fault = Fault::none;
+  MotorState state = MotorState::off;  // before it
+  bool latched = false;
+  float bus_V = 0.0f, current_A = 0.0f, speed_rad_s = 0.0f, temperature_K = 0.0f;  // current: largest phase
+};
 
 struct Telemetry {
   MotorState state = MotorState::off;
@@ -42,6 +86,15 @@ struct Telemetry {
   float bus_A = 0.0f;  // negative: regeneration
   float temperature_K = 0.0f;
   std::uint32_t error_count = 0;
+  Blocked blocked = Blocked::none;  // why it is not driven
+  bool latched = false;             // the fault stays until the set-point returns to off; otherwise it ends by itself
+  bool temperature_valid = true;    // false: thermistor open or short
+  std::uint32_t trips = 0;          // bridge opened by a protection, since power-up
+  float bus_mean_A = 0.0f;          // over about 0.1 s
+  float energy_J = 0.0f;            // taken from the bus since power-up, less what was fed back
+  float winding_K = 0.0f;           // from the resistance followed; 0: not known
+  float winding_error_K = 0.0f;     // half width of its interval (95 %)
+  float load_N_m = 0.0f;            // torque that the shaft resists with; while the speed is valid
 };
 
 // Every parameter of the first firmware, in SI. Ranges are checked in firmware/core/node/parameters.hpp.
@@ -56,7 +109,8 @@ struct Parameters {
   std::uint16_t status_Hz = 50;           // esc.Status while running
   std::uint8_t pole_pairs = 7;
   float resistance_ohm = 0.06f;
-  float inductance_H = 15e-6f;
+  float inductance_H = 15e-6f;    // mean of both axes
+  float inductance_ratio = 0.0f;  // across the magnet over along it; 0: not known, taken as 1.17 (outrunners have 1.0 to 1.4)
   float flux_linkage_Wb = 3.42e-4f;
   float inertia_kg_m2 = 9.4e-6f;  // rotor, bell and propeller: feed-forward
   float load_N_m_s2 = 3.0e-8f;    // propeller torque / speed²: feed-forward
@@ -69,6 +123,10 @@ struct Parameters {
   float undervoltage_V = 12.0f;         // bridge off below; current derated over the 1.2 V above
   float overvoltage_V = 28.0f;          // bridge off above (the board's supply stage)
   float temperature_limit_K = 358.0f;   // bridge off above; current derated over the 20 K below
+  std::uint8_t cells = 0;               // lithium cells in series: bridge off below 3.0 V each; 0: undervoltage_V counts
+  float weaken_most_A = 20.0f;          // of field weakening; at most half the phase current limit
+  StopMode stop_mode = StopMode::coast;
+  float stop_strength = 0.3f;  // of the phase current limit, 0..1: brake and drag
 };
 
 }  // namespace rotorloop::firmware

@@ -2,6 +2,8 @@
 #pragma once
 #include <cstdint>
 
+#include "firmware/core/interface.hpp"
+
 namespace rotorloop::firmware {
 
 struct Counters {
@@ -18,15 +20,49 @@ struct Counters {
   std::uint32_t resistance_refused = 0;  // measured at start, too far from the parameter
   std::uint32_t catches = 0;             // took over a rotor that was already turning
   std::uint32_t reversals = 0;
-  std::uint32_t two_phase_samples = 0;  // one low-side window was too short
-  std::uint32_t blind_samples = 0;      // two were: currents are a guess
-  std::uint32_t voltage_limited = 0;    // current-loop periods at the voltage circle
-  std::uint32_t setpoints_refused = 0;  // not finite
+  std::uint32_t two_phase_samples = 0;                              // one low-side window was too short
+  std::uint32_t blind_samples = 0;                                  // two were: currents are a guess
+  std::uint32_t voltage_limited = 0;                                // current-loop periods at the voltage circle
+  std::uint32_t setpoints_refused = 0;                              // not finite
+  std::uint32_t orders_expired = 0;                                 // motion stopped for want of a fresh set-point
+  std::uint32_t samples_replaced = 0;                               // a current sample that was none
+  std::uint32_t bus_doubted = 0;                                    // a bus sample that the next one did not repeat
+  std::uint32_t interrupts_late = 0;                                // rounds of slots in which an interrupt came late or was missed
+  std::uint32_t thermistor_lost = 0;                                // became open or short
+  std::uint32_t temperature_derated = 0, undervoltage_derated = 0;  // supervision ticks with that limiter in force
 
   constexpr std::uint32_t errors() const {
     return overcurrent_trips + overvoltage_trips + undervoltage_trips + overtemperature_trips + sensor_trips + calibration_failures +
            stalls + start_failures + setpoints_refused;
   }
 };
+
+constexpr void count_trip(Counters& c, Fault fault) {
+  switch (fault) {
+    case Fault::overcurrent:
+      ++c.overcurrent_trips;
+      break;
+    case Fault::overvoltage:
+      ++c.overvoltage_trips;
+      break;
+    case Fault::undervoltage:
+      ++c.undervoltage_trips;
+      break;
+    case Fault::overtemperature:
+      ++c.overtemperature_trips;
+      break;
+    case Fault::sensor:
+      ++c.sensor_trips;
+      break;
+    case Fault::stall:
+      ++c.stalls;
+      break;
+    case Fault::start_failed:
+      ++c.start_failures;
+      break;
+    case Fault::none:
+      break;
+  }
+}
 
 }  // namespace rotorloop::firmware

@@ -1,5 +1,5 @@
-// Counts of three low-side shunts to phase currents: zero calibration at boot, and reconstruction from the two best phases when
-// the third had its low side on too briefly for the amplifier to settle.
+// Counts of three low-side shunts to phase currents: zero calibration whenever the bridge is off, and reconstruction from the two best
+// phases when the third had its low side on too briefly for the amplifier to settle.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,14 +12,18 @@ namespace rotorloop::firmware {
 struct SenseConfig {
   float A_per_count = 0.0f;
   float zero_counts = 0.0f, zero_tolerance_counts = 0.0f;
-  std::uint16_t blind_compare = 0;  // a compare above it leaves no settled sample
+  std::uint16_t blind_compare = 0;   // a compare above it leaves no settled sample
+  std::uint16_t rest_samples = 120;  // after the bridge went off: 5 ms for currents and amplifiers to come to rest
 };
 
 struct SenseState {
   static constexpr std::uint32_t kCalibrationSamples = 256;
+  static constexpr std::uint16_t kMostSpread = 40;  // counts; noise spreads over 16, a current through the diodes over more
   std::array<std::uint32_t, 3> sum{};
+  std::array<std::uint16_t, 3> lowest{}, highest{};
   Phases zero_counts{};
   std::uint32_t samples = 0;
+  std::uint16_t rest = 0;  // samples to wait
   bool calibrated = false;
   bool zero_out_of_tolerance = false;
 };
@@ -32,17 +36,36 @@ struct Sensed {
   bool at_end_of_range = false;  // a valid phase at the converter's end: current unknown, beyond range
 };
 
-// With the bridge off no phase carries current: average the zero.
+// With the bridge off no phase carries current: the zero is averaged again and again, so that each start begins with one that is at most a
+// block old: amplifiers drift by some 10 counts as the board warms up. A block that something disturbed counts for nothing.
 constexpr void calibrate_zero(const SenseConfig& c, SenseState& s, const AdcCounts& adc) {
-  if (s.calibrated || s.zero_out_of_tolerance) return;
-  for (std::size_t k = 0; k < 3; ++k) s.sum[k] += adc.phase[k];
+  if (s.zero_out_of_tolerance) return;
+  if (s.rest > 0) {
+    --s.rest;
+    return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint16_t x = adc.phase[k];
+    s.sum[k] = s.samples == 0 ? x : s.sum[k] + x;
+    s.lowest[k] = s.samples == 0 || x < s.lowest[k] ? x : s.lowest[k];
+    s.highest[k] = s.samples == 0 || x > s.highest[k] ? x : s.highest[k];
+  }
   if (++s.samples < SenseState::kCalibrationSamples) return;
+  s.samples = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (s.highest[k] - s.lowest[k] > SenseState::kMostSpread) return;
   s.calibrated = true;
   for (std::size_t k = 0; k < 3; ++k) {
     s.zero_counts[k] = static_cast<float>(s.sum[k]) * (1.0f / SenseState::kCalibrationSamples);
     if (magnitude(s.zero_counts[k] - c.zero_counts) > c.zero_tolerance_counts) s.zero_out_of_tolerance = true;
   }
   if (s.zero_out_of_tolerance) s.calibrated = false;
+}
+
+// The bridge is driven: the next calibration begins anew after it.
+constexpr void disturb_zero(const SenseConfig& c, SenseState& s) {
+  s.rest = c.rest_samples;
+  s.samples = 0;
 }
 
 // `compare`: what was active in the period before the sample.

@@ -11,6 +11,7 @@ namespace rotorloop::firmware {
 struct PowerLimitConfig {
   float resistance_ohm = 0.0f;
   float torque_constant_N_m_A = 0.0f;  // 3/2 p flux
+  float over_3_ohm = 1.0f / (3.0f * resistance_ohm);
 };
 
 struct CurrentRange {
@@ -31,13 +32,13 @@ inline SinkGap sink_gap(const PowerLimitConfig& c, float speed_rad_s, float sink
   const float k = c.torque_constant_N_m_A * magnitude(speed_rad_s), r6 = 6.0f * c.resistance_ohm;
   const float discriminant = k * k - r6 * sink_W;
   if (discriminant <= 0.0f) return {};
-  const float root = std::sqrt(discriminant), over = 1.0f / (3.0f * c.resistance_ohm);
-  return {true, (-k - root) * over, (-k + root) * over};
+  const float root = std::sqrt(discriminant);
+  return {true, (-k - root) * c.over_3_ohm, (-k + root) * c.over_3_ohm};
 }
 
 inline float source_limit_A(const PowerLimitConfig& c, float speed_rad_s, float source_W) {
   const float k = c.torque_constant_N_m_A * magnitude(speed_rad_s), r6 = 6.0f * c.resistance_ohm;
-  return (-k + std::sqrt(k * k + r6 * source_W)) / (3.0f * c.resistance_ohm);
+  return (-k + std::sqrt(k * k + r6 * source_W)) * c.over_3_ohm;
 }
 
 struct LimitInputs {
@@ -47,12 +48,13 @@ struct LimitInputs {
   float current_d_A = 0.0f;
 };
 struct LimitConfig {
-  PowerLimitConfig power{};
+  PowerLimitConfig power{1.0f};
+  PowerLimitConfig brake{1.0f};  // only 0.8 of the resistance is counted on as a brake resistor: it is known to ±20 %
   // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
   float phase_share = 0.9f;
   float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
-  float undervoltage_V = 0.0f, undervoltage_span_V = 1.2f;  // 0.3 V per cell of a 4-cell pack
-  float temperature_K = 0.0f, temperature_span_K = 20.0f;
+  float undervoltage_V = 0.0f, over_undervoltage_span = 1.0f / 1.2f;  // 0.3 V per cell of a 4-cell pack
+  float temperature_K = 0.0f, over_temperature_span = 1.0f / 20.0f;
   float observer_A_s_rad = 0.0f, observer_min_A = 6.0f;  // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
 };
 
@@ -70,14 +72,13 @@ inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
   };
   const float trusted = c.observer_A_s_rad * magnitude(in.speed_rad_s);
   lower(trusted > c.observer_min_A ? trusted : c.observer_min_A, Limiter::observer, true);
-  lower(phase * clamp((c.temperature_K - in.temperature_K) / c.temperature_span_K, 0.0f, 1.0f), Limiter::temperature, true);
-  lower(phase * clamp((in.bus_V - c.undervoltage_V) / c.undervoltage_span_V, 0.0f, 1.0f), Limiter::undervoltage, false);
+  lower(phase * clamp((c.temperature_K - in.temperature_K) * c.over_temperature_span, 0.0f, 1.0f), Limiter::temperature, true);
+  lower(phase * clamp((in.bus_V - c.undervoltage_V) * c.over_undervoltage_span, 0.0f, 1.0f), Limiter::undervoltage, false);
   // What the d current burns is not available to, and need not be returned by, the torque current.
   const float burnt_W = 1.5f * c.power.resistance_ohm * in.current_d_A * in.current_d_A;
   const float source_W = c.source_A * in.bus_V - burnt_W;
   lower(source_limit_A(c.power, in.speed_rad_s, source_W > 0.0f ? source_W : 0.0f), Limiter::bus_current, false);
-  // Only 0.8 of the resistance is counted on as a brake resistor: it is known to ±20 %.
-  const SinkGap gap = sink_gap({0.8f * c.power.resistance_ohm, c.power.torque_constant_N_m_A}, in.speed_rad_s, c.sink_A * in.bus_V);
+  const SinkGap gap = sink_gap(c.brake, in.speed_rad_s, c.sink_A * in.bus_V);
   r.has_gap = gap.exists && gap.near_A > r.low_A;
   r.gap_far_A = gap.far_A;
   r.gap_near_A = gap.near_A;

@@ -9,10 +9,10 @@
 namespace rotorloop::firmware {
 
 struct ModulatorConfig {
-  float top = 1.0f;         // compare of full duty
-  float dead_share = 0.0f;  // dead time / PWM period
+  float top = 1.0f, over_top = 1.0f;  // compare of full duty
+  float dead_share = 0.0f;            // dead time / PWM period, as the board says; what is learned replaces it (dead_time.hpp)
   float diode_drop_V = 0.0f;
-  float zero_zone_A = 1.0f;  // around zero current the lost voltage is taken as proportional
+  float over_zone_A = 1.0f;  // 1 / the current below which the lost voltage is taken as proportional: half the ripple
   float sample_duty = 1.0f;  // highest duty that leaves the current sample its window
 };
 
@@ -28,10 +28,10 @@ constexpr float voltage_limit_V(const ModulatorConfig& c, float bus_V) {
   return (bus_V * (1.0f - 2.0f * c.dead_share) - 2.0f * c.dead_share * c.diode_drop_V) * (1.0f / kRoot3);
 }
 
-// `current_A`: expected while the voltage acts (only its signs matter).
-constexpr Modulated modulate(const ModulatorConfig& c, Stator v_V, Stator current_A, float bus_V) {
+// `current_A`: expected while the voltage acts (only its signs matter). `dead_share`: dead time / PWM period.
+constexpr Modulated modulate(const ModulatorConfig& c, Stator v_V, Stator current_A, float bus_V, float dead_share) {
   const float over_bus = 1.0f / (bus_V > 1.0f ? bus_V : 1.0f);
-  const float lost_V = c.dead_share * (bus_V + 2.0f * c.diode_drop_V), over_zone = 1.0f / c.zero_zone_A;
+  const float lost_V = dead_share * (bus_V + 2.0f * c.diode_drop_V), over_zone = c.over_zone_A;
   const Phases i = inverse_clarke(current_A);
   Phases lost{}, duty = inverse_clarke(v_V);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -52,7 +52,7 @@ constexpr Modulated modulate(const ModulatorConfig& c, Stator v_V, Stator curren
   for (std::size_t k = 0; k < 3; ++k) {
     const float counts = clamp((duty[k] + shift) * c.top + 0.5f, 0.0f, c.top);
     m.compare.phase[k] = static_cast<std::uint16_t>(counts);
-    made[k] = static_cast<float>(m.compare.phase[k]) * (1.0f / c.top);
+    made[k] = static_cast<float>(m.compare.phase[k]) * c.over_top;
   }
   m.duty = clarke(made);
   m.lost_V = clarke(lost);

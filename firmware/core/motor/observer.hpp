@@ -12,27 +12,33 @@ struct ObserverConfig {
   float resistance_ohm = 0.0f;  // motor phase and switch; start value of the state's
   float inductance_H = 0.0f;
   float flux_linkage_Wb = 0.0f;
+  float over_flux = 0.0f, over_period = 0.0f;
   float pull_share = 0.3f;                                  // length correction rate as a share of electrical speed …
-  float pull_min_rad_s = 250.0f, pull_max_rad_s = 1500.0f;  // … within these
+  float pull_min_rad_s = 250.0f, pull_max_rad_s = 1500.0f;  // … within these; the lower one is the rate at the hand-over
+  // What the pull has to give in the same direction of the stator all the time is no motion but a voltage that is not there: the zero of a
+  // current sensor that drifted, times resistance and dead time. It is learned at this share of the electrical speed.
+  float offset_share = 0.007f, offset_most_V = 0.0f;
   // The length pulled to follows the one seen while running: a magnet weaker than the parameter by 30 % would turn the pull into
   // a push (its mean effect on an offset is pull·(1 - 2 (true/assumed)²)).
   float length_rate_rad_s = 60.0f, length_least = 0.55f, length_most = 1.45f;
   // Natural frequency of the phase-locked loop, damping 1: wide to pull in from any speed, narrower while running, where a
   // wide one couples an inductance error (40 A · 3 uH = a third of the magnet's flux) back into the current loop.
   float pll_search_rad_s = 1500.0f, pll_run_rad_s = 1000.0f;
-  float search_rate = 0.02f;  // while searching: pull towards the turn from one vector to the next, per period (catches any speed)
+  float search_rate = 0.02f;  // while searching: pull towards the turn from one vector to the next, per period (catches any speed): 2 ms
   // Speed for the RPM loop: the torque that acts is known, so the angle's derivative only has to correct a mechanical model.
   // The corner must be low: resistance and inductance errors turn torque current into apparent rotation (0.01 rad/A at 20 %
   // of L), which would close a fast loop through the speed controller.
   float speed_corner_rad_s = 300.0f, unknown_share = 0.125f;  // unknown torque: second integral, share of corner²
   float lock_rate = 0.02f;                                    // filter of the lock indicator, per period: 2 ms
-  float max_omega_e_rad_s = 26000.0f;
+  float max_omega_e_rad_s = 26000.0f;                         // a little above the usable speed
+  float unknown_most_rad_s2 = 1e5f;                           // what the current limit can give, or the whole propeller at full speed
 };
 
 struct ObserverState {
   Stator stator_flux_Wb{};
   Stator last_current_A{};
   Stator magnet_flux_Wb{};
+  Stator offset_V{};
   float length_Wb = 0.0f;  // that the magnet's vector is pulled to; 0: not yet set
   Angle angle{};
   float omega_e_rad_s = 0.0f;
@@ -50,17 +56,19 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   s.last_current_A = current_A;
   const float speed = magnitude(s.omega_e_rad_s);
   const float pull = clamp(c.pull_share * speed, c.pull_min_rad_s, c.pull_max_rad_s);
-  const float over_flux = 1.0f / c.flux_linkage_Wb;
-  s.stator_flux_Wb = s.stator_flux_Wb + c.period_s * (applied_V - resistance_ohm * mean_A);
+  s.stator_flux_Wb = s.stator_flux_Wb + c.period_s * (applied_V - resistance_ohm * mean_A + s.offset_V);
   Stator magnet = s.stator_flux_Wb - c.inductance_H * current_A;
   const float over_length = 1.0f / (s.length_Wb > 0.0f ? s.length_Wb : c.flux_linkage_Wb);
   const float ratio2 = (magnet.a * magnet.a + magnet.b * magnet.b) * over_length * over_length;
   // Bounded: far outside the circle the cubic pull would overshoot.
   const float correction = c.period_s * pull * clamp(1.0f - ratio2, -2.0f, 1.0f);
+  const Stator before = s.magnet_flux_Wb;
   s.stator_flux_Wb = s.stator_flux_Wb + correction * magnet;
   magnet = magnet + correction * magnet;
-  const Stator before = s.magnet_flux_Wb;
   s.magnet_flux_Wb = magnet;
+  const float learn = c.offset_share * speed * correction;
+  s.offset_V = {clamp(s.offset_V.a + learn * magnet.a, -c.offset_most_V, c.offset_most_V),
+                clamp(s.offset_V.b + learn * magnet.b, -c.offset_most_V, c.offset_most_V)};
 
   // Phase-locked loop.
   s.angle = s.angle + Angle::from_rad(s.omega_e_rad_s * c.period_s);
@@ -79,7 +87,7 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   s.omega_e_rad_s = clamp(s.omega_e_rad_s + c.period_s * wn * wn * error, -c.max_omega_e_rad_s, c.max_omega_e_rad_s);
 
   if (!modelled) {
-    const float turn = (before.a * magnet.b - before.b * magnet.a) * over_size * over_size / c.period_s;
+    const float turn = (before.a * magnet.b - before.b * magnet.a) * over_size * over_size * c.over_period;
     s.omega_e_rad_s += c.search_rate * (clamp(turn, -c.max_omega_e_rad_s, c.max_omega_e_rad_s) - s.omega_e_rad_s);
   }
 
@@ -87,10 +95,12 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   const float turned_rad_s = s.omega_e_rad_s + 2.0f * wn * error;  // derivative of the tracked angle: no lag, noisy
   const float innovation = turned_rad_s - s.speed_e_rad_s;
   const float corner = c.speed_corner_rad_s;
-  s.unknown_rad_s2 = modelled ? clamp(s.unknown_rad_s2 + c.period_s * c.unknown_share * corner * corner * innovation, -1e5f, 1e5f) : 0.0f;
+  s.unknown_rad_s2 = modelled ? clamp(s.unknown_rad_s2 + c.period_s * c.unknown_share * corner * corner * innovation,
+                                      -c.unknown_most_rad_s2, c.unknown_most_rad_s2)
+                              : 0.0f;
   s.speed_e_rad_s = modelled ? s.speed_e_rad_s + c.period_s * (corner * innovation + torque_rad_s2 + s.unknown_rad_s2) : s.omega_e_rad_s;
   s.lock += c.lock_rate * (dot - s.lock);
-  s.flux_ratio += c.lock_rate * (size * over_flux - s.flux_ratio);
+  s.flux_ratio += c.lock_rate * (size * c.over_flux - s.flux_ratio);
 }
 
 }  // namespace rotorloop::firmware

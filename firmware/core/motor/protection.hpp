@@ -1,6 +1,7 @@
 // What switches the bridge off. Fast checks run on every sample and act in the same interrupt (over-current, over-voltage); slow
 // ones once per supervision tick with a persistence. Every fault ends by itself: a pause, then a new start; after several in a
-// row the fault is latched until the set-point returns to off.
+// row, or 4 s of trying, the fault is latched until the set-point returns to off. docs/acceptance/esc_protections.md has each with its
+// limits.
 #pragma once
 #include <cstdint>
 
@@ -19,19 +20,25 @@ struct ProtectionConfig {
   float min_speed_rad_s = 0.0f;                     // below it a running motor is stalled
   float min_lock = 0.75f;
   float emf_mismatch = 0.6f;           // |measured - expected back-EMF| / expected, beyond what a resistance error explains
-  std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature, residual
+  float excused_V = 0.1f;              // a third of the back-EMF at the hand-over: dead time
+  float mismatch_rate = 0.1f;          // filter, per supervision tick: 2.5 ms
+  std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature
+  std::uint16_t sensor_ticks = 16;     // 4 ms: residual, thermistor
   std::uint16_t stall_ticks = 16;      // 4 ms
   std::uint16_t pause_ticks = 40;      // 10 ms from a fault to the next start
   std::uint16_t healthy_ticks = 4000;  // 1 s of running forgives earlier faults
-  std::uint16_t most_restarts = 8;
+  std::uint16_t trying_ticks = 16000;  // 4 s of faults and starts without that: given up at the next fault …
+  std::uint16_t most_restarts = 8;     // … or after as many
   float hysteresis_V = 0.5f, hysteresis_K = 5.0f;
 };
 
 struct ProtectionState {
   Fault fault = Fault::none;
   bool latched = false;
-  std::uint16_t under_ticks = 0, hot_ticks = 0, residual_ticks = 0, stall_ticks = 0;
-  std::uint16_t pause_ticks = 0, healthy_ticks = 0, restarts = 0;
+  std::uint16_t under_ticks = 0, hot_ticks = 0, residual_ticks = 0, stall_ticks = 0, thermistor_ticks = 0;
+  std::uint16_t pause_ticks = 0, healthy_ticks = 0, restarts = 0, trying_ticks = 0;
+  std::uint32_t trips = 0;
+  bool thermistor_lost = false;
 };
 
 // Every sample, before anything else. `none` when all is well.
@@ -59,17 +66,50 @@ constexpr Fault check_slow(const ProtectionConfig& c, ProtectionState& s, const 
   persist(s.stall_ticks, in.running && lost);
   if (s.under_ticks >= c.slow_ticks) return Fault::undervoltage;
   if (s.hot_ticks >= c.slow_ticks) return Fault::overtemperature;
-  if (s.residual_ticks >= c.slow_ticks) return Fault::sensor;
+  if (s.residual_ticks >= c.sensor_ticks) return Fault::sensor;
   if (s.stall_ticks >= c.stall_ticks) return Fault::stall;
   return Fault::none;
 }
 
-// May a stopped motor start (again)?
-constexpr bool may_start(const ProtectionConfig& c, const ProtectionState& s, float bus_V, float temperature_K) {
-  const bool cooled = s.fault != Fault::overtemperature || temperature_K < c.temperature_K - c.hysteresis_K;
-  const bool supplied = bus_V > c.undervoltage_V + (s.fault == Fault::undervoltage ? c.hysteresis_V : 0.0f);
-  const bool calm = bus_V < c.overvoltage_V - (s.fault == Fault::overvoltage ? c.hysteresis_V : 0.0f);
-  return !s.latched && s.pause_ticks == 0 && cooled && supplied && calm;
+// How far the measured back-EMF is from the expected one, beyond what is excused; at most 3.
+constexpr float mismatch_of(float emf_V, float expected_V, float excused_V) {
+  const float excess_V = magnitude(emf_V - expected_V) - excused_V;
+  const float mismatch = excess_V > 0.0f ? excess_V / (magnitude(expected_V) + 0.5f * excused_V) : 0.0f;
+  return mismatch < 3.0f ? mismatch : 3.0f;
+}
+
+constexpr float largest_A(const Sensed& s) {
+  const float u = magnitude(s.phase_A[0]), v = magnitude(s.phase_A[1]), w = magnitude(s.phase_A[2]);
+  const float most = u > v ? u : v;
+  return most > w ? most : w;
+}
+
+// An open or shorted thermistor reads the end of the converter's range. Told by and by, both ways.
+constexpr void watch_thermistor(const ProtectionConfig& c, ProtectionState& s, std::uint16_t counts) {
+  const bool at_end = counts <= 8 || counts >= 4087;
+  persist(s.thermistor_ticks, at_end != s.thermistor_lost);
+  if (s.thermistor_ticks < c.sensor_ticks) return;
+  s.thermistor_lost = at_end;
+  s.thermistor_ticks = 0;
+}
+
+// Is a fault forgiven by trying again, or is it given up? Supply and temperature faults wait for their cause to go.
+constexpr bool gives_up(const ProtectionConfig& c, ProtectionState& s, Fault fault) {
+  if (fault == Fault::undervoltage || fault == Fault::overvoltage || fault == Fault::overtemperature) return false;
+  ++s.restarts;
+  return s.restarts > c.most_restarts || s.trying_ticks >= c.trying_ticks;
+}
+
+// Why a stopped motor may not start (again).
+constexpr Blocked blocked_by(const ProtectionConfig& c, const ProtectionState& s, float bus_V, float temperature_K) {
+  if (s.latched) return Blocked::latched;
+  if (!(bus_V < c.overvoltage_V - (s.fault == Fault::overvoltage ? c.hysteresis_V : 0.0f))) return Blocked::overvoltage;
+  if (!(bus_V > c.undervoltage_V + (s.fault == Fault::undervoltage ? c.hysteresis_V : 0.0f))) return Blocked::undervoltage;
+  if (s.fault == Fault::overtemperature && temperature_K >= c.temperature_K - c.hysteresis_K) return Blocked::overtemperature;
+  if (temperature_K > c.temperature_K) return Blocked::overtemperature;
+  // In flight a lost thermistor costs half the current; on the ground it is mended first.
+  if (s.thermistor_lost && s.restarts == 0) return Blocked::temperature_sensor;
+  return s.pause_ticks > 0 ? Blocked::pause : Blocked::none;
 }
 
 }  // namespace rotorloop::firmware

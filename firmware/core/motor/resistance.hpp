@@ -7,17 +7,16 @@
 
 namespace rotorloop::firmware {
 
-constexpr float kResistanceMean = 0.005f;              // per supervision tick: changes are those against the mean of 50 ms
-constexpr float kResistanceLeastChange_A_s = 1e-3f;    // of i_q / w_e: current noise, which stands in both factors, stays below
-constexpr float kResistanceLeastOmega_e_rad_s = 1500;  // 2 000 RPM at 7 pole pairs: below, dead time outweighs resistance
-
-// The assumed resistance, at a start and later, as shares of the parameter. Upwards room for copper 100 K hotter (1.39) in a motor 30 % off its
-// data sheet: to refuse a hot winding is to run on exactly the error that the measurement is there for.
+// The assumed resistance, at a start and later, as shares of the parameter. Upwards room for copper 100 K hotter (1.39) in a motor 30 % off
+// its data sheet: to refuse a hot winding is to run on exactly the error that the measurement is there for.
 constexpr float kResistanceLeast = 0.65f, kResistanceMost = 1.8f;
 
 struct ResistanceConfig {
   float least_ohm = 0.0f, most_ohm = 0.0f;
-  float learn_ohm_A_s = 0.0f;  // per supervision tick, ohm per change of flux ratio and of i_q / w_e
+  float learn_ohm_A_s = 0.0f;        // per supervision tick, ohm per change of flux ratio and of i_q / w_e
+  float mean = 0.005f;               // per supervision tick: changes are those against the mean of 50 ms
+  float least_change_A_s = 1e-3f;    // of i_q / w_e: current noise, which stands in both factors, stays below
+  float least_omega_e_rad_s = 1500;  // a back-EMF of 0.5 V: below, dead time outweighs resistance
 };
 struct ResistanceState {
   float flux_ratio = 0.0f, current_A_s = 0.0f;  // means: of the vector's length over the parameter; of i_q / w_e
@@ -26,11 +25,11 @@ struct ResistanceState {
 // One supervision tick of the running motor; returns the resistance to use from now on.
 constexpr float step(const ResistanceConfig& c, ResistanceState& s, float resistance_ohm, float flux_ratio, float current_q_A,
                      float omega_e_rad_s) {
-  if (magnitude(omega_e_rad_s) < kResistanceLeastOmega_e_rad_s) return resistance_ohm;
+  if (magnitude(omega_e_rad_s) < c.least_omega_e_rad_s) return resistance_ohm;
   const float change_A_s = current_q_A / omega_e_rad_s - s.current_A_s, change = flux_ratio - s.flux_ratio;
-  s.current_A_s += kResistanceMean * change_A_s;
-  s.flux_ratio += kResistanceMean * change;
-  if (magnitude(change_A_s) < kResistanceLeastChange_A_s) return resistance_ohm;
+  s.current_A_s += c.mean * change_A_s;
+  s.flux_ratio += c.mean * change;
+  if (magnitude(change_A_s) < c.least_change_A_s) return resistance_ohm;
   return clamp(resistance_ohm + c.learn_ohm_A_s * change * change_A_s, c.least_ohm, c.most_ohm);
 }
 

@@ -1,6 +1,6 @@
-// The RPM loop, 4 kHz: model following with torque feed-forward. A first-order model of the wanted speed supplies both the
-// reference of the feedback and the inertial feed-forward; propeller torque is fed forward too, so the integral carries only
-// what is not known. While a limiter acts the model is held at the measured speed and the integral may not grow in the blocked
+// The RPM loop, every sixth sample (4 kHz at 24 kHz): model following with torque feed-forward. A first-order model of the wanted speed
+// supplies both the reference of the feedback and the inertial feed-forward; propeller torque is fed forward too, so the integral carries
+// only what is not known. While a limiter acts the model is held at the measured speed and the integral may not grow in the blocked
 // direction: nothing winds up, and the exit from the limit starts from the truth.
 #pragma once
 #include "firmware/core/interface.hpp"
@@ -14,14 +14,16 @@ struct SpeedLoopConfig {
   float torque_constant_N_m_A = 0.0f;
   float inertia_kg_m2 = 0.0f;
   float load_N_m_s2 = 0.0f;
-  float reference_rad_s = 500.0f;   // bandwidth of the model
-  float feedback_rad_s = 400.0f;    // proportional action
-  float integral_share = 0.25f;     // corner of the integral, of the feedback
-  float full_speed_rad_s = 700.0f;  // below it feedback falls with speed, as the observer's own bandwidth does …
-  float least_share = 0.15f;        // … to this share
-  bool hold_at_limit = true;        // false only to show what the hold prevents
-  float slew_rad_s2 = 0.0f;         // of the set-point; 0: off
+  float inertia_A_s2 = 0.0f, load_A_s2 = 0.0f;  // both over the torque constant
+  float reference_rad_s = 500.0f;               // bandwidth of the model
+  float feedback_rad_s = 400.0f;                // proportional action
+  float integral_share = 0.25f;                 // corner of the integral, of the feedback
+  float over_full_speed_s = 1.0f / 700.0f;  // 1 / rad/s: below this speed feedback falls with it, as the observer's own bandwidth does …
+  float least_share = 0.15f;                // … to this share
+  bool hold_at_limit = true;                // false only to show what the hold prevents
+  float slew_rad_s2 = 0.0f;                 // of the set-point; 0: off
   float max_speed_rad_s = 0.0f, min_speed_rad_s = 0.0f;
+  float over_fade_s = 0.0f;  // torque modes: 1 over the 2 % of the highest speed in which the torque fades out
 };
 
 struct SpeedLoopState {
@@ -53,14 +55,13 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
   } else {
     s.slewed_rad_s = target;
   }
-  const float share = clamp(magnitude(speed_rad_s) / c.full_speed_rad_s, c.least_share, 1.0f);
+  const float share = clamp(magnitude(speed_rad_s) * c.over_full_speed_s, c.least_share, 1.0f);
   const float feedback = c.feedback_rad_s * share, reference = c.reference_rad_s * share;
   // On a ramp the model follows without lag: its own slope is fed in.
   const float slope_rad_s2 = reference * (s.slewed_rad_s - s.model_rad_s) + slew_rad_s2;
   const float model = s.model_rad_s + c.period_s * slope_rad_s2;
-  const float over_kt = 1.0f / c.torque_constant_N_m_A;
-  const float feed_A = (c.inertia_kg_m2 * slope_rad_s2 + c.load_N_m_s2 * model * magnitude(model)) * over_kt;
-  const float kp_A_s = c.inertia_kg_m2 * feedback * over_kt;
+  const float feed_A = c.inertia_A_s2 * slope_rad_s2 + c.load_A_s2 * model * magnitude(model);
+  const float kp_A_s = c.inertia_A_s2 * feedback;
   const float error = s.model_rad_s - speed_rad_s;
   const float wanted_A = feed_A + kp_A_s * error + s.integral_A;
   const Limited limited = limit_current(range, wanted_A, sign_of(speed_rad_s));
@@ -80,7 +81,7 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
 // Makes the loop continue from a speed and a current that something else was holding.
 inline void enter(const SpeedLoopConfig& c, SpeedLoopState& s, float speed_rad_s, float current_A) {
   s.slewed_rad_s = s.model_rad_s = speed_rad_s;
-  s.integral_A = current_A - c.load_N_m_s2 * speed_rad_s * magnitude(speed_rad_s) / c.torque_constant_N_m_A;
+  s.integral_A = current_A - c.load_A_s2 * speed_rad_s * magnitude(speed_rad_s);
 }
 
 }  // namespace rotorloop::firmware

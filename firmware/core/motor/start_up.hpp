@@ -9,6 +9,7 @@
 
 namespace rotorloop::firmware {
 
+// The values are those of the reference motor; configure_start() (config.hpp) scales them to any other.
 struct StartConfig {
   float tick_s = 250e-6f;
   float current_A = 12.0f;
@@ -19,13 +20,16 @@ struct StartConfig {
   float align_rise_s = 0.020f;                       // current ramp
   // The second step measures the resistance from two currents (dead time and diodes drop out of the difference): at low speed
   // a wrong one is the observer's worst enemy, and it changes by 0.4 % per kelvin.
-  float measure_low_share = 0.5f;      // of current_A, first half
+  float measure_low_share = 0.55f;     // of current_A, first half
   float measure_window_s = 0.015f;     // at the end of each half, when the swing has died
   float acceleration_rad_s2 = 800.0f;  // mechanical, of the turned vector: about 60 % of what 12 A can give at full load angle
   // A rotor held by a current vector swings like a pendulum with hardly any friction. Its swing shows in the voltage across the
   // vector, where no resistance error hides it; a current across the vector answers it.
   float damping_A_V = 40.0f;  // 0.1 A per rad/s at 3.4e-4 Wb and 7 pole pairs: a quarter of critical
   float damping_most_A = 8.0f;
+  // Of the current along the vector, while it stands at phase U: all three phases keep their signs (-1/2 + 0.45·√3/2 < 0), so a dead time
+  // not yet known does not feed the damper, and while the resistance is measured they keep off zero, where the loss is not constant.
+  float damping_align_share = 0.45f, damping_measure_share = 0.25f;
   float damping_corner_rad_s = 30.0f;  // what changes more slowly is the vector's own turning
   float hand_over_rad_s = 126.0f;      // mechanical, 1 200 RPM: back-EMF 0.3 V against 0.1 V of doubt (20 % of R at 12 A)
   float give_up_rad_s = 210.0f;        // mechanical: no lock until here is a failed start
@@ -41,11 +45,13 @@ struct StartState {
   float direction = 1.0f;
   float across_slow_V = 0.0f;                                      // slow part of the voltage across the vector
   float low_V = 0.0f, low_A = 0.0f, high_V = 0.0f, high_A = 0.0f;  // sums of the resistance measurement …
-  float low_count = 0.0f, high_count = 0.0f;                       // … and of how many ticks
+  float low_lost = 0.0f, high_lost = 0.0f;
+  float low_count = 0.0f, high_count = 0.0f;  // … and of how many ticks
 };
 
 struct StartInputs {
   float along_V = 0.0f, along_A = 0.0f;  // voltage and current along the current vector
+  float lost_along = 4.0f / 3.0f;        // voltage lost along it per voltage lost by a phase
   float across_V = 0.0f;                 // voltage across the current vector, resistive part taken off
   float observed_rad_s = 0.0f;
   float lock = 0.0f;
@@ -57,7 +63,8 @@ struct StartStep {
   float damping_A = 0.0f;  // across it
   Angle frame{};           // valid when set_frame
   bool set_frame = false;
-  float resistance_ohm = 0.0f;  // > 0 once, at the end of the alignment: phase and switch
+  float resistance_ohm = 0.0f;  // > 0 once, at the end of the alignment: phase and switch …
+  float lost_V = 0.0f;          // … and the voltage that a phase loses beyond what is assumed: the dead time's error
   bool own_frame = false;       // current control in the turned frame, not the observer's
   bool hand_over = false;       // observer may take the frame now
   bool caught = false;          // rotor was turning: run at once
@@ -68,12 +75,34 @@ constexpr bool trustworthy(const StartConfig& c, const StartInputs& in) {
   return in.lock > c.lock && in.flux_ratio > 0.5f && in.flux_ratio < 1.6f;
 }
 
+// At the end of each half of the second step.
+constexpr bool measuring(const StartConfig& c, const StartState& s) {
+  const float second_s = s.in_phase_s - c.align_first_s, half_s = 0.5f * c.align_second_s;
+  return second_s > c.align_second_s - c.measure_window_s || (second_s < half_s && second_s > half_s - c.measure_window_s);
+}
+
+// Two currents, two voltages: V = R i + lost · lost_along.
+constexpr void solve_alignment(const StartConfig& c, const StartState& s, StartStep& out) {
+  if (!(s.low_count > 0.0f && s.high_count > 0.0f)) return;
+  const float over_low = 1.0f / s.low_count, over_high = 1.0f / s.high_count;
+  const float low_A = s.low_A * over_low, high_A = s.high_A * over_high, low_lost = s.low_lost * over_low,
+              high_lost = s.high_lost * over_high;
+  const float low_V = s.low_V * over_low, high_V = s.high_V * over_high;
+  const float determinant = high_A * low_lost - low_A * high_lost;
+  if (high_A - low_A < 0.1f * c.current_A || magnitude(determinant) < 0.1f * c.current_A) return;
+  out.resistance_ohm = (high_V * low_lost - low_V * high_lost) / determinant;
+  out.lost_V = (high_A * low_V - low_A * high_V) / determinant;
+}
+
 constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs& in) {
   StartStep out;
   s.in_phase_s += c.tick_s;
   s.across_slow_V += c.damping_corner_rad_s * c.tick_s * (in.across_V - s.across_slow_V);
-  if (s.phase != MotorState::catching)
-    out.damping_A = clamp(c.damping_A_V * (s.across_slow_V - in.across_V), -c.damping_most_A, c.damping_most_A);
+  if (s.phase != MotorState::catching) {
+    const float align_A = (measuring(c, s) ? c.damping_measure_share : c.damping_align_share) * in.along_A;
+    const float most_A = s.phase == MotorState::align ? align_A : c.damping_most_A;
+    out.damping_A = clamp(c.damping_A_V * (s.across_slow_V - in.across_V), most_A > 0.0f ? -most_A : 0.0f, most_A > 0.0f ? most_A : 0.0f);
+  }
   switch (s.phase) {
     case MotorState::catching:
       if (s.in_phase_s < c.catch_s) return out;
@@ -91,13 +120,11 @@ constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs&
       const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
       out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
       out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
-      if (low && second_s > 0.5f * c.align_second_s - c.measure_window_s) s.low_V += in.along_V, s.low_A += in.along_A, s.low_count += 1.0f;
-      if (second_s > c.align_second_s - c.measure_window_s) s.high_V += in.along_V, s.high_A += in.along_A, s.high_count += 1.0f;
+      if (low && measuring(c, s)) s.low_V += in.along_V, s.low_A += in.along_A, s.low_lost += in.lost_along, s.low_count += 1.0f;
+      if (!low && !first && measuring(c, s))
+        s.high_V += in.along_V, s.high_A += in.along_A, s.high_lost += in.lost_along, s.high_count += 1.0f;
       if (second_s >= c.align_second_s) {
-        const float over_low = 1.0f / (s.low_count > 0.0f ? s.low_count : 1.0f),
-                    over_high = 1.0f / (s.high_count > 0.0f ? s.high_count : 1.0f);
-        const float rise_A = s.high_A * over_high - s.low_A * over_low;
-        if (rise_A > 1.0f) out.resistance_ohm = (s.high_V * over_high - s.low_V * over_low) / rise_A;
+        solve_alignment(c, s, out);
         s = {MotorState::ramp, 0.0f, 0.0f, s.direction, s.across_slow_V};
       }
       return out;

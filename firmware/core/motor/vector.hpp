@@ -25,6 +25,8 @@ struct Rotor {
 constexpr Rotor park(Stator x, Rotation at) { return {at.cos * x.a + at.sin * x.b, at.cos * x.b - at.sin * x.a}; }
 constexpr Stator inverse_park(Rotor x, Rotation at) { return {at.cos * x.d - at.sin * x.q, at.sin * x.d + at.cos * x.q}; }
 
+constexpr Stator turned(Rotation by, Stator x) { return {by.cos * x.a - by.sin * x.b, by.sin * x.a + by.cos * x.b}; }
+
 using Phases = std::array<float, 3>;
 constexpr float kRoot3 = 1.73205080757f;
 

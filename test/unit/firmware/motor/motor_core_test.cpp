@@ -38,7 +38,7 @@ TEST(Vector, ParkAndItsInverseReturnTheVectorAndClarkeTheBalancedPhases) {
   EXPECT_NEAR(round.b, 0.7f, 1e-6f);
 }
 
-SenseConfig sense_config() { return {-0.03f, 2553.0f, 100.0f, 1500}; }
+SenseConfig sense_config() { return {-0.03f, 2553.0f, 100.0f, 1500, 120}; }
 SenseState calibrated() {
   SenseState s;
   s.zero_counts = {2553.0f, 2553.0f, 2553.0f};
@@ -80,14 +80,14 @@ TEST(CurrentSense, ConverterAtItsEndMeansBeyondRange) {
   EXPECT_FALSE(sense_currents(sense_config(), calibrated(), {{4000, 2553, 2553}, 0, 0}, {{800, 800, 800}}).at_end_of_range);
 }
 
-ModulatorConfig ideal_bridge() { return {1771.0f, 0.0f, 0.0f, 1.0f, 0.85f}; }
+ModulatorConfig ideal_bridge() { return {1771.0f, 1.0f / 1771.0f, 0.0f, 0.0f, 1.0f, 0.85f}; }
 
 TEST(Modulator, MakesTheVoltageAskedInEveryDirectionUpToTheCircle) {
   for (int degree = 0; degree < 360; ++degree) {
     const Rotation at = rotation(Angle::from_rad(static_cast<float>(degree) * kPi / 180.0f - kPi));
     for (const float share : {0.1f, 0.5f, 0.99f}) {
       const Stator v = inverse_park({share * voltage_limit_V(ideal_bridge(), 15.0f), 0.0f}, at);
-      const Modulated m = modulate(ideal_bridge(), v, {}, 15.0f);
+      const Modulated m = modulate(ideal_bridge(), v, {}, 15.0f, 0.0f);
       EXPECT_NEAR(15.0f * m.duty.a, v.a, 0.012f) << degree;  // a compare step is 8.5 mV
       EXPECT_NEAR(15.0f * m.duty.b, v.b, 0.012f) << degree;
     }
@@ -97,7 +97,7 @@ TEST(Modulator, MakesTheVoltageAskedInEveryDirectionUpToTheCircle) {
 TEST(Modulator, LeavesTwoPhasesASampleWindowEverywhereOnTheCircle) {
   for (int degree = 0; degree < 360; ++degree) {
     const Rotation at = rotation(Angle::from_rad(static_cast<float>(degree) * kPi / 180.0f - kPi));
-    const Modulated m = modulate(ideal_bridge(), inverse_park({0.96f * voltage_limit_V(ideal_bridge(), 15.0f), 0.0f}, at), {}, 15.0f);
+    const Modulated m = modulate(ideal_bridge(), inverse_park({0.96f * voltage_limit_V(ideal_bridge(), 15.0f), 0.0f}, at), {}, 15.0f, 0.0f);
     int blind = 0;
     for (const auto c : m.compare.phase) blind += c > 0.851f * 1771.0f ? 1 : 0;
     EXPECT_LE(blind, 1) << degree;
@@ -105,9 +105,7 @@ TEST(Modulator, LeavesTwoPhasesASampleWindowEverywhereOnTheCircle) {
 }
 
 TEST(Modulator, DeadTimeIsAddedAlongTheCurrentAndSaidToBeLost) {
-  ModulatorConfig c = ideal_bridge();
-  c.dead_share = 0.0384f;
-  const Modulated m = modulate(c, {1.0f, 0.0f}, {10.0f, 0.0f}, 15.0f);
+  const Modulated m = modulate(ideal_bridge(), {1.0f, 0.0f}, {10.0f, 0.0f}, 15.0f, 0.0384f);
   EXPECT_NEAR(15.0f * m.duty.a - m.lost_V.a, 1.0f, 0.012f);
   EXPECT_NEAR(m.lost_V.a, 4.0f / 3.0f * 0.0384f * 15.0f, 1e-3f);
 }
@@ -116,7 +114,7 @@ TEST(Modulator, NoInputMakesACompareBeyondTheTop) {
   std::mt19937 random(1);
   for (int k = 0; k < 10000; ++k) {
     const auto draw = [&] { return (static_cast<float>(random()) / 4294967296.0f - 0.5f) * 200.0f; };
-    const Modulated m = modulate(ideal_bridge(), {draw(), draw()}, {draw(), draw()}, draw());
+    const Modulated m = modulate(ideal_bridge(), {draw(), draw()}, {draw(), draw()}, draw(), 0.0384f);
     for (const auto c : m.compare.phase) ASSERT_LE(c, 1771);
   }
 }
@@ -140,10 +138,10 @@ std::array<float, 40> step_response(float omega_e_rad_s, float inductance_factor
   return out;
 }
 
-TEST(CurrentLoop, SettlesIn300MicrosecondsWithoutOvershootAtAnySpeed) {
+TEST(CurrentLoop, SettlesIn600MicrosecondsWithoutOvershootAtAnySpeed) {
   for (const float krpm : {0.0f, 50.0f, 119.0f, 200.0f}) {
     const auto y = step_response(krpm * 1000.0f / 60.0f * 2.0f * kPi);
-    EXPECT_GT(y[7], 9.0f) << krpm;
+    EXPECT_GT(y[14], 9.0f) << krpm;
     for (const float x : y) EXPECT_LT(x, 10.05f) << krpm;
     EXPECT_NEAR(y.back(), 10.0f, 0.01f) << krpm;
   }
@@ -156,8 +154,9 @@ TEST(CurrentLoop, WithoutTheAngleTermsItIsUnstableAt200ThousandElectricalRpm) {
   EXPECT_GT(std::fabs(y.back() - 10.0f) + most, 5.0f);
 }
 
-TEST(CurrentLoop, ToleratesTwentyPercentOfInductance) {
-  for (const float factor : {0.8f, 1.2f}) {
+// Data sheet ± 20 %, and an axis that differs from the mean by another 17 %.
+TEST(CurrentLoop, ToleratesFortyPercentOfInductance) {
+  for (const float factor : {0.65f, 1.4f}) {
     const auto y = step_response(119e3f / 60.0f * 2.0f * kPi, factor);
     EXPECT_NEAR(y.back(), 10.0f, 0.1f);
     for (const float x : y) EXPECT_LT(x, 12.0f);
@@ -172,7 +171,7 @@ TEST(CurrentLoop, DoesNotWindUpAtTheVoltageLimit) {
   for (int k = 0; k < 24000; ++k) step(c.current, s, {0.0f, 40.0f}, {0.0f, 0.0f}, still, false, 5.0f);
   EXPECT_LE(length(s.integral_V), 5.01f);
   const CurrentLoopStep freed = step(c.current, s, {0.0f, -40.0f}, {0.0f, 0.0f}, still, false, 5.0f);
-  EXPECT_LT(freed.v_V.q, 2.0f);  // reverses at once
+  EXPECT_LT(freed.v_V.q, 5.0f - 0.9f * 40.0f * c.current.gain_V_A);  // answers at once
 }
 
 TEST(Observer, FindsAngleSpeedAndFluxOfARotatingMagnetBothWays) {
@@ -249,6 +248,7 @@ TEST(Limits, ASupplyThatSinksEnoughHasNoGapAndOneThatSinksALittleASmallerOne) {
 LimitConfig limits() {
   LimitConfig c;
   c.power = power();
+  c.brake = {0.8f * 0.06f, 3.59e-3f};
   c.phase_A = 40.0f;
   c.source_A = c.sink_A = 40.0f;
   c.undervoltage_V = 12.0f;

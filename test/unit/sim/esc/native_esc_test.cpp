@@ -168,12 +168,16 @@ TEST(NativeEsc, BoardPoweredWithoutABatteryNeitherStartsNorCrashes) {
   EXPECT_DOUBLE_EQ(esc.bus_current_A(), 0.0);
 }
 
-TEST(NativeEsc, NotANumberIsRefusedAndCounted) {
+TEST(NativeEsc, NotANumberRenewsNoOrderTheMotorCoastsAfter20MillisecondsAndSaysWhy) {
   NativeEsc esc = running_at(6000);
   esc.set_setpoint({Mode::speed, std::numeric_limits<float>::quiet_NaN()});
-  run_ms(esc, 50.0);
-  EXPECT_NEAR(esc.omega_rad_s(), 6000 * kRpm, 4.0);
+  run_ms(esc, 19.0);
+  EXPECT_TRUE(esc.board().bridge);
+  run_ms(esc, 2.0);
+  EXPECT_FALSE(esc.board().bridge);
+  EXPECT_EQ(esc.telemetry().blocked, firmware::Blocked::stale_order);
   EXPECT_GT(esc.motor().counters().setpoints_refused, 0u);
+  EXPECT_EQ(esc.motor().counters().orders_expired, 1u);
 }
 
 TEST(LagEsc, Reaches63PercentAfterItsTimeConstant) {

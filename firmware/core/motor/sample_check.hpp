@@ -1,0 +1,79 @@
+// Is a sample a measurement? Three currents sum to zero and change no faster than the bus can drive them through the winding.
+// A single sample that breaks both rules says nothing about the motor: it is replaced once by what the other two phases, or the
+// turning frame, say. The second in a row opens the bridge. What the replacement says still meets the over-current limit, so a true
+// current beyond the converter's range is never hidden: the two phases that can be measured carry it.
+#pragma once
+#include <cstdint>
+
+#include "firmware/core/motor/current_sense.hpp"
+
+namespace rotorloop::firmware {
+
+struct SampleCheckConfig {
+  // |sum| that shunt and amplifier tolerances cannot explain: A, and share of |i|. Four gains 1 % apart at the range's end: 0.03.
+  float sum_A = 4.0f, sum_share = 0.1f;
+  float change_A_V = 0.0f;  // most change per sample and volt of bus: 1.5 T/L
+  bool bridge = true;       // false only to show what it prevents
+};
+
+enum class Sample : std::uint8_t { good, replaced, lost };
+
+struct SampleCheckState {
+  bool doubted = false;  // the sample before was replaced
+};
+
+// Phase whose value lies farthest from the expected one.
+constexpr std::size_t farthest(const Phases& measured, const Phases& expected) {
+  std::size_t worst = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+    if (magnitude(measured[k] - expected[k]) > magnitude(measured[worst] - expected[worst])) worst = k;
+  return worst;
+}
+
+// expected_A: the last current, turned with the frame. Changes `sensed` when it replaces a value.
+constexpr Sample check_sample(const SampleCheckConfig& c, SampleCheckState& s, Sensed& sensed, Stator expected_A, float bus_V) {
+  const Phases expected = inverse_clarke(expected_A);
+  bool invalid = false;
+  if (sensed.usable == 3) {
+    const float size = magnitude(expected[0]) + magnitude(expected[1]) + magnitude(expected[2]);
+    invalid = magnitude(sensed.residual_A) > c.sum_A + c.sum_share * size;
+  } else if (sensed.at_end_of_range) {
+    // No sum to look at: only what the bus cannot drive through the winding is no current.
+    const std::size_t k = farthest(sensed.phase_A, expected);
+    invalid = magnitude(sensed.phase_A[k] - expected[k]) > c.change_A_V * bus_V;
+  }
+  if (!invalid || !c.bridge) {
+    s.doubted = false;
+    return Sample::good;
+  }
+  if (s.doubted) return Sample::lost;
+  s.doubted = true;
+  if (sensed.usable == 3) {
+    // Take back the share of the sum that each phase was charged with, then let the two others say the third.
+    for (float& x : sensed.phase_A) x += sensed.residual_A * (1.0f / 3.0f);
+    const std::size_t k = farthest(sensed.phase_A, expected);
+    sensed.phase_A[k] -= sensed.residual_A;
+    sensed.current_A = clarke(sensed.phase_A);
+  } else {
+    sensed.phase_A = expected;
+    sensed.current_A = expected_A;
+  }
+  sensed.at_end_of_range = false;
+  sensed.residual_A = 0.0f;
+  return Sample::replaced;
+}
+
+// A slow quantity (bus, temperature): a jump is accepted when the next sample says it again.
+struct SteadyValue {
+  float value = 0.0f;
+  bool doubted = false, begun = false;
+};
+constexpr float accept(SteadyValue& s, float sample, float jump) {
+  const bool jumps = s.begun && magnitude(sample - s.value) > jump && !s.doubted;
+  s.doubted = jumps;
+  s.begun = true;
+  if (!jumps) s.value = sample;
+  return s.value;
+}
+
+}  // namespace rotorloop::firmware
