@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_log(app, exit_code);
   rotorloop::cli::add_nanodrone(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);
+  rotorloop::cli::add_stand(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);
   rotorloop::cli::add_completion(app);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);

@@ -1,0 +1,18 @@
+// `rotorloop stand`: the group of commands about a thrust stand; each adds itself.
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/stand/bus_commands.hpp"
+
+namespace rotorloop::cli {
+
+void add_stand(CLI::App& app, int& exit_code) {
+  CLI::App* stand = app.add_subcommand("stand", "a thrust stand: what its runs say of motor and propeller, and how far that can be trusted");
+  stand->require_subcommand(1);
+  add_stand_profile(*stand, exit_code);
+  add_stand_emulate(*stand, exit_code);
+  add_stand_read(*stand, exit_code);
+  add_stand_probe(*stand, exit_code);
+}
+
+}  // namespace rotorloop::cli
