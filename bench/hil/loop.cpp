@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+#include <type_traits>
+
 #include "bench/hil/cost_meter.hpp"
+#include "bench/hil/esc_parameters.hpp"
 
 namespace rotorloop::hil {
 namespace {
@@ -15,17 +19,19 @@ std::unique_ptr<sim::VirtualBus> make_bus(const LoopConfig& c, const std::vector
   return std::make_unique<sim::VirtualBus>(b);
 }
 
-// What was written into an ESC when it was set up: the motor's data sheet (the defaults) and the nominal propeller, not the
-// plant's truth about wear or damage.
-firmware::Parameters firmware_parameters(const host::VehicleModel& vehicle) {
-  firmware::Parameters p;
-  p.inertia_kg_m2 = static_cast<float>(vehicle.rotor_inertia_kg_m2);
-  p.load_N_m_s2 = static_cast<float>(vehicle.c_q_N_m_s2);
-  return p;
-}
-
 // ESP, and the number of the ESC; 0x45534E01 to 03 are streams of the first native ESC (sim/esc/native_esc_body.hpp).
 constexpr std::uint64_t kSpeedNoiseModule = 0x45535000;
+
+// ESCs of one board, stepped side by side.
+template <class Esc>
+struct EscGroup {
+  std::array<Esc*, 4> escs{};
+  std::size_t count = 0;
+  void add(Esc& esc) { escs[count++] = &esc; }
+  void step() {
+    if (count > 0) Esc::step_current_loops({escs.data(), count});
+  }
+};
 
 firmware::NodeIdentity identity(int esc) {
   firmware::NodeIdentity id;
@@ -58,6 +64,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   effects.prepare(setup);
   dynamics_ = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
   battery_.emplace(setup.battery);  // as the effects left it
+  if (plant.esc.typical) supply_.emplace(setup.battery, sim::CableParameters{});
   sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
                                                airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
@@ -65,7 +72,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   escs_.reserve(4);
   for (int i = 0; i < 4; ++i) {
     const auto index = static_cast<std::size_t>(i);
-    firmware::Parameters p = firmware_parameters(vehicle);
+    firmware::Parameters p = esc_parameters(plant, vehicle, i, rotors[index]->blade_inertia_kg_m2(), config.seed);
     p.node_id = config.computer.escs.esc_node_ids[index];
     p.esc_index = static_cast<std::uint8_t>(i);
     p.fast_channel = config.fast_channel_Hz > 0;
@@ -80,17 +87,28 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
       sim::NativeEscConfig e;
       e.drive = setup.drive[index];
       e.firmware = p;
-      e.bus_V = battery_->voltage_V();
+      e.bus_V = bus_V();
       e.seed = config.seed;
       e.module = static_cast<std::uint64_t>(i);
-      escs_.emplace_back(std::in_place_type<Native>, sim::NativeEsc(e), node, port, setup.esc[index],
-                         RandomStream(config.seed, kSpeedNoiseModule + index));
+      e.typical_board = plant.esc.typical;
+      e.own_clock = plant.esc.own_clock;
+      add_native_esc(*plant.esc.stage, e, node, port, setup.esc[index], RandomStream(config.seed, kSpeedNoiseModule + index));
     }
   }
   truth_us_.fill(-1);
 }
 
 Loop::~Loop() = default;
+
+void Loop::add_native_esc(const sim::BoardStage& stage, const sim::NativeEscConfig& esc, const firmware::EscNode& node, CanBus& port,
+                          const sim::EscSetup& setup, RandomStream noise) {
+  const auto add = [&]<class Esc>(std::type_identity<Esc>) {
+    if (&stage == &Esc::stage()) escs_.emplace_back(std::in_place_type<Noded<Esc>>, Esc(esc), node, port, setup, noise);
+  };
+  add(std::type_identity<sim::NativeEsc>{});
+  add(std::type_identity<sim::SmallNativeEsc>{});
+  add(std::type_identity<sim::HighVoltageNativeEsc>{});
+}
 
 void Loop::tick() {
   now_ns_ = sim::pwm_tick_ns(2 * tick_);
@@ -117,18 +135,22 @@ void Loop::step_plant() {
       std::visit(
           [&](const auto& e) {
             omega_dot[i] = e.esc().shaft_acceleration_rad_s2();
-            bus_A += e.esc().bus_current_A();
+            esc_A_[i] = e.esc().bus_current_A();
+            bus_A += esc_A_[i];
           },
           escs_[i]);
     bus_A_ = bus_A;
     dynamics_->step(omega_dot);
-    battery_->step(bus_A, 1.0 / config_.airframe_Hz);
+    if (supply_)
+      set_ripple();
+    else
+      battery_->step(bus_A, 1.0 / config_.airframe_Hz);
   }
   for (std::size_t i = 0; i < 4; ++i)
     omega_rad_s_[i] = std::max(0.0, std::visit([](const auto& e) { return e.esc().omega_rad_s(); }, escs_[i]));
   evaluate_rotors();
   for (std::size_t i = 0; i < 4; ++i)
-    std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, battery_->voltage_V()); }, escs_[i]);
+    std::visit([&](auto& e) { e.esc().couple(dynamics_->loads()[i].shaft_torque_N_m, bus_V()); }, escs_[i]);
 
   CostMeter m(measure_, cost_.sensor_ns);
   if (sensors_->poll(now_ns_, airframe().state(), omega_rad_s_)) store_truth();
@@ -163,7 +185,7 @@ void Loop::store_truth() {
     const bool running = t.esc[i].state == firmware::MotorState::running;
     counters_.esc_limited_ticks += running && t.esc[i].limiter != firmware::Limiter::none ? 1u : 0u;
   }
-  t.bus_V = battery_->voltage_V();
+  t.bus_V = bus_V();
   t.bus_A = bus_A_;
 }
 
@@ -179,29 +201,69 @@ bool Loop::halted(int esc) const {
   return false;
 }
 
+// The shared bus follows every period of the ESCs; it is theirs for the next one.
+void Loop::step_supply() {
+  std::array<double, 4> current_A{};
+  const double before_V = supply_->voltage_V();
+  for (std::size_t i = 0; i < 4; ++i)
+    std::visit(
+        [&](const auto& e) {
+          if constexpr (std::is_same_v<std::remove_cvref_t<decltype(e)>, Lag>) {
+            current_A[i] = e.esc().bus_current_A();
+          } else {
+            const double taken_J = e.esc().drive().bus_energy_J();
+            current_A[i] = (taken_J - taken_J_[i]) * kTicks_per_s / (before_V > 1.0 ? before_V : 1.0);
+            taken_J_[i] = taken_J;
+          }
+        },
+        escs_[i]);
+  const double bus_V = supply_->step(current_A, 1.0 / kTicks_per_s);
+  for (AnyEsc& any : escs_)
+    std::visit(
+        [&](auto& e) {
+          if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(e)>, Lag>) e.esc().drive().set_bus_V(bus_V);
+        },
+        any);
+}
+
+void Loop::set_ripple() {
+  std::array<double, 4> phase{};
+  const auto each_native = [&](const auto& act) {
+    for (std::size_t i = 0; i < 4; ++i)
+      std::visit(
+          [&](auto& e) {
+            if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(e)>, Lag>) act(e.esc(), i);
+          },
+          escs_[i]);
+  };
+  each_native([&](auto& esc, std::size_t i) { phase[i] = esc.pwm_phase(); });
+  each_native([&](auto& esc, std::size_t i) {
+    esc.drive().set_bus_ripple_V(supply_->ripple_V(i, esc_A_, phase, esc.drive().parameters().inverter.pwm_Hz));
+  });
+}
+
 void Loop::step_escs() {
   CostMeter m(measure_, cost_.esc_ns);
-  std::array<sim::NativeEsc*, 4> native{};
-  std::size_t natives = 0;
+  std::tuple<EscGroup<sim::NativeEsc>, EscGroup<sim::SmallNativeEsc>, EscGroup<sim::HighVoltageNativeEsc>> groups;
   for (std::size_t i = 0; i < 4; ++i) {
     const bool dead = !config_.halts.empty() && halted(static_cast<int>(i));
-    const auto run_node = [&](auto& e) {
-      if (dead) {
-        e.esc().set_setpoint({});
-      } else {
-        e.run_node();
-      }
-    };
-    if (auto* e = std::get_if<Native>(&escs_[i])) {
-      run_node(*e);
-      native[natives++] = &e->esc();
-    } else {
-      auto& lag = std::get<Lag>(escs_[i]);
-      run_node(lag);
-      lag.esc().step_current_loop();
-    }
+    std::visit(
+        [&](auto& e) {
+          if (dead) {
+            e.esc().set_setpoint({});
+          } else {
+            e.run_node();
+          }
+          using Esc = std::remove_cvref_t<decltype(e.esc())>;
+          if constexpr (std::is_same_v<Esc, sim::LagEsc>)
+            e.esc().step_current_loop();
+          else
+            std::get<EscGroup<Esc>>(groups).add(e.esc());
+        },
+        escs_[i]);
   }
-  sim::NativeEsc::step_current_loops({native.data(), natives});
+  std::apply([](auto&... group) { (group.step(), ...); }, groups);
+  if (supply_) step_supply();
 }
 
 }  // namespace rotorloop::hil

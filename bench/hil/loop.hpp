@@ -15,6 +15,7 @@
 #include "firmware/core/node/esc_node.hpp"
 #include "host/node/flight_computer.hpp"
 #include "sim/drive/battery.hpp"
+#include "sim/drive/supply.hpp"
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/native_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
@@ -106,14 +107,21 @@ class Loop {
   ModuleCost& cost() { return cost_; }
 
  private:
-  using Native = sim::NodedEsc<sim::NativeEsc, firmware::EscNode>;
-  using Lag = sim::NodedEsc<sim::LagEsc, firmware::EscNode>;
-  using AnyEsc = std::variant<Native, Lag>;
+  template <class Esc>
+  using Noded = sim::NodedEsc<Esc, firmware::EscNode>;
+  using Lag = Noded<sim::LagEsc>;
+  // One firmware on three boards; all four ESCs of a plant are of one kind unless some are lags.
+  using AnyEsc = std::variant<Noded<sim::NativeEsc>, Noded<sim::SmallNativeEsc>, Noded<sim::HighVoltageNativeEsc>, Lag>;
 
   void step_plant();
   void evaluate_rotors();
   void store_truth();
+  void add_native_esc(const sim::BoardStage& stage, const sim::NativeEscConfig& esc, const firmware::EscNode& node, CanBus& port,
+                      const sim::EscSetup& setup, RandomStream noise);
   void step_escs();
+  double bus_V() const { return supply_ ? supply_->voltage_V() : battery_->voltage_V(); }
+  void step_supply();
+  void set_ripple();
   bool halted(int esc) const;
 
   LoopConfig config_;
@@ -125,6 +133,9 @@ class Loop {
   std::unique_ptr<host::FlightComputer> computer_;
   std::vector<AnyEsc> escs_;
   std::optional<sim::Battery> battery_;  // made once the effects have had their say
+  std::optional<sim::Supply> supply_;    // in its place where boards are drawn: stepped with the ESCs
+  std::array<double, 4> taken_J_{};      // from the supply until the last tick
+  std::array<double, 4> esc_A_{};        // mean bus currents of the last airframe step
   double bus_A_ = 0.0;
   std::array<double, 4> omega_rad_s_{};  // at the start of the airframe step
   static constexpr std::size_t kTruths = 16;

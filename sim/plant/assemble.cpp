@@ -35,6 +35,11 @@ DriveParameters drive_parameters(const PlantFile& plant, const Rotor& rotor, std
              .static_friction_N_m = m.static_friction_N_m,
              .cogging_N_m = m.cogging_N_m};
   d.blade_inertia_kg_m2 = rotor.blade_inertia_kg_m2();
+  if (plant.esc.stage) {
+    d.inverter = plant.esc.stage->inverter;
+    d.sensing = plant.esc.stage->sensing;
+    d.thermal = plant.esc.stage->thermal;
+  }
   return d;
 }
 

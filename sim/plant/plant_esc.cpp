@@ -1,0 +1,69 @@
+#include "sim/plant/plant_esc.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace rotorloop::sim {
+namespace {
+
+// The reference drive's phase current limit, where a plant file says nothing.
+constexpr double kReferenceLimit_A = 40.0;
+
+// A file of ESC parameters as a user keeps them: what was entered or measured, one phase each.
+EscFileValues read_values(const std::filesystem::path& path) {
+  const TomlFile file = TomlFile::read(path);
+  (void)file.format({1});
+  const TomlTable t = file.root();
+  EscFileValues v;
+  v.resistance_ohm = t.number("resistance_ohm", {0.001, 10.0, "ohm"});
+  v.inductance_H = t.number("inductance_H", {5e-7, 1e-2, "H"});
+  v.flux_linkage_Wb = t.number("flux_linkage_Wb", {1e-5, 0.1, "Wb"});
+  v.pole_pairs = static_cast<int>(t.integer("pole_pairs", 1, 30));
+  v.inertia_kg_m2 = t.number("inertia_kg_m2", {1e-9, 1e-2, "kg m^2"});
+  v.load_N_m_s2 = t.number("load_N_m_s2", {0.0, 1e-3, "N m s^2"});
+  file.refuse_unknown_keys();
+  return v;
+}
+
+void check_cells(const TomlTable& root, const BoardStage& stage, const PlantBattery& battery) {
+  if (battery.cells >= stage.least_cells && battery.cells <= stage.most_cells) return;
+  std::string fitting;
+  for (const BoardStage& b : board_stages())
+    if (battery.cells >= b.least_cells && battery.cells <= b.most_cells) fitting = b.name;
+  root.table("battery").fail("cells",
+                             fmt::format("battery.cells = {} is outside {} to {} cells of the ESCs' power stage {}", battery.cells,
+                                         stage.least_cells, stage.most_cells, stage.name),
+                             "another battery than the ESCs are made for", fmt::format("choose [esc] stage = \"{}\", or another battery", fitting));
+}
+
+}  // namespace
+
+PlantEsc read_plant_esc(const TomlTable& root, const PlantBattery& battery) {
+  PlantEsc e;
+  e.stage = &board_stages().front();
+  e.phase_current_limit_A = kReferenceLimit_A;
+  e.given = root.has("esc");
+  if (e.given) {
+    const TomlTable t = root.table("esc");
+    if (t.has("stage")) e.stage = find_board_stage(t.choice("stage", {"b_g431b_esc1", "small_2s_15a", "high_voltage_14s_120a"}));
+    e.typical = t.has("board") && t.choice("board", {"ideal", "typical"}) == "typical";
+    e.own_clock = t.has("clock") && t.choice("clock", {"common", "own"}) == "own";
+    if (e.own_clock && !e.typical)
+      t.fail("clock", "esc.clock = \"own\" has no meaning with board = \"ideal\"", "", "draw the boards: board = \"typical\"");
+    e.phase_current_limit_A = t.number("phase_current_limit_A", {0.1, e.stage->most_phase_A, "A"});
+    const std::string parameters = t.has("parameters") ? t.text("parameters") : "motor_file";
+    if (parameters == "motor_file" || parameters == "data_sheet" || parameters == "commissioned") {
+      e.knowledge = parameters == "motor_file" ? EscKnowledge::motor_file
+                    : parameters == "data_sheet" ? EscKnowledge::data_sheet
+                                                 : EscKnowledge::commissioned;
+    } else {
+      e.knowledge = EscKnowledge::file;
+      e.file = read_values(t.file("parameters"));
+    }
+  }
+  check_cells(root, *e.stage, battery);
+  return e;
+}
+
+}  // namespace rotorloop::sim
