@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::sim {
@@ -62,6 +66,27 @@ void read_polars(Blade& b, const std::vector<TomlTable>& stations, const std::fi
   }
 }
 
+// A blade by a few numbers, for a propeller of which no more is known: helix of constant pitch, held at the twist that moulded roots do
+// not exceed; chord widest at `widest` of the radius, falling by a square to the root and by a cube to the tip.
+std::vector<BladeStation> planform_stations(const TomlTable& t, const Blade& b) {
+  constexpr int kStations = 17;
+  const double pitch_m = t.number("pitch_m", {0.001, 4.0, "m"}), chord_m = t.number("chord_m", {1e-4, 1.0, "m"});
+  const double widest = t.number("widest", {0.2, 0.9, "1"});
+  const double root = t.number("root", {0.05, 1.0, "1"}), tip = t.number("tip", {0.05, 1.0, "1"});
+  const double most_twist_deg = t.number("most_twist_deg", {5.0, 60.0, "deg"});
+  const std::string polar = t.text("section");
+  std::vector<BladeStation> stations;
+  const double begin = std::max(b.hub_radius_m / b.radius_m, 0.1);
+  for (int k = 0; k < kStations; ++k) {
+    const double x = begin + (1.0 - begin) * k / (kStations - 1);
+    const double inward = std::max(0.0, (widest - x) / widest), outward = std::max(0.0, (x - widest) / (1.0 - widest));
+    const double share = 1.0 - (1.0 - root) * inward * inward - (1.0 - tip) * outward * outward * outward;
+    const double helix_deg = std::atan(pitch_m / (2.0 * std::numbers::pi * x * b.radius_m)) * 180.0 / std::numbers::pi;
+    stations.push_back({x * b.radius_m, chord_m * share, std::min(helix_deg, most_twist_deg), polar});
+  }
+  return stations;
+}
+
 Blade blade_from(const TomlFile& file) {
   file.format({1});
   const TomlTable root = file.root();
@@ -75,10 +100,16 @@ Blade blade_from(const TomlFile& file) {
   b.drag_scale = root.number("drag_scale", {0.5, 3.0, "1"}, 1.0);
   b.lift_scale = root.number("lift_scale", {0.5, 1.5, "1"}, 1.0);
   b.pitch_offset_deg = root.number("pitch_offset_deg", {-10.0, 10.0, "deg"}, 0.0);
-  const auto stations = root.tables("station", kMinStations, 200);
-  for (const TomlTable& t : stations)
-    b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {1e-4, 1.0, "m"}),
+  std::vector<TomlTable> stations;  // where an error lies
+  if (root.has("planform")) {
+    b.stations = planform_stations(root.table("planform"), b);
+    stations.assign(b.stations.size(), root.table("planform"));
+  } else {
+    stations = root.tables("station", kMinStations, 200);
+    for (const TomlTable& t : stations)
+      b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {1e-4, 1.0, "m"}),
                           t.number("twist_deg", {-30.0, 80.0, "deg"}), t.text("polar")});
+  }
   check_span(root, b, stations);
   file.refuse_unknown_keys();
   read_polars(b, stations, file.path());

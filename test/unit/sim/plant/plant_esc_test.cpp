@@ -1,0 +1,48 @@
+// The [esc] section: absent it is today's drive; what a board cannot take is refused with the reason.
+#include "test/unit/sim/plant/bad_input.hpp"
+
+#include "sim/plant/assemble.hpp"
+
+namespace rotorloop::sim {
+namespace {
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string message(const std::string& from, const std::string& to, const std::string& line_of = "") {
+  return test::message_after(
+      "quad_7in/plant.toml", from, to, [](const TomlFile& f) { return read_plant(f); }, line_of);
+}
+
+TEST(PlantEsc, WithoutTheSectionTheBoardIsIdealAndTheLimitThatOfTheReferenceDrive) {
+  const PlantFile p = read_plant(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/reference_plant.toml");
+  EXPECT_FALSE(p.esc.given);
+  EXPECT_FALSE(p.esc.typical);
+  EXPECT_EQ(p.esc.stage->name, "b_g431b_esc1");
+  EXPECT_EQ(p.esc.knowledge, EscKnowledge::motor_file);
+  EXPECT_EQ(p.esc.phase_current_limit_A, 40.0);
+}
+TEST(PlantEsc, ShippedVehiclesFlyDrawnBoardsWithDataSheetParameters) {
+  const PlantFile p = read_plant(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/quad_17in/plant.toml");
+  EXPECT_TRUE(p.esc.typical);
+  EXPECT_TRUE(p.esc.own_clock);
+  EXPECT_EQ(p.esc.knowledge, EscKnowledge::data_sheet);
+  const SharedRotors rotors = read_rotors(p);
+  EXPECT_EQ(drive_parameters(p, *rotors[0], 0).inverter.pwm_Hz, 24000.0);  // high_voltage_14s_120a
+}
+TEST(PlantEsc, BatteryBeyondThePowerStageIsRefusedWithTheStageThatTakesIt) {
+  EXPECT_THAT(message("cells = 6", "cells = 8"),
+              AllOf(HasSubstr("battery.cells = 8 is outside 3 to 6 cells of the ESCs' power stage b_g431b_esc1"), HasSubstr("high_voltage_14s_120a")));
+  EXPECT_THAT(message("cells = 6", "cells = 2"), HasSubstr("small_2s_15a"));
+}
+TEST(PlantEsc, CurrentLimitBeyondTheShuntsIsRefusedWithTheirRange) {
+  EXPECT_THAT(message("phase_current_limit_A = 40.0", "phase_current_limit_A = 60.0"), AllOf(HasSubstr("60"), HasSubstr("45"), HasSubstr("A")));
+}
+TEST(PlantEsc, OwnClockOfAnIdealBoardIsRefused) {
+  EXPECT_THAT(message("board = \"typical\"", "board = \"ideal\"", "clock = \"own\""), HasSubstr("board = \"typical\""));
+}
+TEST(PlantEsc, ParametersThatAreNeitherAWordNorAFileAreRefusedByName) {
+  EXPECT_THAT(message("parameters = \"data_sheet\"", "parameters = \"datasheet\""), HasSubstr("datasheet"));
+}
+
+}  // namespace
+}  // namespace rotorloop::sim
