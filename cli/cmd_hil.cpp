@@ -63,7 +63,7 @@ hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
   return s;
 }
 
-std::string plan_text(const hil::Scenario& s, const HilArguments& o) {
+std::string plan_text(const hil::Scenario& s, const HilArguments& o, const std::string& about_vehicle) {
   std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
                                 s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
   for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
@@ -71,6 +71,7 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o) {
   out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
   out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
                      s.gains.generic_string());
+  out += about_vehicle;
   for (const auto& f : s.faults) {
     const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", hil::bus_name(f.bus));
     out +=
@@ -136,7 +137,8 @@ class HilOutput {
 };
 
 // Everything is read before the first flight: a slip in the last file is not found after an hour.
-std::vector<hil::Scenario> read_all(const HilArguments& o, const CheckInputs& check) {
+// `about`: what the check says of each scenario's vehicle.
+std::vector<hil::Scenario> read_all(const HilArguments& o, const CheckInputs& check, std::vector<std::string>& about) {
   if (o.scenarios.empty())
     throw Error({"rotorloop hil", "no scenario given", "",
                  "name one or more scenario files, such as scenarios/paper.toml; see rotorloop hil --help"});
@@ -154,15 +156,15 @@ std::vector<hil::Scenario> read_all(const HilArguments& o, const CheckInputs& ch
       throw Error({s.path.generic_string(), fmt::format("would write the same run folder \"{}\" as {}", it->first, it->second),
                    "both scenarios have the same name", "give them different names"});
   }
-  if (check)
-    for (const auto& s : scenarios) check(s);
+  for (const auto& s : scenarios) about.push_back(check ? check(s) : std::string());
   return scenarios;
 }
 
 int hil(const HilArguments& o, const std::string& command_line, const RunHil& run, const CheckInputs& check) {
-  const std::vector<hil::Scenario> scenarios = read_all(o, check);
+  std::vector<std::string> about;
+  const std::vector<hil::Scenario> scenarios = read_all(o, check, about);
   if (o.dry_run) {
-    for (const auto& s : scenarios) fmt::print("{}", plan_text(s, o));
+    for (std::size_t i = 0; i < scenarios.size(); ++i) fmt::print("{}", plan_text(scenarios[i], o, about[i]));
     return static_cast<int>(ExitCode::ok);
   }
   check_outputs({{"--junit", o.junit}}, o.force);

@@ -3,6 +3,7 @@
 
 #include "bench/hil/flight.hpp"
 #include "bench/hil/runner.hpp"
+#include "bench/hil/vehicle_figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/completion.hpp"
 #include "cli/ending/exit_codes.hpp"
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
   app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil,
-                          [](const rotorloop::hil::Scenario& s) { (void)rotorloop::hil::read_inputs(s); });
+                          rotorloop::hil::checked_vehicle_text);
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_close(app, exit_code);

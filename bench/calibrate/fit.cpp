@@ -22,6 +22,10 @@ constexpr double kAxial_m_s = 0.5;
 
 double signed_square(double v) { return v * std::fabs(v); }
 
+// What the points leave is the model's error, not noise of a balance: one stream, one blade, so that neighbouring points miss alike. Their
+// number says nothing then, and the standard error of independent points is widened to what one point per coefficient would give.
+double widened(double u, std::size_t points, double coefficients) { return u * std::sqrt(static_cast<double>(points) / coefficients); }
+
 // Least squares of y = c x through zero.
 FittedValue slope(const std::vector<double>& x, const std::vector<double>& y) {
   double xx = 0.0, xy = 0.0;
@@ -33,7 +37,7 @@ FittedValue slope(const std::vector<double>& x, const std::vector<double>& y) {
   double rss = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) rss += (y[i] - c * x[i]) * (y[i] - c * x[i]);
   const double dof = std::max<double>(1.0, static_cast<double>(x.size()) - 1.0);
-  return {c, std::sqrt(rss / dof / xx)};
+  return {c, widened(std::sqrt(rss / dof / xx), x.size(), 1.0)};
 }
 
 double rms_about(double c, const std::vector<double>& x, const std::vector<double>& y) {
@@ -132,9 +136,10 @@ void fit_thrust(const std::vector<const LoadPoint*>& axial, const ThrustModel& m
   const LeastSquaresFit found = fit_least_squares({{"k1", "N s^2", k[0], -kFree, kFree, 1e-5 * std::fabs(k[0])},
                                                    {"k2", "N s^2/m", k[1], -kFree, kFree, 1e-5 * std::fabs(k[1]) + 1e-10}},
                                                   residuals, {.tolerance = 1e-14});
-  fit.k1_N_s2 = {found.values[0], found.standard_errors[0]};
-  fit.k2_N_s2_m = {found.values[1], found.standard_errors[1]};
-  fit.k1_k2_covariance = found.covariance(0, 1);
+  const double wide = widened(1.0, axial.size(), 2.0);
+  fit.k1_N_s2 = {found.values[0], wide * found.standard_errors[0]};
+  fit.k2_N_s2_m = {found.values[1], wide * found.standard_errors[1]};
+  fit.k1_k2_covariance = wide * wide * found.covariance(0, 1);
   fit.thrust_rms_N = found.rms;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -49,6 +50,12 @@ LoadPoint Tunnel::measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_
   return p;
 }
 
+double Tunnel::highest_omega_rad_s() const {
+  double radius_m = 0.0;
+  for (const auto& rotor : rotors_) radius_m = std::max(radius_m, rotor->radius_m());
+  return 158.75 / radius_m;
+}
+
 std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<FlightState>& planned, double weight_N) {
   std::vector<LoadPoint> points;
   for (const double v : {2.0, 4.0, 6.0, 8.0, 10.0})
@@ -58,7 +65,7 @@ std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<Fli
         velocity[axis] = sign * v;
         points.push_back(tunnel.measure_bare(velocity));
       }
-  const double hover = tunnel.measure_at_force(Eigen::Vector3d::Zero(), weight_N, 2500.0).omega_rad_s[0];
+  const double hover = tunnel.measure_at_force(Eigen::Vector3d::Zero(), weight_N, tunnel.highest_omega_rad_s()).omega_rad_s[0];
   for (const double share : {0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4}) {
     const double w = share * hover;
     points.push_back(tunnel.measure(Eigen::Vector3d::Zero(), {w, w, w, w}));
@@ -67,7 +74,7 @@ std::vector<LoadPoint> run_programme(const Tunnel& tunnel, const std::vector<Fli
     const double up = hover * (1.0 + difference), down = hover * (1.0 - difference);
     points.push_back(tunnel.measure(Eigen::Vector3d::Zero(), {up, up, down, down}));
   }
-  for (const FlightState& s : planned) points.push_back(tunnel.measure_at_force(s.v_B_m_s, s.force_z_N, 2500.0));
+  for (const FlightState& s : planned) points.push_back(tunnel.measure_at_force(s.v_B_m_s, s.force_z_N, tunnel.highest_omega_rad_s()));
   return points;
 }
 

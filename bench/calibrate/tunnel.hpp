@@ -21,6 +21,9 @@ class Tunnel {
   // Throws Error (data quality) when no speed up to `max_omega_rad_s` gives it.
   LoadPoint measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_z_N, double max_omega_rad_s) const;
 
+  // Tip speed of 159 m/s (Mach 0.47), where the smallest rotors that fly still lift several times their share.
+  double highest_omega_rad_s() const;
+
  private:
   LoadPoint balance(const Eigen::Vector3d& v_B_m_s, const std::array<double, 4>& omega_rad_s, bool propellers) const;
 

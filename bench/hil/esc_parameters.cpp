@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kSheetStream = 0x45535041, kCommissioningStream = 0x45535042;
 constexpr double kFullCell_V = 4.2, kEmptyCell_V = 3.0;
-constexpr double kMost_eRPM = 200e3;
+constexpr double kMost_eRPM = 200e3, kMost_rad_s = 3430.0;  // the latter: range of the fast channel, 32 766 RPM
 
 struct MotorNumbers {
   double resistance_ohm, inductance_H, flux_linkage_Wb, inertia_kg_m2, load_N_m_s2;
@@ -31,12 +31,15 @@ MotorNumbers with_errors(MotorNumbers m, const RandomStream& random, const Toler
 }
 
 // The overvoltage limit leaves room for braking above the fullest battery that the stage takes.
-double overvoltage_V(const sim::BoardStage& stage) { return stage.most_cells == 6 ? 28.0 : std::min(0.85 * stage.most_bus_V, 1.1 * kFullCell_V * stage.most_cells); }
+double overvoltage_V(const sim::BoardStage& stage) {
+  return stage.most_cells == 6 ? 28.0 : std::min(0.85 * stage.most_bus_V, 1.1 * kFullCell_V * stage.most_cells);
+}
 
 MotorNumbers known_motor(const sim::PlantFile& plant, const host::VehicleModel& vehicle, std::size_t esc, double blade_inertia_kg_m2,
                          std::uint64_t seed) {
   const sim::MotorFile& f = plant.rotors[esc].motor;
-  const MotorNumbers file{f.resistance_ohm, f.inductance_d_H, f.flux_linkage_Wb, vehicle.rotor_inertia_kg_m2, vehicle.c_q_N_m_s2, f.pole_pairs};
+  const MotorNumbers file{f.resistance_ohm,   f.inductance_d_H, f.flux_linkage_Wb, vehicle.rotor_inertia_kg_m2,
+                          vehicle.c_q_N_m_s2, f.pole_pairs};
   MotorNumbers mean = file;
   mean.inductance_H = 0.5 * (f.inductance_d_H + f.inductance_q_H);
   switch (plant.esc.knowledge) {
@@ -57,7 +60,8 @@ MotorNumbers known_motor(const sim::PlantFile& plant, const host::VehicleModel& 
 }  // namespace
 
 double highest_esc_speed_rad_s(const sim::MotorFile& motor, int cells) {
-  return std::min(kMost_eRPM / motor.pole_pairs, 1.05 * kFullCell_V * cells * sim::speed_constant_rpm_V(motor)) * std::numbers::pi / 30.0;
+  const double rpm = std::min(kMost_eRPM / motor.pole_pairs, 1.05 * kFullCell_V * cells * sim::speed_constant_rpm_V(motor));
+  return std::min(kMost_rad_s, rpm * std::numbers::pi / 30.0);
 }
 
 firmware::Parameters esc_parameters(const sim::PlantFile& plant, const host::VehicleModel& vehicle, int esc, double blade_inertia_kg_m2,

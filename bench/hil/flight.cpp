@@ -11,12 +11,14 @@
 #include "host/bus/candump_log.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
+#include "host/vehicle/thrust.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::hil {
 namespace {
 
 constexpr double kTail_s = 0.5;  // flown after the trajectory's end
+constexpr double kIdleShare = 0.43;  // of hover speed, while waiting for take-off: the reference's 400 rad/s
 constexpr int kAdvanceTicks = kTicks_per_s / 10;
 
 std::vector<sim::BusFault> bus_faults(const Scenario& scenario, const std::string& flight, BusName bus) {
@@ -282,6 +284,8 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
                          f.duration_s > 0.0 ? static_cast<std::int64_t>((f.at_s + f.duration_s) * 1e9) : sim::kNever_ns});
   c.computer.controller = host::controller_config(inputs.gains, q.variant);
   c.computer.controller.terms = inputs.effects.terms;
+  // A share of hover speed, the same for any size; without [esc] the reference's 400 rad/s.
+  if (inputs.plant.esc.given) c.computer.idle_rad_s = kIdleShare * host::hover_omega_rad_s(inputs.vehicle);
   c.computer.estimator.compensate_latency = scenario.ablation.latency_compensation;
   c.computer.escs.fast_channel = scenario.esc.fast_channel_Hz > 0;
   // Without the fast channel, esc.RPMCommand at 200 Hz: two frames each, as fast as autopilots send it.

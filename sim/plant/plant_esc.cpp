@@ -26,20 +26,21 @@ EscFileValues read_values(const std::filesystem::path& path) {
   return v;
 }
 
-void check_cells(const TomlTable& root, const BoardStage& stage, const PlantBattery& battery) {
-  if (battery.cells >= stage.least_cells && battery.cells <= stage.most_cells) return;
+void check_cells(const TomlTable& root, const BoardStage& stage, int cells) {
+  if (cells >= stage.least_cells && cells <= stage.most_cells) return;
   std::string fitting;
   for (const BoardStage& b : board_stages())
-    if (battery.cells >= b.least_cells && battery.cells <= b.most_cells) fitting = b.name;
+    if (cells >= b.least_cells && cells <= b.most_cells) fitting = b.name;
   root.table("battery").fail("cells",
-                             fmt::format("battery.cells = {} is outside {} to {} cells of the ESCs' power stage {}", battery.cells,
+                             fmt::format("battery.cells = {} is outside {} to {} cells of the ESCs' power stage {}", cells,
                                          stage.least_cells, stage.most_cells, stage.name),
-                             "another battery than the ESCs are made for", fmt::format("choose [esc] stage = \"{}\", or another battery", fitting));
+                             "another battery than the ESCs are made for",
+                             fmt::format("choose [esc] stage = \"{}\", or another battery", fitting));
 }
 
 }  // namespace
 
-PlantEsc read_plant_esc(const TomlTable& root, const PlantBattery& battery) {
+PlantEsc read_plant_esc(const TomlTable& root, int cells) {
   PlantEsc e;
   e.stage = &board_stages().front();
   e.phase_current_limit_A = kReferenceLimit_A;
@@ -54,7 +55,7 @@ PlantEsc read_plant_esc(const TomlTable& root, const PlantBattery& battery) {
     e.phase_current_limit_A = t.number("phase_current_limit_A", {0.1, e.stage->most_phase_A, "A"});
     const std::string parameters = t.has("parameters") ? t.text("parameters") : "motor_file";
     if (parameters == "motor_file" || parameters == "data_sheet" || parameters == "commissioned") {
-      e.knowledge = parameters == "motor_file" ? EscKnowledge::motor_file
+      e.knowledge = parameters == "motor_file"   ? EscKnowledge::motor_file
                     : parameters == "data_sheet" ? EscKnowledge::data_sheet
                                                  : EscKnowledge::commissioned;
     } else {
@@ -62,7 +63,7 @@ PlantEsc read_plant_esc(const TomlTable& root, const PlantBattery& battery) {
       e.file = read_values(t.file("parameters"));
     }
   }
-  check_cells(root, *e.stage, battery);
+  check_cells(root, *e.stage, cells);
   return e;
 }
 

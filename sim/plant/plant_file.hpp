@@ -10,9 +10,9 @@
 
 #include "host/base/toml_file.hpp"
 #include "sim/airframe/airframe.hpp"
-#include "sim/drive/boards.hpp"
 #include "sim/effects/effect_set.hpp"
 #include "sim/plant/motor_file.hpp"
+#include "sim/plant/plant_esc.hpp"
 #include "sim/sensor/imu.hpp"
 #include "sim/sensor/pose.hpp"
 
@@ -40,29 +40,6 @@ struct PlantBattery {
   double capacity_Ah = 0.0;
   double state_of_charge = 0.0;  // 0 to 1
   double resistance_ohm = 0.0;   // whole pack and wiring
-};
-
-// What was written into the ESCs when the vehicle was built.
-enum class EscKnowledge : std::uint8_t {
-  motor_file,    // the motor file's values as they are
-  data_sheet,    // with the tolerance of a data sheet: R, L, flux +-20 %, inertia +-30 %, drawn per seed, the same in all four
-  commissioned,  // with what a commissioning leaves: R, L, flux +-5 %, inertia +-8 %, drawn per seed and ESC
-  file,          // from a file of their own
-};
-
-struct EscFileValues {
-  double resistance_ohm = 0.0, inductance_H = 0.0, flux_linkage_Wb = 0.0, inertia_kg_m2 = 0.0, load_N_m_s2 = 0.0;
-  int pole_pairs = 0;
-};
-
-struct PlantEsc {
-  bool given = false;  // the file has an [esc] section; without one the limits are those of the reference drive
-  const BoardStage* stage = nullptr;
-  bool typical = false;    // board = "typical": drawn boards on a shared supply; else "ideal"
-  bool own_clock = false;  // clock = "own"
-  EscKnowledge knowledge = EscKnowledge::motor_file;
-  EscFileValues file;
-  double phase_current_limit_A = 0.0;
 };
 
 struct PlantEffect {

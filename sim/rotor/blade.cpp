@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "host/base/elementary.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::sim {
@@ -81,7 +81,7 @@ std::vector<BladeStation> planform_stations(const TomlTable& t, const Blade& b) 
     const double x = begin + (1.0 - begin) * k / (kStations - 1);
     const double inward = std::max(0.0, (widest - x) / widest), outward = std::max(0.0, (x - widest) / (1.0 - widest));
     const double share = 1.0 - (1.0 - root) * inward * inward - (1.0 - tip) * outward * outward * outward;
-    const double helix_deg = std::atan(pitch_m / (2.0 * std::numbers::pi * x * b.radius_m)) * 180.0 / std::numbers::pi;
+    const double helix_deg = atan2_exact(pitch_m, 2.0 * std::numbers::pi * x * b.radius_m) * 180.0 / std::numbers::pi;
     stations.push_back({x * b.radius_m, chord_m * share, std::min(helix_deg, most_twist_deg), polar});
   }
   return stations;

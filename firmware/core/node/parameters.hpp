@@ -33,14 +33,14 @@ inline constexpr std::array<ParameterRange, 23> kParameterRanges{{
     {"flux_linkage", "Wb", 1e-5f, 0.1f, [](const Parameters& p) { return p.flux_linkage_Wb; }},
     {"inertia", "kg m2", 1e-8f, 0.1f, [](const Parameters& p) { return p.inertia_kg_m2; }},
     {"load", "N m s2", 0, 1e-3f, [](const Parameters& p) { return p.load_N_m_s2; }},
-    {"phase_current_limit", "A", 0.5f, 45, [](const Parameters& p) { return p.phase_current_limit_A; }},  // shunt range ±45 A
-    {"bus_current_limit", "A", 0.5f, 100, [](const Parameters& p) { return p.bus_current_limit_A; }},
-    {"regen_current_limit", "A", 0, 100, [](const Parameters& p) { return p.regen_current_limit_A; }},
+    {"phase_current_limit", "A", 0.1f, 120, [](const Parameters& p) { return p.phase_current_limit_A; }},  // shunts of the largest board
+    {"bus_current_limit", "A", 0.1f, 120, [](const Parameters& p) { return p.bus_current_limit_A; }},
+    {"regen_current_limit", "A", 0, 120, [](const Parameters& p) { return p.regen_current_limit_A; }},
     {"speed_slew", "rad/s2", 0, 1e6f, [](const Parameters& p) { return p.speed_slew_rad_s2; }},
     {"max_speed", "rad/s", 10, 3430, [](const Parameters& p) { return p.max_speed_rad_s; }},  // range of the fast channel: 32 766 RPM
     {"min_speed", "rad/s", 1, 1000, [](const Parameters& p) { return p.min_speed_rad_s; }},
-    {"undervoltage", "V", 6, 28, [](const Parameters& p) { return p.undervoltage_V; }},  // gate drivers cut out at 6 V
-    {"overvoltage", "V", 8, 32, [](const Parameters& p) { return p.overvoltage_V; }},    // bus divider ends at 34.3 V
+    {"undervoltage", "V", 2.5f, 60, [](const Parameters& p) { return p.undervoltage_V; }},  // one cell to fourteen
+    {"overvoltage", "V", 4, 76, [](const Parameters& p) { return p.overvoltage_V; }},  // below the widest bus divider, 80 V
     {"temperature_limit", "K", 300, 398, [](const Parameters& p) { return p.temperature_limit_K; }},
 }};
 

@@ -1,7 +1,6 @@
 // The [esc] section: absent it is today's drive; what a board cannot take is refused with the reason.
-#include "test/unit/sim/plant/bad_input.hpp"
-
 #include "sim/plant/assemble.hpp"
+#include "test/unit/sim/plant/bad_input.hpp"
 
 namespace rotorloop::sim {
 namespace {
@@ -31,11 +30,13 @@ TEST(PlantEsc, ShippedVehiclesFlyDrawnBoardsWithDataSheetParameters) {
 }
 TEST(PlantEsc, BatteryBeyondThePowerStageIsRefusedWithTheStageThatTakesIt) {
   EXPECT_THAT(message("cells = 6", "cells = 8"),
-              AllOf(HasSubstr("battery.cells = 8 is outside 3 to 6 cells of the ESCs' power stage b_g431b_esc1"), HasSubstr("high_voltage_14s_120a")));
+              AllOf(HasSubstr("battery.cells = 8 is outside 3 to 6 cells of the ESCs' power stage b_g431b_esc1"),
+                    HasSubstr("high_voltage_14s_120a")));
   EXPECT_THAT(message("cells = 6", "cells = 2"), HasSubstr("small_2s_15a"));
 }
 TEST(PlantEsc, CurrentLimitBeyondTheShuntsIsRefusedWithTheirRange) {
-  EXPECT_THAT(message("phase_current_limit_A = 40.0", "phase_current_limit_A = 60.0"), AllOf(HasSubstr("60"), HasSubstr("45"), HasSubstr("A")));
+  EXPECT_THAT(message("phase_current_limit_A = 40.0", "phase_current_limit_A = 60.0"),
+              AllOf(HasSubstr("60"), HasSubstr("45"), HasSubstr("A")));
 }
 TEST(PlantEsc, OwnClockOfAnIdealBoardIsRefused) {
   EXPECT_THAT(message("board = \"typical\"", "board = \"ideal\"", "clock = \"own\""), HasSubstr("board = \"typical\""));

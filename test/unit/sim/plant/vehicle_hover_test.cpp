@@ -66,8 +66,8 @@ TEST_P(ShippedVehicle, HoversWithin10PercentOfTheSpeedOfTheNearestMeasuredPropel
   const double c_t = static_c_t(std::filesystem::path(data) / "propellers" / GetParam().table);
   ASSERT_GT(c_t, 0.0);
   const double published_rpm = 60.0 * std::sqrt(thrust_N / (c_t * 1.2 * std::pow(diameter_m, 4)));
-  std::printf("[ measured ] %s: hover at %.0f RPM, the nearest measured propeller %.0f RPM (%+.1f %%)\n", GetParam().vehicle, rpm, published_rpm,
-              100.0 * (rpm / published_rpm - 1.0));
+  std::printf("[ measured ] %s: hover at %.0f RPM, the nearest measured propeller %.0f RPM (%+.1f %%)\n", GetParam().vehicle, rpm,
+              published_rpm, 100.0 * (rpm / published_rpm - 1.0));
   EXPECT_NEAR(rpm, published_rpm, 0.10 * published_rpm);
 }
 
