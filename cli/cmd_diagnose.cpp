@@ -178,7 +178,7 @@ int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, 
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
   const ProgressStyle style = progress_style(o.paths.quiet);
-  diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out()};
+  diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out(), .findings = {}, .refused = read.refused};
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
   const diagnose::DiagnosisRun run =
       diagnose::diagnose(flights, base, diagnose_options(o, read.flights, base, own, {stop.flag()}), [&](const diagnose::DiagnoseProgress& p) {

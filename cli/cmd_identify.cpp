@@ -111,6 +111,7 @@ std::vector<JunitCase> cases_of(const Found& f, const render::Outcome& outcome) 
     out.push_back({group, name, good ? JunitEnd::passed : JunitEnd::failed, good ? "" : why});
   };
   for (const log::CheckedFlight& c : f.read.checked) add("identify.log", c.flight.name, true, "");
+  for (const log::CheckedFlight& c : f.read.refused) add("identify.log", c.flight.name, false, "left out, refused by the checks: " + c.refusal->what);
   add("identify.fit", "converged", f.result.fit.converged, "did not converge");
   if (f.analysis.solver_check) add("identify.fit", "check by another solver", f.analysis.solver_check->good(), identify::solver_check_problem(*f.analysis.solver_check));
   add("identify", "result", outcome.verdict == "pass", outcome.errors.empty() ? outcome.verdict : outcome.errors.front());
@@ -123,13 +124,14 @@ void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile
              const hil::RunClock& clock) {
   std::vector<identify::InputHash> inputs = f.read.inputs;
   for (const fs::path& path : o.compare) inputs.push_back({path.generic_string(), sha256_file(path)});
+  const std::vector<log::CheckedFlight> checked = f.read.all_checked();
   const identify::IdentifyProvenance provenance{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), inputs, conditions(o), ended};
   const render::Outcome outcome = identify::identify_outcome(f.result, f.analysis, provenance);
-  const std::string json = identify::identify_result_json(f.result, f.analysis, f.comparison, f.read.checked, provenance);
+  const std::string json = identify::identify_result_json(f.result, f.analysis, f.comparison, checked, provenance);
   if (o.json)
     fmt::print("{}", json);
   else
-    fmt::print("{}{}", identify::identify_text({f.result, f.analysis, f.comparison, f.read.checked, provenance, base.name}), render::outcome_text(outcome));
+    fmt::print("{}{}", identify::identify_text({f.result, f.analysis, f.comparison, checked, provenance, base.name}), render::outcome_text(outcome));
   if (!o.junit.empty()) hil::write_text_file(o.junit, junit_xml("rotorloop identify", cases_of(f, outcome)));
   if (o.report.empty()) return;
   hil::write_text_file(o.report / "result.json", json);
@@ -140,7 +142,7 @@ void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile
     history = identify::read_history(trials);
   }
   const identify::IdentifyPage page{
-      f.result,   f.analysis, f.comparison, f.read.checked,
+      f.result,   f.analysis, f.comparison, checked,
       provenance, base.name,  history,      identify::history_references(f.comparison, f.analysis.derived, f.result.problem.start.terms)};
   hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }

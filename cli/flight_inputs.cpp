@@ -32,7 +32,11 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
         log::CheckedFlight checked = log::check_flight(f.record, vehicle);
         checked.findings.insert(checked.findings.begin(), notes.begin(), notes.end());
         if (!o.quiet && !checked.findings.empty()) fmt::print(stderr, "{}", log::findings_table(checked));
-        checked.throw_if_refused();
+        if (checked.refusal) {
+          out.inputs.pop_back();
+          out.refused.push_back(std::move(checked));
+          continue;
+        }
         f.record = checked.flight;
         f.segments = checked.segments;
         // Below three of its standard uncertainties an offset is none.
@@ -48,6 +52,7 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
   read(o.rotation, identify::FlightRole::rotation);
   read(o.flights, identify::FlightRole::any);
   out.fitted = out.flights.size();
+  if (out.fitted == 0 && !out.refused.empty()) out.refused.front().throw_if_refused();
   const std::size_t fitted_inputs = out.inputs.size();
   read(o.held_out, identify::FlightRole::any);
   for (std::size_t h = fitted_inputs; h < out.inputs.size(); ++h) {
@@ -58,6 +63,7 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
           {out.inputs[h].path, "is held out and also fitted: " + out.inputs[f].path, "", "hold out a flight that has no part in the fit"});
     }
   }
+  for (const log::CheckedFlight& r : out.refused) fmt::print(stderr, "warning: {} is left out, refused by the checks: {}\n", r.flight.name, r.refusal->what);
   if (out.fitted == 0)
     throw Error({"", "no flight is named", "", "name logs with --flight (or --vertical, --horizontal, --rotation)"});
   return out;
@@ -68,6 +74,12 @@ std::vector<identify::FlightToFit> FlightInputs::to_fit() const {
 }
 std::vector<identify::FlightToFit> FlightInputs::held_out() const {
   return {flights.begin() + static_cast<std::ptrdiff_t>(fitted), flights.end()};
+}
+
+std::vector<log::CheckedFlight> FlightInputs::all_checked() const {
+  std::vector<log::CheckedFlight> out = checked;
+  out.insert(out.end(), refused.begin(), refused.end());
+  return out;
 }
 
 std::vector<std::string> FlightInputs::fitted_hashes() const {

@@ -137,7 +137,7 @@ def diagnosed(program, flights, name, out, more):
 
 # Laws of the catalogue that hold the same form as what the answers name.
 # d12: "0.3 of it, signed by spin, along (v_x, v_y)" is the law of rotor_rolling_moment.
-SAME_FORM = {"d10": {"world_force": "tether"}, "d11": {"height_pull": "tether"}, "d12": {"rotor_rolling_moment": "hub_moment"}}
+SAME_FORM = {"d07": {"rotor_wake_thrust_loss": "rotor_wake_interference"}, "d10": {"world_force": "tether"}, "d11": {"height_pull": "tether"}, "d12": {"rotor_rolling_moment": "hub_moment"}}
 
 
 def judged(name, added, right):

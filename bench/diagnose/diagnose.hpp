@@ -13,6 +13,7 @@
 #include "bench/diagnose/diagnosis_run.hpp"
 #include "bench/diagnose/examine.hpp"
 #include "bench/identify/identify.hpp"
+#include "bench/log/check/checked_flight.hpp"
 
 namespace rotorloop::diagnose {
 
@@ -33,6 +34,7 @@ struct FlightsToDiagnose {
   std::vector<identify::FlightToFit> fitted;
   std::vector<identify::FlightToFit> held_out = {};              // no part in the choice
   std::vector<std::vector<log::LogFinding>> findings = {};  // of the checks, of each fitted flight; empty where no checks were made
+  std::vector<log::CheckedFlight> refused = {};             // by the checks: a fault of the log, and no part of anything
 };
 
 struct DiagnoseProgress {
@@ -50,5 +52,9 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
 // `without`: effects on the scatter that are not considered.
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis,
                      const std::vector<std::string>& without = {});
+
+// Whether the effects that were added are an explanation where something remains: when they leave the larger part of what was missing before them
+// (power of residual force and torque beyond noise, each over what matters), the verdict is `unexplained`, and a remark says the share.
+void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis);
 
 }  // namespace rotorloop::diagnose

@@ -18,19 +18,19 @@ using Wrench = Eigen::Matrix<double, 6, 1>;
 constexpr double kEvery_s = 0.02;  // of the residual: loads that swing are slower
 
 // What the model leaves on the body, in units of its own noise over a step: force in the world, torque in the body.
-struct Leftover {
+struct UnexplainedRows {
   std::vector<std::size_t> node;
   Rows value;  // accelerations over the process noise
 };
 
-Leftover leftover(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values,
+UnexplainedRows unexplained_rows(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values,
                   const estimate::NoiseModel& noise) {
   estimate::RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values, false);
   const estimate::Model model(values);
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(kEvery_s / g.step_s)));
-  Leftover out;
+  UnexplainedRows out;
   std::vector<Wrench> rows;
   std::size_t hint = 0;
   for (std::size_t k = 0; k + stride < g.nodes; k += stride) {
@@ -94,14 +94,14 @@ std::vector<ScanPoint> scan_dynamic_term(const identify::Identification& r, cons
   const std::size_t flights = r.flights.size(), width = term.info.parameters.size(), points = term.info.scan.size() / width;
   const host::TermParameter& size_of = term.info.parameters.front();
   const double given = size_of.scale * kProbeShare;
-  std::vector<Leftover> left(flights);
+  std::vector<UnexplainedRows> left(flights);
   std::vector<Rows> without(flights);
   std::vector<std::shared_ptr<const estimate::Motion>> motion(flights);
   double all = 0.0;
   for (std::size_t f = 0; f < flights; ++f) {
     motion[f] = std::make_shared<const estimate::Motion>(estimate::motion_of(r.flights[f], r.fit.states[f]));
     without[f] = wrench_along(r.flights[f], r.fit.states[f], motion[f], r.fit.values[f]);
-    left[f] = leftover(r.flights[f], r.fit.states[f], r.fit.values[f], r.fit.noise[f]);
+    left[f] = unexplained_rows(r.flights[f], r.fit.states[f], r.fit.values[f], r.fit.noise[f]);
     without_means(left[f].value);
     all += left[f].value.squaredNorm();
   }

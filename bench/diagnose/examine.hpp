@@ -19,9 +19,8 @@ struct Criteria {
   double class_margin = 3.0;  // of log likelihood, deflated for correlated residuals, within which two effects are indistinguishable
   double alike = 0.98;        // correlation of columns from which on no refit could distinguish them either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
-  double least_share = 0.02;  // of the largest Δ log-likelihood by one effect, which a further one must bring
-  double law_share = 0.1;     // of that of an effect: a further one that brings less may be what the first one's law leaves of it …
-  double own_share = 0.5;     // … unless this much of its information is left beside what varies as that law does (leftover.hpp)
+  double law_share = 0.1;     // of the Δ log-likelihood of an effect: a further one that brings less may be the remainder of the first one's law …
+  double own_share = 0.5;     // … unless this much of its information is left beside what varies as that law does (law_remainder.hpp)
   double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect …
   double scatter = 4.0;       // … if these scatter by more than what the reduced laws of a whole model leave, as a variance over noise
 };

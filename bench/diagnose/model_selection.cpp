@@ -217,15 +217,9 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   return ranked;
 }
 
-bool gains_too_little(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria) {
-  return std::any_of(before.begin(), before.end(),
-                     [&](const FoundBefore& b) { return c.delta_log_likelihood < criteria.least_share * b.gain; });
-}
-
 std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c,
                                                     const Criteria& criteria) {
   std::vector<const FoundBefore*> out;
-  if (!acts_on_body(*c.tested->candidate)) return out;
   for (const FoundBefore& b : before) {
     if (acts_on_body(b.candidate) && c.delta_log_likelihood < criteria.law_share * b.gain) out.push_back(&b);
   }

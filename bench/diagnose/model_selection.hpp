@@ -45,10 +45,8 @@ struct FoundBefore {
   Candidate candidate;
   double gain = 0.0;
 };
-// Beside the largest effect found before.
-bool gains_too_little(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria);
-// The laws of effects are reduced forms. What a law leaves of its effect is small beside it and acts where it acts (leftover.hpp): those found
-// before whose leftover this could be by its size.
+// The laws of effects are reduced forms. The unmodelled remainder of a law is small beside its effect and acts where it acts (law_remainder.hpp):
+// those found before whose remainder this could be by its size.
 std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria);
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than

@@ -173,8 +173,9 @@ ScoreTable swept_table(const identify::Identification& r, const estimate::Column
 
 ScoreTable table_of(const identify::Identification& r) { return gathered(r.problem, r.fit, r.fit.reduced, 0); }
 
-ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads, estimate::StopFit stop) {
-  return swept_table(r, {}, columns, block_s, threads, stop);
+ScoreTable table_with(const identify::Identification& r, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads,
+                      estimate::StopFit stop, const std::vector<int>& held) {
+  return swept_table(r, held, columns, block_s, threads, stop);
 }
 
 Screening screen(const identify::Identification& r, const std::vector<std::string>& without, std::span<const host::Term* const> library,

@@ -22,7 +22,8 @@ Screening screen(const identify::Identification& result, const std::vector<std::
 
 // The scores of a fit by themselves, without candidates.
 ScoreTable table_of(const identify::Identification& fit);
-// … and with columns beside the model's own, of each flight.
-ScoreTable table_with(const identify::Identification& fit, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads, estimate::StopFit stop = {});
+// … and with columns beside the model's own, of each flight. `held`: core parameters that the fit holds; their columns stand before these.
+ScoreTable table_with(const identify::Identification& fit, const std::vector<estimate::ExtraColumns>& columns, double block_s, int threads,
+                      estimate::StopFit stop = {}, const std::vector<int>& held = {});
 
 }  // namespace rotorloop::diagnose

@@ -109,6 +109,7 @@ const std::vector<Probe>& probes() {
       {"rate_damping", "E9", "moment, roll at 1 rad/s", "mN m", -3.9, -3.9, rolling(1), moment_mN_m<0>},
       {"rate_damping", "E9", "moment, roll at 6.5 rad/s", "mN m", -25, -25, rolling(6.5), moment_mN_m<0>},
       {"rotor_wake_interference", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
+      {"rotor_wake_thrust_loss", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
       {"body_pitch_moment", "E10", "moment about y, 8.5 m/s level", "mN m", -57, -19, level(8.5), moment_mN_m<1>},
       {"sideslip_yaw_moment", "E11", "moment about z, 8.5 m/s, 45 deg of sideslip", "mN m", 20, 40,
        {.v_B_m_s = {8.5 * k45, 8.5 * k45, 0.0}}, moment_mN_m<2>},

@@ -65,7 +65,29 @@ struct RotorWakeInterference {
   }
 };
 
-// The same between the two rotors of a pair, one number for each kind of pair, of either sign: side by side, one behind the other, and
+// The same wakes as a share of thrust: T_i -= loss T_i b / sqrt(v_xy² + (reach v_h)²), b = max(0, -r_i·v_xy) as above. Blades in air that is
+// stirred, and turned by the wake's swirl, lose more than the downwash of its axial flow says, and with other rotor speeds in another
+// proportion. reach v_h: speed of flight from which on the wakes meet the rotors behind, v_h that of the mean rotor speed in still air; far
+// below it they fall past them.
+struct RotorWakeThrustLoss {
+  static constexpr std::string_view kId = "rotor_wake_thrust_loss";
+  static constexpr TermParameter kParameters[] = {{"loss", "1", 0.0, 0.5, 0.05, 0.0}, {"reach", "1", 0.05, 2.0, 0.5, 0.5}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    const auto& at = s.geometry.rotors[i].position_m;
+    const double arm = std::sqrt(at.x() * at.x() + at.y() * at.y());
+    if (arm <= 0.0) return;
+    S sum{};
+    for (const S& w : s.omega_rad_s) sum += magnitude(w);
+    const S from = c[1] * (1.0 / kRotors) * still_flow_m(s) * sum;
+    const Vec3<S>& v = s.v_air_B_m_s;
+    const S behind = positive_part((v.x * at.x() + v.y * at.y()) * (-1.0 / arm));
+    s.rotor[i].thrust_N -= c[0] * s.rotor[i].thrust_N * behind / square_root(across2(v) + from * from + 1e-12);
+  }
+};
+
+// The downwash of rotor_wake_interference between the two rotors of a pair, one number for each kind of pair, of either sign: side by side, one behind the other, and
 // across the diagonal. Rotor i flies behind rotor j by b = max(0, -e·v) with e the unit vector from j to i:
 // v_z,i += κ 2 v_j b / sqrt(v_xy² + v_j²). On the diagonal b = -(e·v) cos 2(φ - ψ), φ the direction of flight and ψ that of e: both rotors
 // feel it, and it turns its sign where the flow runs along the sides. v_j is that of rotor j in still air.

@@ -32,6 +32,7 @@ constexpr Term kTerms[] = {
     make_term<AxialInflow>(),
     make_term<TranslationalLift>(),
     make_term<RotorWakeInterference>(),
+    make_term<RotorWakeThrustLoss>(),
     make_term<RotorPairInteraction>(),
     make_term<HoverInterference>(),
     make_term<DescentInflow>(),

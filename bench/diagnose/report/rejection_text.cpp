@@ -35,10 +35,8 @@ std::string sentence(const Reason& r) {
       return fmt::format("heterogeneous: its size varies by {:.1f} times itself from one stretch of the flights to another", v(0));
     case Rejection::far_behind:
       return fmt::format("explains less than {:.0f} % of what {} does, with the priors' parameters held", 100.0 * limit(), r.effect);
-    case Rejection::small_beside_larger:
-      return fmt::format("Δ log-likelihood {:.1f}, next to {:.1f} by what was found before", v(0), v(1));
-    case Rejection::leftover:
-      return fmt::format("may be what the law of {} leaves of it: {:.0f} % of it is its own", r.effect, 100.0 * v(0));
+    case Rejection::law_remainder:
+      return fmt::format("may be the unmodelled remainder of the law of {}: {:.0f} % of it is its own", r.effect, 100.0 * v(0));
     case Rejection::mean_of_gusts:
       return fmt::format("a wind of {:.2f} m/s, with gusts of {:.2f} m/s that last {:.1f} s: their mean", v(0), v(1), v(2));
     case Rejection::gusts:

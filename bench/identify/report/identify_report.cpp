@@ -46,6 +46,15 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& tree) {
   return out;
 }
 
+// Flights that were named and had no part in the fit.
+std::vector<std::string> left_out(const std::vector<log::CheckedFlight>& checked) {
+  std::vector<std::string> out;
+  for (const log::CheckedFlight& c : checked) {
+    if (c.refusal) out.push_back(fmt::format("{} (refused by the checks: {})", c.flight.name, c.refusal->what));
+  }
+  return out;
+}
+
 Json tree_of(const IdentifyPage& p) { return identify_tree(p.result, p.analysis, p.comparison, p.checked, p.provenance); }
 
 }  // namespace
@@ -73,6 +82,7 @@ std::string identify_text(const IdentifyPage& p) {
                      fit.at("iterations").get<int>(), fit.at("noise_rounds").get<int>(),
                      !converged ? " (NOT CONVERGED)" : settled ? "" : " (noise not settled)",
                      value_of(tree.at("figures").at("cost_per_degree_of_freedom").at("value")));
+  for (const std::string& flight : left_out(p.checked)) out += "left out: " + flight + "\n";
   return out + (p.analysis.solver_check ? solver_check_text(*p.analysis.solver_check) : "");
 }
 
@@ -81,6 +91,7 @@ std::string identify_report_html(const IdentifyPage& p) {
   std::vector<std::string> flights;
   for (const estimate::GridFlight& g : p.result.flights) flights.push_back(g.name);
   auto facts = facts_of(tree);
+  for (const std::string& flight : left_out(p.checked)) facts.emplace_back("left out", flight);
   if (p.analysis.solver_check) facts.emplace_back("check by another solver", solver_check_text(*p.analysis.solver_check));
   return render::page_begin(fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
                             fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name,

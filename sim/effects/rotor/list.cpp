@@ -28,6 +28,7 @@ EffectList rotor_effects() {
       &kGroundEffectRotor,
       &kGroundEffectVehicle,
       &kCeilingEffect,
+      &kRotorWakeThrustLoss,
       &kHoverInterference,
       &kThrustScale,
       &kThrustSpeedExponent,

@@ -18,6 +18,7 @@ extern const EffectInfo kVortexRingFluctuation;
 extern const EffectInfo kGroundEffectRotor;
 extern const EffectInfo kGroundEffectVehicle;
 extern const EffectInfo kCeilingEffect;
+extern const EffectInfo kRotorWakeThrustLoss;
 extern const EffectInfo kHoverInterference;
 extern const EffectInfo kThrustScale;
 extern const EffectInfo kThrustSpeedExponent;

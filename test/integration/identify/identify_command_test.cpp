@@ -37,6 +37,10 @@ class IdentifyCommand : public ::testing::Test {
       if (f.record.name == "vertical") {
         f.record.rotor_omega_rad_s = {};
         write_text(scratch / "no_speeds.csv", log::own_log_text(f.record));
+      } else if (f.record.name == "horizontal") {
+        for (auto& speeds : f.record.rotor_omega_rad_s.value)
+          for (double& w : speeds) w *= 10.0;
+        write_text(scratch / "wrong_unit.csv", log::own_log_text(f.record));
       }
     }
     s.manoeuvre = model_true::Manoeuvre::rotation;
@@ -165,6 +169,39 @@ TEST_F(IdentifyCommand, ListsNamesWithoutAVehicleFileAndAsksForOneOtherwise) {
   const CommandResult none = rotorloop_command("identify --flight rotation.csv", scratch.path());
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_NE(none.err.find("--vehicle is required"), std::string::npos) << none.err;
+}
+
+TEST_F(IdentifyCommand, LeavesOutAFlightThatTheChecksRefuseAndSaysSoInTextResultAndJunit) {
+  const CommandResult r =
+      run("--vertical vertical.csv --horizontal horizontal.csv --rotation rotation.csv --flight wrong_unit.csv --noise fixed -o out.toml --report report "
+          "--junit j.xml");
+  ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
+  EXPECT_THAT(r.err, testing::HasSubstr("warning: wrong_unit is left out, refused by the checks: ")) << r.err;
+  EXPECT_THAT(r.out, testing::HasSubstr("left out: wrong_unit (refused by the checks: ")) << r.out;
+  const auto result = result_of(scratch / "report");
+  EXPECT_EQ(result.at("inputs").size(), 4u) << "vehicle file and the three flights that were fitted";
+  ASSERT_EQ(result.at("checks").size(), 4u);
+  EXPECT_FALSE(result.at("checks")[3].at("refusal").is_null());
+  EXPECT_EQ(host::read_vehicle(scratch / "out.toml", host::builtin_effect_catalogue()).inputs.size(), 4u);
+  EXPECT_THAT(read_text(scratch / "j.xml"), testing::HasSubstr("failures=\"1\""));
+  EXPECT_THAT(read_text(scratch / "report" / "report.html"), testing::HasSubstr("refused by the checks: "));
+}
+
+TEST_F(IdentifyCommand, EndsWith5WhereTheChecksRefuseEveryFlight) {
+  const CommandResult r = run("--flight wrong_unit.csv wrong_unit.csv --held-out vertical.csv -o out.toml");
+  EXPECT_EQ(r.exit_code, 5) << r.out << r.err;
+  EXPECT_FALSE(fs::exists(scratch / "out.toml"));
+}
+
+TEST_F(IdentifyCommand, DiagnosesTheFlightsThatAreLeftWhereTheChecksRefuseOneAndNamesTheFault) {
+  const CommandResult r = rotorloop_command("diagnose " + kVehicle + "--flight vertical.csv wrong_unit.csv --use none --rate 50 --max-effects 0 --placebos 0 --report report",
+                                            scratch.path());
+  ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
+  const auto result = result_of(scratch / "report");
+  ASSERT_EQ(result.at("faults").size(), 1u) << result.at("faults");
+  EXPECT_EQ(result.at("faults")[0].at("flight"), "wrong_unit");
+  EXPECT_NE(result.at("verdict"), "faulty") << "of the flight that is left something can be said";
+  EXPECT_THAT(r.out, testing::HasSubstr("wrong_unit is left out: the checks refuse it")) << r.out;
 }
 
 TEST_F(IdentifyCommand, EndsWith5ForALogWithoutRotorSpeedsNamingStageAndColumns) {

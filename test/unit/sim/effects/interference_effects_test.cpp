@@ -55,6 +55,48 @@ TEST(RotorWakeInterference, VanishesInHoverAndVerticalFlightAndGrowsWithKappaAnd
 }
 
 // Thrust of each rotor over that without the effect, in the second step.
+std::array<double, 4> behind_wakes(double loss, const Eigen::Vector3d& v_m_s) {
+  const auto effect = prepared("rotor_wake_thrust_loss", loss);
+  const BodyMotion m = flying(v_m_s);
+  four_loads(*effect, m);
+  const FourRotorLoads with = four_loads(*effect, m), bare = four_bare_loads(m);
+  std::array<double, 4> out{};
+  for (std::size_t i = 0; i < 4; ++i) out[i] = thrust_N(with[i]) / thrust_N(bare[i]);
+  return out;
+}
+
+TEST(RotorWakeThrustLoss, TakesAShareOfThrustFromTheRotorsBehindAndTheirTorqueStays) {
+  const auto forward = behind_wakes(0.1, {8.5, 0, 0});
+  for (const std::size_t front : {0u, 2u}) EXPECT_DOUBLE_EQ(forward[front], 1.0);
+  for (const std::size_t rear : {1u, 3u}) {
+    EXPECT_LT(forward[rear], 0.96);
+    EXPECT_GT(forward[rear], 0.90);
+  }
+  EXPECT_NEAR(forward[1], forward[3], 1e-9) << "left and right alike";
+  const auto effect = prepared("rotor_wake_thrust_loss", 0.1);
+  const BodyMotion m = flying({8.5, 0, 0});
+  four_loads(*effect, m);
+  EXPECT_EQ(largest_change_beside_thrust(loads_with(*effect, site(1, m)), solved(site(1, m))), 0.0);
+}
+TEST(RotorWakeThrustLoss, OneRotorAloneFliesInTheWakeAlongADiagonal) {
+  const double c = std::numbers::sqrt2 / 2.0;
+  const auto diagonal = behind_wakes(0.1, {8.5 * c, 8.5 * c, 0});
+  EXPECT_LT(diagonal[3], 0.97);
+  EXPECT_GT(diagonal[0], 0.99) << "beside the track";
+  EXPECT_GT(diagonal[1], 0.99);
+  EXPECT_DOUBLE_EQ(diagonal[2], 1.0);
+}
+TEST(RotorWakeThrustLoss, VanishesInHoverAndVerticalFlightAndGrowsWithSpeedToTheWholeLoss) {
+  for (const double climb : {-2.0, 0.0, 3.0}) EXPECT_DOUBLE_EQ(behind_wakes(0.5, {0, 0, climb})[1], 1.0) << climb;
+  const double slow = 1.0 - behind_wakes(0.1, {2, 0, 0})[1], middle = 1.0 - behind_wakes(0.1, {6, 0, 0})[1],
+               fast = 1.0 - behind_wakes(0.1, {30, 0, 0})[1];
+  EXPECT_LT(slow, 0.5 * middle);
+  EXPECT_LT(middle, fast);
+  EXPECT_NEAR(fast, 0.1, 0.005);
+  EXPECT_NEAR(1.0 - behind_wakes(0.2, {6, 0, 0})[1], 2.0 * middle, 1e-9) << "in proportion to the loss";
+}
+
+// Thrust of each rotor over that without the effect, in the second step.
 std::array<double, 4> shares(double lateral, double longitudinal, double diagonal, const Eigen::Vector3d& v_m_s) {
   const auto effect = make("rotor_pair_interaction", lateral, {{"kappa_longitudinal", longitudinal}, {"kappa_diagonal", diagonal}});
   PlantSetup setup = reference_setup();

@@ -1,6 +1,6 @@
 // Whether a further effect is only what the law of the first leaves: hub moments (a moment that grows with speed) are in the model, and
 // what else could be there is asked how much of it would be its own.
-#include "bench/diagnose/leftover.hpp"
+#include "bench/diagnose/law_remainder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -43,25 +43,29 @@ double left(const std::string& id) {
   const Fitted& f = with_hub_moments();
   const auto c =
       std::find_if(f.screening.candidates.begin(), f.screening.candidates.end(), [&](const Candidate& one) { return one.id == id; });
-  return left_beside(f.fit, f.found, f.screening, {&*c}, 0.5, 2).front();
+  return share_beside_law(f.fit, f.found, f.screening, *c, 0.5, 2);
 }
 
-TEST(Leftover, AMomentThatGrowsWithTheSquareOfSpeedIsWhatALawLinearInSpeedLeaves) { EXPECT_LT(left("body_pitch_moment"), 0.1); }
+TEST(LawRemainder, AMomentThatGrowsWithTheSquareOfSpeedIsWhatALawLinearInSpeedLeaves) { EXPECT_LT(left("body_pitch_moment"), 0.1); }
 
-TEST(Leftover, AForceAlongWhichNoMomentActsIsACauseOfItsOwn) { EXPECT_GT(left("body_lift"), 0.8); }
+TEST(LawRemainder, AForceAlongWhichNoMomentActsIsACauseOfItsOwn) { EXPECT_GT(left("body_lift"), 0.8); }
 
-TEST(Leftover, ADelayHasNoLawThatCouldLeaveAnything) {
+TEST(LawRemainder, ADelayHasNoLawThatCouldLeaveAnything) {
   const Fitted& f = with_hub_moments();
   const Candidate delay{.id = "rotor_speed_delay", .term = nullptr, .core = {estimate::kRotorDelay}, .parameters = {}};
-  EXPECT_TRUE(law_variations(f.fit, delay).empty());
+  EXPECT_TRUE(law_variations(f.fit, delay, kEveryAxis).empty());
 }
 
-// Six variations on each axis that the law acts on: roll and pitch.
-TEST(Leftover, ALawOfTwoMomentsHasTwelveVariations) {
-  const auto columns = law_variations(with_hub_moments().fit, with_hub_moments().found);
+// Nine variations of each load: two moments about their own axes, the larger one about the other two, and no force from a moment.
+TEST(LawRemainder, ALawOfTwoMomentsLeavesMomentsOnAllThreeAxesAndNoForce) {
+  const auto columns = law_variations(with_hub_moments().fit, with_hub_moments().found, kEveryAxis);
   ASSERT_EQ(columns.size(), 1u);
-  EXPECT_EQ(columns.front().count, 12);
+  EXPECT_EQ(columns.front().count, 4 * 9);
+  EXPECT_TRUE(law_variations(with_hub_moments().fit, with_hub_moments().found, {true, true, true, false, false, false}).empty());
 }
+
+// A moment of the rotors' torque on yaw, where the hub moments of this flight lie in roll and pitch.
+TEST(LawRemainder, ATorqueThatGrowsWithClimbIsNoRemainderOfHubMoments) { EXPECT_GT(left("inflow_torque"), 0.5); }
 
 }  // namespace
 }  // namespace rotorloop::diagnose

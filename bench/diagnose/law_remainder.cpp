@@ -1,4 +1,4 @@
-#include "bench/diagnose/leftover.hpp"
+#include "bench/diagnose/law_remainder.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@ namespace {
 
 using Index = ScoreTable::Index;
 
-constexpr std::size_t kAxesOfWrench = 6, kVariations = 6;
+constexpr std::size_t kAxesOfWrench = 6, kVariations = 9;
 // Of the largest load among forces, or among torques, root mean square: an axis with less is not one that the law acts on.
 constexpr double kActs = 1e-3;
 
@@ -44,23 +44,33 @@ LoadSeries load_series(const estimate::GridFlight& g, const std::vector<estimate
     model.wrench_by_extras(x, u, 0.5 * (from + to), by);
     out.load[k] = by * size;
     const Eigen::Vector3d v = x.q_WB.conjugate() * x.v_W_m_s;
-    double omega = 0.0;
-    for (const double w : u.omega_rad_s) omega += 0.25 * w;
-    out.by[k] = {1.0, v.x(), v.y(), v.z(), std::hypot(v.x(), v.y()), omega};
+    const auto& w = u.omega_rad_s;
+    out.by[k] = {1.0, v.x(), v.y(), v.z(), std::hypot(v.x(), v.y()), w[0], w[1], w[2], w[3]};
   }
   return out;
 }
 
-// The axes on which the effect acts on any flight.
-std::vector<Index> acting_axes(const std::vector<LoadSeries>& flights) {
+// One load of the law on one axis: `from` is the axis on which the law has it.
+struct Varied {
+  Index from = 0, on = 0;
+};
+
+// The loads that stand on the axes asked for. An axis' own load, and what a force or a torque leaves on another axis.
+std::vector<Varied> varied_loads(const std::vector<LoadSeries>& flights, const AxesOfWrench& on) {
   Wrench power = Wrench::Zero();
   for (const LoadSeries& f : flights) {
     for (const Wrench& w : f.load) power += w.cwiseAbs2();
   }
-  std::vector<Index> out;
+  Index force = 0, torque = 0;
+  const double largest_force = power.head<3>().maxCoeff(&force), largest_torque = power.tail<3>().maxCoeff(&torque);
+  torque += 3;
+  std::vector<Varied> out;
   for (Index a = 0; a < 6; ++a) {
-    const double largest = a < 3 ? power.head<3>().maxCoeff() : power.tail<3>().maxCoeff();
-    if (power[a] > 0.0 && power[a] > kActs * kActs * largest) out.push_back(a);
+    if (!on[static_cast<std::size_t>(a)]) continue;
+    const double largest = a < 3 ? largest_force : largest_torque;
+    if (power[a] > 0.0 && power[a] > kActs * kActs * largest) out.push_back({a, a});
+    if (largest_force > 0.0 && a != force) out.push_back({force, a});
+    if (largest_torque > 0.0 && a >= 3 && a != torque) out.push_back({torque, a});
   }
   return out;
 }
@@ -92,9 +102,29 @@ void append(const estimate::ExtraColumns& all, const ColumnSet& which, Index fir
   out.count += static_cast<Index>(which.size());
 }
 
+// The axes on which a term acts on any flight of the screening.
+AxesOfWrench acting_axes(const Screening& s, const ColumnSet& which, Index first) {
+  std::array<double, kAxesOfWrench> power{};
+  for (const estimate::ExtraColumns& c : s.series) {
+    const auto wide = static_cast<std::size_t>(c.count) * kAxesOfWrench;
+    for (std::size_t at = 0; at + wide <= c.wrench.size(); at += wide) {
+      for (const Index k : which) {
+        for (std::size_t a = 0; a < kAxesOfWrench; ++a) {
+          const double x = c.wrench[at + static_cast<std::size_t>(k - first) * kAxesOfWrench + a];
+          power[a] += x * x;
+        }
+      }
+    }
+  }
+  const double force = *std::max_element(power.begin(), power.begin() + 3), torque = *std::max_element(power.begin() + 3, power.end());
+  AxesOfWrench out{};
+  for (std::size_t a = 0; a < kAxesOfWrench; ++a) out[a] = power[a] > 0.0 && power[a] > kActs * kActs * (a < 3 ? force : torque);
+  return force > 0.0 || torque > 0.0 ? out : kEveryAxis;
+}
+
 }  // namespace
 
-std::vector<estimate::ExtraColumns> law_variations(const identify::Identification& r, const Candidate& found) {
+std::vector<estimate::ExtraColumns> law_variations(const identify::Identification& r, const Candidate& found, const AxesOfWrench& on) {
   if (!found.term) return {};
   const std::vector<int> parameters = parameters_of(found, r.problem.start.terms);
   std::vector<LoadSeries> flights;
@@ -104,52 +134,46 @@ std::vector<estimate::ExtraColumns> law_variations(const identify::Identificatio
     for (std::size_t k = 0; k < parameters.size(); ++k) size[static_cast<Index>(k)] = values[parameters[k]] - found.parameters[k].neutral;
     flights.push_back(load_series(*r.problem.flights[f], r.fit.states[f], values, parameters, size));
   }
-  const std::vector<Index> axes = acting_axes(flights);
-  if (axes.empty()) return {};
+  const std::vector<Varied> loads = varied_loads(flights, on);
+  if (loads.empty()) return {};
   std::vector<estimate::ExtraColumns> out;
   for (const LoadSeries& f : flights) {
     estimate::ExtraColumns& c = out.emplace_back();
-    const std::size_t columns = axes.size() * kVariations, wide = columns * kAxesOfWrench;
+    const std::size_t columns = loads.size() * kVariations, wide = columns * kAxesOfWrench;
     c.count = static_cast<Index>(columns);
     c.wrench.assign(f.load.size() * wide, 0.0);
     for (std::size_t k = 0; k < f.load.size(); ++k) {
-      for (std::size_t a = 0; a < axes.size(); ++a) {
+      for (std::size_t i = 0; i < loads.size(); ++i) {
         for (std::size_t m = 0; m < kVariations; ++m)
-          c.wrench[k * wide + (a * kVariations + m) * kAxesOfWrench + static_cast<std::size_t>(axes[a])] = f.load[k][axes[a]] * f.by[k][m];
+          c.wrench[k * wide + (i * kVariations + m) * kAxesOfWrench + static_cast<std::size_t>(loads[i].on)] = f.load[k][loads[i].from] * f.by[k][m];
       }
     }
   }
   return out;
 }
 
-std::vector<double> left_beside(const identify::Identification& r, const Candidate& found, const Screening& s,
-                                const std::vector<const Candidate*>& candidates, double block_s, int threads, estimate::StopFit stop) {
-  std::vector<double> out(candidates.size(), 1.0);
-  std::vector<estimate::ExtraColumns> columns = law_variations(r, found);
-  if (columns.empty()) return out;
+double share_beside_law(const identify::Identification& r, const Candidate& found, const Screening& s, const Candidate& candidate, double block_s,
+                        int threads, estimate::StopFit stop) {
   const auto first_of_terms = static_cast<Index>(s.table.information.rows()) - s.series.front().count;
+  std::vector<estimate::ExtraColumns> columns =
+      law_variations(r, found, candidate.term ? acting_axes(s, candidate.columns, first_of_terms) : kEveryAxis);
+  if (columns.empty()) return 1.0;
+  // Behind the free parameters: the candidate's, where it is a quantity of the fit; the variations; the candidate's, where it is a term.
   const auto base = static_cast<Index>(r.fit.estimates.size());
-  ColumnSet variations;
-  for (Index c = 0; c < columns.front().count; ++c) variations.push_back(base + c);
-  std::vector<ColumnSet> group(candidates.size());
-  Index next = base + columns.front().count;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (!candidates[i]->term) continue;
-    for (std::size_t f = 0; f < columns.size(); ++f) append(s.series[f], candidates[i]->columns, first_of_terms, columns[f]);
-    for (std::size_t k = 0; k < candidates[i]->columns.size(); ++k) group[i].push_back(next++);
+  const auto held = static_cast<Index>(candidate.core.size()), varied = columns.front().count;
+  ColumnSet variations, group;
+  for (Index c = 0; c < varied; ++c) variations.push_back(base + held + c);
+  for (Index c = 0; c < static_cast<Index>(candidate.columns.size()); ++c) group.push_back(candidate.term ? base + varied + c : base + c);
+  if (candidate.term) {
+    for (std::size_t f = 0; f < columns.size(); ++f) append(s.series[f], candidate.columns, first_of_terms, columns[f]);
   }
-  ScoreTable table = table_with(r, columns, block_s, threads, stop);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (!group[i].empty() && !host::common_part(candidates[i]->id).empty()) table.sums_held.push_back(group[i]);
-  }
-  const ColumnSet model = base_columns(table), beside = with(model, variations);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (group[i].empty()) continue;
-    const Eigen::VectorXd size = test_group(table, model, group[i]).estimate;
-    const double alone = information_along(table, model, group[i], size);
-    if (alone > 0.0) out[i] = std::clamp(information_along(table, beside, group[i], size) / alone, 0.0, 1.0);
-  }
-  return out;
+  ScoreTable table = table_with(r, columns, block_s, threads, stop, candidate.core);
+  if (!host::common_part(candidate.id).empty()) table.sums_held.push_back(group);
+  const ColumnSet model = base_columns(table);
+  const Eigen::VectorXd size = test_group(table, model, group).estimate;
+  const double alone = information_along(table, model, group, size);
+  if (alone <= 0.0) return 1.0;
+  return std::clamp(information_along(table, with(model, variations), group, size) / alone, 0.0, 1.0);
 }
 
 }  // namespace rotorloop::diagnose
