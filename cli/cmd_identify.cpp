@@ -158,8 +158,9 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
                            (o.solver == "ceres" ? "; nor is there anything that Ceres could check" : "");
   if (moved.empty()) {
     return Error(
-        {"", what, "noise figures that chase each other, or parameters that these flights do not determine",
-         "try --noise fixed or more --iterations, hold what the observability table names, or look at the findings of the checks"},
+        {"", what, "parameters that these flights do not determine",
+         o.fit.use.empty() ? "give the fit the other streams of the logs (--use gyro,accel), hold what the observability table names, or look at the findings of the checks"
+                           : "hold what the observability table names (--hold), fit several flights together, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
   return Error({"", what, "estimates differ significantly between flights: " + moved + "; the model lacks an effect that some of them show",

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "bench/log/read_flight.hpp"
+#include "cli/ending/refusal.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
-#include "cli/ending/refusal.hpp"
 
 namespace rotorloop::cli {
 
@@ -63,9 +63,9 @@ FlightInputs read_flights(const FlightPaths& o, const host::VehicleModel& vehicl
           {out.inputs[h].path, "is held out and also fitted: " + out.inputs[f].path, "", "hold out a flight that has no part in the fit"});
     }
   }
-  for (const log::CheckedFlight& r : out.refused) fmt::print(stderr, "warning: {} is left out, refused by the checks: {}\n", r.flight.name, r.refusal->what);
-  if (out.fitted == 0)
-    throw Error({"", "no flight is named", "", "name logs with --flight (or --vertical, --horizontal, --rotation)"});
+  for (const log::CheckedFlight& r : out.refused)
+    fmt::print(stderr, "warning: {} is left out, refused by the checks: {}\n", r.flight.name, r.refusal->what);
+  if (out.fitted == 0) throw Error({"", "no flight is named", "", "name logs with --flight (or --vertical, --horizontal, --rotation)"});
   return out;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bench/diagnose/gust.hpp"
 #include "bench/diagnose/law_remainder.hpp"
@@ -19,7 +20,9 @@
 #include "bench/identify/whiteness.hpp"
 #include "bench/render/digits.hpp"
 #include "host/base/constants.hpp"
+#include "host/base/symmetric_matrix.hpp"
 #include "host/effects/rotor_groups.hpp"
+#include "host/effects/slung_load.hpp"
 #include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
 
@@ -144,6 +147,7 @@ class Search {
  private:
   std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening,
                                        const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const;
+  bool stood_for_another(std::size_t i) const;
   void reject(const std::vector<RefitCandidate>& ranked);
   void accept(RefitCandidate& best, std::vector<ClassMember> aliases);
   void report_detection_limits(const std::vector<Tested>& all);
@@ -154,7 +158,6 @@ class Search {
   Diagnosis& d_;
   identify::Identification model_;
   std::vector<Candidate> added_;
-  std::vector<FoundBefore> found_;  // each with the gain of its refit
 };
 
 bool Search::add_the_best(int round, const Say& say) {
@@ -200,13 +203,22 @@ std::vector<RefitCandidate> Search::refitted(const identify::Identification& sta
   std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, progress);
   if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked);
   for (RefitCandidate& c : ranked) {
-    if (!c.failure.none() || found_.empty()) continue;
-    for (const FoundBefore* before : laws_that_may_leave(found_, c, o_.criteria)) {
-      const double own = share_beside_law(start, before->candidate, s, *c.tested->candidate, o_.block_s, o_.identify.fit.threads, again_.stop);
+    if (!c.failure.none() || added_.empty()) continue;
+    // What laws of a whole model leave varies with the motion: for a first effect a scatter within that is no objection, for a further one it is.
+    if (acts_on_body(*c.tested->candidate) && c.heterogeneity.variation > o_.criteria.variation) {
+      c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, o_.criteria.variation}}};
+      continue;
+    }
+    for (std::size_t i = 0; i < added_.size(); ++i) {
+      const Candidate& before = added_[i];
+      if (c.delta_log_likelihood >= d_.added[i].evidence.delta_log_likelihood) continue;  // a remainder is less than the effect
+      const double own =
+          share_beside_law(start, before, s, *c.tested->candidate, o_.criteria.law_error, o_.block_s, o_.identify.fit.threads, again_.stop);
       if (own >= o_.criteria.own_share) continue;
-      c.failure = {.id = Rejection::law_remainder, .figures = {{"own_share", "1", own, o_.criteria.own_share}}, .effect = before->candidate.id};
+      c.failure = {.id = Rejection::law_remainder, .figures = {{"own_share", "1", own, o_.criteria.own_share}}, .effect = before.id};
       break;
     }
+    if (c.failure.none()) break;  // what stands behind the best is not added in this round
   }
   std::stable_partition(ranked.begin(), ranked.end(), [](const RefitCandidate& c) { return c.failure.none(); });
   return ranked;
@@ -228,7 +240,6 @@ void Search::accept(RefitCandidate& best, std::vector<ClassMember> aliases) {
   a.evidence.scatter = best.heterogeneity.scatter;
   a.shifts = shifts(model_, best.refit.fit);
   if (const host::CatalogueEffect* row = catalogue_.find(a.id); row && !a.aliases.empty()) a.manoeuvre = row->manoeuvre;
-  found_.push_back({candidate, best.delta_log_likelihood});
   d_.added.push_back(std::move(a));
   added_.push_back(candidate);
   model_ = std::move(best.refit.fit);
@@ -248,11 +259,38 @@ void Search::report_detection_limits(const std::vector<Tested>& all) {
   }
 }
 
+// What the data say of an effect of the fit beside all else, as a Δ log-likelihood.
+double worth(const identify::Identification& r, const Candidate& c) {
+  const std::vector<int> parameters = parameters_of(c, r.problem.start.terms);
+  std::vector<Eigen::Index> at;
+  std::vector<double> size;
+  for (std::size_t i = 0; i < r.fit.estimates.size(); ++i) {
+    const auto k = static_cast<std::size_t>(std::find(parameters.begin(), parameters.end(), r.fit.estimates[i].parameter) - parameters.begin());
+    if (k == parameters.size()) continue;
+    at.push_back(static_cast<Eigen::Index>(i));
+    size.push_back(r.fit.estimates[i].value - c.parameters[k].neutral);
+  }
+  const LltFactor factor(r.fit.covariance(at, at));
+  const Eigen::Map<const Eigen::VectorXd> change(size.data(), static_cast<Eigen::Index>(size.size()));
+  return factor.succeeded() ? 0.5 * change.dot(factor.inverse() * change) : std::numeric_limits<double>::infinity();
+}
+
+// An effect that stood for one found later: what it is still worth is less than that, and may be the remainder of the other's law.
+bool Search::stood_for_another(std::size_t i) const {
+  const double own = worth(model_, added_[i]);
+  for (std::size_t j = i + 1; j < added_.size(); ++j) {
+    if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s, o_.identify.fit.threads,
+                                                           again_.stop) < o_.criteria.own_share)
+      return true;
+  }
+  return false;
+}
+
 // Backward: what the effects found later made needless goes again.
 void Search::drop_the_needless(const Say& say) {
   for (std::size_t i = added_.size(); i-- > 0 && added_.size() > 1;) {
     const WaldTest test = wald_test(model_, added_[i], o_.criteria.fewest_u);
-    if (test.p <= test.sure) continue;
+    if (test.p <= test.sure && !stood_for_another(i)) continue;
     say("refit without " + added_[i].id, 0.93);
     identify::Identification without = refit_without(model_, added_[i], again_);
     again_.stop.check();
@@ -272,6 +310,13 @@ void Search::report_sizes() {
       d_.remarks.push_back(
           fmt::format("{}: the numbers are differences between rotors; what all have in common is in {}.", added_[i].id, common));
       continue;
+    }
+    if (added_[i].id == host::SlungLoad::kId) {
+      const double body_kg = model_.problem.start[estimate::kMass], load_kg = d_.added[i].parameters.front().value, share = body_kg / (body_kg + load_kg);
+      d_.remarks.push_back(
+          fmt::format("slung_load: {:.3g} g beside the mass of the vehicle file. If {:.4g} g was weighed with the load, the load is {:.3g} g, and all forces, torques and inertias are "
+                      "{:.4g} times those here: flights alone cannot tell.",
+                      1e3 * load_kg, 1e3 * body_kg, 1e3 * share * load_kg, share));
     }
     for (const int p : parameters_of(added_[i], model_.problem.start.terms)) {
       const std::vector<NamedValue> ratios = firm_ratios(model_.fit, p, model_.problem.start.terms);

@@ -19,10 +19,10 @@ struct Criteria {
   double class_margin = 3.0;  // of log likelihood, deflated for correlated residuals, within which two effects are indistinguishable
   double alike = 0.98;        // correlation of columns from which on no refit could distinguish them either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
-  double law_share = 0.1;     // of the Δ log-likelihood of an effect: a further one that brings less may be the remainder of the first one's law …
-  double own_share = 0.5;     // … unless this much of its information is left beside what varies as that law does (law_remainder.hpp)
+  double law_error = 0.3;     // of a law's own load, by which reduced laws are off: what such an error leaves is no further effect …
+  double own_share = 0.5;     // … which keeps this much of its Δ log-likelihood beside what varies as the law of each other does (law_remainder.hpp)
   double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect …
-  double scatter = 4.0;       // … if these scatter by more than what the reduced laws of a whole model leave, as a variance over noise
+  double scatter = 4.0;       // … if it is the first, and these scatter by more than what the reduced laws of a whole model leave, as a variance over noise
 };
 
 // A candidate with all that the table says of it.

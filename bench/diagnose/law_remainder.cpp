@@ -8,6 +8,7 @@
 #include "bench/estimate/flight_motion.hpp"
 #include "bench/estimate/model/rotations.hpp"
 #include "host/effects/rotor_groups.hpp"
+#include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -45,9 +46,27 @@ LoadSeries load_series(const estimate::GridFlight& g, const std::vector<estimate
     out.load[k] = by * size;
     const Eigen::Vector3d v = x.q_WB.conjugate() * x.v_W_m_s;
     const auto& w = u.omega_rad_s;
-    out.by[k] = {1.0, v.x(), v.y(), v.z(), std::hypot(v.x(), v.y()), w[0], w[1], w[2], w[3]};
+    out.by[k] = {1.0, v.x(), v.y(), v.z(), v.norm(), w[0], w[1], w[2], w[3]};
   }
   return out;
+}
+
+// What the law is varied with, in units of its own root mean square over all flights, each moment as heavy as the load is there.
+void scale(std::vector<LoadSeries>& flights) {
+  std::array<double, kVariations> power{};
+  double weight = 0.0;
+  for (const LoadSeries& f : flights) {
+    for (std::size_t k = 0; k < f.load.size(); ++k) {
+      const double w = f.load[k].squaredNorm();
+      weight += w;
+      for (std::size_t m = 0; m < kVariations; ++m) power[m] += w * f.by[k][m] * f.by[k][m];
+    }
+  }
+  for (LoadSeries& f : flights) {
+    for (auto& by : f.by) {
+      for (std::size_t m = 0; m < kVariations; ++m) by[m] *= power[m] > 0.0 ? std::sqrt(weight / power[m]) : 0.0;
+    }
+  }
 }
 
 // One load of the law on one axis: `from` is the axis on which the law has it.
@@ -73,6 +92,45 @@ std::vector<Varied> varied_loads(const std::vector<LoadSeries>& flights, const A
     if (largest_torque > 0.0 && a >= 3 && a != torque) out.push_back({torque, a});
   }
   return out;
+}
+
+// Of what the data say of a group at a size, the share that is left beside variations of a given standard deviation.
+double left_to(ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const ColumnSet& variations, const Eigen::VectorXd& size,
+               double law_error) {
+  const double alone = information_along(table, model, group, size);
+  if (alone <= 0.0) return 1.0;
+  for (const Index c : variations) table.information(c, c) += 1.0 / (law_error * law_error);
+  return std::clamp(information_along(table, with(model, variations), group, size) / alone, 0.0, 1.0);
+}
+
+// The loads of an effect that the fit has, at its size.
+std::vector<LoadSeries> loads_of(const identify::Identification& r, const Candidate& found) {
+  const std::vector<int> parameters = parameters_of(found, r.problem.start.terms);
+  std::vector<LoadSeries> flights;
+  for (std::size_t f = 0; f < r.flights.size(); ++f) {
+    const estimate::ModelValues& values = r.fit.values[f];
+    Eigen::VectorXd size(static_cast<Index>(parameters.size()));
+    for (std::size_t k = 0; k < parameters.size(); ++k) size[static_cast<Index>(k)] = values[parameters[k]] - found.parameters[k].neutral;
+    flights.push_back(load_series(*r.problem.flights[f], r.fit.states[f], values, parameters, size));
+  }
+  return flights;
+}
+
+// Those with a part in forces, or in torques, that counts; all where there is none, for what only sensors read.
+AxesOfWrench axes_of(const std::array<double, kAxesOfWrench>& power) {
+  const double force = *std::max_element(power.begin(), power.begin() + 3), torque = *std::max_element(power.begin() + 3, power.end());
+  AxesOfWrench out{};
+  for (std::size_t a = 0; a < kAxesOfWrench; ++a) out[a] = power[a] > 0.0 && power[a] > kActs * kActs * (a < 3 ? force : torque);
+  return force > 0.0 || torque > 0.0 ? out : kEveryAxis;
+}
+AxesOfWrench axes_of(const std::vector<LoadSeries>& flights) {
+  std::array<double, kAxesOfWrench> power{};
+  for (const LoadSeries& f : flights) {
+    for (const Wrench& w : f.load) {
+      for (std::size_t a = 0; a < kAxesOfWrench; ++a) power[a] += w[static_cast<Index>(a)] * w[static_cast<Index>(a)];
+    }
+  }
+  return axes_of(power);
 }
 
 // The columns of one term of the screening behind those of `out`.
@@ -116,25 +174,17 @@ AxesOfWrench acting_axes(const Screening& s, const ColumnSet& which, Index first
       }
     }
   }
-  const double force = *std::max_element(power.begin(), power.begin() + 3), torque = *std::max_element(power.begin() + 3, power.end());
-  AxesOfWrench out{};
-  for (std::size_t a = 0; a < kAxesOfWrench; ++a) out[a] = power[a] > 0.0 && power[a] > kActs * kActs * (a < 3 ? force : torque);
-  return force > 0.0 || torque > 0.0 ? out : kEveryAxis;
+  return axes_of(power);
 }
 
 }  // namespace
 
 std::vector<estimate::ExtraColumns> law_variations(const identify::Identification& r, const Candidate& found, const AxesOfWrench& on) {
   if (!found.term) return {};
-  const std::vector<int> parameters = parameters_of(found, r.problem.start.terms);
-  std::vector<LoadSeries> flights;
-  for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    const estimate::ModelValues& values = r.fit.values[f];
-    Eigen::VectorXd size(static_cast<Index>(parameters.size()));
-    for (std::size_t k = 0; k < parameters.size(); ++k) size[static_cast<Index>(k)] = values[parameters[k]] - found.parameters[k].neutral;
-    flights.push_back(load_series(*r.problem.flights[f], r.fit.states[f], values, parameters, size));
-  }
+  std::vector<LoadSeries> flights = loads_of(r, found);
+  scale(flights);
   const std::vector<Varied> loads = varied_loads(flights, on);
+  const double arm_m = host::arm_m(r.problem.start.geometry);
   if (loads.empty()) return {};
   std::vector<estimate::ExtraColumns> out;
   for (const LoadSeries& f : flights) {
@@ -144,16 +194,17 @@ std::vector<estimate::ExtraColumns> law_variations(const identify::Identificatio
     c.wrench.assign(f.load.size() * wide, 0.0);
     for (std::size_t k = 0; k < f.load.size(); ++k) {
       for (std::size_t i = 0; i < loads.size(); ++i) {
+        const double load = f.load[k][loads[i].from] * (loads[i].from < 3 && loads[i].on >= 3 ? arm_m : 1.0);
         for (std::size_t m = 0; m < kVariations; ++m)
-          c.wrench[k * wide + (i * kVariations + m) * kAxesOfWrench + static_cast<std::size_t>(loads[i].on)] = f.load[k][loads[i].from] * f.by[k][m];
+          c.wrench[k * wide + (i * kVariations + m) * kAxesOfWrench + static_cast<std::size_t>(loads[i].on)] = load * f.by[k][m];
       }
     }
   }
   return out;
 }
 
-double share_beside_law(const identify::Identification& r, const Candidate& found, const Screening& s, const Candidate& candidate, double block_s,
-                        int threads, estimate::StopFit stop) {
+double share_beside_law(const identify::Identification& r, const Candidate& found, const Screening& s, const Candidate& candidate,
+                        double law_error, double block_s, int threads, estimate::StopFit stop) {
   const auto first_of_terms = static_cast<Index>(s.table.information.rows()) - s.series.front().count;
   std::vector<estimate::ExtraColumns> columns =
       law_variations(r, found, candidate.term ? acting_axes(s, candidate.columns, first_of_terms) : kEveryAxis);
@@ -170,10 +221,26 @@ double share_beside_law(const identify::Identification& r, const Candidate& foun
   ScoreTable table = table_with(r, columns, block_s, threads, stop, candidate.core);
   if (!host::common_part(candidate.id).empty()) table.sums_held.push_back(group);
   const ColumnSet model = base_columns(table);
-  const Eigen::VectorXd size = test_group(table, model, group).estimate;
-  const double alone = information_along(table, model, group, size);
-  if (alone <= 0.0) return 1.0;
-  return std::clamp(information_along(table, with(model, variations), group, size) / alone, 0.0, 1.0);
+  return left_to(table, model, group, variations, test_group(table, model, group).estimate, law_error);
+}
+
+double share_beside_law(const identify::Identification& r, const Candidate& found, const Candidate& other, double law_error, double block_s,
+                        int threads, estimate::StopFit stop) {
+  const std::vector<int> parameters = parameters_of(other, r.problem.start.terms);
+  const std::vector<estimate::ExtraColumns> columns = law_variations(r, found, other.term ? axes_of(loads_of(r, other)) : kEveryAxis);
+  if (columns.empty()) return 1.0;
+  ScoreTable table = table_with(r, columns, block_s, threads, stop);
+  ColumnSet model, group, variations;
+  std::vector<double> size;
+  for (Index c = 0; c < table.base; ++c) {
+    const estimate::Estimate& e = r.fit.estimates[static_cast<std::size_t>(c)];
+    const auto k = static_cast<std::size_t>(std::find(parameters.begin(), parameters.end(), e.parameter) - parameters.begin());
+    (k < parameters.size() ? group : model).push_back(c);
+    if (k < parameters.size()) size.push_back(e.value - other.parameters[k].neutral);
+  }
+  for (Index c = 0; c < columns.front().count; ++c) variations.push_back(table.base + c);
+  return left_to(table, model, group, variations, Eigen::Map<const Eigen::VectorXd>(size.data(), static_cast<Index>(size.size())),
+                 law_error);
 }
 
 }  // namespace rotorloop::diagnose

@@ -217,15 +217,6 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   return ranked;
 }
 
-std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c,
-                                                    const Criteria& criteria) {
-  std::vector<const FoundBefore*> out;
-  for (const FoundBefore& b : before) {
-    if (acts_on_body(b.candidate) && c.delta_log_likelihood < criteria.law_share * b.gain) out.push_back(&b);
-  }
-  return out;
-}
-
 void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked) {
   if (ranked.empty() || !blows(gust)) return;
   constexpr double kMeanWithin = 2.5;  // standard deviations of gusts

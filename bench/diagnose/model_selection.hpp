@@ -40,15 +40,6 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
                                          const estimate::FitOptions& options,
                                          const std::function<void(const std::string& id, double done)>& progress = {});
 
-// An effect found before, and its Δ log-likelihood.
-struct FoundBefore {
-  Candidate candidate;
-  double gain = 0.0;
-};
-// The laws of effects are reduced forms. The unmodelled remainder of a law is small beside its effect and acts where it acts (law_remainder.hpp):
-// those found before whose remainder this could be by its size.
-std::vector<const FoundBefore*> laws_that_may_leave(const std::vector<FoundBefore>& before, const RefitCandidate& c, const Criteria& criteria);
-
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
 // gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
 void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked);

@@ -173,7 +173,8 @@ TEST_F(IdentifyCommand, ListsNamesWithoutAVehicleFileAndAsksForOneOtherwise) {
 
 TEST_F(IdentifyCommand, LeavesOutAFlightThatTheChecksRefuseAndSaysSoInTextResultAndJunit) {
   const CommandResult r =
-      run("--vertical vertical.csv --horizontal horizontal.csv --rotation rotation.csv --flight wrong_unit.csv --noise fixed -o out.toml --report report "
+      run("--vertical vertical.csv --horizontal horizontal.csv --rotation rotation.csv --flight wrong_unit.csv --noise fixed -o out.toml "
+          "--report report "
           "--junit j.xml");
   ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
   EXPECT_THAT(r.err, testing::HasSubstr("warning: wrong_unit is left out, refused by the checks: ")) << r.err;
@@ -194,8 +195,9 @@ TEST_F(IdentifyCommand, EndsWith5WhereTheChecksRefuseEveryFlight) {
 }
 
 TEST_F(IdentifyCommand, DiagnosesTheFlightsThatAreLeftWhereTheChecksRefuseOneAndNamesTheFault) {
-  const CommandResult r = rotorloop_command("diagnose " + kVehicle + "--flight vertical.csv wrong_unit.csv --use none --rate 50 --max-effects 0 --placebos 0 --report report",
-                                            scratch.path());
+  const CommandResult r = rotorloop_command(
+      "diagnose " + kVehicle + "--flight vertical.csv wrong_unit.csv --use none --rate 50 --max-effects 0 --placebos 0 --report report",
+      scratch.path());
   ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
   const auto result = result_of(scratch / "report");
   ASSERT_EQ(result.at("faults").size(), 1u) << result.at("faults");

@@ -129,22 +129,6 @@ TEST(ModelSelection, refits_all_where_there_are_no_priors) {
   EXPECT_FALSE(far_behind(other, leader, 10000.0, 5000.0));
 }
 
-TEST(ModelSelection, asks_what_brings_less_than_a_tenth_of_an_effect_on_the_body_whether_it_is_the_remainder_of_its_law) {
-  const auto of_term = [](const char* id) { return Candidate{.id = id, .term = host::find_term(id)}; };
-  const Candidate load = of_term("slung_load"), ground = of_term("ground_effect_vehicle"), scale = of_term("pose_scale");
-  const Tested of_ground{.candidate = &ground}, of_scale{.candidate = &scale};
-  const auto by = [](const Tested& t, double gain) {
-    RefitCandidate c{.tested = &t};
-    c.delta_log_likelihood = gain;
-    return c;
-  };
-  const std::vector<FoundBefore> after_load{{load, 5000.0}}, after_scale{{scale, 5000.0}};
-  EXPECT_EQ(laws_that_may_leave(after_load, by(of_ground, 400.0), {}).size(), 1u);
-  EXPECT_TRUE(laws_that_may_leave(after_load, by(of_ground, 600.0), {}).empty());
-  EXPECT_EQ(laws_that_may_leave(after_load, by(of_scale, 200.0), {}).size(), 1u) << "sensors too: what is left moves the poses";
-  EXPECT_TRUE(laws_that_may_leave(after_scale, by(of_ground, 400.0), {}).empty());
-}
-
 struct Ranked {
   Candidate wind{.id = "wind_steady"}, drag{.id = "linear_drag"};
   Tested of_wind{.candidate = &wind}, of_drag{.candidate = &drag};

@@ -55,6 +55,26 @@ TEST(Verdict, stays_clean_where_a_large_residual_is_what_the_noise_figures_say) 
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::none, 0.5, 0.5)), DiagnosisVerdict::clean);
 }
 
+// Verdict on an effect that took torque x from `before` down to `after`, both N m beyond noise, where some of the rest is predictable.
+Diagnosis explained(double before, double after) {
+  Diagnosis d;
+  d.verdict = DiagnosisVerdict::named;
+  d.added.push_back({.id = "linear_drag"});
+  const ResidualFindings is = left(kTorqueX, ResidualKind::systematic, after, 0.0, 0.3);
+  judge_residuals(is, quadrotor_of_0_7_kg_and_125_mm(), d);
+  judge_explained(left(kTorqueX, ResidualKind::systematic, before, 0.0, 0.3), is, quadrotor_of_0_7_kg_and_125_mm(), d);
+  return d;
+}
+
+TEST(Verdict, is_unexplained_where_a_name_leaves_the_larger_part_of_what_was_missing) {
+  const Diagnosis most_left = explained(10e-3, 8e-3);
+  EXPECT_EQ(most_left.verdict, DiagnosisVerdict::unexplained);
+  EXPECT_NE(most_left.remarks.front().find("explains 36 % of the power"), std::string::npos) << most_left.remarks.front();
+  EXPECT_EQ(most_left.added.size(), 1u) << "the name stands beside it";
+  EXPECT_EQ(explained(10e-3, 5e-3).verdict, DiagnosisVerdict::named) << "three quarters of the power are explained, and something remains";
+  EXPECT_EQ(explained(1e-3, 1e-3).verdict, DiagnosisVerdict::named) << "what is left does not matter";
+}
+
 DiagnosisRun named_with(const ResidualFindings& findings) {
   DiagnosisRun run;
   run.diagnosis.verdict = DiagnosisVerdict::named;
