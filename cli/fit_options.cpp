@@ -61,7 +61,8 @@ std::optional<Error> not_credible(const std::filesystem::path& path, const host:
         "of the "
         "checks)";
     text.remedy =
-        "hold what they do not determine (--hold), add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that "
+        "hold what they do not determine (--hold torque_model.c_q where the figure of merit is off: c_q hangs on the rotors' own inertia), "
+        "add the effect (--term; `rotorloop diagnose` names it), or fly the manoeuvres that "
         "excite it";
     return Error(text, ExitCode::data_quality);
   }

@@ -275,9 +275,11 @@ double worth(const identify::Identification& r, const Candidate& c) {
   return factor.succeeded() ? 0.5 * change.dot(factor.inverse() * change) : std::numeric_limits<double>::infinity();
 }
 
-// An effect that stood for one found later: what it is still worth is less than that, and may be the remainder of the other's law.
+// An effect that stood in for others found later: beside them it is worth next to nothing of what it was worth alone, or it is worth less than one
+// of them and may be the remainder of its law.
 bool Search::stood_for_another(std::size_t i) const {
   const double own = worth(model_, added_[i]);
+  if (i + 1 < added_.size() && own < o_.criteria.stood_in * d_.added[i].evidence.delta_log_likelihood) return true;
   for (std::size_t j = i + 1; j < added_.size(); ++j) {
     if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s, o_.identify.fit.threads,
                                                            again_.stop) < o_.criteria.own_share)
@@ -315,7 +317,7 @@ void Search::report_sizes() {
       const double body_kg = model_.problem.start[estimate::kMass], load_kg = d_.added[i].parameters.front().value, share = body_kg / (body_kg + load_kg);
       d_.remarks.push_back(
           fmt::format("slung_load: {:.3g} g beside the mass of the vehicle file. If {:.4g} g was weighed with the load, the load is {:.3g} g, and all forces, torques and inertias are "
-                      "{:.4g} times those here: flights alone cannot tell.",
+                      "{:.4g} times those here: flights alone do not determine which.",
                       1e3 * load_kg, 1e3 * body_kg, 1e3 * share * load_kg, share));
     }
     for (const int p : parameters_of(added_[i], model_.problem.start.terms)) {

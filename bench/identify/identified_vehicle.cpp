@@ -143,9 +143,21 @@ bool onto_a_figure_of_merit(SharedEstimates& s, const estimate::ModelValues& hel
 std::vector<std::string> move_to_what_can_be(SharedEstimates& s, const estimate::ModelValues& held) {
   const SharedEstimates before = s;
   std::string why;
-  if (onto_drag(s)) why = "nothing is pushed along by its drag";
-  if (onto_a_figure_of_merit(s, held)) why += std::string(why.empty() ? "" : ", and ") + "a rotor's figure of merit is between 0.3 and 0.85";
-  if (onto_a_rigid_body(s, held)) why += std::string(why.empty() ? "" : ", and ") + "no body has a moment of inertia above the sum of the other two";
+  bool drag = false, merit = false, body = false;
+  for (int again = 0; again < 5; ++again) {  // what one moves, moves the others along
+    const bool by_drag = onto_drag(s), by_merit = onto_a_figure_of_merit(s, held), by_body = onto_a_rigid_body(s, held);
+    drag = drag || by_drag, merit = merit || by_merit, body = body || by_body;
+    if (!by_merit && !by_body) break;
+  }
+  for (estimate::Estimate& e : s.estimates) {
+    if (e.parameter >= estimate::kCdh && e.parameter <= estimate::kCdz && e.value < 0.0 && e.value > -kWorthALine * e.u) e.value = 0.0;
+  }
+  const auto because = [&](bool so, const char* what) {
+    if (so) why += std::string(why.empty() ? "" : ", and ") + what;
+  };
+  because(drag, "nothing is pushed along by its drag");
+  because(merit, "a rotor's figure of merit is between 0.3 and 0.85");
+  because(body, "no body has a moment of inertia above the sum of the other two");
   std::vector<std::string> out;
   if (why.empty()) return out;
   std::string moved;
