@@ -124,14 +124,16 @@ constexpr void configure_sensing(const Parameters& p, MotorConfig& c) {
              static_cast<std::uint16_t>(sample_duty * static_cast<float>(B::kPwmTop)), ticks(0.005f, c.period_s)};
   c.check.sum_A = 136.0f * A_per_count;
   c.check.change_A_V = 1.5f * c.period_s / p.inductance_H;
-  // Half of the ripple at a middle duty; a motor whose currents are as small as the ripple has its dead time counted as resistance.
-  const float ripple_A = 0.072f * lowest_V * pwm_s / p.inductance_H, least_A = 0.01f * B::kTripCurrent_A, most_A = 0.1f * B::kTripCurrent_A;
+  // Twice what is in doubt, as too steep a compensation feeds on itself: 0.3 of the change that the bus makes through the winding in the
+  // dead time, a node of some nanofarad, the offset of a warm amplifier.
+  const float zone_A = 0.6f * 1.25f * lowest_V * dead_s / p.inductance_H + 12.0f * A_per_count;
   const float top = static_cast<float>(B::kPwmTop);
-  c.modulator = {top, 1.0f / top, dead_s / pwm_s, B::kDiodeDrop_V, 1.0f / clamp(ripple_A, least_A, most_A), sample_duty};
+  c.modulator = {top, 1.0f / top, dead_s / pwm_s, B::kDiodeDrop_V, zone_A, 0.25f * pwm_s / p.inductance_H, sample_duty};
   // A driver's own delays add to the timer's dead time, charge of the switches takes from it: 0.4 to 1.6 of what the board says.
   c.dead_time.least_share = 0.4f * c.modulator.dead_share;
   c.dead_time.most_share = 1.6f * c.modulator.dead_share;
   c.dead_time.align_share = 0.55f * c.modulator.dead_share;
+  c.dead_time.unknown_share = 0.8f * c.modulator.dead_share;
 }
 
 inline void configure_observer(const Parameters& p, const MotorScale& m, float resistance_ohm, MotorConfig& c) {
@@ -178,7 +180,9 @@ inline void configure_start(const Parameters& p, const MotorScale& m, float resi
   s.current_A = m.start_A;
   s.hand_over_rad_s = hand_over_e * c.over_pole_pairs;
   s.give_up_rad_s = 1.67f * s.hand_over_rad_s;
-  s.catch_speed_rad_s = 0.6f * s.hand_over_rad_s;
+  s.catch_speed_rad_s = 1.6f * s.hand_over_rad_s;
+  s.swing_V = 0.4f * hand_over_e * p.flux_linkage_Wb;
+  s.catch_filter = clamp(400.0f * s.tick_s, 0.02f, 0.5f);
   s.catch_s = clamp(13.0f / hand_over_e, 0.015f, 0.1f);
   // The swing dies within about two and a half of its periods.
   s.align_first_s = clamp(9.0f * over_swing_s, 0.05f, 0.3f);
@@ -225,6 +229,10 @@ constexpr void configure_protection(const Parameters& p, const MotorScale& m, fl
   s.residual_A = 68.0f * A_per_count;
   s.min_speed_rad_s = 0.5f * p.min_speed_rad_s;
   s.excused_V = p.flux_linkage_Wb * m.hand_over_e_rad_s * (1.0f / 3.0f);
+  // In electrical acceleration: a third of the start current's, which friction, cogging and a wrong inertia stay below.
+  s.slip_rad_s2 = 0.3f * c.pole_pairs * m.torque_constant_N_m_A * m.start_A / p.inertia_kg_m2;
+  s.slip_speed_rad_s = 2.0f * c.start.hand_over_rad_s;
+  s.slip_ticks = ticks(0.060f, tick_s);
   s.slow_ticks = ticks(0.002f, tick_s);
   s.sensor_ticks = ticks(0.004f, tick_s);
   s.stall_ticks = ticks(0.004f, tick_s);
@@ -245,7 +253,7 @@ MotorConfig configure(const Parameters& asked) {
   c.over_pole_pairs = 1.0f / c.pole_pairs;
   const float resistance = p.resistance_ohm + B::kSwitchResistance_ohm;
   configure_sensing<B>(p, c);
-  const MotorScale m = motor_scale(p, resistance, kDrift_counts * magnitude(B::kCurrent_A_per_count), 1.0f / c.modulator.over_zone_A);
+  const MotorScale m = motor_scale(p, resistance, kDrift_counts * magnitude(B::kCurrent_A_per_count), c.modulator.zone_A);
   configure_speed_loop(p, m, c);
   configure_observer(p, m, resistance, c);
   configure_start(p, m, resistance, c);

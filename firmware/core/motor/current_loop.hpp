@@ -1,8 +1,8 @@
 // Currents to voltage in the rotor frame. Designed in discrete time for a one-period computing delay and a held stator voltage:
 // seen from the turning frame the motor is  i' = a e^{-j phi} i + b e^{-j phi/2} u,  phi = electrical angle per period,
 // so the controller  C(z) = K e^{+j phi/2} (1 - a e^{-j phi} z^-1) / (1 - z^-1)  leaves the loop b K z^-2/(1 - z^-1): the same at
-// standstill and at 200 keRPM, cross-coupling cancelled exactly. b K = 1/4 would put both poles at 0.5; it is 0.15 (poles 0.18 and 0.82,
-// gain margin 6.7): salient rotors, saturation and data sheets make L wrong by ± 40 % along one axis, and the loop above is far slower.
+// standstill and at 200 keRPM, cross-coupling cancelled exactly. b K = 1/4 would put both poles at 0.5; it is 0.19 (poles 0.26 and 0.74,
+// gain margin 5.3): salient rotors, saturation and data sheets make L wrong by ± 40 % along one axis, and the loop above is far slower.
 // Windup: the integral is fed with the voltage that was really given (conditioning technique, Hanus 1987).
 #pragma once
 #include "firmware/core/motor/vector.hpp"
@@ -15,7 +15,7 @@ struct CurrentLoopConfig {
   float flux_linkage_Wb = 0.0f;  // back-EMF feed-forward
   float period_s = 0.0f;
 };
-constexpr float kCurrentLoopGain = 0.15f;  // b K
+constexpr float kCurrentLoopGain = 0.19f;  // b K
 
 struct CurrentLoopState {
   Rotor integral_V{};

@@ -10,8 +10,10 @@ constexpr float kDeadTimeTrust = 0.95f;
 
 struct DeadTimeConfig {
   float least_share = 0.0f, most_share = 0.0f;  // of the PWM period: what is accepted
-  // While it is measured: the least, as too much compensation would make the damping of the swing feed itself.
+  // While a turning rotor is looked for, and while it is measured: little, as too much compensation makes a current out of nothing and
+  // lets the damping of the swing feed itself.
   float align_share = 0.0f;
+  float unknown_share = 0.0f;  // for a rotor caught before any alignment
 };
 
 }  // namespace rotorloop::firmware

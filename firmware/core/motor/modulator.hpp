@@ -12,7 +12,9 @@ struct ModulatorConfig {
   float top = 1.0f, over_top = 1.0f;  // compare of full duty
   float dead_share = 0.0f;            // dead time / PWM period, as the board says; what is learned replaces it (dead_time.hpp)
   float diode_drop_V = 0.0f;
-  float over_zone_A = 1.0f;  // 1 / the current below which the lost voltage is taken as proportional: half the ripple
+  // Around zero current the lost voltage is taken as proportional: up to the current that moves the switch node within the dead time, and
+  // half the ripple, which grows with the voltage: the node is moved by the current at the edge, not by the mean one.
+  float zone_A = 1.0f, ripple_A_V = 0.0f;
   float sample_duty = 1.0f;  // highest duty that leaves the current sample its window
 };
 
@@ -31,7 +33,8 @@ constexpr float voltage_limit_V(const ModulatorConfig& c, float bus_V) {
 // `current_A`: expected while the voltage acts (only its signs matter). `dead_share`: dead time / PWM period.
 constexpr Modulated modulate(const ModulatorConfig& c, Stator v_V, Stator current_A, float bus_V, float dead_share) {
   const float over_bus = 1.0f / (bus_V > 1.0f ? bus_V : 1.0f);
-  const float lost_V = dead_share * (bus_V + 2.0f * c.diode_drop_V), over_zone = c.over_zone_A;
+  const float lost_V = dead_share * (bus_V + 2.0f * c.diode_drop_V),
+              over_zone = 1.0f / (c.zone_A + c.ripple_A_V * (magnitude(v_V.a) + magnitude(v_V.b)));
   const Phases i = inverse_clarke(current_A);
   Phases lost{}, duty = inverse_clarke(v_V);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -136,7 +136,7 @@ class Motor : public MotorBase {
   }
 
   // The set-point asks for no motion.
-  void come_to_rest(B& board) {
+  [[gnu::noinline]] void come_to_rest(B& board) {
     if (v_.state == MotorState::off || v_.sense.zero_out_of_tolerance) return;
     const bool stops = config_.stop.mode != StopMode::coast && fresh();
     if (v_.state == MotorState::running && stops) {
@@ -160,7 +160,7 @@ class Motor : public MotorBase {
   }
 
   // A rotor at rest is pulled to and fro along one axis: half a period each way at the frequency asked for.
-  void sound(B& board) {
+  [[gnu::noinline]] void sound(B& board) {
     const bool wanted = v_.order.mode == Mode::tone && v_.order.value >= 50.0f && v_.order.value <= 5000.0f;
     if (v_.state == MotorState::tone) {
       if (!wanted) return switch_off(board, MotorState::off);
@@ -180,7 +180,7 @@ class Motor : public MotorBase {
     }
   }
 
-  void begin_start(B& board) {
+  [[gnu::noinline]] void begin_start(B& board) {
     v_.start = {MotorState::catching, 0.0f, 0.0f, sign_of(v_.order.value), 0.0f};
     v_.state = MotorState::catching;
     v_.blocked = Blocked::none;
@@ -191,8 +191,9 @@ class Motor : public MotorBase {
     v_.own_omega_e_rad_s = 0.0f;
     v_.weaken_A = 0.0f;
     v_.emf_mismatch = 0.0f;
-    v_.protection.stall_ticks = 0;
+    v_.protection.stall_ticks = v_.protection.slip_ticks = 0;
     v_.check = {};
+    v_.dead_share = 0.85f * v_.known_dead_share;  // a little too little makes no current out of nothing
     board.bridge_on();
   }
 
@@ -214,6 +215,7 @@ class Motor : public MotorBase {
     if (s.failed) return trip(board, Fault::start_failed, {});
     if (s.caught) {
       ++v_.counters.catches;
+      v_.dead_share = v_.known_dead_share;
       return take_over(0.0f);
     }
     if (s.hand_over) {
@@ -250,18 +252,18 @@ class Motor : public MotorBase {
     v_.emf_mismatch += c.mismatch_rate * ((v_.state == MotorState::running ? mismatch : 0.0f) - v_.emf_mismatch);
     const Fault fault = check_slow(c, v_.protection,
                                    {v_.bus_V, v_.temperature_K, v_.residual_A, length(v_.measured_A), v_.state == MotorState::running,
-                                    speed_rad_s(), v_.direction, v_.observer.lock, v_.emf_mismatch});
+                                    speed_rad_s(), v_.direction, v_.observer.lock, v_.emf_mismatch, v_.observer.unknown_rad_s2});
     if (fault != Fault::none && driving()) trip(board, fault, sensed);
   }
 
-  void trip(B& board, Fault fault, const Sensed& sensed) {
+  [[gnu::noinline]] void trip(B& board, Fault fault, const Sensed& sensed) {
     ProtectionState& p = v_.protection;
     const MotorState before = v_.state;
     const float speed = observing() ? speed_rad_s() : 0.0f;
     switch_off(board, MotorState::fault);
     p.fault = fault;
     p.pause_ticks = config_.protection.pause_ticks;
-    p.healthy_ticks = p.stall_ticks = 0;
+    p.healthy_ticks = p.stall_ticks = p.slip_ticks = 0;
     ++p.trips;
     count_trip(v_.counters, fault);
     if (gives_up(config_.protection, p, fault) && !p.latched) {

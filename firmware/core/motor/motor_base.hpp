@@ -13,7 +13,7 @@ class MotorBase {
  public:
   explicit MotorBase(const MotorConfig& config) : config_(config) {
     v_.resistance_ohm = config_.observer.resistance_ohm;
-    v_.dead_share = config_.modulator.dead_share;
+    v_.dead_share = v_.known_dead_share = config_.dead_time.unknown_share;
     publish();
   }
 
@@ -133,13 +133,13 @@ class MotorBase {
   void learn_at_rest(const StartStep& s) {
     if (s.resistance_ohm < config_.resistance.least_ohm || s.resistance_ohm > config_.resistance.most_ohm) {
       ++v_.counters.resistance_refused;
-      v_.dead_share = config_.modulator.dead_share;
+      v_.dead_share = v_.known_dead_share;
       return;
     }
     v_.resistance_ohm = s.resistance_ohm;
     remember_cold(config_.health, v_.health, s.resistance_ohm, v_.temperature_K);
     const float share = kDeadTimeTrust * (v_.dead_share + s.lost_V / (v_.bus_V + 2.0f * config_.modulator.diode_drop_V));
-    v_.dead_share = clamp(share, config_.dead_time.least_share, config_.dead_time.most_share);
+    v_.dead_share = v_.known_dead_share = clamp(share, config_.dead_time.least_share, config_.dead_time.most_share);
   }
 
   void take_over(float current_q_A) {

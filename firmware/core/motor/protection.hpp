@@ -19,9 +19,12 @@ struct ProtectionConfig {
   float residual_A = 2.0f, residual_share = 0.08f;  // mean |sum of phase currents| that tolerance cannot explain: A, and of |i|
   float min_speed_rad_s = 0.0f;                     // below it a running motor is stalled
   float min_lock = 0.75f;
-  float emf_mismatch = 0.6f;           // |measured - expected back-EMF| / expected, beyond what a resistance error explains
-  float excused_V = 0.1f;              // a third of the back-EMF at the hand-over: dead time
-  float mismatch_rate = 0.1f;          // filter, per supervision tick: 2.5 ms
+  float emf_mismatch = 0.6f;   // |measured - expected back-EMF| / expected, beyond what a resistance error explains
+  float excused_V = 0.1f;      // a third of the back-EMF at the hand-over: dead time
+  float mismatch_rate = 0.1f;  // filter, per supervision tick: 2.5 ms
+  // Below this speed, a torque that accelerates nothing turns no rotor: electrical rad/s² that stay unexplained.
+  float slip_rad_s2 = 1e9f, slip_speed_rad_s = 0.0f;
+  std::uint16_t slip_ticks = 240;      // 60 ms
   std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature
   std::uint16_t sensor_ticks = 16;     // 4 ms: residual, thermistor
   std::uint16_t stall_ticks = 16;      // 4 ms
@@ -35,7 +38,7 @@ struct ProtectionConfig {
 struct ProtectionState {
   Fault fault = Fault::none;
   bool latched = false;
-  std::uint16_t under_ticks = 0, hot_ticks = 0, residual_ticks = 0, stall_ticks = 0, thermistor_ticks = 0;
+  std::uint16_t under_ticks = 0, hot_ticks = 0, residual_ticks = 0, stall_ticks = 0, slip_ticks = 0, thermistor_ticks = 0;
   std::uint16_t pause_ticks = 0, healthy_ticks = 0, restarts = 0, trying_ticks = 0;
   std::uint32_t trips = 0;
   bool thermistor_lost = false;
@@ -51,7 +54,7 @@ constexpr Fault check_fast(const ProtectionConfig& c, const Sensed& sensed, floa
 struct SlowInputs {
   float bus_V = 0.0f, temperature_K = 0.0f, residual_A = 0.0f, current_A = 0.0f;
   bool running = false;  // under the observer: stall detection is meaningful
-  float speed_rad_s = 0.0f, direction = 1.0f, lock = 0.0f, emf_mismatch = 0.0f;
+  float speed_rad_s = 0.0f, direction = 1.0f, lock = 0.0f, emf_mismatch = 0.0f, unknown_rad_s2 = 0.0f;
 };
 
 constexpr void persist(std::uint16_t& ticks, bool bad) {
@@ -64,10 +67,12 @@ constexpr Fault check_slow(const ProtectionConfig& c, ProtectionState& s, const 
   persist(s.residual_ticks, in.residual_A > c.residual_A + c.residual_share * in.current_A);
   const bool lost = in.speed_rad_s * in.direction < c.min_speed_rad_s || in.lock < c.min_lock || in.emf_mismatch > c.emf_mismatch;
   persist(s.stall_ticks, in.running && lost);
+  const bool slips = magnitude(in.speed_rad_s) < c.slip_speed_rad_s && magnitude(in.unknown_rad_s2) > c.slip_rad_s2;
+  persist(s.slip_ticks, in.running && slips);
   if (s.under_ticks >= c.slow_ticks) return Fault::undervoltage;
   if (s.hot_ticks >= c.slow_ticks) return Fault::overtemperature;
   if (s.residual_ticks >= c.sensor_ticks) return Fault::sensor;
-  if (s.stall_ticks >= c.stall_ticks) return Fault::stall;
+  if (s.stall_ticks >= c.stall_ticks || s.slip_ticks >= c.slip_ticks) return Fault::stall;
   return Fault::none;
 }
 

@@ -14,7 +14,10 @@ struct StartConfig {
   float tick_s = 250e-6f;
   float current_A = 12.0f;
   float catch_s = 0.015f;
-  float catch_speed_rad_s = 75.0f;  // mechanical, 716 RPM: slower rotors are started afresh
+  float catch_speed_rad_s = 200.0f;  // mechanical, 0.5 V of back-EMF: slower rotors are started afresh, as the dead time hides them
+  float swing_V = 0.12f;             // of back-EMF that is left when the rotor may be taken for being at rest: a third of the hand-over's
+  std::uint32_t align_rounds = 2;
+  float catch_filter = 0.1f, catch_steady = 0.5f, catch_steady_s = 0.007f;  // within half of the mean of 2.5 ms for 7 ms
   float align_first_s = 0.050f, align_second_s = 0.080f;
   float align_from_rad = 2.1f, align_to_rad = 0.5f;  // of the sweep in the first step, electrical
   float align_rise_s = 0.020f;                       // current ramp
@@ -47,6 +50,9 @@ struct StartState {
   float low_V = 0.0f, low_A = 0.0f, high_V = 0.0f, high_A = 0.0f;  // sums of the resistance measurement …
   float low_lost = 0.0f, high_lost = 0.0f;
   float low_count = 0.0f, high_count = 0.0f;  // … and of how many ticks
+  float steady_s = 0.0f;                      // while catching
+  float swing_V = 0.0f;
+  std::uint32_t rounds = 0;
 };
 
 struct StartInputs {
@@ -94,54 +100,70 @@ constexpr void solve_alignment(const StartConfig& c, const StartState& s, StartS
   out.lost_V = (high_A * low_V - low_A * high_V) / determinant;
 }
 
+// Still looking for a rotation? A rotor that turns keeps its speed; what the dead time makes of noise on one that stands does not.
+constexpr bool look_for_rotation(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
+  s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
+  const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < c.catch_steady * magnitude(s.speed_rad_s);
+  const bool turns = trustworthy(c, in) && steady && magnitude(s.speed_rad_s) > c.catch_speed_rad_s;
+  s.steady_s = turns ? s.steady_s + c.tick_s : 0.0f;
+  if (s.in_phase_s < c.catch_s) return true;
+  out.caught = s.steady_s >= c.catch_steady_s;
+  // Perhaps it turns, but not yet for long enough.
+  const bool perhaps = in.lock > c.lock && magnitude(in.observed_rad_s) > c.catch_speed_rad_s;
+  return out.caught || (perhaps && s.in_phase_s < 2.0f * c.catch_s);
+}
+
+constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
+  const float second_s = s.in_phase_s - c.align_first_s;
+  const bool first = second_s < 0.0f, low = !first && second_s < 0.5f * c.align_second_s;
+  out.own_frame = out.set_frame = true;
+  // A vector that moves leaves the dead point opposite to it behind; one that stands still can hold a rotor there by friction.
+  const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
+  out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
+  out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
+  if (low && measuring(c, s)) s.low_V += in.along_V, s.low_A += in.along_A, s.low_lost += in.lost_along, s.low_count += 1.0f;
+  if (!low && !first && measuring(c, s)) s.high_V += in.along_V, s.high_A += in.along_A, s.high_lost += in.lost_along, s.high_count += 1.0f;
+  // Across the vector only what still swings induces a voltage; a rotor that turned before needs another round to come to rest.
+  s.swing_V += c.catch_filter * (magnitude(in.across_V - s.across_slow_V) - s.swing_V);
+  if (second_s < c.align_second_s) return;
+  if (s.swing_V > c.swing_V && s.rounds < c.align_rounds) {
+    ++s.rounds;
+    s.in_phase_s = c.align_first_s;
+    s.low_V = s.low_A = s.low_lost = s.low_count = s.high_V = s.high_A = s.high_lost = s.high_count = 0.0f;
+    return;
+  }
+  solve_alignment(c, s, out);
+  s = {MotorState::ramp, 0.0f, 0.0f, s.direction, s.across_slow_V};
+}
+
+constexpr void ramp(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
+  s.speed_rad_s += s.direction * c.acceleration_rad_s2 * c.tick_s;
+  out.own_frame = true;
+  out.current_A = c.current_A;
+  const bool agrees = magnitude(in.observed_rad_s - s.speed_rad_s) < 0.25f * magnitude(s.speed_rad_s);
+  if (magnitude(s.speed_rad_s) >= c.hand_over_rad_s && trustworthy(c, in) && agrees)
+    out.hand_over = true;
+  else
+    out.failed = magnitude(s.speed_rad_s) >= c.give_up_rad_s;
+}
+
 constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs& in) {
   StartStep out;
   s.in_phase_s += c.tick_s;
   s.across_slow_V += c.damping_corner_rad_s * c.tick_s * (in.across_V - s.across_slow_V);
-  if (s.phase != MotorState::catching) {
+  if (s.phase == MotorState::catching) {
+    if (look_for_rotation(c, s, in, out)) return out;
+    s = {MotorState::align, 0.0f, 0.0f, s.direction, 0.0f};
+  } else {
     const float align_A = (measuring(c, s) ? c.damping_measure_share : c.damping_align_share) * in.along_A;
-    const float most_A = s.phase == MotorState::align ? align_A : c.damping_most_A;
-    out.damping_A = clamp(c.damping_A_V * (s.across_slow_V - in.across_V), most_A > 0.0f ? -most_A : 0.0f, most_A > 0.0f ? most_A : 0.0f);
+    const float asked_A = s.phase == MotorState::align ? align_A : c.damping_most_A, most_A = asked_A > 0.0f ? asked_A : 0.0f;
+    out.damping_A = clamp(c.damping_A_V * (s.across_slow_V - in.across_V), -most_A, most_A);
   }
-  switch (s.phase) {
-    case MotorState::catching:
-      if (s.in_phase_s < c.catch_s) return out;
-      if (trustworthy(c, in) && magnitude(in.observed_rad_s) > c.catch_speed_rad_s) {
-        out.caught = true;
-        return out;
-      }
-      s = {MotorState::align, 0.0f, 0.0f, s.direction, 0.0f};
-      [[fallthrough]];
-    case MotorState::align: {
-      const float second_s = s.in_phase_s - c.align_first_s;
-      const bool first = second_s < 0.0f, low = !first && second_s < 0.5f * c.align_second_s;
-      out.own_frame = out.set_frame = true;
-      // A vector that moves leaves the dead point opposite to it behind; one that stands still can hold a rotor there by friction.
-      const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
-      out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
-      out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
-      if (low && measuring(c, s)) s.low_V += in.along_V, s.low_A += in.along_A, s.low_lost += in.lost_along, s.low_count += 1.0f;
-      if (!low && !first && measuring(c, s))
-        s.high_V += in.along_V, s.high_A += in.along_A, s.high_lost += in.lost_along, s.high_count += 1.0f;
-      if (second_s >= c.align_second_s) {
-        solve_alignment(c, s, out);
-        s = {MotorState::ramp, 0.0f, 0.0f, s.direction, s.across_slow_V};
-      }
-      return out;
-    }
-    case MotorState::ramp:
-      s.speed_rad_s += s.direction * c.acceleration_rad_s2 * c.tick_s;
-      out.own_frame = true;
-      out.current_A = c.current_A;
-      if (magnitude(s.speed_rad_s) >= c.hand_over_rad_s && trustworthy(c, in) &&
-          magnitude(in.observed_rad_s - s.speed_rad_s) < 0.25f * magnitude(s.speed_rad_s))
-        out.hand_over = true;
-      else if (magnitude(s.speed_rad_s) >= c.give_up_rad_s)
-        out.failed = true;
-      return out;
-    default:
-      return out;
-  }
+  if (s.phase == MotorState::align)
+    align(c, s, in, out);
+  else if (s.phase == MotorState::ramp)
+    ramp(c, s, in, out);
+  return out;
 }
 
 }  // namespace rotorloop::firmware

@@ -59,8 +59,8 @@ TEST(Protection, OvercurrentOpensTheBridgeWithinTwoPwmPeriodsOfTheSample) {
   const Slip guarded = slip(true), unguarded = slip(false);
   EXPECT_GE(guarded.off_after_pwm_periods, 0.0);
   EXPECT_LE(guarded.off_after_pwm_periods, 2.0);
-  std::printf("slip of half a turn at 16 500 RPM: %.0f A peak, %.0f us beyond 45 A guarded; %.0f A, %.0f us not\n", guarded.peak_A, guarded.beyond_us,
-              unguarded.peak_A, unguarded.beyond_us);
+  std::printf("slip of half a turn at 16 500 RPM: %.0f A peak, %.0f us beyond 45 A guarded; %.0f A, %.0f us not\n", guarded.peak_A,
+              guarded.beyond_us, unguarded.peak_A, unguarded.beyond_us);
   EXPECT_GT(unguarded.peak_A, guarded.peak_A + 5.0);
   EXPECT_GT(unguarded.beyond_us, 2.0 * guarded.beyond_us);
 }
@@ -111,7 +111,9 @@ TEST(Protection, ABlockedRotorIsGivenUpAfterSomeTriesUntilTheSetpointReturnsToOf
 }
 
 TEST(Protection, WithoutStallDetectionABlockedMotorIsReportedAsRunning) {
-  NativeEsc esc = running_at(6000, reference(), [](NativeEsc& e) { e.motor().config().protection.stall_ticks = 60000; });
+  NativeEsc esc = running_at(6000, reference(), [](NativeEsc& e) {
+    e.motor().config().protection.stall_ticks = e.motor().config().protection.slip_ticks = 60000;
+  });
   esc.drive().set_load({kTriblade_N_m_s2, 2.0});
   run_ms(esc, 500.0);
   EXPECT_LT(std::fabs(esc.omega_rad_s()), 5.0);
