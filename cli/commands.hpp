@@ -8,9 +8,12 @@ class App;
 
 namespace rotorloop::cli {
 
+void add_bus(CLI::App& app, int& exit_code);  // the group; cli/bus
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_close(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
+void add_esc(CLI::App& app, int& exit_code);  // the group; cli/esc
+void add_esc_sim(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nanodrone(CLI::App& app, int& exit_code);

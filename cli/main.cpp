@@ -29,6 +29,9 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_rotor(app, exit_code);
   rotorloop::cli::add_stand(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);
+  rotorloop::cli::add_bus(app, exit_code);
+  rotorloop::cli::add_esc(app, exit_code);
+  rotorloop::cli::add_esc_sim(app, exit_code);
   rotorloop::cli::add_completion(app);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

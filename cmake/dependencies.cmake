@@ -15,3 +15,10 @@ find_library(MODBUS_LIBRARY modbus REQUIRED)
 add_library(modbus::modbus UNKNOWN IMPORTED)
 set_target_properties(modbus::modbus PROPERTIES IMPORTED_LOCATION ${MODBUS_LIBRARY} INTERFACE_INCLUDE_DIRECTORIES ${MODBUS_INCLUDE_DIR})
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
+# cpp-httplib comes without a CMake package in Debian 12; its classes depend on the options that the library was compiled with.
+find_path(ROTORLOOP_HTTPLIB_INCLUDE httplib.h REQUIRED)
+find_library(ROTORLOOP_HTTPLIB cpp-httplib REQUIRED)
+add_library(cpp-httplib::cpp-httplib SHARED IMPORTED)
+set_target_properties(cpp-httplib::cpp-httplib PROPERTIES IMPORTED_LOCATION ${ROTORLOOP_HTTPLIB} INTERFACE_INCLUDE_DIRECTORIES ${ROTORLOOP_HTTPLIB_INCLUDE}
+  INTERFACE_SYSTEM_INCLUDE_DIRECTORIES ${ROTORLOOP_HTTPLIB_INCLUDE}
+  INTERFACE_COMPILE_DEFINITIONS "CPPHTTPLIB_OPENSSL_SUPPORT;CPPHTTPLIB_ZLIB_SUPPORT;CPPHTTPLIB_BROTLI_SUPPORT")

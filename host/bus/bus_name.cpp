@@ -8,11 +8,13 @@
 namespace rotorloop {
 namespace {
 
-constexpr std::array<BusBackendInfo, 4> kBackends{{
+constexpr std::array<BusBackendInfo, 6> kBackends{{
     {BusBackend::virtual_bus, "virtual", "nothing, or a label", false, true},
+    {BusBackend::multicast, "mcast", "a group number 0..9, or nothing for 0", false, true},
+    {BusBackend::slcan, "slcan", "a serial adapter, for example /dev/ttyACM0 or /dev/ttyACM0@500000", true, true},
+    {BusBackend::slcan_server, "slcan-server", "a path for the link to the terminal, or nothing", false, true},
     {BusBackend::socketcan, "socketcan", "an interface, for example can0", true, false},
     {BusBackend::gs_usb, "gsusb", "the serial number of the adapter, or nothing for the only one", false, false},
-    {BusBackend::multicast, "mcast", "a group number 0..9", true, false},
 }};
 
 std::string list_of_built_in(std::span<const BusBackendInfo> backends) {

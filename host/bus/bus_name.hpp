@@ -1,5 +1,5 @@
-// The name of a bus as users write it, "BACKEND:REST": virtual: | socketcan:can0 | gsusb:SERIAL | mcast:0. Only what this build
-// contains is accepted; any other name is refused with the list of what would work, before anything is opened or armed.
+// The name of a bus as users write it, "BACKEND:REST": virtual: | mcast:0 | slcan:/dev/ttyACM0@1000000 | slcan-server:PATH |
+// socketcan:can0 | gsusb:SERIAL. Only what this build contains is accepted; any other name is refused with the list of what would work, before anything is opened or armed.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace rotorloop {
 
-enum class BusBackend : std::uint8_t { virtual_bus, socketcan, gs_usb, multicast };
+enum class BusBackend : std::uint8_t { virtual_bus, multicast, slcan, slcan_server, socketcan, gs_usb };
 
 struct BusBackendInfo {
   BusBackend backend;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <span>
 
 #include "host/base/error.hpp"
 
@@ -152,11 +153,8 @@ void parse_line(LineParser line, BusLog& log) {
   log.frames.push_back(entry);
 }
 
-}  // namespace
-
-std::size_t format_candump(char* out, std::int64_t time_ns, std::string_view interface, const CanFrame& frame) {
+char* put_line_start(char* p, std::int64_t time_ns, std::string_view interface, std::uint32_t id, bool extended) {
   const auto micros = static_cast<std::uint64_t>(time_ns) / 1'000;
-  char* p = out;
   *p++ = '(';
   put_decimal(p + 10, micros / 1'000'000, 10);
   p += 10;
@@ -168,11 +166,35 @@ std::size_t format_candump(char* out, std::int64_t time_ns, std::string_view int
   std::memcpy(p, interface.data(), interface.size());
   p += interface.size();
   *p++ = ' ';
-  for (int nibble = frame.extended ? 7 : 2; nibble >= 0; --nibble) *p++ = kHex[(frame.id >> (4 * nibble)) & 15u];
-  *p++ = '#';
-  for (std::size_t i = 0; i < frame.length; ++i, p += 2) std::memcpy(p, kHexPairs[frame.data[i]].data(), 2);
+  for (int nibble = extended ? 7 : 2; nibble >= 0; --nibble) *p++ = kHex[(id >> (4 * nibble)) & 15u];
+  return p;
+}
+
+std::size_t put_data(const char* begin, char* p, std::span<const std::uint8_t> data) {
+  for (const std::uint8_t byte : data) {
+    std::memcpy(p, kHexPairs[byte].data(), 2);
+    p += 2;
+  }
   *p++ = '\n';
-  return static_cast<std::size_t>(p - out);
+  return static_cast<std::size_t>(p - begin);
+}
+
+}  // namespace
+
+std::size_t format_candump(char* out, std::int64_t time_ns, std::string_view interface, const CanFrame& frame) {
+  char* p = put_line_start(out, time_ns, interface, frame.id, frame.extended);
+  *p++ = '#';
+  return put_data(out, p, {frame.data.data(), frame.length});
+}
+
+std::size_t format_candump(char* out, std::int64_t time_ns, std::string_view interface, const BusFrame& frame) {
+  char* p = put_line_start(out, time_ns, interface, frame.id, frame.extended);
+  *p++ = '#';
+  if (frame.fd) {
+    *p++ = '#';
+    *p++ = frame.bit_rate_switch ? '1' : '0';
+  }
+  return put_data(out, p, {frame.data.data(), frame.length});
 }
 
 CandumpWriter::CandumpWriter(const std::string& path, std::string interface) : file_(path), interface_(std::move(interface)) {

@@ -15,6 +15,7 @@ constexpr std::uint32_t kExtended = 0x80000000;
 constexpr std::uint32_t kRemote = 0x40000000;
 constexpr std::uint32_t kErrorReport = 0x20000000;
 constexpr std::uint8_t kFdFrame = 0x04;  // flags byte; may be missing in old files, then the length (72) decides
+constexpr std::uint8_t kFdRateSwitch = 0x01;
 constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kCanHeaderBytes = 8;
 constexpr std::int64_t kNs_per_s = 1'000'000'000;
@@ -50,6 +51,10 @@ std::size_t format_pcap_file_header(char* out) {
 }
 
 std::size_t format_pcap_record(char* out, std::int64_t time_ns, const CanFrame& frame) {
+  return format_pcap_record(out, time_ns, BusFrame(frame));
+}
+
+std::size_t format_pcap_record(char* out, std::int64_t time_ns, const BusFrame& frame) {
   const auto bytes = static_cast<std::uint32_t>(kCanHeaderBytes + frame.length);
   char* p = put_u32(out, static_cast<std::uint32_t>(time_ns / kNs_per_s));
   p = put_u32(p, static_cast<std::uint32_t>(time_ns % kNs_per_s));
@@ -57,7 +62,8 @@ std::size_t format_pcap_record(char* out, std::int64_t time_ns, const CanFrame& 
   p = put_u32(p, bytes);
   p = put_u32(p, frame.id | (frame.extended ? kExtended : 0), true);
   *p++ = static_cast<char>(frame.length);
-  for (int i = 0; i < 3; ++i) *p++ = 0;
+  *p++ = static_cast<char>(frame.fd ? kFdFrame | (frame.bit_rate_switch ? kFdRateSwitch : 0) : 0);
+  for (int i = 0; i < 2; ++i) *p++ = 0;
   for (std::size_t i = 0; i < frame.length; ++i) *p++ = static_cast<char>(frame.data[i]);
   return static_cast<std::size_t>(p - out);
 }

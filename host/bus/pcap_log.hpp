@@ -9,6 +9,7 @@
 
 #include "host/bus/logged_frames.hpp"
 #include "host/bus/output_file.hpp"
+#include "host/bus/bus_frame.hpp"
 #include "protocols/can_frame.hpp"
 
 namespace rotorloop {
@@ -18,11 +19,14 @@ inline constexpr std::size_t kPcapFileHeaderBytes = 24;
 std::size_t format_pcap_file_header(char* out);
 // Writes record header and record into `out` (at least 32 bytes) and returns the length. time_ns in 0 … 2^32 seconds.
 std::size_t format_pcap_record(char* out, std::int64_t time_ns, const CanFrame& frame);
+// The same for either format; at least 88 bytes.
+std::size_t format_pcap_record(char* out, std::int64_t time_ns, const BusFrame& frame);
 
 class PcapWriter {
  public:
   explicit PcapWriter(const std::string& path);  // throws Error if the file cannot be created
   void write(std::int64_t time_ns, const CanFrame& frame) { file_.commit(format_pcap_record(file_.reserve(), time_ns, frame)); }
+  void write(std::int64_t time_ns, const BusFrame& frame) { file_.commit(format_pcap_record(file_.reserve(), time_ns, frame)); }
   void close() { file_.close(); }  // throws Error when the disk refused
 
  private:

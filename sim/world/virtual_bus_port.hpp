@@ -59,6 +59,10 @@ class VirtualBusPort final : public CanBus {
   PortCounters counters() const override { return counted; }
 
   void take_in(const StampedFrame& frame) {
+    if (!wanted(frame.frame.id, frame.frame.extended)) {
+      ++counted.filtered;
+      return;
+    }
     if (rx_count_ == rx_.size()) {
       ++counted.dropped_rx;
       return;

@@ -1,0 +1,9 @@
+// What the live pages are made of, in the program itself; made by assets.cmake from page/ and third_party/uplot.
+#pragma once
+#include <string_view>
+
+namespace rotorloop::live {
+
+extern const std::string_view kUplotScript, kUplotStyle, kLiveScript, kLiveStyle, kEscsPage;
+
+}  // namespace rotorloop::live

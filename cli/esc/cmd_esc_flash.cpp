@@ -1,0 +1,109 @@
+// `rotorloop esc flash`: new firmware for one or several nodes at once.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/esc/esc_commands.hpp"
+#include "cli/esc/esc_session.hpp"
+#include "host/base/error.hpp"
+#include "host/tools/esc_table.hpp"
+#include "host/tools/firmware_update.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+constexpr std::uintmax_t kLargestImage_B = 16u << 20;  // far beyond any ESC: a disk image given by mistake
+
+struct FlashArguments {
+  EscOptions esc;
+  std::vector<int> nodes;
+  std::filesystem::path image;
+};
+
+std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  std::ifstream file(path, std::ios::binary);
+  if (none || !file) throw Error({path.generic_string(), "cannot read the image", "", "check the path"});
+  if (size == 0 || size > kLargestImage_B)
+    throw Error({path.generic_string(), fmt::format("{} bytes are no image: 1 to {} are possible", size, kLargestImage_B), "", "give the file that the build made for the node"});
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::string progress_text(const tools::FirmwareUpdates& updates) {
+  std::string text;
+  for (const auto& [node, s] : updates.nodes())
+    text += fmt::format("{}node {}: {}{}", text.empty() ? "" : "   ", node, tools::phase_name(s.phase),
+                        s.phase == tools::UpdatePhase::reading ? fmt::format(" {:.0f} %", 100.0 * static_cast<double>(s.read_B) / static_cast<double>(updates.size_B())) : "");
+  return text;
+}
+
+int flash(const FlashArguments& o) {
+  auto image = read_image(o.image);
+  EscSession session(o.esc);
+  tools::ToolNode& tool = session.tool();
+  const auto nodes = session.nodes(o.nodes);
+  tools::FirmwareUpdates updates(tool, std::move(image));
+  for (const std::uint8_t node : nodes) updates.start(node);
+  const bool redraw = !o.esc.live.json && ::isatty(STDERR_FILENO) == 1;
+  std::map<std::uint8_t, int> told;  // tenths of each node, on a stream that is no terminal
+  const bool ended = tool.run_until(INT64_MAX, [&] {
+    updates.step();
+    if (redraw) {
+      fmt::print(stderr, "\r\033[K{}", progress_text(updates));
+    } else {
+      for (const auto& [node, s] : updates.nodes()) {
+        const int step = s.phase == tools::UpdatePhase::reading ? static_cast<int>(10 * s.read_B / updates.size_B()) : 100 + static_cast<int>(s.phase);
+        if (std::exchange(told[node], step) != step) fmt::print(stderr, "node {}: {} {} of {} bytes\n", node, tools::phase_name(s.phase), s.read_B, updates.size_B());
+      }
+    }
+    return updates.over();
+  });
+  if (redraw) fmt::print(stderr, "\n");
+  tool.run_until(tool.now_ns() + 3'000'000'000, [&] { return tool.requests_open() == 0; });
+  nlohmann::ordered_json document = nlohmann::ordered_json::array();
+  bool failed = false;
+  for (const auto& [node, s] : updates.nodes()) {
+    failed = failed || s.phase != tools::UpdatePhase::done;
+    nlohmann::ordered_json j{{"node", node}, {"end", tools::phase_name(s.phase)}, {"read_B", s.read_B}, {"blocks", s.blocks}, {"reason", s.reason}};
+    const auto seen = tool.nodes().find(node);
+    if (seen != tool.nodes().end()) j["now"] = tools::node_json(seen->second, tool.now_ns());
+    document.push_back(j);
+    if (!o.esc.live.json) {
+      const std::string version = seen != tool.nodes().end() && seen->second.info ? fmt::format(", now {}.{}", seen->second.info->software_major, seen->second.info->software_minor) : "";
+      fmt::print("node {}: {}{}\n", node, tools::phase_name(s.phase), s.phase == tools::UpdatePhase::done ? version : ": " + (s.reason.empty() ? "interrupted; run the command again and it goes on" : s.reason));
+    }
+  }
+  if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
+  session.finish();
+  if (!ended) return session.stop().exit_code();
+  return failed ? static_cast<int>(ExitCode::device) : 0;
+}
+
+}  // namespace
+
+void add_esc_flash(CLI::App& group, int& exit_code) {
+  auto o = std::make_shared<FlashArguments>();
+  CLI::App* c = group.add_subcommand("flash", "new firmware for nodes, several at once");
+  add_esc_options(*c, o->esc);
+  c->add_option("image", o->image, "image file for these nodes")->required();
+  c->add_option("--node", o->nodes, "node ids, 21 or 21,22")->delimiter(',')->allow_extra_args(false)->required();
+  c->footer(
+      "Each node reads the image at its own pace and restarts; a node whose motor runs refuses. If it is cut off, the old firmware runs on or the\n"
+      "node waits for the update: run the command again.\n"
+      "Example:\n  rotorloop esc flash esc.bin --node 21,22,23,24\n"
+      "Exit code 3: a node did not take it, with the reason.");
+  c->callback([o, &exit_code] { exit_code = flash(*o); });
+}
+
+}  // namespace rotorloop::cli

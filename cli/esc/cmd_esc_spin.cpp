@@ -1,0 +1,112 @@
+// `rotorloop esc spin`: turns one motor, with limits, a dead-man's switch and a stop at every end.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "cli/esc/esc_commands.hpp"
+#include "cli/esc/esc_session.hpp"
+#include "cli/esc/held_key.hpp"
+#include "host/base/error.hpp"
+#include "host/tools/esc_table.hpp"
+#include "host/tools/spin.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+struct SpinArguments {
+  EscOptions esc;
+  tools::SpinOptions spin;
+  std::optional<double> rpm, duty;
+  bool yes = false;
+};
+
+void print_row(const tools::EscRow& row, double set_point, bool json, const tools::ToolNode& tool) {
+  if (json) {
+    auto j = tools::esc_row_json(row, tool);
+    j["set_point"] = set_point;
+    fmt::print("{}\n", j.dump());
+  } else {
+    fmt::print("set {:>8.4g}   {:>7} rpm  {:>6.2f} V  {:>6.2f} A  {:>5.1f} °C\n", set_point, row.status.rpm, row.status.voltage_V, row.status.current_A,
+               row.status.temperature_K - 273.15f);
+  }
+  std::fflush(stdout);
+}
+
+[[noreturn]] void refuse_to_begin(tools::SpinEnd why, const tools::SpinOptions& o) {
+  throw Error({"esc spin", "nothing was armed: " + tools::spin_end_text(why, o), "",
+               why == tools::SpinEnd::foreign_commander ? "end the other program or disconnect the autopilot" : "look at: rotorloop esc list"},
+              why == tools::SpinEnd::silent ? ExitCode::device : ExitCode::safety);
+}
+
+int spin(SpinArguments o) {
+  if (o.rpm.has_value() == o.duty.has_value()) throw Error({"--rpm", "give either --rpm or --duty", "", "for example: rotorloop esc spin --index 0 --rpm 3000 --for 5"});
+  o.spin.duty = o.duty.has_value();
+  o.spin.value = o.duty ? *o.duty : *o.rpm;
+  const bool terminal = ::isatty(STDIN_FILENO) == 1;
+  if (!o.yes && !terminal)
+    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "", "give --yes when the propeller is off or the frame is held"});
+  EscSession session(o.esc);
+  tools::ToolNode& tool = session.tool();
+  tools::EscTable table(tool);
+  tools::Spin motor(tool, table, o.spin);
+  session.discover();
+  if (const auto why = motor.check_before(); why != tools::SpinEnd::running) refuse_to_begin(why, o.spin);
+  std::optional<HeldKey> key;
+  if (!o.yes) {
+    fmt::print(stderr, "ESC {} (node {}) will turn. Propeller off, or the frame held? Hold SPACE to turn it, let go to stop.\n", o.spin.esc_index,
+               table.of_index(o.spin.esc_index)->node);
+    key.emplace();
+    if (!tool.run_until(tool.now_ns() + 60'000'000'000, [&] { return key->pressed(tool.now_ns()); })) {
+      fmt::print(stderr, "nothing was armed\n");
+      return session.stop().asked() ? session.stop().exit_code() : static_cast<int>(ExitCode::interrupted);
+    }
+  }
+  motor.begin();
+  std::uint64_t shown = 0;
+  while (!motor.done()) {
+    tool.poll();
+    motor.step(!session.stop().asked() && (!key || key->pressed(tool.now_ns())));
+    const tools::EscRow* row = table.of_index(o.spin.esc_index);
+    if (row != nullptr && row->reports != shown && row->reports % 5 == 0) {
+      shown = row->reports;
+      print_row(*row, motor.set_point(), o.esc.live.json, tool);
+    }
+    tool.bus().wait_until(tool.now_ns() + tools::Spin::kCommandPeriod_ns / 4);
+  }
+  key.reset();
+  fmt::print(stderr, "stopped and disarmed: {}; fastest {:.0f} rpm\n", tools::spin_end_text(motor.end(), o.spin), motor.fastest_rpm());
+  session.finish();
+  if (session.stop().asked()) return session.stop().exit_code();
+  return motor.end() == tools::SpinEnd::done || motor.end() == tools::SpinEnd::released ? 0 : static_cast<int>(ExitCode::safety);
+}
+
+}  // namespace
+
+void add_esc_spin(CLI::App& group, int& exit_code) {
+  auto o = std::make_shared<SpinArguments>();
+  CLI::App* c = group.add_subcommand("spin", "turn one motor, with limits and a dead-man's switch");
+  add_esc_options(*c, o->esc);
+  c->add_option("--index", o->spin.esc_index, "esc_index of the motor, from 0")->required();
+  c->add_option("--rpm", o->rpm, "speed to turn at, signed");
+  c->add_option("--duty", o->duty, "share of full duty, -1 to 1");
+  c->add_option("--for", o->spin.for_s, "seconds, ramp included")->required();
+  c->add_option("--ramp", o->spin.ramp_s, "seconds from standstill to the value")->capture_default_str();
+  c->add_option("--max-current", o->spin.most_current_A, "A; more stops at once")->capture_default_str();
+  c->add_option("--max-temperature", o->spin.most_temperature_C, "°C; more stops at once")->capture_default_str();
+  c->add_option("--max-rpm", o->spin.most_rpm, "seen, not asked for; more stops at once")->capture_default_str();
+  c->add_flag("--yes", o->yes, "turn without holding a key: the propeller is off or the frame is held");
+  c->footer(
+      "On a terminal the motor turns while SPACE is held. It stops and is disarmed at the end of the time, when the key is let go, at Ctrl-C, at a\n"
+      "limit, when the ESC falls silent or another node sends commands; if this program is killed, the ESC stops by itself after 250 ms.\n"
+      "All other ESCs on the bus are ordered to stand still.\n"
+      "Example:\n  rotorloop esc spin --index 0 --rpm 3000 --for 5\n"
+      "Exit code 4: stopped by a limit, a fault or another commander.");
+  c->callback([o, &exit_code] { exit_code = spin(*o); });
+}
+
+}  // namespace rotorloop::cli

@@ -1,0 +1,59 @@
+// Gives node ids to nodes that ask for one (DroneCAN dynamic node id allocation, the side of the allocator), and remembers which unique id
+// has which: the same ESC gets the same id for ever, as long as its table is kept.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host/tools/tool_node.hpp"
+
+namespace rotorloop::tools {
+
+using UniqueId = std::array<std::uint8_t, 16>;
+
+// Text of a table: a line "UNIQUE_ID = NODE_ID" for each. Throws Error (exit 2) with the line.
+std::map<UniqueId, std::uint8_t> parse_allocation_table(const std::string& text, const std::string& name);
+std::string allocation_table_text(const std::map<UniqueId, std::uint8_t>& table);
+std::string unique_id_text(const UniqueId& id);
+
+struct Allocated {
+  UniqueId unique_id{};
+  std::uint8_t node_id = 0;
+  bool is_new = false;  // the table has changed
+};
+
+class Allocator {
+ public:
+  // `told`: called for every id given. Listens through the tool; it must outlive the allocator's use.
+  Allocator(ToolNode& tool, std::map<UniqueId, std::uint8_t> table, std::function<void(const Allocated&)> told);
+  const std::map<UniqueId, std::uint8_t>& table() const { return table_; }
+  std::uint64_t refused() const { return refused_; }  // requests while no id was free
+
+ private:
+  void on_request(const protocols::Allocation& request);
+  std::uint8_t choose(const UniqueId& id, std::uint8_t preferred) const;  // 0: none is free
+
+  ToolNode& tool_;
+  std::map<UniqueId, std::uint8_t> table_;
+  std::function<void(const Allocated&)> told_;
+  std::vector<std::uint8_t> heard_;  // unique id of the node being served, as far as it is known
+  std::int64_t heard_ns_ = 0;
+  std::uint64_t refused_ = 0;
+};
+
+// Tells all nodes the time of this bus, once a second; silent while a node with a lower id does.
+class TimeMaster {
+ public:
+  explicit TimeMaster(ToolNode& tool);
+  void step();
+  bool leads() const;
+
+ private:
+  ToolNode& tool_;
+  std::int64_t next_ns_ = 0, sent_ns_ = 0, other_ns_;
+};
+
+}  // namespace rotorloop::tools

@@ -1,0 +1,129 @@
+#include "host/tools/firmware_update.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rotorloop::tools {
+namespace {
+
+using namespace protocols;
+
+constexpr const char* kImagePath = "fw";
+constexpr std::int64_t kAskAgain_ns = 2'000'000'000;
+
+}  // namespace
+
+std::string phase_name(UpdatePhase phase) {
+  switch (phase) {
+    case UpdatePhase::asking: return "asking";
+    case UpdatePhase::waiting: return "waiting";
+    case UpdatePhase::reading: return "reading";
+    case UpdatePhase::restarting: return "restarting";
+    case UpdatePhase::done: return "done";
+    case UpdatePhase::failed: return "failed";
+  }
+  return "";
+}
+
+FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image) : tool_(tool), image_(std::move(image)) {
+  tool.serve<FileGetInfo, FileGetInfoResponse>([this](const FileGetInfo& request, std::uint8_t) {
+    FileGetInfoResponse r;
+    if (request.path.path.is(kImagePath)) {
+      r.size = image_.size();
+      r.entry.flags = EntryType::kFile | EntryType::kReadable;
+    } else {
+      r.error.value = FileError::kNotFound;
+    }
+    return std::optional(r);
+  });
+  tool.serve<FileRead, FileReadResponse>([this](const FileRead& request, std::uint8_t client) {
+    FileReadResponse r;
+    if (!request.path.path.is(kImagePath)) {
+      r.error.value = FileError::kNotFound;
+      return std::optional(r);
+    }
+    const std::uint64_t begin = std::min<std::uint64_t>(request.offset, image_.size());
+    const std::uint64_t size = std::min<std::uint64_t>(FileRead::kBlock, image_.size() - begin);
+    r.data.assign({image_.data() + begin, static_cast<std::size_t>(size)});
+    const auto known = nodes_.find(client);
+    if (known != nodes_.end() && known->second.phase != UpdatePhase::done && known->second.phase != UpdatePhase::failed) {
+      UpdateState& s = known->second;
+      ++s.blocks;
+      s.read_B = std::max(s.read_B, begin + size);
+      s.changed_ns = tool_.now_ns();
+      s.phase = size < FileRead::kBlock ? UpdatePhase::restarting : UpdatePhase::reading;
+    }
+    return std::optional(r);
+  });
+}
+
+void FirmwareUpdates::start(std::uint8_t node) {
+  nodes_[node] = {};
+  ask(node);
+}
+
+void FirmwareUpdates::ask(std::uint8_t node) {
+  UpdateState& state = nodes_[node];
+  ++state.asked;
+  state.changed_ns = tool_.now_ns();
+  BeginFirmwareUpdate request;
+  request.path = FilePath(kImagePath);
+  tool_.request<BeginFirmwareUpdate, BeginFirmwareUpdateResponse>(
+      node, request,
+      [this, node](const std::optional<BeginFirmwareUpdateResponse>& r) {
+        UpdateState& s = nodes_[node];
+        if (s.phase != UpdatePhase::asking || !r) return;
+        using Error = BeginFirmwareUpdateResponse::Error;
+        const std::string said(r->message.items.begin(), r->message.items.begin() + r->message.count);
+        if (r->error == Error::ok || r->error == Error::in_progress) {
+          s.phase = UpdatePhase::waiting;
+          s.changed_ns = tool_.now_ns();
+        } else {
+          fail(s, fmt::format("refused: {}", !said.empty() ? said : r->error == Error::invalid_mode ? "not in this mode; does its motor run?" : "no reason given"));
+        }
+      },
+      {.attempts = 1, .timeout_ns = kAskAgain_ns});
+}
+
+void FirmwareUpdates::fail(UpdateState& s, std::string reason) {
+  s.phase = UpdatePhase::failed;
+  s.reason = std::move(reason);
+}
+
+void FirmwareUpdates::step() {
+  for (auto& [node, s] : nodes_) {
+    const std::int64_t since_ns = tool_.now_ns() - s.changed_ns;
+    const auto seen = tool_.nodes().find(node);
+    switch (s.phase) {
+      case UpdatePhase::asking:
+        if (since_ns <= kAskAgain_ns) break;
+        if (s.asked >= kMostAsked) {
+          fail(s, "does not answer BeginFirmwareUpdate");
+        } else {
+          ask(node);
+        }
+        break;
+      case UpdatePhase::waiting:
+      case UpdatePhase::reading:
+        if (since_ns > kSilence_ns) fail(s, fmt::format("no block was read for {} s; {} of {} bytes were", kSilence_ns / 1'000'000'000, s.read_B, image_.size()));
+        break;
+      case UpdatePhase::restarting:
+        // Heard after its last block, and not in the updater any more.
+        if (seen != tool_.nodes().end() && seen->second.heard_ns > s.changed_ns && seen->second.status.mode == NodeMode::operational) {
+          s.phase = UpdatePhase::done;
+        } else if (since_ns > kRestart_ns) {
+          fail(s, "has read the whole image and does not report as operational; it may have refused the image (rotorloop esc log)");
+        }
+        break;
+      case UpdatePhase::done:
+      case UpdatePhase::failed: break;
+    }
+  }
+}
+
+bool FirmwareUpdates::over() const {
+  return std::all_of(nodes_.begin(), nodes_.end(), [](const auto& n) { return n.second.phase == UpdatePhase::done || n.second.phase == UpdatePhase::failed; });
+}
+
+}  // namespace rotorloop::tools

@@ -1,0 +1,57 @@
+// Firmware updates of several nodes at once: asks each to begin, serves it the image block by block as it reads, follows it through its
+// restart. The node leads: it asks for blocks, so a slow or deaf node holds up nobody else, and one that was cut off goes on where it
+// was when it is asked again.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host/tools/tool_node.hpp"
+
+namespace rotorloop::tools {
+
+enum class UpdatePhase : std::uint8_t {
+  asking,      // BeginFirmwareUpdate is not answered yet
+  waiting,     // answered; no block read yet
+  reading,
+  restarting,  // has read to the end
+  done,        // reports as operational again
+  failed,
+};
+
+struct UpdateState {
+  UpdatePhase phase = UpdatePhase::asking;
+  std::uint64_t read_B = 0;      // up to here
+  std::uint64_t blocks = 0;      // served, repeated ones counted again
+  std::int64_t changed_ns = 0;   // of the last progress
+  int asked = 0;
+  std::string reason;            // of a failure, in words
+};
+
+class FirmwareUpdates {
+ public:
+  static constexpr std::int64_t kSilence_ns = 30'000'000'000;  // without a block read: failed; the old image runs on
+  static constexpr std::int64_t kRestart_ns = 20'000'000'000;  // to report as operational after the last block
+  static constexpr int kMostAsked = 4;                         // every 2 s, as the DroneCAN GUI tool does
+
+  // Serves the image under a path of two characters: a request for a block is one frame then.
+  FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image);
+  void start(std::uint8_t node);
+  void step();
+  bool over() const;  // every node is done or has failed
+  const std::map<std::uint8_t, UpdateState>& nodes() const { return nodes_; }
+  std::uint64_t size_B() const { return image_.size(); }
+
+ private:
+  void ask(std::uint8_t node);
+  void fail(UpdateState& s, std::string reason);
+
+  ToolNode& tool_;
+  std::vector<std::uint8_t> image_;
+  std::map<std::uint8_t, UpdateState> nodes_;
+};
+
+std::string phase_name(UpdatePhase phase);
+
+}  // namespace rotorloop::tools

@@ -1,0 +1,164 @@
+"""`rotorloop esc` against `rotorloop esc-sim` on multicast: what an integrator types, what happens.
+
+Every wait is for an event, with a deadline that only a hanging program reaches.
+usage: esc_test.py PATH_TO_ROTORLOOP
+"""
+import http.client
+import json
+import re
+import signal
+import sys
+import threading
+import time
+import urllib.parse
+
+import bus_namespace
+from bus_test import DEADLINE_s, BusCommand, packet, raw_command
+from rotorloop_cli import main
+
+BUS = ("--bus", "mcast:3")
+
+
+class EscCommand(BusCommand):
+    def esc_command(self, *words):
+        return self.run_command("esc", *words, *BUS)
+
+    def test_list_names_every_node_and_marks_an_index_that_two_have(self):
+        self.esc(node=21, index=0)
+        self.esc("mcast:3", 22, 0)
+        done = self.esc_command("list", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        nodes = {n["node"]: n for n in json.loads(done.stdout)}
+        self.assertEqual(set(nodes), {21, 22})
+        self.assertEqual(nodes[21]["name"], "org.rotorloop.esc")
+        self.assertEqual((nodes[21]["mode"], nodes[21]["health"], nodes[21]["esc_index"]), ("operational", "ok", "0!"))
+        text = self.esc_command("list")
+        self.assertRegex(text.stdout, r" 21 +0! +operational")
+        self.assertIn("give each ESC its own", text.stderr)
+
+    def test_spin_reaches_its_speed_within_one_percent_and_ends_with_a_stop(self):
+        self.esc()
+        done = self.esc_command("spin", "--index", "0", "--rpm", "4000", "--for", "4", "--ramp", "0.5", "--yes", "--json")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        reports = [json.loads(line) for line in done.stdout.splitlines()]
+        settled = [r["rpm"] for r in reports if r["set_point"] == 4000][-5:]
+        self.assertEqual(len(settled), 5, reports)
+        self.assertTrue(all(abs(rpm - 4000) <= 40 for rpm in settled), settled)
+        self.assertIn("stopped and disarmed: time over", done.stderr)
+        self.assert_stands_still()
+
+    def assert_stands_still(self):
+        """The next report of an idle ESC: speed zero."""
+        monitor = self.start("esc", "monitor", *BUS, "--json", "--rate", "10")
+        end = time.monotonic() + DEADLINE_s
+        while time.monotonic() < end:
+            for line in self.lines(monitor.stdout, 0.5) or []:
+                escs = json.loads(line)["escs"]
+                if escs and escs[0]["rpm"] == 0:
+                    return
+        self.fail("still turning")
+
+    def test_ctrl_c_stops_the_motor_before_the_tool_ends(self):
+        self.esc()
+        spin = self.start("esc", "spin", *BUS, "--index", "0", "--rpm", "4000", "--for", "60", "--yes", "--json")
+        self.line_with(spin.stdout, '"set_point":4000')
+        spin.send_signal(signal.SIGINT)
+        _, err = spin.communicate(timeout=DEADLINE_s)
+        self.assertEqual(spin.returncode, 130, err)
+        self.assertIn("stopped and disarmed: released", err)
+        self.assert_stands_still()
+
+    def test_a_killed_spin_leaves_no_motor_turning(self):
+        self.esc()
+        spin = self.start("esc", "spin", *BUS, "--index", "0", "--rpm", "4000", "--for", "60", "--yes", "--json")
+        self.line_with(spin.stdout, '"set_point":4000')
+        spin.kill()
+        self.assert_stands_still()
+
+    def test_a_limit_stops_the_motor_with_exit_code_4(self):
+        self.esc()
+        done = self.esc_command("spin", "--index", "0", "--rpm", "8000", "--for", "20", "--yes", "--max-rpm", "3000")
+        self.assertEqual(done.returncode, 4, done.stdout + done.stderr)
+        self.assertIn("stopped and disarmed: speed above 3000 rpm", done.stderr)
+        self.assert_stands_still()
+
+    def test_nothing_is_armed_while_another_node_commands_or_when_the_esc_is_not_there(self):
+        done = self.esc_command("spin", "--index", "5", "--rpm", "3000", "--for", "2", "--yes")
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("nothing was armed: ESC 5 does not report", done.stderr)
+        self.esc()
+        stop = threading.Event()
+
+        def autopilot():
+            number = 0
+            while not stop.wait(0.05):
+                self.send(packet(0x07040678, raw_command(0) + bytes([0xC0 | number % 32])))
+                number += 1
+        thread = threading.Thread(target=autopilot)
+        thread.start()
+        try:
+            done = self.esc_command("spin", "--index", "0", "--rpm", "3000", "--for", "2", "--yes")
+        finally:
+            stop.set()
+            thread.join()
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("nothing was armed: another node sends commands", done.stderr)
+
+    def test_the_live_page_streams_values_and_takes_orders_with_its_token_alone(self):
+        self.esc(index=2)
+        monitor = self.start("esc", "monitor", *BUS, "--web")
+        address = urllib.parse.urlparse(self.line_with(monitor.stdout, "http://127.0.0.1:").strip())
+
+        def ask(method, path, headers=None, body=None):
+            connection = http.client.HTTPConnection(address.hostname, address.port, timeout=DEADLINE_s)
+            self.addCleanup(connection.close)
+            connection.request(method, path, body, headers or {})
+            return connection.getresponse()
+        self.assertIn("ESCs on a bus", ask("GET", "/").read().decode())
+        for path in ("/uplot.js", "/uplot.css", "/live.js", "/live.css"):
+            self.assertEqual(ask("GET", path).status, 200, path)
+        self.assertEqual(ask("GET", "/", {"Host": "evil.example"}).status, 403)
+        self.assertEqual(ask("POST", "/order", body="stop").status, 403)
+        self.assertEqual(ask("POST", "/order", {"X-Token": "0" * 32}, "stop").status, 403)
+        answer = ask("POST", "/order", {"X-Token": address.fragment}, "stop")
+        self.assertEqual((answer.status, answer.read().decode()), (200, "ArmingStatus 0 is sent to all"))
+        events, end = ask("GET", "/events"), time.monotonic() + DEADLINE_s
+        while time.monotonic() < end:
+            line = events.fp.readline().decode()
+            found = re.match(r"data: (.*)", line)
+            if found and json.loads(found.group(1))["escs"]:
+                self.assertEqual(json.loads(found.group(1))["escs"][0]["esc_index"], 2)
+                break
+        else:
+            self.fail("no values")
+        monitor.send_signal(signal.SIGINT)
+        monitor.communicate(timeout=DEADLINE_s)
+        self.assertEqual(monitor.returncode, 0)
+
+    def test_mistakes_are_refused_with_what_to_do(self):
+        for code, text, words in (
+                (3, "no ESC is on the bus", ("get",)),
+                (3, "node 99 is not on mcast:3", ("info", "--node", "99")),
+                (2, "out of range: 1 to 127", ("get", "--node", "300")),
+                (2, "is not NAME=VALUE", ("set", "--node", "21", "esc_index")),
+                (2, "give either --rpm or --duty", ("spin", "--index", "0", "--for", "2", "--yes")),
+                (2, "standard input is no terminal", ("spin", "--index", "0", "--rpm", "3000", "--for", "2")),
+                (2, "out of range: -1 to 1", ("spin", "--index", "0", "--duty", "2", "--for", "2", "--yes")),
+                (2, "cannot read the parameter file", ("restore", "no.toml", "--node", "21")),
+                (2, "out of range: 0.1 to 60", ("list", "--listen", "0"))):
+            with self.subTest(words=words):
+                done = self.esc_command(*words)
+                self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+                self.assertIn(text, done.stderr)
+                self.assertIn("do:", done.stderr)
+
+
+# Of the tests of bus_test.py only its helpers are wanted here.
+for name in [n for n in dir(BusCommand) if n.startswith("test_")]:
+    if name not in EscCommand.__dict__:
+        setattr(EscCommand, name, None)
+del BusCommand
+
+if __name__ == "__main__":
+    bus_namespace.enter()
+    main(sys.argv)
