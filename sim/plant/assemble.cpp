@@ -35,6 +35,8 @@ DriveParameters drive_parameters(const PlantFile& plant, const Rotor& rotor, std
              .static_friction_N_m = m.static_friction_N_m,
              .cogging_N_m = m.cogging_N_m};
   d.blade_inertia_kg_m2 = rotor.blade_inertia_kg_m2();
+  for (const PlantDriveFault& f : plant.drive_faults)
+    if (f.rotor == static_cast<int>(esc) + 1) d.faults.push_back(f.fault);
   if (plant.esc.stage) {
     d.inverter = plant.esc.stage->inverter;
     d.sensing = plant.esc.stage->sensing;

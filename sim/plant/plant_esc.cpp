@@ -67,4 +67,29 @@ PlantEsc read_plant_esc(const TomlTable& root, int cells) {
   return e;
 }
 
+std::vector<PlantDriveFault> read_drive_faults(const TomlTable& root) {
+  constexpr std::size_t kMostFaults = 64;
+  constexpr double kLongest_s = 3600.0;
+  std::vector<PlantDriveFault> faults;
+  for (const TomlTable& t : root.tables("drive_fault", 0, kMostFaults)) {
+    PlantDriveFault f;
+    f.rotor = static_cast<int>(t.integer("rotor", 1, 4));
+    const std::string kind =
+        t.choice("kind", {"phase_open", "shunt_open", "shunt_short", "high_fet_open", "high_fet_short", "low_fet_open", "low_fet_short",
+                          "ntc_open", "ntc_short", "weak_magnets", "rotor_lock", "prop_strike", "prop_loss"});
+    for (std::size_t k = 0; k < kDriveFaultNames.size(); ++k)
+      if (kDriveFaultNames[k] == kind) f.fault.kind = static_cast<DriveFaultKind>(k);
+    if (f.fault.kind <= DriveFaultKind::low_fet_short) {
+      const std::string phase = t.choice("phase", {"u", "v", "w"});
+      f.fault.phase = phase == "u" ? std::uint8_t{0} : phase == "v" ? std::uint8_t{1} : std::uint8_t{2};
+    }
+    if (f.fault.kind == DriveFaultKind::weak_magnets) f.fault.size = t.number("flux_left", {0.1, 1.0, "1"});
+    if (f.fault.kind == DriveFaultKind::prop_strike) f.fault.size = t.number("torque_N_m", {1e-4, 100.0, "N m"});
+    f.fault.from_s = t.number("at_s", {0.0, kLongest_s, "s"});
+    if (t.has("duration_s")) f.fault.until_s = f.fault.from_s + t.number("duration_s", {1e-3, kLongest_s, "s"});
+    faults.push_back(f);
+  }
+  return faults;
+}
+
 }  // namespace rotorloop::sim

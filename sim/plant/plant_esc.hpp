@@ -1,9 +1,11 @@
 // The [esc] section of a plant file: power stage, how true it is, and what the ESCs were told of their motors.
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "host/base/toml_file.hpp"
 #include "sim/drive/boards.hpp"
+#include "sim/drive/drive_fault.hpp"
 
 namespace rotorloop::sim {
 
@@ -33,5 +35,14 @@ struct PlantEsc {
 // Absent: b_g431b_esc1, ideal, common clock, motor_file, 40 A. Throws Error with file, line, key, value, unit, range and remedy; so it
 // does for a battery that the power stage cannot take.
 PlantEsc read_plant_esc(const TomlTable& root, int cells);
+
+// What breaks in one motor or its power stage, by the time since power-up (a flight begins at 2 s).
+struct PlantDriveFault {
+  int rotor = 1;  // 1 to 4
+  DriveFault fault;
+};
+
+// The [[drive_fault]] tables. Throws Error with file, line, key, value, unit, range and remedy.
+std::vector<PlantDriveFault> read_drive_faults(const TomlTable& root);
 
 }  // namespace rotorloop::sim

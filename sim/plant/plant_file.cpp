@@ -163,6 +163,7 @@ PlantFile read_plant(const TomlFile& file) {
   for (std::size_t i = 0; i < kAirframeRotors; ++i) plant.rotors[i] = read_rotor(rotors[i], kPlaces[i], i + 1);
   plant.battery = read_battery(root.table("battery"));
   plant.esc = read_plant_esc(root, plant.battery.cells);
+  plant.drive_faults = read_drive_faults(root);
   plant.density_kg_m3 = root.table("air").number("density_kg_m3", {0.01, 5.0, "kg/m^3"});
   const TomlTable sensors = root.table("sensors");
   plant.pose = read_pose(sensors.table("pose"));

@@ -54,6 +54,7 @@ struct PlantFile {
   std::array<PlantRotor, kAirframeRotors> rotors;
   PlantBattery battery;
   PlantEsc esc;
+  std::vector<PlantDriveFault> drive_faults;
   double density_kg_m3 = 0.0;
   ImuConfig imu;
   PoseConfig pose;

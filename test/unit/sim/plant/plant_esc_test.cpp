@@ -45,5 +45,37 @@ TEST(PlantEsc, ParametersThatAreNeitherAWordNorAFileAreRefusedByName) {
   EXPECT_THAT(message("parameters = \"data_sheet\"", "parameters = \"datasheet\""), HasSubstr("datasheet"));
 }
 
+PlantFile with_fault(const std::string& table) {
+  const std::string folder = std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/";
+  return read_plant(
+      TomlFile::parse(test::shipped("reference_plant.toml") + "\n[[drive_fault]]\n" + table, folder + "reference_plant.toml"));
+}
+std::string fault_message(const std::string& table) {
+  try {
+    (void)with_fault(table);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "(no error)";
+}
+
+TEST(PlantDriveFault, ReachesTheDriveOfItsRotorAlone) {
+  const PlantFile p = with_fault("rotor = 3\nkind = \"low_fet_open\"\nphase = \"v\"\nat_s = 3.5\nduration_s = 0.25\n");
+  const SharedRotors rotors = read_rotors(p);
+  EXPECT_TRUE(drive_parameters(p, *rotors[1], 1).faults.empty());
+  const auto faults = drive_parameters(p, *rotors[2], 2).faults;
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].kind, DriveFaultKind::low_fet_open);
+  EXPECT_EQ(faults[0].phase, 1);
+  EXPECT_EQ(faults[0].from_s, 3.5);
+  EXPECT_EQ(faults[0].until_s, 3.75);
+}
+TEST(PlantDriveFault, LackingOrUnknownWordsAreRefusedByName) {
+  EXPECT_THAT(fault_message("rotor = 1\nkind = \"phase_open\"\nat_s = 3\n"), HasSubstr("phase"));
+  EXPECT_THAT(fault_message("rotor = 5\nkind = \"rotor_lock\"\nat_s = 3\n"), HasSubstr("rotor"));
+  EXPECT_THAT(fault_message("rotor = 1\nkind = \"fire\"\nat_s = 3\n"), HasSubstr("weak_magnets"));
+  EXPECT_THAT(fault_message("rotor = 1\nkind = \"weak_magnets\"\nflux_left = 2\nat_s = 3\n"), HasSubstr("flux_left"));
+}
+
 }  // namespace
 }  // namespace rotorloop::sim
