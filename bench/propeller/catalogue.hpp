@@ -5,25 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "bench/propeller/geometry.hpp"
-#include "bench/propeller/measured.hpp"
+#include "bench/propeller/propeller_inputs.hpp"
 #include "sim/rotor/blade.hpp"
 
 namespace rotorloop::propeller {
-
-constexpr double kLeastThrust = 0.01;  // C_T; below, a relative error says nothing
 
 struct SweepFile {
   std::string file;
   double rpm;
   bool judged = true;  // false: printed only
-};
-
-// Lift and drag: one section all along the blade, or two with a blend between.
-struct SectionChoice {
-  std::string inner, outer;                 // outer empty: one section
-  double blend_from = 0.0, blend_to = 0.0;  // of the radius
-  std::string reason;
 };
 
 struct CataloguedPropeller {
@@ -39,22 +29,6 @@ struct CataloguedPropeller {
 };
 
 const std::vector<CataloguedPropeller>& propeller_catalogue();
-
-struct PropellerInputs {
-  std::filesystem::path data;                                // what ROTORLOOP_DATA names
-  std::filesystem::path shipped_polars = "vehicles/polars";  // NAME.toml
-  std::string section;                                       // for all propellers, in place of their own; empty: their own
-  double fit_rpm = 0.0;                                      // fit the sweep nearest to it; 0: sweep_to_fit()
-  double stall_drag = 0.0;                                   // sim::Blade
-};
-
-// A set of rows measured in one go.
-struct MeasuredSet {
-  std::string label;  // "static", "J 5039 rpm"
-  std::vector<MeasuredRow> rows;
-  bool fitted = false;  // every second row goes into the fit
-  bool judged = true;
-};
 
 // The blade as one source describes it, nothing fitted.
 struct GeometryChoice {

@@ -221,7 +221,8 @@ void check_zero(CheckedStand& s, StandQuantity channel) {
            rest == rest ? fmt::format("; at rest the channel reads {:.2g} {}", rest, unit) : std::string()),
        rest == rest && !rest_agrees
            ? "not the tare, which the readings at rest contradict: a mount that carries part of the load, or friction in it"
-           : "the load cell was tared under load, or not at all"});
+           : "the load cell was tared under load, or not at all",
+       true});
   (thrust ? s.thrust : s.torque) = StandChannelState::faulty;
 }
 

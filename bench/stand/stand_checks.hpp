@@ -14,6 +14,7 @@ struct StandFault {
   std::string channel;  // "rotor 1 speed", "thrust", "torque"
   std::string what;     // in words, with figures and units
   std::string likely;   // cause; may be empty
+  bool zero = false;    // the channel's constant: what a fit with a constant of its own may allow for
 };
 
 struct CheckedStand {

@@ -135,28 +135,8 @@ std::string part_of(const std::string& stem, const std::optional<std::array<std:
   return part && (*part)[0] < stem.size() ? stem.substr((*part)[0], (*part)[1]) : std::string();
 }
 
-}  // namespace
-
-double sum_omega_squared(const StandRecord& r, const StandPoint& p) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < r.rotors; ++k) sum += p.omega_rad_s[k] * p.omega_rad_s[k];
-  return sum;
-}
-
-StandRecord read_stand_file(const std::filesystem::path& path, const StandMapping& m) {
-  std::set<std::string> wanted, wanted_joined;
-  for (const auto& c : m.channels) (c.joined ? wanted_joined : wanted).insert(c.columns.begin(), c.columns.end());
-  if (m.time_column) wanted.insert(*m.time_column);
-  if (m.join) wanted.insert(m.join->to), wanted_joined.insert(m.join->key);
-  const log::ColumnTable file = log::read_csv_table(path, wanted, {.separator = m.separator, .header = m.header});
-  for (const auto& needed : {m.time_column, m.join ? std::optional(m.join->to) : std::nullopt})
-    if (needed && !file.has(*needed))
-      throw Error({m.path.generic_string(), fmt::format("the column \"{}\" is not in {}", *needed, file.label),
-                   "a mapping for another stand", fmt::format("its columns are: {}", log::name_list(file.names))});
-  std::optional<log::ColumnTable> joined;
-  if (m.join) joined = log::read_csv_table(path.parent_path() / m.join->file, wanted_joined, {.separator = m.separator});
-
-  const Chosen chosen = choose(m, file, joined ? &*joined : nullptr);
+StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* joined, const std::filesystem::path& path, const StandMapping& m) {
+  const Chosen chosen = choose(m, file, joined);
   StandRecord r;
   r.name = path.filename().generic_string();
   r.motor = part_of(path.stem().string(), m.motor_in_name);
@@ -182,6 +162,35 @@ StandRecord read_stand_file(const std::filesystem::path& path, const StandMappin
   });
   if (left_out > 0) r.notes.push_back(fmt::format("{} points outside the mapping's limits (speed, shaft power) left out", left_out));
   return r;
+}
+
+}  // namespace
+
+double sum_omega_squared(const StandRecord& r, const StandPoint& p) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < r.rotors; ++k) sum += p.omega_rad_s[k] * p.omega_rad_s[k];
+  return sum;
+}
+
+StandRecord read_stand_file(const std::filesystem::path& path, const StandMapping& m) {
+  std::set<std::string> wanted, wanted_joined;
+  for (const auto& c : m.channels) (c.joined ? wanted_joined : wanted).insert(c.columns.begin(), c.columns.end());
+  if (m.time_column) wanted.insert(*m.time_column);
+  if (m.join) wanted.insert(m.join->to), wanted_joined.insert(m.join->key);
+  const log::ColumnTable file = log::read_csv_table(path, wanted, {.separator = m.separator, .header = m.header});
+  for (const auto& needed : {m.time_column, m.join ? std::optional(m.join->to) : std::nullopt})
+    if (needed && !file.has(*needed))
+      throw Error({m.path.generic_string(), fmt::format("the column \"{}\" is not in {}", *needed, file.label),
+                   "a mapping for another stand", fmt::format("its columns are: {}", log::name_list(file.names))});
+  std::optional<log::ColumnTable> joined;
+  if (m.join) joined = log::read_csv_table(path.parent_path() / m.join->file, wanted_joined, {.separator = m.separator});
+
+  return record_of(file, joined ? &*joined : nullptr, path, m);
+}
+
+StandRecord stand_record(const log::ColumnTable& file, const std::filesystem::path& path, const StandMapping& m) {
+  if (m.join) throw Error({m.path.generic_string(), "[join] needs the file itself", "", "read it with read_stand_file"});
+  return record_of(file, nullptr, path, m);
 }
 
 }  // namespace rotorloop::stand

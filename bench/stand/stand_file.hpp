@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/log/column_table.hpp"
 #include "bench/stand/stand_mapping.hpp"
 
 namespace rotorloop::stand {
@@ -42,5 +43,7 @@ double sum_omega_squared(const StandRecord& r, const StandPoint& p);
 
 // Throws Error: usage for a mapping that does not fit the file, data_quality for a damaged file.
 StandRecord read_stand_file(const std::filesystem::path& path, const StandMapping& mapping);
+// The same of columns that were read already; a mapping with a joined file is refused.
+StandRecord stand_record(const log::ColumnTable& file, const std::filesystem::path& path, const StandMapping& mapping);
 
 }  // namespace rotorloop::stand

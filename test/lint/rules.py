@@ -47,7 +47,7 @@ ARROWS = {
     "bench/score": DATA_SIDE + ["bench/log", "bench/estimate"],
     "bench/identify": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/render"],
     "bench/diagnose": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/identify", "bench/render"],
-    "bench/stand": DATA_SIDE + ["bench/log", "bench/diagnose/verdict.hpp"],
+    "bench/stand": DATA_SIDE + ["bench/log", "bench/diagnose/verdict.hpp", "bench/render"],
     "bench/studies": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/stand", "bench/diagnose/verdict.hpp"],
     "bench/hil": WITH_WORLD + ["bench/log", "bench/render"],
     "bench/calibrate": WITH_WORLD + ["bench/log", "bench/render"],
@@ -223,7 +223,8 @@ PRIVATE_WORDS_ALLOWED = (
     r"|\"analyst\"|\[analyst\]|--analyst|`analyst\.identify`|o(?:->|\.)analyst|vehicle, analyst, out|const auto analyst|analyst->"
     r"|(?:arms|hubs)_believed_\w+|\bbelieved = \{|\"believed\"|group = \"belief\"|^#   believed "
     r"|quartic_knot|\bKnot\b"
-    r"|Sending& winner|winner\.time_ns")
+    r"|Sending& winner|winner\.time_ns"
+    r"|cannot tell: need")  # a verdict of `stand compare`
 PRIVATE_WORD_SUFFIXES = SOURCE_SUFFIXES + (".md", ".toml", ".py", ".sh", ".txt", ".cmake")
 PRIVATE_WORD_EXEMPT = {
     "test/lint/rules.py": "this list",

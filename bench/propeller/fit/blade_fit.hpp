@@ -1,0 +1,25 @@
+// The four-scalar fit for any propeller: the protocol of ../validation.hpp on files instead of a catalogue.
+#pragma once
+#include "bench/propeller/fit/propeller_files.hpp"
+#include "bench/propeller/validation.hpp"
+
+namespace rotorloop::propeller {
+
+struct BladeFit {
+  std::string title;
+  bool fitted = false;  // false: there are no measurements, and the blade is the geometry's own
+  SectionChoice section;
+  std::vector<PropellerResult> result;  // one, where it is fitted
+  std::size_t best = 0;                 // geometry of the smaller misfit
+  sim::Blade blade;
+  double inertia_kg_m2 = 0.0;
+  bool inertia_estimated = false;  // of a solid nylon blade of this plan form
+  std::vector<std::string> remarks;
+};
+
+// Fits where a static table with at least four rows is there. Throws Error as its parts do.
+BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& inputs, const std::string& title);
+
+std::string blade_fit_text(const BladeFit& fit);
+
+}  // namespace rotorloop::propeller

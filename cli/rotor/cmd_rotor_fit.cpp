@@ -1,0 +1,103 @@
+// `rotorloop rotor fit`: a blade file of any propeller from its geometry and what was measured of it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include "bench/hil/run_folder.hpp"
+#include "bench/propeller/fit/blade_files.hpp"
+#include "bench/stand/estimate/stand_estimate.hpp"
+#include "cli/commands.hpp"
+#include "cli/ending/outputs.hpp"
+#include "host/base/error.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RotorFitArguments {
+  std::vector<fs::path> files, stand;
+  fs::path out, mapping;
+  propeller::PropellerInputs inputs;
+  propeller::PropellerFileOptions read;
+  bool force = false;
+};
+
+// Steps of a run on a stand as rows of a static table.
+void add_stand_rows(const RotorFitArguments& o, propeller::PropellerFiles& files) {
+  stand::RunOptions with;
+  if (!o.mapping.empty()) with.mapping = stand::read_stand_mapping(o.mapping);
+  std::vector<propeller::MeasuredRow> rows;
+  for (const fs::path& path : o.stand) {
+    const stand::StandRun run = stand::read_stand_run(path, with);
+    stand::EstimateOptions options;
+    options.draws = 100;
+    const stand::StandEstimate e = stand::estimate_stand(run, options);
+    if (!e.thrust || !e.torque) throw Error({path.generic_string(), "thrust and torque are needed, and one of them cannot be used", "a channel lacks or is faulty", "rotorloop stand estimate names the fault"}, ExitCode::data_quality);
+    const double rho = run.facts.air_density_kg_m3;
+    const auto &T = e.thrust->rows, &Q = e.torque->rows;
+    for (Eigen::Index i = 0; i < T.y.size() && i < Q.y.size(); ++i) {
+      const double n = T.omega_rad_s(i) / (2.0 * std::numbers::pi), force = rho * n * n * std::pow(files.diameter_m, 4);
+      if (!(n > 0.0)) continue;
+      const double thrust = T.y(i) - e.thrust->fit.value("zero"), torque = Q.y(i) - e.torque->fit.value("zero") - e.torque->fit.value("running offset");
+      rows.push_back({60.0 * n, 0.0, thrust / force, 2.0 * std::numbers::pi * torque / (force * files.diameter_m)});
+    }
+  }
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.rpm < b.rpm; });
+  if (!files.sets.empty() && files.sets.front().label == "static")
+    files.sets.insert(files.sets.begin() + 1, {"stand", rows, false, true});
+  else
+    files.sets.insert(files.sets.begin(), {"static", rows, true, true});
+}
+
+int fit(RotorFitArguments o) {
+  check_outputs({{"-o", o.out}}, o.force);
+  if (const char* data = std::getenv("ROTORLOOP_DATA")) o.inputs.data = data;
+  propeller::PropellerFiles files = propeller::read_propeller_files(o.files, o.read);
+  if (!o.stand.empty()) add_stand_rows(o, files);
+  const propeller::BladeFit result = propeller::fit_any_blade(files, o.inputs, o.out.stem().string());
+  fmt::print("{}", propeller::blade_fit_text(result));
+  for (const auto& [path, text] : propeller::blade_files(result, o.out, std::string("rotorloop rotor fit ") + kVersion)) {
+    fs::create_directories(path.parent_path().empty() ? fs::path(".") : path.parent_path());
+    hil::write_text_file(path, text);
+    fmt::print("written: {}\n", path.generic_string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_rotor_fit(CLI::App& rotor, int& exit_code) {
+  auto o = std::make_shared<RotorFitArguments>();
+  CLI::App* c = rotor.add_subcommand("fit", "a blade file of any propeller: geometry and measurements, four scalars fitted, errors of the rows held out");
+  c->add_option("files", o->files, "geometry and tables in any order, or a folder with them; what each is follows from its contents")->required();
+  c->add_option("-o,--out", o->out, "blade file to write, as FOLDER/blades/NAME.toml; its polars go to FOLDER/polars")->required();
+  c->add_option("--stand", o->stand, "runs on a thrust stand as static rows");
+  c->add_option("-m,--mapping", o->mapping, "mapping file of these runs");
+  c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients are made with, m; default: that of the geometry")->check(CLI::Range(0.01, 4.0));
+  c->add_option("--blades", o->read.blades, "of a geometry that does not say it")->check(CLI::Range(1, 8))->capture_default_str();
+  c->add_option("--density", o->read.air_density_kg_m3, "for tables of thrust and torque, kg/m³")->check(CLI::Range(0.5, 1.6))->capture_default_str();
+  c->add_option("--section", o->inputs.section, "this section all along, in place of the rule's: a name in --polars, or NAME_Re*.txt of the measured data");
+  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml")->capture_default_str();
+  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed")->check(CLI::Range(100.0, 1e5));
+  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  add_force(*c, o->force);
+  c->footer(
+      "Protocol, as of `rotor validate`: every second static row and every second row of one sweep are fitted, all others held out. Without a static\n"
+      "table the blade is written as its geometry says, marked UNFITTED. Sections without polars: scripts/make_polars makes them where Debian's xfoil\n"
+      "is installed; without it the shipped set stands in.\n"
+      "Examples:\n"
+      "  rotorloop rotor fit prop_geom.txt prop_static.txt prop_J_5039rpm.txt --diameter 0.127 -o my/blades/prop.toml\n"
+      "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 -o my/blades/prop.toml\n"
+      "Exit codes: 0 written; 2 bad arguments or files; 3 a file cannot be written; 5 a stand's run cannot be used.");
+  c->callback([o, &exit_code] { exit_code = fit(*o); });
+}
+
+}  // namespace rotorloop::cli

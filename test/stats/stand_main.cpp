@@ -1,0 +1,52 @@
+// Estimates of simulated thrust-stand runs against the truth, judged by the limits of docs/acceptance/thrust_stand.md.
+//   stats_stand BLADE.toml [--runs 500] [--from 1] [--draws 400]
+// Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "host/base/error.hpp"
+#include "test/stats/stand_ensemble.hpp"
+
+using namespace rotorloop;
+
+int main(int argc, char** argv) {
+  std::string blade, scratch = "build/stats/stand";
+  std::uint64_t first = 1;
+  std::size_t runs = 500;
+  int draws = 400;
+  CLI::App app("Estimates of simulated thrust-stand runs of seeds FROM, FROM + 1, … against the truth.");
+  app.add_option("blade", blade, "blade file of the simulated rotor")->required();
+  app.add_option("--runs", runs)->check(CLI::Range(1, 100000));
+  app.add_option("--from", first)->check(CLI::Range(1, 1000000));
+  app.add_option("--draws", draws, "of each bootstrap")->check(CLI::Range(50, 10000));
+  app.add_option("--scratch", scratch, "folder for the files of a run, removed again");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  bool met = true;
+  const auto judge = [&](bool good) {
+    met &= good;
+    return good ? "met" : "missed";
+  };
+  try {
+    const stats::StandEnsemble e = stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws);
+    fmt::print("{} runs from seed {}\n{:<6}{:>10}{:>10}{:>12}{:>12}\n", e.runs, first, "", "bias, %", "RMSE, %", "mean u, %", "covered, %");
+    const double most_bias[] = {0.002, 0.005}, most_rmse[] = {0.006, 0.012};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto& c = e.coefficients[k];
+      fmt::print("{:<6}{:>10.3f}{:>10.3f}{:>12.3f}{:>12.1f}  bias {} (at most {:.1f}), RMSE {} (at most {:.1f}), coverage {} (92 to 98)\n", c.name, 100.0 * c.bias, 100.0 * c.rmse,
+                 100.0 * c.mean_u, 100.0 * c.covered, judge(std::abs(c.bias) <= most_bias[k]), 100.0 * most_bias[k], judge(c.rmse <= most_rmse[k]), 100.0 * most_rmse[k],
+                 judge(c.covered >= 0.92 && c.covered <= 0.98));
+    }
+    for (const auto& v : e.values)
+      fmt::print("{:<22} within {:.0f} % in {:.1f} % of the runs, RMSE {:.2f} %  {} (at least 95)\n", v.name, 100.0 * v.tolerance, 100.0 * v.within, 100.0 * v.rmse, judge(v.within >= 0.95));
+  } catch (const Error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return static_cast<int>(e.exit_code());
+  }
+  fmt::print("{}\n", met ? "all limits met" : "a limit is missed");
+  return met ? 0 : 6;
+}
