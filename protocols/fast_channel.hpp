@@ -13,7 +13,12 @@
 
 namespace rotorloop::protocols::fast {
 
-enum class SetpointMode : std::uint8_t { rpm = 0, duty = 1, current = 2 };  // 3 is reserved
+enum class SetpointMode : std::uint8_t { rpm = 0, duty = 1, current = 2 };  // 3 carries the version
+
+// Of this layout. A host says its own before its first set-point and every second; an ESC that hears another one than its own refuses
+// the set-points of its group and reports both numbers.
+inline constexpr std::uint8_t kVersion = 1;
+inline constexpr std::uint32_t kVersionMode = 3;
 
 inline constexpr std::uint32_t kSetpointBase = 0x0A0;  // | mode << 2 | group
 inline constexpr std::uint32_t kFeedbackBase = 0x140;  // | esc_index 0..15
@@ -108,6 +113,14 @@ constexpr std::optional<Setpoint> decode_setpoint(const CanFrame& f) {
   }
   s.sequence = static_cast<std::uint8_t>(word >> 60);
   return s;
+}
+
+constexpr CanFrame encode_version(std::uint8_t group, std::uint8_t version = kVersion) {
+  return detail::word_frame(kSetpointBase | kVersionMode << 2 | (group & 3u), 1, version);
+}
+constexpr std::optional<std::uint8_t> decode_version(const CanFrame& f) {
+  if (!is_setpoint_id(f) || f.length != 1 || (f.id >> 2 & 3u) != kVersionMode) return std::nullopt;
+  return f.data[0];
 }
 
 constexpr CanFrame encode(const Feedback& b) {

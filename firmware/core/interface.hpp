@@ -97,16 +97,41 @@ struct Telemetry {
   float load_N_m = 0.0f;            // torque that the shaft resists with; while the speed is valid
 };
 
+// What a RawCommand asks for; autopilots send nothing else.
+enum class RawMode : std::uint8_t {
+  duty,    // of the bus voltage
+  speed,   // of max_speed
+  thrust,  // of the thrust at max_speed: its square root is the speed
+};
+
+inline constexpr std::uint8_t kNoEscIndex = 255;
+
 // Every parameter of the first firmware, in SI. Ranges are checked in firmware/core/node/parameters.hpp.
 struct Parameters {
-  std::uint8_t node_id = 0;                // 1..125
-  std::uint8_t esc_index = 0;              // 0..15
+  std::uint8_t node_id = 0;                // 1..125; 0: asks an allocator for one
+  std::uint8_t esc_index = kNoEscIndex;    // 0..15; kNoEscIndex: obeys no command until one is assigned
   std::uint16_t command_timeout_ms = 250;  // DroneCAN command, 20..1000
   std::uint16_t fast_timeout_ms = 20;      // fast channel
   bool require_arming = true;
   bool fast_channel = true;
   std::uint16_t fast_feedback_Hz = 1000;  // 0, 250, 500, 1000
   std::uint16_t status_Hz = 50;           // esc.Status while running
+  std::uint8_t status_idle_Hz = 2;
+  std::uint8_t extended_Hz = 0;           // esc.StatusExtended; 0: never
+  std::uint8_t rpm_Hz = 0;                // rpm.RPM; 0: never
+  std::uint16_t node_status_ms = 1000;    // period of NodeStatus
+  std::uint8_t status_priority = 16;      // of telemetry, 0 first to 31
+  std::uint8_t log_level = 1;             // lowest level that is sent: 0 debug, 1 info, 2 warning, 3 error, 4 none
+  std::uint8_t preferred_id = 0;          // asked of the allocator; 0: any
+  bool feedback_voltage = false;          // bus voltage in the fast feedback: 6 bytes instead of 4
+  RawMode raw_mode = RawMode::duty;
+  float raw_deadband = 0.0f;              // of full scale: a smaller RawCommand is a stop
+  bool dir_reversed = false;              // what is positive; orders and reported speeds change sign together
+  bool bidirectional = false;             // otherwise negative orders of duty and speed stop
+  bool zero_first = false;                // after arming nothing turns before an order of zero was heard
+  float temperature_warn_K = 348.0f;      // health warning above
+  float voltage_warn_V = 0.0f;            // health warning below; 0: never
+  float trip_warn_s = 10.0f;              // a trip that ended by itself stays a warning for this long
   std::uint8_t pole_pairs = 7;
   float resistance_ohm = 0.06f;
   float inductance_H = 15e-6f;    // mean of both axes

@@ -25,6 +25,7 @@ constexpr std::array<protocols::Subscription, 4> kSubscriptions{
 // Commands above arming, arming above identity; autopilots send commands at 0..7 (docs/wire.md §2).
 constexpr std::uint8_t kCommandPriority = 7, kArmingPriority = 8, kStatusPriority = 20, kRequestPriority = 24;
 constexpr std::int64_t kStatusPeriod_us = 1'000'000, kArmingPeriod_us = 500'000;
+constexpr std::int64_t kVersionPeriod_us = 1'000'000;
 constexpr std::int64_t kRequestPeriod_us = 1'000'000;  // DroneCAN: a client waits 1 s for its response
 
 }  // namespace
@@ -92,6 +93,11 @@ bool DroneCanNode::send_rpm(std::span<const float> speed_rad_s) {
 }
 
 bool DroneCanNode::send_fast(int group, protocols::fast::SetpointMode mode, const std::array<float, 4>& values, std::int64_t now_us) {
+  // The version of the layout goes before the first set-point and then every second: an ESC with another one refuses and says so.
+  std::int64_t& version_us = next_version_us_[static_cast<std::size_t>(group)];
+  if (now_us >= version_us && bus_.send(protocols::fast::encode_version(static_cast<std::uint8_t>(group))) == SendStatus::queued) {
+    version_us = now_us + kVersionPeriod_us;
+  }
   if (bus_.send(groups_[static_cast<std::size_t>(group)].encode(mode, values, now_us)) == SendStatus::queued) return true;
   ++counters_.rejected_tx;
   return false;

@@ -106,6 +106,7 @@ class DroneCanNode {
   protocols::TransferIdCounter status_id_, arming_id_, raw_id_, rpm_id_;
   std::size_t node_count_ = 0;
   std::int64_t start_us_ = 0, next_status_us_ = 0, next_arming_us_ = 0;
+  std::array<std::int64_t, 4> next_version_us_{};  // of each group of the fast channel
   bool started_ = false, armed_ = false, announce_arming_ = true;
 };
 

@@ -5,6 +5,8 @@
 //  - the fast channel goes before DroneCAN while it is fresh; when it expires, a fresh DroneCAN command takes over, else stop
 //  - a fast set-point whose sequence is the same or older than half the range is refused
 //  - orders beyond the parameters are clamped; an order of zero speed or zero duty is a stop
+//  - negative orders of speed and duty stop unless `bidirectional`; a negative current brakes, and turns no resting rotor backwards
+//  - without an index no command is for this ESC
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -35,15 +37,45 @@ struct CommandCounters {
   std::uint32_t not_armed = 0;                                           // orders ignored for want of arming
   std::uint32_t clamped = 0;                                             // orders beyond the limits of the parameters
   std::uint32_t command_timeouts = 0, fast_timeouts = 0;
-  std::uint32_t fallbacks = 0;       // fast channel expired and a DroneCAN command took over
-  std::uint32_t disarmed = 0;        // ArmingStatus 0 while armed
-  std::uint32_t arming_unknown = 0;  // ArmingStatus neither 0 nor 255: taken as 0
+  std::uint32_t fallbacks = 0;         // fast channel expired and a DroneCAN command took over
+  std::uint32_t disarmed = 0;          // ArmingStatus 0 while armed
+  std::uint32_t arming_unknown = 0;    // ArmingStatus neither 0 nor 255: taken as 0
+  std::uint32_t negative = 0;          // orders to turn backwards while that is not allowed
+  std::uint32_t zero_awaited = 0;      // orders before the first zero after arming, where one is asked for
+  std::uint32_t second_commander = 0;  // orders from another node than the last one, within a second of it
 };
+
+// Why no order is followed now.
+enum class OrderState : std::uint8_t { following, not_armed, none_yet, expired, zero, zero_awaited };
 
 template <NodeRules kRules>
 class CommandInput {
  public:
-  explicit constexpr CommandInput(const Parameters& p) : p_(p), armed_(!p.require_arming) {}
+  explicit constexpr CommandInput(const Parameters& p) : p_(p), armed_(!p.require_arming), zero_seen_(!p.zero_first) {}
+
+  // New parameters, while the motor is off: orders from before are forgotten.
+  constexpr void apply(const Parameters& p) {
+    if (p.require_arming && !p_.require_arming) armed_ = false;
+    if (!p.require_arming) armed_ = true;
+    p_ = p;
+    command_.present = fast_.present = false;
+  }
+  // The node whose order was taken last; 0: none yet.
+  constexpr std::uint8_t commander() const { return commander_; }
+  // The other one of two that order at the same time; 0: there is none.
+  constexpr std::uint8_t second_commander(std::uint64_t now_us) const {
+    return second_ != 0 && now_us - second_us_ <= kTwoCommanders_us ? second_ : std::uint8_t{0};
+  }
+  // Somebody asks this ESC to turn, followed or not.
+  constexpr bool wanted(std::uint64_t now_us) const { return asked_us_ != 0 && now_us - asked_us_ <= command_timeout_us(); }
+  constexpr OrderState order_state(std::uint64_t now_us) const {
+    if (!armed_) return OrderState::not_armed;
+    if (!zero_seen_) return OrderState::zero_awaited;
+    if (setpoint(now_us).mode != Mode::off) return OrderState::following;
+    const bool fresh_zero = fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout) ||
+                            fresh(command_, now_us, command_timeout_us(), kRules.command_timeout);
+    return fresh_zero ? OrderState::zero : ever_ ? OrderState::expired : OrderState::none_yet;
+  }
 
   constexpr bool armed() const { return armed_; }
   constexpr const CommandCounters& counters() const { return counters_; }
@@ -56,27 +88,34 @@ class CommandInput {
       armed_ = true;
       return;
     }
+    zero_seen_ = !p_.zero_first;
     if (status != ArmingStatus::kDisarmed) ++counters_.arming_unknown;
     if (armed_) ++counters_.disarmed;
     if (kRules.disarm_latches) armed_ = false;
     command_.present = fast_.present = false;
   }
 
-  constexpr void on_raw(const protocols::RawCommand& c, std::uint64_t now_us) {
+  constexpr void on_raw(const protocols::RawCommand& c, std::uint64_t now_us, std::uint8_t source = 0) {
     if (p_.esc_index >= c.count) {
       ++counters_.not_addressed;
       return;
     }
     ++counters_.raw_commands;
-    take(command_, Mode::duty, static_cast<float>(c.command[p_.esc_index]) / static_cast<float>(protocols::RawCommand::kFullScale), now_us);
+    note_commander(source, now_us);
+    float share = static_cast<float>(c.command[p_.esc_index]) / static_cast<float>(protocols::RawCommand::kFullScale);
+    if (std::fabs(share) < p_.raw_deadband) share = 0.0f;
+    if (p_.raw_mode == RawMode::duty) return take(command_, Mode::duty, share, now_us);
+    const float of_max = p_.raw_mode == RawMode::speed ? share : std::copysign(std::sqrt(std::fabs(share)), share);
+    take(command_, Mode::speed, of_max * p_.max_speed_rad_s, now_us);
   }
 
-  constexpr void on_rpm(const protocols::RpmCommand& c, std::uint64_t now_us) {
+  constexpr void on_rpm(const protocols::RpmCommand& c, std::uint64_t now_us, std::uint8_t source = 0) {
     if (p_.esc_index >= c.count) {
       ++counters_.not_addressed;
       return;
     }
     ++counters_.rpm_commands;
+    note_commander(source, now_us);
     take(command_, Mode::speed, static_cast<float>(c.rpm[p_.esc_index]) * protocols::fast::kRadPerSecondPerRpm, now_us);
   }
 
@@ -113,13 +152,16 @@ class CommandInput {
     command_.time_us = fast_.time_us = now_us;
   }
 
-  // What the motor shall do at this instant. Pure: may be called from the control loop as often as it likes.
+  // What the motor shall do at this instant, in its own sense of rotation. Pure: may be called from the control loop as often as it
+  // likes.
   constexpr Setpoint setpoint(std::uint64_t now_us) const {
     if (!armed_) return {};
-    if (fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout)) return {fast_.mode, fast_.value};
-    if (fresh(command_, now_us, command_timeout_us(), kRules.command_timeout)) return {command_.mode, command_.value};
+    if (fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout)) return to_motor(fast_);
+    if (fresh(command_, now_us, command_timeout_us(), kRules.command_timeout)) return to_motor(command_);
     return {};
   }
+  // The speed in the sense of the orders, for the rule on negative currents.
+  constexpr void set_speed(float omega_rad_s) { omega_rad_s_ = omega_rad_s; }
 
   // Forgets expired orders and counts them; call at least every time-out.
   constexpr void expire(std::uint64_t now_us) {
@@ -151,11 +193,39 @@ class CommandInput {
     return o.present && (!rule || now_us - o.time_us <= timeout_us);
   }
 
+  constexpr Setpoint to_motor(const Order& o) const {
+    if (o.mode == Mode::current && o.value < 0.0f && !p_.bidirectional && omega_rad_s_ < p_.min_speed_rad_s) return {};
+    return {o.mode, p_.dir_reversed ? -o.value : o.value};
+  }
+
+  constexpr void note_commander(std::uint8_t source, std::uint64_t now_us) {
+    if (source == 0) return;
+    if (commander_ != 0 && source != commander_ && now_us - commander_us_ <= kTwoCommanders_us) {
+      ++counters_.second_commander;
+      second_ = commander_;
+      second_us_ = now_us;
+    }
+    commander_ = source;
+    commander_us_ = now_us;
+  }
+
   constexpr void take(Order& order, Mode mode, float value, std::uint64_t now_us) {
+    if (value != 0.0f) asked_us_ = now_us;
     if (!armed_) {
       ++counters_.not_armed;
       order.present = false;
       return;
+    }
+    ever_ = true;
+    if (value == 0.0f) zero_seen_ = true;
+    if (!zero_seen_) {
+      ++counters_.zero_awaited;
+      order.present = false;
+      return;
+    }
+    if (mode != Mode::current && value < 0.0f && !p_.bidirectional) {
+      ++counters_.negative;
+      value = 0.0f;
     }
     const float limit = mode == Mode::duty ? 1.0f : mode == Mode::speed ? p_.max_speed_rad_s : p_.phase_current_limit_A;
     float v = std::clamp(value, -limit, limit);
@@ -168,10 +238,15 @@ class CommandInput {
   Parameters p_;
   Order command_{}, fast_{};
   CommandCounters counters_{};
-  std::uint64_t heard_us_ = 0;
+  static constexpr std::uint64_t kTwoCommanders_us = 1'000'000;
+  std::uint64_t heard_us_ = 0, commander_us_ = 0, second_us_ = 0, asked_us_ = 0;
+  float omega_rad_s_ = 0.0f;
   std::uint8_t sequence_ = 0;
+  std::uint8_t commander_ = 0, second_ = 0;
   bool heard_ = false;
+  bool ever_ = false;  // an order was heard while armed
   bool armed_;
+  bool zero_seen_;
 };
 
 }  // namespace rotorloop::firmware

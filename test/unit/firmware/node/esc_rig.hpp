@@ -18,6 +18,7 @@ inline Parameters valid_parameters() {
   Parameters p;
   p.node_id = 42;
   p.esc_index = 2;
+  p.bidirectional = true;
   return p;
 }
 

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 
+#include "firmware/core/node/parameter_store.hpp"
 #include "test/unit/firmware/node/esc_rig.hpp"
 
 namespace rotorloop::firmware {
@@ -16,9 +18,38 @@ std::string offender(const Parameters& p) {
   return e ? kParameterRanges[e->index].name : "";
 }
 
-TEST(ParameterCheck, DefaultsLackOnlyANodeId) {
-  EXPECT_EQ(offender(Parameters{}), "node_id");
+TEST(ParameterCheck, defaults_are_valid_without_node_id_and_esc_index) {
+  EXPECT_EQ(offender(Parameters{}), "");
   EXPECT_EQ(offender(valid_parameters()), "");
+}
+
+TEST(ParameterCheck, there_are_at_least_39_parameters_with_distinct_names_of_at_most_16_characters_and_defaults_in_range) {
+  EXPECT_GE(kParameterRanges.size(), 39u);
+  std::set<std::string> names;
+  std::set<std::uint32_t> hashes;
+  for (const ParameterRange& r : kParameterRanges) {
+    EXPECT_LE(std::string(r.name).size(), 16u) << r.name;
+    EXPECT_TRUE(names.insert(r.name).second) << r.name;
+    EXPECT_TRUE(hashes.insert(parameter_hash(r.name)).second) << r.name;
+    EXPECT_LT(r.min, r.max) << r.name;
+    const float v = r.get(Parameters{});
+    EXPECT_TRUE(v >= r.min && v <= r.max) << r.name;
+    // Both ends can be set and read back.
+    for (const float end : {r.min, r.max}) {
+      Parameters p;
+      r.set(p, end);
+      EXPECT_EQ(r.get(p), end) << r.name;
+    }
+  }
+}
+
+TEST(ParameterCheck, values_of_a_store_or_the_bus_are_clamped_and_rounded_and_nan_is_the_default) {
+  const ParameterRange& poles = kParameterRanges[find_parameter("pole_pairs")];
+  EXPECT_EQ(clamp_parameter(poles, 6.6f), 7.0f);
+  EXPECT_EQ(clamp_parameter(poles, 1e30f), 32.0f);
+  EXPECT_EQ(clamp_parameter(poles, -5.0f), 1.0f);
+  EXPECT_EQ(clamp_parameter(poles, std::nanf("")), 7.0f);
+  EXPECT_EQ(clamp_parameter(kParameterRanges[find_parameter("resistance")], 0.0f), 1e-3f);
 }
 
 TEST(ParameterCheck, EveryFloatFieldIsRefusedBelowAboveAndAsNaN) {
@@ -28,12 +59,11 @@ TEST(ParameterCheck, EveryFloatFieldIsRefusedBelowAboveAndAsNaN) {
   };
   for (const Row& row : {Row{"resistance", &Parameters::resistance_ohm}, Row{"inductance", &Parameters::inductance_H},
                          Row{"flux_linkage", &Parameters::flux_linkage_Wb}, Row{"inertia", &Parameters::inertia_kg_m2},
-                         Row{"load", &Parameters::load_N_m_s2}, Row{"phase_current_limit", &Parameters::phase_current_limit_A},
-                         Row{"bus_current_limit", &Parameters::bus_current_limit_A},
-                         Row{"regen_current_limit", &Parameters::regen_current_limit_A}, Row{"speed_slew", &Parameters::speed_slew_rad_s2},
-                         Row{"max_speed", &Parameters::max_speed_rad_s}, Row{"min_speed", &Parameters::min_speed_rad_s},
-                         Row{"undervoltage", &Parameters::undervoltage_V}, Row{"overvoltage", &Parameters::overvoltage_V},
-                         Row{"temperature_limit", &Parameters::temperature_limit_K}}) {
+                         Row{"load", &Parameters::load_N_m_s2}, Row{"phase_limit", &Parameters::phase_current_limit_A},
+                         Row{"bus_limit", &Parameters::bus_current_limit_A}, Row{"regen_limit", &Parameters::regen_current_limit_A},
+                         Row{"speed_slew", &Parameters::speed_slew_rad_s2}, Row{"max_speed", &Parameters::max_speed_rad_s},
+                         Row{"min_speed", &Parameters::min_speed_rad_s}, Row{"undervoltage", &Parameters::undervoltage_V},
+                         Row{"overvoltage", &Parameters::overvoltage_V}, Row{"temp_limit", &Parameters::temperature_limit_K}}) {
     for (const float bad : {-1.0f, 1e9f, std::nanf(""), INFINITY}) {
       Parameters p = valid_parameters();
       p.*row.field = bad;
@@ -50,8 +80,8 @@ TEST(ParameterCheck, EveryIntegerFieldIsRefusedOutsideItsRange) {
   };
   EXPECT_EQ(with([](Parameters& p) { p.node_id = 126; }), "node_id");
   EXPECT_EQ(with([](Parameters& p) { p.esc_index = 16; }), "esc_index");
-  EXPECT_EQ(with([](Parameters& p) { p.command_timeout_ms = 19; }), "command_timeout_ms");
-  EXPECT_EQ(with([](Parameters& p) { p.command_timeout_ms = 1001; }), "command_timeout_ms");
+  EXPECT_EQ(with([](Parameters& p) { p.command_timeout_ms = 19; }), "cmd_timeout_ms");
+  EXPECT_EQ(with([](Parameters& p) { p.command_timeout_ms = 1001; }), "cmd_timeout_ms");
   EXPECT_EQ(with([](Parameters& p) { p.fast_timeout_ms = 1; }), "fast_timeout_ms");
   EXPECT_EQ(with([](Parameters& p) { p.status_Hz = 1; }), "status_Hz");
   EXPECT_EQ(with([](Parameters& p) { p.pole_pairs = 0; }), "pole_pairs");

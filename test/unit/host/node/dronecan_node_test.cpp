@@ -29,6 +29,7 @@ class HostAndFourEscs : public ::testing::Test {
   HostAndFourEscs() : host_port_(bus_.add_port()), host_(host_port_, {}) {
     for (std::uint8_t i = 0; i < 4; ++i) {
       firmware::Parameters p;
+      p.bidirectional = true;
       p.node_id = static_cast<std::uint8_t>(40 + i);
       p.esc_index = i;
       firmware::NodeIdentity identity;

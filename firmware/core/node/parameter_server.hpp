@@ -1,0 +1,105 @@
+// Answers GetSet: first the parameters, in the order of the table, then values that can only be read ("stat_…"). Index without
+// gaps, empty answer at the end; a name goes before the index. What is set is clamped into its range and kept apart until the motor
+// is off; a value that contradicts another parameter is refused, and the answer shows the old one.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/core/node/node_report.hpp"
+#include "firmware/core/node/parameters.hpp"
+#include "protocols/types/param.hpp"
+
+namespace rotorloop::firmware {
+
+// What can be read beside the parameters.
+struct Readings {
+  WhyOff why = WhyOff::turning;
+  const FaultLog* faults = nullptr;
+  std::uint32_t errors = 0, commanders = 0, conflicts = 0;
+};
+
+class ParameterServer {
+ public:
+  static constexpr std::size_t kReadings = 5 + FaultLog::kKept;
+  static constexpr std::size_t kCount = kParameterRanges.size() + kReadings;
+
+  // `edited`: what the bus sees and sets.
+  static constexpr protocols::ParamGetSetResponse answer(const protocols::ParamGetSet& request, Parameters& edited,
+                                                         const Readings& readings) {
+    protocols::ParamGetSetResponse r;
+    const std::size_t index = request.name.count > 0 ? find(request.name) : request.index;
+    if (index >= kCount) return r;
+    if (index >= kParameterRanges.size()) {
+      reading(index - kParameterRanges.size(), readings, r);
+      return r;
+    }
+    const ParameterRange& range = kParameterRanges[index];
+    if (request.value.kind != protocols::ParamValue::Kind::empty) set(range, request.value, edited);
+    r.name = protocols::Text<protocols::kMaxParameterName>(range.name);
+    r.value = value_of(range, range.get(edited));
+    r.default_value = value_of(range, range.get(Parameters{}));
+    if (range.kind == ParameterKind::boolean) return r;  // limits of a boolean mean nothing
+    r.min_value = limit_of(range, range.min);
+    r.max_value = limit_of(range, range.max);
+    return r;
+  }
+
+ private:
+  static constexpr std::size_t find(const protocols::Text<protocols::kMaxParameterName>& name) {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      if (name.is(i < kParameterRanges.size() ? kParameterRanges[i].name : kReadingNames[i - kParameterRanges.size()])) return i;
+    }
+    return kCount;
+  }
+
+  static constexpr void set(const ParameterRange& range, const protocols::ParamValue& v, Parameters& edited) {
+    using Kind = protocols::ParamValue::Kind;
+    if (v.kind == Kind::string) return;
+    const float asked = v.kind == Kind::real      ? v.real
+                        : v.kind == Kind::integer ? static_cast<float>(v.integer)
+                        : v.boolean != 0          ? 1.0f
+                                                  : 0.0f;
+    if (!(asked == asked)) return;
+    Parameters candidate = edited;
+    range.set(candidate, clamp_parameter(range, asked));
+    // One that was wrong before may be corrected step by step: only a new contradiction is refused.
+    if (check(candidate) && !check(edited)) return;
+    edited = candidate;
+  }
+
+  static constexpr protocols::ParamValue value_of(const ParameterRange& range, float v) {
+    switch (range.kind) {
+      case ParameterKind::boolean:
+        return protocols::ParamValue::of(v != 0.0f);
+      case ParameterKind::integer:
+        return protocols::ParamValue::of(static_cast<std::int64_t>(v));
+      default:
+        return protocols::ParamValue::of(v);
+    }
+  }
+  static constexpr protocols::NumericValue limit_of(const ParameterRange& range, float v) {
+    return range.kind == ParameterKind::integer ? protocols::NumericValue::of(static_cast<std::int64_t>(v))
+                                                : protocols::NumericValue::of(v);
+  }
+
+  static constexpr std::array<const char*, kReadings> kReadingNames{"stat_why_off",    "stat_faults",    "stat_errors",
+                                                                    "stat_commanders", "stat_conflicts", "stat_fault_1",
+                                                                    "stat_fault_2",    "stat_fault_3",   "stat_fault_4"};
+
+  static constexpr void reading(std::size_t i, const Readings& from, protocols::ParamGetSetResponse& r) {
+    r.name = protocols::Text<protocols::kMaxParameterName>(kReadingNames[i]);
+    const auto text = [&](const TextLine& line) {
+      r.value.kind = protocols::ParamValue::Kind::string;
+      r.value.string.assign(line.text().view());
+    };
+    const auto number = [&](std::uint32_t v) { r.value = protocols::ParamValue::of(static_cast<std::int64_t>(v)); };
+    if (i == 0) return text(TextLine(why_text(from.why)));
+    if (i == 1) return number(from.faults != nullptr ? from.faults->count() : 0u);
+    if (i == 2) return number(from.errors);
+    if (i == 3) return number(from.commanders);
+    if (i == 4) return number(from.conflicts);
+    text(describe(from.faults != nullptr ? from.faults->get(i - 5) : FaultRecord{}));
+  }
+};
+
+}  // namespace rotorloop::firmware

@@ -1,0 +1,354 @@
+// Fetches an image over the bus and puts it into the application area. Runs after a reset, in place of the application: either the
+// application left a job (UpdateRecord), or there is no application that could be started and the node waits for BeginFirmwareUpdate.
+//   loop: while (frame) updater.on_frame(frame, now); updater.poll(now); while (mailbox free) send(updater.next_frame());
+//         when updater.finished(): reset or jump; start what ApplicationArea::installed() says.
+// Order: file.GetInfo, the first block with the header, its check, and only then erase and program, block by block. A request that stays
+// unanswered is repeated after 1 s until anything was answered, then after four times the slowest answer, 100 ms to 1 s. 30 s without
+// a good block end the job: the old image runs on, or, if its place was already erased, the node waits on the bus and asks again.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/core/node/text_line.hpp"
+#include "firmware/core/node/transmit_queue.hpp"
+#include "firmware/update/application_area.hpp"
+#include "firmware/update/image.hpp"
+#include "firmware/update/update_record.hpp"
+#include "protocols/receiver.hpp"
+#include "protocols/types.hpp"
+
+namespace rotorloop::firmware {
+
+struct UpdaterConfig {
+  std::array<char, 16> board = board_name("b_g431b_esc1");
+  const char* name = "org.rotorloop.esc";
+  std::array<std::uint8_t, 16> unique_id{};
+  std::uint8_t own_id = 0;  // when no job says it: as stored by the application
+  UpdateLayout layout{};
+};
+
+enum class UpdateEnd : std::uint8_t {
+  none,
+  installed,  // the new image is whole
+  refused,    // by its header: image_fault()
+  failed,     // no answer for 30 s, or an error of the server: the old image is untouched
+};
+
+struct UpdateCounters {
+  std::uint32_t blocks = 0;    // good ones
+  std::uint32_t repeated = 0;  // requests after a time-out
+  std::uint32_t stray = 0;     // answers to nothing that was asked
+  std::uint32_t flash_errors = 0;
+  std::uint32_t resumed_pages = 0;  // found in place after a reset
+};
+
+template <UpdateFlash Flash>
+class Updater {
+ public:
+  static constexpr std::uint64_t kGiveUp_us = 30'000'000, kFirstTimeout_us = 1'000'000, kLeastTimeout_us = 100'000;
+
+  Updater(Flash& flash, const UpdaterConfig& config)
+      : config_(config),
+        record_(flash, config.layout.record_page),
+        area_(flash, config.layout),
+        old_(area_.installed(config.board)),
+        job_(record_.job()),
+        own_id_(job_ ? job_->own_id : config.own_id),
+        receiver_(own_id_, kSubscriptions) {}
+
+  void on_frame(const CanFrame& frame, std::uint64_t now_us) {
+    const auto t = receiver_.accept(frame, now_us);
+    if (!t) return;
+    if (t->id.kind == Kind::request) return on_request(*t, now_us);
+    if (!waiting_ || t->id.source != job_->server || t->transfer_id != asked_transfer_ || t->id.data_type_id != asked_type_) {
+      ++counters_.stray;
+      return;
+    }
+    waiting_ = false;
+    slowest_us_ = std::max(slowest_us_, now_us - asked_us_);
+    t->id.data_type_id == protocols::FileGetInfo::kType.id ? on_info(*t, now_us) : on_block(*t, now_us);
+  }
+
+  void poll(std::uint64_t now_us) {
+    if (!started_) {
+      started_ = true;
+      start_us_ = good_us_ = next_status_us_ = now_us;
+    }
+    queue_.expire(now_us);
+    send_status(now_us);
+    if (!job_ || end_ != UpdateEnd::none) return;
+    if (now_us - good_us_ > kGiveUp_us) return give_up("no answer from the file server", now_us);
+    if (waiting_ && now_us - asked_us_ < timeout_us()) return;
+    if (waiting_) ++counters_.repeated;
+    ask(now_us);
+  }
+
+  std::optional<CanFrame> next_frame() { return queue_.pop(); }
+
+  // What was said last has left, or half a second has passed: reset now.
+  bool finished(std::uint64_t now_us) const {
+    return end_ != UpdateEnd::none && may_start() && (queue_.size() == 0 || now_us - end_us_ > 500'000);
+  }
+  UpdateEnd end() const { return end_; }
+  ImageFault image_fault() const { return fault_; }
+  bool has_job() const { return job_.has_value(); }
+  const UpdateCounters& counters() const { return counters_; }
+  std::uint32_t offset() const { return offset_; }  // bytes of the image in place
+
+  std::uint64_t timeout_us() const {
+    return slowest_us_ == 0 ? kFirstTimeout_us : std::clamp(4 * slowest_us_, kLeastTimeout_us, kFirstTimeout_us);
+  }
+
+ private:
+  using Kind = protocols::TransferKind;
+  static constexpr std::uint8_t kRequestPriority = 24, kStatusPriority = 20, kLogPriority = 28;
+  static constexpr std::uint32_t kBlock = protocols::FileRead::kBlock;
+  static_assert(Flash::kFlashPageBytes % kBlock == 0);
+  static constexpr std::array kSubscriptions{protocols::subscribe(Kind::response, protocols::FileRead::kType),
+                                             protocols::subscribe(Kind::response, protocols::FileGetInfo::kType),
+                                             protocols::subscribe(Kind::request, protocols::GetNodeInfo::kType),
+                                             protocols::subscribe(Kind::request, protocols::BeginFirmwareUpdate::kType)};
+
+  bool may_start() const { return end_ == UpdateEnd::installed || (old_ && !erased_); }
+
+  void ask(std::uint64_t now_us) {
+    waiting_ = true;
+    asked_us_ = now_us;
+    if (!info_known_) {
+      protocols::FileGetInfo q;
+      q.path.path = job_->path;
+      return request(q, info_id_, now_us);
+    }
+    protocols::FileRead q{.offset = offset_, .path = {}};
+    q.path.path = job_->path;
+    request(q, read_id_, now_us);
+  }
+  template <class T>
+  void request(const T& q, protocols::TransferIdCounter& id, std::uint64_t now_us) {
+    asked_type_ = T::kType.id;
+    asked_transfer_ = id.next();
+    send({.kind = Kind::request, .priority = kRequestPriority, .data_type_id = T::kType.id, .source = own_id_, .destination = job_->server},
+         asked_transfer_, q, now_us);
+  }
+
+  void on_info(const protocols::Transfer& t, std::uint64_t now_us) {
+    protocols::FileGetInfoResponse r;
+    if (!decode(t.payload, r)) return;
+    if (r.error.value != protocols::FileError::kOk && r.error.value != protocols::FileError::kNotImplemented) {
+      return give_up("the file server does not have the file", now_us);
+    }
+    good_us_ = now_us;
+    info_known_ = true;
+  }
+
+  void on_block(const protocols::Transfer& t, std::uint64_t now_us) {
+    protocols::FileReadResponse r;
+    if (!decode(t.payload, r)) return;
+    if (r.error.value != protocols::FileError::kOk) return give_up("the file server cannot read the file", now_us);
+    good_us_ = now_us;
+    ++counters_.blocks;
+    if (!header_ && !accept_header(r.data.view(), now_us)) return;
+    // The next block is asked for by the next poll: after the flash, whose time is no time of the server.
+    store(r.data.view(), now_us);
+  }
+
+  // Nothing was erased before this. False when the job has ended, or goes on elsewhere in the image.
+  bool accept_header(std::span<const std::uint8_t> block, std::uint64_t now_us) {
+    ImageHeader h;
+    fault_ = parse_image(block, h);
+    if (fault_ == ImageFault::none) fault_ = check_image(h, config_.board, area_.bytes(), old_ ? old_->security_version : 0);
+    if (fault_ != ImageFault::none) {
+      finish(UpdateEnd::refused, image_fault_text(fault_), now_us);
+      return false;
+    }
+    header_ = h;
+    std::copy_n(block.begin(), first_word_.size(), first_word_.begin());
+    if (old_ && *old_ == h) {  // a cut came between the last word and the end of the job
+      finish(UpdateEnd::installed, "image is installed already", now_us);
+      return false;
+    }
+    const auto before = record_.image();
+    if (before == h.crc && !old_) return resume(now_us);
+    // Another image was being written: its marks are of no use.
+    if (before && !(record_.clear() && record_.begin(*job_))) return flash_failed(now_us);
+    if (!record_.set_image(h.crc)) return flash_failed(now_us);
+    return begin_page(0, now_us);
+  }
+
+  // Goes on at the first page that is not in place. An area that is complete is only released.
+  bool resume(std::uint64_t now_us) {
+    erased_ = true;
+    std::uint32_t page = 0;
+    while (page * Flash::kFlashPageBytes < image_bytes() && record_.page_done(page)) ++page;
+    counters_.resumed_pages = page;
+    if (page == 0) return begin_page(0, now_us);
+    offset_ = page * Flash::kFlashPageBytes;
+    if (offset_ >= image_bytes()) {
+      complete(now_us);
+    } else {
+      begin_page(page, now_us);
+    }
+    return false;
+  }
+
+  bool begin_page(std::uint32_t page, std::uint64_t now_us) {
+    erased_ = true;
+    return area_.erase(page) || flash_failed(now_us);
+  }
+
+  void store(std::span<const std::uint8_t> data, std::uint64_t now_us) {
+    const std::uint32_t left = image_bytes() - offset_;
+    if (data.size() < kBlock && data.size() < left) return give_up("the file ends before its image does", now_us);
+    const std::span<const std::uint8_t> used = data.first(std::min<std::size_t>(data.size(), left));
+    if (offset_ > 0 && offset_ % Flash::kFlashPageBytes == 0 && !begin_page_once(now_us)) return;
+    if (!area_.program(offset_, used)) {
+      flash_failed(now_us);
+      return;
+    }
+    offset_ += static_cast<std::uint32_t>(used.size());
+    const bool page_full = offset_ % Flash::kFlashPageBytes == 0 || offset_ >= image_bytes();
+    if (page_full && !record_.set_page_done((offset_ - 1) / Flash::kFlashPageBytes)) {
+      flash_failed(now_us);
+      return;
+    }
+    if (offset_ >= image_bytes()) complete(now_us);
+  }
+  // A page that resume() has erased is not erased again.
+  bool begin_page_once(std::uint64_t now_us) {
+    const std::uint32_t page = offset_ / Flash::kFlashPageBytes;
+    return page == counters_.resumed_pages || begin_page(page, now_us);
+  }
+
+  void complete(std::uint64_t now_us) {
+    const bool whole = area_.payload_crc(header_->size) == header_->crc && area_.first_word_erased();
+    if (whole && area_.release(first_word_) && area_.installed(config_.board)) {
+      finish(UpdateEnd::installed, "image installed", now_us);
+      return;
+    }
+    // What is in place is of no use: from the beginning.
+    ++counters_.flash_errors;
+    fault_ = ImageFault::damaged;
+    say(protocols::LogMessage::Level::error, image_fault_text(fault_), now_us);
+    begin_anew(now_us);
+  }
+
+  void begin_anew(std::uint64_t now_us) {
+    header_.reset();
+    offset_ = 0;
+    counters_.resumed_pages = 0;
+    if (record_.clear()) record_.begin(*job_);
+    waiting_ = true;  // a pause of one time-out: a server whose file is damaged is not asked without end
+    asked_type_ = 0;
+    asked_us_ = now_us;
+  }
+
+  bool flash_failed(std::uint64_t now_us) {
+    ++counters_.flash_errors;
+    say(protocols::LogMessage::Level::error, "flash memory refuses to be written", now_us);
+    begin_anew(now_us);
+    return false;
+  }
+
+  void give_up(const char* why, std::uint64_t now_us) {
+    if (old_ && !erased_) return finish(UpdateEnd::failed, why, now_us);
+    // There is nothing to start: ask again, and tell it every 30 s.
+    say(protocols::LogMessage::Level::error, why, now_us);
+    good_us_ = now_us;
+    slowest_us_ = 0;
+    waiting_ = false;
+    info_known_ = false;
+  }
+
+  void finish(UpdateEnd end, const char* why, std::uint64_t now_us) {
+    record_.clear();
+    say(end == UpdateEnd::installed ? protocols::LogMessage::Level::info : protocols::LogMessage::Level::error, why, now_us);
+    end_ = end;
+    end_us_ = now_us;
+    next_status_us_ = now_us;
+    // Without an application to start the node stays and waits for a better image.
+    if (!may_start()) job_.reset(), end_ = UpdateEnd::none, header_.reset(), offset_ = 0, info_known_ = waiting_ = false;
+  }
+
+  void on_request(const protocols::Transfer& t, std::uint64_t now_us) {
+    if (t.id.data_type_id == protocols::GetNodeInfo::kType.id) {
+      protocols::GetNodeInfoResponse r;
+      r.status = status(now_us);
+      r.unique_id = config_.unique_id;
+      r.set_name(config_.name);
+      respond(t, r, now_us);
+      return;
+    }
+    protocols::BeginFirmwareUpdate q;
+    if (!decode(t.payload, q)) return;
+    using Response = protocols::BeginFirmwareUpdateResponse;
+    Response r;
+    if (job_) {
+      r.error = Response::Error::in_progress;
+    } else {
+      job_ = UpdateJob{.server = q.source_node_id == 0 ? t.id.source : q.source_node_id, .own_id = own_id_, .path = q.path.path};
+      good_us_ = now_us;
+      if (!record_.begin(*job_)) ++counters_.flash_errors;
+    }
+    respond(t, r, now_us);
+  }
+
+  protocols::NodeStatus status(std::uint64_t now_us) const {
+    using protocols::Health;
+    return {.uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u),
+            .health = fault_ != ImageFault::none || end_ == UpdateEnd::failed ? Health::error : Health::ok,
+            .mode = protocols::NodeMode::software_update,
+            .vendor_status = static_cast<std::uint16_t>(offset_ / kBlock)};
+  }
+  void send_status(std::uint64_t now_us) {
+    if (own_id_ == 0 || now_us < next_status_us_) return;
+    next_status_us_ = now_us + 500'000;
+    send({.kind = Kind::message, .priority = kStatusPriority, .data_type_id = protocols::NodeStatus::kType.id, .source = own_id_},
+         status_id_.next(), status(now_us), now_us);
+  }
+  void say(protocols::LogMessage::Level level, const char* text, std::uint64_t now_us) {
+    const protocols::LogMessage m{.level = level, .source = "update", .text = text};
+    send({.kind = Kind::message, .priority = kLogPriority, .data_type_id = protocols::LogMessage::kType.id, .source = own_id_},
+         log_id_.next(), m, now_us);
+  }
+  template <class T>
+  void respond(const protocols::Transfer& q, const T& value, std::uint64_t now_us) {
+    send({.kind = Kind::response, .priority = q.id.priority, .data_type_id = T::kType.id, .source = own_id_, .destination = q.id.source},
+         q.transfer_id, value, now_us);
+  }
+  template <class T>
+  void send(const protocols::FrameId& header, std::uint8_t transfer_id, const T& value, std::uint64_t now_us) {
+    std::array<std::uint8_t, protocols::max_bytes<T>()> payload{};
+    const std::size_t size = encode(value, payload);
+    if (queue_.room() < protocols::transfer_frames(static_cast<std::uint32_t>(size))) return;
+    protocols::encode_transfer(header, T::kType.crc_seed(), transfer_id, {payload.data(), size},
+                               [&](const CanFrame& f) { return queue_.push(f, now_us); });
+  }
+
+  std::uint32_t image_bytes() const { return kImageHeaderBytes + header_->size; }
+
+  UpdaterConfig config_;
+  UpdateRecord<Flash> record_;
+  ApplicationArea<Flash> area_;
+  std::optional<ImageHeader> old_;  // that could be started
+  std::optional<UpdateJob> job_;
+  std::uint8_t own_id_;
+  protocols::Receiver<4, 260> receiver_;
+  TransmitQueue<80> queue_;
+  UpdateCounters counters_;
+  std::optional<ImageHeader> header_;  // of the image that comes; accepted
+  std::array<std::uint8_t, 8> first_word_{};
+  protocols::TransferIdCounter info_id_, read_id_, status_id_, log_id_;
+  ImageFault fault_ = ImageFault::none;
+  UpdateEnd end_ = UpdateEnd::none;
+  std::uint64_t start_us_ = 0, good_us_ = 0, asked_us_ = 0, slowest_us_ = 0, next_status_us_ = 0, end_us_ = 0;
+  std::uint32_t offset_ = 0;
+  std::uint16_t asked_type_ = 0;
+  std::uint8_t asked_transfer_ = 0;
+  bool started_ = false, waiting_ = false, info_known_ = false, erased_ = false;
+};
+
+}  // namespace rotorloop::firmware

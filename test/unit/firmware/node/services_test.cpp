@@ -1,0 +1,500 @@
+// What configuration tools and autopilots ask of the node: allocation, parameters, save, restart, enumeration, update, and what it says
+// when something is wrong.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "firmware/board/fake/emulated_flash.hpp"
+#include "test/unit/firmware/node/esc_rig.hpp"
+
+namespace rotorloop::firmware {
+namespace {
+
+using protocols::TransferKind;
+
+template <std::size_t N>
+std::string text_of(const protocols::Text<N>& t) {
+  return {t.items.begin(), t.items.begin() + t.count};
+}
+
+// A rig with services: request in, response out.
+class ServiceRig : public EscRig<> {
+ public:
+  using EscRig::EscRig;
+
+  template <class Request>
+  void ask(const Request& request, std::uint8_t source = kHost) {
+    std::array<std::uint8_t, 512> payload{};
+    const std::size_t size = encode(request, payload);
+    send_payload({.kind = TransferKind::request, .priority = 24, .data_type_id = Request::kType.id, .source = source, .destination = 42},
+                 Request::kType.crc_seed(), {payload.data(), size});
+  }
+  template <class Response, class Request>
+  Response get(const Request& request) {
+    sent.clear();
+    ask(request);
+    poll();
+    const auto answers = received<Response>(TransferKind::response);
+    EXPECT_EQ(answers.size(), 1u);
+    return answers.empty() ? Response{} : answers.back();
+  }
+  protocols::ParamGetSetResponse parameter(const char* name, const protocols::ParamValue& value = {}) {
+    return get<protocols::ParamGetSetResponse>(protocols::ParamGetSet{.index = 0, .value = value, .name = name});
+  }
+  std::vector<std::string> logs() const {
+    std::vector<std::string> lines;
+    for (const auto& m : received<protocols::LogMessage>()) lines.push_back(text_of(m.text));
+    return lines;
+  }
+  // Armed and ordered, with the motor control following.
+  void run() {
+    arm();
+    raw({0, 0, 4000, 0});
+    telemetry.state = MotorState::running;
+    poll();
+  }
+};
+
+TEST(NodeParameters, can_be_counted_by_index_without_gaps_and_each_is_found_by_its_name) {
+  ServiceRig rig;
+  std::map<std::string, int> names;
+  for (std::uint16_t i = 0;; ++i) {
+    const auto r = rig.get<protocols::ParamGetSetResponse>(protocols::ParamGetSet{.index = i, .value = {}, .name = {}});
+    if (r.name.count == 0) {
+      EXPECT_EQ(r.value.kind, protocols::ParamValue::Kind::empty);
+      EXPECT_EQ(i, ParameterServer::kCount);
+      break;
+    }
+    EXPECT_LE(r.name.count, 16);
+    names[text_of(r.name)] = i;
+  }
+  EXPECT_GE(names.size(), 40u);
+  for (const auto& [name, index] : names) EXPECT_EQ(text_of(rig.parameter(name.c_str()).name), name);
+  EXPECT_EQ(rig.parameter("no_such_name").name.count, 0);
+}
+
+TEST(NodeParameters, come_with_type_default_and_limits) {
+  ServiceRig rig;
+  auto r = rig.parameter("pole_pairs");
+  EXPECT_EQ(r.value, protocols::ParamValue::of(std::int64_t{7}));
+  EXPECT_EQ(r.default_value, protocols::ParamValue::of(std::int64_t{7}));
+  EXPECT_EQ(r.min_value, protocols::NumericValue::of(std::int64_t{1}));
+  EXPECT_EQ(r.max_value, protocols::NumericValue::of(std::int64_t{32}));
+  r = rig.parameter("overvoltage");
+  EXPECT_EQ(r.value, protocols::ParamValue::of(28.0f));
+  EXPECT_EQ(r.max_value, protocols::NumericValue::of(32.0f));
+  r = rig.parameter("require_arming");
+  EXPECT_EQ(r.value, protocols::ParamValue::of(true));
+  EXPECT_EQ(r.max_value.kind, protocols::NumericValue::Kind::empty);
+}
+
+TEST(NodeParameters, set_values_are_clamped_converted_and_refused_when_they_contradict_another_one) {
+  ServiceRig rig;
+  EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(std::int64_t{1000})).value.integer, 200);
+  EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(19.6f)).value.integer, 20);
+  EXPECT_EQ(rig.parameter("overvoltage", protocols::ParamValue::of(std::int64_t{25})).value.real, 25.0f);
+  EXPECT_EQ(rig.parameter("undervoltage", protocols::ParamValue::of(26.0f)).value.real, 12.0f) << "above the overvoltage";
+  EXPECT_EQ(rig.parameter("max_speed", protocols::ParamValue::of(std::nanf(""))).value.real, 1780.0f);
+  EXPECT_EQ(rig.parameter("esc_index", protocols::ParamValue::of(std::int64_t{-1})).value.integer, -1);
+  EXPECT_EQ(rig.parameter("stat_faults", protocols::ParamValue::of(std::int64_t{9})).value.integer, 0) << "can only be read";
+}
+
+TEST(NodeParameters, set_while_the_motor_runs_take_effect_when_it_is_off) {
+  ServiceRig rig;
+  rig.run();
+  EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(std::int64_t{20})).value.integer, 20);
+  EXPECT_EQ(rig.node.parameters().status_Hz, 50);
+  EXPECT_EQ(rig.node.revision(), 0u);
+  rig.disarm();
+  rig.telemetry.state = MotorState::off;
+  rig.poll();
+  EXPECT_EQ(rig.node.parameters().status_Hz, 20);
+  EXPECT_EQ(rig.node.revision(), 1u) << "the motor control has to be told";
+}
+
+TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole) {
+  ServiceRig rig;
+  rig.sent.clear();
+  for (std::uint16_t i = 9; i < 14; ++i) rig.ask(protocols::ParamGetSet{.index = i, .value = {}, .name = {}});
+  rig.poll();
+  EXPECT_EQ(rig.received<protocols::ParamGetSetResponse>(TransferKind::response).size(), 5u);
+  EXPECT_EQ(rig.node.counters().tx_overflow, 0u);
+}
+
+TEST(NodeStore, save_restart_and_read_back_over_flash) {
+  EmulatedFlash flash(2);
+  ParameterStore store(flash);
+  {
+    ServiceRig rig;
+    rig.parameter("cmd_timeout_ms", protocols::ParamValue::of(std::int64_t{400}));
+    rig.sent.clear();
+    rig.ask(protocols::ParamExecuteOpcode{.opcode = protocols::ParamExecuteOpcode::kSave, .argument = 0});
+    rig.poll();
+    ASSERT_EQ(rig.node.request(), NodeRequest::save);
+    rig.node.complete(store.save(rig.node.edited()));
+    rig.poll();
+    const auto answers = rig.received<protocols::ParamExecuteOpcodeResponse>(TransferKind::response);
+    ASSERT_EQ(answers.size(), 1u);
+    EXPECT_TRUE(answers[0].ok);
+  }
+  const StoredParameters s = ParameterStore(flash).load();
+  ServiceRig rig(s.parameters);
+  EXPECT_EQ(rig.parameter("cmd_timeout_ms").value.integer, 400);
+}
+
+TEST(NodeStore, save_erase_restart_update_and_enumeration_are_refused_while_the_motor_runs) {
+  ServiceRig rig;
+  rig.run();
+  EXPECT_FALSE(rig.get<protocols::ParamExecuteOpcodeResponse>(protocols::ParamExecuteOpcode{.opcode = 0, .argument = 0}).ok);
+  EXPECT_FALSE(rig.get<protocols::ParamExecuteOpcodeResponse>(protocols::ParamExecuteOpcode{.opcode = 1, .argument = 0}).ok);
+  EXPECT_FALSE(rig.get<protocols::RestartNodeResponse>(protocols::RestartNode{.magic = protocols::RestartNode::kMagic}).ok);
+  const auto update = rig.get<protocols::BeginFirmwareUpdateResponse>(protocols::BeginFirmwareUpdate{.source_node_id = 0, .path = "a.bin"});
+  EXPECT_EQ(update.error, protocols::BeginFirmwareUpdateResponse::Error::invalid_mode);
+  EXPECT_EQ(text_of(update.message), "the motor is running");
+  EXPECT_EQ(rig.get<protocols::EnumerationBeginResponse>(protocols::EnumerationBegin{.timeout_s = 10, .parameter = {}}).error,
+            protocols::EnumerationBeginResponse::Error::invalid_mode);
+  EXPECT_EQ(rig.node.request(), NodeRequest::none);
+  EXPECT_EQ(rig.node.counters().refused_while_running, 5u);
+  EXPECT_TRUE(rig.spins());
+}
+
+TEST(NodeStore, flash_that_does_not_finish_is_answered_as_failed_within_half_a_second) {
+  ServiceRig rig;
+  rig.sent.clear();
+  rig.ask(protocols::ParamExecuteOpcode{.opcode = 0, .argument = 0});
+  rig.advance_us(502'000);
+  const auto answers = rig.received<protocols::ParamExecuteOpcodeResponse>(TransferKind::response);
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_FALSE(answers[0].ok);
+}
+
+TEST(NodeStore, empty_store_speaks_with_health_error_says_so_and_never_spins_until_parameters_were_saved) {
+  ServiceRig rig;
+  rig.node.report_store(StoreState::empty);
+  rig.advance_us(10'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  ASSERT_FALSE(rig.logs().empty());
+  EXPECT_NE(rig.logs()[0].find("no parameters stored"), std::string::npos);
+  rig.arm();
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_FALSE(rig.spins());
+  EXPECT_EQ(text_of(rig.parameter("stat_why_off").value.string), "parameters");
+  rig.advance_us(300'000);  // no order any more
+  rig.ask(protocols::ParamExecuteOpcode{.opcode = 0, .argument = 0});
+  rig.poll();
+  rig.node.complete(true);
+  EXPECT_EQ(rig.node.health(), protocols::Health::ok);
+  rig.arm();
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_TRUE(rig.spins());
+}
+
+TEST(NodeStore, parameter_out_of_range_is_named_and_the_node_answers_on_defaults_under_its_id) {
+  Parameters p = valid_parameters();
+  p.resistance_ohm = 99.0f;
+  ServiceRig rig(p);
+  rig.advance_us(10'000);
+  EXPECT_EQ(rig.node.node_id(), 42);
+  EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  ASSERT_FALSE(rig.logs().empty());
+  EXPECT_EQ(rig.logs()[0], "parameter resistance is 99.0, allowed 0.0 to 10.0: on defaults, motor off");
+  rig.arm();
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_FALSE(rig.spins());
+  EXPECT_EQ(rig.parameter("resistance").value.real, Parameters{}.resistance_ohm);
+}
+
+TEST(NodeRestart, needs_its_magic_number_and_waits_until_the_answer_has_left) {
+  ServiceRig rig;
+  EXPECT_FALSE(rig.get<protocols::RestartNodeResponse>(protocols::RestartNode{.magic = 1}).ok);
+  rig.ask(protocols::RestartNode{.magic = protocols::RestartNode::kMagic});
+  EXPECT_EQ(rig.node.request(), NodeRequest::none) << "its answer still waits for the bus";
+  rig.sent.clear();
+  rig.poll();
+  EXPECT_TRUE(rig.received<protocols::RestartNodeResponse>(TransferKind::response).at(0).ok);
+  EXPECT_EQ(rig.node.request(), NodeRequest::restart);
+  rig.arm();
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_FALSE(rig.spins()) << "on its way out";
+}
+
+TEST(NodeUpdate, is_answered_before_the_hand_off_and_keeps_path_server_and_own_id) {
+  ServiceRig rig;
+  const std::string path(200, 'p');
+  const auto r = rig.get<protocols::BeginFirmwareUpdateResponse>(protocols::BeginFirmwareUpdate{.source_node_id = 0, .path = path.c_str()});
+  EXPECT_EQ(r.error, protocols::BeginFirmwareUpdateResponse::Error::ok);
+  ASSERT_EQ(rig.node.request(), NodeRequest::update);
+  EXPECT_EQ(rig.node.update().server, kHost) << "0 is the caller";
+  EXPECT_EQ(rig.node.update().own_id, 42);
+  EXPECT_EQ(text_of(rig.node.update().path), path);
+  EXPECT_EQ(rig.get<protocols::BeginFirmwareUpdateResponse>(protocols::BeginFirmwareUpdate{.source_node_id = 0, .path = "b"}).error,
+            protocols::BeginFirmwareUpdateResponse::Error::in_progress);
+}
+
+TEST(NodeEnumeration, indicates_the_motor_that_was_turned_by_hand_with_the_name_of_the_index_parameter) {
+  for (const char* name : {"", "esc_index"}) {
+    ServiceRig rig;
+    const auto r = rig.get<protocols::EnumerationBeginResponse>(protocols::EnumerationBegin{.timeout_s = 65535, .parameter = name});
+    EXPECT_EQ(r.error, protocols::EnumerationBeginResponse::Error::ok);
+    rig.advance_us(5'000'000);
+    EXPECT_TRUE(rig.received<protocols::EnumerationIndication>().empty());
+    rig.telemetry.speed_rad_s = 30.0f;
+    rig.advance_us(90'000);
+    EXPECT_TRUE(rig.received<protocols::EnumerationIndication>().empty()) << "a bump is no turn";
+    rig.advance_us(50'000);
+    const auto sent = rig.received<protocols::EnumerationIndication>();
+    ASSERT_EQ(sent.size(), 1u);
+    EXPECT_EQ(text_of(sent[0].parameter), "esc_index");
+    EXPECT_EQ(sent[0].value.kind, protocols::NumericValue::Kind::empty);
+  }
+  ServiceRig rig;
+  EXPECT_EQ(rig.get<protocols::EnumerationBeginResponse>(protocols::EnumerationBegin{.timeout_s = 5, .parameter = "status_Hz"}).error,
+            protocols::EnumerationBeginResponse::Error::invalid_parameter);
+}
+
+// The allocator of the specification: repeats what it knows, then gives the id.
+TEST(NodeAllocation, takes_three_requests_of_6_6_and_4_bytes_and_the_node_then_speaks_under_its_id) {
+  Parameters p = valid_parameters();
+  p.node_id = 0;
+  p.preferred_id = 77;
+  NodeIdentity identity;
+  for (std::uint8_t k = 0; k < 16; ++k) identity.unique_id[k] = static_cast<std::uint8_t>(0xA0 + k);
+  ServiceRig rig(p, identity);
+  protocols::Allocation known{.node_id = 0, .first_part = false, .unique_id = {}};
+  std::vector<std::size_t> sizes;
+  std::uint64_t last_us = rig.now_us;
+  for (int part = 0; part < 3; ++part) {
+    rig.sent.clear();
+    while (rig.sent.empty() && rig.now_us - last_us < 2'000'000) rig.advance_us(1000);
+    ASSERT_EQ(rig.sent.size(), 1u);
+    const CanFrame f = rig.sent[0];
+    const auto id = protocols::decode_id(f.id);
+    EXPECT_EQ(id.source, protocols::kNoNode);
+    EXPECT_EQ(id.data_type_id, 1);
+    protocols::Allocation a;
+    ASSERT_TRUE(decode(std::span<const std::uint8_t>(f.data.data(), f.length - 1u), a));
+    EXPECT_EQ(a.first_part, part == 0);
+    EXPECT_EQ(a.node_id, 77);
+    const std::uint64_t waited_us = rig.now_us - last_us;
+    EXPECT_GE(waited_us, part == 0 ? 600'000u - 1000u : 0u);
+    EXPECT_LE(waited_us, part == 0 ? 1'001'000u : 401'000u);
+    sizes.push_back(a.unique_id.count);
+    for (const std::uint8_t b : a.unique_id.view()) known.unique_id.push_back(b);
+    if (part == 2) known.node_id = 77;
+    last_us = rig.now_us;
+    rig.send(known, 126);
+  }
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{6, 6, 4}));
+  EXPECT_EQ(rig.node.node_id(), 77);
+  rig.sent.clear();
+  rig.advance_us(1'000'000);
+  EXPECT_GE(rig.received<protocols::NodeStatus>().size(), 1u);
+  EXPECT_EQ(rig.sent[0].id & 127u, 77u);
+}
+
+TEST(NodeAllocation, answer_for_another_node_restarts_the_waiting_and_gives_no_id) {
+  Parameters p = valid_parameters();
+  p.node_id = 0;
+  ServiceRig rig(p);
+  for (int n = 0; n < 20; ++n) {
+    protocols::Allocation other{.node_id = 9, .first_part = false, .unique_id = {}};
+    for (std::uint8_t k = 0; k < 16; ++k) other.unique_id.push_back(static_cast<std::uint8_t>(200 + k));
+    rig.send(other, 126);
+    rig.advance_us(500'000);
+  }
+  EXPECT_EQ(rig.node.node_id(), 0);
+  EXPECT_TRUE(rig.sent.empty()) << "every 500 ms somebody else is served: the first part waits 600 ms at least";
+}
+
+TEST(NodeConflicts, frame_with_our_node_id_silences_the_node_for_3_s_and_then_it_says_so) {
+  ServiceRig rig;
+  rig.sent.clear();
+  rig.send(protocols::NodeStatus{}, 42);
+  rig.advance_us(2'990'000);
+  EXPECT_TRUE(rig.sent.empty());
+  rig.advance_us(20'000);
+  EXPECT_EQ(rig.received<protocols::NodeStatus>().at(0).health, protocols::Health::error);
+  EXPECT_EQ(rig.logs().at(0), "another node has node id 42");
+}
+
+TEST(NodeConflicts, feedback_of_another_esc_with_our_index_stops_ours_and_is_reported) {
+  ServiceRig rig;
+  rig.arm();
+  rig.fast(900.0f);
+  rig.poll();
+  ASSERT_EQ(rig.feedback().size(), 1u);
+  const CanFrame foreign = encode(rig.feedback().back());
+  rig.node.on_frame(foreign, rig.now_us);
+  rig.sent.clear();
+  for (int n = 0; n < 10; ++n) {
+    rig.fast(900.0f);
+    rig.poll();
+  }
+  EXPECT_TRUE(rig.feedback().empty());
+  EXPECT_TRUE(rig.spins()) << "in flight a stray frame must not stop the motor";
+  EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  EXPECT_EQ(rig.logs().at(0), "another ESC has esc_index 2: fast feedback stopped");
+}
+
+TEST(NodeReports, two_commanders_are_counted_reported_and_a_warning) {
+  ServiceRig rig;
+  rig.arm();
+  rig.send(protocols::RawCommand{.command = {0, 0, 4000, 0}, .count = 4}, 10);
+  rig.send(protocols::RawCommand{.command = {0, 0, 3000, 0}, .count = 4}, 11);
+  rig.poll();
+  EXPECT_EQ(rig.node.command_counters().second_commander, 1u);
+  EXPECT_EQ(rig.node.health(), protocols::Health::warning);
+  EXPECT_EQ(rig.logs().at(0), "two commanders: nodes 10 and 11");
+  rig.advance_us(1'100'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::ok);
+}
+
+TEST(NodeReports, not_starting_is_explained_once_somebody_orders) {
+  ServiceRig rig;
+  rig.advance_us(1'000'000);
+  EXPECT_TRUE(rig.logs().empty());
+  for (int n = 0; n < 40; ++n) {
+    rig.raw({0, 0, 4000, 0});
+    rig.advance_us(10'000);
+  }
+  EXPECT_EQ(rig.logs(), std::vector<std::string>{"not starting: not armed"});
+  EXPECT_EQ(text_of(rig.parameter("stat_why_off").value.string), "not armed");
+}
+
+TEST(NodeReports, trip_that_ended_is_a_warning_for_ten_seconds_and_its_circumstances_can_be_read) {
+  ServiceRig rig;
+  rig.run();
+  rig.telemetry.fault = Fault::overcurrent;
+  rig.telemetry.state = MotorState::fault;
+  rig.telemetry.current_q_A = 43.5f;
+  rig.telemetry.speed_rad_s = 9000.0f * kRpm;
+  rig.advance_us(2'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  rig.telemetry.fault = Fault::none;
+  rig.advance_us(5'000'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::warning);
+  rig.advance_us(5'100'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::ok);
+  EXPECT_EQ(text_of(rig.parameter("stat_fault_1").value.string), "overcurrent at 16.0 V 43.5 A 9000 rpm 39.9 C, uptime 0 s");
+  EXPECT_EQ(rig.parameter("stat_faults").value.integer, 1);
+}
+
+TEST(NodeOrders, raw_mode_speed_and_thrust_reach_the_speed_loop) {
+  Parameters p = valid_parameters();
+  p.raw_mode = RawMode::speed;
+  ServiceRig speed(p);
+  speed.arm();
+  speed.raw({0, 0, 4096, 0});
+  EXPECT_EQ(speed.setpoint().mode, Mode::speed);
+  EXPECT_NEAR(speed.setpoint().value, 0.5f * p.max_speed_rad_s, 0.2f);
+  p.raw_mode = RawMode::thrust;
+  ServiceRig thrust(p);
+  thrust.arm();
+  thrust.raw({0, 0, 2048, 0});
+  EXPECT_NEAR(thrust.setpoint().value, 0.5f * p.max_speed_rad_s, 0.2f) << "a quarter of the thrust at half the speed";
+}
+
+TEST(NodeOrders, negative_orders_turn_nothing_backwards_unless_bidirectional_and_reversing_changes_both_signs) {
+  Parameters p = valid_parameters();
+  p.bidirectional = false;
+  ServiceRig one_way(p);
+  one_way.arm();
+  one_way.raw({0, 0, -4000, 0});
+  EXPECT_FALSE(one_way.spins());
+  one_way.rpm({0, 0, -8000, 0});
+  EXPECT_FALSE(one_way.spins());
+  one_way.fast(-5.0f, protocols::fast::SetpointMode::current);
+  EXPECT_FALSE(one_way.spins()) << "a resting rotor";
+  one_way.telemetry.state = MotorState::running;
+  one_way.telemetry.speed_valid = true;
+  one_way.telemetry.speed_rad_s = 900.0f;
+  one_way.poll();
+  EXPECT_EQ(one_way.setpoint().value, -5.0f) << "braking";
+  p.dir_reversed = true;
+  ServiceRig reversed(p);
+  reversed.arm();
+  reversed.rpm({0, 0, 8000, 0});
+  EXPECT_NEAR(reversed.setpoint().value, -8000.0f * kRpm, 0.1f) << "in the motor's own sense";
+  reversed.telemetry.state = MotorState::running;
+  reversed.telemetry.speed_valid = true;
+  reversed.telemetry.speed_rad_s = -8000.0f * kRpm;
+  reversed.sent.clear();
+  reversed.advance_us(600'000);
+  EXPECT_EQ(reversed.received<protocols::EscStatus>().back().rpm, 8000);
+}
+
+TEST(NodeOrders, zero_first_waits_for_an_order_of_zero_after_arming) {
+  Parameters p = valid_parameters();
+  p.zero_first = true;
+  ServiceRig rig(p);
+  rig.arm();
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_FALSE(rig.spins());
+  rig.raw({0, 0, 0, 0});
+  rig.raw({0, 0, 4000, 0});
+  EXPECT_TRUE(rig.spins());
+}
+
+TEST(NodeOrders, without_an_index_nothing_is_obeyed_and_no_status_is_sent) {
+  Parameters p = valid_parameters();
+  p.esc_index = kNoEscIndex;
+  ServiceRig rig(p);
+  rig.arm();
+  rig.raw({4000, 4000, 4000, 4000});
+  rig.fast(900.0f);
+  EXPECT_FALSE(rig.spins());
+  rig.advance_us(2'000'000);
+  EXPECT_TRUE(rig.received<protocols::EscStatus>().empty());
+  EXPECT_TRUE(rig.feedback().empty());
+  rig.parameter("esc_index", protocols::ParamValue::of(std::int64_t{1}));
+  rig.poll();
+  rig.raw({0, 4000, 0, 0});
+  EXPECT_TRUE(rig.spins());
+}
+
+TEST(NodeOrders, fast_setpoints_of_a_host_with_another_version_are_refused_and_both_numbers_said) {
+  ServiceRig rig;
+  rig.arm();
+  rig.node.on_frame(protocols::fast::encode_version(0, 2), rig.now_us);
+  rig.fast(900.0f);
+  EXPECT_FALSE(rig.spins());
+  EXPECT_EQ(rig.node.counters().fast_version, 1u);
+  rig.poll();
+  EXPECT_EQ(rig.logs().at(0), "fast channel: the host has version 2, this ESC 1: set-points refused");
+  rig.node.on_frame(protocols::fast::encode_version(0), rig.now_us);
+  rig.fast(900.0f);
+  EXPECT_TRUE(rig.spins());
+}
+
+TEST(NodeTelemetry, extended_status_and_rpm_come_at_their_rates_when_they_are_asked_for) {
+  Parameters p = valid_parameters();
+  p.extended_Hz = 10;
+  p.rpm_Hz = 100;
+  ServiceRig rig(p);
+  rig.sent.clear();
+  rig.advance_us(2'000'000);
+  EXPECT_EQ(rig.received<protocols::EscStatusExtended>().size(), 20u);
+  EXPECT_EQ(rig.received<protocols::RpmSensor>().size(), 200u);
+}
+
+TEST(NodeHostile, unanswered_floods_of_every_service_leave_parameters_and_motor_as_they_were) {
+  ServiceRig rig;
+  rig.run();
+  rig.sent.clear();
+  const Setpoint before = rig.setpoint();
+  for (int n = 0; n < 500; ++n) {
+    rig.ask(protocols::ParamExecuteOpcode{.opcode = static_cast<std::uint8_t>(n), .argument = n});
+    rig.ask(protocols::RestartNode{.magic = static_cast<std::uint64_t>(n)});
+    rig.ask(protocols::BeginFirmwareUpdate{.source_node_id = 0, .path = "x"});
+  }
+  EXPECT_EQ(rig.setpoint().value, before.value);
+  EXPECT_EQ(rig.node.request(), NodeRequest::none);
+  rig.telemetry.state = MotorState::running;
+  rig.now_us += 100'000;
+  rig.poll();
+  EXPECT_GE(rig.received<protocols::EscStatus>().size(), 1u) << "telemetry keeps its room in the queue";
+}
+
+}  // namespace
+}  // namespace rotorloop::firmware
