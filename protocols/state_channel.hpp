@@ -24,6 +24,10 @@ inline constexpr std::uint32_t kPoseStampId = 0x110, kPosePositionId = 0x111, kP
 inline constexpr std::uint32_t kSetpointPositionId = 0x120, kSetpointStampId = 0x121, kSetpointVelocityId = 0x122;
 inline constexpr std::uint32_t kStatusId = 0x130, kStatusCountersId = 0x131;
 
+// Of this layout; it stands in every pose and every controller status. A receiver refuses samples of another one (StateReceiver).
+inline constexpr std::uint8_t kVersion = 1;
+inline constexpr unsigned kVersionAt = 48, kVersionBits = 8;  // in the frames kPosePositionId and kStatusCountersId
+
 inline constexpr int kImu_Hz = 1000, kPose_Hz = 200, kSetpoint_Hz = 100, kStatus_Hz = 100;
 
 // One LSB on the wire.
@@ -177,7 +181,9 @@ inline PoseFrames encode(const PoseReading& s, std::uint8_t sequence) {
   const std::uint64_t stamp = detail::field(static_cast<std::uint64_t>(s.time_us), 32, 0) | detail::position(s.p_W_m[2], 32) |
                               detail::field(std::uint64_t{s.tracking}, 1, 56) | detail::field(std::uint64_t{s.relocalised}, 1, 57);
   return {detail::word_frame(kPoseStampId, 8, tag | stamp),
-          detail::word_frame(kPosePositionId, 8, tag | detail::position(s.p_W_m[0], 0) | detail::position(s.p_W_m[1], 24)),
+          detail::word_frame(kPosePositionId, 8,
+                             tag | detail::position(s.p_W_m[0], 0) | detail::position(s.p_W_m[1], 24) |
+                                 detail::field(std::uint64_t{kVersion}, kVersionBits, kVersionAt)),
           detail::word_frame(kPoseAttitudeId, 8, tag | detail::pack_quaternion(s.q_WS)),
           detail::word_frame(kPoseVelocityId, 8, tag | detail::velocity(s.v_W_m_s))};
 }
@@ -203,7 +209,8 @@ inline StatusFrames encode(const ControllerStatus& s, std::uint8_t sequence) {
                              detail::field(flags, 8, 40);
   const std::uint64_t counts = detail::field(std::uint64_t{s.motor_limited_count}, 16, 0) |
                                detail::field(std::uint64_t{s.thrust_limited_count}, 16, 16) |
-                               detail::field(std::uint64_t{s.attitude_limited_count}, 16, 32);
+                               detail::field(std::uint64_t{s.attitude_limited_count}, 16, 32) |
+                               detail::field(std::uint64_t{kVersion}, kVersionBits, kVersionAt);
   return {detail::word_frame(kStatusId, 8, tag | head), detail::word_frame(kStatusCountersId, 8, tag | counts)};
 }
 

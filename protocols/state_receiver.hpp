@@ -127,7 +127,7 @@ class StateReceiver {
       case kPosePositionId:
       case kPoseAttitudeId:
       case kPoseVelocityId:
-        if (add(pose_, f, f.id - kPoseStampId, 60, receiver_time_us)) {
+        if (add(pose_, f, f.id - kPoseStampId, 60, receiver_time_us) && same_version(pose_.frames()[1])) {
           event.pose = decode(pose_.frames());
           if (clock_.anchored) {
             event.pose->time_us = clock_.complete(static_cast<std::uint32_t>(event.pose->time_us), 32, receiver_time_us);
@@ -146,7 +146,7 @@ class StateReceiver {
         break;
       case kStatusId:
       case kStatusCountersId:
-        if (add(status_, f, f.id - kStatusId, 60, receiver_time_us)) {
+        if (add(status_, f, f.id - kStatusId, 60, receiver_time_us) && same_version(status_.frames()[1])) {
           event.status = decode_status(status_.frames());
           event.status->time_us = clock_.complete(static_cast<std::uint32_t>(event.status->time_us), 20, receiver_time_us);
         }
@@ -157,6 +157,9 @@ class StateReceiver {
     return event;
   }
 
+  // The version of the last pose or status that was refused for it; kVersion: none was.
+  constexpr std::uint8_t foreign_version() const { return foreign_version_; }
+  constexpr std::uint32_t refused_for_version() const { return refused_for_version_; }
   constexpr const AssemblyCounters& imu_counters() const { return imu_.counters(); }
   constexpr const AssemblyCounters& pose_counters() const { return pose_.counters(); }
   constexpr const AssemblyCounters& setpoint_counters() const { return setpoint_.counters(); }
@@ -171,7 +174,16 @@ class StateReceiver {
     }
     return a.add(index, static_cast<std::uint8_t>(detail::frame_word(f) >> sequence_at), f, receiver_time_us);
   }
+  constexpr bool same_version(const CanFrame& f) {
+    const auto version = static_cast<std::uint8_t>(detail::unsigned_field(detail::frame_word(f), kVersionBits, kVersionAt));
+    if (version == kVersion) return true;
+    foreign_version_ = version;
+    ++refused_for_version_;
+    return false;
+  }
   AirframeClock clock_;
+  std::uint32_t refused_for_version_ = 0;
+  std::uint8_t foreign_version_ = kVersion;
   Assembler<2> imu_{kImuSequenceModulo};
   Assembler<4> pose_{kSequenceModulo};
   Assembler<3> setpoint_{kSequenceModulo};

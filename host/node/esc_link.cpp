@@ -48,7 +48,7 @@ EscState EscLink::state_of(std::size_t i) const {
   }
   if (const NodeRecord* n = node_.node(config_.esc_node_ids[i])) {
     e.fault = n->status.health >= protocols::Health::error;
-    if (e.fault) e.fault_code = static_cast<std::uint8_t>(n->status.vendor_status & 0xFFu);
+    e.fault_code = static_cast<std::uint8_t>(n->status.vendor_status & 0xFFu);
   }
   return e;
 }

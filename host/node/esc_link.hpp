@@ -23,7 +23,7 @@ struct EscState {
   double current_A = 0.0;                                         // torque current of the feedback
   double bus_V = 0.0, bus_A = 0.0;
   bool fault = false;           // NodeStatus: health error or critical
-  std::uint8_t fault_code = 0;  // which: low byte of the vendor status (docs/wire.md)
+  std::uint8_t fault_code = 0;  // low byte of the vendor status (docs/wire.md); also of a fault that the ESC is still trying to end
   std::int64_t heard_us = -1;   // last speed: feedback, or esc.Status when the fast channel is off; -1: never
 };
 

@@ -147,6 +147,11 @@ bool FlightComputer::all_escs_silent(std::int64_t now_us) const {
 // What the flight depends on, looked at with every poll: the silence of a bus has no frame that could report it.
 void FlightComputer::watch(std::int64_t now_us) {
   if (state_port_.state() == BusState::bus_off || esc_port_.state() == BusState::bus_off) return go_safe(SafeReason::bus_off, -1, now_us);
+  if (receiver_.refused_for_version() > 0) {
+    go_safe(SafeReason::state_version, -1, now_us);
+    safe_.fault_code = receiver_.foreign_version();
+    return;
+  }
   // A computer that never hears its sensors must not wait for ever either.
   const bool imu_lost = last_imu_us_ < 0 ? now_us >= config_.start_us : now_us - last_imu_us_ > config_.imu_timeout_us;
   if (imu_lost) return go_safe(SafeReason::imu_lost, -1, now_us);
@@ -165,7 +170,11 @@ void FlightComputer::watch(std::int64_t now_us) {
       return all_escs_silent(now_us) ? go_safe(SafeReason::esc_bus_silent, -1, now_us) : go_safe(SafeReason::esc_silent, number, now_us);
     const bool follows = std::fabs(e.speed_rad_s - wanted_rad_s_[i]) <= 0.5 * wanted_rad_s_[i];
     if (follows || off_since_us_[i] == 0) off_since_us_[i] = now_us;
-    if (now_us - off_since_us_[i] > config_.not_following_us) return go_safe(SafeReason::esc_not_following, number, now_us);
+    if (now_us - off_since_us_[i] <= config_.not_following_us) continue;
+    // The ESC may still be trying to end its fault; what it says of it is the reason.
+    go_safe(e.fault_code != 0 ? SafeReason::esc_fault : SafeReason::esc_not_following, number, now_us);
+    safe_.fault_code = e.fault_code;
+    return;
   }
 }
 
@@ -212,7 +221,7 @@ const char* fault_text(std::uint8_t code) {
 }  // namespace
 
 std::string describe(const SafeState& safe) {
-  const char* what = "";
+  std::string what;
   switch (safe.reason) {
     case SafeReason::none:
       return "no safe state";
@@ -239,6 +248,10 @@ std::string describe(const SafeState& safe) {
       break;
     case SafeReason::bus_off:
       what = "bus off";
+      break;
+    case SafeReason::state_version:
+      what = "state channel: the airframe has version " + std::to_string(safe.fault_code) + ", this computer version " +
+             std::to_string(protocols::state::kVersion);
       break;
   }
   const auto ms = safe.time_us / 1000;

@@ -21,7 +21,7 @@
 namespace rotorloop::host {
 
 enum class FlightPhase : std::uint8_t { boot, spin_up, flying, safe };
-enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc_silent, esc_bus_silent, esc_fault, esc_not_following, bus_off };
+enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc_silent, esc_bus_silent, esc_fault, esc_not_following, bus_off, state_version };
 
 struct FlightComputerConfig {
   EstimatorConfig estimator;
@@ -55,7 +55,7 @@ struct FlightRecord {
 struct SafeState {
   SafeReason reason = SafeReason::none;
   int esc = -1;               // which ESC, from 0
-  std::uint8_t fault_code = 0;  // what that ESC reports, with esc_fault
+  std::uint8_t fault_code = 0;  // what that ESC reports, with esc_fault; the airframe's version, with state_version
   std::int64_t time_us = 0;
 };
 

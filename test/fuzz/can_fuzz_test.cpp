@@ -251,6 +251,7 @@ TEST(CanFuzz, StateReceiverDeliversOnlyFiniteAndNormalisedSamples) {
       f.length = 8;
       f.id = protocols::state::kPoseStampId + static_cast<std::uint32_t>(noise.next(4));
       f.data[7] = static_cast<std::uint8_t>((f.data[7] & 0x0Fu) | (i / 64 % 16) << 4);
+      if (f.id == protocols::state::kPosePositionId) f.data[6] = protocols::state::kVersion;
     }
     now_us += static_cast<std::int64_t>(noise.next(200));
     const auto e = receiver.on_frame(f, now_us);

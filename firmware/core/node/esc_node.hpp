@@ -108,7 +108,10 @@ class BasicEscNode {
   // Off unless armed, operational and fresh. Const and cheap: for the control loop.
   Setpoint setpoint(std::uint64_t now_us) const {
     if (!may_spin()) return {};
-    return input_.setpoint(now_us);
+    const Setpoint s = input_.setpoint(now_us);
+    // A tone turns nothing; it is for motors that nobody has armed.
+    if (s.mode == Mode::off && !input_.armed() && now_us < beep_until_us_) return {Mode::tone, beep_Hz_};
+    return s;
   }
 
   // What is left to do for the bus; restart and update not before their answer has left (or could not for 100 ms).
@@ -157,10 +160,12 @@ class BasicEscNode {
   static constexpr std::uint8_t kNodeStatusPriority = 20, kLogPriority = 28, kIndicationPriority = 24;
   // Five answers to GetSet, which a configuration tool asks for at once, have 6 to 20 frames each.
   static constexpr std::size_t kQueue = 64, kReservedForTelemetry = 8;
-  static constexpr std::array kMessages{
-      protocols::subscribe(Kind::message, protocols::RawCommand::kType), protocols::subscribe(Kind::message, protocols::RpmCommand::kType),
-      protocols::subscribe(Kind::message, protocols::ArmingStatus::kType), protocols::subscribe(Kind::message, protocols::EscStatus::kType),
-      protocols::subscribe(Kind::message, protocols::Allocation::kType)};
+  static constexpr std::array kMessages{protocols::subscribe(Kind::message, protocols::RawCommand::kType),
+                                        protocols::subscribe(Kind::message, protocols::RpmCommand::kType),
+                                        protocols::subscribe(Kind::message, protocols::ArmingStatus::kType),
+                                        protocols::subscribe(Kind::message, protocols::EscStatus::kType),
+                                        protocols::subscribe(Kind::message, protocols::Allocation::kType),
+                                        protocols::subscribe(Kind::message, protocols::BeepCommand::kType)};
   static constexpr std::array kServices{protocols::subscribe(Kind::request, protocols::GetNodeInfo::kType),
                                         protocols::subscribe(Kind::request, protocols::ParamGetSet::kType),
                                         protocols::subscribe(Kind::request, protocols::ParamExecuteOpcode::kType),
@@ -180,8 +185,10 @@ class BasicEscNode {
     return parameters_ok() && mode_ == protocols::NodeMode::operational && request_ != NodeRequest::restart &&
            request_ != NodeRequest::update;
   }
-  bool turning() const { return telemetry_.state != MotorState::off && telemetry_.state != MotorState::fault; }
-  bool busy(std::uint64_t now_us) const { return turning() || setpoint(now_us).mode != Mode::off; }
+  bool turning() const {
+    return telemetry_.state != MotorState::off && telemetry_.state != MotorState::fault && telemetry_.state != MotorState::tone;
+  }
+  bool busy(std::uint64_t now_us) const { return turning() || (setpoint(now_us).mode != Mode::off && setpoint(now_us).mode != Mode::tone); }
   bool speaks(std::uint64_t now_us) const { return node_id_ != 0 && now_us >= silent_until_us_; }
 
   void on_standard_frame(const CanFrame& frame, std::uint64_t now_us);
@@ -189,6 +196,7 @@ class BasicEscNode {
   void on_own_index(std::uint64_t now_us);
   void on_message(const protocols::Transfer& t, std::uint64_t now_us);
   void on_arming(const protocols::Transfer& t);
+  void on_beep(const protocols::Transfer& t, std::uint64_t now_us);
   void on_allocation(const protocols::Transfer& t, std::uint64_t now_us);
   void on_request(const protocols::Transfer& t, std::uint64_t now_us);
   void on_get_set(const protocols::Transfer& t, std::uint64_t now_us);
@@ -270,8 +278,9 @@ class BasicEscNode {
   std::uint64_t start_us_ = 0, next_node_status_us_ = 0, sent_node_status_us_ = 0, next_status_us_ = 0, next_extended_us_ = 0,
                 next_rpm_us_ = 0, last_poll_us_ = 0, request_us_ = 0, silent_until_us_ = 0, index_conflict_us_ = 0, trip_us_ = 0,
                 enumeration_end_us_ = 0, hand_since_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0,
-                opcode_argument_ = 0;
+                beep_until_us_ = 0, opcode_argument_ = 0;
   std::uint32_t revision_ = 0;
+  float beep_Hz_ = 0.0f;
   std::uint8_t fast_version_ = 0, reported_second_ = 0;  // version: 0 none heard
   bool started_ = false, held_ = false, sent_node_status_ = false, feedback_due_ = false, edited_new_ = false, enumerating_ = false,
        id_conflict_ = false, index_conflict_ = false, tripped_ = false, problem_reported_ = false, conflict_reported_ = false;

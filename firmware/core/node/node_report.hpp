@@ -39,6 +39,21 @@ constexpr const char* fault_text(Fault fault) {
   return kTexts[static_cast<std::size_t>(fault) < kTexts.size() ? static_cast<std::size_t>(fault) : 0];
 }
 
+constexpr const char* blocked_text(Blocked blocked) {
+  constexpr std::array<const char*, 12> kTexts{
+      "nothing",         "parameters that this board cannot serve", "calibrating",         "current sensor", "no order",
+      "stale order",     "too many faults: order zero first",       "pause after a fault", "overvoltage",    "undervoltage",
+      "overtemperature", "temperature sensor open or short"};
+  return kTexts[static_cast<std::size_t>(blocked) < kTexts.size() ? static_cast<std::size_t>(blocked) : 0];
+}
+
+constexpr TextLine why_line(WhyOff why, const Telemetry& motor) {
+  TextLine line(why_text(why));
+  if (why == WhyOff::motor && motor.blocked != Blocked::none) line.add(", ").add(blocked_text(motor.blocked));
+  if (why == WhyOff::motor && motor.fault != Fault::none) line.add(", ").add(fault_text(motor.fault));
+  return line;
+}
+
 // A fault as it was seen by the node; the newest of the last four can be read over the bus.
 struct FaultRecord {
   Fault fault = Fault::none;

@@ -15,12 +15,13 @@ namespace rotorloop::firmware {
 struct Readings {
   WhyOff why = WhyOff::turning;
   const FaultLog* faults = nullptr;
-  std::uint32_t errors = 0, commanders = 0, conflicts = 0;
+  const Telemetry* motor = nullptr;
+  std::uint32_t commanders = 0, conflicts = 0;
 };
 
 class ParameterServer {
  public:
-  static constexpr std::size_t kReadings = 5 + FaultLog::kKept;
+  static constexpr std::size_t kNumbers = 8, kReadings = kNumbers + FaultLog::kKept;
   static constexpr std::size_t kCount = kParameterRanges.size() + kReadings;
 
   // `edited`: what the bus sees and sets.
@@ -82,9 +83,9 @@ class ParameterServer {
                                                 : protocols::NumericValue::of(v);
   }
 
-  static constexpr std::array<const char*, kReadings> kReadingNames{"stat_why_off",    "stat_faults",    "stat_errors",
-                                                                    "stat_commanders", "stat_conflicts", "stat_fault_1",
-                                                                    "stat_fault_2",    "stat_fault_3",   "stat_fault_4"};
+  static constexpr std::array<const char*, kReadings> kReadingNames{"stat_why_off",   "stat_faults",  "stat_errors",  "stat_commanders",
+                                                                    "stat_conflicts", "stat_trips",   "stat_energy",  "stat_winding",
+                                                                    "stat_fault_1",   "stat_fault_2", "stat_fault_3", "stat_fault_4"};
 
   static constexpr void reading(std::size_t i, const Readings& from, protocols::ParamGetSetResponse& r) {
     r.name = protocols::Text<protocols::kMaxParameterName>(kReadingNames[i]);
@@ -93,12 +94,28 @@ class ParameterServer {
       r.value.string.assign(line.text().view());
     };
     const auto number = [&](std::uint32_t v) { r.value = protocols::ParamValue::of(static_cast<std::int64_t>(v)); };
-    if (i == 0) return text(TextLine(why_text(from.why)));
-    if (i == 1) return number(from.faults != nullptr ? from.faults->count() : 0u);
-    if (i == 2) return number(from.errors);
-    if (i == 3) return number(from.commanders);
-    if (i == 4) return number(from.conflicts);
-    text(describe(from.faults != nullptr ? from.faults->get(i - 5) : FaultRecord{}));
+    const Telemetry motor = from.motor != nullptr ? *from.motor : Telemetry{};
+    if (i >= kNumbers) return text(describe(from.faults != nullptr ? from.faults->get(i - kNumbers) : FaultRecord{}));
+    switch (i) {
+      case 0:
+        return text(why_line(from.why, motor));
+      case 1:
+        return number(from.faults != nullptr ? from.faults->count() : 0u);
+      case 2:
+        return number(motor.error_count);
+      case 3:
+        return number(from.commanders);
+      case 4:
+        return number(from.conflicts);
+      case 5:
+        return number(motor.trips);
+      case 6:
+        r.value = protocols::ParamValue::of(motor.energy_J);
+        return;
+      default:
+        r.value = protocols::ParamValue::of(motor.winding_K);
+        return;
+    }
   }
 };
 

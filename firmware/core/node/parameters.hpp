@@ -29,15 +29,21 @@ inline constexpr std::array kParameterRanges{
     parameter_row<&Parameters::flux_linkage_Wb>("flux_linkage", "Wb", 1e-5f, 0.1f),
     parameter_row<&Parameters::inertia_kg_m2>("inertia", "kg m2", 1e-8f, 0.1f),
     parameter_row<&Parameters::load_N_m_s2>("load", "N m s2", 0, 1e-3f),
-    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.5f, 45),  // shunt range ±45 A
-    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.5f, 100),
-    parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 100),
+    parameter_row<&Parameters::inductance_ratio>("inductance_ratio", "", 0, 3),  // 0: not known
+    // Ends of the largest board; what this board cannot serve is refused by the motor control (ParameterProblem).
+    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.5f, 150),
+    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.5f, 150),
+    parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 150),
     parameter_row<&Parameters::speed_slew_rad_s2>("speed_slew", "rad/s2", 0, 1e6f),
     parameter_row<&Parameters::max_speed_rad_s>("max_speed", "rad/s", 10, 3430),  // range of the fast channel: 32 766 RPM
     parameter_row<&Parameters::min_speed_rad_s>("min_speed", "rad/s", 1, 1000),
-    parameter_row<&Parameters::undervoltage_V>("undervoltage", "V", 6, 28),  // gate drivers cut out at 6 V
-    parameter_row<&Parameters::overvoltage_V>("overvoltage", "V", 8, 32),    // bus divider ends at 34.3 V
+    parameter_row<&Parameters::undervoltage_V>("undervoltage", "V", 2, 60),
+    parameter_row<&Parameters::overvoltage_V>("overvoltage", "V", 4, 80),
     parameter_row<&Parameters::temperature_limit_K>("temp_limit", "K", 300, 398),
+    parameter_row<&Parameters::cells>("cells", "", 0, 20),
+    parameter_row<&Parameters::weaken_most_A>("weaken_most", "A", 0, 75),
+    parameter_row<&Parameters::stop_mode>("stop_mode", "", 0, 2),
+    parameter_row<&Parameters::stop_strength>("stop_strength", "", 0, 1),
     parameter_row<&Parameters::status_idle_Hz>("status_idle_Hz", "Hz", 2, 10),
     parameter_row<&Parameters::extended_Hz>("extended_Hz", "Hz", 0, 50),
     parameter_row<&Parameters::rpm_Hz>("rpm_Hz", "Hz", 0, 200),
@@ -52,7 +58,7 @@ inline constexpr std::array kParameterRanges{
     parameter_row<&Parameters::bidirectional>("bidirectional", "", 0, 1),
     parameter_row<&Parameters::zero_first>("zero_first", "", 0, 1),
     parameter_row<&Parameters::temperature_warn_K>("temp_warn", "K", 273, 398),
-    parameter_row<&Parameters::voltage_warn_V>("voltage_warn", "V", 0, 32),
+    parameter_row<&Parameters::voltage_warn_V>("voltage_warn", "V", 0, 80),
     parameter_row<&Parameters::trip_warn_s>("trip_warn_s", "s", 0, 3600),
 };
 

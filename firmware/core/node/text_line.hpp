@@ -21,6 +21,10 @@ class TextLine {
     digits(v < 0 ? 0u - static_cast<std::uint32_t>(v) : static_cast<std::uint32_t>(v));
     return *this;
   }
+  constexpr TextLine& add(const TextLine& line) {
+    for (const std::uint8_t c : line.text_.view()) text_.push_back(c);
+    return *this;
+  }
   // With one decimal, halves away from zero; NaN and what does not fit say so.
   constexpr TextLine& add_tenths(float v) {
     if (!(v == v)) return add("?");

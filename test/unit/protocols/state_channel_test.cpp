@@ -261,5 +261,21 @@ TEST_F(Receiving, StampOfASampleOlderThanTheExpectationIsRestoredToo) {
   EXPECT_EQ(imu_[0].time_us, 1'048'576 - 200);
 }
 
+TEST(StateChannel, pose_and_status_of_another_version_are_refused_and_both_numbers_known) {
+  StateReceiver receiver;
+  auto pose = encode(PoseReading{.time_us = 1000, .tracking = true}, 3);
+  auto status = encode(ControllerStatus{.time_us = 1000}, 3);
+  pose[1].data[6] = 7;
+  status[1].data[6] = 0;
+  for (const CanFrame& f : pose) EXPECT_FALSE(receiver.on_frame(f, 1000).pose);
+  EXPECT_EQ(receiver.foreign_version(), 7);
+  for (const CanFrame& f : status) EXPECT_FALSE(receiver.on_frame(f, 1000).status);
+  EXPECT_EQ(receiver.foreign_version(), 0);
+  EXPECT_EQ(receiver.refused_for_version(), 2u);
+  std::size_t heard = 0;
+  for (const CanFrame& f : encode(PoseReading{.time_us = 2000, .tracking = true}, 4)) heard += receiver.on_frame(f, 2000).pose ? 1u : 0u;
+  EXPECT_EQ(heard, 1u);
+}
+
 }  // namespace
 }  // namespace rotorloop::protocols::state

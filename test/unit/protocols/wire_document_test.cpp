@@ -199,7 +199,7 @@ TEST(WireDocument, StateChannelExamples) {
                                               .relocalised = false},
                            7);
   for (std::size_t i = 0; i < 4; ++i)
-    expect_documented(pose[i], std::vector<std::string>{"110#3790120030750071", "111#204e00c063ff0070", "112#0000e09e03000070",
+    expect_documented(pose[i], std::vector<std::string>{"110#3790120030750071", "111#204e00c063ff0170", "112#0000e09e03000070",
                                                         "113#fa000cfeb80b0070"}[i]);
   const auto setpoint =
       encode(state::TrackingSetpoint{.time_us = 1'234'567, .p_W_m = {1.0, -2.0, 1.5}, .v_W_m_s = {0.25, -0.5, 3.0}, .yaw_rad = 1.0}, 4);
@@ -217,7 +217,7 @@ TEST(WireDocument, StateChannelExamples) {
                                                             .attitude_limited_count = 300},
                                     4);
   expect_documented(status[0], "130#87d6a200300f0040");
-  expect_documented(status[1], "131#110002002c010040");
+  expect_documented(status[1], "131#110002002c010140");
 }
 
 TEST(WireDocument, lists_every_limiter_code_of_the_firmware_and_no_other) {

@@ -66,11 +66,12 @@ TEST(EscNode, MotorStaysOffDuringInitialization) {
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(EscNode, FaultIsHealthErrorWithItsCodeWithin50ms) {
+TEST(EscNode, latched_fault_is_health_error_with_its_code_within_50_ms) {
   EscRig rig;
   rig.advance_us(200'000);
   rig.sent.clear();
   rig.telemetry.fault = Fault::stall;
+  rig.telemetry.latched = true;
   rig.telemetry.limiter = Limiter::voltage;
   rig.advance_us(50'000);
   auto status = rig.received<NodeStatus>();
@@ -78,6 +79,7 @@ TEST(EscNode, FaultIsHealthErrorWithItsCodeWithin50ms) {
   EXPECT_EQ(status[0].health, Health::error);
   EXPECT_EQ(status[0].vendor_status, 0x0404);
   rig.telemetry.fault = Fault::none;
+  rig.telemetry.latched = false;
   rig.telemetry.limiter = Limiter::temperature;
   rig.advance_us(100'000);
   status = rig.received<NodeStatus>();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "firmware/board/fake/emulated_flash.hpp"
+#include "firmware/core/node/node_store.hpp"
 #include "test/unit/firmware/node/esc_rig.hpp"
 
 namespace rotorloop::firmware {
@@ -69,7 +70,7 @@ TEST(NodeParameters, can_be_counted_by_index_without_gaps_and_each_is_found_by_i
     EXPECT_LE(r.name.count, 16);
     names[text_of(r.name)] = i;
   }
-  EXPECT_GE(names.size(), 40u);
+  EXPECT_GE(names.size(), 44u + 12u);
   for (const auto& [name, index] : names) EXPECT_EQ(text_of(rig.parameter(name.c_str()).name), name);
   EXPECT_EQ(rig.parameter("no_such_name").name.count, 0);
 }
@@ -83,7 +84,7 @@ TEST(NodeParameters, come_with_type_default_and_limits) {
   EXPECT_EQ(r.max_value, protocols::NumericValue::of(std::int64_t{32}));
   r = rig.parameter("overvoltage");
   EXPECT_EQ(r.value, protocols::ParamValue::of(28.0f));
-  EXPECT_EQ(r.max_value, protocols::NumericValue::of(32.0f));
+  EXPECT_EQ(r.max_value, protocols::NumericValue::of(80.0f));
   r = rig.parameter("require_arming");
   EXPECT_EQ(r.value, protocols::ParamValue::of(true));
   EXPECT_EQ(r.max_value.kind, protocols::NumericValue::Kind::empty);
@@ -122,25 +123,34 @@ TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole) {
   EXPECT_EQ(rig.node.counters().tx_overflow, 0u);
 }
 
-TEST(NodeStore, save_restart_and_read_back_over_flash) {
+TEST(NodeStore, save_restart_and_read_back_over_flash_and_erase_gives_the_defaults_back) {
   EmulatedFlash flash(2);
   ParameterStore store(flash);
-  {
-    ServiceRig rig;
-    rig.parameter("cmd_timeout_ms", protocols::ParamValue::of(std::int64_t{400}));
+  store.save(valid_parameters());
+  const auto restarted = [&] {
+    ServiceRig rig(store.load().parameters);
+    rig.node.report_store(store.load().state);
+    return rig;
+  };
+  const auto opcode = [&](ServiceRig& rig, std::uint8_t code) {
     rig.sent.clear();
-    rig.ask(protocols::ParamExecuteOpcode{.opcode = protocols::ParamExecuteOpcode::kSave, .argument = 0});
+    rig.ask(protocols::ParamExecuteOpcode{.opcode = code, .argument = 0});
     rig.poll();
-    ASSERT_EQ(rig.node.request(), NodeRequest::save);
-    rig.node.complete(store.save(rig.node.edited()));
+    serve_store(rig.node, store);
     rig.poll();
     const auto answers = rig.received<protocols::ParamExecuteOpcodeResponse>(TransferKind::response);
-    ASSERT_EQ(answers.size(), 1u);
-    EXPECT_TRUE(answers[0].ok);
-  }
-  const StoredParameters s = ParameterStore(flash).load();
-  ServiceRig rig(s.parameters);
-  EXPECT_EQ(rig.parameter("cmd_timeout_ms").value.integer, 400);
+    return answers.size() == 1 && answers[0].ok;
+  };
+  ServiceRig first = restarted();
+  first.parameter("cmd_timeout_ms", protocols::ParamValue::of(std::int64_t{400}));
+  EXPECT_TRUE(opcode(first, protocols::ParamExecuteOpcode::kSave));
+  ServiceRig second = restarted();
+  EXPECT_EQ(second.parameter("cmd_timeout_ms").value.integer, 400);
+  EXPECT_TRUE(opcode(second, protocols::ParamExecuteOpcode::kErase));
+  EXPECT_EQ(second.parameter("cmd_timeout_ms").value.integer, 250);
+  EXPECT_EQ(store.load().parameters.node_id, 0);
+  EmulatedFlash empty(2);
+  EXPECT_FALSE(make_node(ParameterStore(empty), {}).parameters_ok());
 }
 
 TEST(NodeStore, save_erase_restart_update_and_enumeration_are_refused_while_the_motor_runs) {
@@ -370,7 +380,14 @@ TEST(NodeReports, trip_that_ended_is_a_warning_for_ten_seconds_and_its_circumsta
   rig.telemetry.current_q_A = 43.5f;
   rig.telemetry.speed_rad_s = 9000.0f * kRpm;
   rig.advance_us(2'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::warning) << "it tries again: an autopilot must not take the motor for lost";
+  rig.telemetry.latched = true;
+  rig.telemetry.blocked = Blocked::latched;
+  rig.poll();
   EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  EXPECT_EQ(text_of(rig.parameter("stat_why_off").value.string), "motor control, too many faults: order zero first, overcurrent");
+  rig.telemetry.latched = false;
+  rig.telemetry.blocked = Blocked::none;
   rig.telemetry.fault = Fault::none;
   rig.advance_us(5'000'000);
   EXPECT_EQ(rig.node.health(), protocols::Health::warning);
@@ -422,6 +439,24 @@ TEST(NodeOrders, negative_orders_turn_nothing_backwards_unless_bidirectional_and
   reversed.sent.clear();
   reversed.advance_us(600'000);
   EXPECT_EQ(reversed.received<protocols::EscStatus>().back().rpm, 8000);
+}
+
+TEST(NodeOrders, beep_sounds_for_its_duration_and_only_while_nobody_has_armed) {
+  ServiceRig rig;
+  rig.send(protocols::BeepCommand{.frequency_Hz = 440.0f, .duration_s = 0.1f});
+  EXPECT_EQ(rig.setpoint().mode, Mode::tone);
+  EXPECT_EQ(rig.setpoint().value, 440.0f);
+  rig.advance_us(101'000);
+  EXPECT_FALSE(rig.spins());
+  rig.send(protocols::BeepCommand{.frequency_Hz = std::nanf(""), .duration_s = 1.0f});
+  rig.send(protocols::BeepCommand{.frequency_Hz = 5.0f, .duration_s = 1.0f});
+  EXPECT_FALSE(rig.spins());
+  rig.send(protocols::BeepCommand{.frequency_Hz = 440.0f, .duration_s = 60000.0f});
+  rig.arm();
+  EXPECT_FALSE(rig.spins()) << "armed: no more sounds";
+  rig.disarm();
+  rig.advance_us(2'001'000);
+  EXPECT_FALSE(rig.spins()) << "2 s at most";
 }
 
 TEST(NodeOrders, zero_first_waits_for_an_order_of_zero_after_arming) {
