@@ -31,8 +31,8 @@ inline constexpr std::array kParameterRanges{
     parameter_row<&Parameters::load_N_m_s2>("load", "N m s2", 0, 1e-3f),
     parameter_row<&Parameters::inductance_ratio>("inductance_ratio", "", 0, 3),  // 0: not known
     // Ends of the largest board; what this board cannot serve is refused by the motor control (ParameterProblem).
-    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.5f, 150),
-    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.5f, 150),
+    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.1f, 150),
+    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.1f, 150),
     parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 150),
     parameter_row<&Parameters::speed_slew_rad_s2>("speed_slew", "rad/s2", 0, 1e6f),
     parameter_row<&Parameters::max_speed_rad_s>("max_speed", "rad/s", 10, 3430),  // range of the fast channel: 32 766 RPM

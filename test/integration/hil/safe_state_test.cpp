@@ -157,7 +157,8 @@ TEST(SafeState, WithoutTheTimeoutsTheOtherMotorsDriveTheVehicleIntoATumble) {
   const Flown watched = flown(dead), unwatched = flown(dead, true);
   for (const std::size_t other : {0u, 2u, 3u}) {
     EXPECT_LE(watched.off_after_fault_s[other], 0.035) << "ESC " << other + 1;
-    EXPECT_GE(unwatched.off_after_fault_s[other], 0.2) << "ESC " << other + 1;
+    const double off_s = unwatched.off_after_fault_s[other];  // below zero: driven to the end
+    EXPECT_TRUE(off_s < 0.0 || off_s >= 0.2) << "ESC " << other + 1 << ": " << off_s;
   }
   EXPECT_GT(unwatched.max_rate_rad_s, 3.0 * watched.max_rate_rad_s) << "rad/s of the body; watched: " << watched.max_rate_rad_s;
 }
