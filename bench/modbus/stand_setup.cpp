@@ -92,14 +92,13 @@ StandDevice read_device(const TomlTable& t, const StandSetup& s, FindProfile fin
 }
 
 // What the line allows, and what one silent device costs the others, must fit into the limits of age.
-void check_rates(const TomlTable& t, const std::vector<TomlTable>& tables, const StandBus& b) {
+void check_rates(const std::vector<TomlTable>& tables, const StandBus& b) {
   std::int64_t cycle_ns = 0, wait_ns = 0;
   for (const StandDevice& d : b.devices) {
     const ExchangeTiming timing = b.port.tcp ? tcp_timing(d.profile) : rtu_timing(d.profile, b.format);
     for (const ReadGroup& g : make_plan(d.profile, d.channels).fast) cycle_ns += exchange_ns(g, timing, static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6));
     if (b.devices.size() > 1) wait_ns = std::max(wait_ns, timing.timeout_ns + timing.late_max_ns);
   }
-  (void)t;
   for (std::size_t i = 0; i < b.devices.size(); ++i) {
     const double needed_ms = 1e-6 * static_cast<double>(2 * cycle_ns + wait_ns);
     if (b.devices[i].stale_ms >= needed_ms) continue;
@@ -135,7 +134,7 @@ StandBus read_bus(const TomlTable& t, const StandSetup& s, FindProfile find) {
     if (!b.port.tcp && (std::find(p.baud.begin(), p.baud.end(), b.format.baud) == p.baud.end() || p.parity != b.format.parity || p.stop_bits != b.format.stop_bits))
       tables[i].fail("profile", fmt::format("{} does not speak {}", p.title(), text(b.format)), "devices of one bus need one rate and format", "set baud of the bus to a rate that all have, or give it a bus of its own");
   }
-  check_rates(t, tables, b);
+  check_rates(tables, b);
   return b;
 }
 

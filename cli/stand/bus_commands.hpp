@@ -11,5 +11,6 @@ void add_stand_profile(CLI::App& stand_group, int& exit_code);
 void add_stand_emulate(CLI::App& stand_group, int& exit_code);
 void add_stand_read(CLI::App& stand_group, int& exit_code);
 void add_stand_probe(CLI::App& stand_group, int& exit_code);
+void add_stand_check(CLI::App& stand_group, int& exit_code);
 
 }  // namespace rotorloop::cli

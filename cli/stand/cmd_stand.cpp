@@ -13,6 +13,7 @@ void add_stand(CLI::App& app, int& exit_code) {
   add_stand_emulate(*stand, exit_code);
   add_stand_read(*stand, exit_code);
   add_stand_probe(*stand, exit_code);
+  add_stand_check(*stand, exit_code);
   add_stand_estimate(*stand, exit_code);
   add_stand_compare(*stand, exit_code);
 }

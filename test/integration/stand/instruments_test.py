@@ -113,6 +113,21 @@ class Instruments(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertRegex(done.stderr, r"mine.toml:\d+: error: channel\[1\].type = \"s17\" is not known \(column 8\)")
 
+    def test_stand_check_shows_calibration_and_refuses_one_that_expired(self):
+        example = "devices/examples/stand.toml"
+        done = run("check", example, "--today", "2026-12-01")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for words in ("axis thrust", "cross-talk from torque", "condition 1.0", "at most, as byte times"):
+            self.assertIn(words, done.stdout)
+        done = run("check", example, "--today", "2027-12-01")
+        self.assertEqual(done.returncode, 5)
+        self.assertIn("expired on 2027-05-20", done.stderr)
+        broken = self.path / "mine.toml"
+        broken.write_text((SOURCE / example).read_text().replace('profile = "laumas_tlb"', 'profile = "laumas"'))
+        done = run("check", str(broken))
+        self.assertEqual(done.returncode, 2)
+        self.assertRegex(done.stderr, r"mine.toml:\d+: error: .laumas. is no file and no shipped profile \(column 11\)")
+
     def test_probe_finds_a_float_with_its_low_word_first(self):
         profile = self.path / "unknown.toml"
         profile.write_text('format = 1\n[device]\nvendor = "x"\nmodel = "y"\nsource = "made up"\nevidence = "emulated"\n[bus]\nbaud = [9600]\nformat = "8N1"\ntcp = true\n'

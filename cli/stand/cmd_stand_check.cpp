@@ -1,0 +1,45 @@
+// `rotorloop stand check`: reads a stand file and says what stands there: rates, calibration, axes, and what should be known before a run.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "bench/hil/run_clock.hpp"
+#include "bench/modbus/stand_setup.hpp"
+#include "cli/shipped_files.hpp"
+#include "cli/stand/bus_commands.hpp"
+#include "cli/stand/device_argument.hpp"
+#include "host/base/error.hpp"
+
+namespace rotorloop::cli {
+namespace {
+
+int check_stand(const std::string& file, std::string today) {
+  if (today.empty()) today = hil::RunClock().started_utc().substr(0, 10);
+  const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(file, share_folder()), profile_path);
+  fmt::print("{}", modbus::stand_setup_text(setup, today));
+  if (setup.expired(today))
+    throw Error({setup.path.generic_string(), fmt::format("the calibration expired on {}, today is {}", setup.expires_on, today), "",
+                 "calibrate again, with at least six load cases"},
+                ExitCode::data_quality);
+  return 0;
+}
+
+}  // namespace
+
+void add_stand_check(CLI::App& stand, int& exit_code) {
+  auto file = std::make_shared<std::string>();
+  auto today = std::make_shared<std::string>();
+  CLI::App* c = stand.add_subcommand("check", "reads a stand file: instruments, axes, calibration, limits; mistakes with line and column");
+  c->add_option("STAND", *file, "stand file")->required();
+  c->add_option("--today", *today, "date that the calibration is judged by, 2026-11-20; else that of the clock (UTC)")
+      ->check([](const std::string& d) {
+        return d.size() == 10 && d[4] == '-' && d[7] == '-' ? std::string() : "\"" + d + "\" is no date: write it as 2026-11-20";
+      });
+  c->footer(
+      "Example:\n  rotorloop stand check devices/examples/stand.toml\n"
+      "Exit codes: 0; 2 a mistake in the file or a profile; 5 the calibration expired.");
+  c->callback([file, today, &exit_code] { exit_code = check_stand(*file, *today); });
+}
+
+}  // namespace rotorloop::cli
