@@ -31,7 +31,7 @@ class EscCommand(BusCommand):
         nodes = {n["node"]: n for n in json.loads(done.stdout)}
         self.assertEqual(set(nodes), {21, 22})
         self.assertEqual(nodes[21]["name"], "org.rotorloop.esc")
-        self.assertEqual((nodes[21]["mode"], nodes[21]["health"], nodes[21]["esc_index"]), ("operational", "ok", "0!"))
+        self.assertEqual((nodes[21]["mode"], nodes[21]["health"], nodes[21]["esc_index"]), ("operational", "error", "0!"))  # the ESCs hear each other's reports
         text = self.esc_command("list")
         self.assertRegex(text.stdout, r" 21 +0! +operational")
         self.assertIn("give each ESC its own", text.stderr)
