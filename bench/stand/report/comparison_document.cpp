@@ -20,14 +20,14 @@ using render::figure_text;
 using render::left;
 
 std::string verdict_kind(const PairComparison& p) { return p.verdict == ComparisonVerdict::equivalent ? "pass" : p.verdict == ComparisonVerdict::different ? "fail" : ""; }
-std::string percent(double share) { return figure_text(100.0 * share, "{:.2f}"); }
+std::string percent_number(double share) { return figure_text(100.0 * share, "{:.2f}"); }
 
 render::Table values_table(const ComparisonDocument& d) {
   render::Table t{{left("static thrust coefficient"), {"c_t, N s²"}, {"u, %"}, {"95 %"}, left("")}};
   for (std::size_t i = 0; i < d.values.size(); ++i) {
     const Compared& v = d.values[i];
     const double half = coverage_factor(v.degrees) * v.u;
-    t.rows.push_back({{v.name, Cell(render::measured_figure(v.value, v.u), "big"), percent(v.u / v.value), figure_text(v.value - half) + " … " + figure_text(v.value + half), d.notes[i]}});
+    t.rows.push_back({{v.name, Cell(render::measured_figure(v.value, v.u), "big"), percent_number(v.u / v.value), figure_text(v.value - half) + " … " + figure_text(v.value + half), d.notes[i]}});
   }
   return t;
 }
@@ -35,13 +35,13 @@ render::Table values_table(const ComparisonDocument& d) {
 render::Table pairs_table(const ComparisonDocument& d) {
   render::Table t{{left("pair"), {"ln(a/b), %"}, {"u, %"}, {"95 %"}, {"|d|/u"}, {"E_n"}, left("verdict")}};
   for (const PairComparison& p : d.pairs)
-    t.rows.push_back({{p.a + " / " + p.b, percent(p.d), percent(p.u), percent(p.low) + " … " + percent(p.high), figure_text(p.z, "{:.1f}"), figure_text(p.e_n, "{:.2f}"), Cell(verdict_text(p), verdict_kind(p))}});
+    t.rows.push_back({{p.a + " / " + p.b, percent_number(p.d), percent_number(p.u), percent_number(p.low) + " … " + percent_number(p.high), figure_text(p.z, "{:.1f}"), figure_text(p.e_n, "{:.2f}"), Cell(verdict_text(p), verdict_kind(p))}});
   return t;
 }
 
 render::Table causes_table(const ComparisonDocument& d) {
   render::Table t{{left("cause"), {"predicted, %"}, {"u, %"}, left("tested"), left("")}};
-  for (const Attribution& a : d.causes) t.rows.push_back({{a.cause, percent(a.d), percent(a.u), a.cause == "sum" ? "" : a.tested ? "yes" : "no", a.note}, a.cause == "sum"});
+  for (const Attribution& a : d.causes) t.rows.push_back({{a.cause, percent_number(a.d), percent_number(a.u), a.cause == "sum" ? "" : a.tested ? "yes" : "no", a.note}, a.cause == "sum"});
   return t;
 }
 
