@@ -9,7 +9,6 @@ namespace rotorloop::hil {
 namespace {
 
 constexpr std::uint64_t kSheetStream = 0x45535041, kCommissioningStream = 0x45535042;
-constexpr double kFullCell_V = 4.2, kEmptyCell_V = 3.0;
 constexpr double kMost_eRPM = 200e3, kMost_rad_s = 3430.0;  // the latter: range of the fast channel, 32 766 RPM
 
 struct MotorNumbers {

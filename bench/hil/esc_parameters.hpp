@@ -9,6 +9,8 @@
 
 namespace rotorloop::hil {
 
+inline constexpr double kFullCell_V = 4.2, kEmptyCell_V = 3.0;  // of lithium polymer
+
 // `esc` from 0; `blade_inertia_kg_m2` of its rotor: a commissioning measures it, a data sheet does not know it. Without an [esc]
 // section in the plant the speed limits are those of the reference drive (17 000 and 1 000 RPM).
 firmware::Parameters esc_parameters(const sim::PlantFile& plant, const host::VehicleModel& vehicle, int esc, double blade_inertia_kg_m2,

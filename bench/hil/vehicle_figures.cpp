@@ -13,7 +13,7 @@ namespace rotorloop::hil {
 namespace {
 
 constexpr double kRad_s = std::numbers::pi / 30.0;  // per RPM
-constexpr double kLowCell_V = 3.5, kEmptyCell_V = 3.0, kFullCell_V = 4.2;
+constexpr double kLowCell_V = 3.5;
 // Phase amplitude over supply: 1/sqrt 3 of space vector modulation less 8 % for sampling windows and dead times.
 constexpr double kModulation = 0.577 * 0.92;
 constexpr double kLeastThrustToWeight = 1.3;
