@@ -25,8 +25,10 @@ double without_nuisance(const CoefficientEstimate& c, Eigen::Index i) {
 std::string coefficient_figure(const CoefficientEstimate& c) {
   render::Plot p;
   p.title = fmt::format("{} over ω²: points with ± 2 u of the step, the fitted law, and its value with 95 %", c.name);
-  p.x_label = "ω², 10⁶ rad²/s²", p.y_label = c.name + ", " + render::unit_text(c.unit);
-  p.width_px = kHalfWidth_px, p.height_px = 300;
+  p.x_label = "ω², 10⁶ rad²/s²", p.width_px = kHalfWidth_px, p.height_px = 300;
+  // Coefficients are some 1e-8 in SI units: the axis counts in the power of ten of the value, so that its figures are short.
+  const double power = std::floor(std::log10(std::abs(c.value))), scale = std::pow(10.0, -power);
+  p.y_label = fmt::format("{}, 1e{:.0f} {}", c.name, power, render::unit_text(c.unit));
   render::Series bars, up, down, law;
   bars.width_px = 1.0, bars.colour = render::kNeutral;
   up.label = "speed from below", up.marker = render::Marker::dot, up.colour = 0;
@@ -38,17 +40,17 @@ std::string coefficient_figure(const CoefficientEstimate& c) {
     const double w = c.rows.omega_rad_s(i);
     if (!(w > 0.0)) continue;
     low = std::min(low, w), high = std::max(high, w);
-    const double x = 1e-6 * w * w, y = without_nuisance(c, i), u = 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
+    const double x = 1e-6 * w * w, y = scale * without_nuisance(c, i), u = scale * 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
     bars.x.insert(bars.x.end(), {x, x, kGap}), bars.y.insert(bars.y.end(), {y - u, y + u, kGap});
     render::Series& s = c.rows.direction(i) < 0.0 ? down : up;
     s.x.push_back(x), s.y.push_back(y);
   }
   for (int k = 0; k <= 60; ++k) {
     const double w = low + (high - low) * k / 60.0, l = std::log(w / c.rows.centre_rad_s);
-    law.x.push_back(1e-6 * w * w), law.y.push_back(c.value * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l));
+    law.x.push_back(1e-6 * w * w), law.y.push_back(scale * c.value * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l));
   }
   const double x = 1e-6 * c.rows.centre_rad_s * c.rows.centre_rad_s;
-  render::Series value{"value, 95 %", {x, x}, {c.low, c.high}, 3, false, false, 4.0, render::Marker::none};
+  render::Series value{"value, 95 %", {x, x}, {scale * c.low, scale * c.high}, 3, false, false, 4.0, render::Marker::none};
   p.series = {bars, up, down, law, value};
   return render::figure_html(p.title, render::plot_svg(p));
 }
