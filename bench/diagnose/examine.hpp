@@ -20,7 +20,7 @@ struct Criteria {
   double alike = 0.98;        // correlation of columns from which on no refit could distinguish them either
   double much_alike = 0.9;    // … and from which on two that explain as much are one class, refitted or not
   double law_error = 0.3;     // of a law's own load, by which reduced laws are off: what such an error leaves is no further effect …
-  double own_share = 0.5;     // … which keeps this much of its Δ log-likelihood beside what varies as the law of each other does (law_remainder.hpp)
+  double own_share = 0.5;     // … which keeps this much of its Δ log-likelihood once what varies as the law of each other has taken its part (law_remainder.hpp)
   double stood_in = 0.1;      // of what an effect explained alone: one worth less beside those found later stood in for them, and goes again
   double variation = 0.6;     // of a size on the body between stretches of a second, over that size: beyond it it is not one effect …
   double scatter = 4.0;       // … if it is the first, and these scatter by more than what the reduced laws of a whole model leave, as a variance over noise

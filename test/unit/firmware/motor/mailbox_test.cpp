@@ -69,7 +69,7 @@ void write_twice() {
 }
 void read_once() { g_seen = g_box.read(); }
 
-// The unguarded copy that the mailbox stands in for.
+// The unguarded copy that the mailbox replaces.
 Value g_plain;
 void write_plain() { g_plain = value_of(++g_next); }
 
