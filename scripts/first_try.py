@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A first user's day on measured flights: a coarse vehicle file from mass, arm and propeller radius, then the commands of docs/manual.md.
+"""A first user's day on measured flights: a coarse vehicle file from mass, arm and propeller radius, then the commands of docs/manual/identifying.md.
 
 Writes the file that the chapter "A first vehicle from three numbers" describes (inertia guesses wrong by a factor of 2 on purpose, one up, one
 down), runs the command that stands there on one group of flights of each set, and ends with 6 unless each ends in a credible vehicle file.

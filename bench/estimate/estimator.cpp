@@ -93,7 +93,7 @@ void count_likelihood(const FitProblem& p, double cost, Fit& out) {
   }
   throw Error({where, fmt::format("{} direction(s) of the parameters leave every residual unchanged: {}", open.size(), text),
                "the flights do not excite them, or no flight can distinguish them (mass and all forces; rotor arms and inertia)",
-               "hold one of each direction at a measured value, or fly the manoeuvre that separates them (docs/manual.md)"},
+               "hold one of each direction at a measured value, or fly the manoeuvre that separates them (docs/manual/identifying.md)"},
               ExitCode::data_quality);
 }
 

@@ -12,7 +12,7 @@ std::filesystem::path measured_data_folder() {
   const char* name = std::getenv("ROTORLOOP_DATA");
   if (name == nullptr || *name == '\0')
     throw Error({"ROTORLOOP_DATA", "is not set: the folder with measured data is unknown", "",
-                 "set ROTORLOOP_DATA to the folder that holds propellers/ (docs/manual.md, Validating the rotor)"},
+                 "set ROTORLOOP_DATA to the folder that holds propellers/ (docs/manual/rotors.md, Validating the rotor)"},
                 ExitCode::data_quality);
   std::error_code ec;
   if (!std::filesystem::is_directory(std::filesystem::path(name) / "propellers", ec))
