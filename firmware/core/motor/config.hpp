@@ -1,3 +1,4 @@
+#include <cstdlib>
 // Parameters (what a user sets) and the board's constants, turned once into what every block of the motor control needs: whatever the
 // interrupt would divide by is divided here, every number of samples is made of seconds, and every rate scales with the motor
 // (motor_scale.hpp).
@@ -42,6 +43,17 @@ struct StopConfig {
   float tone_A = 0.0f;
 };
 
+// A current along the estimated magnet at low speed. It makes no torque, but keeps the phases away from the currents at which what the
+// dead time takes is not known, which at these speeds is more than the back-EMF; and a rotor that the estimate leaves is pulled back.
+struct HoldConfig {
+  float current_A = 0.0f;
+  float full_rad_s = 0.0f, none_rad_s = 1.0f;  // mechanical: all of it below, nothing above
+  float most_step_A = 0.0f;                    // per supervision tick
+};
+constexpr float hold_current_A(const HoldConfig& c, float speed_rad_s) {
+  return c.current_A * clamp((c.none_rad_s - magnitude(speed_rad_s)) / (c.none_rad_s - c.full_rad_s), 0.0f, 1.0f);
+}
+
 struct MotorConfig {
   ParameterProblem problem = ParameterProblem::none;
   float period_s = 0.0f;  // of the current loop
@@ -59,6 +71,7 @@ struct MotorConfig {
   ResistanceConfig resistance{};
   HealthConfig health{};
   StopConfig stop{};
+  HoldConfig hold{};
   bool compensate_delay = true;  // false only to show what it prevents
   float rad_s2_A = 0.0f;         // electrical acceleration per torque current …
   float load_e_1_rad = 0.0f;     // … and lost to the propeller, per electrical speed²
@@ -277,6 +290,10 @@ MotorConfig configure(const Parameters& asked) {
   c.resistance.least_omega_e_rad_s = 1.7f * m.hand_over_e_rad_s;
   c.health = {tick_s, 10.0f * tick_s, B::kSwitchResistance_ohm, p.inertia_kg_m2, p.inertia_kg_m2 * c.over_pole_pairs, p.load_N_m_s2};
   c.stop = {p.stop_mode, clamp(p.stop_strength, 0.0f, 1.0f) * p.phase_current_limit_A, 0.35f * m.start_A};
+  const float env_A = getenv("HA") ? atof(getenv("HA")) : 0.8f, env_1 = getenv("H1") ? atof(getenv("H1")) : 2.0f, env_2 = getenv("H2") ? atof(getenv("H2")) : 4.0f;
+  c.hold.current_A = env_A * m.start_A;
+  c.hold.full_rad_s = env_1 * c.start.hand_over_rad_s, c.hold.none_rad_s = env_2 * c.start.hand_over_rad_s;
+  c.hold.most_step_A = m.start_A * tick_s / c.start.hand_over_s;
   c.bus_filter = clamp(6000.0f * c.period_s, 0.1f, 0.5f);
   c.bus_jump_V = 0.06f * p.overvoltage_V < 1.0f ? 1.0f : 0.06f * p.overvoltage_V;
   c.weaken_A_per_V = 0.6f * (0.064f / resistance) * (tick_s * 4000.0f);

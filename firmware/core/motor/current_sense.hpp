@@ -33,6 +33,7 @@ struct Sensed {
   Stator current_A{};
   float residual_A = 0.0f;       // sum of the three when all were valid
   std::uint8_t usable = 3;       // phases whose sample was valid
+  std::uint8_t blind = 0;        // the one that was not, with two usable
   bool at_end_of_range = false;  // a valid phase at the converter's end: current unknown, beyond range
 };
 
@@ -90,6 +91,7 @@ constexpr Sensed sense_currents(const SenseConfig& c, const SenseState& s, const
       if (compare.phase[k] > compare.phase[widest]) widest = k;
     }
     const std::size_t p = (widest + 1) % 3, q = (widest + 2) % 3;
+    out.blind = static_cast<std::uint8_t>(widest);
     out.phase_A[widest] = -(out.phase_A[p] + out.phase_A[q]);
   }
   out.current_A = clarke(out.phase_A);

@@ -189,7 +189,7 @@ class Motor : public MotorBase {
     v_.wanted_A = {};
     v_.own_frame = false;
     v_.own_omega_e_rad_s = 0.0f;
-    v_.weaken_A = 0.0f;
+    v_.weaken_A = v_.hold_A = 0.0f;
     v_.emf_mismatch = 0.0f;
     v_.protection.stall_ticks = v_.protection.slip_ticks = 0;
     v_.check = {};
@@ -203,7 +203,6 @@ class Motor : public MotorBase {
       v_.phase_s += config_.start.tick_s;
       if (v_.phase_s > config_.start.hand_over_s) {
         v_.state = MotorState::running;
-        v_.fade_d_A = 0.0f;
       }
     }
     if (!starting()) return;
@@ -224,7 +223,7 @@ class Motor : public MotorBase {
       const Rotor seen_A = by * v_.measured_A;
       const Rotor emf_V{0.0f, v_.observer.omega_e_rad_s * config_.current.flux_linkage_Wb};
       v_.current.integral_V = by * v_.current.integral_V - emf_V;
-      v_.fade_d_A = seen_A.d;
+      v_.hold_A = seen_A.d;
       return take_over(seen_A.q);
     }
     if (s.resistance_ohm > 0.0f) learn_at_rest(s);

@@ -148,7 +148,7 @@ class MotorBase {
     v_.state = MotorState::handover;
     v_.phase_s = 0.0f;
     v_.direction = sign_of(v_.observer.omega_e_rad_s);
-    v_.wanted_A = {v_.fade_d_A, current_q_A};
+    v_.wanted_A = {v_.hold_A, current_q_A};
     v_.learning = {v_.observer.flux_ratio, 0.0f};
     enter(config_.speed, v_.speed, speed_rad_s(), current_q_A);
   }
@@ -212,8 +212,9 @@ class MotorBase {
     v_.wanted_A.q = clamp(v_.wanted_A.q, before_A - config_.most_step_A, before_A + config_.most_step_A);
     v_.counters.temperature_derated += v_.limiter == Limiter::temperature ? 1u : 0u;
     v_.counters.undervoltage_derated += v_.limiter == Limiter::undervoltage ? 1u : 0u;
-    const float left = v_.state == MotorState::handover ? 1.0f - clamp(v_.phase_s / config_.start.hand_over_s, 0.0f, 1.0f) : 0.0f;
-    v_.wanted_A.d = v_.fade_d_A * left + v_.weaken_A;
+    const float along_A = v_.state == MotorState::stopping ? 0.0f : hold_current_A(config_.hold, w);
+    v_.hold_A = clamp(along_A, v_.hold_A - config_.hold.most_step_A, v_.hold_A + config_.hold.most_step_A);
+    v_.wanted_A.d = v_.hold_A + v_.weaken_A;
   }
 
   // A current as asked, within the limits; above the permitted speed torque fades out over 2 % of it.

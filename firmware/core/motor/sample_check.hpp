@@ -13,6 +13,7 @@ struct SampleCheckConfig {
   // |sum| that shunt and amplifier tolerances cannot explain: A, and share of |i|. Four gains 1 % apart at the range's end: 0.03.
   float sum_A = 4.0f, sum_share = 0.1f;
   float change_A_V = 0.0f;  // most change per sample and volt of bus: 1.5 T/L
+  float alone_share = 0.13f;  // of it: a jump of one phase alone that no control makes
   bool bridge = true;       // false only to show what it prevents
 };
 
@@ -37,10 +38,14 @@ constexpr Sample check_sample(const SampleCheckConfig& c, SampleCheckState& s, S
   if (sensed.usable == 3) {
     const float size = magnitude(expected[0]) + magnitude(expected[1]) + magnitude(expected[2]);
     invalid = magnitude(sensed.residual_A) > c.sum_A + c.sum_share * size;
-  } else if (sensed.at_end_of_range) {
-    // No sum to look at: only what the bus cannot drive through the winding is no current.
-    const std::size_t k = farthest(sensed.phase_A, expected);
-    invalid = magnitude(sensed.phase_A[k] - expected[k]) > c.change_A_V * bus_V;
+  } else if (sensed.usable == 2) {
+    // No sum to look at. What the bus cannot drive through the winding is no current; nor is, at first, a jump of one phase that the
+    // other does not share: of all directions in which a current can jump one in seven leaves that phase out.
+    const std::size_t blind = sensed.blind, p = (blind + 1) % 3, q = (blind + 2) % 3;
+    const float jump_p = magnitude(sensed.phase_A[p] - expected[p]), jump_q = magnitude(sensed.phase_A[q] - expected[q]);
+    const float jump = jump_p > jump_q ? jump_p : jump_q, rest = jump_p > jump_q ? jump_q : jump_p;
+    const float most = c.change_A_V * bus_V, alone = c.alone_share * most > c.sum_A ? c.alone_share * most : c.sum_A;
+    invalid = (sensed.at_end_of_range && jump > most) || (jump > alone && rest < 0.25f * jump);
   }
   if (!invalid || !c.bridge) {
     s.doubted = false;

@@ -44,7 +44,7 @@ struct MotorVariables {
   float residual_A = 0.0f;
   float bus_A = 0.0f;
   float emf_mismatch = 0.0f;
-  float fade_d_A = 0.0f;
+  float hold_A = 0.0f;     // current along the magnet at low speed
   float weaken_A = 0.0f;   // <= 0
   float direction = 1.0f;  // sense of rotation while running
   float phase_s = 0.0f;    // time in handover, braking, stopping or tone
