@@ -46,6 +46,7 @@ struct LimitInputs {
   float bus_V = 0.0f;
   float temperature_K = 0.0f;
   float current_d_A = 0.0f;
+  float share = 1.0f;  // of the phase limit that is left after faults
 };
 struct LimitConfig {
   PowerLimitConfig power{1.0f};
@@ -61,7 +62,7 @@ struct LimitConfig {
 // Range in the direction of motion (positive drives), then mirrored by the caller's sign.
 inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
   CurrentRange r;
-  const float phase_A = c.phase_share * c.phase_A;
+  const float phase_A = c.phase_share * c.phase_A * in.share;
   const float room2 = phase_A * phase_A - in.current_d_A * in.current_d_A;
   const float phase = room2 > 0.0f ? std::sqrt(room2) : 0.0f;
   r.high_A = phase;

@@ -178,7 +178,10 @@ class MotorBase {
     const LimitConfig& c = config_.limits;
     const float unknown_K = c.temperature_K - 10.0f;
     const float temperature_K = v_.protection.thermistor_lost && v_.temperature_K < unknown_K ? unknown_K : v_.temperature_K;
-    v_.range = current_range(c, {speed_rad_s(), v_.bus_V, temperature_K, v_.wanted_A.d});
+    // What tripped once trips again in the same way: less current until a second without a fault has passed.
+    const std::uint16_t faults = v_.protection.restarts;
+    const float share = faults == 0 ? 1.0f : faults == 1 ? 0.75f : 0.5f;
+    v_.range = current_range(c, {speed_rad_s(), v_.bus_V, temperature_K, v_.wanted_A.d, share});
     estimate_winding(config_.health, v_.health, v_.resistance_ohm);
   }
 

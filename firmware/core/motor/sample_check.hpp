@@ -12,9 +12,9 @@ namespace rotorloop::firmware {
 struct SampleCheckConfig {
   // |sum| that shunt and amplifier tolerances cannot explain: A, and share of |i|. Four gains 1 % apart at the range's end: 0.03.
   float sum_A = 4.0f, sum_share = 0.1f;
-  float change_A_V = 0.0f;  // most change per sample and volt of bus: 1.5 T/L
+  float change_A_V = 0.0f;    // most change per sample and volt of bus: 1.5 T/L
   float alone_share = 0.13f;  // of it: a jump of one phase alone that no control makes
-  bool bridge = true;       // false only to show what it prevents
+  bool bridge = true;         // false only to show what it prevents
 };
 
 enum class Sample : std::uint8_t { good, replaced, lost };
