@@ -279,18 +279,21 @@ TEST(Protection, ShortLowSideWindowsNeedTheTwoPhaseReconstruction) {
 }
 
 TEST(Protection, DeadTimeCompensationKeepsTheCurrentSinusoidal) {
-  const auto flux_current_rms_A = [](bool compensate) {
+  const auto flux_current_error_A = [](bool compensate) {
     NativeEsc esc = running_at(2500, reference(), [&](NativeEsc& e) {
       if (!compensate) e.motor().config().dead_time = {};  // none assumed, whatever was measured
     });
     run_ms(esc, 300.0);
     double sum2 = 0.0;
     int n = 0;
-    run_ms(esc, 100.0, [&](double) { sum2 += std::pow(esc.drive().motor().state().i_d_A, 2), ++n; });
+    run_ms(esc, 100.0, [&](double) {
+      const double asked_A = static_cast<double>(esc.motor().variables().wanted_A.d);
+      sum2 += std::pow(esc.drive().motor().state().i_d_A - asked_A, 2), ++n;
+    });
     return std::sqrt(sum2 / n);
   };
-  const double with = flux_current_rms_A(true), without = flux_current_rms_A(false);
-  std::printf("rms d current at 2 500 RPM: %.2f A compensated, %.2f A not\n", with, without);
+  const double with = flux_current_error_A(true), without = flux_current_error_A(false);
+  std::printf("rms d current error at 2 500 RPM: %.2f A compensated, %.2f A not\n", with, without);
   EXPECT_GT(without, 1.5 * with);
 }
 
