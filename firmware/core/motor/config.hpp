@@ -185,7 +185,7 @@ inline void configure_speed_loop(const Parameters& p, const MotorScale& m, Motor
   s.over_fade_s = 1.0f / (0.02f * p.max_speed_rad_s);
 }
 
-inline void configure_start(const Parameters& p, const MotorScale& m, float resistance_ohm, MotorConfig& c) {
+inline void configure_start(const Parameters& p, const MotorScale& m, float resistance_ohm, float offset_A, MotorConfig& c) {
   StartConfig& s = c.start;
   const float hand_over_e = m.hand_over_e_rad_s, over_swing_s = 1.0f / m.swing_rad_s;
   s.tick_s = c.speed.period_s;
@@ -215,6 +215,8 @@ inline void configure_start(const Parameters& p, const MotorScale& m, float resi
   // Two of the shorted motor's time constants.
   const float shorted_s = p.inertia_kg_m2 * resistance_ohm / (m.torque_constant_N_m_A * p.flux_linkage_Wb * c.pole_pairs);
   s.short_brake_s = clamp(2.1f * shorted_s, 0.02f, 1.0f);
+  s.rest_A = 0.1f * m.start_A > 2.0f * offset_A ? 0.1f * m.start_A : 2.0f * offset_A;
+  s.short_catch_speed_rad_s = 1.1f * s.hand_over_rad_s;
 }
 
 template <Board B>
@@ -268,7 +270,7 @@ MotorConfig configure(const Parameters& asked) {
   const MotorScale m = motor_scale(p, resistance, kDrift_counts * magnitude(B::kCurrent_A_per_count), c.modulator.zone_A);
   configure_speed_loop(p, m, c);
   configure_observer(p, m, resistance, c);
-  configure_start(p, m, resistance, c);
+  configure_start(p, m, resistance, 20.0f * magnitude(B::kCurrent_A_per_count), c);
   configure_protection<B>(p, m, resistance, c);
 
   c.current.decay = exp_minus(resistance * c.period_s / p.inductance_H);

@@ -43,6 +43,7 @@ class Motor : public MotorBase {
     // The command acts from the next sample on, for one period: its middle lies 1.5 periods ahead.
     const Rotation ahead = config_.compensate_delay ? at * (frame.full * frame.half) : at;
     v_.pending = modulate(config_.modulator, inverse_park(v_.given_V, ahead), inverse_park(v_.measured_A, ahead), bus_V, v_.dead_share);
+    if (shorted()) v_.pending = {};  // low sides on for good: nothing switches, nothing is lost to dead times
     v_.pending_driven = driving();
     board.set_compare(v_.pending.compare);
     slot_work(board, adc, sensed);
@@ -126,9 +127,9 @@ class Motor : public MotorBase {
     } else if (v_.state == MotorState::stopping) {
       v_.state = MotorState::running;  // asked to move again before it stood
       enter(config_.speed, v_.speed, speed_rad_s(), v_.wanted_A.q);
-    } else if (shorted()) {
-      v_.phase_s += config_.start.tick_s;
-      if (v_.state == MotorState::holding || v_.phase_s > config_.start.short_brake_s) begin_start(board);
+    } else if (v_.state == MotorState::braking || v_.state == MotorState::holding) {
+      begin_start(board);
+      v_.start.shorted = true;
     } else if (!driving() && v_.blocked == Blocked::none) {
       if (v_.state == MotorState::fault) ++v_.counters.restarts;
       begin_start(board);
@@ -206,16 +207,21 @@ class Motor : public MotorBase {
       }
     }
     if (!starting()) return;
+    const bool was_shorted = v_.start.shorted;
     const StartStep s = step(config_.start, v_.start,
                              {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V - v_.resistance_ohm * v_.measured_A.q,
-                              frame_speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio});
+                              frame_speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
+    if (s.shorted && !was_shorted) v_.observer = {};
     if (v_.start.phase == MotorState::align && v_.state != MotorState::align) v_.dead_share = config_.dead_time.align_share;
     v_.state = v_.start.phase;
     if (s.failed) return trip(board, Fault::start_failed, {});
     if (s.caught) {
       ++v_.counters.catches;
       v_.dead_share = v_.known_dead_share;
-      return take_over(0.0f);
+      if (!was_shorted) return take_over(0.0f);
+      v_.current.integral_V = {0.0f, -v_.observer.omega_e_rad_s * config_.current.flux_linkage_Wb};  // from no voltage
+      v_.hold_A = v_.measured_A.d;
+      return take_over(v_.measured_A.q);
     }
     if (s.hand_over) {
       // The same currents and voltages seen from the observer's frame: no step at the motor.
@@ -277,6 +283,7 @@ class Motor : public MotorBase {
 
   void switch_off(B& board, MotorState state) {
     board.bridge_off();
+    v_.start.shorted = false;
     v_.state = state;
     v_.pending_driven = v_.active_driven = false;
     v_.own_frame = false;

@@ -51,7 +51,7 @@ class MotorBase {
   float frame_speed_rad_s() const { return v_.observer.omega_e_rad_s * config_.over_pole_pairs; }
   bool observing() const { return v_.state == MotorState::running || v_.state == MotorState::handover || v_.state == MotorState::stopping; }
   bool driving() const { return v_.state != MotorState::off && v_.state != MotorState::fault; }
-  bool shorted() const { return v_.state == MotorState::braking || v_.state == MotorState::holding; }
+  bool shorted() const { return v_.state == MotorState::braking || v_.state == MotorState::holding || v_.start.shorted; }
   bool starting() const { return v_.state == MotorState::catching || v_.state == MotorState::align || v_.state == MotorState::ramp; }
 
   // Electrical acceleration from the firmware's model of the torque; only when the frame is the rotor's.
@@ -145,6 +145,7 @@ class MotorBase {
   void take_over(float current_q_A) {
     v_.own_frame = false;
     v_.start.phase = MotorState::off;
+    v_.start.shorted = false;
     v_.state = MotorState::handover;
     v_.phase_s = 0.0f;
     v_.direction = sign_of(v_.observer.omega_e_rad_s);

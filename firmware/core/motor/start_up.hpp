@@ -38,7 +38,10 @@ struct StartConfig {
   float give_up_rad_s = 210.0f;        // mechanical: no lock until here is a failed start
   float lock = 0.93f;                  // mean cosine of the phase-locked loop's error
   float hand_over_s = 0.010f;          // d current fades out
-  float short_brake_s = 0.150f;        // before a reversal: two to three times the shorted motor's time constant
+  float short_brake_s = 0.150f;        // at most: two to three times the shorted motor's time constant
+  // With the windings shorted no leg switches, so no dead time hides what the rotor induces.
+  float rest_A = 1.2f, rest_s = 0.003f;    // a rotor that induces less may be taken for being at rest
+  float short_catch_speed_rad_s = 140.0f;  // mechanical, in the direction asked for; against it catch_speed_rad_s
 };
 
 struct StartState {
@@ -53,6 +56,8 @@ struct StartState {
   float steady_s = 0.0f;                      // while catching
   float swing_V = 0.0f;
   std::uint32_t rounds = 0;
+  bool shorted = false;  // second part of the catching
+  float induced_A = 0.0f, rest_s = 0.0f;
 };
 
 struct StartInputs {
@@ -62,6 +67,7 @@ struct StartInputs {
   float observed_rad_s = 0.0f;
   float lock = 0.0f;
   float flux_ratio = 0.0f;
+  float current_A = 0.0f;  // length of the current vector
 };
 
 struct StartStep {
@@ -74,6 +80,7 @@ struct StartStep {
   bool own_frame = false;       // current control in the turned frame, not the observer's
   bool hand_over = false;       // observer may take the frame now
   bool caught = false;          // rotor was turning: run at once
+  bool shorted = false;         // all low sides on
   bool failed = false;
 };
 
@@ -111,6 +118,21 @@ constexpr bool look_for_rotation(const StartConfig& c, StartState& s, const Star
   // Perhaps it turns, but not yet for long enough.
   const bool perhaps = in.lock > c.lock && magnitude(in.observed_rad_s) > c.catch_speed_rad_s;
   return out.caught || (perhaps && s.in_phase_s < 2.0f * c.catch_s);
+}
+
+// What turns too slowly for that, or was not seen at all: the windings are shorted, which shows it and brakes it. True: not yet done.
+constexpr bool brake_and_look(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
+  out.shorted = true;
+  s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
+  s.induced_A += c.catch_filter * (in.current_A - s.induced_A);
+  const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < 0.5f * c.catch_steady * magnitude(s.speed_rad_s);
+  const float least_rad_s = s.speed_rad_s * s.direction > 0.0f ? c.short_catch_speed_rad_s : c.catch_speed_rad_s;
+  const bool turns = trustworthy(c, in) && steady && s.induced_A > c.rest_A && magnitude(s.speed_rad_s) > least_rad_s;
+  s.steady_s = turns ? s.steady_s + c.tick_s : 0.0f;
+  out.caught = s.steady_s >= c.catch_steady_s;
+  const bool rests = s.in_phase_s > c.rest_s && s.induced_A < c.rest_A;
+  s.rest_s = rests ? s.rest_s + c.tick_s : 0.0f;
+  return out.caught || (s.rest_s < c.rest_s && s.in_phase_s < c.short_brake_s);
 }
 
 constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
@@ -152,7 +174,12 @@ constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs&
   s.in_phase_s += c.tick_s;
   s.across_slow_V += c.damping_corner_rad_s * c.tick_s * (in.across_V - s.across_slow_V);
   if (s.phase == MotorState::catching) {
-    if (look_for_rotation(c, s, in, out)) return out;
+    if (s.shorted ? brake_and_look(c, s, in, out) : look_for_rotation(c, s, in, out)) return out;
+    if (!s.shorted) {
+      s = {MotorState::catching, 0.0f, 0.0f, s.direction};
+      out.shorted = s.shorted = true;
+      return out;
+    }
     s = {MotorState::align, 0.0f, 0.0f, s.direction, 0.0f};
   } else {
     const float align_A = (measuring(c, s) ? c.damping_measure_share : c.damping_align_share) * in.along_A;
