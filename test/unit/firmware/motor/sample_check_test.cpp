@@ -1,4 +1,4 @@
-// Which current samples are believed: sums and jumps of three shunts, of two when the third window is too short.
+// Which current samples are accepted: sums and jumps of three shunts, of two when the third window is too short.
 #include "firmware/core/motor/sample_check.hpp"
 
 #include <gtest/gtest.h>
@@ -35,14 +35,14 @@ TEST(SampleCheck, TheSecondInARowIsLost) {
   EXPECT_EQ(check_sample(kCheck, state, second, kExpected_A, kBus_V), Sample::lost);
 }
 
-TEST(SampleCheck, ACurrentThatGrowsInBothPhasesIsBelieved) {
+TEST(SampleCheck, ACurrentThatGrowsInBothPhasesIsAccepted) {
   SampleCheckState state;
   Sensed s = two_phases(-30.0f, -30.0f);  // along U, as a winding's short-circuit to U would drive it
   EXPECT_EQ(check_sample(kCheck, state, s, kExpected_A, kBus_V), Sample::good);
   EXPECT_NEAR(s.phase_A[0], 60.0f, 1e-4f);
 }
 
-TEST(SampleCheck, AStepThatTheCurrentLoopMakesIsBelieved) {
+TEST(SampleCheck, AStepThatTheCurrentLoopMakesIsAccepted) {
   SampleCheckState state;
   Sensed s = two_phases(-15.0f, -9.0f);  // 6 A of one phase alone
   EXPECT_EQ(check_sample(kCheck, state, s, kExpected_A, kBus_V), Sample::good);
