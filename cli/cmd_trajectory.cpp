@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -10,6 +11,8 @@
 #include "bench/hil/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "host/control/gains_file.hpp"
+#include "host/control/trajectory_file.hpp"
 #include "host/control/trajectory_generator.hpp"
 
 namespace rotorloop::cli {
@@ -32,12 +35,32 @@ const std::map<std::string, host::TrajectoryFile (*)()> kFlights{{"horizontal_8p
 struct TrajectoryArguments {
   std::string name;
   std::filesystem::path out;
+  std::filesystem::path gains;
+  double time_scale = 1.0, max_speed_m_s = std::numeric_limits<double>::infinity();
   bool force = false;
 };
 
+// What the set-point may use of a vehicle's limits: the rest is for feedback and drag.
+constexpr double kOfThrust = 0.8, kOfTilt = 0.85;
+
+// A shipped flight or a file, slowed down as far as was asked for or the vehicle's limits need.
+host::TrajectoryFile flight(const TrajectoryArguments& o) {
+  host::TrajectoryFile file = kFlights.contains(o.name) ? kFlights.at(o.name)() : host::read_trajectory(o.name);
+  file = host::slowed(file, o.time_scale);
+  host::TrajectoryLimits limits{o.max_speed_m_s, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  if (!o.gains.empty()) {
+    const host::ThrustLimits of_vehicle = host::read_gains(o.gains).limits;
+    limits.thrust_weight = kOfThrust * of_vehicle.total_max_weight;
+    limits.tilt_rad = kOfTilt * of_vehicle.tilt_max_rad;
+  }
+  const double factor = host::slowing(file.trajectory, limits);
+  if (factor * o.time_scale > 1.0) file.name += fmt::format(", {:.2f} times slower", factor * o.time_scale);
+  return host::slowed(file, factor);
+}
+
 int write(const TrajectoryArguments& o) {
   check_outputs({{"-o", o.out}}, o.force);
-  const host::TrajectoryFile file = kFlights.at(o.name)();
+  const host::TrajectoryFile file = flight(o);
   const host::Peaks p = host::peaks(file.trajectory);
   const std::string text = host::trajectory_text(file);
   if (o.out.empty()) {
@@ -54,17 +77,24 @@ int write(const TrajectoryArguments& o) {
 
 void add_trajectory(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<TrajectoryArguments>();
-  CLI::App* c = app.add_subcommand("trajectory", "write one of the shipped flights as a trajectory file");
+  CLI::App* c = app.add_subcommand(
+      "trajectory", "write one of the shipped flights, or a file, as a trajectory file: as it is or slowed down to what a vehicle can fly");
   c->add_option("name", o->name,
                 "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "
-                "fast_descent, low_hover, ceiling_hover, diagnose_vertical, diagnose_horizontal or diagnose_rotation")
+                "fast_descent, low_hover, ceiling_hover, diagnose_vertical, diagnose_horizontal or diagnose_rotation; or a trajectory file")
       ->required()
-      ->check(CLI::IsMember(kFlights));
+      ->check(CLI::IsMember(kFlights) | CLI::ExistingFile);
+  c->add_option("--time-scale", o->time_scale, "how many times slower")->check(CLI::Range(1.0, 100.0))->capture_default_str();
+  c->add_option("--max-speed", o->max_speed_m_s, "slow the flight down until it is no faster than this, m/s")
+      ->check(CLI::Range(0.05, 100.0));
+  c->add_option("--gains", o->gains, "slow it down until it uses at most 80 % of the thrust and 85 % of the tilt that these gains allow")
+      ->check(CLI::ExistingFile);
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
   add_force(*c, o->force);
   c->footer(
       "Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
-      "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml");
+      "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml\n"
+      "  rotorloop trajectory horizontal_8p5 --gains gains.toml --max-speed 5 -o slow.toml");
   c->callback([o, &exit_code] { exit_code = write(*o); });
 }
 

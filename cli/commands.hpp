@@ -14,6 +14,7 @@ void add_close(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_esc(CLI::App& app, int& exit_code);  // the group; cli/esc
 void add_esc_sim(CLI::App& app, int& exit_code);
+void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
 void add_nanodrone(CLI::App& app, int& exit_code);
@@ -27,6 +28,7 @@ void add_stand(CLI::App& app, int& exit_code);  // the group; its commands add t
 void add_stand_estimate(CLI::App& stand_group, int& exit_code);
 void add_stand_compare(CLI::App& stand_group, int& exit_code);
 void add_trajectory(CLI::App& app, int& exit_code);
+void add_vehicle(CLI::App& app, int& exit_code);
 void add_hil_effects(CLI::App& hil, int& exit_code);  // below `hil`
 
 }  // namespace rotorloop::cli

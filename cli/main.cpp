@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
                           rotorloop::hil::checked_vehicle_text);
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
+  rotorloop::cli::add_vehicle(app, exit_code);
+  rotorloop::cli::add_gains(app, exit_code);
   rotorloop::cli::add_close(app, exit_code);
   rotorloop::cli::add_identify(app, exit_code);
   rotorloop::cli::add_diagnose(app, exit_code);

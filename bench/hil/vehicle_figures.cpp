@@ -19,7 +19,7 @@ constexpr double kModulation = 0.577 * 0.92;
 constexpr double kLeastThrustToWeight = 1.3;
 
 struct Point {
-  double thrust_N = 0.0, phase_A = 0.0, phase_V = 0.0, power_W = 0.0;
+  double thrust_N = 0.0, torque_N_m = 0.0, phase_A = 0.0, phase_V = 0.0, power_W = 0.0;
 };
 
 // One rotor and its motor in still air, steady.
@@ -33,10 +33,20 @@ Point at_speed(const sim::PlantFile& plant, const sim::Rotor& rotor, double omeg
   const double w_e = omega_rad_s * m.pole_pairs, r = m.resistance_ohm + plant.esc.stage->inverter.switch_resistance_ohm;
   Point p;
   p.thrust_N = loads.force_R_N.z();
-  p.phase_A = (loads.shaft_torque_N_m + m.static_friction_N_m) / (1.5 * m.pole_pairs * m.flux_linkage_Wb);
+  p.torque_N_m = loads.shaft_torque_N_m + m.static_friction_N_m;
+  p.phase_A = p.torque_N_m / (1.5 * m.pole_pairs * m.flux_linkage_Wb);
   p.phase_V = std::hypot(w_e * m.flux_linkage_Wb + r * p.phase_A, w_e * m.inductance_q_H * p.phase_A);
   p.power_W = 1.5 * p.phase_A * (w_e * m.flux_linkage_Wb + r * p.phase_A);
   return p;
+}
+
+// From `hover` up: the current that the phase limit and the bridge leave, less what carries the rotor already, over all that turns.
+double slew_rad_s2(const sim::PlantFile& plant, const sim::Rotor& rotor, const Point& hover, double omega_rad_s, double most_V) {
+  const sim::MotorFile& m = plant.rotors[0].motor;
+  const double w_e = omega_rad_s * m.pole_pairs, r = m.resistance_ohm + plant.esc.stage->inverter.switch_resistance_ohm;
+  const double by_voltage_A = (most_V - w_e * m.flux_linkage_Wb) / r;
+  const double torque_N_m = 1.5 * m.pole_pairs * m.flux_linkage_Wb * std::min(plant.esc.phase_current_limit_A, by_voltage_A);
+  return (torque_N_m - hover.torque_N_m) / (m.inertia_kg_m2 + rotor.blade_inertia_kg_m2());
 }
 
 // Highest speed that `holds`, which holds below it.
@@ -70,6 +80,7 @@ VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRot
   f.hover_phase_A = hover.phase_A;
   f.hover_bus_A = 4.0 * hover.power_W / low_V;
   f.hover_voltage_share = hover.phase_V / (kModulation * low_V);
+  f.hover_slew_rad_s2 = slew_rad_s2(plant, rotor, hover, hover_rad_s, kModulation * low_V);
   const double top_rad_s = highest(esc_rad_s, [&](double w) {
     const Point p = at_speed(plant, rotor, w);
     return p.phase_A <= f.phase_limit_A && p.phase_V <= kModulation * low_V && p.power_W <= f.phase_limit_A * low_V;

@@ -123,6 +123,44 @@ Trajectory join(const std::vector<Segment>& segments) {
   return out;
 }
 
+TrajectoryFile slowed(const TrajectoryFile& file, double factor) {
+  if (!(factor >= 1.0 && factor <= 100.0))
+    throw Error({file.name, fmt::format("slowed down {} times, allowed is 1 to 100", factor), "", "give a time factor of 1 or more"});
+  TrajectoryFile out = file;
+  for (std::size_t k = 0; k < out.trajectory.count; ++k) {
+    Segment& s = out.trajectory.segments[k];
+    s.duration_s *= factor;
+    for (Polynomial* p : {&s.x_m, &s.y_m, &s.z_m, &s.yaw_rad}) {
+      double power = 1.0;
+      for (double& c : p->c) c /= power, power *= factor;
+    }
+  }
+  return out;
+}
+
+double slowing(const Trajectory& trajectory, const TrajectoryLimits& limits) {
+  constexpr double kDecimals = 1.0001;  // a flight that was slowed down to a limit before is not slowed down again for its decimals
+  if (!(limits.thrust_weight > 1.0) || !(limits.speed_m_s > 0.0) || !(limits.tilt_rad > 0.0))
+    throw Error({"",
+                 fmt::format("limits of {} m/s, {} times the weight and {} rad of tilt: no flight keeps them", limits.speed_m_s,
+                             limits.thrust_weight, limits.tilt_rad),
+                 "", "give a speed above 0, a thrust above the weight and a tilt above 0"});
+  const auto keeps = [&](double factor, double slack = 1.0) {
+    const Peaks p = peaks(slowed({"", trajectory}, factor).trajectory, 2e-3 * factor);
+    return p.speed_m_s <= slack * limits.speed_m_s && p.thrust_weight_max <= slack * limits.thrust_weight &&
+           p.tilt_rad <= slack * limits.tilt_rad;
+  };
+  if (keeps(1.0, kDecimals)) return 1.0;
+  double low = 1.0, high = 2.0;
+  while (!keeps(high)) {
+    low = high, high *= 2.0;
+    if (high > 100.0)
+      throw Error({"", fmt::format("slowed down {} times the flight is still beyond its limits", low), "", "raise the limits"});
+  }
+  for (int k = 0; k < 30; ++k) (keeps(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  return high;
+}
+
 Peaks peaks(const Trajectory& trajectory, double step_s) {
   Peaks out;
   Heading heading;
@@ -132,6 +170,7 @@ Peaks peaks(const Trajectory& trajectory, double step_s) {
     const Setpoint s = trajectory.at(step_s * i);
     const Eigen::Vector3d thrust = s.a_W_m_s2 + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
     const AttitudeSetpoint attitude = flat_attitude(thrust, s.j_W_m_s3, s.yaw_rad, s.yaw_rate_rad_s, heading);
+    larger(out.speed_m_s, s.v_W_m_s.norm());
     larger(out.speed_xy_m_s, s.v_W_m_s.head<2>().norm());
     larger(out.speed_z_m_s, s.v_W_m_s.z());
     larger(out.accel_m_s2, s.a_W_m_s2.norm());

@@ -31,7 +31,7 @@ Trajectory join(const std::vector<Segment>& segments);  // throws Error beyond k
 
 // Extremes over a whole trajectory, sampled every `step_s`. Attitude follows from flatness without drag.
 struct Peaks {
-  double speed_xy_m_s = 0.0, speed_z_m_s = 0.0;
+  double speed_m_s = 0.0, speed_xy_m_s = 0.0, speed_z_m_s = 0.0;
   double accel_m_s2 = 0.0;
   double tilt_rad = 0.0;
   double roll_rate_rad_s = 0.0, pitch_rate_rad_s = 0.0, yaw_rate_rad_s = 0.0;  // yaw: of the heading
@@ -39,6 +39,17 @@ struct Peaks {
   double thrust_weight_min = 1.0, thrust_weight_max = 1.0;  // thrust over weight
 };
 Peaks peaks(const Trajectory& trajectory, double step_s = 1e-3);
+
+// The same path in `factor` times the time: speeds fall by it, accelerations by its square. Throws Error below 1: a flight that was checked
+// for a vehicle stays within what was checked.
+TrajectoryFile slowed(const TrajectoryFile& file, double factor);
+
+// What a flight may ask for; zero or infinite where nothing limits.
+struct TrajectoryLimits {
+  double speed_m_s, thrust_weight, tilt_rad;  // speed as a vector; thrust over weight, without drag
+};
+// The least factor, 1 or more, at which slowed() keeps the limits; a limit that no factor keeps (thrust_weight of 1 or less) throws Error.
+double slowing(const Trajectory& trajectory, const TrajectoryLimits& limits);
 
 // The shipped flights (scenarios/trajectories), after the paper's Figs 9 to 11 …
 TrajectoryFile horizontal_8p5();      // back and forth along x: 8.5 m/s, 10.8 m/s²

@@ -204,6 +204,31 @@ TEST(Generator, RefusesWaypointsThatGoBackInTime) {
   EXPECT_THROW(through({{}}), Error);
 }
 
+TEST(Generator, SlowedFlightTakesTheSamePathAtLowerSpeedAndAccelerationBySquare) {
+  const TrajectoryFile fast = general(), slow = slowed(fast, 2.5);
+  EXPECT_NEAR(slow.trajectory.duration_s(), 2.5 * fast.trajectory.duration_s(), 1e-9);
+  for (double t = 0.0; t < fast.trajectory.duration_s(); t += 0.37) {
+    const Setpoint f = fast.trajectory.at(t), s = slow.trajectory.at(2.5 * t);
+    ASSERT_LT((s.p_W_m - f.p_W_m).norm(), 1e-9) << t;
+    ASSERT_LT((2.5 * s.v_W_m_s - f.v_W_m_s).norm(), 1e-9) << t;
+    ASSERT_LT((2.5 * 2.5 * s.a_W_m_s2 - f.a_W_m_s2).norm(), 1e-8) << t;
+    ASSERT_NEAR(s.yaw_rad, f.yaw_rad, 1e-9) << t;
+  }
+  EXPECT_THROW(slowed(fast, 0.9), Error);
+}
+
+TEST(Generator, SlowingIsTheLeastFactorThatKeepsSpeedThrustAndTilt) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const Trajectory t = horizontal_8p5().trajectory;
+  EXPECT_EQ(slowing(t, {9.0, kNone, kNone}), 1.0);
+  EXPECT_NEAR(slowing(t, {4.0, kNone, kNone}), 8.5 / 4.0, 0.01);
+  const double by_thrust = slowing(t, {kNone, 1.2, kNone});
+  EXPECT_NEAR(peaks(slowed({"", t}, by_thrust).trajectory).thrust_weight_max, 1.2, 0.002);
+  const double by_tilt = slowing(t, {kNone, kNone, 0.3});
+  EXPECT_NEAR(peaks(slowed({"", t}, by_tilt).trajectory).tilt_rad, 0.3, 0.002);
+  EXPECT_THROW(slowing(t, {kNone, 1.0, kNone}), Error);
+}
+
 struct Shipped {
   const char* file;
   TrajectoryFile (*make)();

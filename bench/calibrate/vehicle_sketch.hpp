@@ -1,0 +1,34 @@
+// A vehicle from what a scale, a ruler and data sheets say: blade, motor, plant and start file, every guess marked with its confidence. The
+// guesses follow from size alone (similarity to the shipped vehicles); measurements replace them one by one.
+#pragma once
+#include <string>
+
+namespace rotorloop::calibrate {
+
+struct VehicleSketch {
+  std::string name = "my quadrotor";
+  double mass_kg = 0.0;      // ready to fly, battery included
+  double wheelbase_m = 0.0;  // motor to motor, diagonally
+  double diameter_m = 0.0, pitch_m = 0.0;
+  int blades = 2;
+  double kv_rpm_V = 0.0;             // no-load speed per volt between leads
+  double line_resistance_ohm = 0.0;  // between two leads, as data sheets and meters say
+  int pole_pairs = 7;
+  double no_load_A = 0.0;  // from the battery; 0: guessed
+  int cells = 4;
+  double capacity_Ah = 0.0;      // 0: guessed
+  double current_limit_A = 0.0;  // phase amplitude that the ESC may give
+};
+
+// Reads "6x4.5", "6x4.5x3" or "5.1x4.6x3 in": diameter and pitch in inches, blades. False when it is none.
+bool parse_propeller(const std::string& text, VehicleSketch& sketch);
+
+struct SketchFiles {
+  std::string blade, motor, plant, vehicle,
+      scenario;  // blades/propeller.toml, motor.toml, plant.toml, start.toml, flights.toml of one folder
+};
+
+// Throws Error for numbers outside of what the files allow, naming the option to correct.
+SketchFiles sketch_files(const VehicleSketch& sketch);
+
+}  // namespace rotorloop::calibrate
