@@ -8,10 +8,10 @@
 #include <set>
 
 #include "bench/hil/limiter_names.hpp"
-#include "bench/log/log_reader.hpp"
-#include "bench/render/digits.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "bench/hil/run_outcome.hpp"
+#include "bench/log/log_reader.hpp"
+#include "bench/render/digits.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
@@ -157,15 +157,17 @@ BusTraffic traffic_of(const fs::path& file) {
   std::map<std::pair<bool, std::uint32_t>, Stream> streams;
   std::vector<double> busy_bits;
   for (const auto& f : log.frames) {
+    const auto classic = f.frame.classic();
+    if (!classic) continue;  // CAN FD has two bit rates; no run records any
     auto& s = streams[{f.frame.extended, f.frame.id}];
     ++s.frames;
     s.worst_bits += worst_frame_bits(f.frame.extended, f.frame.length);
     s.longest = std::max<int>(s.longest, f.frame.length);
     const auto window = static_cast<std::size_t>(static_cast<double>(f.time_ns) * 1e-9 / kLoadWindow_s);
     if (window >= busy_bits.size()) busy_bits.resize(window + 1, 0.0);
-    busy_bits[window] += frame_bits(f.frame) + kIntermissionBits;
+    busy_bits[window] += frame_bits(*classic) + kIntermissionBits;
   }
-  busy_bits.pop_back();  // the last window is not complete
+  if (!busy_bits.empty()) busy_bits.pop_back();  // the last window is not complete
   for (std::size_t w = 0; w < busy_bits.size(); ++w) {
     out.t_s.push_back((static_cast<double>(w) + 0.5) * kLoadWindow_s);
     out.load_percent.push_back(100 * busy_bits[w] / (kBitRate_Hz * kLoadWindow_s));

@@ -42,6 +42,8 @@ int replay(const ReplayArguments& o) {
   check_live_options(o.live);
   BusLog log = read_bus_log(o.file);
   choose_interface(log, o);
+  if (log.skipped_remote + log.skipped_error > 0)
+    fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.file, log.skipped_remote, log.skipped_error);
   if (log.frames.empty()) throw Error({o.file, "holds no frame that can be sent", "", "give another recording"});
   if (!std::is_sorted(log.frames.begin(), log.frames.end(), [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; }))
     throw Error({o.file, "frames are not in order of time", "several recordings were joined", "sort the lines by their time stamp"});
@@ -54,7 +56,8 @@ int replay(const ReplayArguments& o) {
     return player.step(*bus);
   });
   const tools::ReplayCounters& c = player.counters();
-  fmt::print("{} frames sent, {} not taken by the bus, latest {:.1f} ms late\n", c.sent, c.refused, static_cast<double>(c.latest_ns) * 1e-6);
+  fmt::print("{} frames sent, {} not taken by the bus, latest {:.1f} ms late\n", c.sent, c.refused,
+             static_cast<double>(c.latest_ns) * 1e-6);
   if (c.commands_left_out > 0)
     fmt::print("{} commands left out (set-points, arming): --with-commands sends them, and motors turn\n", c.commands_left_out);
   tell_losses(*bus);
@@ -69,7 +72,8 @@ struct BridgeArguments {
 
 int bridge(const BridgeArguments& o) {
   check_live_options(o.live);
-  if (o.buses.size() < 2) throw Error({"bus", "a bridge needs two buses or more", "", "for example: rotorloop bus bridge mcast:0 slcan:/dev/ttyACM0"});
+  if (o.buses.size() < 2)
+    throw Error({"bus", "a bridge needs two buses or more", "", "for example: rotorloop bus bridge mcast:0 slcan:/dev/ttyACM0"});
   for (std::size_t i = 0; i < o.buses.size(); ++i) {
     if (std::count(o.buses.begin(), o.buses.end(), o.buses[i]) > 1)
       throw Error({"bus", "\"" + o.buses[i] + "\" stands there twice: frames would go round for ever", "", "name each bus once"});

@@ -116,7 +116,8 @@ class Printer {
       j["fd"] = f.frame.fd;
       return print(j.dump());
     }
-    print(fmt::format("{} {:>8} {:<16} {:<14} {}", time_text(f.time_ns), tools::id_text(f.frame), tools::data_text(f.frame), tools::addresses(kind), titled(kind)));
+    print(fmt::format("{} {:>8} {:<16} {:<14} {}", time_text(f.time_ns), tools::id_text(f.frame), tools::data_text(f.frame),
+                      tools::addresses(kind), titled(kind)));
   }
   void print_transfer(const StampedBusFrame& f, const tools::HeardTransfer& t) {
     const tools::FrameKind kind = tools::frame_kind(f.frame);
@@ -131,9 +132,9 @@ class Printer {
       return print(j.dump());
     }
     print(fmt::format("{} {:<14} {:<24} {}", time_text(f.time_ns), tools::addresses(kind), titled(kind),
-                      t.wrong_crc           ? "wrong CRC: damaged, or another definition of this type; " + payload
-                      : t.fields.is_null()  ? payload
-                                            : tools::fields_text(t.fields)));
+                      t.wrong_crc          ? "wrong CRC: damaged, or another definition of this type; " + payload
+                      : t.fields.is_null() ? payload
+                                           : tools::fields_text(t.fields)));
   }
   void print_fast(const StampedBusFrame& f) {
     const Json fields = tools::decode_fast(f.frame);
@@ -160,12 +161,10 @@ int watch(const WatchArguments& o, const std::function<bool(const StampedBusFram
   if (names_a_file(o.source)) {
     const BusLog log = read_bus_log(o.source);
     for (const LoggedFrame& f : log.frames) {
-      const BusFrame frame(f.frame);
-      if (passes(filters, frame) && !take({.frame = frame, .time_ns = f.time_ns})) break;
+      if (passes(filters, f.frame) && !take({.frame = f.frame, .time_ns = f.time_ns})) break;
     }
-    if (log.skipped_fd + log.skipped_remote + log.skipped_error > 0)
-      fmt::print(stderr, "{}: passed over: {} CAN FD frames, {} remote frames, {} error reports\n", o.source, log.skipped_fd, log.skipped_remote,
-                 log.skipped_error);
+    if (log.skipped_remote + log.skipped_error > 0)
+      fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.source, log.skipped_remote, log.skipped_error);
     return 0;
   }
   const auto bus = open_recorded(o.live, o.source, "bus");
@@ -188,14 +187,20 @@ int dump(const WatchArguments& o) {
     print(f);
     return !print.full();
   });
-  if (print.broken() > 0) fmt::print(stderr, "{} frames belong to no transfer: their start was missed, or a frame between was lost\n", print.broken());
+  if (print.broken() > 0)
+    fmt::print(stderr, "{} frames belong to no transfer: their start was missed, or a frame between was lost\n", print.broken());
   return code;
 }
 
 Json row_json(const tools::TrafficRow& row, double span_s) {
   const tools::FrameKind kind = tools::frame_kind(row.newest);
-  Json j{{"id", tools::id_text(row.newest)}, {"fd", row.newest.fd}, {"type", kind.type}, {"role", kind.role}, {"frames", row.frames},
-         {"rate_Hz", span_s > 0.0 ? static_cast<double>(row.frames) / span_s : 0.0}, {"longest_gap_ms", static_cast<double>(row.longest_gap_ns) * 1e-6},
+  Json j{{"id", tools::id_text(row.newest)},
+         {"fd", row.newest.fd},
+         {"type", kind.type},
+         {"role", kind.role},
+         {"frames", row.frames},
+         {"rate_Hz", span_s > 0.0 ? static_cast<double>(row.frames) / span_s : 0.0},
+         {"longest_gap_ms", static_cast<double>(row.longest_gap_ns) * 1e-6},
          {"last_data", tools::data_text(row.newest)}};
   if (kind.source >= 0) j["source"] = kind.source;
   if (kind.destination >= 0) j["destination"] = kind.destination;
@@ -215,8 +220,13 @@ int stat(const WatchArguments& o) {
   if (o.live.json) {
     Json rows = Json::array();
     for (const auto& row : t.rows) rows.push_back(row_json(row, span_s));
-    fmt::print("{}\n", Json{{"source", o.source}, {"span_s", span_s}, {"frames", t.frames}, {"fd_frames", t.fd_frames}, {"load_percent", load},
-                            {"bit_rate_Hz", o.bit_rate_Hz}, {"ids", rows}}
+    fmt::print("{}\n", Json{{"source", o.source},
+                            {"span_s", span_s},
+                            {"frames", t.frames},
+                            {"fd_frames", t.fd_frames},
+                            {"load_percent", load},
+                            {"bit_rate_Hz", o.bit_rate_Hz},
+                            {"ids", rows}}
                            .dump(2));
     return code;
   }
@@ -238,7 +248,8 @@ int stat(const WatchArguments& o) {
 
 void add_watch(CLI::App& c, WatchArguments& o) {
   c.add_option("bus", o.source, std::string(kBusHelp) + "; or a recording (candump -L or pcap)")->required();
-  c.add_option("--filter", o.filters, "only identifiers ID or ID/MASK, hexadecimal; 3 digits: 11 bits, 8 digits: 29 bits")->allow_extra_args(false);
+  c.add_option("--filter", o.filters, "only identifiers ID or ID/MASK, hexadecimal; 3 digits: 11 bits, 8 digits: 29 bits")
+      ->allow_extra_args(false);
   c.add_flag("--json", o.live.json, "JSON instead of text");
   add_live_options(c, o.live);
 }
@@ -271,7 +282,8 @@ void add_bus_stat(CLI::App& group, int& exit_code) {
       "Examples:\n"
       "  rotorloop bus stat mcast:0                 # five seconds\n"
       "  rotorloop bus stat run/horizontal/pd_ff/1/esc_bus.log\n"
-      "Bits are counted on the real sequence, with stuff bits and intermission; a multicast bus has no bits of its own, so its load is what\n"
+      "Bits are counted on the real sequence, with stuff bits and intermission; a multicast bus has no bits of its own, so its load is "
+      "what\n"
       "the same frames would need on a wire.");
   c->callback([o, &exit_code] { exit_code = stat(*o); });
 }

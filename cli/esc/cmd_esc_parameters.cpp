@@ -30,7 +30,10 @@ struct ParameterArguments {
 };
 
 Json parameter_json(const tools::NodeParameter& p) {
-  return {{"name", p.name}, {"value", tools::value_json(p.value)}, {"default", tools::value_json(p.default_value)}, {"min", tools::limit_text(p.min)},
+  return {{"name", p.name},
+          {"value", tools::value_json(p.value)},
+          {"default", tools::value_json(p.default_value)},
+          {"min", tools::limit_text(p.min)},
           {"max", tools::limit_text(p.max)}};
 }
 
@@ -48,10 +51,13 @@ int get(const ParameterArguments& o) {
     for (const auto& p : parameters) row["parameters"].push_back(parameter_json(p));
     document.push_back(row);
     if (o.esc.live.json) continue;
-    fmt::print("node {}: {} parameters\n  {:<24} {:>14} {:>14} {:>12} {:>12}\n", node, parameters.size(), "name", "value", "default", "min", "max");
+    fmt::print("node {}: {} parameters\n  {:<24} {:>14} {:>14} {:>12} {:>12}\n", node, parameters.size(), "name", "value", "default", "min",
+               "max");
     for (const auto& p : parameters)
-      fmt::print("{} {:<24} {:>14} {:>14} {:>12} {:>12}\n", p.default_value.kind != protocols::ParamValue::Kind::empty && !tools::same_value(p.value, p.default_value) ? '*' : ' ',
-                 p.name, tools::value_text(p.value), tools::value_text(p.default_value), tools::limit_text(p.min), tools::limit_text(p.max));
+      fmt::print("{} {:<24} {:>14} {:>14} {:>12} {:>12}\n",
+                 p.default_value.kind != protocols::ParamValue::Kind::empty && !tools::same_value(p.value, p.default_value) ? '*' : ' ',
+                 p.name, tools::value_text(p.value), tools::value_text(p.default_value), tools::limit_text(p.min),
+                 tools::limit_text(p.max));
   }
   if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
   session.finish();
@@ -72,7 +78,8 @@ std::vector<std::pair<std::string, std::string>> assignments(const ParameterArgu
   if (!o.from.empty()) wanted = of_motor(o.from);
   for (const std::string& word : o.words) {
     const std::size_t equals = word.find('=');
-    if (equals == 0 || equals == std::string::npos) throw Error({"parameter", "\"" + word + "\" is not NAME=VALUE", "", "for example: rotorloop esc set --node 21 esc_index=0"});
+    if (equals == 0 || equals == std::string::npos)
+      throw Error({"parameter", "\"" + word + "\" is not NAME=VALUE", "", "for example: rotorloop esc set --node 21 esc_index=0"});
     wanted.emplace_back(word.substr(0, equals), word.substr(equals + 1));
   }
   if (wanted.empty()) throw Error({"parameter", "nothing to set", "", "give NAME=VALUE, or --from MOTOR.toml"});
@@ -84,7 +91,8 @@ int set(const ParameterArguments& o) {
   EscSession session(o.esc);
   const auto nodes = session.nodes(o.nodes);
   if (o.nodes.empty() && nodes.size() > 1)
-    throw Error({"--node", fmt::format("{} ESCs are on the bus, and none was named", nodes.size()), "", "say which: --node 21, or --node 21,22 for several"});
+    throw Error({"--node", fmt::format("{} ESCs are on the bus, and none was named", nodes.size()), "",
+                 "say which: --node 21, or --node 21,22 for several"});
   Json document = Json::array();
   for (const std::uint8_t node : nodes) {
     // All are checked before the first is set: half of a set is worse than none.
@@ -95,8 +103,10 @@ int set(const ParameterArguments& o) {
     }
     for (const auto& [p, value] : checked) {
       const auto now = tools::set_parameter(session.tool(), node, p, value);
-      document.push_back({{"node", node}, {"name", p.name}, {"before", tools::value_json(p.value)}, {"value", tools::value_json(now.value)}});
-      if (!o.esc.live.json) fmt::print("node {}: {} = {} (was {})\n", node, p.name, tools::value_text(now.value), tools::value_text(p.value));
+      document.push_back(
+          {{"node", node}, {"name", p.name}, {"before", tools::value_json(p.value)}, {"value", tools::value_json(now.value)}});
+      if (!o.esc.live.json)
+        fmt::print("node {}: {} = {} (was {})\n", node, p.name, tools::value_text(now.value), tools::value_text(p.value));
     }
     if (o.save) tools::execute(session.tool(), node, tools::ParameterOrder::save);
   }
@@ -104,6 +114,11 @@ int set(const ParameterArguments& o) {
     fmt::print("{}\n", document.dump(2));
   } else {
     fmt::print("{}\n", o.save ? "saved" : "not saved: lost at the next restart; rotorloop esc save keeps it");
+  }
+  for (const std::uint8_t node : nodes) {
+    if (const std::string names = tools::waits_for_restart(session.tool(), node); !names.empty())
+      fmt::print(stderr, "node {}: in force only after {}restart: {}; rotorloop esc restart --node {}\n", node,
+                 o.save ? "a " : "saving and a ", names, node);
   }
   session.finish();
   return 0;
@@ -132,7 +147,9 @@ void add_esc_parameters(CLI::App& group, int& exit_code) {
   auto g = std::make_shared<ParameterArguments>();
   CLI::App* c = add(group, *g, "get", "parameters with defaults and limits", true);
   c->add_option("names", g->words, "names; without any all of them");
-  c->footer("A * marks what is not the default.\nExamples:\n  rotorloop esc get --node 21\n  rotorloop esc get esc_index          # of every ESC");
+  c->footer(
+      "A * marks what is not the default.\nExamples:\n  rotorloop esc get --node 21\n  rotorloop esc get esc_index          # of every "
+      "ESC");
   c->callback([g, &exit_code] { exit_code = get(*g); });
 
   auto s = std::make_shared<ParameterArguments>();
@@ -140,8 +157,11 @@ void add_esc_parameters(CLI::App& group, int& exit_code) {
   c->add_option("parameters", s->words, "NAME=VALUE");
   c->add_option("--from", s->from, "motor file: sets pole pairs, resistance, inductance and flux linkage");
   c->add_flag("--save", s->save, "keep them over a restart");
-  c->footer("Checked against the node's limits before anything is set, and read back.\n"
-            "Examples:\n  rotorloop esc set --node 21 esc_index=0 --save\n  rotorloop esc set --node 21,22 --from vehicles/motors/2306_2300kv.toml");
+  c->footer(
+      "Checked against the node's limits before anything is set, and read back. Constants of the motor and the node id are in force after "
+      "a restart.\n"
+      "Examples:\n  rotorloop esc set --node 21 esc_index=0 --save\n  rotorloop esc set --node 21,22 --from "
+      "vehicles/motors/2306_2300kv.toml");
   c->callback([s, &exit_code] { exit_code = set(*s); });
 
   auto v = std::make_shared<ParameterArguments>();
@@ -152,7 +172,10 @@ void add_esc_parameters(CLI::App& group, int& exit_code) {
   auto r = std::make_shared<ParameterArguments>();
   c = add(group, *r, "reset", "parameters back to the defaults, in the node's memory too", false);
   c->get_option("--node")->required();
-  c->footer("Example:\n  rotorloop esc reset --node 21");
+  c->footer(
+      "The node id and the index too: after its next restart the ESC asks an allocator for an id and obeys no command before it has an "
+      "index.\n"
+      "Example:\n  rotorloop esc reset --node 21");
   c->callback([r, &exit_code] { exit_code = order(*r, tools::ParameterOrder::erase); });
 }
 

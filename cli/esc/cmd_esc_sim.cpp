@@ -4,10 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
+#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "bench/live/esc_process.hpp"
 #include "cli/bus/live_options.hpp"
@@ -20,6 +23,7 @@ namespace {
 struct EscSimArguments {
   std::string bus, node_id, unique_id;
   int esc_index = 0;
+  std::filesystem::path store;
   std::filesystem::path plant = "vehicles/reference_plant.toml";
   double pace = 1.0;
   bool no_arming = false;
@@ -41,41 +45,97 @@ std::array<std::uint8_t, 16> unique_id(const EscSimArguments& o) {
   if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("{} characters", o.unique_id.size()), "", remedy});
   for (std::size_t i = 0; i < 16; ++i) {
     const char* at = o.unique_id.data() + 2 * i;
-    if (std::from_chars(at, at + 2, id[i], 16).ptr != at + 2) throw Error({"--unique-id", "\"" + o.unique_id + "\" is not hexadecimal", "", remedy});
+    if (std::from_chars(at, at + 2, id[i], 16).ptr != at + 2)
+      throw Error({"--unique-id", "\"" + o.unique_id + "\" is not hexadecimal", "", remedy});
   }
   return id;
 }
 
-int esc_sim(const EscSimArguments& o) {
-  check_live_options(o.live);
+// The button of the board: `kill -USR1 PID`.
+volatile std::sig_atomic_t button_pressed = 0;
+void on_button_signal(int) { button_pressed = 1; }
+
+// What a user wants to know of the process, each thing once: on which id it is, that it has started again, that it takes an update.
+class Told {
+ public:
+  Told(const EscSimArguments& o, const TimedBus& bus) : o_(o), bus_(bus) {}
+  void tell(const live::EscProcess& esc) {
+    if (esc.updating() && !std::exchange(updating_, true)) {
+      fmt::print("update: the node reads its image\n");
+      std::fflush(stdout);
+    }
+    if (!esc.operational()) return;
+    updating_ = false;
+    if (esc.node_id() == 0) {
+      if (!std::exchange(asking_, true))
+        fmt::print(stderr, "asks for a node id; an autopilot gives one, or: rotorloop esc serve --bus {}\n", o_.bus);
+      return;
+    }
+    if (esc.starts() == starts_ && esc.node_id() == node_id_) return;
+    starts_ = esc.starts();
+    node_id_ = esc.node_id();
+    asking_ = false;
+    fmt::print("operational: node {}, esc_index {}, {}, {:.2f} V, firmware {}.{}\n", node_id_,
+               esc.esc_index() < 0 ? "none" : std::to_string(esc.esc_index()), bus_.name(), esc.battery_V(), esc.image().major,
+               esc.image().minor);
+    std::fflush(stdout);
+    const bool other =
+        (o_.node_id != "auto" && std::to_string(esc.node().parameters().node_id) != o_.node_id) || esc.esc_index() != o_.esc_index;
+    if (esc.parameters_stored() && other && !std::exchange(told_store_, true))
+      fmt::print(stderr, "{} holds saved parameters: they go before --node-id and --esc-index\n", o_.store.generic_string());
+  }
+
+ private:
+  const EscSimArguments& o_;
+  const TimedBus& bus_;
+  int starts_ = 0;
+  std::uint8_t node_id_ = 0;
+  bool asking_ = false, updating_ = false, told_store_ = false;
+};
+
+live::EscProcessConfig configuration(const EscSimArguments& o) {
   if (!(o.pace >= 0.01 && o.pace <= 10.0))
-    throw Error({"--pace", fmt::format("{} is out of range: 0.01 to 10", o.pace), "", "1 is real time; 0.1 is ten times slower, for a slow machine or a debugger"});
+    throw Error({"--pace", fmt::format("{} is out of range: 0.01 to 10", o.pace), "",
+                 "1 is real time; 0.1 is ten times slower, for a slow machine or a debugger"});
   live::EscProcessConfig config;
   config.plant = o.plant;
-  config.node_id = static_cast<std::uint8_t>(number_in("--node-id", o.node_id, 1, 125, "126 and 127 are for tools"));
+  config.node_id = o.node_id == "auto" ? std::uint8_t{0}
+                                       : static_cast<std::uint8_t>(number_in("--node-id", o.node_id, 1, 125,
+                                                                             "126 and 127 are for tools; auto asks an allocator for one"));
   if (o.esc_index < 0 || o.esc_index > 15)
-    throw Error({"--esc-index", fmt::format("{} is out of range: 0 to 15", o.esc_index), "", "count ESCs from 0, as the autopilot's motor outputs"});
+    throw Error({"--esc-index", fmt::format("{} is out of range: 0 to 15", o.esc_index), "",
+                 "count ESCs from 0, as the autopilot's motor outputs"});
   config.esc_index = static_cast<std::uint8_t>(o.esc_index);
   config.unique_id = unique_id(o);
   config.require_arming = !o.no_arming;
+  config.store = o.store;
   config.pace = o.pace;
+  return config;
+}
+
+int esc_sim(const EscSimArguments& o) {
+  check_live_options(o.live);
+  const live::EscProcessConfig config = configuration(o);
   const auto bus = open_recorded(o.live, o.bus, "--bus");
   live::EscProcess esc(config, *bus);
   TimedBus* const alone = bus.get();
-  bool told = false;
+  std::signal(SIGUSR1, on_button_signal);
+  Told told(o, *bus);
   const LiveEnd end = run_live({&alone, 1}, o.live, [&]() -> std::optional<std::int64_t> {
-    esc.advance();
-    if (!told && esc.operational()) {
-      told = true;
-      fmt::print("operational: node {}, esc_index {}, {}, {:.2f} V\n", o.node_id, o.esc_index, bus->name(), esc.battery_V());
+    if (button_pressed != 0) {
+      button_pressed = 0;
+      esc.press_button();
     }
+    esc.advance();
+    told.tell(esc);
     return esc.next_ns();
   });
   const firmware::CommandCounters& c = esc.node().command_counters();
   fmt::print(stderr, "commands: {} raw, {} rpm, {} fast; {} not armed; time-outs: {} commands, {} fast\n", c.raw_commands, c.rpm_commands,
              c.fast_setpoints, c.not_armed, c.command_timeouts, c.fast_timeouts);
   if (esc.time_lost_ns() > 0)
-    fmt::print(stderr, "the machine was too slow: the ESC's clock fell {:.1f} ms behind; use --pace below 1\n", static_cast<double>(esc.time_lost_ns()) * 1e-6);
+    fmt::print(stderr, "the machine was too slow: the ESC's clock fell {:.1f} ms behind; use --pace below 1\n",
+               static_cast<double>(esc.time_lost_ns()) * 1e-6);
   tell_losses(*bus);
   finish_recording(*bus);
   return end.exit_code;
@@ -87,9 +147,13 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<EscSimArguments>();
   CLI::App* c = app.add_subcommand("esc-sim", "one ESC with motor, propeller and battery on a bus that other programs join, in real time");
   c->add_option("--bus", o->bus, kBusHelp)->required();
-  c->add_option("--node-id", o->node_id, "DroneCAN node id, 1 to 125")->required();
+  c->add_option("--node-id", o->node_id,
+                "DroneCAN node id, 1 to 125, or auto: asks an allocator for one (rotorloop esc serve, an autopilot)")
+      ->required();
   c->add_option("--esc-index", o->esc_index, "position in command arrays, from 0")->required();
   c->add_option("--unique-id", o->unique_id, "32 hexadecimal digits; without it one that follows from the index");
+  c->add_option("--store", o->store,
+                "file for its flash: parameters and firmware survive restart and kill, and go before --node-id and --esc-index");
   c->add_option("--plant", o->plant, "plant file: motor, propeller and battery are those of its first rotor")->capture_default_str();
   c->add_option("--pace", o->pace, "seconds of the ESC per second")->capture_default_str();
   c->add_flag("--no-arming", o->no_arming, "turn without ArmingStatus, for controllers that never send one");
@@ -99,7 +163,9 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
       "Example, four ESCs and who is there:\n"
       "  for i in 0 1 2 3; do rotorloop esc-sim --bus mcast:0 --node-id $((21 + i)) --esc-index $i & done\n"
       "  rotorloop bus dump mcast:0\n"
-      "Prints one line when it is operational; Ctrl-C ends it.");
+      "An ESC with a memory and an id of its own:\n"
+      "  rotorloop esc serve & rotorloop esc-sim --bus mcast:0 --node-id auto --esc-index 0 --store esc0.flash\n"
+      "Prints one line when it is operational and after each restart; kill -USR1 presses its button (esc enumerate); Ctrl-C ends it.");
   c->callback([o, &exit_code] { exit_code = esc_sim(*o); });
 }
 

@@ -80,6 +80,27 @@ constexpr ImageFault parse_image(std::span<const std::uint8_t> in, ImageHeader& 
   return ImageFault::none;
 }
 
+// The other way: the first kImageFieldBytes of an image with this header. `out` has at least as many.
+constexpr void write_image_fields(const ImageHeader& h, std::span<std::uint8_t> out) {
+  const auto put = [&](std::size_t at, std::uint64_t v, std::size_t n) {
+    for (std::size_t i = 0; i < n; ++i) out[at + i] = static_cast<std::uint8_t>(v >> (8u * i) & 0xFFu);
+  };
+  put(0, kImageMagic, 4);
+  put(4, kImageHeaderVersion, 2);
+  put(6, kImageHeaderBytes, 2);
+  for (std::size_t i = 0; i < h.board.size(); ++i) out[8 + i] = static_cast<std::uint8_t>(h.board[i]);
+  put(24, h.size, 4);
+  put(28, h.security_version, 4);
+  out[32] = h.major;
+  out[33] = h.minor;
+  put(34, 0xFFFF, 2);
+  put(36, h.vcs_commit, 4);
+  put(40, h.crc, 8);
+  protocols::Crc64 crc;
+  crc.add(out.first(48));
+  put(48, crc.value(), 8);
+}
+
 constexpr std::array<char, 16> board_name(const char* text) {
   std::array<char, 16> name{};
   for (std::size_t i = 0; i < name.size() && text[i] != '\0'; ++i) name[i] = text[i];

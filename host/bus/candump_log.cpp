@@ -66,12 +66,20 @@ class LineParser {
     expect('#', "\"#\" after the identifier");
     return id;
   }
+  // The digit of flags of a CAN FD frame (canfd_frame.flags): 1 higher data rate, 2 sender error-passive.
+  bool bit_rate_switch() {
+    const int flags = rest_.empty() ? -1 : hex_value(rest_.front());
+    if (flags < 0) fail("expected a digit of flags after \"##\"");
+    rest_.remove_prefix(1);
+    return (flags & 1) != 0;
+  }
   bool take(char c) {
     if (rest_.empty() || rest_.front() != c) return false;
     rest_.remove_prefix(1);
     return true;
   }
-  void data(CanFrame& frame) {
+  void data(BusFrame& frame) {
+    const std::size_t most = frame.fd ? 64 : 8;
     while (!rest_.empty() && rest_.front() != ' ') {
       if (take('.')) continue;  // old can-utils wrote dots between bytes
       if (take('_')) {          // raw length code 9..F of an 8-byte frame: says nothing about the content
@@ -80,10 +88,11 @@ class LineParser {
         continue;
       }
       if (rest_.size() < 2 || hex_value(rest_[0]) < 0 || hex_value(rest_[1]) < 0) fail("expected pairs of hex digits as data");
-      if (frame.length == 8) fail("more than 8 data bytes in a classic frame");
+      if (frame.length == most) fail(frame.fd ? "more than 64 data bytes in a CAN FD frame" : "more than 8 data bytes in a classic frame");
       frame.data[frame.length++] = static_cast<std::uint8_t>(hex_value(rest_[0]) << 4 | hex_value(rest_[1]));
       rest_.remove_prefix(2);
     }
+    if (!possible_length(frame.fd, frame.length)) fail(std::to_string(frame.length) + " data bytes, which no CAN FD frame has");
     blanks();
     if (!rest_.empty() && rest_ != "R" && rest_ != "T") fail("unexpected text after the frame");  // direction, as candump -x writes it
   }
@@ -134,11 +143,9 @@ void parse_line(LineParser line, BusLog& log) {
   std::size_t digits = 0;
   const std::uint32_t id = line.identifier(digits);
   if (digits != 3 && digits != 8) line.fail("expected an identifier of 3 or 8 hex digits");
-  if (line.take('#')) {
-    ++log.skipped_fd;
-    return;
-  }
-  if (line.take('R')) {
+  entry.frame.fd = line.take('#');
+  if (entry.frame.fd) entry.frame.bit_rate_switch = line.bit_rate_switch();
+  if (!entry.frame.fd && line.take('R')) {
     ++log.skipped_remote;
     return;
   }

@@ -111,14 +111,18 @@ BusLog parse_pcap(std::string_view bytes, const std::string& name) {
     const auto data_length = static_cast<std::uint8_t>(record[4]);
     if ((id & kErrorReport) != 0) {
       ++log.skipped_error;
-    } else if ((static_cast<std::uint8_t>(record[5]) & kFdFrame) != 0 || data_length > 8) {
-      ++log.skipped_fd;
     } else if ((id & kRemote) != 0) {
       ++log.skipped_remote;
     } else {
+      const auto flags = static_cast<std::uint8_t>(record[5]);
+      const bool fd = (flags & kFdFrame) != 0 || data_length > 8;
+      if (!possible_length(fd, data_length))
+        fail(where, std::to_string(data_length) + " data bytes, which no CAN frame has", "the file is damaged");
       if (length < kCanHeaderBytes + data_length)
         fail(where, "frame says " + std::to_string(data_length) + " data bytes, the record has fewer", "the file is damaged");
       LoggedFrame entry{.time_ns = time_ns, .interface = 0, .frame = {}};
+      entry.frame.fd = fd;
+      entry.frame.bit_rate_switch = fd && (flags & kFdRateSwitch) != 0;
       entry.frame.extended = (id & kExtended) != 0;
       entry.frame.id = id & (entry.frame.extended ? 0x1FFFFFFFu : 0x7FFu);
       entry.frame.length = data_length;

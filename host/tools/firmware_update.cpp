@@ -16,17 +16,35 @@ constexpr std::int64_t kAskAgain_ns = 2'000'000'000;
 
 std::string phase_name(UpdatePhase phase) {
   switch (phase) {
-    case UpdatePhase::asking: return "asking";
-    case UpdatePhase::waiting: return "waiting";
-    case UpdatePhase::reading: return "reading";
-    case UpdatePhase::restarting: return "restarting";
-    case UpdatePhase::done: return "done";
-    case UpdatePhase::failed: return "failed";
+    case UpdatePhase::asking:
+      return "asking";
+    case UpdatePhase::waiting:
+      return "waiting";
+    case UpdatePhase::reading:
+      return "reading";
+    case UpdatePhase::restarting:
+      return "restarting";
+    case UpdatePhase::verifying:
+      return "verifying";
+    case UpdatePhase::done:
+      return "done";
+    case UpdatePhase::failed:
+      return "failed";
   }
   return "";
 }
 
-FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image) : tool_(tool), image_(std::move(image)) {
+FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image, std::optional<std::uint64_t> image_crc)
+    : tool_(tool), image_(std::move(image)), image_crc_(image_crc) {
+  tool.on<NodeStatus>([this](const NodeStatus& status, std::uint8_t source) {
+    const auto known = nodes_.find(source);
+    if (known != nodes_.end() && status.mode == NodeMode::software_update) known->second.was_updating = true;
+  });
+  tool.on<LogMessage>([this](const LogMessage& m, std::uint8_t source) {
+    const auto known = nodes_.find(source);
+    if (known != nodes_.end() && m.level >= LogMessage::Level::warning)
+      known->second.said.assign(m.text.items.begin(), m.text.items.begin() + m.text.count);
+  });
   tool.serve<FileGetInfo, FileGetInfoResponse>([this](const FileGetInfo& request, std::uint8_t) {
     FileGetInfoResponse r;
     if (request.path.path.is(kImagePath)) {
@@ -52,7 +70,8 @@ FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image
       ++s.blocks;
       s.read_B = std::max(s.read_B, begin + size);
       s.changed_ns = tool_.now_ns();
-      s.phase = size < FileRead::kBlock ? UpdatePhase::restarting : UpdatePhase::reading;
+      // A node that knows the size from the image's header does not ask for the short block that ends a file.
+      s.phase = begin + size >= image_.size() ? UpdatePhase::restarting : UpdatePhase::reading;
     }
     return std::optional(r);
   });
@@ -80,7 +99,9 @@ void FirmwareUpdates::ask(std::uint8_t node) {
           s.phase = UpdatePhase::waiting;
           s.changed_ns = tool_.now_ns();
         } else {
-          fail(s, fmt::format("refused: {}", !said.empty() ? said : r->error == Error::invalid_mode ? "not in this mode; does its motor run?" : "no reason given"));
+          fail(s, fmt::format("refused: {}", !said.empty()                     ? said
+                                             : r->error == Error::invalid_mode ? "not in this mode; does its motor run?"
+                                                                               : "no reason given"));
         }
       },
       {.attempts = 1, .timeout_ns = kAskAgain_ns});
@@ -91,39 +112,72 @@ void FirmwareUpdates::fail(UpdateState& s, std::string reason) {
   s.reason = std::move(reason);
 }
 
-void FirmwareUpdates::step() {
-  for (auto& [node, s] : nodes_) {
-    const std::int64_t since_ns = tool_.now_ns() - s.changed_ns;
-    const auto seen = tool_.nodes().find(node);
-    switch (s.phase) {
-      case UpdatePhase::asking:
-        if (since_ns <= kAskAgain_ns) break;
-        if (s.asked >= kMostAsked) {
-          fail(s, "does not answer BeginFirmwareUpdate");
-        } else {
-          ask(node);
-        }
-        break;
-      case UpdatePhase::waiting:
-      case UpdatePhase::reading:
-        if (since_ns > kSilence_ns) fail(s, fmt::format("no block was read for {} s; {} of {} bytes were", kSilence_ns / 1'000'000'000, s.read_B, image_.size()));
-        break;
-      case UpdatePhase::restarting:
-        // Heard after its last block, and not in the updater any more.
-        if (seen != tool_.nodes().end() && seen->second.heard_ns > s.changed_ns && seen->second.status.mode == NodeMode::operational) {
-          s.phase = UpdatePhase::done;
-        } else if (since_ns > kRestart_ns) {
-          fail(s, "has read the whole image and does not report as operational; it may have refused the image (rotorloop esc log)");
-        }
-        break;
-      case UpdatePhase::done:
-      case UpdatePhase::failed: break;
-    }
+// Does it run what was sent?
+void FirmwareUpdates::verify(std::uint8_t node, UpdateState& s) {
+  s.phase = UpdatePhase::verifying;
+  tool_.request<GetNodeInfo, GetNodeInfoResponse>(node, {},
+                                                  [this, node](const std::optional<GetNodeInfoResponse>& r) { judge(nodes_[node], r); });
+}
+
+void FirmwareUpdates::judge(UpdateState& s, const std::optional<GetNodeInfoResponse>& info) {
+  if (s.phase != UpdatePhase::verifying) return;
+  s.info = info;
+  const bool reports = info && (info->software_flags & GetNodeInfoResponse::kHasImageCrc) != 0;
+  s.verified = reports && image_crc_ && info->image_crc == *image_crc_;
+  if (reports && image_crc_ && !s.verified) {
+    fail(s, fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_,
+                        s.said.empty() ? "" : "; it said: " + s.said));
+  } else {
+    s.phase = UpdatePhase::done;
   }
 }
 
+void FirmwareUpdates::follow(std::uint8_t node, UpdateState& s) {
+  const std::int64_t since_ns = tool_.now_ns() - s.changed_ns;
+  const auto seen = tool_.nodes().find(node);
+  const bool operational =
+      seen != tool_.nodes().end() && seen->second.heard_ns > s.changed_ns && seen->second.status.mode == NodeMode::operational;
+  const std::string said = s.said.empty() ? "" : "; it said: " + s.said;
+  switch (s.phase) {
+    case UpdatePhase::asking:
+      if (since_ns <= kAskAgain_ns) break;
+      if (s.asked >= kMostAsked) {
+        fail(s, "does not answer BeginFirmwareUpdate");
+      } else {
+        ask(node);
+      }
+      break;
+    case UpdatePhase::waiting:
+    case UpdatePhase::reading:
+      if (operational && s.was_updating) {
+        fail(s, fmt::format("runs its old firmware again after {} of {} bytes{}", s.read_B, image_.size(), said));
+      } else if (since_ns > kSilence_ns) {
+        fail(s,
+             fmt::format("no block was read for {} s; {} of {} bytes were{}", kSilence_ns / 1'000'000'000, s.read_B, image_.size(), said));
+      }
+      break;
+    case UpdatePhase::restarting:
+      // Heard after its last block, and not in the updater any more.
+      if (operational) {
+        verify(node, s);
+      } else if (since_ns > kRestart_ns) {
+        fail(s, "has read the whole image and does not report as operational" + said);
+      }
+      break;
+    case UpdatePhase::verifying:
+    case UpdatePhase::done:
+    case UpdatePhase::failed:
+      break;
+  }
+}
+
+void FirmwareUpdates::step() {
+  for (auto& [node, s] : nodes_) follow(node, s);
+}
+
 bool FirmwareUpdates::over() const {
-  return std::all_of(nodes_.begin(), nodes_.end(), [](const auto& n) { return n.second.phase == UpdatePhase::done || n.second.phase == UpdatePhase::failed; });
+  return std::all_of(nodes_.begin(), nodes_.end(),
+                     [](const auto& n) { return n.second.phase == UpdatePhase::done || n.second.phase == UpdatePhase::failed; });
 }
 
 }  // namespace rotorloop::tools

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,21 +13,26 @@
 namespace rotorloop::tools {
 
 enum class UpdatePhase : std::uint8_t {
-  asking,      // BeginFirmwareUpdate is not answered yet
-  waiting,     // answered; no block read yet
+  asking,   // BeginFirmwareUpdate is not answered yet
+  waiting,  // answered; no block read yet
   reading,
   restarting,  // has read to the end
-  done,        // reports as operational again
+  verifying,   // operational again; asked which image it runs
+  done,
   failed,
 };
 
 struct UpdateState {
   UpdatePhase phase = UpdatePhase::asking;
-  std::uint64_t read_B = 0;      // up to here
-  std::uint64_t blocks = 0;      // served, repeated ones counted again
-  std::int64_t changed_ns = 0;   // of the last progress
+  std::uint64_t read_B = 0;     // up to here
+  std::uint64_t blocks = 0;     // served, repeated ones counted again
+  std::int64_t changed_ns = 0;  // of the last progress
   int asked = 0;
-  std::string reason;            // of a failure, in words
+  bool was_updating = false;                           // has reported mode "software update"
+  bool verified = false;                               // runs the image that was sent, by the CRC that it reports
+  std::optional<protocols::GetNodeInfoResponse> info;  // after its restart
+  std::string said;                                    // its last log message of level warning or error
+  std::string reason;                                  // of a failure, in words
 };
 
 class FirmwareUpdates {
@@ -35,8 +41,9 @@ class FirmwareUpdates {
   static constexpr std::int64_t kRestart_ns = 20'000'000'000;  // to report as operational after the last block
   static constexpr int kMostAsked = 4;                         // every 2 s, as the DroneCAN GUI tool does
 
-  // Serves the image under a path of two characters: a request for a block is one frame then.
-  FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image);
+  // Serves the image under a path of two characters: a request for a block is one frame then. `image_crc`: what a node that runs the image
+  // reports in GetNodeInfo; a node that reports another one has failed, none given or reported: not verified.
+  FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image, std::optional<std::uint64_t> image_crc = std::nullopt);
   void start(std::uint8_t node);
   void step();
   bool over() const;  // every node is done or has failed
@@ -45,10 +52,14 @@ class FirmwareUpdates {
 
  private:
   void ask(std::uint8_t node);
+  void follow(std::uint8_t node, UpdateState& s);
+  void verify(std::uint8_t node, UpdateState& s);
+  void judge(UpdateState& s, const std::optional<protocols::GetNodeInfoResponse>& info);
   void fail(UpdateState& s, std::string reason);
 
   ToolNode& tool_;
   std::vector<std::uint8_t> image_;
+  std::optional<std::uint64_t> image_crc_;
   std::map<std::uint8_t, UpdateState> nodes_;
 };
 

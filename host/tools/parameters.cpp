@@ -51,7 +51,8 @@ std::optional<double> number(const NumericValue& v) {
 }
 
 [[noreturn]] void not_a_value(const NodeParameter& p, const std::string& text, const std::string& where, const std::string& wanted) {
-  throw Error({where, fmt::format("\"{}\" for {} is no {}", text, p.name, wanted), "", fmt::format("its value now is {}", value_text(p.value))});
+  throw Error(
+      {where, fmt::format("\"{}\" for {} is no {}", text, p.name, wanted), "", fmt::format("its value now is {}", value_text(p.value))});
 }
 
 void check_limits(const NodeParameter& p, double value, const std::string& where) {
@@ -72,19 +73,20 @@ std::vector<NodeParameter> read_parameters(ToolNode& tool, std::uint8_t node) {
     while (open < kReadAhead && next < end && !failed) {
       const std::uint16_t index = next++;
       ++open;
-      tool.request<ParamGetSet, ParamGetSetResponse>(node, {.index = index, .value = {}, .name = {}}, [&, index](const std::optional<ParamGetSetResponse>& r) {
-        --open;
-        if (!r) {
-          failed = true;
-          return;
-        }
-        if (r->name.count == 0) {
-          end = std::min(end, index);
-        } else {
-          got[index] = r;
-        }
-        self(self);
-      });
+      tool.request<ParamGetSet, ParamGetSetResponse>(node, {.index = index, .value = {}, .name = {}},
+                                                     [&, index](const std::optional<ParamGetSetResponse>& r) {
+                                                       --open;
+                                                       if (!r) {
+                                                         failed = true;
+                                                         return;
+                                                       }
+                                                       if (r->name.count == 0) {
+                                                         end = std::min(end, index);
+                                                       } else {
+                                                         got[index] = r;
+                                                       }
+                                                       self(self);
+                                                     });
     }
   };
   ask_next(ask_next);
@@ -98,12 +100,22 @@ std::vector<NodeParameter> read_parameters(ToolNode& tool, std::uint8_t node) {
   return parameters;
 }
 
-NodeParameter read_parameter(ToolNode& tool, std::uint8_t node, const std::string& name) {
+std::optional<NodeParameter> find_parameter(ToolNode& tool, std::uint8_t node, const std::string& name) {
   ParamGetSet request;
   assign(request.name, name);
   const auto r = tool.ask<ParamGetSetResponse>(node, request);
   if (!r) no_answer(tool, node, "to a question for its parameters");
-  if (r->name.count > 0) return parameter_of(*r);
+  return r->name.count > 0 ? std::optional(parameter_of(*r)) : std::nullopt;
+}
+
+std::string waits_for_restart(ToolNode& tool, std::uint8_t node) {
+  const auto p = find_parameter(tool, node, "stat_restart");
+  const std::string names = p && p->value.kind == ParamValue::Kind::string ? as_text(p->value.string) : "";
+  return names == "none" ? "" : names;
+}
+
+NodeParameter read_parameter(ToolNode& tool, std::uint8_t node, const std::string& name) {
+  if (const auto p = find_parameter(tool, node, name)) return *p;
   std::vector<std::string> names;
   for (const NodeParameter& p : read_parameters(tool, node)) names.push_back(p.name);
   throw Error({fmt::format("node {}", node), "has no parameter \"" + name + "\"", "",
@@ -133,10 +145,12 @@ ParamValue parse_value(const NodeParameter& p, const std::string& text, const st
       v.boolean = text == "true" || text == "1" ? 1 : 0;
       return v;
     case ParamValue::Kind::string:
-      if (text.size() > v.string.items.size()) not_a_value(p, text, where, fmt::format("text of at most {} characters", v.string.items.size()));
+      if (text.size() > v.string.items.size())
+        not_a_value(p, text, where, fmt::format("text of at most {} characters", v.string.items.size()));
       assign(v.string, text);
       return v;
-    case ParamValue::Kind::empty: break;
+    case ParamValue::Kind::empty:
+      break;
   }
   not_a_value(p, text, where, "value that the node would take");
 }
@@ -171,11 +185,16 @@ void execute(ToolNode& tool, std::uint8_t node, ParameterOrder order) {
 
 std::string value_text(const ParamValue& v) {
   switch (v.kind) {
-    case ParamValue::Kind::integer: return std::to_string(v.integer);
-    case ParamValue::Kind::real: return fmt::format("{}", v.real);  // as many digits as bring the same number back
-    case ParamValue::Kind::boolean: return v.boolean != 0 ? "true" : "false";
-    case ParamValue::Kind::string: return "\"" + as_text(v.string) + "\"";
-    case ParamValue::Kind::empty: break;
+    case ParamValue::Kind::integer:
+      return std::to_string(v.integer);
+    case ParamValue::Kind::real:
+      return fmt::format("{}", v.real);  // as many digits as bring the same number back
+    case ParamValue::Kind::boolean:
+      return v.boolean != 0 ? "true" : "false";
+    case ParamValue::Kind::string:
+      return "\"" + as_text(v.string) + "\"";
+    case ParamValue::Kind::empty:
+      break;
   }
   return "-";
 }
@@ -187,11 +206,16 @@ std::string limit_text(const NumericValue& v) {
 
 nlohmann::ordered_json value_json(const ParamValue& v) {
   switch (v.kind) {
-    case ParamValue::Kind::integer: return v.integer;
-    case ParamValue::Kind::real: return v.real;
-    case ParamValue::Kind::boolean: return v.boolean != 0;
-    case ParamValue::Kind::string: return as_text(v.string);
-    case ParamValue::Kind::empty: break;
+    case ParamValue::Kind::integer:
+      return v.integer;
+    case ParamValue::Kind::real:
+      return v.real;
+    case ParamValue::Kind::boolean:
+      return v.boolean != 0;
+    case ParamValue::Kind::string:
+      return as_text(v.string);
+    case ParamValue::Kind::empty:
+      break;
   }
   return nullptr;
 }
@@ -199,16 +223,23 @@ nlohmann::ordered_json value_json(const ParamValue& v) {
 bool same_value(const ParamValue& a, const ParamValue& b) {
   if (a.kind != b.kind) return false;
   switch (a.kind) {
-    case ParamValue::Kind::integer: return a.integer == b.integer;
-    case ParamValue::Kind::real: return a.real == b.real;
-    case ParamValue::Kind::boolean: return (a.boolean != 0) == (b.boolean != 0);
-    case ParamValue::Kind::string: return as_text(a.string) == as_text(b.string);
-    case ParamValue::Kind::empty: break;
+    case ParamValue::Kind::integer:
+      return a.integer == b.integer;
+    case ParamValue::Kind::real:
+      return a.real == b.real;
+    case ParamValue::Kind::boolean:
+      return (a.boolean != 0) == (b.boolean != 0);
+    case ParamValue::Kind::string:
+      return as_text(a.string) == as_text(b.string);
+    case ParamValue::Kind::empty:
+      break;
   }
   return true;
 }
 
-bool names_the_node(const std::string& name) { return name == "node_id" || name == "uavcan.node_id" || name == "preferred_id" || name == "esc_index"; }
+bool names_the_node(const std::string& name) {
+  return name == "node_id" || name == "uavcan.node_id" || name == "preferred_id" || name == "esc_index";
+}
 
 bool only_read(const std::string& name) { return name.starts_with("stat_"); }
 
@@ -253,7 +284,8 @@ std::map<std::string, FileValue> read_parameter_file(const std::string& path) {
     if (!values.emplace(name, FileValue{trimmed(line.substr(equals + 1)), where}).second)
       throw Error({where, "\"" + name + "\" stands there twice", "", "remove one of the lines"});
   }
-  if (values.empty()) throw Error({path, "has no [parameters]", "this is no parameter file", "make one with: rotorloop esc dump --node N -o FILE"});
+  if (values.empty())
+    throw Error({path, "has no [parameters]", "this is no parameter file", "make one with: rotorloop esc dump --node N -o FILE"});
   return values;
 }
 

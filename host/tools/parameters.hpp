@@ -19,10 +19,13 @@ struct NodeParameter {
 
 // In the order of the node; none at all for a node that has none. Throws Error (exit 3) when the node does not answer.
 std::vector<NodeParameter> read_parameters(ToolNode& tool, std::uint8_t node);
+// None when the node has no parameter of this name. Throws Error (exit 3) when it does not answer.
+std::optional<NodeParameter> find_parameter(ToolNode& tool, std::uint8_t node, const std::string& name);
 // Throws Error: usage for a name that the node does not have, device for no answer.
 NodeParameter read_parameter(ToolNode& tool, std::uint8_t node, const std::string& name);
 
-// "8", "0.35", "true", "text" as the parameter's type and within its limits; throws Error (exit 2) with the limits. `where`: option or file:line.
+// "8", "0.35", "true", "text" as the parameter's type and within its limits; throws Error (exit 2) with the limits. `where`: option or
+// file:line.
 protocols::ParamValue parse_value(const NodeParameter& parameter, const std::string& text, const std::string& where);
 // Sets and reads back. Throws Error (exit 3) when the node keeps another value: it refuses, most often as its motor runs.
 NodeParameter set_parameter(ToolNode& tool, std::uint8_t node, const NodeParameter& parameter, const protocols::ParamValue& value);
@@ -31,10 +34,13 @@ enum class ParameterOrder : std::uint8_t { save, erase };
 // Throws Error (exit 3) when the node refuses or does not answer.
 void execute(ToolNode& tool, std::uint8_t node, ParameterOrder order);
 
-std::string value_text(const protocols::ParamValue& value);        // "8", "0.35", "true", "\"text\"", "-"
-std::string limit_text(const protocols::NumericValue& value);      // "0.35", "-"
+std::string value_text(const protocols::ParamValue& value);    // "8", "0.35", "true", "\"text\"", "-"
+std::string limit_text(const protocols::NumericValue& value);  // "0.35", "-"
 nlohmann::ordered_json value_json(const protocols::ParamValue& value);
 bool same_value(const protocols::ParamValue& a, const protocols::ParamValue& b);
+
+// What was set and is in force only after saving and a restart, in the node's words; empty for none, and for nodes that do not say it.
+std::string waits_for_restart(ToolNode& tool, std::uint8_t node);
 
 // What makes a node itself and not a copy of another: never restored or cloned unasked.
 bool names_the_node(const std::string& parameter_name);

@@ -82,6 +82,7 @@ class BasicEscNode {
       : problem_(check(p)),
         p_(problem_ ? speaking_defaults(p) : p),
         edited_(p_),
+        at_start_(p_),
         identity_(identity),
         node_id_(p_.node_id),
         receiver_(node_id_, kMessages),
@@ -96,6 +97,9 @@ class BasicEscNode {
 
   void on_frame(const CanFrame& frame, std::uint64_t now_us);
   void poll(std::uint64_t now_us, const Telemetry& t);
+
+  // The user has pressed the button of this ESC: it is the one that is enumerated now. Without an enumeration it means nothing.
+  void on_button() { button_ = true; }
 
   // The application is not ready (offset calibration, self-test): NodeStatus says initialization and the motor stays off.
   void hold_initialization(bool hold) {
@@ -130,7 +134,8 @@ class BasicEscNode {
   }
 
   bool parameters_ok() const { return !problem_ && store_ == StoreState::loaded; }
-  // In force. A new revision after each change, which the motor control has to be told.
+  // In force, but for those of InForce::at_start: the motor control has its constants from the start, and what was set since waits for a
+  // restart (stat_restart names it). A new revision after each change.
   const Parameters& parameters() const { return p_; }
   std::uint32_t revision() const { return revision_; }
   // As the bus has set them; in force once the motor is off.
@@ -254,8 +259,8 @@ class BasicEscNode {
   }
 
   std::optional<ParameterError> problem_;
-  ParameterError wrong_value_{};  // what to say of it
-  Parameters p_, edited_;
+  ParameterError wrong_value_{};      // what to say of it
+  Parameters p_, edited_, at_start_;  // in force, as set, at the start
   NodeIdentity identity_;
   std::uint8_t node_id_;
   StoreState store_ = StoreState::loaded;
@@ -283,7 +288,8 @@ class BasicEscNode {
   float beep_Hz_ = 0.0f;
   std::uint8_t fast_version_ = 0, reported_second_ = 0;  // version: 0 none heard
   bool started_ = false, held_ = false, sent_node_status_ = false, feedback_due_ = false, edited_new_ = false, enumerating_ = false,
-       id_conflict_ = false, index_conflict_ = false, tripped_ = false, problem_reported_ = false, conflict_reported_ = false;
+       id_conflict_ = false, index_conflict_ = false, tripped_ = false, problem_reported_ = false, conflict_reported_ = false,
+       button_ = false;
 };
 
 inline constexpr NodeRules kAllRules{};

@@ -9,6 +9,12 @@ namespace rotorloop::firmware {
 
 enum class ParameterKind : std::uint8_t { integer, real, boolean };
 
+// When a value that the bus has set is in force.
+enum class InForce : std::uint8_t {
+  at_rest,   // as soon as the motor is off
+  at_start,  // from the next restart on, when it was saved: the motor control takes its constants once
+};
+
 struct ParameterRange {
   const char* name;
   const char* unit;
@@ -16,6 +22,7 @@ struct ParameterRange {
   float (*get)(const Parameters&);
   void (*set)(Parameters&, float);  // of a value inside the range
   ParameterKind kind;
+  InForce in_force = InForce::at_rest;
 };
 
 template <auto kMember>
@@ -33,12 +40,12 @@ constexpr void set_parameter(Parameters& p, float v) {
 }
 
 template <auto kMember>
-constexpr ParameterRange parameter_row(const char* name, const char* unit, float min, float max) {
+constexpr ParameterRange parameter_row(const char* name, const char* unit, float min, float max, InForce in_force = InForce::at_rest) {
   using T = std::remove_cvref_t<decltype(Parameters{}.*kMember)>;
   const ParameterKind kind = std::is_same_v<T, bool>       ? ParameterKind::boolean
                              : std::is_floating_point_v<T> ? ParameterKind::real
                                                            : ParameterKind::integer;
-  return {name, unit, min, max, get_parameter<kMember>, set_parameter<kMember>, kind};
+  return {name, unit, min, max, get_parameter<kMember>, set_parameter<kMember>, kind, in_force};
 }
 
 // "None" is -1 for people and 255 inside.

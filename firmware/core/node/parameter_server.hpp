@@ -17,11 +17,12 @@ struct Readings {
   const FaultLog* faults = nullptr;
   const Telemetry* motor = nullptr;
   std::uint32_t commanders = 0, conflicts = 0;
+  const Parameters* started = nullptr;  // those of the last start
 };
 
 class ParameterServer {
  public:
-  static constexpr std::size_t kNumbers = 8, kReadings = kNumbers + FaultLog::kKept;
+  static constexpr std::size_t kNumbers = 9, kReadings = kNumbers + FaultLog::kKept;
   static constexpr std::size_t kCount = kParameterRanges.size() + kReadings;
 
   // `edited`: what the bus sees and sets.
@@ -31,7 +32,7 @@ class ParameterServer {
     const std::size_t index = request.name.count > 0 ? find(request.name) : request.index;
     if (index >= kCount) return r;
     if (index >= kParameterRanges.size()) {
-      reading(index - kParameterRanges.size(), readings, r);
+      reading(index - kParameterRanges.size(), edited, readings, r);
       return r;
     }
     const ParameterRange& range = kParameterRanges[index];
@@ -83,11 +84,24 @@ class ParameterServer {
                                                 : protocols::NumericValue::of(v);
   }
 
-  static constexpr std::array<const char*, kReadings> kReadingNames{"stat_why_off",   "stat_faults",  "stat_errors",  "stat_commanders",
-                                                                    "stat_conflicts", "stat_trips",   "stat_energy",  "stat_winding",
-                                                                    "stat_fault_1",   "stat_fault_2", "stat_fault_3", "stat_fault_4"};
+  static constexpr std::array<const char*, kReadings> kReadingNames{
+      "stat_why_off", "stat_faults",  "stat_errors",  "stat_commanders", "stat_conflicts", "stat_trips",  "stat_energy",
+      "stat_winding", "stat_restart", "stat_fault_1", "stat_fault_2",    "stat_fault_3",   "stat_fault_4"};
 
-  static constexpr void reading(std::size_t i, const Readings& from, protocols::ParamGetSetResponse& r) {
+  // What was set and is not in force before a restart: the first names, and how many more.
+  static constexpr TextLine waiting_for_restart(const Parameters& edited, const Parameters& started) {
+    constexpr std::int32_t kNamed = 4;
+    TextLine line;
+    std::int32_t count = 0;
+    for (const ParameterRange& r : kParameterRanges) {
+      if (r.in_force != InForce::at_start || r.get(edited) == r.get(started)) continue;
+      if (++count <= kNamed) line.add(count > 1 ? ", " : "").add(r.name);
+    }
+    if (count > kNamed) line.add(" and ").add(count - kNamed).add(" more");
+    return count == 0 ? TextLine("none") : line;
+  }
+
+  static constexpr void reading(std::size_t i, const Parameters& edited, const Readings& from, protocols::ParamGetSetResponse& r) {
     r.name = protocols::Text<protocols::kMaxParameterName>(kReadingNames[i]);
     const auto text = [&](const TextLine& line) {
       r.value.kind = protocols::ParamValue::Kind::string;
@@ -112,9 +126,11 @@ class ParameterServer {
       case 6:
         r.value = protocols::ParamValue::of(motor.energy_J);
         return;
-      default:
+      case 7:
         r.value = protocols::ParamValue::of(motor.winding_K);
         return;
+      default:
+        return text(from.started != nullptr ? waiting_for_restart(edited, *from.started) : TextLine("none"));
     }
   }
 };

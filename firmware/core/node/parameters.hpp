@@ -15,7 +15,7 @@ namespace rotorloop::firmware {
 
 // Where a limit comes from is said beside it; limits without a word are the edges of what has been tested.
 inline constexpr std::array kParameterRanges{
-    parameter_row<&Parameters::node_id>("node_id", "", 0, 125),                                     // 126, 127: tools
+    parameter_row<&Parameters::node_id>("node_id", "", 0, 125, InForce::at_start),                  // 126, 127: tools
     ParameterRange{"esc_index", "", -1, 15, get_esc_index, set_esc_index, ParameterKind::integer},  // four groups of four; -1: none
     parameter_row<&Parameters::command_timeout_ms>("cmd_timeout_ms", "ms", 20, 1000),
     parameter_row<&Parameters::fast_timeout_ms>("fast_timeout_ms", "ms", 2, 100),  // two periods of 1 kHz
@@ -23,34 +23,35 @@ inline constexpr std::array kParameterRanges{
     parameter_row<&Parameters::fast_channel>("fast_channel", "", 0, 1),
     parameter_row<&Parameters::fast_feedback_Hz>("fast_feedback_Hz", "Hz", 0, 1000),  // 0, 250, 500, 1000
     parameter_row<&Parameters::status_Hz>("status_Hz", "Hz", 2, 200),                 // autopilots call 1.2 s offline
-    parameter_row<&Parameters::pole_pairs>("pole_pairs", "", 1, 32),
-    parameter_row<&Parameters::resistance_ohm>("resistance", "ohm", 1e-3f, 10),
-    parameter_row<&Parameters::inductance_H>("inductance", "H", 1e-7f, 1e-2f),
-    parameter_row<&Parameters::flux_linkage_Wb>("flux_linkage", "Wb", 1e-5f, 0.1f),
-    parameter_row<&Parameters::inertia_kg_m2>("inertia", "kg m2", 1e-8f, 0.1f),
-    parameter_row<&Parameters::load_N_m_s2>("load", "N m s2", 0, 1e-3f),
-    parameter_row<&Parameters::inductance_ratio>("inductance_ratio", "", 0, 3),  // 0: not known
+    parameter_row<&Parameters::pole_pairs>("pole_pairs", "", 1, 32, InForce::at_start),
+    parameter_row<&Parameters::resistance_ohm>("resistance", "ohm", 1e-3f, 10, InForce::at_start),
+    parameter_row<&Parameters::inductance_H>("inductance", "H", 1e-7f, 1e-2f, InForce::at_start),
+    parameter_row<&Parameters::flux_linkage_Wb>("flux_linkage", "Wb", 1e-5f, 0.1f, InForce::at_start),
+    parameter_row<&Parameters::inertia_kg_m2>("inertia", "kg m2", 1e-8f, 0.1f, InForce::at_start),
+    parameter_row<&Parameters::load_N_m_s2>("load", "N m s2", 0, 1e-3f, InForce::at_start),
+    parameter_row<&Parameters::inductance_ratio>("inductance_ratio", "", 0, 3, InForce::at_start),  // 0: not known
     // Ends of the largest board; what this board cannot serve is refused by the motor control (ParameterProblem).
-    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.1f, 150),
-    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.1f, 150),
-    parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 150),
-    parameter_row<&Parameters::speed_slew_rad_s2>("speed_slew", "rad/s2", 0, 1e6f),
-    parameter_row<&Parameters::max_speed_rad_s>("max_speed", "rad/s", 10, 3430),  // range of the fast channel: 32 766 RPM
-    parameter_row<&Parameters::min_speed_rad_s>("min_speed", "rad/s", 1, 1000),
-    parameter_row<&Parameters::undervoltage_V>("undervoltage", "V", 2, 60),
-    parameter_row<&Parameters::overvoltage_V>("overvoltage", "V", 4, 80),
-    parameter_row<&Parameters::temperature_limit_K>("temp_limit", "K", 300, 398),
-    parameter_row<&Parameters::cells>("cells", "", 0, 20),
-    parameter_row<&Parameters::weaken_most_A>("weaken_most", "A", 0, 75),
-    parameter_row<&Parameters::stop_mode>("stop_mode", "", 0, 2),
-    parameter_row<&Parameters::stop_strength>("stop_strength", "", 0, 1),
+    parameter_row<&Parameters::phase_current_limit_A>("phase_limit", "A", 0.1f, 150, InForce::at_start),
+    parameter_row<&Parameters::bus_current_limit_A>("bus_limit", "A", 0.1f, 150, InForce::at_start),
+    parameter_row<&Parameters::regen_current_limit_A>("regen_limit", "A", 0, 150, InForce::at_start),
+    parameter_row<&Parameters::speed_slew_rad_s2>("speed_slew", "rad/s2", 0, 1e6f, InForce::at_start),
+    parameter_row<&Parameters::max_speed_rad_s>("max_speed", "rad/s", 10, 3430,
+                                                InForce::at_start),  // range of the fast channel: 32 766 RPM
+    parameter_row<&Parameters::min_speed_rad_s>("min_speed", "rad/s", 1, 1000, InForce::at_start),
+    parameter_row<&Parameters::undervoltage_V>("undervoltage", "V", 2, 60, InForce::at_start),
+    parameter_row<&Parameters::overvoltage_V>("overvoltage", "V", 4, 80, InForce::at_start),
+    parameter_row<&Parameters::temperature_limit_K>("temp_limit", "K", 300, 398, InForce::at_start),
+    parameter_row<&Parameters::cells>("cells", "", 0, 20, InForce::at_start),
+    parameter_row<&Parameters::weaken_most_A>("weaken_most", "A", 0, 75, InForce::at_start),
+    parameter_row<&Parameters::stop_mode>("stop_mode", "", 0, 2, InForce::at_start),
+    parameter_row<&Parameters::stop_strength>("stop_strength", "", 0, 1, InForce::at_start),
     parameter_row<&Parameters::status_idle_Hz>("status_idle_Hz", "Hz", 2, 10),
     parameter_row<&Parameters::extended_Hz>("extended_Hz", "Hz", 0, 50),
     parameter_row<&Parameters::rpm_Hz>("rpm_Hz", "Hz", 0, 200),
     parameter_row<&Parameters::node_status_ms>("node_status_ms", "ms", 100, 1000),  // DroneCAN: at most 1000
     parameter_row<&Parameters::status_priority>("status_priority", "", 8, 31),      // not before the commands
     parameter_row<&Parameters::log_level>("log_level", "", 0, 4),
-    parameter_row<&Parameters::preferred_id>("preferred_id", "", 0, 125),
+    parameter_row<&Parameters::preferred_id>("preferred_id", "", 0, 125, InForce::at_start),
     parameter_row<&Parameters::feedback_voltage>("feedback_voltage", "", 0, 1),
     parameter_row<&Parameters::raw_mode>("raw_mode", "", 0, 2),
     parameter_row<&Parameters::raw_deadband>("raw_deadband", "", 0, 0.2f),

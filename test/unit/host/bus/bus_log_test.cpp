@@ -46,10 +46,13 @@ std::vector<LoggedFrame> mixed_traffic(std::int64_t resolution_ns) {
   std::int64_t time_ns = 0;
   for (int n = 0; n < 3000; ++n) {
     LoggedFrame f;
+    f.frame.fd = next() % 4 == 0;
+    f.frame.bit_rate_switch = f.frame.fd && next() % 2 == 0;
     f.time_ns = time_ns += static_cast<std::int64_t>(next() % 2'000'000) * resolution_ns;
     f.frame.extended = next() % 2 == 0;
     f.frame.id = static_cast<std::uint32_t>(next()) & (f.frame.extended ? 0x1FFFFFFFu : 0x7FFu);
     f.frame.length = static_cast<std::uint8_t>(next() % 9);
+    if (f.frame.fd && next() % 2 == 0) f.frame.length = kFdLengths[next() % kFdLengths.size()];
     for (std::size_t i = 0; i < f.frame.length; ++i) f.frame.data[i] = static_cast<std::uint8_t>(next());
     frames.push_back(f);
   }
@@ -93,13 +96,15 @@ TEST(Candump, ForeignRecordingIsReadAndWhatCannotBeSentIsCounted) {
       "(1.000400) can0 20000080#0000000000000000\n"
       "(1.000500) can1 7FF#1122334455667788_C T",
       "foreign.log");
-  ASSERT_EQ(log.frames.size(), 3u);
-  EXPECT_EQ(log.frames[0].frame, frame(0x123, false, {0x11, 0x22, 0x33}));
+  ASSERT_EQ(log.frames.size(), 4u);
+  EXPECT_EQ(log.frames[0].frame, BusFrame(frame(0x123, false, {0x11, 0x22, 0x33})));
   EXPECT_EQ(log.frames[0].time_ns, 1'000'000'000);
-  EXPECT_EQ(log.frames[1].frame, frame(0x123, true, {0xDE, 0xAD, 0xBE, 0xEF}));
+  EXPECT_EQ(log.frames[1].frame, BusFrame(frame(0x123, true, {0xDE, 0xAD, 0xBE, 0xEF})));
   EXPECT_EQ(log.interfaces[log.frames[1].interface], "can1");
-  EXPECT_EQ(log.frames[2].frame.length, 8);
-  EXPECT_EQ(log.skipped_fd, 1u);
+  const BusFrame& fd = log.frames[2].frame;
+  EXPECT_TRUE(fd.fd && !fd.bit_rate_switch);
+  EXPECT_EQ((std::vector<int>{fd.length, fd.data[0], fd.data[1], fd.data[2]}), (std::vector<int>{3, 0x11, 0x22, 0x33}));
+  EXPECT_EQ(log.frames[3].frame.length, 8);
   EXPECT_EQ(log.skipped_remote, 1u);
   EXPECT_EQ(log.skipped_error, 1u);
 }
@@ -120,6 +125,9 @@ TEST(Candump, BadLineIsNamedWithFileAndLine) {
   EXPECT_THAT(refusal("(0.0001) can0 123#00"), HasSubstr("decimal digits in the time stamp"));
   EXPECT_THAT(refusal("can0 123 [2] 00 11"), HasSubstr("expected a time stamp"));
   EXPECT_THAT(refusal("(0.000001) can0"), HasSubstr("expected an interface name and a frame"));
+  EXPECT_THAT(refusal("(0.000001) can0 123##"), HasSubstr("expected a digit of flags"));
+  EXPECT_THAT(refusal("(0.000001) can0 123##1112233445566778899"), HasSubstr("9 data bytes, which no CAN FD frame has"));
+  EXPECT_THAT(refusal("(0.000001) can0 123##1" + std::string(130, '0')), HasSubstr("more than 64 data bytes"));
   EXPECT_THAT(refusal("(0.000001) can0 123#00 nonsense"), HasSubstr("unexpected text after the frame"));
 }
 
@@ -153,7 +161,7 @@ TEST(Pcap, FileRoundTripKeepsEveryFrameAndNanosecond) {
   writer.close();
   const BusLog log = read_bus_log(file.path);
   expect_same(frames, log.frames);
-  EXPECT_EQ(log.skipped_fd + log.skipped_remote + log.skipped_error, 0u);
+  EXPECT_EQ(log.skipped_remote + log.skipped_error, 0u);
 }
 
 std::string big_endian_microsecond_file() {
@@ -171,12 +179,14 @@ std::string big_endian_microsecond_file() {
 
 TEST(Pcap, BigEndianMicrosecondFileIsReadAndWhatCannotBeSentIsCounted) {
   const BusLog log = parse_pcap(big_endian_microsecond_file(), "foreign.pcap");
-  ASSERT_EQ(log.frames.size(), 1u);
-  EXPECT_EQ(log.frames[0].time_ns, 3'000'008'000);
-  EXPECT_EQ(log.frames[0].frame, frame(0x123, false, {0x11, 0x22}));
+  ASSERT_EQ(log.frames.size(), 2u);
+  EXPECT_TRUE(log.frames[0].frame.fd);
+  EXPECT_EQ(log.frames[0].frame.length, 12);
+  EXPECT_EQ(log.frames[0].frame.data[11], 'x');
+  EXPECT_EQ(log.frames[1].time_ns, 3'000'008'000);
+  EXPECT_EQ(log.frames[1].frame, BusFrame(frame(0x123, false, {0x11, 0x22})));
   EXPECT_EQ(log.skipped_remote, 1u);
   EXPECT_EQ(log.skipped_error, 1u);
-  EXPECT_EQ(log.skipped_fd, 1u);
 }
 
 TEST(Pcap, CutOrForeignFileIsRefusedWithTheRecordOrTheReason) {

@@ -83,7 +83,7 @@ BusLog flight_log() {
   log.interfaces = {"can0"};
   for (std::int64_t ms = 0; ms < 10; ++ms)
     for (const std::uint32_t id : {kRawCommandOf120, kEscStatusOf21})
-      log.frames.push_back({.time_ns = 5'000'000'000 + ms * 1'000'000, .interface = 0, .frame = *extended_frame(id).classic()});
+      log.frames.push_back({.time_ns = 5'000'000'000 + ms * 1'000'000, .interface = 0, .frame = extended_frame(id)});
   return log;
 }
 
@@ -100,7 +100,8 @@ TEST(Replay, KeepsTheTimesOfTheRecordingAtAnyPace) {
     bus.now = 77;
     play({.pace = pace}, bus);
     ASSERT_EQ(bus.sent.size(), 10u);
-    for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(bus.sent[i].time_ns, 77 + static_cast<std::int64_t>(1e6 / pace) * static_cast<std::int64_t>(i));
+    for (std::size_t i = 0; i < 10; ++i)
+      EXPECT_EQ(bus.sent[i].time_ns, 77 + static_cast<std::int64_t>(1e6 / pace) * static_cast<std::int64_t>(i));
   }
 }
 
