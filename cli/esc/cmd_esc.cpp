@@ -82,7 +82,7 @@ int restart(const NodesArguments& o) {
   const auto nodes = session.nodes(o.nodes);
   int refused = 0;
   for (const std::uint8_t id : nodes) {
-    const auto r = session.tool().ask<protocols::RestartNodeResponse>(id, protocols::RestartNode{});
+    const auto r = session.tool().ask<protocols::RestartNodeResponse>(id, protocols::RestartNode{.magic = protocols::RestartNode::kMagic});
     const bool ok = r && r->ok;
     refused += ok ? 0 : 1;
     fmt::print("node {}: {}\n", id, ok ? "restarts" : r ? "refuses to restart: does its motor run?" : "no answer");

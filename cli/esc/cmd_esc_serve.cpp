@@ -64,7 +64,7 @@ struct EnumerateArguments {
   int wait_s = 60;
 };
 
-// One motor after the other is turned by hand; its ESC says so, and gets the next index.
+// The user shows one motor after the other, by the button of its ESC or by hand; the ESC says so, and gets the next index.
 int enumerate(const EnumerateArguments& o) {
   if (o.first < 0 || o.first > 15) throw Error({"--first", fmt::format("{} is out of range: 0 to 15", o.first), "", "the first motor is 0"});
   if (o.wait_s < 1 || o.wait_s > 600) throw Error({"--wait", fmt::format("{} s is out of range: 1 to 600", o.wait_s), "", "60 is enough to walk round a frame"});
@@ -90,7 +90,7 @@ int enumerate(const EnumerateArguments& o) {
                     ExitCode::device);
     }
     turned.clear();
-    fmt::print("turn motor {} by hand ({} left)\n", index, left.size());
+    fmt::print("motor {}: press the button of its ESC, or turn it by hand ({} left)\n", index, left.size());
     std::fflush(stdout);
     std::optional<std::uint8_t> found;
     const bool heard = tool.run_until(tool.now_ns() + o.wait_s * std::int64_t{1'000'000'000}, [&] {
@@ -102,7 +102,7 @@ int enumerate(const EnumerateArguments& o) {
     if (!heard) {
       for (const std::uint8_t node : left) begin(node, protocols::EnumerationBegin::kCancel);
       if (session.stop().asked()) return session.stop().exit_code();
-      throw Error({"esc enumerate", fmt::format("motor {} was not turned within {} s", index, o.wait_s), "", fmt::format("begin again with --first {}", index)}, ExitCode::device);
+      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "an ESC that measures nothing while its motor is off cannot feel a hand: it needs its button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
     }
     begin(*found, protocols::EnumerationBegin::kCancel);
     const auto p = tools::read_parameter(tool, *found, "esc_index");
@@ -130,7 +130,7 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
     c->callback([o, &exit_code] { exit_code = serve(*o); });
   }
   auto o = std::make_shared<EnumerateArguments>();
-  CLI::App* c = group.add_subcommand("enumerate", "find out which ESC drives which motor: turn one after the other by hand");
+  CLI::App* c = group.add_subcommand("enumerate", "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
   add_esc_options(*c, o->esc, false);
   add_nodes_option(*c, o->nodes);
   c->add_option("--first", o->first, "index of the first motor")->capture_default_str();

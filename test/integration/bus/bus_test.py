@@ -43,7 +43,7 @@ def packet(identifier, data, extended=True, flags=0):
 class BusCommand(CommandTest):
     def setUp(self):
         super().setUp()
-        self.unread = {}
+        self.unread, self.kept = {}, {}
 
     def start(self, *words):
         process = subprocess.Popen([self.program, *map(str, words)], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -69,15 +69,16 @@ class BusCommand(CommandTest):
         return [line.decode() for line in whole]
 
     def line_with(self, stream, text):
-        """Reads lines until one has this text; fails after the deadline."""
+        """Reads lines until one has this text, and keeps those behind it for the next call; fails after the deadline."""
         seen, end = [], time.monotonic() + DEADLINE_s
         while time.monotonic() < end:
-            new = self.lines(stream, max(0, end - time.monotonic()))
+            new = self.kept.pop(stream, None) or self.lines(stream, max(0, end - time.monotonic()))
             if new is None:
                 break
             seen += new
-            for line in new:
+            for i, line in enumerate(new):
                 if text in line:
+                    self.kept[stream] = new[i + 1:]
                     return line
         self.fail(f"no line with {text!r}: {seen}")
 
