@@ -78,6 +78,7 @@ LoadCalibration fit_calibration(const std::vector<LoadCase>& cases, const std::a
     }
   }
   for (std::size_t i = 0; i < 2; ++i) c.residual_sd[i] = std::sqrt(squares[i] / static_cast<double>(cases.size() - 3));  // three parameters a channel
+  c.cross_talk_u_m = c.residual_sd[1] * std::sqrt((design.transpose() * design).inverse()(0, 0)) / full_scale[0];
   return c;
 }
 

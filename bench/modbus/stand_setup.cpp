@@ -237,6 +237,8 @@ void read_propeller(const TomlTable& t, StandSetup& s) {
   s.propeller = read_part(t);
   s.diameter_m = t.number("diameter_m", {0.02, 3.0, "m"});
   s.propeller_omega_max_rad_s = t.number("omega_max_rad_s", {1.0, 20000.0, "rad/s"});
+  s.expected_c_t_N_s2 = t.number("expected_c_t_N_s2", {0.0, 1.0, "N s^2"}, 0.0);
+  s.expected_c_q_N_m_s2 = t.number("expected_c_q_N_m_s2", {0.0, 1.0, "N m s^2"}, 0.0);
   const double mach = s.propeller_omega_max_rad_s * 0.5 * s.diameter_m / kSpeedOfSound_m_s;
   if (mach > kTipMachMax)
     t.fail("omega_max_rad_s", fmt::format("{} rad/s with {} m gives tip Mach {:.2f}, at most {}", number_text(s.propeller_omega_max_rad_s), number_text(s.diameter_m), mach, kTipMachMax), "RPM instead of rad/s, or the radius instead of the diameter",
@@ -252,6 +254,16 @@ void read_clearance(const TomlTable& t, StandSetup& s) {
   const double ratio = radius_m / (4.0 * std::max(1e-6, std::min(s.clearance_front_m, s.clearance_behind_m)));
   const double gain = ratio < 1.0 ? 1.0 / (1.0 - ratio * ratio) - 1.0 : 1.0;  // Cheeseman and Bennett 1955
   if (gain > 0.004) s.notes.push_back(fmt::format("a wall at {:.2f} m changes thrust by about {:.1f} %", std::min(s.clearance_front_m, s.clearance_behind_m), 100.0 * gain));
+}
+
+// Keys and ranges are those that an estimate reads (bench/stand/estimate/stand_uncertainty.cpp).
+void read_uncertainty(const TomlTable& root, StandSetup& s) {
+  s.uncertainty = {{"thrust_calibration", s.u_calibration}, {"torque_calibration", s.u_calibration}, {"cross_talk_m", s.calibration.cross_talk_u_m}};
+  const auto t = root.optional_table("uncertainty");
+  if (!t) return;
+  for (const char* key : {"thrust_calibration", "torque_calibration", "arm_length", "alignment_rad", "rotor_speed", "density", "voltage", "current", "zero_thrust", "zero_torque", "hysteresis"})
+    if (t->has(key)) s.uncertainty[key] = t->number(key, {0.0, 0.5, std::string_view(key) == "alignment_rad" ? "rad" : "1"});
+  if (t->has("cross_talk_m")) s.uncertainty["cross_talk_m"] = t->number("cross_talk_m", {0.0, 0.1, "N m per N"});
 }
 
 StandSetup from_toml(const TomlFile& file, FindProfile find) {
@@ -270,6 +282,7 @@ StandSetup from_toml(const TomlFile& file, FindProfile find) {
   read_axes(root, s);
   read_calibration(root.table("calibration"), s);
   read_limits(root.table("limits"), s);
+  read_uncertainty(root, s);
   file.refuse_unknown_keys();
   for (const StandBus& b : s.buses)
     for (const StandDevice& d : b.devices)

@@ -52,6 +52,7 @@ struct StandSetup {
   StandPart motor, esc, propeller;
   int pole_pairs = 7;
   double diameter_m = 0.0, propeller_omega_max_rad_s = 0.0;
+  double expected_c_t_N_s2 = 0.0, expected_c_q_N_m_s2 = 0.0;  // for predictions before a run; 0: not given
   double clearance_front_m = 0.0, clearance_behind_m = 0.0, clearance_side_m = 0.0;
   std::vector<StandBus> buses;
   std::vector<BoundChannel> axes;
@@ -59,6 +60,7 @@ struct StandSetup {
   std::string calibrated_on, expires_on;  // "2026-11-20"
   double u_calibration = 0.0;             // relative standard uncertainty of the weights and arms
   std::map<std::string, StandLimit> limits;  // by key of the file; every one is there
+  std::map<std::string, double> uncertainty;  // standard uncertainties by key of docs/files.md, "Stand uncertainty"; goes into each run
   std::vector<std::string> notes;            // what is allowed and should be known
 
   bool expired(const std::string& today) const { return today > expires_on; }  // both as "2026-11-20"

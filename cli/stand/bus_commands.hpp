@@ -12,5 +12,7 @@ void add_stand_emulate(CLI::App& stand_group, int& exit_code);
 void add_stand_read(CLI::App& stand_group, int& exit_code);
 void add_stand_probe(CLI::App& stand_group, int& exit_code);
 void add_stand_check(CLI::App& stand_group, int& exit_code);
+void add_stand_run(CLI::App& stand_group, int& exit_code);
+void add_stand_demo(CLI::App& stand_group, int& exit_code);
 
 }  // namespace rotorloop::cli

@@ -14,6 +14,8 @@ void add_stand(CLI::App& app, int& exit_code) {
   add_stand_read(*stand, exit_code);
   add_stand_probe(*stand, exit_code);
   add_stand_check(*stand, exit_code);
+  add_stand_run(*stand, exit_code);
+  add_stand_demo(*stand, exit_code);
   add_stand_estimate(*stand, exit_code);
   add_stand_compare(*stand, exit_code);
 }

@@ -54,6 +54,8 @@ ARROWS = {
     "bench/calibrate": WITH_WORLD + ["bench/log", "bench/render"],
     "bench/propeller": WITH_WORLD + ["bench/render"],
     "bench/live": ["host/base", "host/bus", "host/node", "host/tools", "sim", "firmware", "protocols"],
+    "bench/stand_run": ["host/base", "host/bus", "host/tools", "protocols", "bench/modbus"],
+    "bench/virtual_stand": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/modbus", "bench/stand_run"],
     "bench/close": WITH_WORLD + ["bench/log", "bench/render", "bench/hil"],
     "cli": ["bench", "sim", "host", "firmware", "protocols"],
     "test": ["test", "cli", "bench", "sim", "host", "firmware", "protocols"],

@@ -1,0 +1,39 @@
+// Before a motor turns: the ESC on its bus, with everything that it is set to, and what a run writes about itself.
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/modbus/stand_setup.hpp"
+#include "bench/stand_run/session.hpp"
+#include "host/tools/esc_table.hpp"
+#include "host/tools/parameters.hpp"
+
+namespace rotorloop::stand_run {
+
+struct EscFacts {
+  std::uint8_t node = 0;
+  std::string name, unique_id, software, image_crc;  // image_crc "": the ESC does not know it
+  int pole_pairs = 0;                                // 0: it has no such parameter
+  std::vector<tools::NodeParameter> parameters;
+  std::string parameter_file;                        // as `esc params` writes it
+};
+
+// Listens for `listen_s`. Throws Error: device when no ESC has the index or it does not answer, safety when two have it, when another
+// node sends commands, or when its pole pairs are not those of the stand file.
+EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const modbus::StandSetup& setup, int esc_index, double listen_s);
+
+struct RunFacts {
+  std::string started_utc, version;
+  bool simulated = false;
+  std::string sequence;
+  EscFacts esc;
+  std::string stand_sha256;
+  std::optional<double> density_kg_m3;  // given by a person; else of the instruments
+};
+
+// run.toml: what `stand estimate` reads (docs/files.md, "Run folder of a stand"), and how the run ended.
+std::string run_toml(const modbus::StandSetup& setup, const RunFacts& facts, const Session& session);
+
+}  // namespace rotorloop::stand_run

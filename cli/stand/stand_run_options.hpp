@@ -1,0 +1,68 @@
+// What `stand run` and `stand demo` share: options of a run, a run in virtual time, and what is said at its end.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/modbus/stand_setup.hpp"
+#include "bench/stand_run/preparation.hpp"
+#include "bench/stand_run/sequence.hpp"
+#include "bench/virtual_stand/virtual_stand.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace rotorloop::cli {
+
+struct StandRunOptions {
+  std::filesystem::path setup, out;
+  std::vector<std::string> sequences{"staircase"};
+  std::vector<double> rpm;  // LOW, HIGH; empty: a third to nine tenths of the stand's limit
+  double idle_rpm = 1430.0, supply_V = 16.0;
+  stand_run::SequenceOptions sequence;
+  std::filesystem::path replay;
+  stand_run::SessionOptions session;
+  std::optional<double> density_kg_m3;
+  bool json = false, jsonl = false, quiet = false;
+};
+void add_sequence_options(CLI::App& command, StandRunOptions& options);
+
+// Plan and prediction of the options. Throws Error (usage).
+stand_run::Plan plan_of(StandRunOptions& options, const modbus::StandSetup& setup);
+
+struct VirtualRunOptions {
+  std::filesystem::path plant = "vehicles/reference_plant.toml";
+  std::uint64_t seed = 1;
+  double wind_m_s = 0.0, strut = 0.08;
+  bool perfect = false;  // a chain without errors
+  int esc_pole_pairs = 0;
+  std::string dies;
+  double dies_at_s = 0.0;
+};
+void add_virtual_options(CLI::App& command, VirtualRunOptions& options);
+
+// Progress of a running session on stderr and, with jsonl, on stdout: one line for each step.
+class RunTelling {
+ public:
+  RunTelling(const stand_run::Session& session, const StandRunOptions& options) : session_(session), options_(options) {}
+  void operator()();
+
+ private:
+  const stand_run::Session& session_;
+  const StandRunOptions& options_;
+  std::size_t told_ = 0;
+};
+
+// Runs all of it in virtual time and writes the run folder. Returns the exit code (exit_of).
+int run_virtually(StandRunOptions& options, const VirtualRunOptions& virtual_options, const modbus::StandSetup& setup, const stand_run::Plan& plan);
+
+stand_run::RunFacts run_facts(const StandRunOptions& options, const modbus::StandSetup& setup, const stand_run::Plan& plan, stand_run::EscFacts esc);
+// run.toml, the stand file and the ESC's parameters.
+void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts, const stand_run::Session& session);
+// Says how it ended; 0, 4 tripped, 5 steps that did not settle.
+int tell_end(const StandRunOptions& options, const stand_run::Session& session);
+
+}  // namespace rotorloop::cli
