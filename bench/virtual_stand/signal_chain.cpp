@@ -41,10 +41,11 @@ void SignalChain::step(double thrust_N, double torque_N_m, double omega_rad_s) {
     load[i] = position_[i];
   }
   creep_ += dt_s_ / properties_.creep_s * (properties_.creep_share * load[0] - creep_);
-  if (sense_ * (load[0] - turned_at_N_) > 0.0)
-    turned_at_N_ = load[0];
-  else if (std::abs(load[0] - turned_at_N_) > kReversal_N)
-    sense_ = -sense_, turned_at_N_ = load[0];
+  // Friction follows what the rotor does to the mount, not the mount's own ringing.
+  if (sense_ * (thrust_N - turned_at_N_) > 0.0)
+    turned_at_N_ = thrust_N;
+  else if (std::abs(thrust_N - turned_at_N_) > kReversal_N)
+    sense_ = -sense_, turned_at_N_ = thrust_N;
   const bool turns = std::abs(omega_rad_s) > kTurns_rad_s;
   load[0] = (1.0 + e.thrust_gain) * (load[0] + creep_) + e.zero_N + e.drift_N * t_s_ / e.drift_s + (turns ? sense_ * e.hysteresis_N : 0.0);
   load[1] = (1.0 + e.torque_gain) * load[1] + e.zero_N_m + e.drift_N_m * t_s_ / e.drift_s + (turns ? e.running_N_m : 0.0);

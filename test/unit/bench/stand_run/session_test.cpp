@@ -1,0 +1,144 @@
+// Runs on the virtual stand: firmware core, blade-element rotor and instruments in virtual time, the session of hardware.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "host/base/error.hpp"
+#include "test/unit/bench/stand_run/virtual_run.hpp"
+
+namespace rotorloop {
+namespace {
+
+using stand_run::RunEnd;
+using test::VirtualRun;
+using testing::HasSubstr;
+
+stand_run::SequenceOptions three_levels() {
+  stand_run::SequenceOptions o;
+  o.low_rad_s = 600.0, o.high_rad_s = 1000.0, o.levels = 3, o.hold_s = 0.6, o.zero_s = 1.0, o.idle_s = 1.0, o.repeats = 2;
+  return o;
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::stringstream s;
+  s << std::ifstream(path).rdbuf();
+  return s.str();
+}
+
+TEST(StandSession, staircase_without_errors_measures_thrust_and_torque_of_the_rotor_within_1_percent) {
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, three_levels(), "staircase");
+  run.stand.run(run.session, 120.0);
+  ASSERT_EQ(run.session.end(), RunEnd::done);
+  ASSERT_EQ(run.session.steps().size(), 9u);  // two zeros, idle twice, five of the stairs
+  for (const auto& s : run.session.steps()) {
+    EXPECT_TRUE(s.settled) << s.number;
+    if (s.wanted_rad_s < 500.0) continue;
+    EXPECT_NEAR(s.omega_rad_s / s.wanted_rad_s, 1.0, 0.005);
+    const double square = s.omega_rad_s * s.omega_rad_s;
+    EXPECT_NEAR(s.thrust_N / square / run.stand.rotor().c_t_N_s2(s.omega_rad_s), 1.0, 0.01);
+    EXPECT_NEAR(s.torque_N_m / square / run.stand.rotor().c_q_N_m_s2(s.omega_rad_s), 1.0, 0.01);
+  }
+  EXPECT_LT(std::abs(run.stand.rotor().omega_rad_s()), 1.0);
+  EXPECT_THAT(text_of(run.folder / "events.jsonl"), HasSubstr("\"how\":\"done\""));
+  EXPECT_GT(run.esc.parameters.size(), 20u);  // what the run was made with
+}
+
+TEST(StandSession, pole_pairs_counted_wrong_in_ESC_and_stand_file_stop_the_run_by_the_independent_speed) {
+  modbus::StandSetup setup = test::virtual_setup();
+  auto config = test::without_errors();
+  setup.pole_pairs = config.rotor.pole_pairs = 6;
+  VirtualRun run(setup, config, {"staircase"}, three_levels(), "poles");
+  run.stand.run(run.session, 60.0);
+  ASSERT_EQ(run.session.end(), RunEnd::tripped);
+  EXPECT_EQ(run.session.trip()->limit, "pole_pairs");
+  EXPECT_THAT(run.session.trip()->source, HasSubstr("counts 6 pole pairs, by the independent speed there are 7"));
+}
+
+TEST(StandSession, pole_pairs_of_the_ESC_that_are_not_those_of_the_stand_file_are_refused_before_arming) {
+  auto config = test::without_errors();
+  config.rotor.pole_pairs = 6;
+  try {
+    VirtualRun run(test::virtual_setup(), config, {"zero"}, {}, "refused");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.exit_code(), ExitCode::safety);
+    EXPECT_THAT(e.what(), HasSubstr("the stand file says 7 pole pairs, the ESC has 6"));
+  }
+}
+
+TEST(StandSession, an_instrument_that_dies_is_named_within_its_stale_limit_and_the_motor_is_ramped_down) {
+  auto config = test::without_errors();
+  config.dies = "cell", config.dies_at_s = 9.0;
+  VirtualRun run(test::virtual_setup(), config, {"endurance"}, three_levels(), "dead");
+  run.stand.run(run.session, 60.0);
+  ASSERT_EQ(run.session.end(), RunEnd::tripped);
+  EXPECT_EQ(run.session.trip()->limit, "stale_ms");
+  EXPECT_THAT(run.session.trip()->source, HasSubstr("cell"));
+  EXPECT_LT(1e-9 * static_cast<double>(run.session.trip()->at_ns), 9.0 + 0.25 + 0.01);  // stale_ms of the device is 250
+  EXPECT_LT(run.stand.rotor().omega_rad_s(), 300.0);
+}
+
+TEST(StandSession, thrust_above_its_limit_for_the_debounce_cuts_and_leaves_two_seconds_of_readings) {
+  modbus::StandSetup setup = test::virtual_setup();
+  setup.limits.at("thrust_N") = {1.0, 50.0, modbus::LimitAction::cut};
+  VirtualRun run(setup, test::without_errors(), {"staircase"}, three_levels(), "thrust");
+  run.stand.run(run.session, 60.0);
+  ASSERT_EQ(run.session.end(), RunEnd::tripped);
+  EXPECT_EQ(run.session.trip()->limit, "thrust_N");
+  EXPECT_GT(run.session.trip()->value, 1.0);
+  std::istringstream history(text_of(run.folder / "trip.csv"));
+  std::string line;
+  std::getline(history, line);
+  std::getline(history, line);
+  const double first_s = std::stod(line);
+  double last_s = first_s;
+  while (std::getline(history, line)) last_s = std::stod(line);
+  EXPECT_NEAR(last_s - first_s, 2.0, 0.05);
+}
+
+TEST(StandSession, a_limit_whose_action_is_hold_keeps_the_speed_down_and_marks_the_steps) {
+  modbus::StandSetup setup = test::virtual_setup();
+  setup.limits.at("thrust_N") = {1.2, 20.0, modbus::LimitAction::hold};
+  VirtualRun run(setup, test::without_errors(), {"staircase"}, three_levels(), "hold");
+  run.stand.run(run.session, 60.0);
+  EXPECT_EQ(run.session.end(), RunEnd::done);
+  EXPECT_TRUE(std::any_of(run.session.steps().begin(), run.session.steps().end(), [](const auto& s) { return s.limited; }));
+}
+
+TEST(StandSession, the_first_stop_ramps_down_and_the_second_disarms_at_once) {
+  for (const int times : {1, 2}) {
+    VirtualRun run(test::virtual_setup(), test::without_errors(), {"endurance"}, three_levels(), "stop");
+    run.until([&] { return run.session.esc_rad_s() > 700.0; }, 30.0);
+    ASSERT_GT(run.session.esc_rad_s(), 700.0);
+    const double asked_s = run.stand.now_s();
+    for (int i = 0; i < times; ++i) run.session.ask_stop("test");
+    run.until([] { return false; }, 10.0);
+    EXPECT_TRUE(run.session.done());
+    EXPECT_EQ(run.session.end(), RunEnd::stopped);
+    // 800 rad/s at 2000 rad/s^2, then zeros for 0.3 s; at once: the zeros alone.
+    EXPECT_NEAR(run.stand.now_s() - asked_s, times == 1 ? 0.7 : 0.32, 0.05);
+  }
+}
+
+TEST(StandSession, an_ESC_whose_host_is_gone_lets_the_rotor_run_out_after_its_own_time_out) {
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {"endurance"}, three_levels(), "killed");
+  run.until([&] { return run.session.esc_rad_s() > 790.0; }, 30.0);
+  run.until([] { return false; }, 0.5);
+  TimedBus& bus = run.stand.bus();
+  const double turning = run.stand.rotor().omega_rad_s();
+  bus.wait_until(bus.now_ns() + 200'000'000);
+  while (bus.receive_any()) {}
+  EXPECT_NEAR(run.stand.rotor().omega_rad_s(), turning, 0.02 * turning);  // the last order still holds
+  const auto end_ns = bus.now_ns() + 250'000'000;
+  while (bus.now_ns() < end_ns) {
+    bus.wait_until(end_ns);
+    while (bus.receive_any()) {}
+  }
+  EXPECT_LT(run.stand.rotor().omega_rad_s(), 0.75 * turning);
+}
+
+}  // namespace
+}  // namespace rotorloop
