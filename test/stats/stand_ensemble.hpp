@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "bench/stand/estimate/stand_estimate.hpp"
 #include "sim/rotor/blade.hpp"
+#include "test/support/simulated_stand.hpp"
 
 namespace rotorloop::stats {
 
@@ -26,6 +28,26 @@ struct StandEnsemble {
   std::vector<CoefficientScore> coefficients;  // c_t, c_q
   std::vector<ValueScore> values;              // K_v, R, J, time constants
   std::size_t runs = 0;
+};
+
+// Sums over runs. A truth of 0 is none: that value is not judged.
+class EnsembleScores {
+ public:
+  void add(const stand::StandEstimate& estimate, const test::StandTruth& truth);
+  StandEnsemble result() const;
+
+ private:
+  struct Sums {
+    double error = 0.0, squares = 0.0, inside = 0.0, u = 0.0, n = 0.0;
+    void add(double relative, bool in, double relative_u) { error += relative, squares += relative * relative, inside += in, u += relative_u, n += 1.0; }
+  };
+  struct Value {
+    const char* name;
+    double tolerance;
+    Sums sums = {};
+  };
+  Sums c_t_, c_q_;
+  std::vector<Value> values_{{"K_v", 0.01}, {"R", 0.05}, {"J", 0.03}, {"time constant, up", 0.05}, {"time constant, down", 0.05}};
 };
 
 // Runs of seeds first, first + 1, …; `scratch` is a folder for their files.

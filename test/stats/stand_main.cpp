@@ -1,12 +1,13 @@
 // Estimates of simulated thrust-stand runs against the truth, judged by the limits of docs/acceptance/thrust_stand.md.
-//   stats_stand BLADE.toml [--runs 500] [--from 1] [--draws 400]
+//   stats_stand BLADE.toml [--runs 500] [--from 1] [--draws 400] [--virtual SOURCE]
 // Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
 #include "host/base/error.hpp"
-#include "test/stats/stand_ensemble.hpp"
+#include "test/stats/virtual_stand_ensemble.hpp"
 
 using namespace rotorloop;
 
@@ -20,6 +21,10 @@ int main(int argc, char** argv) {
   app.add_option("--runs", runs)->check(CLI::Range(1, 100000));
   app.add_option("--from", first)->check(CLI::Range(1, 1000000));
   app.add_option("--draws", draws, "of each bootstrap")->check(CLI::Range(50, 10000));
+  std::string source;
+  bool each = false;
+  app.add_option("--virtual", source, "folder of the repository: the runs are those of the virtual stand, with ESC, buses and instruments, and the blade of its plant");
+  app.add_flag("--each", each, "with --virtual: a line for each run");
   app.add_option("--scratch", scratch, "folder for the files of a run, removed again");
   try {
     app.parse(argc, argv);
@@ -32,7 +37,13 @@ int main(int argc, char** argv) {
     return good ? "met" : "missed";
   };
   try {
-    const stats::StandEnsemble e = stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws);
+    const auto one = [&](std::uint64_t seed, const stand::StandEstimate& got, const test::StandTruth& truth) {
+      if (!each) return;
+      fmt::print("{:>6} c_t {:+.3f} %, c_q {:+.3f} %, J {:+.2f} %\n", seed, 100.0 * (got.reduced_c_t / truth.c_t_N_s2 - 1.0), 100.0 * (got.reduced_c_q / truth.c_q_N_m_s2 - 1.0),
+                 got.dynamics && got.dynamics->inertia_kg_m2 ? 100.0 * (*got.dynamics->inertia_kg_m2 / truth.inertia_kg_m2 - 1.0) : -100.0);
+      std::fflush(stdout);
+    };
+    const stats::StandEnsemble e = source.empty() ? stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws) : stats::virtual_stand_ensemble({source, scratch, first, runs, draws, one});
     fmt::print("{} runs from seed {}\n{:<6}{:>10}{:>10}{:>12}{:>12}\n", e.runs, first, "", "bias, %", "RMSE, %", "mean u, %", "covered, %");
     const double most_bias[] = {0.002, 0.005}, most_rmse[] = {0.006, 0.012};
     for (std::size_t k = 0; k < 2; ++k) {
