@@ -1,7 +1,8 @@
 // Inductance along one axis of the stator at rest. The current is led up and down between two values on one side of zero, by voltages that
 // make each way take about as many samples. Resistance, dead time and diodes depend on the current alone and both ways pass the same
-// currents, so they drop out of the difference: change = T/L · (volts - R i) · samples - const · samples. Bursts on either side of zero
-// in the order + - - + leave the rotor where and as slow as it was.
+// currents, so they drop out of the difference: change = T/L · (volts - R i) · samples - const · samples, with a constant for either sign
+// of the current, as a zero that drifted adds to one and takes from the other. Bursts on either side of zero in the order + - - + leave the
+// rotor where and as slow as it was.
 #pragma once
 #include <cstdint>
 
@@ -19,7 +20,9 @@ struct InjectionConfig {
   // would hide it.
   std::uint32_t least_samples = 5, slow_samples = 7;
   float delay_samples = 2.0f;
-  bool noisy = false;  // the band is not much wider than the noise
+  // A band not much wider than the noise reaches through zero instead, to as much on the other side, and what a leg loses is taken off.
+  bool noisy = false;
+  float lost_V = 0.0f, zone_A = 1.0f;  // along the axis; current within which it rises
   std::uint32_t burst_samples = 24;
   std::uint32_t rows = 40;            // ways measured
   std::uint32_t most_samples = 6000;  // given up after
@@ -46,12 +49,12 @@ struct InjectionStep {
 };
 
 // The period that ended belongs to a way; a way that is over becomes a row.
-inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<3>& fit, float along_A, float told_V) {
+inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float told_V) {
   const InjectionState::Way ended = s.active;
   if (ended.number != s.measured.number) {
     if (s.measured.counts && s.way_samples >= 4.0f) {
-      fit.add({s.measured.sign * s.volt_samples, s.way_samples, -s.measured.sign * s.emf_samples},
-              s.measured.sign * (s.last_A - s.begin_A));
+      const bool above = s.measured.sign > 0.0f;
+      fit.add({s.volt_samples, above ? s.way_samples : 0.0f, above ? 0.0f : s.way_samples, -s.emf_samples}, s.last_A - s.begin_A);
       ++s.rows;
     }
     s.measured = ended;
@@ -60,17 +63,18 @@ inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<3>
   }
   const float mean_A = 0.5f * (along_A + s.last_A);
   s.turning_A += mean_A;
-  const float emf_V = c.emf_V_A * s.turning_A;
-  s.volt_samples += told_V - c.resistance_ohm * mean_A - emf_V;
+  const float emf_V = c.emf_V_A * s.turning_A, lost_V = c.lost_V * clamp(mean_A / c.zone_A, -1.0f, 1.0f);
+  s.volt_samples += told_V - c.resistance_ohm * mean_A - lost_V - emf_V;
   s.emf_samples += emf_V;
   s.way_samples += 1.0f;
   s.last_A = along_A;
 }
 
 // How the rotor gives way is known to a half; the ways say the rest where it matters. `noise_A`: of a way's change.
-inline float inductance_H(LeastSquares<3> fit, float about_H, float period_s, float noise_A) {
-  fit.add({0.0f, 0.0f, noise_A * about_H / (0.5f * period_s)}, 0.0f);
-  std::array<float, 3> x{};
+inline float inductance_H(LeastSquares<4> fit, float about_H, float period_s, float noise_A) {
+  fit.add({0.0f, 0.0f, 0.0f, noise_A * about_H / (0.5f * period_s)}, 0.0f);
+  if (!(fit.r[2][2] > 0.0f)) fit.add({0.0f, 0.0f, fit.r[0][0], 0.0f}, 0.0f);  // no way below zero
+  std::array<float, 4> x{};
   return fit.solve(x) && x[0] > 0.0f ? period_s / x[0] : 0.0f;
 }
 
@@ -80,8 +84,8 @@ inline void turn(InjectionState& s, bool counts) {
 }
 
 // One sample. along_A: measured now; told_V: along the axis, what was told to the gates for the period that ends now. The result of
-// `fit`: T/L, what the dead time takes, and by how much more the rotor gives way.
-inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSquares<3>& fit, float along_A, float told_V) {
+// `fit`: T/L, what dead time and drift take above and below zero, and by how much more the rotor gives way.
+inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float told_V) {
   if (s.up_V <= 0.0f) s.up_V = 0.05f * c.most_V;
   if (s.samples == 0) s.last_A = along_A;
   account(c, s, fit, along_A, told_V);
@@ -104,7 +108,7 @@ inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSqua
       if (fast) s.down_V += nudge_V;
       s.rising = true;
       bool counts = true;
-      if (s.in_burst >= c.burst_samples) {
+      if (s.in_burst >= c.burst_samples && !c.noisy) {
         s.in_burst = 0;
         const float before = s.sign;
         s.sign = (++s.burst & 3u) == 1u || (s.burst & 3u) == 2u ? -1.0f : 1.0f;

@@ -69,7 +69,6 @@ class CommissioningProcedure {
 
   void finish(CommissioningEnd end) {
     result_.end = end;
-    if (end != CommissioningEnd::done) result_.standstill_valid = result_.standstill_valid && end < CommissioningEnd::resistance_range;
     v_.phase = CommissioningPhase::finished;
     publish();
   }
@@ -151,7 +150,7 @@ class CommissioningProcedure {
     const float knee_A = found_.flux_linkage_Wb / found_.inductance_H, limit_A = found_.phase_current_limit_A;
     const float resistance = found_.resistance_ohm + board_.switch_ohm;
     InjectionConfig& c = v_.inject;
-    c.most_V = 0.5f * v_.bus_V;
+    c.most_V = 0.45f * v_.bus_V;  // more, and two phases leave no sample
     float high_A = 0.25f * knee_A < 0.3f * limit_A ? 0.25f * knee_A : 0.3f * limit_A;
     if (high_A * resistance > 0.45f * c.most_V) high_A = 0.45f * c.most_V / resistance;
     c.high_A = high_A;
@@ -160,8 +159,14 @@ class CommissioningProcedure {
     c.emf_V_A = 0.0f;
     c.rows = static_cast<std::uint32_t>(rows);
     const bool noisy = c.noisy = c.high_A - c.low_A < 25.0f * board_.A_per_count;
+    c.lost_V = 0.0f, c.zone_A = 3.0f * board_.A_per_count;
+    if (noisy) {
+      const float by_supply_A = 0.55f * c.most_V / resistance, by_knee_A = 0.3f * knee_A;
+      c.high_A = by_supply_A < by_knee_A ? by_supply_A : by_knee_A;
+      c.low_A = -c.high_A;
+    }
     c.least_samples = noisy ? 12 : 5, c.slow_samples = noisy ? 18 : 7, c.delay_samples = noisy ? 0.0f : 2.0f;
-    if (noisy) c.rows *= 3;
+    if (noisy) c.rows *= 6;
     c.most_samples = static_cast<std::uint32_t>(0.3f / config_.period_s);
     // What the torque turns the rotor by within a burst stays below a tenth of a radian.
     const float kick_rad_s2 = 1.5f * config_.pole_pairs * config_.pole_pairs * found_.flux_linkage_Wb * high_A / found_.inertia_kg_m2;
@@ -192,12 +197,12 @@ class CommissioningProcedure {
     go_over_zero(CommissioningPhase::align);
   }
 
-  float solved_inductance_H(const LeastSquares<3>& fit) const {
+  float solved_inductance_H(const LeastSquares<4>& fit) const {
     return inductance_H(fit, found_.inductance_H, config_.period_s, 4.0f * board_.A_per_count);
   }
 
   // Injection along an axis of the frame.
-  void inject_axis(LeastSquares<3>& fit, Rotor axis) {
+  void inject_axis(LeastSquares<4>& fit, Rotor axis) {
     const Rotation at = rotation(v_.angle);
     const Rotor i = park(v_.current_A, at), told = park(v_.told_V, at);
     const InjectionStep s = step(v_.inject, v_.injection, fit, axis.d * i.d + axis.q * i.q, axis.d * told.d + axis.q * told.q);
@@ -205,10 +210,11 @@ class CommissioningProcedure {
     if (s.failed && !s.done) finish(CommissioningEnd::no_current);
   }
 
-  void inject_along(LeastSquares<3>& fit, Rotor axis, CommissioningPhase next) {
+  void inject_along(LeastSquares<4>& fit, Rotor axis, CommissioningPhase next) {
     inject_axis(fit, axis);
     if (v_.phase == CommissioningPhase::finished || v_.injection.rows < v_.inject.rows) return;
     restart_injection();
+    if (next == CommissioningPhase::inductance_q) v_.inject.lost_V *= 0.5f * kRoot3;
     const float p = config_.pole_pairs, flux = found_.flux_linkage_Wb;
     v_.inject.emf_V_A =
         next == CommissioningPhase::inductance_q ? 1.5f * p * p * flux * flux * config_.period_s / found_.inertia_kg_m2 : 0.0f;
@@ -272,12 +278,18 @@ class CommissioningProcedure {
     add_window(v_.direct, v_.direction, mean_V, mean_A, v_.heat_A2_s);
     if (v_.level == kLargestLevel) v_.largest_V = mean_V, v_.largest_mean_A = mean_A;
     // What the winding takes while the injected current moves must be known well; the dead time drops out of this difference too.
-    if (v_.level == kLeastLevel) v_.direction_ohm = (v_.largest_V - mean_V) / (v_.largest_mean_A - mean_A);
+    if (v_.level == kLeastLevel) {
+      v_.direction_ohm = (v_.largest_V - mean_V) / (v_.largest_mean_A - mean_A);
+      v_.direction_lost_V = v_.largest_V - v_.direction_ohm * v_.largest_mean_A;
+    }
     v_.sum_V = v_.sum_A = v_.sum_count = 0.0f;
     v_.samples = 0;
     if (++v_.level < kLevels) return;
     set_injection(40.0f);
-    if (v_.pass == 0) v_.inject.resistance_ohm = v_.direction_ohm;
+    const bool known = v_.pass > 0 || v_.rehearsed;
+    if (!known) v_.inject.resistance_ohm = v_.direction_ohm;
+    // Along the magnet a leg with the whole current and two with half of it, 4/3; across it two legs, 2/sqrt(3).
+    v_.inject.lost_V = !v_.inject.noisy ? 0.0f : known ? 4.0f / 3.0f * v_.passes[0].direct.lost_V : v_.direction_lost_V;
     go(CommissioningPhase::inductance_d);
   }
 
@@ -293,11 +305,11 @@ class CommissioningProcedure {
     v_.direct.sums = {};
     v_.fit_d = v_.fit_q = {};
     v_.direction = 0;
-    if (++v_.pass < kPasses) {
-      // The heat of the first pass stays: R is taken back to its beginning.
-      v_.wants_configuration = true;
-      return go_over_zero(CommissioningPhase::align);
-    }
+    v_.wants_configuration = true;
+    // Where the current is hardly more than noise, the inductances ask for a resistance and a dead time from a pass of their own.
+    const bool rehearsal = v_.inject.noisy && !v_.rehearsed;
+    v_.rehearsed = true;
+    if (rehearsal || ++v_.pass < kPasses) return go_over_zero(CommissioningPhase::align);
     conclude_standstill();
   }
 

@@ -39,16 +39,18 @@ struct CommissioningVariables {
   bool wants_configuration = false;
 
   // Standstill.
+  bool rehearsed = false;
   std::uint32_t pass = 0, direction = 0, level = 0;
   float largest_A = 0.0f;
   Angle glide_from{};
   float glide_rad = 0.0f;
   float sum_V = 0.0f, sum_A = 0.0f, sum_count = 0.0f;
-  float largest_V = 0.0f, largest_mean_A = 0.0f, direction_ohm = 0.0f;  // of the direction's largest current; from it and the least
+  float largest_V = 0.0f, largest_mean_A = 0.0f, direction_ohm = 0.0f,
+        direction_lost_V = 0.0f;  // of the direction's largest current; from it and the least
   DirectFit direct{};
   InjectionConfig inject{};
   InjectionState injection{};
-  LeastSquares<3> fit_guess{}, fit_d{}, fit_q{};
+  LeastSquares<4> fit_guess{}, fit_d{}, fit_q{};
   std::array<PassResult, kPasses> passes{};
 
   // Spin.
@@ -56,7 +58,7 @@ struct CommissioningVariables {
   Rotor emf{};           // back-EMF in the turned frame, smoothed
   float turn_rad_s2 = 0.0f, held_e_rad_s = 0.0f;
   Rotor from_A{};
-  std::uint32_t run = 0;
+  std::uint32_t run = 0, cycle = 0;
   float block_s = 0.0f, block_rad = 0.0f, block_rad_s = 0.0f;  // electrical angle turned; mechanical speed of the last block
   Angle block_angle{};
   float mean_rad_s2 = 0.0f, best_rad_s2 = 0.0f;            // acceleration, mechanical: smoothed; its largest
