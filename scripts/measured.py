@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tomllib
 
+import loop_page
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 VEHICLES = ROOT / "vehicles/measured"
 OUT = ROOT / "runs/measured"
@@ -32,6 +34,7 @@ class Run:
             line += ["--report", str(self.folder)]
         shown = " ".join(line).replace(str(ROOT) + "/", "").replace(os.environ["ROTORLOOP_DATA"], "$ROTORLOOP_DATA")
         print(f"\n{name}: {shown}", flush=True)
+        self.shown = shown
         if not (done.exists() and made_by.exists() and made_by.read_text() == program):
             done.unlink(missing_ok=True)
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -148,6 +151,7 @@ def idsia(rotorloop, data, verdicts):
         "--free", "rotor_delay", "--per-flight", "rotor_delay", "--max-effects", "2", *PLACEBOS, "--wrench-band", "1,10"],
         needs_vehicle=False)
     yaw(run, verdicts, 0.85, 1.07e-3)
+    return run
 
 
 # Indoors: no wind. The motion capture's origin and clock are taken as they are.
@@ -165,7 +169,9 @@ def bare(rotorloop, data):
 
 
 def imrc(rotorloop, data, verdicts):
-    yaw(bare(rotorloop, data), verdicts, 0.70, None)
+    run = bare(rotorloop, data)
+    yaw(run, verdicts, 0.70, None)
+    return run
 
 
 def load(rotorloop, data, verdicts):
@@ -322,13 +328,22 @@ def neurobem_fast(rotorloop, data, verdicts):
     verdicts.row("... with the inertia of 8 to 18 Hz held", f"{torque:.4f} N m", "0.037 N m", torque <= 0.037)
 
 
+def write_loop(name, run):
+    """docs/acceptance/loop_NAME.md, as the program's result has it."""
+    made = run.result["provenance"]
+    text = loop_page.page(name, run.shown, f"rotorloop {made['version']} ({made['git']}).", run.result)
+    (ROOT / f"docs/acceptance/loop_{name}.md").write_text(text, encoding="utf-8")
+
+
 PARTS = {"idsia": idsia, "imrc": imrc, "load": load, "neurobem": neurobem, "neurobem_fast": neurobem_fast}
+LOOPS = ("idsia", "imrc")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rotorloop", type=pathlib.Path, default=ROOT / "build/release/bin/rotorloop")
     parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--loop", action="store_true", help=f"write docs/acceptance/loop_PART.md, of {', '.join(LOOPS)}")
     o = parser.parse_args()
     if "ROTORLOOP_DATA" not in os.environ:
         print("ROTORLOOP_DATA is not set: no measured flights, nothing to diagnose", file=sys.stderr)
@@ -338,7 +353,9 @@ def main():
             parser.error(f"{p} is none of {', '.join(PARTS)}")
     verdicts = Verdicts()
     for name in o.parts or PARTS:
-        PARTS[name](o.rotorloop, pathlib.Path(os.environ["ROTORLOOP_DATA"]), verdicts)
+        run = PARTS[name](o.rotorloop, pathlib.Path(os.environ["ROTORLOOP_DATA"]), verdicts)
+        if o.loop and name in LOOPS:
+            write_loop(name, run)
     print(f"\n{verdicts.missed} limits missed")
     return 6 if verdicts.missed else 0
 

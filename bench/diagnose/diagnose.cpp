@@ -16,6 +16,7 @@
 #include "bench/diagnose/ratios.hpp"
 #include "bench/diagnose/vehicle_priors.hpp"
 #include "bench/diagnose/wald.hpp"
+#include "bench/identify/gauge.hpp"
 #include "bench/identify/identified_vehicle.hpp"
 #include "bench/identify/whiteness.hpp"
 #include "bench/render/digits.hpp"
@@ -308,7 +309,8 @@ void Search::drop_the_needless(const Say& say) {
 void Search::report_sizes() {
   for (std::size_t i = 0; i < added_.size(); ++i) {
     d_.added[i].parameters = values_in(model_, added_[i]);
-    if (const std::string_view common = host::common_part(added_[i].id); !common.empty()) {
+    const std::string_view common = host::common_part(added_[i].id);
+    if (!common.empty() && !identify::common_part_known(added_[i].id, model_.problem.priors)) {
       d_.remarks.push_back(
           fmt::format("{}: the numbers are differences between rotors; what all have in common is in {}.", added_[i].id, common));
       continue;

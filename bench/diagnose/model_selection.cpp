@@ -90,13 +90,12 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   }
 }
 
-// Of laws that the flights like as well, that of the fewest numbers stands first.
-void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
-  auto first = ranked.begin();
-  for (auto c = ranked.begin(); c != ranked.end() && c->failure.none(); ++c) {
-    if (ranked.front().score - c->score < criteria.class_margin && c->values.size() < first->values.size()) first = c;
-  }
-  if (first != ranked.end()) std::rotate(ranked.begin(), first, std::next(first));
+// Whether every direction of a law of fewer numbers is one of a richer law's.
+bool holds(const Screening& s, const RefitCandidate& richer, const RefitCandidate& simpler, const Criteria& criteria) {
+  const ColumnSet &all = richer.tested->candidate->columns, &some = simpler.tested->candidate->columns;
+  if (some.size() >= all.size()) return false;
+  const Eigen::VectorXd shared = canonical_correlations(s.table, base_columns(s.table), all, some);
+  return shared.size() == static_cast<Eigen::Index>(some.size()) && shared.minCoeff() > criteria.alike;
 }
 
 }  // namespace
@@ -148,6 +147,25 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<
   std::stable_sort(strongest.begin(), strongest.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
   take(strongest, kByScatter);
   return out;
+}
+
+void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& s, const Criteria& criteria) {
+  const auto predicted = [](const RefitCandidate& c) { return c.tested->evidence.cross_validated; };
+  for (RefitCandidate& richer : ranked) {
+    const auto better = std::find_if(ranked.begin(), ranked.end(), [&](const RefitCandidate& c) {
+      return c.failure.none() && richer.score - c.score >= criteria.class_margin && predicted(c) > predicted(richer) && holds(s, richer, c, criteria);
+    });
+    if (!richer.failure.none() || better == ranked.end()) continue;
+    richer.failure = {.id = Rejection::predicts_less,
+                      .figures = {{"cross_validated", "1", predicted(richer), predicted(*better)}},
+                      .effect = better->tested->candidate->id};
+  }
+  std::stable_partition(ranked.begin(), ranked.end(), [](const RefitCandidate& c) { return c.failure.none(); });
+  auto first = ranked.begin();
+  for (auto c = ranked.begin(); c != ranked.end() && c->failure.none(); ++c) {
+    if (ranked.front().score - c->score < criteria.class_margin && c->values.size() < first->values.size()) first = c;
+  }
+  if (first != ranked.end()) std::rotate(ranked.begin(), first, std::next(first));
 }
 
 std::vector<NamedValue> values_in(const identify::Identification& r, const Candidate& c) {
@@ -213,7 +231,7 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   std::stable_sort(ranked.begin(), ranked.end(), [](const RefitCandidate& a, const RefitCandidate& b) {
     return a.failure.none() != b.failure.none() ? a.failure.none() : a.score > b.score;
   });
-  prefer_the_simpler(ranked, criteria);
+  prefer_the_simpler(ranked, s, criteria);
   return ranked;
 }
 

@@ -26,6 +26,11 @@ struct RefitCandidate {
 // Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
 std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
 
+// Ranked candidates after their refits, the passing ones first. Of laws that the flights like as well, that of the fewest numbers comes first. A law
+// that holds a simpler one within it (each direction of the one a direction of the other) fails where it is the more likely, but predicts
+// stretches that did not estimate it less well than the simpler one: what its further numbers fit is the error of the model that both start from.
+void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& screening, const Criteria& criteria);
+
 // Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
 // explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
 // parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and

@@ -116,7 +116,8 @@ Refit begin_refit(const identify::Identification& last, const Candidate& c, cons
     }
   }
   const std::vector<int> parameters = parameters_of(c, p.start.terms);
-  if (!host::common_part(c.id).empty()) p.priors.push_back(identify::sum_held(parameters, p.start));
+  if (!host::common_part(c.id).empty())
+    p.priors.push_back(identify::prior_of_sum(parameters, p.start, identify::common_part_known(c.id, p.priors)));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const CandidateParameter& q = c.parameters[k];
     estimate::start_at(p, parameters[k], std::clamp(q.neutral + estimate[static_cast<Eigen::Index>(k)], q.min, q.max));

@@ -20,6 +20,7 @@ std::string_view name(Rejection r) {
                                       "too_small_after_refit",
                                       "varies",
                                       "far_behind",
+                                      "predicts_less",
                                       "law_remainder",
                                       "mean_of_gusts",
                                       "gusts",

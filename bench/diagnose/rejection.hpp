@@ -26,6 +26,7 @@ enum class Rejection {
   too_small_after_refit,  // size over the size that matters
   varies,                 // its size between stretches of the flights, over that size
   far_behind,             // share of what `effect` explains, with prior values held
+  predicts_less,          // Δ log-likelihood on blocks that did not estimate it; that of `effect`, a law of fewer numbers within it
   law_remainder,          // share of its information that is left beside variations of the law of `effect`
   mean_of_gusts,          // wind, m/s; standard deviation and correlation time of gusts
   gusts,                  // Δ log-likelihood; standard deviation and correlation time of gusts; their gain

@@ -22,10 +22,18 @@ std::vector<std::vector<int>> rotor_groups(const host::TermList& terms, std::spa
   return out;
 }
 
-estimate::JointPrior sum_held(const std::vector<int>& group, const estimate::ModelValues& at) {
+bool common_part_known(std::string_view term_id, std::span<const estimate::JointPrior> priors) {
+  // Thrust's common part is k_1's (k_2's goes with it), torque's is c_q's.
+  const int holder = host::common_part(term_id).starts_with("k_1") ? estimate::kK1 : estimate::kCq;
+  return std::any_of(priors.begin(), priors.end(), [&](const estimate::JointPrior& p) {
+    return !p.weak && std::find(p.parameters.begin(), p.parameters.end(), holder) != p.parameters.end();
+  });
+}
+
+estimate::JointPrior prior_of_sum(const std::vector<int>& group, const estimate::ModelValues& at, bool known) {
   constexpr double kSure = 1e-3;  // of a size that matters: flights determine no difference between rotors as well
   const auto n = static_cast<Eigen::Index>(group.size());
-  const double u = kSure * estimate::parameter_info(group.front(), at.terms).scale;
+  const double u = (known ? 1.0 : kSure) * estimate::parameter_info(group.front(), at.terms).scale;
   estimate::JointPrior out{group, Eigen::VectorXd(n), Eigen::MatrixXd::Constant(n, n, 1.0 / (u * u))};
   for (Eigen::Index i = 0; i < n; ++i) out.mean[i] = at[group[static_cast<std::size_t>(i)]];
   return out;

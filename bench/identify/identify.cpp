@@ -232,7 +232,11 @@ void Sequence::pose_joint_problem() {
     for (auto& own : out_.problem.flight_start) own[at] = out_.start.file.values[at];
   }
   out_.problem.priors = priors_;
-  for (const auto& group : rotor_groups(o_.terms, free_)) out_.problem.priors.push_back(sum_held(group, out_.start.file));
+  for (const auto& group : rotor_groups(o_.terms, free_)) {
+    const auto first = static_cast<std::size_t>(group.front() - estimate::kCoreParameters);
+    const std::string_view id = o_.terms.term(o_.terms.term_of(first)).info.id;
+    out_.problem.priors.push_back(prior_of_sum(group, out_.start.file, common_part_known(id, priors_)));
+  }
 }
 
 // Gives each prior the weight that the last fit asks for. True when one changes by so much that the fit must go on.

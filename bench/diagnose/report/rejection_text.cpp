@@ -35,6 +35,9 @@ std::string sentence(const Reason& r) {
       return fmt::format("heterogeneous: its size varies by {:.1f} times itself from one stretch of the flights to another", v(0));
     case Rejection::far_behind:
       return fmt::format("explains less than {:.0f} % of what {} does, with the priors' parameters held", 100.0 * limit(), r.effect);
+    case Rejection::predicts_less:
+      return fmt::format("holds {} within it, and predicts stretches that did not estimate it less well: Δ log-likelihood {:.0f}, {:.0f} without its further numbers",
+                         r.effect, v(0), limit());
     case Rejection::law_remainder:
       return fmt::format("may be the unmodelled remainder of the law of {}: {:.0f} % of it is its own", r.effect, 100.0 * v(0));
     case Rejection::mean_of_gusts:

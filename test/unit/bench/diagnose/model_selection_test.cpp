@@ -101,6 +101,49 @@ TEST(ModelSelection, lists_as_an_alias_what_has_the_column_of_the_best_though_a_
   EXPECT_EQ(made.class_of_first(), (Names{"b"}));
 }
 
+// Two laws, the second with a number more; `within`: the first law's column is one of the second's.
+struct Nested {
+  Screening screening;
+  std::vector<Tested> tested{2};
+  std::vector<RefitCandidate> ranked{2};
+
+  Nested(double richer_predicts, double richer_score, bool within) {
+    screening.table.information = Eigen::Matrix3d(Eigen::Vector3d(100.0, 100.0, 100.0).asDiagonal());
+    if (within) screening.table.information(0, 1) = screening.table.information(1, 0) = 99.9;
+    screening.table.score = Eigen::VectorXd::Zero(3);
+    screening.candidates = {{.id = "simple"}, {.id = "rich"}};
+    screening.candidates[0].columns = {0};
+    screening.candidates[1].columns = {1, 2};
+    const double score[]{100.0, richer_score}, predicts[]{90.0, richer_predicts};
+    for (std::size_t i = 0; i < 2; ++i) {
+      tested[i].candidate = &screening.candidates[i];
+      tested[i].evidence.cross_validated = predicts[i];
+      ranked[i].tested = &tested[i];
+      ranked[i].score = score[i];
+      ranked[i].values.resize(i + 1);
+    }
+    if (richer_score > 100.0) std::swap(ranked[0], ranked[1]);
+    prefer_the_simpler(ranked, screening, Criteria{});
+  }
+  const std::string& first() const { return ranked.front().tested->candidate->id; }
+};
+
+TEST(ModelSelection, a_law_that_holds_a_simpler_one_and_predicts_less_than_it_fails_though_it_fits_better) {
+  const Nested laws(60.0, 125.0, true);
+  EXPECT_EQ(laws.first(), "simple");
+  EXPECT_EQ(laws.ranked[1].failure.id, Rejection::predicts_less);
+  EXPECT_EQ(laws.ranked[1].failure.effect, "simple");
+}
+TEST(ModelSelection, a_law_that_holds_a_simpler_one_and_predicts_more_leads) { EXPECT_EQ(Nested(110.0, 125.0, true).first(), "rich"); }
+TEST(ModelSelection, a_law_of_another_form_is_not_measured_by_the_predictions_of_the_simpler_one) {
+  EXPECT_EQ(Nested(60.0, 125.0, false).first(), "rich");
+}
+TEST(ModelSelection, of_two_laws_as_likely_that_of_fewer_numbers_leads_and_the_other_stays_in_its_class) {
+  const Nested laws(60.0, 102.0, true);
+  EXPECT_EQ(laws.first(), "simple");
+  EXPECT_TRUE(laws.ranked[1].failure.none());
+}
+
 RefitCandidate settled_at(double cost_held, double delta_log_likelihood = 0.0) {
   RefitCandidate c;
   c.refit.cost_held = cost_held;

@@ -63,6 +63,20 @@ TEST(RotorGroups, ARefitOfFourSpeedScalesFindsTheOneThatIsThreePerCentHighAndHol
   EXPECT_NEAR(excess_of_first(found), kHigh, 0.004);
   EXPECT_NEAR(sum, 0.0, 1e-4);
 }
+// A file that knows k_1 and k_2 leaves no gauge: held, the mean of the four numbers would be left over, 0.75 % of speed and 1.5 % of thrust.
+TEST(RotorGroups, WithThrustKnownBeforehandOneRotorIsThreePerCentHighAndTheOthersAreNot) {
+  identify::Identification known = copy_of(fitted());
+  const model_true::Truth truth;
+  const Eigen::Vector2d thrust(truth.k1_N_s2, truth.k2_N_s2_m), u = 1e-3 * thrust;
+  known.problem.priors.push_back({{estimate::kK1, estimate::kK2}, thrust, Eigen::Matrix2d(u.cwiseAbs2().cwiseInverse().asDiagonal())});
+  EXPECT_TRUE(identify::common_part_known("rotor_speed_scale", known.problem.priors));
+  EXPECT_FALSE(identify::common_part_known("rotor_torque_scale", known.problem.priors));
+  Refit refit = begin_refit(known, refitted().candidate, Eigen::Vector4d::Zero(), known.fit.noise, {});
+  finish_refit(refit, {});
+  const auto parameters = parameters_of(refitted().candidate, refit.fit.problem.start.terms);
+  EXPECT_NEAR(refit.fit.fit.find(parameters[0])->value, kHigh, 0.004);
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(refit.fit.fit.find(parameters[i])->value, 0.0, 0.004);
+}
 TEST(RotorGroups, TakenOutAgainTheLogLikelihoodIsWhatItWas) {
   const identify::Identification without = refit_without(refitted().fit, refitted().candidate, {});
   EXPECT_NEAR(without.fit.log_likelihood, fitted().fit.log_likelihood, 0.1);
