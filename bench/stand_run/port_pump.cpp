@@ -20,8 +20,10 @@ std::vector<modbus::PolledDevice> polled_devices(const modbus::StandBus& bus) {
 
 std::optional<StandReading> reading_of(const modbus::StandSetup& setup, std::size_t bus, const modbus::Sample& s) {
   if (s.value.quality != modbus::Quality::good) return std::nullopt;
+  const auto& channels = setup.buses[bus].devices[s.device].profile.channels;
+  // By name: the models of a family have channels of one name, and only the one that is there is read.
   for (const modbus::BoundChannel& a : setup.axes)
-    if (a.bus == bus && a.device == s.device && a.channel == s.channel) return StandReading{a.axis, a.to_si * s.value.value, s.sampled_ns, s.uncertainty_ns};
+    if (a.bus == bus && a.device == s.device && channels[a.channel].name == channels[s.channel].name) return StandReading{a.axis, a.to_si * s.value.value, s.sampled_ns, s.uncertainty_ns};
   return std::nullopt;
 }
 

@@ -31,7 +31,7 @@ void set_settings(modbus::SlaveDevice& slave, const modbus::Channel& c) {
     const auto finest = std::min_element(c.scale_map.begin(), c.scale_map.end(), [](const auto& a, const auto& b) { return std::abs(a.second) < std::abs(b.second); });
     put(*c.scale_of, finest->first);
   }
-  if (c.when && !c.when_in.empty()) put(*c.when, c.when_in.front());
+  if (c.when && !c.when_in.empty() && c.when->part(slave.raw(c.when->channel)) == 0) put(*c.when, c.when_in.front());
 }
 
 }  // namespace
