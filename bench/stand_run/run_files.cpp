@@ -12,7 +12,7 @@
 
 namespace rotorloop::stand_run {
 namespace {
-constexpr std::int64_t kFlush_ns = 50'000'000;
+constexpr std::int64_t kFlush_ns = 10'000'000;  // a reading is 100 ms old at the latest when it is safe: room for a busy machine
 }
 
 RunFiles::RunFiles(const std::filesystem::path& folder) : folder_(folder) {

@@ -1,4 +1,4 @@
-// What a run leaves behind while it runs: files that are only ever appended to, written within 50 ms. A program that is killed leaves all
+// What a run leaves behind while it runs: files that are only ever appended to, written within 10 ms or so. A program that is killed leaves all
 // but the last of them.
 #pragma once
 #include <cstdint>
@@ -23,7 +23,7 @@ class RunFiles {
   void step(std::string_view line) { steps_.waiting.append(line).push_back('\n'); }
   void event(const nlohmann::ordered_json& event);
   void write_history(std::string_view text);  // trip.csv: readings of the two seconds before a trip
-  // To the system, when 50 ms have passed since the last time, or `now`.
+  // To the system, when 10 ms have passed since the last time, or `now`.
   void flush(std::int64_t now_ns, bool at_once = false);
   bool failed() const { return failed_; }  // the disk refused: what comes after is lost
   const std::filesystem::path& folder() const { return folder_; }

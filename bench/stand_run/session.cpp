@@ -106,7 +106,8 @@ void Session::on_status(const protocols::EscStatus& s) {
   if (s.temperature_K == s.temperature_K) watch_value("temperature_degC", "ESC", static_cast<double>(s.temperature_K) - 273.15);
   if (phase_ != Phase::running || !(set_point_ > 0.0)) return;
   const double error = set_point_ - esc_omega_;
-  if (std::abs(error) < limits_.limit("tracking_error_rad_s").max) followed_ = true;
+  // At a set-point below the limit a rotor at rest would seem to follow.
+  if (esc_omega_ > 0.5 * set_point_ && std::abs(error) < limits_.limit("tracking_error_rad_s").max) followed_ = true;
   // From rest the motor needs time to start; after that it must follow.
   if (followed_ || now - left_zero_ns_ > kStart_ns) watch_value("tracking_error_rad_s", "ESC", error);
 }
