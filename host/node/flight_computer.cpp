@@ -77,8 +77,12 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   if (phase_ == FlightPhase::spin_up) {
     for (std::size_t i = 0; i < kRotors; ++i) {
       const double speed_rad_s = escs_.esc(i).speed_rad_s;  // NaN: not known
-      idle_speed_rad_s_[i] =
-          std::isfinite(speed_rad_s) ? idle_speed_rad_s_[i] + kIdleSmoothing * (speed_rad_s - idle_speed_rad_s_[i]) : 0.0;
+      if (std::isfinite(speed_rad_s)) {
+        idle_speed_rad_s_[i] += kIdleSmoothing * (speed_rad_s - idle_speed_rad_s_[i]);
+        speed_known_us_[i] = now_us;
+      } else if (now_us - speed_known_us_[i] > config_.esc_timeout_us) {
+        idle_speed_rad_s_[i] = 0.0;  // a report without speed now and then is noise at idle, a time-out of them is a motor that does not turn
+      }
     }
     const bool idling = all_at(config_.idle_rad_s, kIdleTolerance);
     if (!idling) ready_since_us_ = -1;

@@ -107,6 +107,7 @@ class FlightComputer {
   std::array<std::int64_t, kRotors> off_since_us_{};
   std::int64_t last_imu_us_ = -1;   // arrival
   std::int64_t ready_since_us_ = -1;
+  std::array<std::int64_t, kRotors> speed_known_us_{};  // time of the last report with a speed
   std::array<double, kRotors> idle_speed_rad_s_{};  // reported speeds, smoothed: readiness is a matter of the mean
   std::uint64_t steps_ = 0;
   std::uint8_t report_sequence_ = 0;
