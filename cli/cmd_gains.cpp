@@ -22,7 +22,7 @@
 namespace rotorloop::cli {
 namespace {
 
-constexpr double kRad_s_per_rpm = std::numbers::pi / 30.0;
+constexpr double kOneRpm_rad_s = std::numbers::pi / 30.0;
 // A small step of speed, over which the lag is taken; and the lag of the speed loop itself where current does not limit it.
 constexpr double kSmallStep = 0.1, kSpeedLoop_s = 0.005;
 constexpr double kOfTopSpeed = 0.95;  // the sagging battery of a full-thrust climb
@@ -39,14 +39,14 @@ calibrate::ActuatorDynamics actuators(const GainsArguments& o) {
   if (!o.plant.empty()) {
     const sim::PlantFile plant = sim::read_plant(o.plant);
     const hil::VehicleFigures f = hil::vehicle_figures(plant, sim::read_rotors(plant));
-    a.lag_s = std::max(kSpeedLoop_s, kSmallStep * f.hover_rpm * kRad_s_per_rpm / f.hover_slew_rad_s2);
-    a.omega_max_rad_s = kOfTopSpeed * f.top_rpm * kRad_s_per_rpm;
+    a.lag_s = std::max(kSpeedLoop_s, kSmallStep * f.hover_rpm * kOneRpm_rad_s / f.hover_slew_rad_s2);
+    a.omega_max_rad_s = kOfTopSpeed * f.top_rpm * kOneRpm_rad_s;
   } else if (!o.lag_ms || !o.max_rpm) {
     throw Error({"", "neither --plant nor both of --motor-lag and --max-rpm", "the vehicle file knows no motor",
                  "give the plant file, or the lag that a thrust stand shows (`rotorloop stand estimate`) and the highest RPM"});
   }
   if (o.lag_ms) a.lag_s = 1e-3 * *o.lag_ms;
-  if (o.max_rpm) a.omega_max_rad_s = *o.max_rpm * kRad_s_per_rpm;
+  if (o.max_rpm) a.omega_max_rad_s = *o.max_rpm * kOneRpm_rad_s;
   return a;
 }
 
@@ -67,7 +67,7 @@ int design(const GainsArguments& o) {
     hil::write_text_file(o.out, text);
   }
   fmt::print(stderr, "motor lag {:.1f} ms, delay {:.1f} ms; hover {:.0f} RPM, up to {:.0f} RPM, thrust-to-weight {:.2f} there\n",
-             1e3 * a.lag_s, 1e3 * a.delay_s, d.hover_rad_s / kRad_s_per_rpm, a.omega_max_rad_s / kRad_s_per_rpm, d.thrust_to_weight);
+             1e3 * a.lag_s, 1e3 * a.delay_s, d.hover_rad_s / kOneRpm_rad_s, a.omega_max_rad_s / kOneRpm_rad_s, d.thrust_to_weight);
   print("horizontal", d.horizontal), print("vertical", d.vertical), print("roll, pitch", d.roll_pitch), print("yaw", d.yaw);
   return 0;
 }
