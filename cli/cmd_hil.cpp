@@ -22,7 +22,8 @@ namespace rotorloop::cli {
 namespace {
 
 struct HilArguments {
-  std::vector<std::string> scenarios;
+  std::vector<std::string> scenarios, controllers;
+  double controller_timeout_s = hil::ExternalController{}.timeout_s;
   std::string out = "runs", name, seeds, variants, flights, vehicle;
   std::filesystem::path junit;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -49,10 +50,29 @@ void choose_flights(hil::Scenario& s, const std::string& list) {
   s.flights = std::move(chosen);
 }
 
+// Those of the command line fly beside the variants of the scenario, or beside those of --variants.
+void add_controllers(hil::Scenario& s, const HilArguments& o) {
+  std::error_code ignored;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  for (const std::string& text : o.controllers) {
+    auto c = hil::parse_controller(text);
+    c.timeout_s = o.controller_timeout_s;
+    if (std::any_of(s.external.begin(), s.external.end(), [&](const auto& other) { return other.name == c.name; }))
+      throw Error({"--controller", fmt::format("\"{}\" is the name of two controllers", c.name), "", "write NAME=CONTROLLER with another name"});
+    s.external.push_back(std::move(c));
+  }
+  for (auto& c : s.external)
+    if (!self.empty()) c.rotorloop = self;
+  if (!o.variants.empty()) s.variants = hil::parse_variants(o.variants, s.external);
+  for (const auto& c : s.external)
+    if (const auto v = hil::Variant::external(c.name); !c.from_scenario && std::find(s.variants.begin(), s.variants.end(), v) == s.variants.end())
+      s.variants.push_back(v);
+}
+
 hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
   auto s = hil::read_scenario(path);
   if (!o.seeds.empty()) s.seeds = hil::parse_seeds(o.seeds);
-  if (!o.variants.empty()) s.variants = hil::parse_variants(o.variants);
+  add_controllers(s, o);
   if (!o.flights.empty()) choose_flights(s, o.flights);
   if (!o.vehicle.empty()) {
     if (!std::filesystem::is_regular_file(o.vehicle))
@@ -67,7 +87,8 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o, const std::
   std::string out = fmt::format("{}: {} flights x {} variants x {} seeds = {} runs\n", s.name, s.flights.size(), s.variants.size(),
                                 s.seeds.size(), s.flights.size() * s.variants.size() * s.seeds.size());
   for (const auto& f : s.flights) out += fmt::format("  flight   {:<16} {}\n", f.name, f.trajectory.generic_string());
-  for (const auto v : s.variants) out += fmt::format("  variant  {}\n", hil::variant_name(v));
+  for (const auto& v : s.variants) out += fmt::format("  variant  {}\n", hil::variant_name(v));
+  for (const auto& c : s.external) out += fmt::format("  starts   {}: {}\n", c.name, hil::start_line(c));
   out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
   out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
                      s.gains.generic_string());
@@ -86,6 +107,7 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o, const std::
 
 void print_result(const hil::Scenario& s, const hil::HilResult& r) {
   fmt::print("{}\n{}\n", s.name, hil::tracking_table_text(s, r.assessment, r.flights));
+  if (const auto controllers = hil::controllers_text(r.assessment); !controllers.empty()) fmt::print("{}\n", controllers);
   if (const auto limits = hil::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
   fmt::print("{}run:     {}\nreport:  {}\n", render::outcome_text(hil::outcome_of(r.result, r.folder)), r.folder.generic_string(),
              (r.folder / "report.html").generic_string());
@@ -98,7 +120,7 @@ void add_cases(const hil::Scenario& s, const hil::RunResult& r, std::vector<Juni
     const std::string why = fmt::format("{}{}", hil::flight_end_name(f.end), f.end_detail.empty() ? "" : ": " + f.end_detail);
     cases.push_back({s.name + ".flight", fmt::format("{}/{}/{}", f.flight, hil::variant_name(f.variant), f.seed),
                      completed                                ? JunitEnd::passed
-                     : f.end == hil::FlightEnd::interrupted ? JunitEnd::error
+                     : f.end == hil::FlightEnd::interrupted || f.end == hil::FlightEnd::incomplete ? JunitEnd::error
                                                             : JunitEnd::failed,
                      completed ? "" : why});
   }
@@ -209,6 +231,7 @@ std::vector<std::string> words_of(const HilArguments& o) {
   add("--flights", o.flights);
   add("--name", o.name);
   add("--vehicle", o.vehicle);
+  for (const auto& c : o.controllers) add("--controller", c);
   if (o.no_logs) w.push_back("--no-logs");
   return w;
 }
@@ -225,6 +248,13 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--variants", o->variants, "only these controllers: pd_ff,pd_ff_drag,pd_ff_thrust_drag,pd_ff_no_effects");
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
   c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: the nominal model of the controller");
+  c->add_option("--controller", o->controllers,
+                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\"), each also as "
+                "NAME=…; may be given several times (docs/controller.md)")
+      ->allow_extra_args(false);
+  c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, s of the wall clock")
+      ->check(CLI::Range(hil::kLeastTimeout_s, hil::kMostTimeout_s))
+      ->capture_default_str();
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each flight and each limit");
   c->add_flag("--no-logs", o->no_logs, "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");
@@ -239,6 +269,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       "  rotorloop hil scenarios/paper.toml --dry-run           check the file, fly nothing\n"
       "  rotorloop hil scenarios/paper.toml --name after        keep this run beside the last one\n"
       "  rotorloop hil scenarios/paper.toml --vehicle identified.toml --name identified\n"
+      "  rotorloop hil scenarios/paper.toml --flights horizontal --seeds 1, --controller ./my_controller.so\n"
       "  rotorloop hil compare runs/paper runs/after            what changed, and is it more than scatter\n"
       "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
       "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or a flight did not complete,\n"

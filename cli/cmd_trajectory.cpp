@@ -83,7 +83,9 @@ void add_trajectory(CLI::App& app, int& exit_code) {
                 "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "
                 "fast_descent, low_hover, ceiling_hover, diagnose_vertical, diagnose_horizontal or diagnose_rotation; or a trajectory file")
       ->required()
-      ->check(CLI::IsMember(kFlights) | CLI::ExistingFile);
+      ->check(CLI::Validator(
+          [](std::string& word) { return std::filesystem::is_regular_file(word) ? std::string() : CLI::IsMember(kFlights)(word); },
+          "NAME or FILE"));
   c->add_option("--time-scale", o->time_scale, "how many times slower")->check(CLI::Range(1.0, 100.0))->capture_default_str();
   c->add_option("--max-speed", o->max_speed_m_s, "slow the flight down until it is no faster than this, m/s")
       ->check(CLI::Range(0.05, 100.0));

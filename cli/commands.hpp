@@ -11,6 +11,7 @@ namespace rotorloop::cli {
 void add_bus(CLI::App& app, int& exit_code);  // the group; cli/bus
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_close(CLI::App& app, int& exit_code);
+void add_controller(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_esc(CLI::App& app, int& exit_code);  // the group; cli/esc
 void add_esc_sim(CLI::App& app, int& exit_code);

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_vehicle(app, exit_code);
   rotorloop::cli::add_gains(app, exit_code);
   rotorloop::cli::add_close(app, exit_code);
+  rotorloop::cli::add_controller(app, exit_code);
   rotorloop::cli::add_identify(app, exit_code);
   rotorloop::cli::add_diagnose(app, exit_code);
   rotorloop::cli::add_log(app, exit_code);

@@ -17,7 +17,7 @@ set(ROTORLOOP_LIBRARIES_sim rl_hil_loop)
 # The headers that a component is used through; those that they include come along. docs/library.md lists what each is for.
 set(ROTORLOOP_FACES
   protocols/*.hpp
-  host/control/*.hpp host/effects/*.hpp host/estimate/*.hpp host/vehicle/*.hpp
+  host/control/*.hpp host/control/*.h host/effects/*.hpp host/estimate/*.hpp host/vehicle/*.hpp
   bench/log/read_flight.hpp bench/log/log_summary.hpp bench/log/check/checks.hpp
   bench/estimate/estimator.hpp bench/estimate/staged_fit.hpp bench/estimate/ceres_solver.hpp
   bench/score/prediction.hpp bench/score/one_step.hpp bench/score/multi_step_fit.hpp bench/score/noise_floor.hpp

@@ -80,7 +80,7 @@ LoopPlan read_loop_plan(const fs::path& path) {
   const auto controller = root.table("controller");
   p.gains = controller.file("gains");
   const auto variant = controller.choice("variant", {"pd_ff", "pd_ff_drag", "pd_ff_thrust_drag"}, "pd_ff_thrust_drag");
-  p.variant = *hil::variant_from_name(variant);
+  p.variant = hil::variant_from_name(variant)->own();
   for (const auto& t : root.tables("undeclared", 0, kMostEffects)) {
     p.injected.push_back(read_injected(t));
     for (std::size_t i = 0; i + 1 < p.injected.size(); ++i)

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "bench/hil/controller/process_controller.hpp"
 #include "bench/hil/cost_meter.hpp"
 #include "bench/hil/limiter_names.hpp"
 #include "bench/log/log_writer.hpp"
+#include "host/base/error.hpp"
 #include "host/bus/candump_log.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
@@ -125,7 +128,7 @@ struct Logs {
                            {"source", "rotorloop hil, " + scenario.name},
                            {"vehicle", scenario.vehicle.filename().generic_string()},
                            {"flight", scenario.flights[q.flight].name},
-                           {"variant", std::string(host::name(q.variant))},
+                           {"variant", variant_name(q.variant)},
                            {"seed", std::to_string(q.seed)},
                            {"pole_pairs", pole_pairs_text(plant)},
                            {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
@@ -155,12 +158,19 @@ struct Logs {
   }
 };
 
+// Of the rotation between two attitudes.
+double angle_rad(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  const Eigen::Quaterniond d = a.conjugate() * b;
+  return 2.0 * std::atan2(d.vec().norm(), std::fabs(d.w()));
+}
+
 // FlightSums over a flight that become figures of its result.
 struct FlightSums {
   std::array<double, 4> rpm_error_square{};
   std::uint64_t rpm_samples = 0, flying_steps = 0, limited_steps = 0, mixer_iterations = 0;
   int mixer_iterations_max = 0;
   double max_speed_m_s = 0.0, max_accel_m_s2 = 0.0;
+  double attitude_error_sum_rad = 0.0, attitude_error_max_rad = 0.0, command_sum = 0.0, command_square_sum = 0.0;
 
   void add(const host::FlightRecord& r, const PlantTruth& truth) {
     if (r.phase != host::FlightPhase::flying) return;
@@ -176,6 +186,13 @@ struct FlightSums {
     limited_steps += limited ? 1u : 0u;
     mixer_iterations += static_cast<std::uint64_t>(r.command.diagnostics.mixer_iterations);
     mixer_iterations_max = std::max(mixer_iterations_max, r.command.diagnostics.mixer_iterations);
+    const double off_rad = angle_rad(r.command.diagnostics.q_WB_sp, truth.state.q_WB);
+    attitude_error_sum_rad += off_rad;  // not a number for good when the controller does not say what it wants
+    attitude_error_max_rad = std::max(attitude_error_max_rad, off_rad);
+    for (const double w : r.commanded_rad_s) {
+      command_sum += w;
+      command_square_sum += w * w;
+    }
     max_speed_m_s = std::max(max_speed_m_s, truth.state.v_W_m_s.norm());
     max_accel_m_s2 = std::max(max_accel_m_s2, r.setpoint.a_W_m_s2.norm());
   }
@@ -183,7 +200,7 @@ struct FlightSums {
 
 std::map<std::string, double> counters_of(Loop& loop, const FlightSums& sums, const std::array<sim::BusStatistics, 2>& bus) {
   const auto& est = loop.computer().estimator().counters();
-  const auto& ctl = loop.computer().controller_state().counters;
+  const auto& ctl = loop.computer().controller().counters();
   const auto count = [](auto v) { return static_cast<double>(v); };
   return {{"estimator.poses_fused", count(est.poses_fused)},
           {"estimator.poses_gated", count(est.poses_gated)},
@@ -211,6 +228,11 @@ std::map<std::string, double> counters_of(Loop& loop, const FlightSums& sums, co
 }
 
 bool ended_early(const Loop& loop, FlightResult& result) {
+  if (const char* why = loop.computer().controller().failure()) {
+    result.end = FlightEnd::incomplete;
+    result.end_detail = why;
+    return true;
+  }
   const bool safe = loop.computer().phase() == host::FlightPhase::safe;
   if (safe) {
     result.end = FlightEnd::safe_state;
@@ -235,7 +257,14 @@ void add_figures(Loop& loop, const FlightSums& sums, FlightOutcome& out) {
   if (sums.rpm_samples > 0) {
     for (std::size_t i = 0; i < 4; ++i)
       result.rpm_error_rms_rad_s[i] = std::sqrt(sums.rpm_error_square[i] / static_cast<double>(sums.rpm_samples));
-    result.limited_share = static_cast<double>(sums.limited_steps) / static_cast<double>(sums.flying_steps);
+    const double steps = static_cast<double>(sums.flying_steps), commands = 4.0 * steps;
+    result.limited_share = static_cast<double>(sums.limited_steps) / steps;
+    constexpr double kDeg_per_rad = 180.0 / std::numbers::pi;
+    result.attitude_error_mean_deg = kDeg_per_rad * sums.attitude_error_sum_rad / steps;
+    if (!std::isnan(result.attitude_error_mean_deg)) result.attitude_error_max_deg = kDeg_per_rad * sums.attitude_error_max_rad;
+    result.command_mean_rad_s = sums.command_sum / commands;
+    result.command_std_rad_s =
+        std::sqrt(std::max(0.0, sums.command_square_sum / commands - result.command_mean_rad_s * result.command_mean_rad_s));
   }
   result.counters = counters_of(loop, sums, out.bus);
   out.cost = loop.cost();
@@ -261,6 +290,8 @@ Inputs read_inputs(const Scenario& scenario) {
     const auto polars = sim::read_blade(r.blade_path).polar_files;
     in.files.insert(in.files.end(), polars.begin(), polars.end());
   }
+  for (const ExternalController& c : scenario.external)
+    if (!c.library.empty()) in.files.push_back(c.library);
   std::sort(in.files.begin() + 1, in.files.end());
   in.files.erase(std::unique(in.files.begin() + 1, in.files.end()), in.files.end());
   return in;
@@ -282,8 +313,6 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
     if (f.kind == FaultKind::esc_silent && (f.flight.empty() || f.flight == flight))
       c.halts.push_back({f.rotor - 1, static_cast<std::int64_t>(f.at_s * 1e9),
                          f.duration_s > 0.0 ? static_cast<std::int64_t>((f.at_s + f.duration_s) * 1e9) : sim::kNever_ns});
-  c.computer.controller = host::controller_config(inputs.gains, q.variant);
-  c.computer.controller.terms = inputs.effects.terms;
   // A share of hover speed, the same for any size; without [esc] the reference's 400 rad/s.
   if (inputs.plant.esc.given) c.computer.idle_rad_s = kIdleShare * host::hover_omega_rad_s(inputs.vehicle);
   c.computer.estimator.compensate_latency = scenario.ablation.latency_compensation;
@@ -292,6 +321,35 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
   c.computer.setpoint_Hz = static_cast<std::uint16_t>(scenario.esc.fast_channel_Hz > 0 ? scenario.esc.fast_channel_Hz : 200);
   return c;
 }
+
+namespace {
+
+host::ControllerConfig our_loops(const Inputs& inputs, host::Variant variant) {
+  host::ControllerConfig c = host::controller_config(inputs.gains, variant);
+  c.terms = inputs.effects.terms;
+  return c;
+}
+
+// Who flies, and from when: somebody else's controller may ask for time before the trajectory.
+std::unique_ptr<host::FlightController> make_controller(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q,
+                                                        const std::atomic<bool>* stop, LoopConfig& config) {
+  if (!q.variant.is_external()) return std::make_unique<host::CascadeController>(inputs.vehicle, our_loops(inputs, q.variant.own()));
+  const auto c = std::find_if(scenario.external.begin(), scenario.external.end(),
+                              [&](const ExternalController& e) { return e.name == q.variant.external_name(); });
+  if (c == scenario.external.end())
+    throw Error({"variant", fmt::format("\"{}\" is no controller of this scenario", q.variant.external_name()), "",
+                 "add it to Scenario::external"});
+  ProcessControllerConfig p{.name = c->name, .command = start_line(*c), .timeout_s = c->timeout_s, .setup = {}, .below = our_loops(inputs, Variant::pd_ff_thrust_drag), .stop = stop};
+  p.setup.flight = scenario.flights[q.flight].name;
+  p.setup.vehicle_file = std::filesystem::absolute(scenario.vehicle).generic_string();
+  p.setup.gains_file = std::filesystem::absolute(scenario.gains).generic_string();
+  if (!q.folder.empty()) p.setup.log_folder = std::filesystem::absolute(q.folder).generic_string();
+  auto controller = std::make_unique<ProcessController>(inputs.vehicle, p);
+  config.computer.start_us = std::max(config.computer.start_us, static_cast<std::int64_t>(std::llround(controller->hello().start_s * 1e6)));
+  return controller;
+}
+
+}  // namespace
 
 double flight_duration_s(const LoopConfig& config, const host::Trajectory& trajectory) {
   return static_cast<double>(config.computer.start_us) * 1e-6 + trajectory.duration_s() + kTail_s;
@@ -302,8 +360,9 @@ double flight_duration_s(const Scenario& scenario, const Inputs& inputs, const F
 
 FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q, RunFolder* folder,
                   const std::function<void(double)>& advanced, const std::atomic<bool>* stop) {
-  const LoopConfig config = loop_config(scenario, inputs, q);
-  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], config);
+  LoopConfig config = loop_config(scenario, inputs, q);
+  auto controller = make_controller(scenario, inputs, q, stop, config);
+  Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], std::move(controller), config);
   loop.measure_cost(q.measure_cost);
   Logs logs(q.folder, scenario, inputs.plant, q, loop);
 

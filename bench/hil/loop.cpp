@@ -44,11 +44,12 @@ firmware::NodeIdentity identity(int esc) {
 }  // namespace
 
 Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
-           const LoopConfig& config)
+           std::unique_ptr<host::FlightController> controller, const LoopConfig& config)
     : config_(config),
       ticks_per_step_(kTicks_per_s / config.airframe_Hz),
       esc_bus_(make_bus(config, config.esc_bus_faults, 0)),
-      state_bus_(make_bus(config, config.state_bus_faults, 1)) {
+      state_bus_(make_bus(config, config.state_bus_faults, 1)),
+      controller_(std::move(controller)) {
   CanBus& computer_state = state_bus_->attach({.name = "computer"});
   CanBus& airframe_state = state_bus_->attach({.name = "airframe"});
   CanBus& computer_esc = esc_bus_->attach({.name = "computer"});
@@ -67,7 +68,7 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   if (plant.esc.typical) supply_.emplace(setup.battery, sim::CableParameters{});
   sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
                                                airframe_state);
-  computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, trajectory, computer_state, computer_esc);
+  computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, *controller_, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);
   for (int i = 0; i < 4; ++i) {

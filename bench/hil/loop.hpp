@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "firmware/core/node/esc_node.hpp"
+#include "host/control/flight_controller.hpp"
 #include "host/node/flight_computer.hpp"
 #include "sim/drive/battery.hpp"
 #include "sim/drive/supply.hpp"
@@ -81,7 +82,7 @@ class Loop {
  public:
   // `rotors` and `trajectory` are shared between flights and must outlive the loop.
   Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
-       const LoopConfig& config);
+       std::unique_ptr<host::FlightController> controller, const LoopConfig& config);
   ~Loop();
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
@@ -130,6 +131,7 @@ class Loop {
   std::unique_ptr<sim::VirtualBus> esc_bus_, state_bus_;
   std::unique_ptr<sim::FlightDynamics> dynamics_;
   std::unique_ptr<sim::SensorNode> sensors_;
+  std::unique_ptr<host::FlightController> controller_;
   std::unique_ptr<host::FlightComputer> computer_;
   std::vector<AnyEsc> escs_;
   std::optional<sim::Battery> battery_;  // made once the effects have had their say

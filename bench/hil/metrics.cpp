@@ -132,6 +132,8 @@ std::string_view flight_end_name(FlightEnd end) {
       return "safe_state";
     case FlightEnd::interrupted:
       return "interrupted";
+    case FlightEnd::incomplete:
+      return "incomplete";
   }
   return "?";
 }
@@ -198,14 +200,17 @@ ErrorAxis table_axis(const Scenario& s, const std::string& flight) {
 Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, std::size_t planned) {
   Assessment a;
   for (const auto& plan : s.flights) {
-    for (const auto v : kAllVariants) {
+    for (const auto& v : variants_of(results)) {
       TableCell c{.flight = plan.name,
                   .variant = v,
                   .error_3d_cm = {},
                   .error_z_cm = {},
                   .estimate_error_3d_cm = {},
                   .estimate_error_z_cm = {},
-                  .estimator_error_cm = {}};
+                  .estimator_error_cm = {},
+                  .attitude_error_deg = {},
+                  .command_mean_rad_s = {},
+                  .command_std_rad_s = {}};
       for (const auto& r : results) {
         if (r.flight != plan.name || r.variant != v) continue;
         ++c.flown;
@@ -218,6 +223,9 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
       c.estimate_error_3d_cm = over([](const auto& r) { return r.tracking.estimate.mean_3d_cm; });
       c.estimate_error_z_cm = over([](const auto& r) { return r.tracking.estimate.mean_z_cm; });
       c.estimator_error_cm = over([](const auto& r) { return r.tracking.estimator_mean_3d_cm; });
+      c.attitude_error_deg = over([](const auto& r) { return r.attitude_error_mean_deg; });
+      c.command_mean_rad_s = over([](const auto& r) { return r.command_mean_rad_s; });
+      c.command_std_rad_s = over([](const auto& r) { return r.command_std_rad_s; });
       a.table.push_back(std::move(c));
     }
   }
@@ -227,7 +235,7 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
   };
   const bool unmeasured = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return std::isnan(l.value); });
   const bool missed = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return !l.pass; });
-  if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted))
+  if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted) || ended(FlightEnd::incomplete))
     a.verdict = Verdict::incomplete;
   else if (ended(FlightEnd::crashed) || ended(FlightEnd::safe_state))
     a.verdict = Verdict::fail;  // a flight that did not finish is measured, whatever else could not be

@@ -69,6 +69,7 @@ enum class FlightEnd : std::uint8_t {
   crashed,      // ground contact outside landing, or attitude or distance beyond recovery
   safe_state,   // the flight computer disarmed the motors, for the reason in end_detail
   interrupted,  // the user stopped the run
+  incomplete,   // the controller under test ended, hung, or broke its handshake: end_detail says which
 };
 std::string_view flight_end_name(FlightEnd end);
 
@@ -86,6 +87,9 @@ struct FlightResult {
   std::array<double, 2> bus_load_max_percent{kNotMeasured, kNotMeasured};   // worst window (window length: log header)
   std::array<double, 4> rpm_error_rms_rad_s{kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured};  // command - speed
   double limited_share = kNotMeasured;     // share of time in which any limiter acted, 0..1
+  // While flying: angle between the attitude that the controller wants and the true one, and the four commanded speeds.
+  double attitude_error_mean_deg = kNotMeasured, attitude_error_max_deg = kNotMeasured;
+  double command_mean_rad_s = kNotMeasured, command_std_rad_s = kNotMeasured;
   std::map<std::string, double> counters;  // named counts of abnormal events (lost frames, limiter trips, …)
 };
 
@@ -106,6 +110,7 @@ struct TableCell {
   std::string flight;
   Variant variant = Variant::pd_ff;
   Spread error_3d_cm, error_z_cm, estimate_error_3d_cm, estimate_error_z_cm, estimator_error_cm;
+  Spread attitude_error_deg, command_mean_rad_s, command_std_rad_s;
   int flown = 0, completed = 0;
 };
 
@@ -122,7 +127,7 @@ enum class Verdict : std::uint8_t { pass, fail, incomplete };
 std::string_view verdict_name(Verdict v);
 
 struct Assessment {
-  std::vector<TableCell> table;  // flights in scenario order, then variants in enum order; only what was flown
+  std::vector<TableCell> table;  // flights in scenario order, then as variants_of(); only what was flown
   std::vector<LimitResult> limits;
   // incomplete: a planned flight is missing or was interrupted, or a limit's figure was not measured.
   // fail: every flight was flown, and one crashed or missed a limit. Error limits are judged over completed flights alone.
@@ -142,5 +147,7 @@ ErrorAxis table_axis(const Scenario& scenario, const std::string& flight);
 // mean, spread, estimate, reduction against the first variant flown, and the published figure if the scenario has one.
 std::string tracking_table_text(const Scenario& scenario, const Assessment& a, const std::vector<FlightResult>& results);
 std::string limits_text(const Assessment& a);
+// Attitude error and motor commands of every variant, where a controller that is not ours flew; else empty.
+std::string controllers_text(const Assessment& a);
 
 }  // namespace rotorloop::hil

@@ -45,18 +45,28 @@ Json to_json(const FlightResult& f) {
   j["bus_load_max_percent"] = f.bus_load_max_percent;
   j["rpm_error_rms_rad_s"] = f.rpm_error_rms_rad_s;
   j["limited_share"] = f.limited_share;
+  j["attitude_error_mean_deg"] = f.attitude_error_mean_deg;
+  j["attitude_error_max_deg"] = f.attitude_error_max_deg;
+  j["command_mean_rad_s"] = f.command_mean_rad_s;
+  j["command_std_rad_s"] = f.command_std_rad_s;
   j["counters"] = f.counters;
   return j;
+}
+
+// A name that is none of ours is that of somebody's controller.
+Variant variant_of(const Json& j) {
+  const auto name = j.at("variant").get<std::string>();
+  if (const auto v = variant_from_name(name)) return *v;
+  if (!is_variant_name(name)) throw std::runtime_error("\"" + name + "\" is no name of a variant");
+  return Variant::external(name);
 }
 
 FlightResult flight_result(const Json& j) {
   FlightResult f;
   f.flight = j.at("flight");
-  const auto v = variant_from_name(j.at("variant").get<std::string>());
-  if (!v) throw std::runtime_error("unknown variant " + j.at("variant").get<std::string>());
-  f.variant = *v;
+  f.variant = variant_of(j);
   f.seed = j.at("seed");
-  for (const auto e : {FlightEnd::completed, FlightEnd::crashed, FlightEnd::safe_state, FlightEnd::interrupted})
+  for (const auto e : {FlightEnd::completed, FlightEnd::crashed, FlightEnd::safe_state, FlightEnd::interrupted, FlightEnd::incomplete})
     if (flight_end_name(e) == j.at("end").get<std::string>()) f.end = e;
   f.end_detail = j.value("end_detail", "");
   f.duration_s = number(j, "duration_s");
@@ -72,6 +82,10 @@ FlightResult flight_result(const Json& j) {
   numbers(j, "bus_load_max_percent", f.bus_load_max_percent);
   numbers(j, "rpm_error_rms_rad_s", f.rpm_error_rms_rad_s);
   f.limited_share = number(j, "limited_share");
+  f.attitude_error_mean_deg = number(j, "attitude_error_mean_deg");
+  f.attitude_error_max_deg = number(j, "attitude_error_max_deg");
+  f.command_mean_rad_s = number(j, "command_mean_rad_s");
+  f.command_std_rad_s = number(j, "command_std_rad_s");
   if (j.contains("counters"))
     for (const auto& [name, value] : j.at("counters").items()) f.counters[name] = number(value);
   return f;
@@ -151,10 +165,8 @@ RunResult read_result(const std::filesystem::path& run_folder) {
       for (const auto& f : j.at("flights")) r.flights.push_back(flight_result(f));
     if (j.contains("published"))
       for (const auto& p : j.at("published")) {
-        const auto v = variant_from_name(p.at("variant").get<std::string>());
-        if (v)
-          r.published.push_back({p.at("flight"), *v, number(p, "error_cm"),
-                                 p.value("axis", "3d") == "z" ? ErrorAxis::z : ErrorAxis::norm_3d, p.at("source")});
+        r.published.push_back({p.at("flight"), variant_of(p), number(p, "error_cm"),
+                               p.value("axis", "3d") == "z" ? ErrorAxis::z : ErrorAxis::norm_3d, p.at("source")});
       }
     r.log_sha256 = j.at("log_sha256");
     if (j.contains("logs")) r.log_hashes = j.at("logs").get<std::map<std::string, std::string>>();
@@ -181,7 +193,7 @@ std::map<std::string, Figure> figures_of(const Scenario& s, const Assessment& a,
     put("mean_estimator_error_3d", c.estimator_error_cm);
     const auto axis = table_axis(s, c.flight);
     for (const auto from : kAllVariants) {
-      if (from >= c.variant || !find_cell(a, c.flight, from)) continue;
+      if (Variant(from) >= c.variant || !find_cell(a, c.flight, from)) continue;
       const auto less = reduction(flights, c.flight, from, c.variant, axis);
       out[at + "reduction_from_" + std::string(variant_name(from))] = {less.percent, less.std_percent, "%", less.n};
     }

@@ -154,27 +154,36 @@ void RunFolder::write_run_toml(const RunResult& r, const std::string& command_li
   for (const auto seed : s.seeds) seeds += (seeds.empty() ? "" : ",") + std::to_string(seed);
   if (s.seeds.size() == 1) seeds += ',';
   std::string variants;
-  for (const auto v : s.variants) variants += (variants.empty() ? "" : ",") + std::string(variant_name(v));
+  for (const auto& v : s.variants) variants += (variants.empty() ? "" : ",") + std::string(variant_name(v));
   const auto number = [](std::uint64_t v) { return std::to_string(v); };
   std::string t = "# All that is needed to repeat this run; paths are relative to this folder.\nformat = 1\n";
   t += fmt::format("scenario = {}\nscenario_file = {}\n", toml_quoted(r.scenario), toml_quoted(scenario));
   t += fmt::format("seeds = {}\n", toml_list(s.seeds, number));
-  t += fmt::format("variants = {}\n", toml_list(s.variants, [](Variant v) { return toml_quoted(variant_name(v)); }));
+  t += fmt::format("variants = {}\n", toml_list(s.variants, [](const Variant& v) { return toml_quoted(variant_name(v)); }));
   t += fmt::format("flights = {}\n", toml_list(s.flights, [](const FlightPlan& f) { return toml_quoted(f.name); }));
   t += fmt::format("command_line = {}\n", toml_quoted(command_line));
   std::string flights;
   for (const auto& f : s.flights) flights += (flights.empty() ? "" : ",") + f.name;
-  const bool all_flown = s.files.size() <= 4 + s.flights.size();  // scenario, plant, vehicle, gains and one file per flight
+  std::size_t libraries = 0;
+  std::string controllers;
+  for (const auto& c : s.external) {
+    if (c.from_scenario) {
+      libraries += c.library.empty() ? 0u : 1u;
+      continue;
+    }
+    controllers += " --controller " + shell_quoted(argument_text(c, c.library.empty() ? "" : "inputs/" + input_path_of(c.library)));
+  }
+  const bool all_flown = s.files.size() <= 4 + s.flights.size() + libraries;  // scenario, plant, vehicle, gains and one file per flight
   const std::string vehicle = s.vehicle_given.empty() ? "" : " --vehicle inputs/" + input_path_of(s.vehicle_given);
-  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{}{} --name repeat", scenario, seeds,
-                                                            variants, all_flown ? "" : " --flights " + flights, vehicle)));
+  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{}{}{} --name repeat", scenario, seeds,
+                                                            variants, all_flown ? "" : " --flights " + flights, vehicle, controllers)));
   t += fmt::format("\n[rotorloop]\nversion = {}\ngit = {}\n", toml_quoted(r.version), toml_quoted(r.git));
   for (const auto& in : r.inputs)
     t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));
   write_text_file(path_ / "run.toml", t);
 }
 
-fs::path RunFolder::flight_folder(const std::string& flight, Variant variant, std::uint64_t seed) {
+fs::path RunFolder::flight_folder(const std::string& flight, const Variant& variant, std::uint64_t seed) {
   const fs::path path = path_ / flight / variant_name(variant) / std::to_string(seed);
   const std::lock_guard lock(mutex_);
   std::error_code ec;

@@ -79,7 +79,7 @@ class RunFolder {
   std::string input_path_of(const std::filesystem::path& file) const;  // after copy_inputs; throws Error if unknown
 
   // <run>/<flight>/<variant>/<seed>, made on the way. Thread-safe, as is note_log().
-  std::filesystem::path flight_folder(const std::string& flight, Variant variant, std::uint64_t seed);
+  std::filesystem::path flight_folder(const std::string& flight, const Variant& variant, std::uint64_t seed);
   // Enters a closed log into the hash list; `sha256` empty: the file is read and hashed.
   void note_log(const std::filesystem::path& log, std::string sha256 = {});
   std::map<std::string, std::string> log_hashes() const;

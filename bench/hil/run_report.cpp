@@ -26,7 +26,13 @@ constexpr double kBitRate_Hz = 1e6;      // both buses (wire specification)
 constexpr double kLoadWindow_s = 0.010;  // as the virtual bus measures it
 constexpr std::array kAxisNames{"x", "y", "z"};
 
-int colour_of(Variant v) { return static_cast<int>(v); }
+// Ours keep their colours in every report; the others follow, by the order of the table.
+int colour_of(const Variant& v, const std::vector<Variant>& flown) {
+  if (!v.is_external()) return static_cast<int>(v.own());
+  const auto at = std::find(flown.begin(), flown.end(), v) - flown.begin();
+  const auto ours = std::count_if(flown.begin(), flown.end(), [](const Variant& o) { return !o.is_external(); });
+  return static_cast<int>(kAllVariants.size()) + static_cast<int>(at - ours);
+}
 
 std::string joined(std::string_view a, std::string_view b) { return std::string(a) + std::string(b); }
 
@@ -104,10 +110,10 @@ std::vector<render::TimelineRow> limiter_rows(const FlightLogs& logs) {
   return rows;
 }
 
-ReportTrace trace_of(const FlightLogs& logs, const FlightResult& r) {
+ReportTrace trace_of(const FlightLogs& logs, const FlightResult& r, int colour) {
   ReportTrace out;
   out.variant = variant_label(r.variant);
-  out.colour = colour_of(r.variant);
+  out.colour = colour;
   out.seed = std::to_string(r.seed);
   out.t_s = logs.flight.column("t[s]");
   std::array<const std::vector<double>*, 3> truth{}, est{}, sp{};
@@ -257,18 +263,21 @@ ReportFlight flight_of(const fs::path& folder, const Scenario& s, const RunResul
     return kRpm_per_rad_s * std::sqrt(sum / 4);
   });
   fact("time with a limiter acting", "%", 1, [](const auto& f) { return 100 * f.limited_share; });
+  fact("attitude error, mean", "deg", 2, [](const auto& f) { return f.attitude_error_mean_deg; });
+  fact("motor command, mean", "RPM", 0, [](const auto& f) { return kRpm_per_rad_s * f.command_mean_rad_s; });
   fact("mean load, ESC bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[0]; });
   fact("peak load, ESC bus (10 ms window)", "%", 1, [](const auto& f) { return f.bus_load_max_percent[0]; });
   fact("mean load, state bus", "%", 1, [](const auto& f) { return f.bus_load_mean_percent[1]; });
 
-  for (const auto v : kAllVariants) {
+  const auto flown = variants_of(r.flights);
+  for (const Variant& v : flown) {
     const auto it = std::find_if(r.flights.begin(), r.flights.end(), [&](const auto& f) { return f.flight == name && f.variant == v; });
     if (it == r.flights.end()) continue;
     const fs::path at = folder / name / variant_name(v) / std::to_string(it->seed);
     std::error_code ec;
     if (!fs::is_regular_file(at / "flight.csv", ec) || !fs::is_regular_file(at / "truth.csv", ec)) continue;
     const auto logs = read_logs(at);
-    out.traces.push_back(trace_of(logs, *it));
+    out.traces.push_back(trace_of(logs, *it, colour_of(v, flown)));
     out.setpoint_t_s = out.traces.back().t_s;
     for (std::size_t a = 0; a < 3; ++a) out.setpoint_m[a] = logs.flight.column(fmt::format("sp_p_{}[m]", kAxisNames[a]));
     out.first_motion_s = it->tracking.first_motion_s;
@@ -291,7 +300,7 @@ std::vector<ReportTableRow> table_of(const Scenario& s, const Assessment& a, con
     row.flight = c.flight;
     row.axis = z ? "|z|" : "3-D";
     row.variant = variant_label(c.variant);
-    row.colour = colour_of(c.variant);
+    row.colour = colour_of(c.variant, variants_of(flights));
     row.mean = e.mean;
     row.std = e.std;
     row.min = e.min;

@@ -16,7 +16,7 @@ namespace {
 std::vector<FlightRequest> plan(const Scenario& scenario) {
   std::vector<FlightRequest> flights;
   for (std::size_t f = 0; f < scenario.flights.size(); ++f)
-    for (const Variant v : scenario.variants)
+    for (const Variant& v : scenario.variants)
       for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed, .folder = {}});
   return flights;
 }
@@ -27,7 +27,7 @@ std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs,
     out.push_back({scenario.vehicle.generic_string(), "effect " + id + " is no load that a controller could counter: not used"});
   for (const std::string& text : ablation_texts(scenario.ablation)) out.push_back({"ablation", text});
   for (const FlightResult& f : flights) {
-    const std::string where = f.flight + "/" + std::string(variant_name(f.variant)) + "/" + std::to_string(f.seed);
+    const std::string where = f.flight + "/" + variant_name(f.variant) + "/" + std::to_string(f.seed);
     if (f.end != FlightEnd::completed) out.push_back({where, std::string(flight_end_name(f.end)) + ": " + f.end_detail});
     for (const char* name : {"rotor.not_converged", "control.bad_input", "control.effects_not_finite", "control.effects_bounded", "sensor.frames_refused", "estimator.resets"}) {
       const auto found = f.counters.find(name);

@@ -17,10 +17,17 @@ constexpr double kLongestFlight_s = 3600.0;
 constexpr std::size_t kMostFlights = 100, kMostFaults = 100, kMostLimits = 1000, kMostSeeds = 10'000;
 constexpr std::int64_t kLargestSeed = 4'294'967'295;  // 32 bits: a seed is a name that people type, not a key
 
-std::vector<std::string> variant_names() {
+std::vector<std::string> variant_names(const std::vector<ExternalController>& external) {
   std::vector<std::string> names;
   for (const auto v : kAllVariants) names.emplace_back(variant_name(v));
+  for (const auto& c : external) names.push_back(c.name);
   return names;
+}
+
+std::optional<Variant> named_variant(std::string_view name, const std::vector<ExternalController>& external) {
+  for (const auto& c : external)
+    if (c.name == name) return Variant::external(c.name);
+  return variant_from_name(name);
 }
 
 std::vector<std::string> flight_names(const Scenario& s) {
@@ -38,15 +45,16 @@ std::string given_flight(const TomlTable& t, std::string_view key, const Scenari
   return name;
 }
 
-Variant known_variant(const TomlTable& t, std::string_view key, const std::string& name) {
-  if (const auto v = variant_from_name(name)) return *v;
+Variant known_variant(const TomlTable& t, std::string_view key, const std::string& name, const Scenario& s) {
+  if (const auto v = named_variant(name, s.external)) return *v;
+  const auto names = variant_names(s.external);
   t.fail(key, fmt::format("{} has \"{}\", which is not a controller variant", key, name), "",
-         fmt::format("{}use one of: {}", did_you_mean(name, variant_names()), fmt::join(variant_names(), ", ")));
+         fmt::format("{}use one of: {}", did_you_mean(name, names), fmt::join(names, ", ")));
 }
 
 // A variant that this scenario flies.
 Variant flown_variant(const TomlTable& t, std::string_view key, const Scenario& s) {
-  const auto v = known_variant(t, key, t.text(key));
+  const auto v = known_variant(t, key, t.text(key), s);
   if (std::find(s.variants.begin(), s.variants.end(), v) == s.variants.end())
     t.fail(key, fmt::format("{} = \"{}\" is not flown by this scenario", key, variant_name(v)), "",
            "add it to variants, or remove the line that needs it");
@@ -77,7 +85,7 @@ void read_variants(const TomlTable& root, Scenario& s) {
   const auto names = root.texts("variants");
   refuse_empty(root, "variants", names.empty(), "[\"pd_ff\"]");
   for (const auto& name : names) {
-    const auto v = known_variant(root, "variants", name);
+    const auto v = known_variant(root, "variants", name, s);
     if (std::find(s.variants.begin(), s.variants.end(), v) != s.variants.end())
       root.fail("variants", fmt::format("variants has \"{}\" twice", name), "", "give each variant once");
     s.variants.push_back(v);
@@ -88,10 +96,7 @@ void read_flights(const TomlTable& root, Scenario& s) {
   for (const auto& t : root.tables("flight", 1, kMostFlights)) {
     FlightPlan f;
     f.name = t.text("name");
-    const auto good = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-    };
-    if (f.name.empty() || f.name.size() > 64 || !std::all_of(f.name.begin(), f.name.end(), good))
+    if (!is_variant_name(f.name))  // the same rule: both name folders
       t.fail("name", fmt::format("flight.name = \"{}\" cannot name a folder", f.name), "", "use 1 to 64 letters, digits, '_' and '-'");
     for (const auto& other : s.flights)
       if (other.name == f.name)
@@ -222,7 +227,7 @@ void read_published(const TomlTable& root, Scenario& s) {
   for (const auto& t : root.tables("published", 0, kMostLimits)) {
     PublishedError p;
     p.flight = given_flight(t, "flight", s);
-    p.variant = known_variant(t, "variant", t.text("variant"));
+    p.variant = known_variant(t, "variant", t.text("variant"), s);
     p.error_cm = t.number("error_cm", {1e-3, 1e4, "cm"});
     p.axis = axis(t);
     p.source = t.text("source");
@@ -250,25 +255,6 @@ void read_ablation(const TomlTable& root, Scenario& s) {
 
 }  // namespace
 
-std::string_view variant_name(Variant v) { return host::name(v); }
-std::string_view variant_label(Variant v) {
-  switch (v) {
-    case Variant::pd_ff:
-      return "PD FF";
-    case Variant::pd_ff_drag:
-      return "PD FF + DRG";
-    case Variant::pd_ff_no_effects:
-      return "PD FF + THR + DRG, effects off";
-    case Variant::pd_ff_thrust_drag:
-      return "PD FF + THR + DRG";
-  }
-  return "?";
-}
-std::optional<Variant> variant_from_name(std::string_view name) {
-  for (const auto v : kAllVariants)
-    if (variant_name(v) == name) return v;
-  return std::nullopt;
-}
 std::string_view esc_kind_name(EscKind kind) { return kind == EscKind::native ? "native" : "lag"; }
 std::string_view fault_kind_name(FaultKind kind) {
   switch (kind) {
@@ -310,6 +296,7 @@ Scenario read_scenario(const std::filesystem::path& path) {
   s.plant = root.file("plant");
   s.vehicle = root.file("vehicle");
   s.gains = root.table("controller").file("gains");
+  s.external = read_external_controllers(root);
   read_seeds(root, s);
   read_variants(root, s);
   read_flights(root, s);
@@ -329,6 +316,8 @@ Scenario read_scenario(const std::filesystem::path& path) {
   file.refuse_unknown_keys();
   s.files = {s.path, s.plant, s.vehicle, s.gains};
   for (const auto& f : s.flights) s.files.push_back(f.trajectory);
+  for (const auto& c : s.external)
+    if (!c.library.empty()) s.files.push_back(c.library);
   return s;
 }
 
@@ -370,15 +359,16 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text) {
   }
 }
 
-std::vector<Variant> parse_variants(std::string_view text) {
+std::vector<Variant> parse_variants(std::string_view text, const std::vector<ExternalController>& external) {
   std::vector<Variant> out;
   while (true) {
     const auto comma = text.find(',');
     const auto part = text.substr(0, comma);
-    const auto v = variant_from_name(part);
+    const auto v = named_variant(part, external);
+    const auto names = variant_names(external);
     if (!v)
       throw Error({"--variants", fmt::format("\"{}\" is not a controller variant", part), "",
-                   fmt::format("{}use one or more of: {}", did_you_mean(part, variant_names()), fmt::join(variant_names(), ", "))});
+                   fmt::format("{}use one or more of: {}", did_you_mean(part, names), fmt::join(names, ", "))});
     if (std::find(out.begin(), out.end(), *v) != out.end())
       throw Error({"--variants", fmt::format("\"{}\" is given twice", part), "", "give each variant once"});
     out.push_back(*v);

@@ -9,17 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "host/control/controller.hpp"
+#include "bench/hil/controller/external.hpp"
+#include "bench/hil/variant.hpp"
 
 namespace rotorloop::hil {
-
-// The controller variants of the paper: PD + feed-forward, then drag compensation, then the refined thrust model (with the
-// vehicle file's [[effect]]s if it has any; pd_ff_no_effects leaves them out). In the order in which each adds to the one before.
-using host::Variant;
-inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_no_effects, Variant::pd_ff_thrust_drag};
-std::string_view variant_name(Variant v);   // as written in files: "pd_ff_drag"
-std::string_view variant_label(Variant v);  // as in the paper: "PD FF + DRG"
-std::optional<Variant> variant_from_name(std::string_view name);
 
 struct FlightPlan {
   std::string name;                  // [A-Za-z0-9_-]+, unique: it names a folder
@@ -121,6 +114,7 @@ struct Scenario {
   std::vector<std::filesystem::path> files;     // every file it names, itself first; also those of flights left out later
   std::vector<std::uint64_t> seeds;             // >= 1, unique, in file order
   std::vector<Variant> variants;                // >= 1, unique
+  std::vector<ExternalController> external;     // unique names; those of `variants` that are not ours are all here
   std::vector<FlightPlan> flights;              // >= 1
   BusChoice bus;
   EscChoice esc;
@@ -137,7 +131,7 @@ Scenario read_scenario(const std::filesystem::path& path);
 // "1..10", "3", "1,4,7..9" -> seeds in that order; a bare count N given as "N" means exactly seed list 1..N.
 // Throws Error naming the argument. (What the option --seeds accepts.)
 std::vector<std::uint64_t> parse_seeds(std::string_view text);
-// "pd_ff,pd_ff_drag" -> variants; throws Error that lists the known names.
-std::vector<Variant> parse_variants(std::string_view text);
+// "pd_ff,pd_ff_drag" -> variants, ours and `external` ones; throws Error that lists the known names.
+std::vector<Variant> parse_variants(std::string_view text, const std::vector<ExternalController>& external = {});
 
 }  // namespace rotorloop::hil

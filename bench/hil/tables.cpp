@@ -1,6 +1,7 @@
 // The tables of a run as fixed-width text, for terminals and logs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bench/hil/metrics.hpp"
@@ -86,6 +87,19 @@ std::string tracking_table_text(const Scenario& s, const Assessment& a, const st
                                  : fmt::format("{:.1f} %", less.percent),
                     cm((z ? c.estimate_error_z_cm : c.estimate_error_3d_cm).mean),
                     fmt::format("{} {}", z ? "3-D" : "|z|", cm((z ? c.error_3d_cm : c.error_z_cm).mean)), p ? cm(p->error_cm) : ""});
+  }
+  return aligned(rows, 2);
+}
+
+std::string controllers_text(const Assessment& a) {
+  if (std::none_of(a.table.begin(), a.table.end(), [](const TableCell& c) { return c.variant.is_external(); })) return "";
+  std::vector<Row> rows{{"controllers", "variant", "attitude error, deg", "mean motor command, rad/s", "its std over time, rad/s"}};
+  std::string previous;
+  for (const auto& c : a.table) {
+    const auto figure = [](const Spread& s) { return s.n > 1 ? spread_text(s.mean, s.std, cm) : cm(s.mean); };
+    rows.push_back({c.flight != previous ? c.flight : "", variant_label(c.variant), figure(c.attitude_error_deg), figure(c.command_mean_rad_s),
+                    figure(c.command_std_rad_s)});
+    previous = c.flight;
   }
   return aligned(rows, 2);
 }

@@ -142,15 +142,62 @@ Eigen::Vector3d Controller::wanted_thrust_W_N(const StateEstimate& estimate, con
   return thrust;
 }
 
+void Controller::begin(ControllerState& state) const {
+  ++state.counters.steps;
+  if (!state.started) state.omega_rad_s.fill(std::clamp(mixer_.hover_omega_rad_s(), config_.omega_min_rad_s, config_.omega_max_rad_s));
+}
+
+void Controller::repeat_last(ControllerState& state, Command& out) const {
+  ++state.counters.bad_input;
+  out.diagnostics.bad_input = true;
+  out.omega_rad_s = state.omega_rad_s;
+}
+
+void Controller::shape_torque(ControllerState& state, const Eigen::Matrix3d& R_WB, const Eigen::Vector3d& w_B_rad_s,
+                              const AttitudeSetpoint& attitude, Diagnostics& d) const {
+  d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(wanted_acceleration(config_.gains, attitude_error(R_WB, w_B_rad_s, attitude)));
+  // A change of speed gives its reaction J dω/dt at once, far more than the drag it leads to: soften the demand.
+  state.yaw_torque_N_m += config_.period_s / (yaw_shaping_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
+}
+
+Command Controller::follow(ControllerState& state, const StateEstimate& estimate, const AttitudeDemand& wanted) const {
+  Command out;
+  Diagnostics& d = out.diagnostics;
+  begin(state);
+  const double q2 = wanted.q_WB.squaredNorm();
+  const bool good = std::isfinite(q2) && q2 > 0.5 && q2 < 2.0 && wanted.w_B_rad_s.allFinite() && std::isfinite(wanted.thrust_B_N);
+  if (!good || !finite(estimate) || !sane(estimate, Setpoint{})) {
+    repeat_last(state, out);
+    return out;
+  }
+  StateEstimate used = estimate;
+  used.q_WB.normalize();
+  const Eigen::Matrix3d R_WB = used.q_WB.toRotationMatrix();
+  d.q_WB_sp = wanted.q_WB.normalized();
+  d.w_B_sp_rad_s = wanted.w_B_rad_s;
+  const AttitudeSetpoint attitude{.R_WB = d.q_WB_sp.toRotationMatrix(), .w_B_rad_s = wanted.w_B_rad_s};
+  shape_torque(state, R_WB, used.w_B_rad_s, attitude, d);
+  d.thrust_B_N = std::clamp(wanted.thrust_B_N, 0.0, config_.limits.total_max_weight * vehicle_.weight_N());
+  d.limiters.thrust = d.thrust_B_N != wanted.thrust_B_N;
+  d.thrust_W_N = attitude.R_WB.col(2) * d.thrust_B_N;
+  const Eigen::Vector3d v_W_m_s = estimate.valid ? used.v_W_m_s : Eigen::Vector3d::Zero();
+  const MixerResult mixed = mixer_.solve({.thrust_N = d.thrust_B_N,
+                                          .torque_B_N_m = {d.torque_B_N_m.x(), d.torque_B_N_m.y(), state.yaw_torque_N_m},
+                                          .v_B_m_s = R_WB.transpose() * v_W_m_s,
+                                          .w_B_rad_s = used.w_B_rad_s},
+                                         state.omega_rad_s);
+  note(mixed, d, state.counters);
+  out.omega_rad_s = state.omega_rad_s = mixed.omega_rad_s;
+  state.started = true;
+  return out;
+}
+
 Command Controller::step(ControllerState& state, const StateEstimate& estimate, const Setpoint& wanted) const {
   Command out;
   Diagnostics& d = out.diagnostics;
-  ++state.counters.steps;
-  if (!state.started) state.omega_rad_s.fill(std::clamp(mixer_.hover_omega_rad_s(), config_.omega_min_rad_s, config_.omega_max_rad_s));
+  begin(state);
   if (!finite(estimate) || !finite(wanted) || !sane(estimate, wanted)) {
-    ++state.counters.bad_input;
-    d.bad_input = true;
-    out.omega_rad_s = state.omega_rad_s;
+    repeat_last(state, out);
     return out;
   }
 
@@ -180,9 +227,7 @@ Command Controller::step(ControllerState& state, const StateEstimate& estimate, 
   d.q_WB_sp = Eigen::Quaterniond(attitude.R_WB);
   d.w_B_sp_rad_s = attitude.w_B_rad_s;
 
-  d.torque_B_N_m = -vehicle_.inertia_kg_m2.cwiseProduct(wanted_acceleration(config_.gains, attitude_error(R_WB, used.w_B_rad_s, attitude)));
-  // A change of speed gives its reaction J dω/dt at once, far more than the drag it leads to: soften the demand.
-  state.yaw_torque_N_m += config_.period_s / (yaw_shaping_s_ + config_.period_s) * (d.torque_B_N_m.z() - state.yaw_torque_N_m);
+  shape_torque(state, R_WB, used.w_B_rad_s, attitude, d);
   // The part of the wanted thrust along the present axis: while the attitude catches up the rest would push sideways.
   d.thrust_B_N = std::max(0.0, d.thrust_W_N.dot(R_WB.col(2)));
   const MixerDemand demand{.thrust_N = d.thrust_B_N,

@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "host/control/attitude.hpp"
@@ -95,9 +96,25 @@ struct Diagnostics {
   bool estimate_invalid = false;  // position feedback was off: level attitude, weight as thrust
 };
 
+// What became of the question to the controller in this step.
+enum class Answer : std::uint8_t {
+  usable,
+  refused,  // not usable: the last good command is repeated
+  held,     // not asked in this step: the last answer holds
+};
+
 struct Command {
   std::array<double, kRotors> omega_rad_s{};
   Diagnostics diagnostics;
+  Answer answer = Answer::usable;
+  std::optional<StateEstimate> estimate;  // the controller's own, when it does not use the flight computer's
+};
+
+// What an attitude-level controller asks of the loops below it.
+struct AttitudeDemand {
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();  // in the axes of q_WB
+  double thrust_B_N = 0.0;                              // all rotors, along +z of B
 };
 
 struct ControllerCounters {
@@ -125,12 +142,20 @@ class Controller {
   // One control period: rotor speeds (rad/s, rotors 1 to 4) for the set-point and estimate of one instant, both in W, z up. To be called
   // every period_s; never throws or allocates, and answers input that is not finite with the last good command.
   Command step(ControllerState& state, const StateEstimate& estimate, const Setpoint& setpoint) const;
+  // The lower half alone, for an attitude from elsewhere: attitude loop and mixer; the vehicle's added terms are not used. Input that is
+  // not finite is answered as by step().
+  Command follow(ControllerState& state, const StateEstimate& estimate, const AttitudeDemand& demand) const;
   const ControllerConfig& config() const { return config_; }
   double hover_omega_rad_s() const { return mixer_.hover_omega_rad_s(); }
 
  private:
   Eigen::Vector3d wanted_thrust_W_N(const StateEstimate& estimate, const Setpoint& setpoint, const Eigen::Vector3d& effect_force_B_N,
                                     Limiters& limiters) const;
+  void begin(ControllerState& state) const;
+  // The last good command, or hover speeds when there is none.
+  void repeat_last(ControllerState& state, Command& out) const;
+  void shape_torque(ControllerState& state, const Eigen::Matrix3d& R_WB, const Eigen::Vector3d& w_B_rad_s, const AttitudeSetpoint& attitude,
+                    Diagnostics& d) const;
 
   VehicleModel vehicle_;
   ControllerConfig config_;

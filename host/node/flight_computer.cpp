@@ -10,6 +10,9 @@ namespace state = protocols::state;
 
 constexpr std::uint64_t kStepsPerReport = 10;  // set-point and status at 100 Hz
 constexpr std::int64_t kSettled_us = 100'000;  // idle speed held this long counts as ready
+// One unusable answer of a controller may be a glitch; after this many the rotors have followed an old command for too long: 3 ms, in
+// which an uncontrolled attitude at 20 rad/s² turns by less than a tenth of a degree.
+constexpr int kMostRefused = 3;
 constexpr double kIdleTolerance = 0.10;
 constexpr double kIdleSmoothing = 0.05;  // per control step: over 20 ms, so that noise of single reports does not keep the vehicle down
 
@@ -18,14 +21,14 @@ std::array<double, 3> array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.
 
 }  // namespace
 
-FlightComputer::FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, const Trajectory& trajectory,
-                               CanBus& state_port, CanBus& esc_port)
+FlightComputer::FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, FlightController& controller,
+                               const Trajectory& trajectory, CanBus& state_port, CanBus& esc_port)
     : config_(config),
       trajectory_(trajectory),
       state_port_(state_port),
       esc_port_(esc_port),
       estimator_(config.estimator, vehicle),
-      controller_(vehicle, config.controller),
+      controller_(controller),
       escs_(config.escs, esc_port) {
   // The bench starts airframe and computer together: both clocks begin at 0.
   receiver_.anchor(0, 0);
@@ -72,7 +75,47 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   record_.estimate = estimator_.on_imu(imu);
   const std::int64_t flown_us = imu.time_us - config_.start_us;
   record_.setpoint = trajectory_.at(static_cast<double>(flown_us) * 1e-6);
+  advance_phase(flown_us, now_us);
+  ask_controller(now_us);
 
+  wanted_rad_s_.fill(0.0);
+  if (phase_ == FlightPhase::spin_up) wanted_rad_s_.fill(config_.idle_rad_s);
+  if (phase_ == FlightPhase::flying) wanted_rad_s_ = record_.command.omega_rad_s;
+
+  const std::uint64_t divider = 1000u / config_.setpoint_Hz;
+  if ((phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying) && steps_ % divider == 0) escs_.command(wanted_rad_s_, now_us);
+  record_.phase = phase_;
+  record_.commanded_rad_s = wanted_rad_s_;
+  record_.bus_A = 0.0;
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const EscState& e = escs_.esc(i);
+    record_.omega_rad_s[i] = e.speed_rad_s;
+    record_.current_A[i] = e.current_A;
+    record_.bus_A += e.bus_A;
+    record_.bus_V = e.bus_V;
+  }
+  if (steps_ % kStepsPerReport == 0) report(imu.time_us, now_us);
+  ++steps_;
+  record_ready_ = true;
+}
+
+void FlightComputer::ask_controller(std::int64_t now_us) {
+  ControlInput input{.time_us = record_.time_us,
+                     .phase = phase_,
+                     .imu = record_.imu,
+                     .pose = record_.pose_new ? &newest_pose_ : nullptr,
+                     .estimate = record_.estimate,
+                     .setpoint = record_.setpoint,
+                     .bus_V = escs_.esc(kRotors - 1).bus_V};
+  for (std::size_t i = 0; i < kRotors; ++i) input.omega_rad_s[i] = escs_.esc(i).speed_rad_s;
+  record_.command = controller_.step(input);
+  if (record_.command.estimate) record_.estimate = *record_.command.estimate;
+  if (record_.command.answer == Answer::usable) refused_in_a_row_ = 0;
+  if (record_.command.answer == Answer::refused) ++refused_in_a_row_;
+  if (refused_in_a_row_ >= kMostRefused && phase_ != FlightPhase::safe) go_safe(SafeReason::controller, -1, now_us);
+}
+
+void FlightComputer::advance_phase(std::int64_t flown_us, std::int64_t now_us) {
   if (phase_ == FlightPhase::boot && record_.estimate.valid && escs_.all_operational()) phase_ = FlightPhase::spin_up;
   if (phase_ == FlightPhase::spin_up) {
     for (std::size_t i = 0; i < kRotors; ++i) {
@@ -98,27 +141,6 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   } else if (phase_ == FlightPhase::boot && flown_us >= -config_.take_over_us) {
     go_safe(SafeReason::not_ready, escs_.first_missing(), now_us);
   }
-
-  wanted_rad_s_.fill(0.0);
-  if (phase_ == FlightPhase::spin_up) wanted_rad_s_.fill(config_.idle_rad_s);
-  record_.command = controller_.step(controller_state_, record_.estimate, record_.setpoint);
-  if (phase_ == FlightPhase::flying) wanted_rad_s_ = record_.command.omega_rad_s;
-
-  const std::uint64_t divider = 1000u / config_.setpoint_Hz;
-  if ((phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying) && steps_ % divider == 0) escs_.command(wanted_rad_s_, now_us);
-  record_.phase = phase_;
-  record_.commanded_rad_s = wanted_rad_s_;
-  record_.bus_A = 0.0;
-  for (std::size_t i = 0; i < kRotors; ++i) {
-    const EscState& e = escs_.esc(i);
-    record_.omega_rad_s[i] = e.speed_rad_s;
-    record_.current_A[i] = e.current_A;
-    record_.bus_A += e.bus_A;
-    record_.bus_V = e.bus_V;
-  }
-  if (steps_ % kStepsPerReport == 0) report(imu.time_us, now_us);
-  ++steps_;
-  record_ready_ = true;
 }
 
 bool FlightComputer::all_at(double omega_rad_s, double tolerance) const {
@@ -209,7 +231,7 @@ void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
   s.imu_fresh = now_us - last_imu_us_ <= config_.imu_timeout_us;
   s.limiters = static_cast<std::uint16_t>((l.thrust ? state::kLimitThrust : 0) | (l.tilt ? state::kLimitTilt : 0) |
                                           (l.yaw ? state::kLimitYaw : 0) | (l.roll_pitch ? state::kLimitMotorMax : 0));
-  s.motor_limited_count = static_cast<std::uint16_t>(controller_state_.counters.limited);
+  s.motor_limited_count = static_cast<std::uint16_t>(controller_.counters().limited);
   for (const CanFrame& f : state::encode(s, report_sequence_)) state_port_.send(f);
   ++report_sequence_;
 }
@@ -252,6 +274,9 @@ std::string describe(const SafeState& safe) {
       break;
     case SafeReason::bus_off:
       what = "bus off";
+      break;
+    case SafeReason::controller:
+      what = "controller: no usable command three times in a row";
       break;
     case SafeReason::state_version:
       what = "state channel: the airframe has version " + std::to_string(safe.fault_code) + ", this computer version " +

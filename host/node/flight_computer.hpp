@@ -12,7 +12,7 @@
 #include <string>
 
 #include "host/bus/can_bus.hpp"
-#include "host/control/controller.hpp"
+#include "host/control/flight_controller.hpp"
 #include "host/control/trajectory.hpp"
 #include "host/estimate/estimator.hpp"
 #include "host/node/esc_link.hpp"
@@ -20,12 +20,11 @@
 
 namespace rotorloop::host {
 
-enum class FlightPhase : std::uint8_t { boot, spin_up, flying, safe };
-enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc_silent, esc_bus_silent, esc_fault, esc_not_following, bus_off, state_version };
+using FlightPhase = ControlPhase;
+enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc_silent, esc_bus_silent, esc_fault, esc_not_following, bus_off, state_version, controller };
 
 struct FlightComputerConfig {
   EstimatorConfig estimator;
-  ControllerConfig controller;
   EscLinkConfig escs;
   std::uint16_t setpoint_Hz = 1000;     // fast channel; divides 1000
   std::int64_t start_us = 2'000'000;    // airframe time at which the trajectory begins
@@ -64,8 +63,9 @@ std::string describe(const SafeState& safe);
 
 class FlightComputer {
  public:
-  FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, const Trajectory& trajectory, CanBus& state_port,
-                 CanBus& esc_port);
+  // `controller` and `trajectory` outlive it.
+  FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, FlightController& controller, const Trajectory& trajectory,
+                 CanBus& state_port, CanBus& esc_port);
 
   // Takes what arrived, steps control for a complete IMU sample, sends what is due. Call whenever frames may have arrived.
   void poll(std::int64_t now_us);
@@ -76,11 +76,13 @@ class FlightComputer {
   const FlightRecord* take_record();
   const Estimator& estimator() const { return estimator_; }
   const EscLink& escs() const { return escs_; }
-  const ControllerState& controller_state() const { return controller_state_; }
+  const FlightController& controller() const { return controller_; }
 
  private:
   void hear_state_bus(std::int64_t now_us);
   void control_step(const ImuSample& imu, std::int64_t now_us);
+  void advance_phase(std::int64_t flown_us, std::int64_t now_us);
+  void ask_controller(std::int64_t now_us);
   void watch(std::int64_t now_us);
   void go_safe(SafeReason reason, int esc, std::int64_t now_us);
   void report(std::int64_t imu_time_us, std::int64_t now_us);
@@ -93,8 +95,7 @@ class FlightComputer {
   CanBus& state_port_;
   CanBus& esc_port_;
   Estimator estimator_;
-  Controller controller_;
-  ControllerState controller_state_;
+  FlightController& controller_;
   protocols::state::StateReceiver receiver_;
   EscLink escs_;
   FlightPhase phase_ = FlightPhase::boot;
@@ -110,6 +111,7 @@ class FlightComputer {
   std::array<std::int64_t, kRotors> speed_known_us_{};  // time of the last report with a speed
   std::array<double, kRotors> idle_speed_rad_s_{};  // reported speeds, smoothed: readiness is a matter of the mean
   std::uint64_t steps_ = 0;
+  int refused_in_a_row_ = 0;  // answers of the controller
   std::uint8_t report_sequence_ = 0;
 };
 

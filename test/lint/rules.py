@@ -58,6 +58,7 @@ ARROWS = {
     "bench/virtual_stand": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/modbus", "bench/stand_run"],
     "bench/close": WITH_WORLD + ["bench/log", "bench/render", "bench/hil"],
     "cli": ["bench", "sim", "host", "firmware", "protocols"],
+    "docs/examples/own_controller": ["host/control/controller_abi.h"],  # what a user writes: the C header alone
     "test": ["test", "cli", "bench", "sim", "host", "firmware", "protocols"],
 }
 

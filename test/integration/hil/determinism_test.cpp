@@ -1,44 +1,12 @@
 // The promise of bit-identical reruns, held against the built command: what the machine does besides, how many flights run at a
 // time and where the command is started must not show in a single byte of a log.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <vector>
-
+#include "test/integration/hil/busy_neighbours.hpp"
 #include "test/integration/hil/cli_run.hpp"
 
 namespace rotorloop::test {
 namespace {
-
-// Processes that keep every core busy while they live.
-class BusyNeighbours {
- public:
-  explicit BusyNeighbours(int count) {
-    for (int i = 0; i < count; ++i) {
-      const pid_t child = fork();
-      if (child == 0) {
-        alarm(60);  // should the test die first
-        volatile unsigned n = 0;
-        for (;;) (void)n;
-      }
-      if (child > 0) children_.push_back(child);
-    }
-  }
-  ~BusyNeighbours() {
-    for (const pid_t child : children_) {
-      kill(child, SIGKILL);
-      waitpid(child, nullptr, 0);
-    }
-  }
-  BusyNeighbours(const BusyNeighbours&) = delete;
-  BusyNeighbours& operator=(const BusyNeighbours&) = delete;
-  std::size_t count() const { return children_.size(); }
-
- private:
-  std::vector<pid_t> children_;
-};
 
 class Determinism : public testing::Test {
  protected:

@@ -74,8 +74,9 @@ Recording replay(const Recording& recorded, std::uint64_t seed) {
     player[b] = &bus[b].attach({.name = "player"});
     bus[b].set_tap(recorder(r, b));
   }
-  host::FlightComputer computer(shipped_vehicle().model, short_flight_config(seed).computer, short_trajectory(), *computer_port[kState],
-                                *computer_port[kEsc]);
+  const auto controller = shipped_controller();
+  host::FlightComputer computer(shipped_vehicle().model, short_flight_config(seed).computer, *controller, short_trajectory(),
+                                *computer_port[kState], *computer_port[kEsc]);
   std::array<std::size_t, 2> next{};
   for (const std::int64_t now_ns : recorded.tick_ns) {
     for (const std::size_t b : {kState, kEsc}) {

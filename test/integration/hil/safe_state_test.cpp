@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <ostream>
 #include <string>
+#include <utility>
 
 #include "bench/hil/flight.hpp"
 #include "test/integration/hil/cli_run.hpp"
@@ -42,7 +44,8 @@ Flown flown(const std::string& faults, bool unprotected = false) {
   const hil::FlightRequest request{.flight = 0, .variant = host::Variant::pd_ff_thrust_drag, .seed = 1, .folder = {}};
   hil::LoopConfig config = hil::loop_config(scenario, inputs, request);
   if (unprotected) config.computer.imu_timeout_us = config.computer.esc_timeout_us = config.computer.not_following_us = 1'000'000'000;
-  hil::Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], config);
+  auto controller = std::make_unique<host::CascadeController>(inputs.vehicle, host::controller_config(inputs.gains, host::Variant::pd_ff_thrust_drag));
+  hil::Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], std::move(controller), config);
   Flown f;
   double end_s = hil::flight_duration_s(config, inputs.trajectories[0]);
   bool safe_seen = false;

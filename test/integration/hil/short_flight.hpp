@@ -37,13 +37,17 @@ inline constexpr double kShortFlightEnd_s = 2.0 + 3.0;
 inline hil::LoopConfig short_flight_config(std::uint64_t seed) {
   hil::LoopConfig config;
   config.seed = seed;
-  config.computer.controller = host::controller_config(shipped_vehicle().gains, host::Variant::pd_ff_thrust_drag);
   return config;
+}
+
+inline std::unique_ptr<host::FlightController> shipped_controller() {
+  const ShippedVehicle& v = shipped_vehicle();
+  return std::make_unique<host::CascadeController>(v.model, host::controller_config(v.gains, host::Variant::pd_ff_thrust_drag));
 }
 
 inline std::unique_ptr<hil::Loop> short_flight(const hil::LoopConfig& config) {
   const ShippedVehicle& v = shipped_vehicle();
-  return std::make_unique<hil::Loop>(v.plant, sim::pointers(v.rotors), v.model, short_trajectory(), config);
+  return std::make_unique<hil::Loop>(v.plant, sim::pointers(v.rotors), v.model, short_trajectory(), shipped_controller(), config);
 }
 
 inline void fly_until(hil::Loop& loop, double time_s) {

@@ -67,7 +67,7 @@ struct SyntheticRun {
     r.inputs = run.copy_inputs({s.path, s.plant, s.vehicle, s.gains, s.flights[0].trajectory, s.flights[1].trajectory});
     run.write_run_toml(r, "rotorloop hil scenario.toml", s);
     for (std::size_t f = 0; f < s.flights.size(); ++f)
-      for (const auto v : s.variants)
+      for (const auto& v : s.variants)
         for (const auto seed : s.seeds) r.flights.push_back(fly(run, f == 1, s.flights[f].name, v, seed, seed == s.seeds.front()));
     const auto a = assess(s, r.flights, r.flights.size());
     r.limits = a.limits;
@@ -84,7 +84,7 @@ struct SyntheticRun {
 
  private:
   FlightResult fly(RunFolder& run, bool vertical, const std::string& name, Variant v, std::uint64_t seed, bool logs) const {
-    const RandomStream random(seed, static_cast<std::uint64_t>(v) + (vertical ? 10u : 0u));
+    const RandomStream random(seed, static_cast<std::uint64_t>(v.own()) + (vertical ? 10u : 0u));
     const double scale = error_cm(v) / 100 * (vertical ? 0.25 : 1.0) * (1 + 0.06 * random.gaussian(1'000'000));
     FlightResult r;
     r.flight = name;
