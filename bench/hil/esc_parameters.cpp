@@ -17,7 +17,7 @@ struct MotorNumbers {
 };
 
 struct Tolerance {
-  double electrical, inertia;
+  double electrical, inertia, load;
 };
 
 MotorNumbers with_errors(MotorNumbers m, const RandomStream& random, const Tolerance& by) {
@@ -26,6 +26,7 @@ MotorNumbers with_errors(MotorNumbers m, const RandomStream& random, const Toler
   m.inductance_H *= within(1, by.electrical);
   m.flux_linkage_Wb *= within(2, by.electrical);
   m.inertia_kg_m2 *= within(3, by.inertia);
+  m.load_N_m_s2 *= within(4, by.load);
   return m;
 }
 
@@ -45,10 +46,11 @@ MotorNumbers known_motor(const sim::PlantFile& plant, const host::VehicleModel& 
     case sim::EscKnowledge::motor_file:
       return file;
     case sim::EscKnowledge::data_sheet:
-      return with_errors(mean, RandomStream(seed, kSheetStream), {0.20, 0.30});
+      return with_errors(mean, RandomStream(seed, kSheetStream), {0.20, 0.30, 0.0});
+    // As far off as the ESC's own commissioning may be; docs/acceptance/esc_commissioning.md has what it leaves.
     case sim::EscKnowledge::commissioned:
       mean.inertia_kg_m2 = f.inertia_kg_m2 + blade_inertia_kg_m2;
-      return with_errors(mean, RandomStream(seed, (static_cast<std::uint64_t>(esc) << 32) | kCommissioningStream), {0.05, 0.08});
+      return with_errors(mean, RandomStream(seed, (static_cast<std::uint64_t>(esc) << 32) | kCommissioningStream), {0.05, 0.08, 0.10});
     case sim::EscKnowledge::file:
       break;
   }

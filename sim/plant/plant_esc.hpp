@@ -13,7 +13,7 @@ namespace rotorloop::sim {
 enum class EscKnowledge : std::uint8_t {
   motor_file,    // the motor file's values as they are
   data_sheet,    // with the tolerance of a data sheet: R, L, flux +-20 %, inertia +-30 %, drawn per seed, the same in all four
-  commissioned,  // with what a commissioning leaves: R, L, flux +-5 %, inertia +-8 %, drawn per seed and ESC
+  commissioned,  // with what a commissioning leaves: R, L, flux +-5 %, inertia +-8 %, load +-10 %, per seed and ESC
   file,          // from a file of their own
 };
 

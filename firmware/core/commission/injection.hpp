@@ -52,7 +52,8 @@ struct InjectionStep {
 inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float told_V) {
   const InjectionState::Way ended = s.active;
   if (ended.number != s.measured.number) {
-    if (s.measured.counts && s.way_samples >= 4.0f) {
+    // Ways that took long, while the voltages were being found, say more of the resistance than of the inductance.
+    if (s.measured.counts && s.way_samples >= 4.0f && s.way_samples <= 3.0f * static_cast<float>(c.slow_samples)) {
       const bool above = s.measured.sign > 0.0f;
       fit.add({s.volt_samples, above ? s.way_samples : 0.0f, above ? 0.0f : s.way_samples, -s.emf_samples}, s.last_A - s.begin_A);
       ++s.rows;
