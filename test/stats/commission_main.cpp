@@ -1,6 +1,6 @@
 // The commissioning over drawn boards and motors as a program: every class in turn, then the tables and the verdict.
 //   stats_commission [--trials 60] [--from 1] [--only CLASS] [--verbose]
-// Seeds 1 to 5000 are for development; the judged ones begin at 5001. Exit 0: all limits met; 2: wrong arguments; 6: one missed.
+// Seeds 1 to 5000 are for development; the judged ones are 6001 to 6060. Exit 0: all limits met; 2: wrong arguments; 6: one missed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App app("Commissions drawn motors on drawn boards with the native firmware and compares what it finds with the truth.");
   app.add_option("--trials", o.trials, "number of draws, every class in turn")->check(CLI::Range(1, 100000));
-  app.add_option("--from", o.from, "the first seed; judged seeds begin at 5001")->check(CLI::Range(1, 1000000));
+  app.add_option("--from", o.from, "the first seed; the judged ones begin at 6001")->check(CLI::Range(1, 1000000));
   app.add_option("--only", o.only, "one class: 3in 5in 7in 10in 12in 17in gimbal")->check([](const std::string& name) {
     return find_motor_class(name) ? std::string() : "no motor class \"" + name + "\"; use 3in 5in 7in 10in 12in 17in gimbal";
   });
