@@ -22,7 +22,7 @@ bool speaks_as_an_esc(const tools::SeenNode& node) {
 
 void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--bus", o.bus, kBusHelp)->capture_default_str();
-  c.add_option("--tool-id", o.tool_id, "node id of this program: 126 or 127; another tool on the bus has the other")->capture_default_str();
+  c.add_option("--tool-id", o.tool_id, "node id of this program; without it 126, or 127, 119, 118, 117 when other tools have those before");
   c.add_option("--listen", o.listen_s, "seconds to wait for nodes to say that they are there")->capture_default_str();
   c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
@@ -34,14 +34,18 @@ void add_nodes_option(CLI::App& c, std::vector<int>& nodes) {
 }
 
 EscSession::EscSession(const EscOptions& options) : options_(options) {
-  if (options.tool_id < 1 || options.tool_id > 127)
+  if (options.tool_id < 0 || options.tool_id > 127)
     throw Error({"--tool-id", fmt::format("{} is out of range: 1 to 127", options.tool_id), "", "126 and 127 are kept for tools"});
   if (!(options.listen_s >= 0.1 && options.listen_s <= 60.0))
     throw Error({"--listen", fmt::format("{} s is out of range: 0.1 to 60", options.listen_s), "", "nodes say once a second that they are there: 1.5 is enough"});
   check_live_options(options.live);
   bus_ = open_recorded(options.live, options.bus, "--bus");
   tools::ToolNodeConfig config;
-  config.node_id = static_cast<std::uint8_t>(options.tool_id);
+  if (options.tool_id != 0) {
+    config.node_id = static_cast<std::uint8_t>(options.tool_id);
+  } else {
+    config.spare_ids = {127, 119, 118, 117};  // several tools at once: a monitor, an allocator, and what is typed beside them
+  }
   config.stop = [this] { return stop_.asked(); };
   tool_ = std::make_unique<tools::ToolNode>(*bus_, config);
 }
@@ -50,7 +54,7 @@ void EscSession::discover() {
   tool_->run_for(static_cast<std::int64_t>(options_.listen_s * 1e9));
   tool_->run_until(tool_->now_ns() + 3 * kOneSecond_ns, [this] { return tool_->requests_open() == 0; });
   if (tool_->id_conflict())
-    throw Error({"--tool-id", fmt::format("another node on {} has id {}", bus_->name(), options_.tool_id), "another tool runs", "give --tool-id 127, or end the other tool"},
+    throw Error({"--tool-id", fmt::format("another node on {} has id {}", bus_->name(), tool_->node_id()), "another tool runs", "give --tool-id another number, or end the other tool"},
                 ExitCode::device);
 }
 

@@ -11,6 +11,7 @@ namespace {
 constexpr std::uint8_t kToolStatusPriority = 24, kToolRequestPriority = 24;
 constexpr std::int64_t kToolStatusPeriod_ns = 1'000'000'000;
 constexpr std::int64_t kLongestNap_ns = 20'000'000;  // between two looks at what is due when no frame comes
+constexpr std::int64_t kNewcomer_ns = 3'000'000'000;  // for so long after its start a tool gives way: all others were heard by then
 constexpr std::size_t kTogether = 5;                 // requests to one node at a time, as the GUI tool has it
 
 }  // namespace
@@ -54,7 +55,7 @@ void ToolNode::poll() {
   while (const auto received = bus_.receive_any()) {
     const BusFrame& f = received->frame;
     if (f.extended && (f.id & 127u) == config_.node_id) {
-      id_conflict_ = true;  // a bus never gives us our own frames
+      on_own_id();
       continue;
     }
     const auto time_us = static_cast<std::uint64_t>(received->time_ns / 1000);
@@ -86,6 +87,19 @@ bool ToolNode::run_until(std::int64_t deadline_ns, const std::function<bool()>& 
     if (stopped() || now_ns() >= deadline_ns) return false;
     bus_.wait_until(std::min(deadline_ns, now_ns() + kLongestNap_ns));
   }
+}
+
+// A bus never gives us our own frames: another node has our id.
+void ToolNode::on_own_id() {
+  while (now_ns() - begun_ns_ < kNewcomer_ns && !config_.spare_ids.empty()) {
+    const std::uint8_t next = config_.spare_ids.front();
+    config_.spare_ids.erase(config_.spare_ids.begin());
+    if (nodes_.contains(next)) continue;
+    config_.node_id = next;
+    receiver_ = std::make_unique<Receiver>(config_.node_id, subscriptions_);
+    return;
+  }
+  id_conflict_ = true;
 }
 
 void ToolNode::on_status(const protocols::NodeStatus& status, std::uint8_t source) {

@@ -21,6 +21,8 @@ namespace rotorloop::tools {
 
 struct ToolNodeConfig {
   std::uint8_t node_id = 126;  // 126 and 127 are for tools; the GUI tool takes 127
+  // What to take instead when another node is heard with that id, in this order. The one that came later gives way; empty: id_conflict().
+  std::vector<std::uint8_t> spare_ids = {};
   std::string name = "org.rotorloop.tool";
   std::array<std::uint8_t, 16> unique_id{'r', 'o', 't', 'o', 'r', 'l', 'o', 'o', 'p', ' ', 't', 'o', 'o', 'l', 0, 0};
   std::function<bool()> stop = {};  // asked often; true ends every wait
@@ -148,6 +150,7 @@ class ToolNode {
   void attempt(Open& open);
   void on_response(const protocols::Transfer& t);
   void on_status(const protocols::NodeStatus& status, std::uint8_t source);
+  void on_own_id();
   void repeat_requests();
   void send_status();
   bool send(const protocols::FrameId& id, std::uint16_t seed, std::uint8_t transfer_id, std::span<const std::uint8_t> payload);

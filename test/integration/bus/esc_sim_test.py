@@ -117,6 +117,12 @@ class EscDevice(BusCommand):
                 process.communicate()
         self.assertRegex((self.path / "ids.txt").read_text(encoding="utf-8"), r"\n[0-9a-f]{32} = 125\n")
 
+    def test_commands_work_beside_an_allocator_and_a_monitor(self):
+        self.esc()
+        self.line_with(self.start("esc", "serve", *BUS).stderr, "serving:")
+        self.line_with(self.start("esc", "monitor", *BUS, "--json").stdout, '"esc_index":0')
+        self.assertEqual(self.parameters()["status_Hz"]["value"], 50)
+
     def test_its_button_enumerates_it(self):
         escs = {node: self.esc("mcast:3", node, 9 + node - 21, "--store", self.path / f"{node}.flash") for node in (21, 22)}
         enumerate_ = self.start("esc", "enumerate", *BUS)

@@ -84,6 +84,22 @@ TEST(ToolNode, FindsANodeAndReadsWhoItIsWithinTwoSeconds) {
   EXPECT_EQ(unique_id_text(p.tool.nodes().at(21)), "01020300000000000000000000000000");
 }
 
+// The pair's node talks as 21: a second tool that begins as 21 has to find another id, and is answered on it.
+TEST(ToolNode, TheToolThatCameLaterTakesASpareIdAndIsAnsweredThere) {
+  Pair p;
+  p.node.serve<RestartNode, RestartNodeResponse>([](const RestartNode&, std::uint8_t) { return std::optional(RestartNodeResponse{.ok = true}); });
+  p.tool.run_for(100 * kMs_ns);
+  ToolNode later(p.tool.bus(), {.node_id = 21, .spare_ids = {127, 119}});
+  later.run_for(1500 * kMs_ns);
+  EXPECT_EQ(later.node_id(), 127);
+  EXPECT_FALSE(later.id_conflict());
+  EXPECT_TRUE(later.ask<RestartNodeResponse>(21, RestartNode{}));
+  ToolNode stubborn(p.tool.bus(), {.node_id = 21});
+  stubborn.run_for(1500 * kMs_ns);
+  EXPECT_EQ(stubborn.node_id(), 21);
+  EXPECT_TRUE(stubborn.id_conflict());
+}
+
 TEST(ToolNode, AQuestionThatNobodyAnswersEndsAfterItsAttempts) {
   Pair p;
   const std::int64_t begun_ns = p.tool.now_ns();
