@@ -24,6 +24,7 @@ struct DriveParameters {
   double temperature_K = 308.15;        // board
   ThermalParameters thermal{};
   std::vector<DriveFault> faults;  // by the drive's own time
+  double switched_step_s = 0.25e-6;  // longest one while a leg is broken (switched_bridge.hpp); studies of many faults take longer ones
 };
 
 // Compare values of centre-aligned PWM: the high side of a phase is on for compare/top of the period.

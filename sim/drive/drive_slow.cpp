@@ -119,6 +119,7 @@ void Drive::step_switched(const PwmCommand& pwm) {
   stage.inverter.switch_resistance_ohm *= channel_;
   stage.bus_V = bus_V_ > 0.0 ? bus_V_ : 0.0;
   stage.faults = legs_;
+  stage.longest_step_s = p_.switched_step_s;
   std::array<double, 3> duty{};
   for (std::size_t k = 0; k < 3; ++k) duty[k] = pwm.compare[k] >= pwm.top ? 1.0 : pwm.compare[k] * (1.0 / pwm.top);
   const bool on = driven(pwm);

@@ -7,7 +7,6 @@ namespace rotorloop::sim {
 namespace {
 
 using Gates = SwitchedBridge::Gates;
-constexpr double kLongestStep_s = 0.25e-6;
 // Directions of the phases: 0, 120, 240 degrees electrical.
 constexpr std::array<double, 3> kCos = {1.0, -0.5, -0.5};
 constexpr std::array<double, 3> kSin = {0.0, 0.86602540378443864676, -0.86602540378443864676};
@@ -185,7 +184,7 @@ SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorCo
     std::array<Gates, 3> gate{};
     for (std::size_t k = 0; k < 3; ++k)
       if (enabled) gate[k] = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
-    const int steps = static_cast<int>(std::ceil(span_s / kLongestStep_s));
+    const int steps = static_cast<int>(std::ceil(span_s / g.longest_step_s));
     for (int n = 0; n < steps; ++n) sub_step(g, m, s, gate, load, span_s / steps, out);
   }
   for (double& v : out.mean_node_V) v /= period_s;

@@ -1,5 +1,5 @@
 // One PWM period with every edge: six FETs with their dead time, body diodes, capacitance of the switch nodes, a winding whose
-// star point floats. Steps of at most 0.25 us that end at the edges. It knows nothing of the averaged law (commutation.hpp) and
+// star point floats. Steps of at most 0.25 us unless said, ending at the edges. It knows nothing of the averaged law (commutation.hpp) and
 // is the judge of it in tests; the drive itself uses it while a leg is broken, where no average exists.
 #pragma once
 #include <array>
@@ -15,6 +15,7 @@ struct SwitchedStage {
   double avalanche_V = 60.0;         // of a FET without its diode's path
   double short_circuit_ohm = 20e-3;  // supply leads and two channels, when both FETs of a leg conduct
   LegFaults faults{};
+  double longest_step_s = 0.25e-6;
 };
 
 struct SwitchedPeriod {

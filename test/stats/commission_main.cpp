@@ -8,10 +8,10 @@
 #include <cmath>
 #include <vector>
 
-#include "test/stats/commission_study.hpp"
+#include "bench/esc_lab/commission_trial.hpp"
 
 using namespace rotorloop;
-using namespace rotorloop::stats;
+using namespace rotorloop::esc_lab;
 
 namespace {
 

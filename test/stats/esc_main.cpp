@@ -12,10 +12,12 @@
 #include <mutex>
 #include <set>
 
+#include "bench/esc_lab/trial.hpp"
 #include "host/base/parallel.hpp"
-#include "test/stats/esc_trial.hpp"
+#include "test/stats/esc_csv.hpp"
 
 using namespace rotorloop;
+using namespace rotorloop::esc_lab;
 using namespace rotorloop::stats;
 
 namespace {
@@ -96,7 +98,7 @@ bool fly_table(const std::vector<EscTrial>& trials) {
   fmt::print(
       "| class | draws | started in time | slowest | peak at start | without a trip | trips | without speed, longest | latched |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
-  const auto in_time = [](const EscTrial& t) { return t.start_ms <= find_motor_class(t.motor_class)->start_within_ms; };
+  const auto in_time = started_in_time;
   std::size_t started = 0, clean = 0, held = 0, latched = 0;
   for (const auto& [name, of] : by_class(trials)) {
     int trips = 0;
@@ -107,23 +109,21 @@ bool fly_table(const std::vector<EscTrial>& trials) {
                most(of, [](const EscTrial& t) { return t.start_peak_A; }), n_clean, of.size(), trips,
                most(of, [](const EscTrial& t) { return t.longest_gap_ms; }), number(of, [](const EscTrial& t) { return t.latched; }));
     started += number(of, in_time), clean += n_clean, latched += number(of, [](const EscTrial& t) { return t.latched; });
-    held += number(of, [](const EscTrial& t) { return t.longest_gap_ms <= 100.0; });
+    held += number(of, [](const EscTrial& t) { return t.longest_gap_ms <= kLongestGap_ms; });
   }
   fmt::print("all: {} draws, {} started in time, {} without a trip, {} never without speed for more than 100 ms, {} latched\n",
              trials.size(), started, clean, held, latched);
   list("late or never", trials, [&](const EscTrial& t) { return !in_time(t); });
   list("with a trip (faults)", trials, [](const EscTrial& t) { return t.trips > 0; });
   list("latched", trials, [](const EscTrial& t) { return t.latched; });
-  return started == trials.size() && held == trials.size() && latched == 0 && 300 * clean >= 294 * trials.size();
+  return started == trials.size() && held == trials.size() && latched == 0 && static_cast<double>(clean) >= kLeastCleanShare * static_cast<double>(trials.size());
 }
 
 bool step_table(const std::vector<EscTrial>& trials) {
   fmt::print(
       "\n| class | draws | rise / best, worst | settle / best, worst | overshoot | steady error | trips |\n| --- | --- | --- | --- | --- | "
       "--- | --- |\n");
-  const auto good = [](const EscTrial& t) {
-    return t.rise_ratio <= 1.3 && t.settle_ratio <= 2.0 && t.overshoot_percent <= 5.0 && std::abs(t.steady_percent) <= 0.2 && t.trips == 0;
-  };
+  const auto good = step_within;
   for (const auto& [name, of] : by_class(trials))
     fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.1f} % | {:.3f} % | {} |\n", name, of.size(),
                most(of, [](const EscTrial& t) { return t.rise_ratio; }), most(of, [](const EscTrial& t) { return t.settle_ratio; }),
@@ -137,11 +137,7 @@ bool catch_table(const std::vector<EscTrial>& trials) {
   fmt::print(
       "\n| class | draws | at speed in time, no trip | slowest of +20…+95 % | of −20…+20 % | of −60…−20 % |\n| --- | --- | --- | --- | --- "
       "| --- |\n");
-  const auto limit_ms = [](const EscTrial& t) {
-    if (t.motor_class != "5in") return find_motor_class(t.motor_class)->start_within_ms;
-    return t.caught_from >= 0.2 ? 150.0 : t.caught_from >= -0.2 ? 450.0 : 700.0;
-  };
-  const auto good = [&](const EscTrial& t) { return t.trips == 0 && t.caught_ms <= limit_ms(t); };
+  const auto good = caught_in_time;
   for (const auto& [name, of] : by_class(trials)) {
     const auto slowest = [&](double low, double high) {
       return milliseconds(most(of, [&](const EscTrial& t) { return t.caught_from >= low && t.caught_from < high ? t.caught_ms : 0.0; }));

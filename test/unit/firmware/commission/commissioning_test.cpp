@@ -1,13 +1,13 @@
 // The commissioning against a true drive: what it finds, and that nothing but a fresh order drives the motor.
 #include <gtest/gtest.h>
 
-#include "test/support/commissioning_rig.hpp"
+#include "bench/esc_lab/commissioning_rig.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::firmware;
-using Rig = test::CommissioningRig<FakeBoard>;
+using Rig = esc_lab::CommissioningRig<FakeBoard>;
 
 // The reference motor, its inductances apart, on an ideal board but for dead time and noise.
 sim::DriveParameters true_motor() {

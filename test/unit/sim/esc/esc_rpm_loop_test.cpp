@@ -5,12 +5,14 @@
 #include <cstdio>
 #include <string>
 
-#include "test/unit/sim/esc/rpm_loop_measure.hpp"
+#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/limiter_names.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::sim;
+using namespace rotorloop::esc_lab;
 
 void row(const char* id, const std::string& measured, const char* limit, const std::string& ablation) {
   std::printf("| %s | %s | %s | %s |\n", id, measured.c_str(), limit, ablation.c_str());
@@ -25,7 +27,7 @@ std::string text(const char* format, T... values) {
 
 std::string names(const std::set<firmware::Limiter>& limiters) {
   std::string all;
-  for (const auto l : limiters) all += (all.empty() ? "" : "+") + std::string(name(l));
+  for (const auto l : limiters) all += (all.empty() ? "" : "+") + std::string(hil::limiter_name(l));
   return all.empty() ? "none" : all;
 }
 

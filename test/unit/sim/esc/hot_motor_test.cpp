@@ -2,12 +2,13 @@
 // trusts the data sheet; what keeps the observer is the resistance measured at every start and followed in flight.
 #include <gtest/gtest.h>
 
-#include "test/unit/sim/esc/rpm_loop_measure.hpp"
+#include "bench/esc_lab/rpm_loop.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::sim;
+using namespace rotorloop::esc_lab;
 
 // The motor of the reference quadrotor (vehicles/motors/2306_2300kv.toml: 18 uH across the magnet, 15 uH in the data sheet), hot.
 NativeEscConfig hot_motor(std::uint64_t seed, double resistance_scale = 1.39, double flux_scale = 0.93) {

@@ -1,12 +1,13 @@
 // Low speed on drawn boards, where what the dead time takes from the voltage is more than the back-EMF: holding, catching, trying again.
 #include <gtest/gtest.h>
 
-#include "test/unit/sim/esc/rpm_loop_measure.hpp"
+#include "bench/esc_lab/rpm_loop.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::sim;
+using namespace rotorloop::esc_lab;
 using firmware::MotorState;
 
 NativeEscConfig drawn(std::uint64_t seed) {

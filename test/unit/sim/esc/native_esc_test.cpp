@@ -5,14 +5,15 @@
 #include <deque>
 #include <vector>
 
+#include "bench/esc_lab/rpm_loop.hpp"
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
-#include "test/unit/sim/esc/rpm_loop_measure.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::sim;
+using namespace rotorloop::esc_lab;
 using firmware::Limiter;
 using firmware::Mode;
 using firmware::MotorState;

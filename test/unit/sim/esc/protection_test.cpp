@@ -1,13 +1,14 @@
 // Each protection of the motor control twice: what it does, and the damage when it is switched off.
 #include <gtest/gtest.h>
 
+#include "bench/esc_lab/rpm_loop.hpp"
 #include "sim/drive/battery.hpp"
-#include "test/unit/sim/esc/rpm_loop_measure.hpp"
 
 namespace {
 
 using namespace rotorloop;
 using namespace rotorloop::sim;
+using namespace rotorloop::esc_lab;
 using firmware::Fault;
 using firmware::Limiter;
 using firmware::MotorState;

@@ -1,16 +1,15 @@
-#include "test/stats/esc_motor_classes.hpp"
+#include "bench/esc_lab/motor_classes.hpp"
 
 #include <algorithm>
 #include <array>
 #include <numbers>
 
 #include "host/base/random.hpp"
-#include "sim/esc/native_esc.hpp"
 
-namespace rotorloop::stats {
+namespace rotorloop::esc_lab {
 namespace {
 
-using enum StudyBoard;
+using enum LabBoard;
 
 // Sizes and masses of the class: 1404, 2306, 2806.5, 3508, 4006, 6008, 5208 gimbal. Propeller torque by size from the reference
 // three-blade (3, 5, 7 inch) and from C_P = 0.045 (10, 12, 17 inch).
@@ -59,13 +58,15 @@ const MotorClass& class_of_trial(std::uint64_t index, std::uint64_t trials) {
 
 EscDraw draw_esc(const MotorClass& c, std::uint64_t seed, Knowledge knowledge) {
   EscDraw d;
-  d.motor_class = &c;
+  d.motor_class = c.name;
+  d.board = c.board;
+  d.start_within_ms = c.start_within_ms;
   d.seed = seed;
   const RandomStream random(seed, kDrawStream);
   const auto within = [&](std::uint64_t k, double share) { return 1.0 - share + 2.0 * share * random.uniform(k); };
   const auto half_to_twice = [&](std::uint64_t k) { return exp_exact((2.0 * random.uniform(k) - 1.0) * std::numbers::ln2); };
 
-  d.drive = sim::on_stage({}, c.board == high_voltage ? sim::HighVoltageNativeEsc::stage() : sim::NativeEsc::stage());
+  d.drive = sim::on_stage({}, with_esc_of(c.board, []<class Esc>() -> const sim::BoardStage& { return Esc::stage(); }));
   sim::MotorParameters& m = d.drive.motor;
   m.resistance_ohm = c.resistance_ohm * within(0, 0.2);
   m.inductance_H.d = m.inductance_H.q = c.inductance_H * within(1, 0.2);
@@ -78,6 +79,7 @@ EscDraw draw_esc(const MotorClass& c, std::uint64_t seed, Knowledge knowledge) {
   m.cogging_N_m = c.cogging_N_m * half_to_twice(5);
   d.load_N_m_s2 = c.load_N_m_s2;
   const int cells = c.name == "gimbal" && seed % 4 < 2 ? 3 : c.cells;
+  d.cells = cells;
   d.bus_V = cells * (seed % 2 == 1 ? 3.5 : 4.2);
 
   firmware::Parameters& p = d.firmware = limits_for(c, cells);
@@ -91,4 +93,4 @@ EscDraw draw_esc(const MotorClass& c, std::uint64_t seed, Knowledge knowledge) {
   return d;
 }
 
-}  // namespace rotorloop::stats
+}  // namespace rotorloop::esc_lab

@@ -1,4 +1,4 @@
-// One commissioning of the ESC study: a drawn motor on a drawn board measures itself, and is compared with the truth.
+// One commissioning: a drawn motor on a drawn board measures itself, and is compared with the truth.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -6,9 +6,9 @@
 #include <string_view>
 
 #include "firmware/core/commission/result.hpp"
-#include "test/stats/esc_motor_classes.hpp"
+#include "bench/esc_lab/motor_classes.hpp"
 
-namespace rotorloop::stats {
+namespace rotorloop::esc_lab {
 
 enum class Quantity : std::uint8_t { resistance, inductance_d, inductance_q, ratio, flux, inertia, bridge };
 constexpr std::size_t kQuantities = 7;
@@ -28,7 +28,7 @@ constexpr std::array<QuantityLimit, kQuantities> kQuantityLimits = {{{"R, phase 
 
 struct CommissionTrial {
   std::uint64_t seed = 0;
-  std::string_view motor_class;
+  std::string motor_class;
   firmware::CommissioningResult result{};
   double took_s = 0.0, peak_A = 0.0, peak_rad_s = 0.0, heated_K = 0.0;
   std::array<double, kQuantities> error{};   // in the units of the limits; 1e9: not measured
@@ -36,6 +36,7 @@ struct CommissionTrial {
   double load_percent = 0.0, friction_percent = 0.0;
 };
 
+CommissionTrial run_commission_trial(const EscDraw& draw);
 CommissionTrial run_commission_trial(const MotorClass& c, std::uint64_t seed);
 
-}  // namespace rotorloop::stats
+}  // namespace rotorloop::esc_lab

@@ -1,9 +1,9 @@
-#include "test/stats/esc_limits.hpp"
+#include "bench/esc_lab/best_step.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace rotorloop::stats {
+namespace rotorloop::esc_lab {
 namespace {
 
 // Phase voltage amplitude over supply: 1/sqrt 3 of space vector modulation less 8 % for sampling windows and dead times.
@@ -79,4 +79,4 @@ BestStep best_step(const EscDraw& d, double from, double to) {
   return b;
 }
 
-}  // namespace rotorloop::stats
+}  // namespace rotorloop::esc_lab

@@ -1,12 +1,12 @@
-// One trial of the ESC study: a drawn motor on a drawn board, flown by the native firmware.
+// One trial: a drawn motor on a drawn board, flown by the native firmware.
 #pragma once
 #include <cstdint>
 #include <string>
-#include <vector>
 
-#include "test/stats/esc_motor_classes.hpp"
+#include "bench/esc_lab/esc_trace.hpp"
+#include "bench/esc_lab/motor_classes.hpp"
 
-namespace rotorloop::stats {
+namespace rotorloop::esc_lab {
 
 enum class EscExperiment : std::uint8_t { fly, step, catch_rotor };
 
@@ -20,6 +20,7 @@ struct EscTrialSettings {
 struct EscTrial {
   std::uint64_t seed = 0;
   std::string motor_class;
+  double start_within_ms = 0.0;         // its limit
   double bus_V = 0.0, top_rad_s = 0.0;  // highest speed that the draw holds
   double start_ms = 1e9;                // to 98 % of 2 000 RPM or of 20 % of the top, whichever is less; 1e9: never
   double start_peak_A = 0.0, peak_A = 0.0;
@@ -33,11 +34,17 @@ struct EscTrial {
   double caught_from = 0.0, caught_ms = 0.0;
 };
 
+// `trace`: what happened from power-up, when given.
+EscTrial run_esc_trial(const EscDraw& draw, const EscTrialSettings& settings, EscTrace* trace = nullptr);
 EscTrial run_esc_trial(const MotorClass& c, std::uint64_t seed, const EscTrialSettings& settings);
 
-std::string esc_csv_header();
-std::string esc_csv_line(const EscTrial& t);
-// Lines that are whole; throws nothing: what does not parse is left out and flown again.
-std::vector<EscTrial> read_esc_trials(const std::string& path);
+// Limits of docs/acceptance/esc_any_motor.md. Ratios: over the best that current and voltage allow.
+inline constexpr double kMostRise = 1.3, kMostSettle = 2.0, kMostOvershoot_percent = 5.0, kMostSteady_percent = 0.2;
+inline constexpr double kLongestGap_ms = 100.0, kLeastCleanShare = 294.0 / 300.0;
+inline constexpr double kLeastBandwidth_Hz = 20.0, kMostSag_percent = 0.7;  // docs/acceptance/esc_rpm_loop.md
+inline bool started_in_time(const EscTrial& t) { return t.start_ms <= t.start_within_ms; }
+bool step_within(const EscTrial& t);
+double catch_limit_ms(const EscTrial& t);
+inline bool caught_in_time(const EscTrial& t) { return t.trips == 0 && t.caught_ms <= catch_limit_ms(t); }
 
-}  // namespace rotorloop::stats
+}  // namespace rotorloop::esc_lab

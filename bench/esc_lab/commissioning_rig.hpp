@@ -8,7 +8,7 @@
 #include "firmware/core/commission/commissioning.hpp"
 #include "sim/drive/drive.hpp"
 
-namespace rotorloop::test {
+namespace rotorloop::esc_lab {
 
 template <class Board>
 class CommissioningRig {
@@ -59,4 +59,4 @@ class CommissioningRig {
   firmware::Commissioning<Board> commissioning_;
 };
 
-}  // namespace rotorloop::test
+}  // namespace rotorloop::esc_lab

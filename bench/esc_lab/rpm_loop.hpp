@@ -5,15 +5,14 @@
 #include <functional>
 #include <numbers>
 #include <set>
-#include <vector>
 
-#include "sim/esc/native_esc.hpp"
+#include "bench/esc_lab/closed_loop.hpp"
 
-namespace rotorloop::sim {
+namespace rotorloop::esc_lab {
 
-constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  // rad/s
-constexpr double kTriblade_N_m_s2 = 2.9e-8;             // three-blade 5-inch propeller
-constexpr int kPeriodsPerMs = 24;
+using sim::NativeEsc, sim::NativeEscConfig;
+
+constexpr double kTriblade_N_m_s2 = 2.9e-8;  // three-blade 5-inch propeller
 
 using Change = std::function<void(NativeEsc&)>;  // an ablation
 
@@ -24,16 +23,6 @@ inline NativeEsc make_esc(NativeEscConfig c, double load_N_m_s2 = kTriblade_N_m_
   for (int k = 0; k < 12 * kPeriodsPerMs; ++k) esc.step_current_loop();  // boot: current zero calibration
   return esc;
 }
-
-inline void run_ms(NativeEsc& esc, double ms, const std::function<void(double)>& each_period = {}) {
-  const int n = static_cast<int>(ms * kPeriodsPerMs + 0.5);
-  for (int k = 0; k < n; ++k) {
-    esc.step_current_loop();
-    if (each_period) each_period((k + 1) / static_cast<double>(kPeriodsPerMs));
-  }
-}
-
-inline firmware::Setpoint speed(double rad_s) { return {firmware::Mode::speed, static_cast<float>(rad_s)}; }
 
 struct StepResult {
   double rise_ms = 0.0, settle_ms = 0.0, overshoot_percent = 0.0;
@@ -47,54 +36,22 @@ inline StepResult measure_step(NativeEscConfig c, double from_rpm, double to_rpm
   run_ms(esc, 900.0);
   StepResult r;
   esc.set_setpoint(speed(to_rpm * kRpm));
-  double t10 = -1.0, t90 = -1.0;
+  StepMeter meter(from_rpm, to_rpm);
   run_ms(esc, 300.0, [&](double t_ms) {
-    const double x = (esc.omega_rad_s() / kRpm - from_rpm) / (to_rpm - from_rpm);
-    if (t10 < 0.0 && x >= 0.1) t10 = t_ms;
-    if (t90 < 0.0 && x >= 0.9) t90 = t_ms;
-    if (std::fabs(x - 1.0) > 0.02) r.settle_ms = t_ms;
-    r.overshoot_percent = std::max(r.overshoot_percent, 100.0 * (x - 1.0));
+    meter.add(t_ms, esc.omega_rad_s() / kRpm);
     r.peak_current_A = std::max(r.peak_current_A, std::fabs(esc.drive().motor().state().i_q_A));
     if (esc.telemetry().limiter != firmware::Limiter::none) r.limiters.insert(esc.telemetry().limiter);
   });
-  r.rise_ms = t90 < 0.0 ? 1e9 : t90 - t10;
+  r.rise_ms = meter.rise_ms(), r.settle_ms = meter.settle_ms(), r.overshoot_percent = meter.overshoot_percent();
   return r;
 }
 
-// Gain of the closed loop for a sine of +-amplitude around a speed.
-inline double measure_gain(NativeEscConfig c, double centre_rpm, double amplitude_rpm, double frequency_Hz, const Change& change = {}) {
+// Small sines of ±amplitude around a speed.
+inline double measure_bandwidth_Hz(NativeEscConfig c, double centre_rpm, double amplitude_rpm, const Change& change = {}) {
   NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
   esc.set_setpoint(speed(centre_rpm * kRpm));
   run_ms(esc, 900.0);
-  const double w = 2.0 * std::numbers::pi * frequency_Hz;
-  const double settle_ms = std::max(100.0, 2000.0 / frequency_Hz);
-  const double measure_ms = std::ceil(300.0 * frequency_Hz / 1000.0) * 1000.0 / frequency_Hz;
-  double sine = 0.0, cosine = 0.0;
-  int n = 0;
-  double t_ms = 0.0;
-  while (t_ms < settle_ms + measure_ms) {
-    esc.set_setpoint(speed((centre_rpm + amplitude_rpm * std::sin(w * t_ms * 1e-3)) * kRpm));
-    run_ms(esc, 0.25);
-    t_ms += 0.25;
-    if (t_ms > settle_ms) {
-      const double d = esc.omega_rad_s() / kRpm - centre_rpm;
-      sine += d * std::sin(w * t_ms * 1e-3);
-      cosine += d * std::cos(w * t_ms * 1e-3);
-      ++n;
-    }
-  }
-  return 2.0 * std::hypot(sine, cosine) / (n * amplitude_rpm);
-}
-
-// First frequency at which the gain has fallen by 3 dB; the lowest one tried when it is below already.
-inline double measure_bandwidth_Hz(NativeEscConfig c, double centre_rpm, double amplitude_rpm, const Change& change = {}) {
-  double last_Hz = 5.0, last_gain = 1.0;
-  for (const double f : {5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 120.0, 150.0, 200.0}) {
-    const double gain = measure_gain(c, centre_rpm, amplitude_rpm, f, change);
-    if (gain < std::numbers::sqrt2 / 2) return last_Hz + (f - last_Hz) * (last_gain - std::numbers::sqrt2 / 2) / (last_gain - gain + 1e-12);
-    last_Hz = f, last_gain = gain;
-  }
-  return 200.0;
+  return closed_loop_bandwidth(esc, centre_rpm * kRpm, amplitude_rpm * kRpm).minus_3dB_Hz;
 }
 
 struct SteadyResult {
@@ -127,14 +84,7 @@ inline double measure_sag_percent(NativeEscConfig c, double rpm, bool open_loop 
     esc.set_setpoint({firmware::Mode::duty, static_cast<float>((emf_V + 0.064 * i_q_A) / limit_V)});
     run_ms(esc, 1000.0);
   }
-  const double before = esc.omega_rad_s();
-  double worst = 0.0;
-  for (int half_ms = 0; half_ms < 2400; ++half_ms) {
-    esc.couple_quadratic(kTriblade_N_m_s2, 16.8 - 2.8 * std::min(1.0, half_ms / 2000.0));
-    for (int k = 0; k < 12; ++k) esc.step_current_loop();
-    worst = std::max(worst, 100.0 * std::fabs(esc.omega_rad_s() / before - 1.0));
-  }
-  return worst;
+  return sag_percent(esc, kTriblade_N_m_s2, 16.8, 14.0);
 }
 
 struct StartResult {
@@ -188,7 +138,7 @@ inline FastResult measure_fast(NativeEscConfig c, double electrical_krpm, const 
   double sum = 0.0;
   int n = 0;
   for (int k = 0; k < 200 * kPeriodsPerMs; ++k) {
-    const MotorState truth = esc.drive().motor().state();  // at the instant of the sample
+    const sim::MotorState truth = esc.drive().motor().state();  // at the instant of the sample
     esc.step_current_loop();
     const auto& o = esc.motor().variables().observer;
     const double error = 100.0 * (static_cast<double>(o.speed_e_rad_s) / (7.0 * truth.omega_rad_s) - 1.0);
@@ -203,32 +153,4 @@ inline FastResult measure_fast(NativeEscConfig c, double electrical_krpm, const 
   return r;
 }
 
-inline const char* name(firmware::Limiter l) {
-  switch (l) {
-    case firmware::Limiter::none:
-      return "none";
-    case firmware::Limiter::phase_current:
-      return "phase_current";
-    case firmware::Limiter::bus_current:
-      return "bus_current";
-    case firmware::Limiter::regen_current:
-      return "regen_current";
-    case firmware::Limiter::voltage:
-      return "voltage";
-    case firmware::Limiter::speed_slew:
-      return "speed_slew";
-    case firmware::Limiter::max_speed:
-      return "max_speed";
-    case firmware::Limiter::min_speed:
-      return "min_speed";
-    case firmware::Limiter::temperature:
-      return "temperature";
-    case firmware::Limiter::undervoltage:
-      return "undervoltage";
-    case firmware::Limiter::observer:
-      return "observer";
-  }
-  return "?";
-}
-
-}  // namespace rotorloop::sim
+}  // namespace rotorloop::esc_lab

@@ -1,4 +1,4 @@
-#include "test/stats/commission_study.hpp"
+#include "bench/esc_lab/commission_trial.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include "sim/drive/commutation.hpp"
 #include "sim/drive/typical.hpp"
 #include "sim/esc/native_esc.hpp"
-#include "test/support/commissioning_rig.hpp"
+#include "bench/esc_lab/commissioning_rig.hpp"
 
-namespace rotorloop::stats {
+namespace rotorloop::esc_lab {
 namespace {
 
 constexpr std::uint64_t kCommissionStream = 0x434F4D53;
@@ -33,7 +33,7 @@ double true_loss_V(const sim::DriveParameters& d, double bus_V, double i_A, doub
 template <class Board>
 double bridge_error(const CommissionTrial& t, const sim::DriveParameters& d, const EscDraw& draw) {
   const double ohm = d.motor.resistance_ohm + d.inverter.switch_resistance_ohm;
-  const double most_A = std::min({20.0, draw.motor_class->phase_limit_A, 0.5 * draw.bus_V / ohm});
+  const double most_A = std::min({20.0, static_cast<double>(draw.firmware.phase_current_limit_A), 0.5 * draw.bus_V / ohm});
   double worst_V = 0.0;
   for (double i = 1.0; i <= most_A; i += 0.25) {
     const double told_V = firmware::bridge_loss_V(t.result, static_cast<float>(Board::kPwm_Hz), Board::kDiodeDrop_V,
@@ -78,11 +78,11 @@ CommissionTrial run_on(const EscDraw& draw) {
   using Board = typename Esc::Board;
   const sim::DriveParameters d =
       sim::typical_drive(draw.drive, Esc::stage().most_phase_A, RandomStream(draw.seed, kCommissionStream)).drive;
-  test::CommissioningRig<Board> rig(d, draw.firmware, draw.bus_V, draw.load_N_m_s2, draw.seed);
+  CommissioningRig<Board> rig(d, draw.firmware, draw.bus_V, draw.load_N_m_s2, draw.seed);
   rig.order.task = firmware::CommissioningTask::all;
   CommissionTrial t;
   t.seed = draw.seed;
-  t.motor_class = draw.motor_class->name;
+  t.motor_class = draw.motor_class;
   t.result = rig.run_until();
   t.took_s = rig.drive().time_s();
   t.peak_A = rig.peak_A, t.peak_rad_s = rig.peak_rad_s;
@@ -93,9 +93,12 @@ CommissionTrial run_on(const EscDraw& draw) {
 
 }  // namespace
 
-CommissionTrial run_commission_trial(const MotorClass& c, std::uint64_t seed) {
-  const EscDraw draw = draw_esc(c, seed, Knowledge::data_sheet);
-  return c.board == StudyBoard::high_voltage ? run_on<sim::HighVoltageNativeEsc>(draw) : run_on<sim::NativeEsc>(draw);
+CommissionTrial run_commission_trial(const EscDraw& draw) {
+  return with_esc_of(draw.board, [&]<class Esc>() { return run_on<Esc>(draw); });
 }
 
-}  // namespace rotorloop::stats
+CommissionTrial run_commission_trial(const MotorClass& c, std::uint64_t seed) {
+  return run_commission_trial(draw_esc(c, seed, Knowledge::data_sheet));
+}
+
+}  // namespace rotorloop::esc_lab
