@@ -14,6 +14,7 @@ void add_close(CLI::App& app, int& exit_code);
 void add_controller(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_esc(CLI::App& app, int& exit_code);  // the group; cli/esc
+void add_esc_lab(CLI::App& app, int& exit_code);
 void add_esc_sim(CLI::App& app, int& exit_code);
 void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);

@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_bus(app, exit_code);
   rotorloop::cli::add_esc(app, exit_code);
   rotorloop::cli::add_esc_sim(app, exit_code);
+  rotorloop::cli::add_esc_lab(app, exit_code);
   rotorloop::cli::add_completion(app);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

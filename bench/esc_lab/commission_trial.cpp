@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/esc_lab/commissioning_rig.hpp"
 #include "host/base/random.hpp"
 #include "sim/drive/commutation.hpp"
 #include "sim/drive/typical.hpp"
 #include "sim/esc/native_esc.hpp"
-#include "bench/esc_lab/commissioning_rig.hpp"
 
 namespace rotorloop::esc_lab {
 namespace {

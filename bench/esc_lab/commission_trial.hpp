@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "firmware/core/commission/result.hpp"
 #include "bench/esc_lab/motor_classes.hpp"
+#include "firmware/core/commission/result.hpp"
 
 namespace rotorloop::esc_lab {
 
@@ -35,6 +35,8 @@ struct CommissionTrial {
   std::array<double, kQuantities> scales{};  // what the drawn gains of the board's converters alone would make of it
   double load_percent = 0.0, friction_percent = 0.0;
 };
+
+inline constexpr double kMostBeyondShare = 2.0 / 60.0;  // of the draws, for each quantity
 
 CommissionTrial run_commission_trial(const EscDraw& draw);
 CommissionTrial run_commission_trial(const MotorClass& c, std::uint64_t seed);

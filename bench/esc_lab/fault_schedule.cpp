@@ -22,14 +22,22 @@ constexpr double kAfterStale_ms = 50.0;  // what would drive again after that ha
 constexpr double kAfterLatch_ms = 25.0;
 constexpr double kStanding_rad_s = 10.0;
 
-// Most last 120 to 200 ms, one in five 450: long enough for eight trips and the latch.
-double length_of(const RandomStream& random) { return random.uniform(3) < 0.2 ? 450.0 : 120.0 + 80.0 * random.uniform(4); }
+// Most last 100 to 160 ms, one in ten 450: long enough for eight trips and the latch.
+double length_of(const RandomStream& random) { return random.uniform(3) < 0.1 ? 450.0 : 100.0 + 60.0 * random.uniform(4); }
+
+// Where schedules begin: a copy costs microseconds, the flight up to here seconds.
+template <class Esc>
+struct Begun {
+  Esc esc;
+  double aim_rad_s;
+};
 
 // One ESC on its way through a schedule.
 template <class Esc>
 class FaultFlight {
  public:
-  FaultFlight(const Esc& begun, std::uint64_t number, EscTrace* trace) : esc_(begun), trace_(trace) {
+  FaultFlight(const Begun<Esc>& begun, std::uint64_t number, EscTrace* trace)
+      : esc_(begun.esc), aim_rad_s_(begun.aim_rad_s), trace_(trace) {
     const RandomStream random(number, kFaultStream);
     o_.number = number;
     length_ms_ = length_of(random);
@@ -65,7 +73,7 @@ class FaultFlight {
     constexpr double kPeriod_ms = 1.0 / kPeriodsPerMs;
     if (ms() > silent_from_ms_ + kStale_ms && esc_.board().bridge) o_.driven_stale_ms += kPeriod_ms;
     if (trace_ != nullptr && periods_ % kPeriodsPerTracePoint == 0)
-      trace_->add(esc_, esc_.board().bridge, 1e-3 * ms(), silent_ ? std::numeric_limits<double>::quiet_NaN() : 1.0);
+      trace_->add(esc_, esc_.board().bridge, 1e-3 * ms(), silent_ ? std::numeric_limits<double>::quiet_NaN() : aim_rad_s_);
     if (periods_ % kPeriodsPerTracePoint == 0) {
       const firmware::Telemetry t = esc_.telemetry();
       const bool blind = t.state == firmware::MotorState::running && std::fabs(esc_.omega_rad_s()) < kStanding_rad_s;
@@ -91,6 +99,7 @@ class FaultFlight {
   }
 
   Esc esc_;
+  double aim_rad_s_;
   EscTrace* trace_ = nullptr;
   FaultOutcome o_;
   double length_ms_ = 0.0, silent_from_ms_ = std::numeric_limits<double>::infinity(), blind_ms_ = 0.0, latched_ms_ = 0.0;
@@ -99,20 +108,21 @@ class FaultFlight {
 };
 
 template <class Esc>
-std::vector<Esc> begun(const std::vector<EscDraw>& draws, const FaultSettings& settings) {
-  std::vector<Esc> escs;
+std::vector<Begun<Esc>> begun(const std::vector<EscDraw>& draws, const FaultSettings& settings) {
+  std::vector<Begun<Esc>> escs;
   for (std::size_t k = 0; k < draws.size(); ++k) {
     sim::NativeEscConfig c = native_config(draws[k]);
     c.drive.switched_step_s = settings.switched_step_s;
+    const double aim_rad_s = 0.5 * highest_speed_rad_s(draws[k]);
     // aligning, ramping, handing over; at speed
     for (const double after_ms : {20.0 + 60.0 * static_cast<double>(k % 5 + 1), std::max(900.0, 1.5 * draws[k].start_within_ms)}) {
       Esc esc(c);
       if (settings.change) settings.change(esc.motor().config());
       esc.couple_quadratic(draws[k].load_N_m_s2, draws[k].bus_V);
       run_ms(esc, 12.0);
-      esc.set_setpoint(speed(0.5 * highest_speed_rad_s(draws[k])));
+      esc.set_setpoint(speed(aim_rad_s));
       run_ms(esc, after_ms);
-      escs.push_back(std::move(esc));
+      escs.push_back({std::move(esc), aim_rad_s});
     }
   }
   return escs;
@@ -120,7 +130,7 @@ std::vector<Esc> begun(const std::vector<EscDraw>& draws, const FaultSettings& s
 
 // Four at a time: their drives step side by side (Drive::step_together).
 template <class Esc>
-std::vector<FaultOutcome> fly_all(const std::vector<Esc>& from, const FaultSettings& s) {
+std::vector<FaultOutcome> fly_all(const std::vector<Begun<Esc>>& from, const FaultSettings& s) {
   std::vector<std::unique_ptr<FaultFlight<Esc>>> flights;
   std::vector<FaultOutcome> done;
   std::uint64_t next = s.from;
@@ -162,7 +172,7 @@ std::vector<FaultOutcome> run_fault_schedules(const std::vector<EscDraw>& draws,
 
 FaultOutcome trace_fault_schedule(const std::vector<EscDraw>& draws, const FaultSettings& s, std::uint64_t number, EscTrace& trace) {
   return with_esc_of(draws.at(0).board, [&]<class Esc>() {
-    const std::vector<Esc> escs = begun<Esc>(draws, s);
+    const std::vector<Begun<Esc>> escs = begun<Esc>(draws, s);
     FaultFlight<Esc> flight(escs[number % escs.size()], number, &trace);
     do {
       flight.renew();

@@ -15,10 +15,10 @@ namespace rotorloop::esc_lab {
 
 struct FaultOutcome {
   std::uint64_t number = 0;
-  std::string faults;            // names of what broke
+  std::string faults;  // names of what broke
   double simulated_ms = 0.0;
-  double driven_stale_ms = 0.0;  // bridge on without a fresh set-point: none allowed
-  double blind_running_ms = 0.0; // a rotor at rest reported as running: at most kBlindRunning_ms
+  double driven_stale_ms = 0.0;   // bridge on without a fresh set-point: none allowed
+  double blind_running_ms = 0.0;  // a rotor at rest reported as running: at most kBlindRunning_ms
   bool dead_without_reason = false, latched_without_fault = false;
   bool latched = false, tripped = false;
 };

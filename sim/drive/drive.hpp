@@ -84,6 +84,8 @@ class Drive {
   template <bool kDetailed, class Real, std::size_t Count>
   static void step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods);
   bool driven(const PwmCommand& pwm) const { return pwm.enabled && bus_V_ > 0.0; }
+  // All gates low, no channel shorted, the currents gone: broken legs or not, nothing switches.
+  bool at_rest(const PwmCommand& pwm) const;
   bool detailed() const { return p_.inverter.node_capacitance_F > 0.0; }
   void step_alone(const PwmCommand& pwm, int periods);
   void step_switched(const PwmCommand& pwm);

@@ -8,6 +8,7 @@ namespace rotorloop::sim {
 namespace {
 
 constexpr double kSlow_s = 1e-3;
+constexpr double kGone_A = 0.05;     // two counts of the converter
 constexpr double kHeld_kg_m2 = 1e3;  // a rotor held fast: nothing of this size turns it
 
 bool acts(const DriveFault& f, double t_s) { return t_s >= f.from_s && t_s < f.until_s; }
@@ -111,6 +112,14 @@ MotorConstants<double> Drive::present_motor() const {
     m.inductance_q_H = axis_flux(p.inductance_H.q, p.saturated_share, 1.0 / p.saturation_A, motor_.state().i_q_A).apparent_H;
   }
   return m;
+}
+
+bool Drive::at_rest(const PwmCommand& pwm) const {
+  if (driven(pwm)) return false;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (legs_.high_short[k] || legs_.low_short[k]) return false;
+  const MotorState& s = motor_.state();
+  return s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A < kGone_A * kGone_A;
 }
 
 void Drive::step_switched(const PwmCommand& pwm) {

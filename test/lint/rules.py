@@ -56,6 +56,7 @@ ARROWS = {
     "bench/live": ["host/base", "host/bus", "host/node", "host/tools", "sim", "firmware", "protocols"],
     "bench/stand_run": ["host/base", "host/bus", "host/tools", "protocols", "bench/modbus"],
     "bench/virtual_stand": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/modbus", "bench/stand_run"],
+    "bench/esc_lab": WITH_WORLD + ["bench/render", "bench/hil"],
     "bench/close": WITH_WORLD + ["bench/log", "bench/render", "bench/hil"],
     "cli": ["bench", "sim", "host", "firmware", "protocols"],
     "docs/examples/own_controller": ["host/control/controller_abi.h"],  # what a user writes: the C header alone

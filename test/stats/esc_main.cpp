@@ -116,7 +116,8 @@ bool fly_table(const std::vector<EscTrial>& trials) {
   list("late or never", trials, [&](const EscTrial& t) { return !in_time(t); });
   list("with a trip (faults)", trials, [](const EscTrial& t) { return t.trips > 0; });
   list("latched", trials, [](const EscTrial& t) { return t.latched; });
-  return started == trials.size() && held == trials.size() && latched == 0 && static_cast<double>(clean) >= kLeastCleanShare * static_cast<double>(trials.size());
+  return started == trials.size() && held == trials.size() && latched == 0 &&
+         static_cast<double>(clean) >= kLeastCleanShare * static_cast<double>(trials.size());
 }
 
 bool step_table(const std::vector<EscTrial>& trials) {

@@ -11,7 +11,7 @@ namespace {
 
 using namespace rotorloop::esc_lab;
 
-// What CI spends on them is at most a minute of one core.
+// What the fast tier spends on them is about a minute of one core.
 constexpr std::uint64_t kSchedules = 10000;
 
 std::vector<EscDraw> drawn_5in_motors() {
@@ -65,6 +65,21 @@ TEST(FaultSchedule, OneOfThemRunAloneEndsAsItDidAmongTheOthers) {
     EXPECT_EQ(alone.latched, among->latched);
     EXPECT_NEAR(trace.t_s.back(), 1e-3 * alone.simulated_ms, 0.3e-3);
   }
+}
+
+// Broken legs are stepped edge by edge: in steps of 1 us here, of 0.25 us where the bridge itself is judged (test_drive).
+TEST(FaultSchedule, StepsOfOneMicrosecondEndAsThoseOfAQuarter) {
+  FaultSettings coarse{.count = 60}, fine{.count = 60};
+  fine.switched_step_s = 0.25e-6;
+  const auto by_number = [](std::vector<FaultOutcome> all) {
+    std::sort(all.begin(), all.end(), [](const FaultOutcome& a, const FaultOutcome& b) { return a.number < b.number; });
+    return all;
+  };
+  const auto a = by_number(run_fault_schedules(drawn_5in_motors(), coarse)), b = by_number(run_fault_schedules(drawn_5in_motors(), fine));
+  int same = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) same += a[k].tripped == b[k].tripped && a[k].latched == b[k].latched;
+  std::printf("%d of %zu schedules end alike\n", same, a.size());
+  EXPECT_GE(same, 57);  // a single count of noise more or less may decide between two trips and none
 }
 
 }  // namespace
