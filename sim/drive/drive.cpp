@@ -148,20 +148,22 @@ void Drive::step(const PwmCommand& pwm) { step_alone(pwm, 1); }
 void Drive::step_alone(const PwmCommand& pwm, int periods) {
   if (periods > 1 && slow_within(periods)) {
     for (int n = 0; n < periods; ++n) step_alone(pwm, 1);
-  } else if (legs_.any && !at_rest(pwm)) {
-    for (int n = 0; n < periods; ++n) step_switched(pwm);
+  } else if (legs_.any) {
+    for (int n = 0; n < periods; ++n) at_rest(pwm) ? step_off() : step_switched(pwm);
   } else if (!driven(pwm)) {
-    for (int n = 0; n < periods; ++n) {
-      bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, present_load(), 1.0 / p_.inverter.pwm_Hz);
-      low_window_s_ = {};
-      low_current_A_ = {};
-      count_periods(1);
-    }
+    for (int n = 0; n < periods; ++n) step_off();
   } else if (detailed()) {
     step_driven<true, double, 1>({this}, {&pwm}, periods);
   } else {
     step_driven<false, double, 1>({this}, {&pwm}, periods);
   }
+}
+
+void Drive::step_off() {
+  bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, present_load(), 1.0 / p_.inverter.pwm_Hz);
+  low_window_s_ = {};
+  low_current_A_ = {};
+  count_periods(1);
 }
 
 void Drive::step_together(std::span<Drive* const> drives, std::span<const PwmCommand> pwm, int periods) {

@@ -88,6 +88,7 @@ class Drive {
   bool at_rest(const PwmCommand& pwm) const;
   bool detailed() const { return p_.inverter.node_capacitance_F > 0.0; }
   void step_alone(const PwmCommand& pwm, int periods);
+  void step_off();  // all gates low
   void step_switched(const PwmCommand& pwm);
   // What changes slowly: temperatures, drift of offsets, faults that begin or end. Once a millisecond.
   void count_periods(int periods);
