@@ -26,8 +26,10 @@ void add_controller(CLI::App& app, int& exit_code) {
     std::filesystem::path vehicle, gains;
   };
   auto o = std::make_shared<Betaflight>();
-  CLI::App* b = group->add_subcommand("betaflight", "Betaflight's simulator program, found by the environment variable ROTORLOOP_BETAFLIGHT");
-  auto* print = b->add_flag("--print-config", o->print_config, "print the configuration made from a vehicle file and gains, and fly nothing");
+  CLI::App* b =
+      group->add_subcommand("betaflight", "Betaflight's simulator program, found by the environment variable ROTORLOOP_BETAFLIGHT");
+  auto* print =
+      b->add_flag("--print-config", o->print_config, "print the configuration made from a vehicle file and gains, and fly nothing");
   b->add_option("--vehicle", o->vehicle, "vehicle file, with --print-config")->check(CLI::ExistingFile)->needs(print);
   b->add_option("--gains", o->gains, "gains file, with --print-config")->check(CLI::ExistingFile)->needs(print);
   b->footer("One JSON object a line on standard input and output: docs/controller.md.");

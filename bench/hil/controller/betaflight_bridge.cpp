@@ -21,11 +21,10 @@
 namespace rotorloop::hil {
 namespace {
 
-constexpr double kArm_s = 5.5;    // Betaflight starts and calibrates until 5 s of its time
-constexpr double kStart_s = 8.0;  // of the trajectory
+constexpr double kArm_s = 5.5;                // Betaflight starts and calibrates until 5 s of its time
+constexpr double kStart_s = 8.0;              // of the trajectory
 constexpr std::uint64_t kStepsPerStick = 10;  // 100 Hz, as a radio link sends
-constexpr int kMostMissed = 200;              // states in a row without a motor packet: 4 s of waiting
-constexpr int kMostMissedAtStart = 3000;      // its first half second of states, at 20 ms each, brings none while it starts
+constexpr int kMostMissed = 40;               // states in a row without a motor packet: 4 s of waiting
 constexpr double kDeg_per_rad = 180.0 / std::numbers::pi;
 // The pilot: a sixth of the attitude loop's 15 rad/s (angle gain 8 1/s over a rate crossover of 28 rad/s), and a slow trim of the throttle,
 // because a stick is no thrust: a fifth of the vertical loop's frequency.
@@ -65,7 +64,8 @@ Eigen::Vector3d vector(const double (&a)[3]) { return {a[0], a[1], a[2]}; }
 // Our position loop as a pilot in angle mode: roll and pitch sticks are angles, throttle is thrust, yaw is a rate.
 class Pilot {
  public:
-  explicit Pilot(const Files& f) : map_(f.map), weight_N_(f.vehicle.weight_N()), mass_kg_(f.vehicle.mass_kg), loop_(f.vehicle, pilot_config(f)) {}
+  explicit Pilot(const Files& f)
+      : map_(f.map), weight_N_(f.vehicle.weight_N()), mass_kg_(f.vehicle.mass_kg), loop_(f.vehicle, pilot_config(f)) {}
 
   BetaflightSticks sticks(const rotorloop_controller_input& in) {
     BetaflightSticks s;
@@ -73,7 +73,7 @@ class Pilot {
     const bool flying = in.phase == ROTORLOOP_PHASE_FLYING;
     s[2] = stick(kStickLow_us);
     s[4] = stick(in.t_s >= kArm_s && in.phase != ROTORLOOP_PHASE_SAFE ? kStickHigh_us : kStickLow_us);  // arm
-    s[5] = stick(kStickHigh_us);                                                                         // angle mode
+    s[5] = stick(kStickHigh_us);                                                                        // angle mode
     if (!flying) return s;
     const double* q = in.estimate_q_WB;
     const host::StateEstimate estimate{.time_us = std::llround(in.t_s * 1e6),
@@ -94,14 +94,15 @@ class Pilot {
     setpoint.a_W_m_s2.z() += trim_m_s2_;
     wanted_ = loop_.step(state_, estimate, setpoint).diagnostics;
     const Eigen::Matrix3d R = wanted_.q_WB_sp.toRotationMatrix();
-    const double roll_deg = kDeg_per_rad * std::atan2(R(2, 1), R(2, 2)), pitch_deg = kDeg_per_rad * std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
+    const double roll_deg = kDeg_per_rad * std::atan2(R(2, 1), R(2, 2)),
+                 pitch_deg = kDeg_per_rad * std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
     const Eigen::Matrix3d B = estimate.q_WB.toRotationMatrix();
     const double off_rad = std::remainder(in.setpoint_yaw_rad - std::atan2(B(1, 0), B(0, 0)), 2.0 * std::numbers::pi);
     const double yaw_deg_s = kDeg_per_rad * (kPilotYaw_1_s * off_rad + in.setpoint_yaw_rate_rad_s);
     s[0] = stick(kStickCentre_us + kStickHalf_us * roll_deg / kAngleLimit_deg);
     s[1] = stick(kStickCentre_us + kStickHalf_us * pitch_deg / kAngleLimit_deg);
     s[2] = stick(throttle_us(wanted_.thrust_B_N));
-    s[3] = stick(kStickCentre_us - kStickHalf_us * yaw_deg_s / kYawRate_deg_s);
+    s[3] = stick(kStickCentre_us - kStickHalf_us * yaw_deg_s / kFullStickRate_deg_s);
     return s;
   }
   const host::Diagnostics& wanted() const { return wanted_; }
@@ -126,12 +127,13 @@ BetaflightState state_of(const rotorloop_controller_input& in) {
   const auto& q = in.estimate_q_WB;
   const auto& v = in.estimate_v_W_m_s;
   const auto& p = in.estimate_p_W_m;
-  BetaflightState s{.t_s = in.t_s,
-                    .rate_rad_s = {w[0], -w[1], -w[2]},
-                    .specific_force_m_s2 = {a[0], -a[1], -a[2]},
-                    .velocity_m_s = {v[0], v[1], v[2]},
-                    .longitude_latitude_deg_altitude_m = {kLongitude_deg + p[0] / kMetresPerDegree, kLatitude_deg + p[1] / kMetresPerDegree, p[2]},
-                    .pressure_Pa = 101'325.0 * std::pow(1.0 - 2.25577e-5 * p[2], 5.25588)};  // standard atmosphere
+  BetaflightState s{
+      .t_s = in.t_s,
+      .rate_rad_s = {w[0], -w[1], w[2]},
+      .specific_force_m_s2 = {a[0], -a[1], -a[2]},
+      .velocity_m_s = {v[0], v[1], v[2]},
+      .longitude_latitude_deg_altitude_m = {kLongitude_deg + p[0] / kMetresPerDegree, kLatitude_deg + p[1] / kMetresPerDegree, p[2]},
+      .pressure_Pa = 101'325.0 * std::pow(1.0 - 2.25577e-5 * p[2], 5.25588)};  // standard atmosphere
   if (in.estimate_valid) s.q_wxyz = {q[0], q[1], -q[2], -q[3]};
   return s;
 }
@@ -146,8 +148,13 @@ class Notes {
     armed_ = turning;
     for (std::size_t i = 0; i < 4; ++i) {
       const double wanted = map.omega_rad_s(motors[kTheirs[i]]), speed = in.omega_rad_s[i];
-      const bool lost = in.phase >= ROTORLOOP_PHASE_FLYING && !(speed > 0.5 * wanted);
-      if (lost && !lost_[i]) note(in, fmt::format("ESC {} reports {:.0f} rad/s where the motor output asks for {:.0f} rad/s", i + 1, speed, wanted));
+      still_[i] = speed == last_[i] ? still_[i] + 1 : 0;  // a measured speed is never the same twice
+      last_[i] = speed;
+      const bool lost = turning && in.phase >= ROTORLOOP_PHASE_FLYING && (still_[i] >= kStillSteps || !(speed > kLostShare * wanted));
+      if (lost && !lost_[i] && still_[i] >= kStillSteps)
+        note(in, fmt::format("ESC {}: no new speed for {} ms, the motor output asks for {:.0f} rad/s", i + 1, still_[i], wanted));
+      else if (lost && !lost_[i])
+        note(in, fmt::format("ESC {} reports {:.0f} rad/s where the motor output asks for {:.0f} rad/s", i + 1, speed, wanted));
       lost_[i] = lost;
     }
     if (in.phase != phase_) note(in, fmt::format("flight computer: {}", kPhaseNames[in.phase]));
@@ -155,11 +162,15 @@ class Notes {
   }
 
  private:
+  static constexpr int kStillSteps = 20;     // 1 ms each; the flight computer gives an ESC up after 30 ms without a frame
+  static constexpr double kLostShare = 0.5;  // a motor catches up with any command of a flight to half of it within a step or two
   static constexpr std::array<const char*, 4> kPhaseNames{"boot", "spin_up", "flying", "safe, sticks to zero and disarm"};
   static void note(const rotorloop_controller_input& in, const std::string& what) { fmt::print(stderr, "{:.3f} s: {}\n", in.t_s, what); }
   bool armed_ = false;
   std::uint32_t phase_ = ROTORLOOP_PHASE_BOOT;
   std::array<bool, 4> lost_{};
+  std::array<double, 4> last_{};
+  std::array<int, 4> still_{};
 };
 
 // A folder that goes with the flight's logs, or a temporary one.
@@ -170,14 +181,13 @@ std::filesystem::path work_folder(const std::string& log_folder) {
   return pattern;
 }
 
-std::filesystem::path program() {
-  const char* path = std::getenv("ROTORLOOP_BETAFLIGHT");
-  if (!path || !*path)
-    throw Error({"ROTORLOOP_BETAFLIGHT", "is not set", "", "set it to the path of Betaflight's simulator program (docs/controller.md)"}, ExitCode::device);
-  if (!std::filesystem::is_regular_file(path))
-    throw Error({"ROTORLOOP_BETAFLIGHT", fmt::format("\"{}\": no such file", path), "", "give the path of Betaflight's simulator program"},
-                ExitCode::device);
-  return std::filesystem::absolute(path);
+std::string one_line(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\n') out += ';';
+    if (c != '\n' && !(c == ' ' && out.ends_with(' '))) out += c;
+  }
+  return out;
 }
 
 void say(const std::string& line) { std::cout << line << std::flush; }
@@ -197,25 +207,39 @@ void fly(const Files& f, BetaflightLink& link) {
   Notes notes;
   std::array<float, 4> motors{};
   int missed = 0;
-  bool heard = false;
+  std::uint64_t states = 0, unanswered = 0;
   std::string line;
   rotorloop_controller_input in{};
   while (std::getline(std::cin, line)) {
-    if (const auto why = parse_input(line, in); !why.empty()) throw Error({"handshake", why, "", "use the rotorloop that started this bridge"});
+    if (const auto why = parse_input(line, in); !why.empty())
+      throw Error({"handshake", why, "", "use the rotorloop that started this bridge"});
+    if (states == 0) link.get_in_step();  // only now: each answer has a wait of its own
     if (in.step % kStepsPerStick == 0) link.send(in.t_s, pilot.sticks(in));
     link.send(state_of(in));
     missed = link.receive(motors) ? 0 : missed + 1;
-    heard = heard || missed == 0;
+    ++states;
+    unanswered += missed > 0;
     if (missed > 0 && !link.running()) throw Error({"betaflight", "its program has ended", "", "see betaflight.log"}, ExitCode::device);
-    if (missed > (heard ? kMostMissed : kMostMissedAtStart))
-      throw Error({"betaflight", fmt::format("no motor packet for {} states", missed), heard ? "it hangs" : "its clock does not follow the states", "see betaflight.log"},
-                  ExitCode::device);
+    if (missed > kMostMissed)
+      throw Error({"betaflight", fmt::format("no motor packet for {} states", missed), "it hangs", "see betaflight.log"}, ExitCode::device);
     notes.add(in, motors, f.map);
     say(output_line(in.step, answer(f, pilot, motors)));
   }
+  fmt::print(stderr, "{} states, {} of them without an answer within {} ms\n", states, unanswered, BetaflightLink::kMotorWait_ms);
 }
 
 }  // namespace
+
+std::filesystem::path betaflight_program() {
+  const char* path = std::getenv("ROTORLOOP_BETAFLIGHT");
+  if (!path || !*path)
+    throw Error({"ROTORLOOP_BETAFLIGHT", "is not set", "", "set it to the path of Betaflight's simulator program (docs/controller.md)"},
+                ExitCode::device);
+  if (!std::filesystem::is_regular_file(path))
+    throw Error({"ROTORLOOP_BETAFLIGHT", fmt::format("\"{}\": no such file", path), "", "give the path of Betaflight's simulator program"},
+                ExitCode::device);
+  return std::filesystem::absolute(path);
+}
 
 std::string betaflight_config_of(const std::filesystem::path& vehicle_file, const std::filesystem::path& gains_file) {
   const Files f = read_files(vehicle_file, gains_file);
@@ -228,14 +252,15 @@ int serve_betaflight() {
   if (!std::getline(std::cin, line)) return 1;
   bool greeted = false;
   try {
-    if (const auto why = parse_setup(line, setup); !why.empty()) throw Error({"handshake", why, "", "use the rotorloop that started this bridge"});
+    if (const auto why = parse_setup(line, setup); !why.empty())
+      throw Error({"handshake", why, "", "use the rotorloop that started this bridge"});
     const Files f = read_files(setup.vehicle_file, setup.gains_file);
-    BetaflightLink link(program(), work_folder(setup.log_folder), betaflight_config(f.vehicle, f.map));
+    BetaflightLink link(betaflight_program(), work_folder(setup.log_folder), betaflight_config(f.vehicle, f.map));
     say(hello_line({.level = ROTORLOOP_LEVEL_ROTOR_SPEED, .every = 1, .own_estimate = false, .start_s = kStart_s}));
     greeted = true;
     fly(f, link);
   } catch (const Error& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    fmt::print(stderr, "{}\n", one_line(e.what()));  // the run shows the last line
     if (!greeted) say(nlohmann::json{{"error", e.what()}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return static_cast<int>(e.exit_code());
   }

@@ -15,10 +15,10 @@ struct BetaflightMap {
   double output(double omega) const { return (omega - omega_min_rad_s) / (omega_max_rad_s - omega_min_rad_s); }
 };
 
-inline constexpr double kAngleLimit_deg = 60.0;   // tilt at full stick
-inline constexpr double kYawRate_deg_s = 200.0;   // at full stick
-inline constexpr int kMinCheck_us = 1050;         // throttle stick below it is none
-inline constexpr double kMotorIdle = 0.055;       // of the output, when armed
+inline constexpr double kAngleLimit_deg = 60.0;        // tilt at full stick
+inline constexpr double kFullStickRate_deg_s = 200.0;  // yaw
+inline constexpr int kMinCheck_us = 1050;              // throttle stick below it is none
+inline constexpr double kMotorIdle = 0.055;            // of the output, when armed
 
 // Lines of Betaflight's command line, ending with `save`.
 std::string betaflight_config(const host::VehicleModel& vehicle, const BetaflightMap& map);

@@ -22,6 +22,9 @@ using BetaflightSticks = std::array<std::uint16_t, 16>;  // 1000 to 2000 µs: ro
 
 class BetaflightLink {
  public:
+  // It answers each state at most once, after its next control step; a wait this long is rare where it has a core of its own.
+  static constexpr int kMotorWait_ms = 100;
+
   // Loads `config` in `folder` and starts the program there. Each has a network of its own where that is allowed; elsewhere one flies at a
   // time. Throws Error: cannot be started, a line of the configuration is refused, a port is taken.
   BetaflightLink(const std::filesystem::path& program, const std::filesystem::path& folder, const std::string& config);
@@ -29,13 +32,25 @@ class BetaflightLink {
   BetaflightLink(const BetaflightLink&) = delete;
   BetaflightLink& operator=(const BetaflightLink&) = delete;
 
-  void send(const BetaflightState& state);
+  // Sends states at rest until it answers one after the other; starts it again when it does not come into step. Its time is ahead of the
+  // flight's from then on. Throws Error: it never did.
+  void get_in_step();
+  void send(BetaflightState state);
   void send(double t_s, const BetaflightSticks& sticks);
   // Motors 0 to 1 in its order rear right, front right, rear left, front left. False: none came within the wait; the last ones stay.
   bool receive(std::array<float, 4>& motors);
   bool running();  // false once the program has ended
 
  private:
+  void start_program();
+  void wait_until_started();
+  bool in_step();
+  bool receive(std::array<float, 4>& motors, int wait_ms);
+  void end_child();
+  void end();
+
+  std::filesystem::path program_, folder_;
+  double lead_s_ = 0.0;
   pid_t child_ = -1;
   int to_state_ = -1, to_sticks_ = -1, motors_ = -1, lock_ = -1;
 };

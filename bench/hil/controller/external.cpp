@@ -23,7 +23,8 @@ std::string name_from(const std::string& command) {
     if (best.empty() || fs::is_regular_file(word, ignored)) best = fs::path(word).stem().string();
     at = end + 1;
   }
-  std::replace_if(best.begin(), best.end(), [](char c) { return !is_variant_name(std::string_view(&c, 1)); }, '_');
+  std::replace_if(
+      best.begin(), best.end(), [](char c) { return !is_variant_name(std::string_view(&c, 1)); }, '_');
   return best;
 }
 
@@ -66,7 +67,8 @@ std::vector<ExternalController> read_external_controllers(const TomlTable& root)
       t.fail("name", fmt::format("external_controller.name = \"{}\" cannot be the name of a variant", c.name), "",
              "use 1 to 64 letters, digits, '_' and '-', and no name of our variants");
     for (const auto& other : out)
-      if (other.name == c.name) t.fail("name", fmt::format("external_controller.name = \"{}\" is used twice", c.name), "", "give each its own name");
+      if (other.name == c.name)
+        t.fail("name", fmt::format("external_controller.name = \"{}\" is used twice", c.name), "", "give each its own name");
     if (t.has("library") == t.has("command"))
       t.fail("name", fmt::format("external controller \"{}\" needs either library or command", c.name), "", "give one of the two");
     if (t.has("library"))
@@ -86,9 +88,14 @@ std::string shell_quoted(const std::string& text) {
   return out + "'";
 }
 
+bool is_bridge(const ExternalController& c) {
+  return c.library.empty() && std::find(kBridges.begin(), kBridges.end(), c.command) != kBridges.end();
+}
+
 std::string start_line(const ExternalController& c) {
   const std::string rotorloop = shell_quoted(c.rotorloop.string());
   if (!c.library.empty()) return fmt::format("exec {} controller library {}", rotorloop, shell_quoted(fs::absolute(c.library).string()));
+  if (is_bridge(c)) return fmt::format("exec {} controller {}", rotorloop, c.command);
   return c.command;
 }
 

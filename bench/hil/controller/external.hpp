@@ -1,5 +1,6 @@
 // A controller that is not ours, as the user names it: on the command line (--controller) or in a scenario ([[external_controller]]).
 #pragma once
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -12,15 +13,19 @@ namespace rotorloop::hil {
 struct ExternalController {
   std::string name;               // of the variant, is_variant_name()
   std::filesystem::path library;  // a shared library (controller_abi.h); empty: `command` is the program itself
-  std::string command;            // line for /bin/sh that speaks the handshake on its standard input and output
+  std::string command;            // line for /bin/sh that speaks the handshake on its standard input and output, or a bridge's name
   double timeout_s = 10.0;        // longest wait for an answer, by the wall clock
   bool from_scenario = false;     // else given for this run
   std::filesystem::path rotorloop = "rotorloop";  // the command, which runs a library as a process of its own
 };
 
+// Autopilots that `rotorloop controller NAME` puts behind the handshake.
+inline constexpr std::array<std::string_view, 1> kBridges{"betaflight"};
+bool is_bridge(const ExternalController& c);
+
 inline constexpr double kLeastTimeout_s = 0.1, kMostTimeout_s = 600.0;
 
-// "./my.so", "python3 my.py" or either after "NAME=". Throws Error: empty, no name to be made of it, no such library.
+// "./my.so", "python3 my.py", "betaflight" or any of them after "NAME=". Throws Error: empty, no name to be made of it, no such library.
 ExternalController parse_controller(std::string_view text);
 
 // [[external_controller]] of a scenario; names are unique and none of ours. Throws Error with file, line and remedy.
