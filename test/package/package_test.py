@@ -2,6 +2,7 @@
 
 usage: package_test.py BUILD_FOLDER CMAKE
 """
+import json
 import os
 import pathlib
 import shutil
@@ -51,6 +52,20 @@ class Library(unittest.TestCase):
         print(done.stdout, done.stderr)
         self.assertEqual(done.returncode, 0)
         self.assertIn("all as promised", done.stdout)
+
+    def test_a_repository_of_a_user_builds_its_controller_and_flies_it_within_its_own_limits(self):
+        source = WORK / "own_repository"  # outside the source tree, as a user has it
+        shutil.copytree(HERE.parent.parent / "docs" / "examples" / "own_controller", source)
+        build = WORK / "own_repository_build"
+        done = configure(build, source)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = run(CMAKE, "--build", build)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        done = run(pathlib.Path(CMAKE).with_name("ctest"), "--test-dir", build, "--output-on-failure")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        flown = json.loads((build / "runs" / "scenario" / "result.json").read_text(encoding="utf-8"))
+        self.assertEqual([(f["variant"], f["end"]) for f in flown["flights"]],
+                         [(name, "completed") for name in ("pd_ff_thrust_drag", "my_controller", "python")])
 
     def test_the_wire_alone_needs_no_other_package(self):
         absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{p}=ON" for p in ("Eigen3", "fmt", "nlohmann_json", "tomlplusplus", "Ceres", "Threads")]
