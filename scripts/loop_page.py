@@ -10,7 +10,13 @@ def number(x, digits=3):
     return "–" if x is None else f"{x:.{digits}g}"
 
 
+def cell(text):
+    """In one line, for messages of the program have several, and without the sign that ends a cell."""
+    return " ".join(text.split()).replace("|", "/")
+
+
 def table(heads, rows):
+    rows = [[cell(c) for c in r] for r in rows]
     return ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads), *("| " + " | ".join(r) + " |" for r in rows), ""]
 
 
@@ -48,7 +54,7 @@ def chosen(result):
         others = ", ".join(f"`{t['id']}`" for t in a["twins"])
         out.append(f"- `{a['id']}`: {sizes(a['parameters'])}" + (f"; indistinguishable from it: {others}" if others else "") + ".")
         out += [f"  Determined better than its own size: {r['name']} {number(r['value'], 4)} ± {number(r['u'], 2)}." for r in a["ratios"]]
-    tried = [f"`{r['id']}` ({r['ruled_out_by']})" for r in result["rejected"]]
+    tried = [f"`{r['id']}` ({cell(r['ruled_out_by'])})" for r in result["rejected"]]
     return [*out, "", f"Refitted and not taken: {'; '.join(tried) if tried else 'none'}.", ""]
 
 
@@ -59,8 +65,8 @@ def errors(held):
 
 
 def left(result):
-    out = [f"- {r['axis']}: {number(r['beyond'])} {r['unit']} beyond the noise figures ({number(r['matters'])} matters), "
-           f"{100 * r['share']:.0f} % of its power {'in bursts' if r['bursts'] else 'predictable'}." for r in result["remains"]]
+    out = [f"- {r['axis']}: {number(r['beyond_noise_rms'])} {r['unit']} beyond the noise figures ({number(r['limit_rms'])} matters), "
+           f"{100 * r['share']:.0f} % of its power {'in bursts' if r['kind'] == 'bursts' else 'predictable'}." for r in result["remains"]]
     out = out or ["- No axis of force or torque keeps a part that matters and is not noise."]
     return [*out, *(f"- {w}" for w in result["remarks"]), ""]
 
