@@ -21,6 +21,7 @@
 #include "bench/identify/whiteness.hpp"
 #include "bench/render/digits.hpp"
 #include "host/base/constants.hpp"
+#include "host/base/statistics.hpp"
 #include "host/base/symmetric_matrix.hpp"
 #include "host/effects/rotor_groups.hpp"
 #include "host/effects/slung_load.hpp"
@@ -148,7 +149,7 @@ class Search {
  private:
   std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening,
                                        const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const;
-  bool stood_for_another(std::size_t i) const;
+  bool stood_for_another(std::size_t i, double own) const;
   void reject(const std::vector<RefitCandidate>& ranked);
   void accept(RefitCandidate& best, std::vector<ClassMember> aliases);
   void report_detection_limits(const std::vector<Tested>& all);
@@ -277,9 +278,8 @@ double worth(const identify::Identification& r, const Candidate& c) {
 }
 
 // An effect that stood in for others found later: beside them it is worth next to nothing of what it was worth alone, or it is worth less than one
-// of them and may be the remainder of its law.
-bool Search::stood_for_another(std::size_t i) const {
-  const double own = worth(model_, added_[i]);
+// of them and may be the remainder of its law. `own`: what it is worth.
+bool Search::stood_for_another(std::size_t i, double own) const {
   if (i + 1 < added_.size() && own < o_.criteria.stood_in * d_.added[i].evidence.delta_log_likelihood) return true;
   for (std::size_t j = i + 1; j < added_.size(); ++j) {
     if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s, o_.identify.fit.threads,
@@ -289,14 +289,19 @@ bool Search::stood_for_another(std::size_t i) const {
   return false;
 }
 
-// Backward: what the effects found later made needless goes again.
+// Backward: what the effects found later made needless goes again. Slopes say so of any size that shares a scale with parameters of the model
+// (J_r with I_zz and c_q): all of them may shrink together, but not to nothing. So what the refit without it loses has the last word, and counts
+// deflated as the blocks scatter.
 void Search::drop_the_needless(const Say& say) {
   for (std::size_t i = added_.size(); i-- > 0 && added_.size() > 1;) {
     const WaldTest test = wald_test(model_, added_[i], o_.criteria.fewest_u);
-    if (test.p <= test.sure && !stood_for_another(i)) continue;
+    if (test.p <= test.sure && !stood_for_another(i, worth(model_, added_[i]))) continue;
     say("refit without " + added_[i].id, 0.93);
     identify::Identification without = refit_without(model_, added_[i], again_);
     again_.stop.check();
+    const double loss = model_.fit.log_likelihood - without.fit.log_likelihood;
+    const double degrees = std::max(1, test.degrees), p = f_tail(std::max(0.0, 2.0 * loss / (degrees * test.inflation)), degrees, std::max(4.0, test.blocks));
+    if (loss >= o_.criteria.stood_in * d_.added[i].evidence.delta_log_likelihood && p <= test.sure && !stood_for_another(i, loss)) continue;
     model_ = std::move(without);
     CandidateEvidence e = d_.added[i].evidence;
     e.ruled_out_by = {Rejection::needless};

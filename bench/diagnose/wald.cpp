@@ -38,6 +38,8 @@ WaldTest wald_test(const identify::Identification& r, const Candidate& c, double
   if (out.degrees == 0) return out;
   out.statistic = (z.array().square() / robust.values.array().max(1.0)).sum() / out.degrees;
   const double blocks = std::max(kFewestBlocks, static_cast<double>(r.fit.blocks));
+  out.inflation = robust.values.array().max(1.0).mean();
+  out.blocks = blocks;
   out.p = f_tail(out.statistic, out.degrees, blocks);
   out.sure = f_tail(fewest_u * fewest_u, 1.0, blocks);
   return out;
