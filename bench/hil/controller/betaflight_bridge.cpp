@@ -59,7 +59,6 @@ host::ControllerConfig pilot_config(const Files& f) {
   return c;
 }
 
-Eigen::Vector3d vector(const double (&a)[3]) { return {a[0], a[1], a[2]}; }
 
 // Our position loop as a pilot in angle mode: roll and pitch sticks are angles, throttle is thrust, yaw is a rate.
 class Pilot {

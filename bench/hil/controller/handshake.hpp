@@ -1,6 +1,7 @@
 // The lockstep handshake with a controller in another process, line by line: one JSON object a line, our question, its answer.
 // Both ends are written here, so that the process which runs a shared library speaks exactly what any other program does.
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -23,6 +24,9 @@ struct HandshakeHello {
   bool own_estimate = false;
   double start_s = 0.0;  // 0 to 120
 };
+
+// The C header's three numbers as a vector.
+inline Eigen::Vector3d vector(const double (&a)[3]) { return {a[0], a[1], a[2]}; }
 
 // An output as it is handed out: what has to be given is not a number.
 rotorloop_controller_output empty_output();

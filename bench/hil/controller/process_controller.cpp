@@ -18,7 +18,6 @@ std::filesystem::path error_log(const std::string& folder) {
   return folder.empty() ? std::filesystem::path() : std::filesystem::path(folder) / "controller.log";
 }
 
-Eigen::Vector3d vector(const double (&a)[3]) { return {a[0], a[1], a[2]}; }
 Eigen::Quaterniond quaternion(const double (&a)[4]) { return {a[0], a[1], a[2], a[3]}; }
 
 template <std::size_t N>
