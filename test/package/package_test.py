@@ -63,7 +63,7 @@ class Library(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout)
         done = run(pathlib.Path(CMAKE).with_name("ctest"), "--test-dir", build, "--output-on-failure")
         self.assertEqual(done.returncode, 0, done.stdout)
-        flown = json.loads((build / "runs" / "scenario" / "result.json").read_text(encoding="utf-8"))
+        flown = json.loads((build / "runs" / "own-controller" / "result.json").read_text(encoding="utf-8"))
         self.assertEqual([(f["variant"], f["end"]) for f in flown["flights"]],
                          [(name, "completed") for name in ("pd_ff_thrust_drag", "my_controller", "python")])
 
