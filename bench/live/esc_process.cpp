@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "firmware/core/node/parameters.hpp"
 #include "host/base/error.hpp"
@@ -155,9 +156,24 @@ void EscProcess::run_processor() {
   busy_until_ = periods_ + (flash_.busy_us() - before_us) * 24 / 1000;  // periods of 24 kHz
 }
 
+// Arrivals are counted from outside: the firmware's own stamp of a command is what its time-out goes by.
+void EscProcess::look_at_bridge() {
+  const firmware::CommandCounters& c = esc_->node().command_counters();
+  const std::uint32_t commands = c.raw_commands + c.rpm_commands + c.fast_setpoints;
+  if (commands != commands_) commanded_at_ = periods_;
+  commands_ = commands;
+  const bool on = esc_->esc().board().bridge;
+  if (on == bridge_) return;
+  bridge_ = on;
+  if (!on_bridge) return;
+  const double since_s = commands == 0 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(periods_ - commanded_at_) / sim::kCurrentLoop_Hz;
+  on_bridge({on, static_cast<double>(periods_) / sim::kCurrentLoop_Hz, since_s});
+}
+
 void EscProcess::step_period() {
   run_processor();
   esc_->esc().step_current_loop();
+  look_at_bridge();
   if (++periods_ % kPeriodsPerCoupling != 0) return;
   battery_.step(esc_->esc().bus_current_A(), static_cast<double>(kPeriodsPerCoupling) / sim::kCurrentLoop_Hz);
   couple();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "bench/live/esc_boot.hpp"
@@ -28,6 +29,13 @@ struct EscProcessConfig {
   std::uint64_t seed = 1;
 };
 
+// The bridge began or ended to switch. Times are the ESC's own: what they say does not depend on how busy the machine is.
+struct BridgeChange {
+  bool on = false;
+  double t_s = 0.0;              // since the ESC was made
+  double since_command_s = 0.0;  // since the newest command that arrived; not-a-number: none has
+};
+
 // Constant for an ESC that was given none: the same command line is the same device to autopilots and tools.
 std::array<std::uint8_t, 16> default_unique_id(std::uint8_t esc_index);
 
@@ -36,6 +44,8 @@ class EscProcess {
   // Throws Error for a plant file or a store that cannot be used and for parameters out of range.
   EscProcess(const EscProcessConfig& config, TimedBus& bus);
   ~EscProcess();
+
+  std::function<void(const BridgeChange&)> on_bridge;  // may be empty
 
   // Moves the ESC on to the present of the bus. A process that was held up for long does not catch up: its time falls behind, counted.
   void advance();
@@ -60,6 +70,7 @@ class EscProcess {
  private:
   using Esc = sim::NodedEsc<sim::NativeEsc, firmware::EscNode>;
   void step_period();
+  void look_at_bridge();
   void run_processor();
   void run_updater();
   void serve_node();
@@ -79,6 +90,9 @@ class EscProcess {
   double load_N_m_s2_ = 0.0;
   std::int64_t begun_ns_, lost_ns_ = 0;
   std::uint64_t periods_ = 0, busy_until_ = 0;  // the processor stands still while its flash works
+  std::uint64_t commanded_at_ = 0;  // period in which the newest command arrived
+  std::uint32_t commands_ = 0;
+  bool bridge_ = false;
   int starts_ = 0;
   bool stored_ = false;
 };

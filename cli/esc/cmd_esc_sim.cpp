@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,7 +24,7 @@ namespace {
 struct EscSimArguments {
   std::string bus, node_id, unique_id;
   int esc_index = 0;
-  std::filesystem::path store;
+  std::filesystem::path store, bridge_log;
   std::filesystem::path plant = "vehicles/reference_plant.toml";
   double pace = 1.0;
   bool no_arming = false;
@@ -113,11 +114,26 @@ live::EscProcessConfig configuration(const EscSimArguments& o) {
   return config;
 }
 
+// One line for each change, whole at once: a reader sees it as soon as it happened.
+std::ofstream begun_bridge_log(const EscSimArguments& o) {
+  const std::string name = o.bridge_log.generic_string();
+  if (std::filesystem::exists(o.bridge_log) && !o.live.force) throw Error({name, "is there already", "", "give another name, or --force to replace it"});
+  std::ofstream out(o.bridge_log);
+  out << "t_s,bridge,since_command_ms\n" << std::flush;
+  if (!out) throw Error({name, "cannot be written", "", "give another file with --bridge-log"}, ExitCode::device);
+  return out;
+}
+
 int esc_sim(const EscSimArguments& o) {
   check_live_options(o.live);
   const live::EscProcessConfig config = configuration(o);
   const auto bus = open_recorded(o.live, o.bus, "--bus");
   live::EscProcess esc(config, *bus);
+  std::ofstream log;
+  if (!o.bridge_log.empty()) {
+    log = begun_bridge_log(o);
+    esc.on_bridge = [&log](const live::BridgeChange& b) { log << fmt::format("{:.6f},{},{:.3f}\n", b.t_s, b.on ? "on" : "off", 1e3 * b.since_command_s) << std::flush; };
+  }
   TimedBus* const alone = bus.get();
   std::signal(SIGUSR1, on_button_signal);
   Told told(o, *bus);
@@ -157,6 +173,7 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
   c->add_option("--plant", o->plant, "plant file: motor, propeller and battery are those of its first rotor")->capture_default_str();
   c->add_option("--pace", o->pace, "seconds of the ESC per second")->capture_default_str();
   c->add_flag("--no-arming", o->no_arming, "turn without ArmingStatus, for controllers that never send one");
+  c->add_option("--bridge-log", o->bridge_log, "CSV file: when the bridge began and ended to switch, and how old the newest command was then, by the ESC's clock");
   add_live_options(*c, o->live);
   c->footer(
       "The firmware is the one that `rotorloop hil` flies. It turns only when armed and while commands are fresh (250 ms).\n"
