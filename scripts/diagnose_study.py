@@ -1,5 +1,6 @@
 """Flies a plant with one unmodelled effect after the other, lets `rotorloop diagnose` say what the logs show, and keeps what it
-said: see scripts/stats diagnose. Uses the command line of rotorloop alone; scripts/diagnose_score.py judges.
+said: see scripts/stats diagnose. Uses the command line of rotorloop alone; scripts/diagnose_score.py judges,
+scripts/diagnose_compare.py holds two programs against each other.
 
 A trial is one plant and one seed: build/stats/diagnose/CASE/SEED with plant.toml, the vehicle file, and trial.json
 (how the flights ended, what was said). A trial that has its trial.json is not repeated; logs are deleted once they are read.

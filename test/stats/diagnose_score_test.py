@@ -9,6 +9,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
+import diagnose_compare as compare  # noqa: E402
 import diagnose_score as score  # noqa: E402
 import diagnose_study as study  # noqa: E402
 
@@ -81,6 +82,46 @@ class Judge(unittest.TestCase):
             self.assertIn("60.0 % (6 of 10", page)
             self.assertIn("| single effects below 7 of 10 | 1 of 1 | 0 | **missed** |", page)
             self.assertIn("6 × a; 4 × b", page)
+
+
+class TwoPrograms(unittest.TestCase):
+    """The same trials by two programs: what changed, and whether that is worse."""
+
+    @staticmethod
+    def folder(out, answers):
+        for seed, answer in enumerate(answers):
+            folder = pathlib.Path(out) / "a" / str(seed)
+            folder.mkdir(parents=True)
+            record = {**trial("separable", "a"), "case": "a", "seed": seed, "ends": {}, "exit": 0, "wall_s": 1.0}
+            (folder / "trial.json").write_text(json.dumps(record))
+            (folder / "result.json").write_text(json.dumps(answer))
+        return compare.trials(out)
+
+    def compared(self, old, new):
+        with tempfile.TemporaryDirectory() as a, tempfile.TemporaryDirectory() as b:
+            return compare.compare(self.folder(a, old), self.folder(b, new))
+
+    def test_exact_two_sided_probability_of_a_split(self):
+        self.assertEqual(compare.by_chance(0, 0), 1.0)
+        self.assertEqual(compare.by_chance(3, 3), 1.0)
+        self.assertAlmostEqual(compare.by_chance(0, 6), 2.0 / 64.0)
+        self.assertAlmostEqual(compare.by_chance(8, 1), 20.0 / 512.0)
+
+    def test_one_trial_lost_is_chance_and_two_of_ten_are_not(self):
+        right, missed = said("named", ["a"]), said("clean")
+        page, lost = self.compared([right] * 10, [missed] + [right] * 9)
+        self.assertFalse(lost)
+        self.assertIn("- `a` seed 0: right: a -> missed: clean", page)
+        self.assertTrue(self.compared([right] * 10, [missed] * 2 + [right] * 8)[1])
+        self.assertFalse(self.compared([missed] * 2 + [right] * 8, [right] * 10)[1])
+
+    def test_a_wrong_name_more_than_before_is_a_loss(self):
+        self.assertTrue(self.compared([said("named", ["a"])], [said("named", ["a"], ["b"])])[1])
+
+    def test_trials_of_one_folder_alone_are_left_out(self):
+        page, lost = self.compared([said("clean")] * 5, [said("clean")] * 2)
+        self.assertFalse(lost)
+        self.assertIn("2 trials in both; a wrong name in 0 before, 0 now.", page)
 
 
 class Plants(unittest.TestCase):
