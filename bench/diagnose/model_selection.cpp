@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bench/diagnose/wald.hpp"
 #include "bench/identify/identified_vehicle.hpp"
@@ -11,7 +12,6 @@ namespace rotorloop::diagnose {
 namespace {
 
 constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
-constexpr double kStrongestFactor = 2.0;                  // times the best classical statistic of those that pass
 constexpr double kFarBehindShare = 0.5;                   // of what the leader explains: below it no refit makes up for it
 constexpr double kFarBehind_log = 50.0;                   // of log likelihood, by which it must be behind
 constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
@@ -45,6 +45,10 @@ double cost_after_refit(const RefitCandidate& c, double measurements) {
   return 0.5 * std::clamp(moved, 1, std::max(1, c.tested->test.degrees)) * std::log(measurements);
 }
 
+double standard_errors(const NamedValue& v, double neutral) {
+  return v.u > 0.0 ? std::fabs(v.value - neutral) / v.u : std::numeric_limits<double>::infinity();
+}
+
 Heterogeneity heterogeneity_of(const identify::Identification& refit, const Candidate& c) {
   const std::vector<int> parameters = parameters_of(c, refit.problem.start.terms);
   ColumnSet own, others;
@@ -69,6 +73,8 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   c.score = c.delta_log_likelihood - cost_after_refit(c, s.table.measurements);
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.heterogeneity = heterogeneity_of(c.refit.fit, candidate);
+  const NamedValue* own = defining_number(candidate, c.values);
+  const double found = own ? standard_errors(*own, candidate.parameters[static_cast<std::size_t>(own - c.values.data())].neutral) : criteria.fewest_u;
   if (!fit.converged) {
     c.failure = {Rejection::not_converged};
   } else if (at_bound(candidate, c.values)) {
@@ -83,6 +89,8 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
       c.failure.figures = {
           {"wald", "1", all.statistic}, {"parameters", "1", static_cast<double>(all.degrees)}, {"p", "1", all.p, all.sure}};
     }
+  } else if (found < criteria.fewest_u) {
+    c.failure = {.id = Rejection::law_not_found, .figures = {{"standard_errors", "1", found, criteria.fewest_u}}, .detail = own->name};
   } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
     c.failure = {Rejection::too_small_after_refit, {{"relative_size", "1", size, criteria.relevant}}};
   } else if (acts_on_body(candidate) && c.heterogeneity.variation > criteria.variation && c.heterogeneity.scatter > criteria.scatter) {
@@ -99,6 +107,14 @@ bool holds(const Screening& s, const RefitCandidate& richer, const RefitCandidat
 }
 
 }  // namespace
+
+const NamedValue* defining_number(const Candidate& c, const std::vector<NamedValue>& values) {
+  const host::CatalogueEffect* row = host::builtin_effect_catalogue().find(c.id);
+  if (!row || values.size() < 2) return nullptr;
+  const auto it = std::find_if(values.begin(), values.end(), [&](const NamedValue& v) { return v.name == row->parameter.name; });
+  if (it == values.end() || std::count_if(values.begin(), values.end(), [&](const NamedValue& v) { return v.unit == it->unit; }) > 1) return nullptr;
+  return &*it;
+}
 
 std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
   std::vector<const Tested*> by_scatter, by_likelihood;
@@ -134,13 +150,13 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<
   take(by_likelihood, kByLikelihood);
   take(by_scatter, kByScatter);
   // Where the model lacks much, its blocks scatter by just that, and one step is short: what the lack is may fail every test of scatter
-  // that a small part of it passes. What explains far more than anything that passes is refitted too.
+  // that a small part of it passes. What explains more than anything that passes is refitted too.
   if (by_likelihood.empty()) return out;
   double best = 0.0;
   for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
   std::vector<const Tested*> strongest;
   for (const Tested& t : all) {
-    if (!t.real && t.test.degrees > 0 && t.test.chi2 > kStrongestFactor * best &&
+    if (!t.real && t.test.degrees > 0 && t.test.chi2 > best &&
         relevance(*t.candidate, t.test.estimate) > criteria.relevant)
       strongest.push_back(&t);
   }

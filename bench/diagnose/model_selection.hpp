@@ -31,6 +31,10 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std:
 // stretches that did not estimate it less well than the simpler one: what its further numbers fit is the error of the model that both start from.
 void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& screening, const Criteria& criteria);
 
+// The number of a refit without which a law of several is another one: a tether without stiffness is a constant force. It is the one that the
+// catalogue names, where no other has its unit (numbers of one unit are directions of one thing). nullptr: there is none.
+const NamedValue* defining_number(const Candidate& candidate, const std::vector<NamedValue>& values);
+
 // Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
 // explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
 // parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and

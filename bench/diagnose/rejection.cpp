@@ -17,6 +17,7 @@ std::string_view name(Rejection r) {
                                       "at_bound",
                                       "little_rise",
                                       "chance_after_refit",
+                                      "law_not_found",
                                       "too_small_after_refit",
                                       "varies",
                                       "far_behind",

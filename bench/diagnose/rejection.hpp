@@ -23,6 +23,7 @@ enum class Rejection {
   at_bound,               // of its physical range, after the refit
   little_rise,            // of the log likelihood by the refit
   chance_after_refit,     // standard errors; or W, p and the number of its parameters
+  law_not_found,          // standard errors of the number that makes it this law (`detail` names it), and how many are asked for
   too_small_after_refit,  // size over the size that matters
   varies,                 // its size between stretches of the flights, over that size
   far_behind,             // share of what `effect` explains, with prior values held
@@ -46,7 +47,7 @@ struct Reason {
   Rejection id = Rejection::none;
   std::vector<RejectionFigure> figures = {};
   std::string effect = {};  // that stands in its way
-  std::string detail = {};  // of refit_failed
+  std::string detail = {};  // of refit_failed: why; of law_not_found: the number
   std::string as = {};      // the effect that was refitted in its stead, as their columns are the same
   bool none() const { return id == Rejection::none; }
 };

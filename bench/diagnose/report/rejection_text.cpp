@@ -30,6 +30,8 @@ std::string sentence(const Reason& r) {
       return r.figures.size() == 1
                  ? fmt::format("{:.1f} standard errors after the refit", v(0))
                  : fmt::format("chance after the refit: Wald F {:.1f} of its {:.0f} parameters, p {:.2g}", v(0), v(1), v(2));
+    case Rejection::law_not_found:
+      return fmt::format("{} is {:.1f} standard errors from none: what the refit finds is another law", r.detail, v(0));
     case Rejection::too_small_after_refit: return fmt::format("too small to matter after the refit ({:.2f} of a size that does)", v(0));
     case Rejection::varies:
       return fmt::format("heterogeneous: its size varies by {:.1f} times itself from one stretch of the flights to another", v(0));
