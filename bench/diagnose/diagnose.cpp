@@ -31,15 +31,6 @@
 namespace rotorloop::diagnose {
 namespace {
 
-// Share of an axis' residual that a free curve over speed, turns, rotor speeds, height and time predicts on other blocks: from here on
-// it is a part of the physics that the library lacks.
-constexpr double kSystematic = 0.1;
-// Of the power of what is missing, below which names that leave something that matters are no explanation: what they leave is then the larger part.
-constexpr double kExplains = 0.5;
-// Residual force over weight, and residual torque over weight times arm: 33 mN and 1.7 mN m for the reference quadrotor, whose
-// blade-element plant leaves 19 mN and 0.4 mN m beyond the terms of this library.
-constexpr double kForceMatters = 0.005, kTorqueMatters = 0.002;
-
 std::vector<std::pair<std::string, double>> shifts(const identify::Identification& before, const identify::Identification& after) {
   std::vector<std::pair<std::string, double>> out;
   for (const estimate::Estimate& a : before.fit.estimates) {
@@ -63,6 +54,8 @@ void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& reco
     };
     if (c != ranked.end()) {
       e.delta_log_likelihood = c->delta_log_likelihood;
+      e.optimism = c->optimism;
+      e.relative_size = c->relative_size;
       e.variation = c->heterogeneity.variation;
       e.scatter = c->heterogeneity.scatter;
       if (e.ruled_out_by.none()) e.ruled_out_by = c->failure;
@@ -93,12 +86,13 @@ void note_contradictions(const identify::Identification& model, Diagnosis& d) {
 
 // A gate that stands lower than it was meant to, or not at all, is no secret.
 void note_placebos(const Criteria& criteria, Diagnosis& d) {
+  const double level = 1.0 - criteria.chance;
   const PlaceboLimit& first = d.rounds.front().placebos;
   if (first.placebos == 0) {
     d.remarks.push_back("No placebos: the only test against chance is the scatter between blocks of the flights (p after Holm).");
-  } else if (first.level < criteria.placebo) {
+  } else if (first.level < level) {
     d.remarks.push_back(fmt::format("{} placebos are too few for a level of {:.0f} %: their largest is one of {:.1f} %.", first.placebos,
-                                    100.0 * criteria.placebo, 100.0 * first.level));
+                                    100.0 * level, 100.0 * first.level));
   }
 }
 
@@ -172,7 +166,7 @@ bool Search::add_the_best(int round, const Say& say) {
   const Screening s = screen(start, o_.without, o_.library, o_.block_s, threads, again_.stop);
   const std::vector<double> placebos =
       placebo_statistics(start, s, o_.placebos, o_.seed + static_cast<std::uint64_t>(round), o_.block_s, threads, again_.stop);
-  const PlaceboLimit limit = placebo_limit(placebos, o_.criteria.placebo);
+  const PlaceboLimit limit = placebo_limit(placebos, 1.0 - o_.criteria.chance);
   const std::vector<Tested> all = examine_all(s, o_.criteria, limit.wald);
   DiagnosisRound record{.candidates = {}, .placebos = limit, .decision = {}};
   for (const Tested& t : all) record.candidates.push_back(t.evidence);
@@ -203,12 +197,12 @@ bool Search::add_the_best(int round, const Say& say) {
 std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s,
                                              const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const {
   std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, progress);
-  if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked);
+  if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked, o_.criteria);
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || added_.empty()) continue;
     // What laws of a whole model leave varies with the motion: for a first effect a scatter within that is no objection, for a further one it is.
-    if (acts_on_body(*c.tested->candidate) && c.heterogeneity.variation > o_.criteria.variation) {
-      c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, o_.criteria.variation}}};
+    if (acts_on_body(*c.tested->candidate) && c.heterogeneity.variation > o_.criteria.larger_part) {
+      c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, o_.criteria.larger_part}}};
       continue;
     }
     for (std::size_t i = 0; i < added_.size(); ++i) {
@@ -216,8 +210,8 @@ std::vector<RefitCandidate> Search::refitted(const identify::Identification& sta
       if (c.delta_log_likelihood >= d_.added[i].evidence.delta_log_likelihood) continue;  // a remainder is less than the effect
       const double own =
           share_beside_law(start, before, s, *c.tested->candidate, o_.criteria.law_error, o_.block_s, o_.identify.fit.threads, again_.stop);
-      if (own >= o_.criteria.own_share) continue;
-      c.failure = {.id = Rejection::law_remainder, .figures = {{"own_share", "1", own, o_.criteria.own_share}}, .effect = before.id};
+      if (own >= o_.criteria.larger_part) continue;
+      c.failure = {.id = Rejection::law_remainder, .figures = {{"own_share", "1", own, o_.criteria.larger_part}}, .effect = before.id};
       break;
     }
     if (c.failure.none()) break;  // what stands behind the best is not added in this round
@@ -238,6 +232,8 @@ void Search::accept(RefitCandidate& best, std::vector<ClassMember> aliases) {
   const Candidate& candidate = *best.tested->candidate;
   AddedEffect a{.id = candidate.id, .parameters = best.values, .aliases = std::move(aliases), .evidence = best.tested->evidence};
   a.evidence.delta_log_likelihood = best.delta_log_likelihood;
+  a.evidence.optimism = best.optimism;
+  a.evidence.relative_size = best.relative_size;
   a.evidence.variation = best.heterogeneity.variation;
   a.evidence.scatter = best.heterogeneity.scatter;
   a.shifts = shifts(model_, best.refit.fit);
@@ -280,10 +276,10 @@ double worth(const identify::Identification& r, const Candidate& c) {
 // An effect that stood in for others found later: beside them it is worth next to nothing of what it was worth alone, or it is worth less than one
 // of them and may be the remainder of its law. `own`: what it is worth.
 bool Search::stood_for_another(std::size_t i, double own) const {
-  if (i + 1 < added_.size() && own < o_.criteria.stood_in * d_.added[i].evidence.delta_log_likelihood) return true;
+  if (i + 1 < added_.size() && own < o_.criteria.negligible * d_.added[i].evidence.delta_log_likelihood) return true;
   for (std::size_t j = i + 1; j < added_.size(); ++j) {
     if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s, o_.identify.fit.threads,
-                                                           again_.stop) < o_.criteria.own_share)
+                                                           again_.stop) < o_.criteria.larger_part)
       return true;
   }
   return false;
@@ -301,7 +297,7 @@ void Search::drop_the_needless(const Say& say) {
     again_.stop.check();
     const double loss = model_.fit.log_likelihood - without.fit.log_likelihood;
     const double degrees = std::max(1, test.degrees), p = f_tail(std::max(0.0, 2.0 * loss / (degrees * test.inflation)), degrees, std::max(4.0, test.blocks));
-    if (loss >= o_.criteria.stood_in * d_.added[i].evidence.delta_log_likelihood && p <= test.sure && !stood_for_another(i, loss)) continue;
+    if (loss >= o_.criteria.negligible * d_.added[i].evidence.delta_log_likelihood && p <= test.sure && !stood_for_another(i, loss)) continue;
     model_ = std::move(without);
     CandidateEvidence e = d_.added[i].evidence;
     e.ruled_out_by = {Rejection::needless};
@@ -354,12 +350,12 @@ void Search::report_unobservable_in_flight() {
 
 // Effects that change the scatter and not the mean: named when the mean is as the model has it, and when they matter. One that flights
 // like these cannot show for certain stays a remark, and so does what is found after the first: it shares its blocks.
-void add_scatter(const VarianceResult& variance, const std::vector<std::string>& without, Diagnosis& d) {
+void add_scatter(const VarianceResult& variance, const std::vector<std::string>& without, const Criteria& criteria, Diagnosis& d) {
   const host::EffectCatalogue& catalogue = host::builtin_effect_catalogue();
   for (const VarianceEffect& v : variance.effects) {
     const host::CatalogueEffect* row = catalogue.find(v.id);
     if (!v.found || !row || row->observability == "not_observable" || among(v.id, without)) continue;
-    const double matters = kScatterMatters * std::fabs(row->parameter.typical_value);
+    const double matters = criteria.relevant * std::fabs(row->parameter.typical_value);
     if (v.size < matters) continue;
     CandidateEvidence e;
     e.id = v.id;
@@ -395,12 +391,12 @@ void report_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
 }
 
 // The residual beyond noise, squared over what matters, summed over the axes of force and torque.
-double missing_power(const ResidualFindings& left, const estimate::ModelValues& vehicle) {
+double missing_power(const ResidualFindings& left, const estimate::ModelValues& vehicle, const Criteria& criteria) {
   const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   double sum = 0.0;
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& axis = left.unexplained.axis[a];
-    const double matters = a < 3 ? kForceMatters * weight_N : kTorqueMatters * weight_N * arm_m;
+    const double matters = a < 3 ? criteria.force_matters * weight_N : criteria.torque_matters * weight_N * arm_m;
     sum += std::max(0.0, axis.rms * axis.rms - axis.rms_expected * axis.rms_expected) / (matters * matters);
   }
   return sum;
@@ -408,30 +404,30 @@ double missing_power(const ResidualFindings& left, const estimate::ModelValues& 
 
 }  // namespace
 
-void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d) {
+void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const Criteria& criteria) {
   if (d.added.empty() || d.remains.empty()) return;
-  const double was = missing_power(before, vehicle), is = missing_power(left, vehicle), explained = was > 0.0 ? 1.0 - is / was : 0.0;
-  if (explained >= kExplains) return;
+  const double was = missing_power(before, vehicle, criteria), is = missing_power(left, vehicle, criteria), explained = was > 0.0 ? 1.0 - is / was : 0.0;
+  if (explained >= criteria.larger_part) return;
   d.verdict = DiagnosisVerdict::unexplained;
   d.remarks.insert(d.remarks.begin(), fmt::format("What was found explains {:.0f} % of the power of the force and torque that the model lacks: no explanation, though it lowers the error.",
                                                   100.0 * std::max(0.0, explained)));
 }
 
-void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without) {
+void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without, const Criteria& criteria) {
   const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& axis = left.unexplained.axis[a];
     const double beyond = std::sqrt(std::max(0.0, axis.rms * axis.rms - axis.rms_expected * axis.rms_expected));
-    const double matters = a < 3 ? kForceMatters * weight_N : kTorqueMatters * weight_N * arm_m;
+    const double matters = a < 3 ? criteria.force_matters * weight_N : criteria.torque_matters * weight_N * arm_m;
     const bool bursts = left.unexplained.kind[a] == ResidualKind::bursts;
-    const bool systematic = left.unexplained.kind[a] == ResidualKind::systematic && axis.explainable.share > kSystematic;
+    const bool systematic = left.unexplained.kind[a] == ResidualKind::systematic;
     if (beyond > matters && (bursts || systematic)) {
       d.remains.push_back({std::string(kAxisNames[a]), std::string(kAxisUnits[a]), bursts,
                            bursts ? axis.burst_share : axis.explainable.share, beyond, matters});
     }
   }
   if (d.added.empty()) {
-    add_scatter(left.variance, without, d);
+    add_scatter(left.variance, without, criteria, d);
     if (!d.added.empty()) {
       d.verdict = DiagnosisVerdict::named;
       std::erase_if(d.remains, [](const RemainingResidual& r) { return r.bursts; });  // what gusts do
@@ -470,11 +466,11 @@ void judge_what_is_left(const FlightsToDiagnose& flights, const DiagnoseOptions&
     d.remarks.push_back("flights without poses: residuals are not looked at by themselves");
   } else {
     say("analysis of the residuals", 0.95);
-    out.residuals = analyse_residuals(out.after, {.seed = o.seed, .logs = flights.fitted});
-    judge_residuals(*out.residuals, out.after.problem.start, d, o.without);
+    out.residuals = analyse_residuals(out.after, {.seed = o.seed, .logs = flights.fitted, .criteria = o.criteria});
+    judge_residuals(*out.residuals, out.after.problem.start, d, o.without, o.criteria);
     if (!d.added.empty() && !d.remains.empty()) {
-      const ResidualFindings before = analyse_residuals(out.before, {.seed = o.seed, .logs = flights.fitted});
-      judge_explained(before, *out.residuals, out.after.problem.start, d);
+      const ResidualFindings before = analyse_residuals(out.before, {.seed = o.seed, .logs = flights.fitted, .criteria = o.criteria});
+      judge_explained(before, *out.residuals, out.after.problem.start, d, o.criteria);
     }
   }
   stop.check();

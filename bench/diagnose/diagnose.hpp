@@ -51,10 +51,11 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
 // effect was found. Only where it matters to this vehicle: half a per cent of its weight, or of its weight times the arm of its rotors, beyond the noise.
 // `without`: effects on the scatter that are not considered.
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis,
-                     const std::vector<std::string>& without = {});
+                     const std::vector<std::string>& without = {}, const Criteria& criteria = {});
 
 // Whether the effects that were added are an explanation where something remains: when they leave the larger part of what was missing before them
 // (power of residual force and torque beyond noise, each over what matters), the verdict is `unexplained`, and a remark says the share.
-void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis);
+void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& diagnosis,
+                     const Criteria& criteria = {});
 
 }  // namespace rotorloop::diagnose

@@ -27,6 +27,8 @@ struct CandidateEvidence {
   double delta_log_likelihood = 0.0;  // of the refit with it; 0: it was not refitted
   // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
   double variation = 0.0, scatter = 1.0;
+  double optimism = 0.0;  // of that refit beyond the one without it: what its Δ log-likelihood loses on stretches left out (score_table.hpp)
+  double relative_size = 0.0;  // its largest number over what matters of it; of the refit where there was one
   bool inside_bounds = true;  // of its physical range, within two u
   Reason ruled_out_by = {};   // first criterion it fails; none: it could be the missing effect
   // Detection limit of these flights (3.3 u), of its first parameter, and what is typical (catalogue).

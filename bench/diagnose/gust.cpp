@@ -114,9 +114,9 @@ GustScore score_gust(const identify::Identification& r) {
 
 const host::CatalogueEffect& gusts() { return host::effect("wind_dryden"); }
 
-bool blows(const GustScore& gust) {
-  constexpr double kLasts_s = 1.0;
-  return gust.time_s > kLasts_s && gust.sigma_m_s > kScatterMatters * std::fabs(gusts().parameter.typical_value);
+bool blows(const GustScore& gust, const Criteria& criteria) {
+  constexpr double kTwoBlocks_s = 1.0;
+  return gust.time_s > kTwoBlocks_s && gust.sigma_m_s > criteria.relevant * std::fabs(gusts().parameter.typical_value);
 }
 
 }  // namespace rotorloop::diagnose

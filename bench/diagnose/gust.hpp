@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "bench/diagnose/decision_rules.hpp"
 #include "bench/identify/identify.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
@@ -32,9 +33,7 @@ struct GustScore {
 GustScore score_gust(const identify::Identification& fitted);
 
 const host::CatalogueEffect& gusts();  // the effect of the catalogue whose law this is
-// Of an effect on the scatter: what of its typical size (effects/catalogue.toml) matters.
-inline constexpr double kScatterMatters = 0.3;
-// Gusts that last for seconds and matter. Below a second it is what any model of a real flight leaves.
-bool blows(const GustScore& gust);
+// Gusts that last and matter. What is shorter than two blocks of the screening is in its scatter already, and any model of a real flight leaves it.
+bool blows(const GustScore& gust, const Criteria& criteria);
 
 }  // namespace rotorloop::diagnose

@@ -88,7 +88,7 @@ std::vector<Varied> varied_loads(const std::vector<LoadSeries>& flights, const A
     if (!on[static_cast<std::size_t>(a)]) continue;
     const double largest = a < 3 ? largest_force : largest_torque;
     if (power[a] > 0.0 && power[a] > kActs * kActs * largest) out.push_back({a, a});
-    if (largest_force > 0.0 && a != force) out.push_back({force, a});
+    if (largest_force > 0.0 && a != force && a != force + 3) out.push_back({force, a});  // no force has a moment about its own line
     if (largest_torque > 0.0 && a >= 3 && a != torque) out.push_back({torque, a});
   }
   return out;

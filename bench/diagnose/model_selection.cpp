@@ -11,11 +11,6 @@
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr std::size_t kByLikelihood = 3, kByScatter = 2;  // how many are refitted: best by the classical statistic, by the robust one
-constexpr double kFarBehindShare = 0.5;                   // of what the leader explains: below it no refit makes up for it
-constexpr double kFarBehind_log = 50.0;                   // of log likelihood, by which it must be behind
-constexpr double kLargestInflation = 10.0;                // beyond it the few blocks that act say little of their own scatter
-
 // An effect that is absent altogether (a share of 0 where 1 is neutral) stands at a bound and is right there.
 bool at_bound(const Candidate& c, const std::vector<NamedValue>& values) {
   for (std::size_t k = 0; k < values.size(); ++k) {
@@ -37,11 +32,10 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
 double cost_of(const Tested& t, double measurements) { return 0.5 * t.test.degrees * std::log(measurements); }
 
 // A number that the fit leaves where it changes nothing costs nothing: a law of several numbers is as simple as what it comes to.
-double cost_after_refit(const RefitCandidate& c, double measurements) {
-  constexpr double kMoved = 2.0;  // standard uncertainties
+double cost_after_refit(const RefitCandidate& c, double measurements, const Criteria& criteria) {
   int moved = 0;
   for (std::size_t k = 0; k < c.values.size(); ++k)
-    moved += std::fabs(c.values[k].value - c.tested->candidate->parameters[k].neutral) > kMoved * c.values[k].u;
+    moved += std::fabs(c.values[k].value - c.tested->candidate->parameters[k].neutral) > criteria.fewest_u * c.values[k].u;
   return 0.5 * std::clamp(moved, 1, std::max(1, c.tested->test.degrees)) * std::log(measurements);
 }
 
@@ -64,13 +58,19 @@ Heterogeneity heterogeneity_of(const identify::Identification& refit, const Cand
   return heterogeneity(table_of(refit), others, own, size);
 }
 
+double optimism_of(const identify::Identification& fit) {
+  const ScoreTable table = table_of(fit);
+  return optimism(table, base_columns(table));
+}
+
 // What the refit says of an effect, and why it cannot be what is missing, if so.
 void judge(RefitCandidate& c, const identify::Identification& model, const Screening& s, const Criteria& criteria) {
   const Candidate& candidate = *c.tested->candidate;
   const estimate::Fit& fit = c.refit.fit.fit;
   c.values = values_in(c.refit.fit, candidate);
   c.delta_log_likelihood = fit.log_likelihood - model.fit.log_likelihood;
-  c.score = c.delta_log_likelihood - cost_after_refit(c, s.table.measurements);
+  c.score = c.delta_log_likelihood - cost_after_refit(c, s.table.measurements, criteria);
+  c.relative_size = relevance(candidate, change(candidate, c.values));
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.heterogeneity = heterogeneity_of(c.refit.fit, candidate);
   const NamedValue* own = defining_number(candidate, c.values);
@@ -91,10 +91,10 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
     }
   } else if (found < criteria.fewest_u) {
     c.failure = {.id = Rejection::law_not_found, .figures = {{"standard_errors", "1", found, criteria.fewest_u}}, .detail = own->name};
-  } else if (const double size = relevance(candidate, change(candidate, c.values)); size < criteria.relevant) {
-    c.failure = {Rejection::too_small_after_refit, {{"relative_size", "1", size, criteria.relevant}}};
-  } else if (acts_on_body(candidate) && c.heterogeneity.variation > criteria.variation && c.heterogeneity.scatter > criteria.scatter) {
-    c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, criteria.variation}}};
+  } else if (c.relative_size < criteria.relevant) {
+    c.failure = {Rejection::too_small_after_refit, {{"relative_size", "1", c.relative_size, criteria.relevant}}};
+  } else if (acts_on_body(candidate) && c.heterogeneity.variation > criteria.larger_part && c.heterogeneity.scatter > criteria.scatter) {
+    c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, criteria.larger_part}}};
   }
 }
 
@@ -147,8 +147,8 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<
       if (!known) out.push_back({.tested = t});
     }
   };
-  take(by_likelihood, kByLikelihood);
-  take(by_scatter, kByScatter);
+  take(by_likelihood, criteria.refits);
+  take(by_scatter, criteria.refits);
   // Where the model lacks much, its blocks scatter by just that, and one step is short: what the lack is may fail every test of scatter
   // that a small part of it passes. What explains more than anything that passes is refitted too.
   if (by_likelihood.empty()) return out;
@@ -161,7 +161,7 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<
       strongest.push_back(&t);
   }
   std::stable_sort(strongest.begin(), strongest.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
-  take(strongest, kByScatter);
+  take(strongest, criteria.refits);
   return out;
 }
 
@@ -194,13 +194,13 @@ std::vector<NamedValue> values_in(const identify::Identification& r, const Candi
   return out;
 }
 
-bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed) {
+bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria) {
   // What moves by itself follows states that still lack it: its cost falls again with every round of the refit.
   if (c.tested && c.tested->candidate->term && !c.tested->candidate->term->info.memory.empty()) return false;
   if (!c.refit.cost_held || !leader.refit.cost_held) return false;
   const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
-  if (by_leader <= 0.0 || by_leader <= kFarBehindShare * (without - freed) || explained >= kFarBehindShare * by_leader) return false;
-  return leader.delta_log_likelihood * (1.0 - std::max(explained, 0.0) / by_leader) > kFarBehind_log;
+  if (by_leader <= 0.0 || by_leader <= criteria.larger_part * (without - freed) || explained >= criteria.larger_part * by_leader) return false;
+  return leader.delta_log_likelihood * (1.0 - std::max(explained, 0.0) / by_leader) > criteria.class_margin / criteria.negligible;
 }
 
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
@@ -227,14 +227,14 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   const auto unexplained = [](const RefitCandidate& c) { return c.refit.cost_held.value_or(0.0); };
   std::stable_sort(ranked.begin(), ranked.end(),
                    [&](const RefitCandidate& a, const RefitCandidate& b) { return unexplained(a) < unexplained(b); });
-  std::optional<double> without;
+  std::optional<double> without, optimism_without;
   const RefitCandidate* leader = nullptr;
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none()) continue;
     if (leader && !without) without = cost_held(start, model.fit.noise, options);
-    if (leader && without && far_behind(c, *leader, *without, model.fit.cost)) {
+    if (leader && without && far_behind(c, *leader, *without, model.fit.cost, criteria)) {
       c.failure = {.id = Rejection::far_behind,
-                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), kFarBehindShare}},
+                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), criteria.larger_part}},
                    .effect = leader->tested->candidate->id};
       continue;
     }
@@ -242,6 +242,8 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
     attempt(c, [&] { finish_refit(c.refit, options); });
     if (!c.failure.none()) continue;
     judge(c, model, s, criteria);
+    if (!optimism_without) optimism_without = optimism_of(model);
+    c.optimism = optimism_of(c.refit.fit) - *optimism_without;
     if (!leader && c.failure.none()) leader = &c;
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const RefitCandidate& a, const RefitCandidate& b) {
@@ -251,18 +253,17 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   return ranked;
 }
 
-void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked) {
-  if (ranked.empty() || !blows(gust)) return;
-  constexpr double kMeanWithin = 2.5;  // standard deviations of gusts
+void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
+  if (ranked.empty() || !blows(gust, criteria)) return;
   const RefitCandidate& first = ranked.front();
   double wind_m_s = 0.0;
   if (first.failure.none() && first.tested->candidate->id == host::WindSteady::kId) {
     for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
   }
-  const bool their_mean = wind_m_s > 0.0 && wind_m_s < kMeanWithin * gust.sigma_m_s;
+  const bool their_mean = wind_m_s > 0.0 && wind_m_s < criteria.fewest_u * gust.sigma_m_s;
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || (!their_mean && c.delta_log_likelihood >= gust.gain)) continue;
-    c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, kMeanWithin * gust.sigma_m_s}}}
+    c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, criteria.fewest_u * gust.sigma_m_s}}}
                            : Reason{Rejection::gusts, {{"rise", "1", c.delta_log_likelihood, gust.gain}}};
     c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
     c.failure.figures.push_back({"gust_time", "s", gust.time_s});
@@ -274,7 +275,7 @@ std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const s
   std::vector<ClassMember> out;
   const RefitCandidate& best = ranked.front();
   const ColumnSet model = base_columns(s.table);
-  const double margin = criteria.class_margin * std::clamp(best.tested->test.inflation, 1.0, kLargestInflation);
+  const double margin = criteria.class_margin * std::clamp(best.tested->test.inflation, 1.0, 1.0 / criteria.negligible);
   std::vector<const Tested*> known;
   const auto add = [&](const Tested& t, const std::vector<NamedValue>& values, double gain_share) {
     out.push_back(
@@ -296,7 +297,7 @@ std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const s
         0.5 * (best.tested->test.chi2 - t.test.chi2) - cost_of(*best.tested, s.table.measurements) + cost_of(t, s.table.measurements);
     const Eigen::VectorXd shared = canonical_correlations(s.table, model, best.tested->candidate->columns, t.candidate->columns);
     const bool same = t.test.degrees == best.tested->test.degrees && shared.size() > 0 && shared.minCoeff() > criteria.alike;
-    if (!same && (behind > margin || shared.size() == 0 || shared[0] < criteria.much_alike)) continue;
+    if (!same && (behind > margin || shared.size() == 0 || shared[0] < 1.0 - criteria.negligible)) continue;
     add(t, t.evidence.one_step, t.test.chi2 / best.tested->test.chi2);
   }
   return out;

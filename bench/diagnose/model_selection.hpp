@@ -18,6 +18,8 @@ struct RefitCandidate {
   std::vector<NamedValue> values = {};   // of its parameters there
   double delta_log_likelihood = 0.0;     // by the refit
   double score = 0.0;                    // delta_log_likelihood less what its parameters cost
+  double optimism = 0.0;                 // of the refit, beyond the model without the effect
+  double relative_size = 0.0;            // over what matters
   Heterogeneity heterogeneity = {};      // of its size over the flights
   Reason failure = {};                   // why it cannot be the missing effect; none: it could
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
@@ -39,7 +41,7 @@ const NamedValue* defining_number(const Candidate& candidate, const std::vector<
 // explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
 // parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and
 // no effect.
-bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed);
+bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria = {});
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
 // `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
@@ -51,7 +53,7 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
 // gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
-void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked);
+void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria);
 
 // Which of the others are indistinguishable in these flights from the best, which is the first of `ranked`.
 std::vector<ClassMember> indistinguishable_from_best(const Screening& screening, const std::vector<Tested>& all,

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "bench/diagnose/diagnosis.hpp"
-#include "bench/diagnose/examine.hpp"
+#include "bench/diagnose/decision_rules.hpp"
 
 namespace rotorloop::diagnose {
 

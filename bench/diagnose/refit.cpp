@@ -23,8 +23,15 @@ identify::Identification continued(const identify::Identification& last) {
   return out;
 }
 
-constexpr int kRounds = 4;      // of fits, each from where the one before ended, with stateful terms re-propagated along its states
+constexpr int kRounds = 6;      // of fits, each from where the one before ended, with stateful terms re-propagated along its states
+// Iterations of each round but the last: to end one along states that the next corrects would be in vain.
+constexpr int kIterationsAlong = 20;
 constexpr double kRefitSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
+
+estimate::FitOptions along(estimate::FitOptions options) {
+  options.max_iterations = std::min(options.max_iterations, kIterationsAlong);
+  return options;
+}
 
 // Values and states with the priors' parameters held: an effect that could hide behind them must first stand for itself, for many have a
 // second, lesser optimum. The noise stays out of this: where a prior is wrong it would swell. Returns the cost there.
@@ -32,6 +39,7 @@ std::optional<double> settle_values(identify::Identification& r, const estimate:
   if (r.problem.start.terms.memory() > 0 && !r.problem.states.empty()) estimate::follow_states(r.flights, r.problem.states);
   estimate::FitOptions values_only = options;
   values_only.noise.rounds = 0;
+  if (r.problem.start.terms.memory() > 0) values_only = along(values_only);
   const std::optional<estimate::Fit> held =
       estimate::settle_with_priors_held(r.problem, [&](const estimate::FitProblem& p) { return estimate::fit(p, values_only); });
   return held ? std::optional(held->cost) : std::nullopt;
@@ -39,13 +47,13 @@ std::optional<double> settle_values(identify::Identification& r, const estimate:
 
 void run(identify::Identification& r, const estimate::FitOptions& options) {
   const bool memory = r.problem.start.terms.memory() > 0;
-  r.fit = estimate::fit(r.problem, options);
+  r.fit = estimate::fit(r.problem, memory ? along(options) : options);
   for (int again = 1; memory && again < kRounds; ++again) {
     const std::vector<estimate::Estimate> before = r.fit.estimates;
     const bool converged = r.fit.converged;
     identify::Identification next = continued(r);
     estimate::follow_states(next.flights, next.problem.states);
-    next.fit = estimate::fit(next.problem, options);
+    next.fit = estimate::fit(next.problem, again + 1 < kRounds ? along(options) : options);
     r = std::move(next);
     bool still = converged;
     for (std::size_t i = 0; i < before.size(); ++i)

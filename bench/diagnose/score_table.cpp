@@ -103,6 +103,22 @@ BlockPart part_of(const ScoreTable::Block& b, const ColumnSet& model, const Colu
   return {mix * (b.score(from) + information * step(columns)), mix * information * mix.transpose()};
 }
 
+// Adds what the blocks of a fold know of the columns.
+void gather_fold(const ScoreTable& table, int fold, const ColumnSet& columns, MatrixXd& s, VectorXd& score) {
+  for (std::size_t i = 0; i < table.blocks.size(); ++i) {
+    if (table.fold[i] != fold) continue;
+    const auto& b = table.blocks[i];
+    const auto at = places(b, columns);
+    for (std::size_t x = 0; x < at.size(); ++x) {
+      if (at[x] < 0) continue;
+      score[static_cast<Index>(x)] += b.score[at[x]];
+      for (std::size_t y = 0; y < at.size(); ++y) {
+        if (at[y] >= 0) s(static_cast<Index>(x), static_cast<Index>(y)) += b.information(at[x], at[y]);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 ColumnSet with(ColumnSet a, const ColumnSet& b) {
@@ -201,18 +217,7 @@ double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, con
   for (int f = 0; f < folds; ++f) {
     MatrixXd s = MatrixXd::Zero(n, n);
     VectorXd score = VectorXd::Zero(n);
-    for (std::size_t i = 0; i < table.blocks.size(); ++i) {
-      if (table.fold[i] != f) continue;
-      const auto& b = table.blocks[i];
-      const auto at = places(b, all);
-      for (std::size_t x = 0; x < at.size(); ++x) {
-        if (at[x] < 0) continue;
-        score[static_cast<Index>(x)] += b.score[at[x]];
-        for (std::size_t y = 0; y < at.size(); ++y) {
-          if (at[y] >= 0) s(static_cast<Index>(x), static_cast<Index>(y)) += b.information(at[x], at[y]);
-        }
-      }
-    }
+    gather_fold(table, f, all, s, score);
     const MatrixXd rest = whole - s;
     const VectorXd rest_score = whole_score - score;
     const auto cost = [&](const VectorXd& step) { return score.dot(step) + 0.5 * step.dot(s * step); };
@@ -229,6 +234,20 @@ double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, con
     sum += cost(without) - cost(step);
   }
   return sum / inflation;
+}
+
+double optimism(const ScoreTable& table, const ColumnSet& columns) {
+  const auto n = static_cast<Index>(columns.size());
+  const int folds = table.fold.empty() ? 0 : *std::max_element(table.fold.begin(), table.fold.end()) + 1;
+  double sum = 0.0;
+  for (int f = 0; f < folds; ++f) {
+    MatrixXd s = MatrixXd::Zero(n, n);
+    VectorXd score = VectorXd::Zero(n);
+    gather_fold(table, f, columns, s, score);
+    const VectorXd step = -Scaled(table.information(columns, columns) - s).solve(table.score(columns) - score);
+    sum += score.dot(step) + 0.5 * step.dot(s * step);
+  }
+  return sum;
 }
 
 Heterogeneity heterogeneity(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const VectorXd& size) {

@@ -57,6 +57,10 @@ double information_along(const ScoreTable& table, const ColumnSet& model, const 
 // Δ log-likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 
+// Optimism of a fit: by how much the cost of folds rises when they have no part in the estimate of the columns, in log units. The log likelihood of
+// the fit less this is what it predicts of stretches left out; where blocks scatter by more than their noise it takes more than a criterion that counts numbers.
+double optimism(const ScoreTable& table, const ColumnSet& columns);
+
 // Heterogeneity: how much an effect's size varies over the blocks.
 struct Heterogeneity {
   // Standard deviation of the group's size between blocks over that size: what the scatter of the block scores about it says beyond the

@@ -61,6 +61,8 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"bic", number(e.bic)},
           {"cross_validated", number(e.cross_validated)},
           {"rise", number(e.delta_log_likelihood)},
+          {"optimism", number(e.optimism)},
+          {"relative_size", number(e.relative_size)},
           {"variation", number(e.variation)},
           {"scatter", number(e.scatter)},
           {"inside_bounds", e.inside_bounds},

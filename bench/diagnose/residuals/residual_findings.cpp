@@ -88,8 +88,8 @@ ResidualFindings analyse_residuals(const identify::Identification& result, const
   LagOptions lag;
   lag.seed = o.seed;
   f.lag = lag_analysis(s.samples, s.model, s.free, lag);
-  f.unexplained = unexplained(s.samples, slow, slow_simulated, s.inputs);
-  f.variance = variance_effects(s, variance_kinds(s));
+  f.unexplained = unexplained(s.samples, slow, slow_simulated, s.inputs, {.fit = {}, .criteria = o.criteria});
+  f.variance = variance_effects(s, variance_kinds(s), {.criteria = o.criteria});
   StepOptions steps;
   steps.seed = o.seed;
   f.steps = steps_in_time(s, step_kinds(s.state), steps);

@@ -30,6 +30,7 @@ struct ResidualOptions {
   std::uint64_t seed = 1;
   // The logs of the fit, in its order: with them gyro and accelerometer that the fit did not use are compared too.
   std::span<const identify::FlightToFit> logs;
+  Criteria criteria = {};
 };
 
 ResidualFindings analyse_residuals(const identify::Identification& result, const ResidualOptions& options = {});

@@ -119,7 +119,7 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     for (std::size_t n = 0; n < chance; ++n) x.explainable_by_chance = std::max(x.explainable_by_chance, fits[(n + 1) * kAxes + a].share);
     x.explainable = std::move(fits[a]);
     for (PartialCurve& c : x.explainable.curves) c.input = index[c.input];
-    out.burst_limit[a] = std::max(o.burst_factor, quantile(ratios, 0.95));
+    out.burst_limit[a] = std::max(o.criteria.fewest_u, quantile(ratios, 1.0 - o.criteria.chance));
     const std::vector<Burst> found = bursts(samples, residual[a], a, o.burst_window_s, out.burst_limit[a]);
     double in_bursts = 0.0;
     for (const Burst& b : found) {
@@ -135,9 +135,9 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     x.burst_share = power > 0.0 ? in_bursts / power : 0.0;
     out.bursts.insert(out.bursts.end(), found.begin(), found.end());
     const bool real = expected.empty() || x.rms > 1.15 * x.rms_expected;
-    const bool predicted = x.explainable.share > 0.1 && x.explainable.share > 2.0 * x.explainable_by_chance;
+    const bool predicted = x.explainable.share > o.criteria.negligible && x.explainable_by_chance < o.criteria.larger_part * x.explainable.share;
     out.kind[a] = predicted             ? ResidualKind::systematic
-                  : x.burst_share > 0.3 ? ResidualKind::bursts
+                  : x.burst_share > o.criteria.larger_part ? ResidualKind::bursts
                   : real                ? ResidualKind::stochastic
                                         : ResidualKind::none;
   }

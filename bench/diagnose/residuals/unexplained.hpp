@@ -4,6 +4,7 @@
 #pragma once
 #include <span>
 
+#include "bench/diagnose/decision_rules.hpp"
 #include "bench/diagnose/residuals/additive_fit.hpp"
 
 namespace rotorloop::diagnose {
@@ -33,13 +34,13 @@ struct UnexplainedResult {
   std::array<ResidualKind, kAxes> kind{};
   std::vector<Burst> bursts;  // in order of time
   double burst_window_s = 0.0;
-  std::array<double, kAxes> burst_limit{};  // ratio that simulated residuals pass in 5 % of whole sets of flights
+  std::array<double, kAxes> burst_limit{};  // ratio that simulated residuals pass by chance (Criteria::chance) in a whole set of flights
 };
 
 struct UnexplainedOptions {
   double burst_window_s = 0.2;
-  double burst_factor = 3.0;  // over the usual rms, at least
   AdditiveOptions fit;
+  Criteria criteria = {};
 };
 
 UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std::span<const Axes> expected, std::span<const Channel> inputs,

@@ -10,8 +10,6 @@
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr double kIndistinguishableCorrelation = 0.7;
-
 VarianceEffect named(const VarianceKind& k) {
   VarianceEffect e;
   e.id = k.id, e.what = k.what, e.parameter = k.parameter, e.unit = k.unit;
@@ -185,7 +183,7 @@ void reduce_by_flight(BlockScores& s, const std::vector<BlockScores>& of, std::s
 
 // `marginal`: the scores of all kinds before the effects found took their share.
 VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const std::vector<BlockScores>& marginal, const ScoreTest& test,
-                     double p_holm) {
+                     double p_holm, const Criteria& criteria) {
   VarianceEffect e = named(kinds[k]);
   e.t = test.t, e.p = test.p, e.p_holm = p_holm;
   e.size = std::sqrt(std::max(0.0, test.gamma));
@@ -195,7 +193,7 @@ VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const s
     if (j == k || !kinds[j].untested.empty()) continue;
     const double both = covariance(marginal[k], marginal[j], 0, rows);
     const double c = both / std::sqrt(covariance(marginal[k], marginal[k], 0, rows) * covariance(marginal[j], marginal[j], 0, rows));
-    if (c > kIndistinguishableCorrelation) e.aliases.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
+    if (c > 1.0 - criteria.negligible) e.aliases.emplace_back(kinds[j].id.empty() ? kinds[j].what : kinds[j].id, c);
   }
   return e;
 }
@@ -239,13 +237,13 @@ VarianceResult variance_effects(const ResidualSeries& r, std::span<const Varianc
     std::vector<double> p;
     for (const std::size_t k : open) test.push_back(score_test(score[k], flight)), p.push_back(test.back().p);
     const std::vector<double> adjusted = holm(p);
-    const std::vector<std::size_t> order = ranked(test, adjusted, o.level);
-    if (order.empty() || round >= o.most || adjusted[order.front()] >= o.level) {
-      for (const std::size_t i : order) out.effects.push_back(entry(kinds, open[i], marginal, test[i], adjusted[i]));
+    const std::vector<std::size_t> order = ranked(test, adjusted, o.criteria.chance);
+    if (order.empty() || round >= o.most || adjusted[order.front()] >= o.criteria.chance) {
+      for (const std::size_t i : order) out.effects.push_back(entry(kinds, open[i], marginal, test[i], adjusted[i], o.criteria));
       break;
     }
     const std::size_t best = open[order.front()];
-    out.effects.push_back(entry(kinds, best, marginal, test[order.front()], adjusted[order.front()]));
+    out.effects.push_back(entry(kinds, best, marginal, test[order.front()], adjusted[order.front()], o.criteria));
     out.effects.back().found = true;
     open.erase(open.begin() + static_cast<std::ptrdiff_t>(order.front()));
     const std::vector<BlockScores> of_best{score[best]};

@@ -5,6 +5,7 @@
 #pragma once
 #include <span>
 
+#include "bench/diagnose/decision_rules.hpp"
 #include "bench/diagnose/residuals/residual_series.hpp"
 
 namespace rotorloop::diagnose {
@@ -29,8 +30,8 @@ struct VarianceEffect {
   double size = 0.0, u = 0.0;  // standard deviation by one step from zero: good when small, an order of magnitude when large
   double t = 0.0;              // robust statistic; large and positive: there
   double p = 1.0, p_holm = 1.0;
-  bool found = false;                                 // by forward selection at 1 % (Holm)
-  std::vector<std::pair<std::string, double>> aliases;  // correlation of scores above 0.7
+  bool found = false;                                 // by forward selection (Holm)
+  std::vector<std::pair<std::string, double>> aliases;  // much alike by the correlation of their scores
   std::string untested;
 };
 struct VarianceResult {
@@ -40,7 +41,7 @@ struct VarianceResult {
 
 struct VarianceOptions {
   double block_s = 2.0;
-  double level = 0.01;
+  Criteria criteria = {};
   int most = 3;
 };
 VarianceResult variance_effects(const ResidualSeries& series, std::span<const VarianceKind> kinds, const VarianceOptions& options = {});

@@ -96,6 +96,23 @@ TEST(ScoreTable, ASmallEffectBesideNoiseThatWandersScattersLittleThoughItsSizeIs
   EXPECT_LT(heterogeneity(t, {0}, {1}, test_group(t, {0}, {1}).estimate).scatter, 4.0);
 }
 
+// A number fitted to two folds of information 100 each, whose scores differ by twice `score` and sum to nothing.
+ScoreTable fitted_to_two_folds_that_differ(double score) {
+  ScoreTable t;
+  t.base = 1;
+  t.information = Eigen::MatrixXd::Constant(1, 1, 200.0);
+  t.score = Eigen::VectorXd::Zero(1);
+  for (const double s : {score, -score}) t.blocks.push_back({0, 0.0, 1.0, {0}, Eigen::MatrixXd::Constant(1, 1, 100.0), Eigen::VectorXd::Constant(1, s)});
+  t.fold = {0, 1};
+  return t;
+}
+
+TEST(ScoreTable, AFitToStretchesThatDisagreeByThreeStandardErrorsIsOptimisticByNineTimesAsMuchAsByOne) {
+  EXPECT_NEAR(optimism(fitted_to_two_folds_that_differ(0.0), {0}), 0.0, 1e-9);
+  EXPECT_NEAR(optimism(fitted_to_two_folds_that_differ(10.0), {0}), 3.0, 1e-9);
+  EXPECT_NEAR(optimism(fitted_to_two_folds_that_differ(30.0), {0}), 27.0, 1e-9);
+}
+
 TEST(ScoreTable, ConfoundingOfAliasesIsOneAndOfIndependentColumnsNothing) {
   Regression r{{noise(5, 1), noise(5, 2), {}, noise(5, 4)}, noise(5, 3)};
   r.columns[2] = r.columns[1];

@@ -47,7 +47,7 @@ TEST(Verdict, stays_clean_where_bursts_are_a_tenth_of_a_per_cent_of_weight_times
 
 TEST(Verdict, is_unexplained_where_the_motion_predicts_a_fifth_of_a_force_of_50_mN) {
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.2)), DiagnosisVerdict::unexplained);
-  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::stochastic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2)), DiagnosisVerdict::clean) << "25 mN of 6.9 N";
 }
 
