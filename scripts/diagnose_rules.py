@@ -44,7 +44,7 @@ def scores_of(folder):
     axes = result.get("residuals", {}).get("axes", [])
     judged, wrong = score.outcome(trial, result)
     return {
-        "case": trial["case"], "kind": trial["kind"], "truth": trial["truth"], "seed": trial["seed"], "wall_s": trial["wall_s"],
+        "case": trial["case"], "kind": trial["kind"], "truth": trial["truth"], "seed": trial["seed"], "wall_s": trial["wall_s"], "cpu_s": trial.get("cpu_s"),
         "verdict": result["verdict"], "outcome": judged, "wrong": wrong, "answer": score.answer_sets(result),
         "rounds": [{"placebo_wald": r["placebo_wald"], "decision": r["decision"],
                     "candidates": [{k: c.get(k) for k in kept} for c in r["candidates"]]} for r in result["rounds"]],

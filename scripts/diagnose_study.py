@@ -10,6 +10,7 @@ import argparse
 import concurrent.futures
 import dataclasses
 import json
+import os
 import pathlib
 import resource
 import shutil
@@ -105,20 +106,25 @@ def write_nominal(path, case, vehicle):
 
 
 def run(words, log, limit_s):
-    """Exit code and CPU seconds of a command; what it prints goes to `log`."""
+    """Exit code, seconds by the clock and of CPU, of a command; what it prints goes to `log`."""
     before = time.monotonic()
     with open(log, "w", encoding="utf-8") as out, open(f"{log}.err", "w", encoding="utf-8") as err:
-        try:
-            code = subprocess.run([str(w) for w in words], stdout=out, stderr=err, check=False, timeout=limit_s).returncode
-        except subprocess.TimeoutExpired:
-            code = 124
-    return code, time.monotonic() - before
+        child = subprocess.Popen([str(w) for w in words], stdout=out, stderr=err)
+        late = False
+        while not (ended := os.wait4(child.pid, os.WNOHANG))[0]:  # wait4 alone knows the CPU of this child and no other
+            if not late and time.monotonic() - before > limit_s:
+                late = True
+                child.kill()
+            time.sleep(0.05)
+    _, status, used = ended
+    child.returncode = 124 if late else os.waitstatus_to_exitcode(status)
+    return child.returncode, time.monotonic() - before, used.ru_utime + used.ru_stime
 
 
 def fly(case, seed, folder, o, study):
     """Logs of the three flights and how each ended."""
     if case.kind == "clean_reduced":
-        code, _ = run([MODEL_TRUE, "--seed", seed, "--out", folder], folder / "fly.txt", 300)
+        code, *_ = run([MODEL_TRUE, "--seed", seed, "--out", folder], folder / "fly.txt", 300)
         return sorted(folder.glob("*.csv")), {"model true": "completed" if code == 0 else f"exit {code}"}
     (folder / "plant.toml").write_text(plant_text(case, study), encoding="utf-8")
     source = ROOT / study["scenario"]
@@ -170,9 +176,9 @@ def trial(case, seed, o, study):
     elif case.unmodelled:
         write_nominal(folder / "nominal.toml", case, vehicle)
         vehicle = folder / "nominal.toml"
-    code, wall_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
+    code, wall_s, cpu_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
                        folder / "result.json", 3600)
-    record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1)}
+    record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1), "cpu_s": round(cpu_s, 1)}
     if not o.keep_logs:
         for log in logs:
             log.unlink()

@@ -58,7 +58,7 @@ void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& reco
       e.relative_size = c->relative_size;
       e.variation = c->heterogeneity.variation;
       e.scatter = c->heterogeneity.scatter;
-      if (e.ruled_out_by.none()) e.ruled_out_by = c->failure;
+      if (e.ruled_out_by.none() || c->failure.none()) e.ruled_out_by = c->failure;  // the refit has the last word for what it finds
     } else if (const auto same = std::find_if(ranked.begin(), ranked.end(), stands_for_it); same != ranked.end()) {
       if (e.ruled_out_by.none() && !same->failure.none()) {
         e.ruled_out_by = same->failure;
@@ -232,6 +232,7 @@ void Search::accept(RefitCandidate& best, std::vector<ClassMember> aliases) {
   const Candidate& candidate = *best.tested->candidate;
   AddedEffect a{.id = candidate.id, .parameters = best.values, .aliases = std::move(aliases), .evidence = best.tested->evidence};
   a.evidence.delta_log_likelihood = best.delta_log_likelihood;
+  a.evidence.ruled_out_by = {};
   a.evidence.optimism = best.optimism;
   a.evidence.relative_size = best.relative_size;
   a.evidence.variation = best.heterogeneity.variation;

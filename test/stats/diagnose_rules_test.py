@@ -21,7 +21,7 @@ def trial(case, truth, answer, *rounds, kind="separable", axes=()):
 
 class Rules(unittest.TestCase):
     def setUp(self):
-        self.numbers = rules.numbers()
+        self.numbers = {**rules.numbers(), "chance": 0.01, "torque_matters": 0.002}
 
     def test_the_header_has_twelve_numbers(self):
         self.assertEqual(len(self.numbers), 12, sorted(self.numbers))
