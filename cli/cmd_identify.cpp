@@ -68,6 +68,7 @@ identify::IdentifyOptions identify_options(const IdentifyArguments& o, estimate:
   if (!o.no_priors) i.priors = identify::priors_beside_flights;
   i.hold_priors_first = false;
   i.priors_against_scatter = true;
+  i.keep_possible = !o.no_priors;
   return i;
 }
 

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""Every measured flight by itself through `rotorloop identify`: how each ends, and how far the trials of one vehicle lie apart.
+"""Every measured flight by itself and in groups through `rotorloop identify`: how each ends, and how far the trials of one vehicle lie apart.
 
-Prints for each trial exit code, iterations, CPU and the parameters that short flights settle worst, then for each vehicle and parameter
-the scatter of the trials in units of their own u (rms z, about 1 where u is right) and the largest factor between a written inertia and
-the median of the trials. ROTORLOOP_DATA names the folder that holds flights/. What the same program left in runs/ is not run again.
+Prints for each trial exit code, iterations, CPU and the parameters that short flights settle worst; then for each vehicle the share that ends
+with a vehicle file, for each parameter that trials call identified their scatter in units of their own u (rms z, about 1 where u is right) and
+the mean u over the scatter, and the largest factor between a written inertia and that of the group of flights; last the whole table, Markdown.
+Logs with a rotor that drops out are listed as refused and count nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the
+same program left in runs/ is not run again.
+  scripts/measured_trials.py --use=gyro,accel --rate=100                 all sets: a quarter of an hour of one free core
+  scripts/measured_trials.py imrc_cf21bl_bare --use=gyro,accel --rate=100
 """
 import argparse
 import hashlib
@@ -17,16 +21,24 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 VEHICLES = ROOT / "vehicles/measured"
-# Flights of the brushed Crazyflie from jana20 on have a rotor whose speed drops out: the checks' business.
 DATASETS = {
     "imrc_cf21bl_bare": "*[0-9].csv",
     "imrc_cf21bl_payload": "*[0-9].csv",
-    "imrc_cf21_brushed": "jana[01][0-9].csv",
+    "imrc_cf21_brushed": "*[0-9].csv",
     "neurobem_test": "*.csv",
     "idsia_nanodrone_cf21bl": "*.csv",
 }
+# A rotor whose speed drops out, from jana20 on: to be refused by the checks.
+FAULTY = ("jana20", "jana24", "jana27", "jana30", "jana32")
+# Flights that the pages of docs/ fit together; else all of a set.
+GROUPS = {
+    "imrc_cf21bl_bare": ("eckart00", "eckart17", "eckart30", "eckart34"),
+    "imrc_cf21bl_payload": ("eckart29", "eckart43", "eckart45", "eckart67", "eckart68"),
+    "idsia_nanodrone_cf21bl": ("square_20251017_run2", "square_20251017_run3", "random1_20251017_run3"),
+}
 SHOWN = ["m", "I_xx", "I_yy", "I_zz", "c_q"]
 NOT_IDENTIFIED = ("not identified", "weighed", "at its bound", "not excited")
+REFUSED = 5  # exit code
 INERTIAS = ["I_xx", "I_yy", "I_zz"]
 
 
@@ -80,8 +92,8 @@ class Trial:
         return "  ".join(cells)
 
 
-def rms_z(trials, symbol):
-    """Scatter about the weighted mean over the trials that call the parameter identified; their number."""
+def scatter_of(trials, symbol):
+    """Of the trials that call a parameter identified: scatter about their weighted mean in their own u, mean u over the scatter, and their number."""
     values = []
     for t in trials:
         e = t.estimates().get(symbol)
@@ -89,26 +101,44 @@ def rms_z(trials, symbol):
             values.append((e["value"], max(e["u"], e["u_robust"] or 0.0)))
     values = [(v, u) for v, u in values if u > 0.0]
     if len(values) < 3:
-        return math.nan, len(values)
+        return math.nan, math.nan, len(values)
     weights = [1.0 / (u * u) for _, u in values]
     mean = sum(w * v for (v, _), w in zip(values, weights)) / sum(weights)
-    return math.sqrt(sum(((v - mean) / u) ** 2 for v, u in values) / (len(values) - 1)), len(values)
+    z = math.sqrt(sum(((v - mean) / u) ** 2 for v, u in values) / (len(values) - 1))
+    return z, statistics.median(u for _, u in values) / statistics.stdev(v for v, _ in values), len(values)
 
 
-def summary(dataset, trials):
-    ended = [t for t in trials if t.code == 0]
-    print(f"{dataset}: {len(ended)} of {len(trials)} end with a vehicle file; {sum(t.cpu_s for t in trials):.0f} s of CPU")
-    for symbol in INERTIAS:
-        all_values = [t.estimates()[symbol]["value"] for t in ended if symbol in t.estimates()]
-        if not all_values:
-            continue
-        middle = statistics.median(all_values)
-        worst = max(max(v / middle, middle / v) for v in all_values)
-        print(f"  {symbol}: median {middle:.3e}, farthest by a factor of {worst:.2f}")
+def farthest(trials, group, symbol):
+    """Largest factor between a written inertia and the group's, or the trials' median where the group has no file."""
+    values = [t.estimates()[symbol]["value"] for t in trials if t.code == 0 and symbol in t.estimates()]
+    if not values:
+        return math.nan
+    middle = group.estimates()[symbol]["value"] if group.code == 0 else statistics.median(values)
+    return max(max(v / middle, middle / v) if v > 0.0 else math.inf for v in values)
+
+
+def summary(dataset, trials, group):
+    """Prints what the trials of a set say, and returns its row of the table."""
+    sound = [t for t in trials if t.name not in FAULTY]
+    faulty = [t for t in trials if t.name in FAULTY]
+    ended = [t for t in sound if t.code == 0]
+    print(f"{dataset}: {len(ended)} of {len(sound)} end with a vehicle file; {sum(t.cpu_s for t in trials):.0f} s of CPU")
+    if faulty:
+        print(f"  faulty logs: {sum(t.code == REFUSED for t in faulty)} of {len(faulty)} refused ({', '.join(t.name for t in faulty if t.code == REFUSED)})")
+    factors = {s: farthest(sound, group, s) for s in INERTIAS}
+    print("  farthest from the group's inertia: " + ", ".join(f"{s} by a factor of {f:.2f}" for s, f in factors.items()))
     symbols = []
     for t in ended:
         symbols += [s for s in t.estimates() if s not in symbols]
-    print("  rms z between trials (number): " + ", ".join(f"{s} {z:.2f} ({n})" for s in symbols for z, n in [rms_z(ended, s)] if n >= 3), flush=True)
+    found = {s: scatter_of(ended, s) for s in symbols}
+    print("  rms z between trials, u over scatter (number): " +
+          ", ".join(f"{s} {z:.2f}, {r:.2f} ({n})" for s, (z, r, n) in found.items() if n >= 3), flush=True)
+    z_text = ", ".join(f"{s} {found[s][0]:.2f}" for s in ("I_xx", "I_yy", "c_q") if s in found and found[s][2] >= 3) or "–"
+    outside = [f"{s} {z:.2f}" for s, (z, _, n) in found.items() if n >= 15 and not 0.55 <= z <= 1.5]
+    wide = [f"{s} {r:.2f}" for s, (_, r, n) in found.items() if n >= 15 and r > 1.5]
+    return (f"| {dataset} | {len(ended)} of {len(sound)} | {'file' if group.code == 0 else 'exit code %d' % group.code} | "
+            f"{', '.join(f'{s} {f:.2f}' for s, f in factors.items())} | {z_text} | {', '.join(outside) or '–'} | {', '.join(wide) or '–'} | "
+            f"{f'{sum(t.code == REFUSED for t in faulty)} of {len(faulty)}' if faulty else '–'} |"), len(ended), len(sound)
 
 
 def main():
@@ -116,7 +146,6 @@ def main():
     parser.add_argument("--rotorloop", type=pathlib.Path, default=ROOT / "build/release/bin/rotorloop")
     parser.add_argument("--label", default="default", help="folder below runs/measured_trials; one for each set of options")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/measured_trials")
-    parser.add_argument("--group", action="store_true", help="all flights of a data set in one fit instead")
     parser.add_argument("--only", action="append", help="flights whose name holds this; repeatable")
     parser.add_argument("datasets", nargs="*", metavar="DATASET", help=", ".join(DATASETS))
     o, o.options = parser.parse_known_args()
@@ -126,15 +155,23 @@ def main():
     data = pathlib.Path(os.environ["ROTORLOOP_DATA"])
     o.program = hashlib.sha256(o.rotorloop.read_bytes()).hexdigest()
     print("options:", " ".join(o.options) or "none")
+    rows, ended, sound = [], 0, 0
     for dataset in o.datasets or DATASETS:
         found = [f for f in flights(data, dataset) if not o.only or any(part in f.stem for part in o.only)]
-        groups = {"group": found} if o.group else {f.stem: [f] for f in found}
         trials = []
-        for name, group in groups.items():
-            trials.append(Trial(o, dataset, group, name))
+        for f in found:
+            trials.append(Trial(o, dataset, [f], f.stem))
             print(trials[-1].shown(), flush=True)
-        if not o.group:
-            summary(dataset, trials)
+        together = [f for f in found if f.stem in GROUPS.get(dataset, (f.stem,)) and f.stem not in FAULTY]
+        group = Trial(o, dataset, together or found, "group")
+        print(group.shown(), flush=True)
+        row, ended_here, sound_here = summary(dataset, trials, group)
+        rows.append(row)
+        ended, sound = ended + ended_here, sound + sound_here
+    print("\n| set | single trials with a file | group | farthest from the group's inertia, factor | rms z of I_xx, I_yy, c_q | "
+          "rms z outside 0.55 to 1.5 (15 trials and more) | u above 1.5 × the scatter | faulty logs refused |\n" + "| --- " * 8 + "|")
+    print("\n".join(rows))
+    print(f"{ended} of {sound} sound flights end with a vehicle file ({100.0 * ended / max(sound, 1):.0f} %, limit 95 %)")
     return 0
 
 

@@ -101,6 +101,7 @@ class Sequence {
   void run_stages();
   void pose_joint_problem();
   void fit_jointly();
+  void keep_possible();
   Identification take() { return std::move(out_); }
 
  private:
@@ -108,6 +109,10 @@ class Sequence {
   void choose_priors();
   bool weigh_priors();
   bool weigh_mass();
+  void settle_jointly(const std::function<void(const estimate::FitProgress&)>& joint);
+  InertiaCheck look_at_inertia(bool ended) const;
+  bool refit(const std::vector<estimate::JointPrior>& more);
+  estimate::ModelValues file_values() const;
   void run(FlightRole role, Knowledge& known);
   std::function<void(const estimate::FitProgress&)> report(const std::string& what);
   void associate_all() { associate_again(out_.flights, tied_s_, std::vector<double>(given_.size(), values_[estimate::kPoseDelay])); }
@@ -124,6 +129,7 @@ class Sequence {
   std::vector<double> tied_s_;                               // delay that each flight's poses are associated by
   std::vector<std::vector<double>> flight_start_;  // values of each flight, as its own stage left them
   int parts_ = 1, part_ = 0;                       // of the progress: stages and joint fit
+  std::function<void(const estimate::FitProgress&)> joint_;
 };
 
 Sequence::Sequence(const std::vector<FlightToFit>& given, const host::VehicleFile& vehicle, const IdentifyOptions& options,
@@ -274,8 +280,7 @@ bool Sequence::weigh_mass() {
   return true;
 }
 
-void Sequence::fit_jointly() {
-  const auto joint = report("joint fit");
+void Sequence::settle_jointly(const std::function<void(const estimate::FitProgress&)>& joint) {
   if (o_.priors && o_.hold_priors_first)
     estimate::settle_with_priors_held(out_.problem, [&](const estimate::FitProblem& held) { return o_.solver(held, o_.fit, joint); });
   out_.fit = o_.solver(out_.problem, o_.fit, joint);
@@ -294,7 +299,66 @@ void Sequence::fit_jointly() {
     estimate::start_from(out_.fit, out_.problem);
     out_.fit = o_.solver(out_.problem, o_.fit, joint);
   }
+}
+
+void Sequence::fit_jointly() {
+  joint_ = report("joint fit");
+  try {
+    settle_jointly(joint_);
+  } catch (const Error& e) {
+    // What the flights leave open over all frequencies a band may determine.
+    if (!o_.keep_possible || e.exit_code() != ExitCode::data_quality) throw;
+    out_.inertia = look_at_inertia(false);
+    const auto priors = priors_of(out_.inertia, vehicle_, free_, file_values());
+    if (priors.empty()) throw;  // all of them are held by the user
+    for (const estimate::JointPrior& p : priors) out_.problem.priors.push_back(p);
+    settle_jointly(joint_);
+  }
+  if (o_.keep_possible && !o_.fit.stop.asked()) keep_possible();
   out_.comparison = compare_stages(out_.stages, out_.fit);
+}
+
+InertiaCheck Sequence::look_at_inertia(bool ended) const {
+  std::vector<const log::FlightRecord*> records;
+  for (const FlightToFit& f : given_) records.push_back(&f.record);
+  if (ended) return check_inertia(records, out_.flights, out_.fit.states, out_.fit.values, out_.fit.converged ? &out_.fit : nullptr);
+  std::vector<std::vector<estimate::BodyState>> states;
+  for (const estimate::GridFlight& g : out_.flights) states.push_back(estimate::states_by_measurements(g, values_, o_.noise));
+  return check_inertia(records, out_.flights, states, std::vector(out_.flights.size(), values_), nullptr);
+}
+
+// Adds priors and goes on from the last fit. False when there is nothing to add.
+bool Sequence::refit(const std::vector<estimate::JointPrior>& more) {
+  if (more.empty()) return false;
+  for (const estimate::JointPrior& p : more) out_.problem.priors.push_back(p);
+  estimate::start_from(out_.fit, out_.problem);
+  out_.fit = o_.solver(out_.problem, o_.fit, joint_);
+  return true;
+}
+
+// As the vehicle file says; a guessed c_q with the scale at which thrust carries the weight.
+estimate::ModelValues Sequence::file_values() const {
+  estimate::ModelValues out = out_.start.file;
+  if (vehicle_.c_q_N_m_s2.origin == host::Origin::guess) out[estimate::kCq] = out_.start.values[estimate::kCq];
+  return out;
+}
+
+void Sequence::keep_possible() {
+  if (!out_.inertia.needed) {
+    out_.inertia = look_at_inertia(true);
+    refit(priors_of(out_.inertia, vehicle_, free_, file_values()));
+  }
+  for (int again = 0; again < kRounds && out_.fit.converged; ++again) {
+    if (!refit(priors_of_the_possible(out_.fit, vehicle_, file_values(), out_.wanted))) break;
+  }
+  // What a band of these flights determines is theirs, though the fit had it from a prior.
+  for (estimate::Estimate& e : out_.fit.estimates) {
+    const InertiaByBand* band = e.flight < 0 ? out_.inertia.of(e.parameter) : nullptr;
+    if (band && band->taken) e.prior_share = 0.0, e.u = e.u_robust;
+    if (e.parameter == estimate::kCq) continue;  // the file's
+    const bool stopped = std::any_of(out_.wanted.begin(), out_.wanted.end(), [&](const estimate::Estimate& w) { return w.parameter == e.parameter; });
+    e.at_bound = e.at_bound || (e.flight < 0 && stopped);
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/log/flight_record.hpp"
+#include "bench/identify/inertia_check.hpp"
 #include "bench/identify/parameter_choice.hpp"
 #include "bench/log/check/signal.hpp"
 #include "bench/identify/stages.hpp"
@@ -36,6 +37,9 @@ struct IdentifyOptions {
   bool hold_priors_first = true;
   // Priors count against what the blocks of the flights scatter (robust u), not against what the noise alone says (JointPrior::weight).
   bool priors_against_scatter = false;
+  // Inertia and c_q are looked at by bands of frequency and taken from there where a band is surer than the fit or contradicts it; a number
+  // that cannot be is held at the nearest that can. A diagnosis asks for neither: it looks for what is missing itself.
+  bool keep_possible = false;
   estimate::FitOptions fit;
   Solver solver = own_solver();
 };
@@ -53,6 +57,8 @@ struct Identification {
   StartValues start;
   std::vector<StageResult> stages;
   std::vector<StageComparison> comparison;  // stages against the joint fit
+  InertiaCheck inertia;                     // where asked for (keep_possible)
+  std::vector<estimate::Estimate> wanted;   // what the flights want where that cannot be; `fit` has it held at the nearest that can
   estimate::FitProblem problem;                       // of the joint fit; points into `flights`
   estimate::Fit fit;
 

@@ -306,6 +306,36 @@ IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base
   return a;
 }
 
+// Where the fit's own answer was not taken, and why.
+std::vector<IdentifyWarning> inertia_warnings(const Identification& r) {
+  std::vector<IdentifyWarning> out;
+  for (const InertiaByBand& axis : r.inertia.axes) {
+    if (!axis.taken) continue;
+    const estimate::ParameterInfo info = estimate::parameter_info(axis.parameter, r.problem.start.terms);
+    std::string why = "where the fit over all frequencies found none";
+    if (axis.u_joint > 0.0) {
+      const bool against = std::fabs(axis.value - axis.joint) > 3.0 * std::hypot(axis.u, axis.u_joint);
+      why = fmt::format("{} the fit over all frequencies, {:.3g} ± {:.1g}", against ? "against" : "surer than", axis.joint, axis.u_joint);
+      if (against) why += ": a moment of low frequency is missing in the model";
+    }
+    out.push_back({info.symbol, fmt::format("{:.3g} ± {:.1g} {} is that of {:g} to {:g} Hz, {}", axis.value, axis.u, info.unit, axis.from_Hz, axis.to_Hz, why)});
+  }
+  for (const estimate::Estimate& e : r.wanted) {
+    const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
+    out.push_back({info.symbol, fmt::format("the flights want {:.3g} ± {:.1g} {}, which cannot be: held at the nearest that can; the model lacks an effect", e.value,
+                                            std::max(e.u, e.u_robust), info.unit)});
+  }
+  return out;
+}
+
+ordered_json inertia_json(const Identification& r) {
+  ordered_json out = ordered_json::array();
+  for (const InertiaByBand& a : r.inertia.axes)
+    out.push_back({{"symbol", estimate::parameter_info(a.parameter, r.problem.start.terms).symbol}, {"value", number(a.value)}, {"u", number(a.u)},
+                   {"explained", number(a.explained)}, {"delay_s", number(a.delay_s)}, {"joint", number(a.joint)}, {"u_joint", number(a.u_joint)}, {"taken", a.taken}});
+  return out;
+}
+
 std::vector<IdentifyWarning> warnings_of(const Identification& r, const IdentifyAnalysis& a) {
   std::vector<IdentifyWarning> out;
   const auto warn = [&](const std::string& where, const std::string& what) { out.push_back({where, what}); };
@@ -319,6 +349,7 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
   for (const estimate::Estimate& e : r.fit.estimates) {
     if (const std::string mark = mark_of(e); !mark.empty() && mark != "weighed") warn(estimate::estimate_name(e, r.problem), mark);
   }
+  for (const auto& [where, what] : inertia_warnings(r)) warn(where, what);
   for (const std::string& line : a.written_differences) warn("vehicle file", line);
   for (const StageComparison& c : r.comparison) {
     if (!c.agrees)
@@ -374,6 +405,7 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   j["noise"] = noise_json(r);
   j["fit"] = fit_json(r);
   if (a.solver_check) j["solver_check"] = solver_check_json(*a.solver_check);
+  j["inertia_by_band"] = inertia_json(r);
   j["warnings"] = array_of(warnings_of(r, a), [](const IdentifyWarning& w) { return ordered_json{{"where", w.where}, {"what", w.what}}; });
   j["errors"] = outcome.errors;
   j["next"] = outcome.next;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "test/support/inertia_band.hpp"
+#include "bench/score/inertia_band.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "test/unit/bench/identify/measured_fit.hpp"
 

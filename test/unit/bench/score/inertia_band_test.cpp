@@ -1,5 +1,5 @@
 // Inertia by bands: the truth from a rigid body, and that a moment which goes with velocity shows where it acts.
-#include "test/support/inertia_band.hpp"
+#include "bench/score/inertia_band.hpp"
 
 #include <gtest/gtest.h>
 
