@@ -64,7 +64,12 @@ template <class Real>
 inline BasicBridgeOutput<Real> bridge_output(const BridgeConstants<Real>& p, const std::array<Real, 3>& duty,
                                              const BasicPhaseCurrents<Real>& i) {
   const Real lost_V = p.dead_share * (p.bus_V + 2.0 * p.diode_drop_V);
-  const Real su = soft_sign(i.u, p.zero_zone_A), sv = soft_sign(i.v, p.zero_zone_A), sw = soft_sign(i.w, p.zero_zone_A);
+  // A leg that stays on one side for the whole period has no dead time: shorted windings brake with all that they induce.
+  const auto lost_share = [&](const Real& d, const Real& i_A) {
+    const Real zero(0.0), one(1.0);
+    return if_at_least(zero, d, zero, if_at_least(d, one, zero, soft_sign(i_A, p.zero_zone_A)));
+  };
+  const Real su = lost_share(duty[0], i.u), sv = lost_share(duty[1], i.v), sw = lost_share(duty[2], i.w);
   const Real u = duty[0] * p.bus_V - lost_V * su, v = duty[1] * p.bus_V - lost_V * sv, w = duty[2] * p.bus_V - lost_V * sw;
   constexpr double kOverRoot3 = 0.57735026918962576451;
   return {{(2.0 * u - v - w) / 3.0, (v - w) * kOverRoot3}, 2.0 * p.dead_share * p.diode_drop_V * (su * i.u + sv * i.v + sw * i.w)};

@@ -47,10 +47,11 @@ struct StopConfig {
 struct HoldConfig {
   float current_A = 0.0f;
   float full_rad_s = 0.0f, none_rad_s = 1.0f;  // mechanical: all of it below, nothing above
+  float over_fade_s = 1.0f;                    // 1 over the difference of both
   float most_step_A = 0.0f;                    // per supervision tick
 };
 constexpr float hold_current_A(const HoldConfig& c, float speed_rad_s) {
-  return c.current_A * clamp((c.none_rad_s - magnitude(speed_rad_s)) / (c.none_rad_s - c.full_rad_s), 0.0f, 1.0f);
+  return c.current_A * clamp((c.none_rad_s - magnitude(speed_rad_s)) * c.over_fade_s, 0.0f, 1.0f);
 }
 
 struct MotorConfig {
@@ -175,8 +176,8 @@ inline void configure_speed_loop(const Parameters& p, const MotorScale& m, Motor
   s.load_N_m_s2 = p.load_N_m_s2;
   s.inertia_A_s2 = p.inertia_kg_m2 / m.torque_constant_N_m_A;
   s.load_A_s2 = p.load_N_m_s2 / m.torque_constant_N_m_A;
-  // 400 rad/s at 247 rad/s, the reference motor; a fiftieth of the sampling's 24 kHz at most.
-  s.feedback_rad_s = clamp(1.62f * m.electromechanical_rad_s, 100.0f, clamp(0.0167f / c.period_s, 200.0f, 500.0f));
+  // 400 rad/s at 247 rad/s, the reference motor; a thirtieth of the sampling's 24 kHz at most, which a 3-inch motor reaches.
+  s.feedback_rad_s = clamp(1.62f * m.electromechanical_rad_s, 100.0f, clamp(0.0333f / c.period_s, 200.0f, 1000.0f));
   s.reference_rad_s = 1.25f * s.feedback_rad_s;
   s.over_full_speed_s = c.pole_pairs / (12.25f * s.feedback_rad_s);
   s.slew_rad_s2 = p.speed_slew_rad_s2;
@@ -296,6 +297,7 @@ MotorConfig configure(const Parameters& asked) {
   c.hold.current_A = 0.8f * m.start_A;
   c.hold.full_rad_s = 2.0f * c.start.hand_over_rad_s;
   c.hold.none_rad_s = 4.0f * c.start.hand_over_rad_s;
+  c.hold.over_fade_s = 1.0f / (c.hold.none_rad_s - c.hold.full_rad_s);
   c.hold.most_step_A = m.start_A * tick_s / c.start.hand_over_s;
   c.bus_filter = clamp(6000.0f * c.period_s, 0.1f, 0.5f);
   c.bus_jump_V = 0.06f * p.overvoltage_V < 1.0f ? 1.0f : 0.06f * p.overvoltage_V;

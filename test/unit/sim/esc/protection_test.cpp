@@ -42,6 +42,7 @@ Slip slip(bool protect) {
     e.motor().config().protection.trip_A = 1e9f;
     e.motor().config().protection.trip_at_range_end = false;
     e.motor().config().protection.stall_ticks = 60000;
+    e.motor().config().check.bridge = false;  // it opens the bridge too, on the second sample that no winding explains
   });
   esc.drive().motor().set_angle(esc.drive().motor().state().angle_rad + std::numbers::pi / 7.0);
   Slip r;
