@@ -51,7 +51,7 @@ void read_bus(const TomlTable& t, Profile& p) {
 }
 
 void read_quantity(const TomlTable& t, Channel& c) {
-  c.quantity = t.choice("quantity", {"force", "torque", "voltage", "current", "power", "energy", "temperature", "pressure", "humidity", "speed", "status", "setting", "raw"});
+  c.quantity = t.choice("quantity", {"force", "torque", "voltage", "current", "power", "energy", "temperature", "pressure", "humidity", "speed", "acceleration", "status", "setting", "raw"});
   const bool plain = c.quantity == "status" || c.quantity == "setting" || c.quantity == "raw";
   c.unit = plain ? t.text("unit", "1") : t.text("unit");
   const ChannelUnit* const unit = find_unit(c.unit);

@@ -30,6 +30,7 @@ constexpr std::array kAxes{
     AxisTraits{StandAxis::air_pressure, "air_pressure", "Pa"},
     AxisTraits{StandAxis::air_humidity, "air_humidity", "%"},
     AxisTraits{StandAxis::rotor_speed, "rotor_speed", "rad/s"},
+    AxisTraits{StandAxis::vibration, "vibration", "m/s^2"},
 };
 
 struct LimitTraits {
@@ -141,7 +142,7 @@ StandBus read_bus(const TomlTable& t, const StandSetup& s, FindProfile find) {
 BoundChannel read_axis(const TomlTable& t, const StandSetup& s) {
   BoundChannel a;
   std::string_view si;
-  const std::string word = t.choice("axis", {"thrust", "torque", "voltage", "current", "power", "motor_temperature", "esc_temperature", "air_temperature", "air_pressure", "air_humidity", "rotor_speed"});
+  const std::string word = t.choice("axis", {"thrust", "torque", "voltage", "current", "power", "motor_temperature", "esc_temperature", "air_temperature", "air_pressure", "air_humidity", "rotor_speed", "vibration"});
   for (const AxisTraits& k : kAxes)
     if (k.name == word) a.axis = k.axis, si = k.si;
   const std::string channel = t.text("channel");

@@ -30,7 +30,7 @@ struct StandBus {
   std::vector<StandDevice> devices;
 };
 
-enum class StandAxis : std::uint8_t { thrust, torque, voltage, current, power, motor_temperature, esc_temperature, air_temperature, air_pressure, air_humidity, rotor_speed };
+enum class StandAxis : std::uint8_t { thrust, torque, voltage, current, power, motor_temperature, esc_temperature, air_temperature, air_pressure, air_humidity, rotor_speed, vibration };
 std::string_view name(StandAxis axis);
 
 struct BoundChannel {

@@ -29,6 +29,8 @@ constexpr std::array kChannelUnits{
     ChannelUnit{"%", "humidity", "%", 1.0},
     ChannelUnit{"1/min", "speed", "rad/s", kTau / 60.0},
     ChannelUnit{"Hz", "speed", "rad/s", kTau},
+    ChannelUnit{"m/s2", "acceleration", "m/s^2", 1.0},
+    ChannelUnit{"g_n", "acceleration", "m/s^2", kGravity_m_s2},  // standard gravity; g is a gram
     ChannelUnit{"1", "", "1", 1.0},
     ChannelUnit{"FS", "", "FS", 1.0},  // a share of full scale, which the stand file names
 };

@@ -23,6 +23,7 @@ std::string text(const Trip& t) {
 std::optional<Trip> LimitMonitor::see(const std::string& key, const std::string& source, double value, std::int64_t now_ns) {
   const modbus::StandLimit& limit = limits_.at(key);
   const auto id = std::pair(key, source);
+  newest_[id] = value;
   if (std::abs(value) <= limit.max) {
     beyond_.erase(id);
     return std::nullopt;
@@ -31,6 +32,13 @@ std::optional<Trip> LimitMonitor::see(const std::string& key, const std::string&
   if (at->second.told || static_cast<double>(now_ns - at->second.since_ns) < 1e6 * limit.debounce_ms) return std::nullopt;
   at->second.told = true;
   return Trip{key, source, value, limit.max, limit.action, now_ns};
+}
+
+std::optional<LimitMonitor::Nearest> LimitMonitor::nearest(const std::string& limit) const {
+  std::optional<Nearest> out;
+  for (auto at = newest_.lower_bound({limit, ""}); at != newest_.end() && at->first.first == limit; ++at)
+    if (!out || std::abs(at->second) > std::abs(out->value)) out = Nearest{at->first.second, at->second};
+  return out;
 }
 
 }  // namespace rotorloop::stand_run

@@ -24,6 +24,13 @@ class LimitMonitor {
   // A new value for a limit from one source. A trip when it has been beyond the limit, in every value since, for the debounce; said once for
   // each time it goes beyond. A value that is no number counts as beyond: nobody knows where it is.
   std::optional<Trip> see(const std::string& limit, const std::string& source, double value, std::int64_t now_ns);
+  // Of the source that is nearest to the limit now; nothing before the first value.
+  struct Nearest {
+    std::string source;
+    double value = 0.0;
+  };
+  std::optional<Nearest> nearest(const std::string& limit) const;
+  const std::map<std::string, modbus::StandLimit>& limits() const { return limits_; }
   const modbus::StandLimit& limit(const std::string& key) const { return limits_.at(key); }
 
  private:
@@ -33,6 +40,7 @@ class LimitMonitor {
   };
   std::map<std::string, modbus::StandLimit> limits_;
   std::map<std::pair<std::string, std::string>, Beyond> beyond_;
+  std::map<std::pair<std::string, std::string>, double> newest_;
 };
 
 }  // namespace rotorloop::stand_run

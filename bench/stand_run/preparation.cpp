@@ -26,6 +26,11 @@ std::string identity(const modbus::StandPart& p) { return p.name + " " + p.seria
 
 }  // namespace
 
+std::uint8_t EscFacts::duty_node() const {
+  const auto says = [](const tools::NodeParameter& p) { return p.name == kDutyParameter; };
+  return std::any_of(parameters.begin(), parameters.end(), says) ? node : std::uint8_t{0};
+}
+
 EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const modbus::StandSetup& setup, int esc_index, double listen_s) {
   // The handlers outlive this function, and so does what they touch.
   auto flag = std::make_shared<bool>(false);
@@ -74,6 +79,7 @@ std::string run_toml(const modbus::StandSetup& s, const RunFacts& f, const Sessi
     out += fmt::format("[air]\ntemperature_degC = {}\npressure_Pa = {}\n", number_text(temperature), number_text(pressure));
     if (std::isfinite(humidity)) out += fmt::format("humidity = {}\n", number_text(std::clamp(0.01 * humidity, 0.0, 1.0)));
   }
+  if (f.airspeed_m_s != 0.0) out += fmt::format("[wind]\nairspeed_m_s = {}\n", number_text(f.airspeed_m_s));
   out += "[uncertainty]\n";
   for (const auto& [key, u] : s.uncertainty) out += fmt::format("{} = {}\n", key, number_text(u));
   out += fmt::format("[calibration]\ndate = \"{}\"\nexpires = \"{}\"\nstand_sha256 = \"{}\"\n", s.calibrated_on, s.expires_on, f.stand_sha256);

@@ -18,6 +18,7 @@ struct EscFacts {
   int pole_pairs = 0;                                // 0: it has no such parameter
   std::vector<tools::NodeParameter> parameters;
   std::string parameter_file;                        // as `esc params` writes it
+  std::uint8_t duty_node() const;               // for SessionOptions; 0: it does not say what voltage it gives
 };
 
 // Listens for `listen_s`. Throws Error: device when no ESC has the index or it does not answer, safety when two have it, when another
@@ -31,6 +32,7 @@ struct RunFacts {
   EscFacts esc;
   std::string stand_sha256;
   std::optional<double> density_kg_m3;  // given by a person; else of the instruments
+  double airspeed_m_s = 0.0;            // along the axis, of a wind tunnel: > 0 as in climb
 };
 
 // run.toml: what `stand estimate` reads (docs/files.md, "Run folder of a stand"), and how the run ended.

@@ -18,6 +18,7 @@ using modbus::StandAxis;
 
 constexpr std::uint8_t kRunPriority = 7, kRunArmingPriority = 8;
 constexpr std::int64_t kCommand_ns = 10'000'000, kArming_ns = 250'000'000;
+constexpr std::int64_t kDuty_ns = 100'000'000;      // the ESC averages over as long
 constexpr std::int64_t kZeros_ns = 300'000'000;          // of zero orders before the disarming
 constexpr std::int64_t kEscSilent_ns = 1'200'000'000;    // an ESC at rest reports twice a second
 constexpr std::int64_t kForeign_ns = 1'000'000'000;
@@ -58,8 +59,9 @@ double Session::air_mean(StandAxis axis) const {
 }
 
 std::vector<std::string> Session::unwatched() const {
-  std::vector<std::string> out{"vibration_m_s2"};  // no axis of the stand file carries it
+  std::vector<std::string> out;
   const auto has = [this](StandAxis a) { return newest_.contains(a); };
+  if (!has(StandAxis::vibration)) out.emplace_back("vibration_m_s2");
   if (!has(StandAxis::motor_temperature) && !has(StandAxis::esc_temperature)) out.emplace_back("temperature_degC beside the ESC's own");
   return out;
 }
@@ -82,6 +84,7 @@ void Session::take(const StandReading& r) {
     case StandAxis::current: watch_value("current_A", "supply", r.value); break;
     case StandAxis::motor_temperature: watch_value("temperature_degC", "motor", r.value); break;
     case StandAxis::esc_temperature: watch_value("temperature_degC", "ESC's sensor", r.value); break;
+    case StandAxis::vibration: watch_value("vibration_m_s2", "mount", r.value); break;
     case StandAxis::rotor_speed: watch_value("omega_rad_s", "independent speed", r.value); break;
     default: break;
   }
@@ -110,6 +113,23 @@ void Session::on_status(const protocols::EscStatus& s) {
   if (esc_omega_ > 0.5 * set_point_ && std::abs(error) < limits_.limit("tracking_error_rad_s").max) followed_ = true;
   // From rest the motor needs time to start; after that it must follow.
   if (followed_ || now - left_zero_ns_ > kStart_ns) watch_value("tracking_error_rad_s", "ESC", error);
+}
+
+// A reading of the ESC's parameters (docs/wire.md): a low-rate question on the stand's bus, so that flights carry nothing of it.
+void Session::ask_duty() {
+  const std::int64_t now = tool_.now_ns();
+  // In holds that count alone: in a step the answer's frames would shift the reports of speed that the inertia is estimated from.
+  if (options_.duty_node == 0 || step_ < 0 || now < next_duty_ns_) return;
+  next_duty_ns_ = now + kDuty_ns;
+  protocols::ParamGetSet ask;
+  ask.name = protocols::Text<protocols::kMaxParameterName>(kDutyParameter);
+  // What comes late is of another moment: no second attempt.
+  tool_.request<protocols::ParamGetSet, protocols::ParamGetSetResponse>(
+      options_.duty_node, ask,
+      [this](const std::optional<protocols::ParamGetSetResponse>& r) {
+        if (r && r->value.kind == protocols::ParamValue::Kind::real && phase_ != Phase::done) grid_.add(kDutyColumn, tool_.now_ns(), static_cast<double>(r->value.real));
+      },
+      {.attempts = 1, .timeout_ns = kDuty_ns});
 }
 
 void Session::watch_value(const char* limit, const std::string& source, double value) {
@@ -246,6 +266,7 @@ void Session::step() {
   if (phase_ == Phase::running || phase_ == Phase::ramping_down) watch_bus();
   drive();
   command();
+  ask_duty();
   files_.flush(now);
 }
 

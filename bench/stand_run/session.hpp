@@ -19,9 +19,12 @@
 
 namespace rotorloop::stand_run {
 
+inline constexpr const char* kDutyParameter = "stat_duty_q";  // what an ESC that says the voltage it gives calls it
+
 struct SessionOptions {
   int esc_index = 0;
   int esc_pole_pairs = 0;           // as the ESC has it; 0: not known
+  std::uint8_t duty_node = 0;  // ESC that is asked for the voltage that it gives ten times a second; 0: none that has it
   double settle_s = 0.7;            // at least, after each change of speed; zeros three times as long
   double settle_most_s = 5.0;       // then the step counts as it is, marked unsettled
   double slew_rad_s2 = 2000.0;      // of starts, stops and large changes
@@ -72,6 +75,10 @@ class Session {
   std::optional<double> newest(modbus::StandAxis axis) const;  // thrust and torque after the matrix
   double set_point_rad_s() const { return set_point_; }
   double esc_rad_s() const { return esc_omega_; }
+  const LimitMonitor& limits() const { return limits_; }
+  const modbus::StandSetup& setup() const { return setup_; }
+  double settle_s() const { return options_.settle_s; }
+  bool stopping() const { return phase_ == Phase::ramping_down || phase_ == Phase::stopping; }
   bool turning() const { return phase_ == Phase::running || phase_ == Phase::ramping_down; }
   // Limits of the file that nothing on this stand measures.
   std::vector<std::string> unwatched() const;
@@ -97,6 +104,7 @@ class Session {
   };
   double seconds(std::int64_t ns) const { return 1e-9 * static_cast<double>(ns - begun_ns_); }
   void on_status(const protocols::EscStatus& status);
+  void ask_duty();
   void watch_value(const char* limit, const std::string& source, double value);
   void watch_bus();
   void watch_speeds(const GridRow& row);
@@ -129,7 +137,7 @@ class Session {
   std::int64_t begun_ns_, heard_ns_ = -1, foreign_ns_ = -1;
   double esc_omega_ = 0.0;
   double set_point_ = 0.0, ceiling_ = 0.0;  // ceiling: of a limit whose action is hold; 0: none
-  std::int64_t next_command_ns_ = 0, next_arming_ns_ = 0, stopping_ns_ = 0, last_drive_ns_ = 0, left_zero_ns_ = -1;
+  std::int64_t next_command_ns_ = 0, next_arming_ns_ = 0, next_duty_ns_ = 0, stopping_ns_ = 0, last_drive_ns_ = 0, left_zero_ns_ = -1;
   bool followed_ = false;  // the rotor has come near its set-point since it left zero
   bool armed_ = false;
   std::size_t segment_ = 0;

@@ -52,11 +52,12 @@ void Session::take_row(const GridRow& row) {
   const Segment& segment = plan_.segments[at.segment];
   const auto& v = row.values;
   const auto load = setup_.calibration.load_of({v[kThrustColumn], v[kTorqueColumn]});
+  const bool turns = at.target_rad_s > 0.0;  // at rest there is no voltage to speak of
   // The estimate is of the bare stand: steps with anything behind the rotor stand in steps.csv alone.
   const bool counts = at.step >= 0 && segment.configuration == 'A';
-  files_.sample(fmt::format("{:.4f},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{}", seconds(row.t_ns), counts ? std::to_string(at.step) : "", segment.configuration == 'B' ? 1 : 0, at.target_rad_s, cell(v[kOmegaColumn], "{:.4f}"),
+  files_.sample(fmt::format("{:.4f},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", seconds(row.t_ns), counts ? std::to_string(at.step) : "", segment.configuration == 'B' ? 1 : 0, at.target_rad_s, cell(v[kOmegaColumn], "{:.4f}"),
                             cell(load[0], "{:.5f}"), cell(load[1], "{:.7f}"), cell(v[kVoltageColumn], "{:.5f}"), cell(v[kCurrentColumn], "{:.5f}"), cell(v[kIndependentColumn], "{:.4f}"), cell(v[kEscVoltageColumn]),
-                            cell(v[kEscCurrentColumn]), cell(v[kEscTemperatureColumn]), cell(v[kMotorTemperatureColumn])));
+                            cell(v[kEscCurrentColumn]), cell(v[kEscTemperatureColumn]), cell(v[kMotorTemperatureColumn]), turns ? cell(v[kDutyColumn]) : ""));
   if (!open_ || open_->number != at.step) {
     finish_step();
     if (at.step < 0) return;

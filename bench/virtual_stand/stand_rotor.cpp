@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/plant/motor_file.hpp"
 #include "sim/rotor/bem.hpp"
@@ -55,6 +56,8 @@ StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
   e.bus_V = supply_.voltage_V();
   e.seed = config_.seed;
   inertia_kg_m2_ = e.drive.motor.inertia_kg_m2 + e.drive.blade_inertia_kg_m2;
+  resistance_ohm_ = e.drive.motor.resistance_ohm + e.drive.inverter.switch_resistance_ohm;
+  speed_constant_rpm_V_ = 60.0 / (std::numbers::sqrt3 * 2.0 * std::numbers::pi * e.drive.motor.pole_pairs * e.drive.motor.flux_linkage_Wb);
   diameter_m_ = 2.0 * rotor.radius_m();
   firmware::NodeIdentity identity;
   identity.unique_id = {'v', 'i', 'r', 't', 'u', 'a', 'l', ' ', 's', 't', 'a', 'n', 'd', 0, 0, 1};

@@ -44,6 +44,8 @@ class StandRotor {
   double c_t_N_s2(double omega_rad_s) const { return table(c_t_, omega_rad_s); }
   double c_q_N_m_s2(double omega_rad_s) const { return table(c_q_, omega_rad_s); }
   double inertia_kg_m2() const { return inertia_kg_m2_; }
+  double resistance_ohm() const { return resistance_ohm_; }  // one phase, with the switches
+  double speed_constant_rpm_V() const { return speed_constant_rpm_V_; }
   double diameter_m() const { return diameter_m_; }
 
  private:
@@ -57,7 +59,7 @@ class StandRotor {
   sim::Battery supply_;
   std::unique_ptr<Esc> esc_;
   std::vector<double> c_t_, c_q_;  // over speed
-  double inertia_kg_m2_ = 0.0, diameter_m_ = 0.0, supply_A_ = 0.0, thrust_N_ = 0.0, reaction_N_m_ = 0.0;
+  double inertia_kg_m2_ = 0.0, diameter_m_ = 0.0, resistance_ohm_ = 0.0, speed_constant_rpm_V_ = 0.0, supply_A_ = 0.0, thrust_N_ = 0.0, reaction_N_m_ = 0.0;
   char configuration_ = 'A';
   std::uint64_t polls_ = 0;
 };

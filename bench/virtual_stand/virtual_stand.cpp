@@ -90,6 +90,10 @@ double VirtualStand::shown(StandAxis axis, const State& s) const {
     case StandAxis::current: return std::max(0.0, s.supply_A) * (1.0 + e.current);
     case StandAxis::power: return s.supply_V * std::max(0.0, s.supply_A) * (1.0 + e.voltage) * (1.0 + e.current);
     case StandAxis::rotor_speed: return std::abs(s.omega_rad_s) * config_.optical_marks;
+    case StandAxis::vibration: {
+      const bool chipped = config_.chipped_at_s > 0.0 && 1e-9 * static_cast<double>(s.t_ns) >= config_.chipped_at_s;
+      return config_.shake_s2_m * (chipped ? config_.chipped_shake : 1.0) * s.omega_rad_s * s.omega_rad_s;
+    }
     case StandAxis::air_temperature: return config_.air_temperature_degC;
     case StandAxis::air_humidity: return config_.air_humidity_percent;
     case StandAxis::air_pressure: return pressure_Pa(rotor_->density_kg_m3(), config_.air_temperature_degC, config_.air_humidity_percent) * (1.0 + e.pressure);

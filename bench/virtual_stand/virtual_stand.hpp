@@ -30,6 +30,8 @@ struct VirtualStandConfig {
   std::int64_t turnaround_jitter_ns = 300'000;
   double air_temperature_degC = 20.0, air_humidity_percent = 45.0;  // pressure follows from the density
   int optical_marks = 1;               // what an independent speed sensor counts a turn, over what it takes for a turn
+  double shake_s2_m = 4e-6;            // vibration of the mount over the square of rotor speed: m/s² rms for each (rad/s)²
+  double chipped_at_s = 0.0, chipped_shake = 20.0;  // from then on (0: never) a blade lacks a piece: the mount shakes as many times as much
   std::string dies;                    // a device that says nothing from dies_at_s on
   double dies_at_s = 0.0;
   std::uint64_t seed = 1;

@@ -95,6 +95,7 @@ struct Telemetry {
   float winding_K = 0.0f;           // from the resistance followed; 0: not known
   float winding_error_K = 0.0f;     // half width of its interval (95 %)
   float load_N_m = 0.0f;            // torque that the shaft resists with; while the speed is valid
+  float duty_q = 0.0f;              // line-to-line voltage along the torque axis at the motor, over the bus voltage; over about 0.1 s
 };
 
 // What a RawCommand asks for; autopilots send nothing else.

@@ -63,7 +63,9 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   sequence.low_rad_s = kLow_rpm * kRad_s_per_rpm, sequence.high_rad_s = kHigh_rpm * kRad_s_per_rpm;
   {
     stand_run::RunFiles files(folder);
-    stand_run::Session session(setup, stand_run::make_plan({"staircase", "step"}, sequence), tool, table, files, {});
+    stand_run::SessionOptions session_options;
+    session_options.duty_node = facts.esc.duty_node();
+    stand_run::Session session(setup, stand_run::make_plan({"staircase", "step"}, sequence), tool, table, files, session_options);
     stand.run(session, 300.0);
     if (session.end() != stand_run::RunEnd::done) throw Error({folder.generic_string(), session.trip() ? stand_run::text(*session.trip()) : "the run did not end", "", ""});
     hil::write_text_file(folder / "run.toml", stand_run::run_toml(setup, facts, session));
@@ -75,6 +77,7 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   std::filesystem::remove_all(folder);
   const double centre = 0.5 * (kWindowLow_rpm + kWindowHigh_rpm) * kRad_s_per_rpm, to_reference = kReferenceDensity_kg_m3 / c.rotor.density_kg_m3;
   out.truth.c_t_N_s2 = stand.rotor().c_t_N_s2(centre) * to_reference, out.truth.c_q_N_m_s2 = stand.rotor().c_q_N_m_s2(centre) * to_reference;
+  out.truth.resistance_ohm = stand.rotor().resistance_ohm(), out.truth.speed_constant_rpm_V = stand.rotor().speed_constant_rpm_V();
   out.truth.inertia_kg_m2 = stand.rotor().inertia_kg_m2();
   return out;
 }

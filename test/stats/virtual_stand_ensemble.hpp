@@ -15,7 +15,7 @@ struct VirtualEnsembleOptions {
 };
 
 // Truth of c_t, c_q and J is the rotor's; of the time constants what a chain without errors shows once, as the speed loop of the ESC is no
-// first-order lag. K_v and R are not judged: the ESC reports no voltage amplitude over the bus.
+// first-order lag. K_v and R are the drive's, R with its switches.
 StandEnsemble virtual_stand_ensemble(const VirtualEnsembleOptions& options);
 
 }  // namespace rotorloop::stats

@@ -27,7 +27,7 @@ constexpr std::array kRunColumns{
     KnownColumn{"omega_rad_s", StandQuantity::rotor_speed}, KnownColumn{"thrust_N", StandQuantity::thrust},
     KnownColumn{"torque_N_m", StandQuantity::torque},       KnownColumn{"voltage_V", StandQuantity::voltage},
     KnownColumn{"current_A", StandQuantity::current},       KnownColumn{"airspeed_m_s", StandQuantity::airspeed},
-    KnownColumn{"duty", StandQuantity::command},
+    KnownColumn{"duty", StandQuantity::command},            KnownColumn{"duty_q", StandQuantity::command},
 };
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step

@@ -9,6 +9,8 @@ namespace rotorloop::stand {
 namespace {
 
 constexpr std::size_t kFewestSteps = 5;
+constexpr std::size_t kFewestForLost = 8;
+constexpr double kLeastEfficiency = 0.5;  // a motor without current along the magnet has more wherever its EMF exceeds its drop
 
 struct Electrical {
   double omega_rad_s, along_V, amplitude_A, torque_N_m;
@@ -32,19 +34,23 @@ std::optional<MotorConstants> motor_constants(const StandRun& run, double runnin
   double warmth = 0.0, warm = 0.0;
   for (const StandStep& s : run.steps) {
     if (!(s.omega_rad_s > 0.0) || !(s.duty > 0.0) || !(s.voltage_V > 0.0) || !(s.current_A > 0.0)) continue;
-    e.push_back(electrical(s, inductance_H * run.facts.pole_pairs));
+    // Current along the magnet, as some ESCs hold at low speed, takes power and makes no torque: such steps say nothing of R.
+    if (s.torque_N_m == s.torque_N_m && (s.torque_N_m - running_offset_N_m) * s.omega_rad_s < kLeastEfficiency * s.voltage_V * s.current_A) continue;
+    e.push_back(electrical(s, run.facts.duty_along ? 0.0 : inductance_H * run.facts.pole_pairs));
     if (s.winding_degC == s.winding_degC) warmth += s.winding_degC, warm += 1.0;
   }
   if (e.size() < kFewestSteps) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(e.size());
-  Eigen::MatrixXd X(n, 2), Y(n, 2);
+  const bool lost = run.facts.duty_along && e.size() >= kFewestForLost;
+  Eigen::MatrixXd X(n, lost ? 3 : 2), Y(n, 2);
   Eigen::VectorXd u(n), A(n);
   std::vector<int> block;
   bool torque = run.checked.torque != StandChannelState::absent;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Electrical& x = e[static_cast<std::size_t>(i)];
     // Relative errors: what is wrong with a voltmeter is its gain.
-    X.row(i) << x.omega_rad_s / x.along_V, x.amplitude_A / x.along_V;
+    X.row(i).head(2) << x.omega_rad_s / x.along_V, x.amplitude_A / x.along_V;
+    if (lost) X(i, 2) = 1.0 / x.along_V;
     u(i) = 1.0;
     Y.row(i) << x.torque_N_m - running_offset_N_m, 1.0;
     A(i) = x.amplitude_A;

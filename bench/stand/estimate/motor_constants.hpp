@@ -2,6 +2,8 @@
 //   line-to-line voltage amplitude  U = d V,  phase amplitude u = U/√3
 //   current amplitude               A = 2 V I / (3 u cos φ), from the power that the bus gives (switching losses are part of R)
 //   u cos φ = R A + p λ ω                                   (torque axis)
+// (an ESC that says the voltage along the torque axis, run column duty_q, gives u cos φ itself: no inductance is needed; it is the voltage that
+// was meant, and what dead times take of it beyond their compensation is a constant of the fit)
 // and torque 3/2 p λ A less friction. K_v is the no-load speed per volt of line-to-line EMF amplitude, 60 / (√3 2π p λ).
 #pragma once
 #include <optional>

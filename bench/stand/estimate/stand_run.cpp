@@ -141,6 +141,10 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
                                    ? air->number("density_kg_m3", {0.5, 1.6, "kg/m^3"})
                                    : moist_air_kg_m3(273.15 + air->number("temperature_degC", {-40.0, 60.0, "degC"}),
                                                      air->number("pressure_Pa", {5e4, 1.1e5, "Pa"}), air->number("humidity", {0.0, 1.0, "1"}, 0.5));
+  if (const auto wind = root.optional_table("wind")) {
+    const double airspeed_m_s = wind->number("airspeed_m_s", {-100.0, 100.0, "m/s"});
+    for (StandPoint& p : record.points) p.airspeed_m_s = airspeed_m_s;
+  }
   if (const auto u = root.optional_table("uncertainty")) run.known = read_stand_uncertainty(*u, "run");
 }
 
@@ -201,6 +205,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
     return out;
   }
   take_series(run, table, record);
+  run.facts.duty_along = table.has("duty_q");
   run.name = facts.empty() ? record.name : facts.parent_path().filename().generic_string();
   run.steps = holds(table, record);
   run.checked = check_stand(record_of_holds(record, run.steps));

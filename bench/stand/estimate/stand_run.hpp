@@ -29,6 +29,7 @@ struct RunFacts {
   double diameter_m = kNotMeasured;
   double air_density_kg_m3 = kNotMeasured;
   int pole_pairs = 0;  // 0: not known
+  bool duty_along = false;  // duty is of the voltage along the torque axis, not of its amplitude
 };
 
 struct SampleSeries {  // of one rotor, all of one length; empty where the file has steps only

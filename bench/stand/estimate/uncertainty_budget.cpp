@@ -49,7 +49,8 @@ void add_budget(CoefficientEstimate& e, const StandRun& run, const CoefficientEs
   if (!law.hysteresis) add("hysteresis", k.hysteresis.u * carried(e, largest(e) * Eigen::VectorXd::Ones(e.rows.y.size())), k.hysteresis.source);
   if (!is_thrust && thrust) add("cross-talk of thrust", k.cross_talk_m.u * thrust->value / e.value, k.cross_talk_m.source);
   if (!is_thrust) add("cross-talk of thrust", k.cross_talk_share.u, k.cross_talk_share.source);
-  add("law of speed", law_spread(e), "run");
+  // Where the widest law stands, its priors hold what is not known of the law: it is in the scatter (model-based) already.
+  if (!(law.curved && law.running)) add("law of speed", law_spread(e), "run");
   double squares = 0.0, over_degrees = 0.0;
   for (const BudgetTerm& t : e.budget) squares += t.u * t.u, over_degrees += std::pow(t.u, 4) / t.degrees;
   e.u = e.value * std::sqrt(squares);

@@ -18,6 +18,7 @@ struct HealthState {
   float cold_ohm = 0.0f, cold_K = 0.0f;         // winding at the first start, at the board's temperature
   float winding_K = 0.0f, winding_error_K = 0.0f;
   float load_N_m = 0.0f;
+  float duty_q = 0.0f;  // line-to-line voltage along the torque axis, over the bus voltage, averaged
 };
 
 constexpr float kCopper_K = 234.5f;        // resistance is proportional to the temperature over -234.5 degC
@@ -30,6 +31,11 @@ constexpr void count_energy(const HealthConfig& c, HealthState& s, float bus_V, 
     s.energy_J += s.energy_rest_J;
     s.energy_rest_J = 0.0f;
   }
+}
+
+// What a stand needs for R and K_v, whatever the gain of the divider: the voltage after dead-time compensation as a share of the bus.
+constexpr void average_duty(const HealthConfig& c, HealthState& s, float line_q_V, float bus_V) {
+  s.duty_q += c.mean_rate * (magnitude(line_q_V) / (bus_V > 1.0f ? bus_V : 1.0f) - s.duty_q);
 }
 
 // The first measurement of a motor that has not run: copper as warm as the board.

@@ -161,6 +161,7 @@ class MotorBase {
     v_.bus_A =
         driving() ? 1.5f * (v_.given_V.d * v_.measured_A.d + v_.given_V.q * v_.measured_A.q) / (v_.bus_V > 1.0f ? v_.bus_V : 1.0f) : 0.0f;
     count_energy(config_.health, v_.health, v_.bus_V, v_.bus_A);
+    average_duty(config_.health, v_.health, driving() ? kRoot3 * v_.given_V.q : 0.0f, v_.bus_V);
   }
 
   // Slot 3: what changes with the motor's heat, and the load.
@@ -257,6 +258,7 @@ class MotorBase {
     t.winding_K = v_.health.winding_K;
     t.winding_error_K = v_.health.winding_error_K;
     t.load_N_m = v_.health.load_N_m;
+    t.duty_q = v_.health.duty_q;
     telemetry_.write(t);
   }
 

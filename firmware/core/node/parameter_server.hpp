@@ -22,7 +22,7 @@ struct Readings {
 
 class ParameterServer {
  public:
-  static constexpr std::size_t kNumbers = 9, kReadings = kNumbers + FaultLog::kKept;
+  static constexpr std::size_t kNumbers = 10, kReadings = kNumbers + FaultLog::kKept;
   static constexpr std::size_t kCount = kParameterRanges.size() + kReadings;
 
   // `edited`: what the bus sees and sets.
@@ -86,7 +86,7 @@ class ParameterServer {
 
   static constexpr std::array<const char*, kReadings> kReadingNames{
       "stat_why_off", "stat_faults",  "stat_errors",  "stat_commanders", "stat_conflicts", "stat_trips",  "stat_energy",
-      "stat_winding", "stat_restart", "stat_fault_1", "stat_fault_2",    "stat_fault_3",   "stat_fault_4"};
+      "stat_winding", "stat_restart", "stat_duty_q", "stat_fault_1", "stat_fault_2", "stat_fault_3", "stat_fault_4"};
 
   // What was set and is not in force before a restart: the first names, and how many more.
   static constexpr TextLine waiting_for_restart(const Parameters& edited, const Parameters& started) {
@@ -128,6 +128,9 @@ class ParameterServer {
         return;
       case 7:
         r.value = protocols::ParamValue::of(motor.winding_K);
+        return;
+      case 9:
+        r.value = protocols::ParamValue::of(motor.duty_q);
         return;
       default:
         return text(from.started != nullptr ? waiting_for_restart(edited, *from.started) : TextLine("none"));

@@ -6,6 +6,10 @@
 #include <fstream>
 #include <sstream>
 
+#include <nlohmann/json.hpp>
+
+#include "bench/stand/estimate/stand_estimate.hpp"
+#include "bench/stand_run/live_values.hpp"
 #include "host/base/error.hpp"
 #include "test/unit/bench/stand_run/virtual_run.hpp"
 
@@ -106,6 +110,56 @@ TEST(StandSession, thrust_above_its_limit_for_the_debounce_cuts_and_leaves_two_s
   double last_s = first_s;
   while (std::getline(history, line)) last_s = std::stod(line);
   EXPECT_NEAR(last_s - first_s, 2.0, 0.05);
+}
+
+TEST(StandSession, a_blade_that_loses_a_piece_shakes_the_mount_and_stops_the_run_by_its_vibration_limit) {
+  auto config = test::without_errors();
+  VirtualRun whole(test::virtual_setup(), config, {"endurance"}, three_levels(), "whole");
+  whole.until([&] { return whole.session.elapsed_s() > 15.0; }, 30.0);
+  EXPECT_EQ(whole.session.end(), RunEnd::running);
+  config.chipped_at_s = 12.0, config.chipped_shake = 40.0;
+  VirtualRun chipped(test::virtual_setup(), config, {"endurance"}, three_levels(), "chipped");
+  chipped.stand.run(chipped.session, 60.0);
+  ASSERT_EQ(chipped.session.end(), RunEnd::tripped);
+  EXPECT_EQ(chipped.session.trip()->limit, "vibration_m_s2");
+  EXPECT_LT(1e-9 * static_cast<double>(chipped.session.trip()->at_ns), 12.0 + 0.1 + 0.05);  // its debounce is 100 ms
+  EXPECT_THAT(chipped.session.unwatched(), testing::Not(testing::Contains("vibration_m_s2")));
+}
+
+TEST(StandSession, motor_constants_come_from_the_voltage_that_the_ESC_says_K_v_within_2_percent_R_within_15) {
+  auto levels = three_levels();
+  levels.levels = 9, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, levels, "motor");
+  run.stand.run(run.session, 120.0);
+  ASSERT_EQ(run.session.end(), RunEnd::done);
+  stand_run::RunFacts facts;
+  facts.esc = run.esc;
+  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+  const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
+  ASSERT_TRUE(e.motor);
+  EXPECT_NEAR(e.motor->speed_constant_rpm_V.value / run.stand.rotor().speed_constant_rpm_V(), 1.0, 0.02);
+  EXPECT_NEAR(e.motor->resistance_ohm.value / run.stand.rotor().resistance_ohm(), 1.0, 0.15);
+}
+
+TEST(StandLive, a_page_gets_place_values_limits_and_steps_and_says_when_it_has_stopped) {
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, three_levels(), "live");
+  EXPECT_EQ(stand_run::live_values(run.session)["state"], "waiting for readings");
+  run.until([&] { return run.session.steps().size() >= 3; }, 60.0);
+  const auto now = stand_run::live_values(run.session);
+  EXPECT_EQ(now["state"], "running");
+  EXPECT_EQ(now["steps"].size(), run.session.steps().size());
+  EXPECT_NEAR(now["thrust_N"].get<double>(), *run.session.newest(modbus::StandAxis::thrust), 1e-12);
+  EXPECT_GT(now["planned_s"].get<double>(), now["t_s"].get<double>());
+  EXPECT_EQ(now["limits"].size(), run.setup.limits.size());
+  for (const auto& limit : now["limits"]) {
+    if (limit["name"] != "thrust_N") continue;
+    EXPECT_EQ(limit["max"], 12.0);
+    EXPECT_LT(std::abs(limit["value"].get<double>()), 12.0);
+  }
+  run.session.ask_stop("test");
+  EXPECT_EQ(stand_run::live_values(run.session)["state"], "stopping");
+  run.stand.run(run.session, 30.0);
+  EXPECT_EQ(stand_run::live_values(run.session)["state"], "stopped");
 }
 
 TEST(StandSession, a_limit_whose_action_is_hold_keeps_the_speed_down_and_marks_the_steps) {

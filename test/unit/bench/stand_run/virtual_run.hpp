@@ -35,7 +35,7 @@ struct VirtualRun {
 
   stand_run::SessionOptions session_options() {
     stand_run::SessionOptions o;
-    o.esc_pole_pairs = esc.pole_pairs;
+    o.esc_pole_pairs = esc.pole_pairs, o.duty_node = esc.duty_node();
     o.configured = [this](char configuration) {
       stand.rotor().set_configuration(configuration);
       return true;
