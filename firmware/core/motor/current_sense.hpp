@@ -39,7 +39,7 @@ struct Sensed {
 
 // With the bridge off no phase carries current: the zero is averaged again and again, so that each start begins with one that is at most a
 // block old: amplifiers drift by some 10 counts as the board warms up. A block that something disturbed counts for nothing.
-constexpr void calibrate_zero(const SenseConfig& c, SenseState& s, const AdcCounts& adc) {
+[[gnu::noinline]] constexpr void calibrate_zero(const SenseConfig& c, SenseState& s, const AdcCounts& adc) {
   if (s.zero_out_of_tolerance) return;
   if (s.rest > 0) {
     --s.rest;

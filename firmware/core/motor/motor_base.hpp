@@ -98,7 +98,7 @@ class MotorBase {
            (v_.order.mode == Mode::current && magnitude(v_.order.value) > 0.1f);
   }
 
-  Blocked why_not() const {
+  [[gnu::noinline]] Blocked why_not() const {
     if (config_.problem != ParameterProblem::none) return Blocked::parameters;
     if (v_.sense.zero_out_of_tolerance) return Blocked::current_sensor;
     if (!v_.sense.calibrated) return Blocked::calibrating;
@@ -223,7 +223,7 @@ class MotorBase {
   }
 
   // A current as asked, within the limits; above the permitted speed torque fades out over 2 % of it.
-  void give_current(float wanted_A, float w, bool voltage_limited) {
+  [[gnu::noinline]] void give_current(float wanted_A, float w, bool voltage_limited) {
     const float direction = sign_of(w), most = config_.speed.max_speed_rad_s;
     const float fade = clamp((1.02f * most - magnitude(w)) * config_.speed.over_fade_s, 0.0f, 1.0f);
     const bool driving_on = wanted_A * direction > 0.0f;

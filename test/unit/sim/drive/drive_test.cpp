@@ -127,6 +127,19 @@ TEST(Motor, CoggingAveragesToZeroOverATurnAndRepeats84Times) {
   EXPECT_NEAR(sign_changes, 168, 1);
 }
 
+TEST(Inverter, ALegThatStaysOnOneSideLosesNothingSoShortedWindingsBrakeWithAllThatTheyInduce) {
+  InverterParameters p;
+  p.dead_time_s = 800e-9;
+  for (const double duty : {0.0, 1.0}) {
+    const BridgeOutput out = bridge_output(bridge_constants(p, 15.0), {duty, duty, duty}, {5.0, -2.0, -3.0});
+    EXPECT_EQ(out.v_V.alpha, 0.0);
+    EXPECT_EQ(out.v_V.beta, 0.0);
+  }
+  // One leg that switches loses its own share and no other's: 2/3 of 0.64 V along it.
+  const BridgeOutput one = bridge_output(bridge_constants(p, 15.0), {0.5, 0.0, 0.0}, {5.0, -2.5, -2.5});
+  EXPECT_NEAR(one.v_V.alpha, 2.0 / 3.0 * (7.5 - 800e-9 * p.pwm_Hz * (15.0 + 2.0 * p.diode_drop_V)), 1e-12);
+}
+
 TEST(Inverter, DeadTimeTakesVoltageAgainstTheSignOfTheCurrentAndVanishesAtZero) {
   const InverterParameters p;
   const auto u_V = [&](double i) { return bridge_output(bridge_constants(p, 15.0), {0.6, 0.5, 0.5}, {i, -0.5 * i, -0.5 * i}).v_V.alpha; };
