@@ -4,6 +4,6 @@
 
 namespace rotorloop::live {
 
-extern const std::string_view kUplotScript, kUplotStyle, kLiveScript, kLiveStyle, kEscsPage;
+extern const std::string_view kUplotScript, kUplotStyle, kLiveScript, kLiveStyle, kEscsPage, kEscsScript, kStandPage, kStandScript;
 
 }  // namespace rotorloop::live

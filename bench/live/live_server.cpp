@@ -45,7 +45,7 @@ struct LiveServer::Impl {
   httplib::Server server;
   std::thread thread;
   int port = 0;
-  std::string token = new_token(), page;
+  std::string token = new_token(), page, script;
   Order order;
   std::mutex mutex;
   std::condition_variable changed;
@@ -86,7 +86,7 @@ struct LiveServer::Impl {
 
 LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
-  s.page = config.page;
+  s.page = config.page, s.script = config.script;
   s.order = std::move(order);
   s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers + 4); };
   s.server.set_payload_max_length(4096);
@@ -102,6 +102,7 @@ LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std:
   s.asset("/live.js", kLiveScript, "text/javascript");
   s.asset("/live.css", kLiveStyle, "text/css");
   s.server.Get("/", [&s](const httplib::Request&, httplib::Response& r) { r.set_content(s.page, "text/html; charset=utf-8"); });
+  s.server.Get("/page.js", [&s](const httplib::Request&, httplib::Response& r) { r.set_content(s.script, "text/javascript"); });
   s.server.Get("/events", [&s](const httplib::Request&, httplib::Response& r) { s.stream(r); });
   s.server.Post("/order", [&s](const httplib::Request& request, httplib::Response& r) {
     if (!same_token(request.get_header_value("X-Token"), s.token)) {

@@ -50,7 +50,7 @@ int monitor_page(const MonitorArguments& o) {
   tools::ToolNode& tool = session.tool();
   tools::EscTable table(tool);
   std::atomic<int> disarm{0};
-  live::LiveServer server({.port = o.port, .page = std::string(live::kEscsPage), .title = "ESCs"}, [&](std::string_view what) -> std::string {
+  live::LiveServer server({.port = o.port, .page = std::string(live::kEscsPage), .script = std::string(live::kEscsScript), .title = "ESCs"}, [&](std::string_view what) -> std::string {
     if (what != "stop") return "unknown order";
     disarm = 10;
     return "ArmingStatus 0 is sent to all";

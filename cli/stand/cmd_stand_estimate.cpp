@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct StandEstimateArguments {
-  std::vector<fs::path> runs;
+  std::vector<fs::path> runs, wind;
   fs::path mapping, uncertainty, motor_out, base, vehicle, vehicle_out, report;
   std::vector<double> window_rpm;
   std::optional<double> diameter_m, density_kg_m3, propeller_inertia_kg_m2;
@@ -89,6 +89,16 @@ std::optional<std::array<double, 2>> common_speeds(const std::vector<stand::Stan
   return w[0] < w[1] ? std::optional(w) : std::nullopt;
 }
 
+stand::AdvanceTorque advance_of(const StandEstimateArguments& o, const stand::StandRun& still, const stand::RunOptions& with) {
+  if (o.runs.size() > 1) throw Error({"--wind", fmt::format("belongs to one run in still air, and {} are given", o.runs.size()), "", "give one RUN"});
+  std::vector<stand::StandRun> in_wind;
+  for (const fs::path& path : o.wind) in_wind.push_back(stand::read_stand_run(path, with));
+  const auto found = stand::advance_torque(still, in_wind);
+  if (!found)
+    throw Error({"--wind", "fewer than six steps in wind have a like speed in still air", "another plan, or runs without an airspeed", "run the same plan with stand run --airspeed M_S"}, ExitCode::data_quality);
+  return *found;
+}
+
 stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   const stand::RunOptions with = run_options(o);
   stand::EstimateOptions options = o.estimate;
@@ -105,6 +115,11 @@ stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   }
   if (!options.window_rad_s && runs.size() > 1) options.window_rad_s = common_speeds(runs);
   for (const stand::StandRun& run : runs) d.files.push_back({stand::estimate_stand(run, options), stand::advance_torque(run)});
+  if (!o.wind.empty()) {
+    stand::AdvanceTorque advance = advance_of(o, runs[0], with);
+    if (const auto& torque = d.files[0].estimate.torque) advance.c_q0_N_m_s2 = torque->value, advance.u0_N_m_s2 = torque->u;
+    d.files[0].advance = std::move(advance);
+  }
   compare_files(d, runs);
   add_components(d);
   return d;
@@ -119,7 +134,7 @@ void write_files(const StandEstimateArguments& o, const stand::EstimateDocument&
   const stand::StandEstimate& e = d.files[0].estimate;
   if (!o.motor_out.empty()) hil::write_text_file(o.motor_out, stand::motor_file_text(e, {o.base, o.propeller_inertia_kg_m2}, written_by));
   if (!o.vehicle_out.empty())
-    host::write_vehicle(o.vehicle_out, stand::with_stand_values(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()), e, written_by));
+    host::write_vehicle(o.vehicle_out, stand::with_stand_values(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()), e, written_by, d.files[0].advance ? &*d.files[0].advance : nullptr));
 }
 
 int stand_estimate(const StandEstimateArguments& o) {
@@ -144,6 +159,7 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<StandEstimateArguments>();
   CLI::App* c = group.add_subcommand("estimate", "c_t, c_q and motor constants of runs, each with its uncertainty budget");
   c->add_option("run", o->runs, "run folders, or CSV files: of RCbenchmark and Tyto stands as they are, of others through -m")->required();
+  c->add_option("--wind", o->wind, "run folders of the same mount and plan in wind: c_q(J) from the difference, into --vehicle-out");
   c->add_option("-m,--mapping", o->mapping, "mapping file, for CSV files of other stands");
   c->add_option("-u,--uncertainty", o->uncertainty, "file with [uncertainty]: what is known of the stand; typical values for the rest");
   c->add_option("--rpm-window", o->window_rpm, "speeds where the coefficients are wanted, RPM; default: all of the run, of several runs those that all have")->delimiter(',')->expected(2)->check(CLI::PositiveNumber);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
+#include "cli/stand/run_page.hpp"
 #include "cli/stand/stand_run_options.hpp"
 #include "host/base/error.hpp"
 
@@ -83,10 +85,12 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
   stand_run::RunFacts facts = run_facts(o.run, setup, plan, stand_run::find_esc(tool, table, setup, o.run.session.esc_index, o.listen_s));
   stand_run::PortPump pump(setup);
   stand_run::RunFiles files(o.run.out);
-  o.run.session.esc_pole_pairs = facts.esc.pole_pairs;
+  o.run.session.esc_pole_pairs = facts.esc.pole_pairs, o.run.session.duty_node = facts.esc.duty_node();
   o.run.session.configured = asked_configurations();
   stand_run::Session session(setup, plan, tool, table, files, o.run.session);
   RunTelling tell(session, o.run);
+  std::optional<RunPage> page;
+  if (o.run.live) page.emplace(o.run.live_port);
   const std::int64_t begun_ns = tool.now_ns();
   constexpr std::int64_t kFirstReadings_ns = 10'000'000'000;
   std::string missing;
@@ -94,6 +98,7 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
   bool written = false;
   pump.run(session, *bus, [&] {
     tell();
+    if (page) (*page)(session);
     if (stop->asked()) {
       by_signal = stop->exit_code();
       session.ask_stop(stop->name());
@@ -103,6 +108,7 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
     if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns) missing = session.missing(), session.ask_stop("no readings");
   });
   tell();
+  if (page) (*page)(session);
   if (!missing.empty()) throw Error({setup.path.generic_string(), "nothing was armed: no reading of " + missing, "a device without power, another address, A and B exchanged", "look at: rotorloop stand read PORT PROFILE"}, ExitCode::device);
   write_facts(o.run.out, setup, facts, session);
   const int code = tell_end(o.run, session);
@@ -121,7 +127,8 @@ int stand_run(RunArguments& o) {
   refuse_unsafe(setup, o.run, predicted);
   for (const std::string& note : setup.notes)
     if (!o.run.quiet) fmt::print(stderr, "note: {}\n", note);
-  if (!o.run.quiet) fmt::print(stderr, "note: the limit vibration_m_s2 is watched by nothing: no axis carries it\n");
+  const bool shaken = std::any_of(setup.axes.begin(), setup.axes.end(), [](const modbus::BoundChannel& a) { return a.axis == modbus::StandAxis::vibration; });
+  if (!o.run.quiet && !shaken) fmt::print(stderr, "note: the limit vibration_m_s2 is watched by nothing: no axis is vibration\n");
   return o.in_virtual_time ? run_virtually(o.run, o.virtual_run, setup, plan) : run_on_ports(o, setup, plan);
 }
 
@@ -133,6 +140,8 @@ void add_stand_run(CLI::App& stand, int& exit_code) {
   c->add_option("SETUP", o->run.setup, "stand file")->required();
   add_sequence_options(*c, o->run);
   c->add_flag("--dry-run", o->dry_run, "prints the plan, predicted thrust, torque, current, duration, and ranges exceeded; arms nothing");
+  c->add_flag("--live", o->run.live, "a page with curves, limits and a stop button in the browser of this machine; says its address");
+  c->add_option("--port", o->run.live_port, "port of the page; 0: one that is free")->capture_default_str();
   c->add_flag("--yes", o->yes, "arms without asking: nobody is near the stand");
   c->add_option("--bus", o->bus, kBusHelp)->capture_default_str();
   c->add_option("--tool-id", o->tool_id, "node id of this program, 126 or 127")->check(CLI::Range(1, 127))->capture_default_str();
@@ -141,11 +150,13 @@ void add_stand_run(CLI::App& stand, int& exit_code) {
   add_virtual_options(*c, o->virtual_run);
   c->footer(
       "The motor stops and is disarmed at the end, at a limit, and at Ctrl-C (ramped down; a second one stops at once). If this program is killed,\n"
-      "the ESC stops by itself after its cmd_timeout_ms (250 ms).\n"
+      "the ESC stops by itself after its cmd_timeout_ms (250 ms). The page of --live listens on 127.0.0.1 alone; its address carries the token for its stop\n"
+      "button, and the run goes on when it is closed.\n"
       "Examples:\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --dry-run\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --sequence staircase,step -o runs/p003\n"
       "  rotorloop stand run devices/virtual/stand.toml --virtual --sequence abab --repeats 4 -o runs/strut\n"
+      "  rotorloop stand run devices/virtual/stand.toml --virtual --live -o runs/seen\n"
       "Exit codes: 0; 2 arguments or files; 3 a port, the bus, or an instrument; 4 a limit, or not safe to arm; 5 expired calibration, or more than a fifth of\n"
       "the steps did not settle; 130, 143 interrupted.");
   c->callback([o, &exit_code] { exit_code = stand_run(*o); });

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bench/hil/run_clock.hpp"
 #include "bench/hil/run_folder.hpp"
@@ -15,6 +16,7 @@
 #include "bench/stand/compare/paired_steps.hpp"
 #include "bench/stand_run/prediction.hpp"
 #include "cli/shipped_files.hpp"
+#include "cli/stand/run_page.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
@@ -71,6 +73,7 @@ void add_sequence_options(CLI::App& c, StandRunOptions& o) {
   c.add_option("--order-seed", o.sequence.seed, "of shuffled levels")->capture_default_str();
   c.add_option("--supply", o.supply_V, "supply voltage, V, for the predicted current")->check(CLI::Range(1.0, 200.0))->capture_default_str();
   c.add_option("--density", o.density_kg_m3, "of the air, kg/m³, where no instrument measures it")->check(CLI::Range(0.5, 1.6));
+  c.add_option("--airspeed", o.airspeed_m_s, "of a wind tunnel along the axis, m/s, above 0 as in climb: goes into the run for c_q(J)")->check(CLI::Range(-100.0, 100.0));
   c.add_option("--index", o.session.esc_index, "esc_index of the motor, from 0")->check(CLI::Range(0, 15))->capture_default_str();
   c.add_flag("--json", o.json, "one JSON document at the end on stdout");
   c.add_flag("--jsonl", o.jsonl, "a JSON line for each step on stdout");
@@ -84,6 +87,8 @@ void add_virtual_options(CLI::App& c, VirtualRunOptions& o) {
   c.add_option("--strut", o.strut, "share of the thrust that configuration B of abab loses")->check(CLI::Range(0.0, 0.5))->capture_default_str();
   c.add_flag("--perfect", o.perfect, "a measuring chain without errors");
   c.add_option("--esc-pole-pairs", o.esc_pole_pairs, "pole pairs that ESC and stand file are set to, to see a mistake found")->check(CLI::Range(1, 30));
+  c.add_option("--pace", o.pace, "seconds of the stand in one second of the clock; 0: as fast as it goes; with --live 1 unless given")->check(CLI::Range(0.0, 1000.0))->capture_default_str();
+  c.add_option("--chipped-at", o.chipped_at_s, "seconds after which a blade lacks a piece: the mount shakes")->group("");
   c.add_option("--dies", o.dies, "name of an instrument that falls silent")->group("");
   c.add_option("--dies-at", o.dies_at_s, "seconds")->group("");
 }
@@ -117,7 +122,7 @@ stand_run::RunFacts run_facts(const StandRunOptions& o, const modbus::StandSetup
   f.sequence = fmt::format("{}", fmt::join(plan.names, ","));
   f.esc = std::move(esc);
   f.stand_sha256 = sha256_file(setup.path);
-  f.density_kg_m3 = o.density_kg_m3;
+  f.density_kg_m3 = o.density_kg_m3, f.airspeed_m_s = o.airspeed_m_s;
   return f;
 }
 
@@ -159,7 +164,7 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
   c.rotor.plant = shipped_or_given(v.plant, share_folder());
   c.rotor.axial_wind_m_s = v.wind_m_s, c.rotor.thrust_lost = v.strut, c.rotor.esc_index = o.session.esc_index, c.rotor.pole_pairs = v.esc_pole_pairs;
   c.rotor.seed = c.seed = v.seed;
-  c.dies = v.dies, c.dies_at_s = v.dies_at_s;
+  c.dies = v.dies, c.dies_at_s = v.dies_at_s, c.chipped_at_s = v.chipped_at_s;
   if (v.perfect)
     c.properties.noise = {}, c.properties.division = {}, c.properties.creep_share = 0.0;
   else
@@ -169,10 +174,11 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
   virtual_stand::VirtualStand stand(setup, c);
   tools::ToolNode tool(stand.bus());
   tools::EscTable table(tool);
+  if (v.wind_m_s != 0.0) o.airspeed_m_s = v.wind_m_s;
   stand_run::RunFacts facts = run_facts(o, setup, plan, stand_run::find_esc(tool, table, setup, o.session.esc_index, 2.0));
   facts.simulated = true;
   stand_run::RunFiles files(o.out);
-  o.session.esc_pole_pairs = facts.esc.pole_pairs;
+  o.session.esc_pole_pairs = facts.esc.pole_pairs, o.session.duty_node = facts.esc.duty_node();
   o.session.configured = [&stand](char configuration) {
     stand.rotor().set_configuration(configuration);
     return true;
@@ -180,8 +186,16 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
   stand_run::Session session(setup, plan, tool, table, files, o.session);
   RunTelling tell(session, o);
   constexpr double kMore = 3.0, kAtLeast_s = 120.0;  // settling and starts may take longer than planned; a run that hangs ends
-  stand.run(session, kAtLeast_s + kMore * plan.typical_s(o.session.settle_s), [&] { tell(); });
+  std::optional<RunPage> page;
+  if (o.live) page.emplace(o.live_port);
+  RunPace pace(o.live && v.pace == 0.0 ? 1.0 : v.pace);
+  stand.run(session, kAtLeast_s + kMore * plan.typical_s(o.session.settle_s), [&] {
+    tell();
+    if (page) (*page)(session);
+    pace.wait(stand.now_s());
+  });
   tell();
+  if (page) (*page)(session);
   if (!session.done()) throw Error({setup.path.generic_string(), "the run did not end: no reading of " + session.missing(), "", "bind axes to channels that are read"}, ExitCode::device);
   write_facts(o.out, setup, facts, session);
   return tell_end(o, session);

@@ -26,7 +26,9 @@ struct StandRunOptions {
   std::filesystem::path replay;
   stand_run::SessionOptions session;
   std::optional<double> density_kg_m3;
-  bool json = false, jsonl = false, quiet = false;
+  double airspeed_m_s = 0.0;
+  bool json = false, jsonl = false, quiet = false, live = false;
+  int live_port = 0;
 };
 void add_sequence_options(CLI::App& command, StandRunOptions& options);
 
@@ -40,7 +42,8 @@ struct VirtualRunOptions {
   bool perfect = false;  // a chain without errors
   int esc_pole_pairs = 0;
   std::string dies;
-  double dies_at_s = 0.0;
+  double dies_at_s = 0.0, chipped_at_s = 0.0;
+  double pace = 0.0;  // seconds of the stand in a second of the clock; 0: as fast as it goes
 };
 void add_virtual_options(CLI::App& command, VirtualRunOptions& options);
 

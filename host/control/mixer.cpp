@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/effects/advance.hpp"
 #include "host/vehicle/thrust.hpp"
 
 namespace rotorloop::host {
@@ -87,6 +88,8 @@ Mixer::Mixer(const VehicleModel& vehicle, const MixerConfig& config)
     : config_(config),
       table_(vehicle.thrust, config.lookup),
       c_q_N_m_s2_(vehicle.c_q_N_m_s2),
+      radius_m_(vehicle.thrust.radius_m),
+      advance_(vehicle.advance),
       hover_omega_rad_s_(rotorloop::host::hover_omega_rad_s(vehicle)) {
   Eigen::Matrix<double, 3, kRotors> wrench;  // rows: total thrust, τx, τy per rotor thrust (eq. 3)
   for (int i = 0; i < kRotors; ++i) {
@@ -164,6 +167,7 @@ MixerWrench Mixer::wrench(const std::array<double, kRotors>& omega_rad_s, const 
     const double thrust = table_.at(omega_rad_s[at], v.z(), std::sqrt(v.x() * v.x() + v.y() * v.y())).c_t_N_s2 * w;
     out.thrust_N += thrust;
     out.torque_B_N_m += Eigen::Vector3d(arm_m_[at].y() * thrust, -arm_m_[at].x() * thrust, reaction_[i] * c_q_N_m_s2_ * w);
+    if (advance_.c_q2_N_m_s2 != 0.0) out.torque_B_N_m.z() += reaction_[i] * advance_torque_N_m(advance_, radius_m_, omega_rad_s[at], v.z());
   }
   return out;
 }
@@ -196,7 +200,10 @@ MixerResult Mixer::solve(const MixerDemand& wanted, const std::array<double, kRo
     }
     // Yaw row of eq. (3) in thrusts: Σ r c_q (w_k + (T - T_k)/g).
     const Vector4 yaw_per_N = c_q_N_m_s2_ * reaction_.cwiseQuotient(g);
-    const double yaw_base_N_m = c_q_N_m_s2_ * reaction_.dot(w) - yaw_per_N.dot(thrust_k);
+    double yaw_base_N_m = c_q_N_m_s2_ * reaction_.dot(w) - yaw_per_N.dot(thrust_k);
+    // Within its range what J adds does not depend on the speed; outside it the iteration follows it.
+    for (int i = 0; advance_.c_q2_N_m_s2 != 0.0 && i < kRotors; ++i)
+      yaw_base_N_m += reaction_[i] * advance_torque_N_m(advance_, radius_m_, out.omega_rad_s[static_cast<std::size_t>(i)], v_z[i]);
     MixerDemand demand = wanted;
     Vector4 thrust;
     shape(bounds, yaw_base_N_m, yaw_per_N, demand, thrust, flags);

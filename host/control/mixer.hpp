@@ -67,7 +67,8 @@ class Mixer {
 
   MixerConfig config_;
   ThrustTable table_;
-  double c_q_N_m_s2_;
+  double c_q_N_m_s2_, radius_m_;
+  AdvanceModel advance_;
   double hover_omega_rad_s_;
   std::array<Eigen::Vector3d, kRotors> arm_m_;
   Vector4 reaction_;

@@ -56,6 +56,7 @@ struct LoadGeometry {
   std::array<RotorMount, kRotors> rotors{};
   double com_z_m = 0.0;
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
+  AdvanceModel advance;  // c_q(J), known from a stand
   double mass_kg = 0.0;
   std::array<double, 3> inertia_kg_m2{};                         // about x, y, z, nominal
   double ground_z_m = 0.0;                                       // in the log's world; for the effects of the ground

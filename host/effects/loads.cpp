@@ -1,5 +1,6 @@
 #include "host/effects/loads.hpp"
 
+#include "host/effects/advance.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::host {
@@ -10,6 +11,7 @@ LoadGeometry load_geometry(const VehicleModel& model) {
   g.com_z_m = model.com_offset_m.z();
   g.radius_m = model.thrust.radius_m;
   g.air_density_kg_m3 = model.thrust.air_density_kg_m3;
+  g.advance = model.advance;
   g.mass_kg = model.mass_kg;
   g.inertia_kg_m2 = {model.inertia_kg_m2.x(), model.inertia_kg_m2.y(), model.inertia_kg_m2.z()};
   g.ceiling_z_m = model.ceiling_z_m;
@@ -82,6 +84,7 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
     });
     r.thrust_N = rotor_thrust(p, s.geometry, s.omega_rad_s[i], r.v_air_B_m_s, r.through_m_s);
     r.torque_N_m = p.c_q_N_m_s2 * s.omega_rad_s[i] * s.omega_rad_s[i];
+    if (s.geometry.advance.c_q2_N_m_s2 != 0.0) r.torque_N_m += advance_torque_N_m(s.geometry.advance, s.geometry.radius_m, s.omega_rad_s[i], r.v_air_B_m_s.z);
     r.drag_N_s_m = S(0.0);
     each([&](const auto& h, const void* own, const S* c) {
       if (h.rotor) h.rotor(own, c, s, i);

@@ -31,6 +31,13 @@ struct ThrustModel {
   double momentum_kg_m() const { return 2.0 * air_density_kg_m3 * disk_area_m2(); }
 };
 
+// Torque in flow along the axis: c_q(J) = c_q + c_q2 J², J = 2π v_z / (ω D), v_z > 0 in climb. J counts as the nearer end outside the range
+// that was measured.
+struct AdvanceModel {
+  double c_q2_N_m_s2 = 0.0;  // 0: c_q is one number
+  double j_low = 0.0, j_high = 0.0;
+};
+
 struct DragModel {
   double c_dh_s_m = 0.0;       // rotor drag per thrust, eq. (4)
   double c_dxy_N_s2_m2 = 0.0;  // airframe, eq. (5)
@@ -44,6 +51,7 @@ struct VehicleModel {
   std::array<RotorMount, kRotors> rotors{};
   ThrustModel thrust;
   double c_q_N_m_s2 = 0.0;
+  AdvanceModel advance;
   double rotor_inertia_kg_m2 = 0.0;
   DragModel drag;
   Eigen::Vector3d pose_sensor_p_BS_m = Eigen::Vector3d::Zero();  // from the centre of mass

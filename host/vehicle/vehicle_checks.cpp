@@ -150,6 +150,18 @@ void check_room(const VehicleFile& v, const TomlTable& root) {
   }
 }
 
+// A rotor that takes power turns against its torque at every advance ratio of the range.
+void check_advance(const VehicleFile& v, const TomlTable& root) {
+  if (!v.advance) return;
+  const auto& [low, high] = v.advance->j_range;
+  const TomlTable torque = root.table("torque_model");
+  if (!(low < high)) torque.fail("j_range", fmt::format("from {} to {} is no range", low, high), "its ends are exchanged", "give the least J first");
+  const double most = std::max(low * low, high * high), least = v.c_q_N_m_s2.value + std::min(0.0, v.advance->c_q2_N_m_s2.value * most);
+  if (!(least > 0.0))
+    torque.fail("c_q2_N_m_s2", fmt::format("c_q(J) falls to {} N m s² within j_range, must stay above 0", three(least)), "a windmilling propeller was measured, or the sign is wrong",
+                "end j_range where the torque still is well above 0");
+}
+
 }  // namespace
 
 void check_vehicle(const VehicleFile& v, const TomlTable& root) {
@@ -162,6 +174,7 @@ void check_vehicle(const VehicleFile& v, const TomlTable& root) {
   check_rotors(v, root);
   check_pose_sensor(v, root);
   check_room(v, root);
+  check_advance(v, root);
   check_covariance(v, root);
 }
 
@@ -191,6 +204,7 @@ constexpr std::array kNamed{
     Named{"thrust_model.k1", [](const VehicleFile& v) { return of(v.k1_N_s2); }},
     Named{"thrust_model.k2", [](const VehicleFile& v) { return of(v.k2_N_s2_m); }},
     Named{"torque_model.c_q", [](const VehicleFile& v) { return of(v.c_q_N_m_s2); }},
+    Named{"torque_model.c_q2", [](const VehicleFile& v) { return v.advance ? of(v.advance->c_q2_N_m_s2) : Known{}; }},
     Named{"torque_model.rotor_inertia", [](const VehicleFile& v) { return of(v.rotor_inertia_kg_m2); }},
     Named{"drag.c_dh", [](const VehicleFile& v) { return of(v.c_dh_s_m); }},
     Named{"drag.c_dxy", [](const VehicleFile& v) { return of(v.c_dxy_N_s2_m2); }},

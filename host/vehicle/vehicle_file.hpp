@@ -48,6 +48,13 @@ struct StaticThrust {
   friend bool operator==(const StaticThrust&, const StaticThrust&) = default;
 };
 
+// How the torque coefficient goes with the advance ratio (AdvanceModel), from a stand in wind. Format 2.
+struct TorqueAdvanceFit {
+  Quantity c_q2_N_m_s2;
+  std::array<double, 2> j_range{};
+  friend bool operator==(const TorqueAdvanceFit&, const TorqueAdvanceFit&) = default;
+};
+
 struct EffectParameter {
   std::string name;
   Quantity quantity;
@@ -82,6 +89,7 @@ struct VehicleFile {
   double radius_m = 0.0, air_density_kg_m3 = 0.0;
   std::array<double, 2> rpm_window{};
   Quantity c_q_N_m_s2, rotor_inertia_kg_m2;
+  std::optional<TorqueAdvanceFit> advance;
   Quantity c_dh_s_m, c_dxy_N_s2_m2, c_dz_N_s2_m2;
   PoseSensorPrior pose_sensor;
   std::optional<double> ceiling_z_m;  // [room]: height of the ceiling in the logs' world, measured; none: open air, or not known

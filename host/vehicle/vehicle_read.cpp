@@ -23,6 +23,8 @@ constexpr Range kRadius{0.01, 0.5, "m"};
 constexpr Range kDensity{0.5, 1.6, "kg/m³"};
 constexpr Range kSpeed{0.0, 60000.0, "RPM"};
 constexpr Range kCq{1e-12, 1e-3, "N m s²"};
+constexpr Range kCq2{-1e-3, 1e-3, "N m s²"};
+constexpr Range kAdvance{-1.0, 3.0, "1"};
 constexpr Range kRotorInertia{0.0, 1e-2, "kg m²"};
 constexpr Range kRotorDrag{0.0, 0.2, "s/m"};
 constexpr Range kAirframeDrag{0.0, 1.0, "N s²/m²"};
@@ -60,7 +62,15 @@ void read_body(const TomlTable& body, VehicleFile& v) {
   v.com_offset_m = {quantity(com, "x", kComOffset), quantity(com, "y", kComOffset)};
 }
 
-void read_models(const TomlTable& root, VehicleFile& v) {
+// Format 2: an older program would fly with the constant and say nothing.
+void read_advance(const TomlTable& torque, int format, VehicleFile& v) {
+  if (!torque.has("c_q2_N_m_s2")) return;
+  if (format < 2)
+    torque.fail("c_q2_N_m_s2", "c_q(J) in a file of format 1", "the key was added by hand", "set format = 2");
+  v.advance = TorqueAdvanceFit{quantity(torque, "c_q2_N_m_s2", kCq2), fixed<2>(torque, "j_range", kAdvance)};
+}
+
+void read_models(const TomlTable& root, int format, VehicleFile& v) {
   const TomlTable thrust = root.table("thrust_model");
   v.k1_N_s2 = quantity(thrust, "k1_N_s2", kK1);
   v.k2_N_s2_m = quantity(thrust, "k2_N_s2_m", kK2);
@@ -70,6 +80,7 @@ void read_models(const TomlTable& root, VehicleFile& v) {
   const TomlTable torque = root.table("torque_model");
   v.c_q_N_m_s2 = quantity(torque, "c_q_N_m_s2", kCq);
   v.rotor_inertia_kg_m2 = quantity(torque, "rotor_inertia_kg_m2", kRotorInertia);
+  read_advance(torque, format, v);
   const TomlTable drag = root.table("drag");
   v.c_dh_s_m = quantity(drag, "c_dh_s_m", kRotorDrag);
   v.c_dxy_N_s2_m2 = quantity(drag, "c_dxy_N_s2_m2", kAirframeDrag);
@@ -118,7 +129,7 @@ VehicleEffect read_effect(const TomlTable& t, const EffectCatalogue& catalogue) 
 }
 
 VehicleFile read(const TomlFile& file, const EffectCatalogue& effects) {
-  file.format({1});
+  const int format = file.format({1, 2});
   const TomlTable root = file.root();
   VehicleFile v;
   v.name = root.text("name");
@@ -128,7 +139,7 @@ VehicleFile read(const TomlFile& file, const EffectCatalogue& effects) {
     v.rotors[i].position_m = fixed<3>(rotors[i], "position_m", kPosition);
     v.rotors[i].reaction = static_cast<int>(rotors[i].integer("reaction", -1, 1));
   }
-  read_models(root, v);
+  read_models(root, format, v);
   read_pose_sensor(root.table("pose_sensor"), v.pose_sensor);
   if (const auto room = root.optional_table("room")) v.ceiling_z_m = room->number("ceiling_z_m", kCeiling);
   for (const TomlTable& t : root.tables("covariance", 0, 100)) v.covariance.push_back({t.texts("of"), t.numbers("matrix", 0, kAny)});
@@ -184,6 +195,7 @@ VehicleModel to_model(const VehicleFile& v) {
     m.rotors[i] = {.position_m = Eigen::Vector3d(v.rotors[i].position_m.data()), .reaction = v.rotors[i].reaction};
   m.thrust = {v.k1_N_s2.value, v.k2_N_s2_m.value, v.radius_m, v.air_density_kg_m3};
   m.c_q_N_m_s2 = v.c_q_N_m_s2.value;
+  if (v.advance) m.advance = {v.advance->c_q2_N_m_s2.value, v.advance->j_range[0], v.advance->j_range[1]};
   m.rotor_inertia_kg_m2 = v.rotor_inertia_kg_m2.value;
   m.drag = {v.c_dh_s_m.value, v.c_dxy_N_s2_m2.value, v.c_dz_N_s2_m2.value};
   if (v.ceiling_z_m) m.ceiling_z_m = *v.ceiling_z_m;

@@ -59,7 +59,7 @@ std::string effect_text(const VehicleEffect& e) {
 
 std::string vehicle_text(const VehicleFile& v) {
   std::string s = "# Nominal model of a vehicle: value, standard uncertainty u (same unit), origin (cad | stand | flight | guess).\n";
-  s += fmt::format("format = 1\nname = {}\n\n[body]\nmass_kg = {}\n", toml_string(v.name), text(v.mass_kg));
+  s += fmt::format("format = {}\nname = {}\n\n[body]\nmass_kg = {}\n", v.advance ? 2 : 1, toml_string(v.name), text(v.mass_kg));
   s += fmt::format("inertia_kg_m2.xx = {}\ninertia_kg_m2.yy = {}\ninertia_kg_m2.zz = {}\n", text(v.inertia_kg_m2[0]),
                    text(v.inertia_kg_m2[1]), text(v.inertia_kg_m2[2]));
   s += fmt::format("com_offset_m.x = {}\ncom_offset_m.y = {}\n\n", text(v.com_offset_m[0]), text(v.com_offset_m[1]));
@@ -67,6 +67,7 @@ std::string vehicle_text(const VehicleFile& v) {
   s += fmt::format("\n[thrust_model]\nk1_N_s2 = {}\nk2_N_s2_m = {}\nradius_m = {}\nair_density_kg_m3 = {}\nrpm_window = {}\n",
                    text(v.k1_N_s2), text(v.k2_N_s2_m), number_text(v.radius_m), number_text(v.air_density_kg_m3), list(v.rpm_window));
   s += fmt::format("\n[torque_model]\nc_q_N_m_s2 = {}\nrotor_inertia_kg_m2 = {}\n", text(v.c_q_N_m_s2), text(v.rotor_inertia_kg_m2));
+  if (v.advance) s += fmt::format("c_q2_N_m_s2 = {}\nj_range = {}\n", text(v.advance->c_q2_N_m_s2), list(v.advance->j_range));
   s += fmt::format("\n[drag]\nc_dh_s_m = {}\nc_dxy_N_s2_m2 = {}\nc_dz_N_s2_m2 = {}\n", text(v.c_dh_s_m), text(v.c_dxy_N_s2_m2),
                    text(v.c_dz_N_s2_m2));
   const PoseSensorPrior& p = v.pose_sensor;

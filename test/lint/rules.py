@@ -121,6 +121,8 @@ TOKEN_RULES = [
                "bench/hil/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
                "bench/modbus/port_clock.hpp": "the time of bytes on a real port; nothing in virtual time includes it",
                "cli/progress/progress_line.hpp": "how long to wait, on stderr",
+               "cli/stand/run_page.hpp": "twenty values a second to a page, and virtual time held to the clock",
+               "cli/stand/run_page.cpp": "twenty values a second to a page, and virtual time held to the clock",
                "cli/progress/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
     TokenRule("std-random", LOCKSTEP_ROOMS + ["bench", "host"],
               r"\bstd::mt19937\w*|\bstd::\w+_engine\b|\brandom_device\b|\b\w+_distribution\b|(?<![\w.>:])s?rand\s*\(|\bstd::s?rand\s*\(|\bdrand48\b",

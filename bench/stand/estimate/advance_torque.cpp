@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSameAirspeed_m_s = 1.0;
 constexpr double kLeastSpan = 0.05;  // of J
+constexpr double kSameSpeed = 0.02;  // of a plan run twice
 
 struct Points {
   Eigen::MatrixXd X;  // ω², ω² J²
@@ -72,7 +73,39 @@ double rms_at(const Points& p, double v_m_s, const Eigen::VectorXd& c) {
   return std::sqrt(sum / n);
 }
 
+// Of like speed in still air, scaled to this one; not-a-number: none.
+double still_torque_N_m(const StandRun& still, double omega_rad_s) {
+  double sum = 0.0, n = 0.0;
+  for (const StandStep& s : still.steps)
+    if (s.torque_N_m == s.torque_N_m && s.omega_rad_s > 0.0 && std::abs(s.omega_rad_s / omega_rad_s - 1.0) < kSameSpeed) sum += s.torque_N_m * std::pow(omega_rad_s / s.omega_rad_s, 2), n += 1.0;
+  return n > 0.0 ? sum / n : kNotMeasured;
+}
+
 }  // namespace
+
+std::optional<AdvanceTorque> advance_torque(const StandRun& still, std::span<const StandRun> in_wind) {
+  if (!(still.facts.diameter_m > 0.0)) return std::nullopt;
+  std::vector<double> x, y;
+  std::vector<int> block;
+  AdvanceTorque out;
+  for (const StandRun& run : in_wind)
+    for (const StandStep& s : run.steps) {
+      const double at_rest = s.omega_rad_s > 0.0 ? still_torque_N_m(still, s.omega_rad_s) : kNotMeasured;
+      if (at_rest != at_rest || s.torque_N_m != s.torque_N_m || !(std::abs(s.airspeed_m_s) > 0.0)) continue;
+      const double j_omega = 2.0 * std::numbers::pi * s.airspeed_m_s / still.facts.diameter_m, J = j_omega / s.omega_rad_s;
+      x.push_back(j_omega * j_omega), y.push_back(s.torque_N_m - at_rest);
+      block.push_back(static_cast<int>(block.size()) / 2);
+      out.j_low = std::min(out.j_low, J), out.j_high = std::max(out.j_high, J);
+    }
+  if (x.size() < 6) return std::nullopt;
+  const auto n = static_cast<Eigen::Index>(x.size());
+  const Eigen::MatrixXd X = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
+  const Eigen::VectorXd Y = Eigen::Map<const Eigen::VectorXd>(y.data(), n);
+  const BlockFit f = fit_in_blocks(X, Y, block);
+  out.c_q2_N_m_s2 = f.c(0), out.u2_N_m_s2 = f.u(0), out.rms_N_m = f.rms;
+  out.constant_rms_N_m = std::sqrt(Y.squaredNorm() / static_cast<double>(n));
+  return out;
+}
 
 std::optional<AdvanceTorque> advance_torque(const StandRun& run) {
   if (!(run.facts.diameter_m > 0.0) || run.checked.torque != StandChannelState::good) return std::nullopt;

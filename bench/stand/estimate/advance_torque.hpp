@@ -2,6 +2,7 @@
 //   Q = ω² (c_q0 + c_q2 J²)
 #pragma once
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bench/stand/estimate/stand_run.hpp"
@@ -18,6 +19,10 @@ struct AdvanceTorque {
   double j_low = 0.0, j_high = 0.0, rms_N_m = 0.0, constant_rms_N_m = 0.0;
   std::vector<AirspeedTrial> trials;
 };
+
+// c_q2 of runs in wind against a run in still air of the same mount: at like speeds the difference of torques is c_q2 (J ω)², whatever the law
+// of speed and the running offset are. `run`: of still air; nothing where no speed of it comes again in wind. trials stays empty.
+std::optional<AdvanceTorque> advance_torque(const StandRun& run, std::span<const StandRun> in_wind);
 
 // Nothing for runs in still air, at one advance ratio, or without a diameter.
 std::optional<AdvanceTorque> advance_torque(const StandRun& run);

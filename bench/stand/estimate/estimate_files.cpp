@@ -87,8 +87,8 @@ std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& o, c
   return s + line("static_friction_N_m", F) + line("cogging_N_m", cogging);
 }
 
-host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e, const std::string& written_by) {
-  if (!e.thrust && !e.torque)
+host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e, const std::string& written_by, const AdvanceTorque* advance) {
+  if (!e.thrust && !e.torque && advance == nullptr)
     throw Error({"--vehicle-out", "neither c_t nor c_q was estimated", "a faulty channel", "look at the faults that were found"}, ExitCode::data_quality);
   const double rho = e.facts.air_density_kg_m3;
   if (!(rho > 0.0)) throw Error({"--vehicle-out", "the run's air density is not known", "", "give --density, in kg/m³"}, ExitCode::data_quality);
@@ -102,6 +102,11 @@ host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e,
     v.c_q_N_m_s2 = {e.torque->value * scale, e.torque->u * scale, host::Origin::stand};
     // A covariance of the old value says nothing of the new one.
     std::erase_if(v.covariance, [](const host::CovarianceBlock& c) { return std::find(c.of.begin(), c.of.end(), "torque_model.c_q") != c.of.end(); });
+  }
+  if (advance != nullptr) {
+    v.advance = host::TorqueAdvanceFit{{advance->c_q2_N_m_s2 * scale, advance->u2_N_m_s2 * scale, host::Origin::stand}, {advance->j_low, advance->j_high}};
+    // A file of runs in wind alone has no other c_q.
+    if (!e.torque) v.c_q_N_m_s2 = {advance->c_q0_N_m_s2 * scale, advance->u0_N_m_s2 * scale, host::Origin::stand};
   }
   if (e.dynamics && e.dynamics->inertia_kg_m2) v.rotor_inertia_kg_m2 = {*e.dynamics->inertia_kg_m2, e.dynamics->inertia_u_kg_m2.value_or(0.0), host::Origin::stand};
   v.written_by = written_by;

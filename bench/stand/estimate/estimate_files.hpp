@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "bench/stand/estimate/advance_torque.hpp"
 #include "bench/stand/estimate/stand_estimate.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
@@ -18,7 +19,7 @@ struct MotorFileOptions {
 // Text of a motor file; each line says whether it was measured. Throws Error (data_quality) that names what the run does not show.
 std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& options, const std::string& written_by);
 
-// `vehicle` with a [[static_thrust]] of origin stand (in place of one that it has) and c_q, both at the vehicle's density.
-host::VehicleFile with_stand_values(host::VehicleFile vehicle, const StandEstimate& e, const std::string& written_by);
+// `vehicle` with a [[static_thrust]] of origin stand (in place of one that it has), c_q and c_q(J), all at the vehicle's density.
+host::VehicleFile with_stand_values(host::VehicleFile vehicle, const StandEstimate& e, const std::string& written_by, const AdvanceTorque* advance = nullptr);
 
 }  // namespace rotorloop::stand

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 
 #include <nlohmann/json.hpp>
 
+#include "bench/stand/compare/thrust_comparison.hpp"
 #include "bench/stand/estimate/stand_estimate.hpp"
 #include "bench/stand_run/live_values.hpp"
 #include "host/base/error.hpp"
@@ -139,6 +141,34 @@ TEST(StandSession, motor_constants_come_from_the_voltage_that_the_ESC_says_K_v_w
   ASSERT_TRUE(e.motor);
   EXPECT_NEAR(e.motor->speed_constant_rpm_V.value / run.stand.rotor().speed_constant_rpm_V(), 1.0, 0.02);
   EXPECT_NEAR(e.motor->resistance_ohm.value / run.stand.rotor().resistance_ohm(), 1.0, 0.15);
+}
+
+// c_t of the reference plant as its flights were identified (docs/acceptance/identify_closed_loop.md): 1.803e-6 N s² with u of 0.0025e-6.
+stand::PairComparison against_flight(double strut) {
+  virtual_stand::VirtualStandConfig c = test::without_errors();
+  c.errors = virtual_stand::drawn_errors(5, test::virtual_setup().calibration.full_scale);
+  c.errors.sensitivity = {{{1.0, 0.0}, {0.0, 1.0}}}, c.errors.reading_zero = {};
+  c.rotor.thrust_lost = strut;
+  stand_run::SequenceOptions levels;
+  levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0, levels.levels = 8, levels.hold_s = 1.0, levels.zero_s = 2.0, levels.idle_s = 2.0;
+  VirtualRun run(test::virtual_setup(), c, {"staircase"}, levels, "flight");
+  run.stand.run(run.session, 200.0, [&] { run.stand.rotor().set_configuration('B'); });
+  EXPECT_EQ(run.session.end(), RunEnd::done);
+  stand_run::RunFacts facts;
+  facts.esc = run.esc;
+  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+  stand::EstimateOptions o;
+  o.window_rad_s = {{730.0, 1150.0}};
+  const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), o);
+  std::printf("[ measured ] strut %.0f %%: c_t of the stand %.4g N s^2, u %.2f %%\n", 100 * strut, e.reduced_c_t, 100 * e.thrust->u / e.thrust->value);
+  return stand::compare_pair({"stand", e.reduced_c_t, e.thrust->u / e.thrust->value * e.reduced_c_t}, {"flight", 1.803e-6, 0.0025e-6}, 0.03);
+}
+
+TEST(StandAgainstFlight, an_arm_behind_the_rotor_that_takes_8_percent_is_different_from_the_identified_flight_and_the_bare_stand_is_not) {
+  const stand::PairComparison blocked = against_flight(0.08), bare = against_flight(0.0);
+  EXPECT_EQ(blocked.verdict, stand::ComparisonVerdict::different);
+  EXPECT_LT(blocked.high, -0.03);
+  EXPECT_NE(bare.verdict, stand::ComparisonVerdict::different);
 }
 
 TEST(StandLive, a_page_gets_place_values_limits_and_steps_and_says_when_it_has_stopped) {

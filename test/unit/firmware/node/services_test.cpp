@@ -100,7 +100,6 @@ TEST(NodeParameters, set_values_are_clamped_converted_and_refused_when_they_cont
   EXPECT_EQ(rig.parameter("esc_index", protocols::ParamValue::of(std::int64_t{-1})).value.integer, -1);
   EXPECT_EQ(rig.parameter("stat_faults", protocols::ParamValue::of(std::int64_t{9})).value.integer, 0) << "can only be read";
   EXPECT_EQ(rig.parameter("stat_duty_q").value.kind, protocols::ParamValue::Kind::real);
-  EXPECT_EQ(text_of(rig.parameter("stat_restart").value.string), "none");
 }
 
 TEST(NodeParameters, set_while_the_motor_runs_take_effect_when_it_is_off) {

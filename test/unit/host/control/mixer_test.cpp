@@ -70,6 +70,36 @@ TEST(Mixer, DeliversThrustAndTorqueThroughoutTheEnvelope) {
   EXPECT_LE(most, 4);
 }
 
+// Torque of c_q(J) written out anew: J = v / (n D), n in turns per second.
+double yaw_with_advance(const VehicleModel& v, const Speeds& omega, const V3& v_B, const V3& w_B, const AdvanceModel& a) {
+  constexpr double sign[4] = {-1, -1, 1, 1};
+  double yaw = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const double speed = omega[static_cast<std::size_t>(i)], n = speed / 6.283185307179586, v_z = (v_B + w_B.cross(v.arm_m(i))).z();
+    const double J = std::min(std::max(v_z / (n * 2.0 * v.thrust.radius_m), a.j_low), a.j_high);
+    yaw += sign[i] * (v.c_q_N_m_s2 + a.c_q2_N_m_s2 * J * J) * speed * speed;
+  }
+  return yaw;
+}
+
+// Rotors in like flow add the same and cancel between the pairs: only a body that turns about two axes at once shows c_q(J).
+TEST(Mixer, YawTorqueHoldsInAFastTurnAboutTwoAxesWithTorqueThatFallsWithTheAdvanceRatio) {
+  const AdvanceModel falls{-1.5e-8, -1.0, 1.0};
+  VehicleModel v = test::paper_vehicle();
+  const auto missed_N_m = [&](const AdvanceModel& nominal, const V3& w) {
+    VehicleModel flown = v;
+    flown.advance = nominal;
+    const Mixer mixer(flown, {});
+    const MixerDemand d = demand(8.0, V3(0, 0, 0.01), V3(0, 0, 3.0), w);
+    const MixerResult m = mixer.solve(d, hover_guess());
+    EXPECT_LT(m.residual_rad_s, Mixer::kConverged_rad_s);
+    return std::fabs(yaw_with_advance(v, m.omega_rad_s, d.v_B_m_s, w, falls) - 0.01);
+  };
+  EXPECT_LT(missed_N_m(falls, V3(20, 20, 0)), 5e-5);
+  EXPECT_GT(missed_N_m({}, V3(20, 20, 0)), 5e-4);
+  EXPECT_LT(missed_N_m({}, V3::Zero()), 5e-5);  // a climb at 3 m/s alone: nothing to gain
+}
+
 TEST(Mixer, StaticCtMissesThrustByElevenPercentInAClimbAt3p1) {
   const V3 climb(0, 0, 3.1);
   const Mixer still(test::paper_vehicle(), {.lookup = ThrustLookup::still_air});

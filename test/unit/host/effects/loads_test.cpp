@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "host/effects/advance.hpp"
 #include "host/effects/term.hpp"
 #include "host/vehicle/drag.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
@@ -70,6 +71,20 @@ TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
       const double slope = (a[i] - b[i]) / (2 * e);
       EXPECT_NEAR(rows[i]->d[j], slope, 1e-5 * (1e-3 + std::fabs(slope))) << "row " << i << ", direction " << j;
     }
+  }
+}
+
+TEST(Loads, torque_of_the_advance_ratio_has_the_derivatives_of_its_differences_and_ends_with_its_range) {
+  const AdvanceModel a{-1.5e-8, -0.1, 0.3};
+  constexpr double kRadius_m = 0.0635, kStep = 1e-4;
+  for (const double v_z : {-4.0, 2.0, 9.0}) {  // below, within and above the range at 900 rad/s
+    ExtraDual omega(900.0), climb(v_z);
+    omega.d[0] = climb.d[1] = 1.0;
+    const ExtraDual q = advance_torque_N_m(a, kRadius_m, omega, climb);
+    EXPECT_NEAR(q.d[0], (advance_torque_N_m(a, kRadius_m, 900.0 + kStep, v_z) - advance_torque_N_m(a, kRadius_m, 900.0 - kStep, v_z)) / (2 * kStep), 1e-10);
+    EXPECT_NEAR(q.d[1], (advance_torque_N_m(a, kRadius_m, 900.0, v_z + kStep) - advance_torque_N_m(a, kRadius_m, 900.0, v_z - kStep)) / (2 * kStep), 1e-9);
+    const double n = 900.0 / 6.283185307179586, J = std::min(std::max(v_z / (n * 2.0 * kRadius_m), a.j_low), a.j_high);
+    EXPECT_NEAR(q.a, a.c_q2_N_m_s2 * J * J * 900.0 * 900.0, 1e-12);
   }
 }
 

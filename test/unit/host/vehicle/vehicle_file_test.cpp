@@ -85,6 +85,29 @@ TEST(VehicleFile, WrittenFileReadsBackEqual) {
   EXPECT_EQ(vehicle_text(back), vehicle_text(v));
 }
 
+TEST(VehicleFile, TorqueThatGoesWithTheAdvanceRatioIsFormat2AndReadsBackEqual) {
+  VehicleFile v = read_vehicle(kPaper, kEffects);
+  EXPECT_THAT(vehicle_text(v), HasSubstr("format = 1\n"));
+  v.advance = TorqueAdvanceFit{{-2e-8, 3e-9, Origin::stand}, {-0.1, 0.8}};
+  EXPECT_THAT(vehicle_text(v), HasSubstr("format = 2\n"));
+  const VehicleFile again = parse_vehicle(vehicle_text(v), "again.toml", kEffects);
+  EXPECT_EQ(again, v);
+  EXPECT_EQ(to_model(again).advance.c_q2_N_m_s2, -2e-8);
+  EXPECT_EQ(to_model(again).advance.j_high, 0.8);
+  EXPECT_EQ(uncertainty_of(again, "torque_model.c_q2"), 3e-9);
+}
+
+TEST(VehicleFileRefuses, TorqueOfTheAdvanceRatioInAFileThatOlderProgramsRead) {
+  const std::string advance = "c_q2_N_m_s2 = { value = -2e-8, u = 3e-9, origin = \"stand\" }\nj_range = [0.0, 0.8]\n";
+  EXPECT_THAT(refusal(with("[torque_model]\n", "[torque_model]\n" + advance)), AllOf(HasSubstr("c_q(J) in a file of format 1"), HasSubstr("set format = 2")));
+}
+
+TEST(VehicleFileRefuses, TorqueThatTurnsTheRotorWithinTheRangeOfAdvanceRatios) {
+  VehicleFile v = read_vehicle(kPaper, kEffects);
+  v.advance = TorqueAdvanceFit{{-5e-8, 3e-9, Origin::stand}, {0.0, 0.9}};  // 3.1e-8 - 5e-8 * 0.81
+  EXPECT_THAT(refusal(vehicle_text(v)), AllOf(HasSubstr("must stay above 0"), HasSubstr("end j_range")));
+}
+
 TEST(VehicleFile, WithoutARoomNoCeilingIsKnownAndWithOneItIsWhereTheFileSays) {
   VehicleFile v = read_vehicle(kPaper, kEffects);
   EXPECT_TRUE(std::isinf(to_model(v).ceiling_z_m));
@@ -234,7 +257,7 @@ TEST(VehicleFileRefuses, UnknownKey) {
 }
 
 TEST(VehicleFileRefuses, FormatOfAnotherVersion) {
-  EXPECT_THAT(refusal(with("format = 1", "format = 2")), HasSubstr("format = 2 is not known here; known: 1"));
+  EXPECT_THAT(refusal(with("format = 1", "format = 3")), HasSubstr("format = 3 is not known here; known: 1, 2"));
 }
 
 std::string covariance(const std::string& of, const std::string& matrix) {
