@@ -75,7 +75,7 @@ class LivePage(unittest.TestCase):
         self.assertEqual(run.returncode, 0)
 
     @unittest.skipUnless(browser.CHROMIUM, "no Chromium")
-    def test_headless_Chromium_shows_curves_limits_and_steps_on_desktop_and_phone_and_its_button_stops(self):
+    def test_headless_Chromium_shows_curves_limits_and_steps_in_wide_and_narrow_windows_and_its_button_stops(self):
         run, _ = self.start(2)
         for width in (1300, 500):  # a window is at least that wide
             page = browser.Browser(self.folder, self.url, width)
