@@ -49,6 +49,13 @@ class BitWriter {
 
   // The low `bits` (1..64) bits of `value`, which the caller knows to fit (a truncated cast otherwise).
   constexpr void put(std::uint64_t value, unsigned bits) {
+    if (bits % 8u == 0 && whole_bytes(bits)) {  // most of what is sent
+      std::size_t byte = bit_ / 8u;
+      bit_ += bits;
+      for (; bits > 32u; bits -= 8u, value >>= 8) out_[byte++] = static_cast<std::uint8_t>(value & 0xFFu);
+      for (auto low = static_cast<std::uint32_t>(value); bits > 0; bits -= 8u, low >>= 8) out_[byte++] = static_cast<std::uint8_t>(low & 0xFFu);
+      return;
+    }
     for (; bits >= 8; bits -= 8, value >>= 8) group(static_cast<std::uint32_t>(value & 0xFFu), 8);
     if (bits > 0) group(static_cast<std::uint32_t>(value) & ((1u << bits) - 1u), bits);
   }
@@ -62,14 +69,22 @@ class BitWriter {
   }
   constexpr void put_float16(float value) { put(to_float16(value), 16); }
   constexpr void put_float32(float value) { put(std::bit_cast<std::uint32_t>(value), 32); }
-  constexpr void put_bytes(std::span<const std::uint8_t> bytes) {
-    for (const std::uint8_t b : bytes) group(b, 8);
+  template <class Byte>
+  constexpr void put_bytes(std::span<const Byte> bytes) {
+    static_assert(sizeof(Byte) == 1);
+    if (!whole_bytes(8u * bytes.size())) {
+      for (const Byte b : bytes) group(static_cast<std::uint8_t>(b), 8);
+      return;
+    }
+    for (std::size_t i = 0; i < bytes.size(); ++i) out_[bit_ / 8u + i] = static_cast<std::uint8_t>(bytes[i]);
+    bit_ += 8u * bytes.size();
   }
 
   constexpr std::size_t bytes() const { return (bit_ + 7u) / 8u; }  // the last one is padded with zeros
   constexpr bool overflow() const { return overflow_; }             // a value did not fit and was left out
 
  private:
+  constexpr bool whole_bytes(std::size_t bits) const { return bit_ % 8u == 0 && !overflow_ && bit_ + bits <= out_.size() * 8u; }
   constexpr void group(std::uint32_t value, unsigned bits) {
     if (overflow_ || bit_ + bits > out_.size() * 8u) {
       overflow_ = true;

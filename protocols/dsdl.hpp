@@ -95,18 +95,18 @@ class Encoder {
   }
   template <class T, std::size_t N>
   constexpr void fixed(const char* name, Primitive p, const std::array<T, N>& items) {
-    for (const T& item : items) value(name, p, item);
+    some(name, p, items, N);
   }
   template <class T, std::size_t N, class Count>
   constexpr void items(const char* name, Primitive p, const std::array<T, N>& items, const Count& count) {
     const std::size_t n = std::min<std::size_t>(count, N);
     w_.put(n, count_bits(N));
-    for (std::size_t k = 0; k < n; ++k) value(name, p, items[k]);
+    some(name, p, items, n);
   }
   template <class T, std::size_t N, class Count>
   constexpr void tail(const char* name, Primitive p, const std::array<T, N>& values, const Count& count) {
     if (!tail_ || p.bits < 8) return items(name, p, values, count);
-    for (std::size_t k = 0; k < std::min<std::size_t>(count, N); ++k) value(name, p, values[k]);
+    some(name, p, values, std::min<std::size_t>(count, N));
   }
   template <class T, std::size_t N, class Count>
   constexpr void structs_tail(const char*, const std::array<T, N>& items, const Count& count) {
@@ -145,6 +145,13 @@ class Encoder {
   }
 
  private:
+  template <class T, std::size_t N>
+  constexpr void some(const char* name, Primitive p, const std::array<T, N>& items, std::size_t n) {
+    if constexpr (sizeof(T) == 1 && std::is_unsigned_v<T>) {
+      if (p.bits == 8) return w_.put_bytes(std::span<const T>(items.data(), n));
+    }
+    for (std::size_t k = 0; k < n; ++k) value(name, p, items[k]);
+  }
   BitWriter w_;
   bool tail_;
 };

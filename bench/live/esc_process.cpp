@@ -81,6 +81,11 @@ EscProcess::EscProcess(const EscProcessConfig& config, TimedBus& bus)
   e.seed = config_.seed;
   e.module = config_.esc_index;
   esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(p, identity_of(config_, image_)), bus_);
+  esc_->esc().set_interrupt([this](sim::NativeEsc::Board& board) {
+    if (!commissioned_ || !commissioning_->active()) return false;
+    commissioning_->on_sample(board);
+    return true;
+  });
   reset();
   busy_until_ = 0;  // a board that was never on leaves the factory with its image
   couple();
@@ -105,6 +110,8 @@ void EscProcess::reset() {
   esc_->esc().motor() = firmware::Motor<sim::NativeEsc::Board>(p);
   esc_->esc().board().bridge = false;
   esc_->esc().set_setpoint({});
+  commissioning_.emplace(p);
+  commissioned_ = false;
   updater_.reset();
   const auto image = flash_.to_start();
   if (!image) {
@@ -135,6 +142,18 @@ void EscProcess::serve_node() {
   }
 }
 
+// The order has to be renewed while it is followed, and taken back before there can be another one.
+void EscProcess::serve_commissioning() {
+  firmware::EscNode& node = esc_->node();
+  const firmware::CommissioningOrder order = node.commissioning_order();
+  commissioned_ = commissioned_ || node.commissioning();
+  if (commissioned_) {
+    if (order.task != firmware::CommissioningTask::off && !commissioning_->active()) commissioning_->set_parameters(node.parameters());
+    commissioning_->set_order(order);
+  }
+  node.on_commissioning(commissioning_->result(), sim::NativeEsc::Board::kSwitchResistance_ohm);
+}
+
 void EscProcess::run_updater() {
   if (periods_ % Esc::kPeriodsPerPoll != 0) return;
   const auto now_us = static_cast<std::uint64_t>(esc_->esc().time_us());
@@ -150,6 +169,7 @@ void EscProcess::run_processor() {
   if (updater_) {
     run_updater();
   } else {
+    if (periods_ % Esc::kPeriodsPerPoll == 0) serve_commissioning();
     esc_->run_node();
     serve_node();
   }

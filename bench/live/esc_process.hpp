@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "bench/live/esc_boot.hpp"
+#include "firmware/core/commission/commissioning.hpp"
 #include "firmware/core/node/esc_node.hpp"
 #include "host/bus/timed_bus.hpp"
 #include "sim/drive/battery.hpp"
@@ -74,6 +76,7 @@ class EscProcess {
   void run_processor();
   void run_updater();
   void serve_node();
+  void serve_commissioning();
   void reset();
   void couple();
   firmware::Parameters stored_or_given(firmware::StoreState& state);
@@ -85,6 +88,8 @@ class EscProcess {
   sim::Battery battery_;
   EscFlash flash_;
   std::unique_ptr<Esc> esc_;
+  std::optional<firmware::Commissioning<sim::NativeEsc::Board>> commissioning_;
+  bool commissioned_ = false;  // the bus has asked for one since the start
   std::unique_ptr<EscFlash::Updater> updater_;  // while it runs in place of the application
   firmware::ImageHeader image_{};
   double load_N_m_s2_ = 0.0;

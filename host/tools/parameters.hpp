@@ -44,7 +44,7 @@ std::string waits_for_restart(ToolNode& tool, std::uint8_t node);
 
 // What makes a node itself and not a copy of another: never restored or cloned unasked.
 bool names_the_node(const std::string& parameter_name);
-// Values that an ESC of rotorloop shows among its parameters and that cannot be set.
+// What an ESC of rotorloop shows among its parameters and keeps nowhere: readings, and the values of a commissioning.
 bool only_read(const std::string& parameter_name);
 
 // Text of a parameter file (TOML): where the values came from, then one line for each.

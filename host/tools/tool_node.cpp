@@ -129,7 +129,15 @@ void ToolNode::start_request(std::uint8_t node, const protocols::DataType& type,
 void ToolNode::attempt(Open& o) {
   ++o.attempts;
   o.due_ns = now_ns() + o.options.timeout_ns;
-  o.transfer_id = request_ids_[{o.type.id, o.node}].next();
+  // There are 32 numbers: one that another request still waits with would give its answer to this one.
+  const auto taken = [&](std::uint8_t id) {
+    return std::any_of(open_.begin(), open_.end(), [&](const Open& other) {
+      return &other != &o && other.attempts > 0 && other.node == o.node && other.type.id == o.type.id && other.transfer_id == id;
+    });
+  };
+  do {
+    o.transfer_id = request_ids_[{o.type.id, o.node}].next();
+  } while (taken(o.transfer_id));
   send({.kind = TransferKind::request, .priority = kToolRequestPriority, .data_type_id = o.type.id, .source = config_.node_id, .destination = o.node},
        o.type.crc_seed(), o.transfer_id, o.payload);
 }

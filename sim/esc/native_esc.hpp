@@ -5,7 +5,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <utility>
 
 #include "firmware/board/fake/fake_board.hpp"
 #include "firmware/core/interface.hpp"
@@ -40,6 +42,8 @@ class BasicNativeEsc {
   static const BoardStage& stage();
 
   void set_setpoint(const firmware::Setpoint& setpoint) { setpoint_ = setpoint; }
+  // What takes the place of the motor control in the interrupt for as long as it returns true, as a commissioning does; empty: nothing.
+  void set_interrupt(std::function<bool(Board&)> instead_of_motor) { instead_of_motor_ = std::move(instead_of_motor); }
   // One 24 kHz period: sample, firmware interrupt, two PWM periods of the drive.
   void step_current_loop();
   // The same for several ESCs, whose drives then step side by side (Drive::step_together); each gets the bits of a step alone.
@@ -73,6 +77,7 @@ class BasicNativeEsc {
   Board board_;
   firmware::Motor<Board> motor_;
   firmware::Setpoint setpoint_{};
+  std::function<bool(Board&)> instead_of_motor_;
   firmware::PwmCompare active_{};
   std::uint64_t periods_ = 0;
   double coupled_omega_rad_s_ = 0.0, coupled_energy_J_ = 0.0;

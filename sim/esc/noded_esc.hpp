@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/core/interface.hpp"
+#include "firmware/core/node/main_loop.hpp"
 #include "host/bus/can_bus.hpp"
 #include "sim/esc/esc_setup.hpp"
 #include "host/base/random.hpp"
@@ -47,7 +48,11 @@ class NodedEsc {
  private:
   void poll() {
     const std::int64_t now_us = esc_.time_us();
-    while (const auto received = port_->receive()) node_.on_frame(received->frame, now_us);
+    for (std::size_t i = 0; i < firmware::kFramesPerPoll; ++i) {
+      const auto received = port_->receive();
+      if (!received) break;
+      node_.on_frame(received->frame, now_us);
+    }
     node_.poll(now_us, reported());
     if (setup_.report_delay_ns == 0) {
       while (const auto frame = node_.next_frame()) port_->send(*frame);

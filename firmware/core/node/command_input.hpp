@@ -1,7 +1,8 @@
 // Which order the motor follows now: arming, freshness and limits of the DroneCAN commands and of the fast channel. No frames
 // here, only their content, so that the rules can be read and tested by themselves:
 //  - no order without arming (if required); ArmingStatus 0 always stops and asks for a new 255
-//  - an order lives as long as its own time-out, and only orders for this ESC of its own kind renew it
+//  - an order lives as long as its own time-out, and only orders for this ESC of its own kind renew it; a DroneCAN command is taken to
+//    have been on its way for a while already when it arrives
 //  - the fast channel goes before DroneCAN while it is fresh; when it expires, a fresh DroneCAN command takes over, else stop
 //  - a fast set-point whose sequence is the same or older than half the range is refused
 //  - orders beyond the parameters are clamped; an order of zero speed or zero duty is a stop
@@ -13,6 +14,7 @@
 #include <cstdint>
 
 #include "firmware/core/interface.hpp"
+#include "firmware/core/node/main_loop.hpp"
 #include "protocols/fast_channel.hpp"
 #include "protocols/types.hpp"
 
@@ -68,6 +70,8 @@ class CommandInput {
   }
   // Somebody asks this ESC to turn, followed or not.
   constexpr bool wanted(std::uint64_t now_us) const { return asked_us_ != 0 && now_us - asked_us_ <= command_timeout_us(); }
+  // Orders for this ESC arrive, of whatever value, followed or not.
+  constexpr bool commanded(std::uint64_t now_us) const { return ordered_us_ != 0 && now_us - ordered_us_ <= command_timeout_us(); }
   constexpr OrderState order_state(std::uint64_t now_us) const {
     if (!armed_) return OrderState::not_armed;
     if (!zero_seen_) return OrderState::zero_awaited;
@@ -185,7 +189,7 @@ class CommandInput {
     bool present = false;
   };
 
-  constexpr std::uint64_t command_timeout_us() const { return p_.command_timeout_ms * std::uint64_t{1000}; }
+  constexpr std::uint64_t command_timeout_us() const { return p_.command_timeout_ms * std::uint64_t{1000} - kOnItsWay_us; }
   constexpr std::uint64_t fast_timeout_us() const { return p_.fast_timeout_ms * std::uint64_t{1000}; }
 
   // A time stamp ahead of `now` wraps to a huge age and counts as stale: the safe side.
@@ -210,6 +214,7 @@ class CommandInput {
   }
 
   constexpr void take(Order& order, Mode mode, float value, std::uint64_t now_us) {
+    ordered_us_ = now_us;
     if (value != 0.0f) asked_us_ = now_us;
     if (!armed_) {
       ++counters_.not_armed;
@@ -239,7 +244,7 @@ class CommandInput {
   Order command_{}, fast_{};
   CommandCounters counters_{};
   static constexpr std::uint64_t kTwoCommanders_us = 1'000'000;
-  std::uint64_t heard_us_ = 0, commander_us_ = 0, second_us_ = 0, asked_us_ = 0;
+  std::uint64_t heard_us_ = 0, commander_us_ = 0, second_us_ = 0, asked_us_ = 0, ordered_us_ = 0;
   float omega_rad_s_ = 0.0f;
   std::uint8_t sequence_ = 0;
   std::uint8_t commander_ = 0, second_ = 0;

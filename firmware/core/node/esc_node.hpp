@@ -1,8 +1,9 @@
 // The ESC as a node on the CAN bus: DroneCAN (identity, commands, telemetry, parameters, allocation, enumeration, restart, hand-off to
 // an update) and the fast channel. Owns no hardware and no clock: the application hands in received frames and telemetry with the
 // time, takes frames to send, and asks for the set-point. All memory is in the object.
-//   loop: while (frame) node.on_frame(frame, now); node.poll(now, telemetry); while (mailbox free) send(node.next_frame());
-//         what needs hardware: node.request() and node.complete() (save, erase, restart, update)
+//   loop: up to kFramesPerPoll times: if (frame) node.on_frame(frame, now);
+//         node.on_commissioning(result, …); node.poll(now, telemetry); while (mailbox free) send(node.next_frame());
+//         what needs hardware: node.request() and node.complete() (save, erase, restart, update); node.commissioning_order()
 //   control loop: motor.step(node.setpoint(now))
 // Feedback of the fast channel leaves with the poll() after its set-point, so that it carries that poll's telemetry: poll at
 // once after handing in frames. poll() at least every 10 ms; on_frame() and poll() from the same context.
@@ -18,6 +19,9 @@
 #include "firmware/core/interface.hpp"
 #include "firmware/core/node/allocation_client.hpp"
 #include "firmware/core/node/command_input.hpp"
+#include "firmware/core/node/commission_service.hpp"
+#include "firmware/core/node/frame_buffer.hpp"
+#include "firmware/core/node/main_loop.hpp"
 #include "firmware/core/node/node_report.hpp"
 #include "firmware/core/node/parameter_server.hpp"
 #include "firmware/core/node/parameter_store.hpp"
@@ -51,6 +55,7 @@ struct NodeCounters {
   std::uint32_t payload_wrong_size = 0;     // an ArmingStatus without its byte, or with more than it that would arm
   std::uint32_t undecodable = 0;            // requests too short for their fields
   std::uint32_t tx_overflow = 0;            // transfers given up because the queue was full
+  std::uint32_t service_overflow = 0;       // frames of requests that came faster than they are answered
   std::uint32_t tx_expired = 0;             // frames that waited for the bus longer than a second
   std::uint32_t feedback_superseded = 0;    // a feedback frame replaced before it could be sent: the bus is too busy
   std::uint32_t refused_while_running = 0;  // save, erase, restart, update or enumeration while the motor turns
@@ -98,8 +103,14 @@ class BasicEscNode {
   void on_frame(const CanFrame& frame, std::uint64_t now_us);
   void poll(std::uint64_t now_us, const Telemetry& t);
 
+  // How far firmware/core/commission is, at every poll; switch_ohm: the board's share of a phase's resistance.
+  void on_commissioning(const CommissioningResult& result, float switch_ohm) { commission_.take(result, switch_ohm); }
+  CommissioningOrder commissioning_order() const { return commission_.order(); }
+  bool commissioning() const { return commission_.active(); }
+
   // The user has pressed the button of this ESC: it is the one that is enumerated now. Without an enumeration it means nothing.
   void on_button() { button_ = true; }
+  bool enumerating() const { return enumerating_; }
 
   // The application is not ready (offset calibration, self-test): NodeStatus says initialization and the motor stays off.
   void hold_initialization(bool hold) {
@@ -164,7 +175,7 @@ class BasicEscNode {
   static constexpr std::uint64_t kTurnedByHand_us = 100'000;
   static constexpr std::uint8_t kNodeStatusPriority = 20, kLogPriority = 28, kIndicationPriority = 24;
   // Five answers to GetSet, which a configuration tool asks for at once, have 6 to 20 frames each.
-  static constexpr std::size_t kQueue = 64, kReservedForTelemetry = 8;
+  static constexpr std::size_t kQueue = 64, kReservedForTelemetry = 8, kSmallestAnswer = 1;
   static constexpr std::array kMessages{protocols::subscribe(Kind::message, protocols::RawCommand::kType),
                                         protocols::subscribe(Kind::message, protocols::RpmCommand::kType),
                                         protocols::subscribe(Kind::message, protocols::ArmingStatus::kType),
@@ -187,13 +198,15 @@ class BasicEscNode {
   }
 
   bool may_spin() const {
-    return parameters_ok() && mode_ == protocols::NodeMode::operational && request_ != NodeRequest::restart &&
+    return parameters_ok() && mode_ == protocols::NodeMode::operational && !commission_.active() && request_ != NodeRequest::restart &&
            request_ != NodeRequest::update;
   }
   bool turning() const {
     return telemetry_.state != MotorState::off && telemetry_.state != MotorState::fault && telemetry_.state != MotorState::tone;
   }
-  bool busy(std::uint64_t now_us) const { return turning() || (setpoint(now_us).mode != Mode::off && setpoint(now_us).mode != Mode::tone); }
+  bool busy(std::uint64_t now_us) const {
+    return turning() || commission_.active() || (setpoint(now_us).mode != Mode::off && setpoint(now_us).mode != Mode::tone);
+  }
   bool speaks(std::uint64_t now_us) const { return node_id_ != 0 && now_us >= silent_until_us_; }
 
   void on_standard_frame(const CanFrame& frame, std::uint64_t now_us);
@@ -203,12 +216,19 @@ class BasicEscNode {
   void on_arming(const protocols::Transfer& t);
   void on_beep(const protocols::Transfer& t, std::uint64_t now_us);
   void on_allocation(const protocols::Transfer& t, std::uint64_t now_us);
+  void serve_one_request(std::uint64_t now_us);
   void on_request(const protocols::Transfer& t, std::uint64_t now_us);
   void on_get_set(const protocols::Transfer& t, std::uint64_t now_us);
   void on_opcode(const protocols::Transfer& t, std::uint64_t now_us);
   void on_restart(const protocols::Transfer& t, std::uint64_t now_us);
   void on_enumeration(const protocols::Transfer& t, std::uint64_t now_us);
   void on_update(const protocols::Transfer& t, std::uint64_t now_us);
+
+  void order_commission(std::int32_t task, std::uint8_t source, std::uint64_t now_us);
+  const char* why_no_commission(std::uint64_t now_us) const;
+  void watch_commission(std::uint64_t now_us);
+  void take_commission(std::uint64_t now_us);
+  protocols::NodeMode shown_mode() const { return commission_.active() ? protocols::NodeMode::maintenance : mode_; }
 
   void watch_motor(std::uint64_t now_us, const Telemetry& t);
   void watch_enumeration(std::uint64_t now_us);
@@ -248,7 +268,7 @@ class BasicEscNode {
   template <class T>
   bool send(const protocols::FrameId& header, std::uint8_t transfer_id, const T& value, std::size_t keep_free, std::uint64_t now_us) {
     static constexpr std::uint16_t kSeed = T::kType.crc_seed();
-    std::array<std::uint8_t, protocols::max_bytes<T>()> payload{};
+    std::array<std::uint8_t, protocols::max_bytes<T>()> payload;  // written up to `size`
     const std::size_t size = encode(value, payload);
     if (queue_.room() < protocols::transfer_frames(static_cast<std::uint32_t>(size)) + keep_free) {
       ++counters_.tx_overflow;
@@ -266,8 +286,10 @@ class BasicEscNode {
   StoreState store_ = StoreState::loaded;
   protocols::Receiver<16, 46> receiver_;
   protocols::Receiver<4, 224> services_;
+  FrameBuffer<32> service_frames_;  // the longest request, BeginFirmwareUpdate, has 30
   CommandInput<kRules> input_;
   AllocationClient allocation_;
+  CommissionService commission_;
   TransmitQueue<kQueue> queue_;
   NodeCounters counters_;
   Telemetry telemetry_;
@@ -297,6 +319,7 @@ using EscNode = BasicEscNode<kAllRules>;
 
 }  // namespace rotorloop::firmware
 
+#include "firmware/core/node/esc_node_commission.inc"
 #include "firmware/core/node/esc_node_frames.inc"
 #include "firmware/core/node/esc_node_reports.inc"
 

@@ -23,13 +23,14 @@ enum class WhyOff : std::uint8_t {
   zero_first,  // after arming an order of zero is awaited
   order_zero,
   motor,  // the motor control refuses: a fault, or its reason in the telemetry
+  commissioning,
 };
 
 constexpr const char* why_text(WhyOff why) {
-  constexpr std::array<const char*, 12> kTexts{
+  constexpr std::array<const char*, 13> kTexts{
       "turning",       "parameters",   "starting up", "restarting",    "duplicate node id or esc_index",
       "no esc_index",  "not armed",    "no order",    "order expired", "zero throttle first",
-      "order is zero", "motor control"};
+      "order is zero", "motor control", "commissioning"};
   return kTexts[static_cast<std::size_t>(why)];
 }
 

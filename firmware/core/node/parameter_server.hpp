@@ -1,10 +1,11 @@
-// Answers GetSet: first the parameters, in the order of the table, then values that can only be read ("stat_…"). Index without
-// gaps, empty answer at the end; a name goes before the index. What is set is clamped into its range and kept apart until the motor
+// Answers GetSet: first the parameters, in the order of the table, then the values of a commissioning ("commission…"), which are never
+// stored, then values that can only be read ("stat_…"). Index without gaps, empty answer at the end; a name goes before the index. What is set is clamped into its range and kept apart until the motor
 // is off; a value that contradicts another parameter is refused, and the answer shows the old one.
 #pragma once
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/core/node/commission_service.hpp"
 #include "firmware/core/node/node_report.hpp"
 #include "firmware/core/node/parameters.hpp"
 #include "protocols/types/param.hpp"
@@ -22,17 +23,21 @@ struct Readings {
 
 class ParameterServer {
  public:
-  static constexpr std::size_t kNumbers = 10, kReadings = kNumbers + FaultLog::kKept;
-  static constexpr std::size_t kCount = kParameterRanges.size() + kReadings;
+  static constexpr std::size_t kNumbers = 11, kReadings = kNumbers + FaultLog::kKept;
+  static constexpr std::size_t kFirstReading = kParameterRanges.size() + kCommissionValues.size(), kCount = kFirstReading + kReadings;
 
   // `edited`: what the bus sees and sets.
-  static constexpr protocols::ParamGetSetResponse answer(const protocols::ParamGetSet& request, Parameters& edited,
-                                                         const Readings& readings) {
+  static protocols::ParamGetSetResponse answer(const protocols::ParamGetSet& request, Parameters& edited, CommissionService& commission,
+                                               const Readings& readings) {
     protocols::ParamGetSetResponse r;
-    const std::size_t index = request.name.count > 0 ? find(request.name) : request.index;
+    const std::size_t index = index_of(request);
     if (index >= kCount) return r;
+    if (index >= kFirstReading) {
+      reading(index - kFirstReading, edited, commission, readings, r);
+      return r;
+    }
     if (index >= kParameterRanges.size()) {
-      reading(index - kParameterRanges.size(), edited, readings, r);
+      commission_value(index - kParameterRanges.size(), request.value, commission, r);
       return r;
     }
     const ParameterRange& range = kParameterRanges[index];
@@ -46,47 +51,92 @@ class ParameterServer {
     return r;
   }
 
+  // What a request to begin or to end a commissioning asks for; -1: it is none.
+  static std::int32_t commission_asked(const protocols::ParamGetSet& request) {
+    if (index_of(request) != kParameterRanges.size()) return -1;
+    const auto v = number_of(request.value);
+    return v && *v >= 0.0f && *v <= kCommissionValues[0].max ? static_cast<std::int32_t>(*v) : -1;
+  }
+
  private:
-  static constexpr std::size_t find(const protocols::Text<protocols::kMaxParameterName>& name) {
+  static std::size_t index_of(const protocols::ParamGetSet& request) {
+    if (request.name.count == 0) return request.index;
+    std::uint32_t hash = kHashStart;
+    for (const std::uint8_t c : request.name.view()) hash = hash_step(hash, c);
     for (std::size_t i = 0; i < kCount; ++i) {
-      if (name.is(i < kParameterRanges.size() ? kParameterRanges[i].name : kReadingNames[i - kParameterRanges.size()])) return i;
+      if (kHashes[i] == hash && request.name.is(name_of(i))) return i;
     }
     return kCount;
   }
-
-  static constexpr void set(const ParameterRange& range, const protocols::ParamValue& v, Parameters& edited) {
+  static constexpr const char* name_of(std::size_t i) {
+    return i < kParameterRanges.size() ? kParameterRanges[i].name
+           : i < kFirstReading         ? kCommissionValues[i - kParameterRanges.size()].name
+                                       : kReadingNames[i - kFirstReading];
+  }
+  // None for what is no number, not-a-number included.
+  static constexpr std::optional<float> number_of(const protocols::ParamValue& v) {
     using Kind = protocols::ParamValue::Kind;
-    if (v.kind == Kind::string) return;
+    if (v.kind == Kind::empty || v.kind == Kind::string) return std::nullopt;
     const float asked = v.kind == Kind::real      ? v.real
                         : v.kind == Kind::integer ? static_cast<float>(v.integer)
                         : v.boolean != 0          ? 1.0f
                                                   : 0.0f;
-    if (!(asked == asked)) return;
+    return asked == asked ? std::optional(asked) : std::nullopt;
+  }
+
+  static void commission_value(std::size_t i, const protocols::ParamValue& asked, CommissionService& commission,
+                               protocols::ParamGetSetResponse& r) {
+    const CommissionValue& row = kCommissionValues[i];
+    if (const auto v = number_of(asked)) commission.set_value(i, *v);
+    const auto as_value = [&](float v) {
+      return row.integer ? protocols::ParamValue::of(whole(v)) : protocols::ParamValue::of(v);
+    };
+    const auto as_limit = [&](float v) {
+      return row.integer ? protocols::NumericValue::of(whole(v)) : protocols::NumericValue::of(v);
+    };
+    r.name = protocols::Text<protocols::kMaxParameterName>(row.name);
+    r.value = as_value(commission.value(i));
+    r.default_value = as_value(0.0f);
+    r.min_value = as_limit(0.0f);
+    r.max_value = as_limit(row.max);
+  }
+
+  static constexpr void set(const ParameterRange& range, const protocols::ParamValue& v, Parameters& edited) {
+    const auto asked = number_of(v);
+    if (!asked) return;
     Parameters candidate = edited;
-    range.set(candidate, clamp_parameter(range, asked));
+    range.set(candidate, clamp_parameter(range, *asked));
     // One that was wrong before may be corrected step by step: only a new contradiction is refused.
     if (check(candidate) && !check(edited)) return;
     edited = candidate;
   }
 
+  // Over 32 bits: from a float to 64 at once is double precision on the target.
+  static constexpr std::int64_t whole(float v) { return static_cast<std::int32_t>(v); }
   static constexpr protocols::ParamValue value_of(const ParameterRange& range, float v) {
     switch (range.kind) {
       case ParameterKind::boolean:
         return protocols::ParamValue::of(v != 0.0f);
       case ParameterKind::integer:
-        return protocols::ParamValue::of(static_cast<std::int64_t>(v));
+        return protocols::ParamValue::of(whole(v));
       default:
         return protocols::ParamValue::of(v);
     }
   }
   static constexpr protocols::NumericValue limit_of(const ParameterRange& range, float v) {
-    return range.kind == ParameterKind::integer ? protocols::NumericValue::of(static_cast<std::int64_t>(v))
-                                                : protocols::NumericValue::of(v);
+    return range.kind == ParameterKind::integer ? protocols::NumericValue::of(whole(v)) : protocols::NumericValue::of(v);
   }
 
   static constexpr std::array<const char*, kReadings> kReadingNames{
       "stat_why_off", "stat_faults",  "stat_errors",  "stat_commanders", "stat_conflicts", "stat_trips",  "stat_energy",
-      "stat_winding", "stat_restart", "stat_duty_q", "stat_fault_1", "stat_fault_2", "stat_fault_3", "stat_fault_4"};
+      "stat_winding", "stat_restart", "stat_duty_q", "stat_commission", "stat_fault_1", "stat_fault_2",   "stat_fault_3", "stat_fault_4"};
+
+  static constexpr std::array<std::uint32_t, kCount> make_hashes() {
+    std::array<std::uint32_t, kCount> hashes{};
+    for (std::size_t i = 0; i < kCount; ++i) hashes[i] = parameter_hash(name_of(i));
+    return hashes;
+  }
+  static const std::array<std::uint32_t, kCount> kHashes;
 
   // What was set and is not in force before a restart: the first names, and how many more.
   static constexpr TextLine waiting_for_restart(const Parameters& edited, const Parameters& started) {
@@ -101,7 +151,8 @@ class ParameterServer {
     return count == 0 ? TextLine("none") : line;
   }
 
-  static constexpr void reading(std::size_t i, const Parameters& edited, const Readings& from, protocols::ParamGetSetResponse& r) {
+  static void reading(std::size_t i, const Parameters& edited, const CommissionService& commission, const Readings& from,
+                      protocols::ParamGetSetResponse& r) {
     r.name = protocols::Text<protocols::kMaxParameterName>(kReadingNames[i]);
     const auto text = [&](const TextLine& line) {
       r.value.kind = protocols::ParamValue::Kind::string;
@@ -132,10 +183,14 @@ class ParameterServer {
       case 9:
         r.value = protocols::ParamValue::of(motor.duty_q);
         return;
-      default:
+      case 8:
         return text(from.started != nullptr ? waiting_for_restart(edited, *from.started) : TextLine("none"));
+      default:
+        return text(commission.state_text());
     }
   }
 };
+
+inline constexpr std::array<std::uint32_t, ParameterServer::kCount> ParameterServer::kHashes = ParameterServer::make_hashes();
 
 }  // namespace rotorloop::firmware

@@ -39,12 +39,6 @@ struct StoredParameters {
   std::uint16_t unknown = 0;  // stored names that this firmware does not have
 };
 
-constexpr std::uint32_t parameter_hash(const char* name) {
-  std::uint32_t hash = 2166136261u;  // FNV-1a, 32 bit
-  for (; *name != '\0'; ++name) hash = (hash ^ static_cast<std::uint8_t>(*name)) * 16777619u;
-  return hash;
-}
-
 template <ParameterFlash Flash>
 class ParameterStore {
  public:

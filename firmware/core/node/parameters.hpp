@@ -73,6 +73,15 @@ constexpr std::size_t find_parameter(const char* name) {
   return kParameterRanges.size();
 }
 
+// FNV-1a, 32 bit: what a store keeps of a name, and what a name that is asked for is looked up by.
+inline constexpr std::uint32_t kHashStart = 2166136261u;
+constexpr std::uint32_t hash_step(std::uint32_t hash, std::uint8_t c) { return (hash ^ c) * 16777619u; }
+constexpr std::uint32_t parameter_hash(const char* name) {
+  std::uint32_t hash = kHashStart;
+  for (; *name != '\0'; ++name) hash = hash_step(hash, static_cast<std::uint8_t>(*name));
+  return hash;
+}
+
 // Largest electrical speed the observer is verified to: 200 000 electrical RPM.
 inline constexpr float kMaxElectricalSpeed_rad_s = 20944.0f;
 

@@ -37,8 +37,10 @@ class TransmitQueue {
   constexpr std::optional<CanFrame> pop() {
     if (size_ == 0) return std::nullopt;
     std::size_t first = 0;
+    std::uint32_t least = protocols::arbitration_key(entries_[0].frame);
     for (std::size_t i = 1; i < size_; ++i) {
-      if (protocols::arbitration_key(entries_[i].frame) < protocols::arbitration_key(entries_[first].frame)) first = i;
+      const std::uint32_t key = protocols::arbitration_key(entries_[i].frame);
+      if (key < least) first = i, least = key;
     }
     const CanFrame frame = entries_[first].frame;
     --size_;
@@ -47,9 +49,12 @@ class TransmitQueue {
   }
   // Drops what is older than kLife_us; the number of frames dropped.
   constexpr std::size_t expire(std::uint64_t now_us) {
+    const std::uint32_t now_ms = ms(now_us);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < size_; ++i) {
-      if (ms(now_us) - entries_[i].queued_ms <= kLife_us / 1000) entries_[kept++] = entries_[i];
+      if (now_ms - entries_[i].queued_ms > kLife_us / 1000) continue;
+      if (kept != i) entries_[kept] = entries_[i];  // at most polls nothing has expired
+      ++kept;
     }
     const std::size_t dropped = size_ - kept;
     size_ = kept;

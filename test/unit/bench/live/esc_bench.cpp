@@ -12,7 +12,6 @@
 #include "host/bus/live/slcan_port.hpp"
 #include "host/bus/live/slcan_server.hpp"
 #include "sim/world/lockstep_bus.hpp"
-#include "sim/world/virtual_bus.hpp"
 
 namespace rotorloop::live {
 namespace {
@@ -73,14 +72,14 @@ struct EscBench::Wires {
   CanBus* third = nullptr;
 };
 
-EscBench::EscBench(Backend backend) : backend_(backend), wires_(std::make_unique<Wires>()) {
+EscBench::EscBench(Backend backend, const sim::BusConfig& bus) : backend_(backend), wires_(std::make_unique<Wires>()) {
   config.plant = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/reference_plant.toml";
   config.node_id = kEscNode;
   config.unique_id = default_unique_id(0);
   const auto step = [this](std::int64_t now_ns) { tick(now_ns); };
   Wires& w = *wires_;
   if (backend == Backend::virtual_bus) {
-    w.bus.emplace(sim::BusConfig{});
+    w.bus.emplace(bus);
     const auto attach = [&](const char* name) -> CanBus& { return w.bus->attach({.name = name, .tx_depth = 4096, .rx_depth = 4096}); };
     CanBus &tool = attach("tool"), &esc = attach("esc");
     w.third = &attach("third");
@@ -144,13 +143,22 @@ void EscBench::expect_within(const std::string& what, double measured_ms, double
   EXPECT_LE(measured_ms, limit_ms) << what << ", ms";
 }
 
-void EscBench::discover() {
+void EscBench::discover(double limit_ms) {
   const std::int64_t begun_ns = tool().now_ns();
   ASSERT_TRUE(tool().run_until(begun_ns + 10 * kSecond_ns, [&] {
     const auto n = tool().nodes().find(kEscNode);
     return n != tool().nodes().end() && n->second.info && n->second.status.mode == protocols::NodeMode::operational;
   }));
-  expect_within("discovery", static_cast<double>(tool().now_ns() - begun_ns) * 1e-6, 2000.0);
+  expect_within("discovery", static_cast<double>(tool().now_ns() - begun_ns) * 1e-6, limit_ms);
+}
+
+void EscBench::let_pass(std::int64_t duration_ns) {
+  TimedBus& bus = *wires_->for_tool;
+  for (const std::int64_t end_ns = bus.now_ns() + duration_ns; bus.now_ns() < end_ns;) {
+    bus.wait_until(end_ns);
+    while (bus.receive_any()) {
+    }
+  }
 }
 
 void EscBench::command_for(double seconds, const std::function<void()>& command, std::optional<std::uint8_t> arming) {

@@ -13,6 +13,7 @@
 
 #include "bench/live/esc_process.hpp"
 #include "host/tools/tool_node.hpp"
+#include "sim/world/virtual_bus.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::live {
@@ -25,7 +26,8 @@ inline constexpr std::uint8_t kEscNode = 21, kToolNode = 126;
 
 class EscBench {
  public:
-  explicit EscBench(Backend backend);
+  // `bus`: faults of the virtual bus; the live ones have none.
+  explicit EscBench(Backend backend, const sim::BusConfig& bus = {});
   ~EscBench();
 
   EscProcessConfig config;  // of the next start; the plant is the reference one, node 21, index 0
@@ -38,6 +40,8 @@ class EscBench {
   tools::ToolNode& tool();
   // What a third member sends. On SLCAN, a line between two, it leaves through the tool's adapter.
   void send_foreign(const BusFrame& frame);
+  // Time passes, and the tool does nothing, as if it had been killed.
+  void let_pass(std::int64_t duration_ns);
   // Called between two steps of the ESC, at most a millisecond apart.
   std::function<void(std::int64_t now_ns)> on_tick;
 
@@ -46,7 +50,7 @@ class EscBench {
   void expect_within(const std::string& what, double measured_ms, double limit_ms) const;
 
   // Until the tool knows who the ESC is; fails the test when it does not within ten seconds.
-  void discover();
+  void discover(double limit_ms = 2000.0);
   // Sends `command` every 10 ms for so long, with the arming status every 100 ms when one is given.
   void command_for(double seconds, const std::function<void()>& command, std::optional<std::uint8_t> arming = std::nullopt);
   void rpm_for(double seconds, int rpm, std::optional<std::uint8_t> arming = std::nullopt);

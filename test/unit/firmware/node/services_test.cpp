@@ -7,55 +7,12 @@
 
 #include "firmware/board/fake/emulated_flash.hpp"
 #include "firmware/core/node/node_store.hpp"
-#include "test/unit/firmware/node/esc_rig.hpp"
+#include "test/unit/firmware/node/service_rig.hpp"
 
 namespace rotorloop::firmware {
 namespace {
 
 using protocols::TransferKind;
-
-template <std::size_t N>
-std::string text_of(const protocols::Text<N>& t) {
-  return {t.items.begin(), t.items.begin() + t.count};
-}
-
-// A rig with services: request in, response out.
-class ServiceRig : public EscRig<> {
- public:
-  using EscRig::EscRig;
-
-  template <class Request>
-  void ask(const Request& request, std::uint8_t source = kHost) {
-    std::array<std::uint8_t, 512> payload{};
-    const std::size_t size = encode(request, payload);
-    send_payload({.kind = TransferKind::request, .priority = 24, .data_type_id = Request::kType.id, .source = source, .destination = 42},
-                 Request::kType.crc_seed(), {payload.data(), size});
-  }
-  template <class Response, class Request>
-  Response get(const Request& request) {
-    sent.clear();
-    ask(request);
-    poll();
-    const auto answers = received<Response>(TransferKind::response);
-    EXPECT_EQ(answers.size(), 1u);
-    return answers.empty() ? Response{} : answers.back();
-  }
-  protocols::ParamGetSetResponse parameter(const char* name, const protocols::ParamValue& value = {}) {
-    return get<protocols::ParamGetSetResponse>(protocols::ParamGetSet{.index = 0, .value = value, .name = name});
-  }
-  std::vector<std::string> logs() const {
-    std::vector<std::string> lines;
-    for (const auto& m : received<protocols::LogMessage>()) lines.push_back(text_of(m.text));
-    return lines;
-  }
-  // Armed and ordered, with the motor control following.
-  void run() {
-    arm();
-    raw({0, 0, 4000, 0});
-    telemetry.state = MotorState::running;
-    poll();
-  }
-};
 
 TEST(NodeParameters, can_be_counted_by_index_without_gaps_and_each_is_found_by_its_name) {
   ServiceRig rig;
@@ -115,13 +72,46 @@ TEST(NodeParameters, set_while_the_motor_runs_take_effect_when_it_is_off) {
   EXPECT_EQ(rig.node.revision(), 1u) << "the motor control has to be told";
 }
 
-TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole) {
+TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole_one_a_poll) {
   ServiceRig rig;
   rig.sent.clear();
   for (std::uint16_t i = 9; i < 14; ++i) rig.ask(protocols::ParamGetSet{.index = i, .value = {}, .name = {}});
-  rig.poll();
-  EXPECT_EQ(rig.received<protocols::ParamGetSetResponse>(TransferKind::response).size(), 5u);
+  for (std::size_t polled = 1; polled <= 5; ++polled) {
+    rig.node.poll(rig.now_us, rig.telemetry);
+    while (const auto f = rig.node.next_frame()) rig.sent.push_back(*f);
+    EXPECT_EQ(rig.received<protocols::ParamGetSetResponse>(TransferKind::response).size(), polled);
+  }
   EXPECT_EQ(rig.node.counters().tx_overflow, 0u);
+  EXPECT_EQ(rig.node.counters().service_overflow, 0u);
+}
+
+// What an answer costs in processor time bounds what a flood can take: docs/acceptance/dronecan.md has the figures.
+TEST(NodeServices, a_flood_of_requests_gets_one_answer_a_poll_and_commands_are_followed_meanwhile) {
+  ServiceRig rig;
+  rig.arm();
+  rig.sent.clear();
+  for (int ms = 0; ms < 100; ++ms) {
+    for (int i = 0; i < 40; ++i) rig.ask(protocols::GetNodeInfo{}, static_cast<std::uint8_t>(50 + i));
+    rig.raw({0, 0, 4000, 0});
+    rig.advance_us(1000);
+    EXPECT_TRUE(rig.spins()) << ms;
+  }
+  EXPECT_LE(rig.received<protocols::GetNodeInfoResponse>(TransferKind::response).size(), 100u);
+  EXPECT_GT(rig.node.counters().service_overflow, 0u);
+  rig.disarm();
+  rig.advance_us(50'000);
+  EXPECT_EQ(rig.parameter("status_Hz").value.integer, 50) << "answers again";
+}
+
+TEST(NodeServices, requests_to_other_nodes_take_no_place_of_ours) {
+  ServiceRig rig;
+  for (int i = 0; i < 100; ++i) {
+    CanFrame f{.id = 24u << 24 | 11u << 16 | 0x8000u | 43u << 8 | 0x80u | kHost, .extended = true, .length = 3, .data = {}};
+    f.data[2] = 0xC0;
+    rig.node.on_frame(f, rig.now_us);
+  }
+  EXPECT_EQ(rig.node.counters().service_overflow, 0u);
+  EXPECT_EQ(rig.parameter("status_Hz").value.integer, 50);
 }
 
 TEST(NodeStore, save_restart_and_read_back_over_flash_and_erase_gives_the_defaults_back) {

@@ -33,11 +33,12 @@ struct RecordingNode {
 
 struct CollectingPort final : CanBus {
   std::vector<std::uint32_t> ids;
+  std::size_t waiting = 0;  // frames to be received
   SendStatus send(const CanFrame& frame) override {
     ids.push_back(frame.id);
     return SendStatus::queued;
   }
-  std::optional<StampedFrame> receive() override { return std::nullopt; }
+  std::optional<StampedFrame> receive() override { return waiting > 0 ? (--waiting, std::optional(StampedFrame{})) : std::nullopt; }
   BusState state() const override { return BusState::error_active; }
   PortCounters counters() const override { return {}; }
 };
@@ -57,6 +58,14 @@ TEST(NodedEsc, WithoutDefectsHoldsAndReportsTheCommandAndSendsAtOnce) {
   EXPECT_NEAR(b.esc.esc().omega_rad_s(), 900.0, 1e-3);
   EXPECT_NEAR(static_cast<double>(b.esc.node().told_rad_s.back()), 900.0, 1e-3);
   EXPECT_EQ(b.port.ids.size(), b.esc.node().sent);
+}
+TEST(NodedEsc, AFloodOutOfABufferLeavesTheLoopItsPollsAndSetPointsAndIsTakenAtEightFramesEach) {
+  Bench b({});
+  b.port.waiting = 100'000;
+  b.run(0.2);
+  EXPECT_NEAR(b.esc.esc().omega_rad_s(), 900.0, 1e-3) << "the set-point came through from the first poll on";
+  EXPECT_EQ(b.esc.node().told_rad_s.size(), 800u) << "a poll every 250 us";
+  EXPECT_EQ(b.port.waiting, 100'000u - 800u * 8u);
 }
 TEST(NodedEsc, WithASpeedScaleOf3PercentReportsTheCommandWhileTheRotorTurns3PercentSlower) {
   Bench b({.speed_scale = 1.03});
