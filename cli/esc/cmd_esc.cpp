@@ -129,6 +129,7 @@ void add_esc(CLI::App& app, int& exit_code) {
   add_nodes_command(*group, exit_code, "info", "versions, unique id and state of nodes", "Example:\n  rotorloop esc info --node 21", info, true);
   add_esc_parameters(*group, exit_code);
   add_esc_files(*group, exit_code);
+  add_esc_commission(*group, exit_code);
   add_esc_spin(*group, exit_code);
   add_esc_monitor(*group, exit_code);
   add_esc_serve(*group, exit_code);

@@ -12,6 +12,7 @@ import threading
 import time
 import urllib.parse
 
+import browser
 import bus_namespace
 from bus_test import DEADLINE_s, BusCommand, packet, raw_command
 from rotorloop_cli import main
@@ -134,6 +135,58 @@ class EscCommand(BusCommand):
         monitor.send_signal(signal.SIGINT)
         monitor.communicate(timeout=DEADLINE_s)
         self.assertEqual(monitor.returncode, 0)
+
+    def test_the_live_page_is_drawn_by_a_browser(self):
+        """Headless Chromium, where there is one: a row with the ESC's figures, three plots, the stop button; nothing wider than the window."""
+        if not browser.chromium():
+            self.skipTest("1 page: no Chromium on this machine")
+        self.esc(index=2)
+        monitor = self.start("esc", "monitor", *BUS, "--web")
+        address = self.line_with(monitor.stdout, "http://127.0.0.1:").strip()
+        for width in (1280, 500):
+            page = browser.Page(address, self.path / f"browser{width}", width)
+            self.addCleanup(page.close)
+            row = page.wait_for('document.querySelector("#escs tbody tr")?.innerText', DEADLINE_s)
+            self.assertRegex(row or "", r"^2\s+21\s+0\s+1\d\.\d\d\s.*operational, ok$")
+            self.assertEqual(page.wait_for('document.querySelectorAll(".plot canvas").length', DEADLINE_s), 3)
+            self.assertTrue(page.value('document.getElementById("stop").offsetWidth > 0'))
+            self.assertTrue(page.value("document.documentElement.scrollWidth <= innerWidth"), width)
+        monitor.send_signal(signal.SIGINT)
+        monitor.communicate(timeout=DEADLINE_s)
+
+    def test_a_commissioning_measures_the_motor_says_what_it_did_not_and_is_kept(self):
+        esc = self.esc()
+        self.assertEqual(self.esc_command("set", "--node", "21", "resistance=0.085", "flux_linkage=0.00046").returncode, 0)
+        done = self.esc_command("commission", "--node", "21", "--kv", "2300", "--yes", "--save", "--json")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        report = json.loads(done.stdout)
+        found = {m["name"]: m["value"] for m in report["measured"]}
+        self.assertEqual((report["end"], report["saved"], report["not_measured"]), ("done", True, ["pole_pairs", "dir_reversed"]))
+        self.assertEqual(set(found), {"resistance", "inductance", "inductance_ratio", "flux_linkage", "inertia", "load"})
+        self.assertAlmostEqual(found["flux_linkage"], 3.42e-4, delta=0.05 * 3.42e-4)
+        self.assertIn("pole pairs 7 as entered, not measured; direction not measured", done.stderr)
+        self.esc_command("restart", "--node", "21")
+        self.line_with(esc.stdout, "operational: node 21")
+        read = json.loads(self.esc_command("get", "--node", "21", "flux_linkage", "--json").stdout)[0]["parameters"][0]
+        self.assertEqual(read["value"], found["flux_linkage"])
+
+    def test_a_commissioning_is_refused_by_name_and_ends_with_its_tool(self):
+        self.esc()
+        done = self.esc_command("commission", "--node", "21")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("nobody can be asked", done.stderr)
+        for words, text in ((("--bell-inertia", "1"), "--bell-inertia: error: 1 kg m2 is out of range"), (("--kv", "-1"), "out of range: 0 to 60000 rpm/V"),
+                            (("--rest-only", "--count"), "nothing turns in a commissioning at rest")):
+            done = self.esc_command("commission", "--node", "21", "--yes", *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(text, done.stderr)
+        commission = self.start("esc", "commission", *BUS, "--node", "21", "--yes")
+        self.line_with(commission.stderr, "mohm with switches")
+        commission.send_signal(signal.SIGINT)
+        _, err = commission.communicate(timeout=DEADLINE_s)
+        self.assertEqual(commission.returncode, 130, err)
+        self.assertIn("ended: disarmed", err)
+        self.assert_stands_still()
 
     def test_mistakes_are_refused_with_what_to_do(self):
         for code, text, words in (

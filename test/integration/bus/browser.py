@@ -1,0 +1,61 @@
+"""A page in headless Chromium, asked over its debugging pipe: file descriptors 3 and 4, JSON messages that end with a zero byte."""
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import time
+
+
+def chromium():
+    """The program, or None."""
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+class Page:
+    def __init__(self, address, profile, width=1280):
+        to_browser, self.write = os.pipe()
+        self.read, from_browser = os.pipe()
+        descriptors = f"exec \"$@\" 3<&{to_browser} 4>&{from_browser}"  # the shell gives them the numbers that Chromium expects
+        self.process = subprocess.Popen(["bash", "-c", descriptors, "_", chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                                         "--remote-debugging-pipe", f"--window-size={width},900", f"--user-data-dir={profile}", "about:blank"],
+                                        pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(to_browser)
+        os.close(from_browser)
+        self.numbers, self.session, self.received = itertools.count(1), None, b""
+        target = next(t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "page")
+        self.session = self.ask("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        self.ask("Page.navigate", url=address)
+
+    def ask(self, method, **parameters):
+        number = next(self.numbers)
+        message = {"id": number, "method": method, "params": parameters, **({"sessionId": self.session} if self.session else {})}
+        os.write(self.write, json.dumps(message).encode() + b"\0")
+        while True:
+            while b"\0" not in self.received:
+                more = os.read(self.read, 65536)
+                if not more:
+                    raise RuntimeError("the browser has ended")
+                self.received += more
+            text, self.received = self.received.split(b"\0", 1)
+            answer = json.loads(text)
+            if answer.get("id") == number:
+                return answer["result"]
+
+    def value(self, expression):
+        return self.ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+
+    def wait_for(self, expression, deadline_s):
+        """Its value as soon as it is true; None at the deadline."""
+        end = time.monotonic() + deadline_s
+        while time.monotonic() < end:
+            if value := self.value(expression):
+                return value
+            time.sleep(0.1)
+        return None
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        os.close(self.write)
+        os.close(self.read)
