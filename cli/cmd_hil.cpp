@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "bench/hil/controller/betaflight_bridge.hpp"
+#include "bench/hil/controller/autopilot_bridge.hpp"
 #include "bench/hil/run_outcome.hpp"
 #include "bench/hil/scenario.hpp"
 #include "host/base/error.hpp"
@@ -72,7 +72,7 @@ void add_controllers(hil::Scenario& s, const HilArguments& o) {
     return std::find(s.variants.begin(), s.variants.end(), hil::Variant::external(c.name)) != s.variants.end();
   };
   for (const auto& c : s.external)
-    if (c.command == "betaflight" && flies(c)) hil::betaflight_program();  // missing: said before anything flies
+    if (const hil::Bridge* b = hil::bridge_of(c); b && flies(c)) hil::autopilot_program(b->name, b->variable);  // missing: said before anything flies
 }
 
 hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
@@ -255,7 +255,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
   c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: the nominal model of the controller");
   c->add_option("--controller", o->controllers,
-                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\") or betaflight, each also as "
+                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\") or betaflight, ardupilot, px4 (the last two not run here), each also as "
                 "NAME=…; may be given several times (docs/controller.md)")
       ->allow_extra_args(false);
   c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, s of the wall clock")

@@ -10,9 +10,6 @@ namespace rotorloop::hil {
 // as {"error": …} in place of the first answer. Notes of arming, tripped ESCs and disarming go to standard error. Returns the exit code.
 int serve_betaflight();
 
-// Throws Error: ROTORLOOP_BETAFLIGHT is not set, or names no file.
-std::filesystem::path betaflight_program();
-
 // The configuration that a flight of this vehicle and these gains would load. Throws Error: unreadable files.
 std::string betaflight_config_of(const std::filesystem::path& vehicle_file, const std::filesystem::path& gains_file);
 

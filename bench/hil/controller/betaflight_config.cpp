@@ -31,7 +31,7 @@ struct Axis {
 
 }  // namespace
 
-std::string betaflight_config(const host::VehicleModel& v, const BetaflightMap& map) {
+std::string betaflight_config(const host::VehicleModel& v, const MotorMap& map) {
   const double span_rad_s = map.omega_max_rad_s - map.omega_min_rad_s;
   const double thrust_slope_N =
       0.5 * v.weight_N() / map.hover_omega_rad_s * span_rad_s;  // one rotor's dT/doutput: T is k ω², a quarter of the weight

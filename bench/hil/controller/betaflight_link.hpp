@@ -1,11 +1,11 @@
 // Betaflight's simulator program and the packets it talks: little-endian, over UDP on loopback, on ports that it does not let choose.
 #pragma once
-#include <sys/types.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+
+#include "bench/hil/controller/autopilot_program.hpp"
 
 namespace rotorloop::hil {
 
@@ -39,19 +39,18 @@ class BetaflightLink {
   void send(double t_s, const BetaflightSticks& sticks);
   // Motors 0 to 1 in its order rear right, front right, rear left, front left. False: none came within the wait; the last ones stay.
   bool receive(std::array<float, 4>& motors);
-  bool running();  // false once the program has ended
+  bool running() { return child_.running(); }  // false once the program has ended
 
  private:
   void start_program();
   void wait_until_started();
   bool in_step();
   bool receive(std::array<float, 4>& motors, int wait_ms);
-  void end_child();
   void end();
 
   std::filesystem::path program_, folder_;
   double lead_s_ = 0.0;
-  pid_t child_ = -1;
+  AutopilotProgram child_;
   int to_state_ = -1, to_sticks_ = -1, motors_ = -1, lock_ = -1;
 };
 

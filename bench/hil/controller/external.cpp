@@ -88,14 +88,16 @@ std::string shell_quoted(const std::string& text) {
   return out + "'";
 }
 
-bool is_bridge(const ExternalController& c) {
-  return c.library.empty() && std::find(kBridges.begin(), kBridges.end(), c.command) != kBridges.end();
+const Bridge* bridge_of(const ExternalController& c) {
+  for (const Bridge& b : kBridges)
+    if (c.library.empty() && c.command == b.name) return &b;
+  return nullptr;
 }
 
 std::string start_line(const ExternalController& c) {
   const std::string rotorloop = shell_quoted(c.rotorloop.string());
   if (!c.library.empty()) return fmt::format("exec {} controller library {}", rotorloop, shell_quoted(fs::absolute(c.library).string()));
-  if (is_bridge(c)) return fmt::format("exec {} controller {}", rotorloop, c.command);
+  if (bridge_of(c)) return fmt::format("exec {} controller {}", rotorloop, c.command);
   return c.command;
 }
 

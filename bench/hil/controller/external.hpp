@@ -19,9 +19,13 @@ struct ExternalController {
   std::filesystem::path rotorloop = "rotorloop";  // the command, which runs a library as a process of its own
 };
 
-// Autopilots that `rotorloop controller NAME` puts behind the handshake.
-inline constexpr std::array<std::string_view, 1> kBridges{"betaflight"};
-bool is_bridge(const ExternalController& c);
+// Autopilots that `rotorloop controller NAME` puts behind the handshake, and the environment variable that names the program of each.
+struct Bridge {
+  const char *name, *variable;
+};
+inline constexpr std::array kBridges{Bridge{"betaflight", "ROTORLOOP_BETAFLIGHT"}, Bridge{"ardupilot", "ROTORLOOP_ARDUPILOT"}, Bridge{"px4", "ROTORLOOP_PX4"}};
+// Null: it is none of these.
+const Bridge* bridge_of(const ExternalController& c);
 
 inline constexpr double kLeastTimeout_s = 0.1, kMostTimeout_s = 600.0;
 

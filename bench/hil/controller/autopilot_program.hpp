@@ -1,0 +1,34 @@
+// An autopilot's simulator program as a child, in a network of its own where that is allowed, and the sockets that speak to it.
+#pragma once
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace rotorloop::hil {
+
+// `name`: of the autopilot, for messages. All throw Error.
+// Ports are fixed: a network of its own lets flights run side by side (-1). Elsewhere one flies at a time: the lock to keep open.
+int separate_network(const std::string& name);
+int connected_socket(const std::string& name, std::uint16_t port);  // UDP on loopback
+int bound_socket(const std::string& name, std::uint16_t port);
+
+class AutopilotProgram {
+ public:
+  explicit AutopilotProgram(std::string name) : name_(std::move(name)) {}
+  ~AutopilotProgram() { end(); }
+  AutopilotProgram(const AutopilotProgram&) = delete;
+  AutopilotProgram& operator=(const AutopilotProgram&) = delete;
+  // In `folder`, with its output in `log` there. Ends one that runs.
+  void start(const std::filesystem::path& program, const std::filesystem::path& folder, const char* log, const std::vector<std::string>& words);
+  bool running();  // false once it has ended
+  void end();
+
+ private:
+  std::string name_;
+  pid_t child_ = -1;
+};
+
+}  // namespace rotorloop::hil
