@@ -1,9 +1,10 @@
 // Estimates of simulated thrust-stand runs against the truth, judged by the limits of docs/acceptance/thrust_stand.md.
-//   stats_stand BLADE.toml [--runs 500] [--from 1] [--draws 400] [--virtual SOURCE] [--coverage LEAST MOST]
+//   stats_stand BLADE.toml [--runs 500] [--from 1] [--draws 400] [--virtual SOURCE] [--coverage LEAST MOST] [--missed NAME]
 // Exit 0: all limits met; 2: wrong arguments; 6: a limit missed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "host/base/error.hpp"
@@ -28,6 +29,8 @@ int main(int argc, char** argv) {
   app.add_option("--virtual", source, "folder of the repository: the runs are those of the virtual stand, with ESC, buses and instruments, and the blade of its plant");
   app.add_flag("--each", each, "with --virtual: a line for each run");
   app.add_option("--coverage", coverage, "LEAST MOST: share of the intervals that hold the truth, %");
+  std::vector<std::string> known_missed;
+  app.add_option("--missed", known_missed, "values that docs/acceptance/thrust_stand.md has as missed: judged and printed, but not in the exit code");
   app.add_option("--scratch", scratch, "folder for the files of a run, removed again");
   try {
     app.parse(argc, argv);
@@ -57,8 +60,11 @@ int main(int argc, char** argv) {
                  100.0 * c.mean_u, 100.0 * c.covered, judge(std::abs(c.bias) <= most_bias[k]), 100.0 * most_bias[k], judge(c.rmse <= most_rmse[k]), 100.0 * most_rmse[k],
                  judge(100.0 * c.covered >= coverage.first && 100.0 * c.covered <= coverage.second), coverage.first, coverage.second);
     }
-    for (const auto& v : e.values)
-      fmt::print("{:<22} within {:.0f} % in {:.1f} % of the runs, RMSE {:.2f} %  {} (at least 95)\n", v.name, 100.0 * v.tolerance, 100.0 * v.within, 100.0 * v.rmse, judge(v.within >= 0.95));
+    for (const auto& v : e.values) {
+      const bool good = v.within >= 0.95, known = !good && std::find(known_missed.begin(), known_missed.end(), v.name) != known_missed.end();
+      fmt::print("{:<22} within {:.0f} % in {:.1f} % of the runs, RMSE {:.2f} %  {} (at least 95)\n", v.name, 100.0 * v.tolerance, 100.0 * v.within, 100.0 * v.rmse,
+                 known ? "missed, as is known" : judge(good));
+    }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
     return static_cast<int>(e.exit_code());

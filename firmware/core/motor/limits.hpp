@@ -53,10 +53,6 @@ struct LimitConfig {
   PowerLimitConfig brake{1.0f};  // only 0.8 of the resistance is counted on as a brake resistor: it is known to ±20 %
   // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
   float phase_share = 0.9f;
-  // Against the rotation less: there the inductance that the parameters have wrong turns the observer's angle ahead, towards the end of the
-  // current control's margin, and no supply or back-EMF holds the current back. Flights of 300 drawn 5-inch motors without a trip: 287
-  // with all of it, 292 with this; 200 others 191, 196 with 0.8.
-  float brake_share = 0.75f;
   float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
   float undervoltage_V = 0.0f, over_undervoltage_span = 1.0f / 1.2f;  // 0.3 V per cell of a 4-cell pack
   float temperature_K = 0.0f, over_temperature_span = 1.0f / 20.0f;
@@ -83,7 +79,6 @@ inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
   const float burnt_W = 1.5f * c.power.resistance_ohm * in.current_d_A * in.current_d_A;
   const float source_W = c.source_A * in.bus_V - burnt_W;
   lower(source_limit_A(c.power, in.speed_rad_s, source_W > 0.0f ? source_W : 0.0f), Limiter::bus_current, false);
-  r.low_A *= c.brake_share;
   const SinkGap gap = sink_gap(c.brake, in.speed_rad_s, c.sink_A * in.bus_V);
   r.has_gap = gap.exists && gap.near_A > r.low_A;
   r.gap_far_A = gap.far_A;

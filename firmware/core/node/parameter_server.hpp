@@ -180,11 +180,11 @@ class ParameterServer {
       case 7:
         r.value = protocols::ParamValue::of(motor.winding_K);
         return;
+      case 8:
+        return text(from.started != nullptr ? waiting_for_restart(edited, *from.started) : TextLine("none"));
       case 9:
         r.value = protocols::ParamValue::of(motor.duty_q);
         return;
-      case 8:
-        return text(from.started != nullptr ? waiting_for_restart(edited, *from.started) : TextLine("none"));
       default:
         return text(commission.state_text());
     }
