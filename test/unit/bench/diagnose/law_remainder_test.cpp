@@ -1,6 +1,7 @@
 // Whether a further effect is only what the law of the first leaves: hub moments (a moment that grows with speed) are in the model, and
 // what else could be there is asked how much of it would be its own.
 #include "bench/diagnose/law_remainder.hpp"
+#include "bench/diagnose/refit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -64,6 +65,23 @@ TEST(LawRemainder, ALawOfTwoMomentsLeavesMomentsOnAllThreeAxesAndNoForce) {
   ASSERT_EQ(columns.size(), 1u);
   EXPECT_EQ(columns.front().count, 4 * 9);
   EXPECT_TRUE(law_variations(with_hub_moments().fit, with_hub_moments().found, {true, true, true, false, false, false}).empty());
+}
+
+// A constant force along the body's z: it may be a little askew (force x, y) and miss the centre of mass (torque x, y), and turns nothing about z.
+TEST(LawRemainder, AForceAlongZLeavesForcesOnAllAxesAndMomentsAboutXAndYButNoneAboutItsOwnLine) {
+  const host::Term& term = *host::find_term("body_force_bias");
+  identify::Identification fit = copy_of(with_hub_moments().fit);
+  Candidate found{.id = "body_force_bias", .term = &term, .core = {}, .parameters = {}};
+  fit.problem.start.terms.add(term);
+  fit.fit.values.front().terms.add(term);
+  for (const host::TermParameter& p : term.info.parameters) {
+    found.parameters.push_back({std::string(p.name), std::string(p.unit), p.neutral, p.min, p.max, p.scale});
+    fit.problem.start.values.push_back(0.0);
+    fit.fit.values.front().values.push_back(found.parameters.size() == 3 ? 0.1 : 0.0);
+  }
+  ASSERT_EQ(law_variations(fit, found, kEveryAxis).size(), 1u);
+  EXPECT_EQ(law_variations(fit, found, kEveryAxis).front().count, 5 * 9);
+  EXPECT_TRUE(law_variations(fit, found, {false, false, false, false, false, true}).empty());
 }
 
 // A moment of the rotors' torque on yaw, where the hub moments of this flight lie in roll and pitch.
