@@ -6,7 +6,7 @@ with a vehicle file, for each parameter that trials call identified their scatte
 the mean u over the scatter, and the largest factor between a written inertia and that of the group of flights; last the whole table, Markdown.
 Logs with a rotor that drops out are listed as refused and count nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the
 same program left in runs/ is not run again.
-  scripts/measured_trials.py --use=gyro,accel --rate=100                 all sets: a quarter of an hour of one free core
+  scripts/measured_trials.py --use=gyro,accel --rate=100                 all sets
   scripts/measured_trials.py imrc_cf21bl_bare --use=gyro,accel --rate=100
 """
 import argparse

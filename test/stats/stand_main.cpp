@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
   app.add_option("--virtual", source, "folder of the repository: the runs are those of the virtual stand, with ESC, buses and instruments, and the blade of its plant");
   app.add_flag("--each", each, "with --virtual: a line for each run");
   app.add_option("--coverage", coverage, "LEAST MOST: share of the intervals that hold the truth, %");
+  double share = 95.0;  // of fewer runs than 500 it scatters more
+  app.add_option("--share", share, "least share of the runs within the tolerance of a value, %");
   std::vector<std::string> known_missed;
   app.add_option("--missed", known_missed, "values that docs/acceptance/thrust_stand.md has as missed: judged and printed, but not in the exit code");
   app.add_option("--scratch", scratch, "folder for the files of a run, removed again");
@@ -61,9 +63,9 @@ int main(int argc, char** argv) {
                  judge(100.0 * c.covered >= coverage.first && 100.0 * c.covered <= coverage.second), coverage.first, coverage.second);
     }
     for (const auto& v : e.values) {
-      const bool good = v.within >= 0.95, known = !good && std::find(known_missed.begin(), known_missed.end(), v.name) != known_missed.end();
-      fmt::print("{:<22} within {:.0f} % in {:.1f} % of the runs, RMSE {:.2f} %  {} (at least 95)\n", v.name, 100.0 * v.tolerance, 100.0 * v.within, 100.0 * v.rmse,
-                 known ? "missed, as is known" : judge(good));
+      const bool good = 100.0 * v.within >= share, known = !good && std::find(known_missed.begin(), known_missed.end(), v.name) != known_missed.end();
+      fmt::print("{:<22} within {:.0f} % in {:.1f} % of the runs, RMSE {:.2f} %  {} (at least {:g})\n", v.name, 100.0 * v.tolerance, 100.0 * v.within, 100.0 * v.rmse,
+                 known ? "missed, as is known" : judge(good), share);
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
