@@ -50,23 +50,13 @@ struct DiagnoseArguments {
   bool json = false, no_checks = false, no_priors = false, force = false;
 };
 
-// Where an accelerometer sits is hardly ever published, and an arm of a few centimetres reads like a residual force: it is looked for, about
-// the body's origin, unless the user says otherwise.
-void free_place_of_accelerometer(const host::VehicleFile& vehicle, FitOptions& fit) {
-  constexpr double kWithinArms = 0.3;
-  const auto of_place = [](const std::string& name) { return name.starts_with("imu_place"); };
-  const bool used = std::find(fit.use.begin(), fit.use.end(), "accel") != fit.use.end();
-  const bool said = std::any_of(fit.free.begin(), fit.free.end(), of_place) || std::any_of(fit.hold.begin(), fit.hold.end(), of_place);
-  if (used && !said) fit.free.push_back(fmt::format("imu_place={:.3g}", kWithinArms * host::arm_m(host::load_geometry(host::to_model(vehicle)))));
-}
-
 diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle,
                                            const host::UserTerms* own, estimate::StopFit stop) {
   diagnose::DiagnoseOptions d;
   identify::IdentifyOptions& i = d.identify;
   FitOptions fit = o.fit;
   fit.use_what_all_have(flights);
-  free_place_of_accelerometer(vehicle, fit);
+  fit.free_place_of_accelerometer(vehicle);
   fit.apply(i);
   i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
   i.grid.slopes_by_middle = true;
@@ -252,7 +242,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
   c->add_option("--without", o->without, "effect that is not considered, by its id in effects/catalogue.toml");
-  add_fit_options(*c, o->fit, "gyro and accelerometer, where all logs have them", "states per second, 20 to 1000", 20.0);
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000", 20.0);
   c->add_option("--wrench-band", o->wrench_band,
                 "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
       ->delimiter(',')

@@ -46,7 +46,7 @@ struct IdentifyArguments {
   fs::path vehicle, out, report, junit;
   std::vector<fs::path> history, compare;
   std::vector<std::string> terms;
-  FitOptions fit{.rate_Hz = 200.0};
+  FitOptions fit{.rate_Hz = 100.0};
   double drag_speed_m_s = 8.5;
   double robust_scale = 0.0, block_s = 1.0;
   int iterations = 200;
@@ -160,8 +160,9 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
   if (moved.empty()) {
     return Error(
         {"", what, "parameters that these flights do not determine",
-         o.fit.use.empty() ? "give the fit the other streams of the logs (--use gyro,accel), hold what the observability table names, or look at the findings of the checks"
-                           : "hold what the observability table names (--hold), fit several flights together, or look at the findings of the checks"},
+         o.fit.use == std::vector<std::string>{"none"}
+             ? "give the fit the gyro and accelerometer of the logs too (without --use none), hold what the observability table names, or look at the findings of the checks"
+             : "hold what the observability table names (--hold), fit several flights together, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
   return Error({"", what, "estimates differ significantly between flights: " + moved + "; the model lacks an effect that some of them show",
@@ -200,13 +201,15 @@ void fit_flights(const IdentifyArguments& o, const host::VehicleFile& base, cons
 }
 
 // Fits, prints (`printed`), and writes the vehicle file. What was found is printed even when no vehicle file can be made of it.
-int identify_flights(const IdentifyArguments& o, const StopSignals& stop, const hil::RunClock& clock, bool& printed) {
+int identify_flights(IdentifyArguments o, const StopSignals& stop, const hil::RunClock& clock, bool& printed) {
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const std::vector<identify::ComparedVehicle> compared_files = read_compared(o.compare);
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   Found f;
   f.read = read_flights(paths, host::to_model(base));
+  o.fit.use_what_all_have(f.read.flights);
+  o.fit.free_place_of_accelerometer(base);
   f.read.inputs.insert(f.read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   const identify::IdentifyOptions options = identify_options(o, {stop.flag()});
   fit_flights(o, base, options, f);
@@ -269,7 +272,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--compare", o->compare,
                 "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
   add_old_option(*c, "--beside", "--compare", &o->compare);
-  add_fit_options(*c, o->fit, "the poses alone", "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
+  add_fit_options(*c, o->fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
   c->add_option("--noise", o->noise,
                 "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
@@ -303,7 +306,7 @@ void add_identify(CLI::App& app, int& exit_code) {
       "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
       "    --rotation run/rotation --held-out run/general -o vehicles/identified.toml --report report\n"
       "A log of another tool needs a mapping file (docs/files.md); one flight without a role is enough when it excites everything:\n"
-      "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg --use gyro -o out.toml\n"
+      "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg -o out.toml\n"
       "Which names --free, --hold, --per-flight and --term take:\n"
       "  rotorloop identify --names\n"
       "Exit codes: 0 done; 2 usage or bad input file; 5 refused: the logs lack what the fit needs or do not determine a parameter, the fit "

@@ -1,9 +1,12 @@
 #include "cli/fit_options.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <thread>
 
 #include "bench/hil/run_folder.hpp"
+#include "host/effects/term_size.hpp"
 
 namespace rotorloop::cli {
 
@@ -30,7 +33,15 @@ void FitOptions::use_what_all_have(const std::vector<identify::FlightToFit>& fli
   if (all_have(&log::FlightRecord::accel_B_m_s2)) use.push_back("accel");
 }
 
-void add_fit_options(CLI::App& app, FitOptions& o, const std::string& use_default, const std::string& rate_help, double least_rate_Hz) {
+void FitOptions::free_place_of_accelerometer(const host::VehicleFile& vehicle) {
+  constexpr double kWithinArms = 0.3;
+  const auto of_place = [](const std::string& name) { return name.starts_with("imu_place"); };
+  const bool used = std::find(use.begin(), use.end(), "accel") != use.end();
+  const bool said = std::any_of(free.begin(), free.end(), of_place) || std::any_of(hold.begin(), hold.end(), of_place);
+  if (used && !said) free.push_back(fmt::format("imu_place={:.3g}", kWithinArms * host::arm_m(host::load_geometry(host::to_model(vehicle)))));
+}
+
+void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz) {
   app.add_option(
       "--free", o.free,
       "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
@@ -38,8 +49,7 @@ void add_fit_options(CLI::App& app, FitOptions& o, const std::string& use_defaul
   app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
   app.add_option("--use", o.use,
                  "measurements beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …); none: the "
-                 "poses alone. Not given: " +
-                     use_default)
+                 "poses alone. Not given: gyro and accelerometer, where all logs have them")
       ->delimiter(',')
       ->check(CLI::IsMember({"gyro", "accel", "velocity", "load", "none"}));
   app.add_option("--rate", o.rate_Hz, rate_help)->check(CLI::Range(least_rate_Hz, 1000.0))->capture_default_str();

@@ -22,10 +22,13 @@ struct FitOptions {
   void apply(identify::IdentifyOptions& i) const;
   // Where --use was not given: gyro and accelerometer, each where all of these logs have it.
   void use_what_all_have(const std::vector<identify::FlightToFit>& flights);
+  // Where an accelerometer sits is hardly ever published, and an arm of a few centimetres reads like a residual force: it is looked for, about
+  // the body's origin, unless the user said otherwise.
+  void free_place_of_accelerometer(const host::VehicleFile& vehicle);
 };
 
-// --free, --hold, --per-flight, --use (`use_default`: what counts without it), --rate (`rate_help`, from `least_rate_Hz` to 1000), --from and --to.
-void add_fit_options(CLI::App& app, FitOptions& o, const std::string& use_default, const std::string& rate_help, double least_rate_Hz);
+// --free, --hold, --per-flight, --use, --rate (`rate_help`, from `least_rate_Hz` to 1000), --from and --to.
+void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz);
 
 // Why a reader of vehicle files would refuse what a fit came to; none when it would take it. A fit of a poor flight must not become a
 // vehicle. `path`: where it was to be written; empty: nowhere.

@@ -150,7 +150,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("runs/closed_loop"))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--start", type=pathlib.Path, default=pathlib.Path(START), help="vehicle file that identification starts from; default: %(default)s")
-    parser.add_argument("--identify", default="--noise em-per-flight --rate 100 " + " ".join("--term " + t for t in TERMS),
+    parser.add_argument("--identify", default="--use none --noise em-per-flight --rate 100 " + " ".join("--term " + t for t in TERMS),
                         help="options of rotorloop identify, in one word; default: %(default)s")
     o = parser.parse_args()
     o.out.mkdir(parents=True, exist_ok=True)

@@ -77,7 +77,7 @@ SETS = {
     "imrc": ("imrc_cf21bl_bare", 0.037, 0.0325, 0.0275, ("eckart00", "eckart17", "eckart30", "eckart34")),
     "idsia": ("idsia_nanodrone_cf21bl", 0.045, 0.0353, 0.0275, ("square_20251017_run2", "square_20251017_run3", "random1_20251017_run3")),
 }
-OPTIONS = ["--use", "gyro,accel", "--rate", "100", "--hold", "torque_model.c_q"]
+OPTIONS = ["--rate", "100"]
 
 
 def main():

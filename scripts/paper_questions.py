@@ -25,7 +25,7 @@ STUDY = ROOT / "scripts/paper_questions.toml"
 BUILT = ROOT / "build/release/bin/rotorloop"
 FLIGHTS = ("vertical", "horizontal", "rotation")
 # States 50 times a second and 100 agree (docs/acceptance/identify_closed_loop.md). The paper estimates no delays.
-IDENTIFY = ["--rate", "50", "--hold", "pose_delay", "rotor_delay", "--json", "-q"]
+IDENTIFY = ["--use", "none", "--rate", "50", "--hold", "pose_delay", "rotor_delay", "--json", "-q"]
 
 
 def plant_text(case, plant):

@@ -48,7 +48,7 @@ def produce(command, out, parts):
     if "identify" in parts:
         roles = [x for role, log in logs.items() for x in (f"--{role}", log)]
         terms = [x for term in closed_loop.TERMS for x in ("--term", term)]  # the paper's own terms alone give these rotors no fit to compare
-        run(command, "identify", "--vehicle", "vehicles/reference_guess.toml", "--noise", "em-per-flight", "--rate", 50, *terms, *roles,
+        run(command, "identify", "--vehicle", "vehicles/reference_guess.toml", "--use", "none", "--noise", "em-per-flight", "--rate", 50, *terms, *roles,
             "--report", out / "identified", "-q")
         require(out / "identified" / "result.json")
     if "diagnose" in parts:

@@ -25,6 +25,7 @@ namespace {
 // docs.px4.io, simulation, "Simulator MAVLink API": the simulator listens on TCP 4560, PX4 connects.
 constexpr std::uint16_t kSimulatorPort = 4560;
 constexpr int kControlsWait_ms = 100, kConnect_ms = 8000;
+constexpr int kFirstControls = 80;                                // sensor messages that it may leave unanswered while it boots: 8 s of waiting
 constexpr std::uint64_t kStepsPerSensor = 4, kStepsPerGps = 100;  // 250 Hz, 10 Hz
 constexpr std::uint8_t kArmedFlag = 128;                          // MAV_MODE_FLAG_SAFETY_ARMED
 constexpr std::uint32_t kAllSensors = 0x1FFF;                     // HIL_SENSOR_UPDATED_…
@@ -116,17 +117,17 @@ class Px4Link final : public AutopilotLink {
     const int yes = 1;
     setsockopt(px4_, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   }
-  // Its time is that of the sensors; it answers each of their messages with controls.
+  // Its time is that of the sensors; it answers each of their messages with controls. What it left unanswered stays so until the next one.
   bool exchange(const rotorloop_controller_input& in, const PilotWish& wish, std::array<float, 4>& motors) override {
     if (in.step % kStepsPerStick == 0) send(mavlink::kHilRcInputsRaw, channels_of_pilot(in, wish));
     if (in.step % kStepsPerGps == 0) send(mavlink::kHilGps, gps_of(in));
-    bool answered = true;
     if (in.step % kStepsPerSensor == 0) {
       send(mavlink::kHilSensor, sensor_of(in));
-      answered = receive();
+      answered_ = receive();
+      booting_ = booting_ && !answered_ && ++sensors_ < kFirstControls;
     }
     motors = controls_;
-    return answered;
+    return answered_ || booting_;
   }
   bool running() override { return program_.running() && !closed_; }
 
@@ -163,7 +164,8 @@ class Px4Link final : public AutopilotLink {
   mavlink::Finder finder_{mavlink::kHilActuatorControls};
   std::array<float, 4> controls_{};
   std::uint8_t sequence_ = 0;
-  bool closed_ = false;
+  int sensors_ = 0;
+  bool answered_ = false, booting_ = true, closed_ = false;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 """Stands in for the simulator programs of ArduPilot (JSON backend) and PX4 (MAVLink interface), from their documented packets alone.
 
-stand_in_autopilot.py ardupilot|px4 MODE [OPTIONS OF THE PROGRAM]: MODE flies, or fails as it says: ends_at_start, silent, stops, ends_in_flight. Angle
-mode is that of the stand-in for Betaflight, from states and sticks as each of them hears those.
+stand_in_autopilot.py ardupilot|px4 MODE [OPTIONS OF THE PROGRAM]: MODE flies, or fails as it says: ends_at_start, silent, stops, ends_in_flight;
+mute (PX4: connects and never answers). Angle mode is that of the stand-in for Betaflight, from states and sticks as each of them hears those.
 """
 import json
 import math
@@ -105,7 +105,7 @@ def px4():
             values = struct.unpack_from("<Q13fI", payload)
             t, gyro, magnet = values[0] * 1e-6, values[4:7], values[7:10]
             accel = values[1:4]
-            if failing(t):
+            if failing(t) or MODE == "mute":
                 continue_silent()
             armed = channels[4] > 1700 and (armed or (t > 5.0 and channels[2] < 1050 and gps is not None))
             attitude = ATTITUDE.step(t, gyro, accel, magnet, field)

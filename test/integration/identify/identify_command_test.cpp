@@ -89,6 +89,20 @@ TEST_F(IdentifyCommand, WritesVehicleReportAndResultOfThreeFlights) {
     EXPECT_FALSE(holds_no_number(text));
 }
 
+TEST_F(IdentifyCommand, UsesGyroAndAccelerometerWhereTheLogsHaveThemAndSaysSo) {
+  model_true::FlightSettings s;
+  s.manoeuvre = model_true::Manoeuvre::rotation;
+  s.duration_s = 5.0;
+  s.imu_every_ms = 2;
+  write_text(scratch / "imu.csv", log::own_log_text(model_true::fly({}, s).record));
+  for (const auto& [flights, used] : {std::pair{"imu.csv", nlohmann::json{"gyro", "accel"}}, std::pair{"imu.csv rotation.csv", nlohmann::json::array()}}) {
+    const CommandResult r = run(std::string("--noise fixed --force --report report --flight ") + flights);
+    ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
+    EXPECT_EQ(result_of(scratch / "report").at("conditions").at("use"), used);
+    EXPECT_EQ(read_text(scratch / "report" / "report.html").find("poses, gyro") != std::string::npos, !used.empty());
+  }
+}
+
 TEST_F(IdentifyCommand, RefusesToHoldOutAFlightThatIsFitted) {
   const CommandResult r = run("--rotation rotation.csv --held-out rotation.csv --noise fixed");
   EXPECT_EQ(r.exit_code, 2);

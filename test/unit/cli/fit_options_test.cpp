@@ -37,7 +37,7 @@ TEST(WriteChecked, AVehicleWithNegativeVerticalDragIsRefusedAsDataQualityAndNotW
 TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
   CLI::App app;
   FitOptions o{.rate_Hz = 100.0};
-  add_fit_options(app, o, "poses", "states per second", 20.0);
+  add_fit_options(app, o, "states per second", 20.0);
   app.parse("--use gyro,velocity --rate 50 --from 1.5 --to 9 --free gravity_tilt=0.01 --hold c_q --per-flight com_offset", false);
   identify::IdentifyOptions i;
   o.apply(i);
@@ -68,10 +68,20 @@ TEST(FitOptions, GyroAndAccelerometerAreUsedWhereAllFlightsHaveThemAndTheUserNam
   EXPECT_FALSE(i.grid.use_gyro || i.grid.use_accel);
 }
 
+TEST(FitOptions, ThePlaceOfAnAccelerometerInUseIsLookedForUnlessTheUserSaidOtherwise) {
+  const host::VehicleFile v = calibrated(host::builtin_effect_catalogue());
+  FitOptions used{.use = {"accel"}}, unused{.use = {"gyro"}}, held{.hold = {"imu_place"}, .use = {"accel"}};
+  for (FitOptions* o : {&used, &unused, &held}) o->free_place_of_accelerometer(v);
+  ASSERT_EQ(used.free.size(), 1u);
+  EXPECT_TRUE(used.free[0].starts_with("imu_place=0.0")) << used.free[0];  // m: a part of an arm of some centimetres to decimetres
+  EXPECT_TRUE(unused.free.empty());
+  EXPECT_TRUE(held.free.empty());
+}
+
 TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
   CLI::App app;
   FitOptions o{.rate_Hz = 100.0};
-  add_fit_options(app, o, "poses", "states per second", 20.0);
+  add_fit_options(app, o, "states per second", 20.0);
   EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
 }
 
