@@ -36,6 +36,7 @@ LIMITS = [  # what, kinds, outcome that counts, least share
     ("clean, plant of eq. 1-8", ("clean_reduced",), "right", 0.95),
     ("clean, full plant with its findings", ("clean_full",), "right", 0.95),
 ]
+SINGLE = ("separable", "class_only", "not_observable")  # kinds with one effect
 MOST_WRONG = 0.02
 LEAST_OF_EACH = 0.7  # of a single effect's trials
 
@@ -115,7 +116,7 @@ def page(out, wanted):
             trial["kind"] = c.kind  # as the study has it now; the answer does not depend on it
             judged[c.name].append((*outcome(trial, result), said(result), trial["seed"]))
             unflown += [f"`{c.name}` seed {trial['seed']}: {flight} {end}" for flight, end in trial["ends"].items() if end != "completed"]
-    lines, missed = summary(judged, kinds)
+    lines, missed = summary(judged, kinds, {c.name for c in wanted if c.blade_level})
     clean = {t[3] for name, trials in judged.items() for t in trials if kinds[name].startswith("clean")}
     others = {t[3] for name, trials in judged.items() for t in trials if not kinds[name].startswith("clean")}
     run = [f"{what}{spans(seeds)}" for what, seeds in (("Seeds ", others), ("clean controls ", clean)) if seeds]
@@ -136,7 +137,7 @@ def spans(seeds):
     return ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in runs)
 
 
-def summary(judged, kinds):
+def summary(judged, kinds, blade_level=frozenset()):
     lines, missed = ["| what | measured | limit | |", "| --- | --- | --- | --- |"], False
 
     def row(what, measured, limit, ok):
@@ -149,7 +150,11 @@ def summary(judged, kinds):
         hits = sum(t[0] == right for t in trials)
         if trials:
             row(what, percent(hits, len(trials)), f"≥ {100 * least:.0f} %", hits >= least * len(trials))
-    effects = [n for n in judged if kinds[n] in ("separable", "class_only", "not_observable")]
+    effects = [n for n in judged if kinds[n] in SINGLE]
+    for what, names in (("model's own form", [n for n in effects if n not in blade_level]), ("blade elements and wakes", [n for n in effects if n in blade_level])):
+        trials = [t for n in names for t in judged[n]]
+        if trials and blade_level:
+            row(f"single effects, plant of {what}", percent(sum(t[0] == "right" for t in trials), len(trials)), "–", True)
     weak = [n for n in effects if sum(t[0] == "right" for t in judged[n]) < LEAST_OF_EACH * len(judged[n])]
     if effects:
         row("single effects below 7 of 10", f"{len(weak)} of {len(effects)}", "0", not weak)

@@ -35,6 +35,7 @@ class Case:
     truth: tuple = ()            # ids that the answer should hold
     entries: tuple = ()          # (id, {key: value}) that the plant gets, over those of its file
     unmodelled: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
+    blade_level: bool = False    # the plant's law is not the model's
 
 
 def toml(path):
@@ -60,7 +61,10 @@ def cases(study, catalogue):
         parts = [change_for(effects[i], study, in_plant, nominal) for i in ids]
         return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(2)))
 
-    out = [case(i, study["class"].get(i, e["class"]), [i]) for i, e in effects.items()]
+    if strangers := set(study["blade_level"]) - set(effects):
+        sys.exit(f"{STUDY}: blade_level: {', '.join(sorted(strangers))}: no effect of the plant")
+    singles = [case(i, study["class"].get(i, e["class"]), [i]) for i, e in effects.items()]
+    out = [dataclasses.replace(c, blade_level=c.name in study["blade_level"]) for c in singles]
     out += [case("+".join(p["effects"]), "pair", p["effects"]) for p in study["pair"]]
     out += [Case(f["id"], "foreign", (), ((f["id"], {k: v for k, v in f.items() if k != "id"}),)) for f in study["foreign"]]
     return [*out, Case("clean_full", "clean_full"), Case("clean_reduced", "clean_reduced")]

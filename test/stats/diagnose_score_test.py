@@ -77,11 +77,18 @@ class Judge(unittest.TestCase):
                 record = {**trial("separable", "a"), "seed": seed, "ends": {"vertical": "completed"}, "exit": 0, "wall_s": 1.0}
                 (folder / "trial.json").write_text(json.dumps(record))
                 (folder / "result.json").write_text(json.dumps(said("named", ["a"] if seed < 6 else ["b"])))
-            page, missed = score.page(out, [types.SimpleNamespace(name="a", kind="separable")])
+            page, missed = score.page(out, [types.SimpleNamespace(name="a", kind="separable", blade_level=False)])
             self.assertTrue(missed)
             self.assertIn("60.0 % (6 of 10", page)
             self.assertIn("| single effects below 7 of 10 | 1 of 1 | 0 | **missed** |", page)
             self.assertIn("6 × a; 4 × b", page)
+
+    def test_plants_of_blade_elements_are_counted_apart_from_those_of_the_models_own_form(self):
+        judged = {"a": [("right", False, "a", 1)], "b": [("missed", False, "clean", 1), ("right", False, "b", 2)]}
+        rows, _ = score.summary(judged, {"a": "separable", "b": "separable"}, {"b"})
+        text = "\n".join(rows)
+        self.assertRegex(text, r"plant of model's own form \| 100.0 % \(1 of 1;")
+        self.assertRegex(text, r"plant of blade elements and wakes \| 50.0 % \(1 of 2;")
 
 
 class TwoPrograms(unittest.TestCase):
