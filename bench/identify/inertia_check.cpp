@@ -72,6 +72,7 @@ InertiaCheck check_inertia(std::span<const log::FlightRecord* const> records, st
     for (score::BandSeries& p : score::band_series(*records[f], flights[f], states[f], values[f])) pieces.push_back(std::move(p));
   }
   InertiaCheck out;
+  if (!values.empty()) out.mass_kg = values.front()[estimate::kMass];
   double best = 0.0;
   for (const auto& [from_Hz, to_Hz] : kBands_Hz) {
     std::vector<InertiaByBand> axes;
@@ -102,7 +103,12 @@ std::vector<estimate::JointPrior> priors_of(const InertiaCheck& check, const hos
     const InertiaByBand* band = check.of(parameter);
     if (band) inertia[axis] = band->taken ? band->value : band->joint;
     if (!is_shared(free, parameter) || (band && !band->taken)) continue;
-    out.push_back(band ? decisive({parameter}, kOne, band->value, band->u) : by_file(parameter, vehicle.inertia_kg_m2[axis], file));
+    if (!band)
+      out.push_back(by_file(parameter, vehicle.inertia_kg_m2[axis], file));
+    else if (is_shared(free, estimate::kMass) && check.mass_kg > 0.0)
+      out.push_back(decisive({estimate::kMass, parameter}, Eigen::Vector2d(-band->value / check.mass_kg, 1.0), 0.0, band->u));
+    else
+      out.push_back(decisive({parameter}, kOne, band->value, band->u));
   }
   if (is_shared(free, estimate::kIzz)) {
     const host::Quantity& said = vehicle.inertia_kg_m2[2];

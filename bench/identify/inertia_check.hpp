@@ -21,6 +21,7 @@ struct InertiaByBand {
 struct InertiaCheck {
   std::vector<InertiaByBand> axes;  // those that the band determines
   bool needed = false;              // one was taken, or there is no fit that ended
+  double mass_kg = 0.0;             // at which thrust carries the weight, and so the torque that the bands were found with
   const InertiaByBand* of(int parameter) const;
 };
 
@@ -31,6 +32,7 @@ InertiaCheck check_inertia(std::span<const log::FlightRecord* const> records, st
 
 // Where needed, priors that outvote whatever the flights say over all frequencies: inertia of the band where it was taken, else that of the
 // file; I_zz and c_q by the file, a guessed I_zz by the other two. About z every torque is a rotor's, so that flights determine ratios alone.
+// Inertia of a band is held per mass: torque goes with thrust and thrust with the weight, and the missing moment would pull at a free mass instead.
 std::vector<estimate::JointPrior> priors_of(const InertiaCheck& check, const host::VehicleFile& vehicle,
                                             std::span<const estimate::FreeParameter> free, const estimate::ModelValues& file_values);
 

@@ -107,6 +107,17 @@ TEST(InertiaCheck, guessed_I_zz_is_tied_to_the_other_two_and_a_drawn_one_is_kept
   EXPECT_DOUBLE_EQ(izz_of().mean[0], vehicle()[estimate::kIzz]);
 }
 
+TEST(InertiaCheck, inertia_of_a_band_goes_with_a_free_mass_so_that_no_missing_moment_pulls_at_it) {
+  const InertiaCheck c{.axes = {{.parameter = estimate::kIxx, .value = kInertia, .u = 5e-7, .taken = true}}, .needed = true, .mass_kg = 0.037};
+  auto free = kFree;
+  EXPECT_EQ(priors_of(c, {}, free, vehicle()).front().parameters, std::vector<int>{estimate::kIxx});
+  free.push_back({estimate::kMass});
+  const estimate::JointPrior p = priors_of(c, {}, free, vehicle()).front();
+  ASSERT_EQ(p.parameters, (std::vector<int>{estimate::kMass, estimate::kIxx}));
+  const Eigen::Vector2d heavier(0.037 * 1.02, kInertia * 1.02);
+  EXPECT_NEAR((heavier - p.mean).dot(p.information * (heavier - p.mean)), 0.0, 1e-9);
+}
+
 TEST(PossibleVehicle, drag_of_minus_five_u_is_held_at_zero_and_of_minus_one_u_is_left_to_the_writer_of_the_file) {
   std::vector<estimate::Estimate> held;
   const estimate::Fit fit = fit_with({{.parameter = estimate::kCdh, .value = -5e-3, .u = 1e-3}, {.parameter = estimate::kCdz, .value = -1e-3, .u = 1e-3}});
