@@ -58,7 +58,7 @@ sim::Blade to_blade(const PropellerInputs& inputs, const PropellerGeometry& g, c
     const double w = section.outer.empty() ? 0.0 : std::clamp((x - section.blend_from) / (section.blend_to - section.blend_from), 0.0, 1.0);
     const std::string key = fmt::format("{:.4f}", w);
     if (!b.polars.contains(key)) b.polars.emplace(key, w == 0.0 ? inner : w == 1.0 ? outer : blend(inner, outer, w));
-    b.stations.push_back({s.r_m, s.chord_m, s.twist_deg, key});
+    b.stations.push_back({s.r_m, std::max(s.chord_m, sim::kLeastChord_m), s.twist_deg, key});
   }
   return b;
 }

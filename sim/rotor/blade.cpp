@@ -70,7 +70,7 @@ void read_polars(Blade& b, const std::vector<TomlTable>& stations, const std::fi
 // not exceed; chord widest at `widest` of the radius, falling by a square to the root and by a cube to the tip.
 std::vector<BladeStation> planform_stations(const TomlTable& t, const Blade& b) {
   constexpr int kStations = 17;
-  const double pitch_m = t.number("pitch_m", {0.001, 4.0, "m"}), chord_m = t.number("chord_m", {1e-4, 1.0, "m"});
+  const double pitch_m = t.number("pitch_m", {0.001, 4.0, "m"}), chord_m = t.number("chord_m", {kLeastChord_m, 1.0, "m"});
   const double widest = t.number("widest", {0.2, 0.9, "1"});
   const double root = t.number("root", {0.05, 1.0, "1"}), tip = t.number("tip", {0.05, 1.0, "1"});
   const double most_twist_deg = t.number("most_twist_deg", {5.0, 60.0, "deg"});
@@ -107,7 +107,7 @@ Blade blade_from(const TomlFile& file) {
   } else {
     stations = root.tables("station", kMinStations, 200);
     for (const TomlTable& t : stations)
-      b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {1e-4, 1.0, "m"}),
+      b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {kLeastChord_m, 1.0, "m"}),
                           t.number("twist_deg", {-30.0, 80.0, "deg"}), t.text("polar")});
   }
   check_span(root, b, stations);

@@ -12,6 +12,9 @@
 
 namespace rotorloop::sim {
 
+// Of a station in a blade file: a tip that comes to a point has this.
+inline constexpr double kLeastChord_m = 1e-4;
+
 struct BladeStation {
   double r_m;
   double chord_m;

@@ -48,7 +48,8 @@ std::vector<std::pair<std::filesystem::path, std::string>> blade_files(const Bla
   s += fmt::format("# Section {}: {}.\nformat = 1\nblades = {}\nradius_m = {}\nhub_radius_m = {}\n", f.section.inner, plain_source(f.section.reason), b.blades, number_text(b.radius_m), number_text(b.hub_radius_m));
   s += fmt::format("blade_inertia_kg_m2 = {:.3g} # {}\n", f.inertia_kg_m2, f.inertia_estimated ? "estimated: a solid nylon blade of this plan form (factor 1.5)" : "of the mould file");
   s += fmt::format("stall_delay = {}\nstall_drag = {}\ndrag_scale = {}\nlift_scale = {}\npitch_offset_deg = {}\n", number_text(b.stall_delay), number_text(b.stall_drag), number_text(b.drag_scale), number_text(b.lift_scale), number_text(b.pitch_offset_deg));
-  for (const sim::BladeStation& t : b.stations) s += fmt::format("\n[[station]]\nr_m = {:.6g}\nchord_m = {:.5g}\ntwist_deg = {:.4g}\npolar = \"{}\"\n", t.r_m, t.chord_m, t.twist_deg, name_of(t.polar));
+  // Radii in full: a rounded tip may lie beyond the radius, and a reader refuses it.
+  for (const sim::BladeStation& t : b.stations) s += fmt::format("\n[[station]]\nr_m = {}\nchord_m = {:.5g}\ntwist_deg = {:.4g}\npolar = \"{}\"\n", number_text(t.r_m), t.chord_m, t.twist_deg, name_of(t.polar));
   for (const auto& [key, polar] : b.polars) files.emplace_back(polars / (name_of(key) + ".toml"), polar_file_text(polar));
   files.emplace_back(out, s);
   return files;
