@@ -45,6 +45,7 @@ struct DiagnoseArguments {
   FitOptions fit{.rate_Hz = 100.0};
   std::vector<double> wrench_band;
   int max_effects = 6;
+  double refit_limit_s = 600.0;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
   bool json = false, no_checks = false, no_priors = false, force = false;
@@ -80,6 +81,7 @@ diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std
   d.without = o.without;
   d.priors = !o.no_priors;
   d.max_effects = o.max_effects;
+  d.refit_limit_s = o.refit_limit_s;
   d.placebos = o.placebos;
   d.seed = o.seed;
   if (!o.wrench_band.empty()) d.wrench_band = {o.wrench_band[0], o.wrench_band[1]};
@@ -250,6 +252,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->default_str("0,10");
   c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
+  c->add_option("--refit-limit", o->refit_limit_s, "wall time that one refit may take, s; an effect that takes longer is not judged, and a remark says so")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str();
   c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
       ->check(CLI::Range(0, 300))
       ->capture_default_str();

@@ -70,6 +70,15 @@ void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& reco
   }
 }
 
+// What was not judged may be what is missing.
+void note_unfinished(const std::vector<RefitCandidate>& ranked, Diagnosis& d) {
+  for (const RefitCandidate& c : ranked) {
+    if (c.failure.id != Rejection::out_of_time) continue;
+    d.remarks.push_back(fmt::format("{} was not judged: its refit was not done after {:.0f} s. With --refit-limit it gets more.", c.tested->candidate->id,
+                                    c.failure.figures.front().value));
+  }
+}
+
 // A prior that is wrong is no effect that the model lacks, and yet changes what the model predicts.
 void note_contradictions(const identify::Identification& model, Diagnosis& d) {
   constexpr std::size_t kMostReported = 5;
@@ -178,6 +187,7 @@ bool Search::add_the_best(int round, const Say& say) {
       say("refit with " + id, done + share * (0.3 + 0.7 * of_refits));
     });
     note_refits(ranked, record);
+    note_unfinished(ranked, d_);
     reject(ranked);
     accepted = !ranked.empty() && ranked.front().failure.none();
     if (accepted) {
@@ -196,7 +206,7 @@ bool Search::add_the_best(int round, const Say& say) {
 // Those that could be it, best first, the failed ones last.
 std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s,
                                              const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const {
-  std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, progress);
+  std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, o_.refit_limit_s, progress);
   if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked, o_.criteria);
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || added_.empty()) continue;

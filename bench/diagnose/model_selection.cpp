@@ -204,7 +204,7 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
 }
 
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
-                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
+                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options, double refit_limit_s,
                                          const std::function<void(const std::string&, double)>& progress) {
   double begun = 0.0;
   const auto say = [&](const RefitCandidate& c, double of) {
@@ -212,8 +212,14 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   };
   std::vector<RefitCandidate> ranked = worth_a_refit(s, all, criteria);
   const auto attempt = [&](RefitCandidate& c, auto&& act) {
+    using Clock = estimate::StopFit::Clock;
+    estimate::FitOptions limited = options;
+    const Clock::time_point begin = Clock::now();
+    limited.stop.latest = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(refit_limit_s) - c.time);
     try {
-      act();
+      act(limited);
+      c.time += Clock::now() - begin;
+      if (limited.stop.asked()) c.failure = {Rejection::out_of_time, {{"limit", "s", refit_limit_s}}};
     } catch (const std::exception& e) {
       c.failure = {.id = Rejection::refit_failed, .detail = e.what()};
     }
@@ -222,7 +228,7 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   const double refits = 2.0 * static_cast<double>(ranked.size());
   for (RefitCandidate& c : ranked) {
     say(c, refits);
-    attempt(c, [&] { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, options); });
+    attempt(c, [&](const estimate::FitOptions& o) { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, o); });
   }
   const auto unexplained = [](const RefitCandidate& c) { return c.refit.cost_held.value_or(0.0); };
   std::stable_sort(ranked.begin(), ranked.end(),
@@ -239,7 +245,7 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
       continue;
     }
     say(c, refits);
-    attempt(c, [&] { finish_refit(c.refit, options); });
+    attempt(c, [&](const estimate::FitOptions& o) { finish_refit(c.refit, o); });
     if (!c.failure.none()) continue;
     judge(c, model, s, criteria);
     if (!optimism_without) optimism_without = optimism_of(model);

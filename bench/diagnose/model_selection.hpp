@@ -23,6 +23,7 @@ struct RefitCandidate {
   Heterogeneity heterogeneity = {};      // of its size over the flights
   Reason failure = {};                   // why it cannot be the missing effect; none: it could
   std::vector<const Tested*> same = {};  // others whose columns are those of this one
+  estimate::StopFit::Clock::duration time{};  // that its refit has taken
 };
 
 // Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
@@ -43,12 +44,13 @@ const NamedValue* defining_number(const Candidate& candidate, const std::vector<
 // no effect.
 bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria = {});
 
-// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them.
+// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes longer than
+// `refit_limit_s` of wall time fails as out_of_time.
 // `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
 // first.
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
                                          const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
-                                         const estimate::FitOptions& options,
+                                         const estimate::FitOptions& options, double refit_limit_s,
                                          const std::function<void(const std::string& id, double done)>& progress = {});
 
 // In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than

@@ -14,6 +14,7 @@ std::string_view name(Rejection r) {
                                       "lesser_cause",
                                       "refit_failed",
                                       "not_converged",
+                                      "out_of_time",
                                       "at_bound",
                                       "little_rise",
                                       "chance_after_refit",

@@ -1,7 +1,9 @@
-// How long work is asked to end early, from another thread or a signal handler. A fit ends at its next iteration and gives back what it
-// has, not converged; work that half done is worth nothing throws FitStopped, and its caller goes on with what was there before it.
+// How long work is asked to end early, from another thread or a signal handler, or because its time is over. A fit ends at its next iteration
+// and gives back what it has, not converged; work that half done is worth nothing throws FitStopped, and its caller goes on with what was
+// there before it.
 #pragma once
 #include <atomic>
+#include <chrono>
 
 namespace rotorloop::estimate {
 
@@ -9,9 +11,12 @@ namespace rotorloop::estimate {
 struct FitStopped {};
 
 struct StopFit {
-  const std::atomic<bool>* flag = nullptr;  // none: never asked to stop
+  using Clock = std::chrono::steady_clock;
 
-  bool asked() const { return flag && flag->load(std::memory_order_relaxed); }
+  const std::atomic<bool>* flag = nullptr;              // none: never asked to stop
+  Clock::time_point latest = Clock::time_point::max();  // then it ends, asked or not
+
+  bool asked() const { return (flag && flag->load(std::memory_order_relaxed)) || (latest != Clock::time_point::max() && Clock::now() >= latest); }
   void check() const {
     if (asked()) throw FitStopped{};
   }

@@ -23,6 +23,7 @@ std::string sentence(const Reason& r) {
       return fmt::format("{}, too small to matter, leaves Wald F {:.1f} of it", r.effect, v(0));
     case Rejection::refit_failed: return "the refit fails: " + r.detail;
     case Rejection::not_converged: return "the refit does not converge";
+    case Rejection::out_of_time: return fmt::format("its refit was not done after {:.0f} s (--refit-limit): not judged", v(0));
     case Rejection::at_bound: return "the refit ends at the bound of its physical range";
     case Rejection::little_rise:
       return fmt::format("Δ log-likelihood of the refit {:.1f} only", v(0));

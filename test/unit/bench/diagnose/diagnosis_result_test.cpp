@@ -147,6 +147,20 @@ TEST(Diagnosis, OfATermAddedAtRunTimeReachesScreeningRefitVerdictTextPageAndResu
   EXPECT_THAT(diagnosis_report_html(run, "paper"), ::testing::HasSubstr("first_rotor_reads_high"));
 }
 
+TEST(Diagnosis, ARefitThatGetsNoTimeIsNotJudgedAndSaidNotToBe) {
+  DiagnoseOptions o = quick();
+  o.library = {&kReadsHigh};
+  for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) o.without.push_back(e.id);
+  o.refit_limit_s = 0.0;
+  const Diagnosis d = diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
+                               testing_flights::vehicle(), o)
+                          .diagnosis;
+  EXPECT_TRUE(d.added.empty());
+  ASSERT_EQ(d.rounds.front().candidates.size(), 1u);
+  EXPECT_EQ(d.rounds.front().candidates.front().ruled_out_by.id, Rejection::out_of_time);
+  EXPECT_THAT(d.remarks, ::testing::Contains(::testing::HasSubstr("first_rotor_reads_high was not judged")));
+}
+
 TEST(DiagnosisResult, VerdictRemarksAndLikelihoodsAreThoseOfTheValue) {
   const Diagnosis& d = diagnosed().diagnosis;
   EXPECT_EQ(written().at("verdict"), std::string(name(d.verdict)));
