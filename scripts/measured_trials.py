@@ -2,12 +2,12 @@
 """Every measured flight by itself and in groups through `rotorloop identify`: how each ends, and how far the trials of one vehicle lie apart.
 
 Prints for each trial exit code, iterations, CPU and the parameters that short flights settle worst; then for each vehicle the share that ends
-with a vehicle file, for each parameter that trials call identified their scatter in units of their own u (rms z, about 1 where u is right) and
-the mean u over the scatter, and the largest factor between a written inertia and that of the group of flights; last the whole table, Markdown.
-Logs with a rotor that drops out are listed as refused and count nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the
+with a vehicle file, for each parameter that trials call identified their scatter in units of their own u (rms z, about 1 where u is right;
+the median u over the scatter; rms z also between flights of one session alone), and the largest factor between a written inertia and that of
+the group of flights; last the whole table, Markdown. Logs with a rotor that drops out are listed as refused and count nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the
 same program left in runs/ is not run again.
-  scripts/measured_trials.py --use=gyro,accel --rate=100                 all sets
-  scripts/measured_trials.py imrc_cf21bl_bare --use=gyro,accel --rate=100
+  scripts/measured_trials.py                              all sets, default options
+  scripts/measured_trials.py imrc_cf21bl_bare --rate=100  one, with options of identify
 """
 import argparse
 import hashlib
@@ -92,20 +92,40 @@ class Trial:
         return "  ".join(cells)
 
 
-def scatter_of(trials, symbol):
-    """Of the trials that call a parameter identified: scatter about their weighted mean in their own u, mean u over the scatter, and their number."""
-    values = []
+def sessions(trials):
+    """Trials of consecutive numbers, which were flown one after the other."""
+    out = []
     for t in trials:
-        e = t.estimates().get(symbol)
-        if t.code == 0 and e and e["mark"] not in NOT_IDENTIFIED:
-            values.append((e["value"], max(e["u"], e["u_robust"] or 0.0)))
-    values = [(v, u) for v, u in values if u > 0.0]
-    if len(values) < 3:
-        return math.nan, math.nan, len(values)
-    weights = [1.0 / (u * u) for _, u in values]
-    mean = sum(w * v for (v, _), w in zip(values, weights)) / sum(weights)
-    z = math.sqrt(sum(((v - mean) / u) ** 2 for v, u in values) / (len(values) - 1))
-    return z, statistics.median(u for _, u in values) / statistics.stdev(v for v, _ in values), len(values)
+        number = int("".join(filter(str.isdigit, t.name)) or 0)
+        if not out or number != out[-1][0] + 1:
+            out.append([number, []])
+        out[-1][0] = number
+        out[-1][1].append(t)
+    return [group for _, group in out]
+
+
+def scatter_of(groups, symbol):
+    """Of the trials that call a parameter identified: scatter about the weighted mean of their group in their own u, median u over the scatter,
+    and the number of trials."""
+    squares, deviations, freedom, all_u = 0.0, 0.0, 0, []
+    for trials in groups:
+        values = []
+        for t in trials:
+            e = t.estimates().get(symbol)
+            if t.code == 0 and e and e["mark"] not in NOT_IDENTIFIED:
+                values.append((e["value"], max(e["u"], e["u_robust"] or 0.0)))
+        values = [(v, u) for v, u in values if u > 0.0]
+        if len(values) < 2:
+            continue
+        weights = [1.0 / (u * u) for _, u in values]
+        mean = sum(w * v for (v, _), w in zip(values, weights)) / sum(weights)
+        squares += sum(((v - mean) / u) ** 2 for v, u in values)
+        deviations += (len(values) - 1) * statistics.variance(v for v, _ in values)
+        freedom += len(values) - 1
+        all_u += [u for _, u in values]
+    if freedom < 2 or deviations == 0.0:
+        return math.nan, math.nan, len(all_u)
+    return math.sqrt(squares / freedom), statistics.median(all_u) / math.sqrt(deviations / freedom), len(all_u)
 
 
 def farthest(trials, group, symbol):
@@ -130,9 +150,11 @@ def summary(dataset, trials, group):
     symbols = []
     for t in ended:
         symbols += [s for s in t.estimates() if s not in symbols]
-    found = {s: scatter_of(ended, s) for s in symbols}
+    found = {s: scatter_of([ended], s) for s in symbols}
     print("  rms z between trials, u over scatter (number): " +
           ", ".join(f"{s} {z:.2f}, {r:.2f} ({n})" for s, (z, r, n) in found.items() if n >= 3), flush=True)
+    within = {s: scatter_of(sessions(ended), s) for s in symbols}
+    print("  rms z between flights of one session: " + ", ".join(f"{s} {z:.2f} ({n})" for s, (z, _, n) in within.items() if n >= 10), flush=True)
     z_text = ", ".join(f"{s} {found[s][0]:.2f}" for s in ("I_xx", "I_yy", "c_q") if s in found and found[s][2] >= 3) or "–"
     outside = [f"{s} {z:.2f}" for s, (z, _, n) in found.items() if n >= 15 and not 0.55 <= z <= 1.5]
     wide = [f"{s} {r:.2f}" for s, (_, r, n) in found.items() if n >= 15 and r > 1.5]
