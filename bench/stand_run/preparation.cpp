@@ -80,6 +80,11 @@ std::string run_toml(const modbus::StandSetup& s, const RunFacts& f, const Sessi
     if (std::isfinite(humidity)) out += fmt::format("humidity = {}\n", number_text(std::clamp(0.01 * humidity, 0.0, 1.0)));
   }
   if (f.airspeed_m_s != 0.0) out += fmt::format("[wind]\nairspeed_m_s = {}\n", number_text(f.airspeed_m_s));
+  if (const auto& w = f.winding) {
+    out += fmt::format("[winding]\nphase_ohm = {}\nwinding_ohm = {}\ninductance_d_H = {}\ninductance_q_H = {}\nu_resistance = {}\nu_inductance = {}\n", number_text(w->phase_ohm), number_text(w->winding_ohm),
+                       number_text(w->inductance_d_H), number_text(w->inductance_q_H), number_text(kWindingU), number_text(kWindingU));
+    if (std::isfinite(w->degC)) out += fmt::format("temperature_degC = {}\n", number_text(w->degC));
+  }
   out += "[uncertainty]\n";
   for (const auto& [key, u] : s.uncertainty) out += fmt::format("{} = {}\n", key, number_text(u));
   out += fmt::format("[calibration]\ndate = \"{}\"\nexpires = \"{}\"\nstand_sha256 = \"{}\"\n", s.calibrated_on, s.expires_on, f.stand_sha256);

@@ -1,6 +1,7 @@
 // Before a motor turns: the ESC on its bus, with everything that it is set to, and what a run writes about itself.
 #pragma once
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,11 +26,22 @@ struct EscFacts {
 // node sends commands, or when its pole pairs are not those of the stand file.
 EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const modbus::StandSetup& setup, int esc_index, double listen_s);
 
+// What the ESC measured of its motor at rest (esc_commissioning.hpp).
+struct WindingFacts {
+  double phase_ohm = 0.0;    // one phase with its switches: what the current meets
+  double winding_ohm = 0.0;  // less what the ESC knows of its switches: what a motor file holds
+  double inductance_d_H = 0.0, inductance_q_H = 0.0;
+  double degC = std::numeric_limits<double>::quiet_NaN();  // of the ESC, and of a motor that has not turned; not-a-number without a thermistor
+};
+// Relative standard uncertainties: a third of the limits that the commissioning is held to (docs/acceptance/esc_commissioning.md), 5 %.
+inline constexpr double kWindingU = 0.017;
+
 struct RunFacts {
   std::string started_utc, version;
   bool simulated = false;
   std::string sequence;
   EscFacts esc;
+  std::optional<WindingFacts> winding;
   std::string stand_sha256;
   std::optional<double> density_kg_m3;  // given by a person; else of the instruments
   double airspeed_m_s = 0.0;            // along the axis, of a wind tunnel: > 0 as in climb

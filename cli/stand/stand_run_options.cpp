@@ -14,6 +14,7 @@
 #include "bench/log/column_table.hpp"
 #include "bench/log/log_reader.hpp"
 #include "bench/stand/compare/paired_steps.hpp"
+#include "bench/stand_run/esc_commissioning.hpp"
 #include "bench/stand_run/prediction.hpp"
 #include "cli/shipped_files.hpp"
 #include "cli/stand/run_page.hpp"
@@ -75,6 +76,8 @@ void add_sequence_options(CLI::App& c, StandRunOptions& o) {
   c.add_option("--density", o.density_kg_m3, "of the air, kg/m³, where no instrument measures it")->check(CLI::Range(0.5, 1.6));
   c.add_option("--airspeed", o.airspeed_m_s, "of a wind tunnel along the axis, m/s, above 0 as in climb: goes into the run for c_q(J)")->check(CLI::Range(-100.0, 100.0));
   c.add_option("--index", o.session.esc_index, "esc_index of the motor, from 0")->check(CLI::Range(0, 15))->capture_default_str();
+  c.add_flag_function("--commission,!--no-commission", [&o](std::int64_t times) { o.commission = times > 0; },
+                      "before the run a rotorloop ESC measures R and L of the motor at rest, 5 s with up to the motor's current; default: in virtual time alone");
   c.add_flag("--json", o.json, "one JSON document at the end on stdout");
   c.add_flag("--jsonl", o.jsonl, "a JSON line for each step on stdout");
   c.add_flag("-q,--quiet", o.quiet, "no progress on stderr");
@@ -136,6 +139,14 @@ void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& 
   if (error) throw Error({(folder / "inputs" / "stand.toml").generic_string(), "cannot be written: " + error.message(), "", ""}, ExitCode::device);
 }
 
+std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& o, tools::ToolNode& tool, const tools::EscTable& table, const stand_run::EscFacts& esc) {
+  if (!o.quiet) fmt::print(stderr, "the ESC measures resistance and inductance of the motor at rest …\n");
+  const auto w = stand_run::measure_winding(tool, table, esc, o.session.esc_index);
+  if (w && !o.quiet)
+    fmt::print(stderr, "R {:.1f} mΩ, with switches {:.1f} mΩ; L_d {:.1f} µH, L_q {:.1f} µH\n", 1e3 * w->winding_ohm, 1e3 * w->phase_ohm, 1e6 * w->inductance_d_H, 1e6 * w->inductance_q_H);
+  return w;
+}
+
 int tell_end(const StandRunOptions& o, const stand_run::Session& session) {
   std::size_t unsettled = 0;
   for (const auto& s : session.steps()) unsettled += !s.settled;
@@ -177,6 +188,7 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
   if (v.wind_m_s != 0.0) o.airspeed_m_s = v.wind_m_s;
   stand_run::RunFacts facts = run_facts(o, setup, plan, stand_run::find_esc(tool, table, setup, o.session.esc_index, 2.0));
   facts.simulated = true;
+  if (o.commission.value_or(true)) facts.winding = measured_winding(o, tool, table, facts.esc);
   stand_run::RunFiles files(o.out);
   o.session.esc_pole_pairs = facts.esc.pole_pairs, o.session.duty_node = facts.esc.duty_node();
   o.session.configured = [&stand](char configuration) {

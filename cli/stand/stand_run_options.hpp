@@ -25,6 +25,7 @@ struct StandRunOptions {
   stand_run::SequenceOptions sequence;
   std::filesystem::path replay;
   stand_run::SessionOptions session;
+  std::optional<bool> commission;  // the ESC measures R and L at rest before the run; not said: in virtual time alone
   std::optional<double> density_kg_m3;
   double airspeed_m_s = 0.0;
   bool json = false, jsonl = false, quiet = false, live = false;
@@ -63,6 +64,8 @@ class RunTelling {
 int run_virtually(StandRunOptions& options, const VirtualRunOptions& virtual_options, const modbus::StandSetup& setup, const stand_run::Plan& plan);
 
 stand_run::RunFacts run_facts(const StandRunOptions& options, const modbus::StandSetup& setup, const stand_run::Plan& plan, stand_run::EscFacts esc);
+// What the ESC measures of its motor at rest, told on stderr; nothing when the tool was stopped meanwhile.
+std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& options, tools::ToolNode& tool, const tools::EscTable& table, const stand_run::EscFacts& esc);
 // run.toml, the stand file and the ESC's parameters.
 void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts, const stand_run::Session& session);
 // Says how it ended; 0, 4 tripped, 5 steps that did not settle.

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "bench/hil/run_folder.hpp"
-#include "bench/stand_run/preparation.hpp"
+#include "bench/stand_run/esc_commissioning.hpp"
 #include "bench/virtual_stand/virtual_stand.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
@@ -59,6 +59,7 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   tools::EscTable table(tool);
   stand_run::RunFacts facts;
   facts.esc = stand_run::find_esc(tool, table, setup, 0, 2.0);
+  facts.winding = stand_run::measure_winding(tool, table, facts.esc, 0);
   stand_run::SequenceOptions sequence;
   sequence.low_rad_s = kLow_rpm * kRad_s_per_rpm, sequence.high_rad_s = kHigh_rpm * kRad_s_per_rpm;
   {

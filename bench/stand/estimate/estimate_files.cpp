@@ -54,10 +54,16 @@ const Line& first(const Line& measured_line, const Line& base, const char* name,
 std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& o, const std::string& written_by) {
   const Base base = read_base(o.base);
   std::vector<std::string> missing;
-  Line resistance, flux, friction, inertia;
+  Line resistance, flux, friction, inertia, inductance_d, inductance_q;
   if (e.motor) {
     const double at = e.motor->winding_degC;
-    resistance = measured(e.motor->resistance_ohm, "ohm", at == at ? fmt::format(", winding at {:.0f} degC", at) : ", at the run's temperature");
+    const std::string warm = at == at ? fmt::format(", winding at {:.0f} degC", at) : ", at the run's temperature";
+    resistance = measured(e.motor->resistance_ohm, "ohm", ", with the ESC's switches" + warm);
+    if (const auto& w = e.motor->winding) {
+      resistance = measured(MotorValue{w->winding_ohm, w->u_resistance * w->phase_ohm}, "ohm", ", by the ESC at rest" + warm);
+      inductance_d = measured(MotorValue{w->inductance_d_H, w->u_inductance * w->inductance_d_H}, "H", " of each, by the ESC at rest");
+      inductance_q = {w->inductance_q_H, ""};
+    }
     flux = measured(e.motor->flux_linkage_Wb, "Wb", fmt::format("; K_v = {:.0f} rpm/V", e.motor->speed_constant_rpm_V.value));
     friction = measured(e.motor->friction_N_m, "N m");
   }
@@ -73,7 +79,8 @@ std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& o, c
   const Line& lambda = first(flux, base.flux, "flux_linkage_Wb (needs duty, voltage, current and pole_pairs)", missing);
   const Line& J = first(inertia, base.inertia, "inertia_kg_m2 (needs steps of speed with torque, and --propeller-inertia)", missing);
   const Line& F = first(friction, base.friction, "static_friction_N_m (needs torque beside the electrical channels)", missing);
-  const Line &d = first({}, base.inductance_d, "inductance_H", missing), &q = base.inductance_q;
+  const Line& d = first(inductance_d, base.inductance_d, "inductance_H", missing);
+  const Line& q = inductance_q.value == inductance_q.value ? inductance_q : base.inductance_q;
   const Line& cogging = first({}, base.cogging, "cogging_N_m", missing);
   if (!missing.empty())
     throw Error({"-o", fmt::format("the run does not show {}", fmt::join(missing, ", ")), "a motor file holds more than one run on a stand can say",

@@ -18,9 +18,8 @@ constexpr double kSettled = 1e-9;        // relative change of c that ends the s
 constexpr double kCauchy = 2.385;        // 95 % efficiency for normal errors (Rey 1983)
 constexpr double kSteepest = 2.0;        // exponents beyond ω^0 … ω^4 are no rotor's
 // Standard deviations of exponent, curvature and its change between propellers: root mean squares of C_T and C_P over rotor speed in the static
-// tables of six propellers of 4 to 28 inches (UIUC vol. 1 to 3, pyBEMT's T-Motor 28) are 0.10, 0.09 and 0.09; the first two widened by a half for
-// stands and speeds that those have not.
-constexpr double kPriorExponent = 0.15, kPriorCurvature = 0.13, kPriorThird = 0.09;
+// tables of six propellers of 4 to 28 inches (UIUC vol. 1 to 3, pyBEMT's T-Motor 28).
+constexpr double kPriorExponent = 0.10, kPriorCurvature = 0.09, kPriorThird = 0.09;
 constexpr std::uint64_t kDrawsModule = 0x64726177;  // "draw"
 
 struct Work {

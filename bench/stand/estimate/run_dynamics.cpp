@@ -71,41 +71,76 @@ std::optional<TimeConstant> pooled(const std::vector<TimeConstant>& all) {
   return out;
 }
 
-// Q - Q_static = Σ_k J_k dω/dt (k intervals later) + rest, interval by interval: torque by the mean of its ends, as speed by their difference. An
-// indicator's filter, readings between samples and clocks that differ smear the torque over neighbouring intervals; the inertia is the sum of
-// the J_k, whatever their shape. One coefficient alone would lose what the smear takes: 29 % behind a filter of 4 ms and readings at 100 Hz
-// where the speed changes within two of them. The constant takes up what the static fit left.
+// Q = Σ_k h_k (J dω/dt + Q_static) (k intervals earlier) + constant, interval by interval: torque by the mean of its ends, as speed by their difference. An
+// indicator's filter, readings between samples and clocks that differ smear the torque over neighbouring intervals by h; Σ h_k = 1, whatever its shape.
+// One coefficient alone would lose what the smear takes: 29 % behind a filter of 4 ms and readings at 100 Hz where the speed changes within two of
+// them. The static torque goes through the same smear: 2 ms of it are 1 % of J. The constant takes up what the static fit left.
 constexpr int kSmearBefore = 2, kSmearAfter = 4;  // intervals
-void fit_inertia(RunDynamics& out, const SampleSeries& s, const std::vector<Transition>& all, double c_q, double exponent, double centre, double offset) {
-  std::vector<double> y;
-  std::vector<std::array<double, kSmearBefore + kSmearAfter + 1>> slopes;
-  std::vector<int> block;
-  const auto rest = [&](std::size_t i) {
-    const double w = s.omega_rad_s[i];
-    return s.torque_N_m[i] - offset - c_q * w * w * std::pow(w / centre, exponent - 2.0);
-  };
-  const auto slope = [&](std::size_t i) { return (s.omega_rad_s[i] - s.omega_rad_s[i - 1]) / (s.t_s[i] - s.t_s[i - 1]); };
+constexpr int kTaps = kSmearBefore + kSmearAfter + 1;
+using Smear = std::array<double, kTaps>;
+
+struct InertiaRow {
+  double torque_N_m = 0.0;
+  Smear slope_rad_s2{}, static_N_m{};  // by k
+  int block = 0;
+};
+
+std::vector<InertiaRow> inertia_rows(const SampleSeries& s, const std::vector<Transition>& all, const std::vector<double>& static_N_m, double offset) {
+  std::vector<InertiaRow> out;
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t i = std::max<std::size_t>(1 + kSmearAfter, all[k].from); i < all[k].to && i + kSmearBefore < s.t_s.size(); ++i) {
       if (!(s.omega_rad_s[i - 1] > 0.0) || !(s.omega_rad_s[i] > 0.0)) continue;
-      std::array<double, kSmearBefore + kSmearAfter + 1> row{};
-      for (int lag = -kSmearBefore; lag <= kSmearAfter; ++lag) row[static_cast<std::size_t>(lag + kSmearBefore)] = slope(static_cast<std::size_t>(static_cast<int>(i) - lag));
-      const double value = 0.5 * (rest(i) + rest(i - 1));
-      if (!std::isfinite(value) || !std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); })) continue;
-      y.push_back(value), slopes.push_back(row), block.push_back(static_cast<int>(k));
+      InertiaRow row;
+      row.torque_N_m = 0.5 * (s.torque_N_m[i] + s.torque_N_m[i - 1]) - offset, row.block = static_cast<int>(k);
+      bool whole = std::isfinite(row.torque_N_m);
+      for (int lag = -kSmearBefore; lag <= kSmearAfter; ++lag) {
+        const auto j = static_cast<std::size_t>(static_cast<int>(i) - lag), tap = static_cast<std::size_t>(lag + kSmearBefore);
+        row.slope_rad_s2[tap] = (s.omega_rad_s[j] - s.omega_rad_s[j - 1]) / (s.t_s[j] - s.t_s[j - 1]);
+        row.static_N_m[tap] = 0.5 * (static_N_m[j] + static_N_m[j - 1]);
+        whole = whole && std::isfinite(row.slope_rad_s2[tap]) && std::isfinite(row.static_N_m[tap]);
+      }
+      if (whole) out.push_back(row);
     }
-  if (y.size() < 30 || all.size() < 2) return;
-  const auto n = static_cast<Eigen::Index>(y.size());
-  constexpr Eigen::Index kTaps = kSmearBefore + kSmearAfter + 1;
+  return out;
+}
+
+// J and its u for a given smear of the static torque; `smear` becomes the one that J shows.
+BlockFit fit_inertia_once(const std::vector<InertiaRow>& rows, Smear& smear) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
   // With differences from the first, its coefficient is the sum of all.
   Eigen::MatrixXd X(n, kTaps + 1);
+  Eigen::VectorXd y(n);
+  std::vector<int> block;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto& row = slopes[static_cast<std::size_t>(i)];
-    X(i, 0) = row[kSmearBefore], X(i, kTaps) = 1.0;
-    for (Eigen::Index k = 1; k < kTaps; ++k) X(i, k) = row[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] - row[kSmearBefore];
+    const InertiaRow& row = rows[static_cast<std::size_t>(i)];
+    y(i) = row.torque_N_m;
+    for (std::size_t k = 0; k < kTaps; ++k) y(i) -= smear[k] * row.static_N_m[k];
+    X(i, 0) = row.slope_rad_s2[kSmearBefore], X(i, kTaps) = 1.0;
+    for (Eigen::Index k = 1; k < kTaps; ++k) X(i, k) = row.slope_rad_s2[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] - row.slope_rad_s2[kSmearBefore];
+    block.push_back(row.block);
   }
-  const BlockFit f = fit_in_blocks(X, Eigen::Map<Eigen::VectorXd>(y.data(), n), block);
-  out.inertia_kg_m2 = f.c(0), out.inertia_u_kg_m2 = f.u(0);
+  const BlockFit f = fit_in_blocks(X, y, block);
+  double others = 0.0;
+  for (Eigen::Index k = 1; k < kTaps; ++k) {
+    smear[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] = f.c(k) / f.c(0);
+    others += f.c(k) / f.c(0);
+  }
+  smear[kSmearBefore] = 1.0 - others;
+  return f;
+}
+
+void fit_inertia(RunDynamics& out, const SampleSeries& s, const std::vector<Transition>& all, double c_q, double exponent, double centre, double offset) {
+  constexpr int kRounds = 4;  // each changes J by a hundredth of the one before
+  std::vector<double> static_N_m;
+  for (const double w : s.omega_rad_s) static_N_m.push_back(c_q * w * w * std::pow(w / centre, exponent - 2.0));
+  const std::vector<InertiaRow> rows = inertia_rows(s, all, static_N_m, offset);
+  if (rows.size() < 30 || all.size() < 2) return;
+  Smear smear{};
+  smear[kSmearBefore] = 1.0;
+  for (int round = 0; round < kRounds; ++round) {
+    const BlockFit f = fit_inertia_once(rows, smear);
+    out.inertia_kg_m2 = f.c(0), out.inertia_u_kg_m2 = f.u(0);
+  }
 }
 
 using Complex = std::complex<double>;

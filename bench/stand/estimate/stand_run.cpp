@@ -145,6 +145,12 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
     const double airspeed_m_s = wind->number("airspeed_m_s", {-100.0, 100.0, "m/s"});
     for (StandPoint& p : record.points) p.airspeed_m_s = airspeed_m_s;
   }
+  if (const auto w = root.optional_table("winding")) {
+    constexpr Range kOhm{0.001, 10.0, "ohm"}, kHenry{5e-8, 1e-2, "H"}, kShare{0.0, 0.5, "1"};
+    run.facts.winding = MeasuredWinding{w->number("phase_ohm", kOhm),    w->number("winding_ohm", {0.0005, 10.0, "ohm"}), w->number("inductance_d_H", kHenry), w->number("inductance_q_H", kHenry),
+                                        w->number("u_resistance", kShare), w->number("u_inductance", kShare)};
+    if (w->has("temperature_degC")) run.facts.winding->degC = w->number("temperature_degC", {-60.0, 200.0, "degC"});
+  }
   if (const auto u = root.optional_table("uncertainty")) run.known = read_stand_uncertainty(*u, "run");
 }
 

@@ -23,12 +23,21 @@ struct StandStep {
   int block = 0;      // neighbours of one block err together; a bootstrap draws blocks
 };
 
+// What the ESC measured of its motor at rest before the run.
+struct MeasuredWinding {
+  double phase_ohm = 0.0, winding_ohm = 0.0;  // with the ESC's switches, and without
+  double inductance_d_H = 0.0, inductance_q_H = 0.0;
+  double u_resistance = 0.0, u_inductance = 0.0;  // relative
+  double degC = kNotMeasured;
+};
+
 // What stands beside the samples.
 struct RunFacts {
   std::string motor, propeller, mount;  // serial numbers or names; mount: counts remounts
   double diameter_m = kNotMeasured;
   double air_density_kg_m3 = kNotMeasured;
   int pole_pairs = 0;  // 0: not known
+  std::optional<MeasuredWinding> winding;
   bool duty_along = false;  // duty is of the voltage along the torque axis, not of its amplitude
 };
 

@@ -34,7 +34,13 @@ Json motor_json(const StandEstimate& e) {
   if (e.motor) {
     j["speed_constant"] = to_json(e.motor->speed_constant_rpm_V, "RPM/V");
     j["resistance"] = to_json(e.motor->resistance_ohm, "ohm");
+    j["resistance_from"] = e.motor->winding ? "ESC at rest" : "run";
     j["winding_degC"] = number(e.motor->winding_degC);
+    if (const auto& w = e.motor->winding) {
+      j["winding_resistance"] = to_json(MotorValue{w->winding_ohm, w->u_resistance * w->phase_ohm}, "ohm");
+      j["inductance_d"] = to_json(MotorValue{w->inductance_d_H, w->u_inductance * w->inductance_d_H}, "H");
+      j["inductance_q"] = to_json(MotorValue{w->inductance_q_H, w->u_inductance * w->inductance_q_H}, "H");
+    }
     if (e.motor->flux_linkage_Wb) j["flux_linkage"] = to_json(*e.motor->flux_linkage_Wb, "Wb");
     if (e.motor->no_load_current_A) j["no_load_current"] = to_json(*e.motor->no_load_current_A, "A");
     if (e.motor->friction_N_m) j["friction"] = to_json(*e.motor->friction_N_m, "N m");

@@ -89,7 +89,14 @@ render::Table motor_table(const StandEstimate& e) {
   if (e.motor) {
     const MotorConstants& m = *e.motor;
     add("K_v", m.speed_constant_rpm_V, "RPM/V", "no-load speed per volt of line-to-line EMF amplitude");
-    add("R", m.resistance_ohm, "Ω", fmt::format("one phase with the switches{}", m.winding_degC == m.winding_degC ? fmt::format(", at {:.0f} °C", m.winding_degC) : ", at the run's temperature, which is not recorded"));
+    const std::string at = m.winding_degC == m.winding_degC ? fmt::format("at {:.0f} °C", m.winding_degC) : "at a temperature that is not recorded";
+    add("R", m.resistance_ohm, "Ω", fmt::format("one phase with the switches, {}, {}", m.winding ? "measured by the ESC at rest" : "of the run's power", at));
+    if (m.winding) {
+      const MeasuredWinding& w = *m.winding;
+      add("R of the winding", {w.winding_ohm, w.u_resistance * w.phase_ohm}, "Ω", "less the switches");
+      add("L_d", {w.inductance_d_H, w.u_inductance * w.inductance_d_H}, "H", "one phase, at 0 A, by the ESC at rest");
+      add("L_q", {w.inductance_q_H, w.u_inductance * w.inductance_q_H}, "H", "the same across the magnet");
+    }
     if (m.flux_linkage_Wb) add("flux linkage", *m.flux_linkage_Wb, "Wb", "one phase, peak");
     if (m.no_load_current_A) add("I_0", *m.no_load_current_A, "A", "current amplitude without shaft torque");
     if (m.friction_N_m) add("friction", *m.friction_N_m, "N m", "I_0 as torque");

@@ -11,6 +11,7 @@
 
 #include "bench/stand/compare/thrust_comparison.hpp"
 #include "bench/stand/estimate/stand_estimate.hpp"
+#include "bench/stand_run/esc_commissioning.hpp"
 #include "bench/stand_run/live_values.hpp"
 #include "host/base/error.hpp"
 #include "test/unit/bench/stand_run/virtual_run.hpp"
@@ -128,19 +129,46 @@ TEST(StandSession, a_blade_that_loses_a_piece_shakes_the_mount_and_stops_the_run
   EXPECT_THAT(chipped.session.unwatched(), testing::Not(testing::Contains("vibration_m_s2")));
 }
 
-TEST(StandSession, motor_constants_come_from_the_voltage_that_the_ESC_says_K_v_within_2_percent_R_within_15) {
+TEST(StandSession, motor_constants_K_v_within_1_percent_R_within_5_by_what_the_ESC_measures_at_rest_and_R_beyond_5_without_it) {
   auto levels = three_levels();
-  levels.levels = 9, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
+  levels.levels = 12, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, levels, "motor");
-  run.stand.run(run.session, 120.0);
-  ASSERT_EQ(run.session.end(), RunEnd::done);
   stand_run::RunFacts facts;
   facts.esc = run.esc;
-  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
-  const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
-  ASSERT_TRUE(e.motor);
-  EXPECT_NEAR(e.motor->speed_constant_rpm_V.value / run.stand.rotor().speed_constant_rpm_V(), 1.0, 0.02);
-  EXPECT_NEAR(e.motor->resistance_ohm.value / run.stand.rotor().resistance_ohm(), 1.0, 0.15);
+  facts.winding = stand_run::measure_winding(run.tool, run.table, run.esc, 0);
+  ASSERT_TRUE(facts.winding);
+  run.stand.run(run.session, 120.0);
+  ASSERT_EQ(run.session.end(), RunEnd::done);
+  const auto estimate = [&] {
+    std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+    return stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
+  };
+  const auto with = estimate();
+  facts.winding.reset();
+  const auto without = estimate();
+  ASSERT_TRUE(with.motor && without.motor);
+  const auto& truth = run.stand.rotor();
+  EXPECT_NEAR(with.motor->speed_constant_rpm_V.value / truth.speed_constant_rpm_V(), 1.0, 0.01);
+  EXPECT_NEAR(with.motor->resistance_ohm.value / truth.resistance_ohm(), 1.0, 0.05);
+  EXPECT_GT(std::abs(without.motor->resistance_ohm.value / truth.resistance_ohm() - 1.0), 0.05);
+  EXPECT_GT(with.motor->speed_constant_rpm_V.u, without.motor->speed_constant_rpm_V.u) << "u of R is in it";
+}
+
+TEST(StandSession, a_commissioning_before_the_run_turns_nothing_measures_L_within_5_percent_and_leaves_the_ESC_its_own_parameters) {
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {"zero"}, three_levels(), "commissioned");
+  const auto before = tools::read_parameter(run.tool, run.esc.node, "resistance").value;
+  const double begun_s = run.stand.now_s();
+  const auto w = stand_run::measure_winding(run.tool, run.table, run.esc, 0);
+  ASSERT_TRUE(w);
+  EXPECT_LT(run.stand.now_s() - begun_s, 8.0);
+  EXPECT_NEAR(w->inductance_d_H, 15e-6, 0.05 * 15e-6);  // vehicles/motors/2306_2300kv.toml
+  EXPECT_NEAR(w->inductance_q_H, 18e-6, 0.05 * 18e-6);
+  EXPECT_NEAR(w->phase_ohm - w->winding_ohm, 4e-3, 1e-4);  // of the board's switches
+  EXPECT_LT(std::abs(run.stand.rotor().omega_rad_s()), 1.0);
+  EXPECT_TRUE(tools::same_value(tools::read_parameter(run.tool, run.esc.node, "resistance").value, before));
+  EXPECT_EQ(tools::waits_for_restart(run.tool, run.esc.node), "");
+  run.stand.run(run.session, 60.0);
+  EXPECT_EQ(run.session.end(), RunEnd::done);
 }
 
 // c_t of the reference plant as its flights were identified (docs/acceptance/identify_closed_loop.md): 1.803e-6 N s² with u of 0.0025e-6.
