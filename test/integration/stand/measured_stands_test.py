@@ -67,6 +67,25 @@ class MeasuredStands(CommandTest):
                 self.assertLess(abs(away), 0.01, f"{name} {key}")
         print(f"[ measured ] {len(files)} files, {estimated} coefficients with a budget, {len(PUBLISHED)} published files, farthest {100 * worst:.2f} %")
 
+    def test_stand_of_two_crazyflies_against_their_identified_flights_as_published_and_not_decided(self):
+        data = pathlib.Path(DATA)
+        for vehicle, flights, stand, stand_c_t, flight_c_t in (
+            ("imrc_cf21bl_bare", ("eckart00", "eckart06", "eckart12", "eckart17"), "cf21bl_guards__feb25_2026_0.csv", 3.81e-8, 3.71e-8),
+            ("imrc_cf21_brushed", ("jana00", "jana02", "jana03", "jana06"), "cf21_eckart1__data.csv", 2.02e-8, 1.99e-8),
+        ):
+            files = SOURCE / "vehicles/measured"
+            words = [word for f in flights for word in ("--flight", data / f"flights/{vehicle}/{f}.csv")]
+            done = self.run_command("identify", *words, "-m", files / f"{vehicle}.mapping.toml", "--vehicle", files / f"{vehicle}.toml", "--use", "gyro,accel", "--rate", "100", "-q", "-o", f"{vehicle}.toml", timeout_s=600)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            done = self.run_command("stand", "compare", data / "thrust_stand/imrc_crazyflie" / stand, "-m", files / "stands/imrc_crazyflie.mapping.toml", "--vehicle", f"{vehicle}.toml", "--density", "1.2", "--rotors-on-stand", "4", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            found = json.loads(done.stdout)
+            on_stand, in_flight = found["values"]
+            print(f"[ measured ] {vehicle}: stand {on_stand['c_t_N_s2']:.4g}, flight {in_flight['c_t_N_s2']:.4g} N s^2: {found['verdict']}")
+            self.assertLess(abs(on_stand["c_t_N_s2"] / stand_c_t - 1.0), 0.01)
+            self.assertLess(abs(in_flight["c_t_N_s2"] / flight_c_t - 1.0), 0.01)
+            self.assertEqual(found["pairs"][0]["verdict"], "cannot_tell")
+
 
 del CommandTest
 
