@@ -73,8 +73,10 @@ struct MotorConfig {
   StopConfig stop{};
   HoldConfig hold{};
   bool compensate_delay = true;  // false only to show what it prevents
-  float rad_s2_A = 0.0f;         // electrical acceleration per torque current …
-  float load_e_1_rad = 0.0f;     // … and lost to the propeller, per electrical speed²
+  // Of the torque current while an estimate is young: during the hand-over, and until the resistance has been measured at rest.
+  float hand_over_share = 0.5f, unmeasured_share = 0.7f;
+  float rad_s2_A = 0.0f;      // electrical acceleration per torque current …
+  float load_e_1_rad = 0.0f;  // … and lost to the propeller, per electrical speed²
   float over_resistance = 0.0f;
   float weaken_A_per_V = 0.6f;  // field weakening integral, per supervision tick
   float weaken_most_A = 0.0f;
@@ -194,6 +196,8 @@ inline void configure_start(const Parameters& p, const MotorScale& m, float resi
   s.hand_over_rad_s = hand_over_e * c.over_pole_pairs;
   s.give_up_rad_s = 1.67f * s.hand_over_rad_s;
   s.catch_speed_rad_s = 1.6f * s.hand_over_rad_s;
+  s.backward_speed_rad_s = 4.0f * s.hand_over_rad_s;
+  s.lead_e_s = 0.004f * c.pole_pairs;
   s.swing_V = 0.4f * hand_over_e * p.flux_linkage_Wb;
   s.catch_filter = clamp(400.0f * s.tick_s, 0.02f, 0.5f);
   s.catch_s = clamp(13.0f / hand_over_e, 0.015f, 0.1f);
@@ -213,9 +217,9 @@ inline void configure_start(const Parameters& p, const MotorScale& m, float resi
   // Faster than the swing, and the damping current's own inductive voltage would feed the damper.
   c.across_filter = clamp(2.23f * m.swing_rad_s * c.period_s, 1e-3f, 0.2f);
   s.hand_over_s = clamp(1.8f * over_swing_s, 0.005f, 0.05f);
-  // Two of the shorted motor's time constants.
+  // Four of the shorted motor's time constants at most: a rotor that is still fast meets no alignment.
   const float shorted_s = p.inertia_kg_m2 * resistance_ohm / (m.torque_constant_N_m_A * p.flux_linkage_Wb * c.pole_pairs);
-  s.short_brake_s = clamp(2.1f * shorted_s, 0.02f, 1.0f);
+  s.short_brake_s = clamp(4.0f * shorted_s, 0.02f, 1.0f);
   s.rest_A = 0.1f * m.start_A > 2.0f * offset_A ? 0.1f * m.start_A : 2.0f * offset_A;
   s.short_catch_speed_rad_s = 1.1f * s.hand_over_rad_s;
 }

@@ -210,7 +210,7 @@ class Motor : public MotorBase {
     const bool was_shorted = v_.start.shorted;
     const StartStep s = step(config_.start, v_.start,
                              {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V - v_.resistance_ohm * v_.measured_A.q,
-                              frame_speed_rad_s(), v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
+                              frame_speed_rad_s(), v_.observer.angle, v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
     if (s.shorted && !was_shorted) v_.observer = {};
     if (v_.start.phase == MotorState::align && v_.state != MotorState::align) v_.dead_share = config_.dead_time.align_share;
     v_.state = v_.start.phase;

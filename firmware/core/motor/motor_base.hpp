@@ -137,6 +137,7 @@ class MotorBase {
       return;
     }
     v_.resistance_ohm = s.resistance_ohm;
+    v_.resistance_measured = true;
     remember_cold(config_.health, v_.health, s.resistance_ohm, v_.temperature_K);
     const float share = kDeadTimeTrust * (v_.dead_share + s.lost_V / (v_.bus_V + 2.0f * config_.modulator.diode_drop_V));
     v_.dead_share = v_.known_dead_share = clamp(share, config_.dead_time.least_share, config_.dead_time.most_share);
@@ -182,7 +183,12 @@ class MotorBase {
     const float temperature_K = v_.protection.thermistor_lost && v_.temperature_K < unknown_K ? unknown_K : v_.temperature_K;
     // What tripped once trips again in the same way: less current until a second without a fault has passed.
     const std::uint16_t faults = v_.protection.restarts;
-    const float share = faults == 0 ? 1.0f : faults == 1 ? 0.75f : 0.5f;
+    const float by_fault = faults == 0 ? 1.0f : faults == 1 ? 0.75f : 0.5f;
+    // A young estimate is lost in the swing to a full current.
+    const float by_age = v_.state == MotorState::handover ? config_.hand_over_share
+                         : v_.resistance_measured         ? 1.0f
+                                                          : config_.unmeasured_share;
+    const float share = by_fault < by_age ? by_fault : by_age;
     v_.range = current_range(c, {speed_rad_s(), v_.bus_V, temperature_K, v_.wanted_A.d, share});
     estimate_winding(config_.health, v_.health, v_.resistance_ohm);
   }

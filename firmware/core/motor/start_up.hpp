@@ -15,7 +15,10 @@ struct StartConfig {
   float current_A = 12.0f;
   float catch_s = 0.015f;
   float catch_speed_rad_s = 200.0f;  // mechanical, 0.5 V of back-EMF: slower rotors are started afresh, as the dead time hides them
-  float swing_V = 0.12f;             // of back-EMF that is left when the rotor may be taken for being at rest: a third of the hand-over's
+  // Against the direction asked for: slower rotors brake themselves through shorted windings, which needs no estimate.
+  float backward_speed_rad_s = 504.0f;
+  float lead_e_s = 0.028f;  // pole pairs and 4 ms: how far a rotor nearly at rest turns until the current holds it
+  float swing_V = 0.12f;    // of back-EMF that is left when the rotor may be taken for being at rest: a third of the hand-over's
   std::uint32_t align_rounds = 2;
   float catch_filter = 0.1f, catch_steady = 0.5f, catch_steady_s = 0.007f;  // within half of the mean of 2.5 ms for 7 ms
   float align_first_s = 0.050f, align_second_s = 0.080f;
@@ -41,7 +44,7 @@ struct StartConfig {
   float short_brake_s = 0.150f;        // at most: two to three times the shorted motor's time constant
   // With the windings shorted no leg switches, so no dead time hides what the rotor induces.
   float rest_A = 1.2f, rest_s = 0.003f;    // a rotor that induces less may be taken for being at rest
-  float short_catch_speed_rad_s = 140.0f;  // mechanical, in the direction asked for; against it catch_speed_rad_s
+  float short_catch_speed_rad_s = 140.0f;  // mechanical, in the direction asked for
 };
 
 struct StartState {
@@ -58,6 +61,8 @@ struct StartState {
   std::uint32_t rounds = 0;
   bool shorted = false;  // second part of the catching
   float induced_A = 0.0f, rest_s = 0.0f;
+  Angle axis{};        // that the rotor is held at …
+  bool found = false;  // … because it was seen there
 };
 
 struct StartInputs {
@@ -65,6 +70,7 @@ struct StartInputs {
   float lost_along = 4.0f / 3.0f;        // voltage lost along it per voltage lost by a phase
   float across_V = 0.0f;                 // voltage across the current vector, resistive part taken off
   float observed_rad_s = 0.0f;
+  Angle observed{};
   float lock = 0.0f;
   float flux_ratio = 0.0f;
   float current_A = 0.0f;  // length of the current vector
@@ -111,7 +117,8 @@ constexpr void solve_alignment(const StartConfig& c, const StartState& s, StartS
 constexpr bool look_for_rotation(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
   s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
   const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < c.catch_steady * magnitude(s.speed_rad_s);
-  const bool turns = trustworthy(c, in) && steady && magnitude(s.speed_rad_s) > c.catch_speed_rad_s;
+  const bool turns = trustworthy(c, in) && steady &&
+                     magnitude(s.speed_rad_s) > (s.speed_rad_s * s.direction > 0.0f ? c.catch_speed_rad_s : c.backward_speed_rad_s);
   s.steady_s = turns ? s.steady_s + c.tick_s : 0.0f;
   if (s.in_phase_s < c.catch_s) return true;
   out.caught = s.steady_s >= c.catch_steady_s;
@@ -126,13 +133,26 @@ constexpr bool brake_and_look(const StartConfig& c, StartState& s, const StartIn
   s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
   s.induced_A += c.catch_filter * (in.current_A - s.induced_A);
   const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < 0.5f * c.catch_steady * magnitude(s.speed_rad_s);
-  const float least_rad_s = s.speed_rad_s * s.direction > 0.0f ? c.short_catch_speed_rad_s : c.catch_speed_rad_s;
-  const bool turns = trustworthy(c, in) && steady && s.induced_A > c.rest_A && magnitude(s.speed_rad_s) > least_rad_s;
+  const bool turns = trustworthy(c, in) && steady && s.induced_A > c.rest_A && s.speed_rad_s * s.direction > c.short_catch_speed_rad_s;
   s.steady_s = turns ? s.steady_s + c.tick_s : 0.0f;
   out.caught = s.steady_s >= c.catch_steady_s;
   const bool rests = s.in_phase_s > c.rest_s && s.induced_A < c.rest_A;
   s.rest_s = rests ? s.rest_s + c.tick_s : 0.0f;
   return out.caught || (s.rest_s < c.rest_s && s.in_phase_s < c.short_brake_s);
+}
+
+// Of the six directions in which a phase carries the whole current.
+constexpr Angle nearest_axis(Angle a) {
+  const std::uint32_t k = static_cast<std::uint32_t>((std::uint64_t{a.raw} * 6u + 0x8000'0000u) >> 32);
+  return {k * 715'827'883u};
+}
+
+// A rotor whose last turning was seen needs no sweep, nor a second hold: it is held where it is.
+constexpr void begin_align(const StartConfig& c, StartState& s, const StartInputs& in) {
+  const bool found = trustworthy(c, in) && s.induced_A > 0.5f * c.rest_A;
+  s = {MotorState::align, found ? c.align_first_s : 0.0f, 0.0f, s.direction, 0.0f};
+  s.found = found;
+  if (found) s.axis = nearest_axis(in.observed + Angle::from_rad(in.observed_rad_s * c.lead_e_s));
 }
 
 constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
@@ -141,14 +161,14 @@ constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in,
   out.own_frame = out.set_frame = true;
   // A vector that moves leaves the dead point opposite to it behind; one that stands still can hold a rotor there by friction.
   const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
-  out.frame = Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
+  out.frame = s.axis + Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
   out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
   if (low && measuring(c, s)) s.low_V += in.along_V, s.low_A += in.along_A, s.low_lost += in.lost_along, s.low_count += 1.0f;
   if (!low && !first && measuring(c, s)) s.high_V += in.along_V, s.high_A += in.along_A, s.high_lost += in.lost_along, s.high_count += 1.0f;
   // Across the vector only what still swings induces a voltage; a rotor that turned before needs another round to come to rest.
   s.swing_V += c.catch_filter * (magnitude(in.across_V - s.across_slow_V) - s.swing_V);
   if (second_s < c.align_second_s) return;
-  if (s.swing_V > c.swing_V && s.rounds < c.align_rounds) {
+  if (s.swing_V > c.swing_V && s.rounds < c.align_rounds && !s.found) {
     ++s.rounds;
     s.in_phase_s = c.align_first_s;
     s.low_V = s.low_A = s.low_lost = s.low_count = s.high_V = s.high_A = s.high_lost = s.high_count = 0.0f;
@@ -180,7 +200,7 @@ constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs&
       out.shorted = s.shorted = true;
       return out;
     }
-    s = {MotorState::align, 0.0f, 0.0f, s.direction, 0.0f};
+    begin_align(c, s, in);
   } else {
     const float align_A = (measuring(c, s) ? c.damping_measure_share : c.damping_align_share) * in.along_A;
     const float asked_A = s.phase == MotorState::align ? align_A : c.damping_most_A, most_A = asked_A > 0.0f ? asked_A : 0.0f;

@@ -37,6 +37,7 @@ struct MotorVariables {
   float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
   float resistance_ohm = 0.0f;            // phase and switch, measured at the last start and followed since
   ResistanceState learning{};
+  bool resistance_measured = false;                  // at rest, since power-up
   float dead_share = 0.0f, known_dead_share = 0.0f;  // dead time / PWM period: compensated now; measured at the last alignment
   bool voltage_limited = false;
   std::uint32_t limited_samples = 0;  // of the last kSlots
