@@ -357,6 +357,40 @@ TEST(StartUp, CatchesATrustedSteadyRotationAndAlignsAnythingElse) {
   EXPECT_EQ(s.phase, MotorState::align);
 }
 
+TEST(StartUp, HoldsARotorWhereItWasSeenTurningAndSweepsForOneThatWasNot) {
+  StartInputs nearly_at_rest;
+  nearly_at_rest.observed_rad_s = -30.0f, nearly_at_rest.lock = 0.99f, nearly_at_rest.flux_ratio = 1.0f, nearly_at_rest.current_A = 1.0f;
+  nearly_at_rest.observed = Angle::from_rad(2.0f);
+  StartState s;
+  look([&](int) { return nearly_at_rest; }, s);
+  ASSERT_EQ(s.phase, MotorState::align);
+  const StartConfig c;
+  // 2 rad, less 30 rad/s · 7 · 4 ms, is nearest to 60 degrees.
+  EXPECT_NEAR(s.axis.rad(), kPi / 3.0f, 1e-5f);
+  EXPECT_GE(s.in_phase_s, c.align_first_s);
+  EXPECT_NEAR(step(c, s, nearly_at_rest).frame.rad(), kPi / 3.0f, 1e-5f);
+
+  StartInputs unseen = nearly_at_rest;
+  unseen.lock = 0.5f;
+  look([&](int) { return unseen; }, s);
+  ASSERT_EQ(s.phase, MotorState::align);
+  EXPECT_LT(s.in_phase_s, c.align_first_s);
+  EXPECT_NEAR(step(c, s, unseen).frame.rad(), c.align_from_rad, 0.1f);
+}
+
+TEST(StartUp, ARotorTurningBackwardsSlowlyIsBrakedByItsWindingsNotCaught) {
+  const StartConfig c;
+  StartInputs backwards;
+  backwards.lock = 0.99f, backwards.flux_ratio = 1.0f, backwards.current_A = 8.0f;
+  StartState s;
+  backwards.observed_rad_s = -0.9f * c.backward_speed_rad_s;
+  const StartStep slow = look([&](int) { return backwards; }, s);
+  EXPECT_TRUE(slow.shorted);
+  EXPECT_FALSE(slow.caught);
+  backwards.observed_rad_s = -1.1f * c.backward_speed_rad_s;
+  EXPECT_TRUE(look([&](int) { return backwards; }, s).caught);
+}
+
 TEST(StartUp, MeasuresTheResistanceWithoutTheDeadTimesVoltage) {
   const StartConfig c;
   StartState s{MotorState::align, 0.0f, 0.0f, 1.0f};
