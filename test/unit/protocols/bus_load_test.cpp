@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <string>
 #include <vector>
 
 #include "protocols/fast_channel.hpp"
@@ -32,6 +34,30 @@ TEST(BusLoad, EscBusWithFourEscsAt1kHzStaysBelow70Percent) {
   const double with_voltage = bits_per_s + kEscs * 1000.0 * (worst_frame_bits(false, 6) - worst_frame_bits(false, 4));
   EXPECT_NEAR(100.0 * with_voltage * kBit_s, 68.2, 0.05);
   EXPECT_LE(100.0 * with_voltage * kBit_s, 70.0);
+}
+
+// The longest answer that the definition of param.GetSet allows: two texts of 128 bytes, two limits of 64 bits, a name of 92. The least
+// bits that the frames can have (none stuffed) against the share that other traffic of higher priority leaves.
+TEST(BusLoad, FiveLongestAnswersOfGetSetTake120MsOnABusLoadedTo70PercentSo100MsCannotBeHad) {
+  const std::string text(128, 'U'), name(kMaxParameterName, 'U');  // bits that alternate: none is stuffed
+  ParamValue value{.kind = ParamValue::Kind::string};
+  value.string = text.c_str();
+  const ParamGetSetResponse longest{.value = value,
+                                    .default_value = value,
+                                    .max_value = NumericValue::of(std::int64_t{1}),
+                                    .min_value = NumericValue::of(std::int64_t{0}),
+                                    .name = name.c_str()};
+  std::array<std::uint8_t, 400> payload{};
+  const auto bytes = static_cast<std::uint32_t>(encode(longest, payload));
+  constexpr std::uint32_t kAnswers = 5, kUnstuffedFixedBits = 54 + 13;  // arbitration to CRC, then delimiters, end and intermission
+  const std::uint32_t frames = kAnswers * transfer_frames(bytes), all_bytes = kAnswers * (bytes + 2) + frames;
+  const double least_ms = 1e-3 * (kUnstuffedFixedBits * frames + 8 * all_bytes), worst_ms = 1e-3 * kAnswers * worst_transfer_bits(bytes);
+  RecordProperty("bytes", std::to_string(bytes));
+  RecordProperty("frames", std::to_string(frames));
+  RecordProperty("idle_ms", std::to_string(least_ms) + " to " + std::to_string(worst_ms));
+  RecordProperty("at_70_percent_ms", std::to_string(least_ms / 0.3) + " to " + std::to_string(worst_ms / 0.3));
+  EXPECT_EQ(frames, 270u);
+  EXPECT_GT(least_ms / 0.3, 100.0);
 }
 
 TEST(BusLoad, DroneCanAloneCannotCarryThe1kHzSpeedLoop) {

@@ -2,6 +2,7 @@
 // searched for it, so that neither can change alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -161,10 +162,23 @@ TEST(WireDocument, lists_every_parameter_with_its_default_and_limits_and_every_r
                   static_cast<double>(r.min), static_cast<double>(r.max));
     EXPECT_NE(document().find(row.data()), std::string::npos) << "docs/wire.md lacks " << row.data();
   }
-  for (int code = 0; code <= static_cast<int>(firmware::WhyOff::motor); ++code) {
+  for (int code = 0; code <= static_cast<int>(firmware::WhyOff::commissioning); ++code) {
     const std::string row = "| " + std::to_string(code) + " | `" + firmware::why_text(static_cast<firmware::WhyOff>(code)) + "` |";
     EXPECT_NE(document().find(row), std::string::npos) << "docs/wire.md lacks " << row;
   }
+}
+
+// The other direction: a row for a parameter that is no longer there misleads as much as a missing one.
+TEST(WireDocument, lists_no_parameter_and_no_reason_to_be_off_that_the_firmware_lacks) {
+  const auto rows_below = [](const std::string& head) {
+    const std::size_t at = document().find(head);
+    EXPECT_NE(at, std::string::npos) << head;
+    if (at == std::string::npos) return std::size_t{0};
+    const std::string table = document().substr(at, document().find("\n\n", at) - at);
+    return static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n')) - 1;  // without the rule
+  };
+  EXPECT_EQ(rows_below("| parameter | unit | default |"), std::size(firmware::kParameterRanges));
+  EXPECT_EQ(rows_below("| why off | name |"), static_cast<std::size_t>(firmware::WhyOff::commissioning) + 1);
 }
 
 TEST(WireDocument, FastChannelExamples) {

@@ -59,6 +59,43 @@ TEST(Motor, LockedRotorStepFollowsTheClosedFormOfAnRLCircuit) {
   }
 }
 
+// What an ESC without voltage dividers could feel of a shaft that is turned by hand: windings shorted at the low side, current through
+// the shunts. A hand holds the speed; a rotor that is only set going is stopped by that same current before it has turned far.
+TEST(Motor, ShortedWindingsCarryTheBackEmfOverTheImpedanceWhereTheShaftIsHeldAndStopAFreeRotorWithinFourTimeConstants) {
+  constexpr double kSwitch_ohm = 4e-3;
+  for (const double speed_rad_s : {-60.0, -20.0, 5.0, 20.0, 25.0, 60.0}) {
+    Motor held(frictionless(), 1e9);
+    held.state().omega_rad_s = speed_rad_s;
+    const MotorParameters& p = held.parameters();
+    const double w_e = p.pole_pairs * speed_rad_s, resistance_ohm = p.resistance_ohm + kSwitch_ohm;
+    const double expected_A = std::fabs(w_e) * p.flux_linkage_Wb / std::hypot(resistance_ohm, w_e * p.inductance_H.q);
+    double most_A = 0.0, squares_A2 = 0.0;
+    for (int k = 0; k < 48000; ++k) {
+      held.step_driven({0.0, 0.0}, kSwitch_ohm, {}, kPwm_s);
+      const double phase_A = held.current_A().alpha;
+      most_A = std::max(most_A, std::fabs(phase_A));
+      squares_A2 += phase_A * phase_A / 48000.0;
+    }
+    EXPECT_NEAR(most_A, expected_A, 0.01 * expected_A) << speed_rad_s;
+    RecordProperty("held_at_" + std::to_string(static_cast<int>(speed_rad_s)) + "_rad_s_peak_A", std::to_string(most_A));
+
+    Motor free(MotorParameters{}, 9.4e-6);
+    free.state().omega_rad_s = speed_rad_s;
+    double free_squares_A2 = 0.0, stopped_s = 0.0;
+    for (int k = 0; k < 48000; ++k) {
+      free.step_driven({0.0, 0.0}, kSwitch_ohm, {}, kPwm_s);
+      free_squares_A2 += free.current_A().alpha * free.current_A().alpha / 48000.0;
+      if (std::fabs(free.state().omega_rad_s) > 0.02 * std::fabs(speed_rad_s)) stopped_s = k * kPwm_s;
+    }
+    const double flux_Wb = p.pole_pairs * p.flux_linkage_Wb;
+    EXPECT_LE(stopped_s, 4.0 * 9.4e-6 * resistance_ohm / (1.5 * flux_Wb * flux_Wb)) << speed_rad_s;  // exp(-4) is below 2 %
+    EXPECT_LE(free_squares_A2, 0.1 * squares_A2) << speed_rad_s;
+    RecordProperty("free_from_" + std::to_string(static_cast<int>(speed_rad_s)) + "_rad_s",
+                   std::to_string(stopped_s) + " s, rms over 1 s " + std::to_string(std::sqrt(free_squares_A2)) + " A, held " +
+                       std::to_string(std::sqrt(squares_A2)) + " A");
+  }
+}
+
 TEST(Motor, HeldStatorVoltageAt200ThousandElectricalRpmAgreesWithTheExactSolution) {
   // Round rotor at constant speed: in the stator frame L di/dt = v - R i - j w flux e^{jwt} has an exact one-step solution.
   using C = std::complex<double>;
