@@ -238,7 +238,7 @@ TEST_P(EscOnABus, HoldsItsSpeedWithinOnePercentAndTheBridgeIsOff250MsAfterTheLas
   b.expect_within("bridge_off", static_cast<double>(off_ns - last_ns) * 1e-6, 250.0);
 }
 
-TEST_P(EscOnABus, TurnsByRawCommandsInProportion) {
+TEST_P(EscOnABus, TurnsByRawCommandsInProportionAndTheBridgeIsOff250MsAfterTheLastOne) {
   EscBench b(GetParam());
   b.power_on();
   tools::EscTable table(b.tool());
@@ -255,6 +255,15 @@ TEST_P(EscOnABus, TurnsByRawCommandsInProportion) {
   }
   EXPECT_GT(rpm[0], 1500);
   EXPECT_GT(rpm[1], 1.5 * rpm[0]);
+  ASSERT_EQ(b.esc().telemetry().state, MotorState::running);
+  std::int64_t off_ns = 0;
+  b.on_tick = [&](std::int64_t now_ns) {
+    if (off_ns == 0 && b.esc().telemetry().state == MotorState::off) off_ns = now_ns;
+  };
+  const std::int64_t last_ns = b.tool().now_ns();
+  b.command_for(0.005, [&] { b.tool().broadcast(c, 7); });  // one more command, the last
+  ASSERT_TRUE(b.tool().run_until(last_ns + 10 * kSecond_ns, [&] { return off_ns != 0; }));
+  b.expect_within("bridge_off_after_raw", static_cast<double>(off_ns - last_ns) * 1e-6, 250.0);
 }
 
 TEST_P(EscOnABus, ReportsAtItsStatusRates) {
