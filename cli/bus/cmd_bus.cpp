@@ -72,8 +72,16 @@ struct BenchArguments {
 };
 
 live::BusBenchResult measure(const BenchArguments& o) {
-  if (o.options.frames == 0 || o.options.burst == 0)
-    throw Error({o.options.frames == 0 ? "--frames" : "--burst", "0 frames measure nothing", "", "give 1 or more"});
+  // A negative number arrives here as a huge one: without an upper limit it would be a run without an end.
+  static constexpr std::uint64_t kMost = 1'000'000'000;
+  const auto within = [](const char* option, std::uint64_t value, std::uint64_t least) {
+    if (value < least || value > kMost)
+      throw Error({option, fmt::format("{} frames are out of range: {} to {}", static_cast<std::int64_t>(value), least, kMost), "",
+                   "100000 frames take some seconds"});
+  };
+  within("--frames", o.options.frames, 1);
+  within("--round-trips", o.options.round_trips, 0);
+  within("--burst", o.options.burst, 1);
   const BusName name = parse_bus_name(o.bus, "bus");
   switch (name.backend) {
     case BusBackend::virtual_bus: return live::bench_virtual_bus(o.options);

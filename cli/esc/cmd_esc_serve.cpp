@@ -35,6 +35,8 @@ int serve(const ServeArguments& o) {
     if (!file) throw Error({o.table.generic_string(), "cannot read the table of node ids", "", "check that it may be read"});
     table = tools::parse_allocation_table({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, o.table.generic_string());
   }
+  // Now, not when the first node asks: a table that cannot be kept would end the server after an id was given.
+  hil::write_text_file(o.table, tools::allocation_table_text(table));
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   std::optional<tools::Allocator> allocator;

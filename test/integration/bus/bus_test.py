@@ -234,12 +234,25 @@ class BusCommand(CommandTest):
                 (2, "out of range: 0 to 15", ("esc-sim", "--bus", "mcast:3", "--node-id", "21", "--esc-index", "16")),
                 (2, "32 hexadecimal digits", ("esc-sim", "--bus", "mcast:3", "--node-id", "21", "--esc-index", "0", "--unique-id", "12")),
                 (2, "no_such_plant.toml", ("esc-sim", "--bus", "mcast:3", "--node-id", "21", "--esc-index", "0", "--plant", "no_such_plant.toml")),
+                (2, "out of range: 1 to 1000000000", ("bus", "bench", "mcast:3", "--frames", "-1")),
+                (2, "out of range: 1 to 1000000000", ("bus", "bench", "mcast:3", "--burst", "-1")),
+                (2, "out of range: 1 to 1000000000", ("bus", "bench", "--frames", "0")),
                 (2, "measure virtual: or mcast:0", ("bus", "bench", "slcan-server:"))):
             with self.subTest(words=words):
                 done = self.run_command(*words)
                 self.assertEqual(done.returncode, code, done.stdout + done.stderr)
                 self.assertIn(text, done.stderr)
                 self.assertIn("do:", done.stderr)
+
+
+    def test_image_maker_refuses_with_2(self):
+        for text, words in (("may be written", ["no_such_folder/x.bin"]), ("1 to 16777216", ["x.bin", "--size", "0"]),
+                            ("MAJOR.MINOR", ["x.bin", "--version", "1"]), ("at most 16 bytes", ["x.bin", "--board", "b" * 17]),
+                            ("required: out", [])):
+            with self.subTest(words=words):
+                done = subprocess.run([sys.executable, SOURCE / "scripts/make_test_image", *words], capture_output=True, text=True, timeout=60)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(text, done.stderr)
 
 
 def raw_command(value):
