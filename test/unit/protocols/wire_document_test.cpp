@@ -5,17 +5,20 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "bench/hil/limiter_names.hpp"
 #include "firmware/core/node/node_report.hpp"
+#include "firmware/core/node/parameter_server.hpp"
 #include "firmware/core/node/parameters.hpp"
 #include "protocols/fast_channel.hpp"
 #include "protocols/state_channel.hpp"
 #include "protocols/transfer.hpp"
 #include "protocols/types.hpp"
+#include "protocols/types/registry.hpp"
 #include "test/unit/protocols/hex.hpp"
 
 namespace rotorloop::protocols {
@@ -168,17 +171,66 @@ TEST(WireDocument, lists_every_parameter_with_its_default_and_limits_and_every_r
   }
 }
 
-// The other direction: a row for a parameter that is no longer there misleads as much as a missing one.
-TEST(WireDocument, lists_no_parameter_and_no_reason_to_be_off_that_the_firmware_lacks) {
-  const auto rows_below = [](const std::string& head) {
-    const std::size_t at = document().find(head);
-    EXPECT_NE(at, std::string::npos) << head;
-    if (at == std::string::npos) return std::size_t{0};
-    const std::string table = document().substr(at, document().find("\n\n", at) - at);
-    return static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n')) - 1;  // without the rule
+// The other direction: a row for a reason that is no longer there misleads as much as a missing one.
+TEST(WireDocument, lists_no_reason_to_be_off_that_the_firmware_lacks) {
+  const std::size_t head = document().find("| why off | name |");
+  ASSERT_NE(head, std::string::npos);
+  const std::string table = document().substr(head, document().find("\n\n", head) - head);
+  const auto rows = std::count(table.begin(), table.end(), '\n') - 1;  // without the rule
+  EXPECT_EQ(rows, static_cast<int>(firmware::WhyOff::commissioning) + 1);
+}
+
+// Between backquotes or not: the first cell of every row of the document that begins with `begin`.
+std::set<std::string> first_cells(const std::string& begin, const std::string& end, std::size_t from, std::size_t to) {
+  std::set<std::string> names;
+  std::istringstream lines(document().substr(from, to - from));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(begin)) continue;
+    const std::size_t stop = line.find(end, begin.size());
+    if (stop != std::string::npos) names.insert(line.substr(begin.size(), stop - begin.size()));
+  }
+  return names;
+}
+
+TEST(WireDocument, lists_every_data_type_with_kind_id_signature_and_seed_and_no_other) {
+  std::set<std::string> rows;
+  const auto add = [&](const char* name, const DataType& type) {
+    std::array<char, 160> row{};
+    std::snprintf(row.data(), row.size(), "| %s | %s | %u | 0x%016llX | 0x%04X |", name, type.service ? "service" : "message", type.id,
+                  static_cast<unsigned long long>(type.signature), type.crc_seed());
+    EXPECT_NE(document().find(std::string("\n") + row.data()), std::string::npos) << "docs/wire.md lacks " << row.data();
+    rows.insert(name);
   };
-  EXPECT_EQ(rows_below("| parameter | unit | default |"), std::size(firmware::kParameterRanges));
-  EXPECT_EQ(rows_below("| why off | name |"), static_cast<std::size_t>(firmware::WhyOff::commissioning) + 1);
+  for_each_message([&]<class T>() { add(T::kName, T::kType); });
+  for_each_service([&]<class Request, class Response>() { add(Request::kName, Request::kType); });
+  std::set<std::string> documented;
+  for (const char* space : {"uavcan.", "dronecan.", "ardupilot."}) {
+    for (const std::string& rest : first_cells(std::string("| ") + space, " |", 0, document().size())) documented.insert(space + rest);
+  }
+  EXPECT_EQ(documented, rows);
+}
+
+TEST(WireDocument, lists_no_parameter_that_the_node_has_not_and_names_all_that_can_be_read) {
+  std::set<std::string> parameters;
+  for (const firmware::ParameterRange& r : firmware::kParameterRanges) parameters.insert(r.name);
+  const std::size_t head = document().find("| parameter | unit |");
+  ASSERT_NE(head, std::string::npos);
+  EXPECT_EQ(first_cells("| `", "`", head, document().find("\n\n", head)), parameters);
+
+  // All that the node has by index, asked as a tool asks; stat_fault_2 and _3 stand there as a range.
+  firmware::Parameters edited;
+  const firmware::Parameters started;
+  firmware::CommissionService commission;
+  std::size_t count = 0;
+  for (;; ++count) {
+    const ParamGetSetResponse r =
+        firmware::ParameterServer::answer({.index = static_cast<std::uint16_t>(count)}, edited, commission, {.started = &started});
+    const std::string name(reinterpret_cast<const char*>(r.name.items.data()), r.name.count);
+    if (name.empty()) break;
+    if (name == "stat_fault_2" || name == "stat_fault_3") continue;
+    EXPECT_NE(document().find("`" + name + "`"), std::string::npos) << "docs/wire.md lacks " << name;
+  }
+  EXPECT_EQ(count, firmware::ParameterServer::kCount);
 }
 
 TEST(WireDocument, FastChannelExamples) {
