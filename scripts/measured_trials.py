@@ -4,8 +4,8 @@
 Prints for each trial exit code, iterations, CPU and the parameters that short flights settle worst; then for each vehicle the share that ends
 with a vehicle file, for each parameter that trials call identified their scatter in units of their own u (rms z, about 1 where u is right;
 the median u over the scatter; rms z also between flights of one session alone), and the largest factor between a written inertia and that of
-the group of flights; last the whole table, Markdown. Logs with a rotor that drops out are listed as refused and count nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the
-same program left in runs/ is not run again.
+the group of flights; last the whole table, Markdown. Logs with a rotor that drops out are listed as refused and count
+nowhere else. ROTORLOOP_DATA names the folder that holds flights/. What the same program left in runs/ is not run again.
   scripts/measured_trials.py                              all sets, default options
   scripts/measured_trials.py imrc_cf21bl_bare --rate=100  one, with options of identify
 """
@@ -93,7 +93,7 @@ class Trial:
 
 
 def sessions(trials):
-    """Trials of consecutive numbers, which were flown one after the other."""
+    """Trials of consecutive numbers, taken for flights of one session."""
     out = []
     for t in trials:
         number = int("".join(filter(str.isdigit, t.name)) or 0)

@@ -1,4 +1,4 @@
-// The ESC's own measurement of its motor at rest, before a run. Beside what a rotor takes at speed the winding's drop is small, so that
+// The ESC's own measurement of its motor at rest, before a run. At speed the drop across the winding is small against the back-EMF, so that
 // the power of a run shows resistance by a tenth; direct currents show it to 2 %.
 #pragma once
 #include <optional>
