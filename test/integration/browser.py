@@ -3,23 +3,25 @@ import itertools
 import json
 import os
 import shutil
+import signal
 import subprocess
+import tempfile
 import time
 
-
-def chromium():
-    """The program, or None."""
-    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+QUIT_s = 10
 
 
 class Page:
-    def __init__(self, address, profile, width=1280):
+    def __init__(self, address, width=1280, height=900):
+        # The profile is the page's own: processes of the browser may write into it for a moment after the first of them has ended.
+        self.profile = tempfile.mkdtemp(prefix="rotorloop-browser-")
         to_browser, self.write = os.pipe()
         self.read, from_browser = os.pipe()
         descriptors = f"exec \"$@\" 3<&{to_browser} 4>&{from_browser}"  # the shell gives them the numbers that Chromium expects
-        self.process = subprocess.Popen(["bash", "-c", descriptors, "_", chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                                         "--remote-debugging-pipe", f"--window-size={width},900", f"--user-data-dir={profile}", "about:blank"],
-                                        pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(["bash", "-c", descriptors, "_", CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                                         "--remote-debugging-pipe", f"--window-size={width},{height}", f"--user-data-dir={self.profile}", "about:blank"],
+                                        pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         os.close(to_browser)
         os.close(from_browser)
         self.numbers, self.session, self.received = itertools.count(1), None, b""
@@ -40,10 +42,10 @@ class Page:
             text, self.received = self.received.split(b"\0", 1)
             answer = json.loads(text)
             if answer.get("id") == number:
-                return answer["result"]
+                return answer.get("result", {})
 
     def value(self, expression):
-        return self.ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        return self.ask("Runtime.evaluate", expression=expression, returnByValue=True).get("result", {}).get("value")
 
     def wait_for(self, expression, deadline_s):
         """Its value as soon as it is true; None at the deadline."""
@@ -55,7 +57,18 @@ class Page:
         return None
 
     def close(self):
-        self.process.kill()
+        """Asks the browser to end, ends what is left of its processes, and removes its profile."""
+        try:
+            self.session = None
+            self.ask("Browser.close")
+            self.process.wait(QUIT_s)
+        except (OSError, RuntimeError, subprocess.TimeoutExpired):
+            pass
+        try:
+            os.killpg(self.process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
         self.process.wait()
         os.close(self.write)
         os.close(self.read)
+        shutil.rmtree(self.profile, ignore_errors=True)
