@@ -24,6 +24,7 @@ class CommissioningRig {
   void step(bool renew = true) {
     const sim::AdcReading r = drive_.sample();
     board_.counts = {r.phase, r.bus, r.temperature};
+    board_.unloaded = drive_.sample_unloaded();
     board_.now_us = static_cast<std::uint64_t>(1e6 * drive_.time_s());
     const firmware::PwmCompare active = board_.compare;  // written in the interrupt before
     if (renew) commissioning_.set_order(order);

@@ -51,6 +51,17 @@ AdcReading Drive::sample() {
   return sensing_.sample(currents, low_window_s_, bus_V_ + bus_ripple_V_, temperatures_.board_K);
 }
 
+// The current is taken for being that of the sample: what an amplifier has not yet forgotten of it is small, and gone at most duties.
+std::array<std::uint16_t, 3> Drive::sample_unloaded() {
+  const double half_s = 0.5 * time_in_step_s() - p_.inverter.dead_time_s;
+  std::array<double, 3> off_s{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool loaded = legs_.any && (legs_.high_open[k] || legs_.low_short[k]);  // through the low diode, or both FETs
+    off_s[k] = loaded ? 0.0 : half_s - low_window_s_[k];
+  }
+  return sensing_.sample_unloaded(phase_currents_A(), off_s);
+}
+
 template <class Real, std::size_t Count>
 inline Drive::SideBySide<Real> Drive::gather(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm) {
   const auto each = [&](const auto& get) { return collect<Real>(drives, get); };

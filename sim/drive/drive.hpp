@@ -40,6 +40,8 @@ class Drive {
 
   // Counts at the PWM centre between the period that just ended and the next one (all low sides on).
   AdcReading sample();
+  // The shunt amplifiers' counts half a period earlier, at the middle of the high sides' time.
+  std::array<std::uint16_t, 3> sample_unloaded();
   // One PWM period; the command holds for all of it.
   void step(const PwmCommand& pwm);
   // The same for several drives and periods, up to four drives at a time side by side in vector registers. Every drive gets the

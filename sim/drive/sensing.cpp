@@ -41,6 +41,22 @@ AdcReading Sensing::sample(const PhaseCurrents& i, const std::array<double, 3>& 
   return r;
 }
 
+std::array<std::uint16_t, 3> Sensing::sample_unloaded(const PhaseCurrents& i, const std::array<double, 3>& low_off_s) {
+  constexpr std::uint64_t kUnloadedDraws = std::uint64_t{1} << 41;  // far from the numbers of the others
+  const double per_V = 4096.0 / p_.reference_V;
+  const std::array<double, 3> current = {i.u, i.v, i.w};
+  AdcReading r;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double left_V = p_.current_V_per_A * p_.gain[k] * (1.0 - settled(p_, low_off_s[k])) * current[k];
+    r.phase[k] = quantise((p_.current_zero_V + left_V) * per_V + p_.offset_counts[k] + drift_share_ * p_.drift_counts[k] +
+                          p_.noise_counts * noise_.quick_gaussian(kUnloadedDraws + unloaded_drawn_++));
+  }
+  break_channels(r);
+  if (p_.bad_sample_every > 0.0 && noise_.uniform(2 * kUnloadedDraws + unloaded_drawn_) * p_.bad_sample_every < 1.0)
+    r.phase[unloaded_drawn_ % 3] = unloaded_drawn_ % 2 == 0 ? 0 : 4095;
+  return r.phase;
+}
+
 // One channel of a sample at a rail or at any code: what a glitch on the analogue supply or a late conversion leaves.
 void Sensing::spoil(AdcReading& r) {
   constexpr std::uint64_t kBadDraws = std::uint64_t{1} << 40;  // far from the numbers of the noise

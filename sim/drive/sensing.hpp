@@ -45,6 +45,8 @@ class Sensing {
   Sensing(const SensingParameters& parameters, RandomStream noise) : p_(parameters), noise_(noise) {}
   // low_window_s: time since the low side of each phase turned on, at the sampling instant; negative when it never did.
   AdcReading sample(const PhaseCurrents& i, const std::array<double, 3>& low_window_s, double bus_V, double temperature_K);
+  // The amplifiers while no low side conducts. low_off_s: time since that of each phase turned off.
+  std::array<std::uint16_t, 3> sample_unloaded(const PhaseCurrents& i, const std::array<double, 3>& low_off_s);
   void set_drift_share(double share) { drift_share_ = share; }  // 0 at power-up, 1 once warm
   std::array<ChannelFault, 4> faults{};                         // U, V, W, temperature
   const SensingParameters& parameters() const { return p_; }
@@ -56,7 +58,7 @@ class Sensing {
 
   SensingParameters p_;
   RandomStream noise_;
-  std::uint64_t drawn_ = 0;
+  std::uint64_t drawn_ = 0, unloaded_drawn_ = 0;
   double drift_share_ = 0.0;
   double until_bad_ = -1.0;  // samples; below 0: not drawn yet
   std::uint64_t bad_ = 0;

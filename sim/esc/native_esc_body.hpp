@@ -61,6 +61,7 @@ PwmCommand BasicNativeEsc<Scales>::run_firmware() {
   active_ = board_.compare;
   const AdcReading adc = drive_.sample();
   board_.counts = {adc.phase, adc.bus, adc.temperature};
+  board_.unloaded = drive_.sample_unloaded();
   board_.now_us = static_cast<std::uint64_t>(time_us());
   motor_.set_setpoint(setpoint_);
   if (!instead_of_motor_ || !instead_of_motor_(board_)) motor_.on_sample(board_);

@@ -15,6 +15,7 @@ class BasicFakeBoard : public Scales {
  public:
   using Scales::kFlashPageBytes;
   AdcCounts counts{};
+  std::array<std::uint16_t, 3> unloaded{};
   PwmCompare compare{};
   bool bridge = false;
   std::uint64_t now_us = 0;
@@ -24,6 +25,7 @@ class BasicFakeBoard : public Scales {
     for (auto& page : flash) page.fill(0xFF);
   }
   AdcCounts adc() const noexcept { return counts; }
+  std::array<std::uint16_t, 3> unloaded_counts() const noexcept { return unloaded; }
   void set_compare(PwmCompare c) noexcept { compare = c; }
   void bridge_on() noexcept { bridge = true; }
   void bridge_off() noexcept { bridge = false; }

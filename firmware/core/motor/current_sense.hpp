@@ -1,5 +1,5 @@
-// Counts of three low-side shunts to phase currents: zero calibration whenever the bridge is off, and reconstruction from the two best
-// phases when the third had its low side on too briefly for the amplifier to settle.
+// Counts of three low-side shunts to phase currents: zeros measured whenever the bridge is off and followed while it switches, and
+// reconstruction from the two best phases when the third had its low side on too briefly for the amplifier to settle.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,6 +13,8 @@ struct SenseConfig {
   float A_per_count = 0.0f;
   float zero_counts = 0.0f, zero_tolerance_counts = 0.0f;
   std::uint16_t blind_compare = 0;   // a compare above it leaves no settled sample
+  std::uint16_t zero_compare = 0;    // a compare below it leaves no settled zero
+  float zero_rate = 0.0f;            // of following it, per look
   std::uint16_t rest_samples = 120;  // after the bridge went off: 5 ms for currents and amplifiers to come to rest
 };
 
@@ -61,6 +63,13 @@ struct Sensed {
     if (magnitude(s.zero_counts[k] - c.zero_counts) > c.zero_tolerance_counts) s.zero_out_of_tolerance = true;
   }
   if (s.zero_out_of_tolerance) s.calibrated = false;
+}
+
+// While the bridge switches, a phase whose high side is on for long enough shows its zero once a period. What is far from the one known is
+// no zero but a spoilt conversion.
+constexpr void follow_zero(const SenseConfig& c, float& zero_counts, std::uint16_t unloaded, std::uint16_t compare) {
+  const float off = static_cast<float>(unloaded) - zero_counts;
+  if (compare >= c.zero_compare && magnitude(off) < SenseState::kMostSpread) zero_counts += c.zero_rate * off;
 }
 
 // The bridge is driven: the next calibration begins anew after it.

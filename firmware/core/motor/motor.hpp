@@ -66,6 +66,8 @@ class Motor : public MotorBase {
       calibrate_zero(config_.sense, v_.sense, adc);
     }
     if (was_driven) {
+      const std::size_t k = v_.slot;  // each phase once in a round
+      if (k < 3) follow_zero(config_.sense, v_.sense.zero_counts[k], board.unloaded_counts()[k], v_.ended.compare.phase[k]);
       v_.counters.two_phase_samples += sensed.usable == 2 ? 1u : 0u;
       v_.counters.blind_samples += sensed.usable < 2 ? 1u : 0u;
     }
@@ -209,7 +211,7 @@ class Motor : public MotorBase {
     if (!starting()) return;
     const bool was_shorted = v_.start.shorted;
     const StartStep s = step(config_.start, v_.start,
-                             {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V - v_.resistance_ohm * v_.measured_A.q,
+                             {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V,
                               frame_speed_rad_s(), v_.observer.angle, v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
     if (s.shorted && !was_shorted) v_.observer = {};
     if (v_.start.phase == MotorState::align && v_.state != MotorState::align) v_.dead_share = config_.dead_time.align_share;

@@ -18,7 +18,7 @@ struct StartConfig {
   // Against the direction asked for: slower rotors brake themselves through shorted windings, which needs no estimate.
   float backward_speed_rad_s = 504.0f;
   float lead_e_s = 0.028f;  // pole pairs and 4 ms: how far a rotor nearly at rest turns until the current holds it
-  float swing_V = 0.12f;    // of back-EMF that is left when the rotor may be taken for being at rest: a third of the hand-over's
+  float swing_V = 0.03f;    // of back-EMF that is left when the rotor may be taken for being at rest: a tenth of the hand-over's
   std::uint32_t align_rounds = 2;
   float catch_filter = 0.1f, catch_steady = 0.5f, catch_steady_s = 0.007f;  // within half of the mean of 2.5 ms for 7 ms
   float align_first_s = 0.050f, align_second_s = 0.080f;
@@ -26,12 +26,12 @@ struct StartConfig {
   float align_rise_s = 0.020f;                       // current ramp
   // The second step measures the resistance from two currents (dead time and diodes drop out of the difference): at low speed
   // a wrong one is the observer's worst enemy, and it changes by 0.4 % per kelvin.
-  float measure_low_share = 0.55f;     // of current_A, first half
+  float measure_low_share = 0.55f;     // of current_A, second half
   float measure_window_s = 0.015f;     // at the end of each half, when the swing has died
   float acceleration_rad_s2 = 800.0f;  // mechanical, of the turned vector: about 60 % of what 12 A can give at full load angle
   // A rotor held by a current vector swings like a pendulum with hardly any friction. Its swing shows in the voltage across the
   // vector, where no resistance error hides it; a current across the vector answers it.
-  float damping_A_V = 40.0f;  // 0.1 A per rad/s at 3.4e-4 Wb and 7 pole pairs: a quarter of critical
+  float damping_A_V = 98.0f;  // 0.23 A per rad/s at 3.4e-4 Wb and 7 pole pairs
   float damping_most_A = 8.0f;
   // Of the current along the vector, while it stands at phase U: all three phases keep their signs (-1/2 + 0.45·√3/2 < 0), so a dead time
   // not yet known does not feed the damper, and while the resistance is measured they keep off zero, where the loss is not constant.
@@ -155,9 +155,10 @@ constexpr void begin_align(const StartConfig& c, StartState& s, const StartInput
   if (found) s.axis = nearest_axis(in.observed + Angle::from_rad(in.observed_rad_s * c.lead_e_s));
 }
 
+// The larger current first: with a smaller one a swing that is still wide would pass the dead point opposite, or end on it.
 constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
   const float second_s = s.in_phase_s - c.align_first_s;
-  const bool first = second_s < 0.0f, low = !first && second_s < 0.5f * c.align_second_s;
+  const bool first = second_s < 0.0f, low = !first && second_s > 0.5f * c.align_second_s;
   out.own_frame = out.set_frame = true;
   // A vector that moves leaves the dead point opposite to it behind; one that stands still can hold a rotor there by friction.
   const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);

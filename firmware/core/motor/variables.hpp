@@ -34,7 +34,7 @@ struct MotorVariables {
   Rotor wanted_A{};
   Rotor measured_A{};
   Rotor given_V{};
-  float along_V = 0.0f, across_V = 0.0f;  // d and q voltage, smoothed
+  float across_V = 0.0f;  // q voltage beyond what the resistance takes, smoothed
   float resistance_ohm = 0.0f;            // phase and switch, measured at the last start and followed since
   ResistanceState learning{};
   bool resistance_measured = false;                  // at rest, since power-up
