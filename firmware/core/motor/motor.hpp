@@ -67,6 +67,7 @@ class Motor : public MotorBase {
     const SelfTestConfig& c = self_test_config_;
     const AdcCounts adc = board.adc();
     const std::uint64_t now_us = board.time_us();
+    v_.slot = v_.slot + 1 == kSlots ? 0 : v_.slot + 1;  // rounds keep their beat
     const float bus_V = accept(v_.bus, static_cast<float>(adc.bus) * B::kBus_V_per_count, config_.bus_jump_V);
     v_.bus_V += config_.bus_filter * (bus_V - v_.bus_V);
     const bool missed = now_us - test.last_us > c.late_us;

@@ -32,8 +32,8 @@ class MotorBase {
     Telemetry t = telemetry_.read();
     t.error_count += __atomic_load_n(&refused_, __ATOMIC_RELAXED);
     // Bytes that stand still for as long as the motor is driven; what is broken was written before the result.
-    t.self_test = self_test_.result;
-    if (t.self_test == SelfTest::failed) t.broken = self_test_.broken, t.broken_leg = self_test_.leg & 3u;
+    t.self_test.result = self_test_.result;
+    if (t.self_test.result == SelfTest::failed) t.self_test.broken = self_test_.broken, t.self_test.leg = self_test_.leg & 3u;
     return t;
   }
   const TripLog& trips() const { return trips_; }

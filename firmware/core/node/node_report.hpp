@@ -49,14 +49,15 @@ constexpr const char* blocked_text(Blocked blocked) {
 }
 
 // Legs A, B, C are phases U, V, W.
-constexpr TextLine broken_line(Broken broken, std::uint8_t leg) {
+constexpr TextLine broken_line(const BridgeReport& found) {
+  const Broken broken = found.broken;
   constexpr std::array<const char*, 3> kLegs{"A", "B", "C"};
   if (broken == Broken::none) return TextLine{};
   if (broken == Broken::several) return "several parts open, or no motor";
   const bool high = broken == Broken::high_open || broken == Broken::high_short;
   const bool open = broken != Broken::high_short && broken != Broken::low_short;
   TextLine line(broken == Broken::phase_open ? "phase " : "FET ");
-  line.add(kLegs[leg % 3u]);
+  line.add(kLegs[found.leg % 3u]);
   if (broken != Broken::phase_open) line.add(high ? " high" : " low");
   return line.add(open ? " open" : " short");
 }
@@ -64,7 +65,7 @@ constexpr TextLine broken_line(Broken broken, std::uint8_t leg) {
 constexpr TextLine why_line(WhyOff why, const Telemetry& motor) {
   TextLine line(why_text(why));
   if (why == WhyOff::motor && motor.blocked != Blocked::none) line.add(", ").add(blocked_text(motor.blocked));
-  if (why == WhyOff::motor && motor.blocked == Blocked::broken) return line.add(", ").add(broken_line(motor.broken, motor.broken_leg));
+  if (why == WhyOff::motor && motor.blocked == Blocked::broken) return line.add(", ").add(broken_line(motor.self_test));
   if (why == WhyOff::motor && motor.fault != Fault::none) line.add(", ").add(fault_text(motor.fault));
   return line;
 }
@@ -76,14 +77,13 @@ struct FaultRecord {
   std::uint32_t uptime_s = 0;
   float bus_V = 0.0f, current_A = 0.0f, temperature_K = 0.0f;
   std::int32_t rpm = 0;
-  Broken broken = Broken::none;  // of a self-test, with its leg
-  std::uint8_t leg = 0;
+  BridgeReport self_test{};
 };
 
 constexpr TextLine describe(const FaultRecord& r) {
   TextLine line(fault_text(r.fault));
   if (r.fault == Fault::none) return line;
-  if (r.fault == Fault::self_test) line.add(": ").add(broken_line(r.broken, r.leg));
+  if (r.fault == Fault::self_test) line.add(": ").add(broken_line(r.self_test));
   line.add(" at ").add_tenths(r.bus_V).add(" V ").add_tenths(r.current_A).add(" A ").add(r.rpm).add(" rpm ");
   return line.add_tenths(r.temperature_K - 273.15f).add(" C, uptime ").add(static_cast<std::int32_t>(r.uptime_s)).add(" s");
 }

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <string>
 
+#include "bench/esc_lab/esc_run.hpp"
 #include "bench/esc_lab/self_test_trial.hpp"
 
 using namespace rotorloop;
@@ -107,4 +110,112 @@ TEST(SelfTestOfTheBridge, ARotorTurnedByTheWindIsNeverCalledAFault) {
   }
   for (const auto& [name, n] : results) fmt::print("turning rotor: {} {}\n", name, n);
   EXPECT_GT(results["not tested"], 0);
+}
+
+namespace {
+
+EscDraw five_inch(std::uint64_t seed) { return draw_for_self_test(*find_motor_class("5in"), seed); }
+
+// Time until an order that is there from power-up on has the bridge driven for good: 20 ms in a row.
+double driven_after_ms(const EscDraw& d) {
+  sim::NativeEsc esc(native_config(d));
+  esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  esc.set_setpoint(speed(500.0));
+  int on = 0;
+  for (int k = 0; k < 300 * kPeriodsPerMs; ++k) {
+    esc.step_current_loop();
+    on = esc.telemetry().state != firmware::MotorState::off ? on + 1 : 0;
+    if (on == 20 * kPeriodsPerMs) return (k + 1) / static_cast<double>(kPeriodsPerMs) - 20.0;
+  }
+  return 1e9;
+}
+
+}  // namespace
+
+TEST(SelfTestOfTheBridge, AnOrderFromPowerUpOnWaits30MsLongerAndSwitchedOffNotAtAll) {
+  EscDraw with = five_inch(3), without = with;
+  without.firmware.self_test = false;
+  const double with_ms = driven_after_ms(with), without_ms = driven_after_ms(without);
+  fmt::print("driven {:.1f} ms after power-up, {:.1f} ms without the self-test\n", with_ms, without_ms);
+  EXPECT_LT(without_ms, 12.0);
+  EXPECT_GT(with_ms, without_ms + 5.0);
+  EXPECT_LT(with_ms, without_ms + 30.0);
+}
+
+TEST(SelfTestOfTheBridge, SwitchedOffABrokenBridgeIsDrivenAndTripsUntilItIsGivenUp) {
+  for (const bool tested : {true, false}) {
+    EscDraw d = five_inch(4);
+    d.firmware.self_test = tested;
+    sim::NativeEscConfig c = native_config(d);
+    c.drive.faults = {{.kind = sim::DriveFaultKind::high_fet_short, .phase = 1}};
+    sim::NativeEsc esc(c);
+    esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+    esc.set_setpoint(speed(500.0));
+    run_ms(esc, 500.0);
+    if (tested) {
+      EXPECT_EQ(esc.telemetry().trips, 1u);
+      EXPECT_EQ(esc.telemetry().blocked, firmware::Blocked::broken);
+      EXPECT_EQ(esc.drive().shorted_s(), 0.0);
+    } else {
+      EXPECT_GT(esc.telemetry().trips, 4u);
+      EXPECT_GT(esc.drive().shorted_s(), 100e-6) << "the supply is shorted with every try";
+    }
+  }
+}
+
+TEST(SelfTestOfTheBridge, ARotorThatTurnsAtPowerUpIsCaughtAtOnceAndOneThatComesToRestIsTestedWithinASecond) {
+  const EscDraw d = five_inch(5);
+  sim::NativeEsc esc(native_config(d));
+  esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  esc.drive().motor().state().omega_rad_s = 700.0;
+  esc.set_setpoint(speed(900.0));
+  run_ms(esc, 80.0);
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::turning);
+  EXPECT_EQ(esc.telemetry().state, firmware::MotorState::running);
+  sim::NativeEsc coasting(native_config(d));
+  coasting.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  coasting.drive().motor().state().omega_rad_s = 300.0;
+  run_ms(coasting, 100.0);
+  EXPECT_EQ(coasting.telemetry().self_test.result, SelfTest::turning);
+  coasting.drive().motor().state().omega_rad_s = 0.0;
+  run_ms(coasting, 1000.0);
+  EXPECT_EQ(coasting.telemetry().self_test.result, SelfTest::passed);
+}
+
+TEST(SelfTestOfTheBridge, ASupplyThatComesLateIsWaitedForAndOneThatGoesEndsTheAttempt) {
+  const EscDraw d = five_inch(6);
+  sim::NativeEsc esc(native_config(d));
+  esc.couple_quadratic(d.load_N_m_s2, 5.0);
+  run_ms(esc, 50.0);
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::due);
+  EXPECT_EQ(esc.telemetry().blocked, firmware::Blocked::undervoltage);
+  esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  bool begun = false;
+  for (int k = 0; k < 20 * kPeriodsPerMs && !begun; ++k) esc.step_current_loop(), begun = esc.board().bridge;
+  ASSERT_TRUE(begun);
+  esc.couple_quadratic(d.load_N_m_s2, 5.0);
+  run_ms(esc, 5.0);
+  EXPECT_FALSE(esc.board().bridge);
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::due);
+  esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  run_ms(esc, 50.0);
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::passed);
+}
+
+// The interrupt does not come for a millisecond in the midst of a pulse, as while flash is written: the attempt begins anew.
+TEST(SelfTestOfTheBridge, SamplesThatWereMissedEndTheAttemptAndTheNextOnePasses) {
+  const EscDraw d = five_inch(7);
+  sim::NativeEsc esc(native_config(d));
+  esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+  int pulses = 0;
+  for (int k = 0; k < 60 * kPeriodsPerMs && pulses < 5; ++k) esc.step_current_loop(), pulses += esc.board().bridge ? 1 : 0;
+  esc.set_interrupt([](sim::NativeEsc::Board& board) {
+    board.bridge_off();
+    return true;
+  });
+  run_ms(esc, 1.0);
+  esc.set_interrupt({});
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::due);
+  run_ms(esc, 60.0);
+  EXPECT_EQ(esc.telemetry().self_test.result, SelfTest::passed);
 }
