@@ -15,6 +15,7 @@ LIMIT_BYTES = 10 * 1024  # of the interrupt while it runs: one CCM of the STM32G
 PURPOSES = (("configuration, once", r"configure<|_GLOBAL__|>::Motor\("),
             ("start sequence", r"::start\(|::begin_start\(|(?:step|align)\(rotorloop::firmware::StartConfig|::learn_at_rest\(|::take_over\("),
             ("trips, stops, tones", r"::trip\(|::sound\(|::come_to_rest\(|::switch_off\("),
+            ("self-test, after power-up", r"::test_bridge\(|self_test::"),
             ("with the bridge off", r"calibrate_zero\(|::why_not\("))
 RUNNING = "interrupt while running"
 FUSED = re.compile(r"\bvfn?m[as]\.")  # other bits than the simulated firmware has

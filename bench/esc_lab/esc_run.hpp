@@ -26,7 +26,7 @@ class EscRun {
  public:
   EscRun(const EscDraw& d, bool ideal_board, EscTrace* trace = nullptr) : esc_(native_config(d, ideal_board)), trace_(trace) {
     esc_.couple_quadratic(d.load_N_m_s2, d.bus_V);
-    run_ms(20.0);  // boot: zeros of the current sensors
+    run_ms(60.0);  // boot: zeros of the current sensors, self-test
   }
   Esc& esc() { return esc_; }
   double omega() const { return esc_.omega_rad_s(); }

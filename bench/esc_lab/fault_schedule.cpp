@@ -119,7 +119,7 @@ std::vector<Begun<Esc>> begun(const std::vector<EscDraw>& draws, const FaultSett
       Esc esc(c);
       if (settings.change) settings.change(esc.motor().config());
       esc.couple_quadratic(draws[k].load_N_m_s2, draws[k].bus_V);
-      run_ms(esc, 12.0);
+      run_ms(esc, 60.0);
       esc.set_setpoint(speed(aim_rad_s));
       run_ms(esc, after_ms);
       escs.push_back({std::move(esc), aim_rad_s});

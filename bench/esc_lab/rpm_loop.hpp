@@ -20,7 +20,7 @@ inline NativeEsc make_esc(NativeEscConfig c, double load_N_m_s2 = kTriblade_N_m_
   NativeEsc esc(c);
   if (change) change(esc);
   esc.couple_quadratic(load_N_m_s2, c.bus_V);
-  for (int k = 0; k < 12 * kPeriodsPerMs; ++k) esc.step_current_loop();  // boot: current zero calibration
+  for (int k = 0; k < 60 * kPeriodsPerMs; ++k) esc.step_current_loop();  // boot: zeros of the current sensors, self-test
   return esc;
 }
 

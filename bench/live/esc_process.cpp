@@ -182,7 +182,8 @@ void EscProcess::look_at_bridge() {
   const std::uint32_t commands = c.raw_commands + c.rpm_commands + c.fast_setpoints;
   if (commands != commands_) commanded_at_ = periods_;
   commands_ = commands;
-  const bool on = esc_->esc().board().bridge;
+  // A self-test follows no command.
+  const bool on = esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test;
   if (on == bridge_) return;
   bridge_ = on;
   if (!on_bridge) return;

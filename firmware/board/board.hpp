@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -18,6 +19,11 @@ struct AdcCounts {
 struct PwmCompare {
   std::array<std::uint16_t, 3> phase{};  // high side on for compare/kPwmTop of the period
 };
+
+// Gates of the six FETs: bit k the high side of phase k, bit 3 + k its low side.
+inline constexpr std::uint8_t kAllGates = 0x3F;
+constexpr std::uint8_t high_gate(std::size_t phase) { return static_cast<std::uint8_t>(1u << phase); }
+constexpr std::uint8_t low_gate(std::size_t phase) { return static_cast<std::uint8_t>(8u << phase); }
 
 template <class B>
 concept Board = requires(B b, const B& reader, PwmCompare compare, std::span<std::uint8_t> out, std::uint64_t word) {
@@ -50,6 +56,9 @@ concept Board = requires(B b, const B& reader, PwmCompare compare, std::span<std
   { b.set_compare(compare) }
   noexcept->std::same_as<void>;
   { b.bridge_on() }
+  noexcept->std::same_as<void>;
+  // Only these gates follow the compares, the others stay low; as bridge_on() and bridge_off() at once (on an STM32: CCxE and CCxNE).
+  { b.gates_on(std::uint8_t{}) }
   noexcept->std::same_as<void>;
   { b.bridge_off() }
   noexcept->std::same_as<void>;  // all six gates low on return

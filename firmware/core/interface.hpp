@@ -30,7 +30,7 @@ enum class Limiter : std::uint8_t {
 // stopping: current against the rotation; holding: windings shorted; tone: a rotor at rest is made to sound.
 enum class MotorState : std::uint8_t { off, align, ramp, handover, running, braking, fault, catching, stopping, holding, tone };
 
-enum class Fault : std::uint8_t { none, overcurrent, undervoltage, overvoltage, stall, start_failed, sensor, overtemperature };
+enum class Fault : std::uint8_t { none, overcurrent, undervoltage, overvoltage, stall, start_failed, sensor, overtemperature, self_test };
 
 // Why the bridge is off, in the order in which it is looked for; `none` while the motor is driven.
 enum class Blocked : std::uint8_t {
@@ -46,7 +46,23 @@ enum class Blocked : std::uint8_t {
   undervoltage,
   overtemperature,
   temperature_sensor,  // open or short
+  self_test,           // waits for it, or it is under way
+  broken,              // it found what Telemetry::self_test says; until power-up
 };
+
+// Self-test of the bridge after power-up. turning: not tested, the rotor was not at rest.
+enum class SelfTest : std::uint8_t { off, due, turning, passed, failed };
+
+// several: no single part explains it, as no motor at all.
+enum class Broken : std::uint8_t { none, phase_open, high_open, low_open, high_short, low_short, several };
+
+// A byte, so that telemetry stays as short as it was.
+struct BridgeReport {
+  SelfTest result : 3 = SelfTest::off;
+  Broken broken : 3 = Broken::none;  // when it failed …
+  std::uint8_t leg : 2 = 0;          // … of this leg, 0..2: A, B, C
+};
+static_assert(sizeof(BridgeReport) == 1);
 
 // What happens when the set-point goes to off. A fault and a stale set-point always coast.
 enum class StopMode : std::uint8_t {
@@ -89,6 +105,7 @@ struct Telemetry {
   Blocked blocked = Blocked::none;  // why it is not driven
   bool latched = false;             // the fault stays until the set-point returns to off; otherwise it ends by itself
   bool temperature_valid = true;    // false: thermistor open or short
+  BridgeReport self_test{};         // of the bridge, after power-up
   std::uint32_t trips = 0;          // bridge opened by a protection, since power-up
   float bus_mean_A = 0.0f;          // over about 0.1 s
   float energy_J = 0.0f;            // taken from the bus since power-up, less what was fed back
@@ -153,6 +170,7 @@ struct Parameters {
   float weaken_most_A = 20.0f;          // of field weakening; at most half the phase current limit
   StopMode stop_mode = StopMode::coast;
   float stop_strength = 0.3f;  // of the phase current limit, 0..1: brake and drag
+  bool self_test = true;       // of FETs and phases, at power-up
 };
 
 }  // namespace rotorloop::firmware

@@ -47,7 +47,7 @@ Drive::Drive(const DriveParameters& parameters, RandomStream noise, double initi
 
 AdcReading Drive::sample() {
   const auto& low = low_current_A_;
-  const PhaseCurrents currents = legs_.any ? PhaseCurrents{low[0], low[1], low[2]} : phase_currents_A();
+  const PhaseCurrents currents = legs_.any || by_edges_ ? PhaseCurrents{low[0], low[1], low[2]} : phase_currents_A();
   return sensing_.sample(currents, low_window_s_, bus_V_ + bus_ripple_V_, temperatures_.board_K);
 }
 
@@ -115,7 +115,7 @@ inline void Drive::scatter(const std::array<Drive*, Count>& drives, const SideBy
     const Real window_s = 0.5 * ((1.0 - g.duty[k]) * g.period_s - g.dead_time_s);
     distribute(drives, window_s, [&](Drive& d, double x) { d.low_window_s_[k] = x; });
   }
-  for (Drive* d : drives) d->count_periods(periods);
+  for (Drive* d : drives) d->by_edges_ = false, d->count_periods(periods);
 }
 
 template <bool kDetailed, class Real, std::size_t Count>
@@ -159,7 +159,7 @@ void Drive::step(const PwmCommand& pwm) { step_alone(pwm, 1); }
 void Drive::step_alone(const PwmCommand& pwm, int periods) {
   if (periods > 1 && slow_within(periods)) {
     for (int n = 0; n < periods; ++n) step_alone(pwm, 1);
-  } else if (legs_.any) {
+  } else if (edge_by_edge(pwm)) {
     for (int n = 0; n < periods; ++n) at_rest(pwm) ? step_off() : step_switched(pwm);
   } else if (!driven(pwm)) {
     for (int n = 0; n < periods; ++n) step_off();
@@ -174,6 +174,7 @@ void Drive::step_off() {
   bus_energy_J_ += motor_.step_open(bus_V_ > 0.0 ? bus_V_ : 0.5, present_load(), 1.0 / p_.inverter.pwm_Hz);
   low_window_s_ = {};
   low_current_A_ = {};
+  by_edges_ = false;
   count_periods(1);
 }
 
@@ -185,7 +186,7 @@ void Drive::step_together(std::span<Drive* const> drives, std::span<const PwmCom
   };
   std::array<Batch, 2> batches;  // simple and detailed: a batch steps by one law
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (drives[i]->legs_.any || !drives[i]->driven(pwm[i]) || drives[i]->slow_within(periods)) {
+    if (drives[i]->edge_by_edge(pwm[i]) || !drives[i]->driven(pwm[i]) || drives[i]->slow_within(periods)) {
       drives[i]->step_alone(pwm[i], periods);
       continue;
     }

@@ -32,6 +32,7 @@ struct PwmCommand {
   std::array<std::uint16_t, 3> compare{};
   std::uint16_t top = 1;
   bool enabled = false;  // false: all six gates low
+  std::uint8_t gates = kAllGates;  // those that follow the compares; the others stay low
 };
 
 class Drive {
@@ -59,6 +60,7 @@ class Drive {
   double omega_rad_s() const { return motor_.state().omega_rad_s; }
   PhaseCurrents phase_currents_A() const { return to_phases(motor_.current_A()); }
   double bus_energy_J() const { return bus_energy_J_; }  // taken from the bus since the start
+  double shorted_s() const { return shorted_s_; }         // of it, both FETs of a leg conducting
   const Temperatures& temperatures() const { return temperatures_; }
   double time_s() const { return static_cast<double>(pwm_periods_) / p_.inverter.pwm_Hz; }
   const DriveParameters& parameters() const { return p_; }
@@ -86,6 +88,8 @@ class Drive {
   template <bool kDetailed, class Real, std::size_t Count>
   static void step_driven(const std::array<Drive*, Count>& drives, const std::array<const PwmCommand*, Count>& pwm, int periods);
   bool driven(const PwmCommand& pwm) const { return pwm.enabled && bus_V_ > 0.0; }
+  // No average over a period knows a broken leg, nor one of which a gate is left out.
+  bool edge_by_edge(const PwmCommand& pwm) const { return legs_.any || (driven(pwm) && pwm.gates != kAllGates); }
   // All gates low, no channel shorted, the currents gone: broken legs or not, nothing switches.
   bool at_rest(const PwmCommand& pwm) const;
   bool detailed() const { return p_.inverter.node_capacitance_F > 0.0; }
@@ -106,7 +110,7 @@ class Drive {
   Sensing sensing_;
   ShaftLoad load_{};
   double bus_V_ = 0.0, bus_ripple_V_ = 0.0;
-  double bus_energy_J_ = 0.0;
+  double bus_energy_J_ = 0.0, shorted_s_ = 0.0;
   std::array<double, 3> low_window_s_{};
   Temperatures temperatures_{};
   double copper_ = 1.0, channel_ = 1.0, flux_ = 1.0;  // over the values at 25 degC; flux with the magnets' damage
@@ -114,7 +118,8 @@ class Drive {
   bool locked_ = false;
   SwitchedBridge bridge_;
   LegFaults legs_{};
-  std::array<double, 3> low_current_A_{};  // of the last period stepped edge by edge
+  std::array<double, 3> low_current_A_{};  // of the last period stepped edge by edge …
+  bool by_edges_ = false;                  // … if it was
   std::int64_t pwm_periods_ = 0, next_slow_ = 0;
 };
 

@@ -132,8 +132,10 @@ void Drive::step_switched(const PwmCommand& pwm) {
   std::array<double, 3> duty{};
   for (std::size_t k = 0; k < 3; ++k) duty[k] = pwm.compare[k] >= pwm.top ? 1.0 : pwm.compare[k] * (1.0 / pwm.top);
   const bool on = driven(pwm);
-  const SwitchedPeriod p = bridge_.step_period(stage, present_motor(), motor_.state(), duty, on, present_load());
+  by_edges_ = true;
+  const SwitchedPeriod p = bridge_.step_period(stage, present_motor(), motor_.state(), duty, on ? pwm.gates : kNoGates, present_load());
   bus_energy_J_ += p.bus_J;
+  shorted_s_ += p.shorted_s;
   low_current_A_ = p.low_current_A;
   const double period_s = 1.0 / p_.inverter.pwm_Hz;
   for (std::size_t k = 0; k < 3; ++k) low_window_s_[k] = on ? 0.5 * ((1.0 - duty[k]) * period_s - p_.inverter.dead_time_s) : 0.5 * period_s;

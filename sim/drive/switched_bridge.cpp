@@ -53,7 +53,7 @@ struct Leg {
   bool held = false;       // by a channel: not a free node
   bool low = false;        // the phase current passes the low shunt
   double bus_share = 0.0;  // of the phase current that comes from the bus
-  double short_W = 0.0;
+  double short_A = 0.0;    // from the bus to ground through both channels
 };
 
 // A node that nobody holds: the current charges it until a diode takes over within the step.
@@ -81,7 +81,7 @@ Leg leg_voltage(const SwitchedStage& g, std::size_t k, Gates gate, double i_A, d
   Leg leg{.held = true, .low = low};
   leg.v_V = high && low ? 0.5 * g.bus_V - 0.5 * r * i_A : (high ? g.bus_V : 0.0) - r * i_A;
   leg.bus_share = high ? (low ? 0.5 : 1.0) : 0.0;
-  if (high && low) leg.short_W = g.bus_V * g.bus_V / g.short_circuit_ohm;
+  if (high && low) leg.short_A = g.bus_V / g.short_circuit_ohm;
   leg.end_V = leg.v_V;
   return leg;
 }
@@ -162,14 +162,15 @@ void SwitchedBridge::sub_step(const SwitchedStage& g, const MotorConstants<doubl
   for (std::size_t k = 0; k < 3; ++k) {
     const double mean_A = g.faults.phase_open[k] ? 0.0 : 0.5 * (before[k] + after[k]);
     out.mean_node_V[k] += leg[k].v_V * dt;
-    out.bus_J += (leg[k].bus_share * mean_A * g.bus_V + leg[k].short_W) * dt;
-    out.low_current_A[k] = leg[k].low ? mean_A : 0.0;
+    out.bus_J += (leg[k].bus_share * mean_A + leg[k].short_A) * g.bus_V * dt;
+    out.low_current_A[k] = leg[k].low ? mean_A - leg[k].short_A : 0.0;
     node_V[k] = leg[k].end_V;
   }
+  if (leg[0].short_A + leg[1].short_A + leg[2].short_A > 0.0) out.shorted_s += dt;
 }
 
 SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorConstants<double>& m, MotorState& s,
-                                           const std::array<double, 3>& duty, bool enabled, const ShaftLoad& load) {
+                                           const std::array<double, 3>& duty, std::uint8_t gates, const ShaftLoad& load) {
   SwitchedPeriod out;
   const double period_s = 1.0 / g.inverter.pwm_Hz, dead_s = g.inverter.dead_time_s;
   const std::array<double, 14> instants = edge_instants(duty, period_s, dead_s);
@@ -182,8 +183,10 @@ SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorCo
     const double span_s = instants[e + 1] - instants[e];
     if (span_s < 1e-12) continue;
     std::array<Gates, 3> gate{};
-    for (std::size_t k = 0; k < 3; ++k)
-      if (enabled) gate[k] = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Gates told = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
+      gate[k] = {told.high && (gates >> k & 1) != 0, told.low && (gates >> (3 + k) & 1) != 0};
+    }
     const int steps = static_cast<int>(std::ceil(span_s / g.longest_step_s));
     for (int n = 0; n < steps; ++n) sub_step(g, m, s, gate, load, span_s / steps, out);
   }

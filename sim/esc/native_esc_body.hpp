@@ -65,7 +65,7 @@ PwmCommand BasicNativeEsc<Scales>::run_firmware() {
   board_.now_us = static_cast<std::uint64_t>(time_us());
   motor_.set_setpoint(setpoint_);
   if (!instead_of_motor_ || !instead_of_motor_(board_)) motor_.on_sample(board_);
-  return {active_.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge};
+  return {active_.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge, board_.gates};
 }
 
 template <class Scales>

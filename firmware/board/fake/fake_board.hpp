@@ -17,7 +17,8 @@ class BasicFakeBoard : public Scales {
   AdcCounts counts{};
   std::array<std::uint16_t, 3> unloaded{};
   PwmCompare compare{};
-  bool bridge = false;
+  bool bridge = false;               // any gate follows its compare
+  std::uint8_t gates = kAllGates;  // which do while it does
   std::uint64_t now_us = 0;
   std::array<std::array<std::uint8_t, kFlashPageBytes>, 2> flash{};
 
@@ -27,7 +28,8 @@ class BasicFakeBoard : public Scales {
   AdcCounts adc() const noexcept { return counts; }
   std::array<std::uint16_t, 3> unloaded_counts() const noexcept { return unloaded; }
   void set_compare(PwmCompare c) noexcept { compare = c; }
-  void bridge_on() noexcept { bridge = true; }
+  void bridge_on() noexcept { gates_on(kAllGates); }
+  void gates_on(std::uint8_t mask) noexcept { bridge = mask != 0, gates = mask; }
   void bridge_off() noexcept { bridge = false; }
   std::uint64_t time_us() const noexcept { return now_us; }
   bool flash_read(std::uint32_t page, std::uint32_t offset, std::span<std::uint8_t> out) const noexcept {

@@ -17,6 +17,7 @@
 #include "firmware/core/motor/protection.hpp"
 #include "firmware/core/motor/resistance.hpp"
 #include "firmware/core/motor/sample_check.hpp"
+#include "firmware/core/motor/self_test.hpp"
 #include "firmware/core/motor/speed_loop.hpp"
 #include "firmware/core/motor/start_up.hpp"
 
@@ -262,6 +263,33 @@ constexpr void configure_protection(const Parameters& p, const MotorScale& m, fl
   s.healthy_ticks = ticks(1.0f, tick_s);
   s.trying_ticks = ticks(4.0f, tick_s);
   s.mismatch_rate = 400.0f * tick_s;
+}
+
+template <Board B>
+SelfTestConfig configure_self_test(const Parameters& p, const MotorConfig& c) {
+  const float A_per_count = magnitude(B::kCurrent_A_per_count), counts_s = c.modulator.top * static_cast<float>(B::kPwm_Hz);
+  SelfTestConfig s;
+  s.wanted = p.self_test && c.problem == ParameterProblem::none;
+  s.top = c.modulator.top;
+  s.period_s = c.period_s;
+  s.counts_s = counts_s;
+  s.pulses = static_cast<float>(B::kPwmPeriodsPerSample);
+  s.dead_counts = c.modulator.dead_share * s.top;
+  s.window_counts = 1e-9f * static_cast<float>(B::kSampleWindow_ns) * counts_s;
+  s.most_counts = c.modulator.sample_duty * s.top;
+  s.line_ohm = 2.0f * (p.resistance_ohm + B::kSwitchResistance_ohm);
+  s.line_H = 2.0f * p.inductance_H;
+  s.diode_V = B::kDiodeDrop_V;
+  // Pulses lie in the middle of their periods, the sample at the end of the last; by then resistance has taken its share.
+  const float half = 0.5f * s.line_ohm / (s.line_H * static_cast<float>(B::kPwm_Hz));
+  s.left = B::kPwmPeriodsPerSample == 2 ? 0.5f * (exp_minus(half) + exp_minus(3.0f * half)) : exp_minus(half);
+  // Eight times a converter's noise of two counts for one sample; for two in a row half of that is enough.
+  s.wanted_A = 16.0f * A_per_count > 0.6f ? 16.0f * A_per_count : 0.6f;
+  s.least_A = 8.0f * A_per_count;
+  s.alone_A = 0.5f * B::kTripCurrent_A;
+  s.wait_ticks = ticks(1.0f, c.speed.period_s);
+  s.late_us = static_cast<std::uint32_t>(2.5e6f * c.period_s);
+  return s;
 }
 
 // Always a configuration that can be run with; Motor refuses to start when `problem` says so.

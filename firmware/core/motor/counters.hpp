@@ -30,10 +30,11 @@ struct Counters {
   std::uint32_t interrupts_late = 0;                                // rounds of slots in which an interrupt came late or was missed
   std::uint32_t thermistor_lost = 0;                                // became open or short
   std::uint32_t temperature_derated = 0, undervoltage_derated = 0;  // supervision ticks with that limiter in force
+  std::uint32_t self_test_failures = 0;
 
   constexpr std::uint32_t errors() const {
     return overcurrent_trips + overvoltage_trips + undervoltage_trips + overtemperature_trips + sensor_trips + calibration_failures +
-           stalls + start_failures + setpoints_refused;
+           self_test_failures + stalls + start_failures + setpoints_refused;
   }
 };
 
@@ -60,6 +61,7 @@ constexpr void count_trip(Counters& c, Fault fault) {
     case Fault::start_failed:
       ++c.start_failures;
       break;
+    case Fault::self_test:  // no trip of a driven bridge
     case Fault::none:
       break;
   }

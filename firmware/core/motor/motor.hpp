@@ -13,10 +13,18 @@ namespace rotorloop::firmware {
 template <Board B>
 class Motor : public MotorBase {
  public:
-  explicit Motor(const Parameters& parameters) : MotorBase(configure<B>(parameters)) {}
+  explicit Motor(const Parameters& parameters) : Motor(parameters, configure<B>(parameters)) {}
 
   // The sample interrupt.
   void on_sample(B& board) {
+    if (v_.blocked == Blocked::self_test) [[unlikely]]
+      test_bridge(board);
+    else
+      control_motor(board);
+  }
+
+ private:
+  [[gnu::noinline]] void control_motor(B& board) {
     const AdcCounts adc = board.adc();
     v_.ended = v_.active;
     v_.active = v_.pending;
@@ -49,7 +57,54 @@ class Motor : public MotorBase {
     slot_work(board, adc, sensed);
   }
 
- private:
+  Motor(const Parameters& parameters, const MotorConfig& config) : MotorBase(config, configure_self_test<B>(parameters, config)) {}
+
+  // --- after power-up, until done ---
+
+  // Takes the place of all else. A sample that was missed, or a supply out of range, ends the attempt.
+  [[gnu::noinline]] void test_bridge(B& board) {
+    SelfTestVariables& test = self_test_;
+    const SelfTestConfig& c = self_test_config_;
+    const AdcCounts adc = board.adc();
+    const std::uint64_t now_us = board.time_us();
+    v_.slot = v_.slot + 1 == kSlots ? 0 : v_.slot + 1;  // rounds keep their beat
+    const float bus_V = accept(v_.bus, static_cast<float>(adc.bus) * B::kBus_V_per_count, config_.bus_jump_V);
+    v_.bus_V += config_.bus_filter * (bus_V - v_.bus_V);
+    const bool missed = now_us - test.last_us > c.late_us;
+    test.last_us = now_us;
+    if (!test.under_way || missed) {
+      self_test::begin(c, test, v_.bus_V);
+      publish();
+    }
+    Phases i_A;
+    for (std::size_t k = 0; k < 3; ++k)
+      i_A[k] = (static_cast<float>(adc.phase[k]) - v_.sense.zero_counts[k]) * config_.sense.A_per_count;
+    const SelfTestStep s = step(c, test, i_A);
+    const bool supplied = v_.bus_V > config_.protection.undervoltage_V && bus_V < config_.protection.overvoltage_V;
+    board.set_compare(s.compare);
+    if (!s.done && supplied) return board.gates_on(s.gates);
+    board.bridge_off();
+    test.under_way = false;
+    if (test.result == SelfTest::turning) test.wait = c.wait_ticks;
+    if (test.result == SelfTest::failed) report_broken(board);
+    disturb_zero(config_.sense, v_.sense);
+    v_.round_us = 0;
+    v_.blocked = why_not();
+    // A supply out of range: the next round of slots says so, and comes back here when it is in range again.
+    if (v_.blocked == Blocked::self_test) v_.blocked = Blocked::pause;
+    publish();
+  }
+
+  void report_broken(B& board) {
+    v_.protection.fault = Fault::self_test;
+    v_.protection.latched = true;
+    ++v_.counters.self_test_failures;
+    ++v_.counters.latched_faults;
+    ++v_.protection.trips;
+    trips_.add({0, static_cast<std::uint32_t>(board.time_us() >> 10), Fault::self_test, MotorState::off, true, v_.bus_V, 0.0f, 0.0f,
+                v_.temperature_K});
+  }
+
   // --- every sample ---
 
   // Counts to currents that can be trusted; opens the bridge on those that cannot be, and on those that are too large.
@@ -111,12 +166,6 @@ class Motor : public MotorBase {
     take_order();
     if (p.pause_ticks > 0) --p.pause_ticks;
     if (p.restarts > 0 && p.trying_ticks < config_.protection.trying_ticks) ++p.trying_ticks;
-    if (v_.sense.zero_out_of_tolerance && p.fault != Fault::sensor) {
-      p.fault = Fault::sensor;
-      p.latched = true;
-      ++v_.counters.calibration_failures;
-      v_.state = MotorState::fault;
-    }
     v_.blocked = driving() ? Blocked::none : why_not();
     if (v_.state == MotorState::tone || v_.order.mode == Mode::tone) return sound(board);
     if (!wants_motion()) return come_to_rest(board);
@@ -187,6 +236,7 @@ class Motor : public MotorBase {
     v_.start = {MotorState::catching, 0.0f, 0.0f, sign_of(v_.order.value), 0.0f};
     v_.state = MotorState::catching;
     v_.blocked = Blocked::none;
+    self_test_.wait = 0;  // once it has run, it has shown what it can
     v_.observer = {};
     v_.current = {};
     v_.wanted_A = {};

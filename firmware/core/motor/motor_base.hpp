@@ -11,9 +11,10 @@ namespace rotorloop::firmware {
 
 class MotorBase {
  public:
-  explicit MotorBase(const MotorConfig& config) : config_(config) {
+  MotorBase(const MotorConfig& config, const SelfTestConfig& self_test) : config_(config), self_test_config_(self_test) {
     v_.resistance_ohm = config_.observer.resistance_ohm;
     v_.dead_share = v_.known_dead_share = config_.dead_time.unknown_share;
+    if (self_test_config_.wanted) self_test_.result = SelfTest::due;
     publish();
   }
 
@@ -30,6 +31,9 @@ class MotorBase {
   Telemetry telemetry() const {
     Telemetry t = telemetry_.read();
     t.error_count += __atomic_load_n(&refused_, __ATOMIC_RELAXED);
+    // Bytes that stand still for as long as the motor is driven; what is broken was written before the result.
+    t.self_test.result = self_test_.result;
+    if (t.self_test.result == SelfTest::failed) t.self_test.broken = self_test_.broken, t.self_test.leg = self_test_.leg & 3u;
     return t;
   }
   const TripLog& trips() const { return trips_; }
@@ -97,12 +101,24 @@ class MotorBase {
            (v_.order.mode == Mode::current && magnitude(v_.order.value) > 0.1f);
   }
 
-  [[gnu::noinline]] Blocked why_not() const {
+  // Asked only while nothing is driven, which is when a zero can be found out of tolerance.
+  [[gnu::noinline]] Blocked why_not() {
+    ProtectionState& p = v_.protection;
+    if (v_.sense.zero_out_of_tolerance && p.fault != Fault::sensor) {
+      p.fault = Fault::sensor;
+      p.latched = true;
+      ++v_.counters.calibration_failures;
+      v_.state = MotorState::fault;
+    }
     if (config_.problem != ParameterProblem::none) return Blocked::parameters;
+    SelfTestVariables& test = self_test_;
+    if (test.result == SelfTest::failed) return Blocked::broken;
+    if (test.wait > 0 && --test.wait == 0) test.result = SelfTest::due;  // the rotor turned
     if (v_.sense.zero_out_of_tolerance) return Blocked::current_sensor;
     if (!v_.sense.calibrated) return Blocked::calibrating;
     const Blocked by = blocked_by(config_.protection, v_.protection, v_.bus_V, v_.temperature_K);
     if (by != Blocked::none) return by;
+    if (test.result == SelfTest::due) return Blocked::self_test;
     if (!fresh()) return Blocked::stale_order;
     return wants_motion() || v_.order.mode == Mode::tone ? Blocked::none : Blocked::no_order;
   }
@@ -273,6 +289,8 @@ class MotorBase {
   Mailbox<Telemetry> telemetry_{};
   TripLog trips_{};
   std::uint32_t refused_ = 0;
+  SelfTestConfig self_test_config_;
+  SelfTestVariables self_test_{};
 };
 
 }  // namespace rotorloop::firmware

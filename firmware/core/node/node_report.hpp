@@ -35,22 +35,37 @@ constexpr const char* why_text(WhyOff why) {
 }
 
 constexpr const char* fault_text(Fault fault) {
-  constexpr std::array<const char*, 8> kTexts{"none",  "overcurrent",  "undervoltage", "overvoltage",
-                                              "stall", "start failed", "sensor",       "overtemperature"};
+  constexpr std::array<const char*, 9> kTexts{"none",  "overcurrent",  "undervoltage", "overvoltage",
+                                              "stall", "start failed", "sensor",       "overtemperature", "self-test"};
   return kTexts[static_cast<std::size_t>(fault) < kTexts.size() ? static_cast<std::size_t>(fault) : 0];
 }
 
 constexpr const char* blocked_text(Blocked blocked) {
-  constexpr std::array<const char*, 12> kTexts{
+  constexpr std::array<const char*, 14> kTexts{
       "nothing",         "parameters that this board cannot serve", "calibrating",         "current sensor", "no order",
       "stale order",     "too many faults: order zero first",       "pause after a fault", "overvoltage",    "undervoltage",
-      "overtemperature", "temperature sensor open or short"};
+      "overtemperature", "temperature sensor open or short", "self-test", "self-test failed"};
   return kTexts[static_cast<std::size_t>(blocked) < kTexts.size() ? static_cast<std::size_t>(blocked) : 0];
+}
+
+// Legs A, B, C are phases U, V, W.
+constexpr TextLine broken_line(const BridgeReport& found) {
+  const Broken broken = found.broken;
+  constexpr std::array<const char*, 3> kLegs{"A", "B", "C"};
+  if (broken == Broken::none) return TextLine{};
+  if (broken == Broken::several) return "several parts open, or no motor";
+  const bool high = broken == Broken::high_open || broken == Broken::high_short;
+  const bool open = broken != Broken::high_short && broken != Broken::low_short;
+  TextLine line(broken == Broken::phase_open ? "phase " : "FET ");
+  line.add(kLegs[found.leg % 3u]);
+  if (broken != Broken::phase_open) line.add(high ? " high" : " low");
+  return line.add(open ? " open" : " short");
 }
 
 constexpr TextLine why_line(WhyOff why, const Telemetry& motor) {
   TextLine line(why_text(why));
   if (why == WhyOff::motor && motor.blocked != Blocked::none) line.add(", ").add(blocked_text(motor.blocked));
+  if (why == WhyOff::motor && motor.blocked == Blocked::broken) return line.add(", ").add(broken_line(motor.self_test));
   if (why == WhyOff::motor && motor.fault != Fault::none) line.add(", ").add(fault_text(motor.fault));
   return line;
 }
@@ -62,11 +77,13 @@ struct FaultRecord {
   std::uint32_t uptime_s = 0;
   float bus_V = 0.0f, current_A = 0.0f, temperature_K = 0.0f;
   std::int32_t rpm = 0;
+  BridgeReport self_test{};
 };
 
 constexpr TextLine describe(const FaultRecord& r) {
   TextLine line(fault_text(r.fault));
   if (r.fault == Fault::none) return line;
+  if (r.fault == Fault::self_test) line.add(": ").add(broken_line(r.self_test));
   line.add(" at ").add_tenths(r.bus_V).add(" V ").add_tenths(r.current_A).add(" A ").add(r.rpm).add(" rpm ");
   return line.add_tenths(r.temperature_K - 273.15f).add(" C, uptime ").add(static_cast<std::int32_t>(r.uptime_s)).add(" s");
 }

@@ -45,6 +45,7 @@ inline constexpr std::array kParameterRanges{
     parameter_row<&Parameters::weaken_most_A>("weaken_most", "A", 0, 75, InForce::at_start),
     parameter_row<&Parameters::stop_mode>("stop_mode", "", 0, 2, InForce::at_start),
     parameter_row<&Parameters::stop_strength>("stop_strength", "", 0, 1, InForce::at_start),
+    parameter_row<&Parameters::self_test>("self_test", "", 0, 1, InForce::at_start),
     parameter_row<&Parameters::status_idle_Hz>("status_idle_Hz", "Hz", 2, 10),
     parameter_row<&Parameters::extended_Hz>("extended_Hz", "Hz", 0, 50),
     parameter_row<&Parameters::rpm_Hz>("rpm_Hz", "Hz", 0, 200),

@@ -418,10 +418,17 @@ TEST(StartUp, GivesUpWhenNothingLocks) {
   EXPECT_LT(s.speed_rad_s, 0.0f);  // in the direction asked
 }
 
+// Of a board without a motor.
+Parameters untested() {
+  Parameters p;
+  p.self_test = false;
+  return p;
+}
+
 TEST(Motor, EveryInterruptOfAFreshBoardKeepsTheBridgeOffUntilCalibrated) {
   FakeBoard board;
   board.counts = {{2553, 2553, 2553}, 2000, 1740};
-  Motor<FakeBoard> motor{Parameters{}};
+  Motor<FakeBoard> motor{untested()};
   motor.set_setpoint({Mode::speed, 500.0f});
   for (int k = 0; k < 250; ++k) {
     motor.on_sample(board);
@@ -434,7 +441,7 @@ TEST(Motor, EveryInterruptOfAFreshBoardKeepsTheBridgeOffUntilCalibrated) {
 TEST(Motor, TripsInTheVeryInterruptThatSeesTheCurrent) {
   FakeBoard board;
   board.counts = {{2553, 2553, 2553}, 2000, 1740};
-  Motor<FakeBoard> motor{Parameters{}};
+  Motor<FakeBoard> motor{untested()};
   motor.set_setpoint({Mode::speed, 500.0f});
   for (int k = 0; k < 300; ++k) motor.on_sample(board);
   ASSERT_TRUE(board.bridge);

@@ -388,6 +388,35 @@ TEST(NodeReports, trip_that_ended_is_a_warning_for_ten_seconds_and_its_circumsta
   EXPECT_EQ(rig.parameter("stat_faults").value.integer, 1);
 }
 
+TEST(NodeReports, a_broken_fet_found_by_the_self_test_is_an_error_named_in_log_reason_and_record) {
+  ServiceRig rig;
+  rig.run();
+  rig.telemetry.state = MotorState::off;
+  rig.telemetry.fault = Fault::self_test;
+  rig.telemetry.latched = true;
+  rig.telemetry.blocked = Blocked::broken;
+  rig.telemetry.self_test.result = SelfTest::failed;
+  rig.telemetry.self_test.broken = Broken::high_open;
+  rig.telemetry.self_test.leg = 1;
+  rig.advance_us(2'000);
+  EXPECT_EQ(rig.node.health(), protocols::Health::error);
+  EXPECT_EQ(rig.logs(), std::vector<std::string>{"self-test: FET B high open at 16.0 V 0.0 A 0 rpm 39.9 C, uptime 0 s"});
+  rig.arm();
+  rig.raw({0, 0, 4096, 0});
+  rig.advance_us(2'000);
+  EXPECT_EQ(text_of(rig.parameter("stat_why_off").value.string), "motor control, self-test failed, FET B high open");
+  EXPECT_EQ(text_of(rig.parameter("stat_fault_1").value.string), "self-test: FET B high open at 16.0 V 0.0 A 0 rpm 39.9 C, uptime 0 s");
+}
+
+TEST(NodeReports, a_self_test_skipped_because_the_rotor_turned_is_said_once) {
+  ServiceRig rig;
+  rig.run();
+  rig.telemetry.self_test.result = SelfTest::turning;
+  rig.advance_us(500'000);
+  EXPECT_EQ(rig.logs(), std::vector<std::string>{"self-test: not tested, the rotor turns"});
+  EXPECT_EQ(rig.node.health(), protocols::Health::ok);
+}
+
 TEST(NodeOrders, raw_mode_speed_and_thrust_reach_the_speed_loop) {
   Parameters p = valid_parameters();
   p.raw_mode = RawMode::speed;

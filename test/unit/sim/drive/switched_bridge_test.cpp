@@ -66,7 +66,7 @@ PhaseCurrents phases(const MotorState& s) { return to_phases(stator_current_A(s)
 SwitchedPeriod steady_period(Bench& b) {
   for (int pass = 0;; ++pass) {
     Bench once = b;
-    const SwitchedPeriod p = SwitchedBridge{}.step_period(once.stage, once.motor, once.state, once.duty, true, {});
+    const SwitchedPeriod p = SwitchedBridge{}.step_period(once.stage, once.motor, once.state, once.duty, kAllGates, {});
     const Vector2 before = stator_current_A(b.state), after = stator_current_A(once.state);
     if (pass == 12) return p;
     const double per_A = 0.7 * 15e-6 * kPwm_Hz / kBus_V;  // duty
@@ -144,7 +144,7 @@ TEST(SwitchedBridge, RippleAtTheEdgesIsTheClosedFormOfTheThreeDuties) {
       const Point p{25.0, 0.2 + n * std::numbers::pi / 6.0, voltage_V, 0.4, 1e-9, 0.5e-9};  // hardly any dead time
       Bench b = bench(p);
       const std::array<double, 3> half = half_ripple_A(b.duty, kBus_V / kPwm_Hz / 15e-6);
-      const SwitchedPeriod truth = SwitchedBridge{}.step_period(b.stage, b.motor, b.state, b.duty, true, {});
+      const SwitchedPeriod truth = SwitchedBridge{}.step_period(b.stage, b.motor, b.state, b.duty, kAllGates, {});
       for (std::size_t k = 0; k < 3; ++k)
         EXPECT_NEAR(truth.fall_A[k] - truth.rise_A[k], 2.0 * half[k], 0.02 * std::fabs(2.0 * half[k]) + 0.03) << voltage_V << " V, " << n;
     }
@@ -155,7 +155,7 @@ TEST(SwitchedBridge, EnergyFromTheBusIsMotionDiodesAndNothingElseAt20Amperes) {
   Bench b = bench(p);
   const double w = b.state.omega_rad_s;
   const double stored_J = 0.75 * 15e-6 * (b.state.i_d_A * b.state.i_d_A + b.state.i_q_A * b.state.i_q_A);
-  SwitchedPeriod truth = SwitchedBridge{}.step_period(b.stage, b.motor, b.state, b.duty, true, {});
+  SwitchedPeriod truth = SwitchedBridge{}.step_period(b.stage, b.motor, b.state, b.duty, kAllGates, {});
   const double after_J = 0.75 * 15e-6 * (b.state.i_d_A * b.state.i_d_A + b.state.i_q_A * b.state.i_q_A);
   const double shaft_J = torque_N_m(b.motor, b.state.i_d_A, b.state.i_q_A) * w / kPwm_Hz;
   const PhaseCurrents i = phases(b.state);
@@ -169,7 +169,7 @@ TEST(SwitchedBridge, GatesOffLetTheDiodesEmptyTheWindingIntoTheSupply) {
   const double stored_J = 0.75 * 15e-6 * 400.0;
   SwitchedBridge bridge;
   double returned_J = 0.0;
-  for (int k = 0; k < 4; ++k) returned_J -= bridge.step_period(b.stage, b.motor, b.state, {0.5, 0.5, 0.5}, false, {}).bus_J;
+  for (int k = 0; k < 4; ++k) returned_J -= bridge.step_period(b.stage, b.motor, b.state, {0.5, 0.5, 0.5}, kNoGates, {}).bus_J;
   EXPECT_LT(std::hypot(b.state.i_d_A, b.state.i_q_A), 0.3);  // what winding and nodes swing with
   EXPECT_NEAR(returned_J, stored_J, 0.15 * stored_J);        // less what the diodes burn, 0.8 of 15 V twice
 }

@@ -173,7 +173,7 @@ class SampledEsc {
     motor_.set_setpoint(order);
     motor_.on_sample(board_);
     for (std::uint32_t k = 0; k < Board::kPwmPeriodsPerSample; ++k)
-      drive_.step({active.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge});
+      drive_.step({active.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge, board_.gates});
   }
   template <class Each>
   void run_s(double seconds, const Each& each) {
