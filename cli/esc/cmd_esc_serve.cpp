@@ -87,12 +87,12 @@ int enumerate(const EnumerateArguments& o) {
     for (const std::uint8_t node : left) {
       const auto r = begin(node, static_cast<std::uint16_t>(o.wait_s + 5));
       if (!r || r->error != protocols::EnumerationBeginResponse::Error::ok)
-        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration", "the motor runs, or the ESC has no enumeration",
+        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration", "it is armed, its motor runs, or it has no enumeration",
                      fmt::format("set its index by: rotorloop esc set --node {} esc_index={} --save", node, index)},
                     ExitCode::device);
     }
     turned.clear();
-    fmt::print("motor {}: press the button of its ESC, or turn it by hand ({} left)\n", index, left.size());
+    fmt::print("motor {}: press the button of its ESC, or turn the motor by hand, twice round ({} left)\n", index, left.size());
     std::fflush(stdout);
     std::optional<std::uint8_t> found;
     const bool heard = tool.run_until(tool.now_ns() + o.wait_s * std::int64_t{1'000'000'000}, [&] {
@@ -104,7 +104,7 @@ int enumerate(const EnumerateArguments& o) {
     if (!heard) {
       for (const std::uint8_t node : left) begin(node, protocols::EnumerationBegin::kCancel);
       if (session.stop().asked()) return session.stop().exit_code();
-      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "an ESC that measures nothing while its motor is off cannot feel a hand: it needs its button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
+      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "a hand has to turn the motor once round without a stop; some ESCs feel only their button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
     }
     begin(*found, protocols::EnumerationBegin::kCancel);
     const auto p = tools::read_parameter(tool, *found, "esc_index");

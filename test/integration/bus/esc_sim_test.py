@@ -123,12 +123,12 @@ class EscDevice(BusCommand):
         self.line_with(self.start("esc", "monitor", *BUS, "--json").stdout, '"esc_index":0')
         self.assertEqual(self.parameters()["status_Hz"]["value"], 50)
 
-    def test_its_button_enumerates_it(self):
+    def test_its_button_or_a_hand_enumerates_it(self):
         escs = {node: self.esc("mcast:3", node, 9 + node - 21, "--store", self.path / f"{node}.flash") for node in (21, 22)}
         enumerate_ = self.start("esc", "enumerate", *BUS)
         for index, node in enumerate((22, 21)):
             self.line_with(enumerate_.stdout, f"motor {index}: press")
-            escs[node].send_signal(signal.SIGUSR1)
+            escs[node].send_signal(signal.SIGUSR1 if node == 22 else signal.SIGUSR2)  # its button; a hand at its rotor
             self.line_with(enumerate_.stdout, f"motor {index}: node {node}, saved")
         self.assertEqual(enumerate_.wait(timeout=DEADLINE_s), 0)
         self.assertEqual([self.parameters(node)["esc_index"]["value"] for node in (22, 21)], [0, 1])
