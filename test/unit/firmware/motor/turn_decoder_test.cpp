@@ -41,15 +41,15 @@ TEST(TurnDecoder, AShaftAt3To100RadPerSecondIsFeltAfterOneTurnAndBeforeOneAndAHa
 TEST(TurnDecoder, LessThanATurnIsNone) {
   for (double turns = 0.05; turns < 1.0; turns += 0.05) {
     for (double from = 0.0; from < 6.3; from += 0.3) {
-      const double s = seconds_until_yes([&](double t) { return turning(12.0, from + 2.0 * std::numbers::pi * kPairs * std::min(turns, 5.0 * t)); }, 2.0);
+      const double s = seconds_until_yes(
+          [&](double t) { return turning(12.0, from + 2.0 * std::numbers::pi * kPairs * std::min(turns, 5.0 * t)); }, 2.0);
       ASSERT_LT(s, 0.0) << turns << " turns from " << from;
     }
   }
 }
 
 TEST(TurnDecoder, HalfTurnsToAndFroAreNoneHoweverMany) {
-  const double s = seconds_until_yes(
-      [](double t) { return turning(12.0, std::numbers::pi * kPairs * 0.9 * std::sin(6.0 * t)); }, 30.0);
+  const double s = seconds_until_yes([](double t) { return turning(12.0, std::numbers::pi * kPairs * 0.9 * std::sin(6.0 * t)); }, 30.0);
   EXPECT_LT(s, 0.0);
 }
 
@@ -73,7 +73,10 @@ TEST(TurnDecoder, NoiseIsATurnWhereNeitherHysteresisNorAWholeTurnIsAskedFor) {
   const RandomStream noise(0x48414E44, 2);
   std::uint64_t k = 0;
   const double s = seconds_until_yes(
-      [&](double) { return Stator{static_cast<float>(0.33 * noise.gaussian(k++)), static_cast<float>(0.33 * noise.gaussian(k++))}; }, 10.0, c);
+      [&](double) {
+        return Stator{static_cast<float>(0.33 * noise.gaussian(k++)), static_cast<float>(0.33 * noise.gaussian(k++))};
+      },
+      10.0, c);
   EXPECT_GE(s, 0.0);
 }
 

@@ -1,5 +1,5 @@
-// Turned by hand or not: the firmware's answer on drawn boards and motors, through shunts that drift, carry noise and at times say nonsense.
-// The rules follow from the arithmetic in turn_decoder.hpp; no seed was used to set them.
+// Turned by hand or not: the firmware's answer on drawn boards and motors, through shunts that drift, carry noise and at times say
+// nonsense. The rules follow from the arithmetic in turn_decoder.hpp; no seed was used to set them.
 #include "firmware/core/motor/hand_watch.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,8 @@ class Watched {
       time_s_ += 1.0 / kCurrentLoop_Hz;
       turns_ += esc_.omega_rad_s() / (2.0 * std::numbers::pi * kCurrentLoop_Hz);
       const auto& compare = esc_.board().compare.phase;
-      if (esc_.board().bridge) high_side_ = high_side_ || compare[0] != 0 || compare[1] != 0 || compare[2] != 0, shorted_s_ += 1.0 / kCurrentLoop_Hz;
+      if (esc_.board().bridge)
+        high_side_ = high_side_ || compare[0] != 0 || compare[1] != 0 || compare[2] != 0, shorted_s_ += 1.0 / kCurrentLoop_Hz;
     }
   }
   Esc& esc() { return esc_; }
@@ -128,8 +129,8 @@ Gust gust(std::uint64_t seed, double speed_rad_s, double turns, std::uint16_t st
   return g;
 }
 
-// Gusts that let go so late that the rotor coasts on beyond a turn are left out. Where three quadrants of an electrical turn are enough, each
-// of the others is a hand.
+// Gusts that let go so late that the rotor coasts on beyond a turn are left out. Where three quadrants of an electrical turn are enough,
+// each of the others is a hand.
 TEST(HandWatch, AGustOfLessThanATurnIsNoHandAndWouldBeOneIfLessThanATurnWereEnough) {
   int indicated = 0, with_less = 0, gusts = 0;
   double most_turns = 0.0;
