@@ -113,7 +113,7 @@ void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const 
   auto o = std::make_shared<NodesArguments>();
   CLI::App* c = group.add_subcommand(name, what);
   add_esc_options(*c, o->esc, json);
-  if (run == log) c->add_option("--for", o->esc.live.for_s, "seconds to listen; without it until Ctrl-C");
+  if (run == log) add_for(*c, o->esc.live, "seconds to listen; without it until Ctrl-C");
   if (run == info || run == restart) add_nodes_option(*c, o->nodes);
   c->footer(footer);
   c->callback([o, run, &exit_code] { exit_code = run(*o); });

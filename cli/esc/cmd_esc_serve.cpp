@@ -36,6 +36,10 @@ int serve(const ServeArguments& o) {
     table = tools::parse_allocation_table({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, o.table.generic_string());
   }
   // Now, not when the first node asks: a table that cannot be kept would end the server after an id was given.
+  if (const auto folder = o.table.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
+    throw Error({"--table", fmt::format("{} cannot be kept: there is no folder {}", o.table.generic_string(), folder.generic_string()), "",
+                 "make it first: mkdir -p " + folder.generic_string()},
+                ExitCode::device);
   hil::write_text_file(o.table, tools::allocation_table_text(table));
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
@@ -127,7 +131,7 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
     add_esc_options(*c, o->esc, false);
     c->add_option("--table", o->table, "file that remembers which unique id has which node id")->capture_default_str();
     c->add_flag("--time", o->time, "be the time master of the bus");
-    c->add_option("--for", o->esc.live.for_s, "seconds; without it until Ctrl-C");
+    add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
     c->footer("An autopilot does this too: run it on a bus without one.\nExample:\n  rotorloop esc serve --table node_ids.txt --time");
     c->callback([o, &exit_code] { exit_code = serve(*o); });
   }

@@ -43,7 +43,7 @@ std::array<std::uint8_t, 16> unique_id(const EscSimArguments& o) {
   if (o.unique_id.empty()) return live::default_unique_id(static_cast<std::uint8_t>(o.esc_index));
   std::array<std::uint8_t, 16> id{};
   const std::string remedy = "give 32 hexadecimal digits, for example 0102030405060708090a0b0c0d0e0f10";
-  if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("{} characters", o.unique_id.size()), "", remedy});
+  if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("\"{}\" has {} characters, not 32", o.unique_id, o.unique_id.size()), "", remedy});
   for (std::size_t i = 0; i < 16; ++i) {
     const char* at = o.unique_id.data() + 2 * i;
     if (std::from_chars(at, at + 2, id[i], 16).ptr != at + 2)

@@ -190,14 +190,20 @@ class EscCommand(BusCommand):
 
     def test_mistakes_are_refused_with_what_to_do(self):
         for code, text, words in (
-                (3, "no ESC is on the bus", ("get",)),
+                (3, "mcast:3: error: nobody is on this bus", ("get",)),
                 (3, "node 99 is not on mcast:3", ("info", "--node", "99")),
                 (2, "out of range: 1 to 127", ("get", "--node", "300")),
                 (2, "is not NAME=VALUE", ("set", "--node", "21", "esc_index")),
                 (2, "give either --rpm or --duty", ("spin", "--index", "0", "--for", "2", "--yes")),
                 (2, "standard input is no terminal", ("spin", "--index", "0", "--rpm", "3000", "--for", "2")),
-                (2, "out of range: -1 to 1", ("spin", "--index", "0", "--duty", "2", "--for", "2", "--yes")),
+                (2, "--duty: error: 2 of full duty is out of range: -1 to 1 of full duty", ("spin", "--index", "0", "--duty", "2", "--yes")),
+                (2, "--index: error: 16 is out of range: 0 to 15", ("spin", "--index", "16", "--rpm", "3000")),
+                (2, "--max-current: error: nan A is out of range", ("spin", "--index", "0", "--rpm", "3000", "--max-current", "nan")),
+                (2, "--for: error: for how long it is to turn was not given", ("spin", "--index", "0", "--rpm", "3000", "--yes")),
+                (2, "--index: error: which motor is to turn was not given", ("spin", "--rpm", "3000", "--for", "2", "--yes")),
                 (2, "cannot read the parameter file", ("restore", "no.toml", "--node", "21")),
+                (2, "--for: error: 0 s is out of range: above 0", ("monitor", "--for", "0")),
+                (3, "there is no folder missing", ("serve", "--table", "missing/ids.txt")),
                 (2, "out of range: 0.1 to 60", ("list", "--listen", "0"))):
             with self.subTest(words=words):
                 done = self.esc_command(*words)
