@@ -43,6 +43,7 @@ int dump(const FileArguments& o) {
     fmt::print("{}", text);
   } else {
     hil::write_text_file(o.file, text);
+    fmt::print(stderr, "{}: the parameters of node {}\n", o.file.generic_string(), node);
   }
   session.finish();
   return 0;
@@ -140,7 +141,11 @@ int diff(const FileArguments& o) {
   for (const auto& [name, value] : other) {
     if (find(mine, name) == nullptr) differs(name, "-", value.text);
   }
-  if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
+  if (o.esc.live.json) {
+    fmt::print("{}\n", document.dump(2));
+  } else if (document.empty()) {
+    fmt::print("no difference\n");
+  }
   session.finish();
   return document.empty() ? 0 : kExitDiffers;
 }

@@ -137,20 +137,25 @@ class EscCommand(BusCommand):
         self.assertEqual(monitor.returncode, 0)
 
     def test_the_live_page_is_drawn_by_a_browser(self):
-        """Headless Chromium, where there is one: a row with the ESC's figures, three plots, the stop button; nothing wider than the window."""
+        """Headless Chromium, where there is one: a row with the ESC's figures and its state without scrolling, three plots with
+        their newest values, the stop button; nothing wider than the window."""
         if not browser.CHROMIUM:
             self.skipTest("1 page: no Chromium on this machine")
         self.esc(index=2)
         monitor = self.start("esc", "monitor", *BUS, "--web")
         address = self.line_with(monitor.stdout, "http://127.0.0.1:").strip()
-        for width in (1280, 500):
+        for width in (1280, 390):
             page = browser.Page(address, width)
             self.addCleanup(page.close)
+            if width < 500:  # a window of Chromium is wider; a telephone's page is not
+                page.ask("Emulation.setDeviceMetricsOverride", width=width, height=844, deviceScaleFactor=2, mobile=True)
             row = page.wait_for('document.querySelector("#escs tbody tr")?.innerText', DEADLINE_s)
-            self.assertRegex(row or "", r"^2\s+21\s+0\s+1\d\.\d\d\s.*operational, ok$")
+            self.assertRegex(row or "", r"^2\s+(21\s+)?0\s+1\d\.\d\d\s.*operational, ok$")
             self.assertEqual(page.wait_for('document.querySelectorAll(".plot canvas").length', DEADLINE_s), 3)
             self.assertTrue(page.value('document.getElementById("stop").offsetWidth > 0'))
             self.assertTrue(page.value("document.documentElement.scrollWidth <= innerWidth"), width)
+            self.assertTrue(page.value('document.querySelector("#escs tbody td:last-child").getBoundingClientRect().right <= innerWidth'), width)
+            self.assertEqual(page.wait_for('document.querySelector(".u-legend .u-series:nth-child(2) .u-value").textContent', DEADLINE_s), "0")
         monitor.send_signal(signal.SIGINT)
         monitor.communicate(timeout=DEADLINE_s)
 
