@@ -85,7 +85,8 @@ int restart(const NodesArguments& o) {
     const auto r = session.tool().ask<protocols::RestartNodeResponse>(id, protocols::RestartNode{.magic = protocols::RestartNode::kMagic});
     const bool ok = r && r->ok;
     refused += ok ? 0 : 1;
-    fmt::print("node {}: {}\n", id, ok ? "restarts" : r ? "refuses to restart: does its motor run?" : "no answer");
+    const char* const what = ok ? "restarts" : r ? "refuses to restart: does its motor run?" : "no answer";
+    tell(o.esc, {{"node", id}, {"ok", ok}, {"what", what}}, fmt::format("node {}: {}", id, what));
   }
   session.finish();
   return refused > 0 ? static_cast<int>(ExitCode::device) : 0;
@@ -135,7 +136,7 @@ void add_esc(CLI::App& app, int& exit_code) {
   add_esc_serve(*group, exit_code);
   add_esc_flash(*group, exit_code);
   add_nodes_command(*group, exit_code, "log", "messages that nodes log", "Example:\n  rotorloop esc log --for 60", log, true);
-  add_nodes_command(*group, exit_code, "restart", "restart nodes", "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, false);
+  add_nodes_command(*group, exit_code, "restart", "restart nodes", "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, true);
 }
 
 }  // namespace rotorloop::cli

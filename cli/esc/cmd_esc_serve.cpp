@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -47,8 +48,8 @@ int serve(const ServeArguments& o) {
   allocator.emplace(tool, table, [&](const tools::Allocated& a) {
     // On disk before the next node is served: an id that was given is never given to another.
     if (a.is_new) hil::write_text_file(o.table, tools::allocation_table_text(allocator->table()));
-    fmt::print("{} {}: node {}\n", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id);
-    std::fflush(stdout);
+    tell(o.esc, {{"unique_id", tools::unique_id_text(a.unique_id)}, {"node", a.node_id}, {"new", a.is_new}},
+         fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id));
   });
   std::optional<tools::TimeMaster> time;
   if (o.time) time.emplace(tool);
@@ -96,8 +97,8 @@ int enumerate(const EnumerateArguments& o) {
                     ExitCode::device);
     }
     turned.clear();
-    fmt::print("motor {}: press the button of its ESC, or turn the motor by hand, twice round ({} left)\n", index, left.size());
-    std::fflush(stdout);
+    tell(o.esc, {{"motor", index}, {"what", "waiting"}, {"left", left.size()}},
+         fmt::format("motor {}: press the button of its ESC, or turn the motor by hand, twice round ({} left)", index, left.size()));
     std::optional<std::uint8_t> found;
     const bool heard = tool.run_until(tool.now_ns() + o.wait_s * std::int64_t{1'000'000'000}, [&] {
       for (const std::uint8_t node : turned) {
@@ -114,7 +115,7 @@ int enumerate(const EnumerateArguments& o) {
     const auto p = tools::read_parameter(tool, *found, "esc_index");
     tools::set_parameter(tool, *found, p, tools::parse_value(p, std::to_string(index), "esc_index"));
     tools::execute(tool, *found, tools::ParameterOrder::save);
-    fmt::print("motor {}: node {}, saved\n", index, *found);
+    tell(o.esc, {{"motor", index}, {"what", "saved"}, {"node", *found}}, fmt::format("motor {}: node {}, saved", index, *found));
     left.erase(*found);
     ++index;
   }
@@ -128,7 +129,7 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
   {
     auto o = std::make_shared<ServeArguments>();
     CLI::App* c = group.add_subcommand("serve", "give node ids to nodes that ask for one, and the time");
-    add_esc_options(*c, o->esc, false);
+    add_esc_options(*c, o->esc);
     c->add_option("--table", o->table, "file that remembers which unique id has which node id")->capture_default_str();
     c->add_flag("--time", o->time, "be the time master of the bus");
     add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
@@ -137,7 +138,7 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
   }
   auto o = std::make_shared<EnumerateArguments>();
   CLI::App* c = group.add_subcommand("enumerate", "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
-  add_esc_options(*c, o->esc, false);
+  add_esc_options(*c, o->esc);
   add_nodes_option(*c, o->nodes);
   c->add_option("--first", o->first, "index of the first motor")->capture_default_str();
   c->add_option("--wait", o->wait_s, "seconds to wait for each motor")->capture_default_str();

@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
 
@@ -33,6 +35,11 @@ void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
   if (with_json) c.add_flag("--json", o.live.json, "JSON instead of text");
+}
+
+void tell(const EscOptions& options, const nlohmann::ordered_json& object, const std::string& sentence) {
+  fmt::print("{}\n", options.live.json ? object.dump() : sentence);
+  std::fflush(stdout);
 }
 
 void add_nodes_option(CLI::App& c, std::vector<int>& nodes) {
