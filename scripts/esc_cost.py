@@ -16,7 +16,7 @@ PURPOSES = (("configuration, once", r"configure<|_GLOBAL__|>::Motor\("),
             ("start sequence", r"::start\(|::begin_start\(|(?:step|align)\(rotorloop::firmware::StartConfig|::learn_at_rest\(|::take_over\("),
             ("trips, stops, tones", r"::trip\(|::sound\(|::come_to_rest\(|::switch_off\("),
             ("self-test, after power-up", r"::test_bridge\(|self_test::"),
-            ("with the bridge off", r"calibrate_zero\(|::why_not\("))
+            ("with the bridge off", r"calibrate_zero\(|::why_not\(|hand_watch|HandWatch|TurnConfig"))
 RUNNING = "interrupt while running"
 FUSED = re.compile(r"\bvfn?m[as]\.")  # other bits than the simulated firmware has
 DOUBLE = re.compile(r"\bv\w+(?:\.\w+)*\.f64\b")

@@ -82,7 +82,7 @@ EscProcess::EscProcess(const EscProcessConfig& config, TimedBus& bus)
   e.module = config_.esc_index;
   esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(p, identity_of(config_, image_)), bus_);
   esc_->esc().set_interrupt([this](sim::NativeEsc::Board& board) {
-    if (!commissioned_ || !commissioning_->active()) return false;
+    if (!commissioned_ || !commissioning_->active()) return watch_->on_sample(board, esc_->esc().motor().variables().state);
     commissioning_->on_sample(board);
     return true;
   });
@@ -111,6 +111,7 @@ void EscProcess::reset() {
   esc_->esc().board().bridge = false;
   esc_->esc().set_setpoint({});
   commissioning_.emplace(p);
+  watch_.emplace(p);
   commissioned_ = false;
   updater_.reset();
   const auto image = flash_.to_start();
@@ -154,6 +155,13 @@ void EscProcess::serve_commissioning() {
   node.on_commissioning(commissioning_->result(), sim::NativeEsc::Board::kSwitchResistance_ohm);
 }
 
+// The answer before the next question: one that is no longer asked for says nothing.
+void EscProcess::serve_hand_watch() {
+  firmware::EscNode& node = esc_->node();
+  node.on_hand(watch_->turned());
+  watch_->want(node.feels_for_hand());
+}
+
 void EscProcess::run_updater() {
   if (periods_ % Esc::kPeriodsPerPoll != 0) return;
   const auto now_us = static_cast<std::uint64_t>(esc_->esc().time_us());
@@ -169,7 +177,7 @@ void EscProcess::run_processor() {
   if (updater_) {
     run_updater();
   } else {
-    if (periods_ % Esc::kPeriodsPerPoll == 0) serve_commissioning();
+    if (periods_ % Esc::kPeriodsPerPoll == 0) serve_commissioning(), serve_hand_watch();
     esc_->run_node();
     serve_node();
   }
@@ -182,8 +190,8 @@ void EscProcess::look_at_bridge() {
   const std::uint32_t commands = c.raw_commands + c.rpm_commands + c.fast_setpoints;
   if (commands != commands_) commanded_at_ = periods_;
   commands_ = commands;
-  // A self-test follows no command.
-  const bool on = esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test;
+  // A self-test follows no command; shorted windings do not switch.
+  const bool on = esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test && !watch_->shorted();
   if (on == bridge_) return;
   bridge_ = on;
   if (!on_bridge) return;
@@ -193,6 +201,7 @@ void EscProcess::look_at_bridge() {
 
 void EscProcess::step_period() {
   run_processor();
+  if (hand_rad_s_) esc_->esc().drive().motor().state().omega_rad_s = *hand_rad_s_;
   esc_->esc().step_current_loop();
   look_at_bridge();
   if (++periods_ % kPeriodsPerCoupling != 0) return;

@@ -11,6 +11,7 @@
 
 #include "bench/live/esc_boot.hpp"
 #include "firmware/core/commission/commissioning.hpp"
+#include "firmware/core/motor/hand_watch.hpp"
 #include "firmware/core/node/esc_node.hpp"
 #include "host/bus/timed_bus.hpp"
 #include "sim/drive/battery.hpp"
@@ -62,6 +63,9 @@ class EscProcess {
   const firmware::ImageHeader& image() const { return image_; }  // that was started last
   int starts() const { return starts_; }                         // of the application, the first one counted
   void press_button() { esc_->node().on_button(); }
+  // A hand that holds the shaft at this speed whatever the motor does; nothing: it lets go.
+  void turn_by_hand(std::optional<double> omega_rad_s) { hand_rad_s_ = omega_rad_s; }
+  bool windings_shorted() const { return watch_->shorted(); }
   const EscFlash& flash() const { return flash_; }
   const firmware::EscNode& node() const;
   firmware::Telemetry telemetry() const;
@@ -77,6 +81,7 @@ class EscProcess {
   void run_updater();
   void serve_node();
   void serve_commissioning();
+  void serve_hand_watch();
   void reset();
   void couple();
   firmware::Parameters stored_or_given(firmware::StoreState& state);
@@ -89,6 +94,8 @@ class EscProcess {
   EscFlash flash_;
   std::unique_ptr<Esc> esc_;
   std::optional<firmware::Commissioning<sim::NativeEsc::Board>> commissioning_;
+  std::optional<firmware::HandWatch<sim::NativeEsc::Board>> watch_;
+  std::optional<double> hand_rad_s_;
   bool commissioned_ = false;  // the bus has asked for one since the start
   std::unique_ptr<EscFlash::Updater> updater_;  // while it runs in place of the application
   firmware::ImageHeader image_{};

@@ -20,14 +20,20 @@ constexpr std::int64_t kLookForSignals_ns = 100'000'000;  // a signal between tw
 }  // namespace
 
 void add_live_options(CLI::App& c, LiveOptions& o) {
-  c.add_option("--for", o.for_s, "seconds to run; without it until Ctrl-C");
+  add_for(c, o, "seconds to run; without it until Ctrl-C");
   c.add_option("--record", o.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   add_force(c, o.force);
 }
 
+void add_for(CLI::App& c, LiveOptions& o, const char* help) {
+  c.add_option_function<double>(
+       "--for", [&o](double seconds) { o.for_s = seconds, o.for_given = true; }, help)
+      ->type_name("FLOAT");
+}
+
 void check_live_options(const LiveOptions& o) {
-  if (!(o.for_s >= 0.0 && o.for_s <= 1e7))
-    throw Error({"--for", fmt::format("{} s is no time to run", o.for_s), "", "give seconds above 0, or leave it out to run until Ctrl-C"});
+  if (o.for_given && !(o.for_s > 0.0 && o.for_s <= 1e7))
+    throw Error({"--for", fmt::format("{} s is out of range: above 0, to 10000000", o.for_s), "", "leave it out to run until Ctrl-C"});
   check_outputs({{"--record", o.record}}, o.force);
 }
 

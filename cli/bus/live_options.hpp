@@ -23,11 +23,13 @@ inline constexpr const char* kBusHelp = "bus: mcast:0 (programs on this machine 
 
 struct LiveOptions {
   double for_s = 0.0;  // 0: until Ctrl-C
+  bool for_given = false;
   std::filesystem::path record;
   bool json = false, force = false;
 };
 void add_live_options(CLI::App& command, LiveOptions& options);
-// Throws Error for a time below 0 and for a recording that exists.
+void add_for(CLI::App& command, LiveOptions& options, const char* help);  // --for alone
+// Throws Error for a time that is none and for a recording that exists.
 void check_live_options(const LiveOptions& options);
 
 // Runs `step` until it says that it is done, the time is over, or a signal comes. `step` returns when it wants to be called again at the

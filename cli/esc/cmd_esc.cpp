@@ -85,7 +85,8 @@ int restart(const NodesArguments& o) {
     const auto r = session.tool().ask<protocols::RestartNodeResponse>(id, protocols::RestartNode{.magic = protocols::RestartNode::kMagic});
     const bool ok = r && r->ok;
     refused += ok ? 0 : 1;
-    fmt::print("node {}: {}\n", id, ok ? "restarts" : r ? "refuses to restart: does its motor run?" : "no answer");
+    const char* const what = ok ? "restarts" : r ? "refuses to restart: does its motor run?" : "no answer";
+    tell(o.esc, {{"node", id}, {"ok", ok}, {"what", what}}, fmt::format("node {}: {}", id, what));
   }
   session.finish();
   return refused > 0 ? static_cast<int>(ExitCode::device) : 0;
@@ -113,7 +114,7 @@ void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const 
   auto o = std::make_shared<NodesArguments>();
   CLI::App* c = group.add_subcommand(name, what);
   add_esc_options(*c, o->esc, json);
-  if (run == log) c->add_option("--for", o->esc.live.for_s, "seconds to listen; without it until Ctrl-C");
+  if (run == log) add_for(*c, o->esc.live, "seconds to listen; without it until Ctrl-C");
   if (run == info || run == restart) add_nodes_option(*c, o->nodes);
   c->footer(footer);
   c->callback([o, run, &exit_code] { exit_code = run(*o); });
@@ -135,7 +136,7 @@ void add_esc(CLI::App& app, int& exit_code) {
   add_esc_serve(*group, exit_code);
   add_esc_flash(*group, exit_code);
   add_nodes_command(*group, exit_code, "log", "messages that nodes log", "Example:\n  rotorloop esc log --for 60", log, true);
-  add_nodes_command(*group, exit_code, "restart", "restart nodes", "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, false);
+  add_nodes_command(*group, exit_code, "restart", "restart nodes", "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, true);
 }
 
 }  // namespace rotorloop::cli

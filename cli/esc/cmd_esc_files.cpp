@@ -43,6 +43,7 @@ int dump(const FileArguments& o) {
     fmt::print("{}", text);
   } else {
     hil::write_text_file(o.file, text);
+    fmt::print(stderr, "{}: the parameters of node {}\n", o.file.generic_string(), node);
   }
   session.finish();
   return 0;
@@ -72,11 +73,14 @@ void bring_to(EscSession& session, std::uint8_t node, const std::map<std::string
   }
   for (const auto& [p, v] : changes) {
     tools::set_parameter(session.tool(), node, *p, v);
-    fmt::print("node {}: {} = {} (was {})\n", node, p->name, tools::value_text(v), tools::value_text(p->value));
+    tell(o.esc, {{"node", node}, {"name", p->name}, {"before", tools::value_json(p->value)}, {"value", tools::value_json(v)}},
+         fmt::format("node {}: {} = {} (was {})", node, p->name, tools::value_text(v), tools::value_text(p->value)));
   }
   if (o.save) tools::execute(session.tool(), node, tools::ParameterOrder::save);
-  fmt::print("node {}: {} changed, {} as wanted before{}{}\n", node, changes.size(), wanted.size() - changes.size() - left_out,
-             left_out > 0 ? fmt::format(", {} left that name the node (--identity sets them too)", left_out) : "", o.save ? "; saved" : "; not saved");
+  const std::size_t as_before = wanted.size() - changes.size() - left_out;
+  tell(o.esc, {{"node", node}, {"changed", changes.size()}, {"as_before", as_before}, {"left_out", left_out}, {"saved", o.save}},
+       fmt::format("node {}: {} changed, {} as wanted before{}{}", node, changes.size(), as_before,
+                   left_out > 0 ? fmt::format(", {} left that name the node (--identity sets them too)", left_out) : "", o.save ? "; saved" : "; not saved"));
 }
 
 int restore(const FileArguments& o) {
@@ -140,7 +144,11 @@ int diff(const FileArguments& o) {
   for (const auto& [name, value] : other) {
     if (find(mine, name) == nullptr) differs(name, "-", value.text);
   }
-  if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
+  if (o.esc.live.json) {
+    fmt::print("{}\n", document.dump(2));
+  } else if (document.empty()) {
+    fmt::print("no difference\n");
+  }
   session.finish();
   return document.empty() ? 0 : kExitDiffers;
 }
@@ -160,7 +168,7 @@ void add_esc_files(CLI::App& group, int& exit_code) {
   d->footer("Example:\n  rotorloop esc dump --node 21 -o front_left.toml");
   d->callback([o = dump_options, &exit_code] { exit_code = dump(*o); });
 
-  const auto [r, restore_options] = add("restore", "set the parameters of a node as a file has them", false);
+  const auto [r, restore_options] = add("restore", "set the parameters of a node as a file has them", true);
   r->add_option("file", restore_options->file, "parameter file, as `dump` writes it")->required();
   r->add_option("--node", restore_options->node, "node id")->required();
   r->add_flag("--identity", restore_options->identity, "set node id and esc_index too");
@@ -168,7 +176,7 @@ void add_esc_files(CLI::App& group, int& exit_code) {
   r->footer("Everything is checked before anything is set.\nExample:\n  rotorloop esc restore front_left.toml --node 21 --save");
   r->callback([o = restore_options, &exit_code] { exit_code = restore(*o); });
 
-  const auto [k, clone_options] = add("clone", "copy the parameters of one node to others", false);
+  const auto [k, clone_options] = add("clone", "copy the parameters of one node to others", true);
   k->add_option("--from", clone_options->from, "node id to copy")->required();
   k->add_option("--to", clone_options->to, "node ids that take its parameters, 22,23")->delimiter(',')->allow_extra_args(false)->required();
   k->add_flag("--save", clone_options->save, "keep them over a restart");

@@ -101,7 +101,7 @@ void add_esc_monitor(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<MonitorArguments>();
   CLI::App* c = group.add_subcommand("monitor", "what every ESC reports, as it changes");
   add_esc_options(*c, o->esc);
-  c->add_option("--for", o->esc.live.for_s, "seconds; without it until Ctrl-C");
+  add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
   c->add_option("--rate", o->rate_Hz, "how often per second the table is shown")->capture_default_str();
   c->add_flag("--web", o->web, "a page with curves in the browser of this machine; prints its address")->excludes("--json");
   c->add_option("--port", o->port, "port of the page; 0: one that is free")->capture_default_str();

@@ -128,15 +128,16 @@ int order(const ParameterArguments& o, tools::ParameterOrder what) {
   EscSession session(o.esc);
   for (const std::uint8_t node : session.nodes(o.nodes)) {
     tools::execute(session.tool(), node, what);
-    fmt::print("node {}: {}\n", node, what == tools::ParameterOrder::save ? "saved" : "parameters are the defaults again");
+    const char* const done = what == tools::ParameterOrder::save ? "saved" : "parameters are the defaults again";
+    tell(o.esc, {{"node", node}, {"what", done}}, fmt::format("node {}: {}", node, done));
   }
   session.finish();
   return 0;
 }
 
-CLI::App* add(CLI::App& group, ParameterArguments& o, const char* name, const char* what, bool json) {
+CLI::App* add(CLI::App& group, ParameterArguments& o, const char* name, const char* what) {
   CLI::App* c = group.add_subcommand(name, what);
-  add_esc_options(*c, o.esc, json);
+  add_esc_options(*c, o.esc);
   add_nodes_option(*c, o.nodes);
   return c;
 }
@@ -145,7 +146,7 @@ CLI::App* add(CLI::App& group, ParameterArguments& o, const char* name, const ch
 
 void add_esc_parameters(CLI::App& group, int& exit_code) {
   auto g = std::make_shared<ParameterArguments>();
-  CLI::App* c = add(group, *g, "get", "parameters with defaults and limits", true);
+  CLI::App* c = add(group, *g, "get", "parameters with defaults and limits");
   c->add_option("names", g->words, "names; without any all of them");
   c->footer(
       "A * marks what is not the default.\nExamples:\n  rotorloop esc get --node 21\n  rotorloop esc get esc_index          # of every "
@@ -153,7 +154,7 @@ void add_esc_parameters(CLI::App& group, int& exit_code) {
   c->callback([g, &exit_code] { exit_code = get(*g); });
 
   auto s = std::make_shared<ParameterArguments>();
-  c = add(group, *s, "set", "set parameters", true);
+  c = add(group, *s, "set", "set parameters");
   c->add_option("parameters", s->words, "NAME=VALUE");
   c->add_option("--from", s->from, "motor file: sets pole pairs, resistance, inductance and flux linkage");
   c->add_flag("--save", s->save, "keep them over a restart");
@@ -165,12 +166,12 @@ void add_esc_parameters(CLI::App& group, int& exit_code) {
   c->callback([s, &exit_code] { exit_code = set(*s); });
 
   auto v = std::make_shared<ParameterArguments>();
-  c = add(group, *v, "save", "keep the parameters over a restart", false);
+  c = add(group, *v, "save", "keep the parameters over a restart");
   c->footer("Example:\n  rotorloop esc save --node 21");
   c->callback([v, &exit_code] { exit_code = order(*v, tools::ParameterOrder::save); });
 
   auto r = std::make_shared<ParameterArguments>();
-  c = add(group, *r, "reset", "parameters back to the defaults, in the node's memory too", false);
+  c = add(group, *r, "reset", "parameters back to the defaults, in the node's memory too");
   c->get_option("--node")->required();
   c->footer(
       "The node id and the index too: after its next restart the ESC asks an allocator for an id and obeys no command before it has an "

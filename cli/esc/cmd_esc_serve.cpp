@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -36,6 +37,10 @@ int serve(const ServeArguments& o) {
     table = tools::parse_allocation_table({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, o.table.generic_string());
   }
   // Now, not when the first node asks: a table that cannot be kept would end the server after an id was given.
+  if (const auto folder = o.table.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
+    throw Error({"--table", fmt::format("{} cannot be kept: there is no folder {}", o.table.generic_string(), folder.generic_string()), "",
+                 "make it first: mkdir -p " + folder.generic_string()},
+                ExitCode::device);
   hil::write_text_file(o.table, tools::allocation_table_text(table));
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
@@ -43,8 +48,8 @@ int serve(const ServeArguments& o) {
   allocator.emplace(tool, table, [&](const tools::Allocated& a) {
     // On disk before the next node is served: an id that was given is never given to another.
     if (a.is_new) hil::write_text_file(o.table, tools::allocation_table_text(allocator->table()));
-    fmt::print("{} {}: node {}\n", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id);
-    std::fflush(stdout);
+    tell(o.esc, {{"unique_id", tools::unique_id_text(a.unique_id)}, {"node", a.node_id}, {"new", a.is_new}},
+         fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id));
   });
   std::optional<tools::TimeMaster> time;
   if (o.time) time.emplace(tool);
@@ -87,13 +92,13 @@ int enumerate(const EnumerateArguments& o) {
     for (const std::uint8_t node : left) {
       const auto r = begin(node, static_cast<std::uint16_t>(o.wait_s + 5));
       if (!r || r->error != protocols::EnumerationBeginResponse::Error::ok)
-        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration", "the motor runs, or the ESC has no enumeration",
+        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration", "it is armed, its motor runs, or it has no enumeration",
                      fmt::format("set its index by: rotorloop esc set --node {} esc_index={} --save", node, index)},
                     ExitCode::device);
     }
     turned.clear();
-    fmt::print("motor {}: press the button of its ESC, or turn it by hand ({} left)\n", index, left.size());
-    std::fflush(stdout);
+    tell(o.esc, {{"motor", index}, {"what", "waiting"}, {"left", left.size()}},
+         fmt::format("motor {}: press the button of its ESC, or turn the motor by hand, twice round ({} left)", index, left.size()));
     std::optional<std::uint8_t> found;
     const bool heard = tool.run_until(tool.now_ns() + o.wait_s * std::int64_t{1'000'000'000}, [&] {
       for (const std::uint8_t node : turned) {
@@ -104,13 +109,13 @@ int enumerate(const EnumerateArguments& o) {
     if (!heard) {
       for (const std::uint8_t node : left) begin(node, protocols::EnumerationBegin::kCancel);
       if (session.stop().asked()) return session.stop().exit_code();
-      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "an ESC that measures nothing while its motor is off cannot feel a hand: it needs its button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
+      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "a hand has to turn the motor once round without a stop; some ESCs feel only their button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
     }
     begin(*found, protocols::EnumerationBegin::kCancel);
     const auto p = tools::read_parameter(tool, *found, "esc_index");
     tools::set_parameter(tool, *found, p, tools::parse_value(p, std::to_string(index), "esc_index"));
     tools::execute(tool, *found, tools::ParameterOrder::save);
-    fmt::print("motor {}: node {}, saved\n", index, *found);
+    tell(o.esc, {{"motor", index}, {"what", "saved"}, {"node", *found}}, fmt::format("motor {}: node {}, saved", index, *found));
     left.erase(*found);
     ++index;
   }
@@ -124,16 +129,16 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
   {
     auto o = std::make_shared<ServeArguments>();
     CLI::App* c = group.add_subcommand("serve", "give node ids to nodes that ask for one, and the time");
-    add_esc_options(*c, o->esc, false);
+    add_esc_options(*c, o->esc);
     c->add_option("--table", o->table, "file that remembers which unique id has which node id")->capture_default_str();
     c->add_flag("--time", o->time, "be the time master of the bus");
-    c->add_option("--for", o->esc.live.for_s, "seconds; without it until Ctrl-C");
+    add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
     c->footer("An autopilot does this too: run it on a bus without one.\nExample:\n  rotorloop esc serve --table node_ids.txt --time");
     c->callback([o, &exit_code] { exit_code = serve(*o); });
   }
   auto o = std::make_shared<EnumerateArguments>();
   CLI::App* c = group.add_subcommand("enumerate", "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
-  add_esc_options(*c, o->esc, false);
+  add_esc_options(*c, o->esc);
   add_nodes_option(*c, o->nodes);
   c->add_option("--first", o->first, "index of the first motor")->capture_default_str();
   c->add_option("--wait", o->wait_s, "seconds to wait for each motor")->capture_default_str();

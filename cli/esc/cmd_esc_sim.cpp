@@ -43,7 +43,7 @@ std::array<std::uint8_t, 16> unique_id(const EscSimArguments& o) {
   if (o.unique_id.empty()) return live::default_unique_id(static_cast<std::uint8_t>(o.esc_index));
   std::array<std::uint8_t, 16> id{};
   const std::string remedy = "give 32 hexadecimal digits, for example 0102030405060708090a0b0c0d0e0f10";
-  if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("{} characters", o.unique_id.size()), "", remedy});
+  if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("\"{}\" has {} characters, not 32", o.unique_id, o.unique_id.size()), "", remedy});
   for (std::size_t i = 0; i < 16; ++i) {
     const char* at = o.unique_id.data() + 2 * i;
     if (std::from_chars(at, at + 2, id[i], 16).ptr != at + 2)
@@ -55,6 +55,11 @@ std::array<std::uint8_t, 16> unique_id(const EscSimArguments& o) {
 // The button of the board: `kill -USR1 PID`.
 volatile std::sig_atomic_t button_pressed = 0;
 void on_button_signal(int) { button_pressed = 1; }
+// A hand turns its rotor: `kill -USR2 PID`.
+volatile std::sig_atomic_t hand_begun = 0;
+void on_hand_signal(int) { hand_begun = 1; }
+constexpr double kHand_rad_s = 25.0;                 // four turns a second
+constexpr std::int64_t kHand_ns = 2'000'000'000;
 
 // What a user wants to know of the process, each thing once: on which id it is, that it has started again, that it takes an update.
 class Told {
@@ -136,12 +141,19 @@ int esc_sim(const EscSimArguments& o) {
   }
   TimedBus* const alone = bus.get();
   std::signal(SIGUSR1, on_button_signal);
+  std::signal(SIGUSR2, on_hand_signal);
+  std::int64_t hand_until_ns = 0;
   Told told(o, *bus);
   const LiveEnd end = run_live({&alone, 1}, o.live, [&]() -> std::optional<std::int64_t> {
     if (button_pressed != 0) {
       button_pressed = 0;
       esc.press_button();
     }
+    if (hand_begun != 0) {
+      hand_begun = 0;
+      hand_until_ns = bus->now_ns() + kHand_ns;
+    }
+    esc.turn_by_hand(bus->now_ns() < hand_until_ns ? std::optional(kHand_rad_s) : std::nullopt);
     esc.advance();
     told.tell(esc);
     return esc.next_ns();
@@ -182,7 +194,8 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
       "  rotorloop bus dump mcast:0\n"
       "An ESC with a memory and an id of its own:\n"
       "  rotorloop esc serve & rotorloop esc-sim --bus mcast:0 --node-id auto --esc-index 0 --store esc0.flash\n"
-      "Prints one line when it is operational and after each restart; kill -USR1 presses its button (esc enumerate); Ctrl-C ends it.");
+      "Prints one line when it is operational and after each restart; kill -USR1 presses its button, kill -USR2 turns its\n"
+      "rotor by hand for two seconds (esc enumerate); Ctrl-C ends it.");
   c->callback([o, &exit_code] { exit_code = esc_sim(*o); });
 }
 

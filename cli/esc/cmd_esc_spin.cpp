@@ -21,7 +21,8 @@ namespace {
 struct SpinArguments {
   EscOptions esc;
   tools::SpinOptions spin;
-  std::optional<double> rpm, duty;
+  std::optional<int> index;
+  std::optional<double> rpm, duty, for_s;
   bool yes = false;
 };
 
@@ -43,10 +44,23 @@ void print_row(const tools::EscRow& row, double set_point, bool json, const tool
               why == tools::SpinEnd::silent ? ExitCode::device : ExitCode::safety);
 }
 
+// What was given is checked before it is said what is missing: a value out of range is the worse mistake.
+tools::SpinOptions checked(const SpinArguments& o) {
+  tools::SpinOptions s = o.spin;
+  s.esc_index = o.index.value_or(0);
+  s.duty = o.duty.has_value();
+  s.value = o.duty ? *o.duty : o.rpm.value_or(0.0);
+  s.for_s = o.for_s.value_or(1.0);
+  tools::check_spin(s);
+  const char* const example = "for example: rotorloop esc spin --index 0 --rpm 3000 --for 5";
+  if (o.rpm.has_value() == o.duty.has_value()) throw Error({"--rpm", "give either --rpm or --duty", "", example});
+  if (!o.index) throw Error({"--index", "which motor is to turn was not given", "", example});
+  if (!o.for_s) throw Error({"--for", "for how long it is to turn was not given", "", example});
+  return s;
+}
+
 int spin(SpinArguments o) {
-  if (o.rpm.has_value() == o.duty.has_value()) throw Error({"--rpm", "give either --rpm or --duty", "", "for example: rotorloop esc spin --index 0 --rpm 3000 --for 5"});
-  o.spin.duty = o.duty.has_value();
-  o.spin.value = o.duty ? *o.duty : *o.rpm;
+  o.spin = checked(o);
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   if (!o.yes && !terminal)
     throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "", "give --yes when the propeller is off or the frame is held"});
@@ -91,10 +105,10 @@ void add_esc_spin(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<SpinArguments>();
   CLI::App* c = group.add_subcommand("spin", "turn one motor, with limits and a dead-man's switch");
   add_esc_options(*c, o->esc);
-  c->add_option("--index", o->spin.esc_index, "esc_index of the motor, from 0")->required();
+  c->add_option("--index", o->index, "esc_index of the motor, 0 to 15; needed");
   c->add_option("--rpm", o->rpm, "speed to turn at, signed");
   c->add_option("--duty", o->duty, "share of full duty, -1 to 1");
-  c->add_option("--for", o->spin.for_s, "seconds, ramp included")->required();
+  c->add_option("--for", o->for_s, "seconds, ramp included, 0.1 to 600; needed");
   c->add_option("--ramp", o->spin.ramp_s, "seconds from standstill to the value")->capture_default_str();
   c->add_option("--max-current", o->spin.most_current_A, "A; more stops at once")->capture_default_str();
   c->add_option("--max-temperature", o->spin.most_temperature_C, "°C; more stops at once")->capture_default_str();

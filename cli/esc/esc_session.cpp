@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
 
@@ -18,6 +20,12 @@ bool speaks_as_an_esc(const tools::SeenNode& node) {
   return name.find("esc") != std::string::npos;
 }
 
+std::string no_esc_text(std::size_t other_nodes) {
+  if (other_nodes == 0) return "nobody is on this bus";
+  return fmt::format("no ESC is on this bus, only {} of {}", other_nodes == 1 ? "one node" : fmt::format("{} nodes", other_nodes),
+                     other_nodes == 1 ? "another kind" : "other kinds");
+}
+
 }  // namespace
 
 void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
@@ -27,6 +35,11 @@ void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
   if (with_json) c.add_flag("--json", o.live.json, "JSON instead of text");
+}
+
+void tell(const EscOptions& options, const nlohmann::ordered_json& object, const std::string& sentence) {
+  fmt::print("{}\n", options.live.json ? object.dump() : sentence);
+  std::fflush(stdout);
 }
 
 void add_nodes_option(CLI::App& c, std::vector<int>& nodes) {
@@ -72,8 +85,7 @@ std::vector<std::uint8_t> EscSession::nodes(const std::vector<int>& given) {
   }
   if (stop_.asked()) throw Error({"", "interrupted", "", ""}, ExitCode::interrupted);
   if (chosen.empty())
-    throw Error({options_.bus, fmt::format("no ESC is on the bus; {} nodes of other kinds are", tool_->nodes().size()),
-                 "it has no power, another bit rate, or no node id yet", "see what is on the bus with: rotorloop bus dump " + options_.bus},
+    throw Error({options_.bus, no_esc_text(tool_->nodes().size()), "it has no power, another bit rate, or no node id yet", "see what is on the bus with: rotorloop bus dump " + options_.bus},
                 ExitCode::device);
   for (const std::uint8_t id : chosen) {
     if (!tool_->nodes().contains(id))

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ void add_esc_options(CLI::App& command, EscOptions& options, bool with_json = tr
 
 // --node 21,22; without it every node that calls itself an ESC.
 void add_nodes_option(CLI::App& command, std::vector<int>& nodes);
+
+// What has happened: a sentence for a person, with --json the same as one object a line.
+void tell(const EscOptions& options, const nlohmann::ordered_json& object, const std::string& sentence);
 
 class EscSession {
  public:

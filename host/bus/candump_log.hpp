@@ -27,6 +27,7 @@ class CandumpWriter {
   CandumpWriter(const std::string& path, std::string interface);
   void write(std::int64_t time_ns, const CanFrame& frame) { file_.commit(format_candump(file_.reserve(), time_ns, interface_, frame)); }
   void write(std::int64_t time_ns, const BusFrame& frame) { file_.commit(format_candump(file_.reserve(), time_ns, interface_, frame)); }
+  void flush() { file_.flush(); }  // throws Error when the disk refused
   void close() { file_.close(); }  // throws Error when the disk refused
 
  private:

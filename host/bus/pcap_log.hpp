@@ -27,6 +27,7 @@ class PcapWriter {
   explicit PcapWriter(const std::string& path);  // throws Error if the file cannot be created
   void write(std::int64_t time_ns, const CanFrame& frame) { file_.commit(format_pcap_record(file_.reserve(), time_ns, frame)); }
   void write(std::int64_t time_ns, const BusFrame& frame) { file_.commit(format_pcap_record(file_.reserve(), time_ns, frame)); }
+  void flush() { file_.flush(); }  // throws Error when the disk refused
   void close() { file_.close(); }  // throws Error when the disk refused
 
  private:

@@ -62,6 +62,8 @@ std::string trouble_of(const protocols::NodeStatus& s) {
     if (!text.empty()) text += ", ";
     text += "limited by " + (limiter < kLimiterNames.size() ? std::string(kLimiterNames[limiter]) : std::to_string(limiter));
   }
+  if (fault == 0 && s.health >= protocols::Health::error)
+    text += std::string(text.empty() ? "" : ", ") + "no fault named: bad parameters, or a second node with its id or index";
   return text;
 }
 
@@ -96,6 +98,7 @@ nlohmann::ordered_json node_json(const SeenNode& n, std::int64_t now_ns) {
                            {"vendor_status", n.status.vendor_status},
                            {"age_ms", (now_ns - n.heard_ns) / 1'000'000},
                            {"restarts", n.restarts}};
+  if (const std::string trouble = trouble_of(n.status); !trouble.empty()) j["trouble"] = trouble;
   if (!n.info) return j;
   j["name"] = node_name(n);
   j["unique_id"] = unique_id_text(n);

@@ -79,6 +79,7 @@ FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image
 
 void FirmwareUpdates::start(std::uint8_t node) {
   nodes_[node] = {};
+  if (const auto seen = tool_.nodes().find(node); seen != tool_.nodes().end()) nodes_[node].before = seen->second.info;
   ask(node);
 }
 
@@ -128,6 +129,9 @@ void FirmwareUpdates::judge(UpdateState& s, const std::optional<GetNodeInfoRespo
   if (reports && image_crc_ && !s.verified) {
     fail(s, fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_,
                         s.said.empty() ? "" : "; it said: " + s.said));
+  } else if (reports && !s.said.empty() && s.before && s.before->image_crc == info->image_crc) {
+    // The file does not say its CRC, but the node complained and runs what it ran before.
+    fail(s, fmt::format("runs its old firmware again, CRC {:016x}; it said: {}", info->image_crc, s.said));
   } else {
     s.phase = UpdatePhase::done;
   }

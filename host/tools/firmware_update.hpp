@@ -30,7 +30,7 @@ struct UpdateState {
   int asked = 0;
   bool was_updating = false;                           // has reported mode "software update"
   bool verified = false;                               // runs the image that was sent, by the CRC that it reports
-  std::optional<protocols::GetNodeInfoResponse> info;  // after its restart
+  std::optional<protocols::GetNodeInfoResponse> before, info;  // as it was asked to update, after its restart
   std::string said;                                    // its last log message of level warning or error
   std::string reason;                                  // of a failure, in words
 };

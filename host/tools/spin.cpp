@@ -15,9 +15,9 @@ constexpr std::int64_t kArmingPeriod_ns = 250'000'000;
 constexpr std::int64_t kSilent_ns = 1'000'000'000;
 constexpr std::int64_t kForeignRecently_ns = 1'000'000'000;
 
-void check_range(const char* option, double value, double min, double max, const char* unit) {
+void check_range(const char* option, double value, double min, double max, const char* unit, const char* remedy) {
   if (value >= min && value <= max) return;
-  throw Error({option, fmt::format("{} {} is out of range: {} to {} {}", value, unit, min, max, unit), "", "give a value within the range"});
+  throw Error({option, fmt::format("{}{} is out of range: {} to {}{}", value, unit, min, max, unit), "", remedy});
 }
 
 }  // namespace
@@ -38,15 +38,22 @@ std::string spin_end_text(SpinEnd end, const SpinOptions& o) {
   return "";
 }
 
-Spin::Spin(ToolNode& tool, EscTable& table, const SpinOptions& options) : tool_(tool), table_(table), options_(options) {
-  check_range("--index", options.esc_index, 0, 15, "");
-  if (options.duty) {
-    check_range("--duty", options.value, -1.0, 1.0, "of full duty");
+void check_spin(const SpinOptions& o) {
+  check_range("--index", o.esc_index, 0, 15, "", "count motors from 0, as the autopilot does; see them with: rotorloop esc list");
+  if (o.duty) {
+    check_range("--duty", o.value, -1.0, 1.0, " of full duty", "0.1 turns most motors");
   } else {
-    check_range("--rpm", options.value, -30'000.0, 30'000.0, "rpm");
+    check_range("--rpm", o.value, -30'000.0, 30'000.0, " rpm", "3000 is slow for a 5-inch motor; a minus turns it backwards");
   }
-  check_range("--ramp", options.ramp_s, 0.0, 60.0, "s");
-  check_range("--for", options.for_s, 0.1, 600.0, "s");
+  check_range("--ramp", o.ramp_s, 0.0, 60.0, " s", "1 is gentle");
+  check_range("--for", o.for_s, 0.1, 600.0, " s", "5 is enough to see it turn");
+  check_range("--max-current", o.most_current_A, 0.1, 200.0, " A", "more than the motor draws at this speed, less than it survives");
+  check_range("--max-temperature", o.most_temperature_C, 0.0, 150.0, " °C", "80 spares the board");
+  check_range("--max-rpm", o.most_rpm, 1.0, 200'000.0, " rpm", "more than is asked for, less than the propeller survives");
+}
+
+Spin::Spin(ToolNode& tool, EscTable& table, const SpinOptions& options) : tool_(tool), table_(table), options_(options) {
+  check_spin(options);
   const auto foreign = [this](const auto&, std::uint8_t) { foreign_ns_ = tool_.now_ns(); };
   tool.on<protocols::RawCommand>(foreign);
   tool.on<protocols::RpmCommand>(foreign);

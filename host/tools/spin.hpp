@@ -33,12 +33,15 @@ enum class SpinEnd : std::uint8_t {
 };
 std::string spin_end_text(SpinEnd end, const SpinOptions& options);
 
+// Throws Error for the first value out of its range.
+void check_spin(const SpinOptions& options);
+
 class Spin {
  public:
   static constexpr std::int64_t kCommandPeriod_ns = 20'000'000;
   static constexpr std::int64_t kStopping_ns = 300'000'000;  // zero is sent for this long before the disarming
 
-  // Listens through the tool; throws Error for values out of range.
+  // Listens through the tool; check_spin() first.
   Spin(ToolNode& tool, EscTable& table, const SpinOptions& options);
 
   // Before anything is armed: is the way free? Call after listening for a second or so.

@@ -1,7 +1,8 @@
 // A table of ESCs and their curves.
 "use strict";
-const COLUMNS = [["esc_index", "index", 0], ["node", "node", 0], ["rpm", "rpm", 0], ["bus_V", "V", 2], ["bus_A", "A", 2], ["temperature_C", "°C", 1],
-  ["power_percent", "%", 0], ["errors", "errors", 0]];
+// The last entry: left out where the window is narrow, so that the state needs no scrolling.
+const COLUMNS = [["esc_index", "index", 0, ""], ["node", "node", 0, "minor"], ["rpm", "rpm", 0, ""], ["bus_V", "V", 2, ""], ["bus_A", "A", 2, ""],
+  ["temperature_C", "°C", 1, ""], ["power_percent", "%", 0, "minor"], ["errors", "errors", 0, "minor"]];
 const PLOTS = [["rpm", "speed, rpm"], ["bus_A", "bus current, A"], ["temperature_C", "temperature, °C"]];
 let series = [], curves = null;
 
@@ -11,7 +12,7 @@ function drawTable(escs) {
   const body = document.querySelector("#escs tbody");
   body.replaceChildren(...escs.map((esc) => {
     const row = document.createElement("tr");
-    for (const [name, , digits] of COLUMNS) row.append(text("td", number(esc[name], digits)));
+    for (const [name, , digits, kind] of COLUMNS) row.append(text("td", number(esc[name], digits), kind));
     const silent = esc.age_ms > 3000;
     const words = silent ? `silent for ${Math.round(esc.age_ms / 1000)} s` : `${esc.mode || "?"}, ${esc.health || "?"}${esc.trouble ? ": " + esc.trouble : ""}` + (esc.shares_index ? "; index used twice" : "");
     row.append(text("td", words, silent || esc.shares_index || (esc.health && esc.health !== "ok") ? "bad" : "good"));
@@ -30,5 +31,5 @@ function take(message) {
   drawTable(message.escs);
 }
 
-document.querySelector("#escs thead tr").append(...COLUMNS.map(([, title]) => text("th", title)), text("th", "state"));
+document.querySelector("#escs thead tr").append(...COLUMNS.map(([, title, , kind]) => text("th", title, kind)), text("th", "state"));
 connect(take);

@@ -28,7 +28,7 @@ class Curves {
       const div = document.createElement("div");
       div.className = "plot";
       place.append(div);
-      const options = { width: place.clientWidth, height: 200, scales: { x: { time: false } }, axes: [{ ...axis, label: "s" }, { ...axis, size: 64 }],
+      const options = { width: place.clientWidth, height: 200, scales: { x: { time: false } }, axes: [{ ...axis, label: "s", size: 28, labelSize: 18 }, { ...axis, size: 64 }],
         series: [{ label: "s" }, ...labels(name).map((label, i) => ({ label, stroke: COLOURS[i % COLOURS.length], width: 1.5 }))] };
       return { name, plot: new uPlot(options, [[]], div) };
     });
@@ -42,7 +42,10 @@ class Curves {
       for (const name in this.values) for (const kept of this.values[name]) kept.shift();
     }
     const shown = this.times.map((t) => t - time);
-    for (const { name, plot } of this.plots) plot.setData([shown, ...this.values[name]]);
+    for (const { name, plot } of this.plots) {
+      plot.setData([shown, ...this.values[name]]);
+      if (plot.cursor.idx === null || plot.cursor.left < 0) plot.setLegend({ idx: shown.length - 1 }, false);  // the newest, where no cursor asks for another
+    }
   }
 }
 

@@ -110,6 +110,12 @@ class BasicEscNode {
 
   // The user has pressed the button of this ESC: it is the one that is enumerated now. Without an enumeration it means nothing.
   void on_button() { button_ = true; }
+  // Its rotor was turned by hand (firmware/core/motor/hand_watch.hpp), which is asked for while feels_for_hand() and at no other time.
+  void on_hand(bool turned) { hand_ = turned; }
+  bool feels_for_hand() const {
+    return enumerating_ && last_poll_us_ <= enumeration_end_us_ && telemetry_.state == MotorState::off && !led(last_poll_us_) &&
+           setpoint(last_poll_us_).mode == Mode::off && request_ == NodeRequest::none;
+  }
   bool enumerating() const { return enumerating_; }
 
   // The application is not ready (offset calibration, self-test): NodeStatus says initialization and the motor stays off.
@@ -171,8 +177,6 @@ class BasicEscNode {
   static constexpr std::uint64_t kSilence_us = 3'000'000;       // after a frame with our id: DroneCAN calls us offline then
   static constexpr std::uint64_t kBlockedReport_us = 2'000'000;
   static constexpr std::uint64_t kVersionCounts_us = 1'500'000;  // hosts repeat theirs every second: one stray frame stops nothing for long
-  static constexpr float kTurnedByHand_rad_s = 20.0f;
-  static constexpr std::uint64_t kTurnedByHand_us = 100'000;
   static constexpr std::uint8_t kNodeStatusPriority = 20, kLogPriority = 28, kIndicationPriority = 24;
   // Five answers to GetSet, which a configuration tool asks for at once, have 6 to 20 frames each.
   static constexpr std::size_t kQueue = 64, kReservedForTelemetry = 8, kSmallestAnswer = 1;
@@ -207,6 +211,8 @@ class BasicEscNode {
   bool busy(std::uint64_t now_us) const {
     return turning() || commission_.active() || (setpoint(now_us).mode != Mode::off && setpoint(now_us).mode != Mode::tone);
   }
+  // Somebody is about to turn the motor, or does: no time to feel for a hand.
+  bool led(std::uint64_t now_us) const { return busy(now_us) || (p_.require_arming && input_.armed()); }
   bool speaks(std::uint64_t now_us) const { return node_id_ != 0 && now_us >= silent_until_us_; }
 
   void on_standard_frame(const CanFrame& frame, std::uint64_t now_us);
@@ -304,14 +310,14 @@ class BasicEscNode {
   WhyOff reported_why_ = WhyOff::turning;
   std::uint64_t start_us_ = 0, next_node_status_us_ = 0, sent_node_status_us_ = 0, next_status_us_ = 0, next_extended_us_ = 0,
                 next_rpm_us_ = 0, last_poll_us_ = 0, request_us_ = 0, silent_until_us_ = 0, index_conflict_us_ = 0, trip_us_ = 0,
-                enumeration_end_us_ = 0, hand_since_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0,
+                enumeration_end_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0,
                 beep_until_us_ = 0, opcode_argument_ = 0;
   std::uint32_t revision_ = 0;
   float beep_Hz_ = 0.0f;
   std::uint8_t fast_version_ = 0, reported_second_ = 0;  // version: 0 none heard
   bool started_ = false, held_ = false, sent_node_status_ = false, feedback_due_ = false, edited_new_ = false, enumerating_ = false,
        id_conflict_ = false, index_conflict_ = false, tripped_ = false, problem_reported_ = false, conflict_reported_ = false,
-       button_ = false;
+       button_ = false, hand_ = false;
 };
 
 inline constexpr NodeRules kAllRules{};

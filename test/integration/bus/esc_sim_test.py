@@ -65,7 +65,7 @@ class EscDevice(BusCommand):
 
     def test_a_restarted_esc_is_operational_again_and_turns(self):
         esc = self.esc()
-        self.assertIn("node 21: restarts", self.good("restart", "--node", "21").stdout)
+        self.assertEqual(json.loads(self.good("restart", "--node", "21", "--json").stdout), {"node": 21, "ok": True, "what": "restarts"})
         self.line_with(esc.stdout, "operational: node 21")
         speeds = self.turns()
         self.assertTrue(len(speeds) == 3 and all(abs(rpm - 4000) <= 40 for rpm in speeds), speeds)
@@ -101,7 +101,8 @@ class EscDevice(BusCommand):
         self.assertEqual({d["name"] for d in json.loads(done.stdout)}, {"node_id", "esc_index", "status_Hz"})
         self.assertIn("status_Hz = 80 (was 50)", self.good("restore", "a.toml", "--node", "22").stdout)
         self.good("set", "--node", "21", "status_Hz=90")
-        self.good("clone", "--from", "21", "--to", "22", "--save")
+        told = [json.loads(line) for line in self.good("clone", "--from", "21", "--to", "22", "--save", "--json").stdout.splitlines()]
+        self.assertEqual([(t.get("name"), t.get("value"), t.get("saved")) for t in told], [("status_Hz", 90, None), (None, None, True)])
         read = self.parameters(22)
         self.assertEqual((read["status_Hz"]["value"], read["esc_index"]["value"], read["node_id"]["value"]), (90, 1, 22))
 
@@ -123,21 +124,23 @@ class EscDevice(BusCommand):
         self.line_with(self.start("esc", "monitor", *BUS, "--json").stdout, '"esc_index":0')
         self.assertEqual(self.parameters()["status_Hz"]["value"], 50)
 
-    def test_its_button_enumerates_it(self):
+    def test_its_button_or_a_hand_enumerates_it(self):
         escs = {node: self.esc("mcast:3", node, 9 + node - 21, "--store", self.path / f"{node}.flash") for node in (21, 22)}
-        enumerate_ = self.start("esc", "enumerate", *BUS)
+        enumerate_ = self.start("esc", "enumerate", *BUS, "--json")
         for index, node in enumerate((22, 21)):
-            self.line_with(enumerate_.stdout, f"motor {index}: press")
-            escs[node].send_signal(signal.SIGUSR1)
-            self.line_with(enumerate_.stdout, f"motor {index}: node {node}, saved")
+            self.line_with(enumerate_.stdout, f'{{"motor":{index},"what":"waiting","left":{2 - index}}}')
+            escs[node].send_signal(signal.SIGUSR1 if node == 22 else signal.SIGUSR2)  # its button; a hand at its rotor
+            self.line_with(enumerate_.stdout, f'{{"motor":{index},"what":"saved","node":{node}}}')
         self.assertEqual(enumerate_.wait(timeout=DEADLINE_s), 0)
         self.assertEqual([self.parameters(node)["esc_index"]["value"] for node in (22, 21)], [0, 1])
 
     def test_new_firmware_is_verified_reported_and_there_after_a_kill(self):
         esc = self.stored()
         image = self.image("--version", "3.4", "--commit", "c0ffee")
-        done = self.good("flash", image, "--node", "21")
-        self.assertRegex(done.stdout, r"node 21: done, runs 3\.4, image CRC [0-9a-f]{16} as in the file")
+        self.esc("mcast:3", 22, 1)
+        done = self.good("flash", image, "--node", "21,22")  # both at once
+        for node in (21, 22):
+            self.assertRegex(done.stdout, rf"node {node}: done, runs 3\.4, image CRC [0-9a-f]{{16}} as in the file")
         self.line_with(esc.stdout, "firmware 3.4")
         esc.kill()
         esc.communicate()

@@ -137,20 +137,25 @@ class EscCommand(BusCommand):
         self.assertEqual(monitor.returncode, 0)
 
     def test_the_live_page_is_drawn_by_a_browser(self):
-        """Headless Chromium, where there is one: a row with the ESC's figures, three plots, the stop button; nothing wider than the window."""
+        """Headless Chromium, where there is one: a row with the ESC's figures and its state without scrolling, three plots with
+        their newest values, the stop button; nothing wider than the window."""
         if not browser.CHROMIUM:
             self.skipTest("1 page: no Chromium on this machine")
         self.esc(index=2)
         monitor = self.start("esc", "monitor", *BUS, "--web")
         address = self.line_with(monitor.stdout, "http://127.0.0.1:").strip()
-        for width in (1280, 500):
+        for width in (1280, 390):
             page = browser.Page(address, width)
             self.addCleanup(page.close)
+            if width < 500:  # a window of Chromium is wider; a telephone's page is not
+                page.ask("Emulation.setDeviceMetricsOverride", width=width, height=844, deviceScaleFactor=2, mobile=True)
             row = page.wait_for('document.querySelector("#escs tbody tr")?.innerText', DEADLINE_s)
-            self.assertRegex(row or "", r"^2\s+21\s+0\s+1\d\.\d\d\s.*operational, ok$")
+            self.assertRegex(row or "", r"^2\s+(21\s+)?0\s+1\d\.\d\d\s.*operational, ok$")
             self.assertEqual(page.wait_for('document.querySelectorAll(".plot canvas").length', DEADLINE_s), 3)
             self.assertTrue(page.value('document.getElementById("stop").offsetWidth > 0'))
             self.assertTrue(page.value("document.documentElement.scrollWidth <= innerWidth"), width)
+            self.assertTrue(page.value('document.querySelector("#escs tbody td:last-child").getBoundingClientRect().right <= innerWidth'), width)
+            self.assertEqual(page.wait_for('document.querySelector(".u-legend .u-series:nth-child(2) .u-value").textContent', DEADLINE_s), "0")
         monitor.send_signal(signal.SIGINT)
         monitor.communicate(timeout=DEADLINE_s)
 
@@ -190,14 +195,20 @@ class EscCommand(BusCommand):
 
     def test_mistakes_are_refused_with_what_to_do(self):
         for code, text, words in (
-                (3, "no ESC is on the bus", ("get",)),
+                (3, "mcast:3: error: nobody is on this bus", ("get",)),
                 (3, "node 99 is not on mcast:3", ("info", "--node", "99")),
                 (2, "out of range: 1 to 127", ("get", "--node", "300")),
                 (2, "is not NAME=VALUE", ("set", "--node", "21", "esc_index")),
                 (2, "give either --rpm or --duty", ("spin", "--index", "0", "--for", "2", "--yes")),
                 (2, "standard input is no terminal", ("spin", "--index", "0", "--rpm", "3000", "--for", "2")),
-                (2, "out of range: -1 to 1", ("spin", "--index", "0", "--duty", "2", "--for", "2", "--yes")),
+                (2, "--duty: error: 2 of full duty is out of range: -1 to 1 of full duty", ("spin", "--index", "0", "--duty", "2", "--yes")),
+                (2, "--index: error: 16 is out of range: 0 to 15", ("spin", "--index", "16", "--rpm", "3000")),
+                (2, "--max-current: error: nan A is out of range", ("spin", "--index", "0", "--rpm", "3000", "--max-current", "nan")),
+                (2, "--for: error: for how long it is to turn was not given", ("spin", "--index", "0", "--rpm", "3000", "--yes")),
+                (2, "--index: error: which motor is to turn was not given", ("spin", "--rpm", "3000", "--for", "2", "--yes")),
                 (2, "cannot read the parameter file", ("restore", "no.toml", "--node", "21")),
+                (2, "--for: error: 0 s is out of range: above 0", ("monitor", "--for", "0")),
+                (3, "there is no folder missing", ("serve", "--table", "missing/ids.txt")),
                 (2, "out of range: 0.1 to 60", ("list", "--listen", "0"))):
             with self.subTest(words=words):
                 done = self.esc_command(*words)

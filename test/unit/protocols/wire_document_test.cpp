@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <string>
@@ -20,19 +19,10 @@
 #include "protocols/types.hpp"
 #include "protocols/types/registry.hpp"
 #include "test/unit/protocols/hex.hpp"
+#include "test/unit/protocols/wire_document.hpp"
 
 namespace rotorloop::protocols {
 namespace {
-
-const std::string& document() {
-  static const std::string text = [] {
-    std::ifstream file(std::string(ROTORLOOP_SOURCE_DIR) + "/docs/wire.md");
-    std::stringstream all;
-    all << file.rdbuf();
-    return all.str();
-  }();
-  return text;
-}
 
 void expect_documented(const CanFrame& frame, const std::string& example) {
   EXPECT_EQ(candump(frame), example);

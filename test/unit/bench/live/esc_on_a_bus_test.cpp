@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,14 @@ void restart(EscBench& b) {
   ASSERT_TRUE(r && r->ok);
   ASSERT_TRUE(
       b.tool().run_until(b.tool().now_ns() + 5 * kSecond_ns, [&] { return b.esc().starts() == starts + 1 && b.esc().operational(); }));
+}
+
+bool begin_enumeration(EscBench& b, std::uint16_t timeout_s) {
+  EnumerationBegin q;
+  q.timeout_s = timeout_s;
+  q.parameter = Text<kMaxParameterName>("esc_index");
+  const auto r = b.tool().ask<EnumerationBeginResponse>(kEscNode, q);
+  return r && r->error == EnumerationBeginResponse::Error::ok;
 }
 
 TEST_P(EscOnABus, IsFoundWithItsNameUniqueIdVersionAndImageCrc) {
@@ -160,11 +169,7 @@ TEST_P(EscOnABus, IsEnumeratedByItsButton) {
   b.discover();
   b.esc().press_button();  // no enumeration: nobody asked
   b.tool().run_for(200 * kMs_ns);
-  EnumerationBegin q;
-  q.timeout_s = 30;
-  q.parameter = Text<kMaxParameterName>("esc_index");
-  const auto r = b.tool().ask<EnumerationBeginResponse>(kEscNode, q);
-  ASSERT_TRUE(r && r->error == EnumerationBeginResponse::Error::ok);
+  ASSERT_TRUE(begin_enumeration(b, 30));
   EXPECT_TRUE(indicated.empty());
   b.esc().press_button();
   EXPECT_TRUE(b.tool().run_until(b.tool().now_ns() + 2 * kSecond_ns, [&] { return !indicated.empty(); }));
@@ -175,13 +180,69 @@ TEST_P(EscOnABus, IsEnumeratedByItsButton) {
   EXPECT_EQ(b.esc().esc_index(), 3);
 }
 
+TEST_P(EscOnABus, IsEnumeratedByAHandThatTurnsItsRotorInEitherSenseOnceAndByNothingElse) {
+  EscBench b(GetParam());
+  b.power_on();
+  int indicated = 0;
+  b.tool().on<EnumerationIndication>([&](const EnumerationIndication&, std::uint8_t) { ++indicated; });
+  b.discover();
+  b.esc().turn_by_hand(30.0);
+  b.tool().run_for(kSecond_ns);
+  EXPECT_EQ(indicated, 0) << "nobody asked";
+  EXPECT_FALSE(b.esc().windings_shorted());
+  b.esc().turn_by_hand(std::nullopt);
+  int expected = 0;
+  for (const double speed_rad_s : {-60.0, 10.0, 25.0}) {
+    ASSERT_TRUE(begin_enumeration(b, 60));
+    b.tool().run_for(2 * kSecond_ns);
+    EXPECT_EQ(indicated, expected) << "at rest";
+    EXPECT_TRUE(b.esc().node().enumerating());
+    const std::int64_t begun_ns = b.tool().now_ns();
+    b.esc().turn_by_hand(speed_rad_s);
+    EXPECT_TRUE(b.tool().run_until(begun_ns + 5 * kSecond_ns, [&] { return indicated > expected; })) << speed_rad_s << " rad/s";
+    b.expect_within("hand_at_" + std::to_string(static_cast<int>(speed_rad_s)), static_cast<double>(b.tool().now_ns() - begun_ns) * 1e-6,
+                    2.0 * 6283.2 / std::fabs(speed_rad_s));
+    b.tool().run_for(kSecond_ns);
+    EXPECT_EQ(indicated, ++expected) << "once, however long the hand goes on";
+    EXPECT_FALSE(b.esc().windings_shorted());
+    b.esc().turn_by_hand(std::nullopt);
+  }
+}
+
+TEST_P(EscOnABus, ItsWindingsAreShortedOnlyWhileAnEnumerationWaits) {
+  EscBench b(GetParam());
+  b.power_on();
+  b.discover();
+  bool shorted = false;
+  b.on_tick = [&](std::int64_t) { shorted = shorted || b.esc().windings_shorted(); };
+  const auto shorted_within = [&](std::int64_t ns) {
+    shorted = false;
+    b.tool().run_for(ns);
+    return shorted;
+  };
+  EXPECT_FALSE(shorted_within(kSecond_ns));
+  ASSERT_TRUE(begin_enumeration(b, 2));
+  EXPECT_TRUE(shorted_within(kSecond_ns));
+  b.tool().run_for(1500 * kMs_ns);
+  EXPECT_FALSE(shorted_within(kSecond_ns)) << "its time is over";
+  ASSERT_TRUE(begin_enumeration(b, 60));
+  EXPECT_TRUE(shorted_within(kSecond_ns));
+  ASSERT_TRUE(begin_enumeration(b, EnumerationBegin::kCancel));
+  b.tool().run_for(100 * kMs_ns);
+  EXPECT_FALSE(shorted_within(kSecond_ns)) << "cancelled";
+  ASSERT_TRUE(begin_enumeration(b, 60));
+  EXPECT_TRUE(shorted_within(kSecond_ns));
+  b.tool().broadcast(ArmingStatus{.status = kArmed}, 8);
+  b.tool().run_for(100 * kMs_ns);
+  EXPECT_FALSE(shorted_within(kSecond_ns)) << "armed";
+  EXPECT_FALSE(begin_enumeration(b, 60)) << "armed: refused";
+}
+
 TEST_P(EscOnABus, AnEnumerationEndsForAnOrderAndTheMotorTurns) {
   EscBench b(GetParam());
   b.power_on();
   b.discover();
-  EnumerationBegin q;
-  q.timeout_s = 30;
-  ASSERT_TRUE(b.tool().ask<EnumerationBeginResponse>(kEscNode, q));
+  ASSERT_TRUE(begin_enumeration(b, 30));
   b.tool().run_for(300 * kMs_ns);
   b.rpm_for(1.5, 4000, kArmed);
   EXPECT_FALSE(b.esc().node().enumerating());

@@ -62,6 +62,20 @@ TEST_P(EscUpdate, AnImageForAnotherBoardIsRefusedWithTheReasonAndTheOldOneRunsOn
   EXPECT_EQ(b.esc().image().crc, before);
 }
 
+// A file that says nothing of itself: that it was not taken shows in what the node says and runs.
+TEST_P(EscUpdate, AFileThatIsNoImageIsReportedAsRefusedThoughItDoesNotNameItsCrc) {
+  EscBench b(GetParam());
+  b.power_on();
+  b.discover();
+  tools::FirmwareUpdates updates(b.tool(), {'h', 'e', 'l', 'l', 'o'});
+  updates.start(kEscNode);
+  const tools::UpdateState& s = run(b, updates);
+  EXPECT_EQ(s.phase, tools::UpdatePhase::failed);
+  EXPECT_THAT(s.reason, HasSubstr("runs its old firmware again"));
+  EXPECT_THAT(s.reason, HasSubstr("it said: "));
+  EXPECT_TRUE(b.esc().operational());
+}
+
 TEST_P(EscUpdate, AKillInTheMiddleIsFollowedByTheRestOfTheUpdate) {
   EscBench b(GetParam());
   b.config.store = folder_.path() / "esc.flash";

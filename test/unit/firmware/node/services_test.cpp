@@ -240,10 +240,10 @@ TEST(NodeEnumeration, indicates_the_motor_that_was_turned_by_hand_with_the_name_
     EXPECT_EQ(r.error, protocols::EnumerationBeginResponse::Error::ok);
     rig.advance_us(5'000'000);
     EXPECT_TRUE(rig.received<protocols::EnumerationIndication>().empty());
-    rig.telemetry.speed_rad_s = 30.0f;
-    rig.advance_us(90'000);
-    EXPECT_TRUE(rig.received<protocols::EnumerationIndication>().empty()) << "a bump is no turn";
+    EXPECT_TRUE(rig.node.feels_for_hand());
+    rig.node.on_hand(true);
     rig.advance_us(50'000);
+    EXPECT_FALSE(rig.node.feels_for_hand());
     const auto sent = rig.received<protocols::EnumerationIndication>();
     ASSERT_EQ(sent.size(), 1u);
     EXPECT_EQ(text_of(sent[0].parameter), "esc_index");

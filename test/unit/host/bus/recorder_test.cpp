@@ -56,6 +56,16 @@ TEST(BusRecorder, PcapMarksFdFramesAndTheirDataRateInTheFlagsByte) {
   EXPECT_EQ(bytes.substr(40, 6), std::string("\x00\x00\x01\x40\x0C\x05", 6));
 }
 
+// The file as a program that is killed leaves it.
+TEST(BusRecorder, WhatWasHeardIsOnDiskAfterASecondOfTrafficAtTheLatest) {
+  for (const char* ending : {".log", ".pcap"}) {
+    const std::string path = ::testing::TempDir() + "killed_" + std::to_string(::getpid()) + ending;
+    BusRecorder recorder(path, "mcast0");
+    for (std::int64_t k = 0; k < 250; ++k) recorder.write(1'700'000'000'000'000'000 + k * 10'000'000, classic());  // 2.5 s
+    EXPECT_GE(read_bus_log(path).frames.size(), 200u) << ending;
+  }
+}
+
 TEST(BusRecorder, ReadersTakeFramesOfBothFormats) {
   for (const char* ending : {".log", ".pcap"}) {
     const BusLog log = read_bus_log(record(ending, {classic(), fd(), classic()}));
