@@ -1,4 +1,4 @@
-// What the live pages are made of, in the program itself; made by assets.cmake from page/ and third_party/uplot.
+// What the live pages are made of, in the program itself; made by cmake/assets.cmake from page/ and third_party/uplot.
 #pragma once
 #include <string_view>
 

@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view kPageCss =
     R"(*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"DejaVu Sans",sans-serif}
 main{max-width:1200px;margin:0 auto;padding:36px 28px 72px}h1{font-size:27px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em}h2{font-size:19px;margin:52px 0 6px;padding-top:18px;border-top:1px solid var(--line)}h3{font-size:15px;margin:30px 0 4px}
-p{margin:6px 0 14px;max-width:80ch}.sub{color:var(--soft);margin:0 0 22px}.cap{color:var(--soft);font-size:13px;margin:2px 0 10px;max-width:100ch}
+p{margin:6px 0 14px;max-width:80ch}li{overflow-wrap:anywhere}.sub{color:var(--soft);margin:0 0 22px}.cap{color:var(--soft);font-size:13px;margin:2px 0 10px;max-width:100ch}
 .verdict{display:flex;flex-wrap:wrap;gap:8px 22px;align-items:center;border:1px solid var(--line);border-left:6px solid var(--soft);background:var(--raise);border-radius:8px;padding:18px 22px;margin:0 0 18px}
 .verdict>b{font-size:25px;letter-spacing:.05em;text-transform:uppercase}.verdict>div{flex:1 1 260px;min-width:0;overflow-wrap:anywhere}.verdict p{margin:0}.verdict ul{margin:6px 0;padding-left:20px}.verdict .next{margin-top:6px;font-weight:600}
 .pass{border-left-color:var(--good)}.pass>b,td.pass{color:var(--good)}.fail{border-left-color:var(--alarm)}.fail>b,td.fail{color:var(--alarm)}.incomplete{border-left-color:var(--wait)}.incomplete>b{color:var(--wait)}

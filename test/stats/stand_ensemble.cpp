@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host/base/constants.hpp"
+#include "host/base/random.hpp"
 
 namespace rotorloop::stats {
 
@@ -38,13 +39,29 @@ StandEnsemble EnsembleScores::result() const {
   return out;
 }
 
-StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws) {
-  const test::SimulatedStand simulated(blade);
+sim::Blade drawn_blade(const sim::Blade& blade, std::uint64_t seed) {
+  const RandomStream random(seed, 0x424C414445ull);
+  constexpr double kPitch_deg = 2.0;  // by which two measurements of one propeller differ (sim/rotor/blade.hpp)
+  constexpr double kChord = 0.15;     // Reynolds number and solidity go with it
+  sim::Blade out = blade;
+  out.pitch_offset_deg += kPitch_deg * random.gaussian(0);
+  const double chord = std::exp(kChord * random.gaussian(1));
+  for (sim::BladeStation& s : out.stations) s.chord_m *= chord;
+  out.drag_scale *= 0.8 + 0.6 * random.uniform(2);
+  return out;
+}
+
+StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws, bool drawn) {
+  test::SimulatedStand simulated(blade);
   const test::SimulatedStandOptions options;
-  const test::StandTruth truth = simulated.truth(options);
+  test::StandTruth truth = simulated.truth(options);
   EnsembleScores scores;
   for (std::size_t i = 0; i < runs; ++i) {
     const std::uint64_t seed = first + i;
+    if (drawn) {
+      simulated = test::SimulatedStand(drawn_blade(blade, seed));
+      truth = simulated.truth(options);
+    }
     const auto folder = scratch / fmt::format("run{}", seed);
     simulated.write_run(folder, options, seed);
     stand::EstimateOptions o;

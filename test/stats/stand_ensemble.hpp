@@ -50,7 +50,10 @@ class EnsembleScores {
   std::vector<Value> values_{{"K_v", 0.01}, {"R", 0.05}, {"J", 0.03}, {"time constant, up", 0.05}, {"time constant, down", 0.05}};
 };
 
-// Runs of seeds first, first + 1, …; `scratch` is a folder for their files.
-StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws);
+// Another propeller of the same diameter: with its chord and twist the law of c_q over speed is another too.
+sim::Blade drawn_blade(const sim::Blade& blade, std::uint64_t seed);
+
+// Runs of seeds first, first + 1, …; `scratch` is a folder for their files. `drawn`: each run has a blade of its own, and the truth of that blade.
+StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws, bool drawn = false);
 
 }  // namespace rotorloop::stats

@@ -211,7 +211,7 @@ std::array<double, 2> speeds_of(const StandRun& run) {
 
 StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   StandEstimate e;
-  e.name = run.name, e.facts = run.facts, e.remarks = run.remarks;
+  e.name = run.name, e.facts = run.facts, e.remarks = run.remarks, e.samples = run.samples;
   for (const StandFault& f : run.checked.faults) e.faults.push_back(f.channel + " " + f.what + (f.likely.empty() ? "" : "; likely: " + f.likely));
   for (const StandStep& s : run.steps) s.omega_rad_s > 0.0 ? ++e.steps : ++e.zeros;
   if (run.checked.speed == StandChannelState::faulty || e.steps == 0) return e;

@@ -38,6 +38,7 @@ struct StandEstimate {
   double grams_per_watt = kNotMeasured;                           // electrical, at the middle
   std::optional<MotorConstants> motor;
   std::optional<RunDynamics> dynamics;
+  SampleSeries samples;  // as they were read, to be drawn; empty where the file has steps only
 };
 
 // Least and largest speed of the steps that turn, rad/s; infinity and 0 without any.

@@ -178,6 +178,7 @@ void take_series(StandRun& run, const log::ColumnTable& t, const StandRecord& r)
   for (std::size_t i = 0; i < r.points.size(); ++i) {
     run.samples.t_s.push_back(r.points[i].t_s);
     run.samples.omega_rad_s.push_back(r.points[i].omega_rad_s[0]);
+    run.samples.thrust_N.push_back(r.points[i].thrust_N);
     run.samples.torque_N_m.push_back(r.points[i].torque_N_m);
     run.samples.target_rad_s.push_back(t.has("target_rad_s") ? t.columns.at("target_rad_s")[i] : kNotMeasured);
   }

@@ -42,7 +42,7 @@ struct RunFacts {
 };
 
 struct SampleSeries {  // of one rotor, all of one length; empty where the file has steps only
-  std::vector<double> t_s, omega_rad_s, target_rad_s, torque_N_m;
+  std::vector<double> t_s, omega_rad_s, target_rad_s, thrust_N, torque_N_m;
   bool empty() const { return t_s.empty(); }
 };
 

@@ -37,5 +37,7 @@ std::string estimate_page(const EstimateDocument& d);
 
 // Static drawings of one run: coefficient against ω², residuals, hysteresis, budget.
 std::string estimate_figures(const StandEstimate& e);
+// Speed, thrust and torque over the run's time, which zoom together; nothing where the file has steps only.
+std::string sample_figures(const StandEstimate& e);
 
 }  // namespace rotorloop::stand

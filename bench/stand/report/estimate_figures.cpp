@@ -1,4 +1,4 @@
-// Static drawings of an estimate: visible without scripts, the same bytes for the same data.
+// Drawings of an estimate: visible without scripts, the same bytes for the same data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +7,9 @@
 
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "bench/render/zoom_plot.hpp"
 #include "bench/stand/report/estimate_document.hpp"
+#include "host/base/constants.hpp"
 
 namespace rotorloop::stand {
 namespace {
@@ -116,6 +118,25 @@ std::string estimate_figures(const StandEstimate& e) {
     out += "<div class=\"two\">\n" + coefficient_figure(*c) + residual_figure(*c) + hysteresis_figure(*c) + budget_figure(*c) + "</div>\n";
   }
   return out;
+}
+
+std::string sample_figures(const StandEstimate& e) {
+  const SampleSeries& v = e.samples;
+  if (v.empty()) return "";
+  const auto plot = [&](const std::string& title, const std::string& unit, std::vector<render::Series> series) {
+    render::Plot p;
+    p.title = title + " over the run", p.x_label = "time, s", p.y_label = title + ", " + unit;
+    p.series = std::move(series), p.height_px = 220;
+    return p;
+  };
+  std::vector<double> rpm, wanted_rpm;
+  for (std::size_t i = 0; i < v.t_s.size(); ++i) rpm.push_back(v.omega_rad_s[i] * kRpm_per_rad_s), wanted_rpm.push_back(v.target_rad_s[i] * kRpm_per_rad_s);
+  std::vector<render::Plot> plots{plot("speed", "RPM", {{"measured", v.t_s, rpm, 1}, {"commanded", v.t_s, wanted_rpm, 0, true}})};
+  const auto measured = [](const std::vector<double>& y) { return std::any_of(y.begin(), y.end(), [](double x) { return std::isfinite(x); }); };
+  if (!measured(wanted_rpm)) plots[0].series.pop_back();
+  if (measured(v.thrust_N)) plots.push_back(plot("thrust", "N", {{"thrust", v.t_s, v.thrust_N, 2}}));
+  if (measured(v.torque_N_m)) plots.push_back(plot("torque", "N m", {{"torque", v.t_s, v.torque_N_m, 3}}));
+  return render::zoom_figures_html(plots);
 }
 
 }  // namespace rotorloop::stand

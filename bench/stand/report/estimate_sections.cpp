@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bench/render/page.hpp"
+#include "bench/render/zoom_plot.hpp"
 #include "bench/stand/report/estimate_document.hpp"
 #include "host/base/constants.hpp"
 
@@ -142,6 +144,7 @@ render::Section file_section(const EstimatedFile& f, std::size_t number, bool wi
   if (const auto t = derived_table(e, reference); !t.rows.empty()) s.blocks.push_back(t);
   if (const auto t = motor_table(e); !t.rows.empty()) s.blocks.push_back(t);
   if (f.advance) add_advance(s, *f.advance);
+  if (with_figures) s.blocks.push_back(render::Markup{sample_figures(e)});
   if (!e.remarks.empty()) s.blocks.push_back(render::List{e.remarks});
   return s;
 }
@@ -193,7 +196,9 @@ std::string estimate_page(const EstimateDocument& d) {
   std::vector<std::string> inputs;
   for (const auto& [path, hash] : d.inputs) inputs.push_back(path + "  sha256 " + hash);
   s.blocks.push_back(render::List{inputs});
-  return out + render::page_html({s}) + render::page_end();
+  out += render::page_html({s});
+  const bool zoomable = std::any_of(d.files.begin(), d.files.end(), [](const EstimatedFile& f) { return !f.estimate.samples.empty(); });
+  return out + (zoomable ? render::zoom_script_html() : "") + render::page_end();
 }
 
 }  // namespace rotorloop::stand

@@ -235,8 +235,11 @@ TEST(StandReport, page_is_whole_and_holds_a_figure_of_each_kind) {
   d.version = "rotorloop test";
   const std::string page = estimate_page(d);
   for (const char* words : {"over ω²", "Residuals of thrust", "Hysteresis of torque", "Budget of c_q", "figure of merit"}) EXPECT_NE(page.find(words), std::string::npos) << words;
-  EXPECT_EQ(page.find("<script"), std::string::npos) << "visible without scripts";
-  EXPECT_EQ(page.find("http"), page.find("http://www.w3.org")) << "nothing is fetched";
+  EXPECT_NE(page.find("torque over the run</figcaption>\n<svg"), std::string::npos) << "visible without scripts";
+  const std::size_t uplot = page.find("var uPlot=");
+  EXPECT_NE(uplot, std::string::npos);
+  EXPECT_EQ(page.find("var uPlot=", uplot + 1), std::string::npos) << "once for all plots";
+  for (const char* fetched : {" src=", "<link", "@import", "url(", "fetch(", "XMLHttpRequest", "import("}) EXPECT_EQ(page.find(fetched), std::string::npos) << fetched << ": nothing is fetched";
 }
 
 }  // namespace
