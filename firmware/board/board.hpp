@@ -49,10 +49,10 @@ concept Board = requires(B b, const B& reader, PwmCompare compare, std::span<std
 
   { reader.adc() }
   noexcept->std::same_as<AdcCounts>;  // conversions of this sample instant
-  // The three shunt amplifiers half a PWM period before it, at the middle of the high sides' time: a shunt whose low side is off carries
+  // A phase's shunt amplifier half a PWM period before it, at the middle of the high sides' time: a shunt whose low side is off carries
   // nothing, so a phase whose high side was on for long enough shows its zero.
-  { reader.unloaded_counts() }
-  noexcept->std::same_as<std::array<std::uint16_t, 3>>;
+  { reader.unloaded_counts(std::size_t{}) }
+  noexcept->std::same_as<std::uint16_t>;
   { b.set_compare(compare) }
   noexcept->std::same_as<void>;
   { b.bridge_on() }

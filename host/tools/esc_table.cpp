@@ -8,8 +8,9 @@ namespace rotorloop::tools {
 namespace {
 
 // In the order of their codes in the vendor status.
-constexpr std::array<const char*, 8> kFaultNames{"", "overcurrent", "undervoltage", "overvoltage", "stall", "start failed", "sensor", "overtemperature"};
-constexpr std::array<const char*, 11> kLimiterNames{"",        "phase_current", "bus_current", "regen_current", "voltage",     "speed_slew",
+constexpr std::array<const char*, 9> kFaultNames{"",       "overcurrent",     "undervoltage", "overvoltage", "stall", "start failed",
+                                                 "sensor", "overtemperature", "self-test"};
+constexpr std::array<const char*, 11> kLimiterNames{"",          "phase_current", "bus_current", "regen_current", "voltage", "speed_slew",
                                                     "max_speed", "min_speed",     "temperature", "undervoltage",  "observer"};
 
 nlohmann::ordered_json number_or_null(float v) {
@@ -28,7 +29,8 @@ EscTable::EscTable(ToolNode& tool) {
     ++row.reports;
     row.shares_index = false;
     for (auto& [key, other] : rows_) {
-      if (key.first == s.esc_index && other.node != source && tool.now_ns() - other.heard_ns < kToolOffline_ns) other.shares_index = row.shares_index = true;
+      if (key.first == s.esc_index && other.node != source && tool.now_ns() - other.heard_ns < kToolOffline_ns)
+        other.shares_index = row.shares_index = true;
     }
   });
 }
@@ -40,11 +42,16 @@ const EscRow* EscTable::of_index(int esc_index) const {
 
 std::string mode_name(protocols::NodeMode mode) {
   switch (mode) {
-    case protocols::NodeMode::operational: return "operational";
-    case protocols::NodeMode::initialization: return "initialization";
-    case protocols::NodeMode::maintenance: return "maintenance";
-    case protocols::NodeMode::software_update: return "software update";
-    case protocols::NodeMode::offline: return "offline";
+    case protocols::NodeMode::operational:
+      return "operational";
+    case protocols::NodeMode::initialization:
+      return "initialization";
+    case protocols::NodeMode::maintenance:
+      return "maintenance";
+    case protocols::NodeMode::software_update:
+      return "software update";
+    case protocols::NodeMode::offline:
+      return "offline";
   }
   return fmt::format("mode {}", static_cast<int>(mode));
 }

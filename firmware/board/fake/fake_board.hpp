@@ -26,7 +26,7 @@ class BasicFakeBoard : public Scales {
     for (auto& page : flash) page.fill(0xFF);
   }
   AdcCounts adc() const noexcept { return counts; }
-  std::array<std::uint16_t, 3> unloaded_counts() const noexcept { return unloaded; }
+  std::uint16_t unloaded_counts(std::size_t phase) const noexcept { return unloaded[phase]; }
   void set_compare(PwmCompare c) noexcept { compare = c; }
   void bridge_on() noexcept { gates_on(kAllGates); }
   void gates_on(std::uint8_t mask) noexcept { bridge = mask != 0, gates = mask; }

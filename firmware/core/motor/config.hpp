@@ -136,10 +136,13 @@ constexpr void configure_sensing(const Parameters& p, MotorConfig& c) {
   const float A_per_count = magnitude(B::kCurrent_A_per_count), lowest_V = undervoltage_V(p) > 1.0f ? undervoltage_V(p) : 1.0f;
   // Half of the low side's time lies before the sample.
   const float sample_duty = 1.0f - (2e-9f * static_cast<float>(B::kSampleWindow_ns) + dead_s) / pwm_s;
-  c.sense = {B::kCurrent_A_per_count, B::kCurrentZero_counts, B::kCurrentZeroTolerance_counts,
+  c.sense = {B::kCurrent_A_per_count,
+             B::kCurrentZero_counts,
+             B::kCurrentZeroTolerance_counts,
              static_cast<std::uint16_t>(sample_duty * static_cast<float>(B::kPwmTop)),
              static_cast<std::uint16_t>((1.0f - sample_duty) * static_cast<float>(B::kPwmTop)),  // the same time, seen from the other end
-             40.0f * static_cast<float>(kSlots) * c.period_s, ticks(0.005f, c.period_s)};
+             40.0f * static_cast<float>(kSlots) * c.period_s,
+             ticks(0.005f, c.period_s)};
   c.check.sum_A = 136.0f * A_per_count;
   c.check.change_A_V = 1.5f * c.period_s / p.inductance_H;
   // Three times what is in doubt, as too steep a compensation feeds on itself: 0.3 of the change that the bus makes through the winding in

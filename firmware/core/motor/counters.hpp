@@ -20,9 +20,6 @@ struct Counters {
   std::uint32_t resistance_refused = 0;  // measured at start, too far from the parameter
   std::uint32_t catches = 0;             // took over a rotor that was already turning
   std::uint32_t reversals = 0;
-  std::uint32_t two_phase_samples = 0;                              // one low-side window was too short
-  std::uint32_t blind_samples = 0;                                  // two were: currents are a guess
-  std::uint32_t voltage_limited = 0;                                // current-loop periods at the voltage circle
   std::uint32_t setpoints_refused = 0;                              // not finite
   std::uint32_t orders_expired = 0;                                 // motion stopped for want of a fresh set-point
   std::uint32_t samples_replaced = 0;                               // a current sample that was none

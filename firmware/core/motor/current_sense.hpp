@@ -65,11 +65,13 @@ struct Sensed {
   if (s.zero_out_of_tolerance) s.calibrated = false;
 }
 
+constexpr float kMostOff_counts = 16.0f;  // eight standard deviations of the noise
+
 // While the bridge switches, a phase whose high side is on for long enough shows its zero once a period. What is far from the one known is
 // no zero but a spoilt conversion.
 constexpr void follow_zero(const SenseConfig& c, float& zero_counts, std::uint16_t unloaded, std::uint16_t compare) {
   const float off = static_cast<float>(unloaded) - zero_counts;
-  if (compare >= c.zero_compare && magnitude(off) < SenseState::kMostSpread) zero_counts += c.zero_rate * off;
+  if (compare >= c.zero_compare && magnitude(off) < kMostOff_counts) zero_counts += c.zero_rate * off;
 }
 
 // The bridge is driven: the next calibration begins anew after it.

@@ -77,8 +77,7 @@ class Motor : public MotorBase {
       publish();
     }
     Phases i_A;
-    for (std::size_t k = 0; k < 3; ++k)
-      i_A[k] = (static_cast<float>(adc.phase[k]) - v_.sense.zero_counts[k]) * config_.sense.A_per_count;
+    for (std::size_t k = 0; k < 3; ++k) i_A[k] = (static_cast<float>(adc.phase[k]) - v_.sense.zero_counts[k]) * config_.sense.A_per_count;
     const SelfTestStep s = step(c, test, i_A);
     const bool supplied = v_.bus_V > config_.protection.undervoltage_V && bus_V < config_.protection.overvoltage_V;
     board.set_compare(s.compare);
@@ -120,14 +119,12 @@ class Motor : public MotorBase {
     } else {
       calibrate_zero(config_.sense, v_.sense, adc);
     }
-    if (was_driven) {
-      const std::size_t k = v_.slot;  // each phase once in a round
-      if (k < 3) follow_zero(config_.sense, v_.sense.zero_counts[k], board.unloaded_counts()[k], v_.ended.compare.phase[k]);
-      v_.counters.two_phase_samples += sensed.usable == 2 ? 1u : 0u;
-      v_.counters.blind_samples += sensed.usable < 2 ? 1u : 0u;
+    if (was_driven && v_.slot < 3) {  // each phase once in a round
+      const std::size_t k = v_.slot;
+      follow_zero(config_.sense, v_.sense.zero_counts[k], board.unloaded_counts(k), v_.ended.compare.phase[k]);
     }
     v_.current_A = sensed.current_A;
-    v_.residual_A += 480.0f * config_.period_s * ((v_.sense.calibrated ? magnitude(sensed.residual_A) : 0.0f) - v_.residual_A);
+    v_.residual_A += config_.observer.lock_rate * ((v_.sense.calibrated ? magnitude(sensed.residual_A) : 0.0f) - v_.residual_A);
     return sensed;
   }
 
@@ -261,8 +258,8 @@ class Motor : public MotorBase {
     if (!starting()) return;
     const bool was_shorted = v_.start.shorted;
     const StartStep s = step(config_.start, v_.start,
-                             {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V,
-                              frame_speed_rad_s(), v_.observer.angle, v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
+                             {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V, frame_speed_rad_s(), v_.observer.angle,
+                              v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
     if (s.shorted && !was_shorted) v_.observer = {};
     if (v_.start.phase == MotorState::align && v_.state != MotorState::align) v_.dead_share = config_.dead_time.align_share;
     v_.state = v_.start.phase;

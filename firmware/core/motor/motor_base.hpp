@@ -70,9 +70,7 @@ class MotorBase {
         step(config_.current, v_.current, v_.wanted_A, v_.measured_A, frame, !v_.own_frame, voltage_limit_V(config_.modulator, bus_V));
     v_.given_V = shorted() ? Rotor{} : loop.v_V;
     v_.across_V += config_.across_filter * (loop.v_V.q - v_.resistance_ohm * v_.measured_A.q - v_.across_V);
-    v_.voltage_limited = loop.limited;
     v_.limited_samples += loop.limited ? 1u : 0u;
-    v_.counters.voltage_limited += loop.limited && driving() ? 1u : 0u;
     if (!driving() || shorted()) v_.current = {};
   }
 

@@ -34,13 +34,12 @@ struct MotorVariables {
   Rotor wanted_A{};
   Rotor measured_A{};
   Rotor given_V{};
-  float across_V = 0.0f;  // q voltage beyond what the resistance takes, smoothed
-  float resistance_ohm = 0.0f;            // phase and switch, measured at the last start and followed since
+  float across_V = 0.0f;        // q voltage beyond what the resistance takes, smoothed
+  float resistance_ohm = 0.0f;  // phase and switch, measured at the last start and followed since
   ResistanceState learning{};
   bool resistance_measured = false;                  // at rest, since power-up
   float dead_share = 0.0f, known_dead_share = 0.0f;  // dead time / PWM period: compensated now; measured at the last alignment
-  bool voltage_limited = false;
-  std::uint32_t limited_samples = 0;  // of the last kSlots
+  std::uint32_t limited_samples = 0;                 // of the last kSlots
   float bus_V = 0.0f, temperature_K = 0.0f;
   float residual_A = 0.0f;
   float bus_A = 0.0f;

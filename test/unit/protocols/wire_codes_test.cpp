@@ -121,6 +121,7 @@ const char* fault(Fault f) {
     case Fault::start_failed:
     case Fault::sensor:
     case Fault::overtemperature:
+    case Fault::self_test:
       return fault_text(f);
   }
   return nullptr;

@@ -57,6 +57,18 @@ TEST(CurrentSense, LearnsTheZeroOf256SamplesAndRefusesOneOutOfTolerance) {
   EXPECT_TRUE(bad.zero_out_of_tolerance);
 }
 
+TEST(CurrentSense, FollowsAZeroThatDriftsWhereTheHighSideIsOnForLongEnoughAndNoSpoiltConversion) {
+  SenseConfig c = sense_config();
+  c.zero_compare = 260, c.zero_rate = 0.01f;
+  float zero_counts = 2553.0f;
+  for (int k = 0; k < 1000; ++k) follow_zero(c, zero_counts, static_cast<std::uint16_t>(2553 + k / 50), 800);  // 20 counts in 1 000 looks
+  EXPECT_NEAR(zero_counts, 2572.0f, 2.0f);
+  const float followed = zero_counts;
+  for (const int spoilt : {0, 2400, 2700, 4095}) follow_zero(c, zero_counts, static_cast<std::uint16_t>(spoilt), 800);
+  follow_zero(c, zero_counts, static_cast<std::uint16_t>(2580), 259);  // the amplifier still shows something of the current
+  EXPECT_EQ(zero_counts, followed);
+}
+
 TEST(CurrentSense, TakesTheTwoBestPhasesWhenTheThirdHadNoWindow) {
   AdcCounts adc{{2553 - 300, 2553 + 100, 2553 + 200}, 0, 0};  // +9, -3, -6 A
   const Sensed all = sense_currents(sense_config(), calibrated(), adc, {{800, 700, 600}});

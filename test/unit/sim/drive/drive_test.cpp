@@ -212,6 +212,19 @@ TEST(Sensing, ALowSideWindowTooShortToSettleReadsLow) {
   EXPECT_NEAR(read(-1e-6), 0, 2);
 }
 
+TEST(Sensing, WithTheLowSideOffForAMicrosecondAnAmplifierShowsItsDriftedZeroAndNothingOfTheCurrent) {
+  SensingParameters p;
+  p.noise_counts = 0.0;
+  p.offset_counts = {5.0, 0.0, 0.0};
+  p.drift_counts = {20.0, 0.0, 0.0};
+  Sensing sensing(p, rotorloop::RandomStream(1, 1));
+  sensing.set_drift_share(0.5);
+  const auto read = [&](double off_s) { return sensing.sample_unloaded({20.0, 0, 0}, {off_s, 1e-5, 1e-5})[0] - 2553; };
+  EXPECT_NEAR(read(2e-6), 15, 1);
+  EXPECT_NEAR(read(0.65e-6), 15 - 340, 3);
+  EXPECT_NEAR(read(0.0), 15 - 681, 3);
+}
+
 TEST(Sensing, NoiseHasTheStatedSizeAndRepeatsBySeed) {
   SensingParameters p;
   Sensing a(p, rotorloop::RandomStream(7, 3)), b(p, rotorloop::RandomStream(7, 3));

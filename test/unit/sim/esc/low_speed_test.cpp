@@ -1,6 +1,10 @@
 // Low speed on drawn boards, where what the dead time takes from the voltage is more than the back-EMF: holding, catching, trying again.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "bench/esc_lab/motor_classes.hpp"
 #include "bench/esc_lab/rpm_loop.hpp"
 
 namespace {
@@ -88,6 +92,36 @@ TEST(LowSpeed, AfterAFaultTheCurrentLimitIsLowerUntilASecondHasPassedWithoutOne)
   EXPECT_LT(highest_A(), 0.8f * healthy_A);
   run_ms(esc, 1500.0);
   EXPECT_NEAR(highest_A(), healthy_A, 0.02f * healthy_A);
+}
+
+// A gimbal motor starts with one ampere, less than what 40 counts of drift make of nothing. Ablation: the zeros of the start kept.
+TEST(LowSpeed, AGimbalMotorKeepsItsSpeedWhileTheZerosOfItsCurrentSensorsDrift) {
+  for (const bool follows : {true, false}) {
+    int turning = 0;
+    double worst_counts = 0.0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const EscDraw d = draw_esc(*find_motor_class("gimbal"), seed, Knowledge::data_sheet);
+      NativeEscConfig c = drawn(seed);
+      c.drive = d.drive, c.firmware = d.firmware, c.bus_V = d.bus_V;
+      NativeEsc esc(c);
+      if (!follows) esc.motor().config().sense.zero_rate = 0.0f;
+      esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
+      esc.set_setpoint(speed(60.0));
+      run_ms(esc, 8000.0);
+      const bool runs = esc.telemetry().state == MotorState::running && esc.motor().counters().errors() == 0;
+      turning += runs && std::fabs(esc.omega_rad_s() - 60.0) < 2.0 ? 1 : 0;
+      const SensingParameters& truth = esc.drive().sensing().parameters();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double zero = truth.current_zero_V * 4096.0 / truth.reference_V + truth.offset_counts[k] +
+                            truth.drift_counts[k] * std::min(1.0, 8.0 / truth.drift_s);
+        worst_counts = std::max(worst_counts, std::fabs(static_cast<double>(esc.motor().variables().sense.zero_counts[k]) - zero));
+      }
+    }
+    std::printf("%d of 4 gimbal motors at speed after 8 s, zeros %s: at most %.1f counts off\n", turning,
+                follows ? "followed" : "as at the start", worst_counts);
+    EXPECT_EQ(turning, follows ? 4 : 0);
+    EXPECT_EQ(worst_counts < 1.5, follows);
+  }
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST(NativeEsc, SetpointsOutsideTheSpeedRangeAreMovedIntoItAndReported) {
 
 TEST(NativeEsc, RecoversFromASecondAtTheVoltageLimitWithinOneSettlingTime) {
   NativeEscConfig c = reference();
-  c.bus_V = 9.0;
+  c.bus_V = 8.6;
   c.firmware.undervoltage_V = 6.0f;
   NativeEsc esc = running_at(15000, c);
   run_ms(esc, 1000.0);

@@ -36,8 +36,10 @@ double phase_peak_A(const NativeEsc& esc) {
 struct Slip {
   double peak_A = 0.0, off_after_pwm_periods = -1.0, beyond_us = 0.0;
 };
-Slip slip(bool protect) {
-  NativeEsc esc = running_at(16500, reference(), [&](NativeEsc& e) {
+Slip slip(std::uint64_t seed, bool protect) {
+  NativeEscConfig config = reference();
+  config.seed = seed;
+  NativeEsc esc = running_at(16500, config, [&](NativeEsc& e) {
     if (protect) return;
     e.motor().config().protection.trip_A = 1e9f;
     e.motor().config().protection.trip_at_range_end = false;
@@ -58,9 +60,15 @@ Slip slip(bool protect) {
 }
 
 TEST(Protection, OvercurrentOpensTheBridgeWithinTwoPwmPeriodsOfTheSample) {
-  const Slip guarded = slip(true), unguarded = slip(false);
-  EXPECT_GE(guarded.off_after_pwm_periods, 0.0);
-  EXPECT_LE(guarded.off_after_pwm_periods, 2.0);
+  // What the first sample meets depends on where in a turn the slip begins: the means of eight.
+  Slip guarded, unguarded;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Slip with = slip(seed, true), without = slip(seed, false);
+    EXPECT_GE(with.off_after_pwm_periods, 0.0) << seed;
+    EXPECT_LE(with.off_after_pwm_periods, 2.0) << seed;
+    guarded.peak_A += with.peak_A / 8.0, unguarded.peak_A += without.peak_A / 8.0;
+    guarded.beyond_us += with.beyond_us / 8.0, unguarded.beyond_us += without.beyond_us / 8.0;
+  }
   std::printf("slip of half a turn at 16 500 RPM: %.0f A peak, %.0f us beyond 45 A guarded; %.0f A, %.0f us not\n", guarded.peak_A,
               guarded.beyond_us, unguarded.peak_A, unguarded.beyond_us);
   EXPECT_GT(unguarded.peak_A, guarded.peak_A + 5.0);
