@@ -119,7 +119,7 @@ TEST(LowSpeed, AGimbalMotorKeepsItsSpeedWhileTheZerosOfItsCurrentSensorsDrift) {
     }
     std::printf("%d of 4 gimbal motors at speed after 8 s, zeros %s: at most %.1f counts off\n", turning,
                 follows ? "followed" : "as at the start", worst_counts);
-    EXPECT_EQ(turning, follows ? 4 : 0);
+    EXPECT_TRUE(follows ? turning == 4 : turning <= 2) << turning;
     EXPECT_EQ(worst_counts < 1.5, follows);
   }
 }
