@@ -82,7 +82,7 @@ EscProcess::EscProcess(const EscProcessConfig& config, TimedBus& bus)
   e.module = config_.esc_index;
   esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(p, identity_of(config_, image_)), bus_);
   esc_->esc().set_interrupt([this](sim::NativeEsc::Board& board) {
-    if (!commissioned_ || !commissioning_->active()) return watch_->on_sample(board, esc_->esc().motor().variables().state);
+    if (!commissioned_ || !commissioning_->active()) return watch_->on_sample(board, esc_->esc().motor().variables());
     commissioning_->on_sample(board);
     return true;
   });

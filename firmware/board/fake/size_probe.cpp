@@ -15,7 +15,7 @@ extern HandWatch<FakeBoard> probe_watch;
 HandWatch<FakeBoard> probe_watch{Parameters{}};
 
 // In flash: it runs with the motor off alone.
-extern "C" bool probe_hand_watch() { return probe_watch.on_sample(probe_board, probe_motor.variables().state); }
+extern "C" bool probe_hand_watch() { return probe_watch.on_sample(probe_board, probe_motor.variables()); }
 
 extern "C" void probe_sample_interrupt() { probe_motor.on_sample(probe_board); }
 

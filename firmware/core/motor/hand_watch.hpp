@@ -3,7 +3,7 @@
 // other gate is ever driven. Every half second without a turn under way the bridge opens for 20 ms and the motor control has its
 // interrupt again: zeros, bus voltage and temperature stay fresh.
 //
-//   if (!watch.on_sample(board, motor.variables().state)) motor.on_sample(board);    interrupt
+//   if (!watch.on_sample(board, motor.variables())) motor.on_sample(board);          interrupt
 //   watch.want(node.feels_for_hand()); node.on_hand(watch.turned());                main loop, every poll
 #pragma once
 #include <array>
@@ -13,6 +13,7 @@
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/mailbox.hpp"
 #include "firmware/core/motor/turn_decoder.hpp"
+#include "firmware/core/motor/variables.hpp"
 
 namespace rotorloop::firmware {
 
@@ -30,9 +31,10 @@ class HandWatch {
   bool shorted() const { return phase_ == Phase::shorted; }
   TurnConfig& config() { return turn_; }  // tests that ask for less than a turn to show what that lets through
 
-  // In the sample interrupt, before the motor control; true: it has taken its place. Only a motor that is off is shorted.
-  bool on_sample(B& board, MotorState motor) {
-    if (!asked() || motor != MotorState::off) {
+  // In the sample interrupt, before the motor control; true: it has taken its place. Only a motor that is off is shorted, and none whose
+  // bridge is being tested.
+  bool on_sample(B& board, const MotorVariables& motor) {
+    if (!asked() || motor.state != MotorState::off || motor.blocked == Blocked::self_test) {
       if (phase_ != Phase::idle) forget(board);
       return false;
     }
@@ -86,7 +88,8 @@ class HandWatch {
   }
 
   void forget(B& board) {
-    open(board, Phase::idle);
+    if (phase_ != Phase::open) board.bridge_off();  // open: off already, and the gates may be the self-test's by now
+    phase_ = Phase::idle;
     __atomic_store_n(&turned_, false, __ATOMIC_RELEASE);
     too_fast_ = far_ = false;
   }

@@ -22,7 +22,7 @@ template <class Esc>
 class Watched {
  public:
   explicit Watched(const NativeEscConfig& config) : esc_(config), watch_(config.firmware) {
-    esc_.set_interrupt([this](typename Esc::Board& board) { return watch_.on_sample(board, esc_.motor().variables().state); });
+    esc_.set_interrupt([this](typename Esc::Board& board) { return watch_.on_sample(board, esc_.motor().variables()); });
   }
   // A hand holds the shaft at `speed_rad_s`, or nobody does.
   void run(double seconds, double speed_rad_s = kLet_go, bool asked = true) {
@@ -39,7 +39,7 @@ class Watched {
       time_s_ += 1.0 / kCurrentLoop_Hz;
       turns_ += esc_.omega_rad_s() / (2.0 * std::numbers::pi * kCurrentLoop_Hz);
       const auto& compare = esc_.board().compare.phase;
-      if (esc_.board().bridge)
+      if (esc_.board().bridge && esc_.motor().variables().blocked != firmware::Blocked::self_test)
         high_side_ = high_side_ || compare[0] != 0 || compare[1] != 0 || compare[2] != 0, shorted_s_ += 1.0 / kCurrentLoop_Hz;
     }
   }
