@@ -109,6 +109,16 @@ std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label)
   return out;
 }
 
+// Ticks of a second scale of the y axis, round in its own unit; without grid lines, which are the first scale's.
+std::string right_axis(const Frame& f, const Ticks& ticks, const RightScale& scale, double label_x) {
+  std::string out;
+  for (const double t : ticks.at) {
+    const double y = f.at_y(t / scale.per_y);
+    out += fmt::format("<path class=\"ax\" d=\"M{} {}h4\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(f.right), px(y), px(f.right + 7), px(y + 4), tick_text(t, ticks));
+  }
+  return out + fmt::format("<text class=\"lb\" transform=\"translate({} {}) rotate(90)\" text-anchor=\"middle\">{}</text>\n", px(label_x), px((f.top + f.bottom) / 2), xml_escaped(scale.label));
+}
+
 double tick_width(const Ticks& ticks) {
   double widest = 0;
   for (const double t : ticks.at) widest = std::max(widest, text_px(tick_text(t, ticks)));
@@ -297,7 +307,7 @@ void find_spans(const Plot& p, Span& x, Span& y) {
 
 struct PlotFrame {
   Frame f;
-  Ticks x_ticks, y_ticks;
+  Ticks x_ticks, y_ticks, right_ticks;
   bool slanted = false;   // names in place of numbers on the x axis
   double names_px = 0.0;  // height that they take
 };
@@ -314,13 +324,17 @@ PlotFrame lay_out(const Plot& p, double legend_height) {
   f = {.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - out.names_px, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   // One tick shows no scale: try for more until there are three, as far as there is room.
-  const auto y_ticks_of = [&](const auto& range) {
-    if (p.log_y) return decade_ticks(range.low, range.high, y_wanted);
-    Ticks t = nice_ticks(range.low, range.high, y_wanted);
-    for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(range.low, range.high, y_wanted + more);
+  const auto three_ticks = [&](double low, double high) {
+    Ticks t = nice_ticks(low, high, y_wanted);
+    for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(low, high, y_wanted + more);
     return t;
   };
+  const auto y_ticks_of = [&](const auto& range) { return p.log_y ? decade_ticks(range.low, range.high, y_wanted) : three_ticks(range.low, range.high); };
   f.left = 36 + tick_width(y_ticks_of(y));
+  if (p.right) {
+    out.right_ticks = three_ticks(p.right->per_y * y.low, p.right->per_y * y.high);
+    f.right = p.width_px - 36.0 - tick_width(out.right_ticks);
+  }
   if (p.width_px > 900) f.left = std::max(f.left, 62.0);  // plots below each other share their time axis
   if (p.equal_axes) equalise(f);
   out.y_ticks = y_ticks_of(f.y);
@@ -350,6 +364,7 @@ std::string plot_svg(const Plot& given) {
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) out += band_svg(b, f);
   out += y_axis(f, frame.y_ticks, p.y_label);
+  if (p.right) out += right_axis(f, frame.right_ticks, *p.right, p.width_px - 13.0);
   out += p.x_names.empty() ? x_axis(f, frame.x_ticks, p.x_label)
                            : named_x_axis(f, p.x_names, frame.slanted, f.bottom + 34 + frame.names_px, p.x_label);
   out += legend_text;

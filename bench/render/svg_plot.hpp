@@ -38,6 +38,12 @@ struct Band {
   int colour = kNeutral;  // kNeutral: grey, label in the band; else the label is in the legend, once for all bands that share it
 };
 
+// A second scale of the same values on the right: grams beside newtons.
+struct RightScale {
+  std::string label;
+  double per_y = 1.0;  // value on the right for one of the y axis
+};
+
 struct Plot {
   std::string title;             // read out by screen readers; the caption of the figure is the page's
   std::string x_label, y_label;  // with units: "time, s"
@@ -47,6 +53,7 @@ struct Plot {
   int width_px = 1040, height_px = 260;
   std::vector<std::string> x_names = {};             // stand at x = 1, 2, … in place of numbers; slanted where they are long
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
+  std::optional<RightScale> right = {};            // not with log_y
   bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;
   bool log_x = false, log_y = false;       // decades; what is not above zero is left out; neither with equal_axes nor y_from_zero

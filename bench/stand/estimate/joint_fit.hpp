@@ -14,6 +14,7 @@ struct FitRows {
   Eigen::VectorXd y, omega_rad_s, t_s, direction;  // direction: -1, 0, 1
   Eigen::VectorXd u;                               // of y; not-a-number where it is not known
   std::vector<int> block;
+  std::vector<std::size_t> step;  // of the run, from 0, that each row comes from; empty where rows come from elsewhere
   double u_omega = 0.0;         // relative
   double centre_rad_s = 0.0;    // ω*: c is the coefficient there
 };

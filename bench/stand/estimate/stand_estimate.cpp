@@ -20,14 +20,13 @@ constexpr double kStillAir_m_s = 0.5;
 constexpr double kOutlierWeight = 0.3;       // below: named as down-weighted
 
 FitRows rows_for(const StandRun& run, bool thrust, double centre) {
-  std::vector<const StandStep*> use;
-  for (const StandStep& s : run.steps)
-    if (const double y = thrust ? s.thrust_N : s.torque_N_m; y == y && !(s.airspeed_m_s > kStillAir_m_s)) use.push_back(&s);
-  const auto n = static_cast<Eigen::Index>(use.size());
   FitRows r;
+  for (std::size_t k = 0; k < run.steps.size(); ++k)
+    if (const StandStep& s = run.steps[k]; !std::isnan(thrust ? s.thrust_N : s.torque_N_m) && !(s.airspeed_m_s > kStillAir_m_s)) r.step.push_back(k);
+  const auto n = static_cast<Eigen::Index>(r.step.size());
   for (auto* v : {&r.y, &r.omega_rad_s, &r.t_s, &r.direction, &r.u}) v->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const StandStep& s = *use[static_cast<std::size_t>(i)];
+    const StandStep& s = run.steps[r.step[static_cast<std::size_t>(i)]];
     r.y(i) = thrust ? s.thrust_N : s.torque_N_m, r.u(i) = thrust ? s.thrust_u_N : s.torque_u_N_m;
     r.omega_rad_s(i) = s.omega_rad_s, r.direction(i) = s.direction;
     r.t_s(i) = s.t_s == s.t_s ? s.t_s : static_cast<double>(i);
@@ -214,7 +213,12 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   e.name = run.name, e.facts = run.facts, e.remarks = run.remarks, e.samples = run.samples;
   for (const StandFault& f : run.checked.faults) e.faults.push_back(f.channel + " " + f.what + (f.likely.empty() ? "" : "; likely: " + f.likely));
   for (const StandStep& s : run.steps) s.omega_rad_s > 0.0 ? ++e.steps : ++e.zeros;
-  if (run.checked.speed == StandChannelState::faulty || e.steps == 0) return e;
+  if (run.checked.speed == StandChannelState::faulty) return e;
+  if (e.steps == 0) {
+    e.remarks.push_back("no steady step in this run, so no coefficients and no J: they take the sequence staircase, shuffled or return-to-base");
+    e.dynamics = run_dynamics(run, std::nullopt, 2.0, 0.0, 0.0);
+    return e;
+  }
   e.window_rad_s = o.window_rad_s.value_or(speeds_of(run));
   e.centre_rad_s = 0.5 * (e.window_rad_s[0] + e.window_rad_s[1]);
   const auto seen = speeds_of(run);
@@ -236,6 +240,7 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   if (e.thrust) add_budget(*e.thrust, run, nullptr);
   if (e.torque) add_budget(*e.torque, run, e.thrust ? &*e.thrust : nullptr);
   derive(e, run, o);
+  e.points = operating_points(run, e.thrust ? &*e.thrust : nullptr, e.torque ? &*e.torque : nullptr);
   const double offset = e.torque ? e.torque->fit.value("zero") + e.torque->fit.value("running offset") : 0.0;
   e.motor = motor_constants(run, offset, o.inductance_H);
   e.dynamics = run_dynamics(run, e.torque ? std::optional(e.torque->value) : std::nullopt, e.torque ? e.torque->exponent : 2.0, e.centre_rad_s, offset);

@@ -9,6 +9,7 @@
 
 #include "bench/stand/estimate/coefficient.hpp"
 #include "bench/stand/estimate/motor_constants.hpp"
+#include "bench/stand/estimate/operating_points.hpp"
 #include "bench/stand/estimate/run_dynamics.hpp"
 #include "bench/stand/estimate/stand_run.hpp"
 
@@ -36,6 +37,7 @@ struct StandEstimate {
   double C_T = kNotMeasured, C_Q = kNotMeasured, C_P = kNotMeasured, figure_of_merit = kNotMeasured;
   double reduced_c_t = kNotMeasured, reduced_c_q = kNotMeasured;  // at the reference density
   double grams_per_watt = kNotMeasured;                           // electrical, at the middle
+  std::vector<OperatingPoint> points;  // each step that turns in still air
   std::optional<MotorConstants> motor;
   std::optional<RunDynamics> dynamics;
   SampleSeries samples;  // as they were read, to be drawn; empty where the file has steps only

@@ -215,7 +215,9 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   run.facts.duty_along = table.has("duty_q");
   run.name = facts.empty() ? record.name : facts.parent_path().filename().generic_string();
   run.steps = holds(table, record);
-  run.checked = check_stand(record_of_holds(record, run.steps));
+  // A run of chirps or steps alone has no steady point: there is nothing that a channel could be judged by.
+  const bool steady = std::any_of(run.steps.begin(), run.steps.end(), [](const StandStep& s) { return s.omega_rad_s > 0.0; });
+  if (steady) run.checked = check_stand(record_of_holds(record, run.steps));
   run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
   mark_directions(run.steps), number_blocks(run.steps), take_options(run, o);
   run.remarks = csv.remarks;

@@ -17,13 +17,6 @@ namespace {
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 constexpr int kHalfWidth_px = 510;
 
-// What the fit takes for zero, running offset, drift and hysteresis is no part of the coefficient.
-double without_nuisance(const CoefficientEstimate& c, Eigen::Index i) {
-  const double w = c.rows.omega_rad_s(i), l = std::log(w / c.rows.centre_rad_s);
-  const double law = c.value * w * w * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l);
-  return (law + c.fit.residual(i)) / (w * w);
-}
-
 std::string coefficient_figure(const CoefficientEstimate& c) {
   render::Plot p;
   p.title = fmt::format("{} over ω²: points with ± 2 u of the step, the fitted law, and its value with 95 %", c.name);
@@ -42,7 +35,7 @@ std::string coefficient_figure(const CoefficientEstimate& c) {
     const double w = c.rows.omega_rad_s(i);
     if (!(w > 0.0)) continue;
     low = std::min(low, w), high = std::max(high, w);
-    const double x = 1e-6 * w * w, y = scale * without_nuisance(c, i), u = scale * 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
+    const double x = 1e-6 * w * w, y = scale * of_rotor_alone(c, i) / (w * w), u = scale * 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
     bars.x.insert(bars.x.end(), {x, x, kGap}), bars.y.insert(bars.y.end(), {y - u, y + u, kGap});
     render::Series& s = c.rows.direction(i) < 0.0 ? down : up;
     s.x.push_back(x), s.y.push_back(y);

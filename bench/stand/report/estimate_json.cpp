@@ -27,6 +27,12 @@ Json to_json(const CoefficientEstimate& c) {
   return j;
 }
 
+Json to_json(const OperatingPoint& p) {
+  return {{"rpm", p.omega_rad_s * kRpm_per_rad_s}, {"thrust_N", number(p.thrust_N)}, {"thrust_g", number(p.thrust_g())}, {"torque_N_m", number(p.torque_N_m)}, {"motor_V", number(p.motor_V)},
+          {"supply_V", number(p.supply_V)}, {"current_A", number(p.current_A)}, {"electrical_W", number(p.electrical_W())}, {"shaft_W", number(p.shaft_W())}, {"grams_per_watt", number(p.grams_per_watt())},
+          {"newtons_per_ampere", number(p.newtons_per_ampere())}, {"drive_efficiency", number(p.drive_efficiency())}};
+}
+
 Json to_json(const MotorValue& v, const char* unit) { return {{"value", v.value}, {"u", v.u}, {"unit", unit}}; }
 
 Json motor_json(const StandEstimate& e) {
@@ -88,6 +94,8 @@ std::string estimate_json(const EstimateDocument& d) {
     if (e.torque) one["c_q"] = to_json(*e.torque);
     one["derived"] = {{"C_T", number(e.C_T)}, {"C_Q", number(e.C_Q)}, {"C_P", number(e.C_P)}, {"figure_of_merit", number(e.figure_of_merit)}, {"grams_per_watt", number(e.grams_per_watt)},
                       {"reference_density_kg_m3", d.reference_density_kg_m3}, {"reduced_c_t", number(e.reduced_c_t)}, {"reduced_c_q", number(e.reduced_c_q)}};
+    one["operating_points"] = Json::array();
+    for (const OperatingPoint& p : levels_of(e.points)) one["operating_points"].push_back(to_json(p));
     one["motor"] = motor_json(e);
     if (f.advance) one["torque_in_wind"] = advance_json(*f.advance);
     one["faults"] = e.faults, one["remarks"] = e.remarks;

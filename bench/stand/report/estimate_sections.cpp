@@ -83,6 +83,16 @@ render::Table derived_table(const StandEstimate& e, double reference) {
   return t;
 }
 
+// As a maker's data sheet has them.
+render::Table operating_table(const StandEstimate& e) {
+  render::Table t{{{"RPM"}, {"thrust, g"}, {"thrust, N"}, {"torque, N m"}, {"motor, V"}, {"supply, V"}, {"current, A"}, {"power, W"}, {"g/W"}, {"N/A"}, {"efficiency, %"}}};
+  for (const OperatingPoint& p : levels_of(e.points))
+    t.rows.push_back({{figure_text(p.omega_rad_s * kRpm_per_rad_s, "{:.0f}"), figure_text(p.thrust_g(), "{:.0f}"), figure_text(p.thrust_N, "{:.3f}"), figure_text(p.torque_N_m, "{:.4f}"), figure_text(p.motor_V, "{:.2f}"),
+                       figure_text(p.supply_V, "{:.2f}"), figure_text(p.current_A, "{:.2f}"), figure_text(p.electrical_W(), "{:.1f}"), figure_text(p.grams_per_watt(), "{:.2f}"), figure_text(p.newtons_per_ampere(), "{:.3f}"),
+                       figure_text(100.0 * p.drive_efficiency(), "{:.1f}")}});
+  return t;
+}
+
 render::Table motor_table(const StandEstimate& e) {
   render::Table t{{left("motor and rotor"), {"value"}, {"u"}, left("")}};
   const auto add = [&](const std::string& name, const MotorValue& v, const std::string& unit, const std::string& note) {
@@ -108,8 +118,10 @@ render::Table motor_table(const StandEstimate& e) {
     if (d.up) add("time constant, up", {d.up->value_s, d.up->u_s}, "s", fmt::format("{} steps, delay {:.1f} ms", d.up->steps, 1e3 * d.up->delay_s));
     if (d.down) add("time constant, down", {d.down->value_s, d.down->u_s}, "s", fmt::format("{} steps, delay {:.1f} ms", d.down->steps, 1e3 * d.down->delay_s));
     if (d.inertia_kg_m2) add("J, rotor and propeller", {*d.inertia_kg_m2, d.inertia_u_kg_m2.value_or(0.0)}, "kg m²", "from the reaction torque on the mount");
+    // Where a frequency was not reached the loop is at least as fast as the last that was seen.
+    const auto found = [&](double f_Hz) { return std::isfinite(f_Hz) ? figure_text(f_Hz, "{:.2f}") : fmt::format("above {:.2g}", d.bandwidth->to_Hz); };
     if (d.bandwidth)
-      t.rows.push_back({{"speed loop, Hz", figure_text(d.bandwidth->minus_3dB_Hz, "{:.2f}"), "", fmt::format("-3 dB; -90° at {}; coherence above {} from {:.2g} to {:.2g} Hz", figure_text(d.bandwidth->minus_90deg_Hz, "{:.2f} Hz"), kCoherenceGate, d.bandwidth->from_Hz, d.bandwidth->to_Hz)}});
+      t.rows.push_back({{"speed loop, Hz", found(d.bandwidth->minus_3dB_Hz), "", fmt::format("-3 dB; -90° at {} Hz; coherence above {} from {:.2g} to {:.2g} Hz", found(d.bandwidth->minus_90deg_Hz), kCoherenceGate, d.bandwidth->from_Hz, d.bandwidth->to_Hz)}});
   }
   return t;
 }
@@ -142,6 +154,8 @@ render::Section file_section(const EstimatedFile& f, std::size_t number, bool wi
       s.blocks.push_back(render::List{notes_of(*c)});
     }
   if (const auto t = derived_table(e, reference); !t.rows.empty()) s.blocks.push_back(t);
+  if (const auto t = operating_table(e); !t.rows.empty()) s.blocks.push_back(t);
+  if (with_figures) s.blocks.push_back(render::Markup{operating_figures(e)});
   if (const auto t = motor_table(e); !t.rows.empty()) s.blocks.push_back(t);
   if (f.advance) add_advance(s, *f.advance);
   if (with_figures) s.blocks.push_back(render::Markup{sample_figures(e)});
@@ -160,16 +174,17 @@ render::Table components_table(const VarianceComponents& v, const std::string& n
 
 render::Outcome estimate_outcome(const EstimateDocument& d) {
   render::Outcome o;
-  std::size_t estimated = 0, faulty = 0;
+  std::size_t estimated = 0, faulty = 0, with_thrust = 0;
   for (const EstimatedFile& f : d.files) {
-    estimated += f.estimate.thrust || f.estimate.torque || f.advance;
+    estimated += f.estimate.thrust || f.estimate.torque || f.advance || f.estimate.dynamics;
+    with_thrust += f.estimate.thrust.has_value();
     faulty += f.verdict == "faulty" || !f.estimate.faults.empty();
     for (const auto& fault : f.estimate.faults) o.errors.push_back(f.estimate.name + ": " + fault);
   }
   o.verdict = estimated == 0 ? "refused" : "estimated";
   o.standing = estimated == 0 ? render::Standing::bad : faulty > 0 ? render::Standing::open : render::Standing::good;
   o.sentence = fmt::format("{} of {} files estimated{}", estimated, d.files.size(), faulty > 0 ? fmt::format("; {} with a faulty channel, named below", faulty) : "");
-  o.next = estimated == 0 ? "correct what is named and measure again" : "rotorloop stand compare sets c_t against flights; the terms of the budget marked typical are worth a look in your own calibration";
+  o.next = estimated == 0 ? "correct what is named and measure again" : with_thrust == 0 ? "rotorloop stand run --sequence staircase gives the coefficients" : "rotorloop stand compare sets c_t against flights; the terms of the budget marked typical are worth a look in your own calibration";
   return o;
 }
 

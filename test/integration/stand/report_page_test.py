@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -76,6 +77,55 @@ class ReportPage(unittest.TestCase):
             self.mouse(page, "mousePressed", left, y, clicks)
             self.mouse(page, "mouseReleased", left, y, clicks)
         self.assertTrue(page.wait_for(f"{RANGES} == {json.dumps(json.dumps(whole, separators=(',', ':')))}", DEADLINE_s), page.value(RANGES))
+
+    def test_a_demo_prints_its_result_as_one_document_with_the_operating_points_of_a_data_sheet(self):
+        folder = os.path.join(self.folder, "demo")
+        done = subprocess.run([COMMAND, "stand", "demo", "--json", "-q", "-o", folder], cwd=SOURCE, capture_output=True, text=True, timeout=DEADLINE_s)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        document = json.loads(done.stdout)
+        with open(os.path.join(folder, "result.json")) as f:
+            self.assertEqual(document, json.load(f))
+        points = document["files"][0]["operating_points"]
+        self.assertGreaterEqual(len(points), 12)
+        self.assertEqual([p["rpm"] for p in points], sorted(p["rpm"] for p in points))
+        for p in points[4:]:
+            self.assertAlmostEqual(p["grams_per_watt"], 1000 * p["thrust_N"] / 9.80665 / (p["supply_V"] * p["current_A"]), delta=0.01 * p["grams_per_watt"])
+            self.assertTrue(0.6 < p["drive_efficiency"] < 0.9, p)
+            self.assertTrue(0 < p["motor_V"] < p["supply_V"], p)
+
+    def touch(self, page, kind, *points):
+        page.ask("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)])
+
+    @unittest.skipUnless(browser.CHROMIUM, "no Chromium")
+    def test_on_a_phone_two_fingers_zoom_all_series_one_moves_them_and_two_taps_show_all_again(self):
+        page = self.open(500)
+        page.ask("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=2, mobile=True)
+        page.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+        whole = json.loads(page.value(RANGES))
+        page.value("document.querySelector('.zoom .u-over').scrollIntoView({ block: 'center' })")
+        box = json.loads(page.value("JSON.stringify(document.querySelector('.zoom .u-over').getBoundingClientRect())"))
+        y, at = box["y"] + box["height"] / 2, lambda share: box["x"] + share * box["width"]
+        span = whole[0][1] - whole[0][0]
+        self.touch(page, "touchStart", (at(0.4), y), (at(0.6), y))
+        self.touch(page, "touchMove", (at(0.3), y), (at(0.7), y))
+        self.touch(page, "touchEnd")
+        zoomed = json.loads(page.value(RANGES))
+        for now, before in zip(zoomed, whole):
+            self.assertAlmostEqual(now[0], before[0] + 0.25 * span, delta=0.02 * span)
+            self.assertAlmostEqual(now[1], before[0] + 0.75 * span, delta=0.02 * span)
+        self.touch(page, "touchStart", (at(0.5), y))
+        self.touch(page, "touchMove", (at(0.3), y))
+        self.touch(page, "touchEnd")
+        moved = json.loads(page.value(RANGES))
+        self.assertAlmostEqual(moved[0][0], zoomed[0][0] + 0.1 * span, delta=0.02 * span)
+        self.assertAlmostEqual(moved[0][1] - moved[0][0], zoomed[0][1] - zoomed[0][0], delta=1e-6 * span)
+        # A machine under load may keep two taps apart for longer than two taps are: then they are made again.
+        end = time.monotonic() + DEADLINE_s
+        while json.loads(page.value(RANGES)) != whole and time.monotonic() < end:
+            for _ in range(2):
+                self.touch(page, "touchStart", (at(0.5), y))
+                self.touch(page, "touchEnd")
+        self.assertEqual(json.loads(page.value(RANGES)), whole)
 
     @unittest.skipUnless(browser.CHROMIUM, "no Chromium")
     def test_plots_fit_a_window_of_500_px(self):

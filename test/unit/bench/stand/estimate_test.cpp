@@ -54,6 +54,73 @@ TEST(StandEstimate, run_without_errors_gives_c_t_at_9000_RPM_to_0_2_percent_c_q_
   EXPECT_NEAR(e.dynamics->down->value_s, truth.down_s, 0.001);
 }
 
+TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_offset_drift_and_hysteresis_of_the_stand) {
+  const test::TempFolder folder;
+  const test::SimulatedStandOptions o;
+  const auto truth = simulated().truth(o);
+  const StandRun run = run_of(folder, o, 3);
+  const StandEstimate e = estimate_stand(run, at_hover());
+  const auto near_centre = [](double omega_rad_s) { return std::abs(omega_rad_s * kRpm_per_rad_s - 9000.0) < 400.0; };
+  int points = 0;
+  double raw_error = 0.0;
+  for (const OperatingPoint& p : e.points) {
+    if (!near_centre(p.omega_rad_s)) continue;
+    ++points;
+    EXPECT_NEAR(p.thrust_N / (truth.c_t_N_s2 * p.omega_rad_s * p.omega_rad_s), 1.0, 0.03);
+    EXPECT_NEAR(p.torque_N_m / (truth.c_q_N_m_s2 * p.omega_rad_s * p.omega_rad_s), 1.0, 0.04);
+    EXPECT_GT(p.motor_V, 0.0);
+    EXPECT_LT(p.motor_V, p.supply_V);
+    EXPECT_GT(p.drive_efficiency(), 0.5);
+    EXPECT_LT(p.drive_efficiency(), 1.0);
+  }
+  EXPECT_GE(points, 2);
+  for (const StandStep& s : run.steps)
+    if (near_centre(s.omega_rad_s)) raw_error = std::max(raw_error, std::abs(s.torque_N_m / (truth.c_q_N_m_s2 * s.omega_rad_s * s.omega_rad_s) - 1.0));
+  EXPECT_GT(raw_error, 0.1) << "the stand's running offset is in what it reads";
+}
+
+TEST(OperatingPoints, a_kilogram_of_thrust_for_50_W_is_20_grams_per_watt) {
+  OperatingPoint p;
+  p.omega_rad_s = 100.0, p.thrust_N = 9.80665, p.torque_N_m = 0.2, p.supply_V = 10.0, p.current_A = 5.0;
+  EXPECT_DOUBLE_EQ(p.thrust_g(), 1000.0);
+  EXPECT_DOUBLE_EQ(p.grams_per_watt(), 20.0);
+  EXPECT_DOUBLE_EQ(p.newtons_per_ampere(), 9.80665 / 5.0);
+  EXPECT_DOUBLE_EQ(p.shaft_W(), 20.0);
+  EXPECT_DOUBLE_EQ(p.drive_efficiency(), 0.4);
+}
+
+TEST(OperatingPoints, levels_are_the_means_of_up_and_down_and_of_a_slow_ramp_24_at_most) {
+  const auto at = [](double omega_rad_s, double thrust_N) {
+    OperatingPoint p;
+    p.omega_rad_s = omega_rad_s, p.thrust_N = thrust_N;
+    return p;
+  };
+  const auto levels = levels_of({at(500.0, 1.0), at(800.0, 2.6), at(501.0, 1.2)});
+  ASSERT_EQ(levels.size(), 2u);
+  EXPECT_DOUBLE_EQ(levels[0].omega_rad_s, 500.5);
+  EXPECT_DOUBLE_EQ(levels[0].thrust_N, 1.1);
+  EXPECT_TRUE(std::isnan(levels[0].torque_N_m)) << "not measured";
+  std::vector<OperatingPoint> ramp;
+  for (int i = 0; i <= 500; ++i) ramp.push_back(at(100.0 + 2.0 * i, 1.0));
+  EXPECT_LE(levels_of(ramp).size(), kMostLevels);
+  EXPECT_GE(levels_of(ramp).size(), kMostLevels - 1);
+  EXPECT_TRUE(levels_of({}).empty());
+}
+
+TEST(OperatingPoints, the_page_draws_them_over_speed_and_over_voltage_and_says_why_not_where_no_modulation_was_recorded) {
+  const test::TempFolder folder;
+  StandEstimate e = estimate_stand(run_of(folder, {}, 3), at_hover());
+  const std::string with = operating_figures(e);
+  for (const char* title : {"thrust over speed", "supply current over speed", "power over speed", "thrust per electrical power over speed", "thrust per supply current over speed", "efficiency of motor and ESC over speed", "thrust over voltage",
+                            "efficiency of motor and ESC over voltage"})
+    EXPECT_NE(with.find(std::string("<figcaption>") + title), std::string::npos) << title;
+  EXPECT_NE(with.find(">g</text>"), std::string::npos) << "grams beside newtons";
+  for (OperatingPoint& p : e.points) p.motor_V = kNotMeasured;
+  const std::string without = operating_figures(e);
+  EXPECT_EQ(without.find("over voltage</figcaption>"), std::string::npos);
+  EXPECT_NE(without.find("no modulation of the ESC"), std::string::npos);
+}
+
 TEST(StandEstimate, in_50_runs_with_drawn_errors_86_to_100_percent_of_the_95_percent_intervals_hold_the_truth) {
   const test::TempFolder folder;
   const auto e = stats::stand_ensemble(reference_blade(), folder.path(), 9001, 50, 200);
