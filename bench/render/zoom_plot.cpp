@@ -46,7 +46,7 @@ std::string values_json(const Plot& p) {
 }  // namespace
 
 std::string zoom_figures_html(const std::vector<Plot>& plots) {
-  std::string out = "<div class=\"zoom\">\n<p class=\"cap zoom-how\" hidden>Drag over a plot to zoom, double click to see all; the values under the cursor stand below each plot.</p>\n";
+  std::string out = "<div class=\"zoom\">\n<p class=\"cap zoom-how\" hidden>Drag over a plot to zoom, double click to see all; on a screen that is touched two fingers zoom, one moves, two taps show all. The values under the cursor stand below each plot.</p>\n";
   for (const Plot& p : plots) out += figure_html(xml_escaped(p.title), plot_svg(p) + "<script type=\"application/json\">" + values_json(p) + "</script>\n");
   return out + "</div>\n";
 }

@@ -1,5 +1,36 @@
 // Draws the values that stand beside each static plot with uPlot, which zooms; the plots of one group show the same stretch of x.
 "use strict";
+// Fingers: two zoom about themselves, one moves what is zoomed, two taps show all. Up and down the page scrolls as ever.
+function touchable(u) {
+  const over = u.over, fingers = new Map();
+  let start = null, tapped = 0;
+  const all = () => [u.data[0][0], u.data[0][u.data[0].length - 1]];
+  const show = (min, max) => {
+    const [first, last] = all(), span = Math.min(max - min, last - first);
+    const from = Math.min(Math.max(min, first), last - span);
+    u.setScale("x", { min: from, max: from + span });
+  };
+  const begin = () => { start = { at: [...fingers.values()], min: u.scales.x.min, max: u.scales.x.max }; };
+  const end = (e) => { if (fingers.delete(e.pointerId)) begin(); };
+  over.style.touchAction = "pan-y";
+  over.addEventListener("pointerdown", (e) => {
+    if (e.pointerType !== "touch") return;
+    fingers.set(e.pointerId, e.offsetX);
+    begin();
+    if (fingers.size === 1 && e.timeStamp - tapped < 300) show(...all());
+    tapped = e.timeStamp;
+  });
+  over.addEventListener("pointermove", (e) => {
+    if (!fingers.has(e.pointerId)) return;
+    fingers.set(e.pointerId, e.offsetX);
+    const now = [...fingers.values()], width = over.clientWidth, span = start.max - start.min;
+    if (now.length === 1) show(start.min - (now[0] - start.at[0]) / width * span, start.max - (now[0] - start.at[0]) / width * span);
+    if (now.length !== 2 || Math.abs(now[1] - now[0]) < 10) return;
+    const [a, b] = start.at.map((px) => start.min + px / width * span), per_px = (b - a) / (now[1] - now[0]);
+    if (per_px > 0) show(a - now[0] * per_px, a + (width - now[0]) * per_px);
+  });
+  for (const kind of ["pointerup", "pointercancel"]) over.addEventListener(kind, end);
+}
 function zoomable(group) {
   const css = getComputedStyle(document.documentElement);
   const colour = (name) => css.getPropertyValue("--" + name).trim();
@@ -25,6 +56,7 @@ function zoomable(group) {
         label: s.label, stroke: colour("c" + s.colour), width: 1.5, dash: s.dashed ? [6, 4] : undefined, points: { show: false }, value: shown(yUnit) }))],
     };
     plots.push({ figure, plot: new uPlot(options, uPlot.join(data.series.map((s) => [s.x, s.y])), figure) });
+    touchable(plots[plots.length - 1].plot);
     svg.setAttribute("hidden", "");
   };
   for (const figure of group.querySelectorAll("figure")) draw(figure);
