@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "host/base/constants.hpp"
@@ -79,6 +80,16 @@ std::string prediction_text(const modbus::StandSetup& s, const Plan& plan, const
   for (const std::string& w : p.warnings) out += "note: " + w + "\n";
   for (const std::string& e : p.exceeded) out += "EXCEEDED " + e + "\n";
   return out;
+}
+
+std::string prediction_json(const modbus::StandSetup& s, const Plan& plan, const Prediction& p) {
+  nlohmann::ordered_json j{{"format", 1}, {"command", "stand run --dry-run"}, {"sequences", plan.names}, {"segments", plan.segments.size()}, {"duration_s", p.duration_s}, {"energy_J", p.energy_J},
+                           {"propeller", s.propeller.name}, {"diameter_m", s.diameter_m}, {"coefficients", p.typical_coefficients ? "typical" : "stand file"}};
+  j["levels"] = nlohmann::ordered_json::array();
+  for (const auto& l : p.levels)
+    j["levels"].push_back({{"omega_rad_s", l.omega_rad_s}, {"thrust_N", l.thrust_N}, {"torque_N_m", l.torque_N_m}, {"power_W", l.power_W}, {"current_A", l.current_A}, {"times", l.times}});
+  j["warnings"] = p.warnings, j["exceeded"] = p.exceeded;
+  return j.dump(1) + "\n";
 }
 
 }  // namespace rotorloop::stand_run

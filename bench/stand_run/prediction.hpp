@@ -22,6 +22,8 @@ struct Prediction {
 
 // `supply_V` and the drive's efficiency turn shaft power into current.
 Prediction predict(const modbus::StandSetup& setup, const Plan& plan, double settle_s, double supply_V);
+// For people, and as one JSON document.
 std::string prediction_text(const modbus::StandSetup& setup, const Plan& plan, const Prediction& p);
+std::string prediction_json(const modbus::StandSetup& setup, const Plan& plan, const Prediction& p);
 
 }  // namespace rotorloop::stand_run

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -73,6 +74,19 @@ void add_abab(std::vector<Segment>& s, const SequenceOptions& o) {
     }
 }
 
+// Pseudo-random binary sequence of the greatest length of nine bits (x⁹ + x⁵ + 1; Golomb, Shift Register Sequences, 1967): as much power at each
+// frequency as any signal of two levels can have, and at most nine chips at one speed.
+constexpr std::size_t kChips = 511;
+constexpr std::array<bool, kChips> pseudo_random_chips() {
+  std::array<bool, kChips> out{};
+  unsigned state = 0x1ff;
+  for (bool& chip : out) {
+    chip = (state & 1u) != 0;
+    state = (state >> 1) | (((state ^ (state >> 4)) & 1u) << 8);
+  }
+  return out;
+}
+
 void add(std::vector<Segment>& s, const std::string& name, const SequenceOptions& o) {
   if (name == "staircase" || name == "shuffled") return add_staircase(s, o, name == "shuffled");
   if (name == "return-to-base") return add_return_to_base(s, o);
@@ -81,6 +95,8 @@ void add(std::vector<Segment>& s, const std::string& name, const SequenceOptions
   if (name == "abab") return add_abab(s, o);
   if (name == "chirp")
     s.push_back({.motion = Motion::chirp, .omega_rad_s = middle(o), .duration_s = o.chirp_s, .amplitude = o.chirp_share, .low_Hz = o.chirp_low_Hz, .high_Hz = o.chirp_high_Hz});
+  else if (name == "prbs")
+    s.push_back({.motion = Motion::prbs, .omega_rad_s = middle(o), .duration_s = o.prbs_s, .amplitude = o.prbs_share, .chip_s = o.prbs_chip_s});
   else if (name == "endurance")
     for (double t = 0.0; t < o.endurance_s; t += 10.0) s.push_back(hold(middle(o), std::min(10.0, o.endurance_s - t)));
   else if (name == "replay")
@@ -142,6 +158,11 @@ double wanted_rad_s(const Plan& plan, const Segment& s, double since_s) {
       const double phase = s.low_Hz * since_s + 0.5 * (s.high_Hz - s.low_Hz) / s.duration_s * since_s * since_s;
       return s.omega_rad_s * (1.0 + s.amplitude * std::sin(2.0 * std::numbers::pi * phase));
     }
+    case Motion::prbs: {
+      static constexpr auto kSequence = pseudo_random_chips();
+      const auto chip = static_cast<std::size_t>(std::max(0.0, since_s) / s.chip_s) % kChips;
+      return s.omega_rad_s * (1.0 + (kSequence[chip] ? s.amplitude : -s.amplitude));
+    }
     case Motion::replay: break;
   }
   const double t = plan.replay.front().t_s + since_s;
@@ -153,7 +174,7 @@ double wanted_rad_s(const Plan& plan, const Segment& s, double since_s) {
 }
 
 std::string_view name(Motion m) {
-  constexpr std::string_view kNames[] = {"zero", "hold", "step", "ramp", "chirp", "replay"};
+  constexpr std::string_view kNames[] = {"zero", "hold", "step", "ramp", "chirp", "prbs", "replay"};
   return kNames[static_cast<std::size_t>(m)];
 }
 

@@ -7,15 +7,16 @@
 
 namespace rotorloop::stand_run {
 
-enum class Motion : std::uint8_t { zero, hold, step, ramp, chirp, replay };
+enum class Motion : std::uint8_t { zero, hold, step, ramp, chirp, prbs, replay };
 
 struct Segment {
   Motion motion = Motion::hold;
-  double omega_rad_s = 0.0;      // at its end; chirp: the middle
+  double omega_rad_s = 0.0;      // at its end; chirp, prbs: the middle
   double from_rad_s = 0.0;       // ramp: at its beginning
   double duration_s = 0.0;       // hold: of what is averaged, after settling
-  double amplitude = 0.0;        // chirp: share of the middle
-  double low_Hz = 0.0, high_Hz = 0.0;
+  double amplitude = 0.0;        // chirp, prbs: share of the middle
+  double low_Hz = 0.0, high_Hz = 0.0;  // chirp
+  double chip_s = 0.0;                 // prbs: the shortest time at one speed
   bool measured = false;         // its samples after settling are one step of the estimate
   char configuration = 'A';      // abab: A bare, B with what is put behind the rotor
 };
@@ -32,7 +33,9 @@ struct SequenceOptions {
   double step_share = 0.07;      // step: about the middle, up and down
   int repeats = 12;              // step: pairs; abab: pairs of A and B at each speed; return-to-base: none
   double step_s = 0.7;
-  double chirp_share = 0.03, chirp_low_Hz = 0.5, chirp_high_Hz = 12.0, chirp_s = 40.0;
+double chirp_share = 0.03, chirp_low_Hz = 0.5, chirp_high_Hz = 12.0, chirp_s = 40.0;
+  // Both steps together stay below what an estimate takes for a step of its own (3 %). Three periods of 511 chips; flat within 3 dB to 15 Hz.
+  double prbs_share = 0.014, prbs_chip_s = 0.03, prbs_s = 3 * 511 * 0.03;
   double ramp_s = 30.0, endurance_s = 300.0;
   std::uint64_t seed = 1;        // shuffled
   std::vector<ReplayPoint> replay;
@@ -46,7 +49,7 @@ struct Plan {
   double typical_s(double settle_s) const;  // holds settle in `settle_s`
 };
 
-inline constexpr std::string_view kSequences[] = {"zero", "staircase", "shuffled", "return-to-base", "ramp", "step", "chirp", "endurance", "replay", "abab"};
+inline constexpr std::string_view kSequences[] = {"zero", "staircase", "shuffled", "return-to-base", "ramp", "step", "chirp", "prbs", "endurance", "replay", "abab"};
 
 // Sequences one after the other, zeros before, between and after. Throws Error (usage) for an unknown name, and for speeds and counts that
 // make no run.

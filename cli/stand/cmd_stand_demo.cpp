@@ -27,6 +27,7 @@ struct DemoArguments {
   StandRunOptions run;
   VirtualRunOptions virtual_run;
   std::filesystem::path folder = "stand_demo";
+  bool json = false;
 };
 
 int stand_demo(DemoArguments& o) {
@@ -38,7 +39,8 @@ int stand_demo(DemoArguments& o) {
   o.run.out = o.folder / "run";
   const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
   const stand_run::Plan plan = plan_of(o.run, setup);
-  fmt::print("{}", stand_run::prediction_text(setup, plan, stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V)));
+  o.run.summary = !o.json;
+  if (!o.json) fmt::print("{}", stand_run::prediction_text(setup, plan, stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V)));
   if (const int code = run_virtually(o.run, o.virtual_run, setup, plan); code != 0) return code;
   stand::EstimateOptions options;
   options.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
@@ -47,12 +49,12 @@ int stand_demo(DemoArguments& o) {
   d.reference_density_kg_m3 = options.reference_density_kg_m3;
   d.inputs.emplace_back((o.run.out / "samples.csv").generic_string(), sha256_file(o.run.out / "samples.csv"));
   d.files.push_back({stand::estimate_stand(stand::read_stand_run(o.run.out, {}), options), std::nullopt});
-  fmt::print("{}", stand::estimate_text(d));
+  fmt::print("{}", o.json ? stand::estimate_json(d) : stand::estimate_text(d));
   hil::write_text_file(o.folder / "result.json", stand::estimate_json(d));
   hil::write_text_file(o.folder / "report.html", stand::estimate_page(d));
   if (d.files[0].estimate.motor)
     hil::write_text_file(o.folder / "motor.toml", stand::motor_file_text(d.files[0].estimate, {shipped_or_given("vehicles/motors/2306_2300kv.toml", share_folder()), {}}, std::string("rotorloop stand demo ") + kVersion));
-  fmt::print("simulated from beginning to end; report: {}\n", (o.folder / "report.html").generic_string());
+  if (!o.json) fmt::print("simulated from beginning to end; report: {}\n", (o.folder / "report.html").generic_string());
   return 0;
 }
 
@@ -63,6 +65,7 @@ void add_stand_demo(CLI::App& stand, int& exit_code) {
   CLI::App* c = stand.add_subcommand("demo", "a whole run in virtual time: plan, run, estimate, report; opens no port");
   c->add_option("-o,--out", o->folder, "new folder")->capture_default_str();
   add_virtual_options(*c, o->virtual_run);
+  c->add_flag("--json", o->json, "result.json on stdout instead of plan and tables");
   c->add_flag("-q,--quiet", o->run.quiet, "no progress on stderr");
   c->footer(
       "The ESC is the firmware core with its drive and a blade-element rotor; mount and instruments have errors drawn from the seed.\n"

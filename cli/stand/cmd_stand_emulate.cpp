@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "bench/modbus/poll_plan.hpp"
 #include "bench/modbus/port_clock.hpp"
@@ -23,6 +24,7 @@ struct EmulateArguments {
   std::filesystem::path rtu, table;
   int tcp = -1, baud = 0;
   double for_s = 0.0;
+  bool json = false;
 };
 
 std::vector<modbus::Signal> emulated_signals(const EmulateArguments& o) {
@@ -74,12 +76,17 @@ int emulate(const EmulateArguments& o) {
   const modbus::SerialFormat format = modbus::serial_format(devices.front().profile, o.baud);
   const auto server = o.tcp < 0 ? modbus::serve_rtu(o.rtu, format) : modbus::serve_tcp(o.tcp);
   const StopSignals signals;
-  for (const DeviceArgument& d : devices) fmt::print("{} answers at {}{} as slave {}\n", d.name, server->where(), o.tcp < 0 ? ", " + modbus::text(format) : "", d.slave);
+  for (const DeviceArgument& d : devices)
+    if (o.json)
+      fmt::print("{}\n", nlohmann::ordered_json{{"event", "answers"}, {"device", d.name}, {"at", server->where()}, {"format", o.tcp < 0 ? nlohmann::ordered_json(modbus::text(format)) : nullptr}, {"slave", d.slave}}.dump());
+    else
+      fmt::print("{} answers at {}{} as slave {}\n", d.name, server->where(), o.tcp < 0 ? ", " + modbus::text(format) : "", d.slave);
   std::fflush(stdout);
   fmt::print(stderr, "emulated: no instrument is there. Ctrl-C ends.\n");
   const std::int64_t until = o.for_s > 0.0 ? modbus::port_clock_ns() + std::llround(o.for_s * 1e9) : std::int64_t{1} << 62;
   server->serve(served, *signals.flag(), until);
   const auto& n = server->counts();
+  if (o.json) fmt::print("{}\n", nlohmann::ordered_json{{"event", "end"}, {"requests", n.requests}, {"answered", n.answered}, {"refused", n.refused}, {"damaged", n.damaged}}.dump());
   fmt::print(stderr, "{} requests: {} answered, {} refused; {} damaged frames ignored\n", n.requests, n.answered, n.refused, n.damaged);
   return 0;
 }
@@ -97,6 +104,7 @@ void add_stand_emulate(CLI::App& stand, int& exit_code) {
   c->add_option("--sine", o->sines, "[DEVICE.]CHANNEL=MEAN,AMPLITUDE,PERIOD_S")->allow_extra_args(false);
   c->add_option("--file", o->table, "CSV with t_s and channels, repeated when it ends");
   c->add_option("--for", o->for_s, "seconds; without it until Ctrl-C")->check(CLI::Range(0.01, 1e6));
+  c->add_flag("--json", o->json, "JSON lines on stdout: where each device answers, and the counts at the end");
   c->footer("Example:\n  rotorloop stand emulate laumas_tlb@1 ato_torque@2 --rtu bus --sine laumas_tlb.net=10,5,4\n"
             "  rotorloop stand read rtu:bus laumas_tlb@1 ato_torque@2\n"
             "Exit codes: 0; 2 a profile, value or path; 3 the port.");

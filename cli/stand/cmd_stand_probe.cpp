@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "bench/hil/run_folder.hpp"
 #include "bench/modbus/exchange.hpp"
@@ -26,7 +27,7 @@ struct ProbeArguments {
   std::string format = "8N1";
   double load = 0.0;
   std::filesystem::path out;
-  bool force = false;
+  bool force = false, json = false;
 };
 
 std::vector<std::vector<std::uint16_t>> read_words(modbus::Exchanger& bus, const ProbeArguments& o, bool tcp) {
@@ -60,8 +61,25 @@ void print_words(const char* title, const std::vector<std::vector<std::uint16_t>
   fmt::print("\n");
 }
 
+nlohmann::ordered_json words_json(const std::vector<std::vector<std::uint16_t>>& rows) { return rows.back(); }
+
+nlohmann::ordered_json candidate_json(const modbus::ProbeCandidate& c) {
+  return {{"address", c.address}, {"type", modbus::name(c.type)}, {"order", modbus::name(c.order)}, {"without_load", c.zero}, {"with_load", c.loaded}, {"noise", c.noise}, {"scale", c.scale},
+          {"round_scale", c.round_scale != 0.0 ? nlohmann::ordered_json(c.round_scale) : nullptr}};
+}
+
+// All candidates, and what was written of them.
+void print_json(const ProbeArguments& o, const modbus::ProbeReadings& r, const std::vector<modbus::ProbeCandidate>& all, int pick) {
+  nlohmann::ordered_json j{{"format", 1}, {"command", "stand probe"}, {"port", o.port}, {"slave", o.slave}, {"function_code", o.fc}, {"address", o.address}, {"load", o.load}, {"unit", o.unit}, {"quantity", o.quantity},
+                           {"words_without_load", words_json(r.zero)}, {"words_with_load", words_json(r.loaded)}};
+  j["candidates"] = nlohmann::ordered_json::array();
+  for (const modbus::ProbeCandidate& c : all) j["candidates"].push_back(candidate_json(c));
+  if (pick > 0) j["picked"] = pick, j["written"] = o.out.generic_string();
+  fmt::print("{}\n", j.dump(1));
+}
+
 int pick_one(const ProbeArguments& o, const std::vector<modbus::ProbeCandidate>& all) {
-  if (o.pick > 0 || o.out.empty()) return o.pick;
+  if (o.pick > 0) return o.pick;
   fmt::print(stderr, "Which one is it? (1 to {}) ", std::min<std::size_t>(all.size(), static_cast<std::size_t>(o.show)));
   std::fflush(stderr);
   int pick = 0;
@@ -82,6 +100,7 @@ int probe(const ProbeArguments& o) {
   const modbus::ChannelUnit* const unit = modbus::find_unit(o.unit);
   if (!unit || unit->quantity != o.quantity) throw Error({"--unit", fmt::format("\"{}\" is no unit of {}", o.unit, o.quantity), "", "use one of: " + modbus::units_of(o.quantity)});
   if (o.load == 0.0) throw Error({"--load", "0 changes nothing", "", "give the known load in --unit"});
+  if (o.json && !o.out.empty() && o.pick == 0) throw Error({"--pick", "is missing: with --json no candidate is asked for", "", "give the number of the one to write, or leave out -o"});
   check_outputs({{"-o", o.out}}, o.force);
   const modbus::PortName port = modbus::parse_port(o.port, "PORT");
   modbus::PortLink link(port, {o.baud, o.format[1], o.format[2] - '0'});
@@ -90,21 +109,27 @@ int probe(const ProbeArguments& o) {
   r.address = static_cast<std::uint16_t>(o.address);
   ask("Take every load off, then press Enter.");
   r.zero = read_words(bus, o, port.tcp);
-  print_words("without load", r.zero, o.address);
+  if (!o.json) print_words("without load", r.zero, o.address);
   ask(fmt::format("Put {} {} on, wait until it rests, then press Enter.", o.load, o.unit));
   r.loaded = read_words(bus, o, port.tcp);
-  print_words("with load   ", r.loaded, o.address);
+  if (!o.json) print_words("with load   ", r.loaded, o.address);
   const auto all = modbus::rank_candidates(r, o.load);
   if (all.empty())
     throw Error({o.port, fmt::format("registers {} … {} do not follow the load", o.address, o.address + o.count - 1), "the value stands elsewhere, or the load did not reach the cell", "try other registers with --addr and --count, or --fc 4"},
                 ExitCode::data_quality);
-  print_candidates(o, all);
-  const int pick = pick_one(o, all);
-  if (o.out.empty()) return 0;
+  if (!o.json) print_candidates(o, all);
+  const int pick = o.out.empty() ? 0 : pick_one(o, all);
+  if (o.out.empty()) {
+    if (o.json) print_json(o, r, all, 0);
+    return 0;
+  }
   if (pick < 1 || pick > static_cast<int>(all.size())) throw Error({"--pick", fmt::format("{} is none of the candidates", pick), "", fmt::format("give 1 to {}", all.size())});
   const auto text = modbus::channel_text(all[static_cast<std::size_t>(pick - 1)], o.name, o.quantity, o.unit, o.fc, fmt::format("rotorloop stand probe with {} {}, slave {}", o.load, o.unit, o.slave));
   hil::write_text_file(o.out, text);
-  fmt::print("written: {}: put it into a profile (docs/files.md, Device profile)\n", o.out.generic_string());
+  if (o.json)
+    print_json(o, r, all, pick);
+  else
+    fmt::print("written: {}: put it into a profile (docs/files.md, Device profile)\n", o.out.generic_string());
   return 0;
 }
 
@@ -128,6 +153,7 @@ void add_stand_probe(CLI::App& stand, int& exit_code) {
   c->add_option("--pick", o->pick, "number of the candidate to write; without it the command asks")->check(CLI::Range(1, 1000));
   c->add_option("--name", o->name, "name of the channel that is written")->capture_default_str();
   c->add_option("-o,--out", o->out, "file for the [[channel]] of the choice");
+  c->add_flag("--json", o->json, "one JSON document on stdout in place of the tables");
   add_force(*c, o->force);
   c->footer("Example:\n  rotorloop stand probe rtu:/dev/ttyUSB0 --addr 7 --count 8 --load 500 --unit g -o net.toml\n"
             "Exit codes: 0; 2 arguments; 3 the port or the device; 5 no register follows the load.");

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bench/modbus/profile_text.hpp"
 #include "cli/stand/bus_commands.hpp"
@@ -31,7 +32,30 @@ int show_profiles(const std::vector<std::string>& names) {
   return 0;
 }
 
-int check_profiles(const std::vector<std::string>& names) {
+// Every file has its entry, with what is wrong in it; the first mistake is told on stderr as without --json.
+int check_profiles_as_json(const std::vector<std::string>& names) {
+  nlohmann::ordered_json files = nlohmann::ordered_json::array();
+  std::optional<Error> first;
+  for (const std::string& name : names) {
+    nlohmann::ordered_json one{{"file", name}};
+    try {
+      const auto path = profile_path(name);
+      one["file"] = path.generic_string();
+      const modbus::Profile p = modbus::read_profile(path);
+      one.update({{"valid", true}, {"vendor", p.vendor}, {"model", p.model}, {"channels", p.channels.size()}, {"commands", p.commands.size()}, {"evidence", p.evidence}, {"source", p.source}});
+    } catch (const Error& e) {
+      one.update({{"valid", false}, {"where", e.text().where}, {"what", e.text().what}, {"likely", e.text().likely}, {"do", e.text().remedy}});
+      if (!first) first = e;
+    }
+    files.push_back(std::move(one));
+  }
+  fmt::print("{}\n", nlohmann::ordered_json{{"format", 1}, {"command", "stand profile check"}, {"valid", !first}, {"files", files}}.dump(1));
+  if (first) throw *first;
+  return 0;
+}
+
+int check_profiles(const std::vector<std::string>& names, bool json) {
+  if (json) return check_profiles_as_json(names);
   for (const std::string& name : names) {
     const auto path = profile_path(name);
     const modbus::Profile p = modbus::read_profile(path);
@@ -55,7 +79,8 @@ void add_stand_profile(CLI::App& stand, int& exit_code) {
   show->callback([names, &exit_code] { exit_code = show_profiles(*names); });
   CLI::App* check = group->add_subcommand("check", "reads a profile; mistakes are named with line and column");
   check->add_option("PROFILE", *names, "name of a shipped profile, or a file")->required();
-  check->callback([names, &exit_code] { exit_code = check_profiles(*names); });
+  check->add_flag("--json", *json, "one JSON document on stdout");
+  check->callback([names, json, &exit_code] { exit_code = check_profiles(*names, *json); });
   group->footer("Example:\n  rotorloop stand profile list\n  rotorloop stand profile show laumas_tlb\n  rotorloop stand profile check my_indicator.toml\n"
                 "Exit codes: 0; 2 a mistake in a profile.");
 }

@@ -158,7 +158,7 @@ int tell_end(const StandRunOptions& o, const stand_run::Session& session) {
     for (const auto& [key, d] : {std::pair{"B_takes_of_thrust", &thrust}, std::pair{"B_takes_of_torque", &torque}})
       if (*d) j[key] = {{"share", (*d)->share}, {"u", (*d)->u}, {"low", (*d)->low}, {"high", (*d)->high}, {"pairs", (*d)->pairs}};
     fmt::print("{}\n", j.dump(1));
-  } else if (!o.jsonl) {
+  } else if (!o.jsonl && o.summary) {
     fmt::print("{}: {} steps, {} unsettled\n", o.out.generic_string(), session.steps().size(), unsettled);
     for (const auto& [what, d] : {std::pair{"thrust", &thrust}, std::pair{"torque", &torque}})
       if (*d) fmt::print("configuration B takes {:.2f} % of the {} ± {:.2f} % (95 %, {} pairs)\n", 100.0 * (*d)->share, what, 50.0 * ((*d)->high - (*d)->low), (*d)->pairs);

@@ -29,6 +29,7 @@ struct StandRunOptions {
   std::optional<double> density_kg_m3;
   double airspeed_m_s = 0.0;
   bool json = false, jsonl = false, quiet = false, live = false;
+  bool summary = true;  // one line about the run on stdout at its end, where neither json nor jsonl is asked for
   int live_port = 0;
 };
 void add_sequence_options(CLI::App& command, StandRunOptions& options);

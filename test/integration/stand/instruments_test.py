@@ -85,9 +85,12 @@ class Instruments(unittest.TestCase):
 
     def test_a_device_that_is_not_there_is_named_with_exit_code_3(self):
         bus = str(self.path / "bus")
-        with emulate("xy_md02@4", "--rtu", bus):
+        with emulate("xy_md02@4", "--rtu", bus, "--json") as server:
             done = run("read", "rtu:" + bus, "xy_md02@5", "--for", "0.5")
         self.assertEqual(done.returncode, 3)
+        answers, end = json.loads(server.first_line), json.loads(server.out)
+        self.assertEqual((answers["event"], answers["device"], answers["slave"]), ("answers", "xy_md02", 4))
+        self.assertEqual((end["event"], end["answered"]), ("end", 0))
         self.assertIn("no answer from xy_md02", done.stderr)
 
     def test_mistakes_on_the_command_line_say_what_to_do(self):
@@ -95,7 +98,8 @@ class Instruments(unittest.TestCase):
                             (("read", "rtu:x", "laumas_tlb@300"), "1 to 247"), (("emulate", "laumas_tlb"), "--rtu"),
                             (("emulate", "laumas_tlb@1", "laumas_tlb@1", "--tcp", "0"), "same address"),
                             (("emulate", "laumas_tlb", "--tcp", "0", "--set", "nett=1"), "net"), (("emulate", "ceybnj_torque", "--tcp", "0", "--set", "torque=2"), "cannot hold"),
-                            (("probe", "tcp:127.0.0.1:1", "--load", "1", "--unit", "kg"), "no device listens")):
+                            (("probe", "tcp:127.0.0.1:1", "--load", "1", "--unit", "kg"), "no device listens"),
+                            (("probe", "tcp:127.0.0.1:1", "--load", "1", "--unit", "kg", "--json", "-o", "x.toml"), "--pick")):
             done = run(*words)
             self.assertIn(done.returncode, (2, 3), words)
             self.assertIn(says, done.stderr, words)
@@ -112,6 +116,14 @@ class Instruments(unittest.TestCase):
         done = run("profile", "check", str(broken))
         self.assertEqual(done.returncode, 2)
         self.assertRegex(done.stderr, r"mine.toml:\d+: error: channel\[1\].type = \"s17\" is not known \(column 8\)")
+        done = run("profile", "check", "--json", "xy_md02", str(broken))
+        self.assertEqual(done.returncode, 2)
+        document = json.loads(done.stdout)
+        self.assertFalse(document["valid"])
+        self.assertEqual([f["valid"] for f in document["files"]], [True, False])
+        self.assertGreater(document["files"][0]["channels"], 1)
+        self.assertRegex(document["files"][1]["where"], r"mine.toml:\d+")
+        self.assertIn('"s17" is not known', document["files"][1]["what"])
 
     def test_stand_check_shows_calibration_and_refuses_one_that_expired(self):
         example = "devices/examples/stand.toml"
@@ -135,7 +147,7 @@ class Instruments(unittest.TestCase):
                            '[[channel]]\nname = "pad"\nquantity = "raw"\naddr = 0\ntype = "u32"\n')
         port, part = free_port(), self.path / "part.toml"
         with emulate(str(profile), "--tcp", str(port), "--sine", "w=0.3,0.05,0.37"):
-            probe = subprocess.Popen([ROTORLOOP, "stand", "probe", f"tcp:127.0.0.1:{port}", "--count", "4", "--load", "500", "--unit", "g", "--pick", "1", "-o", str(part)], cwd=SOURCE,
+            probe = subprocess.Popen([ROTORLOOP, "stand", "probe", f"tcp:127.0.0.1:{port}", "--count", "4", "--load", "500", "--unit", "g", "--pick", "1", "--json", "-o", str(part)], cwd=SOURCE,
                                      text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             probe.stdin.write("\n")
             probe.stdin.flush()
@@ -148,6 +160,11 @@ class Instruments(unittest.TestCase):
         text = part.read_text()
         for line in ("addr = 2", 'type = "f32"', 'word_order = "CDAB"', "scale = 1"):
             self.assertIn(line, text, out)
+        document = json.loads(out)
+        self.assertEqual(document["written"], str(part))
+        self.assertEqual((document["candidates"][0]["address"], document["candidates"][0]["order"]), (2, "CDAB"))
+        self.assertAlmostEqual(document["candidates"][0]["with_load"], 500.3, delta=0.06)
+        self.assertEqual(len(document["words_with_load"]), 4)
 
     @NEEDS_PYMODBUS
     def test_pymodbus_as_server_is_read_by_two_profiles(self):

@@ -54,6 +54,26 @@ TEST(StandPlan, shuffled_levels_are_those_of_the_staircase_in_an_order_of_the_se
   EXPECT_EQ(speeds("shuffled", 3), speeds("shuffled", 3));
 }
 
+TEST(StandPlan, prbs_is_of_two_speeds_3_percent_apart_as_often_above_as_below_and_unlike_itself_at_every_shift_of_its_period) {
+  stand_run::SequenceOptions o;
+  o.low_rad_s = 400.0, o.high_rad_s = 1000.0;
+  const stand_run::Plan p = stand_run::make_plan({"prbs"}, o);
+  const stand_run::Segment& s = p.segments[1];
+  ASSERT_EQ(s.motion, stand_run::Motion::prbs);
+  std::vector<int> chips;
+  for (int k = 0; k < 511; ++k) {
+    const double w = stand_run::wanted_rad_s(p, s, (k + 0.5) * s.chip_s);
+    EXPECT_NEAR(std::abs(w - 700.0), 700.0 * 0.014, 1e-9);
+    chips.push_back(w > 700.0 ? 1 : -1);
+    EXPECT_EQ(w, stand_run::wanted_rad_s(p, s, (k + 511 + 0.5) * s.chip_s)) << "period of 511 chips";
+  }
+  for (int shift = 0; shift < 511; ++shift) {
+    int sum = 0;
+    for (int k = 0; k < 511; ++k) sum += chips[static_cast<std::size_t>(k)] * chips[static_cast<std::size_t>((k + shift) % 511)];
+    EXPECT_EQ(sum, shift == 0 ? 511 : -1);
+  }
+}
+
 TEST(StandPlan, an_unknown_sequence_and_an_upside_down_range_are_refused_with_what_to_do) {
   stand_run::SequenceOptions o;
   EXPECT_THROW(stand_run::make_plan({"stairs"}, o), Error);

@@ -154,6 +154,33 @@ TEST(StandSession, motor_constants_K_v_within_1_percent_R_within_5_by_what_the_E
   EXPECT_GT(with.motor->speed_constant_rpm_V.u, without.motor->speed_constant_rpm_V.u) << "u of R is in it";
 }
 
+stand::Bandwidth bandwidth_by(const std::string& sequence) {
+  VirtualRun run(test::virtual_setup(), test::without_errors(), {sequence}, three_levels(), "bandwidth_" + sequence);
+  run.stand.run(run.session, 120.0);
+  EXPECT_EQ(run.session.end(), RunEnd::done);
+  stand_run::RunFacts facts;
+  facts.esc = run.esc;
+  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+  const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
+  EXPECT_TRUE(e.faults.empty()) << "no channel can be judged by a run without steady steps: " << e.faults.front();
+  return e.dynamics && e.dynamics->bandwidth ? *e.dynamics->bandwidth : stand::Bandwidth{};
+}
+
+double phase_deg(const stand::Bandwidth& b, double f_Hz) {
+  const auto above = std::lower_bound(b.f_Hz.begin(), b.f_Hz.end(), f_Hz);
+  if (above == b.f_Hz.end() || above == b.f_Hz.begin()) return std::nan("");
+  const auto i = static_cast<std::size_t>(above - b.f_Hz.begin());
+  return b.phase_deg[i - 1] + (b.phase_deg[i] - b.phase_deg[i - 1]) * (f_Hz - b.f_Hz[i - 1]) / (b.f_Hz[i] - b.f_Hz[i - 1]);
+}
+
+TEST(StandSession, a_pseudo_random_sequence_finds_the_phase_of_the_chirp_within_3_degrees_and_the_90_degrees_beyond_its_12_Hz) {
+  const auto chirp = bandwidth_by("chirp"), prbs = bandwidth_by("prbs");
+  for (const double f_Hz : {2.0, 5.0, 10.0}) EXPECT_NEAR(phase_deg(prbs, f_Hz), phase_deg(chirp, f_Hz), 3.0) << f_Hz << " Hz";
+  EXPECT_TRUE(std::isnan(chirp.minus_90deg_Hz));
+  EXPECT_GT(prbs.minus_90deg_Hz, chirp.to_Hz);
+  EXPECT_LT(prbs.minus_90deg_Hz, prbs.to_Hz);
+}
+
 TEST(StandSession, a_commissioning_before_the_run_turns_nothing_measures_L_within_5_percent_and_leaves_the_ESC_its_own_parameters) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"zero"}, three_levels(), "commissioned");
   const auto before = tools::read_parameter(run.tool, run.esc.node, "resistance").value;
