@@ -54,7 +54,7 @@ void add_return_to_base(std::vector<Segment>& s, const SequenceOptions& o) {
 }
 
 void add_steps(std::vector<Segment>& s, const SequenceOptions& o) {
-  for (int i = 0; i < o.repeats; ++i)
+  for (int i = 0; i < o.repeats.value_or(kStepPairs); ++i)
     for (const double sign : {-1.0, 1.0}) s.push_back({.motion = Motion::step, .omega_rad_s = (1.0 + sign * o.step_share) * middle(o), .duration_s = o.step_s});
 }
 
@@ -65,7 +65,7 @@ void add_ramp(std::vector<Segment>& s, const SequenceOptions& o) {
 
 // A and B in turn, each with zeros of its own, at the same speeds: what drifts slowly falls out of the differences.
 void add_abab(std::vector<Segment>& s, const SequenceOptions& o) {
-  for (int i = 0; i < o.repeats; ++i)
+  for (int i = 0; i < o.repeats.value_or(kAbabPairs); ++i)
     for (const char configuration : {'A', 'B'}) {
       std::vector<Segment> part{zero(o.zero_s)};
       for (const double w : levels(o, kAbabLevels)) part.push_back(hold(w, o.hold_s));
@@ -113,7 +113,7 @@ void check(const std::string& name, const SequenceOptions& o) {
   if (!(o.idle_rad_s > 0.0 && o.idle_rad_s < o.low_rad_s) && (name == "staircase" || name == "shuffled" || name == "return-to-base"))
     refuse("--idle", fmt::format("idle at {:.0f} rad/s is not between 0 and the lowest speed, {:.0f} rad/s", o.idle_rad_s, o.low_rad_s), "lower --idle, or raise the lowest speed");
   if (o.levels < 3 || o.levels > 60) refuse("--levels", fmt::format("{} levels are out of range: 3 to 60", o.levels), "12 are usual");
-  if (o.repeats < 1 || o.repeats > 200) refuse("--repeats", fmt::format("{} repeats are out of range: 1 to 200", o.repeats), "12 steps or 3 pairs of A and B are usual");
+  if (o.repeats && (*o.repeats < 1 || *o.repeats > 200)) refuse("--repeats", fmt::format("{} repeats are out of range: 1 to 200", *o.repeats), "36 steps or 3 pairs of A and B are usual");
   if (name == "replay" && o.replay.size() < 2) refuse("--replay", "no speeds to replay", "give a CSV with t_s and omega_rad_s or rpm, or a flight log");
 }
 

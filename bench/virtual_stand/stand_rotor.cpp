@@ -38,9 +38,9 @@ firmware::Parameters esc_parameters(const StandRotorConfig& c, const sim::PlantF
 }  // namespace
 
 StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
-    : config_(config), plant_(sim::read_plant(config.plant)), rotors_(sim::read_rotors(plant_)), supply_(bench_supply(plant_.battery.cells)),
+    : config_(config), plant_(sim::read_plant(config.plant)), rotor_(config.blade ? std::make_shared<const sim::Rotor>(*config.blade) : sim::read_rotors(plant_)[0]), supply_(bench_supply(plant_.battery.cells)),
       commissioning_(esc_parameters(config_, plant_)) {
-  const sim::Rotor& rotor = *rotors_[0];
+  const sim::Rotor& rotor = *rotor_;
   for (std::size_t i = 0; i < kNodes; ++i) {
     sim::RotorCondition condition;
     condition.omega_rad_s = kNode_rad_s * static_cast<double>(i + 1);

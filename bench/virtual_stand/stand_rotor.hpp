@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "firmware/core/commission/commissioning.hpp"
@@ -16,6 +17,7 @@ namespace rotorloop::virtual_stand {
 
 struct StandRotorConfig {
   std::filesystem::path plant;      // drive and propeller are those of its first rotor
+  std::optional<sim::Blade> blade;  // on the motor in place of the plant's
   double density_kg_m3 = 1.2;
   double axial_wind_m_s = 0.0;      // through the rotor as in climb
   double thrust_lost = 0.0;         // share that what stands behind the rotor takes in configuration B
@@ -57,7 +59,7 @@ class StandRotor {
 
   StandRotorConfig config_;
   sim::PlantFile plant_;
-  sim::SharedRotors rotors_;
+  std::shared_ptr<const sim::Rotor> rotor_;
   sim::Battery supply_;
   std::unique_ptr<Esc> esc_;
   firmware::Commissioning<sim::NativeEsc::Board> commissioning_;

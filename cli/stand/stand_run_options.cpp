@@ -67,7 +67,7 @@ void add_sequence_options(CLI::App& c, StandRunOptions& o) {
   c.add_option("--hold", o.sequence.hold_s, "seconds that are averaged at each speed")->check(CLI::Range(0.2, 600.0))->capture_default_str();
   c.add_option("--settle", o.session.settle_s, "seconds after each change of speed at least")->check(CLI::Range(0.5, 60.0))->capture_default_str();
   c.add_option("--zero", o.sequence.zero_s, "seconds of each zero")->check(CLI::Range(0.5, 600.0))->capture_default_str();
-  c.add_option("--repeats", o.sequence.repeats, "pairs of steps, or of A and B")->capture_default_str();
+  c.add_option("--repeats", o.sequence.repeats, fmt::format("pairs of steps, or of A and B; default: {} and {}", stand_run::kStepPairs, stand_run::kAbabPairs));
   c.add_option("--step-share", o.sequence.step_share, "size of steps about the middle, share of it")->check(CLI::Range(0.005, 0.2))->capture_default_str();
   c.add_option("--duration", o.sequence.endurance_s, "seconds of endurance")->check(CLI::Range(10.0, 7200.0))->capture_default_str();
   c.add_option("--replay", o.replay, "CSV with rotor speed over time, for the sequence replay");

@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   std::pair<double, double> coverage{92.0, 98.0};
   app.add_option("--virtual", source, "folder of the repository: the runs are those of the virtual stand, with ESC, buses and instruments, and the blade of its plant");
   bool drawn = false;
-  app.add_flag("--drawn-blades", drawn, "without --virtual: each run has a blade of its own, whose pitch, chord and drag are drawn about the given one");
+  app.add_flag("--drawn-blades", drawn, "each run has a blade of its own, whose pitch, chord and drag are drawn about the given one");
   app.add_flag("--each", each, "with --virtual: a line for each run");
   app.add_option("--coverage", coverage, "LEAST MOST: share of the intervals that hold the truth, %");
   constexpr double kShare = 95.0;  // of the runs within a value's tolerance, %
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
                  got.motor ? 100.0 * (got.motor->resistance_ohm.value / truth.resistance_ohm - 1.0) : -100.0, got.torque ? 100.0 * got.torque->u / got.torque->value : 0.0);
       std::fflush(stdout);
     };
-    const stats::StandEnsemble e = source.empty() ? stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws, drawn) : stats::virtual_stand_ensemble({source, scratch, first, runs, draws, one});
+    const stats::StandEnsemble e = source.empty() ? stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws, drawn) : stats::virtual_stand_ensemble({source, scratch, first, runs, draws, drawn, one});
     fmt::print("{} runs from seed {}\n{:<6}{:>10}{:>10}{:>12}{:>12}\n", e.runs, first, "", "bias, %", "RMSE, %", "mean u, %", "covered, %");
     const double most_bias[] = {0.002, 0.005}, most_rmse[] = {0.006, 0.012};
     for (std::size_t k = 0; k < 2; ++k) {

@@ -11,6 +11,7 @@ struct VirtualEnsembleOptions {
   std::uint64_t first = 1;
   std::size_t runs = 50;
   int draws = 150;
+  bool drawn_blades = false;  // each run has a blade of its own
   std::function<void(std::uint64_t seed, const stand::StandEstimate&, const test::StandTruth&)> each;
 };
 

@@ -53,14 +53,15 @@ class AnswerRelay:
         self.answers, self.asked = [], []
 
     def given(self, end_s, silence_s):
-        """Answers before `end_s`, as (time, force): those that the master took, and those that it refused. After a refusal it is silent
-        for `late_max_ms` before it asks again; after an answer that it took it asks at once. What it loses afterwards shows no silence.
+        """Answers before `end_s`, as (time, force): those that the master took, and those that it refused. After a refusal `late_max_ms` pass
+        from the refused request to the next, also where the answer itself came only after the time-out; after an answer that it took it asks at
+        once. What it loses afterwards shows no silence.
         """
         taken, refused, asked = [], [], [*(t for t in list(self.asked) if t < end_s), end_s]
         for at, force in list(self.answers):
             if at < end_s:
-                next_s = asked[bisect.bisect_right(asked, at)]
-                (taken if next_s - at < silence_s else refused).append((at, force))
+                k = bisect.bisect_right(asked, at)
+                (taken if k > 0 and asked[k] - asked[k - 1] < silence_s else refused).append((at, force))
         return taken, refused
 
     def close(self):

@@ -19,7 +19,7 @@ from rotorloop_cli import main
 
 KILLS = int(os.environ.get("KILLS", "10"))
 SAFE_AFTER_s = 0.1        # an answer that the master was given so long before a kill must be readable after it
-SILENCE_s = 0.09          # of the master after an answer that it refused: late_max_ms of the profile is 100, less what the answer took
+SILENCE_s = 0.09          # from a request whose answer the master refused to the next: late_max_ms of the profile is 100, and the relay is 10 ms late at most
 TIME_OUT_ms, MORE_ms = 250, 2
 
 
