@@ -5,13 +5,15 @@ usage: rotor_fit_test.py PATH_TO_ROTORLOOP
 import json
 import math
 import os
+import re
+import shlex
 import shutil
 import stat
 import sys
 import tomllib
 import unittest
 
-from rotorloop_cli import SOURCE, CommandTest, main
+from rotorloop_cli import SOURCE, CommandTest, hover_rpm, main
 
 GEOMETRY = "r/R   c/R     beta\n0.15  0.120  41.4\n0.30  0.159  36.4\n0.50  0.178  25.8\n0.75  0.180  18.9\n1.00  0.022  15.5\n"
 STATIC = "RPM   CT    CP\n" + "".join(f"{rpm}  {0.118 + 0.001 * i:.3f} {0.055 - 0.0005 * i:.4f}\n" for i, rpm in enumerate(range(2000, 6000, 500)))
@@ -146,6 +148,35 @@ class RotorFit(CommandTest):
         os.remove(self.path / "prop/static.txt")
         bare = json.loads(self.fit("--json", path="/nonexistent").stdout)
         self.assertEqual((bare["fitted"], bare["geometries"]), (False, []))
+
+    def test_a_blade_just_fitted_flies_on_a_vehicle_made_from_it_and_hovers_at_its_speed_within_3_percent(self):
+        self.assertEqual(self.fit(path="/nonexistent").returncode, 0)
+        vehicle = ("--mass-kg", 0.9, "--wheelbase-mm", 330, "--kv", 900, "--resistance-mohm", 90, "--cells", 4, "--current-limit-A", 35)
+        new = self.call("vehicle", "new", "my/own", *vehicle, "--blade", "out/blades/p.toml")
+        self.assertEqual(new.returncode, 0, new.stderr)
+        self.assertEqual((self.path / "my/own/blades/propeller.toml").read_bytes(), (self.path / "out/blades/p.toml").read_bytes())
+        predicted = float(re.search(r"hover at (\d+) RPM by the blade", new.stderr).group(1))
+        for line in new.stdout.splitlines()[:-1]:
+            done = self.call(*shlex.split(line)[1:])
+            self.assertEqual(done.returncode, 0, f"{line}: {done.stderr}")
+        self.call("hil", "my/own/flights.toml", "--seeds", 1, "--flights", "vertical", "--variants", "pd_ff_thrust_drag")
+        [flight] = self.result("runs/own")["flights"]
+        self.assertEqual(flight["end"], "completed")
+        self.assertLess(flight["error_cm"]["mean_3d"], 5)
+        flown = hover_rpm(self.path / "runs/own/vertical/pd_ff_thrust_drag/1/truth.csv")
+        self.assertLess(abs(flown / predicted - 1), 0.03)
+
+    def test_vehicle_new_takes_a_blade_or_two_numbers_and_a_blade_that_can_carry_it(self):
+        self.assertEqual(self.fit(path="/nonexistent").returncode, 0)
+        vehicle = ("--wheelbase-mm", 330, "--kv", 900, "--resistance-mohm", 90, "--cells", 4, "--current-limit-A", 35)
+        for more, said in (((), "--propeller and --blade: one of them is needed"), (("--blade", "out/blades/p.toml", "--propeller", "8x4"), "one alone")):
+            refused = self.call("vehicle", "new", "my/own", "--mass-kg", 0.9, *vehicle, *more)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(said, refused.stderr)
+        heavy = self.call("vehicle", "new", "my/own", "--mass-kg", 20, *vehicle, "--blade", "out/blades/p.toml")
+        self.assertEqual(heavy.returncode, 2)
+        self.assertRegex(heavy.stderr, r"hover asks each rotor for 49.1 N; this blade gives \d+(\.\d+)? N at Mach 0.6")
+        self.assertFalse((self.path / "my/own").exists())
 
 
 if __name__ == "__main__":
