@@ -4,17 +4,22 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "bench/calibrate/blade_hover.hpp"
 #include "bench/calibrate/vehicle_sketch.hpp"
 #include "bench/hil/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
+#include "sim/rotor/blade.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -24,28 +29,52 @@ struct VehicleArguments {
   calibrate::VehicleSketch sketch;
   double wheelbase_mm = 0.0, resistance_mohm = 0.0;
   std::string propeller;
+  std::filesystem::path blade;
   bool force = false;
 };
 
-// A blade's polars are files of their own, "../polars" seen from it (docs/files.md): the folder takes the shipped one along.
+// A blade's polars are files of their own, "../polars" seen from it (docs/files.md): the folder takes them along.
 void copy_polar(const std::filesystem::path& from, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "polars");
-  std::filesystem::copy_file(from, folder / "polars/naca4410.toml", std::filesystem::copy_options::skip_existing);
+  std::error_code none;
+  if (std::filesystem::equivalent(from, folder / "polars" / from.filename(), none)) return;
+  std::filesystem::copy_file(from, folder / "polars" / from.filename(), std::filesystem::copy_options::overwrite_existing);
+}
+
+// The propeller's numbers from its blade, and what the blade says of hover.
+std::string take_blade(VehicleArguments& o, const sim::Blade& blade) {
+  constexpr double kGravity_m_s2 = 9.81, kInch_m = 0.0254;
+  const calibrate::BladeHover hover = calibrate::blade_hover(blade, o.sketch.mass_kg * kGravity_m_s2 / 4.0, calibrate::kSketchDensity_kg_m3);
+  o.sketch.own_blade = true;
+  o.sketch.blades = blade.blades, o.sketch.diameter_m = 2.0 * blade.radius_m, o.sketch.pitch_m = calibrate::blade_pitch_m(blade);
+  o.sketch.blade_inertia_kg_m2 = blade.blade_inertia_kg_m2, o.sketch.c_t_N_s2 = hover.c_t_N_s2, o.sketch.c_q_N_m_s2 = hover.c_q_N_m_s2;
+  return fmt::format("{}: {:.3g} x {:.3g} inch, {} blades; hover at {:.0f} RPM by the blade, {:.3g} W at the shaft, tip at {:.0f} m/s\n", o.blade.generic_string(), o.sketch.diameter_m / kInch_m,
+                     o.sketch.pitch_m / kInch_m, blade.blades, hover.omega_rad_s * 30.0 / std::numbers::pi, hover.shaft_power_W, hover.tip_speed_m_s);
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 int make(VehicleArguments& o) {
   o.sketch.wheelbase_m = 1e-3 * o.wheelbase_mm;
   o.sketch.line_resistance_ohm = 1e-3 * o.resistance_mohm;
-  if (!calibrate::parse_propeller(o.propeller, o.sketch))
+  if (o.propeller.empty() == o.blade.empty()) throw Error({"", "--propeller and --blade: one of them is needed, and one alone", "", "give diameter x pitch (6x4.5), or the blade file that `rotorloop rotor fit` wrote"});
+  if (o.blade.empty() && !calibrate::parse_propeller(o.propeller, o.sketch))
     throw Error({"", fmt::format("--propeller is \"{}\"", o.propeller), "",
                  "give diameter x pitch in inches, and the blades if more than two: 6x4.5 or 5.1x4.6x3"});
+  sim::Blade blade;
+  std::string said;
+  if (!o.blade.empty()) blade = sim::read_blade(o.blade), said = take_blade(o, blade);
   const std::string name = o.folder.filename().empty() ? o.folder.parent_path().filename().string() : o.folder.filename().string();
   o.sketch.name = name;
   const std::filesystem::path polar = shipped_or_given("vehicles/polars/naca4410.toml", share_folder());
-  if (!std::filesystem::exists(polar))
+  if (o.blade.empty() && !std::filesystem::exists(polar))
     throw Error({polar.string(), "the polar of the blade is not there", "neither installed nor run from the source tree",
                  "run from the source tree, or install rotorloop"});
-  const calibrate::SketchFiles files = calibrate::sketch_files(o.sketch);
+  calibrate::SketchFiles files = calibrate::sketch_files(o.sketch);
+  if (!o.blade.empty()) files.blade = text_of(o.blade);
   const std::array<std::pair<const char*, const std::string*>, 5> all{{{"blades/propeller.toml", &files.blade},
                                                                        {"motor.toml", &files.motor},
                                                                        {"plant.toml", &files.plant},
@@ -56,8 +85,9 @@ int make(VehicleArguments& o) {
   for (const auto& [file, text] : all) outputs.push_back({"FOLDER", o.folder / file});
   check_outputs(outputs, o.force);
   for (const auto& [file, text] : all) hil::write_text_file(o.folder / file, *text);
-  copy_polar(polar, o.folder);
+  for (const auto& file : o.blade.empty() ? std::vector{polar} : blade.polar_files) copy_polar(file, o.folder);
   const std::string f = o.folder.generic_string();
+  fmt::print(stderr, "{}", said);
   fmt::print(stderr, "{}: blade, motor, plant, start and flights written; guesses are marked in the files. Next:\n", f);
   fmt::print(
       "rotorloop trajectory horizontal_8p5 -o {0}/horizontal.toml\nrotorloop trajectory vertical_3p1 -o {0}/vertical.toml\n"
@@ -81,7 +111,8 @@ void add_vehicle(CLI::App& app, int& exit_code) {
   c->add_option("folder", o->folder, "folder to make; its name becomes the vehicle's")->required();
   c->add_option("--mass-kg", o->sketch.mass_kg, "ready to fly, battery included")->required();
   c->add_option("--wheelbase-mm", o->wheelbase_mm, "motor to motor, diagonally")->required();
-  c->add_option("--propeller", o->propeller, "diameter x pitch in inches, x blades if more than two: 6x4.5 or 5.1x4.6x3")->required();
+  c->add_option("--propeller", o->propeller, "diameter x pitch in inches, x blades if more than two: 6x4.5 or 5.1x4.6x3");
+  c->add_option("--blade", o->blade, "in place of --propeller: a blade file, as `rotorloop rotor fit` writes it; it and its polars are copied");
   c->add_option("--kv", o->sketch.kv_rpm_V, "no-load speed of the motor, rpm/V")->required();
   c->add_option("--resistance-mohm", o->resistance_mohm, "between two leads of the motor, mΩ (\"internal resistance\" of data sheets)")
       ->required();
@@ -94,7 +125,8 @@ void add_vehicle(CLI::App& app, int& exit_code) {
   c->footer(
       "Prints the commands that make it fly.\n"
       "Example:\n  rotorloop vehicle new my/six_inch --mass-kg 0.75 --wheelbase-mm 265 --propeller 6x4.5x2 --kv 1700 --resistance-mohm 90 "
-      "--cells 4 --current-limit-A 35");
+      "--cells 4 --current-limit-A 35\n"
+      "  rotorloop vehicle new my/nine_inch --mass-kg 1.3 --wheelbase-mm 380 --blade my/blades/prop.toml --kv 900 --resistance-mohm 90 --cells 4 --current-limit-A 40");
   c->callback([o, &exit_code] { exit_code = make(*o); });
 }
 

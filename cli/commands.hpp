@@ -24,6 +24,7 @@ void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add t
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code);
 void add_rotor_validate(CLI::App& rotor_group, int& exit_code);
 void add_rotor_fit(CLI::App& rotor_group, int& exit_code);
+void add_rotor_polar(CLI::App& rotor_group, int& exit_code);
 void add_rotor_bench(CLI::App& rotor_group, int& exit_code);
 void add_rotor_oracles(CLI::App& rotor_group, int& exit_code);
 void add_stand(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:

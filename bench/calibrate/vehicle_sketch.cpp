@@ -12,7 +12,7 @@
 namespace rotorloop::calibrate {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kInch_m = 0.0254, kDensity_kg_m3 = 1.2;
+constexpr double kPi = std::numbers::pi, kInch_m = 0.0254, kDensity_kg_m3 = kSketchDensity_kg_m3;
 
 // Similarity. Radii of gyration over the distance of a motor from the middle, squared: of the reference quadrotor.
 constexpr std::array<double, 3> kGyration{0.225, 0.320, 0.488};
@@ -26,6 +26,7 @@ constexpr double kNoLoad_A = 0.5, kCoggingOverFriction = 0.65;
 constexpr double kCapacity_Ah_kg = 2.0, kCellResistance_ohm = 0.006;
 constexpr double kStaticThrust = 0.0175;  // c_t over ρ π R⁴; from 0.014 (low pitch) to 0.021
 constexpr double kFigureOfMerit = 0.5;
+constexpr double kFlowLoss = 3.0;  // of thrust per inflow over tip speed
 
 [[noreturn]] void refuse(const char* option, double value, const char* unit, const char* range, const char* remedy) {
   throw Error({"", fmt::format("{} is {:.4g} {}, allowed is {}", option, value, unit, range), "", remedy});
@@ -40,7 +41,7 @@ void check(const VehicleSketch& s) {
   within("--wheelbase-mm", 1e3 * s.wheelbase_m, 40.0, 2000.0, "mm", "measure from motor shaft to motor shaft, diagonally");
   within("--propeller (diameter)", s.diameter_m / kInch_m, 1.0, 40.0, "in",
          "give diameter x pitch in inches, as printed on the blade: 6x4.5");
-  within("--propeller (pitch)", s.pitch_m / s.diameter_m, 0.3, 1.5, "diameters", "give diameter x pitch in inches: 6x4.5");
+  if (!s.own_blade) within("--propeller (pitch)", s.pitch_m / s.diameter_m, 0.3, 1.5, "diameters", "give diameter x pitch in inches: 6x4.5");
   if (s.diameter_m > s.wheelbase_m / std::numbers::sqrt2)
     refuse("--propeller (diameter)", s.diameter_m / kInch_m, "in",
            fmt::format("at most {:.3g} in on this wheelbase, where blades touch", s.wheelbase_m / std::numbers::sqrt2 / kInch_m).c_str(),
@@ -72,6 +73,7 @@ const Stage& stage(const VehicleSketch& s) {
 
 double flux_Wb(const VehicleSketch& s) { return 60.0 / (std::numbers::sqrt3 * 2.0 * kPi * s.kv_rpm_V * s.pole_pairs); }
 double blade_inertia(const VehicleSketch& s) {
+  if (s.own_blade) return s.blade_inertia_kg_m2;
   return kBladeInertia_kg_m2 * std::pow(s.diameter_m / kBladeInertiaAt_m, 4.0) * s.blades / 2.0;
 }
 double friction_N_m(const VehicleSketch& s) { return (s.no_load_A > 0.0 ? s.no_load_A : kNoLoad_A) * 60.0 / (2.0 * kPi * s.kv_rpm_V); }
@@ -162,8 +164,8 @@ std::string plant_text(const VehicleSketch& s) {
 // The start file knows less than the plant: what flights and calibration are there to find.
 std::string vehicle_text(const VehicleSketch& s) {
   const Body b = body(s);
-  const double radius = 0.5 * s.diameter_m, c_t = kStaticThrust * kDensity_kg_m3 * kPi * std::pow(radius, 4.0);
-  const double c_q = std::pow(c_t, 1.5) / (kFigureOfMerit * std::sqrt(2.0 * kDensity_kg_m3 * kPi * radius * radius));
+  const double radius = 0.5 * s.diameter_m, c_t = s.own_blade ? s.c_t_N_s2 : kStaticThrust * kDensity_kg_m3 * kPi * std::pow(radius, 4.0);
+  const double c_q = s.own_blade ? s.c_q_N_m_s2 : std::pow(c_t, 1.5) / (kFigureOfMerit * std::sqrt(2.0 * kDensity_kg_m3 * kPi * radius * radius));
   const double hover_rpm = std::sqrt(s.mass_kg * 9.81 / 4.0 / c_t) * 30.0 / kPi;
   const double inertia = (1.0 + kBellOverBlade) * blade_inertia(s);
   const auto quantity = [](const char* key, double value, double share, const char* origin) {
@@ -184,8 +186,11 @@ std::string vehicle_text(const VehicleSketch& s) {
   for (const Corner& c : kCorners)
     text += fmt::format("\n[[rotor]] # {}\nposition_m = [{:.4g}, {:.4g}, {:.3g}]\nreaction = {}\n", c.name, c.x * b.axis_m, c.y * b.axis_m,
                         b.height_m, -c.spin);
-  text += "\n[thrust_model]\n" + quantity("k1_N_s2", 1.6 * c_t, 0.3, "guess") +
-          quantity("k2_N_s2_m", -3.0 * 1.6 * c_t / radius, 0.5, "guess") +
+  // k1 - kFlowLoss k1 v_i / (omega R) is c_t in hover. By size: as the shipped vehicles have it; of a blade: so that its own c_t comes out.
+  const double inflow_over_tip = std::sqrt(c_t / (2.0 * kDensity_kg_m3 * kPi * std::pow(radius, 4.0)));
+  const double k1 = s.own_blade ? c_t / (1.0 - kFlowLoss * inflow_over_tip) : 1.6 * c_t;
+  text += "\n[thrust_model]\n" + quantity("k1_N_s2", k1, 0.3, "guess") +
+          quantity("k2_N_s2_m", -kFlowLoss * k1 / radius, 0.5, "guess") +
           fmt::format("radius_m = {:.5g}\nair_density_kg_m3 = {}\nrpm_window = [{:.0f}, {:.0f}]\n", radius, kDensity_kg_m3, 0.4 * hover_rpm,
                       2.0 * hover_rpm);
   text += "\n[torque_model]\n" + quantity("c_q_N_m_s2", c_q, 0.3, "guess") + quantity("rotor_inertia_kg_m2", inertia, 0.5, "guess");

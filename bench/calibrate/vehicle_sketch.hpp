@@ -11,6 +11,9 @@ struct VehicleSketch {
   double wheelbase_m = 0.0;  // motor to motor, diagonally
   double diameter_m = 0.0, pitch_m = 0.0;
   int blades = 2;
+  // Of a blade file in place of diameter and pitch; 0: guessed by size. Thrust and torque over speed squared are those of hover.
+  bool own_blade = false;
+  double blade_inertia_kg_m2 = 0.0, c_t_N_s2 = 0.0, c_q_N_m_s2 = 0.0;
   double kv_rpm_V = 0.0;             // no-load speed per volt between leads
   double line_resistance_ohm = 0.0;  // between two leads, as data sheets and meters say
   int pole_pairs = 7;
@@ -23,7 +26,10 @@ struct VehicleSketch {
 // Reads "6x4.5", "6x4.5x3" or "5.1x4.6x3 in": diameter and pitch in inches, blades. False when it is none.
 bool parse_propeller(const std::string& text, VehicleSketch& sketch);
 
-struct SketchFiles {
+// Air that a vehicle's files are made for.
+constexpr double kSketchDensity_kg_m3 = 1.2;
+
+struct SketchFiles {  // `blade` is empty for a blade of one's own
   std::string blade, motor, plant, vehicle,
       scenario;  // blades/propeller.toml, motor.toml, plant.toml, start.toml, flights.toml of one folder
 };

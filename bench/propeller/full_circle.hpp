@@ -1,5 +1,5 @@
 // From XFOIL's polars, which end at stall, to a sim::Polar over the full circle, which a rotor needs while it starts, descends or
-// stalls. scripts/make_polars does the same for the shipped sections; here for polars that come as text files.
+// stalls. From XFLR5's text files and from `polar/`'s own sweeps alike.
 // Beyond the computed angles: Viterna & Corrigan (NASA TM-82944, 1982) to 90 degrees, continuous with the last computed point;
 // past 90 degrees a mirrored, weakened copy stands for the section in reversed flow.
 #pragma once

@@ -14,7 +14,10 @@ namespace {
 constexpr double kKinematicViscosity_m2_s = 1.81e-5 / 1.225;  // as the solve has it at sea level
 }
 
-sim::Polar read_section(const PropellerInputs& inputs, const std::string& name) {
+SectionPolars read_section(const PropellerInputs& inputs, const std::string& name) {
+  if (const auto ready = inputs.ready.find(name); ready != inputs.ready.end()) return ready->second;
+  const bool digits = name.find_first_not_of("0123456789") == std::string::npos;
+  if (inputs.make_polars && (digits || name.find_first_of("./") != std::string::npos)) return inputs.make_polars(name);
   const auto folder = inputs.data / "propellers" / "polars";
   std::vector<std::filesystem::path> files;
   std::error_code ec;
@@ -22,14 +25,15 @@ sim::Polar read_section(const PropellerInputs& inputs, const std::string& name) 
     if (f.path().filename().string().starts_with(name + "_Re")) files.push_back(f.path());
   if (files.empty()) {
     const auto shipped = inputs.shipped_polars / (name + ".toml");
-    if (std::filesystem::is_regular_file(shipped, ec)) return sim::read_polar(shipped);
+    if (std::filesystem::is_regular_file(shipped, ec)) return {sim::read_polar(shipped), "shipped", {}};
+    if (inputs.make_polars) return inputs.make_polars(name);
     throw Error({"section " + name, fmt::format("no {}/{}_Re*.txt and no {}", folder.generic_string(), name, shipped.generic_string()),
                  "a misspelt section, or the command was not started in the source folder", "give --polars FOLDER, or another --section"});
   }
   std::sort(files.begin(), files.end());
   std::vector<SectionPolar> polars;
   for (const auto& f : files) polars.push_back(read_xflr5_polar(TextFile::read(f)));
-  return full_circle(std::move(polars));
+  return {full_circle(std::move(polars)), "measured_data", {}};
 }
 
 // The largest chord Reynolds number that any row reaches: section tables go no further.
@@ -51,8 +55,8 @@ sim::Blade to_blade(const PropellerInputs& inputs, const PropellerGeometry& g, c
   b.hub_radius_m = g.hub_radius_m;
   b.blade_inertia_kg_m2 = g.inertia_kg_m2.value_or(0.0);  // has no part in a steady state
   b.stall_drag = inputs.stall_drag;
-  const sim::Polar inner = up_to(read_section(inputs, section.inner), reynolds);
-  const sim::Polar outer = section.outer.empty() ? inner : up_to(read_section(inputs, section.outer), reynolds);
+  const sim::Polar inner = up_to(read_section(inputs, section.inner).polar, reynolds);
+  const sim::Polar outer = section.outer.empty() ? inner : up_to(read_section(inputs, section.outer).polar, reynolds);
   for (const GeometryStation& s : g.stations) {
     const double x = s.r_m / g.radius_m;
     const double w = section.outer.empty() ? 0.0 : std::clamp((x - section.blend_from) / (section.blend_to - section.blend_from), 0.0, 1.0);

@@ -5,8 +5,9 @@
 
 namespace rotorloop::propeller {
 
-// A section's polars: of the data folder (NAME_Re*.txt), else a shipped one. Throws Error where there is neither.
-sim::Polar read_section(const PropellerInputs& inputs, const std::string& name);
+// A section's polars: those ready; of the data folder (NAME_Re*.txt), else a shipped one, else made. Digits alone ("4412") and paths of .dat files are
+// always made where something can make them. Throws Error where there are none.
+SectionPolars read_section(const PropellerInputs& inputs, const std::string& name);
 
 // The largest chord Reynolds number that any row reaches: section tables go no further.
 double largest_reynolds(const PropellerGeometry& g, const std::vector<MeasuredSet>& sets, double diameter_m);

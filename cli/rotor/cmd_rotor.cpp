@@ -11,6 +11,7 @@ void add_rotor(CLI::App& app, int& exit_code) {
   add_rotor_plot(*rotor, exit_code);
   add_rotor_validate(*rotor, exit_code);
   add_rotor_fit(*rotor, exit_code);
+  add_rotor_polar(*rotor, exit_code);
   add_rotor_bench(*rotor, exit_code);
   add_rotor_oracles(*rotor, exit_code);
 }

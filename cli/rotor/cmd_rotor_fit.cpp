@@ -10,7 +10,10 @@
 #include <optional>
 
 #include "bench/hil/run_folder.hpp"
+#include "bench/propeller/fit/blade_document.hpp"
 #include "bench/propeller/fit/blade_files.hpp"
+#include "bench/propeller/polar/polar_cache.hpp"
+#include "bench/propeller/polar/section_maker.hpp"
 #include "bench/stand/estimate/stand_estimate.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
@@ -27,7 +30,8 @@ struct RotorFitArguments {
   fs::path out, mapping;
   propeller::PropellerInputs inputs;
   propeller::PropellerFileOptions read;
-  bool force = false;
+  double sweep_limit_s = propeller::SweepSettings{}.time_limit_s;
+  bool force = false, json = false;
 };
 
 // Steps of a run on a stand as rows of a static table.
@@ -62,13 +66,20 @@ int fit(RotorFitArguments o) {
   if (const char* data = std::getenv("ROTORLOOP_DATA")) o.inputs.data = data;
   propeller::PropellerFiles files = propeller::read_propeller_files(o.files, o.read);
   if (!o.stand.empty()) add_stand_rows(o, files);
+  propeller::SectionMakerOptions make{.settings = {}, .shipped_polars = o.inputs.shipped_polars, .cache = propeller::polar_cache_folder(), .progress = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
+  make.settings.time_limit_s = o.sweep_limit_s;
+  const propeller::SectionMaker maker(make);
+  o.inputs.make_polars = [&maker](const std::string& section) { return maker.make(section); };
+  o.inputs.can_make_polars = [&maker](const std::string& section) { return maker.can_make(section); };
   const propeller::BladeFit result = propeller::fit_any_blade(files, o.inputs, o.out.stem().string());
-  fmt::print("{}", propeller::blade_fit_text(result));
-  for (const auto& [path, text] : propeller::blade_files(result, o.out, std::string("rotorloop rotor fit ") + kVersion)) {
+  const auto files_written = propeller::blade_files(result, o.out, std::string("rotorloop rotor fit ") + kVersion);
+  for (const auto& [path, text] : files_written) {
     fs::create_directories(path.parent_path().empty() ? fs::path(".") : path.parent_path());
     hil::write_text_file(path, text);
-    fmt::print("written: {}\n", path.generic_string());
   }
+  fmt::print("{}", o.json ? propeller::blade_fit_json(result, files_written, kVersion) : propeller::blade_fit_text(result));
+  if (!o.json)
+    for (const auto& [path, text] : files_written) fmt::print("written: {}\n", path.generic_string());
   return 0;
 }
 
@@ -84,18 +95,22 @@ void add_rotor_fit(CLI::App& rotor, int& exit_code) {
   c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients are made with, m; default: that of the geometry")->check(CLI::Range(0.01, 4.0));
   c->add_option("--blades", o->read.blades, "of a geometry that does not say it")->check(CLI::Range(1, 8))->capture_default_str();
   c->add_option("--density", o->read.air_density_kg_m3, "for tables of thrust and torque, kg/m³")->check(CLI::Range(0.5, 1.6))->capture_default_str();
-  c->add_option("--section", o->inputs.section, "this section all along, in place of the rule's: a name in --polars, or NAME_Re*.txt of the measured data");
-  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml")->capture_default_str();
+  c->add_option("--section", o->inputs.section, "this section all along, in place of the rule's: NACA digits (4412, 23012) or a file of coordinates NAME.dat, for which xfoil makes polars; or a name in --polars or the measured data");
+  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml; of NAME.dat too, for sections that the rule names and no folder has polars of")->capture_default_str();
   c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed")->check(CLI::Range(100.0, 1e5));
   c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  c->add_option("--sweep-limit", o->sweep_limit_s, "of one sweep of xfoil, s; what converged before is used")->check(CLI::Range(1.0, 600.0))->capture_default_str();
+  c->add_flag("--json", o->json, "one JSON document on stdout in place of tables");
   add_force(*c, o->force);
   c->footer(
       "Protocol, as of `rotor validate`: every second static row and every second row of one sweep are fitted, all others held out. Without a static\n"
-      "table the blade is written as its geometry says, marked UNFITTED. Sections without polars: scripts/make_polars makes them where Debian's xfoil\n"
-      "is installed; without it the shipped set stands in.\n"
+      "table the blade is written as its geometry says, marked UNFITTED. Polars that no folder has are made by Debian's xfoil (apt install xfoil)\n"
+      "at Reynolds numbers from 30 000 to 500 000, in about a minute, and kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache). Without xfoil the nearest\n"
+      "shipped section stands for NACA digits, which output and blade file say; coordinates are refused.\n"
       "Examples:\n"
       "  rotorloop rotor fit prop_geom.txt prop_static.txt prop_J_5039rpm.txt --diameter 0.127 -o my/blades/prop.toml\n"
       "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 -o my/blades/prop.toml\n"
+      "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 --section my/section.dat -o my/blades/prop.toml\n"
       "Exit codes: 0 written; 2 bad arguments or files; 3 a file cannot be written; 5 a stand's run cannot be used.");
   c->callback([o, &exit_code] { exit_code = fit(*o); });
 }

@@ -15,7 +15,7 @@ constexpr Range kReynolds{1e3, 1e7, "1"};                     // from small inse
 constexpr Range kLift{-4.0, 4.0, "1"}, kDrag{0.0, 4.0, "1"};  // flat plate broadside: 2; slotted sections: 3.5
 constexpr double kWrapTolerance = 1e-3;                       // -180 and 180 degrees are one direction
 
-const char* const kFullCircle = "extend the table beyond stall, for example with scripts/make_polars (Viterna)";
+const char* const kFullCircle = "extend the table beyond stall, for example with rotorloop rotor polar (Viterna)";
 
 void check_angles(const TomlTable& root, const std::vector<double>& alpha) {
   if (alpha.size() < kMinAngles)

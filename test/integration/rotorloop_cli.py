@@ -1,5 +1,6 @@
 """What tests of the built command share: run it in a folder of its own, with small files that it can read."""
 import json
+import math
 import os
 import pathlib
 import subprocess
@@ -76,6 +77,20 @@ class CommandTest(unittest.TestCase):
 
     def page(self, folder):
         return (self.path / folder / "report.html").read_text(encoding="utf-8")
+
+
+HOVER_S = (2.5, 3.5)  # the shipped flights rest there, and begin to move at 4 s
+
+
+def hover_rpm(truth):
+    """Mean of the four rotors while the vehicle hovers, from the plant's own log (truth.csv)."""
+    lines = [line for line in truth.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    names = lines[0].split(",")
+    time = names.index("t[s]")
+    rotors = [i for i, name in enumerate(names) if name.startswith("true_omega_")]
+    rows = [line.split(",") for line in lines[1:]]
+    values = [float(row[i]) for row in rows if HOVER_S[0] <= float(row[time]) <= HOVER_S[1] for i in rotors if row[i]]
+    return sum(values) / len(values) * 30 / math.pi
 
 
 def main(argv):

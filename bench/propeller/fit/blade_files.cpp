@@ -45,6 +45,10 @@ std::vector<std::pair<std::filesystem::path, std::string>> blade_files(const Bla
   } else {
     s += "# UNFITTED: geometry and polars alone, no measurement of this propeller.\n";
   }
+  for (const auto& [name, p] : f.polars) {
+    s += fmt::format("# Polars of {}: {}.\n", plain_source(name), plain_source(p.polar.source));
+    for (const auto& r : p.remarks) s += fmt::format("#   {}\n", plain_source(r));
+  }
   s += fmt::format("# Section {}: {}.\nformat = 1\nblades = {}\nradius_m = {}\nhub_radius_m = {}\n", f.section.inner, plain_source(f.section.reason), b.blades, number_text(b.radius_m), number_text(b.hub_radius_m));
   s += fmt::format("blade_inertia_kg_m2 = {:.3g} # {}\n", f.inertia_kg_m2, f.inertia_estimated ? "estimated: a solid nylon blade of this plan form (factor 1.5)" : "of the mould file");
   s += fmt::format("stall_delay = {}\nstall_drag = {}\ndrag_scale = {}\nlift_scale = {}\npitch_offset_deg = {}\n", number_text(b.stall_delay), number_text(b.stall_drag), number_text(b.drag_scale), number_text(b.lift_scale), number_text(b.pitch_offset_deg));

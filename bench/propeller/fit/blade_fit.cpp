@@ -30,10 +30,15 @@ double solid_inertia_kg_m2(const PropellerGeometry& g) {
 
 }  // namespace
 
-BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& inputs, const std::string& title) {
+BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given, const std::string& title) {
+  PropellerInputs inputs = given;
   BladeFit out;
   out.title = title, out.remarks = files.remarks;
   out.section = section_by_rule(files, inputs);
+  // Once for all geometries: making polars takes a minute.
+  for (const std::string& name : {out.section.inner, out.section.outer})
+    if (!name.empty() && !inputs.ready.contains(name)) inputs.ready.emplace(name, read_section(inputs, name));
+  out.polars = inputs.ready;
   const PropellerGeometry& first = files.geometries.front().geometry;
   for (const NamedGeometry& g : files.geometries)
     if (g.geometry.inertia_kg_m2) out.inertia_kg_m2 = *g.geometry.inertia_kg_m2;
@@ -75,6 +80,10 @@ std::string blade_fit_text(const BladeFit& f) {
       for (const SetScore& x : g.scores)
         s += fmt::format("  {:<14}{:<16}{:>4}  {:>7} {:>6}  {:>7} {:>6}\n", x.label, x.part == Part::fitted ? "fitted" : x.whole ? "held out whole" : "held out", x.fitted.rows, percent(x.unfitted.ct), percent(x.unfitted.cp), percent(x.fitted.ct), percent(x.fitted.cp));
     }
+  for (const auto& [name, p] : f.polars) {
+    s += fmt::format("  polars of {}: {}{}\n", name, p.polar.source, p.cached ? " (kept from before)" : "");
+    for (const auto& r : p.remarks) s += "    " + r + "\n";
+  }
   for (const auto& r : f.remarks) s += "  " + r + "\n";
   return s;
 }

@@ -14,6 +14,7 @@ struct BladeFit {
   sim::Blade blade;
   double inertia_kg_m2 = 0.0;
   bool inertia_estimated = false;  // of a solid nylon blade of this plan form
+  std::map<std::string, SectionPolars> polars;  // of the sections taken
   std::vector<std::string> remarks;
 };
 

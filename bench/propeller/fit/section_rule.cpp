@@ -37,7 +37,7 @@ bool available(const PropellerInputs& inputs, const std::string& name) {
   std::error_code ec;
   for (const auto& f : std::filesystem::directory_iterator(inputs.data / "propellers" / "polars", ec))
     if (f.path().filename().string().starts_with(name + "_Re")) return true;
-  return std::filesystem::is_regular_file(inputs.shipped_polars / (name + ".toml"), ec);
+  return std::filesystem::is_regular_file(inputs.shipped_polars / (name + ".toml"), ec) || (inputs.can_make_polars && inputs.can_make_polars(name));
 }
 
 struct Named {

@@ -150,7 +150,7 @@ TEST(PolarFile, FullCircleAtTwoReynoldsNumbersIsRead) {
 TEST(PolarFile, AttachedBranchAloneIsRefusedAndPointsToTheExtension) {
   EXPECT_THAT(message([] { parse_polar(polar_text("-175.0"), "plate.toml"); }),
               AllOf(HasSubstr("plate.toml:3"), HasSubstr("alpha_deg runs from -175 to 180 deg, expected -180 to 180 deg"),
-                    HasSubstr("scripts/make_polars")));
+                    HasSubstr("rotorloop rotor polar")));
 }
 TEST(PolarFile, UnsortedAnglesAreRefused) {
   EXPECT_THAT(message([] { parse_polar(replaced(polar_text(), "-170.0", "-155.0"), "plate.toml"); }),

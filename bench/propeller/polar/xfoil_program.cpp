@@ -1,0 +1,142 @@
+#include "bench/propeller/polar/xfoil_program.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "host/base/error.hpp"
+
+// The shared object of xfoil_traps.cpp.
+asm(".section .rodata\n"
+    ".global rotorloop_xfoil_traps_begin\n.global rotorloop_xfoil_traps_end\n"
+    "rotorloop_xfoil_traps_begin:\n.incbin \"" ROTORLOOP_XFOIL_TRAPS "\"\nrotorloop_xfoil_traps_end:\n.byte 0\n.previous\n");
+extern "C" const char rotorloop_xfoil_traps_begin[], rotorloop_xfoil_traps_end[];
+
+namespace rotorloop::propeller {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kTraps = "traps.so";
+constexpr double kVersionLimit_s = 10.0;
+constexpr int kIterations = 200;
+
+std::optional<fs::path> program_on_path(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path p = fs::path(folder.empty() ? "." : folder) / name;
+    std::error_code ec;
+    if (fs::is_regular_file(p, ec) && ::access(p.c_str(), X_OK) == 0) return fs::absolute(p, ec);
+  }
+  return std::nullopt;
+}
+
+[[noreturn]] void fail(const fs::path& where, const std::string& what) {
+  throw Error({where.generic_string(), what, "", "check the package xfoil, and TMPDIR for space and for a place that programs may be run from"}, ExitCode::device);
+}
+
+// In the child: files for its input and output, the folder, the library in front; never returns.
+[[noreturn]] void become_xfoil(const fs::path& program, char* const* environment) {
+  const int in = ::open("script.txt", O_RDONLY | O_CLOEXEC), out = ::open("output.txt", O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  ::dup2(in, 0), ::dup2(out, 1), ::dup2(out, 2);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a sweep that hangs does not outlive the command
+  char* const arguments[] = {const_cast<char*>("xfoil"), nullptr};
+  ::execve(program.c_str(), arguments, environment);
+  ::_exit(127);
+}
+
+}  // namespace
+
+std::optional<XfoilProgram> XfoilProgram::find() {
+  const auto program = program_on_path("xfoil");
+  if (!program) return std::nullopt;
+  return XfoilProgram(*program);
+}
+
+bool XfoilProgram::on_path() { return program_on_path("xfoil").has_value(); }
+
+XfoilProgram::XfoilProgram(fs::path program) : program_(std::move(program)) {
+  std::string name = (fs::temp_directory_path() / "rotorloop_xfoil_XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) fail(name, std::strerror(errno));
+  folder_ = name;
+  std::ofstream(folder_ / kTraps, std::ios::binary).write(rotorloop_xfoil_traps_begin, rotorloop_xfoil_traps_end - rotorloop_xfoil_traps_begin);
+  run("QUIT\n", kVersionLimit_s);
+  std::ifstream output(folder_ / "output.txt");
+  std::string word;
+  while (output >> word)
+    if (word == "Version" && output >> version_) break;
+  if (version_.empty()) fail(program_, "starts without the line \"XFOIL Version\"");
+}
+
+XfoilProgram::XfoilProgram(XfoilProgram&& other) noexcept : program_(std::move(other.program_)), folder_(std::exchange(other.folder_, {})), version_(std::move(other.version_)) {}
+
+XfoilProgram::~XfoilProgram() {
+  std::error_code ec;
+  if (!folder_.empty()) fs::remove_all(folder_, ec);
+}
+
+bool XfoilProgram::run(const std::string& script, double time_limit_s) const {
+  std::ofstream(folder_ / "script.txt") << script;
+  const std::string traps = "LD_PRELOAD=" + (folder_ / kTraps).string();
+  std::vector<char*> environment{const_cast<char*>(traps.c_str())};
+  for (char** e = environ; *e != nullptr; ++e)
+    if (std::strncmp(*e, "LD_PRELOAD=", 11) != 0) environment.push_back(*e);
+  environment.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child < 0) fail(program_, std::strerror(errno));
+  if (child == 0) {
+    if (::chdir(folder_.c_str()) != 0) ::_exit(127);
+    become_xfoil(program_, environment.data());
+  }
+  // A descriptor of the process becomes readable when it ends: waiting with a limit, without a clock.
+  const int process = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
+  pollfd p{process, POLLIN, 0};
+  int ended = 0;
+  while (process >= 0 && (ended = ::poll(&p, 1, static_cast<int>(1000.0 * time_limit_s))) < 0 && errno == EINTR) {
+  }
+  if (ended <= 0) ::kill(child, SIGKILL);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (process >= 0) ::close(process);
+  if (process < 0) fail(program_, "this kernel has no pidfd_open (Linux 5.3)");
+  if (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127) fail(program_, "cannot be run");
+  // A floating-point exception: the library in front was not loaded. Any other crash costs the sweep, not the section.
+  if (ended > 0 && WIFSIGNALED(status) && WTERMSIG(status) == SIGFPE) fail(program_, "ended by a floating-point exception although its traps are off");
+  return ended > 0;
+}
+
+XfoilProgram::Result XfoilProgram::sweep(const SectionShape& section, const XfoilSweep& s) const {
+  std::error_code ec;
+  fs::remove(folder_ / "polar.txt", ec);
+  if (section.naca.empty()) {
+    std::ofstream f(folder_ / "section.dat");
+    f << "section\n";
+    for (std::size_t i = 0; i < section.x.size(); ++i) f << fmt::format("{:.6f} {:.6f}\n", section.x[i], section.y[i]);
+  }
+  const std::string load = section.naca.empty() ? "LOAD section.dat" : "NACA " + section.naca;
+  Result r;
+  r.hung = !run(fmt::format("PLOP\nG F\n\n{}\nPANE\nOPER\nVPAR\nN {}\n\nVISC {:.0f}\nITER {}\nPACC\npolar.txt\n\nASEQ 0 {} {}\n\n\nQUIT\n", load, s.n_crit, s.reynolds, kIterations, s.last_deg, s.step_deg), s.time_limit_s);
+  std::ifstream polar(folder_ / "polar.txt");
+  for (std::string line; std::getline(polar, line);) {
+    std::istringstream fields(line);
+    double alpha, cl, cd;
+    if (fields >> alpha >> cl >> cd && cd > 0.0) r.points[static_cast<int>(alpha < 0.0 ? 1000.0 * alpha - 0.5 : 1000.0 * alpha + 0.5)] = {cl, cd};
+  }
+  return r;
+}
+
+}  // namespace rotorloop::propeller
