@@ -15,6 +15,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "rotorloop (= ${PROJECT_VERSION}), libeigen3-dev, libfmt-dev, nlohmann-json3-dev, libtomlplusplus-dev, libceres-dev")
 # `rotorloop close` shuts its diagnosis away from the plant with it.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "bubblewrap")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "xfoil") # polars of sections of one's own
 find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)
 if(DPKG_SHLIBDEPS)
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SHLIBDEPS ON)
