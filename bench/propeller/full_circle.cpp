@@ -110,11 +110,29 @@ sim::Polar full_circle(std::vector<SectionPolar> polars) {
   return result;
 }
 
+static bool alike(const sim::Polar& a, const sim::Polar& b) {
+  bool same = a.alpha_deg == b.alpha_deg && a.tables.size() == b.tables.size();
+  for (std::size_t i = 0; same && i < a.tables.size(); ++i) same = a.tables[i].reynolds == b.tables[i].reynolds;
+  return same;
+}
+
+sim::Polar on_grid_of(const sim::Polar& like, sim::Polar polar) {
+  if (alike(like, polar)) return polar;
+  sim::Polar result{polar.source, like.alpha_deg, {}};
+  for (const sim::PolarTable& t : like.tables) {
+    sim::PolarTable table{t.reynolds, {}, {}};
+    for (const double a : like.alpha_deg) {
+      const sim::SectionCoefficients c = sim::polar_at(polar, a, t.reynolds);
+      table.cl.push_back(c.cl), table.cd.push_back(c.cd);
+    }
+    result.tables.push_back(std::move(table));
+  }
+  return result;
+}
+
 sim::Polar blend(const sim::Polar& a, const sim::Polar& b, double weight) {
   sim::Polar result = a;
-  bool alike = a.alpha_deg == b.alpha_deg && a.tables.size() == b.tables.size();
-  for (std::size_t i = 0; alike && i < a.tables.size(); ++i) alike = a.tables[i].reynolds == b.tables[i].reynolds;
-  if (!alike) throw Error({"polars of two sections", "angles or Reynolds numbers differ", "", "compute both at the same Reynolds numbers"});
+  if (!alike(a, b)) throw Error({"polars of two sections", "angles or Reynolds numbers differ", "", "compute both at the same Reynolds numbers"});
   result.source =
       fmt::format("{} % of ({}), {} % of ({})", number_text(100.0 * (1.0 - weight)), a.source, number_text(100.0 * weight), b.source);
   for (std::size_t t = 0; t < a.tables.size(); ++t)

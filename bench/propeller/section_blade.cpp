@@ -56,7 +56,7 @@ sim::Blade to_blade(const PropellerInputs& inputs, const PropellerGeometry& g, c
   b.blade_inertia_kg_m2 = g.inertia_kg_m2.value_or(0.0);  // has no part in a steady state
   b.stall_drag = inputs.stall_drag;
   const sim::Polar inner = up_to(read_section(inputs, section.inner).polar, reynolds);
-  const sim::Polar outer = section.outer.empty() ? inner : up_to(read_section(inputs, section.outer).polar, reynolds);
+  const sim::Polar outer = section.outer.empty() ? inner : on_grid_of(inner, up_to(read_section(inputs, section.outer).polar, reynolds));
   for (const GeometryStation& s : g.stations) {
     const double x = s.r_m / g.radius_m;
     const double w = section.outer.empty() ? 0.0 : std::clamp((x - section.blend_from) / (section.blend_to - section.blend_from), 0.0, 1.0);

@@ -62,7 +62,7 @@ class RotorFit(CommandTest):
 
     @unittest.skipUnless(shutil.which("xfoil"), "xfoil is not installed (apt install xfoil)")
     def test_xfoil_gives_the_shipped_polar_within_its_last_digit_where_both_have_the_angle(self):
-        done = self.call("rotor", "polar", "4410", "--reynolds", "80000,200000", "-o", "p.toml")
+        done = self.call("rotor", "polar", "4410", "--reynolds", "80000", "-o", "p.toml")
         self.assertEqual(done.returncode, 0, done.stderr)
         made = tomllib.loads((self.path / "p.toml").read_text(encoding="utf-8"))
         shipped = tomllib.loads((SOURCE / "vehicles/polars/naca4410.toml").read_text(encoding="utf-8"))
@@ -75,23 +75,24 @@ class RotorFit(CommandTest):
                     if alpha in of and -12 <= alpha <= 17:
                         self.assertAlmostEqual(of[alpha], value, delta=digit, msg=f"{key} at {alpha} deg, Re {table['reynolds']}")
                         compared += 1
-        self.assertGreater(compared, 200)
+        self.assertGreater(compared, 100)
 
     @unittest.skipUnless(shutil.which("xfoil"), "xfoil is not installed (apt install xfoil)")
     def test_coordinates_end_in_a_polar_that_is_kept_until_a_point_changes(self):
-        call = ("rotor", "polar", "my.dat", "--reynolds", "100000", "-o", "p.toml", "--force")
+        call = ("rotor", "polar", "my.dat", "--reynolds", "60000", "-o", "p.toml", "--force")
         first = self.call(*call)
         self.assertEqual(first.returncode, 0, first.stderr)
-        self.assertIn("Re 100000 (1 of 1)", first.stderr)
+        self.assertIn("Re 60000 (1 of 1)", first.stderr)
         text = (self.path / "p.toml").read_text(encoding="utf-8")
         again = self.call(*call)
         self.assertIn("kept from before", again.stdout)
-        self.assertNotIn("Re 100000", again.stderr)
+        self.assertNotIn("Re 60000", again.stderr)
         self.assertEqual((self.path / "p.toml").read_text(encoding="utf-8"), text)
         self.write("my.dat", section().replace(surface(0.5, 1), "0.500000 0.0720\n", 1))
         self.assertNotIn("kept", self.call(*call).stdout)
 
     def test_without_xfoil_the_nearest_shipped_section_stands_in_and_output_and_files_say_so(self):
+        os.remove(self.path / "prop/static.txt")  # nothing to fit: quicker
         done = self.fit("--section", "2409", path="/nonexistent")
         self.assertEqual(done.returncode, 0, done.stderr)
         said = "xfoil is not on PATH (apt install xfoil): polars of the shipped naca4410 stand for NACA 2409"
@@ -142,12 +143,11 @@ class RotorFit(CommandTest):
         parts = {(e["label"], e["part"]): e["fitted"]["rows"] for e in geometry["errors"]}
         self.assertEqual(parts, {("static", "fitted"): 4, ("static", "held_out"): 4})
         self.assertEqual([(p["section"], p["from"]) for p in d["polars"]], [("naca4410", "shipped")])
+        os.remove(self.path / "prop/static.txt")
         stand_in = json.loads(self.fit("--json", "--section", "2409", path="/nonexistent").stdout)
         self.assertEqual(stand_in["polars"][0]["from"], "stand_in")
         self.assertIn("xfoil is not on PATH", stand_in["polars"][0]["remarks"][0])
-        os.remove(self.path / "prop/static.txt")
-        bare = json.loads(self.fit("--json", path="/nonexistent").stdout)
-        self.assertEqual((bare["fitted"], bare["geometries"]), (False, []))
+        self.assertEqual((stand_in["fitted"], stand_in["geometries"]), (False, []))
 
     def test_a_blade_just_fitted_flies_on_a_vehicle_made_from_it_and_hovers_at_its_speed_within_3_percent(self):
         self.assertEqual(self.fit(path="/nonexistent").returncode, 0)
@@ -167,6 +167,7 @@ class RotorFit(CommandTest):
         self.assertLess(abs(flown / predicted - 1), 0.03)
 
     def test_vehicle_new_takes_a_blade_or_two_numbers_and_a_blade_that_can_carry_it(self):
+        os.remove(self.path / "prop/static.txt")
         self.assertEqual(self.fit(path="/nonexistent").returncode, 0)
         vehicle = ("--wheelbase-mm", 330, "--kv", 900, "--resistance-mohm", 90, "--cells", 4, "--current-limit-A", 35)
         for more, said in (((), "--propeller and --blade: one of them is needed"), (("--blade", "out/blades/p.toml", "--propeller", "8x4"), "one alone")):

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "bench/propeller/fit/blade_files.hpp"
+#include "bench/propeller/full_circle.hpp"
 #include "bench/propeller/polar/polar_cache.hpp"
 #include "bench/propeller/polar/section_sweeps.hpp"
 #include "test/unit/bench/propeller/fixtures.hpp"
@@ -123,6 +124,23 @@ TEST(SectionSweeps, ASweepThatHangsOrDivergesCostsItsReynoldsNumberAtMostAndIsSa
   EXPECT_NEAR(sim::polar_at(read, 90.0, 150e3).cd, 1.2, 0.05);
   s.reynolds = {30e3};
   EXPECT_THAT(message([&] { polars_of_sweeps("my", "6.99", s, [](const XfoilSweep&) { return XfoilProgram::Result{}; }, {}); }), HasSubstr("XFOIL converges at no Reynolds number"));
+}
+
+TEST(SectionSweeps, PolarsOfOtherReynoldsNumbersBlendOnTheGridOfTheFirstAndAreRefusedAsTheyAre) {
+  const auto polars = [](std::vector<double> reynolds, double lift) {
+    SweepSettings s;
+    s.reynolds = std::move(reynolds);
+    return polars_of_sweeps("my", "6.99", s, [&](const XfoilSweep& sweep) {
+      XfoilPoints p = thin_section(-12000, 20000);
+      for (auto& [a, c] : p) c.cl *= lift * (1.0 + 1e-6 * sweep.reynolds);
+      return XfoilProgram::Result{p, false};
+    }, {}).polar;
+  };
+  const sim::Polar a = polars({50e3, 100e3}, 1.0), b = polars({40e3, 60e3, 120e3}, 0.5);
+  EXPECT_THAT(message([&] { blend(a, b, 0.5); }), HasSubstr("differ"));
+  const sim::Polar c = blend(a, on_grid_of(a, b), 0.5);
+  EXPECT_NEAR(sim::polar_at(c, 4.0, 50e3).cl, 0.75 * 0.4 * 1.05, 1e-9);
+  EXPECT_NEAR(sim::polar_at(c, 4.0, 100e3).cl, 0.75 * 0.4 * 1.10, 1e-9);
 }
 
 TEST(PolarCache, WhatIsKeptIsUsedForItsOwnKeyAloneAndACutOffFileIsNot) {
