@@ -124,11 +124,10 @@ void Poller::step() {
   for (;;) {
     if (next_turn_ >= turns_.size()) {
       const bool nothing_to_do = cycle_ > cycle + static_cast<std::uint64_t>(std::max(1, settings_.slow_divider));
-      if (nothing_to_do) {  // every device is lost: wait for the first that is tried again
-        std::int64_t retry = bus_.now_ns() + settings_.retry_ns;
-        for (const State& s : states_)
-          if (s.phase == Phase::lost) retry = std::min(retry, s.retry_at_ns);
-        bus_.wait_until(retry);
+      if (nothing_to_do) {  // every device is lost: there is no neighbour that would wait for another try
+        bus_.wait_until(bus_.now_ns() + settings_.retry_alone_ns);
+        for (State& s : states_)
+          if (s.phase == Phase::lost) s.retry_at_ns = std::min(s.retry_at_ns, bus_.now_ns());
         return;
       }
       begin_cycle();

@@ -24,7 +24,8 @@ struct PolledDevice {
 struct PollerSettings {
   int slow_divider = 20;         // one slow read of each in so many cycles
   int failures_until_lost = 3;   // in a row
-  std::int64_t retry_ns = 1'000'000'000;  // of a lost device
+  std::int64_t retry_ns = 1'000'000'000;  // of a lost device, while others on its bus answer
+  std::int64_t retry_alone_ns = 100'000'000;  // while none does
 };
 
 // A value with the time at which the device had it: it was sampled within sampled_ns ± uncertainty_ns, however late it came.

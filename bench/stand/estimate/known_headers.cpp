@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "bench/log/log_units.hpp"
 #include "host/base/error.hpp"
@@ -125,6 +126,8 @@ void take_stand_column(KnownCsv& out, const Rows& rows, std::size_t i, const std
 KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   KnownCsv out;
   out.mapping.path = path;
+  if (std::all_of(bytes.begin(), bytes.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }))
+    throw Error({path.generic_string(), "is empty", "a program that was ended before it wrote, or another file", "measure again, or name the file with the samples"});
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3), out.remarks.push_back("byte order mark at the start of the file skipped");
   const std::string first_line = bytes.substr(0, bytes.find('\n'));
   if (std::count(first_line.begin(), first_line.end(), ';') > std::count(first_line.begin(), first_line.end(), ',')) {

@@ -189,7 +189,7 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
       e.figure_of_merit = c_t * std::sqrt(c_t / (2.0 * rho * area)) / e.torque->value;
       if (e.figure_of_merit > 0.85 || e.figure_of_merit < 0.2)
         e.remarks.push_back(fmt::format("figure of merit {:.3f}, credible is 0.2 to 0.85: {}", e.figure_of_merit,
-                                        e.figure_of_merit < 0.2 ? (e.figure_of_merit * kRpm_per_rad_s > 0.2 && e.figure_of_merit * kRpm_per_rad_s < 0.85 ? "the speeds are RPM taken as rad/s" : "diameter, density or the torque channel is wrong")
+                                        e.figure_of_merit < 0.2 ? (e.figure_of_merit * kRpm_per_rad_s > 0.2 && e.figure_of_merit * kRpm_per_rad_s < 0.85 ? "the speeds are RPM taken as rad/s, or the diameter is far off" : "diameter, density or the torque channel is wrong")
                                                                 : "diameter or density belongs to another propeller, or torque is read too low"));
     }
   }

@@ -181,6 +181,10 @@ render::Outcome estimate_outcome(const EstimateDocument& d) {
     faulty += f.verdict == "faulty" || !f.estimate.faults.empty();
     for (const auto& fault : f.estimate.faults) o.errors.push_back(f.estimate.name + ": " + fault);
   }
+  // A refusal always says why.
+  if (estimated == 0 && o.errors.empty())
+    for (const EstimatedFile& f : d.files)
+      o.errors.push_back(fmt::format("{}: no coefficient from {} step{} in still air: five different speeds part it from zero and offset", f.estimate.name, f.estimate.steps, f.estimate.steps == 1 ? "" : "s"));
   o.verdict = estimated == 0 ? "refused" : "estimated";
   o.standing = estimated == 0 ? render::Standing::bad : faulty > 0 ? render::Standing::open : render::Standing::good;
   o.sentence = fmt::format("{} of {} files estimated{}", estimated, d.files.size(), faulty > 0 ? fmt::format("; {} with a faulty channel, named below", faulty) : "");

@@ -19,7 +19,9 @@ from rotorloop_cli import main
 
 KILLS = int(os.environ.get("KILLS", "10"))
 SAFE_AFTER_s = 0.1        # an answer that the master was given so long before a kill must be readable after it
-SILENCE_s = 0.09          # from a request whose answer the master refused to the next: late_max_ms of the profile is 100, and the relay is 10 ms late at most
+# From a request whose answer the master refused to the next: late_max_ms of the profile is 100, and else some 6 ms. Either may be off by 44 ms of load.
+SILENCE_s = 0.05
+MOST_REFUSED = 0.05       # of the answers: more, and this says little of those that were taken
 TIME_OUT_ms, MORE_ms = 250, 2
 
 
@@ -117,6 +119,7 @@ class StandRun(BusCommand):
               f"newest readable {1e3 * max(ages_s):.1f} ms old at most; longest time between answers {1e3 * max(silences_s):.1f} ms; "
               f"bridge off {min(off_ms):.2f} to {max(off_ms):.2f} ms after the last command", flush=True)
         self.assertEqual(missing, 0)
+        self.assertLessEqual(refusals, MOST_REFUSED * answers)
         self.assertLessEqual(max(off_ms), TIME_OUT_ms + MORE_ms)
         self.assertGreaterEqual(min(off_ms), TIME_OUT_ms - MORE_ms)
         esc.send_signal(signal.SIGINT)

@@ -79,6 +79,18 @@ TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_
   EXPECT_GT(raw_error, 0.1) << "the stand's running offset is in what it reads";
 }
 
+TEST(StandEstimate, an_empty_file_is_called_empty_and_a_run_of_one_step_is_refused_with_the_reason) {
+  EXPECT_NE(test::error_of([] { (void)recognise_csv("\r\n \n", "x.csv"); }).find("x.csv: is empty"), std::string::npos);
+  const test::TempFolder folder;
+  const auto file = folder.write("one.csv", "t_s,omega_rad_s,thrust_N,torque_N_m\n0,500,1.0,0.01\n");
+  EstimateDocument d;
+  d.files.push_back({estimate_stand(read_stand_run(file, {}), {}), std::nullopt});
+  const render::Outcome o = estimate_outcome(d);
+  EXPECT_EQ(o.verdict, "refused");
+  ASSERT_EQ(o.errors.size(), 1u);
+  EXPECT_NE(o.errors[0].find("no coefficient from 1 step in still air: five different speeds"), std::string::npos) << o.errors[0];
+}
+
 TEST(OperatingPoints, a_kilogram_of_thrust_for_50_W_is_20_grams_per_watt) {
   OperatingPoint p;
   p.omega_rad_s = 100.0, p.thrust_N = 9.80665, p.torque_N_m = 0.2, p.supply_V = 10.0, p.current_A = 5.0;
