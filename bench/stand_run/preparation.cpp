@@ -87,6 +87,10 @@ std::string run_toml(const modbus::StandSetup& s, const RunFacts& f, const Sessi
   }
   out += "[uncertainty]\n";
   for (const auto& [key, u] : s.uncertainty) out += fmt::format("{} = {}\n", key, number_text(u));
+  for (const modbus::BoundChannel& a : s.axes) {
+    const modbus::Profile& p = s.buses[a.bus].devices[a.device].profile;
+    out += fmt::format("[[instrument]]\naxis = \"{}\"\nmodel = {}\nchannel = {}\nevidence = {}\nsource = {}\n", modbus::name(a.axis), quoted(p.title()), quoted(p.channels[a.channel].name), quoted(p.evidence), quoted(p.source));
+  }
   out += fmt::format("[calibration]\ndate = \"{}\"\nexpires = \"{}\"\nstand_sha256 = \"{}\"\n", s.calibrated_on, s.expires_on, f.stand_sha256);
   out += fmt::format("[esc_node]\nnode = {}\nname = {}\nunique_id = {}\nsoftware = {}\nimage_crc = {}\n", f.esc.node, quoted(f.esc.name), quoted(f.esc.unique_id), quoted(f.esc.software), quoted(f.esc.image_crc));
   out += "[esc_parameters]\n";

@@ -135,6 +135,10 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
   const TomlTable root = toml.root();
   run.facts.motor = root.text("motor", ""), run.facts.propeller = root.text("propeller", ""), run.facts.mount = root.text("mount", "");
   run.facts.pole_pairs = static_cast<int>(root.integer("pole_pairs", 1, 30, 0));
+  run.facts.simulated = root.boolean("simulated", false);
+  if (const auto c = root.optional_table("calibration")) run.facts.calibrated_on = c->text("date", ""), run.facts.calibration_expires = c->text("expires", "");
+  if (root.has("instrument"))
+    for (const TomlTable& i : root.tables("instrument", 1, 64)) run.facts.instruments.push_back({i.text("axis"), i.text("model"), i.text("channel"), i.text("evidence"), i.text("source", "")});
   if (root.has("diameter_m")) record.diameter_m = root.number("diameter_m", {0.01, 10.0, "m"});
   if (const auto air = root.optional_table("air"))
     record.air_density_kg_m3 = air->has("density_kg_m3")

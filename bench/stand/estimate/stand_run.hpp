@@ -31,12 +31,20 @@ struct MeasuredWinding {
   double degC = kNotMeasured;
 };
 
+// What an axis of the stand was read by, and how sure its profile is: "manual" is copied from documents and was never seen on hardware.
+struct Instrument {
+  std::string axis, model, channel, evidence, source;
+};
+
 // What stands beside the samples.
 struct RunFacts {
   std::string motor, propeller, mount;  // serial numbers or names; mount: counts remounts
   double diameter_m = kNotMeasured;
   double air_density_kg_m3 = kNotMeasured;
   int pole_pairs = 0;  // 0: not known
+  bool simulated = false;
+  std::string calibrated_on, calibration_expires;  // "2026-11-20"; empty: not said
+  std::vector<Instrument> instruments;
   std::optional<MeasuredWinding> winding;
   bool duty_along = false;  // duty is of the voltage along the torque axis, not of its amplitude
 };

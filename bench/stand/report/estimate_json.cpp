@@ -94,6 +94,9 @@ std::string estimate_json(const EstimateDocument& d) {
     if (e.torque) one["c_q"] = to_json(*e.torque);
     one["derived"] = {{"C_T", number(e.C_T)}, {"C_Q", number(e.C_Q)}, {"C_P", number(e.C_P)}, {"figure_of_merit", number(e.figure_of_merit)}, {"grams_per_watt", number(e.grams_per_watt)},
                       {"reference_density_kg_m3", d.reference_density_kg_m3}, {"reduced_c_t", number(e.reduced_c_t)}, {"reduced_c_q", number(e.reduced_c_q)}};
+    one["simulated"] = e.facts.simulated;
+    one["instruments"] = Json::array();
+    for (const Instrument& i : e.facts.instruments) one["instruments"].push_back({{"axis", i.axis}, {"model", i.model}, {"channel", i.channel}, {"evidence", i.evidence}, {"source", i.source}});
     one["operating_points"] = Json::array();
     for (const OperatingPoint& p : levels_of(e.points)) one["operating_points"].push_back(to_json(p));
     one["motor"] = motor_json(e);

@@ -135,6 +135,17 @@ void add_advance(render::Section& s, const AdvanceTorque& a) {
   if (!t.rows.empty()) s.blocks.push_back(t);
 }
 
+// What the run was measured with. A profile that nobody has seen on hardware is a reason to doubt every figure above.
+void add_instruments(render::Section& s, const RunFacts& f) {
+  if (f.simulated) s.blocks.push_back(render::Paragraph{"Simulated: no motor turned, and the instruments were emulated from their profiles."});
+  if (f.instruments.empty()) return;
+  render::Table t{{left("axis"), left("read by"), left("channel"), left("evidence"), left("source of its registers")}};
+  for (const Instrument& i : f.instruments)
+    t.rows.push_back({{i.axis, i.model, i.channel, i.evidence == "manual" ? "manual: copied from documents, not seen on hardware" : i.evidence, i.source}});
+  s.blocks.push_back(t);
+  if (!f.calibrated_on.empty()) s.blocks.push_back(render::Paragraph{"Calibrated on " + f.calibrated_on + (f.calibration_expires.empty() ? "." : ", until " + f.calibration_expires + ".")});
+}
+
 render::Section file_section(const EstimatedFile& f, std::size_t number, bool with_figures, double reference) {
   const StandEstimate& e = f.estimate;
   render::Section s{e.name, fmt::format("run-{}", number)};
@@ -159,6 +170,7 @@ render::Section file_section(const EstimatedFile& f, std::size_t number, bool wi
   if (const auto t = motor_table(e); !t.rows.empty()) s.blocks.push_back(t);
   if (f.advance) add_advance(s, *f.advance);
   if (with_figures) s.blocks.push_back(render::Markup{sample_figures(e)});
+  add_instruments(s, e.facts);
   if (!e.remarks.empty()) s.blocks.push_back(render::List{e.remarks});
   return s;
 }

@@ -85,6 +85,12 @@ class ReportPage(unittest.TestCase):
         document = json.loads(done.stdout)
         with open(os.path.join(folder, "result.json")) as f:
             self.assertEqual(document, json.load(f))
+        self.assertTrue(document["files"][0]["simulated"])
+        self.assertEqual({i["axis"]: i["evidence"] for i in document["files"][0]["instruments"]}["torque"], "emulated")
+        with open(os.path.join(folder, "report.html")) as f:
+            page = f.read()
+        self.assertIn("Simulated: no motor turned", page)
+        self.assertIn("source of its registers", page)
         points = document["files"][0]["operating_points"]
         self.assertGreaterEqual(len(points), 12)
         self.assertEqual([p["rpm"] for p in points], sorted(p["rpm"] for p in points))
@@ -92,6 +98,15 @@ class ReportPage(unittest.TestCase):
             self.assertAlmostEqual(p["grams_per_watt"], 1000 * p["thrust_N"] / 9.80665 / (p["supply_V"] * p["current_A"]), delta=0.01 * p["grams_per_watt"])
             self.assertTrue(0.6 < p["drive_efficiency"] < 0.9, p)
             self.assertTrue(0 < p["motor_V"] < p["supply_V"], p)
+
+    def test_a_report_names_the_instruments_whose_profile_was_never_seen_on_hardware(self):
+        run = os.path.join(self.folder, "example")
+        subprocess.run([COMMAND, "stand", "run", "devices/examples/stand.toml", "--virtual", "--sequence", "staircase", "--levels", "5", "--density", "1.2", "--yes", "-q", "-o", run], cwd=SOURCE,
+                       check=True, capture_output=True, timeout=DEADLINE_s)
+        done = subprocess.run([COMMAND, "stand", "estimate", run], capture_output=True, text=True, timeout=DEADLINE_s)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"thrust +Laumas .*manual: copied from documents, not seen on hardware")
+        self.assertRegex(done.stdout, r"Calibrated on 20\d\d-\d\d-\d\d, until")
 
     def touch(self, page, kind, *points):
         page.ask("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)])
