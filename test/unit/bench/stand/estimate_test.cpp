@@ -80,7 +80,7 @@ TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_
 }
 
 TEST(StandEstimate, an_empty_file_is_called_empty_and_a_run_of_one_step_is_refused_with_the_reason) {
-  EXPECT_NE(test::error_of([] { (void)recognise_csv("\r\n \n", "x.csv"); }).find("x.csv: is empty"), std::string::npos);
+  EXPECT_NE(test::error_of([] { (void)recognise_csv("\r\n \n", "x.csv"); }).find("x.csv: error: is empty"), std::string::npos);
   const test::TempFolder folder;
   const auto file = folder.write("one.csv", "t_s,omega_rad_s,thrust_N,torque_N_m\n0,500,1.0,0.01\n");
   EstimateDocument d;
