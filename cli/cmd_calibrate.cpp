@@ -6,10 +6,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bench/calibrate/flown.hpp"
-#include "bench/calibrate/programme.hpp"
-#include "bench/hil/run_clock.hpp"
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/calibrate/flown.hpp"
+#include "bench/hil/calibrate/programme.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "bench/render/digits.hpp"
 #include "bench/render/document.hpp"
 #include "bench/render/page.hpp"

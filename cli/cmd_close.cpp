@@ -8,13 +8,13 @@
 #include <string>
 #include <thread>
 
-#include "bench/close/child_process.hpp"
-#include "bench/close/isolation_probe.hpp"
-#include "bench/close/loop_result.hpp"
-#include "bench/close/report.hpp"
-#include "bench/close/run.hpp"
-#include "bench/close/run_layout.hpp"
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/closed_loop/child_process.hpp"
+#include "bench/hil/closed_loop/isolation_probe.hpp"
+#include "bench/hil/closed_loop/loop_result.hpp"
+#include "bench/hil/closed_loop/report.hpp"
+#include "bench/hil/closed_loop/run.hpp"
+#include "bench/hil/closed_loop/run_layout.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/stop_signals.hpp"

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "bench/hil/controller/ardupilot_bridge.hpp"
-#include "bench/hil/controller/betaflight_bridge.hpp"
-#include "bench/hil/controller/library_host.hpp"
-#include "bench/hil/controller/px4_bridge.hpp"
+#include "bench/hil/controllers/ardupilot_bridge.hpp"
+#include "bench/hil/controllers/betaflight_bridge.hpp"
+#include "bench/hil/controllers/library_host.hpp"
+#include "bench/hil/controllers/px4_bridge.hpp"
 #include "cli/commands.hpp"
 #include "host/base/error.hpp"
 

@@ -8,14 +8,14 @@
 #include <memory>
 #include <optional>
 
-#include "bench/diagnose/diagnose.hpp"
-#include "bench/diagnose/report/diagnosis_outcome.hpp"
-#include "bench/diagnose/report/diagnosis_report.hpp"
-#include "bench/diagnose/report/diagnosis_text.hpp"
-#include "bench/hil/run_clock.hpp"
-#include "bench/hil/run_folder.hpp"
-#include "bench/identify/held_out.hpp"
-#include "bench/identify/identified_vehicle.hpp"
+#include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_report.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_text.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/sysid/identify/held_out.hpp"
+#include "bench/sysid/identify/identified_vehicle.hpp"
 #include "host/base/error.hpp"
 #include "host/base/nearest.hpp"
 #include "host/base/sha256.hpp"

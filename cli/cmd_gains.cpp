@@ -9,9 +9,9 @@
 #include <numbers>
 #include <optional>
 
-#include "bench/calibrate/gains_design.hpp"
-#include "bench/hil/run_folder.hpp"
-#include "bench/hil/vehicle_figures.hpp"
+#include "bench/hil/calibrate/gains_design.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/hil/flight/vehicle_figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"

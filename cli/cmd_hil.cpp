@@ -7,9 +7,9 @@
 #include <memory>
 #include <thread>
 
-#include "bench/hil/controller/autopilot_bridge.hpp"
-#include "bench/hil/run_outcome.hpp"
-#include "bench/hil/scenario.hpp"
+#include "bench/hil/controllers/autopilot_bridge.hpp"
+#include "bench/hil/flight/run_outcome.hpp"
+#include "bench/hil/flight/scenario.hpp"
 #include "host/base/error.hpp"
 #include "host/base/nearest.hpp"
 #include "cli/ending/exit_codes.hpp"

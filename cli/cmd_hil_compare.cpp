@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/compare.hpp"
+#include "bench/hil/flight/compare.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/hil_commands.hpp"
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <thread>
 
-#include "bench/hil/effect_page.hpp"
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/effect_page.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"

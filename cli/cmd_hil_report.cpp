@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/run_report.hpp"
+#include "bench/hil/flight/run_report.hpp"
 #include "host/base/error.hpp"
 #include "cli/hil_commands.hpp"
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/log/check/log_report.hpp"
-#include "bench/log/log_summary.hpp"
-#include "bench/log/own_log.hpp"
-#include "bench/log/read_flight.hpp"
-#include "bench/log/ulog_write.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/sysid/log/check/log_report.hpp"
+#include "bench/sysid/log/log_summary.hpp"
+#include "bench/sysid/log/own_log.hpp"
+#include "bench/sysid/log/read_flight.hpp"
+#include "bench/sysid/log/ulog_write.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"

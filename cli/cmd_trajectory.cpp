@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/control/gains_file.hpp"

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "bench/calibrate/blade_hover.hpp"
-#include "bench/calibrate/vehicle_sketch.hpp"
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/calibrate/blade_hover.hpp"
+#include "bench/hil/calibrate/vehicle_sketch.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/shipped_files.hpp"

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/ending/outputs.hpp"
 
 namespace rotorloop::cli {

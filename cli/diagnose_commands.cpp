@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "bench/log/read_flight.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "bench/studies/command_thrust.hpp"
 #include "bench/studies/hover_diagnosis.hpp"
 #include "host/base/error.hpp"

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "bench/stand/stand_text.hpp"
+#include "bench/stand/evaluate/stand_text.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::cli {

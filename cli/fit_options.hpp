@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/identify.hpp"
+#include "bench/sysid/identify/identify.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 

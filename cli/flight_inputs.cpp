@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <optional>
 
-#include "bench/log/read_flight.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "cli/ending/refusal.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"

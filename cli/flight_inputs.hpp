@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/identify/identify.hpp"
-#include "bench/identify/report/identify_result.hpp"
-#include "bench/log/check/checks.hpp"
+#include "bench/sysid/identify/identify.hpp"
+#include "bench/sysid/identify/report/identify_result.hpp"
+#include "bench/sysid/log/check/checks.hpp"
 
 namespace rotorloop::cli {
 

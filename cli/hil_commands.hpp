@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "bench/hil/runner.hpp"
+#include "bench/hil/flight/runner.hpp"
 
 namespace CLI {
 class App;

@@ -1,9 +1,9 @@
 // The `rotorloop` command: one line for each subcommand.
 #include <CLI/CLI.hpp>
 
-#include "bench/hil/flight.hpp"
-#include "bench/hil/runner.hpp"
-#include "bench/hil/vehicle_figures.hpp"
+#include "bench/hil/flight/flight.hpp"
+#include "bench/hil/flight/runner.hpp"
+#include "bench/hil/flight/vehicle_figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/completion.hpp"
 #include "cli/ending/exit_codes.hpp"

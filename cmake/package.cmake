@@ -18,14 +18,14 @@ set(ROTORLOOP_LIBRARIES_sim rl_hil_loop)
 set(ROTORLOOP_FACES
   protocols/*.hpp
   host/control/*.hpp host/control/*.h host/effects/*.hpp host/estimate/*.hpp host/vehicle/*.hpp
-  bench/log/read_flight.hpp bench/log/log_summary.hpp bench/log/check/checks.hpp
-  bench/estimate/estimator.hpp bench/estimate/staged_fit.hpp bench/estimate/ceres_solver.hpp
-  bench/score/prediction.hpp bench/score/one_step.hpp bench/score/multi_step_fit.hpp bench/score/noise_floor.hpp
-  bench/identify/identify.hpp bench/identify/identified_vehicle.hpp bench/identify/held_out.hpp bench/identify/derived.hpp
-  bench/identify/report/identify_text.hpp bench/identify/report/identify_report.hpp
-  bench/diagnose/diagnose.hpp bench/diagnose/manoeuvre/manoeuvre_search.hpp bench/diagnose/residuals/residual_findings.hpp
-  bench/diagnose/report/diagnosis_text.hpp bench/diagnose/report/diagnosis_report.hpp
-  bench/hil/runner.hpp bench/hil/flight.hpp)
+  bench/sysid/log/read_flight.hpp bench/sysid/log/log_summary.hpp bench/sysid/log/check/checks.hpp
+  bench/sysid/estimate/estimator.hpp bench/sysid/estimate/staged_fit.hpp bench/sysid/estimate/ceres_solver.hpp
+  bench/sysid/score/prediction.hpp bench/sysid/score/one_step.hpp bench/sysid/score/multi_step_fit.hpp bench/sysid/score/noise_floor.hpp
+  bench/sysid/identify/identify.hpp bench/sysid/identify/identified_vehicle.hpp bench/sysid/identify/held_out.hpp bench/sysid/identify/derived.hpp
+  bench/sysid/identify/report/identify_text.hpp bench/sysid/identify/report/identify_report.hpp
+  bench/sysid/diagnose/diagnose.hpp bench/sysid/diagnose/manoeuvre/manoeuvre_search.hpp bench/sysid/diagnose/residuals/residual_findings.hpp
+  bench/sysid/diagnose/report/diagnosis_text.hpp bench/sysid/diagnose/report/diagnosis_report.hpp
+  bench/hil/flight/runner.hpp bench/hil/flight/flight.hpp)
 
 # Adds what `target` links to the lists REACHED (targets of this tree) and OUTSIDE (imported ones, "Eigen3::Eigen").
 function(rl_walk target)

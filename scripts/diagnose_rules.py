@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the numbers of bench/diagnose/decision_rules.hpp decide in the trials of a study: scripts/diagnose_rules.py FOLDER...
+"""What the numbers of bench/sysid/diagnose/decision_rules.hpp decide in the trials of a study: scripts/diagnose_rules.py FOLDER...
 
 FOLDER: as scripts/stats diagnose leaves it (--out). Every score on which a rule decides stands in a trial's result.json; --scores FILE writes
 those of all trials into one. Prints for each number, over a range of its values, in how many trials the effect that is there would be missed by
@@ -18,7 +18,7 @@ import tomllib
 import diagnose_score as score
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-RULES = ROOT / "bench/diagnose/decision_rules.hpp"
+RULES = ROOT / "bench/sysid/diagnose/decision_rules.hpp"
 
 
 def numbers():

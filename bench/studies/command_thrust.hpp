@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/stand/block_fit.hpp"
-#include "bench/diagnose/verdict.hpp"
-#include "bench/log/flight_record.hpp"
+#include "host/base/block_fit.hpp"
+#include "bench/sysid/diagnose/verdict.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::studies {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/diagnose/verdict.hpp"
+#include "bench/sysid/diagnose/verdict.hpp"
 #include "bench/studies/hover_reference.hpp"
 #include "bench/studies/hover_shares.hpp"
 #include "host/vehicle/model.hpp"

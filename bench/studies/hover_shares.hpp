@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/log/flight_record.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::studies {
 

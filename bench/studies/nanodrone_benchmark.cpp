@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "bench/score/multi_step_fit.hpp"
-#include "bench/score/prediction_terms.hpp"
-#include "bench/log/read_flight.hpp"
+#include "bench/sysid/score/multi_step_fit.hpp"
+#include "bench/sysid/score/prediction_terms.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/estimate/estimator.hpp"
-#include "bench/score/prediction.hpp"
+#include "bench/sysid/estimate/estimator.hpp"
+#include "bench/sysid/score/prediction.hpp"
 #include "host/vehicle/model.hpp"
 
 namespace rotorloop::studies {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/live/bus_bench.hpp"
+#include "bench/hil/live/bus_bench.hpp"
 #include "cli/bus/bus_commands.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/commands.hpp"

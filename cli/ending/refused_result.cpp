@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "bench/hil/unfinished_result.hpp"
+#include "bench/hil/flight/unfinished_result.hpp"
 #include "cli/ending/junit.hpp"
 #include "rotorloop_version.hpp"
 

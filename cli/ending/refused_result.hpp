@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/hil/run_clock.hpp"
+#include "bench/hil/flight/run_clock.hpp"
 #include "bench/render/outcome.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "host/base/error.hpp"

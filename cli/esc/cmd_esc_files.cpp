@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/esc/esc_commands.hpp"

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/esc_lab/lab.hpp"
-#include "bench/esc_lab/lab_page.hpp"
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/esc_lab/lab.hpp"
+#include "bench/hil/esc_lab/lab_page.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"

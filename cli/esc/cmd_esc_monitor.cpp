@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/live/live_assets.hpp"
-#include "bench/live/live_server.hpp"
+#include "bench/hil/live/live_assets.hpp"
+#include "bench/hil/live/live_server.hpp"
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
 #include "host/base/error.hpp"

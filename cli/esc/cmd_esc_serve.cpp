@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
 #include "host/base/error.hpp"

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "bench/live/esc_process.hpp"
+#include "bench/hil/live/esc_process.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/commands.hpp"
 #include "host/base/error.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "bench/identify/identify.hpp"
+#include "bench/sysid/identify/identify.hpp"
 
 namespace rotorloop::cli {
 

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "bench/hil/runner.hpp"
+#include "bench/hil/flight/runner.hpp"
 
 namespace rotorloop::cli {
 

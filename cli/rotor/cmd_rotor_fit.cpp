@@ -9,12 +9,12 @@
 #include <numbers>
 #include <optional>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/fit/blade_document.hpp"
 #include "bench/propeller/fit/blade_files.hpp"
 #include "bench/propeller/polar/polar_cache.hpp"
 #include "bench/propeller/polar/section_maker.hpp"
-#include "bench/stand/estimate/stand_estimate.hpp"
+#include "bench/stand/evaluate/estimate/stand_estimate.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"

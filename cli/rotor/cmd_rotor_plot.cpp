@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/report/rotor_plot.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"

@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/fit/blade_files.hpp"
 #include "bench/propeller/polar/polar_cache.hpp"
 #include "bench/propeller/polar/section_maker.hpp"

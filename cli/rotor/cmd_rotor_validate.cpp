@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "bench/hil/run_folder.hpp"
+#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/report/validation_output.hpp"
 #include "host/base/error.hpp"
 #include "cli/commands.hpp"

@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/run_clock.hpp"
-#include "bench/modbus/stand_setup.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/stand/instruments/stand_setup.hpp"
 #include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"

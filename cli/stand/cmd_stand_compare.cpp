@@ -7,10 +7,10 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/log/read_flight.hpp"
-#include "bench/stand/estimate/stand_estimate.hpp"
-#include "bench/stand/report/comparison_document.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/sysid/log/read_flight.hpp"
+#include "bench/stand/evaluate/estimate/stand_estimate.hpp"
+#include "bench/stand/evaluate/report/comparison_document.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"

@@ -4,11 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/modbus/stand_setup.hpp"
-#include "bench/stand/estimate/estimate_files.hpp"
-#include "bench/stand/report/estimate_document.hpp"
-#include "bench/stand_run/prediction.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/stand/instruments/stand_setup.hpp"
+#include "bench/stand/evaluate/estimate/estimate_files.hpp"
+#include "bench/stand/evaluate/report/estimate_document.hpp"
+#include "bench/stand/run/prediction.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/shipped_files.hpp"

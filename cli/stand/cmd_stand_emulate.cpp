@@ -7,10 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bench/modbus/poll_plan.hpp"
-#include "bench/modbus/port_clock.hpp"
-#include "bench/modbus/port_server.hpp"
-#include "bench/modbus/signals.hpp"
+#include "bench/stand/instruments/poll_plan.hpp"
+#include "bench/stand/instruments/port_clock.hpp"
+#include "bench/stand/instruments/port_server.hpp"
+#include "bench/stand/instruments/signals.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"

@@ -7,11 +7,11 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/stand/estimate/estimate_files.hpp"
-#include "bench/stand/report/estimate_document.hpp"
-#include "bench/stand/stand_comparison.hpp"
-#include "bench/stand/stand_diagnosis.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/stand/evaluate/estimate/estimate_files.hpp"
+#include "bench/stand/evaluate/report/estimate_document.hpp"
+#include "bench/stand/evaluate/stand_comparison.hpp"
+#include "bench/stand/evaluate/stand_diagnosis.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/constants.hpp"

@@ -8,12 +8,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/modbus/exchange.hpp"
-#include "bench/modbus/poll_plan.hpp"
-#include "bench/modbus/port_link.hpp"
-#include "bench/modbus/probe.hpp"
-#include "bench/modbus/units.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/stand/instruments/exchange.hpp"
+#include "bench/stand/instruments/poll_plan.hpp"
+#include "bench/stand/instruments/port_link.hpp"
+#include "bench/stand/instruments/probe.hpp"
+#include "bench/stand/instruments/units.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "host/base/error.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench/modbus/profile_text.hpp"
+#include "bench/stand/instruments/profile_text.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
 #include "host/base/error.hpp"

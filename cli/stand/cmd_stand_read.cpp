@@ -6,10 +6,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bench/modbus/poller.hpp"
-#include "bench/modbus/port_clock.hpp"
-#include "bench/modbus/port_link.hpp"
-#include "bench/modbus/profile_text.hpp"
+#include "bench/stand/instruments/poller.hpp"
+#include "bench/stand/instruments/port_clock.hpp"
+#include "bench/stand/instruments/port_link.hpp"
+#include "bench/stand/instruments/profile_text.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/stand/bus_commands.hpp"

@@ -10,9 +10,9 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/run_clock.hpp"
-#include "bench/stand_run/port_pump.hpp"
-#include "bench/stand_run/prediction.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/stand/run/port_pump.hpp"
+#include "bench/stand/run/prediction.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/shipped_files.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/modbus/profile.hpp"
+#include "bench/stand/instruments/profile.hpp"
 
 namespace rotorloop::cli {
 

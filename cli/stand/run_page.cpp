@@ -7,8 +7,8 @@
 #include <string>
 #include <thread>
 
-#include "bench/live/live_assets.hpp"
-#include "bench/stand_run/live_values.hpp"
+#include "bench/hil/live/live_assets.hpp"
+#include "bench/stand/run/live_values.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {

@@ -1,11 +1,11 @@
-// The live page of a run (bench/live): shows what the session says, takes its stop. The run goes on whether anybody looks or not.
+// The live page of a run (bench/hil/live): shows what the session says, takes its stop. The run goes on whether anybody looks or not.
 #pragma once
 #include <atomic>
 #include <chrono>
 #include <memory>
 
-#include "bench/live/live_server.hpp"
-#include "bench/stand_run/session.hpp"
+#include "bench/hil/live/live_server.hpp"
+#include "bench/stand/run/session.hpp"
 
 namespace rotorloop::cli {
 

@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench/hil/run_clock.hpp"
-#include "bench/hil/run_folder.hpp"
-#include "bench/log/column_table.hpp"
-#include "bench/log/log_reader.hpp"
-#include "bench/stand/compare/paired_steps.hpp"
-#include "bench/stand_run/esc_commissioning.hpp"
-#include "bench/stand_run/prediction.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/sysid/log/column_table.hpp"
+#include "bench/sysid/log/log_reader.hpp"
+#include "bench/stand/evaluate/compare/paired_steps.hpp"
+#include "bench/stand/run/esc_commissioning.hpp"
+#include "bench/stand/run/prediction.hpp"
 #include "cli/shipped_files.hpp"
 #include "cli/stand/run_page.hpp"
 #include "host/base/constants.hpp"

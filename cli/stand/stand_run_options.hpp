@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "bench/modbus/stand_setup.hpp"
-#include "bench/stand_run/preparation.hpp"
-#include "bench/stand_run/sequence.hpp"
-#include "bench/virtual_stand/virtual_stand.hpp"
+#include "bench/stand/instruments/stand_setup.hpp"
+#include "bench/stand/run/preparation.hpp"
+#include "bench/stand/run/sequence.hpp"
+#include "bench/stand/virtual/virtual_stand.hpp"
 
 namespace CLI {
 class App;

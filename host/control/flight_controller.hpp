@@ -1,5 +1,5 @@
 // The seam between the flight computer and what flies: one call each control step, sensors and estimate in, rotor speeds out.
-// CascadeController is the project's own; bench/hil/controller puts any other program behind the same call.
+// CascadeController is the project's own; bench/hil/controllers puts any other program behind the same call.
 #pragma once
 #include <array>
 #include <cstdint>

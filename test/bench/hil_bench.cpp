@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "bench/hil/flight.hpp"
+#include "bench/hil/flight/flight.hpp"
 #include "host/base/error.hpp"
 
 namespace {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/estimate/ceres_solver.hpp"
+#include "bench/sysid/estimate/ceres_solver.hpp"
 #include "host/base/error.hpp"
 #include "test/support/model_true_flight.hpp"
 #include "test/support/model_true_vehicle.hpp"

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "bench/log/log_reader.hpp"
-#include "bench/log/log_writer.hpp"
+#include "bench/sysid/log/log_reader.hpp"
+#include "bench/sysid/log/log_writer.hpp"
 #include "host/base/random.hpp"
 
 namespace rotorloop::test {

@@ -40,7 +40,7 @@ def findings(files, compile_commands=()):
 EFFECT = '[[effect]]\nid = "wet_air"\nkind = "none"\nplant = true\n'
 FUNCTION_61 = "void f(int i) {\n" + "  i;\n" * 59 + "}\n"
 TEN_ROOMS = {f"{room}/x.hpp": "//\n" * 600 for room in ("sim/drive", "sim/rotor", "sim/sensor", "sim/esc", "sim/plant", "host/node", "host/control",
-                                                        "host/estimate", "bench/log", "bench/hil")}
+                                                        "host/estimate", "bench/sysid/log", "bench/hil/flight")}
 
 
 def house():
@@ -67,8 +67,8 @@ CASES = [
     # (a) arrows
     ("plant includes the vehicle model", {"sim/world/x.cpp": '\n#include "host/vehicle/model.hpp"\n'}, "include-arrow", "sim/world/x.cpp:2"),
     ("host includes sim", {"host/bus/x.cpp": '#include "sim/world/bus.hpp"\n'}, "include-arrow", "host/bus/x.cpp:1"),
-    ("host includes bench", {"host/vehicle/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, "include-arrow", "host/vehicle/x.cpp:1"),
-    ("the command may include bench", {"cli/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, None, None),
+    ("host includes bench", {"host/vehicle/x.cpp": '#include "bench/hil/flight/r.hpp"\n', "bench/hil/flight/r.hpp": ""}, "include-arrow", "host/vehicle/x.cpp:1"),
+    ("the command may include bench", {"cli/x.cpp": '#include "bench/hil/flight/r.hpp"\n', "bench/hil/flight/r.hpp": ""}, None, None),
     ("protocols includes firmware", {"protocols/x.hpp": '#include "firmware/core/interface.hpp"\n'}, "include-arrow", "protocols/x.hpp:1"),
     ("firmware includes host", {"firmware/core/x.cpp": '#include "host/base/error.hpp"\n'}, "include-arrow", "firmware/core/x.cpp:1"),
     ("firmware core includes a board", {"firmware/core/x.hpp": '#include "firmware/board/g431/pwm.hpp"\n', "firmware/board/g431/pwm.hpp": ""},
@@ -78,8 +78,8 @@ CASES = [
     ("control includes vehicle", {"host/control/x.cpp": '#include "host/vehicle/model.hpp"\n'}, None, None),
     ("control sees samples of estimate only", {"host/control/x.cpp": '#include "host/estimate/estimator.hpp"\n', "host/estimate/estimator.hpp": ""},
      "include-arrow", "host/control/x.cpp:1"),
-    ("render includes hil", {"bench/render/x.cpp": '#include "bench/hil/r.hpp"\n', "bench/hil/r.hpp": ""}, "include-arrow", "bench/render/x.cpp:1"),
-    ("hil includes render", {"bench/hil/x.cpp": '#include "bench/render/r.hpp"\n', "bench/render/r.hpp": ""}, None, None),
+    ("render includes hil", {"bench/render/x.cpp": '#include "bench/hil/flight/r.hpp"\n', "bench/hil/flight/r.hpp": ""}, "include-arrow", "bench/render/x.cpp:1"),
+    ("hil includes render", {"bench/hil/flight/x.cpp": '#include "bench/render/r.hpp"\n', "bench/render/r.hpp": ""}, None, None),
     ("product includes a test", {"sim/world/x.cpp": '#include "test/unit/fake.hpp"\n', "test/unit/fake.hpp": ""}, "include-arrow", "sim/world/x.cpp:1"),
     ("a room without a row", {"gadgets/x.cpp": "int x;\n"}, "include-arrow", "gadgets/x.cpp:1"),
     ("a commented include is none", {"sim/world/x.cpp": '// #include "host/vehicle/model.hpp"\n/*\n#include "host/vehicle/model.hpp"\n*/\n'}, None, None),
@@ -107,12 +107,12 @@ CASES = [
     ("time(nullptr) in host/vehicle", {"host/vehicle/x.cpp": "long t = time(nullptr);\n"}, "wall-clock", "host/vehicle/x.cpp:1"),
     ("std::time in host/estimate", {"host/estimate/x.cpp": "long t = std::time(nullptr);\n"}, "wall-clock", "host/estimate/x.cpp:1"),
     ("waiting in sim", {"sim/world/x.cpp": "std::this_thread::sleep_for(d);\n"}, "wall-clock", "sim/world/x.cpp:1"),
-    ("system clock in bench outside the listed file", {"bench/hil/x.cpp": "auto t = std::chrono::system_clock::now();\n"}, "wall-clock", "bench/hil/x.cpp:1"),
-    ("clock in the listed file", {"bench/hil/cost_meter.hpp": "auto t = std::chrono::steady_clock::now();\n"}, None, None),
+    ("system clock in bench outside the listed file", {"bench/hil/flight/x.cpp": "auto t = std::chrono::system_clock::now();\n"}, "wall-clock", "bench/hil/flight/x.cpp:1"),
+    ("clock in the listed file", {"bench/hil/flight/cost_meter.hpp": "auto t = std::chrono::steady_clock::now();\n"}, None, None),
     ("a backend of host/bus may read the clock", {"host/bus/x.cpp": "auto t = std::chrono::steady_clock::now();\n"}, None, None),
     ("a member called time", {"sim/world/x.cpp": "double t = frame.time(0);\n"}, None, None),
     ("mt19937 in sim", {"sim/world/x.cpp": "std::mt19937_64 g;\n"}, "std-random", "sim/world/x.cpp:1"),
-    ("a distribution in bench", {"bench/hil/x.cpp": "std::normal_distribution<double> d;\n"}, "std-random", "bench/hil/x.cpp:1"),
+    ("a distribution in bench", {"bench/hil/flight/x.cpp": "std::normal_distribution<double> d;\n"}, "std-random", "bench/hil/flight/x.cpp:1"),
     ("random_device in host/control", {"host/control/x.cpp": "std::random_device r;\n"}, "std-random", "host/control/x.cpp:1"),
     ("rand in sim", {"sim/world/x.cpp": "int i = rand();\n"}, "std-random", "sim/world/x.cpp:1"),
     # (d) libm
@@ -121,7 +121,7 @@ CASES = [
     ("atan2f in firmware", {"firmware/core/x.cpp": "float y = atan2f(a, b);\n"}, "libm", "firmware/core/x.cpp:1"),
     ("pow in host/estimate", {"host/estimate/x.cpp": "double y = std::pow(x, 2.0);\n"}, "libm", "host/estimate/x.cpp:1"),
     ("hypot in host/vehicle", {"host/vehicle/x.cpp": "double y = std::hypot(x, 2.0);\n"}, "libm", "host/vehicle/x.cpp:1"),
-    ("libm in bench is fine", {"bench/hil/x.cpp": "double y = std::sin(x);\n"}, None, None),
+    ("libm in bench is fine", {"bench/hil/flight/x.cpp": "double y = std::sin(x);\n"}, None, None),
     ("own functions, members, exact functions", {"sim/rotor/x.cpp": "double y = sin_exact(x) + std::sqrt(x) + std::fabs(x) + m.log(x) + p->exp(x);\n"}, None, None),
     ("Eigen's AngleAxis in sim", {"sim/world/x.cpp": "Eigen::AngleAxisd a(x, v);\n"}, "libm", "sim/world/x.cpp:1"),
     # (e) floating point as written
@@ -207,15 +207,15 @@ CASES = [
     ("a word that holds another", {"docs/a.md": "# A\n\nFortells, knotted, contested, betrayed_by, entwined, told, a forecast.\n"}, None, None),
     # Effects
     ("an effect with its row", {"effects/catalogue.toml": EFFECT, "sim/effects/a.cpp": 'const EffectInfo k{.id = "wet_air"};\n',
-                                "bench/hil/x.cpp": 'auto e = effect("wet_air");\n'}, None, None),
+                                "bench/hil/flight/x.cpp": 'auto e = effect("wet_air");\n'}, None, None),
     ("a plant without the switch of its row", {"effects/catalogue.toml": EFFECT}, "effect-code", "effects/catalogue.toml:2"),
     ("a switch without row", {"sim/effects/a.cpp": 'const EffectInfo k{\n    .id = "wet_air"};\n'}, "effect-row", "sim/effects/a.cpp:2"),
     ("a term without row", {"host/effects/a.hpp": 'constexpr std::string_view kId = "wet_air";\n'}, "effect-row", "host/effects/a.hpp:1"),
     ("a term that its row promises", {"effects/catalogue.toml": EFFECT.replace("true", "false").replace("none", "term")}, "effect-code",
      "effects/catalogue.toml:2"),
-    ("a misspelt effect", {"bench/hil/x.cpp": 'auto e = effect("wet_iar");\n'}, "effect-id", "bench/hil/x.cpp:1"),
-    ("an effect named past the catalogue", {"effects/catalogue.toml": EFFECT.replace("true", "false"), "bench/hil/x.cpp": 'f("wet_air");\n'},
-     "effect-id", "bench/hil/x.cpp:1"),
+    ("a misspelt effect", {"bench/hil/flight/x.cpp": 'auto e = effect("wet_iar");\n'}, "effect-id", "bench/hil/flight/x.cpp:1"),
+    ("an effect named past the catalogue", {"effects/catalogue.toml": EFFECT.replace("true", "false"), "bench/hil/flight/x.cpp": 'f("wet_air");\n'},
+     "effect-id", "bench/hil/flight/x.cpp:1"),
     # Text is not code
     ("tokens in strings and comments", {"firmware/core/x.cpp": 'const char* s = "throw new double";  /* virtual\n throw */\n'}, None, None),
     ("tokens in a raw string", {"firmware/core/x.cpp": 'auto s = R"x(throw " new)x";\n'}, None, None),

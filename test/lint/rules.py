@@ -42,22 +42,22 @@ ARROWS = {
     "sim/plant": ["host/base", "sim"],
     # bench: first what reads and explains data, then what flies, then studies that use both
     "bench/render": [],
-    "bench/modbus": ["host/base"],
-    "bench/log": ["host/base", "host/vehicle"],
-    "bench/estimate": DATA_SIDE + ["bench/log"],
-    "bench/score": DATA_SIDE + ["bench/log", "bench/estimate"],
-    "bench/identify": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/render"],
-    "bench/diagnose": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/identify", "bench/render"],
-    "bench/stand": DATA_SIDE + ["bench/log", "bench/diagnose/verdict.hpp", "bench/render"],
-    "bench/studies": DATA_SIDE + ["bench/log", "bench/estimate", "bench/score", "bench/stand", "bench/diagnose/verdict.hpp"],
-    "bench/hil": WITH_WORLD + ["bench/log", "bench/render"],
-    "bench/calibrate": WITH_WORLD + ["bench/log", "bench/render"],
+    "bench/stand/instruments": ["host/base"],
+    "bench/sysid/log": ["host/base", "host/vehicle"],
+    "bench/sysid/estimate": DATA_SIDE + ["bench/sysid/log"],
+    "bench/sysid/score": DATA_SIDE + ["bench/sysid/log", "bench/sysid/estimate"],
+    "bench/sysid/identify": DATA_SIDE + ["bench/sysid/log", "bench/sysid/estimate", "bench/sysid/score", "bench/render"],
+    "bench/sysid/diagnose": DATA_SIDE + ["bench/sysid/log", "bench/sysid/estimate", "bench/sysid/score", "bench/sysid/identify", "bench/render"],
+    "bench/stand/evaluate": DATA_SIDE + ["bench/sysid/log", "bench/sysid/diagnose/verdict.hpp", "bench/render"],
+    "bench/studies": DATA_SIDE + ["bench/sysid/log", "bench/sysid/estimate", "bench/sysid/score", "bench/stand/evaluate", "bench/sysid/diagnose/verdict.hpp"],
+    "bench/hil/flight": WITH_WORLD + ["bench/sysid/log", "bench/render"],
+    "bench/hil/calibrate": WITH_WORLD + ["bench/sysid/log", "bench/render"],
     "bench/propeller": WITH_WORLD + ["bench/render"],
-    "bench/live": ["host/base", "host/bus", "host/node", "host/tools", "sim", "firmware", "protocols"],
-    "bench/stand_run": ["host/base", "host/bus", "host/tools", "protocols", "bench/modbus"],
-    "bench/virtual_stand": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/modbus", "bench/stand_run"],
-    "bench/esc_lab": WITH_WORLD + ["bench/render", "bench/hil"],
-    "bench/close": WITH_WORLD + ["bench/log", "bench/render", "bench/hil"],
+    "bench/hil/live": ["host/base", "host/bus", "host/node", "host/tools", "sim", "firmware", "protocols"],
+    "bench/stand/run": ["host/base", "host/bus", "host/tools", "protocols", "bench/stand/instruments"],
+    "bench/stand/virtual": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/stand/instruments", "bench/stand/run"],
+    "bench/hil/esc_lab": WITH_WORLD + ["bench/render", "bench/hil/flight"],
+    "bench/hil/closed_loop": WITH_WORLD + ["bench/sysid/log", "bench/render", "bench/hil/flight"],
     "cli": ["bench", "sim", "host", "firmware", "protocols"],
     "docs/examples/own_controller": ["host/control/controller_abi.h"],  # what a user writes: the C header alone
     "test": ["test", "cli", "bench", "sim", "host", "firmware", "protocols"],
@@ -70,8 +70,8 @@ NEVER_REACHES = [
      "the plant shares no equation with the model under test"),
     ("host", [], ["sim", "bench", "cli"], "the controller must build and run without the simulated world"),
     *((room, [], ["sim", "firmware", "host/control", "host/node", "cli"], "what explains data must never see the plant")
-      for room in ("bench/log", "bench/estimate", "bench/score", "bench/identify", "bench/diagnose", "bench/stand", "bench/studies")),
-    ("bench/render", [], ["bench/log", "bench/hil", "bench/identify", "bench/diagnose", "sim"], "pages and plots know plain values, and no command"),
+      for room in ("bench/sysid/log", "bench/sysid/estimate", "bench/sysid/score", "bench/sysid/identify", "bench/sysid/diagnose", "bench/stand/evaluate", "bench/studies")),
+    ("bench/render", [], ["bench/sysid/log", "bench/hil/flight", "bench/sysid/identify", "bench/sysid/diagnose", "sim"], "pages and plots know plain values, and no command"),
     ("firmware", [], ["host", "sim", "bench"], "firmware has no host"),
     ("protocols", [], ["firmware", "host", "sim", "bench"], "the wire depends on nothing"),
 ]
@@ -117,11 +117,11 @@ TOKEN_RULES = [
     TokenRule("wall-clock", LOCKSTEP_ROOMS, _CLOCK, "`{0}` reads a wall clock or waits", "take the time as an argument (sim/world/virtual_time.hpp)"),
     TokenRule("wall-clock", ["bench", "cli"], _CLOCK, "`{0}` reads a wall clock or waits",
               "lockstep runs know virtual time only; a real-time pacer or progress line goes into its own file, listed here",
-              {"bench/hil/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed",
-               "bench/hil/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
-               "bench/modbus/port_clock.hpp": "the time of bytes on a real port; nothing in virtual time includes it",
+              {"bench/hil/flight/cost_meter.hpp": "cost of each module for the report; never an input of the loop, never hashed",
+               "bench/hil/flight/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
+               "bench/stand/instruments/port_clock.hpp": "the time of bytes on a real port; nothing in virtual time includes it",
                "cli/progress/progress_line.hpp": "how long to wait, on stderr",
-               "bench/estimate/stop_fit.hpp": "how long a refit may take before it is given up, and said to be",
+               "bench/sysid/estimate/stop_fit.hpp": "how long a refit may take before it is given up, and said to be",
                "cli/stand/run_page.hpp": "twenty values a second to a page, and virtual time held to the clock",
                "cli/stand/run_page.cpp": "twenty values a second to a page, and virtual time held to the clock",
                "cli/progress/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),
@@ -162,7 +162,7 @@ MAX_FUNCTION_LINES = 60        # from its first line to its closing brace, with 
 HARD_MAX_FUNCTION_LINES = 80  # of an exception
 MAX_LONG_FUNCTIONS = 5         # exceptions
 LONG_FUNCTIONS = {             # "path: function" -> why it is one piece
-    "bench/estimate/grid_flight.cpp: make_grid": "one stream after the other onto the grid, each in a line or two",
+    "bench/sysid/estimate/grid_flight.cpp: make_grid": "one stream after the other onto the grid, each in a line or two",
     "cli/cmd_identify.cpp: add_identify": "one row for each option",
 }
 MAX_FOLDER_FILES = 40  # source files in one folder, those of its subfolders not counted
@@ -181,9 +181,9 @@ HOUSE_PAGE = "docs/architecture.md"
 CATALOGUE = "effects/catalogue.toml"
 EFFECT_ROOMS = ("bench/", "cli/", "host/control/", "host/vehicle/")  # they take an effect's row, and do not spell its id
 EFFECT_ID_EXEMPT = {
-    "bench/hil/effect_probe.cpp": "a table of probes by the plant's switches; each is looked up before it flies",
-    "bench/identify/report/identify_result.cpp": "thrust_scale is a key of result.json: the scale of the start values",
-    "bench/estimate/model/parameters.cpp": "pose_delay is the name of a parameter of the fit",
+    "bench/hil/flight/effect_probe.cpp": "a table of probes by the plant's switches; each is looked up before it flies",
+    "bench/sysid/identify/report/identify_result.cpp": "thrust_scale is a key of result.json: the scale of the start values",
+    "bench/sysid/estimate/model/parameters.cpp": "pose_delay is the name of a parameter of the fit",
     "host/control/effect_feed_forward.cpp": "runs on the target, where no catalogue is",
 }
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/esc_lab/commission_trial.hpp"
+#include "bench/hil/esc_lab/commission_trial.hpp"
 
 using namespace rotorloop;
 using namespace rotorloop::esc_lab;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/esc_lab/trial.hpp"
+#include "bench/hil/esc_lab/trial.hpp"
 
 namespace rotorloop::stats {
 

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <set>
 
-#include "bench/esc_lab/trial.hpp"
+#include "bench/hil/esc_lab/trial.hpp"
 #include "host/base/parallel.hpp"
 #include "test/stats/esc_csv.hpp"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/estimate/estimator.hpp"
-#include "bench/estimate/model/rotations.hpp"
+#include "bench/sysid/estimate/estimator.hpp"
+#include "bench/sysid/estimate/model/rotations.hpp"
 #include "host/base/random.hpp"
 #include "test/support/model_true_vehicle.hpp"
 

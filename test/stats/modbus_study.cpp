@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdlib>
 
-#include "bench/modbus/poller.hpp"
+#include "bench/stand/instruments/poller.hpp"
 
 namespace rotorloop::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "bench/modbus/serial_hub.hpp"
+#include "bench/stand/instruments/serial_hub.hpp"
 
 namespace rotorloop::test {
 

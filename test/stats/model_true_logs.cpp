@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bench/log/own_log.hpp"
+#include "bench/sysid/log/own_log.hpp"
 #include "test/support/model_true_flight.hpp"
 
 int main(int argc, char** argv) {

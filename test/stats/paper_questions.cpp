@@ -11,9 +11,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "bench/diagnose/screening.hpp"
-#include "bench/log/check/checks.hpp"
-#include "bench/log/read_flight.hpp"
+#include "bench/sysid/diagnose/screening.hpp"
+#include "bench/sysid/log/check/checks.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/vehicle_file.hpp"

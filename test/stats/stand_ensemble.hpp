@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/stand/estimate/stand_estimate.hpp"
+#include "bench/stand/evaluate/estimate/stand_estimate.hpp"
 #include "sim/rotor/blade.hpp"
 #include "test/support/simulated_stand.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "bench/hil/run_folder.hpp"
-#include "bench/stand_run/esc_commissioning.hpp"
-#include "bench/virtual_stand/virtual_stand.hpp"
+#include "bench/hil/flight/run_folder.hpp"
+#include "bench/stand/run/esc_commissioning.hpp"
+#include "bench/stand/virtual/virtual_stand.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"

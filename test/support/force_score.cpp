@@ -3,9 +3,9 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/estimate/model/model.hpp"
-#include "bench/estimate/model/rotor_input.hpp"
-#include "bench/log/stream_reader.hpp"
+#include "bench/sysid/estimate/model/model.hpp"
+#include "bench/sysid/estimate/model/rotor_input.hpp"
+#include "bench/sysid/log/stream_reader.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::score {

@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "bench/log/flight_record.hpp"
-#include "bench/estimate/model/parameters.hpp"
+#include "bench/sysid/log/flight_record.hpp"
+#include "bench/sysid/estimate/model/parameters.hpp"
 
 namespace rotorloop::score {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "bench/log/flight_record.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 #include "test/support/model_true_pilot.hpp"
 
 namespace rotorloop::model_true {

@@ -1,7 +1,7 @@
 // The ladder that the seed paper reports, flown with one seed of the shipped scenario: every step of model knowledge pays.
 #include <gtest/gtest.h>
 
-#include "bench/hil/flight.hpp"
+#include "bench/hil/flight/flight.hpp"
 
 namespace rotorloop::test {
 namespace {

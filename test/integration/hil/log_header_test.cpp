@@ -3,8 +3,8 @@
 
 #include <atomic>
 
-#include "bench/hil/flight.hpp"
-#include "bench/log/log_reader.hpp"
+#include "bench/hil/flight/flight.hpp"
+#include "bench/sysid/log/log_reader.hpp"
 #include "test/integration/hil/short_flight.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 

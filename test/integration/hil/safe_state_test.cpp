@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "bench/hil/flight.hpp"
+#include "bench/hil/flight/flight.hpp"
 #include "test/integration/hil/cli_run.hpp"
 #include "test/integration/hil/short_flight.hpp"
 

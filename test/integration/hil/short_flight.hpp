@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "bench/hil/loop.hpp"
+#include "bench/hil/flight/loop.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_generator.hpp"
 #include "host/vehicle/vehicle_file.hpp"

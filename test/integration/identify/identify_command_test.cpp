@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "bench/log/own_log.hpp"
+#include "bench/sysid/log/own_log.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 #include "test/integration/hil/cli_run.hpp"
 #include "test/support/model_true_flight.hpp"

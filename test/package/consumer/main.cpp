@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bench/diagnose/diagnose.hpp"
-#include "bench/hil/flight.hpp"
-#include "bench/identify/identify.hpp"
-#include "bench/log/check/checks.hpp"
-#include "bench/log/read_flight.hpp"
+#include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/hil/flight/flight.hpp"
+#include "bench/sysid/identify/identify.hpp"
+#include "bench/sysid/log/check/checks.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/effects/term_math.hpp"
 #include "host/vehicle/effect_catalogue.hpp"

@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <set>
 
-#include "bench/hil/run_outcome.hpp"
+#include "bench/hil/flight/run_outcome.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/junit.hpp"
 #include "cli/ending/outputs.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/limiter_names.hpp"
+#include "bench/hil/flight/limiter_names.hpp"
 #include "firmware/core/node/node_report.hpp"
 #include "firmware/core/node/parameter_server.hpp"
 #include "firmware/core/node/parameters.hpp"

@@ -12,7 +12,7 @@
 #include "bench/studies/command_thrust.hpp"
 #include "bench/studies/hover_diagnosis.hpp"
 #include "host/base/error.hpp"
-#include "test/unit/bench/identify/measured_flights.hpp"
+#include "test/unit/bench/sysid/identify/measured_flights.hpp"
 
 namespace rotorloop::studies {
 namespace {

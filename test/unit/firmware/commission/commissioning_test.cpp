@@ -1,7 +1,7 @@
 // The commissioning against a true drive: what it finds, and that nothing but a fresh order drives the motor.
 #include <gtest/gtest.h>
 
-#include "bench/esc_lab/commissioning_rig.hpp"
+#include "bench/hil/esc_lab/commissioning_rig.hpp"
 
 namespace {
 

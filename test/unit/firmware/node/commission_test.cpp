@@ -1,5 +1,5 @@
 // A commissioning over the bus: who may begin it, what ends it, what becomes of its result. The measuring has tests of its own
-// (test/unit/firmware/commission), and so has the whole ESC (test/unit/bench/live).
+// (test/unit/firmware/commission), and so has the whole ESC (test/unit/bench/hil/live).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <string>
 
-#include "bench/esc_lab/rpm_loop.hpp"
-#include "bench/hil/limiter_names.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
+#include "bench/hil/flight/limiter_names.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
-// Schedules of faults (bench/esc_lab/fault_schedule.hpp) over five drawn boards and motors. ROTORLOOP_FAULT_SCHEDULES sets their number.
-#include "bench/esc_lab/fault_schedule.hpp"
+// Schedules of faults (bench/hil/esc_lab/fault_schedule.hpp) over five drawn boards and motors. ROTORLOOP_FAULT_SCHEDULES sets their number.
+#include "bench/hil/esc_lab/fault_schedule.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-#include "bench/esc_lab/esc_run.hpp"
+#include "bench/hil/esc_lab/esc_run.hpp"
 
 namespace rotorloop::sim {
 namespace {

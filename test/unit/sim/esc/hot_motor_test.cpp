@@ -2,7 +2,7 @@
 // trusts the data sheet; what keeps the observer is the resistance measured at every start and followed in flight.
 #include <gtest/gtest.h>
 
-#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/esc_lab/closed_loop.hpp"
+#include "bench/hil/esc_lab/closed_loop.hpp"
 #include "sim/esc/native_esc.hpp"
 
 namespace rotorloop::sim {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/esc_lab/motor_classes.hpp"
-#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/esc_lab/motor_classes.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
 
 namespace {
 

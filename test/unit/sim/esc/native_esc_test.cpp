@@ -5,7 +5,7 @@
 #include <deque>
 #include <vector>
 
-#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
 

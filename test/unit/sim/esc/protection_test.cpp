@@ -1,7 +1,7 @@
 // Each protection of the motor control twice: what it does, and the damage when it is switched off.
 #include <gtest/gtest.h>
 
-#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
 #include "sim/drive/battery.hpp"
 
 namespace {

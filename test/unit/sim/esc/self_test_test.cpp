@@ -11,8 +11,8 @@
 #include <map>
 #include <string>
 
-#include "bench/esc_lab/esc_run.hpp"
-#include "bench/esc_lab/self_test_trial.hpp"
+#include "bench/hil/esc_lab/esc_run.hpp"
+#include "bench/hil/esc_lab/self_test_trial.hpp"
 
 using namespace rotorloop;
 using namespace rotorloop::esc_lab;

@@ -2,7 +2,7 @@
 // sampling rates than the 24 kHz that the core grew up with.
 #include <gtest/gtest.h>
 
-#include "bench/esc_lab/rpm_loop.hpp"
+#include "bench/hil/esc_lab/rpm_loop.hpp"
 
 namespace {
 

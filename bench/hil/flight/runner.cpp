@@ -1,0 +1,99 @@
+#include "bench/hil/flight/runner.hpp"
+
+#include <algorithm>
+
+#include "bench/hil/flight/flight.hpp"
+#include "bench/hil/flight/run_clock.hpp"
+#include "bench/hil/flight/run_outcome.hpp"
+#include "bench/hil/flight/run_report.hpp"
+#include "host/base/error.hpp"
+#include "host/base/parallel.hpp"
+#include "rotorloop_version.hpp"
+
+namespace rotorloop::hil {
+namespace {
+
+std::vector<FlightRequest> plan(const Scenario& scenario) {
+  std::vector<FlightRequest> flights;
+  for (std::size_t f = 0; f < scenario.flights.size(); ++f)
+    for (const Variant& v : scenario.variants)
+      for (const std::uint64_t seed : scenario.seeds) flights.push_back({.flight = f, .variant = v, .seed = seed, .folder = {}});
+  return flights;
+}
+
+std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs, const std::vector<FlightResult>& flights) {
+  std::vector<Warning> out;
+  for (const std::string& id : inputs.effects.not_flown)
+    out.push_back({scenario.vehicle.generic_string(), "effect " + id + " is no load that a controller could counter: not used"});
+  for (const std::string& text : ablation_texts(scenario.ablation)) out.push_back({"ablation", text});
+  for (const FlightResult& f : flights) {
+    const std::string where = f.flight + "/" + variant_name(f.variant) + "/" + std::to_string(f.seed);
+    if (f.end != FlightEnd::completed) out.push_back({where, std::string(flight_end_name(f.end)) + ": " + f.end_detail});
+    for (const char* name : {"rotor.not_converged", "control.bad_input", "control.effects_not_finite", "control.effects_bounded", "sensor.frames_refused", "estimator.resets"}) {
+      const auto found = f.counters.find(name);
+      if (found != f.counters.end() && found->second > 0) out.push_back({where, std::string(name) + " = " + std::to_string(static_cast<long long>(found->second))});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress) {
+  const RunClock clock;
+  const Inputs inputs = read_inputs(scenario);
+  HilResult out;
+  RunResult& r = out.result;
+  r.started_utc = clock.started_utc();
+  RunFolder folder = RunFolder::create(options.runs_dir, options.name.empty() ? folder_name(scenario.name) : options.name, options.force);
+  out.folder = folder.path();
+  r.version = kVersion;
+  r.git = kGit;
+  r.scenario = scenario.name;
+  r.seeds = scenario.seeds;
+  // The copied scenario has to find every file it names, flown this time or not.
+  std::vector<std::filesystem::path> files = inputs.files;
+  files.insert(files.end(), scenario.files.begin(), scenario.files.end());
+  r.inputs = folder.copy_inputs(files);
+  folder.write_run_toml(r, options.command_line, scenario);  // first: a run that is killed is still known as one
+
+  std::vector<FlightRequest> requests = plan(scenario);
+  std::vector<FlightOutcome> outcomes(requests.size());
+  double total_s = 0.0;
+  for (const FlightRequest& q : requests) total_s += flight_duration_s(scenario, inputs, q);
+  progress.begin(requests.size(), total_s);
+  const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
+    FlightRequest& q = requests[i];
+    if (options.logs) q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
+    outcomes[i] = fly(scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
+    progress.finished(outcomes[i].result);
+  };
+  parallel_for(requests.size(), options.jobs, fly_one, options.stop);
+  progress.end();
+
+  for (const FlightOutcome& o : outcomes)
+    if (!o.result.flight.empty()) out.flights.push_back(o.result);
+  out.assessment = assess(scenario, out.flights, requests.size());
+  r.verdict = out.assessment.verdict;
+  r.limits = out.assessment.limits;
+  r.figures = figures_of(scenario, out.assessment, out.flights);
+  r.flights = out.flights;
+  r.published = scenario.published;
+  r.log_hashes = folder.log_hashes();
+  r.log_sha256 = hash_of_logs(r.log_hashes);
+  r.warnings = warnings_of(scenario, inputs, out.flights);
+  r.errors = errors_of(r, requests.size());
+  r.next = outcome_of(r, folder.path()).next;
+  if (!options.logs) r.warnings.push_back({"logs", "none was kept (--no-logs): figures can be compared, bytes and plots over time cannot"});
+  for (const Warning& w : r.warnings) progress.warn(w.where, w.what);
+  r.wall_s = clock.elapsed_s();
+  folder.write_result(r);
+  try {
+    write_hil_report(folder.path());
+  } catch (const Error& e) {  // the run and its result stand without the page
+    progress.warn("report.html", e.what());
+  }
+  return out;
+}
+
+}  // namespace rotorloop::hil

@@ -1,0 +1,67 @@
+// Model selection: candidates that could be what is missing, each refitted, and ranked. One step of the screening ranks them by what the
+// residuals of a model that lacks the effect say, noise figures swollen by the misfit; the refit shows what each makes of the likelihood
+// once noise and parameters have settled with it.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/sysid/diagnose/examine.hpp"
+#include "bench/sysid/diagnose/gust.hpp"
+#include "bench/sysid/diagnose/refit.hpp"
+
+namespace rotorloop::diagnose {
+
+struct RefitCandidate {
+  const Tested* tested = nullptr;
+  Refit refit = {};                      // with the effect
+  std::vector<NamedValue> values = {};   // of its parameters there
+  double delta_log_likelihood = 0.0;     // by the refit
+  double score = 0.0;                    // delta_log_likelihood less what its parameters cost
+  double optimism = 0.0;                 // of the refit, beyond the model without the effect
+  double relative_size = 0.0;            // over what matters
+  Heterogeneity heterogeneity = {};      // of its size over the flights
+  Reason failure = {};                   // why it cannot be the missing effect; none: it could
+  std::vector<const Tested*> same = {};  // others whose columns are those of this one
+  estimate::StopFit::Clock::duration time{};  // that its refit has taken
+};
+
+// Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
+std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
+
+// Ranked candidates after their refits, the passing ones first. Of laws that the flights like as well, that of the fewest numbers comes first. A law
+// that holds a simpler one within it (each direction of the one a direction of the other) fails where it is the more likely, but predicts
+// stretches that did not estimate it less well than the simpler one: what its further numbers fit is the error of the model that both start from.
+void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& screening, const Criteria& criteria);
+
+// The number of a refit without which a law of several is another one: a tether without stiffness is a constant force. It is the one that the
+// catalogue names, where no other has its unit (numbers of one unit are directions of one thing). nullptr: there is none.
+const NamedValue* defining_number(const Candidate& candidate, const std::vector<NamedValue>& values);
+
+// Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
+// explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
+// parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and
+// no effect.
+bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria = {});
+
+// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes longer than
+// `refit_limit_s` of wall time fails as out_of_time.
+// `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
+// first.
+std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
+                                         const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
+                                         const estimate::FitOptions& options, double refit_limit_s,
+                                         const std::function<void(const std::string& id, double done)>& progress = {});
+
+// In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
+// gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
+void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria);
+
+// Which of the others are indistinguishable in these flights from the best, which is the first of `ranked`.
+std::vector<ClassMember> indistinguishable_from_best(const Screening& screening, const std::vector<Tested>& all,
+                                                     const std::vector<RefitCandidate>& ranked, const Criteria& criteria);
+
+// The candidate's values in a fit that has it.
+std::vector<NamedValue> values_in(const identify::Identification& fit, const Candidate& candidate);
+
+}  // namespace rotorloop::diagnose

@@ -1,0 +1,95 @@
+// Frames lost between the tool and the whole ESC: an update through the tool's file server and a session with its parameters, in virtual
+// time, each frame lost independently at each receiver, over seeds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "host/tools/firmware_update.hpp"
+#include "host/tools/parameters.hpp"
+#include "test/unit/bench/hil/live/esc_bench.hpp"
+#include "test/unit/firmware/update/update_rig.hpp"
+
+namespace rotorloop::live {
+namespace {
+
+struct Losses {
+  double probability;
+  double update_limit_s;
+};
+constexpr Losses kOnePercent{0.01, 45.0}, kFivePercent{0.05, 360.0};
+
+std::vector<sim::BusFault> lost(const Losses& losses) {
+  return {{.kind = sim::BusFaultKind::lose_received, .probability = losses.probability}};
+}
+
+double seconds(EscBench& b, std::int64_t since_ns) { return static_cast<double>(b.tool().now_ns() - since_ns) * 1e-9; }
+
+double update_takes_s(const Losses& losses, std::uint64_t seed) {
+  EscBench b(Backend::virtual_bus, {.seed = seed, .faults = lost(losses)});
+  b.power_on();
+  b.discover(10'000.0);
+  const auto image = firmware::make_image({.seed = static_cast<std::uint8_t>(seed)});
+  firmware::ImageHeader header;
+  EXPECT_EQ(firmware::parse_image(image, header), firmware::ImageFault::none);
+  tools::FirmwareUpdates updates(b.tool(), image, header.crc);
+  const std::int64_t begun_ns = b.tool().now_ns();
+  updates.start(kEscNode);
+  b.tool().run_until(begun_ns + 600 * kSecond_ns, [&] { return updates.step(), updates.over(); });
+  const tools::UpdateState& s = updates.nodes().at(kEscNode);
+  EXPECT_EQ(s.phase, tools::UpdatePhase::done) << "seed " << seed << ": " << s.reason;
+  EXPECT_TRUE(s.verified) << "seed " << seed;
+  EXPECT_EQ(b.esc().flash().application(image.size()), image) << "seed " << seed;
+  return seconds(b, begun_ns);
+}
+
+// All are read, one is set, saved, and there after the power was off.
+double parameters_take_s(const Losses& losses, std::uint64_t seed) {
+  const test::TempFolder folder;
+  EscBench b(Backend::virtual_bus, {.seed = seed, .faults = lost(losses)});
+  b.config.store = folder.path() / "esc.flash";
+  b.power_on();
+  b.discover(10'000.0);
+  const std::int64_t begun_ns = b.tool().now_ns();
+  const auto all = tools::read_parameters(b.tool(), kEscNode);
+  EXPECT_EQ(all.size(), firmware::ParameterServer::kCount) << "seed " << seed;
+  const double took_s = seconds(b, begun_ns);
+  const auto p = tools::read_parameter(b.tool(), kEscNode, "status_Hz");
+  tools::set_parameter(b.tool(), kEscNode, p, tools::parse_value(p, "77", "status_Hz"));
+  tools::execute(b.tool(), kEscNode, tools::ParameterOrder::save);
+  b.power_off();
+  b.power_on();
+  EXPECT_EQ(b.esc().node().parameters().status_Hz, 77) << "seed " << seed;
+  return took_s;
+}
+
+template <class Run>
+void over_seeds(int seeds, const std::string& what, const Losses& losses, double limit_s, const Run& run) {
+  double worst_s = 0.0, sum_s = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const double s = run(losses, static_cast<std::uint64_t>(seed));
+    worst_s = std::max(worst_s, s);
+    sum_s += s;
+  }
+  ::testing::Test::RecordProperty(what + "_worst_s", std::to_string(worst_s));
+  ::testing::Test::RecordProperty(what + "_mean_s", std::to_string(sum_s / seeds));
+  EXPECT_LE(worst_s, limit_s) << what << ", s";
+}
+
+TEST(EscWithLosses, OnePercentTwentySeedsTheUpdateTakesAtMost45Seconds) { over_seeds(20, "update", kOnePercent, 45.0, update_takes_s); }
+
+TEST(EscWithLosses, OnePercentTwentySeedsAllParametersAreReadSetAndSaved) {
+  over_seeds(20, "parameters", kOnePercent, 20.0, parameters_take_s);
+}
+
+TEST(EscWithLosses, FivePercentThreeSeedsTheUpdateTakesAtMost6Minutes) { over_seeds(3, "update", kFivePercent, 360.0, update_takes_s); }
+
+TEST(EscWithLosses, FivePercentTwentySeedsAllParametersAreReadSetAndSaved) {
+  over_seeds(20, "parameters", kFivePercent, 60.0, parameters_take_s);
+}
+
+TEST(EscWithLossesFull, FivePercentTwentySeedsTheUpdateTakesAtMost6Minutes) { over_seeds(20, "update", kFivePercent, 360.0, update_takes_s); }
+
+}  // namespace
+}  // namespace rotorloop::live

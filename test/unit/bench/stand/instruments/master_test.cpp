@@ -1,0 +1,207 @@
+// The bus master in virtual time: what it accepts over a bad line, how fast it is, and when it says that a device is dead.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+
+#include "bench/stand/instruments/poller.hpp"
+#include "bench/stand/instruments/serial_hub.hpp"
+#include "test/stats/modbus_study.hpp"
+
+namespace rotorloop::modbus {
+namespace {
+
+TEST(ModbusMaster, of_100000_exchanges_over_a_bad_line_none_gives_a_wrong_register_or_a_wrong_time) {
+  const auto r = test::run_modbus_study({.exchanges = 100'000, .seed = 20});
+  EXPECT_EQ(r.wrong_registers, 0u) << r.text();
+  EXPECT_EQ(r.wrong_times, 0u) << r.text();
+  // the line was bad, and a good part came through all the same
+  EXPECT_GT(r.line.flipped, 10'000u);
+  EXPECT_GT(r.line.bytes_lost, 3'000u);
+  EXPECT_GT(r.line.late, 2'000u);
+  EXPECT_GT(r.failures, 100'000u / 3) << "a third asks a slave that is not there";
+  EXPECT_GT(r.accepted_values, 80'000u);
+}
+
+TEST(ModbusMaster, without_silence_after_errors_late_answers_pass_for_answers_to_the_next_question) {
+  const auto r = test::run_modbus_study({.exchanges = 20'000, .seed = 20, .late_max_ms = 20.0});
+  EXPECT_GT(r.wrong_registers + r.wrong_times, 20u) << r.text();
+}
+
+Profile eight_registers(std::string_view more = "") {
+  return parse_profile(std::string(R"(format = 1
+[device]
+vendor = "test"
+model = "eight"
+source = "made up"
+evidence = "emulated"
+[bus]
+baud = [115200]
+format = "8N1"
+timeout_ms = 50
+late_max_ms = 100
+turnaround_ms = 2
+max_regs = 8
+source = "made up"
+[[channel]]
+name = "force"
+quantity = "force"
+unit = "N"
+addr = 0
+type = "f32"
+count = 4
+)") + std::string(more),
+                       "eight.toml");
+}
+
+struct Bench {
+  explicit Bench(const Profile& p, std::vector<std::uint8_t> ids, std::int64_t dies_at_ns = std::int64_t{1} << 62)
+      : hub(serial_format(p), {}), bus(hub, Exchanger::Framing::rtu) {
+    for (const std::uint8_t id : ids) {
+      hub.add({id, std::make_shared<SlaveDevice>(p), 2'000'000, 0, id == ids.back() ? dies_at_ns : std::int64_t{1} << 62});
+      devices.push_back({"cell" + std::to_string(id), p, id, {}, rtu_timing(p, serial_format(p))});
+    }
+  }
+  SerialHub hub;
+  Exchanger bus;
+  std::vector<PolledDevice> devices;
+};
+
+// By hand, 8N1 at 115200: 10 bits a character; gap 1.75 ms, 8 characters, 2 ms, 5 + 16 characters.
+constexpr double kIdeal_s = 1.75e-3 + 2e-3 + 29.0 * 10.0 / 115200.0;
+
+TEST(ModbusMaster, eight_registers_at_115200_8N1_come_at_97_percent_of_what_the_line_allows_and_at_120_Hz) {
+  Bench b(eight_registers(), {1});
+  Poller poller(b.bus, b.devices, {});
+  poller.run_until(10'000'000'000);
+  const double rate = poller.statistics(0).channels[0].rate_Hz();
+  EXPECT_GE(rate, 0.97 / kIdeal_s);
+  EXPECT_LE(rate, 1.0001 / kIdeal_s) << "faster than the line: the hub's time is wrong";
+  EXPECT_GE(rate, 120.0);
+  RecordProperty("rate_Hz", std::to_string(rate));
+  EXPECT_EQ(poller.statistics(0).failed(), 0u);
+}
+
+TEST(ModbusMaster, three_slaves_with_slow_channels_still_use_97_percent_of_the_line) {
+  const Profile p = eight_registers("[[channel]]\nname = \"temperature\"\nquantity = \"temperature\"\nunit = \"degC\"\naddr = 300\ntype = \"s16\"\nrate = \"slow\"\n");
+  Bench b(p, {1, 2, 3});
+  Poller poller(b.bus, b.devices, {.slow_divider = 10});
+  poller.run_until(20'000'000'000);
+  // ten cycles of three fast reads and one slow read of each: 7 characters answer one register
+  const double slow_s = 1.75e-3 + 2e-3 + 15.0 * 10.0 / 115200.0, ten_cycles_s = 30.0 * kIdeal_s + 3.0 * slow_s;
+  for (std::size_t d = 0; d < 3; ++d) {
+    EXPECT_GE(poller.statistics(d).channels[0].rate_Hz(), 0.97 * 10.0 / ten_cycles_s);
+    EXPECT_NEAR(poller.statistics(d).channels[4].rate_Hz(), 1.0 / ten_cycles_s, 0.03 / ten_cycles_s);
+  }
+}
+
+TEST(ModbusMaster, a_device_that_dies_is_named_within_its_stale_limit_of_100_ms) {
+  constexpr std::int64_t kDies_ns = 1'003'000'000;
+  Bench b(eight_registers(), {7}, kDies_ns);
+  b.devices[0].stale_ns = 100'000'000;
+  Poller poller(b.bus, b.devices, {});
+  std::vector<Stale> stale;
+  poller.on_stale = [&](const Stale& s) { stale.push_back(s); };
+  poller.run_until(5'000'000'000);
+  ASSERT_EQ(stale.size(), 4u) << "each channel once";
+  for (const Stale& s : stale) {
+    EXPECT_EQ(poller.devices()[s.device].name, "cell7");
+    EXPECT_GT(s.now_ns, kDies_ns);
+    EXPECT_LE(s.now_ns - kDies_ns, 100'000'000) << "although an exchange with it waits for 150 ms";
+  }
+  EXPECT_TRUE(poller.lost(0));
+}
+
+TEST(ModbusMaster, a_device_that_never_answers_is_named_too) {
+  Bench b(eight_registers(), {9}, 0);
+  b.devices[0].stale_ns = 400'000'000;
+  Poller poller(b.bus, b.devices, {});
+  std::int64_t named_ns = 0;
+  poller.on_stale = [&](const Stale& s) { named_ns = s.now_ns; };
+  poller.run_until(1'000'000'000);
+  EXPECT_EQ(named_ns, 400'000'000);
+}
+
+TEST(ModbusMaster, one_dead_slave_costs_the_others_three_waits_and_then_one_a_second) {
+  Bench b(eight_registers(), {1, 2}, 2'000'000'000);
+  Poller poller(b.bus, b.devices, {.failures_until_lost = 3, .retry_ns = 1'000'000'000});
+  poller.run_until(12'000'000'000);
+  EXPECT_TRUE(poller.lost(1));
+  EXPECT_FALSE(poller.lost(0));
+  const auto& alive = poller.statistics(0);
+  EXPECT_EQ(alive.failed(), 0u) << "the silence of the dead one never costs the other an answer";
+  // 2 s shared, then ten seconds of its own, less 0.15 s for each of 3 + 9 tries at most
+  EXPECT_GT(static_cast<double>(alive.channels[0].good), (1.0 + 10.0 - 12 * 0.152) / kIdeal_s * 0.97);
+  EXPECT_LE(alive.channels[0].greatest_interval_ns, 170'000'000);
+}
+
+TEST(ModbusMaster, an_absent_slave_that_would_be_asked_for_its_model_first_does_not_hold_up_the_others) {
+  const Profile p = eight_registers("[[channel]]\nname = \"model\"\nquantity = \"setting\"\naddr = 300\ntype = \"u16\"\nrate = \"once\"\n");
+  Bench b(p, {1});
+  b.devices.push_back({"absent", p, 8, {}, rtu_timing(p, serial_format(p))});
+  Poller poller(b.bus, b.devices, {.failures_until_lost = 1'000'000, .retry_ns = 0});
+  for (int i = 0; i < 101; ++i) poller.step();
+  EXPECT_EQ(poller.statistics(0).channels[0].good, 50u) << "every other exchange is its own, after one for the model";
+}
+
+TEST(ModbusMaster, a_device_that_comes_back_is_read_again_and_its_channels_are_fresh) {
+  const Profile p = eight_registers();
+  SerialHub hub(serial_format(p), {});
+  Exchanger bus(hub, Exchanger::Framing::rtu);
+  // first nobody is at address 4, later a device is connected there
+  Poller poller(bus, {{"cell", p, 4, {}, rtu_timing(p, serial_format(p)), 200'000'000}}, {});
+  int stale = 0;
+  poller.on_stale = [&](const Stale&) { ++stale; };
+  poller.run_until(3'000'000'000);
+  EXPECT_EQ(stale, 4);
+  hub.add({4, std::make_shared<SlaveDevice>(p), 2'000'000, 0});
+  poller.run_until(3'400'000'000);
+  EXPECT_GT(poller.statistics(0).channels[0].good, 10u) << "with no neighbour that waits for it, it is tried several times a second";
+  poller.run_until(6'000'000'000);
+  EXPECT_FALSE(poller.lost(0));
+  EXPECT_GT(poller.statistics(0).channels[0].good, 100u);
+  EXPECT_EQ(stale, 4);
+}
+
+TEST(ModbusMaster, the_time_of_a_value_is_the_middle_of_its_exchange_with_half_the_round_trip) {
+  const Profile p = eight_registers();
+  SerialHub hub(serial_format(p), {});
+  auto device = std::make_shared<SlaveDevice>(p);
+  std::int64_t truth_ns = -1;
+  device->on_sample = [&](SlaveDevice&, std::int64_t now) { truth_ns = now; };
+  hub.add({1, device, 2'000'000, 3'000'000});
+  Exchanger bus(hub, Exchanger::Framing::rtu);
+  Poller poller(bus, {{"cell", p, 1, {}, rtu_timing(p, serial_format(p))}}, {});
+  int samples = 0;
+  poller.on_sample = [&](const Sample& s) {
+    ++samples;
+    EXPECT_LE(std::abs(truth_ns - s.sampled_ns), s.uncertainty_ns);
+    EXPECT_LT(s.uncertainty_ns, 4'000'000);  // half of 2.5 ms of bytes and up to 5 ms of turnaround
+  };
+  poller.run_until(1'000'000'000);
+  EXPECT_GT(samples, 400);
+}
+
+TEST(ModbusMaster, signs_and_scales_from_other_registers_arrive_over_the_wire) {
+  for (const auto& [file, channel, value] : std::vector<std::tuple<std::string, std::string, double>>{
+           {"laumas_tlb", "net", -12.0}, {"dini_argeo_dgt4x", "gross", -250.0}, {"hanmatek_hm310p", "current", 2.0}, {"riden_rd60xx", "current", 1.5}}) {
+    const Profile p = read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
+    SerialHub hub(serial_format(p), {});
+    auto device = std::make_shared<SlaveDevice>(p);
+    device->set(channel, value);
+    hub.add({1, device, 2'000'000, 0});
+    Exchanger bus(hub, Exchanger::Framing::rtu);
+    Poller poller(bus, {{"d", p, 1, {}, rtu_timing(p, serial_format(p))}}, {});
+    std::map<std::string, double> seen;
+    poller.on_sample = [&](const Sample& s) {
+      if (s.value.quality == Quality::good) seen[p.channels[s.channel].name] = s.value.value;
+    };
+    poller.run_until(3'000'000'000);
+    EXPECT_DOUBLE_EQ(seen[channel], value) << file;
+    EXPECT_EQ(poller.statistics(0).failed(), 0u) << file << ": a read of registers that are not there";
+  }
+}
+
+}  // namespace
+}  // namespace rotorloop::modbus

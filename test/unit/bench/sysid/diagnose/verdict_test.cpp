@@ -1,0 +1,127 @@
+// What the residuals say by themselves becomes a verdict only where it is real and large enough to matter to this vehicle.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_report.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_text.hpp"
+#include "bench/sysid/diagnose/residuals/residual_findings.hpp"
+
+namespace rotorloop::diagnose {
+namespace {
+
+constexpr std::size_t kForceZ = 2, kTorqueX = 3;
+
+estimate::ModelValues quadrotor_of_0_7_kg_and_125_mm() {
+  host::VehicleModel m;
+  m.mass_kg = 0.7;
+  m.inertia_kg_m2 = {2.4e-3, 3.4e-3, 5.2e-3};
+  const double l = 0.125 / std::sqrt(2.0);
+  m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
+  return estimate::model_values(m);
+}
+
+ResidualFindings left(std::size_t axis, ResidualKind kind, double rms, double expected, double explainable = 0.0) {
+  ResidualFindings out;
+  out.unexplained.kind[axis] = kind;
+  out.unexplained.axis[axis].rms = rms;
+  out.unexplained.axis[axis].rms_expected = expected;
+  out.unexplained.axis[axis].explainable.share = explainable;
+  return out;
+}
+
+DiagnosisVerdict verdict(const ResidualFindings& findings, Diagnosis d = {}) {
+  judge_residuals(findings, quadrotor_of_0_7_kg_and_125_mm(), d);
+  return d.verdict;
+}
+
+TEST(Verdict, is_unexplained_where_torque_bursts_of_3_mN_m_stand_over_noise_of_1) {
+  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3)), DiagnosisVerdict::unexplained);
+}
+
+TEST(Verdict, stays_clean_where_bursts_are_a_tenth_of_a_per_cent_of_weight_times_arm) {
+  EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 1e-3, 0.5e-3)), DiagnosisVerdict::clean);
+}
+
+TEST(Verdict, is_unexplained_where_the_motion_predicts_a_fifth_of_a_force_of_50_mN) {
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.2)), DiagnosisVerdict::unexplained);
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::stochastic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2)), DiagnosisVerdict::clean) << "25 mN of 6.9 N";
+}
+
+TEST(Verdict, stays_clean_where_a_large_residual_is_what_the_noise_figures_say) {
+  EXPECT_EQ(verdict(left(kForceZ, ResidualKind::none, 0.5, 0.5)), DiagnosisVerdict::clean);
+}
+
+// Verdict on an effect that took torque x from `before` down to `after`, both N m beyond noise, where some of the rest is predictable.
+Diagnosis explained(double before, double after) {
+  Diagnosis d;
+  d.verdict = DiagnosisVerdict::named;
+  d.added.push_back({.id = "linear_drag"});
+  const ResidualFindings is = left(kTorqueX, ResidualKind::systematic, after, 0.0, 0.3);
+  judge_residuals(is, quadrotor_of_0_7_kg_and_125_mm(), d);
+  judge_explained(left(kTorqueX, ResidualKind::systematic, before, 0.0, 0.3), is, quadrotor_of_0_7_kg_and_125_mm(), d);
+  return d;
+}
+
+TEST(Verdict, is_unexplained_where_a_name_leaves_the_larger_part_of_what_was_missing) {
+  const Diagnosis most_left = explained(10e-3, 8e-3);
+  EXPECT_EQ(most_left.verdict, DiagnosisVerdict::unexplained);
+  EXPECT_NE(most_left.remarks.front().find("explains 36 % of the power"), std::string::npos) << most_left.remarks.front();
+  EXPECT_EQ(most_left.added.size(), 1u) << "the name stands beside it";
+  EXPECT_EQ(explained(10e-3, 5e-3).verdict, DiagnosisVerdict::named) << "three quarters of the power are explained, and something remains";
+  EXPECT_EQ(explained(1e-3, 1e-3).verdict, DiagnosisVerdict::named) << "what is left does not matter";
+}
+
+DiagnosisRun named_with(const ResidualFindings& findings) {
+  DiagnosisRun run;
+  run.diagnosis.verdict = DiagnosisVerdict::named;
+  run.diagnosis.added.push_back({.id = "linear_drag"});
+  judge_residuals(findings, quadrotor_of_0_7_kg_and_125_mm(), run.diagnosis);
+  return run;
+}
+
+TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that_74_percent_of_a_torque_remains) {
+  const DiagnosisRun run = named_with(left(kTorqueX, ResidualKind::systematic, 3e-3, 1e-3, 0.74));
+  EXPECT_EQ(run.diagnosis.verdict, DiagnosisVerdict::named);
+  ASSERT_EQ(run.diagnosis.remains.size(), 1u);
+  EXPECT_EQ(run.diagnosis.remains[0].axis, "torque x");
+  EXPECT_NEAR(run.diagnosis.remains[0].beyond, 2.83e-3, 1e-5);
+  EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named, and something remains");
+  EXPECT_NE(diagnosis_text(run).find("something remains"), std::string::npos);
+  EXPECT_NE(diagnosis_text(run).find("74 % of the power of the residual torque x is predictable"), std::string::npos);
+  const auto json = nlohmann::json::parse(diagnosis_json(run, {}));
+  EXPECT_EQ(json.at("verdict"), "named");
+  EXPECT_EQ(json.at("remains").at(0).at("axis"), "torque x");
+  EXPECT_EQ(json.at("remains").at(0).at("share"), 0.74);
+  EXPECT_NE(diagnosis_report_html(run, "made up").find("named, and something remains"), std::string::npos);
+}
+
+TEST(Verdict, says_of_a_name_after_which_25_mN_remain_of_6_9_N_nothing_more) {
+  const DiagnosisRun run = named_with(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2));
+  EXPECT_TRUE(run.diagnosis.remains.empty());
+  EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named");
+  EXPECT_EQ(diagnosis_text(run).find("remains"), std::string::npos);
+}
+
+TEST(Verdict, names_gusts_of_a_metre_per_second_unless_the_user_says_that_there_are_none) {
+  ResidualFindings gusts;
+  VarianceEffect e;
+  e.id = "wind_dryden";
+  e.parameter = "sigma_m_s";
+  e.unit = "m/s";
+  e.size = 1.0;
+  e.u = 0.1;
+  e.found = true;
+  gusts.variance.effects.push_back(e);
+  Diagnosis outdoors, indoors;
+  judge_residuals(gusts, quadrotor_of_0_7_kg_and_125_mm(), outdoors);
+  judge_residuals(gusts, quadrotor_of_0_7_kg_and_125_mm(), indoors, {"wind_dryden"});
+  EXPECT_EQ(outdoors.verdict, DiagnosisVerdict::named);
+  EXPECT_EQ(indoors.verdict, DiagnosisVerdict::clean);
+}
+
+}  // namespace
+}  // namespace rotorloop::diagnose
