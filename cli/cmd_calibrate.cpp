@@ -8,17 +8,17 @@
 
 #include "bench/hil/calibrate/flown.hpp"
 #include "bench/hil/calibrate/programme.hpp"
-#include "bench/hil/flight/run_clock.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/render/digits.hpp"
 #include "bench/render/document.hpp"
 #include "bench/render/page.hpp"
-#include "host/base/error.hpp"
-#include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/refused_result.hpp"
 #include "cli/fit_options.hpp"
+#include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
+#include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/control/trajectory_file.hpp"
 #include "host/vehicle/thrust.hpp"
 #include "rotorloop_version.hpp"
@@ -42,8 +42,8 @@ struct Coefficient {
 
 template <class Fit>
 std::vector<Coefficient> coefficients(const Fit& fit) {
-  return {{"k1", fit.k1_N_s2, "N s²"},     {"k2", fit.k2_N_s2_m, "N s²/m"},         {"c_q", fit.c_q_N_m_s2, "N m s²"},
-          {"c_dh", fit.c_dh_s_m, "s/m"},   {"c_dxy", fit.c_dxy_N_s2_m2, "N s²/m²"}, {"c_dz", fit.c_dz_N_s2_m2, "N s²/m²"}};
+  return {{"k1", fit.k1_N_s2, "N s²"},   {"k2", fit.k2_N_s2_m, "N s²/m"},         {"c_q", fit.c_q_N_m_s2, "N m s²"},
+          {"c_dh", fit.c_dh_s_m, "s/m"}, {"c_dxy", fit.c_dxy_N_s2_m2, "N s²/m²"}, {"c_dz", fit.c_dz_N_s2_m2, "N s²/m²"}};
 }
 
 // What a calibration came to.
@@ -97,7 +97,7 @@ Calibrated from_flown(const CalibrateArguments& o, const calibrate::Tunnel& tunn
           inputs};
 }
 
-void publish(const CalibrateArguments& o, const Calibrated& c, const render::Outcome& outcome, const hil::RunClock& clock) {
+void publish(const CalibrateArguments& o, const Calibrated& c, const render::Outcome& outcome, const RunClock& clock) {
   render::Table table{{render::left("coefficient"), {"value"}, {"u"}, render::left("unit")}};
   for (const Coefficient& k : c.coefficients) {
     const render::MeasuredText t = render::measured(k.value.value, k.value.u);
@@ -115,26 +115,31 @@ void publish(const CalibrateArguments& o, const Calibrated& c, const render::Out
   j["warnings"] = nlohmann::ordered_json::array();
   j["errors"] = outcome.errors;
   j["next"] = outcome.next;
-  hil::write_text_file(o.report / "result.json", j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-  hil::write_text_file(o.report / "report.html",
-                       render::page_begin("Load model of " + c.vehicle.name, "calibrated in the virtual wind tunnel", "calibration") +
-                           render::banner_html(outcome) +
-                           render::page_html({{"Coefficients", "coefficients", {table, render::Paragraph{c.misfit}}}}) + render::page_end());
+  write_text_file(o.report / "result.json", j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_text_file(o.report / "report.html",
+                  render::page_begin("Load model of " + c.vehicle.name, "calibrated in the virtual wind tunnel", "calibration") +
+                      render::banner_html(outcome) +
+                      render::page_html({{"Coefficients", "coefficients", {table, render::Paragraph{c.misfit}}}}) + render::page_end());
 }
 
-int calibrate_plant(const CalibrateArguments& o, const hil::RunClock& clock, bool& printed) {
+int calibrate_plant(const CalibrateArguments& o, const RunClock& clock, bool& printed) {
   const sim::PlantFile plant = sim::read_plant(o.plant);
   const auto rotors = sim::read_rotors(plant);
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const calibrate::Tunnel tunnel(plant, rotors);
   const Calibrated c = o.flown.empty() ? from_programme(o, tunnel, base) : from_flown(o, tunnel, base);
   const std::optional<Error> problem = not_credible(o.out, c.vehicle, host::builtin_effect_catalogue());
-  publish(o, c, problem ? refused_outcome(*problem) : render::Outcome{"pass", render::Standing::good, "The load model fits what the balance read.", {},
-                                                                       "fly with it: rotorloop hil SCENARIO --vehicle " + o.out.filename().generic_string()},
+  publish(o, c,
+          problem ? refused_outcome(*problem)
+                  : render::Outcome{"pass",
+                                    render::Standing::good,
+                                    "The load model fits what the balance read.",
+                                    {},
+                                    "fly with it: rotorloop hil SCENARIO --vehicle " + o.out.filename().generic_string()},
           clock);
   printed = true;
   if (problem) throw *problem;
-  hil::write_text_file(o.out, host::vehicle_text(c.vehicle));
+  write_text_file(o.out, host::vehicle_text(c.vehicle));
   fmt::print("static c_t {:.4e} N s², hover at {:.0f} RPM\nwritten: {}\n", c.vehicle.static_thrust.front().c_t_N_s2,
              host::hover_omega_rad_s(host::to_model(c.vehicle)) * 60.0 / (2.0 * 3.14159265358979), o.out.generic_string());
   return 0;
@@ -150,7 +155,7 @@ int calibrate(const CalibrateArguments& o) {
   std::vector<OutputFile> files = report_files("--report", o.report);
   files.insert(files.end(), {{"-o", o.out}, {"--table", o.table}});
   check_outputs(files, o.force);
-  const hil::RunClock clock;
+  const RunClock clock;
   bool printed = false;
   try {
     return calibrate_plant(o, clock, printed);
@@ -184,7 +189,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "    --trajectory scenarios/trajectories/horizontal_8p5.toml -o vehicles/calibrated.toml\n"
       "  rotorloop calibrate --plant vehicles/reference_plant.toml --vehicle vehicles/reference_cad.toml\n"
       "    --flown runs/paper --variant pd_ff_thrust_drag -o best.toml\n"
-      "Exit codes: 0 written; 2 bad arguments or input file; 3 disk; 5 refused: the states lack what a coefficient needs, or the vehicle is\n"
+      "Exit codes: 0 written; 2 bad arguments or input file; 3 disk; 5 refused: the states lack what a coefficient needs, or the vehicle "
+      "is\n"
       "not credible.");
   c->callback([o, &exit_code] { exit_code = calibrate(*o); });
 }

@@ -14,10 +14,10 @@
 #include "bench/hil/closed_loop/report.hpp"
 #include "bench/hil/closed_loop/run.hpp"
 #include "bench/hil/closed_loop/run_layout.hpp"
-#include "bench/hil/flight/run_folder.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/stop_signals.hpp"
+#include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -98,8 +98,8 @@ int truth(const fs::path& given, bool json) {
   const fs::path run = fs::absolute(given);
   const closed_loop::TruthComparison c = closed_loop::compare_with_truth(run);
   const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
-  hil::write_text_file(closed_loop::LoopLayout{run}.result(), closed_loop::loop_result_json(result));
-  hil::write_text_file(closed_loop::LoopLayout{run}.report(), closed_loop::loop_report_html(result));
+  write_text_file(closed_loop::LoopLayout{run}.result(), closed_loop::loop_result_json(result));
+  write_text_file(closed_loop::LoopLayout{run}.report(), closed_loop::loop_report_html(result));
   fmt::print("{}", json ? closed_loop::truth_json(c) : closed_loop::truth_text(c));
   return static_cast<int>(c.right() ? ExitCode::ok : ExitCode::verdict);
 }

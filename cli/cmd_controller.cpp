@@ -49,15 +49,20 @@ void add_controller(CLI::App& app, int& exit_code) {
       "ardupilot", "ArduCopter's simulator program (JSON backend), found by the environment variable ROTORLOOP_ARDUPILOT; not run here");
   auto print_parameters = std::make_shared<bool>(false);
   a->add_flag("--print-parameters", *print_parameters, "print the parameters that it is started with, and fly nothing");
-  a->footer("Built from the documented packets and tried with a stand-in for the program alone.\nOne JSON object a line on standard input and output: docs/controller.md.");
+  a->footer(
+      "Built from the documented packets and tried with a stand-in for the program alone.\nOne JSON object a line on standard input and "
+      "output: docs/controller.md.");
   a->callback([print_parameters, &exit_code] {
     if (*print_parameters) return fmt::print("{}", hil::ardupilot_parameters());
     exit_code = hil::serve_ardupilot();
   });
 
-  CLI::App* p = group->add_subcommand(
-      "px4", "a program or script that starts PX4 with its MAVLink simulator interface, found by the environment variable ROTORLOOP_PX4; not run here");
-  p->footer("Built from the documented messages and tried with a stand-in for the program alone.\nOne JSON object a line on standard input and output: docs/controller.md.");
+  CLI::App* p = group->add_subcommand("px4",
+                                      "a program or script that starts PX4 with its MAVLink simulator interface, found by the environment "
+                                      "variable ROTORLOOP_PX4; not run here");
+  p->footer(
+      "Built from the documented messages and tried with a stand-in for the program alone.\nOne JSON object a line on standard input and "
+      "output: docs/controller.md.");
   p->callback([&exit_code] { exit_code = hil::serve_px4(); });
 }
 

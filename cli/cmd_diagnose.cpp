@@ -12,13 +12,8 @@
 #include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
-#include "bench/hil/flight/run_clock.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/sysid/identify/held_out.hpp"
 #include "bench/sysid/identify/identified_vehicle.hpp"
-#include "host/base/error.hpp"
-#include "host/base/nearest.hpp"
-#include "host/base/sha256.hpp"
 #include "cli/commands.hpp"
 #include "cli/diagnose_commands.hpp"
 #include "cli/diagnose_stand.hpp"
@@ -28,6 +23,11 @@
 #include "cli/flight_inputs.hpp"
 #include "cli/progress/progress_line.hpp"
 #include "cli/renamed_option.hpp"
+#include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
+#include "host/base/run_clock.hpp"
+#include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/effects/term_size.hpp"
 #include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
@@ -51,8 +51,8 @@ struct DiagnoseArguments {
   bool json = false, no_checks = false, no_priors = false, force = false;
 };
 
-diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle,
-                                           const host::UserTerms* own, estimate::StopFit stop) {
+diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std::vector<identify::FlightToFit>& flights,
+                                           const host::VehicleFile& vehicle, const host::UserTerms* own, estimate::StopFit stop) {
   diagnose::DiagnoseOptions d;
   identify::IdentifyOptions& i = d.identify;
   FitOptions fit = o.fit;
@@ -89,7 +89,8 @@ diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std
 }
 
 // Text or JSON to stdout, the page and result.json into the folder.
-void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, const std::string& vehicle, const identify::IdentifyProvenance& from) {
+void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, const std::string& vehicle,
+             const identify::IdentifyProvenance& from) {
   const std::string json = diagnose::diagnosis_json(run, from);
   if (o.json) {
     fmt::print("{}", json);
@@ -99,12 +100,12 @@ void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, cons
     fmt::print("{}", render::outcome_text(diagnose::diagnosis_outcome(run.diagnosis, from)));
   }
   if (o.report.empty()) return;
-  hil::write_text_file(o.report / "result.json", json);
-  hil::write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, vehicle, from));
+  write_text_file(o.report / "result.json", json);
+  write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, vehicle, from));
 }
 
 // Flights that the checks refuse are a verdict, not an error: the fault is what was to be found. Nothing was fitted to them.
-int faulty(const DiagnoseArguments& o, const Error& error, const std::string& vehicle, const hil::RunClock& clock) {
+int faulty(const DiagnoseArguments& o, const Error& error, const std::string& vehicle, const RunClock& clock) {
   diagnose::DiagnosisRun run;
   run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
   const ErrorText& text = error.text();
@@ -143,7 +144,8 @@ void refuse_idle_options(const DiagnoseArguments& o, const Names& given) {
   };
   refuse("--reference", true, "not offered for flights with rotor speeds: only logs of motor commands are compared with reference flights",
          "leave it out, or diagnose the flights one vehicle at a time");
-  refuse("--wrench-band", o.paths.held_out.empty(), "does nothing without --held-out", "name a flight to score (--held-out), or leave it out");
+  refuse("--wrench-band", o.paths.held_out.empty(), "does nothing without --held-out",
+         "name a flight to score (--held-out), or leave it out");
   refuse("--seed", o.placebos == 0, "does nothing without placebos", "leave out --placebos 0, or this");
 }
 
@@ -152,12 +154,13 @@ void refuse_unknown_effects(const Names& ids, const host::EffectCatalogue& catal
   for (const host::CatalogueEffect& e : catalogue.effects) known.push_back(e.id);
   for (const std::string& id : ids)
     if (!catalogue.find(id))
-      throw Error({"--without", fmt::format("\"{}\" is no effect of the catalogue", id), "", did_you_mean(id, known) + "effects/catalogue.toml lists them"});
+      throw Error({"--without", fmt::format("\"{}\" is no effect of the catalogue", id), "",
+                   did_you_mean(id, known) + "effects/catalogue.toml lists them"});
 }
 
-int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, const host::EffectCatalogue& catalogue, const host::UserTerms* own,
-                     const StopSignals& stop) {
-  const hil::RunClock clock;
+int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, const host::EffectCatalogue& catalogue,
+                     const host::UserTerms* own, const StopSignals& stop) {
+  const RunClock clock;
   FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
   FlightInputs read;
@@ -172,17 +175,18 @@ int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, 
   const ProgressStyle style = progress_style(o.paths.quiet);
   diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out(), .findings = {}, .refused = read.refused};
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
-  const diagnose::DiagnosisRun run =
-      diagnose::diagnose(flights, base, diagnose_options(o, read.flights, base, own, {stop.flag()}), [&](const diagnose::DiagnoseProgress& p) {
-        if (style != ProgressStyle::silent) fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
-      });
+  const diagnose::DiagnosisRun run = diagnose::diagnose(flights, base, diagnose_options(o, read.flights, base, own, {stop.flag()}),
+                                                        [&](const diagnose::DiagnoseProgress& p) {
+                                                          if (style != ProgressStyle::silent)
+                                                            fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
+                                                        });
   identify::IdentifyProvenance from{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs};
   const bool stopped = run.diagnosis.verdict == diagnose::DiagnosisVerdict::incomplete;
   std::optional<host::VehicleFile> vehicle;
   std::optional<Error> problem;
   if (!o.out.empty() && !stopped) {
-    vehicle = identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights), std::string("rotorloop diagnose ") + kVersion,
-                                           read.fitted_hashes());
+    vehicle = identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights),
+                                           std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes());
     problem = not_credible(o.out, *vehicle, catalogue);
   }
   if (problem) from.ended = with_problem(diagnose::diagnosis_outcome(run.diagnosis, from), *problem);
@@ -190,7 +194,7 @@ int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, 
   if (stopped) return stop.exit_code();
   // Last: what was found is printed even when no vehicle file can be made of it.
   if (problem) throw *problem;
-  if (vehicle) hil::write_text_file(o.out, host::vehicle_text(*vehicle));
+  if (vehicle) write_text_file(o.out, host::vehicle_text(*vehicle));
   return 0;
 }
 
@@ -222,7 +226,7 @@ int diagnose(const DiagnoseArguments& o, const Names& given) {
     return diagnose_flights(o, base, catalogue, own ? &*own : nullptr, stop);
   } catch (const Error& e) {
     if (!stop.asked()) throw;
-    report_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), hil::RunClock());
+    report_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), RunClock());
     return stop.exit_code();
   }
 }
@@ -252,7 +256,8 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->default_str("0,10");
   c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
-  c->add_option("--refit-limit", o->refit_limit_s, "wall time that one refit may take, s; an effect that takes longer is not judged, and a remark says so")
+  c->add_option("--refit-limit", o->refit_limit_s,
+                "wall time that one refit may take, s; an effect that takes longer is not judged, and a remark says so")
       ->check(CLI::Range(1.0, 86400.0))
       ->capture_default_str();
   c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")

@@ -10,11 +10,11 @@
 #include <optional>
 
 #include "bench/hil/calibrate/gains_design.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/hil/flight/vehicle_figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 #include "sim/plant/assemble.hpp"
@@ -64,7 +64,7 @@ int design(const GainsArguments& o) {
   if (o.out.empty()) {
     fmt::print("{}", text);
   } else {
-    hil::write_text_file(o.out, text);
+    write_text_file(o.out, text);
   }
   fmt::print(stderr, "motor lag {:.1f} ms, delay {:.1f} ms; hover {:.0f} RPM, up to {:.0f} RPM, thrust-to-weight {:.2f} there\n",
              1e3 * a.lag_s, 1e3 * a.delay_s, d.hover_rad_s / kOneRpm_rad_s, a.omega_max_rad_s / kOneRpm_rad_s, d.thrust_to_weight);

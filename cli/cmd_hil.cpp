@@ -10,14 +10,15 @@
 #include "bench/hil/controllers/autopilot_bridge.hpp"
 #include "bench/hil/flight/run_outcome.hpp"
 #include "bench/hil/flight/scenario.hpp"
-#include "host/base/error.hpp"
-#include "host/base/nearest.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/junit.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/hil_commands.hpp"
 #include "cli/progress/progress_line.hpp"
+#include "host/base/error.hpp"
+#include "host/base/nearest.hpp"
+#include "host/base/text_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -59,20 +60,23 @@ void add_controllers(hil::Scenario& s, const HilArguments& o) {
     auto c = hil::parse_controller(text);
     c.timeout_s = o.controller_timeout_s;
     if (std::any_of(s.external.begin(), s.external.end(), [&](const auto& other) { return other.name == c.name; }))
-      throw Error({"--controller", fmt::format("\"{}\" is the name of two controllers", c.name), "", "write NAME=CONTROLLER with another name"});
+      throw Error(
+          {"--controller", fmt::format("\"{}\" is the name of two controllers", c.name), "", "write NAME=CONTROLLER with another name"});
     s.external.push_back(std::move(c));
   }
   for (auto& c : s.external)
     if (!self.empty()) c.rotorloop = self;
   if (!o.variants.empty()) s.variants = hil::parse_variants(o.variants, s.external);
   for (const auto& c : s.external)
-    if (const auto v = hil::Variant::external(c.name); !c.from_scenario && std::find(s.variants.begin(), s.variants.end(), v) == s.variants.end())
+    if (const auto v = hil::Variant::external(c.name);
+        !c.from_scenario && std::find(s.variants.begin(), s.variants.end(), v) == s.variants.end())
       s.variants.push_back(v);
   const auto flies = [&](const auto& c) {
     return std::find(s.variants.begin(), s.variants.end(), hil::Variant::external(c.name)) != s.variants.end();
   };
   for (const auto& c : s.external)
-    if (const hil::Bridge* b = hil::bridge_of(c); b && flies(c)) hil::autopilot_program(b->name, b->variable);  // missing: said before anything flies
+    if (const hil::Bridge* b = hil::bridge_of(c); b && flies(c))
+      hil::autopilot_program(b->name, b->variable);  // missing: said before anything flies
 }
 
 hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
@@ -125,17 +129,21 @@ void add_cases(const hil::Scenario& s, const hil::RunResult& r, std::vector<Juni
     const bool completed = f.end == hil::FlightEnd::completed;
     const std::string why = fmt::format("{}{}", hil::flight_end_name(f.end), f.end_detail.empty() ? "" : ": " + f.end_detail);
     cases.push_back({s.name + ".flight", fmt::format("{}/{}/{}", f.flight, hil::variant_name(f.variant), f.seed),
-                     completed                                ? JunitEnd::passed
+                     completed                                                                     ? JunitEnd::passed
                      : f.end == hil::FlightEnd::interrupted || f.end == hil::FlightEnd::incomplete ? JunitEnd::error
-                                                            : JunitEnd::failed,
+                                                                                                   : JunitEnd::failed,
                      completed ? "" : why});
   }
   for (const hil::LimitResult& l : r.limits) {
     const bool measured = !std::isnan(l.value);
-    cases.push_back({s.name + ".limit", l.name, l.pass ? JunitEnd::passed : measured ? JunitEnd::failed : JunitEnd::error,
+    cases.push_back({s.name + ".limit", l.name,
+                     l.pass     ? JunitEnd::passed
+                     : measured ? JunitEnd::failed
+                                : JunitEnd::error,
                      measured ? fmt::format("{} {} against {} {}", l.value, l.unit, l.limit, l.unit) : "not measured"});
   }
-  if (r.verdict == hil::Verdict::incomplete) cases.push_back({s.name, "complete", JunitEnd::error, fmt::format("{}", fmt::join(r.errors, "; "))});
+  if (r.verdict == hil::Verdict::incomplete)
+    cases.push_back({s.name, "complete", JunitEnd::error, fmt::format("{}", fmt::join(r.errors, "; "))});
 }
 
 // What has been flown is shown, whatever becomes of the next scenario.
@@ -153,7 +161,7 @@ class HilOutput {
   }
   void finish() const {
     if (o_.json) fmt::print("{}", documents_.size() == 1 ? documents_.front() : fmt::format("[\n{}]\n", fmt::join(documents_, ",\n")));
-    if (!o_.junit.empty()) hil::write_text_file(o_.junit, junit_xml("rotorloop hil", cases_));
+    if (!o_.junit.empty()) write_text_file(o_.junit, junit_xml("rotorloop hil", cases_));
   }
   int exit_code() const { return failed_ ? static_cast<int>(ExitCode::verdict) : incomplete_ ? kExitIncomplete : 0; }
 
@@ -255,7 +263,8 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
   c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: the nominal model of the controller");
   c->add_option("--controller", o->controllers,
-                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\") or betaflight, ardupilot, px4 (the last two not run here), each also as "
+                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\") or betaflight, ardupilot, px4 "
+                "(the last two not run here), each also as "
                 "NAME=…; may be given several times (docs/controller.md)")
       ->allow_extra_args(false);
   c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, s of the wall clock")
@@ -263,7 +272,8 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       ->capture_default_str();
   c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each flight and each limit");
-  c->add_flag("--no-logs", o->no_logs, "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");
+  c->add_flag("--no-logs", o->no_logs,
+              "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");
   c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
   c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
   c->add_flag("--force", o->force, "replace a run folder (and JUnit file) that exists");

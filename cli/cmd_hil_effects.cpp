@@ -7,12 +7,12 @@
 #include <thread>
 
 #include "bench/hil/flight/effect_page.hpp"
-#include "bench/hil/flight/run_folder.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/progress/progress_line.hpp"
+#include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -36,7 +36,8 @@ std::string command_line(const HilEffectsArguments& o) {
 }
 
 int effects(const HilEffectsArguments& o) {
-  if (o.probes_only && !o.seeds.empty()) throw Error({"--seeds", "does nothing with --probes-only: nothing is flown", "", "leave one of them out"});
+  if (o.probes_only && !o.seeds.empty())
+    throw Error({"--seeds", "does nothing with --probes-only: nothing is flown", "", "leave one of them out"});
   check_outputs({{"-o", o.out}}, o.force);
   const StopSignals stop;
   const auto chosen = hil::chosen_effects(o.effects);
@@ -55,7 +56,7 @@ int effects(const HilEffectsArguments& o) {
   if (o.out.empty())
     fmt::print("{}", text);
   else
-    hil::write_text_file(o.out, text);
+    write_text_file(o.out, text);
   const auto outside = std::count_if(study.probes.begin(), study.probes.end(), [](const auto& p) { return p.missed(); });
   if (outside > 0)
     fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), hil::kProbeFactor);

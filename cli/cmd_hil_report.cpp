@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "bench/hil/flight/run_report.hpp"
-#include "host/base/error.hpp"
 #include "cli/hil_commands.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::cli {
 

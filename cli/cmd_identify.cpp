@@ -11,8 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/flight/run_clock.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/sysid/identify/file_comparison.hpp"
 #include "bench/sysid/identify/held_out.hpp"
 #include "bench/sysid/identify/identified_vehicle.hpp"
@@ -33,7 +31,9 @@
 #include "cli/progress/identify_progress.hpp"
 #include "cli/renamed_option.hpp"
 #include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -112,9 +112,12 @@ std::vector<JunitCase> cases_of(const Found& f, const render::Outcome& outcome) 
     out.push_back({group, name, good ? JunitEnd::passed : JunitEnd::failed, good ? "" : why});
   };
   for (const log::CheckedFlight& c : f.read.checked) add("identify.log", c.flight.name, true, "");
-  for (const log::CheckedFlight& c : f.read.refused) add("identify.log", c.flight.name, false, "left out, refused by the checks: " + c.refusal->what);
+  for (const log::CheckedFlight& c : f.read.refused)
+    add("identify.log", c.flight.name, false, "left out, refused by the checks: " + c.refusal->what);
   add("identify.fit", "converged", f.result.fit.converged, "did not converge");
-  if (f.analysis.solver_check) add("identify.fit", "check by another solver", f.analysis.solver_check->good(), identify::solver_check_problem(*f.analysis.solver_check));
+  if (f.analysis.solver_check)
+    add("identify.fit", "check by another solver", f.analysis.solver_check->good(),
+        identify::solver_check_problem(*f.analysis.solver_check));
   add("identify", "result", outcome.verdict == "pass", outcome.errors.empty() ? outcome.verdict : outcome.errors.front());
   if (outcome.verdict == "incomplete") out.back().end = JunitEnd::error;
   return out;
@@ -122,7 +125,7 @@ std::vector<JunitCase> cases_of(const Found& f, const render::Outcome& outcome) 
 
 // Text or JSON to stdout, the page and result.json into the folder, JUnit.
 void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base, const std::optional<render::Outcome>& ended,
-             const hil::RunClock& clock) {
+             const RunClock& clock) {
   std::vector<identify::InputHash> inputs = f.read.inputs;
   for (const fs::path& path : o.compare) inputs.push_back({path.generic_string(), sha256_file(path)});
   const std::vector<log::CheckedFlight> checked = f.read.all_checked();
@@ -132,10 +135,11 @@ void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile
   if (o.json)
     fmt::print("{}", json);
   else
-    fmt::print("{}{}", identify::identify_text({f.result, f.analysis, f.comparison, checked, provenance, base.name}), render::outcome_text(outcome));
-  if (!o.junit.empty()) hil::write_text_file(o.junit, junit_xml("rotorloop identify", cases_of(f, outcome)));
+    fmt::print("{}{}", identify::identify_text({f.result, f.analysis, f.comparison, checked, provenance, base.name}),
+               render::outcome_text(outcome));
+  if (!o.junit.empty()) write_text_file(o.junit, junit_xml("rotorloop identify", cases_of(f, outcome)));
   if (o.report.empty()) return;
-  hil::write_text_file(o.report / "result.json", json);
+  write_text_file(o.report / "result.json", json);
   std::vector<identify::HistoryPoint> history;
   if (!o.history.empty()) {
     std::vector<fs::path> trials = o.history;
@@ -145,7 +149,7 @@ void publish(const IdentifyArguments& o, const Found& f, const host::VehicleFile
   const identify::IdentifyPage page{
       f.result,   f.analysis, f.comparison, checked,
       provenance, base.name,  history,      identify::history_references(f.comparison, f.analysis.derived, f.result.problem.start.terms)};
-  hil::write_text_file(o.report / "report.html", identify::identify_report_html(page));
+  write_text_file(o.report / "report.html", identify::identify_report_html(page));
 }
 
 // A fit without an end: what the flights disagree about says why, when they do.
@@ -161,7 +165,8 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
     return Error(
         {"", what, "parameters that these flights do not determine",
          o.fit.use == std::vector<std::string>{"none"}
-             ? "give the fit the gyro and accelerometer of the logs too (without --use none), hold what the observability table names, or look at the findings of the checks"
+             ? "give the fit the gyro and accelerometer of the logs too (without --use none), hold what the observability table names, or "
+               "look at the findings of the checks"
              : "hold what the observability table names (--hold), fit several flights together, or look at the findings of the checks"},
         ExitCode::data_quality);
   }
@@ -172,14 +177,17 @@ Error not_converged(const IdentifyArguments& o, const identify::Identification& 
 }
 
 // What keeps the fit from being an answer; none when it is one.
-std::optional<Error> problem_of(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base, const host::VehicleFile& vehicle) {
+std::optional<Error> problem_of(const IdentifyArguments& o, const Found& f, const host::VehicleFile& base,
+                                const host::VehicleFile& vehicle) {
   if (!f.result.fit.converged) return not_converged(o, f.result, f.analysis);
   if (const auto mass = identify::mass_contradicted(f.result, base)) return mass;
   if (f.analysis.solver_check && !f.analysis.solver_check->good())
-    return Error({"--solver ceres", identify::solver_check_problem(*f.analysis.solver_check) + (o.out.empty() ? "" : "; no vehicle file was written"),
-                  "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
-                  "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
-                 ExitCode::data_quality);
+    return Error(
+        {"--solver ceres",
+         identify::solver_check_problem(*f.analysis.solver_check) + (o.out.empty() ? "" : "; no vehicle file was written"),
+         "one of them ended in a lesser optimum, or the flights leave a direction so nearly open that rounding decides",
+         "hold what the weakest directions name (--hold), start from a vehicle file nearer to the vehicle, or report it with the logs"},
+        ExitCode::data_quality);
   return not_credible(o.out, vehicle, host::builtin_effect_catalogue());
 }
 
@@ -201,7 +209,7 @@ void fit_flights(const IdentifyArguments& o, const host::VehicleFile& base, cons
 }
 
 // Fits, prints (`printed`), and writes the vehicle file. What was found is printed even when no vehicle file can be made of it.
-int identify_flights(IdentifyArguments o, const StopSignals& stop, const hil::RunClock& clock, bool& printed) {
+int identify_flights(IdentifyArguments o, const StopSignals& stop, const RunClock& clock, bool& printed) {
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const std::vector<identify::ComparedVehicle> compared_files = read_compared(o.compare);
   FlightPaths paths = o.paths;
@@ -213,7 +221,8 @@ int identify_flights(IdentifyArguments o, const StopSignals& stop, const hil::Ru
   f.read.inputs.insert(f.read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   const identify::IdentifyOptions options = identify_options(o, {stop.flag()});
   fit_flights(o, base, options, f);
-  if (f.read.flights.size() > f.read.fitted && !stop.asked()) f.analysis.held_out = identify::score_held_out(f.read.held_out(), f.result, options);
+  if (f.read.flights.size() > f.read.fitted && !stop.asked())
+    f.analysis.held_out = identify::score_held_out(f.read.held_out(), f.result, options);
   f.comparison =
       identify::compared(f.result, f.analysis.derived, o.drag_speed_m_s, {o.vehicle.filename().generic_string(), base}, compared_files);
   if (stop.asked()) {
@@ -230,13 +239,13 @@ int identify_flights(IdentifyArguments o, const StopSignals& stop, const hil::Ru
   printed = true;
   if (problem) throw *problem;
   if (o.out.empty()) return 0;
-  hil::write_text_file(o.out, host::vehicle_text(vehicle));
+  write_text_file(o.out, host::vehicle_text(vehicle));
   if (!o.json) fmt::print("written: {}\n", o.out.generic_string());
   return 0;
 }
 
 int identify(const IdentifyArguments& o) {
-  const hil::RunClock clock;
+  const RunClock clock;
   std::vector<OutputFile> files = report_files("--report", o.report);
   files.insert(files.end(), {{"-o", o.out}, {"--junit", o.junit}});
   check_outputs(files, o.force);
@@ -293,9 +302,10 @@ void add_identify(CLI::App& app, int& exit_code) {
   c->add_option("--iterations", o->iterations, "of each fit, at most")->check(CLI::Range(1, 1000))->capture_default_str();
   c->add_option("--drag-speed", o->drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
   c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
-  c->add_flag("--no-priors", o->no_priors,
-              "the vehicle file gives start values alone; else what it has from CAD or a stand counts with its u, and a guess as right to a "
-              "factor of three");
+  c->add_flag(
+      "--no-priors", o->no_priors,
+      "the vehicle file gives start values alone; else what it has from CAD or a stand counts with its u, and a guess as right to a "
+      "factor of three");
   c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each log, the fit, its check, and the result");
   add_force(*c, o->force);

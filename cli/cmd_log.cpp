@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/sysid/log/check/log_report.hpp"
 #include "bench/sysid/log/log_summary.hpp"
 #include "bench/sysid/log/own_log.hpp"
@@ -18,6 +17,7 @@
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
@@ -54,7 +54,7 @@ int convert(const LogArguments& o) {
   for (const auto& n : notes) fmt::print(stderr, "note: {}: {}\n", n.stream, n.what);
   if (extension == ".csv" && !flight.pose.empty() && !flight.position_W_m.empty())
     fmt::print(stderr, "note: position: not written; a flight log has one position, that of the pose\n");
-  hil::write_text_file(o.out, extension == ".ulg" ? log::ulog_bytes(flight) : log::own_log_text(flight));
+  write_text_file(o.out, extension == ".ulg" ? log::ulog_bytes(flight) : log::own_log_text(flight));
   return 0;
 }
 

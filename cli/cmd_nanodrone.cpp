@@ -8,9 +8,9 @@
 
 #include "bench/render/digits.hpp"
 #include "bench/studies/nanodrone_benchmark.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "host/base/error.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::cli {
@@ -82,7 +82,8 @@ void print_parameters(const studies::NanodroneResult& r) {
 nlohmann::json as_json(const studies::NanodroneResult& r) {
   nlohmann::json j{{"format", 1}, {"command", "nanodrone"}, {"verdict", r.met() ? "pass" : "fail"}, {"errors", nlohmann::json::array()}};
   for (const auto& l : r.limits)
-    if (!l.met) j["errors"].push_back(fmt::format("limit missed: {}: {:.3f}, allowed at most {:.3f}", kQuantity[l.quantity], l.measured, l.limit));
+    if (!l.met)
+      j["errors"].push_back(fmt::format("limit missed: {}: {:.3f}, allowed at most {:.3f}", kQuantity[l.quantity], l.measured, l.limit));
   for (const auto& s : r.scores) {
     for (std::size_t q = 0; q < kQuantity.size(); ++q)
       j["scores"][s.model][kQuantity[q]] = {{"mean", s.score.mean[q]}, {"sim_error", s.score.sim_error[q]}};

@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "host/base/text_file.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
 #include "host/control/trajectory_generator.hpp"
@@ -66,7 +66,7 @@ int write(const TrajectoryArguments& o) {
   if (o.out.empty()) {
     fmt::print("{}", text);
   } else {
-    hil::write_text_file(o.out, text);
+    write_text_file(o.out, text);
   }
   fmt::print(stderr, "{}: {:.1f} s, {:.2f} m/s horizontally, {:.2f} m/s vertically, {:.2f} m/s², yaw {:.2f} rad/s\n", file.name,
              file.trajectory.duration_s(), p.speed_xy_m_s, p.speed_z_m_s, p.accel_m_s2, p.yaw_rate_rad_s);

@@ -14,11 +14,11 @@
 
 #include "bench/hil/calibrate/blade_hover.hpp"
 #include "bench/hil/calibrate/vehicle_sketch.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "sim/rotor/blade.hpp"
 
 namespace rotorloop::cli {
@@ -44,12 +44,14 @@ void copy_polar(const std::filesystem::path& from, const std::filesystem::path& 
 // The propeller's numbers from its blade, and what the blade says of hover.
 std::string take_blade(VehicleArguments& o, const sim::Blade& blade) {
   constexpr double kGravity_m_s2 = 9.81, kInch_m = 0.0254;
-  const calibrate::BladeHover hover = calibrate::blade_hover(blade, o.sketch.mass_kg * kGravity_m_s2 / 4.0, calibrate::kSketchDensity_kg_m3);
+  const calibrate::BladeHover hover =
+      calibrate::blade_hover(blade, o.sketch.mass_kg * kGravity_m_s2 / 4.0, calibrate::kSketchDensity_kg_m3);
   o.sketch.own_blade = true;
   o.sketch.blades = blade.blades, o.sketch.diameter_m = 2.0 * blade.radius_m, o.sketch.pitch_m = calibrate::blade_pitch_m(blade);
   o.sketch.blade_inertia_kg_m2 = blade.blade_inertia_kg_m2, o.sketch.c_t_N_s2 = hover.c_t_N_s2, o.sketch.c_q_N_m_s2 = hover.c_q_N_m_s2;
-  return fmt::format("{}: {:.3g} x {:.3g} inch, {} blades; hover at {:.0f} RPM by the blade, {:.3g} W at the shaft, tip at {:.0f} m/s\n", o.blade.generic_string(), o.sketch.diameter_m / kInch_m,
-                     o.sketch.pitch_m / kInch_m, blade.blades, hover.omega_rad_s * 30.0 / std::numbers::pi, hover.shaft_power_W, hover.tip_speed_m_s);
+  return fmt::format("{}: {:.3g} x {:.3g} inch, {} blades; hover at {:.0f} RPM by the blade, {:.3g} W at the shaft, tip at {:.0f} m/s\n",
+                     o.blade.generic_string(), o.sketch.diameter_m / kInch_m, o.sketch.pitch_m / kInch_m, blade.blades,
+                     hover.omega_rad_s * 30.0 / std::numbers::pi, hover.shaft_power_W, hover.tip_speed_m_s);
 }
 
 std::string text_of(const std::filesystem::path& file) {
@@ -60,7 +62,9 @@ std::string text_of(const std::filesystem::path& file) {
 int make(VehicleArguments& o) {
   o.sketch.wheelbase_m = 1e-3 * o.wheelbase_mm;
   o.sketch.line_resistance_ohm = 1e-3 * o.resistance_mohm;
-  if (o.propeller.empty() == o.blade.empty()) throw Error({"", "--propeller and --blade: one of them is needed, and one alone", "", "give diameter x pitch (6x4.5), or the blade file that `rotorloop rotor fit` wrote"});
+  if (o.propeller.empty() == o.blade.empty())
+    throw Error({"", "--propeller and --blade: one of them is needed, and one alone", "",
+                 "give diameter x pitch (6x4.5), or the blade file that `rotorloop rotor fit` wrote"});
   if (o.blade.empty() && !calibrate::parse_propeller(o.propeller, o.sketch))
     throw Error({"", fmt::format("--propeller is \"{}\"", o.propeller), "",
                  "give diameter x pitch in inches, and the blades if more than two: 6x4.5 or 5.1x4.6x3"});
@@ -84,7 +88,7 @@ int make(VehicleArguments& o) {
   std::vector<OutputFile> outputs;
   for (const auto& [file, text] : all) outputs.push_back({"FOLDER", o.folder / file});
   check_outputs(outputs, o.force);
-  for (const auto& [file, text] : all) hil::write_text_file(o.folder / file, *text);
+  for (const auto& [file, text] : all) write_text_file(o.folder / file, *text);
   for (const auto& file : o.blade.empty() ? std::vector{polar} : blade.polar_files) copy_polar(file, o.folder);
   const std::string f = o.folder.generic_string();
   fmt::print(stderr, "{}", said);
@@ -112,7 +116,8 @@ void add_vehicle(CLI::App& app, int& exit_code) {
   c->add_option("--mass-kg", o->sketch.mass_kg, "ready to fly, battery included")->required();
   c->add_option("--wheelbase-mm", o->wheelbase_mm, "motor to motor, diagonally")->required();
   c->add_option("--propeller", o->propeller, "diameter x pitch in inches, x blades if more than two: 6x4.5 or 5.1x4.6x3");
-  c->add_option("--blade", o->blade, "in place of --propeller: a blade file, as `rotorloop rotor fit` writes it; it and its polars are copied");
+  c->add_option("--blade", o->blade,
+                "in place of --propeller: a blade file, as `rotorloop rotor fit` writes it; it and its polars are copied");
   c->add_option("--kv", o->sketch.kv_rpm_V, "no-load speed of the motor, rpm/V")->required();
   c->add_option("--resistance-mohm", o->resistance_mohm, "between two leads of the motor, mΩ (\"internal resistance\" of data sheets)")
       ->required();
@@ -126,7 +131,8 @@ void add_vehicle(CLI::App& app, int& exit_code) {
       "Prints the commands that make it fly.\n"
       "Example:\n  rotorloop vehicle new my/six_inch --mass-kg 0.75 --wheelbase-mm 265 --propeller 6x4.5x2 --kv 1700 --resistance-mohm 90 "
       "--cells 4 --current-limit-A 35\n"
-      "  rotorloop vehicle new my/nine_inch --mass-kg 1.3 --wheelbase-mm 380 --blade my/blades/prop.toml --kv 900 --resistance-mohm 90 --cells 4 --current-limit-A 40");
+      "  rotorloop vehicle new my/nine_inch --mass-kg 1.3 --wheelbase-mm 380 --blade my/blades/prop.toml --kv 900 --resistance-mohm 90 "
+      "--cells 4 --current-limit-A 40");
   c->callback([o, &exit_code] { exit_code = make(*o); });
 }
 

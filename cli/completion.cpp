@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/ending/outputs.hpp"
+#include "host/base/text_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -73,7 +73,7 @@ void add_completion(CLI::App& app) {
     if (out->empty())
       fmt::print("{}", bash_completion(app));
     else
-      hil::write_text_file(*out, bash_completion(app));
+      write_text_file(*out, bash_completion(app));
   });
 }
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "bench/sysid/log/read_flight.hpp"
 #include "bench/studies/command_thrust.hpp"
 #include "bench/studies/hover_diagnosis.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "bench/hil/flight/run_folder.hpp"
+#include "host/base/text_file.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::cli {
@@ -38,7 +38,8 @@ void FitOptions::free_place_of_accelerometer(const host::VehicleFile& vehicle) {
   const auto of_place = [](const std::string& name) { return name.starts_with("imu_place"); };
   const bool used = std::find(use.begin(), use.end(), "accel") != use.end();
   const bool said = std::any_of(free.begin(), free.end(), of_place) || std::any_of(hold.begin(), hold.end(), of_place);
-  if (used && !said) free.push_back(fmt::format("imu_place={:.3g}", kWithinArms * host::arm_m(host::load_geometry(host::to_model(vehicle)))));
+  if (used && !said)
+    free.push_back(fmt::format("imu_place={:.3g}", kWithinArms * host::arm_m(host::load_geometry(host::to_model(vehicle)))));
 }
 
 void add_fit_options(CLI::App& app, FitOptions& o, const std::string& rate_help, double least_rate_Hz) {
@@ -80,7 +81,7 @@ std::optional<Error> not_credible(const std::filesystem::path& path, const host:
 
 void write_checked(const std::filesystem::path& path, const host::VehicleFile& v, const host::EffectCatalogue& catalogue) {
   if (const auto problem = not_credible(path, v, catalogue)) throw *problem;
-  hil::write_text_file(path, host::vehicle_text(v));
+  write_text_file(path, host::vehicle_text(v));
 }
 
 }  // namespace rotorloop::cli

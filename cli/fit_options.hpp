@@ -22,8 +22,8 @@ struct FitOptions {
   void apply(identify::IdentifyOptions& i) const;
   // Where --use was not given: gyro and accelerometer, each where all of these logs have it.
   void use_what_all_have(const std::vector<identify::FlightToFit>& flights);
-  // Where an accelerometer sits is hardly ever published, and an arm of a few centimetres reads like a residual force: it is looked for, about
-  // the body's origin, unless the user said otherwise.
+  // Where an accelerometer sits is hardly ever published, and an arm of a few centimetres reads like a residual force: it is looked for,
+  // about the body's origin, unless the user said otherwise.
   void free_place_of_accelerometer(const host::VehicleFile& vehicle);
 };
 

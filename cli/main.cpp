@@ -17,8 +17,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
-  rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil,
-                          rotorloop::hil::checked_vehicle_text);
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil, rotorloop::hil::checked_vehicle_text);
   rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_vehicle(app, exit_code);

@@ -22,12 +22,10 @@ inline void add_old_flag(CLI::App& c, const std::string& old_name, const std::st
 }
 
 inline void add_old_option(CLI::App& c, const std::string& old_name, const std::string& name, std::vector<std::filesystem::path>* value) {
-  c.add_option_function<std::vector<std::string>>(old_name,
-                                                  [=](const std::vector<std::string>& paths) {
-                                                    say_renamed(old_name, name);
-                                                    value->insert(value->end(), paths.begin(), paths.end());
-                                                  })
-      ->group("");
+  c.add_option_function<std::vector<std::string>>(old_name, [=](const std::vector<std::string>& paths) {
+     say_renamed(old_name, name);
+     value->insert(value->end(), paths.begin(), paths.end());
+   })->group("");
 }
 
 }  // namespace rotorloop::cli

@@ -22,7 +22,8 @@ int run_command(CLI::App& app, int argc, const char* const* argv, const int& exi
   const auto refused = [&](const Error& e) {
     std::fprintf(stderr, "%s\n", refusal_text(e.text(), command.name).c_str());
     for (const std::string& path : *missing)
-      std::fprintf(stderr, "  note:   \"%s\" is neither in the working folder nor below %s\n", path.c_str(), share.generic_string().c_str());
+      std::fprintf(stderr, "  note:   \"%s\" is neither in the working folder nor below %s\n", path.c_str(),
+                   share.generic_string().c_str());
     return static_cast<int>(e.exit_code());
   };
   try {
@@ -32,13 +33,14 @@ int run_command(CLI::App& app, int argc, const char* const* argv, const int& exi
       throw Error({"stdout", "cannot be written", "the disk is full, or the reader of a pipe is gone", ""}, ExitCode::device);
     return exit_code;
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // help and version
+    if (e.get_exit_code() == 0) return app.exit(e);                                           // help and version
     if (const auto unknown = unknown_word(app, argc, argv)) return refused(Error(*unknown));  // what is misspelt, before what is missing
     return refused(Error(refusal_of(e, command)));
   } catch (const Error& e) {
     return refused(e);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s: error: inside rotorloop: %s\n  do:     please report it with the command and its input files\n", command.name.c_str(), e.what());
+    std::fprintf(stderr, "%s: error: inside rotorloop: %s\n  do:     please report it with the command and its input files\n",
+                 command.name.c_str(), e.what());
     return kExitDefect;
   }
 }

@@ -53,7 +53,8 @@ class BitWriter {
       std::size_t byte = bit_ / 8u;
       bit_ += bits;
       for (; bits > 32u; bits -= 8u, value >>= 8) out_[byte++] = static_cast<std::uint8_t>(value & 0xFFu);
-      for (auto low = static_cast<std::uint32_t>(value); bits > 0; bits -= 8u, low >>= 8) out_[byte++] = static_cast<std::uint8_t>(low & 0xFFu);
+      for (auto low = static_cast<std::uint32_t>(value); bits > 0; bits -= 8u, low >>= 8)
+        out_[byte++] = static_cast<std::uint8_t>(low & 0xFFu);
       return;
     }
     for (; bits >= 8; bits -= 8, value >>= 8) group(static_cast<std::uint32_t>(value & 0xFFu), 8);

@@ -207,10 +207,9 @@ inline StatusFrames encode(const ControllerStatus& s, std::uint8_t sequence) {
   const std::uint64_t head = detail::field(static_cast<std::uint64_t>(s.time_us), 20, 0) |
                              detail::field(std::uint64_t{s.limiters}, 16, 20) | detail::field(static_cast<std::uint64_t>(s.mode), 4, 36) |
                              detail::field(flags, 8, 40);
-  const std::uint64_t counts = detail::field(std::uint64_t{s.motor_limited_count}, 16, 0) |
-                               detail::field(std::uint64_t{s.thrust_limited_count}, 16, 16) |
-                               detail::field(std::uint64_t{s.attitude_limited_count}, 16, 32) |
-                               detail::field(std::uint64_t{kVersion}, kVersionBits, kVersionAt);
+  const std::uint64_t counts =
+      detail::field(std::uint64_t{s.motor_limited_count}, 16, 0) | detail::field(std::uint64_t{s.thrust_limited_count}, 16, 16) |
+      detail::field(std::uint64_t{s.attitude_limited_count}, 16, 32) | detail::field(std::uint64_t{kVersion}, kVersionBits, kVersionAt);
   return {detail::word_frame(kStatusId, 8, tag | head), detail::word_frame(kStatusCountersId, 8, tag | counts)};
 }
 

@@ -132,7 +132,8 @@ sim::Polar on_grid_of(const sim::Polar& like, sim::Polar polar) {
 
 sim::Polar blend(const sim::Polar& a, const sim::Polar& b, double weight) {
   sim::Polar result = a;
-  if (!alike(a, b)) throw Error({"polars of two sections", "angles or Reynolds numbers differ", "", "compute both at the same Reynolds numbers"});
+  if (!alike(a, b))
+    throw Error({"polars of two sections", "angles or Reynolds numbers differ", "", "compute both at the same Reynolds numbers"});
   result.source =
       fmt::format("{} % of ({}), {} % of ({})", number_text(100.0 * (1.0 - weight)), a.source, number_text(100.0 * weight), b.source);
   for (std::size_t t = 0; t < a.tables.size(); ++t)

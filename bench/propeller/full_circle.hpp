@@ -21,8 +21,8 @@ sim::Polar full_circle(std::vector<SectionPolar> polars);
 // (1 - weight) a + weight b, for sections that run into each other along the blade. Both from full_circle(), same Reynolds numbers.
 sim::Polar blend(const sim::Polar& a, const sim::Polar& b, double weight);
 
-// At the angles and Reynolds numbers of `like`, by the interpolation that defines a polar; unchanged where they are the same. Two sections of one blade
-// may come from different places.
+// At the angles and Reynolds numbers of `like`, by the interpolation that defines a polar; unchanged where they are the same. Two sections
+// of one blade may come from different places.
 sim::Polar on_grid_of(const sim::Polar& like, sim::Polar polar);
 
 // Drops the tables above the first that reaches `reynolds`: the solve spreads its rows evenly over the range that is left.

@@ -7,7 +7,7 @@
 namespace rotorloop::propeller {
 namespace {
 constexpr std::size_t kMinMeasuredRows = 4;  // fewer cannot be split into fitted and held-out rows
-constexpr Range kThrust{-0.5, 1.0, "1"};  // C_T of propellers: -0.2 (windmill) to 0.3
+constexpr Range kThrust{-0.5, 1.0, "1"};     // C_T of propellers: -0.2 (windmill) to 0.3
 constexpr Range kPower{-0.5, 1.0, "1"};
 constexpr double kEfficiencyDigits = 5e-4;  // J CT - eta CP; vol. 1 rounds all four to 3 or 4 decimals
 }  // namespace

@@ -24,7 +24,7 @@ struct SectionChoice {
 // Polars of one section and where they are from.
 struct SectionPolars {
   sim::Polar polar;
-  std::string kind;                  // "measured_data" (XFLR5's files of the data folder), "shipped", "xfoil", "stand_in" (a shipped section for another)
+  std::string kind;  // "measured_data" (XFLR5's files of the data folder), "shipped", "xfoil", "stand_in" (a shipped section for another)
   std::vector<std::string> remarks;  // what a user should know of them
   bool cached = false;               // "xfoil": kept from before
 };

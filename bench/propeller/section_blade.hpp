@@ -5,8 +5,8 @@
 
 namespace rotorloop::propeller {
 
-// A section's polars: those ready; of the data folder (NAME_Re*.txt), else a shipped one, else made. Digits alone ("4412") and paths of .dat files are
-// always made where something can make them. Throws Error where there are none.
+// A section's polars: those ready; of the data folder (NAME_Re*.txt), else a shipped one, else made. Digits alone ("4412") and paths of
+// .dat files are always made where something can make them. Throws Error where there are none.
 SectionPolars read_section(const PropellerInputs& inputs, const std::string& name);
 
 // The largest chord Reynolds number that any row reaches: section tables go no further.

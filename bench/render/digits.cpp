@@ -9,7 +9,7 @@
 namespace rotorloop::render {
 namespace {
 
-constexpr int kMostDigits = 10;  // of a value: beyond them lies the rounding of what it was computed with
+constexpr int kMostDigits = 10;              // of a value: beyond them lies the rounding of what it was computed with
 constexpr int kSmallest = -4, kLargest = 6;  // powers of ten that are written without an exponent
 
 // Power of ten of the first digit, after rounding to `digits`: 0.0996 with two digits is 0.10.
@@ -46,7 +46,8 @@ MeasuredText measured(double value, double u) {
   const bool exponent = largest < kSmallest || largest >= kLargest;
   const bool small_u = power_of(u, 2) < kSmallest || power_of(u, 2) >= kLargest;
   const bool vanishes = rounded_to(value, place) == 0.0;
-  return {vanishes && exponent ? "0" : printed(value, place, exponent), small_u ? fmt::format("{:.1e}", u) : printed(u, power_of(u, 2) - 1, false)};
+  return {vanishes && exponent ? "0" : printed(value, place, exponent),
+          small_u ? fmt::format("{:.1e}", u) : printed(u, power_of(u, 2) - 1, false)};
 }
 
 std::string measured_text(double value, double u) {

@@ -20,7 +20,8 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
 
 // Columns of a terminal count characters, not bytes.
 std::size_t characters(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 // A terminal's minus is that which other programs read.
 std::string plain(std::string text) {
@@ -38,16 +39,19 @@ std::string escaped(const std::string& text) { return xml_escaped(true_minus(tex
 std::string head_html(const std::vector<Column>& columns) {
   std::string out = "<tr>";
   for (const Column& c : columns)
-    out += fmt::format("<th{}{}>{}</th>", c.left ? " class=\"l\"" : "", c.span > 1 ? fmt::format(" colspan=\"{}\"", c.span) : "", xml_escaped(c.title));
+    out += fmt::format("<th{}{}>{}</th>", c.left ? " class=\"l\"" : "", c.span > 1 ? fmt::format(" colspan=\"{}\"", c.span) : "",
+                       xml_escaped(c.title));
   return out + "</tr>";
 }
 
 std::string html(const Table& t) {
-  std::string out = "<div class=\"scroll\"><table><thead>" + (t.above.empty() ? "" : head_html(t.above)) + head_html(t.columns) + "</thead><tbody>\n";
+  std::string out =
+      "<div class=\"scroll\"><table><thead>" + (t.above.empty() ? "" : head_html(t.above)) + head_html(t.columns) + "</thead><tbody>\n";
   for (const Row& row : t.rows) {
     out += row.first ? "<tr class=\"first\">" : "<tr>";
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      const std::string kind = std::string(t.columns[i].left ? "l" : "") + (t.columns[i].left && !row.cells[i].kind.empty() ? " " : "") + row.cells[i].kind;
+      const std::string kind =
+          std::string(t.columns[i].left ? "l" : "") + (t.columns[i].left && !row.cells[i].kind.empty() ? " " : "") + row.cells[i].kind;
       std::string text = escaped(row.cells[i].text);
       replace_all(text, "\n", "<br>");
       out += (kind.empty() ? "<td>" : "<td class=\"" + kind + "\">") + text + "</td>";
@@ -119,7 +123,9 @@ std::string figure_text(double value, const char* format) {
   if (!std::isfinite(value)) return std::isinf(value) ? std::string(value < 0.0 ? kMinus : "") + "∞" : "–";
   return typeset(fmt::format(fmt::runtime(format), value));
 }
-std::string measured_figure(double value, double u) { return std::isfinite(value) ? typeset(measured(value, u).value) : figure_text(value); }
+std::string measured_figure(double value, double u) {
+  return std::isfinite(value) ? typeset(measured(value, u).value) : figure_text(value);
+}
 std::string measured_u(double u) { return u > 0.0 && std::isfinite(u) ? typeset(measured(0.0, u).u) : figure_text(u); }
 std::string uncertainty_text(double u) { return u > 0.0 && std::isfinite(u) ? "± " + measured_u(u) : ""; }
 std::string value_text(double value, double u, const std::string& unit) {
@@ -149,7 +155,8 @@ std::string true_minus(std::string text) {
 std::string page_html(const Sections& sections) {
   std::string out;
   for (const Section& s : sections) {
-    if (!s.title.empty()) out += s.id.empty() ? "<h3>" + xml_escaped(s.title) + "</h3>\n" : "<h2 id=\"" + s.id + "\">" + xml_escaped(s.title) + "</h2>\n";
+    if (!s.title.empty())
+      out += s.id.empty() ? "<h3>" + xml_escaped(s.title) + "</h3>\n" : "<h2 id=\"" + s.id + "\">" + xml_escaped(s.title) + "</h2>\n";
     for (const Block& b : s.blocks) out += std::visit([](const auto& block) { return html(block); }, b);
   }
   return out;

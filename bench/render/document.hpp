@@ -10,12 +10,12 @@ namespace rotorloop::render {
 
 // Figures as print has them: a true minus; "–" for what is no number.
 std::string figure_text(double value, const char* format = "{:.4g}");
-std::string measured_figure(double value, double u);                        // the value with the digits that u allows (digits.hpp)
-std::string measured_u(double u);                                           // "0.012", of two digits; "0" and "–" as figures have them
-std::string uncertainty_text(double u);                                     // "± 0.012", of two digits; nothing when u is not above 0
-std::string value_text(double value, double u, const std::string& unit);    // "5.10 ± 0.23 N": the digits that u allows (digits.hpp)
-std::string unit_text(const std::string& unit);                             // "kg m2" as "kg m²"; "1" as nothing
-std::string true_minus(std::string text);                                   // ASCII minus before a number; hyphens in words stay
+std::string measured_figure(double value, double u);                      // the value with the digits that u allows (digits.hpp)
+std::string measured_u(double u);                                         // "0.012", of two digits; "0" and "–" as figures have them
+std::string uncertainty_text(double u);                                   // "± 0.012", of two digits; nothing when u is not above 0
+std::string value_text(double value, double u, const std::string& unit);  // "5.10 ± 0.23 N": the digits that u allows (digits.hpp)
+std::string unit_text(const std::string& unit);                           // "kg m2" as "kg m²"; "1" as nothing
+std::string true_minus(std::string text);                                 // ASCII minus before a number; hyphens in words stay
 
 struct Column {
   std::string title;

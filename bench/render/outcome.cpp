@@ -17,7 +17,8 @@ std::string one_line(std::string text) {
 }  // namespace
 
 std::string banner_html(const Outcome& o) {
-  std::string out = std::string("<div class=\"verdict ") + style_of(o.standing) + "\" role=\"status\"><b>" + xml_escaped(o.verdict) + "</b><div>";
+  std::string out =
+      std::string("<div class=\"verdict ") + style_of(o.standing) + "\" role=\"status\"><b>" + xml_escaped(o.verdict) + "</b><div>";
   if (!o.sentence.empty()) out += "<p>" + xml_escaped(o.sentence) + "</p>";
   if (!o.errors.empty()) {
     out += "<ul>";

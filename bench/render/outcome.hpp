@@ -10,9 +10,9 @@ enum class Standing { good, bad, open };  // open: neither passed nor failed
 struct Outcome {
   std::string verdict;  // one word, as in result.json: "pass", "fail", "incomplete", "refused"; of a diagnosis its own
   Standing standing = Standing::open;
-  std::string sentence = {};              // what it rests on
-  std::vector<std::string> errors = {};   // why the result is not what was asked for; empty when it is
-  std::string next = {};                  // what to do now
+  std::string sentence = {};             // what it rests on
+  std::vector<std::string> errors = {};  // why the result is not what was asked for; empty when it is
+  std::string next = {};                 // what to do now
 };
 
 // The banner at the head of a page.

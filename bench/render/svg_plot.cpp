@@ -114,9 +114,11 @@ std::string right_axis(const Frame& f, const Ticks& ticks, const RightScale& sca
   std::string out;
   for (const double t : ticks.at) {
     const double y = f.at_y(t / scale.per_y);
-    out += fmt::format("<path class=\"ax\" d=\"M{} {}h4\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(f.right), px(y), px(f.right + 7), px(y + 4), tick_text(t, ticks));
+    out += fmt::format("<path class=\"ax\" d=\"M{} {}h4\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(f.right), px(y),
+                       px(f.right + 7), px(y + 4), tick_text(t, ticks));
   }
-  return out + fmt::format("<text class=\"lb\" transform=\"translate({} {}) rotate(90)\" text-anchor=\"middle\">{}</text>\n", px(label_x), px((f.top + f.bottom) / 2), xml_escaped(scale.label));
+  return out + fmt::format("<text class=\"lb\" transform=\"translate({} {}) rotate(90)\" text-anchor=\"middle\">{}</text>\n", px(label_x),
+                           px((f.top + f.bottom) / 2), xml_escaped(scale.label));
 }
 
 double tick_width(const Ticks& ticks) {
@@ -329,7 +331,9 @@ PlotFrame lay_out(const Plot& p, double legend_height) {
     for (int more = 1; more <= 3 && t.at.size() < 3; ++more) t = nice_ticks(low, high, y_wanted + more);
     return t;
   };
-  const auto y_ticks_of = [&](const auto& range) { return p.log_y ? decade_ticks(range.low, range.high, y_wanted) : three_ticks(range.low, range.high); };
+  const auto y_ticks_of = [&](const auto& range) {
+    return p.log_y ? decade_ticks(range.low, range.high, y_wanted) : three_ticks(range.low, range.high);
+  };
   f.left = 36 + tick_width(y_ticks_of(y));
   if (p.right) {
     out.right_ticks = three_ticks(p.right->per_y * y.low, p.right->per_y * y.high);

@@ -53,7 +53,7 @@ struct Plot {
   int width_px = 1040, height_px = 260;
   std::vector<std::string> x_names = {};             // stand at x = 1, 2, … in place of numbers; slanted where they are long
   std::optional<double> x_min, x_max, y_min, y_max;  // else from the data
-  std::optional<RightScale> right = {};            // not with log_y
+  std::optional<RightScale> right = {};              // not with log_y
   bool equal_axes = false;                           // one metre is as long in x as in y
   bool y_from_zero = false;
   bool log_x = false, log_y = false;       // decades; what is not above zero is left out; neither with equal_axes nor y_from_zero

@@ -39,15 +39,19 @@ std::string json(const std::vector<double>& values) {
 std::string values_json(const Plot& p) {
   std::string out = fmt::format("{{\"x\":{},\"y\":{},\"series\":[", json(p.x_label), json(p.y_label));
   for (const Series& s : p.series)
-    out += fmt::format("{}{{\"label\":{},\"colour\":{},\"dashed\":{},\"x\":{},\"y\":{}}}", &s == p.series.data() ? "" : ",", json(s.label), s.colour, s.dashed, json(s.x), json(s.y));
+    out += fmt::format("{}{{\"label\":{},\"colour\":{},\"dashed\":{},\"x\":{},\"y\":{}}}", &s == p.series.data() ? "" : ",", json(s.label),
+                       s.colour, s.dashed, json(s.x), json(s.y));
   return out + "]}";
 }
 
 }  // namespace
 
 std::string zoom_figures_html(const std::vector<Plot>& plots) {
-  std::string out = "<div class=\"zoom\">\n<p class=\"cap zoom-how\" hidden>Drag over a plot to zoom, double click to see all; on a screen that is touched two fingers zoom, one moves, two taps show all. The values under the cursor stand below each plot.</p>\n";
-  for (const Plot& p : plots) out += figure_html(xml_escaped(p.title), plot_svg(p) + "<script type=\"application/json\">" + values_json(p) + "</script>\n");
+  std::string out =
+      "<div class=\"zoom\">\n<p class=\"cap zoom-how\" hidden>Drag over a plot to zoom, double click to see all; on a screen that is "
+      "touched two fingers zoom, one moves, two taps show all. The values under the cursor stand below each plot.</p>\n";
+  for (const Plot& p : plots)
+    out += figure_html(xml_escaped(p.title), plot_svg(p) + "<script type=\"application/json\">" + values_json(p) + "</script>\n");
   return out + "</div>\n";
 }
 

@@ -1,5 +1,5 @@
-// Line plots that can be zoomed: the static drawing of svg_plot.hpp with its values beside it. Where scripts run, uPlot draws the values in place
-// of the drawing; where none run, and in print, the drawing stays. Nothing is fetched.
+// Line plots that can be zoomed: the static drawing of svg_plot.hpp with its values beside it. Where scripts run, uPlot draws the values in
+// place of the drawing; where none run, and in print, the drawing stays. Nothing is fetched.
 #pragma once
 #include <string>
 #include <vector>

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kBlock_s = 5.0;
 constexpr std::size_t kLeastCommandSamples = 500;
-constexpr double kIndistinguishableRmsRatio = 1.25;       // held-out rms within this factor of the best
-constexpr double kLeastFall = 0.02;  // of the held-out rms
-constexpr int kRounds = 8;           // of map and numbers in turn: the second changes the sixth digit only
+constexpr double kIndistinguishableRmsRatio = 1.25;  // held-out rms within this factor of the best
+constexpr double kLeastFall = 0.02;                  // of the held-out rms
+constexpr int kRounds = 8;                           // of map and numbers in turn: the second changes the sixth digit only
 
 double at(const log::Stream<double>& s, double t_s) {
   const auto it = std::upper_bound(s.t_s.begin(), s.t_s.end(), t_s);
@@ -180,7 +180,7 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightReco
     FlightDifference x = describe(flights, kind, id, meaning);
     const HeldOut after = held_out(flights, kind);
     x.held_out_rms_m_s2 = stand::rms_of(after.error);
-    x.fall = stand::fall_of_rms(before.error, after.error, before.block, o.seed);
+    x.fall = rms_reduction(before.error, after.error, before.block, o.seed);
     d.differences.push_back(std::move(x));
   };
   add(Kind::battery_gain, "battery_gain", "motor voltage times 1 + number: battery, wiring, a warm motor");
@@ -204,7 +204,9 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightReco
                                    scatter(shown), scatter(x.per_flight));
     if (x.ruled_out_by.empty()) d.named.push_back(x.id);
   }
-  d.verdict = d.named.empty() ? diagnose::DiagnosisVerdict::clean : d.named.size() == 1 ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::ambiguous;
+  d.verdict = d.named.empty()       ? diagnose::DiagnosisVerdict::clean
+              : d.named.size() == 1 ? diagnose::DiagnosisVerdict::named
+                                    : diagnose::DiagnosisVerdict::ambiguous;
   return d;
 }
 

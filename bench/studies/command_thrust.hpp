@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "host/base/block_fit.hpp"
 #include "bench/sysid/diagnose/verdict.hpp"
 #include "bench/sysid/log/flight_record.hpp"
+#include "host/base/block_fit.hpp"
 
 namespace rotorloop::studies {
 
@@ -33,7 +33,7 @@ struct FlightDifference {
   std::vector<double> per_flight, u;  // each flight's number
   double rms_m_s2 = 0.0, r2 = 0.0;    // of all samples
   double held_out_rms_m_s2 = 0.0;     // second halves, with the flight's number from its first half and the map from the other flights
-  stand::Fall fall;                          // of that rms against "none", 95 % over stretches of 5 s
+  RmsReduction fall;                  // of that rms against "none", 95 % over stretches of 5 s
   std::string ruled_out_by;           // empty: it explains why flights differ
 };
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/diagnose/verdict.hpp"
 #include "bench/studies/hover_reference.hpp"
 #include "bench/studies/hover_shares.hpp"
+#include "bench/sysid/diagnose/verdict.hpp"
 #include "host/vehicle/model.hpp"
 
 namespace rotorloop::studies {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "bench/sysid/log/read_flight.hpp"
 #include "bench/sysid/score/multi_step_fit.hpp"
 #include "bench/sysid/score/prediction_terms.hpp"
-#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/thrust.hpp"
 
@@ -54,13 +54,15 @@ Flights read_flights(const NanodroneInputs& in) {
 
 std::vector<score::PredictionErrors> score(const std::vector<score::StateTrack>& flights, const score::Predictor& predictor) {
   std::vector<score::PredictionErrors> errors;
-  for (const score::StateTrack& t : flights) errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kHorizon), kHorizon));
+  for (const score::StateTrack& t : flights)
+    errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kHorizon), kHorizon));
   return errors;
 }
 
 score::PredictionSummary score_far(const std::vector<score::StateTrack>& flights, const score::Predictor& predictor) {
   std::vector<score::PredictionErrors> errors;
-  for (const score::StateTrack& t : flights) errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kLongHorizon, 5), kLongHorizon));
+  for (const score::StateTrack& t : flights)
+    errors.push_back(score::predict(t, predictor, score::prediction_starts(t, kLongHorizon, 5), kLongHorizon));
   return score::summary(errors);
 }
 
@@ -89,7 +91,8 @@ estimate::ModelValues fit_translation(const NanodroneInputs& in, const std::vect
   host::TermList terms;
   terms.add(score::kTorqueShare);
   estimate::ModelValues v = start_values(in.vehicle, terms);
-  for (const std::string axis : {"roll", "pitch", "yaw"}) v[named(terms, "prediction.torque_share." + axis)] = 0.0;  // rates held: translation alone
+  for (const std::string axis : {"roll", "pitch", "yaw"})
+    v[named(terms, "prediction.torque_share." + axis)] = 0.0;  // rates held: translation alone
   score::MultiStepOptions o;
   o.horizon = 10;
   o.scale = kTranslationScale;
@@ -99,7 +102,8 @@ estimate::ModelValues fit_translation(const NanodroneInputs& in, const std::vect
 void fit_rotation(const NanodroneInputs& in, const std::vector<score::StateTrack>& training, const estimate::ModelValues& translation,
                   NanodroneResult& out) {
   host::TermList terms;
-  for (const host::Term* t : {&score::kTorqueShare, host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment, &score::kRateReturn})
+  for (const host::Term* t :
+       {&score::kTorqueShare, host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment, &score::kRateReturn})
     terms.add(*t);
   estimate::ModelValues v = start_values(in.vehicle, terms);
   for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh}) v[p] = translation[p];
@@ -140,10 +144,11 @@ log::FlightRecord as_record(const score::StateTrack& t) {
 }
 
 // Physical parameters by maximum likelihood on the first flight of each kind: the vehicle's, with process noise for what is not modelled.
-estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<score::StateTrack>& training, const estimate::ModelValues& translation,
-                           NanodroneResult& out) {
+estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vector<score::StateTrack>& training,
+                                     const estimate::ModelValues& translation, NanodroneResult& out) {
   host::TermList terms;
-  for (const host::Term* t : {host::find_term("rotor_local_inflow"), host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment})
+  for (const host::Term* t :
+       {host::find_term("rotor_local_inflow"), host::find_term("rotor_inertia_reaction"), &score::kInPlaneVelocityMoment})
     terms.add(*t);
   estimate::FitProblem problem;
   problem.start = start_values(in.vehicle, terms);
@@ -154,8 +159,8 @@ estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vecto
   problem.start[named(terms, "effect.rotor_local_inflow.share")] = 1.0;
   problem.start[rotor_inertia] = 3e-8;
   problem.start[velocity_roll] = problem.start[velocity_pitch] = 1e-7;
-  for (const int p :
-       {int{estimate::kIxx}, int{estimate::kIyy}, int{estimate::kIzz}, int{estimate::kCq}, int{estimate::kK1}, int{estimate::kK2}, int{estimate::kCdh}, rotor_inertia, velocity_roll, velocity_pitch})
+  for (const int p : {int{estimate::kIxx}, int{estimate::kIyy}, int{estimate::kIzz}, int{estimate::kCq}, int{estimate::kK1},
+                      int{estimate::kK2}, int{estimate::kCdh}, rotor_inertia, velocity_roll, velocity_pitch})
     problem.free.push_back({p});
   for (const int p : {estimate::kComX, estimate::kComY, estimate::kRotorDelay}) problem.free.push_back({p, true});
 
@@ -192,7 +197,8 @@ estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vecto
   }
   v[estimate::kRotorDelay] = 0.0;
   for (const estimate::Estimate& e : fitted.estimates)
-    out.likelihood_names.push_back(e.parameter < estimate::kCoreParameters ? estimate::estimate_name(e, problem) : estimate::parameter_info(e.parameter, terms).name);
+    out.likelihood_names.push_back(e.parameter < estimate::kCoreParameters ? estimate::estimate_name(e, problem)
+                                                                           : estimate::parameter_info(e.parameter, terms).name);
   out.likelihood = std::move(fitted);
   return v;
 }
@@ -222,8 +228,8 @@ NanodroneResult run_nanodrone(const NanodroneInputs& in, const std::function<voi
   const auto baseline = scored("published physics, rates held", score::rates_held(published_physics(in.vehicle)));
 
   const estimate::ModelValues translation = fit_translation(in, flights.training);
-  out.k_F_N_s2 =
-      host::static_c_t({translation[estimate::kK1], translation[estimate::kK2], translation.geometry.radius_m, translation.geometry.air_density_kg_m3});
+  out.k_F_N_s2 = host::static_c_t(
+      {translation[estimate::kK1], translation[estimate::kK2], translation.geometry.radius_m, translation.geometry.air_density_kg_m3});
   say(fmt::format("translation fitted: k_F {:.3e} N s²", out.k_F_N_s2));
   const auto held = scored("eq. 1-5, rates held", score::rates_held(translation));
 
@@ -253,14 +259,17 @@ NanodroneResult run_nanodrone(const NanodroneInputs& in, const std::function<voi
     l.met = l.measured <= l.limit;
   }
   for (const std::size_t h : {1u, 2u, 5u, 10u, 20u, 50u}) {
-    out.horizons.push_back({static_cast<double>(h) * our_score.step_s, score::error_ratio(ours, held, score::kPredictedAttitude, h, h, in.bootstrap),
+    out.horizons.push_back({static_cast<double>(h) * our_score.step_s,
+                            score::error_ratio(ours, held, score::kPredictedAttitude, h, h, in.bootstrap),
                             score::error_ratio(ours, held, score::kPredictedRates, h, h, in.bootstrap)});
   }
   const score::PredictionSummary far = score_far(flights.test, score::whole_model(out.predicting)),
-                          far_held = score_far(flights.test, score::rates_held(translation));
+                                 far_held = score_far(flights.test, score::rates_held(translation));
   out.attitude_helps = score::helpful_range(far, far_held, score::kPredictedAttitude);
   out.rates_help = score::helpful_range(far, far_held, score::kPredictedRates);
-  if (physical) out.likelihood_rates_help = score::helpful_range(score_far(flights.test, score::whole_model(*physical)), far_held, score::kPredictedRates);
+  if (physical)
+    out.likelihood_rates_help =
+        score::helpful_range(score_far(flights.test, score::whole_model(*physical)), far_held, score::kPredictedRates);
   return out;
 }
 

@@ -52,8 +52,8 @@ struct NanodroneResult {
   score::HelpfulRange attitude_helps, rates_help, likelihood_rates_help;
   double k_F_N_s2 = 0.0;  // static thrust coefficient of the translation fit
   estimate::ModelValues predicting;
-  std::vector<int> predicting_free;  // its parameters that were fitted
-  std::optional<estimate::Fit> likelihood;     // physical parameters, with the names of its estimates
+  std::vector<int> predicting_free;         // its parameters that were fitted
+  std::optional<estimate::Fit> likelihood;  // physical parameters, with the names of its estimates
   std::vector<std::string> likelihood_names;
 
   bool met() const;

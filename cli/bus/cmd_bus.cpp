@@ -58,7 +58,8 @@ int list(bool json) {
   }
   fmt::print("{:<14} {:<11} {}\n", "bus", "this build", "behind the colon");
   for (const Json& row : document) {
-    fmt::print("{:<14} {:<11} {}\n", row["backend"].get<std::string>() + ":", row["built_in"].get<bool>() ? "yes" : "no", row["rest"].get<std::string>());
+    fmt::print("{:<14} {:<11} {}\n", row["backend"].get<std::string>() + ":", row["built_in"].get<bool>() ? "yes" : "no",
+               row["rest"].get<std::string>());
     for (const Json& name : row["present"]) fmt::print("{:<26} found: {}\n", "", name.get<std::string>());
     if (const std::string trouble = row.value("trouble", ""); !trouble.empty()) fmt::print("{:<26} not usable now: {}\n", "", trouble);
   }
@@ -84,12 +85,14 @@ live::BusBenchResult measure(const BenchArguments& o) {
   within("--burst", o.options.burst, 1);
   const BusName name = parse_bus_name(o.bus, "bus");
   switch (name.backend) {
-    case BusBackend::virtual_bus: return live::bench_virtual_bus(o.options);
+    case BusBackend::virtual_bus:
+      return live::bench_virtual_bus(o.options);
     case BusBackend::multicast: {
       const auto a = open_bus(o.bus, "bus"), b = open_bus(o.bus, "bus");
       return live::bench_live_bus(*a, *b, o.options);
     }
-    default: break;
+    default:
+      break;
   }
   throw Error({"bus", "\"" + o.bus + "\" has no second end in this program", "", "measure virtual: or mcast:0"});
 }
@@ -121,12 +124,13 @@ int bench(const BenchArguments& o) {
   fmt::print("{}: {} frames sent, {} received, {:.0f} frames/s\n", o.bus, r.sent, r.received, r.frames_per_s);
   if (r.bits_per_frame > 0.0) {
     fmt::print("  frame           {:.1f} bits on average, stuff bits and intermission counted\n", r.bits_per_frame);
-    fmt::print("  round trip      {:.1f} us of bus time at 1 Mbit/s, computed in {:.2f} us\n", r.virtual_round_trip_us, r.round_trip_median_us);
+    fmt::print("  round trip      {:.1f} us of bus time at 1 Mbit/s, computed in {:.2f} us\n", r.virtual_round_trip_us,
+               r.round_trip_median_us);
   } else {
     fmt::print("  lost            {} by the sender's queue, {} by the receiver's buffer ({:.1f} MB), {} unexplained\n", r.dropped_by_sender,
                r.dropped_by_receiver, static_cast<double>(r.receive_buffer_B) * 1e-6, r.unexplained);
-    fmt::print("  round trip      {:.1f} us median, {:.1f} us 99 %, {:.1f} us worst of {}; {} lost\n", r.round_trip_median_us, r.round_trip_p99_us,
-               r.round_trip_worst_us, r.round_trips, r.round_trips_lost);
+    fmt::print("  round trip      {:.1f} us median, {:.1f} us 99 %, {:.1f} us worst of {}; {} lost\n", r.round_trip_median_us,
+               r.round_trip_p99_us, r.round_trip_worst_us, r.round_trips, r.round_trips_lost);
   }
   if (r.damaged > 0 || r.out_of_order > 0) fmt::print("  wrong           {} damaged, {} out of order\n", r.damaged, r.out_of_order);
   return lost ? static_cast<int>(ExitCode::verdict) : 0;
@@ -138,7 +142,8 @@ void add_bench(CLI::App& group, int& exit_code) {
   c->add_option("bus", o->bus, "virtual: (the simulated bus) or mcast:N")->capture_default_str();
   c->add_option("--frames", o->options.frames, "frames one way")->capture_default_str();
   c->add_option("--round-trips", o->options.round_trips, "frames there and back, one at a time")->capture_default_str();
-  c->add_option("--burst", o->options.burst, "frames sent before the receiver reads again; a large one fills its buffer")->capture_default_str();
+  c->add_option("--burst", o->options.burst, "frames sent before the receiver reads again; a large one fills its buffer")
+      ->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document instead of text");
   c->footer(
       "Examples:\n"

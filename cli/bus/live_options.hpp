@@ -19,7 +19,8 @@ class App;
 namespace rotorloop::cli {
 
 // Behind every help text on buses.
-inline constexpr const char* kBusHelp = "bus: mcast:0 (programs on this machine or network), slcan:/dev/ttyACM0 (serial adapter), slcan-server:PATH";
+inline constexpr const char* kBusHelp =
+    "bus: mcast:0 (programs on this machine or network), slcan:/dev/ttyACM0 (serial adapter), slcan-server:PATH";
 
 struct LiveOptions {
   double for_s = 0.0;  // 0: until Ctrl-C

@@ -1,5 +1,5 @@
 // Files that a command is asked to write: refused before the work begins when they would overwrite something, or cannot be written. They
-// appear under their names when they are whole (hil::write_text_file).
+// appear under their names when they are whole (write_text_file).
 #pragma once
 #include <filesystem>
 #include <string>

@@ -19,7 +19,8 @@ const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
 // Names of the commands or options that are shown to users.
 std::vector<std::string> commands_of(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* sub : app.get_subcommands([](const CLI::App* s) { return !s->get_group().empty(); })) names.push_back(sub->get_name());
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App* s) { return !s->get_group().empty(); }))
+    names.push_back(sub->get_name());
   return names;
 }
 std::vector<std::string> options_of(const CLI::App& app) {
@@ -43,7 +44,8 @@ bool takes_words(const CLI::App& app) {
 }
 
 std::string lower_first(std::string text) {
-  if (text.size() > 1 && text[0] >= 'A' && text[0] <= 'Z' && text[1] >= 'a' && text[1] <= 'z') text[0] = static_cast<char>(text[0] - 'A' + 'a');
+  if (text.size() > 1 && text[0] >= 'A' && text[0] <= 'Z' && text[1] >= 'a' && text[1] <= 'z')
+    text[0] = static_cast<char>(text[0] - 'A' + 'a');
   return text;
 }
 
@@ -76,7 +78,8 @@ std::optional<ErrorText> unknown_word(const CLI::App& app, int argc, const char*
     if (!word.starts_with('-')) {
       const auto commands = commands_of(*at.app);
       if (!commands.empty() && !takes_words(*at.app))
-        return ErrorText{at.name, fmt::format("\"{}\" is not a command", word), "", use_one_of(word, commands) + "; see " + at.name + " --help"};
+        return ErrorText{at.name, fmt::format("\"{}\" is not a command", word), "",
+                         use_one_of(word, commands) + "; see " + at.name + " --help"};
       continue;
     }
     const std::string option = word.substr(0, word.find('='));

@@ -4,22 +4,22 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/hil/flight/run_clock.hpp"
 #include "bench/render/outcome.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
 
 namespace rotorloop::cli {
 
 struct ResultPlaces {
-  std::string command;                    // "identify"
+  std::string command;                            // "identify"
   std::filesystem::path report = {}, junit = {};  // empty: not asked for
-  bool json = false;                      // on stdout
+  bool json = false;                              // on stdout
 };
 
 render::Outcome refused_outcome(const Error& error);
 render::Outcome interrupted_outcome(const StopSignals& stop);
 
-void report_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const hil::RunClock& clock);
+void report_unfinished(const ResultPlaces& places, const render::Outcome& outcome, const RunClock& clock);
 
 }  // namespace rotorloop::cli

@@ -20,7 +20,8 @@ class StopSignals {
   std::string name() const;  // "SIGINT", "SIGTERM"
 
  private:
-  struct sigaction previous_int_ {}, previous_term_ {};
+  struct sigaction previous_int_ {
+  }, previous_term_{};
 };
 
 }  // namespace rotorloop::cli

@@ -49,11 +49,13 @@ int list(const NodesArguments& o) {
   } else {
     fmt::print("{:>4} {:>5}  {:<15} {:<8} {:>9}  {:<7} {:<28} {}\n", "node", "index", "mode", "health", "up", "version", "name", "trouble");
     for (const auto& [id, n] : tool.nodes())
-      fmt::print("{:>4} {:>5}  {:<15} {:<8} {:>7} s  {:<7} {:<28} {}\n", id, index_of(id), tools::mode_name(n.status.mode), tools::health_name(n.status.health),
-                 n.status.uptime_s, n.info ? fmt::format("{}.{}", n.info->software_major, n.info->software_minor) : "?", tools::node_name(n),
+      fmt::print("{:>4} {:>5}  {:<15} {:<8} {:>7} s  {:<7} {:<28} {}\n", id, index_of(id), tools::mode_name(n.status.mode),
+                 tools::health_name(n.status.health), n.status.uptime_s,
+                 n.info ? fmt::format("{}.{}", n.info->software_major, n.info->software_minor) : "?", tools::node_name(n),
                  tools::trouble_of(n.status));
     for (const auto& [key, row] : escs.rows()) {
-      if (row.shares_index) fmt::print(stderr, "esc_index {} is reported by node {} and others: give each ESC its own\n", key.first, row.node);
+      if (row.shares_index)
+        fmt::print(stderr, "esc_index {} is reported by node {} and others: give each ESC its own\n", key.first, row.node);
     }
   }
   session.finish();
@@ -69,7 +71,8 @@ int info(const NodesArguments& o) {
     fmt::print("{}\n", document.dump(2));
   } else {
     for (const Json& node : document) {
-      for (const auto& [key, value] : node.items()) fmt::print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+      for (const auto& [key, value] : node.items())
+        fmt::print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
       fmt::print("\n");
     }
   }
@@ -96,21 +99,29 @@ int log(const NodesArguments& o) {
   EscSession session(o.esc);
   constexpr const char* kLevels[] = {"debug", "info", "warning", "error"};
   session.tool().on<protocols::LogMessage>([&](const protocols::LogMessage& m, std::uint8_t source) {
-    const std::string from(m.source.items.begin(), m.source.items.begin() + m.source.count), text(m.text.items.begin(), m.text.items.begin() + m.text.count);
+    const std::string from(m.source.items.begin(), m.source.items.begin() + m.source.count),
+        text(m.text.items.begin(), m.text.items.begin() + m.text.count);
     const char* level = kLevels[static_cast<std::size_t>(m.level) & 3u];
     if (o.esc.live.json) {
-      fmt::print("{}\n", Json{{"time_s", static_cast<double>(session.tool().now_ns()) * 1e-9}, {"node", source}, {"level", level}, {"source", from}, {"text", text}}.dump());
+      fmt::print("{}\n", Json{{"time_s", static_cast<double>(session.tool().now_ns()) * 1e-9},
+                              {"node", source},
+                              {"level", level},
+                              {"source", from},
+                              {"text", text}}
+                             .dump());
     } else {
       fmt::print("node {:>3} {:<7} {}: {}\n", source, level, from, text);
     }
     std::fflush(stdout);
   });
-  session.tool().run_until(o.esc.live.for_s > 0.0 ? session.tool().now_ns() + static_cast<std::int64_t>(o.esc.live.for_s * 1e9) : INT64_MAX, [] { return false; });
+  session.tool().run_until(o.esc.live.for_s > 0.0 ? session.tool().now_ns() + static_cast<std::int64_t>(o.esc.live.for_s * 1e9) : INT64_MAX,
+                           [] { return false; });
   session.finish();
   return o.esc.live.for_s > 0.0 ? session.stop().exit_code() : 0;
 }
 
-void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const char* what, const char* footer, int (*run)(const NodesArguments&), bool json) {
+void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const char* what, const char* footer,
+                       int (*run)(const NodesArguments&), bool json) {
   auto o = std::make_shared<NodesArguments>();
   CLI::App* c = group.add_subcommand(name, what);
   add_esc_options(*c, o->esc, json);
@@ -127,7 +138,8 @@ void add_esc(CLI::App& app, int& exit_code) {
   group->require_subcommand(1);
   add_nodes_command(*group, exit_code, "list", "who is on the bus, and is it well",
                     "A ! behind an index: two ESCs have it.\nExample:\n  rotorloop esc list --bus slcan:/dev/ttyACM0", list, true);
-  add_nodes_command(*group, exit_code, "info", "versions, unique id and state of nodes", "Example:\n  rotorloop esc info --node 21", info, true);
+  add_nodes_command(*group, exit_code, "info", "versions, unique id and state of nodes", "Example:\n  rotorloop esc info --node 21", info,
+                    true);
   add_esc_parameters(*group, exit_code);
   add_esc_files(*group, exit_code);
   add_esc_commission(*group, exit_code);
@@ -136,7 +148,8 @@ void add_esc(CLI::App& app, int& exit_code) {
   add_esc_serve(*group, exit_code);
   add_esc_flash(*group, exit_code);
   add_nodes_command(*group, exit_code, "log", "messages that nodes log", "Example:\n  rotorloop esc log --for 60", log, true);
-  add_nodes_command(*group, exit_code, "restart", "restart nodes", "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, true);
+  add_nodes_command(*group, exit_code, "restart", "restart nodes",
+                    "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, true);
 }
 
 }  // namespace rotorloop::cli

@@ -73,7 +73,8 @@ void ask_to_begin(EscSession& session, const CommissionArguments& o) {
 
 void print_report(const tools::CommissionReport& r, bool saved) {
   fmt::print("node {}: {}\n", r.node, r.end);
-  for (const auto& m : r.measured) fmt::print("  {:<18} {:>14}   was {}\n", m.name, tools::value_text(m.value), tools::value_text(m.before));
+  for (const auto& m : r.measured)
+    fmt::print("  {:<18} {:>14}   was {}\n", m.name, tools::value_text(m.value), tools::value_text(m.before));
   if (!r.not_measured.empty()) fmt::print("  not measured, left as entered: {}\n", fmt::join(r.not_measured, ", "));
   if (!r.done()) return;
   fmt::print("{}; in force after a restart: rotorloop esc restart --node {}\n",
@@ -89,7 +90,8 @@ void tell(const std::string& text) {
 int commission(CommissionArguments o) {
   o.commission.spin = !o.rest_only;
   if (!o.yes && ::isatty(STDIN_FILENO) != 1)
-    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "", "give --yes when the propeller is off or the frame is held"});
+    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "",
+                 "give --yes when the propeller is off or the frame is held"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   std::optional<tools::Commission> run;
@@ -103,7 +105,9 @@ int commission(CommissionArguments o) {
     tool.poll();
     run->step(!session.stop().asked());
     if (run->wants_count()) {
-      if (!std::exchange(asked, true)) fmt::print(stderr, "  speed held: count it and type it in rpm within 30 s, with \"reversed\" behind it when it turns the wrong way\n");
+      if (!std::exchange(asked, true))
+        fmt::print(stderr,
+                   "  speed held: count it and type it in rpm within 30 s, with \"reversed\" behind it when it turns the wrong way\n");
       if (const auto count = typed.poll()) run->counted(count->rpm, count->reversed);
     }
     tool.bus().wait_until(tool.now_ns() + 5'000'000);
@@ -136,13 +140,15 @@ void add_esc_commission(CLI::App& group, int& exit_code) {
   add_esc_options(*c, o->esc);
   c->add_option("--node", o->node, "node id of the ESC")->required();
   c->add_flag("--rest-only", o->rest_only, "resistance and inductance alone: the rotor moves by one electrical turn and no further");
-  c->add_flag("--count", o->commission.count, "hold a speed until it was counted and typed: pole pairs and direction, which an ESC cannot measure by itself");
+  c->add_flag("--count", o->commission.count,
+              "hold a speed until it was counted and typed: pole pairs and direction, which an ESC cannot measure by itself");
   c->add_option("--kv", o->commission.speed_constant_rpm_V, "rpm/V by the label: compared with what is measured");
   c->add_option("--bell-inertia", o->commission.bell_inertia_kg_m2, "kg m2 of the rotor without propeller: compared with what is measured");
   c->add_flag("--save", o->save, "keep what was measured over a restart");
   c->add_flag("--yes", o->yes, "begin without asking: the propeller is off or the frame is held");
   c->footer(
-      "Takes 8 to 30 s. The ESC has to stand still and nobody may command it; every ESC of the bus is armed meanwhile and ordered nothing. Ctrl-C ends\n"
+      "Takes 8 to 30 s. The ESC has to stand still and nobody may command it; every ESC of the bus is armed meanwhile and ordered nothing. "
+      "Ctrl-C ends\n"
       "it; if this program is killed, the ESC ends it by itself after 2.5 s.\n"
       "Example:\n  rotorloop esc commission --node 21 --kv 2300 --save\n"
       "Exit code 3: refused by the ESC; 4: ended by a protection, a command or a result that cannot be.");

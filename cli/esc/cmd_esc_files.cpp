@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/tools/parameters.hpp"
 
 namespace rotorloop::cli {
@@ -42,7 +42,7 @@ int dump(const FileArguments& o) {
   if (o.file.empty()) {
     fmt::print("{}", text);
   } else {
-    hil::write_text_file(o.file, text);
+    write_text_file(o.file, text);
     fmt::print(stderr, "{}: the parameters of node {}\n", o.file.generic_string(), node);
   }
   session.finish();
@@ -67,7 +67,8 @@ void bring_to(EscSession& session, std::uint8_t node, const std::map<std::string
     }
     const NodeParameter* p = find(present, name);
     if (p == nullptr)
-      throw Error({value.where, fmt::format("node {} has no parameter \"{}\"", node, name), "the file is of another firmware", "remove the line, or restore a file of this firmware"});
+      throw Error({value.where, fmt::format("node {} has no parameter \"{}\"", node, name), "the file is of another firmware",
+                   "remove the line, or restore a file of this firmware"});
     const protocols::ParamValue v = tools::parse_value(*p, value.text, value.where);
     if (!tools::same_value(v, p->value)) changes.emplace_back(p, v);
   }
@@ -80,7 +81,8 @@ void bring_to(EscSession& session, std::uint8_t node, const std::map<std::string
   const std::size_t as_before = wanted.size() - changes.size() - left_out;
   tell(o.esc, {{"node", node}, {"changed", changes.size()}, {"as_before", as_before}, {"left_out", left_out}, {"saved", o.save}},
        fmt::format("node {}: {} changed, {} as wanted before{}{}", node, changes.size(), as_before,
-                   left_out > 0 ? fmt::format(", {} left that name the node (--identity sets them too)", left_out) : "", o.save ? "; saved" : "; not saved"));
+                   left_out > 0 ? fmt::format(", {} left that name the node (--identity sets them too)", left_out) : "",
+                   o.save ? "; saved" : "; not saved"));
 }
 
 int restore(const FileArguments& o) {
@@ -105,7 +107,8 @@ std::map<std::string, tools::FileValue> values_of(const std::vector<NodeParamete
 }
 
 int clone(const FileArguments& o) {
-  if (std::find(o.to.begin(), o.to.end(), o.from) != o.to.end()) throw Error({"--to", fmt::format("node {} would be copied to itself", o.from), "", "name other nodes"});
+  if (std::find(o.to.begin(), o.to.end(), o.from) != o.to.end())
+    throw Error({"--to", fmt::format("node {} would be copied to itself", o.from), "", "name other nodes"});
   EscSession session(o.esc);
   std::vector<int> all{o.from};
   all.insert(all.end(), o.to.begin(), o.to.end());
@@ -117,7 +120,8 @@ int clone(const FileArguments& o) {
 }
 
 int diff(const FileArguments& o) {
-  const bool other_is_node = !o.other.empty() && std::all_of(o.other.begin(), o.other.end(), [](char c) { return c >= '0' && c <= '9'; }) && o.other.size() <= 3;
+  const bool other_is_node =
+      !o.other.empty() && std::all_of(o.other.begin(), o.other.end(), [](char c) { return c >= '0' && c <= '9'; }) && o.other.size() <= 3;
   std::map<std::string, tools::FileValue> other;
   if (!other_is_node) other = tools::read_parameter_file(o.other);
   EscSession session(o.esc);
@@ -131,13 +135,16 @@ int diff(const FileArguments& o) {
     document.push_back({{"name", name}, {"node", here}, {"other", there}});
     if (!o.esc.live.json) fmt::print("{:<24} {:>16} {:>16}\n", name, here, there);
   };
-  if (!o.esc.live.json) fmt::print("{:<24} {:>16} {:>16}\n", "parameter", fmt::format("node {}", o.node), other_is_node ? "node " + o.other : "file");
+  if (!o.esc.live.json)
+    fmt::print("{:<24} {:>16} {:>16}\n", "parameter", fmt::format("node {}", o.node), other_is_node ? "node " + o.other : "file");
   for (const NodeParameter& p : mine) {
     if (tools::only_read(p.name)) continue;
     const auto there = other.find(p.name);
     if (there == other.end()) {
       differs(p.name, bare(p.value), "-");
-    } else if (!tools::same_value(tools::parse_value({.name = p.name, .value = p.value, .default_value = {}, .min = {}, .max = {}}, there->second.text, there->second.where), p.value)) {
+    } else if (!tools::same_value(tools::parse_value({.name = p.name, .value = p.value, .default_value = {}, .min = {}, .max = {}},
+                                                     there->second.text, there->second.where),
+                                  p.value)) {
       differs(p.name, bare(p.value), there->second.text);
     }
   }

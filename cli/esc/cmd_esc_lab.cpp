@@ -12,10 +12,10 @@
 
 #include "bench/hil/esc_lab/lab.hpp"
 #include "bench/hil/esc_lab/lab_page.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 #include "sim/plant/plant_file.hpp"
 
@@ -65,8 +65,8 @@ int run(const EscLabArguments& o) {
   const std::string json = esc_lab::lab_json(result, version);
   fmt::print("{}", o.json ? json : esc_lab::lab_text(result));
   if (!o.out.empty()) {
-    hil::write_text_file(o.out / "result.json", json);
-    hil::write_text_file(o.out / "report.html", esc_lab::lab_html(result, version));
+    write_text_file(o.out / "result.json", json);
+    write_text_file(o.out / "report.html", esc_lab::lab_html(result, version));
     if (!o.json) fmt::print("report: {}\n", (o.out / "report.html").generic_string());
   }
   return static_cast<int>(result.met() ? ExitCode::ok : ExitCode::verdict);

@@ -31,10 +31,13 @@ std::string row_text(const tools::EscRow& row, const tools::ToolNode& tool) {
   const auto node = tool.nodes().find(row.node);
   const double age_s = static_cast<double>(tool.now_ns() - row.heard_ns) * 1e-9;
   std::string state = "?";
-  if (node != tool.nodes().end()) state = tools::mode_name(node->second.status.mode) + " " + tools::health_name(node->second.status.health) + " " + tools::trouble_of(node->second.status);
+  if (node != tool.nodes().end())
+    state = tools::mode_name(node->second.status.mode) + " " + tools::health_name(node->second.status.health) + " " +
+            tools::trouble_of(node->second.status);
   if (age_s > 3.0) state = fmt::format("silent for {:.0f} s", age_s);
-  return fmt::format("{:>5}{} {:>4}  {:>8} {:>7.2f} {:>7.2f} {:>6.1f} {:>5} {:>7}  {}", row.status.esc_index, row.shares_index ? '!' : ' ', row.node, row.status.rpm,
-                     row.status.voltage_V, row.status.current_A, row.status.temperature_K - 273.15f, row.status.power_rating_pct, row.status.error_count, state);
+  return fmt::format("{:>5}{} {:>4}  {:>8} {:>7.2f} {:>7.2f} {:>6.1f} {:>5} {:>7}  {}", row.status.esc_index, row.shares_index ? '!' : ' ',
+                     row.node, row.status.rpm, row.status.voltage_V, row.status.current_A, row.status.temperature_K - 273.15f,
+                     row.status.power_rating_pct, row.status.error_count, state);
 }
 
 nlohmann::ordered_json table_json(const tools::EscTable& table, const tools::ToolNode& tool) {
@@ -45,16 +48,18 @@ nlohmann::ordered_json table_json(const tools::EscTable& table, const tools::Too
 
 // The page only asks: the command disarms, in its own loop, several times as frames can be lost.
 int monitor_page(const MonitorArguments& o) {
-  if (o.port < 0 || o.port > 65535) throw Error({"--port", fmt::format("{} is out of range: 0 to 65535", o.port), "", "0 takes one that is free"});
+  if (o.port < 0 || o.port > 65535)
+    throw Error({"--port", fmt::format("{} is out of range: 0 to 65535", o.port), "", "0 takes one that is free"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   tools::EscTable table(tool);
   std::atomic<int> disarm{0};
-  live::LiveServer server({.port = o.port, .page = std::string(live::kEscsPage), .script = std::string(live::kEscsScript), .title = "ESCs"}, [&](std::string_view what) -> std::string {
-    if (what != "stop") return "unknown order";
-    disarm = 10;
-    return "ArmingStatus 0 is sent to all";
-  });
+  live::LiveServer server({.port = o.port, .page = std::string(live::kEscsPage), .script = std::string(live::kEscsScript), .title = "ESCs"},
+                          [&](std::string_view what) -> std::string {
+                            if (what != "stop") return "unknown order";
+                            disarm = 10;
+                            return "ArmingStatus 0 is sent to all";
+                          });
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
   const std::int64_t end_ns = o.esc.live.for_s > 0.0 ? tool.now_ns() + static_cast<std::int64_t>(o.esc.live.for_s * 1e9) : INT64_MAX;
@@ -72,7 +77,8 @@ int monitor_page(const MonitorArguments& o) {
 
 int monitor(const MonitorArguments& o) {
   if (o.web) return monitor_page(o);
-  if (!(o.rate_Hz >= 0.1 && o.rate_Hz <= 20.0)) throw Error({"--rate", fmt::format("{} Hz is out of range: 0.1 to 20", o.rate_Hz), "", "2 is easy to read"});
+  if (!(o.rate_Hz >= 0.1 && o.rate_Hz <= 20.0))
+    throw Error({"--rate", fmt::format("{} Hz is out of range: 0.1 to 20", o.rate_Hz), "", "2 is easy to read"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   tools::EscTable table(tool);
@@ -85,7 +91,9 @@ int monitor(const MonitorArguments& o) {
       fmt::print("{}\n", table_json(table, tool).dump());
     } else {
       if (redraw && drawn > 0) fmt::print("\033[{}A\033[J", drawn);
-      if (redraw || drawn == 0) fmt::print("{:>5}  {:>4}  {:>8} {:>7} {:>7} {:>6} {:>5} {:>7}  {}\n", "index", "node", "rpm", "V", "A", "°C", "%", "errors", "state");
+      if (redraw || drawn == 0)
+        fmt::print("{:>5}  {:>4}  {:>8} {:>7} {:>7} {:>6} {:>5} {:>7}  {}\n", "index", "node", "rpm", "V", "A", "°C", "%", "errors",
+                   "state");
       for (const auto& [key, row] : table.rows()) fmt::print("{}\n", row_text(row, tool));
       drawn = 1 + table.rows().size();
     }
@@ -105,7 +113,9 @@ void add_esc_monitor(CLI::App& group, int& exit_code) {
   c->add_option("--rate", o->rate_Hz, "how often per second the table is shown")->capture_default_str();
   c->add_flag("--web", o->web, "a page with curves in the browser of this machine; prints its address")->excludes("--json");
   c->add_option("--port", o->port, "port of the page; 0: one that is free")->capture_default_str();
-  c->footer("A ! behind an index: two nodes report it. With --json one object a line.\nThe page listens on 127.0.0.1 alone; its address carries the token for its one button, which disarms all.\nExamples:\n  rotorloop esc monitor\n  rotorloop esc monitor --web");
+  c->footer(
+      "A ! behind an index: two nodes report it. With --json one object a line.\nThe page listens on 127.0.0.1 alone; its address carries "
+      "the token for its one button, which disarms all.\nExamples:\n  rotorloop esc monitor\n  rotorloop esc monitor --web");
   c->callback([o, &exit_code] { exit_code = monitor(*o); });
 }
 

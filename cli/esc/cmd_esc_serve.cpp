@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/tools/allocator.hpp"
 #include "host/tools/parameters.hpp"
 
@@ -34,26 +34,28 @@ int serve(const ServeArguments& o) {
   if (std::filesystem::exists(o.table)) {
     std::ifstream file(o.table);
     if (!file) throw Error({o.table.generic_string(), "cannot read the table of node ids", "", "check that it may be read"});
-    table = tools::parse_allocation_table({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, o.table.generic_string());
+    table =
+        tools::parse_allocation_table({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, o.table.generic_string());
   }
   // Now, not when the first node asks: a table that cannot be kept would end the server after an id was given.
   if (const auto folder = o.table.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
     throw Error({"--table", fmt::format("{} cannot be kept: there is no folder {}", o.table.generic_string(), folder.generic_string()), "",
                  "make it first: mkdir -p " + folder.generic_string()},
                 ExitCode::device);
-  hil::write_text_file(o.table, tools::allocation_table_text(table));
+  write_text_file(o.table, tools::allocation_table_text(table));
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   std::optional<tools::Allocator> allocator;
   allocator.emplace(tool, table, [&](const tools::Allocated& a) {
     // On disk before the next node is served: an id that was given is never given to another.
-    if (a.is_new) hil::write_text_file(o.table, tools::allocation_table_text(allocator->table()));
+    if (a.is_new) write_text_file(o.table, tools::allocation_table_text(allocator->table()));
     tell(o.esc, {{"unique_id", tools::unique_id_text(a.unique_id)}, {"node", a.node_id}, {"new", a.is_new}},
          fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id));
   });
   std::optional<tools::TimeMaster> time;
   if (o.time) time.emplace(tool);
-  fmt::print(stderr, "serving: {} node ids known, table {}{}\n", table.size(), o.table.generic_string(), o.time ? ", time once a second" : "");
+  fmt::print(stderr, "serving: {} node ids known, table {}{}\n", table.size(), o.table.generic_string(),
+             o.time ? ", time once a second" : "");
   const std::int64_t end_ns = o.esc.live.for_s > 0.0 ? tool.now_ns() + static_cast<std::int64_t>(o.esc.live.for_s * 1e9) : INT64_MAX;
   tool.run_until(end_ns, [&] {
     if (time) time->step();
@@ -73,8 +75,10 @@ struct EnumerateArguments {
 
 // The user shows one motor after the other, by the button of its ESC or by hand; the ESC says so, and gets the next index.
 int enumerate(const EnumerateArguments& o) {
-  if (o.first < 0 || o.first > 15) throw Error({"--first", fmt::format("{} is out of range: 0 to 15", o.first), "", "the first motor is 0"});
-  if (o.wait_s < 1 || o.wait_s > 600) throw Error({"--wait", fmt::format("{} s is out of range: 1 to 600", o.wait_s), "", "60 is enough to walk round a frame"});
+  if (o.first < 0 || o.first > 15)
+    throw Error({"--first", fmt::format("{} is out of range: 0 to 15", o.first), "", "the first motor is 0"});
+  if (o.wait_s < 1 || o.wait_s > 600)
+    throw Error({"--wait", fmt::format("{} s is out of range: 1 to 600", o.wait_s), "", "60 is enough to walk round a frame"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   std::set<std::uint8_t> turned;
@@ -92,7 +96,8 @@ int enumerate(const EnumerateArguments& o) {
     for (const std::uint8_t node : left) {
       const auto r = begin(node, static_cast<std::uint16_t>(o.wait_s + 5));
       if (!r || r->error != protocols::EnumerationBeginResponse::Error::ok)
-        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration", "it is armed, its motor runs, or it has no enumeration",
+        throw Error({fmt::format("node {}", node), r ? "refuses enumeration" : "does not answer to enumeration",
+                     "it is armed, its motor runs, or it has no enumeration",
                      fmt::format("set its index by: rotorloop esc set --node {} esc_index={} --save", node, index)},
                     ExitCode::device);
     }
@@ -109,7 +114,10 @@ int enumerate(const EnumerateArguments& o) {
     if (!heard) {
       for (const std::uint8_t node : left) begin(node, protocols::EnumerationBegin::kCancel);
       if (session.stop().asked()) return session.stop().exit_code();
-      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s), "a hand has to turn the motor once round without a stop; some ESCs feel only their button", fmt::format("begin again with --first {}", index)}, ExitCode::device);
+      throw Error({"esc enumerate", fmt::format("motor {} was not shown within {} s", index, o.wait_s),
+                   "a hand has to turn the motor once round without a stop; some ESCs feel only their button",
+                   fmt::format("begin again with --first {}", index)},
+                  ExitCode::device);
     }
     begin(*found, protocols::EnumerationBegin::kCancel);
     const auto p = tools::read_parameter(tool, *found, "esc_index");
@@ -137,7 +145,8 @@ void add_esc_serve(CLI::App& group, int& exit_code) {
     c->callback([o, &exit_code] { exit_code = serve(*o); });
   }
   auto o = std::make_shared<EnumerateArguments>();
-  CLI::App* c = group.add_subcommand("enumerate", "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
+  CLI::App* c = group.add_subcommand("enumerate",
+                                     "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
   add_esc_options(*c, o->esc);
   add_nodes_option(*c, o->nodes);
   c->add_option("--first", o->first, "index of the first motor")->capture_default_str();

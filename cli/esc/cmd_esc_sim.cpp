@@ -43,7 +43,8 @@ std::array<std::uint8_t, 16> unique_id(const EscSimArguments& o) {
   if (o.unique_id.empty()) return live::default_unique_id(static_cast<std::uint8_t>(o.esc_index));
   std::array<std::uint8_t, 16> id{};
   const std::string remedy = "give 32 hexadecimal digits, for example 0102030405060708090a0b0c0d0e0f10";
-  if (o.unique_id.size() != 32) throw Error({"--unique-id", fmt::format("\"{}\" has {} characters, not 32", o.unique_id, o.unique_id.size()), "", remedy});
+  if (o.unique_id.size() != 32)
+    throw Error({"--unique-id", fmt::format("\"{}\" has {} characters, not 32", o.unique_id, o.unique_id.size()), "", remedy});
   for (std::size_t i = 0; i < 16; ++i) {
     const char* at = o.unique_id.data() + 2 * i;
     if (std::from_chars(at, at + 2, id[i], 16).ptr != at + 2)
@@ -58,7 +59,7 @@ void on_button_signal(int) { button_pressed = 1; }
 // A hand turns its rotor: `kill -USR2 PID`.
 volatile std::sig_atomic_t hand_begun = 0;
 void on_hand_signal(int) { hand_begun = 1; }
-constexpr double kHand_rad_s = 25.0;                 // four turns a second
+constexpr double kHand_rad_s = 25.0;  // four turns a second
 constexpr std::int64_t kHand_ns = 2'000'000'000;
 
 // What a user wants to know of the process, each thing once: on which id it is, that it has started again, that it takes an update.
@@ -122,7 +123,8 @@ live::EscProcessConfig configuration(const EscSimArguments& o) {
 // One line for each change, whole at once: a reader sees it as soon as it happened.
 std::ofstream begun_bridge_log(const EscSimArguments& o) {
   const std::string name = o.bridge_log.generic_string();
-  if (std::filesystem::exists(o.bridge_log) && !o.live.force) throw Error({name, "is there already", "", "give another name, or --force to replace it"});
+  if (std::filesystem::exists(o.bridge_log) && !o.live.force)
+    throw Error({name, "is there already", "", "give another name, or --force to replace it"});
   std::ofstream out(o.bridge_log);
   out << "t_s,bridge,since_command_ms\n" << std::flush;
   if (!out) throw Error({name, "cannot be written", "", "give another file with --bridge-log"}, ExitCode::device);
@@ -137,7 +139,9 @@ int esc_sim(const EscSimArguments& o) {
   std::ofstream log;
   if (!o.bridge_log.empty()) {
     log = begun_bridge_log(o);
-    esc.on_bridge = [&log](const live::BridgeChange& b) { log << fmt::format("{:.6f},{},{:.3f}\n", b.t_s, b.on ? "on" : "off", 1e3 * b.since_command_s) << std::flush; };
+    esc.on_bridge = [&log](const live::BridgeChange& b) {
+      log << fmt::format("{:.6f},{},{:.3f}\n", b.t_s, b.on ? "on" : "off", 1e3 * b.since_command_s) << std::flush;
+    };
   }
   TimedBus* const alone = bus.get();
   std::signal(SIGUSR1, on_button_signal);
@@ -185,7 +189,8 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
   c->add_option("--plant", o->plant, "plant file: motor, propeller and battery are those of its first rotor")->capture_default_str();
   c->add_option("--pace", o->pace, "seconds of the ESC per second")->capture_default_str();
   c->add_flag("--no-arming", o->no_arming, "turn without ArmingStatus, for controllers that never send one");
-  c->add_option("--bridge-log", o->bridge_log, "CSV file: when the bridge began and ended to switch, and how old the newest command was then, by the ESC's clock");
+  c->add_option("--bridge-log", o->bridge_log,
+                "CSV file: when the bridge began and ended to switch, and how old the newest command was then, by the ESC's clock");
   add_live_options(*c, o->live);
   c->footer(
       "The firmware is the one that `rotorloop hil` flies. It turns only when armed and while commands are fresh (250 ms).\n"

@@ -32,16 +32,17 @@ void print_row(const tools::EscRow& row, double set_point, bool json, const tool
     j["set_point"] = set_point;
     fmt::print("{}\n", j.dump());
   } else {
-    fmt::print("set {:>8.4g}   {:>7} rpm  {:>6.2f} V  {:>6.2f} A  {:>5.1f} °C\n", set_point, row.status.rpm, row.status.voltage_V, row.status.current_A,
-               row.status.temperature_K - 273.15f);
+    fmt::print("set {:>8.4g}   {:>7} rpm  {:>6.2f} V  {:>6.2f} A  {:>5.1f} °C\n", set_point, row.status.rpm, row.status.voltage_V,
+               row.status.current_A, row.status.temperature_K - 273.15f);
   }
   std::fflush(stdout);
 }
 
 [[noreturn]] void refuse_to_begin(tools::SpinEnd why, const tools::SpinOptions& o) {
-  throw Error({"esc spin", "nothing was armed: " + tools::spin_end_text(why, o), "",
-               why == tools::SpinEnd::foreign_commander ? "end the other program or disconnect the autopilot" : "look at: rotorloop esc list"},
-              why == tools::SpinEnd::silent ? ExitCode::device : ExitCode::safety);
+  throw Error(
+      {"esc spin", "nothing was armed: " + tools::spin_end_text(why, o), "",
+       why == tools::SpinEnd::foreign_commander ? "end the other program or disconnect the autopilot" : "look at: rotorloop esc list"},
+      why == tools::SpinEnd::silent ? ExitCode::device : ExitCode::safety);
 }
 
 // What was given is checked before it is said what is missing: a value out of range is the worse mistake.
@@ -63,7 +64,8 @@ int spin(SpinArguments o) {
   o.spin = checked(o);
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   if (!o.yes && !terminal)
-    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "", "give --yes when the propeller is off or the frame is held"});
+    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "",
+                 "give --yes when the propeller is off or the frame is held"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   tools::EscTable table(tool);
@@ -72,8 +74,8 @@ int spin(SpinArguments o) {
   if (const auto why = motor.check_before(); why != tools::SpinEnd::running) refuse_to_begin(why, o.spin);
   std::optional<HeldKey> key;
   if (!o.yes) {
-    fmt::print(stderr, "ESC {} (node {}) will turn. Propeller off, or the frame held? Hold SPACE to turn it, let go to stop.\n", o.spin.esc_index,
-               table.of_index(o.spin.esc_index)->node);
+    fmt::print(stderr, "ESC {} (node {}) will turn. Propeller off, or the frame held? Hold SPACE to turn it, let go to stop.\n",
+               o.spin.esc_index, table.of_index(o.spin.esc_index)->node);
     key.emplace();
     if (!tool.run_until(tool.now_ns() + 60'000'000'000, [&] { return key->pressed(tool.now_ns()); })) {
       fmt::print(stderr, "nothing was armed\n");
@@ -115,7 +117,8 @@ void add_esc_spin(CLI::App& group, int& exit_code) {
   c->add_option("--max-rpm", o->spin.most_rpm, "seen, not asked for; more stops at once")->capture_default_str();
   c->add_flag("--yes", o->yes, "turn without holding a key: the propeller is off or the frame is held");
   c->footer(
-      "On a terminal the motor turns while SPACE is held. It stops and is disarmed at the end of the time, when the key is let go, at Ctrl-C, at a\n"
+      "On a terminal the motor turns while SPACE is held. It stops and is disarmed at the end of the time, when the key is let go, at "
+      "Ctrl-C, at a\n"
       "limit, when the ESC falls silent or another node sends commands; if this program is killed, the ESC stops by itself after 250 ms.\n"
       "All other ESCs on the bus are ordered to stand still.\n"
       "Example:\n  rotorloop esc spin --index 0 --rpm 3000 --for 5\n"

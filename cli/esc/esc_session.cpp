@@ -43,14 +43,17 @@ void tell(const EscOptions& options, const nlohmann::ordered_json& object, const
 }
 
 void add_nodes_option(CLI::App& c, std::vector<int>& nodes) {
-  c.add_option("--node", nodes, "node ids, 21 or 21,22; without it every node that calls itself an ESC")->delimiter(',')->allow_extra_args(false);
+  c.add_option("--node", nodes, "node ids, 21 or 21,22; without it every node that calls itself an ESC")
+      ->delimiter(',')
+      ->allow_extra_args(false);
 }
 
 EscSession::EscSession(const EscOptions& options) : options_(options) {
   if (options.tool_id < 0 || options.tool_id > 127)
     throw Error({"--tool-id", fmt::format("{} is out of range: 1 to 127", options.tool_id), "", "126 and 127 are kept for tools"});
   if (!(options.listen_s >= 0.1 && options.listen_s <= 60.0))
-    throw Error({"--listen", fmt::format("{} s is out of range: 0.1 to 60", options.listen_s), "", "nodes say once a second that they are there: 1.5 is enough"});
+    throw Error({"--listen", fmt::format("{} s is out of range: 0.1 to 60", options.listen_s), "",
+                 "nodes say once a second that they are there: 1.5 is enough"});
   check_live_options(options.live);
   bus_ = open_recorded(options.live, options.bus, "--bus");
   tools::ToolNodeConfig config;
@@ -67,14 +70,16 @@ void EscSession::discover() {
   tool_->run_for(static_cast<std::int64_t>(options_.listen_s * 1e9));
   tool_->run_until(tool_->now_ns() + 3 * kOneSecond_ns, [this] { return tool_->requests_open() == 0; });
   if (tool_->id_conflict())
-    throw Error({"--tool-id", fmt::format("another node on {} has id {}", bus_->name(), tool_->node_id()), "another tool runs", "give --tool-id another number, or end the other tool"},
+    throw Error({"--tool-id", fmt::format("another node on {} has id {}", bus_->name(), tool_->node_id()), "another tool runs",
+                 "give --tool-id another number, or end the other tool"},
                 ExitCode::device);
 }
 
 std::vector<std::uint8_t> EscSession::nodes(const std::vector<int>& given) {
   std::vector<std::uint8_t> chosen;
   for (const int id : given) {
-    if (id < 1 || id > 127) throw Error({"--node", fmt::format("{} is out of range: 1 to 127", id), "", "see who is there with: rotorloop esc list"});
+    if (id < 1 || id > 127)
+      throw Error({"--node", fmt::format("{} is out of range: 1 to 127", id), "", "see who is there with: rotorloop esc list"});
     chosen.push_back(static_cast<std::uint8_t>(id));
   }
   discover();
@@ -85,11 +90,14 @@ std::vector<std::uint8_t> EscSession::nodes(const std::vector<int>& given) {
   }
   if (stop_.asked()) throw Error({"", "interrupted", "", ""}, ExitCode::interrupted);
   if (chosen.empty())
-    throw Error({options_.bus, no_esc_text(tool_->nodes().size()), "it has no power, another bit rate, or no node id yet", "see what is on the bus with: rotorloop bus dump " + options_.bus},
+    throw Error({options_.bus, no_esc_text(tool_->nodes().size()), "it has no power, another bit rate, or no node id yet",
+                 "see what is on the bus with: rotorloop bus dump " + options_.bus},
                 ExitCode::device);
   for (const std::uint8_t id : chosen) {
     if (!tool_->nodes().contains(id))
-      throw Error({"--node", fmt::format("node {} is not on {}", id, options_.bus), "", "see who is there with: rotorloop esc list --bus " + options_.bus}, ExitCode::device);
+      throw Error({"--node", fmt::format("node {} is not on {}", id, options_.bus), "",
+                   "see who is there with: rotorloop esc list --bus " + options_.bus},
+                  ExitCode::device);
   }
   return chosen;
 }

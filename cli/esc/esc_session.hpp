@@ -15,7 +15,7 @@ namespace rotorloop::cli {
 
 struct EscOptions {
   std::string bus = "mcast:0";
-  int tool_id = 0;  // 0: 126, or a free one when another tool has it
+  int tool_id = 0;        // 0: 126, or a free one when another tool has it
   double listen_s = 1.5;  // how long to wait for nodes to say that they are there: each does once a second
   LiveOptions live;
 };

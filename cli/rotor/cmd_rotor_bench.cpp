@@ -6,9 +6,9 @@
 
 #include "bench/propeller/in_plane_force.hpp"
 #include "bench/propeller/motor_bench.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::cli {
 namespace {

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <optional>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/fit/blade_document.hpp"
 #include "bench/propeller/fit/blade_files.hpp"
 #include "bench/propeller/polar/polar_cache.hpp"
@@ -18,6 +17,7 @@
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -44,13 +44,17 @@ void add_stand_rows(const RotorFitArguments& o, propeller::PropellerFiles& files
     stand::EstimateOptions options;
     options.draws = 100;
     const stand::StandEstimate e = stand::estimate_stand(run, options);
-    if (!e.thrust || !e.torque) throw Error({path.generic_string(), "thrust and torque are needed, and one of them cannot be used", "a channel lacks or is faulty", "rotorloop stand estimate names the fault"}, ExitCode::data_quality);
+    if (!e.thrust || !e.torque)
+      throw Error({path.generic_string(), "thrust and torque are needed, and one of them cannot be used", "a channel lacks or is faulty",
+                   "rotorloop stand estimate names the fault"},
+                  ExitCode::data_quality);
     const double rho = run.facts.air_density_kg_m3;
     const auto &T = e.thrust->rows, &Q = e.torque->rows;
     for (Eigen::Index i = 0; i < T.y.size() && i < Q.y.size(); ++i) {
       const double n = T.omega_rad_s(i) / (2.0 * std::numbers::pi), force = rho * n * n * std::pow(files.diameter_m, 4);
       if (!(n > 0.0)) continue;
-      const double thrust = T.y(i) - e.thrust->fit.value("zero"), torque = Q.y(i) - e.torque->fit.value("zero") - e.torque->fit.value("running offset");
+      const double thrust = T.y(i) - e.thrust->fit.value("zero"),
+                   torque = Q.y(i) - e.torque->fit.value("zero") - e.torque->fit.value("running offset");
       rows.push_back({60.0 * n, 0.0, thrust / force, 2.0 * std::numbers::pi * torque / (force * files.diameter_m)});
     }
   }
@@ -66,7 +70,10 @@ int fit(RotorFitArguments o) {
   if (const char* data = std::getenv("ROTORLOOP_DATA")) o.inputs.data = data;
   propeller::PropellerFiles files = propeller::read_propeller_files(o.files, o.read);
   if (!o.stand.empty()) add_stand_rows(o, files);
-  propeller::SectionMakerOptions make{.settings = {}, .shipped_polars = o.inputs.shipped_polars, .cache = propeller::polar_cache_folder(), .progress = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
+  propeller::SectionMakerOptions make{.settings = {},
+                                      .shipped_polars = o.inputs.shipped_polars,
+                                      .cache = propeller::polar_cache_folder(),
+                                      .progress = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
   make.settings.time_limit_s = o.sweep_limit_s;
   const propeller::SectionMaker maker(make);
   o.inputs.make_polars = [&maker](const std::string& section) { return maker.make(section); };
@@ -75,7 +82,7 @@ int fit(RotorFitArguments o) {
   const auto files_written = propeller::blade_files(result, o.out, std::string("rotorloop rotor fit ") + kVersion);
   for (const auto& [path, text] : files_written) {
     fs::create_directories(path.parent_path().empty() ? fs::path(".") : path.parent_path());
-    hil::write_text_file(path, text);
+    write_text_file(path, text);
   }
   fmt::print("{}", o.json ? propeller::blade_fit_json(result, files_written, kVersion) : propeller::blade_fit_text(result));
   if (!o.json)
@@ -87,25 +94,41 @@ int fit(RotorFitArguments o) {
 
 void add_rotor_fit(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorFitArguments>();
-  CLI::App* c = rotor.add_subcommand("fit", "a blade file of any propeller: geometry and measurements, four scalars fitted, errors of the rows held out");
-  c->add_option("files", o->files, "geometry and tables in any order, or a folder with them; what each is follows from its contents")->required();
+  CLI::App* c = rotor.add_subcommand(
+      "fit", "a blade file of any propeller: geometry and measurements, four scalars fitted, errors of the rows held out");
+  c->add_option("files", o->files, "geometry and tables in any order, or a folder with them; what each is follows from its contents")
+      ->required();
   c->add_option("-o,--out", o->out, "blade file to write, as FOLDER/blades/NAME.toml; its polars go to FOLDER/polars")->required();
   c->add_option("--stand", o->stand, "runs on a thrust stand as static rows");
   c->add_option("-m,--mapping", o->mapping, "mapping file of these runs");
-  c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients are made with, m; default: that of the geometry")->check(CLI::Range(0.01, 4.0));
+  c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients are made with, m; default: that of the geometry")
+      ->check(CLI::Range(0.01, 4.0));
   c->add_option("--blades", o->read.blades, "of a geometry that does not say it")->check(CLI::Range(1, 8))->capture_default_str();
-  c->add_option("--density", o->read.air_density_kg_m3, "for tables of thrust and torque, kg/m³")->check(CLI::Range(0.5, 1.6))->capture_default_str();
-  c->add_option("--section", o->inputs.section, "this section all along, in place of the rule's: NACA digits (4412, 23012) or a file of coordinates NAME.dat, for which xfoil makes polars; or a name in --polars or the measured data");
-  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml; of NAME.dat too, for sections that the rule names and no folder has polars of")->capture_default_str();
+  c->add_option("--density", o->read.air_density_kg_m3, "for tables of thrust and torque, kg/m³")
+      ->check(CLI::Range(0.5, 1.6))
+      ->capture_default_str();
+  c->add_option("--section", o->inputs.section,
+                "this section all along, in place of the rule's: NACA digits (4412, 23012) or a file of coordinates NAME.dat, for which "
+                "xfoil makes polars; or a name in --polars or the measured data");
+  c->add_option("--polars", o->inputs.shipped_polars,
+                "folder of NAME.toml; of NAME.dat too, for sections that the rule names and no folder has polars of")
+      ->capture_default_str();
   c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed")->check(CLI::Range(100.0, 1e5));
-  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall")->check(CLI::Range(0.0, 1.0))->capture_default_str();
-  c->add_option("--sweep-limit", o->sweep_limit_s, "of one sweep of xfoil, s; what converged before is used")->check(CLI::Range(1.0, 600.0))->capture_default_str();
+  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  c->add_option("--sweep-limit", o->sweep_limit_s, "of one sweep of xfoil, s; what converged before is used")
+      ->check(CLI::Range(1.0, 600.0))
+      ->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document on stdout in place of tables");
   add_force(*c, o->force);
   c->footer(
-      "Protocol, as of `rotor validate`: every second static row and every second row of one sweep are fitted, all others held out. Without a static\n"
-      "table the blade is written as its geometry says, marked UNFITTED. Polars that no folder has are made by Debian's xfoil (apt install xfoil)\n"
-      "at Reynolds numbers from 30 000 to 500 000, in about a minute, and kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache). Without xfoil the nearest\n"
+      "Protocol, as of `rotor validate`: every second static row and every second row of one sweep are fitted, all others held out. "
+      "Without a static\n"
+      "table the blade is written as its geometry says, marked UNFITTED. Polars that no folder has are made by Debian's xfoil (apt install "
+      "xfoil)\n"
+      "at Reynolds numbers from 30 000 to 500 000, in about a minute, and kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache). Without "
+      "xfoil the nearest\n"
       "shipped section stands for NACA digits, which output and blade file say; coordinates are refused.\n"
       "Examples:\n"
       "  rotorloop rotor fit prop_geom.txt prop_static.txt prop_J_5039rpm.txt --diameter 0.127 -o my/blades/prop.toml\n"

@@ -5,16 +5,18 @@
 #include <algorithm>
 
 #include "bench/propeller/oracles/oracles.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::cli {
 
 void add_rotor_oracles(CLI::App& rotor, int& exit_code) {
-  CLI::App* c = rotor.add_subcommand("oracles", "recorded results of QPROP, agilicious, JSBSim and RotorPy against ours, in their conventions");
+  CLI::App* c =
+      rotor.add_subcommand("oracles", "recorded results of QPROP, agilicious, JSBSim and RotorPy against ours, in their conventions");
   c->footer(
-      "Needs the recordings: ROTORLOOP_DATA names the folder that holds propellers/. docs/acceptance/rotor_oracles.md discusses every figure.\n"
+      "Needs the recordings: ROTORLOOP_DATA names the folder that holds propellers/. docs/acceptance/rotor_oracles.md discusses every "
+      "figure.\n"
       "Exit code 0: all limits met; 6: a limit missed; 5: data missing; 2: an argument is wrong.");
   c->callback([&exit_code] {
     const auto rows = propeller::rotor_oracles(measured_data_folder());

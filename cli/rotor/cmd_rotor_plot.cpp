@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/report/rotor_plot.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -48,7 +48,7 @@ int plot(const RotorPlotArguments& o) {
   request.condition.omega_rad_s = o.rpm ? *o.rpm * kRad_s_per_rpm : kUsualTip_m_s / blade.radius_m;
   request.condition.density_kg_m3 = o.density_kg_m3;
   request.condition.spin = o.spin == "ccw" ? 1 : -1;
-  hil::write_text_file(o.out, propeller::rotor_plot_html(blade, request));
+  write_text_file(o.out, propeller::rotor_plot_html(blade, request));
   fmt::print("{}\n", o.out.generic_string());
   return 0;
 }

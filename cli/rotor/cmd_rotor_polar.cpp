@@ -4,13 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/fit/blade_files.hpp"
 #include "bench/propeller/polar/polar_cache.hpp"
 #include "bench/propeller/polar/section_maker.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -29,14 +29,16 @@ int make_polar(RotorPolarArguments o) {
   check_outputs({{"-o", o.out}}, o.force);
   for (std::size_t i = 1; i < o.make.settings.reynolds.size(); ++i)
     if (!(o.make.settings.reynolds[i] > o.make.settings.reynolds[i - 1]))
-      throw Error({"--reynolds", fmt::format("{:.0f} does not exceed {:.0f} before it", o.make.settings.reynolds[i], o.make.settings.reynolds[i - 1]), "", "give them rising, each once"});
+      throw Error({"--reynolds",
+                   fmt::format("{:.0f} does not exceed {:.0f} before it", o.make.settings.reynolds[i], o.make.settings.reynolds[i - 1]), "",
+                   "give them rising, each once"});
   if (!o.no_cache) o.make.cache = propeller::polar_cache_folder();
   o.make.progress = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   const propeller::SectionPolars p = propeller::SectionMaker(o.make).make(o.section);
   std::string text = fmt::format("# {} by rotorloop rotor polar {}.\n", o.section, kVersion);
   for (const std::string& r : p.remarks) text += "# " + r + "\n";
   if (!o.out.parent_path().empty()) fs::create_directories(o.out.parent_path());
-  hil::write_text_file(o.out, text + propeller::polar_file_text(p.polar));
+  write_text_file(o.out, text + propeller::polar_file_text(p.polar));
   fmt::print("{}{}\n", p.polar.source, p.cached ? " (kept from before)" : "");
   for (const std::string& r : p.remarks) fmt::print("  {}\n", r);
   fmt::print("written: {}\n", o.out.generic_string());
@@ -48,17 +50,28 @@ int make_polar(RotorPolarArguments o) {
 void add_rotor_polar(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorPolarArguments>();
   o->make.shipped_polars = "vehicles/polars";
-  CLI::App* c = rotor.add_subcommand("polar", "lift and drag of a section over the full circle, by Debian's xfoil: NACA digits or a file of coordinates");
+  CLI::App* c = rotor.add_subcommand(
+      "polar", "lift and drag of a section over the full circle, by Debian's xfoil: NACA digits or a file of coordinates");
   c->add_option("section", o->section, "NACA digits (4412, 23012), or coordinates NAME.dat (Selig, Lednicer)")->required();
-  c->add_option("-o,--out", o->out, "polar file to write; a blade names it when it lies in ../polars, seen from the blade file")->required();
-  c->add_option("--reynolds", o->make.settings.reynolds, "Reynolds numbers, rising")->delimiter(',')->check(CLI::Range(1e4, 1e6))->capture_default_str();
-  c->add_option("--ncrit", o->make.settings.n_crit, "amplification at transition: 9 is a quiet tunnel")->check(CLI::Range(1.0, 12.0))->capture_default_str();
-  c->add_option("--sweep-limit", o->make.settings.time_limit_s, "of one sweep of xfoil, s; what converged before is used")->check(CLI::Range(1.0, 600.0))->capture_default_str();
-  c->add_option("--polars", o->make.shipped_polars, "folder of the section that stands in where xfoil is not installed")->capture_default_str();
+  c->add_option("-o,--out", o->out, "polar file to write; a blade names it when it lies in ../polars, seen from the blade file")
+      ->required();
+  c->add_option("--reynolds", o->make.settings.reynolds, "Reynolds numbers, rising")
+      ->delimiter(',')
+      ->check(CLI::Range(1e4, 1e6))
+      ->capture_default_str();
+  c->add_option("--ncrit", o->make.settings.n_crit, "amplification at transition: 9 is a quiet tunnel")
+      ->check(CLI::Range(1.0, 12.0))
+      ->capture_default_str();
+  c->add_option("--sweep-limit", o->make.settings.time_limit_s, "of one sweep of xfoil, s; what converged before is used")
+      ->check(CLI::Range(1.0, 600.0))
+      ->capture_default_str();
+  c->add_option("--polars", o->make.shipped_polars, "folder of the section that stands in where xfoil is not installed")
+      ->capture_default_str();
   c->add_flag("--no-cache", o->no_cache, "make them although they are kept from before, and keep none");
   add_force(*c, o->force);
   c->footer(
-      "Takes about a minute; needs the package xfoil (apt install xfoil). Without it the nearest shipped section stands for NACA digits, which output and\n"
+      "Takes about a minute; needs the package xfoil (apt install xfoil). Without it the nearest shipped section stands for NACA digits, "
+      "which output and\n"
       "file say; coordinates are refused. Polars are kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache).\n"
       "Examples:\n"
       "  rotorloop rotor polar 4412 -o my/polars/naca4412.toml\n"

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <memory>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/propeller/report/validation_output.hpp"
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/refusal.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -56,7 +56,7 @@ int validate(RotorValidateArguments o) {
   for (const auto& e : entries) measured.push_back(propeller::read_measured_propeller(o.inputs, e));
   for (const auto& m : measured) d.results.push_back(propeller::validate(m));
   d.limits = propeller::judge(d.results);
-  if (!o.page.empty()) hil::write_text_file(o.page, propeller::validation_html(d));
+  if (!o.page.empty()) write_text_file(o.page, propeller::validation_html(d));
   fmt::print("{}", o.json ? propeller::validation_json(d) : propeller::validation_text(d));
   if (!o.page.empty() && !o.json) fmt::print("\nwritten: {}\n", o.page.generic_string());
   return static_cast<int>(propeller::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);

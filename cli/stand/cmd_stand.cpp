@@ -7,7 +7,8 @@
 namespace rotorloop::cli {
 
 void add_stand(CLI::App& app, int& exit_code) {
-  CLI::App* stand = app.add_subcommand("stand", "a thrust stand: what its runs say of motor and propeller, and how far that can be trusted");
+  CLI::App* stand =
+      app.add_subcommand("stand", "a thrust stand: what its runs say of motor and propeller, and how far that can be trusted");
   stand->require_subcommand(1);
   add_stand_profile(*stand, exit_code);
   add_stand_emulate(*stand, exit_code);

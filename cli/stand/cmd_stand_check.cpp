@@ -4,18 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/flight/run_clock.hpp"
 #include "bench/stand/instruments/stand_setup.hpp"
 #include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
 #include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
 
 namespace rotorloop::cli {
 namespace {
 
 int check_stand(const std::string& file, std::string today) {
-  if (today.empty()) today = hil::RunClock().started_utc().substr(0, 10);
+  if (today.empty()) today = RunClock().started_utc().substr(0, 10);
   const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(file, share_folder()), profile_path);
   fmt::print("{}", modbus::stand_setup_text(setup, today));
   if (setup.expired(today))

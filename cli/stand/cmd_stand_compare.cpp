@@ -7,15 +7,15 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/flight/run_folder.hpp"
-#include "bench/sysid/log/read_flight.hpp"
 #include "bench/stand/evaluate/estimate/stand_estimate.hpp"
 #include "bench/stand/evaluate/report/comparison_document.hpp"
+#include "bench/sysid/log/read_flight.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -48,7 +48,8 @@ StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double d
   stand::RunOptions with;
   if (!o.mapping.empty()) with.mapping = stand::read_stand_mapping(o.mapping);
   with.diameter_m = o.diameter_m, with.air_density_kg_m3 = o.density_kg_m3;
-  if (!o.uncertainty.empty()) with.known = stand::read_stand_uncertainty(TomlFile::read(o.uncertainty).root().table("uncertainty"), "stand file");
+  if (!o.uncertainty.empty())
+    with.known = stand::read_stand_uncertainty(TomlFile::read(o.uncertainty).root().table("uncertainty"), "stand file");
   stand::EstimateOptions options;
   options.window_rad_s = {{(1.0 - kWindowShare) * hover_rad_s, (1.0 + kWindowShare) * hover_rad_s}};
   options.reference_density_kg_m3 = density_kg_m3, options.draws = o.draws, options.seed = o.seed;
@@ -61,16 +62,21 @@ StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double d
       remarks.push_back(e.name + ": left out, as its thrust cannot be used");
       continue;
     }
-    if (!(e.reduced_c_t > 0.0)) throw Error({"--density", "the air density of " + e.name + " is not known, and the comparison needs it", "", "give --density, in kg/m³"});
+    if (!(e.reduced_c_t > 0.0))
+      throw Error(
+          {"--density", "the air density of " + e.name + " is not known, and the comparison needs it", "", "give --density, in kg/m³"});
     const double l = std::log(e.reduced_c_t);
     logs += l, squares += l * l, n += 1.0;
     side.value.u = e.thrust->u / e.thrust->value, side.value.degrees = e.thrust->degrees;
     side.exponent = e.thrust->exponent, side.exponent_u = e.thrust->exponent_u;
-    side.note = fmt::format("{} at the hover speed; {}", e.name, e.thrust->square_fails ? fmt::format("thrust goes with ω^{:.2f} there", e.thrust->exponent) : "c ω² holds");
+    side.note = fmt::format("{} at the hover speed; {}", e.name,
+                            e.thrust->square_fails ? fmt::format("thrust goes with ω^{:.2f} there", e.thrust->exponent) : "c ω² holds");
     for (const auto& b : e.thrust->budget)
       if (b.name == "zero" || b.name == "hysteresis") side.zero_share = std::hypot(side.zero_share, b.u);
   }
-  if (n == 0.0) throw Error({"RUN", "no run has a thrust that can be used", "faulty channels, named above", "correct them and measure again"}, ExitCode::data_quality);
+  if (n == 0.0)
+    throw Error({"RUN", "no run has a thrust that can be used", "faulty channels, named above", "correct them and measure again"},
+                ExitCode::data_quality);
   side.value.name = "stand", side.value.value = std::exp(logs / n);
   const double scatter = n > 1.0 ? std::sqrt(std::max(0.0, (squares - logs * logs / n) / (n - 1.0) / n)) : 0.0;
   if (n > 1.0) side.note = fmt::format("mean of {:.0f} runs at the hover speed, their scatter {:.2f} % of the mean", n, 100.0 * scatter);
@@ -89,7 +95,9 @@ StandSide stand_side(const StandCompareArguments& o, const host::VehicleFile& v,
     return side;
   }
   const host::StaticThrust* s = v.static_thrust_of(host::Origin::stand);
-  if (!s) throw Error({"RUN", "no stand: no run, no --stand-c-t, and the vehicle file has no [[static_thrust]] of origin stand", "", "give one of them"});
+  if (!s)
+    throw Error(
+        {"RUN", "no stand: no run, no --stand-c-t, and the vehicle file has no [[static_thrust]] of origin stand", "", "give one of them"});
   const double scale = v.air_density_kg_m3 / s->air_density_kg_m3;
   side.value.value = s->c_t_N_s2 * scale, side.value.u = s->u_N_s2 * scale;
   side.note = fmt::format("[[static_thrust]] of the vehicle file, {:.0f} to {:.0f} RPM", s->rpm_window[0], s->rpm_window[1]);
@@ -102,23 +110,27 @@ std::optional<stand::FlightCoefficient> from_hover(const StandCompareArguments& 
   if (!o.flight_mapping.empty()) mapping = log::read_log_mapping(o.flight_mapping);
   std::vector<log::FlightRecord> flights;
   for (const fs::path& f : o.flights) flights.push_back(log::read_flight(f, mapping ? &*mapping : nullptr));
-  return stand::hover_coefficient(flights, {.mass_kg = v.mass_kg.value, .mass_u_kg = v.mass_kg.u, .air_density_kg_m3 = v.air_density_kg_m3});
+  return stand::hover_coefficient(flights,
+                                  {.mass_kg = v.mass_kg.value, .mass_u_kg = v.mass_kg.u, .air_density_kg_m3 = v.air_density_kg_m3});
 }
 
 stand::ComparisonDocument compare(const StandCompareArguments& o) {
   const host::VehicleFile v = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   stand::ComparisonDocument d;
-  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.margin = 0.01 * o.margin_percent, d.air_density_kg_m3 = v.air_density_kg_m3;
+  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.margin = 0.01 * o.margin_percent,
+  d.air_density_kg_m3 = v.air_density_kg_m3;
   const stand::FlightCoefficient flight = stand::flight_coefficient(v, o.correlation);
   const auto hover = from_hover(o, v);
-  if (!o.flights.empty() && !hover) d.remarks.push_back("no hover in the flights: fewer than five windows of a second in which the vehicle stays where it is");
+  if (!o.flights.empty() && !hover)
+    d.remarks.push_back("no hover in the flights: fewer than five windows of a second in which the vehicle stays where it is");
   d.omega_rad_s = hover ? hover->omega_rad_s : flight.omega_rad_s;
   StandSide side = stand_side(o, v, d.omega_rad_s, d.remarks);
   // One rotor stands for four that differ: of the stand's rotor against the mean of the vehicle's.
   const double scatter = o.rotor_scatter.value_or(kTypicalRotorScatter) * std::sqrt(1.0 / o.mount_rotors + 0.25);
   side.value.u = std::hypot(side.value.u, scatter * side.value.value);
-  d.remarks.push_back(fmt::format("u of the stand holds {:.2f} % for rotor to rotor ({}: {:.2g} % of one rotor; {:.0f} on the stand, 4 in flight)", 100.0 * scatter,
-                                  o.rotor_scatter ? "as given" : "typical", 100.0 * o.rotor_scatter.value_or(kTypicalRotorScatter), o.mount_rotors));
+  d.remarks.push_back(fmt::format(
+      "u of the stand holds {:.2f} % for rotor to rotor ({}: {:.2g} % of one rotor; {:.0f} on the stand, 4 in flight)", 100.0 * scatter,
+      o.rotor_scatter ? "as given" : "typical", 100.0 * o.rotor_scatter.value_or(kTypicalRotorScatter), o.mount_rotors));
   const double shared = o.same_speed_sensor ? 2.0 * stand::StandUncertainty{}.rotor_speed.u : 0.0, mass = v.mass_kg.u / v.mass_kg.value;
   if (shared > 0.0) d.remarks.push_back("the same speed sensor on stand and vehicle: its scale cancels");
   d.values = {side.value, {"flight, k1 and k2", flight.c_t_N_s2, flight.u_N_s2}};
@@ -130,9 +142,17 @@ stand::ComparisonDocument compare(const StandCompareArguments& o) {
     d.pairs.push_back(stand::compare_pair(d.values[1], d.values[2], d.margin, std::min(mass, flight.u_N_s2 / flight.c_t_N_s2)));
     d.remarks.push_back("k1, k2 and hover share the mass, which cancels between them");
   }
-  d.causes = stand::attribution({.density_u = side.density_u, .mass_u = mass, .exponent = side.exponent, .exponent_u = side.exponent_u,
-                                 .stand_centre_rad_s = o.runs.empty() ? 0.0 : d.omega_rad_s, .hover_rad_s = d.omega_rad_s, .arm_width_m = o.arm_width_m, .rotor_radius_m = v.radius_m,
-                                 .rotor_scatter = o.rotor_scatter.value_or(kTypicalRotorScatter), .zero_share = side.zero_share, .abab = o.arm_behind},
+  d.causes = stand::attribution({.density_u = side.density_u,
+                                 .mass_u = mass,
+                                 .exponent = side.exponent,
+                                 .exponent_u = side.exponent_u,
+                                 .stand_centre_rad_s = o.runs.empty() ? 0.0 : d.omega_rad_s,
+                                 .hover_rad_s = d.omega_rad_s,
+                                 .arm_width_m = o.arm_width_m,
+                                 .rotor_radius_m = v.radius_m,
+                                 .rotor_scatter = o.rotor_scatter.value_or(kTypicalRotorScatter),
+                                 .zero_share = side.zero_share,
+                                 .abab = o.arm_behind},
                                 d.pairs[0].d);
   return d;
 }
@@ -143,8 +163,8 @@ int stand_compare(const StandCompareArguments& o) {
   const std::string text = o.json ? stand::comparison_json(d) : stand::comparison_text(d);
   std::fwrite(text.data(), 1, text.size(), stdout);
   if (!o.report.empty()) {
-    hil::write_text_file(o.report / "result.json", stand::comparison_json(d));
-    hil::write_text_file(o.report / "report.html", stand::comparison_page(d));
+    write_text_file(o.report / "result.json", stand::comparison_json(d));
+    write_text_file(o.report / "report.html", stand::comparison_page(d));
   }
   return o.fail_on_diff && stand::any_differs(d) ? kExitDiffers : 0;
 }
@@ -153,7 +173,8 @@ int stand_compare(const StandCompareArguments& o) {
 
 void add_stand_compare(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<StandCompareArguments>();
-  CLI::App* c = group.add_subcommand("compare", "static thrust of a stand against k1, k2 and hover of flights: different, equivalent, or not decided");
+  CLI::App* c = group.add_subcommand("compare",
+                                     "static thrust of a stand against k1, k2 and hover of flights: different, equivalent, or not decided");
   c->add_option("run", o->runs, "runs on the stand, as for estimate; without: --stand-c-t, or the vehicle file's own entry");
   c->add_option("--vehicle", o->vehicle, "vehicle file that identify wrote: k1, k2, their covariance, mass, density")->required();
   c->add_option("-m,--mapping", o->mapping, "mapping file of the runs");
@@ -165,9 +186,13 @@ void add_stand_compare(CLI::App& group, int& exit_code) {
   c->add_option("--diameter", o->diameter_m, "of the propeller, m")->check(CLI::Range(0.01, 10.0));
   c->add_option("--correlation", o->correlation, "of k1 and k2, in place of the file's covariance")->check(CLI::Range(-1.0, 1.0));
   c->add_option("--margin", o->margin_percent, "of equivalence, %")->check(CLI::Range(0.01, 50.0))->capture_default_str();
-  c->add_option("--rotor-scatter", o->rotor_scatter, "standard deviation of c_t from rotor to rotor, relative; default: 0.02, typical")->check(CLI::Range(0.0, 0.5));
-  c->add_option("--rotors-on-stand", o->mount_rotors, "4 for a whole vehicle on a cell")->check(CLI::Range(1.0, 100.0))->capture_default_str();
-  c->add_option("--arm-width", o->arm_width_m, "of the arm below the rotor in flight, m: what download it predicts")->check(CLI::Range(0.0, 1.0));
+  c->add_option("--rotor-scatter", o->rotor_scatter, "standard deviation of c_t from rotor to rotor, relative; default: 0.02, typical")
+      ->check(CLI::Range(0.0, 0.5));
+  c->add_option("--rotors-on-stand", o->mount_rotors, "4 for a whole vehicle on a cell")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str();
+  c->add_option("--arm-width", o->arm_width_m, "of the arm below the rotor in flight, m: what download it predicts")
+      ->check(CLI::Range(0.0, 1.0));
   c->add_flag("--arm-behind", o->arm_behind, "the arm was behind the propeller on the stand too");
   c->add_flag("--same-speed-sensor", o->same_speed_sensor, "stand and vehicle read speed from the same ESC");
   c->add_option("--draws", o->draws, "of the bootstrap over steps")->check(CLI::Range(100, 100000))->capture_default_str();

@@ -4,10 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "bench/hil/flight/run_folder.hpp"
-#include "bench/stand/instruments/stand_setup.hpp"
 #include "bench/stand/evaluate/estimate/estimate_files.hpp"
 #include "bench/stand/evaluate/report/estimate_document.hpp"
+#include "bench/stand/instruments/stand_setup.hpp"
 #include "bench/stand/run/prediction.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
@@ -18,6 +17,7 @@
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -40,7 +40,8 @@ int stand_demo(DemoArguments& o) {
   const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
   const stand_run::Plan plan = plan_of(o.run, setup);
   o.run.summary = !o.json;
-  if (!o.json) fmt::print("{}", stand_run::prediction_text(setup, plan, stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V)));
+  if (!o.json)
+    fmt::print("{}", stand_run::prediction_text(setup, plan, stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V)));
   if (const int code = run_virtually(o.run, o.virtual_run, setup, plan); code != 0) return code;
   stand::EstimateOptions options;
   options.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
@@ -50,10 +51,12 @@ int stand_demo(DemoArguments& o) {
   d.inputs.emplace_back((o.run.out / "samples.csv").generic_string(), sha256_file(o.run.out / "samples.csv"));
   d.files.push_back({stand::estimate_stand(stand::read_stand_run(o.run.out, {}), options), std::nullopt});
   fmt::print("{}", o.json ? stand::estimate_json(d) : stand::estimate_text(d));
-  hil::write_text_file(o.folder / "result.json", stand::estimate_json(d));
-  hil::write_text_file(o.folder / "report.html", stand::estimate_page(d));
+  write_text_file(o.folder / "result.json", stand::estimate_json(d));
+  write_text_file(o.folder / "report.html", stand::estimate_page(d));
   if (d.files[0].estimate.motor)
-    hil::write_text_file(o.folder / "motor.toml", stand::motor_file_text(d.files[0].estimate, {shipped_or_given("vehicles/motors/2306_2300kv.toml", share_folder()), {}}, std::string("rotorloop stand demo ") + kVersion));
+    write_text_file(o.folder / "motor.toml",
+                    stand::motor_file_text(d.files[0].estimate, {shipped_or_given("vehicles/motors/2306_2300kv.toml", share_folder()), {}},
+                                           std::string("rotorloop stand demo ") + kVersion));
   if (!o.json) fmt::print("simulated from beginning to end; report: {}\n", (o.folder / "report.html").generic_string());
   return 0;
 }

@@ -64,7 +64,8 @@ std::vector<modbus::ServedDevice> served_devices(const EmulateArguments& o, cons
     out.push_back({static_cast<std::uint8_t>(d.slave), device, static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6)});
   }
   if (!left.empty())
-    throw Error({"--set", fmt::format("\"{}{}{}\" is of no device here", left[0].device, left[0].device.empty() ? "" : ".", left[0].channel), "",
+    throw Error({"--set",
+                 fmt::format("\"{}{}{}\" is of no device here", left[0].device, left[0].device.empty() ? "" : ".", left[0].channel), "",
                  "with several devices name the device too, such as laumas_tlb.net=2.5"});
   return out;
 }
@@ -78,7 +79,12 @@ int emulate(const EmulateArguments& o) {
   const StopSignals signals;
   for (const DeviceArgument& d : devices)
     if (o.json)
-      fmt::print("{}\n", nlohmann::ordered_json{{"event", "answers"}, {"device", d.name}, {"at", server->where()}, {"format", o.tcp < 0 ? nlohmann::ordered_json(modbus::text(format)) : nullptr}, {"slave", d.slave}}.dump());
+      fmt::print("{}\n", nlohmann::ordered_json{{"event", "answers"},
+                                                {"device", d.name},
+                                                {"at", server->where()},
+                                                {"format", o.tcp < 0 ? nlohmann::ordered_json(modbus::text(format)) : nullptr},
+                                                {"slave", d.slave}}
+                             .dump());
     else
       fmt::print("{} answers at {}{} as slave {}\n", d.name, server->where(), o.tcp < 0 ? ", " + modbus::text(format) : "", d.slave);
   std::fflush(stdout);
@@ -86,7 +92,11 @@ int emulate(const EmulateArguments& o) {
   const std::int64_t until = o.for_s > 0.0 ? modbus::port_clock_ns() + std::llround(o.for_s * 1e9) : std::int64_t{1} << 62;
   server->serve(served, *signals.flag(), until);
   const auto& n = server->counts();
-  if (o.json) fmt::print("{}\n", nlohmann::ordered_json{{"event", "end"}, {"requests", n.requests}, {"answered", n.answered}, {"refused", n.refused}, {"damaged", n.damaged}}.dump());
+  if (o.json)
+    fmt::print("{}\n",
+               nlohmann::ordered_json{
+                   {"event", "end"}, {"requests", n.requests}, {"answered", n.answered}, {"refused", n.refused}, {"damaged", n.damaged}}
+                   .dump());
   fmt::print(stderr, "{} requests: {} answered, {} refused; {} damaged frames ignored\n", n.requests, n.answered, n.refused, n.damaged);
   return 0;
 }
@@ -105,9 +115,10 @@ void add_stand_emulate(CLI::App& stand, int& exit_code) {
   c->add_option("--file", o->table, "CSV with t_s and channels, repeated when it ends");
   c->add_option("--for", o->for_s, "seconds; without it until Ctrl-C")->check(CLI::Range(0.01, 1e6));
   c->add_flag("--json", o->json, "JSON lines on stdout: where each device answers, and the counts at the end");
-  c->footer("Example:\n  rotorloop stand emulate laumas_tlb@1 ato_torque@2 --rtu bus --sine laumas_tlb.net=10,5,4\n"
-            "  rotorloop stand read rtu:bus laumas_tlb@1 ato_torque@2\n"
-            "Exit codes: 0; 2 a profile, value or path; 3 the port.");
+  c->footer(
+      "Example:\n  rotorloop stand emulate laumas_tlb@1 ato_torque@2 --rtu bus --sine laumas_tlb.net=10,5,4\n"
+      "  rotorloop stand read rtu:bus laumas_tlb@1 ato_torque@2\n"
+      "Exit codes: 0; 2 a profile, value or path; 3 the port.");
   c->callback([o, &exit_code] { exit_code = emulate(*o); });
 }
 

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/stand/evaluate/estimate/estimate_files.hpp"
 #include "bench/stand/evaluate/report/estimate_document.hpp"
 #include "bench/stand/evaluate/stand_comparison.hpp"
@@ -17,6 +16,7 @@
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -90,12 +90,15 @@ std::optional<std::array<double, 2>> common_speeds(const std::vector<stand::Stan
 }
 
 stand::AdvanceTorque advance_of(const StandEstimateArguments& o, const stand::StandRun& still, const stand::RunOptions& with) {
-  if (o.runs.size() > 1) throw Error({"--wind", fmt::format("belongs to one run in still air, and {} are given", o.runs.size()), "", "give one RUN"});
+  if (o.runs.size() > 1)
+    throw Error({"--wind", fmt::format("belongs to one run in still air, and {} are given", o.runs.size()), "", "give one RUN"});
   std::vector<stand::StandRun> in_wind;
   for (const fs::path& path : o.wind) in_wind.push_back(stand::read_stand_run(path, with));
   const auto found = stand::advance_torque(still, in_wind);
   if (!found)
-    throw Error({"--wind", "fewer than six steps in wind have a like speed in still air", "another plan, or runs without an airspeed", "run the same plan with stand run --airspeed M_S"}, ExitCode::data_quality);
+    throw Error({"--wind", "fewer than six steps in wind have a like speed in still air", "another plan, or runs without an airspeed",
+                 "run the same plan with stand run --airspeed M_S"},
+                ExitCode::data_quality);
   return *found;
 }
 
@@ -127,21 +130,24 @@ stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
 
 void write_files(const StandEstimateArguments& o, const stand::EstimateDocument& d) {
   if (!o.report.empty()) {
-    hil::write_text_file(o.report / "result.json", stand::estimate_json(d));
-    hil::write_text_file(o.report / "report.html", stand::estimate_page(d));
+    write_text_file(o.report / "result.json", stand::estimate_json(d));
+    write_text_file(o.report / "report.html", stand::estimate_page(d));
   }
   const std::string written_by = std::string("rotorloop stand estimate ") + kVersion;
   const stand::StandEstimate& e = d.files[0].estimate;
-  if (!o.motor_out.empty()) hil::write_text_file(o.motor_out, stand::motor_file_text(e, {o.base, o.propeller_inertia_kg_m2}, written_by));
+  if (!o.motor_out.empty()) write_text_file(o.motor_out, stand::motor_file_text(e, {o.base, o.propeller_inertia_kg_m2}, written_by));
   if (!o.vehicle_out.empty())
-    host::write_vehicle(o.vehicle_out, stand::with_stand_values(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()), e, written_by, d.files[0].advance ? &*d.files[0].advance : nullptr));
+    host::write_vehicle(o.vehicle_out, stand::with_stand_values(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()), e,
+                                                                written_by, d.files[0].advance ? &*d.files[0].advance : nullptr));
 }
 
 int stand_estimate(const StandEstimateArguments& o) {
   if (o.vehicle.empty() != o.vehicle_out.empty())
-    throw Error({o.vehicle.empty() ? "--vehicle" : "--vehicle-out", "is missing", "", "give both: the vehicle file to start from and the one to write"});
+    throw Error({o.vehicle.empty() ? "--vehicle" : "--vehicle-out", "is missing", "",
+                 "give both: the vehicle file to start from and the one to write"});
   if (o.runs.size() > 1 && (!o.motor_out.empty() || !o.vehicle_out.empty()))
-    throw Error({"RUN", fmt::format("{} runs, and one motor or vehicle file", o.runs.size()), "", "give one run, or leave out -o and --vehicle-out"});
+    throw Error({"RUN", fmt::format("{} runs, and one motor or vehicle file", o.runs.size()), "",
+                 "give one run, or leave out -o and --vehicle-out"});
   std::vector<OutputFile> files = report_files("--report", o.report);
   files.push_back({"-o", o.motor_out});
   files.push_back({"--vehicle-out", o.vehicle_out});
@@ -162,14 +168,22 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
   c->add_option("--wind", o->wind, "run folders of the same mount and plan in wind: c_q(J) from the difference, into --vehicle-out");
   c->add_option("-m,--mapping", o->mapping, "mapping file, for CSV files of other stands");
   c->add_option("-u,--uncertainty", o->uncertainty, "file with [uncertainty]: what is known of the stand; typical values for the rest");
-  c->add_option("--rpm-window", o->window_rpm, "speeds where the coefficients are wanted, RPM; default: all of the run, of several runs those that all have")->delimiter(',')->expected(2)->check(CLI::PositiveNumber);
+  c->add_option("--rpm-window", o->window_rpm,
+                "speeds where the coefficients are wanted, RPM; default: all of the run, of several runs those that all have")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::PositiveNumber);
   c->add_option("--diameter", o->diameter_m, "of the propeller, m")->check(CLI::Range(0.01, 10.0));
   c->add_option("--density", o->density_kg_m3, "of the air during the run, kg/m³")->check(CLI::Range(0.5, 1.6));
-  c->add_option("--reference-density", o->estimate.reference_density_kg_m3, "that coefficients are reduced to, kg/m³")->check(CLI::Range(0.5, 1.6))->capture_default_str();
+  c->add_option("--reference-density", o->estimate.reference_density_kg_m3, "that coefficients are reduced to, kg/m³")
+      ->check(CLI::Range(0.5, 1.6))
+      ->capture_default_str();
   c->add_option("-o,--out", o->motor_out, "motor file to write");
   c->add_option("--base", o->base, "motor file for what a run does not show (inductance, cogging)");
-  c->add_option("--inductance", o->estimate.inductance_H, "of one phase, H: the drop across it is taken into account in K_v and R")->check(CLI::Range(0.0, 1e-2));
-  c->add_option("--propeller-inertia", o->propeller_inertia_kg_m2, "taken from the measured inertia for the motor file, kg m²")->check(CLI::NonNegativeNumber);
+  c->add_option("--inductance", o->estimate.inductance_H, "of one phase, H: the drop across it is taken into account in K_v and R")
+      ->check(CLI::Range(0.0, 1e-2));
+  c->add_option("--propeller-inertia", o->propeller_inertia_kg_m2, "taken from the measured inertia for the motor file, kg m²")
+      ->check(CLI::NonNegativeNumber);
   c->add_option("--vehicle", o->vehicle, "vehicle file that gets the stand's values");
   c->add_option("--vehicle-out", o->vehicle_out, "the vehicle file with them");
   c->add_option("--report", o->report, "folder for report.html and result.json");
@@ -182,7 +196,8 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
       "  rotorloop stand estimate run_folder --report out -o motor.toml --base vehicles/motors/2306_2300kv.toml\n"
       "  rotorloop stand estimate log.csv --rpm-window 7000,11000 --diameter 0.127 --density 1.19\n"
       "  rotorloop stand estimate stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 estimated; 2 usage or an unknown header; 5 no coefficient: every channel is faulty, or a file to write asks for more than was\n"
+      "Exit codes: 0 estimated; 2 usage or an unknown header; 5 no coefficient: every channel is faulty, or a file to write asks for more "
+      "than was\n"
       "measured.");
   c->callback([o, &exit_code] { exit_code = stand_estimate(*o); });
 }

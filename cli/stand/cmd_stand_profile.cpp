@@ -16,11 +16,18 @@ namespace {
 
 int list_profiles(bool json) {
   const auto files = shipped_profiles();
-  if (files.empty()) throw Error({"devices", "no profiles are found", "the command runs from a build tree outside the repository", "install rotorloop, or run it in the repository"});
+  if (files.empty())
+    throw Error({"devices", "no profiles are found", "the command runs from a build tree outside the repository",
+                 "install rotorloop, or run it in the repository"});
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const auto& file : files) {
     const modbus::Profile p = modbus::read_profile(file);
-    all.push_back({{"name", file.stem().string()}, {"vendor", p.vendor}, {"model", p.model}, {"evidence", p.evidence}, {"source", p.source}, {"channels", p.channels.size()}});
+    all.push_back({{"name", file.stem().string()},
+                   {"vendor", p.vendor},
+                   {"model", p.model},
+                   {"evidence", p.evidence},
+                   {"source", p.source},
+                   {"channels", p.channels.size()}});
     if (!json) fmt::print("{:<18} {:<44} {:<9} {}\n", file.stem().string(), p.title(), p.evidence, p.source);
   }
   if (json) fmt::print("{}\n", all.dump(1));
@@ -42,14 +49,22 @@ int check_profiles_as_json(const std::vector<std::string>& names) {
       const auto path = profile_path(name);
       one["file"] = path.generic_string();
       const modbus::Profile p = modbus::read_profile(path);
-      one.update({{"valid", true}, {"vendor", p.vendor}, {"model", p.model}, {"channels", p.channels.size()}, {"commands", p.commands.size()}, {"evidence", p.evidence}, {"source", p.source}});
+      one.update({{"valid", true},
+                  {"vendor", p.vendor},
+                  {"model", p.model},
+                  {"channels", p.channels.size()},
+                  {"commands", p.commands.size()},
+                  {"evidence", p.evidence},
+                  {"source", p.source}});
     } catch (const Error& e) {
-      one.update({{"valid", false}, {"where", e.text().where}, {"what", e.text().what}, {"likely", e.text().likely}, {"do", e.text().remedy}});
+      one.update(
+          {{"valid", false}, {"where", e.text().where}, {"what", e.text().what}, {"likely", e.text().likely}, {"do", e.text().remedy}});
       if (!first) first = e;
     }
     files.push_back(std::move(one));
   }
-  fmt::print("{}\n", nlohmann::ordered_json{{"format", 1}, {"command", "stand profile check"}, {"valid", !first}, {"files", files}}.dump(1));
+  fmt::print("{}\n",
+             nlohmann::ordered_json{{"format", 1}, {"command", "stand profile check"}, {"valid", !first}, {"files", files}}.dump(1));
   if (first) throw *first;
   return 0;
 }
@@ -59,7 +74,8 @@ int check_profiles(const std::vector<std::string>& names, bool json) {
   for (const std::string& name : names) {
     const auto path = profile_path(name);
     const modbus::Profile p = modbus::read_profile(path);
-    fmt::print("{}: {}: {} channels, {} commands; evidence {}\n", path.generic_string(), p.title(), p.channels.size(), p.commands.size(), modbus::evidence_text(p));
+    fmt::print("{}: {}: {} channels, {} commands; evidence {}\n", path.generic_string(), p.title(), p.channels.size(), p.commands.size(),
+               modbus::evidence_text(p));
   }
   return 0;
 }
@@ -67,7 +83,8 @@ int check_profiles(const std::vector<std::string>& names, bool json) {
 }  // namespace
 
 void add_stand_profile(CLI::App& stand, int& exit_code) {
-  CLI::App* group = stand.add_subcommand("profile", "profiles of Modbus instruments: registers, scales, quirks, and where each number comes from");
+  CLI::App* group =
+      stand.add_subcommand("profile", "profiles of Modbus instruments: registers, scales, quirks, and where each number comes from");
   group->require_subcommand(1);
   auto names = std::make_shared<std::vector<std::string>>();
   auto json = std::make_shared<bool>(false);
@@ -81,8 +98,10 @@ void add_stand_profile(CLI::App& stand, int& exit_code) {
   check->add_option("PROFILE", *names, "name of a shipped profile, or a file")->required();
   check->add_flag("--json", *json, "one JSON document on stdout");
   check->callback([names, json, &exit_code] { exit_code = check_profiles(*names, *json); });
-  group->footer("Example:\n  rotorloop stand profile list\n  rotorloop stand profile show laumas_tlb\n  rotorloop stand profile check my_indicator.toml\n"
-                "Exit codes: 0; 2 a mistake in a profile.");
+  group->footer(
+      "Example:\n  rotorloop stand profile list\n  rotorloop stand profile show laumas_tlb\n  rotorloop stand profile check "
+      "my_indicator.toml\n"
+      "Exit codes: 0; 2 a mistake in a profile.");
 }
 
 }  // namespace rotorloop::cli

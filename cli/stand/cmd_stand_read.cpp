@@ -31,22 +31,30 @@ std::vector<modbus::PolledDevice> polled_devices(const std::vector<DeviceArgumen
   std::vector<modbus::PolledDevice> out;
   const modbus::SerialFormat format = modbus::serial_format(devices.front().profile, baud);
   for (const DeviceArgument& d : devices)
-    out.push_back({d.name, d.profile, static_cast<std::uint8_t>(d.slave), {}, tcp ? modbus::tcp_timing(d.profile) : modbus::rtu_timing(d.profile, format)});
+    out.push_back({d.name,
+                   d.profile,
+                   static_cast<std::uint8_t>(d.slave),
+                   {},
+                   tcp ? modbus::tcp_timing(d.profile) : modbus::rtu_timing(d.profile, format)});
   return out;
 }
 
 nlohmann::ordered_json device_json(const modbus::Poller& poller, std::size_t d, const std::vector<std::optional<modbus::Sample>>& newest) {
   const auto& device = poller.devices()[d];
   const auto& s = poller.statistics(d);
-  nlohmann::ordered_json j{{"device", device.name}, {"title", device.profile.title()}, {"slave", device.slave}, {"evidence", device.profile.evidence}, {"exchanges", s.exchanges}, {"failed", s.failed()}};
+  nlohmann::ordered_json j{{"device", device.name},    {"title", device.profile.title()},
+                           {"slave", device.slave},    {"evidence", device.profile.evidence},
+                           {"exchanges", s.exchanges}, {"failed", s.failed()}};
   for (std::size_t f = 1; f < s.failures.size(); ++f)
     if (s.failures[f]) j["failures"][modbus::name(static_cast<modbus::Failure>(f))] = s.failures[f];
-  if (const auto answered = s.exchanges - s.failed()) j["round_trip_ms"] = 1e-6 * static_cast<double>(s.round_trip_sum_ns) / static_cast<double>(answered);
+  if (const auto answered = s.exchanges - s.failed())
+    j["round_trip_ms"] = 1e-6 * static_cast<double>(s.round_trip_sum_ns) / static_cast<double>(answered);
   j["channels"] = nlohmann::ordered_json::array();
   for (std::size_t c = 0; c < newest.size(); ++c) {
     if (!newest[c] || newest[c]->value.quality == modbus::Quality::not_there) continue;
     const auto& channel = device.profile.channels[c];
-    nlohmann::ordered_json k{{"name", channel.name}, {"quality", modbus::name(newest[c]->value.quality)}, {"unit", channel.unit}, {"raw", newest[c]->value.raw}};
+    nlohmann::ordered_json k{
+        {"name", channel.name}, {"quality", modbus::name(newest[c]->value.quality)}, {"unit", channel.unit}, {"raw", newest[c]->value.raw}};
     if (newest[c]->value.quality == modbus::Quality::good) k["value"] = newest[c]->value.value;
     k["rate_Hz"] = s.channels[c].rate_Hz();
     k["time_uncertainty_ms"] = 1e-6 * static_cast<double>(newest[c]->uncertainty_ns);
@@ -56,15 +64,18 @@ nlohmann::ordered_json device_json(const modbus::Poller& poller, std::size_t d, 
 }
 
 void print_device(const nlohmann::ordered_json& j) {
-  fmt::print("{} ({}), slave {}, evidence {}: {} exchanges, {} failed", j["device"].get<std::string>(), j["title"].get<std::string>(), j["slave"].get<int>(), j["evidence"].get<std::string>(),
-             j["exchanges"].get<std::uint64_t>(), j["failed"].get<std::uint64_t>());
+  fmt::print("{} ({}), slave {}, evidence {}: {} exchanges, {} failed", j["device"].get<std::string>(), j["title"].get<std::string>(),
+             j["slave"].get<int>(), j["evidence"].get<std::string>(), j["exchanges"].get<std::uint64_t>(),
+             j["failed"].get<std::uint64_t>());
   if (j.contains("failures"))
     for (const auto& [what, n] : j["failures"].items()) fmt::print(", {} {}", n.get<std::uint64_t>(), what);
   if (j.contains("round_trip_ms")) fmt::print(", round trip {:.2f} ms", j["round_trip_ms"].get<double>());
   fmt::print("\n");
   for (const auto& k : j["channels"])
-    fmt::print("  {:<18} {:>14} {:<6} {:>7.1f} Hz  ± {:.2f} ms{}\n", k["name"].get<std::string>(), k.contains("value") ? fmt::format("{:.6g}", k["value"].get<double>()) : "-",
-               k["unit"].get<std::string>(), k["rate_Hz"].get<double>(), k["time_uncertainty_ms"].get<double>(), k.contains("value") ? "" : "  " + k["quality"].get<std::string>());
+    fmt::print("  {:<18} {:>14} {:<6} {:>7.1f} Hz  ± {:.2f} ms{}\n", k["name"].get<std::string>(),
+               k.contains("value") ? fmt::format("{:.6g}", k["value"].get<double>()) : "-", k["unit"].get<std::string>(),
+               k["rate_Hz"].get<double>(), k["time_uncertainty_ms"].get<double>(),
+               k.contains("value") ? "" : "  " + k["quality"].get<std::string>());
 }
 
 int read_bus(const ReadArguments& o) {
@@ -88,9 +99,13 @@ int read_bus(const ReadArguments& o) {
   }
   if (o.json) fmt::print("{}\n", all.dump(1));
   if (!port.tcp && !link.low_latency() && !o.json)
-    fmt::print(stderr, "note: the port has no low-latency setting; USB adapters may hold bytes for 16 ms (/sys/bus/usb-serial/devices/*/latency_timer)\n");
+    fmt::print(
+        stderr,
+        "note: the port has no low-latency setting; USB adapters may hold bytes for 16 ms (/sys/bus/usb-serial/devices/*/latency_timer)\n");
   if (!silent.empty())
-    throw Error({o.port, fmt::format("no answer from {}", silent), "another address, rate or word format, or A and B exchanged", "check address and rate at the device, then: rotorloop stand probe"}, ExitCode::device);
+    throw Error({o.port, fmt::format("no answer from {}", silent), "another address, rate or word format, or A and B exchanged",
+                 "check address and rate at the device, then: rotorloop stand probe"},
+                ExitCode::device);
   return signals.asked() ? signals.exit_code() : 0;
 }
 
@@ -104,8 +119,9 @@ void add_stand_read(CLI::App& stand, int& exit_code) {
   c->add_option("--baud", o->baud, "instead of the first profile's first rate")->check(CLI::Range(1200, 921600));
   c->add_option("--for", o->for_s, "seconds")->check(CLI::Range(0.05, 86400.0))->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document on stdout");
-  c->footer("Example:\n  rotorloop stand read rtu:/dev/ttyUSB0 laumas_tlb@1 ato_torque@2\n"
-            "Exit codes: 0; 2 arguments or a profile; 3 the port, or a device that does not answer; 130, 143 interrupted.");
+  c->footer(
+      "Example:\n  rotorloop stand read rtu:/dev/ttyUSB0 laumas_tlb@1 ato_torque@2\n"
+      "Exit codes: 0; 2 arguments or a profile; 3 the port, or a device that does not answer; 130, 143 interrupted.");
   c->callback([o, &exit_code] { exit_code = read_bus(*o); });
 }
 

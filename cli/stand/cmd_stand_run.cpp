@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 
-#include "bench/hil/flight/run_clock.hpp"
 #include "bench/stand/run/port_pump.hpp"
 #include "bench/stand/run/prediction.hpp"
 #include "cli/bus/live_options.hpp"
@@ -21,6 +20,7 @@
 #include "cli/stand/run_page.hpp"
 #include "cli/stand/stand_run_options.hpp"
 #include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -37,31 +37,51 @@ struct RunArguments {
 void refuse_unsafe(const modbus::StandSetup& setup, const StandRunOptions& o, const stand_run::Prediction& p) {
   const std::string where = setup.path.generic_string();
   if (!p.exceeded.empty())
-    throw Error({where, "the plan exceeds what the stand file allows: " + p.exceeded.front(), p.typical_coefficients ? "thrust and torque are predicted by typical coefficients: give the propeller's expected_c_t_N_s2 and expected_c_q_N_m_s2" : "",
-                 "lower --rpm, shorten the sequence, or look at --dry-run"},
-                ExitCode::safety);
-  const std::string today = hil::RunClock().started_utc().substr(0, 10);
-  if (setup.expired(today)) throw Error({where, fmt::format("the calibration expired on {}, today is {}", setup.expires_on, today), "", "calibrate again, with at least six load cases"}, ExitCode::data_quality);
+    throw Error(
+        {where, "the plan exceeds what the stand file allows: " + p.exceeded.front(),
+         p.typical_coefficients
+             ? "thrust and torque are predicted by typical coefficients: give the propeller's expected_c_t_N_s2 and expected_c_q_N_m_s2"
+             : "",
+         "lower --rpm, shorten the sequence, or look at --dry-run"},
+        ExitCode::safety);
+  const std::string today = RunClock().started_utc().substr(0, 10);
+  if (setup.expired(today))
+    throw Error({where, fmt::format("the calibration expired on {}, today is {}", setup.expires_on, today), "",
+                 "calibrate again, with at least six load cases"},
+                ExitCode::data_quality);
   bool temperature = false, pressure = false;
-  for (const modbus::BoundChannel& a : setup.axes) temperature |= a.axis == modbus::StandAxis::air_temperature, pressure |= a.axis == modbus::StandAxis::air_pressure;
+  for (const modbus::BoundChannel& a : setup.axes)
+    temperature |= a.axis == modbus::StandAxis::air_temperature, pressure |= a.axis == modbus::StandAxis::air_pressure;
   if (!o.density_kg_m3 && !(temperature && pressure))
-    throw Error({where, "nothing on this stand measures the density of the air", "", "bind air_temperature and air_pressure, or give --density: 1 % of it is 1 % of every coefficient"});
+    throw Error({where, "nothing on this stand measures the density of the air", "",
+                 "bind air_temperature and air_pressure, or give --density: 1 % of it is 1 % of every coefficient"});
 }
 
 // Nothing is armed before a person has named what will turn.
 void ask_a_person(const modbus::StandSetup& setup) {
-  if (::isatty(STDIN_FILENO) != 1) throw Error({"--yes", "a propeller is to turn and nobody can be asked: standard input is no terminal", "", "give --yes when nobody is near the stand"}, ExitCode::safety);
-  fmt::print(stderr, "The propeller will turn. Nobody in its plane, stand bolted down, supply switch in reach?\nType the propeller's name to arm, \"{}\": ", setup.propeller.name);
+  if (::isatty(STDIN_FILENO) != 1)
+    throw Error({"--yes", "a propeller is to turn and nobody can be asked: standard input is no terminal", "",
+                 "give --yes when nobody is near the stand"},
+                ExitCode::safety);
+  fmt::print(stderr,
+             "The propeller will turn. Nobody in its plane, stand bolted down, supply switch in reach?\nType the propeller's name to arm, "
+             "\"{}\": ",
+             setup.propeller.name);
   std::string typed;
   std::getline(std::cin, typed);
-  if (typed != setup.propeller.name) throw Error({"", fmt::format("\"{}\" is not the propeller's name: nothing was armed", typed), "", "type it as the stand file has it, or give --yes"}, ExitCode::safety);
+  if (typed != setup.propeller.name)
+    throw Error({"", fmt::format("\"{}\" is not the propeller's name: nothing was armed", typed), "",
+                 "type it as the stand file has it, or give --yes"},
+                ExitCode::safety);
 }
 
 // A person changes what stands behind the rotor, with the motor disarmed, and presses Enter.
 std::function<bool(char)> asked_configurations() {
   return [now = 'A', told = 'A'](char wanted) mutable {
     if (wanted == now) return true;
-    if (told != wanted) fmt::print(stderr, "disarmed: make configuration {} ({}), then press Enter\n", wanted, wanted == 'A' ? "bare stand" : "with what is to be tested behind the rotor");
+    if (told != wanted)
+      fmt::print(stderr, "disarmed: make configuration {} ({}), then press Enter\n", wanted,
+                 wanted == 'A' ? "bare stand" : "with what is to be tested behind the rotor");
     told = wanted;
     pollfd in{STDIN_FILENO, POLLIN, 0};
     if (::poll(&in, 1, 0) <= 0) return false;
@@ -107,11 +127,15 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
       stop.emplace();  // listens for the second one
     }
     if (session.turning() && !written) written = true, write_facts(o.run.out, setup, facts, session);
-    if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns) missing = session.missing(), session.ask_stop("no readings");
+    if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns)
+      missing = session.missing(), session.ask_stop("no readings");
   });
   tell();
   if (page) (*page)(session);
-  if (!missing.empty()) throw Error({setup.path.generic_string(), "nothing was armed: no reading of " + missing, "a device without power, another address, A and B exchanged", "look at: rotorloop stand read PORT PROFILE"}, ExitCode::device);
+  if (!missing.empty())
+    throw Error({setup.path.generic_string(), "nothing was armed: no reading of " + missing,
+                 "a device without power, another address, A and B exchanged", "look at: rotorloop stand read PORT PROFILE"},
+                ExitCode::device);
   write_facts(o.run.out, setup, facts, session);
   const int code = tell_end(o.run, session);
   return by_signal != 0 ? by_signal : code;
@@ -129,7 +153,8 @@ int stand_run(RunArguments& o) {
   refuse_unsafe(setup, o.run, predicted);
   for (const std::string& note : setup.notes)
     if (!o.run.quiet) fmt::print(stderr, "note: {}\n", note);
-  const bool shaken = std::any_of(setup.axes.begin(), setup.axes.end(), [](const modbus::BoundChannel& a) { return a.axis == modbus::StandAxis::vibration; });
+  const bool shaken = std::any_of(setup.axes.begin(), setup.axes.end(),
+                                  [](const modbus::BoundChannel& a) { return a.axis == modbus::StandAxis::vibration; });
   if (!o.run.quiet && !shaken) fmt::print(stderr, "note: the limit vibration_m_s2 is watched by nothing: no axis is vibration\n");
   return o.in_virtual_time ? run_virtually(o.run, o.virtual_run, setup, plan) : run_on_ports(o, setup, plan);
 }
@@ -147,21 +172,28 @@ void add_stand_run(CLI::App& stand, int& exit_code) {
   c->add_flag("--yes", o->yes, "arms without asking: nobody is near the stand");
   c->add_option("--bus", o->bus, kBusHelp)->capture_default_str();
   c->add_option("--tool-id", o->tool_id, "node id of this program, 126 or 127")->check(CLI::Range(1, 127))->capture_default_str();
-  c->add_option("--listen", o->listen_s, "seconds to wait for the ESC to say that it is there")->check(CLI::Range(0.5, 60.0))->capture_default_str();
-  c->add_flag("--virtual", o->in_virtual_time, "the same in virtual time: instruments of the stand file emulated, the ESC simulated; opens no port");
+  c->add_option("--listen", o->listen_s, "seconds to wait for the ESC to say that it is there")
+      ->check(CLI::Range(0.5, 60.0))
+      ->capture_default_str();
+  c->add_flag("--virtual", o->in_virtual_time,
+              "the same in virtual time: instruments of the stand file emulated, the ESC simulated; opens no port");
   add_virtual_options(*c, o->virtual_run);
   c->footer(
-      "The motor stops and is disarmed at the end, at a limit, and at Ctrl-C (ramped down; a second one stops at once). If this program is killed,\n"
-      "the ESC stops by itself after its cmd_timeout_ms (250 ms). The page of --live listens on 127.0.0.1 alone; its address carries the token for its stop\n"
+      "The motor stops and is disarmed at the end, at a limit, and at Ctrl-C (ramped down; a second one stops at once). If this program is "
+      "killed,\n"
+      "the ESC stops by itself after its cmd_timeout_ms (250 ms). The page of --live listens on 127.0.0.1 alone; its address carries the "
+      "token for its stop\n"
       "button, and the run goes on when it is closed.\n"
-      "R and K_v of the motor need --commission: the power of a run alone has R 6 % and K_v 1 % off. The rotor moves by one electrical turn, and the ESC keeps its\n"
+      "R and K_v of the motor need --commission: the power of a run alone has R 6 % and K_v 1 % off. The rotor moves by one electrical "
+      "turn, and the ESC keeps its\n"
       "own parameters.\n"
       "Examples:\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --dry-run\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --sequence staircase,step -o runs/p003\n"
       "  rotorloop stand run devices/virtual/stand.toml --virtual --sequence abab --repeats 4 -o runs/strut\n"
       "  rotorloop stand run devices/virtual/stand.toml --virtual --live -o runs/seen\n"
-      "Exit codes: 0; 2 arguments or files; 3 a port, the bus, or an instrument; 4 a limit, or not safe to arm; 5 expired calibration, or more than a fifth of\n"
+      "Exit codes: 0; 2 arguments or files; 3 a port, the bus, or an instrument; 4 a limit, or not safe to arm; 5 expired calibration, or "
+      "more than a fifth of\n"
       "the steps did not settle; 130, 143 interrupted.");
   c->callback([o, &exit_code] { exit_code = stand_run(*o); });
 }

@@ -34,7 +34,8 @@ fs::path profile_path(const std::string& text) {
   }
   const fs::path below = shipped_or_given(text, share_folder());
   if (fs::is_regular_file(below, error)) return below;
-  throw Error({"PROFILE", fmt::format("\"{}\" is no file and no shipped profile", text), "", names.empty() ? "give the path of a profile" : use_one_of(text, names)});
+  throw Error({"PROFILE", fmt::format("\"{}\" is no file and no shipped profile", text), "",
+               names.empty() ? "give the path of a profile" : use_one_of(text, names)});
 }
 
 std::vector<DeviceArgument> device_arguments(const std::vector<std::string>& words) {
@@ -49,11 +50,14 @@ std::vector<DeviceArgument> device_arguments(const std::vector<std::string>& wor
       const std::string digits = word.substr(at + 1);
       const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), d.slave);
       if (failed != std::errc() || end != digits.data() + digits.size() || d.slave < 1 || d.slave > 247)
-        throw Error({"PROFILE", fmt::format("\"{}\" has the address \"{}\"", word, digits), "", "give the slave address, 1 to 247, such as laumas_tlb@2"});
+        throw Error({"PROFILE", fmt::format("\"{}\" has the address \"{}\"", word, digits), "",
+                     "give the slave address, 1 to 247, such as laumas_tlb@2"});
     }
     d.name = path.stem().string();
     for (DeviceArgument& other : out) {
-      if (other.slave == d.slave) throw Error({"PROFILE", fmt::format("{} and {} have the same address {}", other.name, d.name, d.slave), "", "give each an address of its own, such as laumas_tlb@2"});
+      if (other.slave == d.slave)
+        throw Error({"PROFILE", fmt::format("{} and {} have the same address {}", other.name, d.name, d.slave), "",
+                     "give each an address of its own, such as laumas_tlb@2"});
       if (other.profile.path == d.profile.path) d.name = fmt::format("{}@{}", path.stem().string(), d.slave);
     }
     out.push_back(std::move(d));

@@ -17,11 +17,15 @@ constexpr std::chrono::milliseconds kPublish{50}, kLastValues{300};
 }
 
 RunPage::RunPage(int port) {
-  if (port < 0 || port > 65535) throw Error({"--port", fmt::format("{} is out of range: 0 to 65535", port), "", "0 takes one that is free"});
-  server_ = std::make_unique<live::LiveServer>(live::LiveServerConfig{port, std::string(live::kStandPage), std::string(live::kStandScript), "Run on a stand"}, [this](std::string_view what) -> std::string {
-    if (what != "stop") return "unknown order";
-    return ++stops_ == 1 ? "stop asked for: the motor is ramped down and disarmed" : "stop asked for again: the motor is disarmed at once";
-  });
+  if (port < 0 || port > 65535)
+    throw Error({"--port", fmt::format("{} is out of range: 0 to 65535", port), "", "0 takes one that is free"});
+  server_ = std::make_unique<live::LiveServer>(
+      live::LiveServerConfig{port, std::string(live::kStandPage), std::string(live::kStandScript), "Run on a stand"},
+      [this](std::string_view what) -> std::string {
+        if (what != "stop") return "unknown order";
+        return ++stops_ == 1 ? "stop asked for: the motor is ramped down and disarmed"
+                             : "stop asked for again: the motor is disarmed at once";
+      });
   fmt::print(stderr, "page: {}\n", server_->address());
 }
 

@@ -62,13 +62,17 @@ class RunTelling {
 };
 
 // Runs all of it in virtual time and writes the run folder. Returns the exit code (exit_of).
-int run_virtually(StandRunOptions& options, const VirtualRunOptions& virtual_options, const modbus::StandSetup& setup, const stand_run::Plan& plan);
+int run_virtually(StandRunOptions& options, const VirtualRunOptions& virtual_options, const modbus::StandSetup& setup,
+                  const stand_run::Plan& plan);
 
-stand_run::RunFacts run_facts(const StandRunOptions& options, const modbus::StandSetup& setup, const stand_run::Plan& plan, stand_run::EscFacts esc);
+stand_run::RunFacts run_facts(const StandRunOptions& options, const modbus::StandSetup& setup, const stand_run::Plan& plan,
+                              stand_run::EscFacts esc);
 // What the ESC measures of its motor at rest, told on stderr; nothing when the tool was stopped meanwhile.
-std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& options, tools::ToolNode& tool, const tools::EscTable& table, const stand_run::EscFacts& esc);
+std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& options, tools::ToolNode& tool, const tools::EscTable& table,
+                                                        const stand_run::EscFacts& esc);
 // run.toml, the stand file and the ESC's parameters.
-void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts, const stand_run::Session& session);
+void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts,
+                 const stand_run::Session& session);
 // Says how it ended; 0, 4 tripped, 5 steps that did not settle.
 int tell_end(const StandRunOptions& options, const stand_run::Session& session);
 

@@ -10,7 +10,7 @@
 #include "host/base/random.hpp"
 #include "host/base/symmetric_matrix.hpp"
 
-namespace rotorloop::stand {
+namespace rotorloop {
 namespace {
 
 constexpr int kResamples = 1000;
@@ -89,7 +89,7 @@ Eigen::VectorXd left_out_errors(const Eigen::MatrixXd& X, const Eigen::VectorXd&
   return errors;
 }
 
-Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const std::vector<int>& block, std::uint64_t seed) {
+RmsReduction rms_reduction(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const std::vector<int>& block, std::uint64_t seed) {
   const auto blocks = members(block);
   std::vector<double> b2, a2;
   for (const auto& b : blocks) {
@@ -114,4 +114,4 @@ Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, co
           falls[static_cast<std::size_t>(0.975 * kResamples)]};
 }
 
-}  // namespace rotorloop::stand
+}  // namespace rotorloop

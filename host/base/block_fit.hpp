@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace rotorloop::stand {
+namespace rotorloop {
 
 struct BlockFit {
   Eigen::VectorXd c;           // coefficients, one for each column
@@ -24,11 +24,11 @@ BlockFit fit_in_blocks(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const
 Eigen::VectorXd left_out_errors(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const std::vector<int>& block);
 
 // Relative fall of the rms from errors `before` to `after`, with its 95 % interval from resampling blocks.
-struct Fall {
+struct RmsReduction {
   double value = 0.0, low = 0.0, high = 0.0;
 };
-Fall fall_of_rms(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const std::vector<int>& block, std::uint64_t seed);
+RmsReduction rms_reduction(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const std::vector<int>& block, std::uint64_t seed);
 
 double rms_of(const Eigen::VectorXd& e);
 
-}  // namespace rotorloop::stand
+}  // namespace rotorloop

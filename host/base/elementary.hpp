@@ -28,8 +28,8 @@ inline SinCos sincos_exact(double x_rad) {
   const double r = ((x_rad - k * kP1) - k * kP2) - k * kP3;
   const double z = r * r;
   // Taylor series on |r| <= π/4: the first omitted terms are below 1e-18.
-  double s = 1.0 / 355687428096000.0;             // 1/17!
-  s = s * z - 1.0 / 1307674368000.0;              // 1/15!
+  double s = 1.0 / 355687428096000.0;  // 1/17!
+  s = s * z - 1.0 / 1307674368000.0;   // 1/15!
   s = s * z + 1.0 / 6227020800.0;
   s = s * z - 1.0 / 39916800.0;
   s = s * z + 1.0 / 362880.0;
@@ -37,7 +37,7 @@ inline SinCos sincos_exact(double x_rad) {
   s = s * z + 1.0 / 120.0;
   s = s * z - 1.0 / 6.0;
   const double sine = r + r * (z * s);
-  double c = 1.0 / 20922789888000.0;              // 1/16!
+  double c = 1.0 / 20922789888000.0;  // 1/16!
   c = c * z - 1.0 / 87178291200.0;
   c = c * z + 1.0 / 479001600.0;
   c = c * z - 1.0 / 3628800.0;
@@ -46,10 +46,14 @@ inline SinCos sincos_exact(double x_rad) {
   c = c * z + 1.0 / 24.0;
   const double cosine = 1.0 - (0.5 * z - z * z * c);
   switch (static_cast<std::int64_t>(k) & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
   }
 }
 inline double sin_exact(double x_rad) { return sincos_exact(x_rad).sin; }
@@ -60,11 +64,11 @@ inline double atan_exact(double x) {
   if (std::isnan(x)) return x;
   const double a = x < 0 ? -x : x;
   const bool inverted = a > 1.0;
-  double t = inverted ? 1.0 / a : a;              // [0, 1]
-  const bool folded = t > 0.41421356237309503;    // tan(π/8)
-  if (folded) t = (t - 1.0) / (t + 1.0);          // atan t = π/4 + atan((t-1)/(t+1))
+  double t = inverted ? 1.0 / a : a;            // [0, 1]
+  const bool folded = t > 0.41421356237309503;  // tan(π/8)
+  if (folded) t = (t - 1.0) / (t + 1.0);        // atan t = π/4 + atan((t-1)/(t+1))
   t = t / (1.0 + std::sqrt(1.0 + t * t));
-  const double z = t * t;                         // <= 0.0396
+  const double z = t * t;  // <= 0.0396
   double p = 0.0;
   for (int n = 25; n >= 3; n -= 2) p = z * ((n & 2 ? -1.0 : 1.0) / n + p);
   double angle = 2.0 * (t + t * p);
@@ -108,11 +112,17 @@ inline double log_exact(double x) {
   if (x == 0) return -std::numeric_limits<double>::infinity();
   if (std::isinf(x)) return x;
   int exponent = 0;
-  if (x < std::numeric_limits<double>::min()) { x *= 0x1p54; exponent = -54; }
+  if (x < std::numeric_limits<double>::min()) {
+    x *= 0x1p54;
+    exponent = -54;
+  }
   const auto bits = std::bit_cast<std::uint64_t>(x);
   exponent += static_cast<int>(bits >> 52) - 1023;
   double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
-  if (m > std::numbers::sqrt2) { m *= 0.5; ++exponent; }
+  if (m > std::numbers::sqrt2) {
+    m *= 0.5;
+    ++exponent;
+  }
   const double s = (m - 1.0) / (m + 1.0);  // |s| <= 0.1716
   const double z = s * s;
   double p = 0.0;

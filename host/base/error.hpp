@@ -9,11 +9,11 @@ namespace rotorloop {
 // Exit codes of every command (docs/manual.md lists them for users).
 enum class ExitCode : int {
   ok = 0,
-  usage = 2,         // bad arguments or bad input file
-  device = 3,        // device or bus
-  safety = 4,        // a safety trip ended the run
+  usage = 2,   // bad arguments or bad input file
+  device = 3,  // device or bus
+  safety = 4,  // a safety trip ended the run
   data_quality = 5,
-  verdict = 6,       // the run finished and failed its limits, or a comparison differs
+  verdict = 6,  // the run finished and failed its limits, or a comparison differs
   interrupted = 130,
 };
 

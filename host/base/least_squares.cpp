@@ -56,7 +56,8 @@ Descent descend(const VectorXd& start, const VectorXd& min, const VectorXd& max,
   return d;
 }
 
-LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameters, const Residuals& residuals, const DescentOptions& options) {
+LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameters, const Residuals& residuals,
+                                  const DescentOptions& options) {
   const auto n = static_cast<Index>(parameters.size());
   LeastSquaresFit fit;
   const auto at = [&](const VectorXd& x) {
@@ -81,9 +82,9 @@ LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameter
   };
   const VectorXd first = at(start.cwiseMax(min).cwiseMin(max));
   if (first.size() <= n || !first.allFinite())
-    throw Error({"least squares", fmt::format("{} residuals for {} parameters, or not finite at the start", first.size(), n), "",
-                 "give more rows"},
-                ExitCode::data_quality);
+    throw Error(
+        {"least squares", fmt::format("{} residuals for {} parameters, or not finite at the start", first.size(), n), "", "give more rows"},
+        ExitCode::data_quality);
   const auto cost = [&](const VectorXd& x, NormalEquations* equations) {
     const VectorXd r = at(x);
     if (equations) {

@@ -26,8 +26,9 @@ std::vector<std::string> parts_of(std::string_view key) {
 
 // Units as keys end with; a key without one is dimensionless or a word.
 bool is_unit(std::string_view part) {
-  constexpr std::array<std::string_view, 34> kUnits{"m",  "mm", "cm", "km",  "g",   "kg", "s",   "ms",  "us", "min", "h",    "rad", "deg", "N",  "mN",      "Nm",     "V",
-                                                    "mV", "A",  "mA", "Ohm", "mOhm", "H",  "uH",  "Wb",  "Hz", "kHz", "rpm",  "RPM", "Pa",  "K",  "C",       "percent", "m2"};
+  constexpr std::array<std::string_view, 34> kUnits{"m",   "mm", "cm",  "km",  "g",   "kg", "s", "ms", "us",      "min",  "h", "rad",
+                                                    "deg", "N",  "mN",  "Nm",  "V",   "mV", "A", "mA", "Ohm",     "mOhm", "H", "uH",
+                                                    "Wb",  "Hz", "kHz", "rpm", "RPM", "Pa", "K", "C",  "percent", "m2"};
   return std::find(kUnits.begin(), kUnits.end(), part) != kUnits.end();
 }
 

@@ -25,9 +25,9 @@ class RandomStream {
   // uniform dither of one step, scaled to variance 1. Good for ADC noise, wrong for tails beyond 5 sigma.
   constexpr double quick_gaussian(std::uint64_t sample) const {
     const std::uint64_t w = bits(sample);
-    const double steps = static_cast<double>(set_bits(w)) - 32.0;                                    // variance 16
-    const double dither = as_double(mix(w) >> 11) * 0x1p-53 - 0.5;                                   // variance 1/12
-    return (steps + dither) * 0.24935;                                                            // 1/sqrt(16 + 1/12)
+    const double steps = static_cast<double>(set_bits(w)) - 32.0;   // variance 16
+    const double dither = as_double(mix(w) >> 11) * 0x1p-53 - 0.5;  // variance 1/12
+    return (steps + dither) * 0.24935;                              // 1/sqrt(16 + 1/12)
   }
 
  private:

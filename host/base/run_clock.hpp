@@ -4,7 +4,7 @@
 #include <ctime>
 #include <string>
 
-namespace rotorloop::hil {
+namespace rotorloop {
 
 class RunClock {
  public:
@@ -23,4 +23,4 @@ class RunClock {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace rotorloop::hil
+}  // namespace rotorloop

@@ -13,7 +13,8 @@ namespace {
 
 // Only a libcrypto without SHA-256 or a machine without memory gets here.
 void require(int done) {
-  if (done != 1) throw Error({"SHA-256", "libcrypto refused", "the installed OpenSSL is damaged", "install libssl3 again"}, ExitCode::device);
+  if (done != 1)
+    throw Error({"SHA-256", "libcrypto refused", "the installed OpenSSL is damaged", "install libssl3 again"}, ExitCode::device);
 }
 
 }  // namespace

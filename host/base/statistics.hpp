@@ -15,7 +15,7 @@ double student_quantile(double level, double degrees);
 
 double quantile(std::vector<double> v, double fraction);  // the value next to that rank, none between two; 0 for no values
 double median(std::vector<double> v);                     // likewise: the upper one of the middle two
-double median_step(std::span<const double> t);           // of neighbours: median(t[i + 1] - t[i])
+double median_step(std::span<const double> t);            // of neighbours: median(t[i + 1] - t[i])
 // Standard deviation of a normal distribution that has this median distance from its median.
 double robust_deviation(const std::vector<double>& v);
 

@@ -11,7 +11,9 @@ SymmetricEigen symmetric_eigen(const MatrixXd& m) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(m);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
-VectorXd symmetric_eigenvalues(const MatrixXd& m) { return Eigen::SelfAdjointEigenSolver<MatrixXd>(m, Eigen::EigenvaluesOnly).eigenvalues(); }
+VectorXd symmetric_eigenvalues(const MatrixXd& m) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(m, Eigen::EigenvaluesOnly).eigenvalues();
+}
 
 LdltFactor::LdltFactor(const MatrixXd& m) : factor_(m) {}
 VectorXd LdltFactor::solve(const VectorXd& rhs) const { return factor_.solve(rhs); }

@@ -18,7 +18,7 @@ namespace rotorloop {
 struct TomlFile::Impl {
   std::filesystem::path path;
   toml::table root;
-  std::set<const toml::node*> asked;  // nodes that some accessor has read
+  std::set<const toml::node*> asked;                      // nodes that some accessor has read
   std::map<const void*, std::vector<std::string>> known;  // of each table: the keys that its reader knows, there or not
 };
 
@@ -37,13 +37,20 @@ std::string at_column(std::string what, const toml::source_region& region) {
 
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {
-    case toml::node_type::table: return "a table";
-    case toml::node_type::array: return "an array";
-    case toml::node_type::string: return "a text";
-    case toml::node_type::integer: return "an integer";
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "a boolean";
-    default: return "a date or time";
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a text";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "a boolean";
+    default:
+      return "a date or time";
   }
 }
 
@@ -72,7 +79,8 @@ TomlFile::~TomlFile() = default;
 TomlFile TomlFile::read(const std::filesystem::path& path) {
   std::error_code ec;
   if (!std::filesystem::is_regular_file(path, ec))
-    throw Error({path.generic_string(), "no such file", "", "check the path; on the command line it is relative to the folder where the command runs"});
+    throw Error({path.generic_string(), "no such file", "",
+                 "check the path; on the command line it is relative to the folder where the command runs"});
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
@@ -132,8 +140,7 @@ void TomlFile::refuse_unknown_keys() const {
         self(self, *sub, name + ".");
       } else if (const auto* array = node.as_array()) {
         for (const auto& item : *array)
-          if (const auto* sub_table = item.as_table(); sub_table && impl_->asked.contains(&item))
-            self(self, *sub_table, name + ".");
+          if (const auto* sub_table = item.as_table(); sub_table && impl_->asked.contains(&item)) self(self, *sub_table, name + ".");
       }
     }
   };
@@ -164,7 +171,8 @@ namespace {
 template <class File>
 void refuse_slip_of(const void* node, const std::string& name, const File& file, std::string_view key) {
   for (const auto& [other, value] : as_table(node))
-    if (!file.asked.contains(&value) && slip_of_key(other.str(), key)) refuse_key(file.path, value, dotted(name, other.str()), std::string(key));
+    if (!file.asked.contains(&value) && slip_of_key(other.str(), key))
+      refuse_key(file.path, value, dotted(name, other.str()), std::string(key));
 }
 
 // The node of `key`, marked as asked for. Throws when it is missing; where it is there under a misspelt name, about that name.
@@ -182,7 +190,8 @@ const toml::node& need(const TomlTable& t, const void* node, const std::string& 
   return *n;
 }
 
-[[noreturn]] void wrong_type(const TomlTable& t, const toml::node& n, const std::string& name, std::string_view key, std::string_view expected) {
+[[noreturn]] void wrong_type(const TomlTable& t, const toml::node& n, const std::string& name, std::string_view key,
+                             std::string_view expected) {
   t.fail(key, fmt::format("{} = {} is {}, expected {}", dotted(name, key), value_text(n), type_name(n), expected), "",
          fmt::format("write {} as {}", key, expected));
 }
@@ -203,16 +212,15 @@ double TomlTable::number(std::string_view key, Range range) const {
   const auto& n = need(*this, node_, name_, *file_, key, fmt::format("a number, {}", range_text(range)));
   return checked(*this, n, name_, key, range);
 }
-double TomlTable::number(std::string_view key, Range range, double fallback) const {
-  return has(key) ? number(key, range) : fallback;
-}
+double TomlTable::number(std::string_view key, Range range, double fallback) const { return has(key) ? number(key, range) : fallback; }
 
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int64_t max) const {
   const auto& n = need(*this, node_, name_, *file_, key, fmt::format("an integer, {} to {}", min, max));
   if (!n.is_integer()) wrong_type(*this, n, name_, key, "an integer");
   const auto v = *n.value<std::int64_t>();
   if (v < min || v > max)
-    fail(key, fmt::format("{} = {} is outside {} to {}", dotted(name_, key), v, min, max), "", fmt::format("give {} within {} to {}", key, min, max));
+    fail(key, fmt::format("{} = {} is outside {} to {}", dotted(name_, key), v, min, max), "",
+         fmt::format("give {} within {} to {}", key, min, max));
   return v;
 }
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int64_t max, std::int64_t fallback) const {
@@ -255,13 +263,14 @@ std::filesystem::path TomlTable::file(std::string_view key) const {
 }
 
 std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, Range range) const {
-  const std::string expected = count ? fmt::format("an array of {} numbers in {}", count, range.unit) : fmt::format("an array of numbers in {}", range.unit);
+  const std::string expected =
+      count ? fmt::format("an array of {} numbers in {}", count, range.unit) : fmt::format("an array of numbers in {}", range.unit);
   const auto& n = need(*this, node_, name_, *file_, key, expected);
   const auto* array = n.as_array();
   if (!array) wrong_type(*this, n, name_, key, expected);
   if ((count && array->size() != count) || array->empty())
-    fail(key, fmt::format("{} has {} values, expected {}", dotted(name_, key), array->size(), count ? std::to_string(count) : "at least 1"), "",
-         fmt::format("give {}", expected));
+    fail(key, fmt::format("{} has {} values, expected {}", dotted(name_, key), array->size(), count ? std::to_string(count) : "at least 1"),
+         "", fmt::format("give {}", expected));
   std::vector<double> out;
   for (const auto& item : *array) out.push_back(checked(*this, item, name_, key, range));
   return out;
@@ -287,7 +296,9 @@ std::vector<std::int64_t> TomlTable::integers(std::string_view key, std::int64_t
   for (const auto& item : *array) {
     if (!item.is_integer()) wrong_type(*this, item, name_, key, "an array of integers");
     const auto v = *item.value<std::int64_t>();
-    if (v < min || v > max) fail(key, fmt::format("{} has {}, outside {} to {}", dotted(name_, key), v, min, max), "", fmt::format("give integers within {} to {}", min, max));
+    if (v < min || v > max)
+      fail(key, fmt::format("{} has {}, outside {} to {}", dotted(name_, key), v, min, max), "",
+           fmt::format("give integers within {} to {}", min, max));
     out.push_back(v);
   }
   return out;
@@ -315,8 +326,9 @@ std::optional<TomlTable> TomlTable::optional_table(std::string_view key) const {
 std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t min_count, std::size_t max_count) const {
   std::vector<TomlTable> out;
   const auto count_error = [&](std::size_t n) {
-    fail(key, fmt::format("[[{}]] occurs {} times, expected {}", dotted(name_, key), n,
-                          min_count == max_count ? std::to_string(min_count) : fmt::format("{} to {}", min_count, max_count)),
+    fail(key,
+         fmt::format("[[{}]] occurs {} times, expected {}", dotted(name_, key), n,
+                     min_count == max_count ? std::to_string(min_count) : fmt::format("{} to {}", min_count, max_count)),
          "", fmt::format("write one [[{}]] block for each", dotted(name_, key)));
   };
   file_->known[node_].emplace_back(key);
@@ -352,8 +364,10 @@ std::vector<std::string> TomlTable::keys() const {
 void TomlTable::accept_all() const {
   auto visit = [&](auto&& self, const toml::node& node) -> void {
     file_->asked.insert(&node);
-    if (const auto* t = node.as_table()) for (const auto& [k, v] : *t) self(self, v);
-    if (const auto* a = node.as_array()) for (const auto& v : *a) self(self, v);
+    if (const auto* t = node.as_table())
+      for (const auto& [k, v] : *t) self(self, v);
+    if (const auto* a = node.as_array())
+      for (const auto& v : *a) self(self, v);
   };
   for (const auto& [k, v] : as_table(node_)) visit(visit, v);
 }

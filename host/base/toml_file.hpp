@@ -86,8 +86,8 @@ class TomlTable {
  private:
   friend class TomlFile;
   TomlTable(const void* node, std::string name, TomlFile::Impl* file) : node_(node), name_(std::move(name)), file_(file) {}
-  const void* node_;   // toml::table, kept out of this header: toml++ costs seconds per translation unit
-  std::string name_;   // dotted path, for messages
+  const void* node_;  // toml::table, kept out of this header: toml++ costs seconds per translation unit
+  std::string name_;  // dotted path, for messages
   TomlFile::Impl* file_;
 };
 

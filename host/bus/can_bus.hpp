@@ -26,12 +26,12 @@ enum class SendStatus : std::uint8_t {
 enum class BusState : std::uint8_t { error_active, error_passive, bus_off };
 
 struct PortCounters {
-  std::uint64_t sent = 0;           // frames that reached the bus
+  std::uint64_t sent = 0;  // frames that reached the bus
   std::uint64_t received = 0;
-  std::uint64_t dropped_tx = 0;     // queue full or bus off
-  std::uint64_t dropped_rx = 0;     // receive queue full: the node is too slow
-  std::uint64_t error_frames = 0;   // seen while this port transmitted
-  std::uint64_t filtered = 0;       // heard, and passed over as no filter fits
+  std::uint64_t dropped_tx = 0;    // queue full or bus off
+  std::uint64_t dropped_rx = 0;    // receive queue full: the node is too slow
+  std::uint64_t error_frames = 0;  // seen while this port transmitted
+  std::uint64_t filtered = 0;      // heard, and passed over as no filter fits
 };
 
 // Acceptance filter, as CAN controllers have them: a frame fits when it is of this format and agrees with `id` where `mask` is 1.

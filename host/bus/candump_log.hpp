@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "host/bus/bus_frame.hpp"
 #include "host/bus/logged_frames.hpp"
 #include "host/bus/output_file.hpp"
-#include "host/bus/bus_frame.hpp"
 #include "protocols/can_frame.hpp"
 
 namespace rotorloop {

@@ -43,9 +43,9 @@ typedef struct {
   double accel_B_m_s2[3]; /* specific force: +9.81 on z at rest */
   uint32_t pose_new;      /* 1: a pose arrived since the step before; 0: pose_* are not a number */
   uint32_t estimate_valid;
-  double pose_t_s; /* when it was measured; it arrives 12 to 18 ms later */
+  double pose_t_s;                                     /* when it was measured; it arrives 12 to 18 ms later */
   double pose_p_W_m[3], pose_q_WS[4], pose_v_W_m_s[3]; /* of the sensor, not of the centre of mass */
-  double estimate_p_W_m[3], estimate_v_W_m_s[3], estimate_q_WB[4], estimate_w_B_rad_s[3]; /* ours, of the centre of mass */
+  double estimate_p_W_m[3], estimate_v_W_m_s[3], estimate_q_WB[4], estimate_w_B_rad_s[3];    /* ours, of the centre of mass */
   double setpoint_p_W_m[3], setpoint_v_W_m_s[3], setpoint_a_W_m_s2[3], setpoint_j_W_m_s3[3]; /* of the trajectory */
   double setpoint_yaw_rad, setpoint_yaw_rate_rad_s;
   double omega_rad_s[4]; /* newest feedback; not a number: unknown */
@@ -64,13 +64,13 @@ typedef struct {
 } rotorloop_controller_output;
 
 typedef struct {
-  uint32_t abi;                                /* ROTORLOOP_CONTROLLER_ABI */
+  uint32_t abi;                                 /* ROTORLOOP_CONTROLLER_ABI */
   uint32_t setup_size, input_size, output_size; /* sizeof of the three structures above */
-  uint32_t level;                              /* ROTORLOOP_LEVEL_… */
-  uint32_t every;                              /* asked at every n-th control step, 1 to 100; the last answer holds in between */
-  uint32_t own_estimate;                       /* 1: our loops and the log use estimate_* of the output */
-  uint32_t reserved;                           /* 0 */
-  double start_s;                              /* earliest start of the trajectory after power-on; 0: as soon as the vehicle is ready */
+  uint32_t level;                               /* ROTORLOOP_LEVEL_… */
+  uint32_t every;                               /* asked at every n-th control step, 1 to 100; the last answer holds in between */
+  uint32_t own_estimate;                        /* 1: our loops and the log use estimate_* of the output */
+  uint32_t reserved;                            /* 0 */
+  double start_s;                               /* earliest start of the trajectory after power-on; 0: as soon as the vehicle is ready */
   void* (*create)(const rotorloop_controller_setup*); /* a controller for one flight; null: it cannot fly (say why on stderr) */
   void (*step)(void* controller, const rotorloop_controller_input*, rotorloop_controller_output*);
   void (*destroy)(void* controller);

@@ -84,7 +84,8 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
     });
     r.thrust_N = rotor_thrust(p, s.geometry, s.omega_rad_s[i], r.v_air_B_m_s, r.through_m_s);
     r.torque_N_m = p.c_q_N_m_s2 * s.omega_rad_s[i] * s.omega_rad_s[i];
-    if (s.geometry.advance.c_q2_N_m_s2 != 0.0) r.torque_N_m += advance_torque_N_m(s.geometry.advance, s.geometry.radius_m, s.omega_rad_s[i], r.v_air_B_m_s.z);
+    if (s.geometry.advance.c_q2_N_m_s2 != 0.0)
+      r.torque_N_m += advance_torque_N_m(s.geometry.advance, s.geometry.radius_m, s.omega_rad_s[i], r.v_air_B_m_s.z);
     r.drag_N_s_m = S(0.0);
     each([&](const auto& h, const void* own, const S* c) {
       if (h.rotor) h.rotor(own, c, s, i);

@@ -65,8 +65,8 @@ struct RotorWakeInterference {
   }
 };
 
-// The same wakes as a share of thrust: T_i -= loss T_i b / sqrt(v_xy² + (reach v_h)²), b = max(0, -r_i·v_xy) as above. Blades in air that is
-// stirred, and turned by the wake's swirl, lose more than the downwash of its axial flow says, and with other rotor speeds in another
+// The same wakes as a share of thrust: T_i -= loss T_i b / sqrt(v_xy² + (reach v_h)²), b = max(0, -r_i·v_xy) as above. Blades in air that
+// is stirred, and turned by the wake's swirl, lose more than the downwash of its axial flow says, and with other rotor speeds in another
 // proportion. reach v_h: speed of flight from which on the wakes meet the rotors behind, v_h that of the mean rotor speed in still air; far
 // below it they fall past them.
 struct RotorWakeThrustLoss {
@@ -87,10 +87,10 @@ struct RotorWakeThrustLoss {
   }
 };
 
-// The downwash of rotor_wake_interference between the two rotors of a pair, one number for each kind of pair, of either sign: side by side, one behind the other, and
-// across the diagonal. Rotor i flies behind rotor j by b = max(0, -e·v) with e the unit vector from j to i:
-// v_z,i += κ 2 v_j b / sqrt(v_xy² + v_j²). On the diagonal b = -(e·v) cos 2(φ - ψ), φ the direction of flight and ψ that of e: both rotors
-// feel it, and it turns its sign where the flow runs along the sides. v_j is that of rotor j in still air.
+// The downwash of rotor_wake_interference between the two rotors of a pair, one number for each kind of pair, of either sign: side by side,
+// one behind the other, and across the diagonal. Rotor i flies behind rotor j by b = max(0, -e·v) with e the unit vector from j to i: v_z,i
+// += κ 2 v_j b / sqrt(v_xy² + v_j²). On the diagonal b = -(e·v) cos 2(φ - ψ), φ the direction of flight and ψ that of e: both rotors feel
+// it, and it turns its sign where the flow runs along the sides. v_j is that of rotor j in still air.
 struct RotorPairInteraction {
   static constexpr std::string_view kId = "rotor_pair_interaction";
   static constexpr TermParameter kParameters[] = {{"kappa_lateral", "1", -1.0, 1.0, 0.3, 0.0},

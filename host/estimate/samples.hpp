@@ -14,16 +14,16 @@ struct ImuSample {
 };
 
 struct PoseSample {
-  std::int64_t time_us = 0;  // measurement time on the airframe clock; arrival is later
-  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();   // of the sensor, not of the centre of mass
+  std::int64_t time_us = 0;                         // measurement time on the airframe clock; arrival is later
+  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();  // of the sensor, not of the centre of mass
   Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero(); // of the sensor
+  Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero();  // of the sensor
 };
 
 // What the controller gets, and all that it gets.
 struct StateEstimate {
   std::int64_t time_us = 0;
-  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();   // centre of mass
+  Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();  // centre of mass
   Eigen::Vector3d v_W_m_s = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
   Eigen::Vector3d w_B_rad_s = Eigen::Vector3d::Zero();

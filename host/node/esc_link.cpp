@@ -3,8 +3,7 @@
 #include "host/base/constants.hpp"
 
 namespace rotorloop::host {
-namespace {
-}
+namespace {}
 
 EscLink::EscLink(const EscLinkConfig& config, CanBus& port)
     : config_(config),

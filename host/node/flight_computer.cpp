@@ -124,7 +124,8 @@ void FlightComputer::advance_phase(std::int64_t flown_us, std::int64_t now_us) {
         idle_speed_rad_s_[i] += kIdleSmoothing * (speed_rad_s - idle_speed_rad_s_[i]);
         speed_known_us_[i] = now_us;
       } else if (now_us - speed_known_us_[i] > config_.esc_timeout_us) {
-        idle_speed_rad_s_[i] = 0.0;  // a report without speed now and then is noise at idle, a time-out of them is a motor that does not turn
+        idle_speed_rad_s_[i] =
+            0.0;  // a report without speed now and then is noise at idle, a time-out of them is a motor that does not turn
       }
     }
     const bool idling = all_at(config_.idle_rad_s, kIdleTolerance);

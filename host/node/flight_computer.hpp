@@ -21,7 +21,19 @@
 namespace rotorloop::host {
 
 using FlightPhase = ControlPhase;
-enum class SafeReason : std::uint8_t { none, not_ready, imu_lost, pose_lost, esc_silent, esc_bus_silent, esc_fault, esc_not_following, bus_off, state_version, controller };
+enum class SafeReason : std::uint8_t {
+  none,
+  not_ready,
+  imu_lost,
+  pose_lost,
+  esc_silent,
+  esc_bus_silent,
+  esc_fault,
+  esc_not_following,
+  bus_off,
+  state_version,
+  controller
+};
 
 struct FlightComputerConfig {
   EstimatorConfig estimator;
@@ -31,8 +43,8 @@ struct FlightComputerConfig {
   std::int64_t take_over_us = 300'000;  // control takes the rotors this long before
   double idle_rad_s = 400.0;
   std::int64_t imu_timeout_us = 20'000;
-  std::int64_t esc_timeout_us = 30'000;        // no feedback of one ESC
-  std::int64_t not_following_us = 150'000;     // speed off by more than half of the command
+  std::int64_t esc_timeout_us = 30'000;     // no feedback of one ESC
+  std::int64_t not_following_us = 150'000;  // speed off by more than half of the command
 };
 
 // One row of the on-board log: what the flight computer knew and did in one control step.
@@ -40,7 +52,7 @@ struct FlightRecord {
   std::int64_t time_us = 0;  // of the IMU sample
   FlightPhase phase = FlightPhase::boot;
   ImuSample imu;
-  bool pose_new = false;     // a pose arrived since the record before; `pose` is the newest
+  bool pose_new = false;  // a pose arrived since the record before; `pose` is the newest
   PoseSample pose;
   StateEstimate estimate;
   Setpoint setpoint;
@@ -48,12 +60,12 @@ struct FlightRecord {
   std::array<double, kRotors> commanded_rad_s{};  // as sent; zero when none was
   std::array<double, kRotors> omega_rad_s{};      // newest feedback; NaN when invalid
   std::array<double, kRotors> current_A{};
-  double bus_V = 0.0, bus_A = 0.0;                // bus_A: sum of the newest esc.Status of all four
+  double bus_V = 0.0, bus_A = 0.0;  // bus_A: sum of the newest esc.Status of all four
 };
 
 struct SafeState {
   SafeReason reason = SafeReason::none;
-  int esc = -1;               // which ESC, from 0
+  int esc = -1;                 // which ESC, from 0
   std::uint8_t fault_code = 0;  // what that ESC reports, with esc_fault; the airframe's version, with state_version
   std::int64_t time_us = 0;
 };
@@ -64,8 +76,8 @@ std::string describe(const SafeState& safe);
 class FlightComputer {
  public:
   // `controller` and `trajectory` outlive it.
-  FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, FlightController& controller, const Trajectory& trajectory,
-                 CanBus& state_port, CanBus& esc_port);
+  FlightComputer(const VehicleModel& vehicle, const FlightComputerConfig& config, FlightController& controller,
+                 const Trajectory& trajectory, CanBus& state_port, CanBus& esc_port);
 
   // Takes what arrived, steps control for a complete IMU sample, sends what is due. Call whenever frames may have arrived.
   void poll(std::int64_t now_us);
@@ -106,10 +118,10 @@ class FlightComputer {
   bool pose_arrived_ = false;  // since the control step before
   std::array<double, kRotors> wanted_rad_s_{};
   std::array<std::int64_t, kRotors> off_since_us_{};
-  std::int64_t last_imu_us_ = -1;   // arrival
+  std::int64_t last_imu_us_ = -1;  // arrival
   std::int64_t ready_since_us_ = -1;
   std::array<std::int64_t, kRotors> speed_known_us_{};  // time of the last report with a speed
-  std::array<double, kRotors> idle_speed_rad_s_{};  // reported speeds, smoothed: readiness is a matter of the mean
+  std::array<double, kRotors> idle_speed_rad_s_{};      // reported speeds, smoothed: readiness is a matter of the mean
   std::uint64_t steps_ = 0;
   int refused_in_a_row_ = 0;  // answers of the controller
   std::uint8_t report_sequence_ = 0;

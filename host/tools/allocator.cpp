@@ -31,18 +31,22 @@ std::map<UniqueId, std::uint8_t> parse_allocation_table(const std::string& text,
     ++number;
     if (line.empty() || line[0] == '#') continue;
     const auto fail = [&](const std::string& what) {
-      throw Error({fmt::format("{}:{}", name, number), what, "", "a line is: 32 hexadecimal digits of the unique id = node id of 1 to 125"});
+      throw Error(
+          {fmt::format("{}:{}", name, number), what, "", "a line is: 32 hexadecimal digits of the unique id = node id of 1 to 125"});
     };
     UniqueId id{};
     int node = 0;
     if (line.size() < 36 || line.substr(32, 3) != " = ") fail("is no line UNIQUE_ID = NODE_ID");
     for (std::size_t i = 0; i < 16; ++i) {
-      if (std::from_chars(line.data() + 2 * i, line.data() + 2 * i + 2, id[i], 16).ptr != line.data() + 2 * i + 2) fail("the unique id is not hexadecimal");
+      if (std::from_chars(line.data() + 2 * i, line.data() + 2 * i + 2, id[i], 16).ptr != line.data() + 2 * i + 2)
+        fail("the unique id is not hexadecimal");
     }
     const char* const end = line.data() + line.size();
-    if (std::from_chars(line.data() + 35, end, node).ptr != end || node < 1 || node > kLastForNodes) fail("the node id is out of range: 1 to 125");
+    if (std::from_chars(line.data() + 35, end, node).ptr != end || node < 1 || node > kLastForNodes)
+      fail("the node id is out of range: 1 to 125");
     if (!table.emplace(id, static_cast<std::uint8_t>(node)).second) fail("this unique id stands there twice");
-    if (std::count_if(table.begin(), table.end(), [&](const auto& row) { return row.second == node; }) > 1) fail(fmt::format("node id {} stands there twice", node));
+    if (std::count_if(table.begin(), table.end(), [&](const auto& row) { return row.second == node; }) > 1)
+      fail(fmt::format("node id {} stands there twice", node));
   }
   return table;
 }

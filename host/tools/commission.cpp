@@ -62,7 +62,11 @@ void Commission::begin() {
   begun_ = true;
   arm(true);
   tool_.run_for(20'000'000);
-  ParamGetSet request{.index = 0, .value = protocols::ParamValue::of(std::int64_t{options_.count ? 3 : options_.spin ? 2 : 1}), .name = "commission"};
+  ParamGetSet request{.index = 0,
+                      .value = protocols::ParamValue::of(std::int64_t{options_.count  ? 3
+                                                                      : options_.spin ? 2
+                                                                                      : 1}),
+                      .name = "commission"};
   const auto r = tool_.ask<ParamGetSetResponse>(node_, request);
   if (!r || r->value.integer == 0) {
     arm(false);
@@ -74,16 +78,15 @@ void Commission::begin() {
 
 void Commission::ask_state() {
   asking_ = true;
-  tool_.request<ParamGetSet, ParamGetSetResponse>(
-      node_, {.index = 0, .value = {}, .name = "stat_commission"},
-      [this](const std::optional<ParamGetSetResponse>& r) {
-        asking_ = false;
-        if (!r) return;
-        heard_ns_ = tool_.now_ns();
-        state_ = text_of_bytes(r->value.string);
-        over_ = over_ || !(state_.starts_with("running") || state_ == "stopping");
-      },
-      {.attempts = 1, .timeout_ns = 500'000'000});
+  tool_.request<ParamGetSet, ParamGetSetResponse>(node_, {.index = 0, .value = {}, .name = "stat_commission"},
+                                                  [this](const std::optional<ParamGetSetResponse>& r) {
+                                                    asking_ = false;
+                                                    if (!r) return;
+                                                    heard_ns_ = tool_.now_ns();
+                                                    state_ = text_of_bytes(r->value.string);
+                                                    over_ = over_ || !(state_.starts_with("running") || state_ == "stopping");
+                                                  },
+                                                  {.attempts = 1, .timeout_ns = 500'000'000});
 }
 
 void Commission::step(bool go_on) {
@@ -113,8 +116,8 @@ void Commission::counted(double rpm, bool reversed) {
   counted_ = true;
   // The direction first: the speed is what ends the waiting.
   const auto set = [&](const char* name, double value) {
-    tool_.request<ParamGetSet, ParamGetSetResponse>(node_, {.index = 0, .value = protocols::ParamValue::of(static_cast<float>(value)), .name = name},
-                                                    [](const auto&) {});
+    tool_.request<ParamGetSet, ParamGetSetResponse>(
+        node_, {.index = 0, .value = protocols::ParamValue::of(static_cast<float>(value)), .name = name}, [](const auto&) {});
   };
   set("commission_dir", reversed ? 2.0 : 1.0);
   set("commission_rpm", rpm);
@@ -143,8 +146,10 @@ CommissionReport Commission::finish() {
 }
 
 nlohmann::ordered_json commission_json(const CommissionReport& report) {
-  nlohmann::ordered_json j{{"node", report.node}, {"end", report.end}, {"measured", nlohmann::ordered_json::array()}, {"not_measured", report.not_measured}};
-  for (const auto& m : report.measured) j["measured"].push_back({{"name", m.name}, {"before", value_json(m.before)}, {"value", value_json(m.value)}});
+  nlohmann::ordered_json j{
+      {"node", report.node}, {"end", report.end}, {"measured", nlohmann::ordered_json::array()}, {"not_measured", report.not_measured}};
+  for (const auto& m : report.measured)
+    j["measured"].push_back({{"name", m.name}, {"before", value_json(m.before)}, {"value", value_json(m.value)}});
   return j;
 }
 

@@ -116,9 +116,9 @@ void FirmwareUpdates::fail(UpdateState& s, std::string reason) {
 // Does it run what was sent?
 void FirmwareUpdates::verify(std::uint8_t node, UpdateState& s) {
   s.phase = UpdatePhase::verifying;
-  tool_.request<GetNodeInfo, GetNodeInfoResponse>(node, {},
-                                                  [this, node](const std::optional<GetNodeInfoResponse>& r) { judge(nodes_[node], r); },
-                                                  {.attempts = 20, .timeout_ns = 500'000'000});  // nine frames and more: on a bad bus few come whole
+  tool_.request<GetNodeInfo, GetNodeInfoResponse>(
+      node, {}, [this, node](const std::optional<GetNodeInfoResponse>& r) { judge(nodes_[node], r); },
+      {.attempts = 20, .timeout_ns = 500'000'000});  // nine frames and more: on a bad bus few come whole
 }
 
 void FirmwareUpdates::judge(UpdateState& s, const std::optional<GetNodeInfoResponse>& info) {

@@ -28,11 +28,11 @@ struct UpdateState {
   std::uint64_t blocks = 0;     // served, repeated ones counted again
   std::int64_t changed_ns = 0;  // of the last progress
   int asked = 0;
-  bool was_updating = false;                           // has reported mode "software update"
-  bool verified = false;                               // runs the image that was sent, by the CRC that it reports
+  bool was_updating = false;                                   // has reported mode "software update"
+  bool verified = false;                                       // runs the image that was sent, by the CRC that it reports
   std::optional<protocols::GetNodeInfoResponse> before, info;  // as it was asked to update, after its restart
-  std::string said;                                    // its last log message of level warning or error
-  std::string reason;                                  // of a failure, in words
+  std::string said;                                            // its last log message of level warning or error
+  std::string reason;                                          // of a failure, in words
 };
 
 class FirmwareUpdates {

@@ -7,10 +7,10 @@
 namespace rotorloop::tools {
 
 struct FrameKind {
-  std::string type;         // "esc.RawCommand", "fast set-point", "message 20641"
-  int source = -1;          // node id; 0: anonymous; -1: the frame has none
-  int destination = -1;     // node id of a service; -1: everyone
-  std::string role;         // "message", "request", "response", "" for 11-bit frames
+  std::string type;           // "esc.RawCommand", "fast set-point", "message 20641"
+  int source = -1;            // node id; 0: anonymous; -1: the frame has none
+  int destination = -1;       // node id of a service; -1: everyone
+  std::string role;           // "message", "request", "response", "" for 11-bit frames
   bool moves_motors = false;  // a command, or an order to arm: what a replay must not send unasked
 };
 

@@ -81,21 +81,22 @@ std::vector<NodeParameter> read_parameters(ToolNode& tool, std::uint8_t node) {
     while (open < kReadAhead && next < end && !failed) {
       const std::uint16_t index = next++;
       ++open;
-      tool.request<ParamGetSet, ParamGetSetResponse>(node, {.index = index, .value = {}, .name = {}},
-                                                     [&, index](const std::optional<ParamGetSetResponse>& r) {
-                                                       --open;
-                                                       if (!r) {
-                                                         failed = true;
-                                                         return;
-                                                       }
-                                                       if (r->name.count == 0) {
-                                                         end = std::min(end, index);
-                                                       } else {
-                                                         got[index] = r;
-                                                       }
-                                                       self(self);
-                                                     },
-                                                     patience(tool, node));
+      tool.request<ParamGetSet, ParamGetSetResponse>(
+          node, {.index = index, .value = {}, .name = {}},
+          [&, index](const std::optional<ParamGetSetResponse>& r) {
+            --open;
+            if (!r) {
+              failed = true;
+              return;
+            }
+            if (r->name.count == 0) {
+              end = std::min(end, index);
+            } else {
+              got[index] = r;
+            }
+            self(self);
+          },
+          patience(tool, node));
     }
   };
   ask_next(ask_next);

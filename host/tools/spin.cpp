@@ -24,16 +24,26 @@ void check_range(const char* option, double value, double min, double max, const
 
 std::string spin_end_text(SpinEnd end, const SpinOptions& o) {
   switch (end) {
-    case SpinEnd::running: return "running";
-    case SpinEnd::done: return "time over";
-    case SpinEnd::released: return "released";
-    case SpinEnd::foreign_commander: return "another node sends commands on this bus";
-    case SpinEnd::silent: return fmt::format("ESC {} does not report", o.esc_index);
-    case SpinEnd::shared_index: return fmt::format("two nodes have esc_index {}", o.esc_index);
-    case SpinEnd::current: return fmt::format("current above {:.1f} A", o.most_current_A);
-    case SpinEnd::temperature: return fmt::format("temperature above {:.0f} °C", o.most_temperature_C);
-    case SpinEnd::too_fast: return fmt::format("speed above {:.0f} rpm", o.most_rpm);
-    case SpinEnd::fault: return "the ESC reports an error";
+    case SpinEnd::running:
+      return "running";
+    case SpinEnd::done:
+      return "time over";
+    case SpinEnd::released:
+      return "released";
+    case SpinEnd::foreign_commander:
+      return "another node sends commands on this bus";
+    case SpinEnd::silent:
+      return fmt::format("ESC {} does not report", o.esc_index);
+    case SpinEnd::shared_index:
+      return fmt::format("two nodes have esc_index {}", o.esc_index);
+    case SpinEnd::current:
+      return fmt::format("current above {:.1f} A", o.most_current_A);
+    case SpinEnd::temperature:
+      return fmt::format("temperature above {:.0f} °C", o.most_temperature_C);
+    case SpinEnd::too_fast:
+      return fmt::format("speed above {:.0f} rpm", o.most_rpm);
+    case SpinEnd::fault:
+      return "the ESC reports an error";
   }
   return "";
 }
@@ -105,7 +115,8 @@ void Spin::send(double value) {
 void Spin::step(bool held) {
   const std::int64_t now_ns = tool_.now_ns();
   if (phase_ == Phase::turning) {
-    if (const EscRow* row = table_.of_index(options_.esc_index)) fastest_rpm_ = std::max(fastest_rpm_, std::fabs(static_cast<double>(row->status.rpm)));
+    if (const EscRow* row = table_.of_index(options_.esc_index))
+      fastest_rpm_ = std::max(fastest_rpm_, std::fabs(static_cast<double>(row->status.rpm)));
     end_ = watch();
     if (end_ == SpinEnd::running && !held) end_ = SpinEnd::released;
     if (end_ == SpinEnd::running && now_ns - begun_ns_ >= static_cast<std::int64_t>(options_.for_s * 1e9)) end_ = SpinEnd::done;

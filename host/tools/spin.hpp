@@ -10,10 +10,10 @@ namespace rotorloop::tools {
 
 struct SpinOptions {
   int esc_index = 0;
-  bool duty = false;          // value is a share of full duty, -1 to 1; else rpm
+  bool duty = false;  // value is a share of full duty, -1 to 1; else rpm
   double value = 0.0;
-  double ramp_s = 1.0;        // from standstill to the value
-  double for_s = 0.0;         // at the most, ramps included
+  double ramp_s = 1.0;  // from standstill to the value
+  double for_s = 0.0;   // at the most, ramps included
   double most_current_A = 20.0;
   double most_temperature_C = 80.0;
   double most_rpm = 20'000.0;  // seen: a motor without propeller under duty may run away
@@ -21,15 +21,15 @@ struct SpinOptions {
 
 enum class SpinEnd : std::uint8_t {
   running,
-  done,             // the time is over
-  released,         // the dead-man's switch, or a signal
+  done,      // the time is over
+  released,  // the dead-man's switch, or a signal
   foreign_commander,
-  silent,           // no esc.Status for a second
-  shared_index,     // two nodes have this esc_index
+  silent,        // no esc.Status for a second
+  shared_index,  // two nodes have this esc_index
   current,
   temperature,
   too_fast,
-  fault,            // health error or critical
+  fault,  // health error or critical
 };
 std::string spin_end_text(SpinEnd end, const SpinOptions& options);
 

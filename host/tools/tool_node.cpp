@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::uint8_t kToolStatusPriority = 24, kToolRequestPriority = 24;
 constexpr std::int64_t kToolStatusPeriod_ns = 1'000'000'000;
-constexpr std::int64_t kLongestNap_ns = 20'000'000;  // between two looks at what is due when no frame comes
+constexpr std::int64_t kLongestNap_ns = 20'000'000;   // between two looks at what is due when no frame comes
 constexpr std::int64_t kNewcomer_ns = 3'000'000'000;  // for so long after its start a tool gives way: all others were heard by then
-constexpr std::size_t kTogether = 5;                 // requests to one node at a time, as the GUI tool has it
+constexpr std::size_t kTogether = 5;                  // requests to one node at a time, as the GUI tool has it
 
 }  // namespace
 
@@ -113,7 +113,8 @@ void ToolNode::on_status(const protocols::NodeStatus& status, std::uint8_t sourc
   n.status = status;
   n.heard_ns = now_ns();
   if (is_new || !n.info) {
-    const bool asked = std::any_of(open_.begin(), open_.end(), [&](const Open& o) { return o.node == source && o.type.id == protocols::GetNodeInfo::kType.id; });
+    const bool asked = std::any_of(open_.begin(), open_.end(),
+                                   [&](const Open& o) { return o.node == source && o.type.id == protocols::GetNodeInfo::kType.id; });
     if (!asked)
       request<protocols::GetNodeInfo, protocols::GetNodeInfoResponse>(source, {}, [this, source](const auto& r) {
         if (r) nodes_[source].info = *r;
@@ -121,7 +122,8 @@ void ToolNode::on_status(const protocols::NodeStatus& status, std::uint8_t sourc
   }
 }
 
-void ToolNode::start_request(std::uint8_t node, const protocols::DataType& type, std::vector<std::uint8_t> payload, AskOptions options, Done done) {
+void ToolNode::start_request(std::uint8_t node, const protocols::DataType& type, std::vector<std::uint8_t> payload, AskOptions options,
+                             Done done) {
   open_.push_back({.node = node, .type = type, .payload = std::move(payload), .options = options, .done = std::move(done)});
   repeat_requests();
 }
@@ -138,7 +140,11 @@ void ToolNode::attempt(Open& o) {
   do {
     o.transfer_id = request_ids_[{o.type.id, o.node}].next();
   } while (taken(o.transfer_id));
-  send({.kind = TransferKind::request, .priority = kToolRequestPriority, .data_type_id = o.type.id, .source = config_.node_id, .destination = o.node},
+  send({.kind = TransferKind::request,
+        .priority = kToolRequestPriority,
+        .data_type_id = o.type.id,
+        .source = config_.node_id,
+        .destination = o.node},
        o.type.crc_seed(), o.transfer_id, o.payload);
 }
 

@@ -98,13 +98,15 @@ class ToolNode {
   bool broadcast(const Message& message, std::uint8_t priority) {
     std::vector<std::uint8_t> payload(protocols::max_bytes<Message>());
     payload.resize(encode(message, payload));
-    return send({.kind = protocols::TransferKind::message, .priority = priority, .data_type_id = Message::kType.id, .source = config_.node_id},
-                Message::kType.crc_seed(), message_ids_[Message::kType.id].next(), payload);
+    return send(
+        {.kind = protocols::TransferKind::message, .priority = priority, .data_type_id = Message::kType.id, .source = config_.node_id},
+        Message::kType.crc_seed(), message_ids_[Message::kType.id].next(), payload);
   }
 
   // Sends a request and calls `done` with the response, or with none after the last attempt.
   template <class Request, class Response>
-  void request(std::uint8_t node, const Request& request, std::function<void(const std::optional<Response>&)> done, AskOptions options = {}) {
+  void request(std::uint8_t node, const Request& request, std::function<void(const std::optional<Response>&)> done,
+               AskOptions options = {}) {
     std::vector<std::uint8_t> payload(protocols::max_bytes<Request>());
     payload.resize(encode(request, payload));
     listen_for_responses(Request::kType);
@@ -121,7 +123,12 @@ class ToolNode {
   template <class Response, class Request>
   std::optional<Response> ask(std::uint8_t node, const Request& request, AskOptions options = {}) {
     auto result = std::make_shared<std::pair<bool, std::optional<Response>>>();
-    this->request<Request, Response>(node, request, [result](const std::optional<Response>& r) { *result = {true, r}; }, options);
+    this->request<Request, Response>(
+        node, request,
+        [result](const std::optional<Response>& r) {
+          *result = {true, r};
+        },
+        options);
     run_until(now_ns() + options.attempts * options.timeout_ns + options.timeout_ns, [&] { return result->first; });
     return result->second;
   }

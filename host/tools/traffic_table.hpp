@@ -12,7 +12,7 @@ namespace rotorloop::tools {
 struct TrafficRow {
   BusFrame newest;
   std::uint64_t frames = 0;
-  std::uint64_t bits = 0;        // stuff bits and intermission included; 0 for CAN FD, whose bits have two lengths
+  std::uint64_t bits = 0;  // stuff bits and intermission included; 0 for CAN FD, whose bits have two lengths
   std::int64_t first_ns = 0, last_ns = 0;
   std::int64_t longest_gap_ns = 0;  // between two frames
 };

@@ -29,7 +29,7 @@ enum class EffectKind {
 struct CatalogueEffect {
   std::string id = {}, name = {};
   EffectKind kind = EffectKind::none;
-  std::vector<std::string> fit = {};           // of kind parameter: names of the fit's parameters
+  std::vector<std::string> fit = {};  // of kind parameter: names of the fit's parameters
   CatalogueParameter parameter = {};
   std::vector<CatalogueParameter> model = {};  // what a vehicle file holds of it: of its term, or the one above; may be empty
   std::string observability = {};              // "separable", "class_only" (from its twins not by flight alone), "not_observable"

@@ -112,7 +112,8 @@ void check_covariance(const VehicleFile& v, const TomlTable& root) {
       const auto u = uncertainty_of(v, block.of[i]);
       if (!u)
         tables[b].fail("of", fmt::format("covariance names \"{}\", which is no quantity of this file", block.of[i]), "a misspelt name",
-                       fmt::format("{}use one of: {}, or effect.ID.PARAMETER", did_you_mean(block.of[i], quantity_names()), fmt::join(quantity_names(), ", ")));
+                       fmt::format("{}use one of: {}, or effect.ID.PARAMETER", did_you_mean(block.of[i], quantity_names()),
+                                   fmt::join(quantity_names(), ", ")));
       const double variance = block.matrix[i * n + i], sigma = variance > 0.0 ? std::sqrt(variance) : 0.0;
       if (std::fabs(sigma - *u) > 0.05 * std::max(sigma, *u) || variance <= 0.0)
         tables[b].fail(
@@ -155,11 +156,12 @@ void check_advance(const VehicleFile& v, const TomlTable& root) {
   if (!v.advance) return;
   const auto& [low, high] = v.advance->j_range;
   const TomlTable torque = root.table("torque_model");
-  if (!(low < high)) torque.fail("j_range", fmt::format("from {} to {} is no range", low, high), "its ends are exchanged", "give the least J first");
+  if (!(low < high))
+    torque.fail("j_range", fmt::format("from {} to {} is no range", low, high), "its ends are exchanged", "give the least J first");
   const double most = std::max(low * low, high * high), least = v.c_q_N_m_s2.value + std::min(0.0, v.advance->c_q2_N_m_s2.value * most);
   if (!(least > 0.0))
-    torque.fail("c_q2_N_m_s2", fmt::format("c_q(J) falls to {} N m s² within j_range, must stay above 0", three(least)), "a windmilling propeller was measured, or the sign is wrong",
-                "end j_range where the torque still is well above 0");
+    torque.fail("c_q2_N_m_s2", fmt::format("c_q(J) falls to {} N m s² within j_range, must stay above 0", three(least)),
+                "a windmilling propeller was measured, or the sign is wrong", "end j_range where the torque still is well above 0");
 }
 
 }  // namespace

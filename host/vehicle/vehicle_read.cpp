@@ -65,8 +65,7 @@ void read_body(const TomlTable& body, VehicleFile& v) {
 // Format 2: an older program would fly with the constant and say nothing.
 void read_advance(const TomlTable& torque, int format, VehicleFile& v) {
   if (!torque.has("c_q2_N_m_s2")) return;
-  if (format < 2)
-    torque.fail("c_q2_N_m_s2", "c_q(J) in a file of format 1", "the key was added by hand", "set format = 2");
+  if (format < 2) torque.fail("c_q2_N_m_s2", "c_q(J) in a file of format 1", "the key was added by hand", "set format = 2");
   v.advance = TorqueAdvanceFit{quantity(torque, "c_q2_N_m_s2", kCq2), fixed<2>(torque, "j_range", kAdvance)};
 }
 

@@ -24,7 +24,7 @@
 
 namespace rotorloop::sim {
 
-inline constexpr std::size_t kAirframeRotors = 4;         // 1 front-right, 2 rear-left, 3 front-left, 4 rear-right
+inline constexpr std::size_t kAirframeRotors = 4;  // 1 front-right, 2 rear-left, 3 front-left, 4 rear-right
 struct RotorMount {
   Eigen::Vector3d hub_m = Eigen::Vector3d::Zero();  // from the geometric centre, axes of B
   int spin = 1;                                     // +1: counter-clockwise seen from above, reaction on the body along -z

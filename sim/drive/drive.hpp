@@ -23,7 +23,7 @@ struct DriveParameters {
   double blade_inertia_kg_m2 = 4.4e-6;  // three-blade 5-inch propeller
   double temperature_K = 308.15;        // board
   ThermalParameters thermal{};
-  std::vector<DriveFault> faults;  // by the drive's own time
+  std::vector<DriveFault> faults;    // by the drive's own time
   double switched_step_s = 0.25e-6;  // longest one while a leg is broken (switched_bridge.hpp); studies of many faults take longer ones
 };
 
@@ -31,7 +31,7 @@ struct DriveParameters {
 struct PwmCommand {
   std::array<std::uint16_t, 3> compare{};
   std::uint16_t top = 1;
-  bool enabled = false;  // false: all six gates low
+  bool enabled = false;            // false: all six gates low
   std::uint8_t gates = kAllGates;  // those that follow the compares; the others stay low
 };
 
@@ -60,7 +60,7 @@ class Drive {
   double omega_rad_s() const { return motor_.state().omega_rad_s; }
   PhaseCurrents phase_currents_A() const { return to_phases(motor_.current_A()); }
   double bus_energy_J() const { return bus_energy_J_; }  // taken from the bus since the start
-  double shorted_s() const { return shorted_s_; }         // of it, both FETs of a leg conducting
+  double shorted_s() const { return shorted_s_; }        // of it, both FETs of a leg conducting
   const Temperatures& temperatures() const { return temperatures_; }
   double time_s() const { return static_cast<double>(pwm_periods_) / p_.inverter.pwm_Hz; }
   const DriveParameters& parameters() const { return p_; }

@@ -26,7 +26,7 @@ struct SwitchedPeriod {
   std::array<double, 3> mean_node_V{};  // over the period
   Vector2 mean_v_V{};
   double bus_J = 0.0;
-  double shorted_s = 0.0;  // both FETs of a leg conducting
+  double shorted_s = 0.0;                    // both FETs of a leg conducting
   std::array<double, 3> rise_A{}, fall_A{};  // phase currents where the gates are told to change sides
   std::array<double, 3> low_current_A{};     // through the low shunt at the end, the sampling instant; with what a shorted leg lets through
 };

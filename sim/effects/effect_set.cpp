@@ -69,8 +69,7 @@ void EffectSet::add(std::string_view id, double value) {
 
 void EffectSet::add(std::string_view id, const EffectValues& values) {
   const EffectInfo* info = find_effect(id);
-  if (!info)
-    throw Error({"", fmt::format("effect \"{}\" is not known", id), "a misspelt id", use_known_effect(id)});
+  if (!info) throw Error({"", fmt::format("effect \"{}\" is not known", id), "a misspelt id", use_known_effect(id)});
   if (has(id)) throw Error({"", fmt::format("effect \"{}\" is switched on twice", id), "a copied entry", "keep one entry for each effect"});
   const EffectParameter& p = info->parameter;
   if (p.origin == ParameterOrigin::effect_entry) check(id, p.key, p.unit, values[0], p.min, p.max);

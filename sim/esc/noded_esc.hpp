@@ -9,9 +9,9 @@
 
 #include "firmware/core/interface.hpp"
 #include "firmware/core/node/main_loop.hpp"
+#include "host/base/random.hpp"
 #include "host/bus/can_bus.hpp"
 #include "sim/esc/esc_setup.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 

@@ -12,9 +12,7 @@ SharedRotors read_rotors(const PlantFile& plant) {
   return rotors;
 }
 
-Rotors pointers(const SharedRotors& rotors) {
-  return {rotors[0].get(), rotors[1].get(), rotors[2].get(), rotors[3].get()};
-}
+Rotors pointers(const SharedRotors& rotors) { return {rotors[0].get(), rotors[1].get(), rotors[2].get(), rotors[3].get()}; }
 
 AirframeConfig airframe_config(const PlantFile& plant, const Rotors& rotors, std::int64_t step_ns) {
   std::array<double, 4> blade_inertia_kg_m2{};

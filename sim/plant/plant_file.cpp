@@ -10,10 +10,8 @@
 
 #include "host/base/constants.hpp"
 
-
 namespace rotorloop::sim {
 namespace {
-
 
 // ARCHITECTURE "Conventions": side of the hub and sense of rotation, rotor by rotor.
 struct Place {
@@ -129,8 +127,7 @@ ImuConfig read_imu(const TomlTable& t) {
 PlantEffect read_effect(const TomlTable& t) {
   PlantEffect e{t.text("id"), {}};
   const EffectInfo* effect = find_effect(e.id);
-  if (!effect)
-    t.fail("id", fmt::format("effect \"{}\" is not known", e.id), "a misspelt id", use_known_effect(e.id));
+  if (!effect) t.fail("id", fmt::format("effect \"{}\" is not known", e.id), "a misspelt id", use_known_effect(e.id));
   const EffectParameter& p = effect->parameter;
   e.values = effect_values(*effect, 0.0);
   if (p.origin == ParameterOrigin::effect_entry) {

@@ -108,7 +108,7 @@ Blade blade_from(const TomlFile& file) {
     stations = root.tables("station", kMinStations, 200);
     for (const TomlTable& t : stations)
       b.stations.push_back({t.number("r_m", {0.0, 2.0, "m"}), t.number("chord_m", {kLeastChord_m, 1.0, "m"}),
-                          t.number("twist_deg", {-30.0, 80.0, "deg"}), t.text("polar")});
+                            t.number("twist_deg", {-30.0, 80.0, "deg"}), t.text("polar")});
   }
   check_span(root, b, stations);
   file.refuse_unknown_keys();

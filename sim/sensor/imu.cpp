@@ -12,8 +12,8 @@ namespace {
 
 // Modules of the random streams: four letters each, so that no other user picks the same by accident.
 constexpr std::uint64_t kImuNoiseModule = 0x494D554E;  // IMUN
-constexpr std::uint64_t kTurnOnModule = 0x494D5542;  // IMUB
-constexpr std::uint64_t kPhaseModule = 0x494D5550;   // IMUP
+constexpr std::uint64_t kTurnOnModule = 0x494D5542;    // IMUB
+constexpr std::uint64_t kPhaseModule = 0x494D5550;     // IMUP
 constexpr std::uint64_t kImuDraws = 6;
 constexpr double kTurn_rad = 2.0 * std::numbers::pi;
 

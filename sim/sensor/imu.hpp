@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
-#include "sim/airframe/airframe.hpp"
 #include "host/base/random.hpp"
+#include "sim/airframe/airframe.hpp"
 
 namespace rotorloop::sim {
 

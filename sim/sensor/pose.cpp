@@ -14,9 +14,9 @@ namespace rotorloop::sim {
 namespace {
 
 constexpr std::uint64_t kPoseNoiseModule = 0x504F534E;  // POSN
-constexpr std::uint64_t kDriftModule = 0x504F5344;  // POSD
-constexpr std::uint64_t kDelayModule = 0x504F534C;  // POSL
-constexpr std::uint64_t kStampModule = 0x504F5353;  // POSS
+constexpr std::uint64_t kDriftModule = 0x504F5344;      // POSD
+constexpr std::uint64_t kDelayModule = 0x504F534C;      // POSL
+constexpr std::uint64_t kStampModule = 0x504F5353;      // POSS
 constexpr std::uint64_t kPoseDraws = 9;
 
 }  // namespace

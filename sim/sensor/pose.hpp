@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "sim/airframe/airframe.hpp"
 #include "host/base/random.hpp"
+#include "sim/airframe/airframe.hpp"
 
 namespace rotorloop::sim {
 

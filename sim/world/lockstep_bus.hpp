@@ -38,7 +38,8 @@ class LockstepBus final : public TimedBus {
     while (!waiting_ && bus_.now_ns() < deadline_ns) {
       bus_.advance_to(std::min(deadline_ns, bus_.now_ns() + tick_ns_));
       tick_(bus_.now_ns());
-      if (const auto received = port_.receive()) waiting_ = StampedBusFrame{.frame = BusFrame(received->frame), .time_ns = received->time_ns};
+      if (const auto received = port_.receive())
+        waiting_ = StampedBusFrame{.frame = BusFrame(received->frame), .time_ns = received->time_ns};
     }
   }
   BusState state() const override { return port_.state(); }

@@ -190,15 +190,18 @@ TEST(Adapter, unknown_type_is_skipped_and_everything_malformed_is_an_error_with_
   EXPECT_TRUE(ask(std::string(100'000, '[')).contains("error"));
 }
 
-// 10^5 lines, each a good one with a few bytes changed, cut out, put in, or spliced with another: whatever comes, there is one answer, on one line, and
-// it is a JSON object with frames, transfers, a skip or an error. Seed 1; the counts show that good and bad lines were both among them.
+// 10^5 lines, each a good one with a few bytes changed, cut out, put in, or spliced with another: whatever comes, there is one answer, on
+// one line, and it is a JSON object with frames, transfers, a skip or an error. Seed 1; the counts show that good and bad lines were both
+// among them.
 TEST(Adapter, never_dies_of_a_mutated_line) {
   const std::vector<std::string> good{
       encode_line("uavcan.protocol.NodeStatus", R"({"uptime_sec":7,"health":1,"vendor_specific_status_code":48879})"),
       encode_line("uavcan.equipment.esc.RawCommand", R"({"cmd":[0,8191,-8192,4096]})"),
       encode_line("uavcan.equipment.esc.Status", R"({"voltage":"nan","current":"-inf","temperature":1e300,"rpm":-8950,"esc_index":2})"),
-      encode_line("uavcan.protocol.param.GetSet", R"({"value":{"real_value":1.5},"name":"status_Hz"})", R"("kind":"request","source":127,"dest":42)"),
-      encode_line("uavcan.protocol.file.Read", R"({"error":{"value":0},"data":{"hex":"deadbeef"}})", R"("kind":"response","source":42,"dest":127,"canfd":true)"),
+      encode_line("uavcan.protocol.param.GetSet", R"({"value":{"real_value":1.5},"name":"status_Hz"})",
+                  R"("kind":"request","source":127,"dest":42)"),
+      encode_line("uavcan.protocol.file.Read", R"({"error":{"value":0},"data":{"hex":"deadbeef"}})",
+                  R"("kind":"response","source":42,"dest":127,"canfd":true)"),
       R"({"op":"decode","local_node":42,"events":[{"t":0.1,"id":"1401552a","data":"87d6120008efbec0","extended":true,"canfd":false}]})",
       R"({"op":"decode","events":[{"t":0,"id":"10040a2a","data":"7967010000000083"},{"t":0,"id":"10040a2a","data":"4c00c1e45c0add23"},{"t":0,"id":"10040a2a","data":"c30843"}]})"};
   std::mt19937 random(1);

@@ -42,14 +42,15 @@ std::vector<estimate::GridFlight> fly(int flights) {
 
 estimate::FitProblem problem_of(const std::vector<estimate::GridFlight>& flights, bool noise_unknown) {
   estimate::FitProblem p{.start = estimate::model_values(model_true::vehicle_of(model_true::Truth{})),
-               .free = {},
-               .flights = {},
-               .noise = {},
-               .flight_noise = {},
-               .flight_start = {}};
+                         .free = {},
+                         .flights = {},
+                         .noise = {},
+                         .flight_noise = {},
+                         .flight_start = {}};
   double sign = 1.0;
-  for (const int k : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kComX, estimate::kComY, estimate::kK1, estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY,
-                      estimate::kTurnZ, estimate::kPoseDelay}) {
+  for (const int k : {estimate::kIxx, estimate::kIyy, estimate::kIzz, estimate::kCq, estimate::kComX, estimate::kComY, estimate::kK1,
+                      estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kOffsetX, estimate::kOffsetY,
+                      estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ, estimate::kPoseDelay}) {
     p.free.push_back({.parameter = k});
     p.start[k] += 0.05 * (sign * p.start[k] + 0.1 * estimate::parameter_info(k, {}).scale);
     sign = -sign;

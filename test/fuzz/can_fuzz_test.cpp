@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "firmware/core/node/esc_node.hpp"
+#include "host/base/random.hpp"
 #include "host/node/dronecan_node.hpp"
 #include "protocols/state_receiver.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop {
 namespace {

@@ -22,9 +22,10 @@ constexpr double kDragSpeed_m_s = 8.5;
 
 // The time offset is estimated as one of the rotor log, so that the nodes lie where the poses were taken; see
 // docs/acceptance/identify_monte_carlo.md for what happens otherwise. The last of the list.
-const std::vector<int> kFree{estimate::kIxx,     estimate::kIyy,     estimate::kIzz,   estimate::kCq,    estimate::kComX,  estimate::kComY,
-                             estimate::kK1,      estimate::kK2,      estimate::kCdh,   estimate::kCdxy,  estimate::kCdz,   estimate::kOffsetX,
-                             estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ, estimate::kRotorDelay};
+const std::vector<int> kFree{estimate::kIxx,   estimate::kIyy,     estimate::kIzz,       estimate::kCq,      estimate::kComX,
+                             estimate::kComY,  estimate::kK1,      estimate::kK2,        estimate::kCdh,     estimate::kCdxy,
+                             estimate::kCdz,   estimate::kOffsetX, estimate::kOffsetY,   estimate::kOffsetZ, estimate::kTurnX,
+                             estimate::kTurnY, estimate::kTurnZ,   estimate::kRotorDelay};
 
 // Of eq. 1 and 2 at rest, N s²; see model_true::static_thrust_coefficient.
 double static_thrust(const estimate::ModelValues& v) {
@@ -35,7 +36,8 @@ double static_thrust(const estimate::ModelValues& v) {
 }
 // Both drags at 8.5 m/s level with the thrust of hover, N.
 double drag(const estimate::ModelValues& v) {
-  return v[estimate::kMass] * model_true::kGravity_m_s2 * v[estimate::kCdh] * kDragSpeed_m_s + v[estimate::kCdxy] * kDragSpeed_m_s * kDragSpeed_m_s;
+  return v[estimate::kMass] * model_true::kGravity_m_s2 * v[estimate::kCdh] * kDragSpeed_m_s +
+         v[estimate::kCdxy] * kDragSpeed_m_s * kDragSpeed_m_s;
 }
 
 // Values that a user might begin with: right in order of magnitude, wrong by tens of percent; another guess for every seed.

@@ -118,9 +118,11 @@ ModbusStudyResult run_modbus_study(const ModbusStudy& study) {
 
 std::string ModbusStudyResult::text() const {
   return fmt::format(
-      "exchanges {}, of them without an accepted answer {}\nline: {} frames, {} with flipped bits, {} bytes lost, {} late answers, {} collisions, {} stray bytes thrown away\n"
+      "exchanges {}, of them without an accepted answer {}\nline: {} frames, {} with flipped bits, {} bytes lost, {} late answers, {} "
+      "collisions, {} stray bytes thrown away\n"
       "values accepted {}: {} with a wrong register, {} sampled outside the stated interval; {:.0f} s of virtual time\n",
-      exchanges, failures, line.frames, line.flipped, line.bytes_lost, line.late, line.collisions, stray_bytes, accepted_values, wrong_registers, wrong_times, virtual_s);
+      exchanges, failures, line.frames, line.flipped, line.bytes_lost, line.late, line.collisions, stray_bytes, accepted_values,
+      wrong_registers, wrong_times, virtual_s);
 }
 
 }  // namespace rotorloop::test

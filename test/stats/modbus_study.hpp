@@ -13,7 +13,8 @@ struct ModbusStudy {
   std::uint64_t exchanges = 100'000;
   std::uint64_t seed = 1;
   int baud = 115200;
-  modbus::LineFaults faults{.byte_lost = 0.002, .frame_flipped = 0.1, .flips_max = 3, .reply_late = 0.05, .late_max_ns = 200'000'000, .seed = 1};
+  modbus::LineFaults faults{
+      .byte_lost = 0.002, .frame_flipped = 0.1, .flips_max = 3, .reply_late = 0.05, .late_max_ns = 200'000'000, .seed = 1};
   double timeout_ms = 20.0;
   double late_max_ms = 200.0;  // what the master is told; the ablation tells it nothing
 };

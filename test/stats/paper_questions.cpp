@@ -111,7 +111,8 @@ Shift shifts_of(const identify::Identification& r, const Eigen::VectorXd& change
   const estimate::ModelValues before = v;
   for (std::size_t i = 0; i < r.fit.estimates.size(); ++i)
     if (r.fit.estimates[i].flight < 0) v[r.fit.estimates[i].parameter] += change(static_cast<Eigen::Index>(i));
-  return {v[estimate::kIxx] / before[estimate::kIxx] - 1.0, v[estimate::kIyy] / before[estimate::kIyy] - 1.0, v[estimate::kIzz] / before[estimate::kIzz] - 1.0, v[estimate::kCq] / before[estimate::kCq] - 1.0,
+  return {v[estimate::kIxx] / before[estimate::kIxx] - 1.0, v[estimate::kIyy] / before[estimate::kIyy] - 1.0,
+          v[estimate::kIzz] / before[estimate::kIzz] - 1.0, v[estimate::kCq] / before[estimate::kCq] - 1.0,
           hover_c_t(v) / hover_c_t(before) - 1.0};
 }
 
@@ -152,8 +153,8 @@ int run(const std::string& vehicle_path, const std::vector<std::string>& flights
   units.push_back({"mass assumed too large", "1", Shift{1, 1, 1, 1, 1} * 0.01, 0.01, -0.05, 0.05});
   units.push_back({"arms assumed too long", "1", Shift{1, 1, 1, 1, 0} * 0.01, 0.01, -0.05, 0.05});
 
-  std::printf("Baseline: I %.3e %.3e %.3e kg m², c_q %.3e N m s², static c_t %.3e N s²\n", r.fit.values[0][estimate::kIxx], r.fit.values[0][estimate::kIyy],
-              r.fit.values[0][estimate::kIzz], r.fit.values[0][estimate::kCq], hover_c_t(r.fit.values[0]));
+  std::printf("Baseline: I %.3e %.3e %.3e kg m², c_q %.3e N m s², static c_t %.3e N s²\n", r.fit.values[0][estimate::kIxx],
+              r.fit.values[0][estimate::kIyy], r.fit.values[0][estimate::kIzz], r.fit.values[0][estimate::kCq], hover_c_t(r.fit.values[0]));
   std::vector<Mix> one, two, three;
   for (std::size_t a = 0; a < units.size(); ++a) one.push_back(best_sizes(units, {a}));
   std::printf("%s", table("Alone, at the size within bounds that fits best", one, units, 15).c_str());

@@ -51,7 +51,8 @@ sim::Blade drawn_blade(const sim::Blade& blade, std::uint64_t seed) {
   return out;
 }
 
-StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws, bool drawn) {
+StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs,
+                             int draws, bool drawn) {
   test::SimulatedStand simulated(blade);
   const test::SimulatedStandOptions options;
   test::StandTruth truth = simulated.truth(options);

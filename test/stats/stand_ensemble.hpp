@@ -39,7 +39,9 @@ class EnsembleScores {
  private:
   struct Sums {
     double error = 0.0, squares = 0.0, inside = 0.0, u = 0.0, n = 0.0;
-    void add(double relative, bool in, double relative_u) { error += relative, squares += relative * relative, inside += in, u += relative_u, n += 1.0; }
+    void add(double relative, bool in, double relative_u) {
+      error += relative, squares += relative * relative, inside += in, u += relative_u, n += 1.0;
+    }
   };
   struct Value {
     const char* name;
@@ -53,7 +55,9 @@ class EnsembleScores {
 // Another propeller of the same diameter: with its chord and twist the law of c_q over speed is another too.
 sim::Blade drawn_blade(const sim::Blade& blade, std::uint64_t seed);
 
-// Runs of seeds first, first + 1, …; `scratch` is a folder for their files. `drawn`: each run has a blade of its own, and the truth of that blade.
-StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs, int draws, bool drawn = false);
+// Runs of seeds first, first + 1, …; `scratch` is a folder for their files. `drawn`: each run has a blade of its own, and the truth of that
+// blade.
+StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::path& scratch, std::uint64_t first, std::size_t runs,
+                             int draws, bool drawn = false);
 
 }  // namespace rotorloop::stats

@@ -1,7 +1,8 @@
-// How far the laws of thrust and torque over rotor speed differ between propellers: measured ones, and those that the thrust-stand statistics draw.
+// How far the laws of thrust and torque over rotor speed differ between propellers: measured ones, and those that the thrust-stand
+// statistics draw.
 //   stats_stand_laws DATA BLADE.toml [--blades 200] [--from 1]
-// DATA: folder of the measured propellers, what ROTORLOOP_DATA names. ln c = ln c* + e l + f l² + g l³, l = ln(ω/ω*), by least squares from a third of ω* to
-// one and a half of it, ω* two thirds of the greatest speed: the window of a run on the virtual stand.
+// DATA: folder of the measured propellers, what ROTORLOOP_DATA names. ln c = ln c* + e l + f l² + g l³, l = ln(ω/ω*), by least squares from
+// a third of ω* to one and a half of it, ω* two thirds of the greatest speed: the window of a run on the virtual stand.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -55,7 +56,8 @@ struct Propeller {
   const char* folder;
   double diameter_m;  // nominal; 0: its files say it
 };
-constexpr Propeller kMeasured[] = {{"apc_4.2x4", 0.0}, {"da4002_5x3.75", 0.127}, {"da4002_9x6.75", 0.2286}, {"apc_10x7sf", 0.0}, {"apc_16x8e", 0.0}, {"tmotor28", 0.0}};
+constexpr Propeller kMeasured[] = {{"apc_4.2x4", 0.0},  {"da4002_5x3.75", 0.127}, {"da4002_9x6.75", 0.2286},
+                                   {"apc_10x7sf", 0.0}, {"apc_16x8e", 0.0},       {"tmotor28", 0.0}};
 
 void add_measured(const std::filesystem::path& data, Spread& thrust, Spread& torque) {
   for (const Propeller& p : kMeasured) {
@@ -67,7 +69,8 @@ void add_measured(const std::filesystem::path& data, Spread& thrust, Spread& tor
       if (row.j == 0.0) omega.push_back(row.rpm * kRad_s_per_rpm), ct.push_back(row.ct), cp.push_back(row.cp);
     const double centre = *std::max_element(omega.begin(), omega.end()) / kMost;
     const Law t = fitted(omega, ct, centre), q = fitted(omega, cp, centre);
-    fmt::print("  {:<16} {:>3} rows to {:>6.0f} RPM  thrust {:+.3f} {:+.3f} {:+.3f}  torque {:+.3f} {:+.3f} {:+.3f}\n", p.folder, omega.size(), kMost * centre * kRpm_per_rad_s, t.shape(0), t.shape(1), t.shape(2), q.shape(0), q.shape(1), q.shape(2));
+    fmt::print("  {:<16} {:>3} rows to {:>6.0f} RPM  thrust {:+.3f} {:+.3f} {:+.3f}  torque {:+.3f} {:+.3f} {:+.3f}\n", p.folder,
+               omega.size(), kMost * centre * kRpm_per_rad_s, t.shape(0), t.shape(1), t.shape(2), q.shape(0), q.shape(1), q.shape(2));
     thrust.add(t), torque.add(q);
   }
 }
@@ -106,7 +109,8 @@ int main(int argc, char** argv) {
     const sim::Blade about = sim::read_blade(blade);
     add_blade(about, one_thrust, one_torque);
     for (std::uint64_t k = 0; k < blades; ++k) add_blade(stats::drawn_blade(about, first + k), drawn_thrust, drawn_torque);
-    fmt::print("{:<34} {:<4} {:>8} {:>10} {:>18} {:>14}\n", "root mean squares", "", "exponent", "curvature", "change of curvature", "left over, %");
+    fmt::print("{:<34} {:<4} {:>8} {:>10} {:>18} {:>14}\n", "root mean squares", "", "exponent", "curvature", "change of curvature",
+               "left over, %");
     thrust.print("six measured propellers", "c_t"), torque.print("", "c_q");
     drawn_thrust.print(fmt::format("{} drawn blades", blades).c_str(), "c_t"), drawn_torque.print("", "c_q");
     one_thrust.print("the blade itself", "c_t"), one_torque.print("", "c_q");

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/stand/run/esc_commissioning.hpp"
 #include "bench/stand/virtual/virtual_stand.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
+#include "host/base/text_file.hpp"
 
 namespace rotorloop::stats {
 namespace {
@@ -25,7 +25,8 @@ modbus::LoadCalibration calibrated(const virtual_stand::ChainErrors& e, const st
     for (const double q : {-0.3, 0.0, 0.3}) {
       modbus::LoadCase c;
       c.load = {f, q};
-      for (std::size_t i = 0; i < 2; ++i) c.reading[i] = e.sensitivity[i][0] * f + e.sensitivity[i][1] * q + (i == 0 ? 4e-3 : 1.5e-4) * random.gaussian(n++);
+      for (std::size_t i = 0; i < 2; ++i)
+        c.reading[i] = e.sensitivity[i][0] * f + e.sensitivity[i][1] * q + (i == 0 ? 4e-3 : 1.5e-4) * random.gaussian(n++);
       cases.push_back(c);
     }
   std::string problem;
@@ -40,7 +41,8 @@ struct OneRun {
 };
 
 OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors) {
-  modbus::StandSetup setup = modbus::read_stand_setup(o.source / "devices/virtual/stand.toml", [](const std::string& name) { return std::filesystem::path(name); });
+  modbus::StandSetup setup = modbus::read_stand_setup(o.source / "devices/virtual/stand.toml",
+                                                      [](const std::string& name) { return std::filesystem::path(name); });
   virtual_stand::VirtualStandConfig c;
   c.rotor.plant = o.source / "vehicles/reference_plant.toml";
   c.rotor.density_kg_m3 = kReferenceDensity_kg_m3 * (1.0 + 0.02 * (2.0 * RandomStream(seed, kOperatorModule).uniform(1000) - 1.0));
@@ -69,23 +71,27 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
     session_options.duty_node = facts.esc.duty_node();
     stand_run::Session session(setup, stand_run::make_plan({"staircase", "step"}, sequence), tool, table, files, session_options);
     stand.run(session, 300.0);
-    if (session.end() != stand_run::RunEnd::done) throw Error({folder.generic_string(), session.trip() ? stand_run::text(*session.trip()) : "the run did not end", "", ""});
-    hil::write_text_file(folder / "run.toml", stand_run::run_toml(setup, facts, session));
+    if (session.end() != stand_run::RunEnd::done)
+      throw Error({folder.generic_string(), session.trip() ? stand_run::text(*session.trip()) : "the run did not end", "", ""});
+    write_text_file(folder / "run.toml", stand_run::run_toml(setup, facts, session));
   }
   stand::EstimateOptions e;
   e.window_rad_s = {{kWindowLow_rpm * kRad_s_per_rpm, kWindowHigh_rpm * kRad_s_per_rpm}};
   e.reference_density_kg_m3 = kReferenceDensity_kg_m3, e.draws = o.draws, e.seed = seed;
   OneRun out{stand::estimate_stand(stand::read_stand_run(folder, {}), e), {}};
   std::filesystem::remove_all(folder);
-  const double centre = 0.5 * (kWindowLow_rpm + kWindowHigh_rpm) * kRad_s_per_rpm, to_reference = kReferenceDensity_kg_m3 / c.rotor.density_kg_m3;
-  out.truth.c_t_N_s2 = stand.rotor().c_t_N_s2(centre) * to_reference, out.truth.c_q_N_m_s2 = stand.rotor().c_q_N_m_s2(centre) * to_reference;
+  const double centre = 0.5 * (kWindowLow_rpm + kWindowHigh_rpm) * kRad_s_per_rpm,
+               to_reference = kReferenceDensity_kg_m3 / c.rotor.density_kg_m3;
+  out.truth.c_t_N_s2 = stand.rotor().c_t_N_s2(centre) * to_reference,
+  out.truth.c_q_N_m_s2 = stand.rotor().c_q_N_m_s2(centre) * to_reference;
   out.truth.resistance_ohm = stand.rotor().resistance_ohm(), out.truth.speed_constant_rpm_V = stand.rotor().speed_constant_rpm_V();
   out.truth.inertia_kg_m2 = stand.rotor().inertia_kg_m2();
   return out;
 }
 
-// The ESC's speed loop is no first-order lag, so its time constants have no truth but what runs without errors of the chain give. One such run scatters by
-// 2 % with its board and with where its steps fall between readings, which is too much beside a limit of 5 %: the mean of several.
+// The ESC's speed loop is no first-order lag, so its time constants have no truth but what runs without errors of the chain give. One such
+// run scatters by 2 % with its board and with where its steps fall between readings, which is too much beside a limit of 5 %: the mean of
+// several.
 std::pair<double, double> mean_time_constants(const VirtualEnsembleOptions& o) {
   constexpr std::uint64_t kRuns = 8, kFirst = 900000;  // seeds that no ensemble uses
   double up_s = 0.0, down_s = 0.0;

@@ -57,7 +57,8 @@ void each_sample(const log::FlightRecord& record, const estimate::ModelValues& v
       after(record.gyro_B_rad_s);
   const Vector3d gyro_bias(values[estimate::kGyroBiasX], values[estimate::kGyroBiasY], values[estimate::kGyroBiasZ]);
   const Vector3d accel_bias(values[estimate::kAccelBiasX], values[estimate::kAccelBiasY], values[estimate::kAccelBiasZ]);
-  const Vector3d imu(values[estimate::kImuX], values[estimate::kImuY], values[estimate::kImuZ]), sensor(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
+  const Vector3d imu(values[estimate::kImuX], values[estimate::kImuY], values[estimate::kImuZ]),
+      sensor(values[estimate::kOffsetX], values[estimate::kOffsetY], values[estimate::kOffsetZ]);
   const Eigen::Quaterniond q_SB = values.q_BS().conjugate();
   for (std::size_t k = 0; k < record.accel_B_m_s2.size(); ++k) {
     const double t = record.accel_B_m_s2.t_s[k];
@@ -89,7 +90,8 @@ ForceScore score_force(const log::FlightRecord& record, const estimate::ModelVal
   return sums.score(record.name);
 }
 
-std::optional<ForceScore> score_logged_force(const log::FlightRecord& record, const estimate::ModelValues& values, const std::string& prefix) {
+std::optional<ForceScore> score_logged_force(const log::FlightRecord& record, const estimate::ModelValues& values,
+                                             const std::string& prefix) {
   const auto find = [&](const char* axis) { return record.extra.find(prefix + axis + "[N]"); };
   const auto x = find("x"), y = find("y"), z = find("z");
   if (x == record.extra.end() || y == record.extra.end() || z == record.extra.end()) return std::nullopt;

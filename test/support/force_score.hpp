@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "bench/sysid/log/flight_record.hpp"
 #include "bench/sysid/estimate/model/parameters.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::score {
 
@@ -25,7 +25,8 @@ struct ForceScore {
 ForceScore score_force(const log::FlightRecord& record, const estimate::ModelValues& values);
 
 // The prediction in the log's extra streams `prefix`x[N], `prefix`y[N], `prefix`z[N]; nothing when it has none.
-std::optional<ForceScore> score_logged_force(const log::FlightRecord& record, const estimate::ModelValues& values, const std::string& prefix);
+std::optional<ForceScore> score_logged_force(const log::FlightRecord& record, const estimate::ModelValues& values,
+                                             const std::string& prefix);
 
 // All samples in one pot.
 ForceScore pooled(std::span<const ForceScore> scores);

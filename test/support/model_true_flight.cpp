@@ -83,7 +83,7 @@ ModelTrueFlight fly(const Truth& truth, const FlightSettings& s) {
   const int last = static_cast<int>(std::lround(s.duration_s / h));
   const double half_lag = exp_exact(-h / 2 / s.motor_lag_s), full_lag = exp_exact(-h / s.motor_lag_s);
 
-  State x, seen, then;         // true; as the pilot estimates it, now and at the last pose
+  State x, seen, then;       // true; as the pilot estimates it, now and at the last pose
   log::PoseReading awaited;  // the last pose, which reaches the pilot with the next one
   RotorSpeeds omega = hover_speeds(truth), goal = omega;
   StringLoad load{.mass_kg = s.load_kg, .length_m = s.load_length_m};

@@ -17,9 +17,9 @@ namespace {
 constexpr double kNode_rad_s = 60.0;  // of the tables
 constexpr std::size_t kNodes = 32;
 constexpr double kSample_s = 0.01;
-constexpr double kThrustRange_N = 20.0, kTorqueRange_N_m = 0.5;       // full scale of the cells
+constexpr double kThrustRange_N = 20.0, kTorqueRange_N_m = 0.5;  // full scale of the cells
 constexpr double kThrustDivision_N = 5e-3, kTorqueDivision_N_m = 1e-4;
-constexpr double kThrustNoise_N = 0.02, kTorqueNoise_N_m = 8e-4;      // per sample, behind a filter of kFilter_s
+constexpr double kThrustNoise_N = 0.02, kTorqueNoise_N_m = 8e-4;  // per sample, behind a filter of kFilter_s
 constexpr double kFilter_s = 0.03;
 // The reference drive.
 constexpr double kFlux_Wb = 3.42e-4, kPolePairs = 7.0, kResistance_ohm = 0.06, kInductance_H = 15e-6, kInertia_kg_m2 = 9.4e-6;
@@ -27,11 +27,11 @@ constexpr double kFriction_N_m = 1.5e-3, kUp_s = 0.035, kDown_s = 0.05, kBus_V =
 
 // What is wrong with the chain, drawn once for a run.
 struct ChainErrors {
-  double thrust_gain = 0.0, torque_gain = 0.0;          // 0.4 %
+  double thrust_gain = 0.0, torque_gain = 0.0;            // 0.4 %
   double torque_to_thrust = 0.0, thrust_to_torque = 0.0;  // 1 % of full scale per full scale, before the calibration matrix
-  double zero_N = 0.0, zero_N_m = 0.0, drift_N = 0.0;    // untared; drift 40 mN over the run
-  double hysteresis_N = 0.0;                             // 20 mN, with the sense of the change of speed
-  double running_N_m = 0.0;                              // 5 to 10 mN m as soon as the rotor turns
+  double zero_N = 0.0, zero_N_m = 0.0, drift_N = 0.0;     // untared; drift 40 mN over the run
+  double hysteresis_N = 0.0;                              // 20 mN, with the sense of the change of speed
+  double running_N_m = 0.0;                               // 5 to 10 mN m as soon as the rotor turns
   double density = 0.0, alignment_rad = 0.0, speed = 0.0, voltage = 0.0, current = 0.0;
 };
 
@@ -49,7 +49,8 @@ class Draw {
 ChainErrors drawn_errors(Draw& d) {
   ChainErrors e;
   e.thrust_gain = d.normal(0.004), e.torque_gain = d.normal(0.004);
-  e.torque_to_thrust = d.normal(0.01) * kThrustRange_N / kTorqueRange_N_m, e.thrust_to_torque = d.normal(0.01) * kTorqueRange_N_m / kThrustRange_N;
+  e.torque_to_thrust = d.normal(0.01) * kThrustRange_N / kTorqueRange_N_m,
+  e.thrust_to_torque = d.normal(0.01) * kTorqueRange_N_m / kThrustRange_N;
   e.zero_N = d.normal(0.05), e.zero_N_m = d.normal(1e-3), e.drift_N = d.normal(0.04), e.hysteresis_N = d.normal(0.02);
   e.running_N_m = (d.uniform() < 0.5 ? -1.0 : 1.0) * (5e-3 + 5e-3 * d.uniform());
   e.density = d.normal(0.003), e.alignment_rad = d.normal(std::numbers::pi / 180.0);
@@ -80,7 +81,7 @@ Calibration calibrate(const ChainErrors& e, Draw& d) {
 
 struct Hold {
   double omega_rad_s = 0.0, duration_s = 0.0;
-  bool counts = true;   // gets a number once it has settled
+  bool counts = true;  // gets a number once it has settled
   bool chirp = false;
 };
 
@@ -131,8 +132,13 @@ double SimulatedStand::table(const std::vector<double>& v, double omega) const {
 }
 
 StandTruth SimulatedStand::truth(const SimulatedStandOptions& o) const {
-  return {(1.0 - o.thrust_lost) * table(thrust_N_s2_, o.centre_rad_s), table(torque_N_m_s2_, o.centre_rad_s),
-          60.0 / (std::sqrt(3.0) * 2.0 * std::numbers::pi * kFlux_Wb * kPolePairs), kResistance_ohm, kInertia_kg_m2, kUp_s, kDown_s};
+  return {(1.0 - o.thrust_lost) * table(thrust_N_s2_, o.centre_rad_s),
+          table(torque_N_m_s2_, o.centre_rad_s),
+          60.0 / (std::sqrt(3.0) * 2.0 * std::numbers::pi * kFlux_Wb * kPolePairs),
+          kResistance_ohm,
+          kInertia_kg_m2,
+          kUp_s,
+          kDown_s};
 }
 
 void SimulatedStand::write_run(const std::filesystem::path& folder, const SimulatedStandOptions& o, std::uint64_t seed) const {
@@ -174,9 +180,10 @@ void SimulatedStand::write_run(const std::filesystem::path& folder, const Simula
       const double power_W = 1.5 * along * A, bus_V = kBus_V - kBus_ohm * power_W / kBus_V;
       const double duty = turns ? std::sqrt(3.0) * std::hypot(along, across) / bus_V : 0.0;
       const bool settled = since > (h.omega_rad_s == 0.0 ? 2.0 : 0.7);
-      csv += fmt::format("{:.3f},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.4f},{:.5f},{:.6f}\n", t, h.counts && settled ? std::to_string(number) : std::string(), target,
-                         turns ? middle * (1.0 + e.speed) : 0.0, rounded(load(0), kThrustDivision_N), rounded(load(1), kTorqueDivision_N_m),
-                         bus_V * (1.0 + e.voltage), power_W / bus_V * (1.0 + e.current), duty);
+      csv += fmt::format("{:.3f},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.4f},{:.5f},{:.6f}\n", t,
+                         h.counts && settled ? std::to_string(number) : std::string(), target, turns ? middle * (1.0 + e.speed) : 0.0,
+                         rounded(load(0), kThrustDivision_N), rounded(load(1), kTorqueDivision_N_m), bus_V * (1.0 + e.voltage),
+                         power_W / bus_V * (1.0 + e.current), duty);
     }
     ++number;
   }
@@ -184,7 +191,8 @@ void SimulatedStand::write_run(const std::filesystem::path& folder, const Simula
   std::ofstream(folder / "samples.csv") << csv;
   std::ofstream(folder / "run.toml") << fmt::format(
       "format = 1\npropeller = \"simulated\"\nmotor = \"reference drive\"\npole_pairs = 7\ndiameter_m = {}\n[air]\ndensity_kg_m3 = {}\n"
-      "[uncertainty]\nthrust_calibration = 0.004\ntorque_calibration = 0.004\narm_length = 0\nalignment_rad = 0.01745\nrotor_speed = 0.0005\ndensity = 0.003\n"
+      "[uncertainty]\nthrust_calibration = 0.004\ntorque_calibration = 0.004\narm_length = 0\nalignment_rad = 0.01745\nrotor_speed = "
+      "0.0005\ndensity = 0.003\n"
       "voltage = 0.003\ncurrent = 0.005\nhysteresis = 0.005\ncross_talk_m = {}\n",
       2.0 * radius_m_, density * (1.0 + e.density), calibration.cross_talk_u);
 }

@@ -12,10 +12,10 @@
 namespace rotorloop::test {
 
 struct SimulatedStandOptions {
-  double centre_rad_s = 942.5;   // 9000 RPM
-  double thrust_lost = 0.0;      // share that a strut behind the rotor takes
+  double centre_rad_s = 942.5;  // 9000 RPM
+  double thrust_lost = 0.0;     // share that a strut behind the rotor takes
   bool steps = true, chirp = false;
-  bool errors = true;            // false: a chain without any, for what the truth is
+  bool errors = true;  // false: a chain without any, for what the truth is
 };
 
 struct StandTruth {

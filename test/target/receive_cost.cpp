@@ -1,8 +1,7 @@
 // The receive path of the ESC's node on a Cortex-M4F: makes the frames of each kind of traffic, hands them in and polls, by calls that
 // receive_cost_test.py makes and counts. Never linked into an image.
-#include "firmware/core/node/esc_node.hpp"
-
 #include "firmware/core/node/esc_node.cpp"
+#include "firmware/core/node/esc_node.hpp"
 
 namespace rotorloop::firmware {
 namespace {
@@ -19,7 +18,7 @@ enum Traffic : std::uint32_t {
   get_by_index,      // GetSet: the answer of a number
   get_by_last_name,  // GetSet by the last name of the table: the longest search
   node_info,
-  wrong_restart,     // RestartNode without its magic number
+  wrong_restart,  // RestartNode without its magic number
   beep,
   allocation,
   own_id,
@@ -46,7 +45,10 @@ void make(const T& value, protocols::TransferKind kind, std::uint8_t priority, s
 }
 
 void make_foreign(std::uint32_t n, bool extended, std::uint32_t id) {
-  keep({.id = id, .extended = extended, .length = static_cast<std::uint8_t>(extended ? 8 : 0), .data = {static_cast<std::uint8_t>(n), 1, 2, 3, 4, 5, 6, static_cast<std::uint8_t>(0xC0u | (n & 31u))}});
+  keep({.id = id,
+        .extended = extended,
+        .length = static_cast<std::uint8_t>(extended ? 8 : 0),
+        .data = {static_cast<std::uint8_t>(n), 1, 2, 3, 4, 5, 6, static_cast<std::uint8_t>(0xC0u | (n & 31u))}});
 }
 
 }  // namespace
@@ -113,7 +115,8 @@ std::uint32_t cost_make(std::uint32_t kind, std::uint32_t n) {
       break;
     }
     case get_by_index:
-      make(protocols::ParamGetSet{.index = static_cast<std::uint16_t>(n % 40u), .value = {}, .name = {}}, TransferKind::request, 24, elsewhere, number);
+      make(protocols::ParamGetSet{.index = static_cast<std::uint16_t>(n % 40u), .value = {}, .name = {}}, TransferKind::request, 24,
+           elsewhere, number);
       break;
     case get_by_last_name:
       make(protocols::ParamGetSet{.index = 0, .value = {}, .name = "stat_fault_4"}, TransferKind::request, 24, elsewhere, number);

@@ -29,7 +29,8 @@ BladeHover blade_hover(const sim::Blade& blade, double thrust_N, double density_
   const sim::Rotor rotor(blade);
   double low = 0.0, high = kTipMost_m_s / blade.radius_m;
   if (const double most = still_air(rotor, high, density_kg_m3).force_R_N.z(); !(most > thrust_N))
-    throw Error({"", fmt::format("hover asks each rotor for {:.3g} N; this blade gives {:.3g} N at Mach 0.6 of its tip", thrust_N, most), "", "check --mass-kg, or give a larger propeller"});
+    throw Error({"", fmt::format("hover asks each rotor for {:.3g} N; this blade gives {:.3g} N at Mach 0.6 of its tip", thrust_N, most),
+                 "", "check --mass-kg, or give a larger propeller"});
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (low + high);
     (still_air(rotor, middle, density_kg_m3).force_R_N.z() < thrust_N ? low : high) = middle;

@@ -18,8 +18,8 @@ struct FittedValue {
 struct LoadFit {
   FittedValue k1_N_s2, k2_N_s2_m, c_q_N_m_s2, c_dh_s_m, c_dxy_N_s2_m2, c_dz_N_s2_m2;
   double k1_k2_covariance = 0.0;
-  double thrust_rms_N = 0.0;      // misfit of total thrust over the axial points
-  double in_plane_rms_N = 0.0;    // misfit of the in-plane force
+  double thrust_rms_N = 0.0;    // misfit of total thrust over the axial points
+  double in_plane_rms_N = 0.0;  // misfit of the in-plane force
   double yaw_torque_rms_N_m = 0.0;
   std::size_t powered_points = 0, axial_points = 0;
 };

@@ -63,9 +63,10 @@ LeastSquaresFit fit_forces(const std::vector<LoadPoint>& points, const host::Veh
   if (!(eigen.values[0] > 1e-9 * eigen.values[kForce - 1])) {
     Eigen::Index worst = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&worst);
-    throw Error({"flown states", fmt::format("leave {} unobservable beside the other coefficients", kForceNames[static_cast<std::size_t>(worst)]),
-                 "flights of one kind only", "add flights with vertical and horizontal speed"},
-                ExitCode::data_quality);
+    throw Error(
+        {"flown states", fmt::format("leave {} unobservable beside the other coefficients", kForceNames[static_cast<std::size_t>(worst)]),
+         "flights of one kind only", "add flights with vertical and horizontal speed"},
+        ExitCode::data_quality);
   }
   return fit;
 }

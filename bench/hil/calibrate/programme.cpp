@@ -28,7 +28,9 @@ std::vector<FlightState> planned_states(const host::Trajectory& trajectory, doub
 host::VehicleFile calibrated(const host::VehicleFile& base, const LoadFit& fit, const std::string& written_by,
                              const std::vector<std::string>& inputs) {
   host::VehicleFile v = base;
-  const auto stand = [](const FittedValue& f) { return host::Quantity{f.value, std::hypot(f.u, kBalanceScale * f.value), host::Origin::stand}; };
+  const auto stand = [](const FittedValue& f) {
+    return host::Quantity{f.value, std::hypot(f.u, kBalanceScale * f.value), host::Origin::stand};
+  };
   v.k1_N_s2 = stand(fit.k1_N_s2);
   v.k2_N_s2_m = stand(fit.k2_N_s2_m);
   v.c_q_N_m_s2 = stand(fit.c_q_N_m_s2);

@@ -38,8 +38,9 @@ LoadPoint Tunnel::measure_at_force(const Eigen::Vector3d& v_B_m_s, double force_
   double low = 1.0, high = max_omega_rad_s;
   LoadPoint p = measure(v_B_m_s, {high, high, high, high});
   if (!(p.force_B_N.z() >= force_z_N))
-    throw Error({"tunnel", fmt::format("{:.2f} N along z is not reached at {:.0f} rad/s, velocity ({:.1f}, {:.1f}, {:.1f}) m/s", force_z_N,
-                                       max_omega_rad_s, v_B_m_s.x(), v_B_m_s.y(), v_B_m_s.z()),
+    throw Error({"tunnel",
+                 fmt::format("{:.2f} N along z is not reached at {:.0f} rad/s, velocity ({:.1f}, {:.1f}, {:.1f}) m/s", force_z_N,
+                             max_omega_rad_s, v_B_m_s.x(), v_B_m_s.y(), v_B_m_s.z()),
                  "the planned flight asks more than the rotors can give", "plan a slower flight or a lighter vehicle"},
                 ExitCode::data_quality);
   for (int k = 0; k < 60 && high - low > 1e-6; ++k) {

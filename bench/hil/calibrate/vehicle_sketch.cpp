@@ -41,7 +41,8 @@ void check(const VehicleSketch& s) {
   within("--wheelbase-mm", 1e3 * s.wheelbase_m, 40.0, 2000.0, "mm", "measure from motor shaft to motor shaft, diagonally");
   within("--propeller (diameter)", s.diameter_m / kInch_m, 1.0, 40.0, "in",
          "give diameter x pitch in inches, as printed on the blade: 6x4.5");
-  if (!s.own_blade) within("--propeller (pitch)", s.pitch_m / s.diameter_m, 0.3, 1.5, "diameters", "give diameter x pitch in inches: 6x4.5");
+  if (!s.own_blade)
+    within("--propeller (pitch)", s.pitch_m / s.diameter_m, 0.3, 1.5, "diameters", "give diameter x pitch in inches: 6x4.5");
   if (s.diameter_m > s.wheelbase_m / std::numbers::sqrt2)
     refuse("--propeller (diameter)", s.diameter_m / kInch_m, "in",
            fmt::format("at most {:.3g} in on this wheelbase, where blades touch", s.wheelbase_m / std::numbers::sqrt2 / kInch_m).c_str(),
@@ -165,7 +166,8 @@ std::string plant_text(const VehicleSketch& s) {
 std::string vehicle_text(const VehicleSketch& s) {
   const Body b = body(s);
   const double radius = 0.5 * s.diameter_m, c_t = s.own_blade ? s.c_t_N_s2 : kStaticThrust * kDensity_kg_m3 * kPi * std::pow(radius, 4.0);
-  const double c_q = s.own_blade ? s.c_q_N_m_s2 : std::pow(c_t, 1.5) / (kFigureOfMerit * std::sqrt(2.0 * kDensity_kg_m3 * kPi * radius * radius));
+  const double c_q =
+      s.own_blade ? s.c_q_N_m_s2 : std::pow(c_t, 1.5) / (kFigureOfMerit * std::sqrt(2.0 * kDensity_kg_m3 * kPi * radius * radius));
   const double hover_rpm = std::sqrt(s.mass_kg * 9.81 / 4.0 / c_t) * 30.0 / kPi;
   const double inertia = (1.0 + kBellOverBlade) * blade_inertia(s);
   const auto quantity = [](const char* key, double value, double share, const char* origin) {
@@ -189,8 +191,7 @@ std::string vehicle_text(const VehicleSketch& s) {
   // k1 - kFlowLoss k1 v_i / (omega R) is c_t in hover. By size: as the shipped vehicles have it; of a blade: so that its own c_t comes out.
   const double inflow_over_tip = std::sqrt(c_t / (2.0 * kDensity_kg_m3 * kPi * std::pow(radius, 4.0)));
   const double k1 = s.own_blade ? c_t / (1.0 - kFlowLoss * inflow_over_tip) : 1.6 * c_t;
-  text += "\n[thrust_model]\n" + quantity("k1_N_s2", k1, 0.3, "guess") +
-          quantity("k2_N_s2_m", -kFlowLoss * k1 / radius, 0.5, "guess") +
+  text += "\n[thrust_model]\n" + quantity("k1_N_s2", k1, 0.3, "guess") + quantity("k2_N_s2_m", -kFlowLoss * k1 / radius, 0.5, "guess") +
           fmt::format("radius_m = {:.5g}\nair_density_kg_m3 = {}\nrpm_window = [{:.0f}, {:.0f}]\n", radius, kDensity_kg_m3, 0.4 * hover_rpm,
                       2.0 * hover_rpm);
   text += "\n[torque_model]\n" + quantity("c_q_N_m_s2", c_q, 0.3, "guess") + quantity("rotor_inertia_kg_m2", inertia, 0.5, "guess");

@@ -1,5 +1,5 @@
-// What the sandboxed diagnosis says, as the bench reads it: the result.json that `rotorloop diagnose --report` writes. Read leniently: what a
-// diagnosis leaves out is empty here, and the page shows what there is.
+// What the sandboxed diagnosis says, as the bench reads it: the result.json that `rotorloop diagnose --report` writes. Read leniently: what
+// a diagnosis leaves out is empty here, and the page shows what there is.
 #pragma once
 #include <filesystem>
 #include <limits>

@@ -132,13 +132,14 @@ std::string loop_result_text(const LoopResult& r) {
   out += fmt::format("diagnosis {}\n", r.findings.verdict);
   for (const auto& e : r.findings.added) {
     out += fmt::format("  added   {}", e.id);
-    for (const auto& p : e.parameters) out += fmt::format("  {} = {} {}", p.name, render::measured_text(p.value, p.u), p.unit == "1" ? "" : p.unit);
+    for (const auto& p : e.parameters)
+      out += fmt::format("  {} = {} {}", p.name, render::measured_text(p.value, p.u), p.unit == "1" ? "" : p.unit);
     if (!e.aliases.empty()) out += fmt::format("\n          or {}; {}", alias_names(e), e.manoeuvre);
     out += "\n";
   }
   for (const auto& f : r.findings.faults) out += "  fault   " + f + "\n";
-  out +=
-      fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "nominal model", "identified", "with the effects", "less error");
+  out += fmt::format("\n{:<22}{:>18}{:>18}{:>18}   {}\n", "tracking error, cm", "nominal model", "identified", "with the effects",
+                     "less error");
   for (const auto& t : r.tracking)
     out += fmt::format("{:<22}{:>19}{:>19}{:>19}   {}: {}\n", t.plan.flight.name + (t.plan.axis == hil::ErrorAxis::z ? " (|z|)" : " (3-D)"),
                        spread_text(t.before), spread_text(t.identified), spread_text(t.after), t.pass ? "pass" : "MISSED", t.reason);

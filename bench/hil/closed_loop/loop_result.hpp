@@ -24,7 +24,7 @@ struct LoopResult {
   bool after_is_before = false;  // the diagnosis gave no vehicle file that can be flown: nothing was flown again
   std::string why_not_flown;     // then: why
   std::vector<TrackedFlight> tracking;
-  bool pass = false;        // every judged flight
+  bool pass = false;            // every judged flight
   bool truth_compared = false;  // `rotorloop close truth` has compared
   TruthComparison truth;
 };

@@ -7,10 +7,10 @@
 
 #include "bench/hil/closed_loop/report_evidence.hpp"
 #include "bench/hil/closed_loop/run_layout.hpp"
-#include "bench/sysid/log/log_reader.hpp"
 #include "bench/render/digits.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "bench/sysid/log/log_reader.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
@@ -42,12 +42,13 @@ std::string head(const LoopResult& r) {
   render::Outcome outcome = loop_outcome(r);
   outcome.sentence += " " + added_text(r.findings) + ".";
   out += render::banner_html(outcome);
-  out += render::facts_html({{"sandboxed by", r.isolation.layers + (r.isolation.enforced_by.empty() ? "" : " (" + r.isolation.enforced_by + ")")},
-                     {"ways to the truth tried", fmt::format("{}, {} opened", r.isolation.attempts, r.isolation.opened.size())},
-                     {"learnt from", fmt::format("{} flights", r.plan.learn.size() * r.plan.learn_seeds.size())},
-                     {"held out", fmt::format("{} flights", r.plan.held_out.size() * r.plan.held_out_seeds.size())},
-                     {"judged", fmt::format("{} flights × {} seeds", r.plan.judged.size(), r.plan.judged_seeds.size())},
-                     {"controller", std::string(hil::variant_label(r.plan.variant))}});
+  out += render::facts_html(
+      {{"sandboxed by", r.isolation.layers + (r.isolation.enforced_by.empty() ? "" : " (" + r.isolation.enforced_by + ")")},
+       {"ways to the truth tried", fmt::format("{}, {} opened", r.isolation.attempts, r.isolation.opened.size())},
+       {"learnt from", fmt::format("{} flights", r.plan.learn.size() * r.plan.learn_seeds.size())},
+       {"held out", fmt::format("{} flights", r.plan.held_out.size() * r.plan.held_out_seeds.size())},
+       {"judged", fmt::format("{} flights × {} seeds", r.plan.judged.size(), r.plan.judged_seeds.size())},
+       {"controller", std::string(hil::variant_label(r.plan.variant))}});
   std::vector<std::string> warnings;
   if (!r.isolation.holds)
     warnings.push_back(
@@ -85,8 +86,9 @@ std::string tracking_section(const LoopResult& r) {
     bar(t, "after", t.after, kAfter);
     rows += fmt::format(
         "<tr><td class=\"l\">{} ({})</td><td>{}</td><td>{}</td><td class=\"big\">{}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
-        render::xml_escaped(t.plan.flight.name), axis_label(t.plan.axis), spread_cell(t.before), spread_cell(t.identified), spread_cell(t.after),
-        t.plan.expect == Expectation::better ? "better" : "no worse", t.pass ? "pass" : "fail", render::xml_escaped(t.reason));
+        render::xml_escaped(t.plan.flight.name), axis_label(t.plan.axis), spread_cell(t.before), spread_cell(t.identified),
+        spread_cell(t.after), t.plan.expect == Expectation::better ? "better" : "no worse", t.pass ? "pass" : "fail",
+        render::xml_escaped(t.reason));
   }
   return "<h2>Tracking before and after</h2>\n<p>The same flights with the same seeds, flown with three vehicle files: the one at the "
          "start, one with "
@@ -143,7 +145,8 @@ std::string time_section(const LoopResult& r) {
         plot.fit_to = f.tracking.last_motion_s;
         plot.bands.push_back({f.tracking.first_motion_s, f.tracking.last_motion_s, "counts", render::kNeutral});
       }
-    out += render::figure_html(fmt::format("{}, seed {}", render::xml_escaped(t.plan.flight.name), t.seeds.front()), render::plot_svg(plot));
+    out +=
+        render::figure_html(fmt::format("{}, seed {}", render::xml_escaped(t.plan.flight.name), t.seeds.front()), render::plot_svg(plot));
   }
   return out.empty() ? "" : "<h3>Over time</h3>\n" + out;
 }
@@ -158,8 +161,9 @@ std::string isolation_section(const LoopResult& r) {
     out += fmt::format(
         "Its process was sandboxed by {}{}. Before it started, a program in the same sandbox tried {} times to reach the plan, the "
         "plant and truth.csv – by {} – and opened nothing.",
-        render::xml_escaped(r.isolation.layers), r.isolation.enforced_by.empty() ? "" : " (" + render::xml_escaped(r.isolation.enforced_by) + ")",
-        r.isolation.attempts, render::xml_escaped(ways));
+        render::xml_escaped(r.isolation.layers),
+        r.isolation.enforced_by.empty() ? "" : " (" + render::xml_escaped(r.isolation.enforced_by) + ")", r.isolation.attempts,
+        render::xml_escaped(ways));
   } else {
     out += "<b>It was not isolated</b>: ";
     for (const auto& g : r.isolation.gave_up) out += render::xml_escaped(g) + "; ";
@@ -182,7 +186,8 @@ std::string truth_section(const LoopResult& r) {
                        h.size == Size::wrong ? "fail" : "", size);
   }
   for (const auto& w : r.truth.wrong)
-    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td><td></td></tr>\n", render::xml_escaped(w));
+    out += fmt::format("<tr><td class=\"l\">–</td><td class=\"l fail\">wrong</td><td class=\"l\">{}</td><td></td></tr>\n",
+                       render::xml_escaped(w));
   if (r.truth.hidden.empty() && r.truth.wrong.empty())
     out += "<tr><td class=\"l\" colspan=\"4\">nothing was hidden, and nothing was found</td></tr>\n";
   out +=
@@ -191,8 +196,8 @@ std::string truth_section(const LoopResult& r) {
   for (const auto& v : r.truth.values)
     out += fmt::format(
         "<tr><td class=\"l\">{}, {}</td><td>{:.5g}</td><td>{:.5g}</td><td>{:.2g}</td><td>{}</td><td class=\"l {}\">{}</td></tr>\n",
-        render::xml_escaped(v.what), render::xml_escaped(v.unit), v.truth, v.found, v.u, v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–",
-        v.right() ? "pass" : "fail", v.right() ? "right" : "wrong");
+        render::xml_escaped(v.what), render::xml_escaped(v.unit), v.truth, v.found, v.u,
+        v.u > 0 ? fmt::format("{:.1f}", v.errors_in_u()) : "–", v.right() ? "pass" : "fail", v.right() ? "right" : "wrong");
   return out + "</table></div>\n";
 }
 
@@ -201,7 +206,8 @@ fs::path diagnosis_page(const LoopResult& r) { return LoopLayout{r.run}.diagnosi
 std::string provenance_section(const LoopResult& r) {
   const auto file = TomlFile::read(LoopLayout{r.run}.run_toml());
   const auto root = file.root();
-  std::string out = "<h2>Provenance</h2>\n" + render::facts_html({{"made by", r.version}}) + "<pre>" + render::xml_escaped(root.text("repeat", "")) +
+  std::string out = "<h2>Provenance</h2>\n" + render::facts_html({{"made by", r.version}}) + "<pre>" +
+                    render::xml_escaped(root.text("repeat", "")) +
                     "</pre>\n<div class=\"scroll\"><table><tr><th class=\"l\">input</th><th class=\"l\">SHA-256</th></tr>\n";
   for (const auto& t : root.tables("input", 0, 10'000))
     out += fmt::format("<tr><td class=\"l\">{}</td><td class=\"l hash\">{}</td></tr>\n", render::xml_escaped(t.text("path")),

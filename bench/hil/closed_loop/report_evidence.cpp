@@ -20,7 +20,8 @@ constexpr int kOut = 0, kIn = 2;       // colours: ruled out, could be it
 std::string values_text(const std::vector<FoundValue>& values) {
   std::string out;
   for (const auto& v : values)
-    out += fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", v.name, render::measured_text(v.value, v.u), v.unit == "1" ? "" : " " + v.unit);
+    out +=
+        fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", v.name, render::measured_text(v.value, v.u), v.unit == "1" ? "" : " " + v.unit);
   return out;
 }
 
@@ -52,7 +53,8 @@ std::string round_html(const FoundRound& round, std::size_t number) {
         render::xml_escaped(c.id), render::xml_escaped(few_values_text(c.one_step)), c.wald, 100.0 * c.gain_relative, c.cross_validated,
         c.ruled_out_by.empty() ? "<b>could be it</b>" : render::xml_escaped(c.ruled_out_by));
   }
-  return fmt::format("<h3>Sweep {}: {}</h3>\n", number, render::xml_escaped(round.decision)) + render::figure_html("", render::bar_chart_svg(chart)) +
+  return fmt::format("<h3>Sweep {}: {}</h3>\n", number, render::xml_escaped(round.decision)) +
+         render::figure_html("", render::bar_chart_svg(chart)) +
          "<div class=\"scroll\"><table><tr><th class=\"l\">candidate</th><th class=\"l\">estimate without a refit</th><th>F</th><th>of the "
          "misfit</th>"
          "<th>cross-validated gain</th><th class=\"l\">against it</th></tr>\n" +

@@ -6,17 +6,18 @@
 #include <iterator>
 #include <map>
 
-#include "bench/hil/closed_loop/workspace.hpp"
 #include "bench/hil/closed_loop/isolation_record.hpp"
 #include "bench/hil/closed_loop/loop_result.hpp"
 #include "bench/hil/closed_loop/report.hpp"
 #include "bench/hil/closed_loop/run_layout.hpp"
 #include "bench/hil/closed_loop/stage.hpp"
-#include "bench/hil/flight/run_clock.hpp"
+#include "bench/hil/closed_loop/workspace.hpp"
 #include "bench/hil/flight/run_folder.hpp"
 #include "bench/hil/flight/unfinished_result.hpp"
 #include "host/base/error.hpp"
+#include "host/base/run_clock.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/effects/term.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -90,7 +91,7 @@ class Loop {
     }
     const fs::path plant = inputs_.place.at(plan_.plant);
     inputs_.plant = plant.parent_path() / kFlownPlant;
-    hil::write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.injected));
+    write_text_file(at_.inputs() / inputs_.plant, plant_with(file_text(at_.inputs() / plant), plan_.injected));
     inputs_.hashes["inputs/" + inputs_.plant.generic_string()] = sha256_file(at_.inputs() / inputs_.plant);
     (void)sim::read_plant(at_.inputs() / inputs_.plant);  // an effect that cannot be is found before the first flight
     std::vector<PlannedFlight> judged;
@@ -108,7 +109,7 @@ class Loop {
       names.push_back(f.name);
       paths.trajectories.push_back(inputs_.place.at(f.trajectory));
     }
-    hil::write_text_file(at_.scenario(which), hil_scenario_text(paths, plan_.variant, names, seeds));
+    write_text_file(at_.scenario(which), hil_scenario_text(paths, plan_.variant, names, seeds));
   }
 
   void write_run_toml() const {
@@ -122,7 +123,7 @@ class Loop {
     std::map<std::string, std::string> sorted;
     for (const auto& [given, place] : inputs_.place) sorted["inputs/" + place] = sha256_file(at_.inputs() / place);
     for (const auto& [path, sha] : sorted) t += fmt::format("\n[[input]]\npath = \"{}\"\nsha256 = \"{}\"\n", path, sha);
-    hil::write_text_file(at_.run_toml(), t);
+    write_text_file(at_.run_toml(), t);
   }
 
   // True when the stage has to be made.
@@ -230,7 +231,8 @@ class Loop {
   std::vector<fs::path> secrets() const {
     std::vector<fs::path> out{fs::absolute(plan_.path), fs::absolute(plan_.plant), at_.run_toml(), at_.inputs() / inputs_.plant};
     for (const auto& f : plan_.learn)
-      out.push_back(at_.fly() / "learn" / f.name / hil::variant_name(plan_.variant) / std::to_string(plan_.learn_seeds.front()) / "truth.csv");
+      out.push_back(at_.fly() / "learn" / f.name / hil::variant_name(plan_.variant) / std::to_string(plan_.learn_seeds.front()) /
+                    "truth.csv");
     for (auto& p : out) p = fs::weakly_canonical(p);
     return out;
   }
@@ -264,7 +266,7 @@ class Loop {
 
   // Chooses the sandbox, says so, and leaves the record of all attempts in the stage's folder.
   void make_sandbox(const std::string& name, const fs::path& folder, Workspace& workspace) const {
-    hil::write_text_file(folder / "isolation.json", isolation_record(workspace.isolate({o_.program, {"close", "probe"}}, secrets())));
+    write_text_file(folder / "isolation.json", isolation_record(workspace.isolate({o_.program, {"close", "probe"}}, secrets())));
     const IsolationSummary s = read_isolation_record(folder / "isolation.json");
     const std::string without = fmt::format("{}", fmt::join(s.gave_up, "; "));
     if (s.holds) {
@@ -290,7 +292,8 @@ class Loop {
     fs::create_directories(workspace.path() / "out" / "report");
     make_sandbox(name, folder, workspace);
     const int code = workspace.run(
-        program, t.arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { message(name, line); }, o_.stop);
+        program, t.arguments, folder / "output.txt", folder / "messages.txt", [&](const std::string& line) { message(name, line); },
+        o_.stop);
     workspace.take_back("out", folder / "out");
     if (o_.stop && *o_.stop) throw Error({name, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     if (code >= 128)
@@ -324,17 +327,25 @@ void refuse_other_run(const fs::path& run, const LoopPlan& plan) {
     other = fmt::format("is a run of `rotorloop {}`", command);
   else if (const fs::path begun = run / root.text("plan"); fs::is_regular_file(begun) && read_loop_plan(begun).name != plan.name)
     other = fmt::format("is a run of another plan, \"{}\"", read_loop_plan(begun).name);
-  if (!other.empty())
-    throw Error({run.generic_string(), other, "", "keep both with --name NAME, or replace it with --force"});
+  if (!other.empty()) throw Error({run.generic_string(), other, "", "keep both with --name NAME, or replace it with --force"});
 }
 
 // The folder says itself that the loop came to no end.
-void write_unfinished(const fs::path& run, const LoopPlan& plan, const LoopOptions& options, const Error& e, const hil::RunClock& clock) {
+void write_unfinished(const fs::path& run, const LoopPlan& plan, const LoopOptions& options, const Error& e, const RunClock& clock) {
   const bool stopped = e.exit_code() == ExitCode::interrupted;
   const ErrorText& t = e.text();
-  hil::write_unfinished(run, {"close", options.version, "", clock.started_utc(), clock.elapsed_s(), {}, plan.name,
-                              {stopped ? "incomplete" : "refused", stopped ? render::Standing::open : render::Standing::bad, "The loop came to no end.",
-                               {t.where + ": " + t.what}, t.remedy}});
+  hil::write_unfinished(run, {"close",
+                              options.version,
+                              "",
+                              clock.started_utc(),
+                              clock.elapsed_s(),
+                              {},
+                              plan.name,
+                              {stopped ? "incomplete" : "refused",
+                               stopped ? render::Standing::open : render::Standing::bad,
+                               "The loop came to no end.",
+                               {t.where + ": " + t.what},
+                               t.remedy}});
 }
 
 }  // namespace
@@ -347,7 +358,7 @@ fs::path close_loop(const LoopPlan& plan, const LoopOptions& options) {
   if (options.force || !fs::is_regular_file(run / "run.toml")) run = hil::RunFolder::create(options.runs_dir, name, options.force).path();
   run = fs::canonical(run);
   fs::permissions(run, fs::perms::owner_all);
-  const hil::RunClock clock;
+  const RunClock clock;
   try {
     Loop(plan, options, run).go();
   } catch (const Error& e) {
@@ -355,8 +366,8 @@ fs::path close_loop(const LoopPlan& plan, const LoopOptions& options) {
     throw;
   }
   const LoopResult result = assemble_loop(run);
-  hil::write_text_file(LoopLayout{run}.result(), loop_result_json(result));
-  hil::write_text_file(LoopLayout{run}.report(), loop_report_html(result));
+  write_text_file(LoopLayout{run}.result(), loop_result_json(result));
+  write_text_file(LoopLayout{run}.report(), loop_report_html(result));
   return run;
 }
 

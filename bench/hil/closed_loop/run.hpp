@@ -18,9 +18,9 @@ namespace rotorloop::closed_loop {
 
 struct LoopOptions {
   std::filesystem::path runs_dir = "runs";
-  std::string name;               // of the run folder; empty: "close-" and the plan's name
-  bool force = false;             // start anew: the run folder is emptied
-  std::filesystem::path program;  // rotorloop
+  std::string name;                         // of the run folder; empty: "close-" and the plan's name
+  bool force = false;                       // start anew: the run folder is emptied
+  std::filesystem::path program;            // rotorloop
   std::filesystem::path diagnosis_program;  // what runs sandboxed; empty: program
   int jobs = 1;
   bool require_isolation = false;  // end before the diagnosis when no sandbox holds

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "bench/hil/flight/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::closed_loop {
@@ -51,7 +51,7 @@ void Stage::finish(const std::string& made_by) const {
   std::string text = "# This stage is complete; it is made again when one of its inputs changes.\nformat = 1\n";
   text += fmt::format("key = \"{}\"\nmade_by = {}\n\n[inputs]\n", key_of(inputs_), quoted(made_by));
   for (const auto& [name, value] : inputs_) text += fmt::format("{} = {}\n", quoted(name), quoted(value));
-  hil::write_text_file(done_file(), text);
+  write_text_file(done_file(), text);
 }
 
 }  // namespace rotorloop::closed_loop

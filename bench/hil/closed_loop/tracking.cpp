@@ -81,8 +81,8 @@ PairedReduction paired_reduction(std::span<const double> before, std::span<const
   return out;
 }
 
-std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before, const hil::RunResult* identified,
-                                            const hil::RunResult& after) {
+std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before,
+                                            const hil::RunResult* identified, const hil::RunResult& after) {
   std::vector<TrackedFlight> out;
   for (const JudgedFlight& p : plan) {
     TrackedFlight t;

@@ -32,7 +32,7 @@ struct TrackedFlight {
 };
 
 // `identified` may be null. A flight that was completed before and is lost after fails, whatever the rest says.
-std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before, const hil::RunResult* identified,
-                                            const hil::RunResult& after);
+std::vector<TrackedFlight> compare_tracking(const std::vector<JudgedFlight>& plan, const hil::RunResult& before,
+                                            const hil::RunResult* identified, const hil::RunResult& after);
 
 }  // namespace rotorloop::closed_loop

@@ -10,8 +10,8 @@
 #include "bench/hil/closed_loop/findings.hpp"
 #include "bench/hil/closed_loop/plan.hpp"
 #include "bench/hil/closed_loop/run_layout.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 #include "sim/plant/assemble.hpp"
@@ -159,7 +159,7 @@ TruthComparison compare_with_truth(const fs::path& run) {
   TruthComparison c = compare_effects(plan, read_findings(at.diagnosis()));
   const fs::path vehicle = fs::is_regular_file(at.diagnosed_vehicle()) ? at.diagnosed_vehicle() : run / root.text("vehicle");
   compare_vehicle(c, run / root.text("flown_plant"), vehicle);
-  hil::write_text_file(at.truth(), truth_json(c));
+  write_text_file(at.truth(), truth_json(c));
   return c;
 }
 
@@ -193,7 +193,11 @@ TruthComparison read_truth(const fs::path& path) {
     throw Error({path.generic_string(), "is no JSON", "the file was edited or cut", "run `rotorloop close truth` again"});
   for (const Json& h : j.at("hidden")) {
     const auto told = h.at("told").get<std::string>();
-    c.hidden.push_back({h.at("id"), told == "right" ? NameResult::right : told == "class" ? NameResult::in_class : NameResult::missed, h.at("answer")});
+    c.hidden.push_back({h.at("id"),
+                        told == "right"   ? NameResult::right
+                        : told == "class" ? NameResult::in_class
+                                          : NameResult::missed,
+                        h.at("answer")});
     const auto size = h.value("size", "");  // not in files of older programs
     c.hidden.back().size = size == "right" ? Size::right : size == "wrong" ? Size::wrong : Size::not_compared;
   }

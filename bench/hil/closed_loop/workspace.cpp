@@ -46,7 +46,7 @@ const std::vector<IsolationProbeResult>& Workspace::isolate(const Prober& prober
 }
 
 int Workspace::run(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& output, const fs::path& errors,
-              const std::function<void(const std::string&)>& line, const std::atomic<bool>* stop) const {
+                   const std::function<void(const std::string&)>& line, const std::atomic<bool>* stop) const {
   ProgramCall call;
   call.program = program;
   call.arguments = arguments;

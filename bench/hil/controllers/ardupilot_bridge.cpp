@@ -60,7 +60,8 @@ class ArduPilotLink final : public AutopilotLink {
     lock_ = separate_network("ardupilot");
     servo_ = bound_socket("ardupilot", kServoPort);
     std::ofstream(folder / "ardupilot.parm") << ardupilot_parameters();
-    program_.start(program, folder, "ardupilot.log", {"--wipe", "--model", "JSON:127.0.0.1", "--home", kHome, "--defaults", "ardupilot.parm"});
+    program_.start(program, folder, "ardupilot.log",
+                   {"--wipe", "--model", "JSON:127.0.0.1", "--home", kHome, "--defaults", "ardupilot.parm"});
   }
   ~ArduPilotLink() override {
     program_.end();
@@ -73,8 +74,8 @@ class ArduPilotLink final : public AutopilotLink {
     for (int waited_ms = 0; !receive(motors, kServoWait_ms); waited_ms += kServoWait_ms) {
       if (!program_.running()) throw Error({"ardupilot", "its program ended while it started", "", "see ardupilot.log"}, ExitCode::device);
       if (waited_ms >= kFirstServo_ms)
-        throw Error({"ardupilot", fmt::format("sent no servo packet to UDP {} within {} s", kServoPort, kFirstServo_ms / 1000), "another program, or another port",
-                     "see ardupilot.log"},
+        throw Error({"ardupilot", fmt::format("sent no servo packet to UDP {} within {} s", kServoPort, kFirstServo_ms / 1000),
+                     "another program, or another port", "see ardupilot.log"},
                     ExitCode::device);
     }
   }
@@ -121,16 +122,16 @@ class ArduPilotLink final : public AutopilotLink {
 
 std::string ardupilot_parameters() {
   return fmt::format(
-      "FRAME_CLASS 1\nFRAME_TYPE 1\n"           // quad, X
-      "SIM_RATE_HZ 1000\n"                       // a state each millisecond
-      "MOT_PWM_MIN 1000\nMOT_PWM_MAX 2000\n"    // output 0 to 1
+      "FRAME_CLASS 1\nFRAME_TYPE 1\n"         // quad, X
+      "SIM_RATE_HZ 1000\n"                    // a state each millisecond
+      "MOT_PWM_MIN 1000\nMOT_PWM_MAX 2000\n"  // output 0 to 1
       "MOT_SPIN_ARM {0}\nMOT_SPIN_MIN {0}\nMOT_SPIN_MAX 1\n"
       "MOT_THST_EXPO 1\n"                        // thrust goes with the square of the output
       "MOT_THST_HOVER 0.5\nMOT_HOVER_LEARN 0\n"  // the throttle stick is thrust, in a straight line
       "MOT_BAT_VOLT_MAX 0\n"                     // the ESC holds its speed whatever the battery
       "ANGLE_MAX {1:.0f}\nPILOT_Y_RATE {2:.0f}\n"
       "FLTMODE1 0\nFLTMODE2 0\nFLTMODE3 0\nFLTMODE4 0\nFLTMODE5 0\nFLTMODE6 0\n"  // Stabilize
-      "RC7_OPTION 153\nARMING_CHECK 0\nDISARM_DELAY 0\n",                            // channel 7 arms
+      "RC7_OPTION 153\nARMING_CHECK 0\nDISARM_DELAY 0\n",                         // channel 7 arms
       kSpinMin, 100.0 * kAngleLimit_deg, kFullStickRate_deg_s);
 }
 

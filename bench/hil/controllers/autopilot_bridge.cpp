@@ -183,9 +183,12 @@ BridgeFiles read_bridge_files(const std::filesystem::path& vehicle_file, const s
 std::filesystem::path autopilot_program(const char* name, const char* variable) {
   const char* path = std::getenv(variable);
   if (!path || !*path)
-    throw Error({variable, "is not set", "", fmt::format("set it to the path of the simulator program of {} (docs/controller.md)", name)}, ExitCode::device);
+    throw Error({variable, "is not set", "", fmt::format("set it to the path of the simulator program of {} (docs/controller.md)", name)},
+                ExitCode::device);
   if (!std::filesystem::is_regular_file(path))
-    throw Error({variable, fmt::format("\"{}\": no such file", path), "", fmt::format("give the path of the simulator program of {}", name)}, ExitCode::device);
+    throw Error(
+        {variable, fmt::format("\"{}\": no such file", path), "", fmt::format("give the path of the simulator program of {}", name)},
+        ExitCode::device);
   return std::filesystem::absolute(path);
 }
 

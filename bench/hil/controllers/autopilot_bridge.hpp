@@ -29,8 +29,8 @@ struct PilotWish {
   double yaw_left_deg_s = 0.0;
   double thrust_share = 0.0;  // speed that the thrust needs, as a share of omega_min to omega_max: 0 to 1 and beyond
 };
-inline constexpr double kAutopilotArm_s = 5.5;     // it starts and calibrates until 5 s of its time
-inline constexpr double kAutopilotStart_s = 8.0;   // of the trajectory
+inline constexpr double kAutopilotArm_s = 5.5;       // it starts and calibrates until 5 s of its time
+inline constexpr double kAutopilotStart_s = 8.0;     // of the trajectory
 inline constexpr std::uint64_t kStepsPerStick = 10;  // 100 Hz, as a radio link sends
 
 class AutopilotLink {
@@ -48,7 +48,9 @@ struct AutopilotBridge {
   const char* log;       // what the program printed, in the flight's folder
   int wait_ms;           // of exchange(), for the notes
   // Throws Error: it cannot be started.
-  std::function<std::unique_ptr<AutopilotLink>(const BridgeFiles& files, const std::filesystem::path& program, const std::filesystem::path& folder)> start;
+  std::function<std::unique_ptr<AutopilotLink>(const BridgeFiles& files, const std::filesystem::path& program,
+                                               const std::filesystem::path& folder)>
+      start;
 };
 
 // Runs until standard input is closed; what cannot be done goes out as {"error": …} in place of the first answer. Returns the exit code.

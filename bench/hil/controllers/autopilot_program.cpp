@@ -64,12 +64,15 @@ int separate_network(const std::string& name) {
     const bool up = s >= 0 && ioctl(s, SIOCSIFFLAGS, &loopback) == 0;
     const int why = errno;
     if (s >= 0) close(s);
-    if (!up) refuse_program(name, "the loopback of a new network cannot be switched on", strerror(why), "allow network name spaces, or none at all");
+    if (!up)
+      refuse_program(name, "the loopback of a new network cannot be switched on", strerror(why),
+                     "allow network name spaces, or none at all");
     return -1;
   }
   const int lock = open(("/tmp/rotorloop-" + name + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) != 0)
-    refuse_program(name, "another flight has its ports", "no network name spaces on this machine: one flies at a time", "fly with --jobs 1");
+    refuse_program(name, "another flight has its ports", "no network name spaces on this machine: one flies at a time",
+                   "fly with --jobs 1");
   return lock;
 }
 

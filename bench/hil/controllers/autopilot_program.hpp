@@ -22,7 +22,8 @@ class AutopilotProgram {
   AutopilotProgram(const AutopilotProgram&) = delete;
   AutopilotProgram& operator=(const AutopilotProgram&) = delete;
   // In `folder`, with its output in `log` there. Ends one that runs.
-  void start(const std::filesystem::path& program, const std::filesystem::path& folder, const char* log, const std::vector<std::string>& words);
+  void start(const std::filesystem::path& program, const std::filesystem::path& folder, const char* log,
+             const std::vector<std::string>& words);
   bool running();  // false once it has ended
   void end();
 

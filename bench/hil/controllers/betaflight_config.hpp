@@ -7,8 +7,8 @@
 
 namespace rotorloop::hil {
 
-inline constexpr int kMinCheck_us = 1050;              // throttle stick below it is none
-inline constexpr double kMotorIdle = 0.055;            // of the output, when armed
+inline constexpr int kMinCheck_us = 1050;    // throttle stick below it is none
+inline constexpr double kMotorIdle = 0.055;  // of the output, when armed
 
 // Lines of Betaflight's command line, ending with `save`.
 std::string betaflight_config(const host::VehicleModel& vehicle, const MotorMap& map);

@@ -13,7 +13,8 @@ class ChildProcess {
  public:
   enum class Wait : unsigned char { line, timeout, ended, stopped };
 
-  // `command`: a line for /bin/sh. `error_log` empty: standard error is shared. Throws Error (ExitCode::device) when nothing can be started.
+  // `command`: a line for /bin/sh. `error_log` empty: standard error is shared. Throws Error (ExitCode::device) when nothing can be
+  // started.
   ChildProcess(const std::string& command, const std::filesystem::path& error_log);
   // Closes its input, gives it two seconds to end, then kills it with all it started in its process group.
   ~ChildProcess();

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "bench/hil/flight/variant.hpp"
+#include "bench/hil/controllers/variant.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::hil {

@@ -23,7 +23,8 @@ struct ExternalController {
 struct Bridge {
   const char *name, *variable;
 };
-inline constexpr std::array kBridges{Bridge{"betaflight", "ROTORLOOP_BETAFLIGHT"}, Bridge{"ardupilot", "ROTORLOOP_ARDUPILOT"}, Bridge{"px4", "ROTORLOOP_PX4"}};
+inline constexpr std::array kBridges{Bridge{"betaflight", "ROTORLOOP_BETAFLIGHT"}, Bridge{"ardupilot", "ROTORLOOP_ARDUPILOT"},
+                                     Bridge{"px4", "ROTORLOOP_PX4"}};
 // Null: it is none of these.
 const Bridge* bridge_of(const ExternalController& c);
 

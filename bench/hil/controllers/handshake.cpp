@@ -22,20 +22,37 @@ struct Numbers {
   const char* name;
   std::size_t offset, count;
 };
-#define ROTORLOOP_NUMBERS(type, member) Numbers{#member, offsetof(type, member), sizeof(type::member) / sizeof(double)}
+#define ROTORLOOP_NUMBERS(type, member) \
+  Numbers { #member, offsetof(type, member), sizeof(type::member) / sizeof(double) }
 #define ROTORLOOP_IN(member) ROTORLOOP_NUMBERS(rotorloop_controller_input, member)
 #define ROTORLOOP_OUT(member) ROTORLOOP_NUMBERS(rotorloop_controller_output, member)
-constexpr std::array kInputNumbers{
-    ROTORLOOP_IN(t_s),              ROTORLOOP_IN(gyro_B_rad_s),       ROTORLOOP_IN(accel_B_m_s2),      ROTORLOOP_IN(pose_t_s),
-    ROTORLOOP_IN(pose_p_W_m),       ROTORLOOP_IN(pose_q_WS),          ROTORLOOP_IN(pose_v_W_m_s),      ROTORLOOP_IN(estimate_p_W_m),
-    ROTORLOOP_IN(estimate_v_W_m_s), ROTORLOOP_IN(estimate_q_WB),      ROTORLOOP_IN(estimate_w_B_rad_s), ROTORLOOP_IN(setpoint_p_W_m),
-    ROTORLOOP_IN(setpoint_v_W_m_s), ROTORLOOP_IN(setpoint_a_W_m_s2),  ROTORLOOP_IN(setpoint_j_W_m_s3), ROTORLOOP_IN(setpoint_yaw_rad),
-    ROTORLOOP_IN(setpoint_yaw_rate_rad_s), ROTORLOOP_IN(omega_rad_s), ROTORLOOP_IN(bus_V)};
-constexpr std::array kOutputNumbers{
-    ROTORLOOP_OUT(p_W_m),    ROTORLOOP_OUT(v_W_m_s),        ROTORLOOP_OUT(a_W_m_s2),         ROTORLOOP_OUT(j_W_m_s3),
-    ROTORLOOP_OUT(yaw_rad),  ROTORLOOP_OUT(yaw_rate_rad_s), ROTORLOOP_OUT(q_WB),             ROTORLOOP_OUT(w_B_rad_s),
-    ROTORLOOP_OUT(thrust_N), ROTORLOOP_OUT(omega_rad_s),    ROTORLOOP_OUT(estimate_p_W_m),   ROTORLOOP_OUT(estimate_v_W_m_s),
-    ROTORLOOP_OUT(estimate_q_WB), ROTORLOOP_OUT(estimate_w_B_rad_s), ROTORLOOP_OUT(torque_B_N_m)};
+constexpr std::array kInputNumbers{ROTORLOOP_IN(t_s),
+                                   ROTORLOOP_IN(gyro_B_rad_s),
+                                   ROTORLOOP_IN(accel_B_m_s2),
+                                   ROTORLOOP_IN(pose_t_s),
+                                   ROTORLOOP_IN(pose_p_W_m),
+                                   ROTORLOOP_IN(pose_q_WS),
+                                   ROTORLOOP_IN(pose_v_W_m_s),
+                                   ROTORLOOP_IN(estimate_p_W_m),
+                                   ROTORLOOP_IN(estimate_v_W_m_s),
+                                   ROTORLOOP_IN(estimate_q_WB),
+                                   ROTORLOOP_IN(estimate_w_B_rad_s),
+                                   ROTORLOOP_IN(setpoint_p_W_m),
+                                   ROTORLOOP_IN(setpoint_v_W_m_s),
+                                   ROTORLOOP_IN(setpoint_a_W_m_s2),
+                                   ROTORLOOP_IN(setpoint_j_W_m_s3),
+                                   ROTORLOOP_IN(setpoint_yaw_rad),
+                                   ROTORLOOP_IN(setpoint_yaw_rate_rad_s),
+                                   ROTORLOOP_IN(omega_rad_s),
+                                   ROTORLOOP_IN(bus_V)};
+constexpr std::array kOutputNumbers{ROTORLOOP_OUT(p_W_m),          ROTORLOOP_OUT(v_W_m_s),
+                                    ROTORLOOP_OUT(a_W_m_s2),       ROTORLOOP_OUT(j_W_m_s3),
+                                    ROTORLOOP_OUT(yaw_rad),        ROTORLOOP_OUT(yaw_rate_rad_s),
+                                    ROTORLOOP_OUT(q_WB),           ROTORLOOP_OUT(w_B_rad_s),
+                                    ROTORLOOP_OUT(thrust_N),       ROTORLOOP_OUT(omega_rad_s),
+                                    ROTORLOOP_OUT(estimate_p_W_m), ROTORLOOP_OUT(estimate_v_W_m_s),
+                                    ROTORLOOP_OUT(estimate_q_WB),  ROTORLOOP_OUT(estimate_w_B_rad_s),
+                                    ROTORLOOP_OUT(torque_B_N_m)};
 #undef ROTORLOOP_OUT
 #undef ROTORLOOP_IN
 #undef ROTORLOOP_NUMBERS
@@ -153,15 +170,25 @@ rotorloop_controller_output empty_output() {
 }
 
 std::string setup_line(const HandshakeSetup& s) {
-  const Json j{{"rotorloop_controller", kHandshakeVersion}, {"period_s", s.period_s}, {"mass_kg", s.mass_kg},
-               {"hover_omega_rad_s", s.hover_omega_rad_s},  {"omega_min_rad_s", s.omega_min_rad_s}, {"omega_max_rad_s", s.omega_max_rad_s},
-               {"vehicle_file", s.vehicle_file},            {"gains_file", s.gains_file}, {"flight", s.flight}, {"log_folder", s.log_folder}};
+  const Json j{{"rotorloop_controller", kHandshakeVersion},
+               {"period_s", s.period_s},
+               {"mass_kg", s.mass_kg},
+               {"hover_omega_rad_s", s.hover_omega_rad_s},
+               {"omega_min_rad_s", s.omega_min_rad_s},
+               {"omega_max_rad_s", s.omega_max_rad_s},
+               {"vehicle_file", s.vehicle_file},
+               {"gains_file", s.gains_file},
+               {"flight", s.flight},
+               {"log_folder", s.log_folder}};
   return j.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string hello_line(const HandshakeHello& h) {
-  const Json j{{"rotorloop_controller", kHandshakeVersion}, {"level", kLevels[h.level]}, {"every", h.every},
-               {"own_estimate", h.own_estimate},            {"start_s", h.start_s}};
+  const Json j{{"rotorloop_controller", kHandshakeVersion},
+               {"level", kLevels[h.level]},
+               {"every", h.every},
+               {"own_estimate", h.own_estimate},
+               {"start_s", h.start_s}};
   return j.dump() + "\n";
 }
 

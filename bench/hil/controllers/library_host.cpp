@@ -39,7 +39,8 @@ class AnswerStream {
 };
 
 std::string mismatch(const rotorloop_controller& c) {
-  if (c.abi != ROTORLOOP_CONTROLLER_ABI) return fmt::format("ABI {}, here ABI {}: build it again with the header of this version", c.abi, ROTORLOOP_CONTROLLER_ABI);
+  if (c.abi != ROTORLOOP_CONTROLLER_ABI)
+    return fmt::format("ABI {}, here ABI {}: build it again with the header of this version", c.abi, ROTORLOOP_CONTROLLER_ABI);
   if (c.setup_size != sizeof(rotorloop_controller_setup) || c.input_size != sizeof(rotorloop_controller_input) ||
       c.output_size != sizeof(rotorloop_controller_output))
     return fmt::format("structures of {}, {} and {} bytes (setup, input, output), here {}, {} and {}", c.setup_size, c.input_size,

@@ -1,4 +1,5 @@
-// Runs a controller library in this process and speaks the handshake for it: a library that crashes or hangs takes down a child, not the run.
+// Runs a controller library in this process and speaks the handshake for it: a library that crashes or hangs takes down a child, not the
+// run.
 #pragma once
 #include <filesystem>
 

@@ -29,20 +29,23 @@ struct Message {
   std::string_view name, fields;
   std::size_t bytes;  // of the payload, without extensions
 };
-inline constexpr Message kHilActuatorControls{93, "HIL_ACTUATOR_CONTROLS", "uint64_t time_usec uint64_t flags float controls[16] uint8_t mode ", 81};
+inline constexpr Message kHilActuatorControls{93, "HIL_ACTUATOR_CONTROLS",
+                                              "uint64_t time_usec uint64_t flags float controls[16] uint8_t mode ", 81};
 inline constexpr Message kHilRcInputsRaw{
     92, "HIL_RC_INPUTS_RAW",
     "uint64_t time_usec uint16_t chan1_raw uint16_t chan2_raw uint16_t chan3_raw uint16_t chan4_raw uint16_t chan5_raw uint16_t chan6_raw "
     "uint16_t chan7_raw uint16_t chan8_raw uint16_t chan9_raw uint16_t chan10_raw uint16_t chan11_raw uint16_t chan12_raw uint8_t rssi ",
     33};
-inline constexpr Message kHilSensor{107, "HIL_SENSOR",
-                                    "uint64_t time_usec float xacc float yacc float zacc float xgyro float ygyro float zgyro float xmag float ymag float zmag "
-                                    "float abs_pressure float diff_pressure float pressure_alt float temperature uint32_t fields_updated ",
-                                    64};
-inline constexpr Message kHilGps{113, "HIL_GPS",
-                                 "uint64_t time_usec int32_t lat int32_t lon int32_t alt uint16_t eph uint16_t epv uint16_t vel int16_t vn int16_t ve "
-                                 "int16_t vd uint16_t cog uint8_t fix_type uint8_t satellites_visible ",
-                                 36};
+inline constexpr Message kHilSensor{
+    107, "HIL_SENSOR",
+    "uint64_t time_usec float xacc float yacc float zacc float xgyro float ygyro float zgyro float xmag float ymag float zmag "
+    "float abs_pressure float diff_pressure float pressure_alt float temperature uint32_t fields_updated ",
+    64};
+inline constexpr Message kHilGps{
+    113, "HIL_GPS",
+    "uint64_t time_usec int32_t lat int32_t lon int32_t alt uint16_t eph uint16_t epv uint16_t vel int16_t vn int16_t ve "
+    "int16_t vd uint16_t cog uint8_t fix_type uint8_t satellites_visible ",
+    36};
 
 constexpr std::uint8_t extra_byte(const Message& m) {
   std::uint16_t crc = x25(x25(0xFFFF, m.name), " ");
@@ -83,8 +86,16 @@ class Payload {
 inline std::vector<std::uint8_t> frame(const Message& m, const Payload& payload, std::uint8_t sequence) {
   std::size_t size = payload.bytes().size();
   while (size > 1 && payload.bytes()[size - 1] == 0) --size;
-  std::vector<std::uint8_t> f{0xFD, static_cast<std::uint8_t>(size), 0, 0, sequence, 1, 200, static_cast<std::uint8_t>(m.id & 0xFFu),
-                              static_cast<std::uint8_t>(m.id >> 8 & 0xFFu), static_cast<std::uint8_t>(m.id >> 16 & 0xFFu)};
+  std::vector<std::uint8_t> f{0xFD,
+                              static_cast<std::uint8_t>(size),
+                              0,
+                              0,
+                              sequence,
+                              1,
+                              200,
+                              static_cast<std::uint8_t>(m.id & 0xFFu),
+                              static_cast<std::uint8_t>(m.id >> 8 & 0xFFu),
+                              static_cast<std::uint8_t>(m.id >> 16 & 0xFFu)};
   f.insert(f.end(), payload.bytes().begin(), payload.bytes().begin() + static_cast<std::ptrdiff_t>(size));
   std::uint16_t crc = 0xFFFF;
   for (std::size_t i = 1; i < f.size(); ++i) crc = x25(crc, f[i]);
@@ -111,7 +122,8 @@ class Finder {
       if (stream_.size() < head) return false;
       const std::size_t size = stream_[1], whole = head + size + 2 + (two && (stream_[2] & 1u) != 0 ? 13 : 0);
       if (stream_.size() < whole) return false;
-      const std::uint32_t id = two ? stream_[7] | static_cast<std::uint32_t>(stream_[8]) << 8 | static_cast<std::uint32_t>(stream_[9]) << 16 : stream_[5];
+      const std::uint32_t id =
+          two ? stream_[7] | static_cast<std::uint32_t>(stream_[8]) << 8 | static_cast<std::uint32_t>(stream_[9]) << 16 : stream_[5];
       std::uint16_t crc = 0xFFFF;
       for (std::size_t i = 1; i < head + size; ++i) crc = x25(crc, stream_[i]);
       crc = x25(crc, extra_byte(message_));

@@ -172,9 +172,8 @@ bool ProcessController::usable(const rotorloop_controller_output& o) const {
     case ROTORLOOP_LEVEL_ATTITUDE:
       return is_rotation(o.q_WB) && within(o.w_B_rad_s, kFastest_rad_s) && o.thrust_N >= 0.0 && o.thrust_N <= most_thrust_N_;
     default:
-      return std::all_of(o.omega_rad_s, o.omega_rad_s + host::kRotors, [&](double w) {
-        return w >= below_.config().omega_min_rad_s && w <= below_.config().omega_max_rad_s;
-      });
+      return std::all_of(o.omega_rad_s, o.omega_rad_s + host::kRotors,
+                         [&](double w) { return w >= below_.config().omega_min_rad_s && w <= below_.config().omega_max_rad_s; });
   }
 }
 

@@ -16,8 +16,8 @@ struct ProcessControllerConfig {
   std::string name, command;
   double timeout_s = 10.0;
   HandshakeSetup setup;
-  host::ControllerConfig below;              // our loops, with the vehicle's added terms
-  const std::atomic<bool>* stop = nullptr;   // ends a wait
+  host::ControllerConfig below;             // our loops, with the vehicle's added terms
+  const std::atomic<bool>* stop = nullptr;  // ends a wait
 };
 
 class ProcessController final : public host::FlightController {

@@ -25,7 +25,7 @@ namespace {
 // docs.px4.io, simulation, "Simulator MAVLink API": the simulator listens on TCP 4560, PX4 connects.
 constexpr std::uint16_t kSimulatorPort = 4560;
 constexpr int kControlsWait_ms = 100, kConnect_ms = 8000;
-constexpr int kFirstControls = 80;                                // sensor messages that it may leave unanswered while it boots: 8 s of waiting
+constexpr int kFirstControls = 80;  // sensor messages that it may leave unanswered while it boots: 8 s of waiting
 constexpr std::uint64_t kStepsPerSensor = 4, kStepsPerGps = 100;  // 250 Hz, 10 Hz
 constexpr std::uint8_t kArmedFlag = 128;                          // MAV_MODE_FLAG_SAFETY_ARMED
 constexpr std::uint32_t kAllSensors = 0x1FFF;                     // HIL_SENSOR_UPDATED_…

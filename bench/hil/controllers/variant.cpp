@@ -1,4 +1,4 @@
-#include "bench/hil/flight/variant.hpp"
+#include "bench/hil/controllers/variant.hpp"
 
 #include <algorithm>
 

@@ -21,8 +21,8 @@ class Variant {
   static Variant external(std::string name);
 
   bool is_external() const { return !name_.empty(); }
-  host::Variant own() const { return own_; }               // of our variants
-  const std::string& external_name() const { return name_; }  // empty: one of ours
+  host::Variant own() const { return own_; }                          // of our variants
+  const std::string& external_name() const { return name_; }          // empty: one of ours
   friend auto operator<=>(const Variant&, const Variant&) = default;  // ours first
 
  private:
@@ -32,10 +32,10 @@ class Variant {
 
 // In the order in which each adds to the one before.
 inline constexpr std::array kAllVariants{Variant::pd_ff, Variant::pd_ff_drag, Variant::pd_ff_no_effects, Variant::pd_ff_thrust_drag};
-std::string variant_name(const Variant& v);   // as written in files: "pd_ff_drag"
-std::string variant_label(const Variant& v);  // as in the paper: "PD FF + DRG"
+std::string variant_name(const Variant& v);                       // as written in files: "pd_ff_drag"
+std::string variant_label(const Variant& v);                      // as in the paper: "PD FF + DRG"
 std::optional<Variant> variant_from_name(std::string_view name);  // of ours
-bool is_variant_name(std::string_view text);  // 1 to 64 letters, digits, '_' and '-': it names a folder
+bool is_variant_name(std::string_view text);                      // 1 to 64 letters, digits, '_' and '-': it names a folder
 
 // Of ours in the order of kAllVariants, then external ones in order of first appearance in `flown` (anything with .variant).
 template <class Flights>

@@ -22,10 +22,10 @@ struct SelfTestOutcome {
   firmware::SelfTest result = firmware::SelfTest::due;
   firmware::Broken broken = firmware::Broken::none;
   std::uint8_t leg = 0;
-  double ms = 0.0;               // from the first gate to the end, or all the time allowed
-  double peak_A = 0.0;           // largest phase current of the motor
+  double ms = 0.0;                 // from the first gate to the end, or all the time allowed
+  double peak_A = 0.0;             // largest phase current of the motor
   double supply_shorted_us = 0.0;  // both FETs of a leg conducting
-  double turned_deg = 0.0;       // electrical, the most from where the rotor stood
+  double turned_deg = 0.0;         // electrical, the most from where the rotor stood
   bool driven_afterwards = false;  // an order that follows the finding closes a gate
 };
 

@@ -123,7 +123,8 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
   c.logs_compared = !c.a.log_hashes.empty() && !c.b.log_hashes.empty();
   if (verify && !c.logs_compared)
     throw Error({"--verify", fmt::format("{} has no logs: nothing can be verified", c.a.log_hashes.empty() ? c.name_a : c.name_b),
-                 "the run was flown with --no-logs, or stopped before its first flight", "fly it with logs, or compare figures alone, without --verify"},
+                 "the run was flown with --no-logs, or stopped before its first flight",
+                 "fly it with logs, or compare figures alone, without --verify"},
                 ExitCode::data_quality);
   if (verify) {
     verify_logs(folder_a, c.a);
@@ -162,7 +163,8 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
     }
   }
   if (!c.logs_compared && c.figures.empty())
-    throw Error({fmt::format("{} and {}", folder_a.generic_string(), folder_b.generic_string()), "nothing can be compared: no flight was flown in both, and there are no logs",
+    throw Error({fmt::format("{} and {}", folder_a.generic_string(), folder_b.generic_string()),
+                 "nothing can be compared: no flight was flown in both, and there are no logs",
                  "the runs are of different scenarios, or one was stopped before its first flight", "compare runs that share flights"},
                 ExitCode::data_quality);
   c.differs = !c.reasons.empty();
@@ -176,8 +178,9 @@ std::string comparison_text(const Comparison& c) {
   if (c.logs_identical)
     out += fmt::format("logs: identical, all {} files to the bit (log_sha256 {})\n", c.a.log_hashes.size(), c.a.log_sha256.substr(0, 12));
   else if (!c.logs_compared)
-    out += fmt::format("logs: not compared, {} has none; figures alone are compared\n",
-                       !c.a.log_hashes.empty() ? c.name_b : !c.b.log_hashes.empty() ? c.name_a : "each run");
+    out += fmt::format("logs: not compared, {} has none; figures alone are compared\n", !c.a.log_hashes.empty()   ? c.name_b
+                                                                                        : !c.b.log_hashes.empty() ? c.name_a
+                                                                                                                  : "each run");
   else
     out += fmt::format("logs: {} differ, {} only in A, {} only in B\n", c.differing_logs.size(), c.only_in_a.size(), c.only_in_b.size());
   out += c.differing_inputs.empty() ? "inputs: identical\n" : fmt::format("inputs that differ: {}\n", fmt::join(c.differing_inputs, ", "));

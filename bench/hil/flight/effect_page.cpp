@@ -65,7 +65,8 @@ std::string effect_page(const EffectStudy& s) {
   for (const auto seed : s.scenario.seeds) seeds += (seeds.empty() ? "" : ", ") + std::to_string(seed);
   std::string out = fmt::format(
       "# What each effect does\n\n"
-      "Made by `{}`; do not edit. Law, signature in flight and confounders of each effect: [effects/catalogue.toml](../effects/catalogue.toml).\n\n",
+      "Made by `{}`; do not edit. Law, signature in flight and confounders of each effect: "
+      "[effects/catalogue.toml](../effects/catalogue.toml).\n\n",
       s.command_line);
   if (!s.interrupted.empty())
     out += fmt::format("**Incomplete: interrupted by {}.** What stands here was flown before; fly all of it again.\n\n", s.interrupted);
@@ -111,7 +112,9 @@ std::string effect_json_text(const EffectStudy& s) {
   j["verdict"] = !s.interrupted.empty() ? "incomplete" : outside > 0 ? "fail" : "pass";
   j["errors"] = nlohmann::ordered_json::array();
   if (!s.interrupted.empty()) j["errors"].push_back("interrupted by " + s.interrupted);
-  if (outside > 0) j["errors"].push_back(fmt::format("{} of {} sizes are outside a factor {:g} of their reference", outside, s.probes.size(), kProbeFactor));
+  if (outside > 0)
+    j["errors"].push_back(
+        fmt::format("{} of {} sizes are outside a factor {:g} of their reference", outside, s.probes.size(), kProbeFactor));
   j["probes"] = nlohmann::ordered_json::array();
   for (const ProbeResult& p : s.probes)
     j["probes"].push_back({{"effect", p.effect},

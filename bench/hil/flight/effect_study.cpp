@@ -80,9 +80,7 @@ std::size_t find_entry(const sim::PlantFile& plant, std::string_view id) {
 
 bool is_intrinsic(const sim::EffectInfo& info, double typical_value) { return info.parameter.neutral != 0.0 && typical_value == 0.0; }
 
-double typical_value(const sim::EffectInfo& info) {
-  return host::effect(info.id).parameter.typical_value;
-}
+double typical_value(const sim::EffectInfo& info) { return host::effect(info.id).parameter.typical_value; }
 
 bool has_effect(const sim::PlantFile& plant, const sim::EffectInfo& info, double typical_value) {
   return find_entry(plant, info.id) < plant.effects.size() || is_intrinsic(info, typical_value);
@@ -103,8 +101,7 @@ std::vector<const sim::EffectInfo*> chosen_effects(const std::vector<std::string
   std::vector<const sim::EffectInfo*> out;
   for (const std::string& id : ids) {
     const sim::EffectInfo* info = sim::find_effect(id);
-    if (!info)
-      throw Error({"--effect", fmt::format("\"{}\" is not an effect of the plant", id), "", sim::use_known_effect(id)});
+    if (!info) throw Error({"--effect", fmt::format("\"{}\" is not an effect of the plant", id), "", sim::use_known_effect(id)});
     if (std::find(out.begin(), out.end(), info) != out.end())
       throw Error({"--effect", fmt::format("\"{}\" is given twice", id), "", "give each effect once"});
     out.push_back(info);

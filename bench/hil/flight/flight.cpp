@@ -20,7 +20,7 @@
 namespace rotorloop::hil {
 namespace {
 
-constexpr double kTail_s = 0.5;  // flown after the trajectory's end
+constexpr double kTail_s = 0.5;      // flown after the trajectory's end
 constexpr double kIdleShare = 0.43;  // of hover speed, while waiting for take-off: the reference's 400 rad/s
 constexpr int kAdvanceTicks = kTicks_per_s / 10;
 
@@ -125,14 +125,14 @@ struct Logs {
   Logs(const std::filesystem::path& folder, const Scenario& scenario, const sim::PlantFile& plant, const FlightRequest& q, Loop& loop) {
     if (folder.empty()) return;
     const log::LogHeader header{{"start_utc", std::string(log::kVirtualEpochUtc)},
-                           {"source", "rotorloop hil, " + scenario.name},
-                           {"vehicle", scenario.vehicle.filename().generic_string()},
-                           {"flight", scenario.flights[q.flight].name},
-                           {"variant", variant_name(q.variant)},
-                           {"seed", std::to_string(q.seed)},
-                           {"pole_pairs", pole_pairs_text(plant)},
-                           {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
-                           {"esc_limiter_codes", esc_limiter_codes()}};
+                                {"source", "rotorloop hil, " + scenario.name},
+                                {"vehicle", scenario.vehicle.filename().generic_string()},
+                                {"flight", scenario.flights[q.flight].name},
+                                {"variant", variant_name(q.variant)},
+                                {"seed", std::to_string(q.seed)},
+                                {"pole_pairs", pole_pairs_text(plant)},
+                                {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
+                                {"esc_limiter_codes", esc_limiter_codes()}};
     flight.emplace(folder / "flight.csv", header);
     truth.emplace(folder / "truth.csv", header);
     esc.emplace((folder / "esc.log").string(), "esc");
@@ -339,7 +339,12 @@ std::unique_ptr<host::FlightController> make_controller(const Scenario& scenario
   if (c == scenario.external.end())
     throw Error({"variant", fmt::format("\"{}\" is no controller of this scenario", q.variant.external_name()), "",
                  "add it to Scenario::external"});
-  ProcessControllerConfig p{.name = c->name, .command = start_line(*c), .timeout_s = c->timeout_s, .setup = {}, .below = our_loops(inputs, Variant::pd_ff_thrust_drag), .stop = stop};
+  ProcessControllerConfig p{.name = c->name,
+                            .command = start_line(*c),
+                            .timeout_s = c->timeout_s,
+                            .setup = {},
+                            .below = our_loops(inputs, Variant::pd_ff_thrust_drag),
+                            .stop = stop};
   p.setup.flight = scenario.flights[q.flight].name;
   p.setup.vehicle_file = std::filesystem::absolute(scenario.vehicle).generic_string();
   p.setup.gains_file = std::filesystem::absolute(scenario.gains).generic_string();

@@ -21,12 +21,12 @@ struct Inputs {
   sim::PlantFile plant;
   sim::SharedRotors rotors;
   host::VehicleModel vehicle;
-  host::FileTerms effects;                         // of the vehicle file
+  host::FileTerms effects;  // of the vehicle file
   host::GainsFile gains;
-  std::vector<host::Trajectory> trajectories;      // one per FlightPlan
-  std::vector<std::filesystem::path> files;        // all that was read, the scenario first
+  std::vector<host::Trajectory> trajectories;  // one per FlightPlan
+  std::vector<std::filesystem::path> files;    // all that was read, the scenario first
 };
-Inputs read_inputs(const Scenario& scenario);      // throws Error
+Inputs read_inputs(const Scenario& scenario);  // throws Error
 
 struct FlightOutcome {
   FlightResult result;

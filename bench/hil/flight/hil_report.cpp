@@ -44,16 +44,18 @@ std::string table_html(const std::vector<ReportTableRow>& rows) {
     const bool first = r.flight != previous;
     previous = r.flight;
     const bool several = r.completed > 1;
-    out += fmt::format("<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
-                       first ? fmt::format("{} <span class=\"hash\">{}</span>", render::xml_escaped(r.flight), render::xml_escaped(r.axis)) : "",
-                       dot(r.colour), render::xml_escaped(r.variant));
+    out += fmt::format(
+        "<tr{}><td class=\"l\">{}</td><td class=\"l\">{}{}</td>", first ? " class=\"first\"" : "",
+        first ? fmt::format("{} <span class=\"hash\">{}</span>", render::xml_escaped(r.flight), render::xml_escaped(r.axis)) : "",
+        dot(r.colour), render::xml_escaped(r.variant));
     out += fmt::format("<td class=\"big\">{}</td><td>{}</td>", several ? with_spread(r.mean, r.std, 2) : shown(r.mean),
                        several ? shown(r.min) + " … " + shown(r.max) : "");
     out += r.completed == r.flown ? fmt::format("<td>{}</td>", r.flown)
                                   : fmt::format("<td class=\"fail\">{} of {}</td>", r.completed, r.flown);
     out += std::isnan(r.reduction_percent)
                ? "<td></td>"
-               : fmt::format("<td>{} %</td>", several ? with_spread(r.reduction_percent, r.reduction_std_percent, 1) : shown(r.reduction_percent, 1));
+               : fmt::format("<td>{} %</td>",
+                             several ? with_spread(r.reduction_percent, r.reduction_std_percent, 1) : shown(r.reduction_percent, 1));
     if (published)
       out += std::isnan(r.published) ? "<td></td>"
                                      : fmt::format("<td title=\"{}\">{}</td>", render::xml_escaped(r.published_source), shown(r.published));
@@ -181,7 +183,7 @@ std::string errors_html(const ReportFlight& f) {
   return render::figure_html("<b>Tracking error</b>: distance of the true centre of mass from the set-point", render::plot_svg(error)) +
          render::figure_html("<b>Vertical error</b>: true minus set-point, positive above", render::plot_svg(z)) +
          render::figure_html("<b>Estimator error</b>: distance of the estimate from the truth; the controller sees the estimate alone",
-                     render::plot_svg(estimator));
+                             render::plot_svg(estimator));
 }
 
 std::string rpm_html(const ReportFlight& f) {
@@ -219,7 +221,8 @@ std::string rpm_html(const ReportFlight& f) {
     p.height_px = 210;
     p.x_min = from;
     p.x_max = to;
-    p.series.push_back({.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = render::kNeutral, .stepped = true, .width_px = 1.1});
+    p.series.push_back(
+        {.label = "command", .x = t.t_s, .y = kilo(t.rpm_command[r]), .colour = render::kNeutral, .stepped = true, .width_px = 1.1});
     p.series.push_back(
         {.label = fmt::format("rotor {}", r + 1), .x = t.t_s, .y = kilo(t.rpm[r]), .colour = static_cast<int>(r), .width_px = 1.6});
     zooms += render::figure_html("", render::plot_svg(p));
@@ -272,7 +275,8 @@ std::string buses_html(const ReportFlight& f) {
     for (const auto& line : b.formula) formula += render::xml_escaped(line) + "\n";
   }
   for (const auto& [y, label] : marks) p.marks.push_back({y, label});
-  std::string out = "<h3>Bus load</h3>\n" + render::figure_html("Bus load: share of time that frames occupy the bus, in windows of 10 ms", render::plot_svg(p));
+  std::string out = "<h3>Bus load</h3>\n" +
+                    render::figure_html("Bus load: share of time that frames occupy the bus, in windows of 10 ms", render::plot_svg(p));
   if (!formula.empty())
     out += "<p class=\"cap\">Worst case, every frame with the most stuff bits it could have:</p>\n<pre>" + formula + "</pre>\n";
   return out;

@@ -43,7 +43,7 @@ struct LoopConfig {
   std::array<EscModel, 4> esc{};
   double esc_lag_s = 0.030;
   int fast_channel_Hz = 1000;
-  bool ideal_bus = false;   // frames are delivered at once (ablation)
+  bool ideal_bus = false;  // frames are delivered at once (ablation)
   bool pose_drift = true;
   std::vector<sim::BusFault> esc_bus_faults, state_bus_faults;
   std::vector<EscHalt> halts;
@@ -51,9 +51,9 @@ struct LoopConfig {
 };
 
 // Ports in the order in which they are attached; BusFault::port counts the same way.
-inline constexpr int kComputerPort = 0;               // on both buses
-inline constexpr int kAirframePort = 1;               // on the state bus
-constexpr int esc_port(int esc) { return 1 + esc; }   // on the ESC bus, from 0
+inline constexpr int kComputerPort = 0;              // on both buses
+inline constexpr int kAirframePort = 1;              // on the state bus
+constexpr int esc_port(int esc) { return 1 + esc; }  // on the ESC bus, from 0
 
 // Time spent per module, filled only when asked for (it costs a clock reading per call).
 struct ModuleCost {
@@ -75,7 +75,7 @@ struct PlantCounters {
   std::uint64_t rotor_evaluations = 0;
   std::uint64_t inflow_not_converged = 0;
   std::uint64_t vortex_ring = 0, windmill = 0;
-  std::uint64_t esc_limited_ticks = 0;   // ESC x airframe step in which a limiter acted while running
+  std::uint64_t esc_limited_ticks = 0;  // ESC x airframe step in which a limiter acted while running
 };
 
 class Loop {

@@ -86,7 +86,7 @@ struct FlightResult {
   std::array<double, 2> bus_load_mean_percent{kNotMeasured, kNotMeasured};  // by BusName
   std::array<double, 2> bus_load_max_percent{kNotMeasured, kNotMeasured};   // worst window (window length: log header)
   std::array<double, 4> rpm_error_rms_rad_s{kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured};  // command - speed
-  double limited_share = kNotMeasured;     // share of time in which any limiter acted, 0..1
+  double limited_share = kNotMeasured;  // share of time in which any limiter acted, 0..1
   // While flying: angle between the attitude that the controller wants and the true one, and the four commanded speeds.
   double attitude_error_mean_deg = kNotMeasured, attitude_error_max_deg = kNotMeasured;
   double command_mean_rad_s = kNotMeasured, command_std_rad_s = kNotMeasured;

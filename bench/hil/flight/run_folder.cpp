@@ -8,6 +8,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 
 namespace rotorloop::hil {
@@ -41,22 +42,6 @@ std::string toml_list(const Items& items, Text text) {
 }
 
 }  // namespace
-
-void write_text_file(const fs::path& path, std::string_view text) {
-  std::error_code ec;
-  // Pipes and devices are written to; a file appears under its name when it is whole, so that nobody reads half of it.
-  const bool in_place = fs::exists(path, ec) && !fs::is_regular_file(path, ec);
-  const fs::path at = in_place ? path : fs::path(path.string() + ".part");
-  std::ofstream out(at, std::ios::binary | std::ios::trunc);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  const bool written = !out.fail();
-  if (written && !in_place) fs::rename(at, path, ec);
-  if (written && (in_place || !ec)) return;
-  std::error_code ignored;
-  if (!in_place) fs::remove(at, ignored);
-  device_error(path, "cannot be written", "the disk is full, the folder is not there, or it is read-only");
-}
 
 std::string hash_of_logs(const std::map<std::string, std::string>& logs) {
   Sha256 hash;
@@ -175,8 +160,9 @@ void RunFolder::write_run_toml(const RunResult& r, const std::string& command_li
   }
   const bool all_flown = s.files.size() <= 4 + s.flights.size() + libraries;  // scenario, plant, vehicle, gains and one file per flight
   const std::string vehicle = s.vehicle_given.empty() ? "" : " --vehicle inputs/" + input_path_of(s.vehicle_given);
-  t += fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{}{}{} --name repeat", scenario, seeds,
-                                                            variants, all_flown ? "" : " --flights " + flights, vehicle, controllers)));
+  t +=
+      fmt::format("repeat = {}\n", toml_quoted(fmt::format("rotorloop hil {} --seeds {} --variants {}{}{}{} --name repeat", scenario, seeds,
+                                                           variants, all_flown ? "" : " --flights " + flights, vehicle, controllers)));
   t += fmt::format("\n[rotorloop]\nversion = {}\ngit = {}\n", toml_quoted(r.version), toml_quoted(r.git));
   for (const auto& in : r.inputs)
     t += fmt::format("\n[[input]]\npath = {}\nsha256 = {}\n", toml_quoted("inputs/" + in.path), toml_quoted(in.sha256));

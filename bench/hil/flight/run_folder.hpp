@@ -101,7 +101,4 @@ class RunFolder {
 std::map<std::filesystem::path, std::string> copy_together(const std::vector<std::filesystem::path>& files,
                                                            const std::filesystem::path& folder);
 
-// Writes a text file or throws Error (ExitCode::device): full disk, no permission. Until it is whole it is called PATH.part.
-void write_text_file(const std::filesystem::path& path, std::string_view text);
-
 }  // namespace rotorloop::hil

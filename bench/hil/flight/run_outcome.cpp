@@ -12,7 +12,8 @@ std::string place_of(const FlightResult& f) { return fmt::format("{}/{}/{}", f.f
 
 std::string limit_text(const LimitResult& l) {
   if (std::isnan(l.value)) return fmt::format("limit not measured: {}", l.name);
-  return fmt::format("limit missed: {}: {:.4g} {}, allowed {} {:.4g} {}", l.name, l.value, l.unit, l.upper ? "at most" : "at least", l.limit, l.unit);
+  return fmt::format("limit missed: {}: {:.4g} {}, allowed {} {:.4g} {}", l.name, l.value, l.unit, l.upper ? "at most" : "at least",
+                     l.limit, l.unit);
 }
 
 bool ended(const RunResult& r, FlightEnd end) {
@@ -27,8 +28,10 @@ std::string next_step(const RunResult& r, const std::filesystem::path& folder) {
       return fmt::format("keep it as a baseline: rotorloop hil compare {} OTHER_RUN shows what a change does", run);
     case Verdict::fail:
       if (ended(r, FlightEnd::crashed) || ended(r, FlightEnd::safe_state))
-        return "look at errors over time and limiters of the flight that did not complete; the manual has a table of its reasons (Troubleshooting)";
-      return "look at errors over time and limiters of the flights whose limit was missed, then change vehicle file or gains and fly again with --name";
+        return "look at errors over time and limiters of the flight that did not complete; the manual has a table of its reasons "
+               "(Troubleshooting)";
+      return "look at errors over time and limiters of the flights whose limit was missed, then change vehicle file or gains and fly again "
+             "with --name";
     case Verdict::incomplete:
       break;
   }
@@ -52,10 +55,13 @@ std::vector<std::string> errors_of(const RunResult& r, std::size_t planned) {
 }
 
 render::Outcome outcome_of(const RunResult& r, const std::filesystem::path& folder) {
-  const auto completed = std::count_if(r.flights.begin(), r.flights.end(), [](const FlightResult& f) { return f.end == FlightEnd::completed; });
+  const auto completed =
+      std::count_if(r.flights.begin(), r.flights.end(), [](const FlightResult& f) { return f.end == FlightEnd::completed; });
   const auto met = std::count_if(r.limits.begin(), r.limits.end(), [](const LimitResult& l) { return l.pass; });
   render::Outcome out{.verdict = std::string(verdict_name(r.verdict))};
-  out.standing = r.verdict == Verdict::pass ? render::Standing::good : r.verdict == Verdict::fail ? render::Standing::bad : render::Standing::open;
+  out.standing = r.verdict == Verdict::pass   ? render::Standing::good
+                 : r.verdict == Verdict::fail ? render::Standing::bad
+                                              : render::Standing::open;
   out.sentence = fmt::format("{} of {} flights completed, ", completed, r.flights.size());
   out.sentence += r.limits.empty() ? "no limit was set." : fmt::format("{} of {} limits met.", met, r.limits.size());
   out.errors = r.errors.empty() ? errors_of(r, 0) : r.errors;  // of a run that an older version flew

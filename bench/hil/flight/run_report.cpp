@@ -8,12 +8,12 @@
 #include <set>
 
 #include "bench/hil/flight/limiter_names.hpp"
-#include "bench/hil/flight/run_folder.hpp"
 #include "bench/hil/flight/run_outcome.hpp"
-#include "bench/sysid/log/log_reader.hpp"
 #include "bench/render/digits.hpp"
+#include "bench/sysid/log/log_reader.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 #include "host/bus/bus_log.hpp"
 #include "host/bus/frame_bits.hpp"

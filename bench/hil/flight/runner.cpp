@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "bench/hil/flight/flight.hpp"
-#include "bench/hil/flight/run_clock.hpp"
 #include "bench/hil/flight/run_outcome.hpp"
 #include "bench/hil/flight/run_report.hpp"
 #include "host/base/error.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/run_clock.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::hil {
@@ -29,9 +29,11 @@ std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs,
   for (const FlightResult& f : flights) {
     const std::string where = f.flight + "/" + variant_name(f.variant) + "/" + std::to_string(f.seed);
     if (f.end != FlightEnd::completed) out.push_back({where, std::string(flight_end_name(f.end)) + ": " + f.end_detail});
-    for (const char* name : {"rotor.not_converged", "control.bad_input", "control.effects_not_finite", "control.effects_bounded", "sensor.frames_refused", "estimator.resets"}) {
+    for (const char* name : {"rotor.not_converged", "control.bad_input", "control.effects_not_finite", "control.effects_bounded",
+                             "sensor.frames_refused", "estimator.resets"}) {
       const auto found = f.counters.find(name);
-      if (found != f.counters.end() && found->second > 0) out.push_back({where, std::string(name) + " = " + std::to_string(static_cast<long long>(found->second))});
+      if (found != f.counters.end() && found->second > 0)
+        out.push_back({where, std::string(name) + " = " + std::to_string(static_cast<long long>(found->second))});
     }
   }
   return out;
@@ -65,7 +67,8 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
     FlightRequest& q = requests[i];
     if (options.logs) q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
-    outcomes[i] = fly(scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
+    outcomes[i] = fly(
+        scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
     progress.finished(outcomes[i].result);
   };
   parallel_for(requests.size(), options.jobs, fly_one, options.stop);

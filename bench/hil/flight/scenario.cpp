@@ -136,7 +136,8 @@ EscKind esc_kind(const TomlTable& t, const std::string& name) {
   if (name == "emulated" || name == "external")
     t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag", name), "",
            "use \"native\" (the firmware core on a simulated drive)");
-  t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "", did_you_mean(name, {"native", "lag"}) + "use one of: native, lag");
+  t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "",
+         did_you_mean(name, {"native", "lag"}) + "use one of: native, lag");
 }
 
 void read_esc(const TomlTable& root, Scenario& s) {

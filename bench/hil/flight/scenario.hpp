@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bench/hil/controllers/external.hpp"
-#include "bench/hil/flight/variant.hpp"
+#include "bench/hil/controllers/variant.hpp"
 
 namespace rotorloop::hil {
 

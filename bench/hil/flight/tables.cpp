@@ -79,8 +79,7 @@ std::string tracking_table_text(const Scenario& s, const Assessment& a, const st
     const auto less = new_flight ? Reduction{} : reduction(results, c.flight, first, c.variant, axis);
     const auto* p = published(s, c.flight, c.variant, axis);
     rows.push_back({new_flight ? fmt::format("{} ({})", c.flight, z ? "|z|" : "3-D") : "", std::string(variant_label(c.variant)),
-                    e.n > 1 ? spread_text(e.mean, e.std, cm) : cm(e.mean),
-                    e.n > 1 ? fmt::format("{} … {}", cm(e.min), cm(e.max)) : "",
+                    e.n > 1 ? spread_text(e.mean, e.std, cm) : cm(e.mean), e.n > 1 ? fmt::format("{} … {}", cm(e.min), cm(e.max)) : "",
                     c.completed == c.flown ? std::to_string(c.flown) : fmt::format("{} of {}", c.completed, c.flown),
                     less.n == 0  ? ""
                     : less.n > 1 ? spread_text(less.percent, less.std_percent, percent) + " %"
@@ -97,8 +96,8 @@ std::string controllers_text(const Assessment& a) {
   std::string previous;
   for (const auto& c : a.table) {
     const auto figure = [](const Spread& s) { return s.n > 1 ? spread_text(s.mean, s.std, cm) : cm(s.mean); };
-    rows.push_back({c.flight != previous ? c.flight : "", variant_label(c.variant), figure(c.attitude_error_deg), figure(c.command_mean_rad_s),
-                    figure(c.command_std_rad_s)});
+    rows.push_back({c.flight != previous ? c.flight : "", variant_label(c.variant), figure(c.attitude_error_deg),
+                    figure(c.command_mean_rad_s), figure(c.command_std_rad_s)});
     previous = c.flight;
   }
   return aligned(rows, 2);

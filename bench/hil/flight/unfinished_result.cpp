@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/base/text_file.hpp"
+
 namespace rotorloop::hil {
 
 std::string unfinished_json(const UnfinishedResult& r) {
@@ -21,7 +23,8 @@ std::string unfinished_json(const UnfinishedResult& r) {
 
 void write_unfinished(const std::filesystem::path& folder, const UnfinishedResult& r) {
   write_text_file(folder / "result.json", unfinished_json(r));
-  write_text_file(folder / "report.html", render::outcome_page_html(r.title, "rotorloop " + r.command, "rotorloop " + r.command, r.outcome));
+  write_text_file(folder / "report.html",
+                  render::outcome_page_html(r.title, "rotorloop " + r.command, "rotorloop " + r.command, r.outcome));
 }
 
 }  // namespace rotorloop::hil

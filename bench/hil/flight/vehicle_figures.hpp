@@ -11,7 +11,7 @@ struct VehicleFigures {
   double hover_rpm = 0.0, hover_phase_A = 0.0, hover_bus_A = 0.0;  // one motor; the whole battery's current
   double hover_voltage_share = 0.0;                                // of what the bridge can give at 3.5 V per cell
   double top_rpm = 0.0, thrust_to_weight = 0.0;                    // within current and voltage limits at 3.5 V per cell
-  double hover_slew_rad_s2 = 0.0;  // how fast a rotor speeds up from hover within both limits
+  double hover_slew_rad_s2 = 0.0;                                  // how fast a rotor speeds up from hover within both limits
   double esc_max_rpm = 0.0, phase_limit_A = 0.0;
   double empty_V = 0.0, full_V = 0.0, stage_V = 0.0;
 };

@@ -8,9 +8,9 @@
 namespace rotorloop::live {
 
 struct BusBenchOptions {
-  std::uint64_t frames = 100'000;    // one way
+  std::uint64_t frames = 100'000;  // one way
   std::uint64_t round_trips = 2'000;
-  std::uint64_t burst = 64;          // sent before the receiver reads again
+  std::uint64_t burst = 64;  // sent before the receiver reads again
 };
 
 struct BusBenchResult {

@@ -191,11 +191,13 @@ void EscProcess::look_at_bridge() {
   if (commands != commands_) commanded_at_ = periods_;
   commands_ = commands;
   // A self-test follows no command; shorted windings do not switch.
-  const bool on = esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test && !watch_->shorted();
+  const bool on =
+      esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test && !watch_->shorted();
   if (on == bridge_) return;
   bridge_ = on;
   if (!on_bridge) return;
-  const double since_s = commands == 0 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(periods_ - commanded_at_) / sim::kCurrentLoop_Hz;
+  const double since_s =
+      commands == 0 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(periods_ - commanded_at_) / sim::kCurrentLoop_Hz;
   on_bridge({on, static_cast<double>(periods_) / sim::kCurrentLoop_Hz, since_s});
 }
 

@@ -96,13 +96,13 @@ class EscProcess {
   std::optional<firmware::Commissioning<sim::NativeEsc::Board>> commissioning_;
   std::optional<firmware::HandWatch<sim::NativeEsc::Board>> watch_;
   std::optional<double> hand_rad_s_;
-  bool commissioned_ = false;  // the bus has asked for one since the start
+  bool commissioned_ = false;                   // the bus has asked for one since the start
   std::unique_ptr<EscFlash::Updater> updater_;  // while it runs in place of the application
   firmware::ImageHeader image_{};
   double load_N_m_s2_ = 0.0;
   std::int64_t begun_ns_, lost_ns_ = 0;
   std::uint64_t periods_ = 0, busy_until_ = 0;  // the processor stands still while its flash works
-  std::uint64_t commanded_at_ = 0;  // period in which the newest command arrived
+  std::uint64_t commanded_at_ = 0;              // period in which the newest command arrived
   std::uint32_t commands_ = 0;
   bool bridge_ = false;
   int starts_ = 0;

@@ -90,7 +90,8 @@ LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std:
   s.order = std::move(order);
   s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers + 4); };
   s.server.set_payload_max_length(4096);
-  s.server.set_default_headers({{"Content-Security-Policy", "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:"}, {"X-Content-Type-Options", "nosniff"}});
+  s.server.set_default_headers({{"Content-Security-Policy", "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:"},
+                                {"X-Content-Type-Options", "nosniff"}});
   s.server.set_pre_routing_handler([&s](const httplib::Request& request, httplib::Response& response) {
     if (s.for_us(request)) return httplib::Server::HandlerResponse::Unhandled;
     response.status = 403;

@@ -10,9 +10,9 @@
 namespace rotorloop::live {
 
 struct LiveServerConfig {
-  int port = 0;       // 0: one that is free
-  std::string page;   // HTML; loads /live.js (what all pages share), /page.js, /uplot.js, /uplot.css and /live.css
-  std::string script; // page.js
+  int port = 0;        // 0: one that is free
+  std::string page;    // HTML; loads /live.js (what all pages share), /page.js, /uplot.js, /uplot.css and /live.css
+  std::string script;  // page.js
   std::string title;
 };
 

@@ -9,6 +9,7 @@
 
 namespace rotorloop::propeller {
 
-std::string blade_fit_json(const BladeFit& fit, const std::vector<std::pair<std::filesystem::path, std::string>>& written, const std::string& version);
+std::string blade_fit_json(const BladeFit& fit, const std::vector<std::pair<std::filesystem::path, std::string>>& written,
+                           const std::string& version);
 
 }  // namespace rotorloop::propeller

@@ -12,6 +12,7 @@ namespace rotorloop::propeller {
 std::string polar_file_text(const sim::Polar& polar);
 
 // Path and text of each file: the blade at `out`, its polars in ../polars beside the folder of `out`, named after the blade.
-std::vector<std::pair<std::filesystem::path, std::string>> blade_files(const BladeFit& fit, const std::filesystem::path& out, const std::string& written_by);
+std::vector<std::pair<std::filesystem::path, std::string>> blade_files(const BladeFit& fit, const std::filesystem::path& out,
+                                                                       const std::string& written_by);
 
 }  // namespace rotorloop::propeller

@@ -11,18 +11,20 @@
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kNylon_kg_m3 = 1150.0;        // moulded propellers; carbon is a third heavier and thinner
-constexpr double kSectionArea = 0.68;          // of chord times thickness, four-digit sections
+constexpr double kNylon_kg_m3 = 1150.0;  // moulded propellers; carbon is a third heavier and thinner
+constexpr double kSectionArea = 0.68;    // of chord times thickness, four-digit sections
 constexpr double kUsualThickness = 0.10;
 constexpr std::size_t kFewestRows = 4;
-constexpr double kUnfittedReynolds = 2e5;      // no row says how far tables must go
+constexpr double kUnfittedReynolds = 2e5;  // no row says how far tables must go
 
 // ∫ ρ A r² dr of all blades.
 double solid_inertia_kg_m2(const PropellerGeometry& g) {
   double sum = 0.0;
   for (std::size_t i = 1; i < g.stations.size(); ++i) {
     const auto &a = g.stations[i - 1], &b = g.stations[i];
-    const auto area = [](const GeometryStation& s) { return kSectionArea * s.thickness_ratio.value_or(kUsualThickness) * s.chord_m * s.chord_m; };
+    const auto area = [](const GeometryStation& s) {
+      return kSectionArea * s.thickness_ratio.value_or(kUsualThickness) * s.chord_m * s.chord_m;
+    };
     sum += 0.5 * (area(a) * a.r_m * a.r_m + area(b) * b.r_m * b.r_m) * (b.r_m - a.r_m);
   }
   return kNylon_kg_m3 * sum * g.blades;
@@ -51,7 +53,8 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
     return out;
   }
   MeasuredPropeller p;
-  p.entry.title = title, p.entry.diameter_m = files.diameter_m, p.entry.blades = first.blades, p.entry.judged = true, p.entry.section = out.section;
+  p.entry.title = title, p.entry.diameter_m = files.diameter_m, p.entry.blades = first.blades, p.entry.judged = true,
+  p.entry.section = out.section;
   p.sets = files.sets;
   p.sets.front().fitted = true;
   if (const std::size_t sweep = sweep_to_fit(p.sets, inputs.fit_rpm); sweep > 0) p.sets[sweep].fitted = true;
@@ -59,26 +62,37 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
     p.geometries.push_back({g.source, to_blade(inputs, g.geometry, out.section, largest_reynolds(g.geometry, p.sets, files.diameter_m))});
   out.result.push_back(validate(p));
   const auto& geometries = out.result.front().geometries;
-  out.best = static_cast<std::size_t>(std::min_element(geometries.begin(), geometries.end(), [](const auto& a, const auto& b) { return a.fit.rms < b.fit.rms; }) - geometries.begin());
+  out.best = static_cast<std::size_t>(
+      std::min_element(geometries.begin(), geometries.end(), [](const auto& a, const auto& b) { return a.fit.rms < b.fit.rms; }) -
+      geometries.begin());
   out.blade = geometries[out.best].fitted_blade, out.fitted = true;
   out.blade.blade_inertia_kg_m2 = out.inertia_kg_m2;
   return out;
 }
 
 std::string blade_fit_text(const BladeFit& f) {
-  std::string s = fmt::format("{}: section {}{}: {}\n", f.title, f.section.inner, f.section.outer.empty() ? "" : " to " + f.section.outer, f.section.reason);
+  std::string s = fmt::format("{}: section {}{}: {}\n", f.title, f.section.inner, f.section.outer.empty() ? "" : " to " + f.section.outer,
+                              f.section.reason);
   const auto percent = [](double v) { return std::isnan(v) ? std::string("–") : fmt::format("{:.1f}", 100.0 * v); };
-  if (!f.fitted) s += "UNFITTED: there are no measurements; expect 3 to 13 % of static thrust and 6 to 28 % of static power, and much more near zero thrust\n";
+  if (!f.fitted)
+    s += "UNFITTED: there are no measurements; expect 3 to 13 % of static thrust and 6 to 28 % of static power, and much more near zero "
+         "thrust\n";
   for (const PropellerResult& r : f.result)
     for (std::size_t i = 0; i < r.geometries.size(); ++i) {
       const GeometryResult& g = r.geometries[i];
       s += fmt::format("  geometry {}{}:", g.source, i == f.best ? " (taken: the smaller misfit)" : "");
       const auto parameters = blade_parameters();
       for (std::size_t k = 0; k < parameters.size(); ++k)
-        s += fmt::format("{} {} {:.2f}{}", k == 0 ? "" : ",", parameters[k].name, g.fit.values[k], g.fit.at_bound[k] ? " (bound)" : fmt::format(" ± {:.2f}", g.fit.standard_errors[k]));
-      s += fmt::format("; misfit {:.1f} %\n  {:<30}{:>4}  {:>14}  {:>14}\n  {:<34}  {:>7} {:>6}  {:>7} {:>6}\n", 100.0 * g.fit.rms, "rms error, %", "rows", "unfitted", "fitted", "", "C_T", "C_P", "C_T", "C_P");
+        s += fmt::format("{} {} {:.2f}{}", k == 0 ? "" : ",", parameters[k].name, g.fit.values[k],
+                         g.fit.at_bound[k] ? " (bound)" : fmt::format(" ± {:.2f}", g.fit.standard_errors[k]));
+      s += fmt::format("; misfit {:.1f} %\n  {:<30}{:>4}  {:>14}  {:>14}\n  {:<34}  {:>7} {:>6}  {:>7} {:>6}\n", 100.0 * g.fit.rms,
+                       "rms error, %", "rows", "unfitted", "fitted", "", "C_T", "C_P", "C_T", "C_P");
       for (const SetScore& x : g.scores)
-        s += fmt::format("  {:<14}{:<16}{:>4}  {:>7} {:>6}  {:>7} {:>6}\n", x.label, x.part == Part::fitted ? "fitted" : x.whole ? "held out whole" : "held out", x.fitted.rows, percent(x.unfitted.ct), percent(x.unfitted.cp), percent(x.fitted.ct), percent(x.fitted.cp));
+        s += fmt::format("  {:<14}{:<16}{:>4}  {:>7} {:>6}  {:>7} {:>6}\n", x.label,
+                         x.part == Part::fitted ? "fitted"
+                         : x.whole              ? "held out whole"
+                                                : "held out",
+                         x.fitted.rows, percent(x.unfitted.ct), percent(x.unfitted.cp), percent(x.fitted.ct), percent(x.fitted.cp));
     }
   for (const auto& [name, p] : f.polars) {
     s += fmt::format("  polars of {}: {}{}\n", name, p.polar.source, p.cached ? " (kept from before)" : "");

@@ -13,7 +13,7 @@ struct BladeFit {
   std::size_t best = 0;                 // geometry of the smaller misfit
   sim::Blade blade;
   double inertia_kg_m2 = 0.0;
-  bool inertia_estimated = false;  // of a solid nylon blade of this plan form
+  bool inertia_estimated = false;               // of a solid nylon blade of this plan form
   std::map<std::string, SectionPolars> polars;  // of the sections taken
   std::vector<std::string> remarks;
 };

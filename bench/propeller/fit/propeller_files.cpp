@@ -30,7 +30,8 @@ Kind kind_of(const TextFile& f) {
     if (begins(l, {"RPM", "CT", "CP"})) return Kind::static_rows;
     if (begins(l, {"J", "CT", "CP"})) return Kind::sweep;
     if (l.text.find("PROP RPM") != std::string::npos) return Kind::predictions;
-    if (l.text.starts_with("RPM;") && l.text.find("T(N)") != std::string::npos && l.text.find("Q(Nm)") != std::string::npos) return Kind::stand_table;
+    if (l.text.starts_with("RPM;") && l.text.find("T(N)") != std::string::npos && l.text.find("Q(Nm)") != std::string::npos)
+      return Kind::stand_table;
     if (l.number > 40) break;
   }
   return Kind::none;
@@ -53,8 +54,8 @@ double speed_in_name(const fs::path& name) {
     i = end;
   }
   if (found == 0.0)
-    throw Error({name.generic_string(), "a sweep of J does not say its rotor speed, and neither does the file's name", "the file was renamed",
-                 "let the name end in the speed in RPM, as in sweep_4031rpm.txt"});
+    throw Error({name.generic_string(), "a sweep of J does not say its rotor speed, and neither does the file's name",
+                 "the file was renamed", "let the name end in the speed in RPM, as in sweep_4031rpm.txt"});
   return found;
 }
 
@@ -73,23 +74,29 @@ PropellerGeometry read_sections(const TextFile& f, PropellerFiles& files) {
       std::string key = l.text.substr(0, l.text.find('='));
       key.erase(std::remove(key.begin(), key.end(), ' '), key.end());
       of[key] = numbers_after(l.text);
-      if (key == "section") files.remarks.push_back(f.name.filename().generic_string() + " names the sections " + l.text.substr(l.text.find('=') + 1));
+      if (key == "section")
+        files.remarks.push_back(f.name.filename().generic_string() + " names the sections " + l.text.substr(l.text.find('=') + 1));
     }
   const auto one = [&](const std::string& key) {
-    if (of[key].size() != 1) f.fail(1, fmt::format("{} is missing, or no single number", key), "", "give nblades, diameter, radius_hub, radius, chord and pitch under [rotor]");
+    if (of[key].size() != 1)
+      f.fail(1, fmt::format("{} is missing, or no single number", key), "",
+             "give nblades, diameter, radius_hub, radius, chord and pitch under [rotor]");
     return of[key][0];
   };
   PropellerGeometry g;
   g.blades = static_cast<int>(one("nblades")), g.radius_m = 0.5 * one("diameter"), g.hub_radius_m = one("radius_hub");
   const auto &r = of["radius"], &chord = of["chord"], &pitch = of["pitch"];
   if (r.size() < 5 || chord.size() != r.size() || pitch.size() != r.size())
-    f.fail(1, fmt::format("{} radii, {} chords, {} pitch angles; expected as many of each, at least 5", r.size(), chord.size(), pitch.size()), "a list was cut off", "give the whole lists");
+    f.fail(1,
+           fmt::format("{} radii, {} chords, {} pitch angles; expected as many of each, at least 5", r.size(), chord.size(), pitch.size()),
+           "a list was cut off", "give the whole lists");
   for (std::size_t i = 0; i < r.size(); ++i) g.stations.push_back({r[i], chord[i], pitch[i], std::nullopt});
   // Element programs give the middles of elements: the last one is carried on to the tip.
   if (g.stations.back().r_m < 0.97 * g.radius_m) {
     const auto &a = g.stations[g.stations.size() - 2], &b = g.stations.back();
     const double share = (g.radius_m - b.r_m) / (b.r_m - a.r_m);
-    g.stations.push_back({g.radius_m, std::max(0.3 * b.chord_m, b.chord_m + share * (b.chord_m - a.chord_m)), b.twist_deg + share * (b.twist_deg - a.twist_deg), std::nullopt});
+    g.stations.push_back({g.radius_m, std::max(0.3 * b.chord_m, b.chord_m + share * (b.chord_m - a.chord_m)),
+                          b.twist_deg + share * (b.twist_deg - a.twist_deg), std::nullopt});
     files.remarks.push_back("chord and twist carried on from the last section to the tip");
   }
   if (of.contains("rho") && of["rho"].size() == 1) files.air_density_kg_m3 = of["rho"][0];
@@ -130,7 +137,8 @@ PropellerGeometry read_spanwise_tables(const TextFile& f, PropellerFiles& files)
     if (beside.lines.front().text.starts_with("r/R,twist")) twist = read_spanwise(e.path());
   }
   if (!chord || !twist || !(g.radius_m > 0.0))
-    f.fail(1, "Rtip, a table r/R,c/R or a table r/R,twist is missing beside it", "files are missing", "put all tables of the rotor into one folder");
+    f.fail(1, "Rtip, a table r/R,c/R or a table r/R,twist is missing beside it", "files are missing",
+           "put all tables of the rotor into one folder");
   g.hub_radius_m = std::max(g.hub_radius_m, chord->x.front() * g.radius_m);
   for (int i = 0; i <= 24; ++i) {
     const double r = g.hub_radius_m / g.radius_m + (1.0 - g.hub_radius_m / g.radius_m) * i / 24.0;
@@ -150,7 +158,8 @@ void read_predictions(const TextFile& f, PropellerFiles& files) {
       continue;
     }
     if (rpm == 0.0 || l.fields.size() < 5 || l.fields[0].find_first_not_of("0123456789.-") != std::string::npos) continue;
-    const double j = f.number(l, 1, "J", {0.0, 5.0, "1"}), ct = f.number(l, 3, "Ct", {-0.5, 1.0, "1"}), cp = f.number(l, 4, "Cp", {-0.5, 1.0, "1"});
+    const double j = f.number(l, 1, "J", {0.0, 5.0, "1"}), ct = f.number(l, 3, "Ct", {-0.5, 1.0, "1"}),
+                 cp = f.number(l, 4, "Cp", {-0.5, 1.0, "1"});
     files.sets.back().rows.push_back({rpm, j, ct, cp});
   }
 }
@@ -166,10 +175,12 @@ MeasuredSet read_stand_table(const TextFile& f, double diameter_m, double rho) {
     if (cells.size() < 3) continue;
     if (names.empty()) {
       names = cells;
-      for (std::size_t i = 0; i < cells.size(); ++i) cells[i] == "T(N)" ? thrust = i : cells[i] == "Q(Nm)" ? torque = i : cells[i] == "RPM" ? rpm = i : i;
+      for (std::size_t i = 0; i < cells.size(); ++i)
+        cells[i] == "T(N)" ? thrust = i : cells[i] == "Q(Nm)" ? torque = i : cells[i] == "RPM" ? rpm = i : i;
       continue;
     }
-    if (cells.size() <= std::max(thrust, torque)) f.fail(l.number, "a row with fewer cells than the header", "the file was cut off", "get the whole file");
+    if (cells.size() <= std::max(thrust, torque))
+      f.fail(l.number, "a row with fewer cells than the header", "the file was cut off", "get the whole file");
     const double n = std::atof(cells[rpm].c_str()) / 60.0, T = std::atof(cells[thrust].c_str()), Q = std::atof(cells[torque].c_str());
     if (!(n > 0.0)) f.fail(l.number, "RPM is not above 0", "", "leave rows at rest out");
     const double force = rho * n * n * std::pow(diameter_m, 4);
@@ -224,7 +235,9 @@ PropellerFiles read_propeller_files(const std::vector<fs::path>& paths, const Pr
   files.diameter_m = o.diameter_m.value_or(files.geometries.empty() ? 0.0 : 2.0 * files.geometries.front().geometry.radius_m);
   for (const auto& [f, kind] : tables) {
     if (kind == Kind::uiuc_geometry) {
-      if (files.diameter_m == 0.0) throw Error({"--diameter", fmt::format("is missing: {} gives radii as shares of the tip's", f.name.generic_string()), "", "give the propeller's diameter in m"});
+      if (files.diameter_m == 0.0)
+        throw Error({"--diameter", fmt::format("is missing: {} gives radii as shares of the tip's", f.name.generic_string()), "",
+                     "give the propeller's diameter in m"});
       files.geometries.push_back({"photo", read_uiuc_geometry(f, 0.5 * files.diameter_m, o.blades)});
     }
     if (kind == Kind::static_rows) add_set(files, {"static", read_uiuc_static(f), true, true}, true);
@@ -236,7 +249,8 @@ PropellerFiles read_propeller_files(const std::vector<fs::path>& paths, const Pr
     }
   }
   if (files.geometries.empty())
-    throw Error({"GEOMETRY", "none of the files holds a geometry", "tables alone do not say the blade's shape", "give a UIUC geometry, an APC PE0 file or sections"});
+    throw Error({"GEOMETRY", "none of the files holds a geometry", "tables alone do not say the blade's shape",
+                 "give a UIUC geometry, an APC PE0 file or sections"});
   return files;
 }
 

@@ -10,9 +10,9 @@
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kWorkingSection = 0.75;          // of the radius
+constexpr double kWorkingSection = 0.75;                                            // of the radius
 constexpr double kClarkYCamber = 3.43, kClarkYThickness = 11.7, k4412Camber = 4.0;  // % of chord
-constexpr double kHole_deg = 2.0;                 // between computed angles from -8 to 8 degrees: near zero thrust sections work below 0
+constexpr double kHole_deg = 2.0;  // between computed angles from -8 to 8 degrees: near zero thrust sections work below 0
 
 double thickness_at(const PropellerGeometry& g, double share) {
   const double r = share * g.radius_m;
@@ -37,7 +37,8 @@ bool available(const PropellerInputs& inputs, const std::string& name) {
   std::error_code ec;
   for (const auto& f : std::filesystem::directory_iterator(inputs.data / "propellers" / "polars", ec))
     if (f.path().filename().string().starts_with(name + "_Re")) return true;
-  return std::filesystem::is_regular_file(inputs.shipped_polars / (name + ".toml"), ec) || (inputs.can_make_polars && inputs.can_make_polars(name));
+  return std::filesystem::is_regular_file(inputs.shipped_polars / (name + ".toml"), ec) ||
+         (inputs.can_make_polars && inputs.can_make_polars(name));
 }
 
 struct Named {
@@ -58,19 +59,27 @@ Named polar_for(const std::string& section, const PropellerGeometry& g) {
 
 SectionChoice section_by_rule(const PropellerFiles& files, const PropellerInputs& inputs) {
   if (!inputs.section.empty()) return {.inner = inputs.section, .outer = "", .reason = "asked for"};
-  const auto mould = std::find_if(files.geometries.begin(), files.geometries.end(), [](const NamedGeometry& g) { return g.geometry.sections.has_value(); });
-  if (mould == files.geometries.end()) return {.inner = "naca4410", .outer = "", .reason = "the geometry names no section: the one that the shipped blade flies with"};
+  const auto mould = std::find_if(files.geometries.begin(), files.geometries.end(),
+                                  [](const NamedGeometry& g) { return g.geometry.sections.has_value(); });
+  if (mould == files.geometries.end())
+    return {.inner = "naca4410", .outer = "", .reason = "the geometry names no section: the one that the shipped blade flies with"};
   const PropellerGeometry& g = mould->geometry;
   const NamedSections& s = *g.sections;
   Named inner = polar_for(s.inner, g), outer = polar_for(s.outer, g);
   const double working_m = kWorkingSection * g.radius_m;
   const bool inner_works = working_m < s.blend_to_m;
   if (!available(inputs, inner.polar)) inner = {outer.polar, "no polars of " + inner.polar + ": " + outer.reason};
-  if (inner_works && has_hole(inputs, inner.polar)) inner = {outer.polar, fmt::format("polars of {} have a hole between -8 and 8 degrees, and it works at 0.75 R: {}", inner.polar, outer.reason)};
+  if (inner_works && has_hole(inputs, inner.polar))
+    inner = {outer.polar,
+             fmt::format("polars of {} have a hole between -8 and 8 degrees, and it works at 0.75 R: {}", inner.polar, outer.reason)};
   if (inner.polar == outer.polar) return {.inner = inner.polar, .outer = "", .reason = inner.reason};
   // The blend runs over shares of the nominal radius.
   const double radius_m = std::round(g.radius_m / 0.000254) * 0.000254;
-  return {.inner = inner.polar, .outer = outer.polar, .blend_from = s.blend_from_m / radius_m, .blend_to = s.blend_to_m / radius_m, .reason = inner.reason + " runs into " + outer.reason};
+  return {.inner = inner.polar,
+          .outer = outer.polar,
+          .blend_from = s.blend_from_m / radius_m,
+          .blend_to = s.blend_to_m / radius_m,
+          .reason = inner.reason + " runs into " + outer.reason};
 }
 
 }  // namespace rotorloop::propeller

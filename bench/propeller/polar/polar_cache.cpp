@@ -25,7 +25,10 @@ fs::path file_of(const fs::path& folder, const std::string& key) { return folder
 }  // namespace
 
 fs::path polar_cache_folder() {
-  const auto variable = [](const char* name) { const char* v = std::getenv(name); return fs::path(v != nullptr ? v : ""); };
+  const auto variable = [](const char* name) {
+    const char* v = std::getenv(name);
+    return fs::path(v != nullptr ? v : "");
+  };
   if (const fs::path cache = variable("XDG_CACHE_HOME"); cache.is_absolute()) return cache / "rotorloop" / "polars";
   if (const fs::path home = variable("HOME"); home.is_absolute()) return home / ".cache" / "rotorloop" / "polars";
   return {};

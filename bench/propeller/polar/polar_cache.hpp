@@ -1,5 +1,5 @@
-// Polars that were made before: one file each below $XDG_CACHE_HOME/rotorloop/polars (or ~/.cache). A file begins with all that its numbers follow
-// from, as comments, and is used only where every character of that agrees.
+// Polars that were made before: one file each below $XDG_CACHE_HOME/rotorloop/polars (or ~/.cache). A file begins with all that its numbers
+// follow from, as comments, and is used only where every character of that agrees.
 #pragma once
 #include <filesystem>
 #include <optional>

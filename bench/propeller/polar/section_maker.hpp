@@ -12,9 +12,9 @@ namespace rotorloop::propeller {
 
 struct SectionMakerOptions {
   SweepSettings settings;
-  std::filesystem::path shipped_polars;                // NAME.toml: what stands in without XFOIL; NAME.dat: coordinates
-  std::filesystem::path cache;                         // empty: nothing is kept
-  std::function<void(const std::string&)> progress;    // a line for each Reynolds number
+  std::filesystem::path shipped_polars;              // NAME.toml: what stands in without XFOIL; NAME.dat: coordinates
+  std::filesystem::path cache;                       // empty: nothing is kept
+  std::function<void(const std::string&)> progress;  // a line for each Reynolds number
 };
 
 // NACA digits, a path of a .dat file, or the name of one in `shipped_polars`.

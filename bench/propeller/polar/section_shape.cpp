@@ -11,10 +11,10 @@
 namespace rotorloop::propeller {
 namespace {
 
-constexpr double kCountsAbove = 1.5;             // first numbers above it are Lednicer's counts: no coordinate of a chord of 1 is so large
+constexpr double kCountsAbove = 1.5;              // first numbers above it are Lednicer's counts: no coordinate of a chord of 1 is so large
 constexpr std::size_t kFewest = 10, kMost = 600;  // XFOIL's splines need the first, its buffers hold more than the second
 constexpr double kThinnest_percent = 2.0, kThickest_percent = 40.0;
-constexpr double kWidestGap = 0.1;                // of the trailing edge, of the chord
+constexpr double kWidestGap = 0.1;  // of the trailing edge, of the chord
 constexpr int kSlices = 100;
 
 struct Loop {
@@ -35,15 +35,20 @@ std::vector<const TextLine*> rows_below_name(const TextFile& file) {
 
 void point(const TextFile& file, const TextLine& l, Loop& to) {
   if (l.fields.size() != 2)
-    file.fail(l.number, fmt::format("{} fields, expected 2: x and y of one point", l.fields.size()), "a line of text or of another format among the coordinates", "first line the section's name, then one \"x y\" a line, chord 1");
+    file.fail(l.number, fmt::format("{} fields, expected 2: x and y of one point", l.fields.size()),
+              "a line of text or of another format among the coordinates",
+              "first line the section's name, then one \"x y\" a line, chord 1");
   to.add(file.number(l, 0, "x", {-0.2, 1.2, "chord"}), file.number(l, 1, "y", {-0.5, 0.5, "chord"}), l.number);
 }
 
 Loop lednicer(const TextFile& file, const std::vector<const TextLine*>& rows) {
-  const auto count = [&](std::size_t column) { return static_cast<std::size_t>(file.number(*rows[0], column, "count of points", {3.0, static_cast<double>(kMost), "1"})); };
+  const auto count = [&](std::size_t column) {
+    return static_cast<std::size_t>(file.number(*rows[0], column, "count of points", {3.0, static_cast<double>(kMost), "1"}));
+  };
   const std::size_t upper = count(0), lower = count(1);
   if (rows.size() != 1 + upper + lower)
-    file.fail(rows[0]->number, fmt::format("{} and {} points announced, {} lines follow", upper, lower, rows.size() - 1), "the file was cut off or edited", "correct the counts, or give the points as one loop from the trailing edge without them");
+    file.fail(rows[0]->number, fmt::format("{} and {} points announced, {} lines follow", upper, lower, rows.size() - 1),
+              "the file was cut off or edited", "correct the counts, or give the points as one loop from the trailing edge without them");
   Loop loop;
   for (std::size_t i = upper; i >= 1; --i) point(file, *rows[i], loop);
   for (std::size_t i = upper + 1; i < rows.size(); ++i) point(file, *rows[i], loop);
@@ -56,10 +61,15 @@ void to_unit_chord(const TextFile& file, Loop& loop) {
   std::size_t nose = 0;
   double most = 0.0;
   if (const double gap = std::hypot(loop.x.front() - loop.x.back(), loop.y.front() - loop.y.back()); gap > kWidestGap)
-    file.fail(loop.line.back(), fmt::format("the last point is {:.2f} chords from the first, expected at most {}", gap, kWidestGap), "the points do not begin and end at the trailing edge", "order them from the trailing edge over the upper side to the leading edge and back below");
+    file.fail(loop.line.back(), fmt::format("the last point is {:.2f} chords from the first, expected at most {}", gap, kWidestGap),
+              "the points do not begin and end at the trailing edge",
+              "order them from the trailing edge over the upper side to the leading edge and back below");
   for (std::size_t i = 0; i < loop.x.size(); ++i)
     if (const double d = std::hypot(loop.x[i] - tx, loop.y[i] - ty); d > most) most = d, nose = i;
-  if (most < 0.5) file.fail(loop.line.front(), fmt::format("the chord is {:.3f}, expected about 1", most), "the points do not begin and end at the trailing edge", "order them from the trailing edge over the upper side and back below");
+  if (most < 0.5)
+    file.fail(loop.line.front(), fmt::format("the chord is {:.3f}, expected about 1", most),
+              "the points do not begin and end at the trailing edge",
+              "order them from the trailing edge over the upper side and back below");
   const double lx = loop.x[nose], ly = loop.y[nose], c = (tx - lx) / (most * most), s = (ty - ly) / (most * most);
   for (std::size_t i = 0; i < loop.x.size(); ++i) {
     const double dx = loop.x[i] - lx, dy = loop.y[i] - ly;
@@ -95,9 +105,12 @@ std::optional<std::string> naca_digits(const std::string& text) {
   if ((t.size() != 4 && t.size() != 5) || t.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
   const int thickness = std::stoi(t.substr(t.size() - 2));
   const auto refuse = [&](const std::string& what, const std::string& remedy) { throw Error({"section " + text, what, "", remedy}); };
-  if (thickness < kThinnest_percent || thickness > kThickest_percent) refuse(fmt::format("the last two digits are a thickness of {} %, expected 2 to 40", thickness), "give a section of that range");
-  if (t.size() == 4 && (t[0] == '0') != (t[1] == '0')) refuse("camber and its place are the first two digits: both 0 or neither", "NACA 4412 has 4 % at 40 % of the chord, NACA 0012 none");
-  if (t.size() == 5 && !std::set<std::string>{"210", "220", "230", "240", "250"}.contains(t.substr(0, 3))) refuse("of five digits the first three are 210, 220, 230, 240 or 250", "give coordinates as a .dat file for any other section");
+  if (thickness < kThinnest_percent || thickness > kThickest_percent)
+    refuse(fmt::format("the last two digits are a thickness of {} %, expected 2 to 40", thickness), "give a section of that range");
+  if (t.size() == 4 && (t[0] == '0') != (t[1] == '0'))
+    refuse("camber and its place are the first two digits: both 0 or neither", "NACA 4412 has 4 % at 40 % of the chord, NACA 0012 none");
+  if (t.size() == 5 && !std::set<std::string>{"210", "220", "230", "240", "250"}.contains(t.substr(0, 3)))
+    refuse("of five digits the first three are 210, 220, 230, 240 or 250", "give coordinates as a .dat file for any other section");
   return t;
 }
 
@@ -112,7 +125,8 @@ SectionShape naca_section(const std::string& digits) {
 SectionShape read_section_file(const TextFile& file) {
   const auto rows = rows_below_name(file);
   if (rows.size() < kFewest || rows.size() > kMost)
-    file.fail(static_cast<int>(file.lines.size()), fmt::format("{} lines below the name, expected {} to {}", rows.size(), kFewest, kMost), "not a file of coordinates, or cut off", "first line the section's name, then one \"x y\" a line, chord 1");
+    file.fail(static_cast<int>(file.lines.size()), fmt::format("{} lines below the name, expected {} to {}", rows.size(), kFewest, kMost),
+              "not a file of coordinates, or cut off", "first line the section's name, then one \"x y\" a line, chord 1");
   Loop loop;
   if (rows[0]->fields.size() == 2 && file.number(*rows[0], 0, "x", {-0.2, 1e4, "chord"}) > kCountsAbove)
     loop = lednicer(file, rows);
@@ -131,7 +145,10 @@ SectionShape read_section_file(const TextFile& file) {
   s.x = std::move(loop.x), s.y = std::move(loop.y);
   measure(s);
   if (s.thickness_percent < kThinnest_percent || s.thickness_percent > kThickest_percent)
-    file.fail(rows[0]->number, fmt::format("the section is {:.1f} % thick, expected {} to {}", s.thickness_percent, kThinnest_percent, kThickest_percent), "the points are not one loop from the trailing edge to the trailing edge", "order them from the trailing edge over the upper side to the leading edge and back below");
+    file.fail(rows[0]->number,
+              fmt::format("the section is {:.1f} % thick, expected {} to {}", s.thickness_percent, kThinnest_percent, kThickest_percent),
+              "the points are not one loop from the trailing edge to the trailing edge",
+              "order them from the trailing edge over the upper side to the leading edge and back below");
   return s;
 }
 

@@ -17,8 +17,8 @@ constexpr int kStep_mdeg = 500;
 constexpr int kHole_mdeg = 2000;
 constexpr double kJump = 0.15;  // of lift in one step; potential flow has 0.055
 constexpr int kPasses = 2;
-constexpr int kRefinements[] = {1, 2, 5};               // smaller steps help a sweep over the stall that stopped early
-constexpr double kLeastCovered_deg[] = {-1.0, 5.0};     // a propeller works there; a shorter branch is no polar
+constexpr int kRefinements[] = {1, 2, 5};            // smaller steps help a sweep over the stall that stopped early
+constexpr double kLeastCovered_deg[] = {-1.0, 5.0};  // a propeller works there; a shorter branch is no polar
 
 XfoilPoint at(const XfoilPoints& points, int alpha_mdeg) {
   const auto b = points.lower_bound(alpha_mdeg);
@@ -75,24 +75,32 @@ SectionPolar branch_around_zero(const XfoilPoints& points) {
   return p;
 }
 
-SectionResult polars_of_sweeps(const std::string& label, const std::string& version, const SweepSettings& s, const Sweep& sweep, const std::function<void(const std::string&)>& said) {
+SectionResult polars_of_sweeps(const std::string& label, const std::string& version, const SweepSettings& s, const Sweep& sweep,
+                               const std::function<void(const std::string&)>& said) {
   SectionResult out;
   std::vector<SectionPolar> polars;
   for (std::size_t i = 0; i < s.reynolds.size(); ++i) {
     Branch b = sweep_both_ways(sweep, s, s.reynolds[i]);
     const std::string at = fmt::format("Re {:.0f}", s.reynolds[i]);
-    if (b.hung) out.hung = true, out.remarks.push_back(fmt::format("{}: a sweep ended at its time limit, {} s; what had converged is used", at, number_text(s.time_limit_s)));
+    if (b.hung)
+      out.hung = true, out.remarks.push_back(fmt::format("{}: a sweep ended at its time limit, {} s; what had converged is used", at,
+                                                         number_text(s.time_limit_s)));
     const auto& a = b.polar.alpha_deg;
-    const std::string covers = a.empty() ? "nothing converged" : fmt::format("{} points converged, used {} to {} deg", b.points.size(), number_text(a.front()), number_text(a.back()));
+    const std::string covers =
+        a.empty() ? "nothing converged"
+                  : fmt::format("{} points converged, used {} to {} deg", b.points.size(), number_text(a.front()), number_text(a.back()));
     if (said) said(fmt::format("xfoil {}, {} ({} of {}): {}", label, at, i + 1, s.reynolds.size(), covers));
     if (a.empty() || a.front() > kLeastCovered_deg[0] || a.back() < kLeastCovered_deg[1]) {
-      out.remarks.push_back(fmt::format("{} is left out: {}, expected at least {} to {} deg", at, covers, number_text(kLeastCovered_deg[0]), number_text(kLeastCovered_deg[1])));
+      out.remarks.push_back(fmt::format("{} is left out: {}, expected at least {} to {} deg", at, covers, number_text(kLeastCovered_deg[0]),
+                                        number_text(kLeastCovered_deg[1])));
       continue;
     }
     b.polar.airfoil = label, b.polar.reynolds = s.reynolds[i], b.polar.n_crit = s.n_crit;
     polars.push_back(std::move(b.polar));
   }
-  if (polars.empty()) throw Error({"section " + label, "XFOIL converges at no Reynolds number", "a section with a kink, or points that are far apart", "give more points near the leading edge, or another section"});
+  if (polars.empty())
+    throw Error({"section " + label, "XFOIL converges at no Reynolds number", "a section with a kink, or points that are far apart",
+                 "give more points near the leading edge, or another section"});
   out.polar = full_circle(std::move(polars));
   out.polar.source = fmt::format("XFOIL {}, {}, Ncrit {}, Mach 0, Viterna extension", version, label, number_text(s.n_crit));
   return out;

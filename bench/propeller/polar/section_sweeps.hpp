@@ -1,4 +1,5 @@
-// Polars of a section over the full circle from XFOIL's sweeps (Drela 1989: fixed Reynolds number, Mach 0, free transition), and by what rules.
+// Polars of a section over the full circle from XFOIL's sweeps (Drela 1989: fixed Reynolds number, Mach 0, free transition), and by what
+// rules.
 #pragma once
 #include <functional>
 #include <string>
@@ -19,8 +20,9 @@ struct SweepSettings {
 // Part of the key of cached polars: raise it when anything below changes what comes out.
 constexpr int kRecipeVersion = 1;
 
-// XFOIL's points at one Reynolds number -> a regular grid of half degrees over the branch around zero. It ends at a hole wider than 2 degrees, and where
-// lift jumps: XFOIL changes to another solution there. Two passes of a binomial filter take out the scatter of a laminar separation bubble.
+// XFOIL's points at one Reynolds number -> a regular grid of half degrees over the branch around zero. It ends at a hole wider than 2
+// degrees, and where lift jumps: XFOIL changes to another solution there. Two passes of a binomial filter take out the scatter of a laminar
+// separation bubble.
 SectionPolar branch_around_zero(const XfoilPoints& points);
 
 struct SectionResult {
@@ -33,6 +35,7 @@ struct SectionResult {
 using Sweep = std::function<XfoilProgram::Result(const XfoilSweep&)>;
 
 // `said` gets a line for each Reynolds number. Throws Error where none converges.
-SectionResult polars_of_sweeps(const std::string& label, const std::string& version, const SweepSettings& settings, const Sweep& sweep, const std::function<void(const std::string&)>& said);
+SectionResult polars_of_sweeps(const std::string& label, const std::string& version, const SweepSettings& settings, const Sweep& sweep,
+                               const std::function<void(const std::string&)>& said);
 
 }  // namespace rotorloop::propeller

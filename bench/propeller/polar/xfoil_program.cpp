@@ -45,7 +45,9 @@ std::optional<fs::path> program_on_path(const std::string& name) {
 }
 
 [[noreturn]] void fail(const fs::path& where, const std::string& what) {
-  throw Error({where.generic_string(), what, "", "check the package xfoil, and TMPDIR for space and for a place that programs may be run from"}, ExitCode::device);
+  throw Error(
+      {where.generic_string(), what, "", "check the package xfoil, and TMPDIR for space and for a place that programs may be run from"},
+      ExitCode::device);
 }
 
 // In the child: files for its input and output, the folder, the library in front; never returns.
@@ -72,7 +74,8 @@ XfoilProgram::XfoilProgram(fs::path program) : program_(std::move(program)) {
   std::string name = (fs::temp_directory_path() / "rotorloop_xfoil_XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) fail(name, std::strerror(errno));
   folder_ = name;
-  std::ofstream(folder_ / kTraps, std::ios::binary).write(rotorloop_xfoil_traps_begin, rotorloop_xfoil_traps_end - rotorloop_xfoil_traps_begin);
+  std::ofstream(folder_ / kTraps, std::ios::binary)
+      .write(rotorloop_xfoil_traps_begin, rotorloop_xfoil_traps_end - rotorloop_xfoil_traps_begin);
   run("QUIT\n", kVersionLimit_s);
   std::ifstream output(folder_ / "output.txt");
   std::string word;
@@ -81,7 +84,8 @@ XfoilProgram::XfoilProgram(fs::path program) : program_(std::move(program)) {
   if (version_.empty()) fail(program_, "starts without the line \"XFOIL Version\"");
 }
 
-XfoilProgram::XfoilProgram(XfoilProgram&& other) noexcept : program_(std::move(other.program_)), folder_(std::exchange(other.folder_, {})), version_(std::move(other.version_)) {}
+XfoilProgram::XfoilProgram(XfoilProgram&& other) noexcept
+    : program_(std::move(other.program_)), folder_(std::exchange(other.folder_, {})), version_(std::move(other.version_)) {}
 
 XfoilProgram::~XfoilProgram() {
   std::error_code ec;
@@ -115,7 +119,8 @@ bool XfoilProgram::run(const std::string& script, double time_limit_s) const {
   if (process < 0) fail(program_, "this kernel has no pidfd_open (Linux 5.3)");
   if (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127) fail(program_, "cannot be run");
   // A floating-point exception: the library in front was not loaded. Any other crash costs the sweep, not the section.
-  if (ended > 0 && WIFSIGNALED(status) && WTERMSIG(status) == SIGFPE) fail(program_, "ended by a floating-point exception although its traps are off");
+  if (ended > 0 && WIFSIGNALED(status) && WTERMSIG(status) == SIGFPE)
+    fail(program_, "ended by a floating-point exception although its traps are off");
   return ended > 0;
 }
 
@@ -129,12 +134,15 @@ XfoilProgram::Result XfoilProgram::sweep(const SectionShape& section, const Xfoi
   }
   const std::string load = section.naca.empty() ? "LOAD section.dat" : "NACA " + section.naca;
   Result r;
-  r.hung = !run(fmt::format("PLOP\nG F\n\n{}\nPANE\nOPER\nVPAR\nN {}\n\nVISC {:.0f}\nITER {}\nPACC\npolar.txt\n\nASEQ 0 {} {}\n\n\nQUIT\n", load, s.n_crit, s.reynolds, kIterations, s.last_deg, s.step_deg), s.time_limit_s);
+  r.hung = !run(fmt::format("PLOP\nG F\n\n{}\nPANE\nOPER\nVPAR\nN {}\n\nVISC {:.0f}\nITER {}\nPACC\npolar.txt\n\nASEQ 0 {} {}\n\n\nQUIT\n",
+                            load, s.n_crit, s.reynolds, kIterations, s.last_deg, s.step_deg),
+                s.time_limit_s);
   std::ifstream polar(folder_ / "polar.txt");
   for (std::string line; std::getline(polar, line);) {
     std::istringstream fields(line);
     double alpha, cl, cd;
-    if (fields >> alpha >> cl >> cd && cd > 0.0) r.points[static_cast<int>(alpha < 0.0 ? 1000.0 * alpha - 0.5 : 1000.0 * alpha + 0.5)] = {cl, cd};
+    if (fields >> alpha >> cl >> cd && cd > 0.0)
+      r.points[static_cast<int>(alpha < 0.0 ? 1000.0 * alpha - 0.5 : 1000.0 * alpha + 0.5)] = {cl, cd};
   }
   return r;
 }

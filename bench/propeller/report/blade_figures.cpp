@@ -49,9 +49,10 @@ std::string planform_svg(const sim::Rotor& rotor) {
   outline.y.push_back(outline.y.front());
   const double radius_mm = 1e3 * rotor.radius_m(), hub_mm = 1e3 * rotor.hub_radius_m();
   p.height_px = std::clamp(static_cast<int>(1000 * 1.2 * widest_mm / radius_mm) + 60, 160, 600);
-  p.series = {outline,
-              {.label = "quarter-chord line", .x = {hub_mm, radius_mm}, .y = {0, 0}, .colour = render::kNeutral, .dashed = true, .width_px = 1},
-              {.label = "hub", .x = {0, hub_mm}, .y = {0, 0}, .colour = render::kNeutral, .width_px = 3}};
+  p.series = {
+      outline,
+      {.label = "quarter-chord line", .x = {hub_mm, radius_mm}, .y = {0, 0}, .colour = render::kNeutral, .dashed = true, .width_px = 1},
+      {.label = "hub", .x = {0, hub_mm}, .y = {0, 0}, .colour = render::kNeutral, .width_px = 3}};
   return render::plot_svg(p);
 }
 
@@ -67,7 +68,8 @@ std::string twist_svg(const sim::Rotor& rotor) {
   p.y_from_zero = true;
   const double pitch_at_75_m = pitch_m(0.75 * rotor.radius_m(), twist_deg(annulus_at(rotor, 0.75)));
   render::Series blade{.label = "this blade", .x = {}, .y = {}, .colour = 1, .width_px = 2};
-  render::Series helix{.label = "helix of the pitch at 0.75 R", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true, .width_px = 1.2};
+  render::Series helix{
+      .label = "helix of the pitch at 0.75 R", .x = {}, .y = {}, .colour = render::kNeutral, .dashed = true, .width_px = 1.2};
   for (const auto& a : rotor.annuli()) {
     const double share = a.r_m / rotor.radius_m();
     blade.x.push_back(share);
@@ -147,9 +149,9 @@ std::string polars_table(const sim::Blade& b) {
       "class=\"l\">source</th>"
       "</tr></thead><tbody>\n";
   for (const auto& [name, polar] : b.polars)
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{:.0f}k … {:.0f}k</td><td class=\"l\">{}</td></tr>\n", render::xml_escaped(name),
-                       polar.tables.size(), polar.tables.front().reynolds / 1000, polar.tables.back().reynolds / 1000,
-                       render::xml_escaped(polar.source));
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{:.0f}k … {:.0f}k</td><td class=\"l\">{}</td></tr>\n",
+                       render::xml_escaped(name), polar.tables.size(), polar.tables.front().reynolds / 1000,
+                       polar.tables.back().reynolds / 1000, render::xml_escaped(polar.source));
   return out + "</tbody></table></div>\n";
 }
 
@@ -164,18 +166,18 @@ double blade_solidity(const sim::Rotor& rotor) {
 std::string blade_section_html(const sim::Blade& blade, const sim::Rotor& rotor) {
   const auto& at_75 = annulus_at(rotor, 0.75);
   std::string out = render::facts_html({{"blades", fmt::format("{}", blade.blades)},
-                                {"radius", fmt::format("{:.2f} mm", 1e3 * blade.radius_m)},
-                                {"diameter", fmt::format("{:.2f} in", 2 * blade.radius_m / kInch_m)},
-                                {"hub radius", fmt::format("{:.2f} mm", 1e3 * blade.hub_radius_m)},
-                                {"pitch at 0.75 R", fmt::format("{:.2f} in", pitch_m(at_75.r_m, twist_deg(at_75)) / kInch_m)},
-                                {"chord at 0.75 R", fmt::format("{:.2f} mm", 1e3 * at_75.chord_m)},
-                                {"solidity", fmt::format("{:.3f}", blade_solidity(rotor))},
-                                {"inertia of all blades", fmt::format("{:.2g} kg m²", blade.blade_inertia_kg_m2)},
-                                {"stall delay", fmt::format("{:.2g} (c/r)²", blade.stall_delay)},
-                                {"its drag", fmt::format("{:.2g}", blade.stall_drag)},
-                                {"drag scale", fmt::format("{:.2f}", blade.drag_scale)},
-                                {"lift scale", fmt::format("{:.2f}", blade.lift_scale)},
-                                {"pitch offset (in the twist)", fmt::format("{:.2f}°", blade.pitch_offset_deg)}});
+                                        {"radius", fmt::format("{:.2f} mm", 1e3 * blade.radius_m)},
+                                        {"diameter", fmt::format("{:.2f} in", 2 * blade.radius_m / kInch_m)},
+                                        {"hub radius", fmt::format("{:.2f} mm", 1e3 * blade.hub_radius_m)},
+                                        {"pitch at 0.75 R", fmt::format("{:.2f} in", pitch_m(at_75.r_m, twist_deg(at_75)) / kInch_m)},
+                                        {"chord at 0.75 R", fmt::format("{:.2f} mm", 1e3 * at_75.chord_m)},
+                                        {"solidity", fmt::format("{:.3f}", blade_solidity(rotor))},
+                                        {"inertia of all blades", fmt::format("{:.2g} kg m²", blade.blade_inertia_kg_m2)},
+                                        {"stall delay", fmt::format("{:.2g} (c/r)²", blade.stall_delay)},
+                                        {"its drag", fmt::format("{:.2g}", blade.stall_drag)},
+                                        {"drag scale", fmt::format("{:.2f}", blade.drag_scale)},
+                                        {"lift scale", fmt::format("{:.2f}", blade.lift_scale)},
+                                        {"pitch offset (in the twist)", fmt::format("{:.2f}°", blade.pitch_offset_deg)}});
   out += render::figure_html(
       "<b>Plan form</b> of one blade, to scale, seen from above; leading edge up. The file gives no sweep: the quarter-chord "
       "line is drawn straight.",

@@ -45,8 +45,8 @@ void trim_scale(render::DiskMap& m, const sim::RotorDisk& disk, DiskQuantity qua
 
 }  // namespace
 
-render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
-                    const std::string& label) {
+render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk,
+                            DiskQuantity quantity, const std::string& label) {
   render::DiskMap m;
   m.title = label + " over the disk";
   m.label = label;
@@ -89,11 +89,12 @@ std::string disk_section_html(const sim::Rotor& rotor, const sim::RotorCondition
              v > 0 ? fmt::format("The blade advances against the wind on the {}. ", condition.spin > 0 ? "right" : "left") : "") +
          "<div class=\"two\">\n" +
          render::figure_html("<b>Thrust per area</b>",
-                     render::disk_map_svg(map("thrust per area, N/m²", [](const sim::DiskCell& c) { return c.thrust_N_per_m2; }))) +
+                             render::disk_map_svg(map("thrust per area, N/m²", [](const sim::DiskCell& c) { return c.thrust_N_per_m2; }))) +
          render::figure_html("<b>Angle of attack</b> of the blade section", render::disk_map_svg(alpha)) +
          render::figure_html("<b>Air through the disk</b>, positive downwards: climb and induced velocity", render::disk_map_svg(through)) +
-         render::figure_html("<b>Reynolds number</b> of the chord",
-                     render::disk_map_svg(map("Reynolds number, thousands", [](const sim::DiskCell& c) { return c.reynolds / 1000; }))) +
+         render::figure_html(
+             "<b>Reynolds number</b> of the chord",
+             render::disk_map_svg(map("Reynolds number, thousands", [](const sim::DiskCell& c) { return c.reynolds / 1000; }))) +
          "</div>\n";
 }
 

@@ -9,8 +9,8 @@ namespace rotorloop::propeller {
 
 // One quantity of every cell as a map with wind and rotation marked; label with unit.
 using DiskQuantity = double (*)(const sim::DiskCell&);
-render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk, DiskQuantity quantity,
-                    const std::string& label);
+render::DiskMap disk_map_of(const sim::Rotor& rotor, const sim::RotorCondition& condition, const sim::RotorDisk& disk,
+                            DiskQuantity quantity, const std::string& label);
 
 // HTML. The rotor's own resolution is that of the maps.
 std::string disk_section_html(const sim::Rotor& rotor, const sim::RotorCondition& condition);

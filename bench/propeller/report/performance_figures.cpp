@@ -180,7 +180,7 @@ std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondit
   }));
   inflow.series.back().dashed = true;
   const render::Plot power = descent_plot("shaft power in climb and descent", "shaft power, W",
-                                  [](const auto& p) { return p.loads.shaft_torque_N_m * p.condition.omega_rad_s; });
+                                          [](const auto& p) { return p.loads.shaft_torque_N_m * p.condition.omega_rad_s; });
   return fmt::format(
              "<p class=\"cap\">Air along the shaft at {:.0f} RPM. Shading is the status that the solve reports. Vortex ring: momentum "
              "theory "
@@ -190,7 +190,8 @@ std::string descent_section_html(const sim::Rotor& rotor, const sim::RotorCondit
              "theory hover induces {:.2f} m/s. The mean of the solve is larger: it is the speed at the blades, higher towards tip and "
              "root.</p>\n",
              condition.omega_rad_s * kRpm_per_rad_s, two_balances(sinking, rising), hover_m_s) +
-         render::figure_html("<b>Thrust</b>", render::plot_svg(thrust)) + render::figure_html("<b>Induced velocity</b>, positive downwards", render::plot_svg(inflow)) +
+         render::figure_html("<b>Thrust</b>", render::plot_svg(thrust)) +
+         render::figure_html("<b>Induced velocity</b>, positive downwards", render::plot_svg(inflow)) +
          render::figure_html("<b>Shaft power</b>; below zero the air drives the rotor", render::plot_svg(power));
 }
 

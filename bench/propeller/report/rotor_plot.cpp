@@ -17,9 +17,9 @@ namespace rotorloop::propeller {
 namespace {
 
 constexpr double kGram_per_N = 1000 / kGravity_m_s2;  // of thrust, as motor tables have it
-constexpr double kSoundSpeed_m_s = 340.3;       // ISA sea level
-constexpr double kIncompressibleMach = 0.6;     // beyond, lift and drag of the polars (Mach 0) are off by more than the model's own error
-constexpr sim::RotorResolution kCurves{};       // as in flight
+constexpr double kSoundSpeed_m_s = 340.3;             // ISA sea level
+constexpr double kIncompressibleMach = 0.6;  // beyond, lift and drag of the polars (Mach 0) are off by more than the model's own error
+constexpr sim::RotorResolution kCurves{};    // as in flight
 constexpr sim::RotorResolution kMaps{.radial = 48, .azimuth = 96};
 constexpr sim::RotorResolution kShape{.radial = 64, .azimuth = 8};  // smooth outlines
 
@@ -31,13 +31,13 @@ std::string condition_html(const sim::Rotor& rotor, const sim::RotorCondition& c
   const double tip_m_s = c.omega_rad_s * rotor.radius_m();
   const double mach = (tip_m_s + c.v_R_m_s.head<2>().norm()) / kSoundSpeed_m_s;
   std::string out = render::facts_html({{"rotor speed", fmt::format("{:.0f} RPM", c.omega_rad_s * kRpm_per_rad_s)},
-                                {"turning", c.spin > 0 ? "counter-clockwise" : "clockwise"},
-                                {"climb", render::tick_text(c.v_R_m_s.z(), 2) + " m/s"},
-                                {"edgewise", fmt::format("{:.2f} m/s", c.v_R_m_s.head<2>().norm())},
-                                {"density", fmt::format("{:.3f} kg/m³", c.density_kg_m3)},
-                                {"J", render::tick_text(advance_ratio(c, rotor.radius_m()), 3)},
-                                {"μ", fmt::format("{:.3f}", edgewise_advance_ratio(c, rotor.radius_m()))},
-                                {"highest tip Mach number", fmt::format("{:.2f}", mach)}});
+                                        {"turning", c.spin > 0 ? "counter-clockwise" : "clockwise"},
+                                        {"climb", render::tick_text(c.v_R_m_s.z(), 2) + " m/s"},
+                                        {"edgewise", fmt::format("{:.2f} m/s", c.v_R_m_s.head<2>().norm())},
+                                        {"density", fmt::format("{:.3f} kg/m³", c.density_kg_m3)},
+                                        {"J", render::tick_text(advance_ratio(c, rotor.radius_m()), 3)},
+                                        {"μ", fmt::format("{:.3f}", edgewise_advance_ratio(c, rotor.radius_m()))},
+                                        {"highest tip Mach number", fmt::format("{:.2f}", mach)}});
   const auto column = [&](const SweepPoint& q, bool still_air) {
     const auto& l = q.loads;
     const auto& k = q.coefficients;
@@ -106,7 +106,8 @@ std::string rotor_plot_html(const sim::Blade& blade, const RotorPlotRequest& req
                  fmt::format("{:.0f} RPM is {:.2f} m/s at the tip, less than the 1 m/s at which the inflow means something",
                              c.omega_rad_s * kRpm_per_rad_s, c.omega_rad_s * rotor.radius_m()),
                  "", "give a higher speed with --rpm"});
-  std::string out = render::page_begin(request.title, "a rotor as the blade-element-momentum solve sees it: computed, not measured", "rotor");
+  std::string out =
+      render::page_begin(request.title, "a rotor as the blade-element-momentum solve sees it: computed, not measured", "rotor");
   out +=
       "<nav><a href=\"#blade\">Blade</a><a href=\"#climb\">Climb</a><a href=\"#edgewise\">Edgewise flow</a><a "
       "href=\"#descent\">Descent</a><a "
@@ -120,9 +121,9 @@ std::string rotor_plot_html(const sim::Blade& blade, const RotorPlotRequest& req
   out += "<h2 id=\"conventions\">Conventions and units</h2>\n" + conventions_html();
   out += "<h2 id=\"provenance\">Provenance</h2>\n" +
          render::facts_html({{"blade file", request.source},
-                     {"made by", request.version},
-                     {"solve, curves", fmt::format("{} annuli × {} azimuths", kCurves.radial, kCurves.azimuth)},
-                     {"solve, disk maps", fmt::format("{} annuli × {} azimuths", kMaps.radial, kMaps.azimuth)}});
+                             {"made by", request.version},
+                             {"solve, curves", fmt::format("{} annuli × {} azimuths", kCurves.radial, kCurves.azimuth)},
+                             {"solve, disk maps", fmt::format("{} annuli × {} azimuths", kMaps.radial, kMaps.azimuth)}});
   return out + render::page_end();
 }
 

@@ -32,8 +32,8 @@ render::Series measured_points(const std::vector<MeasuredRow>& rows, bool over_j
   return s;
 }
 
-render::Series model_line(const sim::Rotor& rotor, double diameter_m, const std::vector<MeasuredRow>& rows, bool over_j, bool power, int colour,
-                  bool fitted) {
+render::Series model_line(const sim::Rotor& rotor, double diameter_m, const std::vector<MeasuredRow>& rows, bool over_j, bool power,
+                          int colour, bool fitted) {
   render::Series s;
   s.colour = colour;
   s.dashed = !fitted;
@@ -147,8 +147,11 @@ std::string validation_html(const ValidationDocument& d) {
                      : pass           ? fmt::format("all {} limits met", d.limits.size())
                                       : fmt::format("{} of {} limits missed", missed, d.limits.size());
   for (const ValidationLimit& l : d.limits)
-    if (!l.pass) outcome.errors.push_back(fmt::format("limit missed: {}: {}, allowed {} {}", l.name, percent_cell(l.measured), l.at_least ? "at least" : "at most", percent_cell(l.limit)));
-  outcome.next = pass ? "simulate with these rotors; docs/acceptance/rotor_validation.md has the limits" : "look at the propeller below whose curve lies beside its rings and dots";
+    if (!l.pass)
+      outcome.errors.push_back(fmt::format("limit missed: {}: {}, allowed {} {}", l.name, percent_cell(l.measured),
+                                           l.at_least ? "at least" : "at most", percent_cell(l.limit)));
+  outcome.next = pass ? "simulate with these rotors; docs/acceptance/rotor_validation.md has the limits"
+                      : "look at the propeller below whose curve lies beside its rings and dots";
   out += render::banner_html(outcome);
   out +=
       "<p>Thrust and power coefficients, C_T = T/(ρn²D⁴), C_P = P/(ρn³D⁵), measured by the UIUC Propeller Database (Brandt, Deters, "

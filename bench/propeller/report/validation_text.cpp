@@ -77,7 +77,11 @@ std::string validation_text(const ValidationDocument& d) {
 }
 
 std::string validation_json(const ValidationDocument& d) {
-  Json j{{"format", 1}, {"version", d.version}, {"stall_drag", d.stall_drag}, {"verdict", all_pass(d.limits) ? "pass" : "fail"}, {"errors", Json::array()}};
+  Json j{{"format", 1},
+         {"version", d.version},
+         {"stall_drag", d.stall_drag},
+         {"verdict", all_pass(d.limits) ? "pass" : "fail"},
+         {"errors", Json::array()}};
   for (const ValidationLimit& l : d.limits)
     if (!l.pass) j["errors"].push_back("limit missed: " + l.name);
   for (const ValidationLimit& l : d.limits)

@@ -16,12 +16,12 @@ namespace {
 
 using host::effect;
 
-constexpr double kRunGap_s = 3.0;    // a longer pause in speed at rest begins another run
-constexpr double kRunGap_m_s = 1.0;  // so does another airspeed
-constexpr double kBlock_s = 5.0;     // of a run: longer than the slowest thing on a stand, the motor's warming aside
+constexpr double kRunGap_s = 3.0;         // a longer pause in speed at rest begins another run
+constexpr double kRunGap_m_s = 1.0;       // so does another airspeed
+constexpr double kBlock_s = 5.0;          // of a run: longer than the slowest thing on a stand, the motor's warming aside
 constexpr double kLeastFallOfRms = 0.02;  // least fall of held-out rms, at 95 %, from one candidate to another that is better
-constexpr int kParts = 5;            // of a file of steady points, to be left out in turn
-constexpr double kStillAir_m_s = 0.5;   // the air in a room with a propeller in it
+constexpr int kParts = 5;                 // of a file of steady points, to be left out in turn
+constexpr double kStillAir_m_s = 0.5;     // the air in a room with a propeller in it
 
 struct ChannelData {
   Eigen::VectorXd y, w2, omega_rad_s, J, t_s;
@@ -67,7 +67,8 @@ std::vector<CandidateTerm> terms_for(bool thrust, const ChannelData& d) {
   const std::string c = thrust ? "N s^2" : "N m s^2";
   if (d.J.maxCoeff() > 0.0 && d.J.maxCoeff() - d.J.minCoeff() > 0.05)
     for (const bool both : {false, true})
-      out.push_back({thrust ? effect("axial_inflow").id : effect("torque_advance").id, both ? "ω² (a J + b J²), J = V / (n D)" : "b ω² J², J = V / (n D)", c,
+      out.push_back({thrust ? effect("axial_inflow").id : effect("torque_advance").id,
+                     both ? "ω² (a J + b J²), J = V / (n D)" : "b ω² J², J = V / (n D)", c,
                      both ? std::vector<std::string>{"a", "b"} : std::vector<std::string>{"b"},
                      [both](const ChannelData& x) {
                        Eigen::MatrixXd m(x.y.size(), both ? 2 : 1);
@@ -118,13 +119,15 @@ void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, co
     if (!c.ruled_out_by.empty()) continue;
     if (c.id == best.id)
       c.ruled_out_by = "the same effect with fewer terms serves held-out runs better";
-    else if (fall_of_rms(held_out[k], held_out[0], block, seed).low <= kLeastFallOfRms)
+    else if (rms_reduction(held_out[k], held_out[0], block, seed).low <= kLeastFallOfRms)
       f.aliases.push_back(c.id);
     else
       c.ruled_out_by =
           fmt::format("{} serves held-out runs better: {:.3g} against {:.3g} {}", best.id, best.held_out_rms, c.held_out_rms, f.unit);
   }
-  f.verdict = !f.aliases.empty() ? diagnose::DiagnosisVerdict::ambiguous : best.of_the_rotor ? diagnose::DiagnosisVerdict::named : diagnose::DiagnosisVerdict::unexplained;
+  f.verdict = !f.aliases.empty()  ? diagnose::DiagnosisVerdict::ambiguous
+              : best.of_the_rotor ? diagnose::DiagnosisVerdict::named
+                                  : diagnose::DiagnosisVerdict::unexplained;
 }
 
 StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {
@@ -153,7 +156,7 @@ StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagno
     c.rms = with.rms;
     const Eigen::VectorXd held_out = left_out_errors(X, d.y, d.run);
     c.held_out_rms_before = rms_of(held_out_plain), c.held_out_rms = rms_of(held_out);
-    c.held_out_fall = fall_of_rms(held_out_plain, held_out, d.block, o.seed);
+    c.held_out_fall = rms_reduction(held_out_plain, held_out, d.block, o.seed);
     c.of_the_rotor = term.of_the_rotor;
     if (c.z < o.least_z)
       c.ruled_out_by = fmt::format("{:.1f} standard errors from none, {:.1f} asked", c.z, o.least_z);

@@ -135,7 +135,8 @@ std::string part_of(const std::string& stem, const std::optional<std::array<std:
   return part && (*part)[0] < stem.size() ? stem.substr((*part)[0], (*part)[1]) : std::string();
 }
 
-StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* joined, const std::filesystem::path& path, const StandMapping& m) {
+StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* joined, const std::filesystem::path& path,
+                      const StandMapping& m) {
   const Chosen chosen = choose(m, file, joined);
   StandRecord r;
   r.name = path.filename().generic_string();

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/log/column_table.hpp"
 #include "bench/stand/evaluate/stand_mapping.hpp"
+#include "bench/sysid/log/column_table.hpp"
 
 namespace rotorloop::stand {
 

@@ -25,11 +25,16 @@ bool is_there(const Channel& c, const RawLookup& others) {
 
 std::string_view name(Quality q) {
   switch (q) {
-    case Quality::good: return "good";
-    case Quality::not_available: return "not available";
-    case Quality::out_of_range: return "out of range";
-    case Quality::unknown_scale: return "unknown scale";
-    case Quality::not_there: return "not there";
+    case Quality::good:
+      return "good";
+    case Quality::not_available:
+      return "not available";
+    case Quality::out_of_range:
+      return "out of range";
+    case Quality::unknown_scale:
+      return "unknown scale";
+    case Quality::not_there:
+      return "not there";
   }
   return "";
 }
@@ -46,7 +51,8 @@ ChannelValue decode(const Channel& c, std::uint64_t raw, const RawLookup& others
   if (!std::isfinite(number)) return refuse(Quality::not_available);
   if (c.range) {
     if (number < c.range->raw_min || number > c.range->raw_max) return refuse(Quality::out_of_range);
-    v.value = c.range->value_min + (number - c.range->raw_min) * (c.range->value_max - c.range->value_min) / (c.range->raw_max - c.range->raw_min);
+    v.value = c.range->value_min +
+              (number - c.range->raw_min) * (c.range->value_max - c.range->value_min) / (c.range->raw_max - c.range->raw_min);
     return v;
   }
   if (c.negative_from && number >= *c.negative_from) number = *c.negative_from - number;

@@ -71,7 +71,8 @@ Reply Exchanger::receive_tcp(const Request& request, const ExchangeTiming& timin
     const unsigned number = (unsigned{buffer_[0]} << 8) | buffer_[1], protocol = (unsigned{buffer_[2]} << 8) | buffer_[3];
     const std::size_t length = (std::size_t{buffer_[4]} << 8) | buffer_[5];
     if (protocol != 0 || length < 2 || length > kMaxTcpFrame - 6) return {Failure::malformed, 0, {}};
-    if (const Failure f = collect(kMbapBytes - 1 + length, timing, request_end_ns + timing.timeout_ns); f != Failure::none) return {f, 0, {}};
+    if (const Failure f = collect(kMbapBytes - 1 + length, timing, request_end_ns + timing.timeout_ns); f != Failure::none)
+      return {f, 0, {}};
     if (number != transaction_) {
       stray_bytes_ += got_;
       continue;

@@ -42,7 +42,7 @@ class Exchanger {
   void watch_again(std::int64_t at_ns) { watch_at_ns_ = at_ns; }
 
   std::int64_t now_ns() { return link_.now_ns(); }
-  void wait_until(std::int64_t time_ns);  // what comes meanwhile is counted and thrown away
+  void wait_until(std::int64_t time_ns);                      // what comes meanwhile is counted and thrown away
   std::uint64_t stray_bytes() const { return stray_bytes_; }  // that nobody had asked for, or too late
 
  private:

@@ -20,7 +20,9 @@ void put(std::vector<std::uint8_t>& to, std::uint16_t word) {
   to.push_back(static_cast<std::uint8_t>(word >> 8));
   to.push_back(static_cast<std::uint8_t>(word & 0xFFu));
 }
-std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t i) { return static_cast<std::uint16_t>((bytes[i] << 8) | bytes[i + 1]); }
+std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t i) {
+  return static_cast<std::uint16_t>((bytes[i] << 8) | bytes[i + 1]);
+}
 
 }  // namespace
 
@@ -81,29 +83,46 @@ std::size_t rtu_request_bytes(std::span<const std::uint8_t> begin) {
 
 const char* name(Failure f) {
   switch (f) {
-    case Failure::none: return "none";
-    case Failure::timeout: return "no answer";
-    case Failure::incomplete: return "incomplete answer";
-    case Failure::malformed: return "answer to something else";
-    case Failure::crc: return "wrong CRC";
-    case Failure::exception: return "refused by the device";
-    case Failure::disconnected: return "connection lost";
+    case Failure::none:
+      return "none";
+    case Failure::timeout:
+      return "no answer";
+    case Failure::incomplete:
+      return "incomplete answer";
+    case Failure::malformed:
+      return "answer to something else";
+    case Failure::crc:
+      return "wrong CRC";
+    case Failure::exception:
+      return "refused by the device";
+    case Failure::disconnected:
+      return "connection lost";
   }
   return "";
 }
 
 const char* exception_text(int code) {
   switch (code) {
-    case 1: return "illegal function";
-    case 2: return "illegal data address";
-    case 3: return "illegal data value";
-    case 4: return "device failure";
-    case 5: return "acknowledged, still working";
-    case 6: return "device busy";
-    case 8: return "memory parity error";
-    case 10: return "gateway path unavailable";
-    case 11: return "gateway target does not answer";
-    default: return "unknown exception";
+    case 1:
+      return "illegal function";
+    case 2:
+      return "illegal data address";
+    case 3:
+      return "illegal data value";
+    case 4:
+      return "device failure";
+    case 5:
+      return "acknowledged, still working";
+    case 6:
+      return "device busy";
+    case 8:
+      return "memory parity error";
+    case 10:
+      return "gateway path unavailable";
+    case 11:
+      return "gateway target does not answer";
+    default:
+      return "unknown exception";
   }
 }
 

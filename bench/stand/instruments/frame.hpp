@@ -41,9 +41,9 @@ std::size_t rtu_request_bytes(std::span<const std::uint8_t> begin);
 
 enum class Failure : std::uint8_t {
   none,
-  timeout,      // nothing came
-  incomplete,   // it stopped in the middle
-  malformed,    // not the answer to what was asked: other slave, function or length
+  timeout,     // nothing came
+  incomplete,  // it stopped in the middle
+  malformed,   // not the answer to what was asked: other slave, function or length
   crc,
   exception,    // the device refuses: Reply::exception
   disconnected  // TCP: the connection is gone

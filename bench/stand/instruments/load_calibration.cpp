@@ -10,7 +10,8 @@
 namespace rotorloop::modbus {
 namespace {
 
-// Loads of both axes and a constant must be distinguishable: the smallest singular value over the greatest, with loads as shares of full scale.
+// Loads of both axes and a constant must be distinguishable: the smallest singular value over the greatest, with loads as shares of full
+// scale.
 constexpr double kLeastSpread = 0.02;
 constexpr double kGreatestCondition = 50.0;  // an error of the readings would come back fifty times larger
 
@@ -66,7 +67,8 @@ LoadCalibration fit_calibration(const std::vector<LoadCase>& cases, const std::a
   const Eigen::Matrix2d inverse = a.inverse();
   for (std::size_t i = 0; i < 2; ++i) {
     c.zero[i] = x(2, static_cast<Eigen::Index>(i));
-    for (std::size_t k = 0; k < 2; ++k) c.matrix[i][k] = inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) * full_scale[i];
+    for (std::size_t k = 0; k < 2; ++k)
+      c.matrix[i][k] = inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) * full_scale[i];
   }
   std::array<double, 2> squares{};
   for (const LoadCase& k : cases) {
@@ -77,7 +79,8 @@ LoadCalibration fit_calibration(const std::vector<LoadCase>& cases, const std::a
       c.residual_max[i] = std::max(c.residual_max[i], std::abs(left));
     }
   }
-  for (std::size_t i = 0; i < 2; ++i) c.residual_sd[i] = std::sqrt(squares[i] / static_cast<double>(cases.size() - 3));  // three parameters a channel
+  for (std::size_t i = 0; i < 2; ++i)
+    c.residual_sd[i] = std::sqrt(squares[i] / static_cast<double>(cases.size() - 3));  // three parameters a channel
   c.cross_talk_u_m = c.residual_sd[1] * std::sqrt((design.transpose() * design).inverse()(0, 0)) / full_scale[0];
   return c;
 }

@@ -21,7 +21,7 @@ struct LoadCalibration {
   // What the uncorrected channel of axis i shows at full scale of the other axis, in percent of its own full scale.
   std::array<double, 2> cross_talk_percent{};
   double cross_talk_u_m = 0.0;  // standard uncertainty of the torque that a newton of thrust is taken to make, N m per N
-  double condition = 1.0;  // of the matrix, with both axes scaled to full scale: 1 is two independent cells
+  double condition = 1.0;       // of the matrix, with both axes scaled to full scale: 1 is two independent cells
   std::array<double, 2> load_of(const std::array<double, 2>& reading) const;
 };
 

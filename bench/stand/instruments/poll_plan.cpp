@@ -44,7 +44,8 @@ std::vector<ReadGroup> join(std::vector<Span> spans, const Profile& p) {
   for (const Span& s : spans) {
     ReadGroup* last = groups.empty() ? nullptr : &groups.back();
     const int last_end = last ? last->address + last->count : 0;
-    const bool joins = last && last->fc == s.fc && s.begin - last_end <= p.max_gap && std::max(last_end, s.end) - last->address <= p.max_registers;
+    const bool joins =
+        last && last->fc == s.fc && s.begin - last_end <= p.max_gap && std::max(last_end, s.end) - last->address <= p.max_registers;
     if (!joins) {
       groups.push_back({s.fc, static_cast<std::uint16_t>(s.begin), static_cast<std::uint16_t>(s.end - s.begin), {}});
       last = &groups.back();
@@ -107,7 +108,8 @@ std::int64_t ns(double ms) { return std::llround(ms * 1e6); }
 
 ExchangeTiming rtu_timing(const Profile& p, const SerialFormat& format) {
   const std::int64_t character = format.character_ns();
-  return {character, std::max(ns(p.gap_ms), frame_gap_ns(format.baud, character)), ns(p.timeout_ms), std::max(ns(p.byte_timeout_ms), 4 * character), ns(p.late_max_ms)};
+  return {character, std::max(ns(p.gap_ms), frame_gap_ns(format.baud, character)), ns(p.timeout_ms),
+          std::max(ns(p.byte_timeout_ms), 4 * character), ns(p.late_max_ms)};
 }
 ExchangeTiming tcp_timing(const Profile& p) { return {0, 0, ns(p.timeout_ms), ns(p.timeout_ms), ns(p.late_max_ms)}; }
 

@@ -66,8 +66,10 @@ void Poller::take(std::size_t device, const ReadGroup& group, const Exchanged& x
       continue;
     }
     if (sample.value.quality == Quality::good) {
-      if (count.good++ == 0) count.first_ns = sample.sampled_ns;
-      else count.greatest_interval_ns = std::max(count.greatest_interval_ns, sample.sampled_ns - count.last_ns);
+      if (count.good++ == 0)
+        count.first_ns = sample.sampled_ns;
+      else
+        count.greatest_interval_ns = std::max(count.greatest_interval_ns, sample.sampled_ns - count.last_ns);
       count.last_ns = sample.sampled_ns;
       t.good_since_ns = x.begin_ns;
       if (t.stale) {

@@ -17,14 +17,14 @@ struct PolledDevice {
   std::uint8_t slave = 1;
   std::vector<std::string> channels;  // empty: all
   ExchangeTiming timing;
-  std::int64_t stale_ns = 200'000'000;       // a fast channel older than this is stale
+  std::int64_t stale_ns = 200'000'000;  // a fast channel older than this is stale
   std::int64_t slow_stale_ns = 5'000'000'000;
 };
 
 struct PollerSettings {
-  int slow_divider = 20;         // one slow read of each in so many cycles
-  int failures_until_lost = 3;   // in a row
-  std::int64_t retry_ns = 1'000'000'000;  // of a lost device, while others on its bus answer
+  int slow_divider = 20;                      // one slow read of each in so many cycles
+  int failures_until_lost = 3;                // in a row
+  std::int64_t retry_ns = 1'000'000'000;      // of a lost device, while others on its bus answer
   std::int64_t retry_alone_ns = 100'000'000;  // while none does
 };
 

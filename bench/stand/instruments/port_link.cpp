@@ -35,13 +35,19 @@ bool ask_for_low_latency(int fd) {
 
 std::string likely_cause(int error, bool tcp) {
   switch (error) {
-    case ENOENT: return "the adapter is not connected, or has another name";
-    case EACCES: return "your user may not use serial ports";
-    case EBUSY: return "another program holds the port";
-    case ECONNREFUSED: return "no device listens there";
+    case ENOENT:
+      return "the adapter is not connected, or has another name";
+    case EACCES:
+      return "your user may not use serial ports";
+    case EBUSY:
+      return "another program holds the port";
+    case ECONNREFUSED:
+      return "no device listens there";
     case ETIMEDOUT:
-    case EHOSTUNREACH: return "the device is off, or in another network";
-    default: return tcp ? "the address is wrong, or the device is off" : "the port does not offer this rate or format";
+    case EHOSTUNREACH:
+      return "the device is off, or in another network";
+    default:
+      return tcp ? "the address is wrong, or the device is off" : "the port does not offer this rate or format";
   }
 }
 
@@ -66,7 +72,8 @@ PortName parse_port(const std::string& text, const std::string& where) {
       const std::string digits = rest.substr(colon + 1);
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), p.port);
       if (error != std::errc() || end != digits.data() + digits.size() || p.port < 1 || p.port > 65535)
-        throw Error({where, fmt::format("\"{}\" has the TCP port \"{}\"", text, digits), "", "give 1 to 65535, such as tcp:192.168.1.9:502"});
+        throw Error(
+            {where, fmt::format("\"{}\" has the TCP port \"{}\"", text, digits), "", "give 1 to 65535, such as tcp:192.168.1.9:502"});
       rest = rest.substr(0, colon);
     }
   }
@@ -77,9 +84,12 @@ PortName parse_port(const std::string& text, const std::string& where) {
 
 PortLink::PortLink(const PortName& port, const SerialFormat& format) : port_(port), format_(format) {
   if (open()) return;
-  throw Error({port_.path, fmt::format("cannot be opened{}: {}", port_.tcp ? fmt::format(" (TCP port {})", port_.port) : fmt::format(" with {}", text(format_)), modbus_strerror(last_errno_)),
-               likely_cause(last_errno_, port_.tcp), remedy(last_errno_, port_.tcp)},
-              ExitCode::device);
+  throw Error(
+      {port_.path,
+       fmt::format("cannot be opened{}: {}", port_.tcp ? fmt::format(" (TCP port {})", port_.port) : fmt::format(" with {}", text(format_)),
+                   modbus_strerror(last_errno_)),
+       likely_cause(last_errno_, port_.tcp), remedy(last_errno_, port_.tcp)},
+      ExitCode::device);
 }
 
 PortLink::~PortLink() { close(); }
@@ -147,7 +157,8 @@ int PortLink::receive(std::span<std::uint8_t> into, std::int64_t deadline_ns) {
     if (ready > 0) {
       const auto n = ::read(fd_, into.data(), into.size());
       if (n > 0) return static_cast<int>(n);
-      const bool gone = (n == 0 && port_.tcp) || (n < 0 && errno != EAGAIN && errno != EINTR) || (wait.revents & (POLLHUP | POLLERR | POLLNVAL));
+      const bool gone =
+          (n == 0 && port_.tcp) || (n < 0 && errno != EAGAIN && errno != EINTR) || (wait.revents & (POLLHUP | POLLERR | POLLNVAL));
       if (gone) {
         close();
         return -1;

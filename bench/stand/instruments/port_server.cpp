@@ -23,11 +23,13 @@
 namespace rotorloop::modbus {
 namespace {
 
-constexpr std::int64_t kLook_ns = 50'000'000;     // how often `stop` is looked at
-constexpr std::int64_t kForget_ns = 20'000'000;   // what was no whole request by then is forgotten
+constexpr std::int64_t kLook_ns = 50'000'000;    // how often `stop` is looked at
+constexpr std::int64_t kForget_ns = 20'000'000;  // what was no whole request by then is forgotten
 
 [[noreturn]] void cannot(const std::string& what) {
-  throw Error({what, std::string("cannot be served: ") + std::strerror(errno), errno == EADDRINUSE ? "another program listens there" : "", "choose another port or path"}, ExitCode::device);
+  throw Error({what, std::string("cannot be served: ") + std::strerror(errno), errno == EADDRINUSE ? "another program listens there" : "",
+               "choose another port or path"},
+              ExitCode::device);
 }
 
 void pause_until(std::int64_t time_ns) {
@@ -68,7 +70,9 @@ class PseudoTerminal : public ByteLink {
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
   std::int64_t now_ns() override { return port_clock_ns(); }
-  bool send(std::span<const std::uint8_t> bytes) override { return ::write(near_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()); }
+  bool send(std::span<const std::uint8_t> bytes) override {
+    return ::write(near_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+  }
   int receive(std::span<std::uint8_t> into, std::int64_t deadline_ns) override {
     pollfd wait{near_, POLLIN, 0};
     const std::int64_t left = std::max<std::int64_t>(0, deadline_ns - port_clock_ns());
@@ -86,7 +90,11 @@ class PseudoTerminal : public ByteLink {
 class RtuServer : public PortServer {
  public:
   RtuServer(std::unique_ptr<ByteLink> link, std::string where, const SerialFormat& format, bool paced)
-      : link_(std::move(link)), where_(std::move(where)), character_ns_(format.character_ns()), silence_ns_(frame_gap_ns(format.baud, format.character_ns())), paced_(paced) {}
+      : link_(std::move(link)),
+        where_(std::move(where)),
+        character_ns_(format.character_ns()),
+        silence_ns_(frame_gap_ns(format.baud, format.character_ns())),
+        paced_(paced) {}
   std::string where() const override { return where_; }
 
   void serve(const std::vector<ServedDevice>& devices, const std::atomic<bool>& stop, std::int64_t until_ns) override {
@@ -155,7 +163,8 @@ class TcpServer : public PortServer {
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || listen(listener_, 8) != 0) cannot(fmt::format("127.0.0.1:{}", port));
+    if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 || listen(listener_, 8) != 0)
+      cannot(fmt::format("127.0.0.1:{}", port));
     socklen_t size = sizeof address;
     getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
@@ -244,9 +253,12 @@ class TcpServer : public PortServer {
 std::unique_ptr<PortServer> serve_rtu(const std::filesystem::path& path, const SerialFormat& format) {
   std::error_code error;
   if (std::filesystem::is_character_file(path, error))
-    return std::make_unique<RtuServer>(std::make_unique<PortLink>(PortName{false, path.string(), 0}, format), "rtu:" + path.generic_string(), format, false);
+    return std::make_unique<RtuServer>(std::make_unique<PortLink>(PortName{false, path.string(), 0}, format),
+                                       "rtu:" + path.generic_string(), format, false);
   if (std::filesystem::exists(std::filesystem::symlink_status(path, error)))
-    throw Error({path.generic_string(), "is there already, and is no terminal", "left by an emulator that was killed, or another file", "remove it or choose another path"}, ExitCode::usage);
+    throw Error({path.generic_string(), "is there already, and is no terminal", "left by an emulator that was killed, or another file",
+                 "remove it or choose another path"},
+                ExitCode::usage);
   return std::make_unique<RtuServer>(std::make_unique<PseudoTerminal>(path), "rtu:" + path.generic_string(), format, true);
 }
 

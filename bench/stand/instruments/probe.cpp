@@ -50,16 +50,19 @@ constexpr double kLeastChangeOverNoise = 3.0;
 double score(const ProbeCandidate& c, const ProbeReadings& r, double tolerance) {
   const double change = std::abs(c.loaded - c.zero);
   double s = std::log10(change / std::max(c.noise, 1e-3 * change));  // lies still; stiller than 1 : 1000 says no more
-  if (c.round_scale != 0.0) s += 4.0 * (1.0 - 0.8 * std::abs(c.scale / c.round_scale - 1.0) / tolerance);  // the closer, the less it is chance
-  if (c.round_scale > 0.0 && std::abs(std::log10(c.round_scale) - std::round(std::log10(c.round_scale))) < 1e-6) s += 1.0;  // a power of ten
-  if (std::abs(c.zero) < change) s += 1.0;                               // zero is near zero
-  if (c.type == WordType::f32 && c.round_scale == 1.0) s += 2.0;         // a float in its own unit
+  if (c.round_scale != 0.0)
+    s += 4.0 * (1.0 - 0.8 * std::abs(c.scale / c.round_scale - 1.0) / tolerance);  // the closer, the less it is chance
+  if (c.round_scale > 0.0 && std::abs(std::log10(c.round_scale) - std::round(std::log10(c.round_scale))) < 1e-6)
+    s += 1.0;                                                                         // a power of ten
+  if (std::abs(c.zero) < change) s += 1.0;                                            // zero is near zero
+  if (c.type == WordType::f32 && c.round_scale == 1.0) s += 2.0;                      // a float in its own unit
   if (change < 20.0 && c.type != WordType::f32 && c.type != WordType::f64) s -= 2.0;  // a flag or a counter, no measurement
-  if (c.type == WordType::s16 || c.type == WordType::s32) s += 0.2;      // of two that agree, the one that can become negative
-  if (register_count(c.type) == 2) s += 0.1;                             // and the one with room
-  if (register_count(c.type) == 4) s -= 1.0;                             // seldom
+  if (c.type == WordType::s16 || c.type == WordType::s32) s += 0.2;                   // of two that agree, the one that can become negative
+  if (register_count(c.type) == 2) s += 0.1;                                          // and the one with room
+  if (register_count(c.type) == 4) s -= 1.0;                                          // seldom
   const bool floating = c.type == WordType::f32 || c.type == WordType::f64;
-  for (std::size_t i = 0; floating && i < register_count(c.type); ++i)  // all words of a float move: else it is the upper half of one, with a stranger
+  for (std::size_t i = 0; floating && i < register_count(c.type);
+       ++i)  // all words of a float move: else it is the upper half of one, with a stranger
     if (never_changes(r, static_cast<std::size_t>(c.address - r.address) + i)) s -= 2.0;
   return s;
 }
@@ -87,9 +90,10 @@ std::vector<ProbeCandidate> rank_candidates(const ProbeReadings& r, double load,
   return all;
 }
 
-std::string channel_text(const ProbeCandidate& c, const std::string& name, const std::string& quantity, const std::string& unit, int fc, const std::string& source) {
-  std::string text = fmt::format("[[channel]]\nname = \"{}\"\nquantity = \"{}\"\nunit = \"{}\"\nfc = {}\naddr = {}\ntype = \"{}\"\n", name, quantity, unit, fc, c.address,
-                                 modbus::name(c.type));
+std::string channel_text(const ProbeCandidate& c, const std::string& name, const std::string& quantity, const std::string& unit, int fc,
+                         const std::string& source) {
+  std::string text = fmt::format("[[channel]]\nname = \"{}\"\nquantity = \"{}\"\nunit = \"{}\"\nfc = {}\naddr = {}\ntype = \"{}\"\n", name,
+                                 quantity, unit, fc, c.address, modbus::name(c.type));
   if (c.order != WordOrder::ABCD) text += fmt::format("word_order = \"{}\"\n", modbus::name(c.order));
   return text + fmt::format("scale = {}\nsource = \"{}\"\n", number_text(c.round_scale != 0.0 ? c.round_scale : c.scale), source);
 }

@@ -9,7 +9,7 @@
 namespace rotorloop::modbus {
 
 struct ProbeReadings {
-  std::uint16_t address = 0;                           // of the first word
+  std::uint16_t address = 0;                             // of the first word
   std::vector<std::vector<std::uint16_t>> zero, loaded;  // several reads each, all words each time
 };
 
@@ -29,6 +29,7 @@ struct ProbeCandidate {
 std::vector<ProbeCandidate> rank_candidates(const ProbeReadings& readings, double load, double tolerance = 0.01);
 
 // [[channel]] of a profile for the candidate.
-std::string channel_text(const ProbeCandidate& candidate, const std::string& name, const std::string& quantity, const std::string& unit, int fc, const std::string& source);
+std::string channel_text(const ProbeCandidate& candidate, const std::string& name, const std::string& quantity, const std::string& unit,
+                         int fc, const std::string& source);
 
 }  // namespace rotorloop::modbus

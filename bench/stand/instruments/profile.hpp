@@ -26,8 +26,8 @@ struct OtherChannel {
 
 struct Channel {
   std::string name, quantity, unit, source, note;
-  int fc = 3;                // 3: holding registers, 4: input registers
-  std::uint16_t address = 0; // on the wire, from 0: "40008" is 7
+  int fc = 3;                 // 3: holding registers, 4: input registers
+  std::uint16_t address = 0;  // on the wire, from 0: "40008" is 7
   WordType type = WordType::u16;
   WordOrder order = WordOrder::ABCD;
   PollRate rate = PollRate::fast;
@@ -41,7 +41,7 @@ struct Channel {
   std::optional<OtherChannel> sign;      // one bit: 1 is negative
   std::optional<OtherChannel> scale_of;  // with scale_map: raw value of the other channel to a factor
   std::map<std::uint64_t, double> scale_map;
-  std::optional<OtherChannel> when;      // the channel is there only when the other holds one of when_in
+  std::optional<OtherChannel> when;  // the channel is there only when the other holds one of when_in
   std::vector<std::uint64_t> when_in;
   std::vector<std::uint64_t> not_available;  // raw values that stand for "no measurement"
   std::map<std::string, int> bits;           // of a status word
@@ -79,14 +79,14 @@ struct Profile {
   char parity = 'N';
   int stop_bits = 1;
   bool tcp = false;
-  int slave = 1;                // factory setting
-  int max_registers = 125;      // of one read
-  int max_gap = 0;              // registers that may be read in vain to join two reads
-  double gap_ms = 0.0;          // silence before a request; never below 3.5 characters
-  double timeout_ms = 100.0;    // from the end of a request to the first byte of its answer
+  int slave = 1;              // factory setting
+  int max_registers = 125;    // of one read
+  int max_gap = 0;            // registers that may be read in vain to join two reads
+  double gap_ms = 0.0;        // silence before a request; never below 3.5 characters
+  double timeout_ms = 100.0;  // from the end of a request to the first byte of its answer
   double byte_timeout_ms = 20.0;
-  double late_max_ms = 200.0;   // no answer begins later than this after the end of its request
-  double turnaround_ms = 2.0;   // typical, for predicted rates and the emulated device
+  double late_max_ms = 200.0;  // no answer begins later than this after the end of its request
+  double turnaround_ms = 2.0;  // typical, for predicted rates and the emulated device
   std::string bus_source;
   std::vector<Channel> channels;
   std::vector<DeviceCommand> commands;

@@ -10,7 +10,11 @@ constexpr std::uint64_t kHubModule = 4851;  // of the random stream
 }
 
 SerialHub::SerialHub(SerialFormat format, LineFaults faults)
-    : format_(format), faults_(faults), character_ns_(format.character_ns()), silence_ns_(frame_gap_ns(format.baud, character_ns_)), random_(faults.seed, kHubModule) {}
+    : format_(format),
+      faults_(faults),
+      character_ns_(format.character_ns()),
+      silence_ns_(frame_gap_ns(format.baud, character_ns_)),
+      random_(faults.seed, kHubModule) {}
 
 void SerialHub::add(HubSlave slave) { stations_.push_back({std::move(slave), {}, {}, {}, 0, 0}); }
 
@@ -115,7 +119,8 @@ void SerialHub::end_of_frame(std::size_t index, const Event& event) {
     after = std::max(after, static_cast<std::int64_t>(uniform() * static_cast<double>(faults_.late_max_ns)));
   }
   const std::int64_t reply_at = s.last_ns + after;
-  const auto sample_at = now_ns_ + static_cast<std::int64_t>(uniform() * static_cast<double>(reply_at - now_ns_));  // whenever it pleases the device
+  const auto sample_at =
+      now_ns_ + static_cast<std::int64_t>(uniform() * static_cast<double>(reply_at - now_ns_));  // whenever it pleases the device
   push(sample_at, Event::Kind::sample, event.source);
   push(reply_at, Event::Kind::reply, event.source);
 }

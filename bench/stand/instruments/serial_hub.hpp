@@ -12,10 +12,10 @@
 namespace rotorloop::modbus {
 
 struct LineFaults {
-  double byte_lost = 0.0;        // probability of each byte on the line
-  double frame_flipped = 0.0;    // probability that a frame has flipped bits: 1 to flips_max of them, anywhere in its 8-bit characters
+  double byte_lost = 0.0;      // probability of each byte on the line
+  double frame_flipped = 0.0;  // probability that a frame has flipped bits: 1 to flips_max of them, anywhere in its 8-bit characters
   int flips_max = 3;
-  double reply_late = 0.0;       // probability that an answer comes late: uniform from its turnaround to late_max_ns
+  double reply_late = 0.0;  // probability that an answer comes late: uniform from its turnaround to late_max_ns
   std::int64_t late_max_ns = 0;
   std::uint64_t seed = 1;
 };
@@ -23,8 +23,8 @@ struct LineFaults {
 struct HubSlave {
   std::uint8_t id = 1;
   std::shared_ptr<Slave> slave;
-  std::int64_t turnaround_ns = 2'000'000;  // from the end of the request to the start of the answer; never below 3.5 characters
-  std::int64_t jitter_ns = 0;              // added, uniform
+  std::int64_t turnaround_ns = 2'000'000;           // from the end of the request to the start of the answer; never below 3.5 characters
+  std::int64_t jitter_ns = 0;                       // added, uniform
   std::int64_t dies_at_ns = std::int64_t{1} << 62;  // says nothing from then on
 };
 
@@ -49,7 +49,7 @@ class SerialHub : public ByteLink {
     std::int64_t time_ns;
     std::uint64_t order;  // of events of one time
     enum class Kind : std::uint8_t { byte, silence, sample, reply } kind;
-    int source;           // byte: who sent it; else: index of the slave
+    int source;  // byte: who sent it; else: index of the slave
     std::uint8_t value;
     std::uint64_t ticket;  // silence: how many bytes the slave had heard
     bool operator>(const Event& other) const { return time_ns != other.time_ns ? time_ns > other.time_ns : order > other.order; }

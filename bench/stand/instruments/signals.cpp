@@ -43,7 +43,8 @@ void put_name(Signal& s, const std::string& name) {
 }
 
 // Name and numbers of "name=a,b,c".
-std::pair<std::string, std::vector<double>> assignment(const std::string& text, const std::string& option, std::size_t count, const char* form) {
+std::pair<std::string, std::vector<double>> assignment(const std::string& text, const std::string& option, std::size_t count,
+                                                       const char* form) {
   const auto equals = text.find('=');
   std::vector<double> numbers;
   bool good = equals != std::string::npos && equals > 0;
@@ -53,7 +54,9 @@ std::pair<std::string, std::vector<double>> assignment(const std::string& text, 
       good = good && v;
       numbers.push_back(v.value_or(0.0));
     }
-  if (!good || numbers.size() != count) throw Error({option, fmt::format("\"{}\" is no {}", text, form), "", fmt::format("write it as {}, such as net=2.5{}", form, count == 3 ? ",0.5,10" : "")});
+  if (!good || numbers.size() != count)
+    throw Error({option, fmt::format("\"{}\" is no {}", text, form), "",
+                 fmt::format("write it as {}, such as net=2.5{}", form, count == 3 ? ",0.5,10" : "")});
   return {text.substr(0, equals), numbers};
 }
 
@@ -90,10 +93,12 @@ Signal sine_signal(const std::string& text, const std::string& option) {
 std::vector<Signal> table_signals(const std::filesystem::path& path) {
   std::ifstream in(path);
   std::string line;
-  if (!in || !std::getline(in, line)) throw Error({path.generic_string(), "cannot be read, or is empty", "", "give a CSV file: t_s, then one column for each channel"});
+  if (!in || !std::getline(in, line))
+    throw Error({path.generic_string(), "cannot be read, or is empty", "", "give a CSV file: t_s, then one column for each channel"});
   const auto names = cells(line, ',');
   if (names.size() < 2 || names[0] != "t_s")
-    throw Error({path.generic_string() + ":1", fmt::format("the first row is \"{}\"", line), "", "begin with the names of the columns: t_s, then channels"});
+    throw Error({path.generic_string() + ":1", fmt::format("the first row is \"{}\"", line), "",
+                 "begin with the names of the columns: t_s, then channels"});
   std::vector<Signal> out(names.size() - 1);
   for (std::size_t i = 0; i < out.size(); ++i) put_name(out[i], names[i + 1]);
   for (std::size_t row = 2; std::getline(in, line); ++row) {
@@ -103,9 +108,11 @@ std::vector<Signal> table_signals(const std::filesystem::path& path) {
     for (const std::string& t : texts)
       if (const auto number = signal_number(t)) v.push_back(*number);
     if (v.size() != names.size() || texts.size() != names.size())
-      throw Error({fmt::format("{}:{}", path.generic_string(), row), fmt::format("{} numbers, the header has {} columns", v.size(), names.size()), "", "give a number in each column"});
+      throw Error({fmt::format("{}:{}", path.generic_string(), row),
+                   fmt::format("{} numbers, the header has {} columns", v.size(), names.size()), "", "give a number in each column"});
     if (!out[0].time_s.empty() && v[0] <= out[0].time_s.back())
-      throw Error({fmt::format("{}:{}", path.generic_string(), row), fmt::format("t_s = {} does not rise", v[0]), "", "sort the rows by time"});
+      throw Error(
+          {fmt::format("{}:{}", path.generic_string(), row), fmt::format("t_s = {} does not rise", v[0]), "", "sort the rows by time"});
     for (std::size_t i = 0; i < out.size(); ++i) {
       out[i].time_s.push_back(v[0]);
       out[i].value.push_back(v[i + 1]);

@@ -84,7 +84,8 @@ void SlaveDevice::set(std::string_view name, double value) {
     if (c.when && std::find(c.when_in.begin(), c.when_in.end(), c.when->part(raw(c.when->channel))) == c.when_in.end()) continue;
     const auto encoded = encode(c, value, others);
     if (!encoded)
-      throw Error({c.where, fmt::format("channel {} cannot hold {} {}", c.name, number_text(value), c.unit), "", "give a value within its type and range"});
+      throw Error({c.where, fmt::format("channel {} cannot hold {} {}", c.name, number_text(value), c.unit), "",
+                   "give a value within its type and range"});
     set_raw(i, encoded->raw);
     if (c.sign) {
       const std::uint64_t word = raw(c.sign->channel);

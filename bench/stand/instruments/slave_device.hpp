@@ -22,10 +22,10 @@ class RegisterSlave : public Slave {
   std::vector<std::uint8_t> answer(std::span<const std::uint8_t> pdu, std::int64_t now_ns) override;
 
  protected:
-  virtual void sample(std::int64_t) {}                                   // before a read
+  virtual void sample(std::int64_t) {}  // before a read
   virtual bool readable(int fc, std::uint16_t address) const = 0;
   virtual std::uint16_t value(int fc, std::uint16_t address) const = 0;
-  virtual bool write(std::uint16_t address, std::uint16_t value) = 0;    // false: illegal address
+  virtual bool write(std::uint16_t address, std::uint16_t value) = 0;  // false: illegal address
 };
 
 class SlaveDevice : public RegisterSlave {

@@ -38,10 +38,11 @@ struct LimitTraits {
   double most;
 };
 constexpr std::array kLimits{
-    LimitTraits{"current_A", "A", 1000.0},           LimitTraits{"voltage_V", "V", 1000.0},        LimitTraits{"omega_rad_s", "rad/s", 10000.0},
-    LimitTraits{"thrust_N", "N", 10000.0},           LimitTraits{"torque_N_m", "N m", 1000.0},     LimitTraits{"vibration_m_s2", "m/s^2", 5000.0},
-    LimitTraits{"temperature_degC", "degC", 200.0},  LimitTraits{"tracking_error_rad_s", "rad/s", 5000.0},
-    LimitTraits{"stale_ms", "ms", 60000.0},          LimitTraits{"run_time_s", "s", 86400.0},
+    LimitTraits{"current_A", "A", 1000.0},          LimitTraits{"voltage_V", "V", 1000.0},
+    LimitTraits{"omega_rad_s", "rad/s", 10000.0},   LimitTraits{"thrust_N", "N", 10000.0},
+    LimitTraits{"torque_N_m", "N m", 1000.0},       LimitTraits{"vibration_m_s2", "m/s^2", 5000.0},
+    LimitTraits{"temperature_degC", "degC", 200.0}, LimitTraits{"tracking_error_rad_s", "rad/s", 5000.0},
+    LimitTraits{"stale_ms", "ms", 60000.0},         LimitTraits{"run_time_s", "s", 86400.0},
 };
 constexpr double kSpeedOfSound_m_s = 340.0;  // dry air at 15 degC: the limit is meant for rooms
 constexpr double kTipMachMax = 0.6;
@@ -49,7 +50,9 @@ constexpr double kTipMachMax = 0.6;
 StandPart read_part(const TomlTable& t) {
   StandPart p{t.text("name"), t.text("serial")};
   for (const char* key : {"name", "serial"})
-    if (t.text(key).empty()) t.fail(key, fmt::format("{} is empty", key), "", "what is measured must be known later: give name and serial number, or a label that you stuck on it");
+    if (t.text(key).empty())
+      t.fail(key, fmt::format("{} is empty", key), "",
+             "what is measured must be known later: give name and serial number, or a label that you stuck on it");
   return p;
 }
 
@@ -80,12 +83,16 @@ std::filesystem::path profile_file(const TomlTable& t, const std::filesystem::pa
 StandDevice read_device(const TomlTable& t, const StandSetup& s, FindProfile find) {
   StandDevice d;
   d.name = t.text("name");
-  if (d.name.empty() || d.name.find('.') != std::string::npos) t.fail("name", fmt::format("name = \"{}\" is empty or has a point", d.name), "", "axes name channels as DEVICE.CHANNEL: give a name without a point");
+  if (d.name.empty() || d.name.find('.') != std::string::npos)
+    t.fail("name", fmt::format("name = \"{}\" is empty or has a point", d.name), "",
+           "axes name channels as DEVICE.CHANNEL: give a name without a point");
   d.profile = read_profile(profile_file(t, s.path, find));
   d.slave = static_cast<int>(t.integer("slave", 1, 247, d.profile.slave));
   if (t.has("channels")) d.channels = t.texts("channels");
   for (const std::string& c : d.channels)
-    if (!d.profile.find(c)) t.fail("channels", fmt::format("{} has no channel \"{}\"", d.profile.title(), c), "", fmt::format("rotorloop stand profile show {} lists them", d.profile.path.stem().string()));
+    if (!d.profile.find(c))
+      t.fail("channels", fmt::format("{} has no channel \"{}\"", d.profile.title(), c), "",
+             fmt::format("rotorloop stand profile show {} lists them", d.profile.path.stem().string()));
   d.full_scale = t.number("full_scale", {1e-6, 1e6, "N or N m"}, 0.0);
   d.stale_ms = t.number("stale_ms", {1.0, 60000.0, "ms"}, 200.0);
   d.slow_stale_ms = t.number("slow_stale_ms", {1.0, 600000.0, "ms"}, std::max(5000.0, d.stale_ms));
@@ -97,15 +104,20 @@ void check_rates(const std::vector<TomlTable>& tables, const StandBus& b) {
   std::int64_t cycle_ns = 0, wait_ns = 0;
   for (const StandDevice& d : b.devices) {
     const ExchangeTiming timing = b.port.tcp ? tcp_timing(d.profile) : rtu_timing(d.profile, b.format);
-    for (const ReadGroup& g : make_plan(d.profile, d.channels).fast) cycle_ns += exchange_ns(g, timing, static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6));
+    for (const ReadGroup& g : make_plan(d.profile, d.channels).fast)
+      cycle_ns += exchange_ns(g, timing, static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6));
     if (b.devices.size() > 1) wait_ns = std::max(wait_ns, timing.timeout_ns + timing.late_max_ns);
   }
   for (std::size_t i = 0; i < b.devices.size(); ++i) {
     const double needed_ms = 1e-6 * static_cast<double>(2 * cycle_ns + wait_ns);
     if (b.devices[i].stale_ms >= needed_ms) continue;
-    tables[i].fail("stale_ms", fmt::format("stale_ms = {} ms of {} is below {:.0f} ms: two cycles of this bus{}", number_text(b.devices[i].stale_ms), b.devices[i].name, std::ceil(needed_ms),
-                                           wait_ns ? " and the silence after one lost answer of another device" : ""),
-                   wait_ns ? "several devices share the bus, and one that fails would make the others stale" : "", wait_ns ? "give each fast device a bus of its own, or raise stale_ms" : "raise stale_ms, read fewer channels, or raise the baud rate");
+    tables[i].fail(
+        "stale_ms",
+        fmt::format("stale_ms = {} ms of {} is below {:.0f} ms: two cycles of this bus{}", number_text(b.devices[i].stale_ms),
+                    b.devices[i].name, std::ceil(needed_ms), wait_ns ? " and the silence after one lost answer of another device" : ""),
+        wait_ns ? "several devices share the bus, and one that fails would make the others stale" : "",
+        wait_ns ? "give each fast device a bus of its own, or raise stale_ms"
+                : "raise stale_ms, read fewer channels, or raise the baud rate");
   }
 }
 
@@ -122,7 +134,11 @@ StandBus read_bus(const TomlTable& t, const StandSetup& s, FindProfile find) {
   for (const TomlTable& d : tables) {
     b.devices.push_back(read_device(d, s, find));
     for (std::size_t i = 0; i + 1 < b.devices.size(); ++i)
-      if (b.devices[i].slave == b.devices.back().slave) d.fail("slave", fmt::format("{} and {} have the same address {} on one bus", b.devices[i].name, b.devices.back().name, b.devices.back().slave), "", "give each an address of its own, at the device too");
+      if (b.devices[i].slave == b.devices.back().slave)
+        d.fail(
+            "slave",
+            fmt::format("{} and {} have the same address {} on one bus", b.devices[i].name, b.devices.back().name, b.devices.back().slave),
+            "", "give each an address of its own, at the device too");
     for (const StandBus& other : s.buses)
       for (const StandDevice& e : other.devices)
         if (e.name == b.devices.back().name) d.fail("name", fmt::format("device \"{}\" is there twice", e.name), "", "rename one");
@@ -131,9 +147,14 @@ StandBus read_bus(const TomlTable& t, const StandSetup& s, FindProfile find) {
   b.format = serial_format(first, static_cast<int>(t.integer("baud", 1200, 921600, first.baud.front())));
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const Profile& p = b.devices[i].profile;
-    if (b.port.tcp && !p.tcp) tables[i].fail("profile", fmt::format("{} has no TCP", p.title()), "it is behind a gateway, or the port is wrong", "give a serial port; for a gateway set tcp = true in a copy of the profile");
-    if (!b.port.tcp && (std::find(p.baud.begin(), p.baud.end(), b.format.baud) == p.baud.end() || p.parity != b.format.parity || p.stop_bits != b.format.stop_bits))
-      tables[i].fail("profile", fmt::format("{} does not speak {}", p.title(), text(b.format)), "devices of one bus need one rate and format", "set baud of the bus to a rate that all have, or give it a bus of its own");
+    if (b.port.tcp && !p.tcp)
+      tables[i].fail("profile", fmt::format("{} has no TCP", p.title()), "it is behind a gateway, or the port is wrong",
+                     "give a serial port; for a gateway set tcp = true in a copy of the profile");
+    if (!b.port.tcp && (std::find(p.baud.begin(), p.baud.end(), b.format.baud) == p.baud.end() || p.parity != b.format.parity ||
+                        p.stop_bits != b.format.stop_bits))
+      tables[i].fail("profile", fmt::format("{} does not speak {}", p.title(), text(b.format)),
+                     "devices of one bus need one rate and format",
+                     "set baud of the bus to a rate that all have, or give it a bus of its own");
   }
   check_rates(tables, b);
   return b;
@@ -142,7 +163,8 @@ StandBus read_bus(const TomlTable& t, const StandSetup& s, FindProfile find) {
 BoundChannel read_axis(const TomlTable& t, const StandSetup& s) {
   BoundChannel a;
   std::string_view si;
-  const std::string word = t.choice("axis", {"thrust", "torque", "voltage", "current", "power", "motor_temperature", "esc_temperature", "air_temperature", "air_pressure", "air_humidity", "rotor_speed", "vibration"});
+  const std::string word = t.choice("axis", {"thrust", "torque", "voltage", "current", "power", "motor_temperature", "esc_temperature",
+                                             "air_temperature", "air_pressure", "air_humidity", "rotor_speed", "vibration"});
   for (const AxisTraits& k : kAxes)
     if (k.name == word) a.axis = k.axis, si = k.si;
   const std::string channel = t.text("channel");
@@ -154,23 +176,32 @@ BoundChannel read_axis(const TomlTable& t, const StandSetup& s) {
       for (std::size_t c = 0; c < device.profile.channels.size(); ++c) {
         const std::string full = device.name + "." + device.profile.channels[c].name;
         known.push_back(full);
-        const bool read = device.channels.empty() || std::find(device.channels.begin(), device.channels.end(), device.profile.channels[c].name) != device.channels.end();
-        if (full == channel && !read) t.fail("channel", fmt::format("{} is not among the channels that are read of {}", channel, device.name), "", "add it to channels of the device");
+        const bool read = device.channels.empty() || std::find(device.channels.begin(), device.channels.end(),
+                                                               device.profile.channels[c].name) != device.channels.end();
+        if (full == channel && !read)
+          t.fail("channel", fmt::format("{} is not among the channels that are read of {}", channel, device.name), "",
+                 "add it to channels of the device");
         if (full == channel && !found) a.bus = b, a.device = d, a.channel = c, found = true;
       }
     }
-  if (!found) t.fail("channel", fmt::format("channel = \"{}\" is none of this stand", channel), "", fmt::format("{}channels are DEVICE.CHANNEL", did_you_mean(channel, known)));
+  if (!found)
+    t.fail("channel", fmt::format("channel = \"{}\" is none of this stand", channel), "",
+           fmt::format("{}channels are DEVICE.CHANNEL", did_you_mean(channel, known)));
   const StandDevice& device = s.buses[a.bus].devices[a.device];
   const Channel& c = device.profile.channels[a.channel];
   const ChannelUnit* const unit = find_unit(c.unit);
   const std::string_view fitting = a.axis == StandAxis::thrust ? "force" : a.axis == StandAxis::torque ? "torque" : "";
   if (c.unit == "FS" && c.quantity != fitting) {
-    t.fail("channel", fmt::format("{} is a {}, axis {} needs {}", channel, c.quantity, word, si), "the wrong channel", "bind another channel");
+    t.fail("channel", fmt::format("{} is a {}, axis {} needs {}", channel, c.quantity, word, si), "the wrong channel",
+           "bind another channel");
   } else if (c.unit == "FS") {
-    if (device.full_scale <= 0.0) t.fail("channel", fmt::format("{} is a share of full scale, and {} has no full_scale", channel, device.name), "", fmt::format("give full_scale of the device in {}", si));
+    if (device.full_scale <= 0.0)
+      t.fail("channel", fmt::format("{} is a share of full scale, and {} has no full_scale", channel, device.name), "",
+             fmt::format("give full_scale of the device in {}", si));
     a.to_si = device.full_scale;
   } else if (c.unit == "1" || unit->si != si) {
-    t.fail("channel", fmt::format("{} is in {}, axis {} needs {}", channel, c.unit, word, si), "the wrong channel", "bind another channel, or correct its unit in the profile");
+    t.fail("channel", fmt::format("{} is in {}, axis {} needs {}", channel, c.unit, word, si), "the wrong channel",
+           "bind another channel, or correct its unit in the profile");
   } else {
     a.to_si = unit->to_si;
   }
@@ -188,13 +219,15 @@ void read_axes(const TomlTable& root, StandSetup& s) {
   }
   for (const StandAxis needed : {StandAxis::thrust, StandAxis::torque})
     if (std::none_of(s.axes.begin(), s.axes.end(), [&](const BoundChannel& a) { return a.axis == needed; }))
-      throw Error({root.where("axis"), fmt::format("no [[axis]] is {} (column 1)", name(needed)), "", fmt::format("add [[axis]] with axis = \"{}\" and its channel", name(needed))});
+      throw Error({root.where("axis"), fmt::format("no [[axis]] is {} (column 1)", name(needed)), "",
+                   fmt::format("add [[axis]] with axis = \"{}\" and its channel", name(needed))});
 }
 
 void read_calibration(const TomlTable& t, StandSetup& s) {
   s.calibrated_on = read_date(t, "date");
   s.expires_on = read_date(t, "expires");
-  if (s.expires_on <= s.calibrated_on) t.fail("expires", fmt::format("expires {} is not after date {}", s.expires_on, s.calibrated_on), "", "give a later date");
+  if (s.expires_on <= s.calibrated_on)
+    t.fail("expires", fmt::format("expires {} is not after date {}", s.expires_on, s.calibrated_on), "", "give a later date");
   const std::array full_scale{t.number("full_scale_N", {1e-3, 1e5, "N"}), t.number("full_scale_N_m", {1e-6, 1e4, "N m"})};
   s.u_calibration = t.number("u_relative", {1e-6, 0.1, "1"});
   std::vector<LoadCase> cases;
@@ -203,17 +236,23 @@ void read_calibration(const TomlTable& t, StandSetup& s) {
     const LoadCase k{{c.number("force_N", {-1e5, 1e5, "N"}), c.number("torque_N_m", {-1e4, 1e4, "N m"})}, {reading[0], reading[1]}};
     for (std::size_t i = 0; i < 2; ++i)
       if (std::abs(k.load[i]) > 1.2 * full_scale[i])
-        c.fail(i ? "torque_N_m" : "force_N", fmt::format("{} is beyond 120 % of full scale, {}", number_text(k.load[i]), number_text(full_scale[i])), "another unit, or a slipped digit", "correct the load or full scale");
+        c.fail(i ? "torque_N_m" : "force_N",
+               fmt::format("{} is beyond 120 % of full scale, {}", number_text(k.load[i]), number_text(full_scale[i])),
+               "another unit, or a slipped digit", "correct the load or full scale");
     cases.push_back(k);
   }
   std::string problem;
   s.calibration = fit_calibration(cases, full_scale, problem);
-  if (!problem.empty()) t.fail("case", problem, "", "load with pure force of both signs, pure torque of both signs and combinations (weight at an arm)");
+  if (!problem.empty())
+    t.fail("case", problem, "", "load with pure force of both signs, pure torque of both signs and combinations (weight at an arm)");
   for (std::size_t i = 0; i < 2; ++i) {
     const double percent = 100.0 * s.calibration.residual_max[i] / full_scale[i];
     if (percent > 5.0)
-      t.fail("case", fmt::format("{} is {:.1f} % of full scale off in one case", i ? "torque" : "thrust", percent), "a slipped digit, exchanged loads or readings, or a case with the wrong sign", "check the cases; 5 % is the most");
-    if (percent > 0.5) s.notes.push_back(fmt::format("calibration leaves {:.2f} % of full scale in {}: friction, or a case that was misread", percent, i ? "torque" : "thrust"));
+      t.fail("case", fmt::format("{} is {:.1f} % of full scale off in one case", i ? "torque" : "thrust", percent),
+             "a slipped digit, exchanged loads or readings, or a case with the wrong sign", "check the cases; 5 % is the most");
+    if (percent > 0.5)
+      s.notes.push_back(fmt::format("calibration leaves {:.2f} % of full scale in {}: friction, or a case that was misread", percent,
+                                    i ? "torque" : "thrust"));
   }
 }
 
@@ -227,11 +266,23 @@ void read_limits(const TomlTable& t, StandSetup& s) {
   }
   const double omega = s.limits.at("omega_rad_s").max;
   if (omega > s.propeller_omega_max_rad_s)
-    t.table("omega_rad_s").fail("max", fmt::format("{} rad/s is above {} rad/s, the most that the propeller may turn", number_text(omega), number_text(s.propeller_omega_max_rad_s)), "", "lower it, or correct propeller.omega_max_rad_s by its data sheet");
+    t.table("omega_rad_s")
+        .fail("max",
+              fmt::format("{} rad/s is above {} rad/s, the most that the propeller may turn", number_text(omega),
+                          number_text(s.propeller_omega_max_rad_s)),
+              "", "lower it, or correct propeller.omega_max_rad_s by its data sheet");
   if (s.limits.at("thrust_N").max > 1.2 * s.calibration.full_scale[0])
-    t.table("thrust_N").fail("max", fmt::format("{} N is above 120 % of the calibrated {} N", number_text(s.limits.at("thrust_N").max), number_text(s.calibration.full_scale[0])), "", "lower it, or calibrate over a wider range");
+    t.table("thrust_N")
+        .fail("max",
+              fmt::format("{} N is above 120 % of the calibrated {} N", number_text(s.limits.at("thrust_N").max),
+                          number_text(s.calibration.full_scale[0])),
+              "", "lower it, or calibrate over a wider range");
   if (s.limits.at("torque_N_m").max > 1.2 * s.calibration.full_scale[1])
-    t.table("torque_N_m").fail("max", fmt::format("{} N m is above 120 % of the calibrated {} N m", number_text(s.limits.at("torque_N_m").max), number_text(s.calibration.full_scale[1])), "", "lower it, or calibrate over a wider range");
+    t.table("torque_N_m")
+        .fail("max",
+              fmt::format("{} N m is above 120 % of the calibrated {} N m", number_text(s.limits.at("torque_N_m").max),
+                          number_text(s.calibration.full_scale[1])),
+              "", "lower it, or calibrate over a wider range");
 }
 
 void read_propeller(const TomlTable& t, StandSetup& s) {
@@ -242,7 +293,10 @@ void read_propeller(const TomlTable& t, StandSetup& s) {
   s.expected_c_q_N_m_s2 = t.number("expected_c_q_N_m_s2", {0.0, 1.0, "N m s^2"}, 0.0);
   const double mach = s.propeller_omega_max_rad_s * 0.5 * s.diameter_m / kSpeedOfSound_m_s;
   if (mach > kTipMachMax)
-    t.fail("omega_max_rad_s", fmt::format("{} rad/s with {} m gives tip Mach {:.2f}, at most {}", number_text(s.propeller_omega_max_rad_s), number_text(s.diameter_m), mach, kTipMachMax), "RPM instead of rad/s, or the radius instead of the diameter",
+    t.fail("omega_max_rad_s",
+           fmt::format("{} rad/s with {} m gives tip Mach {:.2f}, at most {}", number_text(s.propeller_omega_max_rad_s),
+                       number_text(s.diameter_m), mach, kTipMachMax),
+           "RPM instead of rad/s, or the radius instead of the diameter",
            fmt::format("give at most {:.0f} rad/s", std::floor(kTipMachMax * kSpeedOfSound_m_s / (0.5 * s.diameter_m))));
 }
 
@@ -251,18 +305,25 @@ void read_clearance(const TomlTable& t, StandSetup& s) {
   s.clearance_behind_m = t.number("behind_m", {0.0, 100.0, "m"});
   s.clearance_side_m = t.number("side_m", {0.0, 100.0, "m"});
   const double radius_m = 0.5 * s.diameter_m;
-  if (s.clearance_side_m < radius_m) t.fail("side_m", fmt::format("{} m from the axis is inside the propeller of {} m radius", number_text(s.clearance_side_m), number_text(radius_m)), "", "measure from the axis to the nearest wall or person");
+  if (s.clearance_side_m < radius_m)
+    t.fail("side_m",
+           fmt::format("{} m from the axis is inside the propeller of {} m radius", number_text(s.clearance_side_m), number_text(radius_m)),
+           "", "measure from the axis to the nearest wall or person");
   const double ratio = radius_m / (4.0 * std::max(1e-6, std::min(s.clearance_front_m, s.clearance_behind_m)));
   const double gain = ratio < 1.0 ? 1.0 / (1.0 - ratio * ratio) - 1.0 : 1.0;  // Cheeseman and Bennett 1955
-  if (gain > 0.004) s.notes.push_back(fmt::format("a wall at {:.2f} m changes thrust by about {:.1f} %", std::min(s.clearance_front_m, s.clearance_behind_m), 100.0 * gain));
+  if (gain > 0.004)
+    s.notes.push_back(fmt::format("a wall at {:.2f} m changes thrust by about {:.1f} %",
+                                  std::min(s.clearance_front_m, s.clearance_behind_m), 100.0 * gain));
 }
 
 // Keys and ranges are those that an estimate reads (bench/stand/evaluate/estimate/stand_uncertainty.cpp).
 void read_uncertainty(const TomlTable& root, StandSetup& s) {
-  s.uncertainty = {{"thrust_calibration", s.u_calibration}, {"torque_calibration", s.u_calibration}, {"cross_talk_m", s.calibration.cross_talk_u_m}};
+  s.uncertainty = {
+      {"thrust_calibration", s.u_calibration}, {"torque_calibration", s.u_calibration}, {"cross_talk_m", s.calibration.cross_talk_u_m}};
   const auto t = root.optional_table("uncertainty");
   if (!t) return;
-  for (const char* key : {"thrust_calibration", "torque_calibration", "arm_length", "alignment_rad", "rotor_speed", "density", "voltage", "current", "zero_thrust", "zero_torque", "hysteresis"})
+  for (const char* key : {"thrust_calibration", "torque_calibration", "arm_length", "alignment_rad", "rotor_speed", "density", "voltage",
+                          "current", "zero_thrust", "zero_torque", "hysteresis"})
     if (t->has(key)) s.uncertainty[key] = t->number(key, {0.0, 0.5, std::string_view(key) == "alignment_rad" ? "rad" : "1"});
   if (t->has("cross_talk_m")) s.uncertainty["cross_talk_m"] = t->number("cross_talk_m", {0.0, 0.1, "N m per N"});
 }
@@ -287,7 +348,9 @@ StandSetup from_toml(const TomlFile& file, FindProfile find) {
   file.refuse_unknown_keys();
   for (const StandBus& b : s.buses)
     for (const StandDevice& d : b.devices)
-      if (d.profile.evidence != "hardware") s.notes.push_back(fmt::format("{}: profile of {} has evidence \"{}\": settle word order, scale and sign with a known weight", d.name, d.profile.title(), d.profile.evidence));
+      if (d.profile.evidence != "hardware")
+        s.notes.push_back(fmt::format("{}: profile of {} has evidence \"{}\": settle word order, scale and sign with a known weight",
+                                      d.name, d.profile.title(), d.profile.evidence));
   return s;
 }
 
@@ -296,29 +359,41 @@ StandSetup from_toml(const TomlFile& file, FindProfile find) {
 std::string_view name(StandAxis axis) { return kAxes[static_cast<std::size_t>(axis)].name; }
 
 StandSetup read_stand_setup(const std::filesystem::path& path, FindProfile find) { return from_toml(TomlFile::read(path), find); }
-StandSetup parse_stand_setup(std::string_view text, const std::filesystem::path& name, FindProfile find) { return from_toml(TomlFile::parse(text, name), find); }
+StandSetup parse_stand_setup(std::string_view text, const std::filesystem::path& name, FindProfile find) {
+  return from_toml(TomlFile::parse(text, name), find);
+}
 
 std::string stand_setup_text(const StandSetup& s, const std::string& today) {
-  std::string out = fmt::format("{}: motor {} ({}), ESC {} ({}, {} pole pairs), propeller {} ({}, {} m)\n", s.name, s.motor.name, s.motor.serial, s.esc.name, s.esc.serial, s.pole_pairs, s.propeller.name,
-                                s.propeller.serial, number_text(s.diameter_m));
+  std::string out =
+      fmt::format("{}: motor {} ({}), ESC {} ({}, {} pole pairs), propeller {} ({}, {} m)\n", s.name, s.motor.name, s.motor.serial,
+                  s.esc.name, s.esc.serial, s.pole_pairs, s.propeller.name, s.propeller.serial, number_text(s.diameter_m));
   for (const StandBus& b : s.buses) {
-    out += fmt::format("bus {}{}{}\n", b.port.tcp ? "tcp:" : "rtu:", b.port.path, b.port.tcp ? fmt::format(":{}", b.port.port) : ", " + text(b.format));
+    out += fmt::format("bus {}{}{}\n", b.port.tcp ? "tcp:" : "rtu:", b.port.path,
+                       b.port.tcp ? fmt::format(":{}", b.port.port) : ", " + text(b.format));
     std::int64_t cycle = 0;
     for (const StandDevice& d : b.devices) {
       out += fmt::format("  {} is {} at address {}, evidence {}\n", d.name, d.profile.title(), d.slave, d.profile.evidence);
-      for (const ReadGroup& g : make_plan(d.profile, d.channels).fast) cycle += exchange_ns(g, b.port.tcp ? tcp_timing(d.profile) : rtu_timing(d.profile, b.format), static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6));
+      for (const ReadGroup& g : make_plan(d.profile, d.channels).fast)
+        cycle += exchange_ns(g, b.port.tcp ? tcp_timing(d.profile) : rtu_timing(d.profile, b.format),
+                             static_cast<std::int64_t>(d.profile.turnaround_ms * 1e6));
     }
-    if (cycle) out += fmt::format("  fast channels at {:.0f} Hz at most, as byte times, gaps and typical turnarounds allow\n", 1e9 / static_cast<double>(cycle));
+    if (cycle)
+      out += fmt::format("  fast channels at {:.0f} Hz at most, as byte times, gaps and typical turnarounds allow\n",
+                         1e9 / static_cast<double>(cycle));
   }
   for (const BoundChannel& a : s.axes) {
     const StandDevice& d = s.buses[a.bus].devices[a.device];
-    out += fmt::format("axis {:<18} {}.{}{}\n", name(a.axis), d.name, d.profile.channels[a.channel].name, a.lag_ms != 0.0 ? fmt::format(", lag {} ± {} ms", number_text(a.lag_ms), number_text(a.u_lag_ms)) : "");
+    out += fmt::format("axis {:<18} {}.{}{}\n", name(a.axis), d.name, d.profile.channels[a.channel].name,
+                       a.lag_ms != 0.0 ? fmt::format(", lag {} ± {} ms", number_text(a.lag_ms), number_text(a.u_lag_ms)) : "");
   }
   const LoadCalibration& c = s.calibration;
-  out += fmt::format("calibration of {}, expires {}{}: condition {:.2f}; standard uncertainty of the loads {:.2f} %\n", s.calibrated_on, s.expires_on, s.expired(today) ? " (EXPIRED)" : "", c.condition, 100.0 * s.u_calibration);
+  out += fmt::format("calibration of {}, expires {}{}: condition {:.2f}; standard uncertainty of the loads {:.2f} %\n", s.calibrated_on,
+                     s.expires_on, s.expired(today) ? " (EXPIRED)" : "", c.condition, 100.0 * s.u_calibration);
   for (std::size_t i = 0; i < 2; ++i)
-    out += fmt::format("  {}: leaves {:.3f} % of full scale (standard deviation; greatest {:.3f} %), cross-talk from {} {:.2f} % before the matrix\n", i ? "torque" : "thrust", 100.0 * c.residual_sd[i] / c.full_scale[i],
-                       100.0 * c.residual_max[i] / c.full_scale[i], i ? "thrust" : "torque", c.cross_talk_percent[i]);
+    out += fmt::format(
+        "  {}: leaves {:.3f} % of full scale (standard deviation; greatest {:.3f} %), cross-talk from {} {:.2f} % before the matrix\n",
+        i ? "torque" : "thrust", 100.0 * c.residual_sd[i] / c.full_scale[i], 100.0 * c.residual_max[i] / c.full_scale[i],
+        i ? "thrust" : "torque", c.cross_talk_percent[i]);
   for (const std::string& n : s.notes) out += "note: " + n + "\n";
   return out;
 }

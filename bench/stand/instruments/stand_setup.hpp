@@ -30,13 +30,26 @@ struct StandBus {
   std::vector<StandDevice> devices;
 };
 
-enum class StandAxis : std::uint8_t { thrust, torque, voltage, current, power, motor_temperature, esc_temperature, air_temperature, air_pressure, air_humidity, rotor_speed, vibration };
+enum class StandAxis : std::uint8_t {
+  thrust,
+  torque,
+  voltage,
+  current,
+  power,
+  motor_temperature,
+  esc_temperature,
+  air_temperature,
+  air_pressure,
+  air_humidity,
+  rotor_speed,
+  vibration
+};
 std::string_view name(StandAxis axis);
 
 struct BoundChannel {
   StandAxis axis = StandAxis::thrust;
   std::size_t bus = 0, device = 0, channel = 0;
-  double to_si = 1.0;             // thrust and torque: to N or N m before the matrix
+  double to_si = 1.0;                   // thrust and torque: to N or N m before the matrix
   double lag_ms = 0.0, u_lag_ms = 0.0;  // behind the rotor's speed, from a chirp
 };
 
@@ -57,11 +70,11 @@ struct StandSetup {
   std::vector<StandBus> buses;
   std::vector<BoundChannel> axes;
   LoadCalibration calibration;
-  std::string calibrated_on, expires_on;  // "2026-11-20"
-  double u_calibration = 0.0;             // relative standard uncertainty of the weights and arms
-  std::map<std::string, StandLimit> limits;  // by key of the file; every one is there
+  std::string calibrated_on, expires_on;      // "2026-11-20"
+  double u_calibration = 0.0;                 // relative standard uncertainty of the weights and arms
+  std::map<std::string, StandLimit> limits;   // by key of the file; every one is there
   std::map<std::string, double> uncertainty;  // standard uncertainties by key of docs/files.md, "Stand uncertainty"; goes into each run
-  std::vector<std::string> notes;            // what is allowed and should be known
+  std::vector<std::string> notes;             // what is allowed and should be known
 
   bool expired(const std::string& today) const { return today > expires_on; }  // both as "2026-11-20"
 };

@@ -44,12 +44,15 @@ WordOrder word_order(std::string_view text) {
 std::size_t register_count(WordType type) {
   switch (type) {
     case WordType::u16:
-    case WordType::s16: return 1;
+    case WordType::s16:
+      return 1;
     case WordType::u32:
     case WordType::s32:
-    case WordType::f32: return 2;
+    case WordType::f32:
+      return 2;
     case WordType::u64:
-    case WordType::f64: return 4;
+    case WordType::f64:
+      return 4;
   }
   return 1;
 }
@@ -70,20 +73,28 @@ double to_number(std::uint64_t bits, WordType type) {
   switch (type) {
     case WordType::u16:
     case WordType::u32:
-    case WordType::u64: return static_cast<double>(bits);
-    case WordType::s16: return static_cast<double>(static_cast<std::int16_t>(bits));
-    case WordType::s32: return static_cast<double>(static_cast<std::int32_t>(bits));
-    case WordType::f32: return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    case WordType::f64: return std::bit_cast<double>(bits);
+    case WordType::u64:
+      return static_cast<double>(bits);
+    case WordType::s16:
+      return static_cast<double>(static_cast<std::int16_t>(bits));
+    case WordType::s32:
+      return static_cast<double>(static_cast<std::int32_t>(bits));
+    case WordType::f32:
+      return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    case WordType::f64:
+      return std::bit_cast<double>(bits);
   }
   return std::nan("");
 }
 
 std::optional<std::uint64_t> to_bits(double value, WordType type) {
   switch (type) {
-    case WordType::u16: return integer_bits<std::uint64_t>(value, 0.0, 0x1p16);
-    case WordType::u32: return integer_bits<std::uint64_t>(value, 0.0, 0x1p32);
-    case WordType::u64: return integer_bits<std::uint64_t>(value, 0.0, 0x1p64);
+    case WordType::u16:
+      return integer_bits<std::uint64_t>(value, 0.0, 0x1p16);
+    case WordType::u32:
+      return integer_bits<std::uint64_t>(value, 0.0, 0x1p32);
+    case WordType::u64:
+      return integer_bits<std::uint64_t>(value, 0.0, 0x1p64);
     case WordType::s16:
       if (const auto bits = integer_bits<std::int64_t>(value, -0x1p15, 0x1p15)) return *bits & 0xFFFFu;
       return std::nullopt;
@@ -93,7 +104,8 @@ std::optional<std::uint64_t> to_bits(double value, WordType type) {
     case WordType::f32:
       if (std::isfinite(value) && std::abs(value) > 3.4028235677973366e38) return std::nullopt;  // the greatest float and half a step
       return std::bit_cast<std::uint32_t>(static_cast<float>(value));
-    case WordType::f64: return std::bit_cast<std::uint64_t>(value);
+    case WordType::f64:
+      return std::bit_cast<std::uint64_t>(value);
   }
   return std::nullopt;
 }

@@ -17,7 +17,7 @@ enum class WordOrder : std::uint8_t { ABCD, CDAB, BADC, DCBA };
 
 std::string_view name(WordType type);
 std::string_view name(WordOrder order);
-WordType word_type(std::string_view name);    // of a name that is known
+WordType word_type(std::string_view name);  // of a name that is known
 WordOrder word_order(std::string_view name);
 
 std::size_t register_count(WordType type);  // 1, 2 or 4

@@ -33,9 +33,10 @@ std::optional<WindingFacts> measure_winding(tools::ToolNode& tool, const tools::
   if (row != nullptr) w.degC = static_cast<double>(row->status.temperature_K) - 273.15;
   // Requests that are open and the listener for messages outlive this function: the tool keeps what they touch.
   auto phase_ohm = std::make_shared<std::optional<double>>();
-  auto commission = std::make_shared<tools::Commission>(tool, esc.node, tools::CommissionOptions{.spin = false}, [phase_ohm](const std::string& said) {
-    if (const auto ohm = phase_ohm_of(said)) *phase_ohm = ohm;
-  });
+  auto commission =
+      std::make_shared<tools::Commission>(tool, esc.node, tools::CommissionOptions{.spin = false}, [phase_ohm](const std::string& said) {
+        if (const auto ohm = phase_ohm_of(said)) *phase_ohm = ohm;
+      });
   tool.on<protocols::LogMessage>([commission](const protocols::LogMessage&, std::uint8_t) {});
   commission->begin();
   while (!commission->over()) {
@@ -47,9 +48,14 @@ std::optional<WindingFacts> measure_winding(tools::ToolNode& tool, const tools::
   const tools::CommissionReport report = commission->finish();
   const std::string where = fmt::format("node {}", esc.node);
   if (!report.done())
-    throw Error({where, "the commissioning before the run " + report.end, "a phase that is open, a supply that limits its current, a rotor that is held", "look at: rotorloop esc log; or give --no-commission, and R and K_v come from the run's power alone"}, ExitCode::safety);
-  for (const tools::CommissionedValue& m : report.measured) tools::set_parameter(tool, esc.node, tools::read_parameter(tool, esc.node, m.name), m.before);
-  if (!*phase_ohm) throw Error({where, "its message of the resistance did not arrive", "frames lost on the bus", "begin again"}, ExitCode::device);
+    throw Error({where, "the commissioning before the run " + report.end,
+                 "a phase that is open, a supply that limits its current, a rotor that is held",
+                 "look at: rotorloop esc log; or give --no-commission, and R and K_v come from the run's power alone"},
+                ExitCode::safety);
+  for (const tools::CommissionedValue& m : report.measured)
+    tools::set_parameter(tool, esc.node, tools::read_parameter(tool, esc.node, m.name), m.before);
+  if (!*phase_ohm)
+    throw Error({where, "its message of the resistance did not arrive", "frames lost on the bus", "begin again"}, ExitCode::device);
   const double mean_H = value_of(report, "inductance"), ratio = value_of(report, "inductance_ratio");
   w.phase_ohm = **phase_ohm, w.winding_ohm = value_of(report, "resistance");
   w.inductance_d_H = 2.0 * mean_H / (1.0 + ratio), w.inductance_q_H = ratio * w.inductance_d_H;

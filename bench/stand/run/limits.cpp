@@ -8,9 +8,12 @@ namespace rotorloop::stand_run {
 
 std::string_view name(modbus::LimitAction action) {
   switch (action) {
-    case modbus::LimitAction::hold: return "hold";
-    case modbus::LimitAction::ramp_down: return "ramp_down";
-    case modbus::LimitAction::cut: break;
+    case modbus::LimitAction::hold:
+      return "hold";
+    case modbus::LimitAction::ramp_down:
+      return "ramp_down";
+    case modbus::LimitAction::cut:
+      break;
   }
   return "cut";
 }

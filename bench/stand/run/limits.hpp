@@ -21,8 +21,8 @@ std::string_view name(modbus::LimitAction action);
 class LimitMonitor {
  public:
   explicit LimitMonitor(std::map<std::string, modbus::StandLimit> limits) : limits_(std::move(limits)) {}
-  // A new value for a limit from one source. A trip when it has been beyond the limit, in every value since, for the debounce; said once for
-  // each time it goes beyond. A value that is no number counts as beyond: nobody knows where it is.
+  // A new value for a limit from one source. A trip when it has been beyond the limit, in every value since, for the debounce; said once
+  // for each time it goes beyond. A value that is no number counts as beyond: nobody knows where it is.
   std::optional<Trip> see(const std::string& limit, const std::string& source, double value, std::int64_t now_ns);
   // Of the source that is nearest to the limit now; nothing before the first value.
   struct Nearest {

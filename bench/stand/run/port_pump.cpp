@@ -13,7 +13,8 @@ namespace rotorloop::stand_run {
 std::vector<modbus::PolledDevice> polled_devices(const modbus::StandBus& bus) {
   std::vector<modbus::PolledDevice> out;
   for (const modbus::StandDevice& d : bus.devices)
-    out.push_back({d.name, d.profile, static_cast<std::uint8_t>(d.slave), d.channels, bus.port.tcp ? modbus::tcp_timing(d.profile) : modbus::rtu_timing(d.profile, bus.format),
+    out.push_back({d.name, d.profile, static_cast<std::uint8_t>(d.slave), d.channels,
+                   bus.port.tcp ? modbus::tcp_timing(d.profile) : modbus::rtu_timing(d.profile, bus.format),
                    static_cast<std::int64_t>(1e6 * d.stale_ms), static_cast<std::int64_t>(1e6 * d.slow_stale_ms)});
   return out;
 }
@@ -23,7 +24,8 @@ std::optional<StandReading> reading_of(const modbus::StandSetup& setup, std::siz
   const auto& channels = setup.buses[bus].devices[s.device].profile.channels;
   // By name: the models of a family have channels of one name, and only the one that is there is read.
   for (const modbus::BoundChannel& a : setup.axes)
-    if (a.bus == bus && a.device == s.device && channels[a.channel].name == channels[s.channel].name) return StandReading{a.axis, a.to_si * s.value.value, s.sampled_ns, s.uncertainty_ns};
+    if (a.bus == bus && a.device == s.device && channels[a.channel].name == channels[s.channel].name)
+      return StandReading{a.axis, a.to_si * s.value.value, s.sampled_ns, s.uncertainty_ns};
   return std::nullopt;
 }
 

@@ -18,8 +18,8 @@ struct EscFacts {
   std::string name, unique_id, software, image_crc;  // image_crc "": the ESC does not know it
   int pole_pairs = 0;                                // 0: it has no such parameter
   std::vector<tools::NodeParameter> parameters;
-  std::string parameter_file;                        // as `esc params` writes it
-  std::uint8_t duty_node() const;               // for SessionOptions; 0: it does not say what voltage it gives
+  std::string parameter_file;      // as `esc params` writes it
+  std::uint8_t duty_node() const;  // for SessionOptions; 0: it does not say what voltage it gives
 };
 
 // Listens for `listen_s`. Throws Error: device when no ESC has the index or it does not answer, safety when two have it, when another
@@ -31,7 +31,8 @@ struct WindingFacts {
   double phase_ohm = 0.0;    // one phase with its switches: what the current meets
   double winding_ohm = 0.0;  // less what the ESC knows of its switches: what a motor file holds
   double inductance_d_H = 0.0, inductance_q_H = 0.0;
-  double degC = std::numeric_limits<double>::quiet_NaN();  // of the ESC, and of a motor that has not turned; not-a-number without a thermistor
+  double degC =
+      std::numeric_limits<double>::quiet_NaN();  // of the ESC, and of a motor that has not turned; not-a-number without a thermistor
 };
 // Relative standard uncertainties: a third of the limits that the commissioning is held to (docs/acceptance/esc_commissioning.md), 5 %.
 inline constexpr double kWindingU = 0.017;

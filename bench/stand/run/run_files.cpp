@@ -17,10 +17,12 @@ constexpr std::int64_t kFlush_ns = 10'000'000;  // a reading is 100 ms old at th
 
 RunFiles::RunFiles(const std::filesystem::path& folder) : folder_(folder) {
   std::error_code error;
-  if (std::filesystem::exists(folder, error) && (!std::filesystem::is_directory(folder, error) || !std::filesystem::is_empty(folder, error)))
+  if (std::filesystem::exists(folder, error) &&
+      (!std::filesystem::is_directory(folder, error) || !std::filesystem::is_empty(folder, error)))
     throw Error({folder.generic_string(), "is there already", "", "give a new folder with -o: samples of a run are never replaced"});
   std::filesystem::create_directories(folder, error);
-  if (error) throw Error({folder.generic_string(), "cannot be made: " + error.message(), "", "give another folder with -o"}, ExitCode::device);
+  if (error)
+    throw Error({folder.generic_string(), "cannot be made: " + error.message(), "", "give another folder with -o"}, ExitCode::device);
   open(readings_, "readings.csv", kReadingsHeader);
   open(samples_, "samples.csv", kSamplesHeader);
   open(steps_, "steps.csv", kStepsHeader);
@@ -37,7 +39,9 @@ RunFiles::~RunFiles() {
 void RunFiles::open(File& file, const char* name, std::string_view header) {
   const auto path = folder_ / name;
   file.fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
-  if (file.fd < 0) throw Error({path.generic_string(), fmt::format("cannot be made: {}", std::strerror(errno)), "", "give another folder with -o"}, ExitCode::device);
+  if (file.fd < 0)
+    throw Error({path.generic_string(), fmt::format("cannot be made: {}", std::strerror(errno)), "", "give another folder with -o"},
+                ExitCode::device);
   if (!header.empty()) file.waiting.append(header).push_back('\n');
   write(file);
 }

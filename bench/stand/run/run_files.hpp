@@ -1,5 +1,5 @@
-// What a run leaves behind while it runs: files that are only ever appended to, written within 10 ms or so. A program that is killed leaves all
-// but the last of them.
+// What a run leaves behind while it runs: files that are only ever appended to, written within 10 ms or so. A program that is killed leaves
+// all but the last of them.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -43,7 +43,8 @@ class RunFiles {
 
 inline constexpr std::string_view kReadingsHeader = "t_s,u_t_ms,channel,value";
 inline constexpr std::string_view kSamplesHeader =
-    "t_s,step,configuration,target_rad_s,omega_rad_s,thrust_N,torque_N_m,voltage_V,current_A,independent_rad_s,esc_voltage_V,esc_current_A,esc_degC,motor_degC,duty_q";
+    "t_s,step,configuration,target_rad_s,omega_rad_s,thrust_N,torque_N_m,voltage_V,current_A,independent_rad_s,esc_voltage_V,esc_current_A,"
+    "esc_degC,motor_degC,duty_q";
 inline constexpr std::string_view kStepsHeader =
     "step,configuration,motion,wanted_rad_s,t_s,duration_s,omega_rad_s,thrust_N,torque_N_m,voltage_V,current_A,samples,settled,limited";
 

@@ -34,7 +34,8 @@ std::vector<GridRow> SampleGrid::take(std::int64_t now_ns) {
   std::vector<GridRow> out;
   for (; next_ns_ < now_ns; next_ns_ += period_ns_) {
     bool all = true;
-    for (std::size_t c = 0; c < columns_.size(); ++c) all = all && (columns_[c].longest_gap_ns == 0 || (!points_[c].empty() && points_[c].back().t_ns >= next_ns_));
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      all = all && (columns_[c].longest_gap_ns == 0 || (!points_[c].empty() && points_[c].back().t_ns >= next_ns_));
     if (!all && now_ns - next_ns_ < patience_ns_) break;
     GridRow row{next_ns_, {}};
     for (std::size_t c = 0; c < columns_.size(); ++c) {

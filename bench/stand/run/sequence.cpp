@@ -55,7 +55,8 @@ void add_return_to_base(std::vector<Segment>& s, const SequenceOptions& o) {
 
 void add_steps(std::vector<Segment>& s, const SequenceOptions& o) {
   for (int i = 0; i < o.repeats.value_or(kStepPairs); ++i)
-    for (const double sign : {-1.0, 1.0}) s.push_back({.motion = Motion::step, .omega_rad_s = (1.0 + sign * o.step_share) * middle(o), .duration_s = o.step_s});
+    for (const double sign : {-1.0, 1.0})
+      s.push_back({.motion = Motion::step, .omega_rad_s = (1.0 + sign * o.step_share) * middle(o), .duration_s = o.step_s});
 }
 
 void add_ramp(std::vector<Segment>& s, const SequenceOptions& o) {
@@ -74,8 +75,8 @@ void add_abab(std::vector<Segment>& s, const SequenceOptions& o) {
     }
 }
 
-// Pseudo-random binary sequence of the greatest length of nine bits (x⁹ + x⁵ + 1; Golomb, Shift Register Sequences, 1967): as much power at each
-// frequency as any signal of two levels can have, and at most nine chips at one speed.
+// Pseudo-random binary sequence of the greatest length of nine bits (x⁹ + x⁵ + 1; Golomb, Shift Register Sequences, 1967): as much power at
+// each frequency as any signal of two levels can have, and at most nine chips at one speed.
 constexpr std::size_t kChips = 511;
 constexpr std::array<bool, kChips> pseudo_random_chips() {
   std::array<bool, kChips> out{};
@@ -94,27 +95,40 @@ void add(std::vector<Segment>& s, const std::string& name, const SequenceOptions
   if (name == "step") return add_steps(s, o);
   if (name == "abab") return add_abab(s, o);
   if (name == "chirp")
-    s.push_back({.motion = Motion::chirp, .omega_rad_s = middle(o), .duration_s = o.chirp_s, .amplitude = o.chirp_share, .low_Hz = o.chirp_low_Hz, .high_Hz = o.chirp_high_Hz});
+    s.push_back({.motion = Motion::chirp,
+                 .omega_rad_s = middle(o),
+                 .duration_s = o.chirp_s,
+                 .amplitude = o.chirp_share,
+                 .low_Hz = o.chirp_low_Hz,
+                 .high_Hz = o.chirp_high_Hz});
   else if (name == "prbs")
-    s.push_back({.motion = Motion::prbs, .omega_rad_s = middle(o), .duration_s = o.prbs_s, .amplitude = o.prbs_share, .chip_s = o.prbs_chip_s});
+    s.push_back(
+        {.motion = Motion::prbs, .omega_rad_s = middle(o), .duration_s = o.prbs_s, .amplitude = o.prbs_share, .chip_s = o.prbs_chip_s});
   else if (name == "endurance")
     for (double t = 0.0; t < o.endurance_s; t += 10.0) s.push_back(hold(middle(o), std::min(10.0, o.endurance_s - t)));
   else if (name == "replay")
-    s.push_back({.motion = Motion::replay, .omega_rad_s = o.replay.back().omega_rad_s, .duration_s = o.replay.back().t_s - o.replay.front().t_s});
+    s.push_back(
+        {.motion = Motion::replay, .omega_rad_s = o.replay.back().omega_rad_s, .duration_s = o.replay.back().t_s - o.replay.front().t_s});
 }
 
 void check(const std::string& name, const SequenceOptions& o) {
-  const auto refuse = [](const char* option, const std::string& what, const std::string& remedy) { throw Error({option, what, "", remedy}); };
+  const auto refuse = [](const char* option, const std::string& what, const std::string& remedy) {
+    throw Error({option, what, "", remedy});
+  };
   if (std::find(std::begin(kSequences), std::end(kSequences), name) == std::end(kSequences))
     refuse("--sequence", fmt::format("\"{}\" is no sequence", name), fmt::format("use: {}", fmt::join(kSequences, ", ")));
   if (name == "zero") return;
   if (!(o.low_rad_s > 0.0 && o.high_rad_s > o.low_rad_s))
-    refuse("--rpm", fmt::format("{:.0f} to {:.0f} rad/s is no range of speeds", o.low_rad_s, o.high_rad_s), "give LOW,HIGH in RPM, both above 0");
+    refuse("--rpm", fmt::format("{:.0f} to {:.0f} rad/s is no range of speeds", o.low_rad_s, o.high_rad_s),
+           "give LOW,HIGH in RPM, both above 0");
   if (!(o.idle_rad_s > 0.0 && o.idle_rad_s < o.low_rad_s) && (name == "staircase" || name == "shuffled" || name == "return-to-base"))
-    refuse("--idle", fmt::format("idle at {:.0f} rad/s is not between 0 and the lowest speed, {:.0f} rad/s", o.idle_rad_s, o.low_rad_s), "lower --idle, or raise the lowest speed");
+    refuse("--idle", fmt::format("idle at {:.0f} rad/s is not between 0 and the lowest speed, {:.0f} rad/s", o.idle_rad_s, o.low_rad_s),
+           "lower --idle, or raise the lowest speed");
   if (o.levels < 3 || o.levels > 60) refuse("--levels", fmt::format("{} levels are out of range: 3 to 60", o.levels), "12 are usual");
-  if (o.repeats && (*o.repeats < 1 || *o.repeats > 200)) refuse("--repeats", fmt::format("{} repeats are out of range: 1 to 200", *o.repeats), "36 steps or 3 pairs of A and B are usual");
-  if (name == "replay" && o.replay.size() < 2) refuse("--replay", "no speeds to replay", "give a CSV with t_s and omega_rad_s or rpm, or a flight log");
+  if (o.repeats && (*o.repeats < 1 || *o.repeats > 200))
+    refuse("--repeats", fmt::format("{} repeats are out of range: 1 to 200", *o.repeats), "36 steps or 3 pairs of A and B are usual");
+  if (name == "replay" && o.replay.size() < 2)
+    refuse("--replay", "no speeds to replay", "give a CSV with t_s and omega_rad_s or rpm, or a flight log");
 }
 
 }  // namespace
@@ -150,10 +164,13 @@ double Plan::typical_s(double settle_s) const {
 
 double wanted_rad_s(const Plan& plan, const Segment& s, double since_s) {
   switch (s.motion) {
-    case Motion::zero: return 0.0;
+    case Motion::zero:
+      return 0.0;
     case Motion::hold:
-    case Motion::step: return s.omega_rad_s;
-    case Motion::ramp: return s.from_rad_s + (s.omega_rad_s - s.from_rad_s) * std::clamp(since_s / s.duration_s, 0.0, 1.0);
+    case Motion::step:
+      return s.omega_rad_s;
+    case Motion::ramp:
+      return s.from_rad_s + (s.omega_rad_s - s.from_rad_s) * std::clamp(since_s / s.duration_s, 0.0, 1.0);
     case Motion::chirp: {
       const double phase = s.low_Hz * since_s + 0.5 * (s.high_Hz - s.low_Hz) / s.duration_s * since_s * since_s;
       return s.omega_rad_s * (1.0 + s.amplitude * std::sin(2.0 * std::numbers::pi * phase));
@@ -163,7 +180,8 @@ double wanted_rad_s(const Plan& plan, const Segment& s, double since_s) {
       const auto chip = static_cast<std::size_t>(std::max(0.0, since_s) / s.chip_s) % kChips;
       return s.omega_rad_s * (1.0 + (kSequence[chip] ? s.amplitude : -s.amplitude));
     }
-    case Motion::replay: break;
+    case Motion::replay:
+      break;
   }
   const double t = plan.replay.front().t_s + since_s;
   const auto after = std::upper_bound(plan.replay.begin(), plan.replay.end(), t, [](double v, const ReplayPoint& p) { return v < p.t_s; });

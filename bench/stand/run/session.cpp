@@ -18,18 +18,26 @@ using modbus::StandAxis;
 
 constexpr std::uint8_t kRunPriority = 7, kRunArmingPriority = 8;
 constexpr std::int64_t kCommand_ns = 10'000'000, kArming_ns = 250'000'000;
-constexpr std::int64_t kDuty_ns = 100'000'000;      // the ESC averages over as long
-constexpr std::int64_t kZeros_ns = 300'000'000;          // of zero orders before the disarming
-constexpr std::int64_t kEscSilent_ns = 1'200'000'000;    // an ESC at rest reports twice a second
+constexpr std::int64_t kDuty_ns = 100'000'000;         // the ESC averages over as long
+constexpr std::int64_t kZeros_ns = 300'000'000;        // of zero orders before the disarming
+constexpr std::int64_t kEscSilent_ns = 1'200'000'000;  // an ESC at rest reports twice a second
 constexpr std::int64_t kForeign_ns = 1'000'000'000;
-constexpr std::int64_t kStart_ns = 4'000'000'000;        // from rest to the set-point: alignment, ramp, second try
-constexpr double kJump = 0.25;                           // of the higher speed: larger changes are slewed
+constexpr std::int64_t kStart_ns = 4'000'000'000;  // from rest to the set-point: alignment, ramp, second try
+constexpr double kJump = 0.25;                     // of the higher speed: larger changes are slewed
 
 }  // namespace
 
-Session::Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& tool, tools::EscTable& table, RunFiles& files, SessionOptions options)
-    : setup_(setup), plan_(std::move(plan)), tool_(tool), table_(table), files_(files), options_(std::move(options)), limits_(setup.limits),
-      grid_(grid_columns(setup), kGrid_ns, kPatience_ns), begun_ns_(tool.now_ns()) {
+Session::Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& tool, tools::EscTable& table, RunFiles& files,
+                 SessionOptions options)
+    : setup_(setup),
+      plan_(std::move(plan)),
+      tool_(tool),
+      table_(table),
+      files_(files),
+      options_(std::move(options)),
+      limits_(setup.limits),
+      grid_(grid_columns(setup), kGrid_ns, kPatience_ns),
+      begun_ns_(tool.now_ns()) {
   tool.on<protocols::EscStatus>([this](const protocols::EscStatus& s, std::uint8_t) { on_status(s); });
   const auto foreign = [this](const auto&, std::uint8_t) { foreign_ns_ = tool_.now_ns(); };
   tool.on<protocols::RawCommand>(foreign);
@@ -69,7 +77,8 @@ std::vector<std::string> Session::unwatched() const {
 void Session::take(const StandReading& r) {
   Newest& n = newest_[r.axis];
   n = {r.value, r.sampled_ns, n.sum + r.value, n.n + 1.0};
-  const std::string line = fmt::format("{:.6f},{:.3f},{},{:.9g}", seconds(r.sampled_ns), 1e-6 * static_cast<double>(r.uncertainty_ns), modbus::name(r.axis), r.value);
+  const std::string line = fmt::format("{:.6f},{:.3f},{},{:.9g}", seconds(r.sampled_ns), 1e-6 * static_cast<double>(r.uncertainty_ns),
+                                       modbus::name(r.axis), r.value);
   files_.reading(line);
   history_.push_back({r.sampled_ns, line});
   if (const auto column = column_of(r.axis)) grid_.add(*column, r.sampled_ns, r.value);
@@ -80,13 +89,26 @@ void Session::take(const StandReading& r) {
       watch_value("thrust_N", "thrust", newest(StandAxis::thrust).value_or(0.0));
       watch_value("torque_N_m", "torque", newest(StandAxis::torque).value_or(0.0));
       break;
-    case StandAxis::voltage: watch_value("voltage_V", "supply", r.value); break;
-    case StandAxis::current: watch_value("current_A", "supply", r.value); break;
-    case StandAxis::motor_temperature: watch_value("temperature_degC", "motor", r.value); break;
-    case StandAxis::esc_temperature: watch_value("temperature_degC", "ESC's sensor", r.value); break;
-    case StandAxis::vibration: watch_value("vibration_m_s2", "mount", r.value); break;
-    case StandAxis::rotor_speed: watch_value("omega_rad_s", "independent speed", r.value); break;
-    default: break;
+    case StandAxis::voltage:
+      watch_value("voltage_V", "supply", r.value);
+      break;
+    case StandAxis::current:
+      watch_value("current_A", "supply", r.value);
+      break;
+    case StandAxis::motor_temperature:
+      watch_value("temperature_degC", "motor", r.value);
+      break;
+    case StandAxis::esc_temperature:
+      watch_value("temperature_degC", "ESC's sensor", r.value);
+      break;
+    case StandAxis::vibration:
+      watch_value("vibration_m_s2", "mount", r.value);
+      break;
+    case StandAxis::rotor_speed:
+      watch_value("omega_rad_s", "independent speed", r.value);
+      break;
+    default:
+      break;
   }
 }
 
@@ -127,7 +149,8 @@ void Session::ask_duty() {
   tool_.request<protocols::ParamGetSet, protocols::ParamGetSetResponse>(
       options_.duty_node, ask,
       [this](const std::optional<protocols::ParamGetSetResponse>& r) {
-        if (r && r->value.kind == protocols::ParamValue::Kind::real && phase_ != Phase::done) grid_.add(kDutyColumn, tool_.now_ns(), static_cast<double>(r->value.real));
+        if (r && r->value.kind == protocols::ParamValue::Kind::real && phase_ != Phase::done)
+          grid_.add(kDutyColumn, tool_.now_ns(), static_cast<double>(r->value.real));
       },
       {.attempts = 1, .timeout_ns = kDuty_ns});
 }
@@ -146,15 +169,21 @@ void Session::note_stale(const std::string& channel, double age_ms) {
 // What the bus shows of the ESC and of others.
 void Session::watch_bus() {
   const std::int64_t now = tool_.now_ns();
-  const auto stop = [&](const char* limit, std::string what, modbus::LimitAction action) { stop_for({limit, std::move(what), 0.0, 0.0, action, now}); };
+  const auto stop = [&](const char* limit, std::string what, modbus::LimitAction action) {
+    stop_for({limit, std::move(what), 0.0, 0.0, action, now});
+  };
   using modbus::LimitAction;
-  if (heard_ns_ >= 0 && now - heard_ns_ > kEscSilent_ns) stop("esc_silent", fmt::format("ESC {} does not report", options_.esc_index), LimitAction::cut);
-  if (foreign_ns_ >= 0 && now - foreign_ns_ < kForeign_ns) stop("foreign_commander", "another node sends commands on this bus", LimitAction::cut);
+  if (heard_ns_ >= 0 && now - heard_ns_ > kEscSilent_ns)
+    stop("esc_silent", fmt::format("ESC {} does not report", options_.esc_index), LimitAction::cut);
+  if (foreign_ns_ >= 0 && now - foreign_ns_ < kForeign_ns)
+    stop("foreign_commander", "another node sends commands on this bus", LimitAction::cut);
   const tools::EscRow* row = table_.of_index(options_.esc_index);
-  if (row != nullptr && row->shares_index) stop("shared_index", fmt::format("two nodes have esc_index {}", options_.esc_index), LimitAction::cut);
+  if (row != nullptr && row->shares_index)
+    stop("shared_index", fmt::format("two nodes have esc_index {}", options_.esc_index), LimitAction::cut);
   if (row != nullptr) {
     const auto node = tool_.nodes().find(row->node);
-    if (node != tool_.nodes().end() && node->second.status.health >= protocols::Health::error) stop("esc_fault", "the ESC reports an error: " + tools::trouble_of(node->second.status), LimitAction::cut);
+    if (node != tool_.nodes().end() && node->second.status.health >= protocols::Health::error)
+      stop("esc_fault", "the ESC reports an error: " + tools::trouble_of(node->second.status), LimitAction::cut);
   }
   const modbus::StandLimit& time = limits_.limit("run_time_s");
   if (seconds(now) > time.max) stop_for({"run_time_s", "run", seconds(now), time.max, time.action, now});
@@ -163,7 +192,9 @@ void Session::watch_bus() {
     const modbus::StandDevice& d = setup_.buses[a.bus].devices[a.device];
     if (d.profile.channels[a.channel].rate != modbus::PollRate::fast) continue;
     const double age_ms = 1e-6 * static_cast<double>(now - newest_.at(a.axis).sampled_ns);
-    if (age_ms > limits_.limit("stale_ms").max) stop_for({"stale_ms", fmt::format("{} ({})", modbus::name(a.axis), d.name), age_ms, limits_.limit("stale_ms").max, limits_.limit("stale_ms").action, now});
+    if (age_ms > limits_.limit("stale_ms").max)
+      stop_for({"stale_ms", fmt::format("{} ({})", modbus::name(a.axis), d.name), age_ms, limits_.limit("stale_ms").max,
+                limits_.limit("stale_ms").action, now});
   }
 }
 
@@ -191,7 +222,12 @@ void Session::stop_for(const Trip& t) {
     std::string text = std::string(kReadingsHeader) + "\n";
     for (const Kept& k : history_) text += k.line + "\n";
     files_.write_history(text);
-    note("trip", {{"limit", t.limit}, {"source", t.source}, {"value", t.value}, {"max", t.max}, {"action", name(t.action)}, {"history", "trip.csv"}});
+    note("trip", {{"limit", t.limit},
+                  {"source", t.source},
+                  {"value", t.value},
+                  {"max", t.max},
+                  {"action", name(t.action)},
+                  {"history", "trip.csv"}});
   }
   end_ = RunEnd::tripped;
   if (cut) {
@@ -224,7 +260,8 @@ void Session::note(const char* what, nlohmann::ordered_json fields) {
 
 void Session::arm(bool armed) {
   armed_ = armed;
-  tool_.broadcast(protocols::ArmingStatus{.status = armed ? protocols::ArmingStatus::kFullyArmed : protocols::ArmingStatus::kDisarmed}, kRunArmingPriority);
+  tool_.broadcast(protocols::ArmingStatus{.status = armed ? protocols::ArmingStatus::kFullyArmed : protocols::ArmingStatus::kDisarmed},
+                  kRunArmingPriority);
 }
 
 // All positions before this one are zero: a stop for the other ESCs.
@@ -295,7 +332,8 @@ void Session::drive() {
     const double measured_s = measure_ns_ < 0 ? 0.0 : 1e-9 * static_cast<double>(now - measure_ns_);
     if (is_rest ? measure_ns_ >= 0 && measured_s >= s.duration_s : since >= s.duration_s) return next_segment();
   }
-  const bool jump = phase_ == Phase::running && set_point_ > 0.0 && wanted > 0.0 && std::abs(wanted - set_point_) <= kJump * std::max(wanted, set_point_);
+  const bool jump =
+      phase_ == Phase::running && set_point_ > 0.0 && wanted > 0.0 && std::abs(wanted - set_point_) <= kJump * std::max(wanted, set_point_);
   const double reach = options_.slew_rad_s2 * dt;
   if (set_point_ == 0.0 && wanted > 0.0) left_zero_ns_ = now, followed_ = false;
   set_point_ = jump ? wanted : set_point_ + std::clamp(wanted - set_point_, -reach, reach);

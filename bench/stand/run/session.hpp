@@ -23,18 +23,18 @@ inline constexpr const char* kDutyParameter = "stat_duty_q";  // what an ESC tha
 
 struct SessionOptions {
   int esc_index = 0;
-  int esc_pole_pairs = 0;           // as the ESC has it; 0: not known
-  std::uint8_t duty_node = 0;  // ESC that is asked for the voltage that it gives ten times a second; 0: none that has it
-  double settle_s = 0.7;            // at least, after each change of speed; zeros three times as long
-  double settle_most_s = 5.0;       // then the step counts as it is, marked unsettled
-  double slew_rad_s2 = 2000.0;      // of starts, stops and large changes
+  int esc_pole_pairs = 0;       // as the ESC has it; 0: not known
+  std::uint8_t duty_node = 0;   // ESC that is asked for the voltage that it gives ten times a second; 0: none that has it
+  double settle_s = 0.7;        // at least, after each change of speed; zeros three times as long
+  double settle_most_s = 5.0;   // then the step counts as it is, marked unsettled
+  double slew_rad_s2 = 2000.0;  // of starts, stops and large changes
   // Whether the stand is in this configuration (abab); asked again and again with the motor disarmed until it says so. None: always.
   std::function<bool(char configuration)> configured;
 };
 
 struct StandReading {
   modbus::StandAxis axis = modbus::StandAxis::thrust;
-  double value = 0.0;  // SI; thrust and torque before the calibration matrix
+  double value = 0.0;                               // SI; thrust and torque before the calibration matrix
   std::int64_t sampled_ns = 0, uncertainty_ns = 0;  // of the bus's clock
 };
 
@@ -45,7 +45,8 @@ struct StepMeans {
   int number = 0;
   char configuration = 'A';
   Motion motion = Motion::hold;
-  double wanted_rad_s = 0.0, t_s = 0.0, duration_s = 0.0, omega_rad_s = 0.0, thrust_N = 0.0, torque_N_m = 0.0, voltage_V = 0.0, current_A = 0.0;
+  double wanted_rad_s = 0.0, t_s = 0.0, duration_s = 0.0, omega_rad_s = 0.0, thrust_N = 0.0, torque_N_m = 0.0, voltage_V = 0.0,
+         current_A = 0.0;
   int samples = 0;
   bool settled = true, limited = false;
 };
@@ -53,7 +54,8 @@ struct StepMeans {
 class Session {
  public:
   // Listens through the tool from now on. What it gets by reference must outlive it.
-  Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& tool, tools::EscTable& table, RunFiles& files, SessionOptions options);
+  Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& tool, tools::EscTable& table, RunFiles& files,
+          SessionOptions options);
 
   void take(const StandReading& reading);
   // An instrument gave nothing good for longer than its limit.

@@ -24,13 +24,20 @@ std::vector<GridColumn> grid_columns(const modbus::StandSetup& s) {
 
 std::optional<std::size_t> column_of(StandAxis axis) {
   switch (axis) {
-    case StandAxis::thrust: return kThrustColumn;
-    case StandAxis::torque: return kTorqueColumn;
-    case StandAxis::voltage: return kVoltageColumn;
-    case StandAxis::current: return kCurrentColumn;
-    case StandAxis::rotor_speed: return kIndependentColumn;
-    case StandAxis::motor_temperature: return kMotorTemperatureColumn;
-    default: return std::nullopt;
+    case StandAxis::thrust:
+      return kThrustColumn;
+    case StandAxis::torque:
+      return kTorqueColumn;
+    case StandAxis::voltage:
+      return kVoltageColumn;
+    case StandAxis::current:
+      return kCurrentColumn;
+    case StandAxis::rotor_speed:
+      return kIndependentColumn;
+    case StandAxis::motor_temperature:
+      return kMotorTemperatureColumn;
+    default:
+      return std::nullopt;
   }
 }
 

@@ -13,8 +13,8 @@ namespace {
 
 using modbus::StandAxis;
 
-constexpr std::int64_t kRecent_ns = 500'000'000;  // that settling is judged over
-constexpr double kSpeedRests = 0.003;             // of the speed, between halves of it
+constexpr std::int64_t kRecent_ns = 500'000'000;            // that settling is judged over
+constexpr double kSpeedRests = 0.003;                       // of the speed, between halves of it
 constexpr double kForceRests = 0.01, kForceRests_N = 0.06;  // of the thrust, and in N: noise of means of 25 samples of 0.1 N
 
 std::string cell(double v, const char* format = "{:.6g}") { return v == v ? fmt::format(fmt::runtime(format), v) : std::string(); }
@@ -27,7 +27,8 @@ bool Session::rests() const {
   double sums[2][2]{}, n[2][2]{};
   for (std::size_t i = 0; i < recent_.size(); ++i)
     for (int k = 0; k < 2; ++k)
-      if (const double v = recent_[i].values[k == 0 ? kOmegaColumn : kThrustColumn]; v == v) sums[k][2 * i >= recent_.size()] += v, n[k][2 * i >= recent_.size()] += 1.0;
+      if (const double v = recent_[i].values[k == 0 ? kOmegaColumn : kThrustColumn]; v == v)
+        sums[k][2 * i >= recent_.size()] += v, n[k][2 * i >= recent_.size()] += 1.0;
   for (int k = 0; k < 2; ++k) {
     if (n[k][0] < 5.0 || n[k][1] < 5.0) return false;
     const double a = sums[k][0] / n[k][0], b = sums[k][1] / n[k][1];
@@ -55,13 +56,21 @@ void Session::take_row(const GridRow& row) {
   const bool turns = at.target_rad_s > 0.0;  // at rest there is no voltage to speak of
   // The estimate is of the bare stand: steps with anything behind the rotor stand in steps.csv alone.
   const bool counts = at.step >= 0 && segment.configuration == 'A';
-  files_.sample(fmt::format("{:.4f},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", seconds(row.t_ns), counts ? std::to_string(at.step) : "", segment.configuration == 'B' ? 1 : 0, at.target_rad_s, cell(v[kOmegaColumn], "{:.4f}"),
-                            cell(load[0], "{:.5f}"), cell(load[1], "{:.7f}"), cell(v[kVoltageColumn], "{:.5f}"), cell(v[kCurrentColumn], "{:.5f}"), cell(v[kIndependentColumn], "{:.4f}"), cell(v[kEscVoltageColumn]),
-                            cell(v[kEscCurrentColumn]), cell(v[kEscTemperatureColumn]), cell(v[kMotorTemperatureColumn]), turns ? cell(v[kDutyColumn]) : ""));
+  files_.sample(fmt::format("{:.4f},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", seconds(row.t_ns),
+                            counts ? std::to_string(at.step) : "", segment.configuration == 'B' ? 1 : 0, at.target_rad_s,
+                            cell(v[kOmegaColumn], "{:.4f}"), cell(load[0], "{:.5f}"), cell(load[1], "{:.7f}"),
+                            cell(v[kVoltageColumn], "{:.5f}"), cell(v[kCurrentColumn], "{:.5f}"), cell(v[kIndependentColumn], "{:.4f}"),
+                            cell(v[kEscVoltageColumn]), cell(v[kEscCurrentColumn]), cell(v[kEscTemperatureColumn]),
+                            cell(v[kMotorTemperatureColumn]), turns ? cell(v[kDutyColumn]) : ""));
   if (!open_ || open_->number != at.step) {
     finish_step();
     if (at.step < 0) return;
-    open_ = StepMeans{.number = at.step, .configuration = segment.configuration, .motion = segment.motion, .wanted_rad_s = segment.omega_rad_s, .t_s = seconds(row.t_ns), .settled = at.settled};
+    open_ = StepMeans{.number = at.step,
+                      .configuration = segment.configuration,
+                      .motion = segment.motion,
+                      .wanted_rad_s = segment.omega_rad_s,
+                      .t_s = seconds(row.t_ns),
+                      .settled = at.settled};
   }
   const double all[] = {v[kOmegaColumn], load[0], load[1]};
   if (!std::all_of(std::begin(all), std::end(all), [](double x) { return x == x; })) return;
@@ -77,8 +86,9 @@ void Session::finish_step() {
   StepMeans s = *open_;
   open_.reset();
   for (double* v : {&s.omega_rad_s, &s.thrust_N, &s.torque_N_m, &s.voltage_V, &s.current_A}) *v /= s.samples;
-  files_.step(fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.4f},{:.5f},{:.7f},{},{},{},{},{}", s.number, s.configuration, name(s.motion), s.wanted_rad_s, s.t_s, s.duration_s, s.omega_rad_s, s.thrust_N, s.torque_N_m,
-                          cell(s.voltage_V, "{:.5f}"), cell(s.current_A, "{:.5f}"), s.samples, s.settled ? "yes" : "unsettled", s.limited ? "limited" : ""));
+  files_.step(fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.4f},{:.5f},{:.7f},{},{},{},{},{}", s.number, s.configuration, name(s.motion),
+                          s.wanted_rad_s, s.t_s, s.duration_s, s.omega_rad_s, s.thrust_N, s.torque_N_m, cell(s.voltage_V, "{:.5f}"),
+                          cell(s.current_A, "{:.5f}"), s.samples, s.settled ? "yes" : "unsettled", s.limited ? "limited" : ""));
   steps_.push_back(s);
 }
 

@@ -53,7 +53,8 @@ void SignalChain::step(double thrust_N, double torque_N_m, double omega_rad_s) {
   for (std::size_t i = 0; i < 2; ++i) {
     // White before the filter, of a size that leaves the wanted deviation behind it.
     const double white = properties_.noise[i] * std::sqrt((2.0 - share) / share) * noise_.quick_gaussian(2 * steps_ + i);
-    const double reading = e.sensitivity[i][0] * load[0] + e.sensitivity[i][1] * load[1] + e.reading_zero[i] + std::abs(e.sensitivity[i][i]) * white;
+    const double reading =
+        e.sensitivity[i][0] * load[0] + e.sensitivity[i][1] * load[1] + e.reading_zero[i] + std::abs(e.sensitivity[i][i]) * white;
     shown_[i] += share * (reading - shown_[i]);
   }
   t_s_ += dt_s_, ++steps_;

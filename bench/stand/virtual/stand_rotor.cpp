@@ -38,7 +38,10 @@ firmware::Parameters esc_parameters(const StandRotorConfig& c, const sim::PlantF
 }  // namespace
 
 StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
-    : config_(config), plant_(sim::read_plant(config.plant)), rotor_(config.blade ? std::make_shared<const sim::Rotor>(*config.blade) : sim::read_rotors(plant_)[0]), supply_(bench_supply(plant_.battery.cells)),
+    : config_(config),
+      plant_(sim::read_plant(config.plant)),
+      rotor_(config.blade ? std::make_shared<const sim::Rotor>(*config.blade) : sim::read_rotors(plant_)[0]),
+      supply_(bench_supply(plant_.battery.cells)),
       commissioning_(esc_parameters(config_, plant_)) {
   const sim::Rotor& rotor = *rotor_;
   for (std::size_t i = 0; i < kNodes; ++i) {

@@ -19,12 +19,12 @@ struct StandRotorConfig {
   std::filesystem::path plant;      // drive and propeller are those of its first rotor
   std::optional<sim::Blade> blade;  // on the motor in place of the plant's
   double density_kg_m3 = 1.2;
-  double axial_wind_m_s = 0.0;      // through the rotor as in climb
-  double thrust_lost = 0.0;         // share that what stands behind the rotor takes in configuration B
+  double axial_wind_m_s = 0.0;  // through the rotor as in climb
+  double thrust_lost = 0.0;     // share that what stands behind the rotor takes in configuration B
   int esc_index = 0;
-  int pole_pairs = 0;               // that the ESC is set to; 0: those of the motor
-  double speed_error = 0.0;         // relative, of the ESC's clock: what it reports over what is
-  std::uint64_t seed = 1;           // board spread and noise
+  int pole_pairs = 0;        // that the ESC is set to; 0: those of the motor
+  double speed_error = 0.0;  // relative, of the ESC's clock: what it reports over what is
+  std::uint64_t seed = 1;    // board spread and noise
 };
 
 class StandRotor {
@@ -63,9 +63,10 @@ class StandRotor {
   sim::Battery supply_;
   std::unique_ptr<Esc> esc_;
   firmware::Commissioning<sim::NativeEsc::Board> commissioning_;
-  bool commissioned_ = false;  // the bus has asked for one
+  bool commissioned_ = false;      // the bus has asked for one
   std::vector<double> c_t_, c_q_;  // over speed
-  double inertia_kg_m2_ = 0.0, diameter_m_ = 0.0, resistance_ohm_ = 0.0, speed_constant_rpm_V_ = 0.0, supply_A_ = 0.0, thrust_N_ = 0.0, reaction_N_m_ = 0.0;
+  double inertia_kg_m2_ = 0.0, diameter_m_ = 0.0, resistance_ohm_ = 0.0, speed_constant_rpm_V_ = 0.0, supply_A_ = 0.0, thrust_N_ = 0.0,
+         reaction_N_m_ = 0.0;
   char configuration_ = 'A';
   std::uint64_t polls_ = 0;
 };

@@ -28,7 +28,8 @@ void set_settings(modbus::SlaveDevice& slave, const modbus::Channel& c) {
     slave.set_raw(other.channel, (old & ~other.mask) | ((part << other.shift) & other.mask));
   };
   if (c.scale_of && !c.scale_map.empty()) {
-    const auto finest = std::min_element(c.scale_map.begin(), c.scale_map.end(), [](const auto& a, const auto& b) { return std::abs(a.second) < std::abs(b.second); });
+    const auto finest = std::min_element(c.scale_map.begin(), c.scale_map.end(),
+                                         [](const auto& a, const auto& b) { return std::abs(a.second) < std::abs(b.second); });
     put(*c.scale_of, finest->first);
   }
   if (c.when && !c.when_in.empty() && c.when->part(slave.raw(c.when->channel)) == 0) put(*c.when, c.when_in.front());
@@ -40,11 +41,16 @@ struct VirtualStand::Bus {
   modbus::SerialHub hub;
   modbus::Exchanger exchanger;
   std::unique_ptr<modbus::Poller> poller;
-  Bus(const modbus::SerialFormat& format, const modbus::LineFaults& faults) : hub(format, faults), exchanger(hub, modbus::Exchanger::Framing::rtu) {}
+  Bus(const modbus::SerialFormat& format, const modbus::LineFaults& faults)
+      : hub(format, faults), exchanger(hub, modbus::Exchanger::Framing::rtu) {}
 };
 
 VirtualStand::VirtualStand(const modbus::StandSetup& setup, const VirtualStandConfig& config)
-    : setup_(setup), config_(config), can_(sim::BusConfig{}), esc_port_(&can_.attach({.name = "esc"})), port_(&can_.attach({.name = "stand"})),
+    : setup_(setup),
+      config_(config),
+      can_(sim::BusConfig{}),
+      esc_port_(&can_.attach({.name = "esc"})),
+      port_(&can_.attach({.name = "stand"})),
       chain_(config.errors, config.properties, config.seed, 1e-9 * static_cast<double>(kChain_ns)) {
   config_.rotor.speed_error = config.errors.speed;
   rotor_ = std::make_unique<StandRotor>(config_.rotor, *esc_port_);
@@ -84,21 +90,31 @@ const VirtualStand::State& VirtualStand::at(std::int64_t time_ns) const {
 double VirtualStand::shown(StandAxis axis, const State& s) const {
   const ChainErrors& e = chain_.errors();
   switch (axis) {
-    case StandAxis::thrust: return chain_.rounded(0, s.reading[0]);
-    case StandAxis::torque: return chain_.rounded(1, s.reading[1]);
-    case StandAxis::voltage: return s.supply_V * (1.0 + e.voltage);
-    case StandAxis::current: return std::max(0.0, s.supply_A) * (1.0 + e.current);
-    case StandAxis::power: return s.supply_V * std::max(0.0, s.supply_A) * (1.0 + e.voltage) * (1.0 + e.current);
-    case StandAxis::rotor_speed: return std::abs(s.omega_rad_s) * config_.optical_marks;
+    case StandAxis::thrust:
+      return chain_.rounded(0, s.reading[0]);
+    case StandAxis::torque:
+      return chain_.rounded(1, s.reading[1]);
+    case StandAxis::voltage:
+      return s.supply_V * (1.0 + e.voltage);
+    case StandAxis::current:
+      return std::max(0.0, s.supply_A) * (1.0 + e.current);
+    case StandAxis::power:
+      return s.supply_V * std::max(0.0, s.supply_A) * (1.0 + e.voltage) * (1.0 + e.current);
+    case StandAxis::rotor_speed:
+      return std::abs(s.omega_rad_s) * config_.optical_marks;
     case StandAxis::vibration: {
       const bool chipped = config_.chipped_at_s > 0.0 && 1e-9 * static_cast<double>(s.t_ns) >= config_.chipped_at_s;
       return config_.shake_s2_m * (chipped ? config_.chipped_shake : 1.0) * s.omega_rad_s * s.omega_rad_s;
     }
-    case StandAxis::air_temperature: return config_.air_temperature_degC;
-    case StandAxis::air_humidity: return config_.air_humidity_percent;
-    case StandAxis::air_pressure: return pressure_Pa(rotor_->density_kg_m3(), config_.air_temperature_degC, config_.air_humidity_percent) * (1.0 + e.pressure);
+    case StandAxis::air_temperature:
+      return config_.air_temperature_degC;
+    case StandAxis::air_humidity:
+      return config_.air_humidity_percent;
+    case StandAxis::air_pressure:
+      return pressure_Pa(rotor_->density_kg_m3(), config_.air_temperature_degC, config_.air_humidity_percent) * (1.0 + e.pressure);
     case StandAxis::motor_temperature:
-    case StandAxis::esc_temperature: break;
+    case StandAxis::esc_temperature:
+      break;
   }
   return 35.0;
 }
@@ -127,12 +143,14 @@ void VirtualStand::make_bus(std::size_t index) {
     auto slave = std::make_shared<modbus::SlaveDevice>(device.profile);
     for (const modbus::Channel& c : device.profile.channels) set_settings(*slave, c);
     slave->on_sample = [this, index, d](modbus::SlaveDevice& s, std::int64_t now_ns) { show(index, d, s, now_ns); };
-    modbus::HubSlave on_bus{static_cast<std::uint8_t>(device.slave), slave, static_cast<std::int64_t>(1e6 * device.profile.turnaround_ms), config_.turnaround_jitter_ns};
+    modbus::HubSlave on_bus{static_cast<std::uint8_t>(device.slave), slave, static_cast<std::int64_t>(1e6 * device.profile.turnaround_ms),
+                            config_.turnaround_jitter_ns};
     if (device.name == config_.dies) on_bus.dies_at_ns = static_cast<std::int64_t>(1e9 * config_.dies_at_s);
     bus->hub.add(std::move(on_bus));
   }
   bus->exchanger.wait_until(can_.now_ns());
-  bus->poller = std::make_unique<modbus::Poller>(bus->exchanger, stand_run::polled_devices(b), modbus::PollerSettings{.slow_divider = b.slow_divider});
+  bus->poller = std::make_unique<modbus::Poller>(bus->exchanger, stand_run::polled_devices(b),
+                                                 modbus::PollerSettings{.slow_divider = b.slow_divider});
   modbus::SerialHub& hub = bus->hub;
   bus->poller->on_sample = [this, index, &hub](const modbus::Sample& s) {
     advance_to(hub.now_ns());
@@ -140,7 +158,8 @@ void VirtualStand::make_bus(std::size_t index) {
   };
   bus->poller->on_stale = [this, index, &hub](const modbus::Stale& s) {
     advance_to(hub.now_ns());
-    if (session_ != nullptr) session_->note_stale(stand_run::channel_name(setup_, index, s.device, s.channel), 1e-6 * static_cast<double>(s.age_ns));
+    if (session_ != nullptr)
+      session_->note_stale(stand_run::channel_name(setup_, index, s.device, s.channel), 1e-6 * static_cast<double>(s.age_ns));
   };
   buses_.push_back(std::move(bus));
 }
@@ -151,7 +170,10 @@ void VirtualStand::run(stand_run::Session& session, double most_s, const std::fu
   if (buses_.empty())
     for (std::size_t b = 0; b < setup_.buses.size(); ++b) make_bus(b);
   while (!session.done() && can_.now_ns() < end_ns) {
-    const auto furthest_behind = [this] { return std::min_element(buses_.begin(), buses_.end(), [](const auto& a, const auto& b) { return a->hub.now_ns() < b->hub.now_ns(); })->get(); };
+    const auto furthest_behind = [this] {
+      return std::min_element(buses_.begin(), buses_.end(), [](const auto& a, const auto& b) { return a->hub.now_ns() < b->hub.now_ns(); })
+          ->get();
+    };
     furthest_behind()->poller->step();
     advance_to(furthest_behind()->hub.now_ns());  // a silent bus moves the world on too
   }

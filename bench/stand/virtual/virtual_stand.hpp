@@ -1,5 +1,5 @@
-// A stand in virtual time behind the ports of any stand file: its instruments answer on emulated buses from their own profiles, the ESC is the
-// firmware core on a simulated CAN bus. Session, pollers and files are those of hardware; only the ports differ. No port is opened.
+// A stand in virtual time behind the ports of any stand file: its instruments answer on emulated buses from their own profiles, the ESC is
+// the firmware core on a simulated CAN bus. Session, pollers and files are those of hardware; only the ports differ. No port is opened.
 //
 // Time. Each bus of instruments has its own clock, moved on by byte times, gaps and turnarounds; whenever a device samples, the world
 // (CAN bus, ESC, rotor, mount, and the session that commands them) is moved on to that moment first. The bus that is furthest behind
@@ -26,13 +26,13 @@ struct VirtualStandConfig {
   StandRotorConfig rotor;
   ChainErrors errors;
   ChainProperties properties;
-  modbus::LineFaults line;             // of every bus of instruments
+  modbus::LineFaults line;  // of every bus of instruments
   std::int64_t turnaround_jitter_ns = 300'000;
   double air_temperature_degC = 20.0, air_humidity_percent = 45.0;  // pressure follows from the density
-  int optical_marks = 1;               // what an independent speed sensor counts a turn, over what it takes for a turn
-  double shake_s2_m = 4e-6;            // vibration of the mount over the square of rotor speed: m/s² rms for each (rad/s)²
+  int optical_marks = 1;                            // what an independent speed sensor counts a turn, over what it takes for a turn
+  double shake_s2_m = 4e-6;                         // vibration of the mount over the square of rotor speed: m/s² rms for each (rad/s)²
   double chipped_at_s = 0.0, chipped_shake = 20.0;  // from then on (0: never) a blade lacks a piece: the mount shakes as many times as much
-  std::string dies;                    // a device that says nothing from dies_at_s on
+  std::string dies;                                 // a device that says nothing from dies_at_s on
   double dies_at_s = 0.0;
   std::uint64_t seed = 1;
 };
@@ -57,9 +57,9 @@ class VirtualStand {
     double omega_rad_s, supply_V, supply_A;
   };
   struct Bus;
-  void follow(std::int64_t now_ns);                // ESC, rotor and mount, to the bus's time
-  void advance_to(std::int64_t time_ns);           // CAN bus and all that hangs on it, the session too
-  const State& at(std::int64_t time_ns) const;     // the newest state that is not later
+  void follow(std::int64_t now_ns);             // ESC, rotor and mount, to the bus's time
+  void advance_to(std::int64_t time_ns);        // CAN bus and all that hangs on it, the session too
+  const State& at(std::int64_t time_ns) const;  // the newest state that is not later
   void make_bus(std::size_t index);
   void show(std::size_t bus, std::size_t device, modbus::SlaveDevice& slave, std::int64_t now_ns);
   double shown(modbus::StandAxis axis, const State& state) const;

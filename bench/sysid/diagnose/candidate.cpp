@@ -14,7 +14,8 @@ std::vector<int> parameters_of_fit(const host::CatalogueEffect& e) {
   std::vector<int> out;
   for (const std::string& name : e.fit) {
     out.push_back(estimate::find_parameter(name, {}));
-    if (out.back() < 0) throw Error({"effects/catalogue.toml", e.id + ".fit names \"" + name + "\", which no fit has", "", "see `identify --names`"});
+    if (out.back() < 0)
+      throw Error({"effects/catalogue.toml", e.id + ".fit names \"" + name + "\", which no fit has", "", "see `identify --names`"});
   }
   return out;
 }
@@ -22,8 +23,11 @@ std::vector<int> parameters_of_fit(const host::CatalogueEffect& e) {
 std::optional<Candidate> of_fit(const host::CatalogueEffect& e, const identify::Identification& r) {
   const estimate::FitProblem& p = r.problem;
   Candidate c{.id = e.id, .core = parameters_of_fit(e)};
-  const auto is_free = [&](const estimate::FreeParameter& f) { return std::find(c.core.begin(), c.core.end(), f.parameter) != c.core.end(); };
-  const bool commands = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return g->input.from_commands(); });
+  const auto is_free = [&](const estimate::FreeParameter& f) {
+    return std::find(c.core.begin(), c.core.end(), f.parameter) != c.core.end();
+  };
+  const bool commands =
+      std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return g->input.from_commands(); });
   const bool poses = std::any_of(p.flights.begin(), p.flights.end(), [](const estimate::GridFlight* g) { return !g->pose.empty(); });
   if (std::any_of(p.free.begin(), p.free.end(), is_free) || (c.core.front() == estimate::kRotorDelay && commands) ||
       (c.core.front() == estimate::kPoseDelay && !poses))
@@ -46,7 +50,8 @@ std::optional<Candidate> of_term(const host::Term& term, const estimate::ModelVa
   const double mass_kg = model[estimate::kMass], arm_m = host::arm_m(model.geometry);
   Candidate c{.id = std::string(term.info.id), .term = &term};
   for (const host::TermParameter& t : term.info.parameters)
-    c.parameters.push_back({std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass_kg, arm_m)});
+    c.parameters.push_back(
+        {std::string(t.name), std::string(t.unit), t.neutral, t.min, t.max, t.scale * host::size_ratio(t.unit, mass_kg, arm_m)});
   return c;
 }
 
@@ -78,7 +83,8 @@ const host::CatalogueEffect& effect_of_parameter(int core_parameter) {
   for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) {
     if (e.kind == host::EffectKind::parameter && parameters_of_fit(e).front() == core_parameter) return e;
   }
-  throw Error({"effects/catalogue.toml", "no effect is " + estimate::parameter_info(core_parameter, {}).name, "", "name it in the `fit` of one"});
+  throw Error(
+      {"effects/catalogue.toml", "no effect is " + estimate::parameter_info(core_parameter, {}).name, "", "name it in the `fit` of one"});
 }
 
 }  // namespace rotorloop::diagnose

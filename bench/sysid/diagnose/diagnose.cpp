@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/render/digits.hpp"
 #include "bench/sysid/diagnose/gust.hpp"
 #include "bench/sysid/diagnose/law_remainder.hpp"
 #include "bench/sysid/diagnose/manoeuvre/manoeuvre_search.hpp"
@@ -19,7 +20,6 @@
 #include "bench/sysid/identify/gauge.hpp"
 #include "bench/sysid/identify/identified_vehicle.hpp"
 #include "bench/sysid/identify/whiteness.hpp"
-#include "bench/render/digits.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/statistics.hpp"
 #include "host/base/symmetric_matrix.hpp"
@@ -36,7 +36,8 @@ std::vector<std::pair<std::string, double>> shifts(const identify::Identificatio
   for (const estimate::Estimate& a : before.fit.estimates) {
     const estimate::Estimate* b = after.fit.find(a.parameter, a.flight);
     if (!b || a.value == 0.0) continue;
-    if (std::fabs(b->value - a.value) > identify::reported_u(a)) out.emplace_back(estimate::estimate_name(a, before.problem), b->value / a.value - 1.0);
+    if (std::fabs(b->value - a.value) > identify::reported_u(a))
+      out.emplace_back(estimate::estimate_name(a, before.problem), b->value / a.value - 1.0);
   }
   return out;
 }
@@ -74,8 +75,8 @@ void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& reco
 void note_unfinished(const std::vector<RefitCandidate>& ranked, Diagnosis& d) {
   for (const RefitCandidate& c : ranked) {
     if (c.failure.id != Rejection::out_of_time) continue;
-    d.remarks.push_back(fmt::format("{} was not judged: its refit was not done after {:.0f} s. With --refit-limit it gets more.", c.tested->candidate->id,
-                                    c.failure.figures.front().value));
+    d.remarks.push_back(fmt::format("{} was not judged: its refit was not done after {:.0f} s. With --refit-limit it gets more.",
+                                    c.tested->candidate->id, c.failure.figures.front().value));
   }
 }
 
@@ -127,7 +128,8 @@ std::string needs_of(const host::CatalogueEffect& e) {
 
 bool innovations_white(const identify::Identification& r) {
   for (std::size_t f = 0; f < r.fit.reduced.size(); ++f) {
-    if (!r.fit.reduced[f].innovations.empty() && !identify::whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white()) return false;
+    if (!r.fit.reduced[f].innovations.empty() && !identify::whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations).white())
+      return false;
   }
   return true;
 }
@@ -150,8 +152,8 @@ class Search {
   identify::Identification model() && { return std::move(model_); }
 
  private:
-  std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening,
-                                       const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const;
+  std::vector<RefitCandidate> refitted(const identify::Identification& start, const Screening& screening, const std::vector<Tested>& all,
+                                       const std::function<void(const std::string&, double)>& progress) const;
   bool stood_for_another(std::size_t i, double own) const;
   void reject(const std::vector<RefitCandidate>& ranked);
   void accept(RefitCandidate& best, std::vector<ClassMember> aliases);
@@ -183,9 +185,8 @@ bool Search::add_the_best(int round, const Say& say) {
   const bool may_add = static_cast<int>(added_.size()) < o_.max_effects;
   bool accepted = false;
   if (may_add) {
-    std::vector<RefitCandidate> ranked = refitted(start, s, all, [&](const std::string& id, double of_refits) {
-      say("refit with " + id, done + share * (0.3 + 0.7 * of_refits));
-    });
+    std::vector<RefitCandidate> ranked = refitted(
+        start, s, all, [&](const std::string& id, double of_refits) { say("refit with " + id, done + share * (0.3 + 0.7 * of_refits)); });
     note_refits(ranked, record);
     note_unfinished(ranked, d_);
     reject(ranked);
@@ -204,13 +205,14 @@ bool Search::add_the_best(int round, const Say& say) {
 }
 
 // Those that could be it, best first, the failed ones last.
-std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s,
-                                             const std::vector<Tested>& all, const std::function<void(const std::string&, double)>& progress) const {
+std::vector<RefitCandidate> Search::refitted(const identify::Identification& start, const Screening& s, const std::vector<Tested>& all,
+                                             const std::function<void(const std::string&, double)>& progress) const {
   std::vector<RefitCandidate> ranked = select_model(start, model_, s, all, o_.criteria, again_, o_.refit_limit_s, progress);
   if (!ranked.empty() && !among(gusts().id, o_.without)) leave_to_gusts(score_gust(start), ranked, o_.criteria);
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || added_.empty()) continue;
-    // What laws of a whole model leave varies with the motion: for a first effect a scatter within that is no objection, for a further one it is.
+    // What laws of a whole model leave varies with the motion: for a first effect a scatter within that is no objection, for a further one
+    // it is.
     if (acts_on_body(*c.tested->candidate) && c.heterogeneity.variation > o_.criteria.larger_part) {
       c.failure = {Rejection::varies, {{"variation", "1", c.heterogeneity.variation, o_.criteria.larger_part}}};
       continue;
@@ -274,7 +276,8 @@ double worth(const identify::Identification& r, const Candidate& c) {
   std::vector<Eigen::Index> at;
   std::vector<double> size;
   for (std::size_t i = 0; i < r.fit.estimates.size(); ++i) {
-    const auto k = static_cast<std::size_t>(std::find(parameters.begin(), parameters.end(), r.fit.estimates[i].parameter) - parameters.begin());
+    const auto k =
+        static_cast<std::size_t>(std::find(parameters.begin(), parameters.end(), r.fit.estimates[i].parameter) - parameters.begin());
     if (k == parameters.size()) continue;
     at.push_back(static_cast<Eigen::Index>(i));
     size.push_back(r.fit.estimates[i].value - c.parameters[k].neutral);
@@ -284,21 +287,21 @@ double worth(const identify::Identification& r, const Candidate& c) {
   return factor.succeeded() ? 0.5 * change.dot(factor.inverse() * change) : std::numeric_limits<double>::infinity();
 }
 
-// An effect that stood in for others found later: beside them it is worth next to nothing of what it was worth alone, or it is worth less than one
-// of them and may be the remainder of its law. `own`: what it is worth.
+// An effect that stood in for others found later: beside them it is worth next to nothing of what it was worth alone, or it is worth less
+// than one of them and may be the remainder of its law. `own`: what it is worth.
 bool Search::stood_for_another(std::size_t i, double own) const {
   if (i + 1 < added_.size() && own < o_.criteria.negligible * d_.added[i].evidence.delta_log_likelihood) return true;
   for (std::size_t j = i + 1; j < added_.size(); ++j) {
-    if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s, o_.identify.fit.threads,
-                                                           again_.stop) < o_.criteria.larger_part)
+    if (own < worth(model_, added_[j]) && share_beside_law(model_, added_[j], added_[i], o_.criteria.law_error, o_.block_s,
+                                                           o_.identify.fit.threads, again_.stop) < o_.criteria.larger_part)
       return true;
   }
   return false;
 }
 
-// Backward: what the effects found later made needless goes again. Slopes say so of any size that shares a scale with parameters of the model
-// (J_r with I_zz and c_q): all of them may shrink together, but not to nothing. So what the refit without it loses has the last word, and counts
-// deflated as the blocks scatter.
+// Backward: what the effects found later made needless goes again. Slopes say so of any size that shares a scale with parameters of the
+// model (J_r with I_zz and c_q): all of them may shrink together, but not to nothing. So what the refit without it loses has the last word,
+// and counts deflated as the blocks scatter.
 void Search::drop_the_needless(const Say& say) {
   for (std::size_t i = added_.size(); i-- > 0 && added_.size() > 1;) {
     const WaldTest test = wald_test(model_, added_[i], o_.criteria.fewest_u);
@@ -307,8 +310,10 @@ void Search::drop_the_needless(const Say& say) {
     identify::Identification without = refit_without(model_, added_[i], again_);
     again_.stop.check();
     const double loss = model_.fit.log_likelihood - without.fit.log_likelihood;
-    const double degrees = std::max(1, test.degrees), p = f_tail(std::max(0.0, 2.0 * loss / (degrees * test.inflation)), degrees, std::max(4.0, test.blocks));
-    if (loss >= o_.criteria.negligible * d_.added[i].evidence.delta_log_likelihood && p <= test.sure && !stood_for_another(i, loss)) continue;
+    const double degrees = std::max(1, test.degrees),
+                 p = f_tail(std::max(0.0, 2.0 * loss / (degrees * test.inflation)), degrees, std::max(4.0, test.blocks));
+    if (loss >= o_.criteria.negligible * d_.added[i].evidence.delta_log_likelihood && p <= test.sure && !stood_for_another(i, loss))
+      continue;
     model_ = std::move(without);
     CandidateEvidence e = d_.added[i].evidence;
     e.ruled_out_by = {Rejection::needless};
@@ -328,9 +333,11 @@ void Search::report_sizes() {
       continue;
     }
     if (added_[i].id == host::SlungLoad::kId) {
-      const double body_kg = model_.problem.start[estimate::kMass], load_kg = d_.added[i].parameters.front().value, share = body_kg / (body_kg + load_kg);
+      const double body_kg = model_.problem.start[estimate::kMass], load_kg = d_.added[i].parameters.front().value,
+                   share = body_kg / (body_kg + load_kg);
       d_.remarks.push_back(
-          fmt::format("slung_load: {:.3g} g beside the mass of the vehicle file. If {:.4g} g was weighed with the load, the load is {:.3g} g, and all forces, torques and inertias are "
+          fmt::format("slung_load: {:.3g} g beside the mass of the vehicle file. If {:.4g} g was weighed with the load, the load is {:.3g} "
+                      "g, and all forces, torques and inertias are "
                       "{:.4g} times those here: flights alone do not determine which.",
                       1e3 * load_kg, 1e3 * body_kg, 1e3 * share * load_kg, share));
     }
@@ -415,16 +422,20 @@ double missing_power(const ResidualFindings& left, const estimate::ModelValues& 
 
 }  // namespace
 
-void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const Criteria& criteria) {
+void judge_explained(const ResidualFindings& before, const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d,
+                     const Criteria& criteria) {
   if (d.added.empty() || d.remains.empty()) return;
-  const double was = missing_power(before, vehicle, criteria), is = missing_power(left, vehicle, criteria), explained = was > 0.0 ? 1.0 - is / was : 0.0;
+  const double was = missing_power(before, vehicle, criteria), is = missing_power(left, vehicle, criteria),
+               explained = was > 0.0 ? 1.0 - is / was : 0.0;
   if (explained >= criteria.larger_part) return;
   d.verdict = DiagnosisVerdict::unexplained;
-  d.remarks.insert(d.remarks.begin(), fmt::format("What was found explains {:.0f} % of the power of the force and torque that the model lacks: no explanation, though it lowers the error.",
+  d.remarks.insert(d.remarks.begin(), fmt::format("What was found explains {:.0f} % of the power of the force and torque that the model "
+                                                  "lacks: no explanation, though it lowers the error.",
                                                   100.0 * std::max(0.0, explained)));
 }
 
-void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d, const std::vector<std::string>& without, const Criteria& criteria) {
+void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d,
+                     const std::vector<std::string>& without, const Criteria& criteria) {
   const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2, arm_m = host::arm_m(vehicle.geometry);
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& axis = left.unexplained.axis[a];
@@ -465,7 +476,8 @@ void report_model(Search& search, const host::VehicleFile& vehicle, const Diagno
   const bool ambiguous = std::any_of(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.aliases.empty(); });
   d.verdict = ambiguous ? DiagnosisVerdict::ambiguous : d.added.empty() ? DiagnosisVerdict::clean : DiagnosisVerdict::named;
   if (!vehicle.ceiling_z_m)
-    d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling", "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
+    d.not_observable.push_back({std::string(host::CeilingEffect::kId), "the vehicle file names no ceiling",
+                                "[room] ceiling_z_m in the vehicle file, m", 0.0, 0.0, "1"});
 }
 
 // What is left of the flights, and flights held out.

@@ -19,18 +19,19 @@ struct CandidateEvidence {
   double chi2 = 0.0;                 // classical score statistic
   double wald = 0.0;                 // block-robust, over its degrees of freedom: an F statistic
   int degrees = 0;
-  double p = 1.0, p_holm = 1.0;  // of the robust statistic; Holm over all candidates
-  double gain = 0.0;             // predicted Δ log-likelihood, deflated for correlated residuals
-  double gain_relative = 0.0;    // predicted fall of the misfit that the model's errors cause, 0 to 1
-  double bic = 0.0;              // gain less ½ d log(n_eff)
-  double cross_validated = 0.0;  // Δ log-likelihood on blocks or flights that did not estimate it, deflated likewise
+  double p = 1.0, p_holm = 1.0;       // of the robust statistic; Holm over all candidates
+  double gain = 0.0;                  // predicted Δ log-likelihood, deflated for correlated residuals
+  double gain_relative = 0.0;         // predicted fall of the misfit that the model's errors cause, 0 to 1
+  double bic = 0.0;                   // gain less ½ d log(n_eff)
+  double cross_validated = 0.0;       // Δ log-likelihood on blocks or flights that did not estimate it, deflated likewise
   double delta_log_likelihood = 0.0;  // of the refit with it; 0: it was not refitted
   // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
   double variation = 0.0, scatter = 1.0;
-  double optimism = 0.0;  // of that refit beyond the one without it: what its Δ log-likelihood loses on stretches left out (score_table.hpp)
+  double optimism =
+      0.0;  // of that refit beyond the one without it: what its Δ log-likelihood loses on stretches left out (score_table.hpp)
   double relative_size = 0.0;  // its largest number over what matters of it; of the refit where there was one
-  bool inside_bounds = true;  // of its physical range, within two u
-  Reason ruled_out_by = {};   // first criterion it fails; none: it could be the missing effect
+  bool inside_bounds = true;   // of its physical range, within two u
+  Reason ruled_out_by = {};    // first criterion it fails; none: it could be the missing effect
   // Detection limit of these flights (3.3 u), of its first parameter, and what is typical (catalogue).
   double detectable = 0.0, typical = 0.0;
 };
@@ -107,8 +108,8 @@ struct Diagnosis {
   std::vector<CandidateEvidence> rejected;  // effects that were tried in a full refit and taken out again, and why
   std::vector<NotObservable> not_observable;
   std::vector<RemainingResidual> remains;  // with effects added: named, and something remains. Without: what makes it `unexplained`
-  bool white = true;                 // innovations after the last round
-  std::vector<std::string> remarks;  // in words, most important first
+  bool white = true;                       // innovations after the last round
+  std::vector<std::string> remarks;        // in words, most important first
 };
 
 }  // namespace rotorloop::diagnose

@@ -11,9 +11,9 @@ namespace rotorloop::diagnose {
 
 struct DiagnosisRun {
   Diagnosis diagnosis;
-  identify::Identification before, after;               // the model of the vehicle file refitted, and that with the effects
-  std::optional<ResidualFindings> residuals;  // of the model after; none where flights have no poses
-  std::optional<identify::HeldOutScores> held_out;      // none without flights held out
+  identify::Identification before, after;           // the model of the vehicle file refitted, and that with the effects
+  std::optional<ResidualFindings> residuals;        // of the model after; none where flights have no poses
+  std::optional<identify::HeldOutScores> held_out;  // none without flights held out
 };
 
 }  // namespace rotorloop::diagnose

@@ -23,8 +23,8 @@ struct UnexplainedRows {
   Rows value;  // accelerations over the process noise
 };
 
-UnexplainedRows unexplained_rows(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values,
-                  const estimate::NoiseModel& noise) {
+UnexplainedRows unexplained_rows(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states,
+                                 const estimate::ModelValues& values, const estimate::NoiseModel& noise) {
   estimate::RotorInput input = g.input;
   if (values.terms.memory() > 0) input.follow(std::make_shared<const estimate::Motion>(estimate::motion_of(g, states)));
   input.prepare(values, false);

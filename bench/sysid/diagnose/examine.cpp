@@ -68,7 +68,8 @@ Reason first_failure(const Tested& t, const Criteria& criteria, double placebo) 
     return {Rejection::too_small, {{"relative_size", "1", size, criteria.relevant}}};
   if (e.bic <= 0.0) return {Rejection::costs_more, {{"gain", "1", e.gain}, {"parameters", "1", static_cast<double>(e.degrees)}}};
   if (e.cross_validated < criteria.negligible * e.gain)
-    return {Rejection::not_cross_validated, {{"cross_validated", "1", e.cross_validated, criteria.negligible * e.gain}, {"gain", "1", e.gain}}};
+    return {Rejection::not_cross_validated,
+            {{"cross_validated", "1", e.cross_validated, criteria.negligible * e.gain}, {"gain", "1", e.gain}}};
   return {};
 }
 

@@ -33,7 +33,8 @@ struct GustScore {
 GustScore score_gust(const identify::Identification& fitted);
 
 const host::CatalogueEffect& gusts();  // the effect of the catalogue whose law this is
-// Gusts that last and matter. What is shorter than two blocks of the screening is in its scatter already, and any model of a real flight leaves it.
+// Gusts that last and matter. What is shorter than two blocks of the screening is in its scatter already, and any model of a real flight
+// leaves it.
 bool blows(const GustScore& gust, const Criteria& criteria);
 
 }  // namespace rotorloop::diagnose

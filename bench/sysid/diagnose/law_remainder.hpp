@@ -1,8 +1,8 @@
 // The unmodelled remainder of a law: what the reduced law of an effect leaves of it acts when and where the law acts, only in another
 // proportion, as the law's own load times something that changes with the motion or between rotors. A force that is not quite along its
-// axis, or not quite through its point, leaves the like on other axes, but no moment about its own line, and so does a moment about an axis that is not quite the body's;
-// a moment leaves no force. A further effect whose part of the residual such products explain as well is no second cause, however
-// certain it is; one that acts elsewhere (near the ground, where the first acts with speed) is.
+// axis, or not quite through its point, leaves the like on other axes, but no moment about its own line, and so does a moment about an axis
+// that is not quite the body's; a moment leaves no force. A further effect whose part of the residual such products explain as well is no
+// second cause, however certain it is; one that acts elsewhere (near the ground, where the first acts with speed) is.
 #pragma once
 #include <array>
 #include <vector>

@@ -74,7 +74,8 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   const WaldTest all = wald_test(c.refit.fit, candidate, criteria.fewest_u);
   c.heterogeneity = heterogeneity_of(c.refit.fit, candidate);
   const NamedValue* own = defining_number(candidate, c.values);
-  const double found = own ? standard_errors(*own, candidate.parameters[static_cast<std::size_t>(own - c.values.data())].neutral) : criteria.fewest_u;
+  const double found =
+      own ? standard_errors(*own, candidate.parameters[static_cast<std::size_t>(own - c.values.data())].neutral) : criteria.fewest_u;
   if (!fit.converged) {
     c.failure = {Rejection::not_converged};
   } else if (at_bound(candidate, c.values)) {
@@ -112,7 +113,8 @@ const NamedValue* defining_number(const Candidate& c, const std::vector<NamedVal
   const host::CatalogueEffect* row = host::builtin_effect_catalogue().find(c.id);
   if (!row || values.size() < 2) return nullptr;
   const auto it = std::find_if(values.begin(), values.end(), [&](const NamedValue& v) { return v.name == row->parameter.name; });
-  if (it == values.end() || std::count_if(values.begin(), values.end(), [&](const NamedValue& v) { return v.unit == it->unit; }) > 1) return nullptr;
+  if (it == values.end() || std::count_if(values.begin(), values.end(), [&](const NamedValue& v) { return v.unit == it->unit; }) > 1)
+    return nullptr;
   return &*it;
 }
 
@@ -156,8 +158,7 @@ std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<
   for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
   std::vector<const Tested*> strongest;
   for (const Tested& t : all) {
-    if (!t.real && t.test.degrees > 0 && t.test.chi2 > best &&
-        relevance(*t.candidate, t.test.estimate) > criteria.relevant)
+    if (!t.real && t.test.degrees > 0 && t.test.chi2 > best && relevance(*t.candidate, t.test.estimate) > criteria.relevant)
       strongest.push_back(&t);
   }
   std::stable_sort(strongest.begin(), strongest.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
@@ -169,7 +170,8 @@ void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& s,
   const auto predicted = [](const RefitCandidate& c) { return c.tested->evidence.cross_validated; };
   for (RefitCandidate& richer : ranked) {
     const auto better = std::find_if(ranked.begin(), ranked.end(), [&](const RefitCandidate& c) {
-      return c.failure.none() && richer.score - c.score >= criteria.class_margin && predicted(c) > predicted(richer) && holds(s, richer, c, criteria);
+      return c.failure.none() && richer.score - c.score >= criteria.class_margin && predicted(c) > predicted(richer) &&
+             holds(s, richer, c, criteria);
     });
     if (!richer.failure.none() || better == ranked.end()) continue;
     richer.failure = {.id = Rejection::predicts_less,
@@ -199,13 +201,14 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
   if (c.tested && c.tested->candidate->term && !c.tested->candidate->term->info.memory.empty()) return false;
   if (!c.refit.cost_held || !leader.refit.cost_held) return false;
   const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
-  if (by_leader <= 0.0 || by_leader <= criteria.larger_part * (without - freed) || explained >= criteria.larger_part * by_leader) return false;
+  if (by_leader <= 0.0 || by_leader <= criteria.larger_part * (without - freed) || explained >= criteria.larger_part * by_leader)
+    return false;
   return leader.delta_log_likelihood * (1.0 - std::max(explained, 0.0) / by_leader) > criteria.class_margin / criteria.negligible;
 }
 
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
-                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options, double refit_limit_s,
-                                         const std::function<void(const std::string&, double)>& progress) {
+                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
+                                         double refit_limit_s, const std::function<void(const std::string&, double)>& progress) {
   double begun = 0.0;
   const auto say = [&](const RefitCandidate& c, double of) {
     if (progress) progress(c.tested->candidate->id, begun++ / of);
@@ -228,7 +231,9 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   const double refits = 2.0 * static_cast<double>(ranked.size());
   for (RefitCandidate& c : ranked) {
     say(c, refits);
-    attempt(c, [&](const estimate::FitOptions& o) { c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, o); });
+    attempt(c, [&](const estimate::FitOptions& o) {
+      c.refit = begin_refit(start, *c.tested->candidate, c.tested->test.estimate, model.fit.noise, o);
+    });
   }
   const auto unexplained = [](const RefitCandidate& c) { return c.refit.cost_held.value_or(0.0); };
   std::stable_sort(ranked.begin(), ranked.end(),
@@ -239,9 +244,10 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
     if (!c.failure.none()) continue;
     if (leader && !without) without = cost_held(start, model.fit.noise, options);
     if (leader && without && far_behind(c, *leader, *without, model.fit.cost, criteria)) {
-      c.failure = {.id = Rejection::far_behind,
-                   .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), criteria.larger_part}},
-                   .effect = leader->tested->candidate->id};
+      c.failure = {
+          .id = Rejection::far_behind,
+          .figures = {{"share", "1", (*without - *c.refit.cost_held) / (*without - *leader->refit.cost_held), criteria.larger_part}},
+          .effect = leader->tested->candidate->id};
       continue;
     }
     say(c, refits);

@@ -14,28 +14,29 @@ namespace rotorloop::diagnose {
 
 struct RefitCandidate {
   const Tested* tested = nullptr;
-  Refit refit = {};                      // with the effect
-  std::vector<NamedValue> values = {};   // of its parameters there
-  double delta_log_likelihood = 0.0;     // by the refit
-  double score = 0.0;                    // delta_log_likelihood less what its parameters cost
-  double optimism = 0.0;                 // of the refit, beyond the model without the effect
-  double relative_size = 0.0;            // over what matters
-  Heterogeneity heterogeneity = {};      // of its size over the flights
-  Reason failure = {};                   // why it cannot be the missing effect; none: it could
-  std::vector<const Tested*> same = {};  // others whose columns are those of this one
+  Refit refit = {};                           // with the effect
+  std::vector<NamedValue> values = {};        // of its parameters there
+  double delta_log_likelihood = 0.0;          // by the refit
+  double score = 0.0;                         // delta_log_likelihood less what its parameters cost
+  double optimism = 0.0;                      // of the refit, beyond the model without the effect
+  double relative_size = 0.0;                 // over what matters
+  Heterogeneity heterogeneity = {};           // of its size over the flights
+  Reason failure = {};                        // why it cannot be the missing effect; none: it could
+  std::vector<const Tested*> same = {};       // others whose columns are those of this one
   estimate::StopFit::Clock::duration time{};  // that its refit has taken
 };
 
 // Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
 std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
 
-// Ranked candidates after their refits, the passing ones first. Of laws that the flights like as well, that of the fewest numbers comes first. A law
-// that holds a simpler one within it (each direction of the one a direction of the other) fails where it is the more likely, but predicts
-// stretches that did not estimate it less well than the simpler one: what its further numbers fit is the error of the model that both start from.
+// Ranked candidates after their refits, the passing ones first. Of laws that the flights like as well, that of the fewest numbers comes
+// first. A law that holds a simpler one within it (each direction of the one a direction of the other) fails where it is the more likely,
+// but predicts stretches that did not estimate it less well than the simpler one: what its further numbers fit is the error of the model
+// that both start from.
 void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& screening, const Criteria& criteria);
 
-// The number of a refit without which a law of several is another one: a tether without stiffness is a constant force. It is the one that the
-// catalogue names, where no other has its unit (numbers of one unit are directions of one thing). nullptr: there is none.
+// The number of a refit without which a law of several is another one: a tether without stiffness is a constant force. It is the one that
+// the catalogue names, where no other has its unit (numbers of one unit are directions of one thing). nullptr: there is none.
 const NamedValue* defining_number(const Candidate& candidate, const std::vector<NamedValue>& values);
 
 // Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
@@ -46,8 +47,8 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes longer than
 // `refit_limit_s` of wall time fails as out_of_time.
-// `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table stands there. `model`: the fit that they must better; its noise is theirs at
-// first.
+// `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table
+// stands there. `model`: the fit that they must better; its noise is theirs at first.
 std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
                                          const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
                                          const estimate::FitOptions& options, double refit_limit_s,

@@ -75,7 +75,8 @@ bool varies(std::span<const estimate::ExtraColumns> real, std::size_t column) {
 }
 
 // `of`: the column that each placebo copies.
-estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::vector<std::size_t>& of, double step_s, const RandomStream& random) {
+estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::vector<std::size_t>& of, double step_s,
+                                 const RandomStream& random) {
   const std::size_t wide = kWrenchRows * of.size(), steps = real.wrench.size() / (kWrenchRows * static_cast<std::size_t>(real.count));
   const auto shortest = static_cast<std::size_t>(2.0 / step_s);
   const std::size_t turned = smooth_length(steps);  // a few steps at the end stay as they are
@@ -108,8 +109,8 @@ estimate::ExtraColumns disguised(const estimate::ExtraColumns& real, const std::
 
 }  // namespace
 
-std::vector<estimate::ExtraColumns> placebo_columns(std::span<const estimate::ExtraColumns> real, const std::vector<double>& step_s, std::size_t count,
-                                          std::uint64_t seed) {
+std::vector<estimate::ExtraColumns> placebo_columns(std::span<const estimate::ExtraColumns> real, const std::vector<double>& step_s,
+                                                    std::size_t count, std::uint64_t seed) {
   std::vector<std::size_t> usable;
   for (std::size_t c = 0; c < static_cast<std::size_t>(real.front().count); ++c) {
     if (varies(real, c)) usable.push_back(c);
@@ -118,8 +119,7 @@ std::vector<estimate::ExtraColumns> placebo_columns(std::span<const estimate::Ex
   std::vector<std::size_t> of(count);
   for (std::size_t c = 0; c < count; ++c) of[c] = usable[(c * 7919) % usable.size()];  // every candidate has its turn
   std::vector<estimate::ExtraColumns> out;
-  for (std::size_t f = 0; f < real.size(); ++f)
-    out.push_back(disguised(real[f], of, step_s[f], RandomStream(seed, kPlaceboStream + f)));
+  for (std::size_t f = 0; f < real.size(); ++f) out.push_back(disguised(real[f], of, step_s[f], RandomStream(seed, kPlaceboStream + f)));
   return out;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 #include <optional>
 
-#include "bench/sysid/diagnose/diagnosis.hpp"
 #include "bench/sysid/diagnose/decision_rules.hpp"
+#include "bench/sysid/diagnose/diagnosis.hpp"
 
 namespace rotorloop::diagnose {
 

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "bench/sysid/estimate/model/parameters.hpp"
 #include "bench/render/digits.hpp"
+#include "bench/sysid/estimate/model/parameters.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -45,8 +45,9 @@ std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, con
   if (of < 0 || value(fit, of) == 0.0) return {};
   const double alone = relative_u(fit, of, -1);
   const estimate::ParameterInfo info = estimate::parameter_info(parameter, terms);
-  const std::string own_name(parameter < estimate::kCoreParameters ? info.symbol
-                                                         : terms.parameter(static_cast<std::size_t>(parameter - estimate::kCoreParameters)).name);
+  const std::string own_name(parameter < estimate::kCoreParameters
+                                 ? info.symbol
+                                 : terms.parameter(static_cast<std::size_t>(parameter - estimate::kCoreParameters)).name);
   std::vector<NamedValue> out;
   for (const int scale : kScales) {
     const Eigen::Index over = shared(fit, scale);
@@ -66,7 +67,8 @@ std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, con
 std::string ratios_text(const std::vector<NamedValue>& ratios) {
   std::string out;
   for (const NamedValue& r : ratios)
-    out += fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", r.name, render::measured_text(r.value, r.u), r.unit == "1" ? "" : " " + r.unit);
+    out +=
+        fmt::format("{}{} = {}{}", out.empty() ? "" : ", ", r.name, render::measured_text(r.value, r.u), r.unit == "1" ? "" : " " + r.unit);
   return out;
 }
 

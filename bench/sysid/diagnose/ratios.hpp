@@ -1,5 +1,5 @@
-// Ratios that flights determine where the figures themselves are unobservable together. Yaw, say, determines the inertia of rotors over that of the vehicle:
-// with both larger by a tenth, and the drag torque of rotors too, it turns just the same.
+// Ratios that flights determine where the figures themselves are unobservable together. Yaw, say, determines the inertia of rotors over
+// that of the vehicle: with both larger by a tenth, and the drag torque of rotors too, it turns just the same.
 #pragma once
 #include <string>
 #include <vector>

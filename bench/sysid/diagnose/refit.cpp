@@ -23,7 +23,7 @@ identify::Identification continued(const identify::Identification& last) {
   return out;
 }
 
-constexpr int kRounds = 6;      // of fits, each from where the one before ended, with stateful terms re-propagated along its states
+constexpr int kRounds = 6;  // of fits, each from where the one before ended, with stateful terms re-propagated along its states
 // Iterations of each round but the last: to end one along states that the next corrects would be in vain.
 constexpr int kIterationsAlong = 20;
 constexpr double kRefitSettled = 0.2;  // of a standard uncertainty: a change below it needs no further round
@@ -88,19 +88,21 @@ std::vector<int> parameters_of(const Candidate& c, const host::TermList& terms) 
   std::vector<int> out;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (terms.term(t).info.id != c.id) continue;
-    for (std::size_t k = 0; k < c.parameters.size(); ++k) out.push_back(estimate::kCoreParameters + static_cast<int>(terms.first_parameter(t) + k));
+    for (std::size_t k = 0; k < c.parameters.size(); ++k)
+      out.push_back(estimate::kCoreParameters + static_cast<int>(terms.first_parameter(t) + k));
   }
   return out;
 }
 
-std::optional<double> cost_held(const identify::Identification& last, const std::vector<estimate::NoiseModel>& noise, const estimate::FitOptions& options) {
+std::optional<double> cost_held(const identify::Identification& last, const std::vector<estimate::NoiseModel>& noise,
+                                const estimate::FitOptions& options) {
   identify::Identification out = continued(last);
   out.problem.flight_noise = noise;
   return settle_values(out, options);
 }
 
-Refit begin_refit(const identify::Identification& last, const Candidate& c, const Eigen::VectorXd& estimate, const std::vector<estimate::NoiseModel>& noise,
-                  const estimate::FitOptions& options) {
+Refit begin_refit(const identify::Identification& last, const Candidate& c, const Eigen::VectorXd& estimate,
+                  const std::vector<estimate::NoiseModel>& noise, const estimate::FitOptions& options) {
   Refit refit{.fit = continued(last), .cost_held = {}};
   identify::Identification& out = refit.fit;
   estimate::FitProblem& p = out.problem;

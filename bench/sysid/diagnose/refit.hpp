@@ -16,9 +16,11 @@ Refit begin_refit(const identify::Identification& last, const Candidate& candida
                   const std::vector<estimate::NoiseModel>& noise, const estimate::FitOptions& options);
 void finish_refit(Refit& refit, const estimate::FitOptions& options);
 // The same cost without the effect.
-std::optional<double> cost_held(const identify::Identification& last, const std::vector<estimate::NoiseModel>& noise, const estimate::FitOptions& options);
+std::optional<double> cost_held(const identify::Identification& last, const std::vector<estimate::NoiseModel>& noise,
+                                const estimate::FitOptions& options);
 
-identify::Identification refit_without(const identify::Identification& last, const Candidate& candidate, const estimate::FitOptions& options);
+identify::Identification refit_without(const identify::Identification& last, const Candidate& candidate,
+                                       const estimate::FitOptions& options);
 
 // The same model with the priors' parameters at their most likely values, and all else fitted: states, noise, parameters without a prior.
 // Here what the model lacks stands in the residuals as it is; in the fit itself those parameters have moved to hide as much of it as they

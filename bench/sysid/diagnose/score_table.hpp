@@ -28,9 +28,10 @@ struct ScoreTable {
     Eigen::VectorXd score;
   };
   std::vector<Block> blocks;
-  std::vector<int> fold;             // of each block, for cross-validation
-  std::vector<ColumnSet> sums_held;  // columns of which only the differences count (bench/sysid/identify/gauge.hpp): a group moves along these
-  double measurements = 0.0;         // numbers read, for the information criterion
+  std::vector<int> fold;  // of each block, for cross-validation
+  std::vector<ColumnSet>
+      sums_held;              // columns of which only the differences count (bench/sysid/identify/gauge.hpp): a group moves along these
+  double measurements = 0.0;  // numbers read, for the information criterion
 };
 
 // Orthonormal directions in which a group may move: those that leave the sums held as they are.
@@ -50,15 +51,16 @@ struct GroupTest {
 };
 GroupTest test_group(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group);
 
-// Information that the data hold of a group along `change` of its numbers, beside the columns `model`: twice the Δ log-likelihood that such a
-// change is worth.
+// Information that the data hold of a group along `change` of its numbers, beside the columns `model`: twice the Δ log-likelihood that such
+// a change is worth.
 double information_along(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, const Eigen::VectorXd& change);
 
 // Δ log-likelihood on folds that did not estimate the group, over what the model alone does there; deflated by `inflation`.
 double cross_validated_gain(const ScoreTable& table, const ColumnSet& model, const ColumnSet& group, double inflation);
 
-// Optimism of a fit: by how much the cost of folds rises when they have no part in the estimate of the columns, in log units. The log likelihood of
-// the fit less this is what it predicts of stretches left out; where blocks scatter by more than their noise it takes more than a criterion that counts numbers.
+// Optimism of a fit: by how much the cost of folds rises when they have no part in the estimate of the columns, in log units. The log
+// likelihood of the fit less this is what it predicts of stretches left out; where blocks scatter by more than their noise it takes more
+// than a criterion that counts numbers.
 double optimism(const ScoreTable& table, const ColumnSet& columns);
 
 // Heterogeneity: how much an effect's size varies over the blocks.

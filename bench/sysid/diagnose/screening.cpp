@@ -26,7 +26,8 @@ constexpr double kFoldBlocks = 4;  // neighbouring blocks that stay in one fold
 constexpr int kFolds = 5;
 
 // The model with every term of the library in it: those that it lacks at their neutral values.
-estimate::ModelValues with_library(const estimate::ModelValues& values, const std::vector<Candidate>& candidates, std::vector<int>& parameters) {
+estimate::ModelValues with_library(const estimate::ModelValues& values, const std::vector<Candidate>& candidates,
+                                   std::vector<int>& parameters) {
   estimate::ModelValues all = values;
   for (const Candidate& c : candidates) {
     if (!c.term) continue;
@@ -92,8 +93,8 @@ void add_measurements(const estimate::GridFlight& g, const std::vector<estimate:
   vectors(g.accel, out.accel, &estimate::MeasurementChange::accel_B_m_s2);
 }
 
-estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& fitted,
-                       const std::vector<Candidate>& candidates) {
+estimate::ExtraColumns series_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& states,
+                                 const estimate::ModelValues& fitted, const std::vector<Candidate>& candidates) {
   std::vector<int> parameters;
   const estimate::ModelValues values = with_library(fitted, candidates, parameters);
   estimate::ExtraColumns out;
@@ -159,12 +160,15 @@ ScoreTable swept_table(const identify::Identification& r, const estimate::Column
   for (const estimate::FreeParameter& f : p.free) columns.push_back(f.parameter);
   columns.insert(columns.end(), held.begin(), held.end());
   std::vector<estimate::Reduced> reduced(p.flights.size());
-  parallel_for(p.flights.size(), threads, [&](std::size_t f) {
-    std::vector<estimate::BodyState> states = r.fit.states[f];
-    estimate::Chain chain(*p.flights[f], states, states);
-    reduced[f] = chain.sweep(estimate::Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
-                             {.keep_factors = false, .block_s = block_s});
-  }, stop.flag);
+  parallel_for(
+      p.flights.size(), threads,
+      [&](std::size_t f) {
+        std::vector<estimate::BodyState> states = r.fit.states[f];
+        estimate::Chain chain(*p.flights[f], states, states);
+        reduced[f] = chain.sweep(estimate::Residuals(*p.flights[f], r.fit.values[f], r.fit.noise[f], columns, &extra[f]),
+                                 {.keep_factors = false, .block_s = block_s});
+      },
+      stop.flag);
   stop.check();
   return gathered(p, r.fit, std::move(reduced), static_cast<Index>(held.size()) + extra.front().count);
 }
@@ -194,8 +198,9 @@ Screening screen(const identify::Identification& r, const std::vector<std::strin
     for (std::size_t k = 0; k < c.parameters.size(); ++k) c.columns.push_back(next++);
   }
   out.series.resize(p.flights.size());
-  parallel_for(p.flights.size(), threads,
-              [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); }, stop.flag);
+  parallel_for(
+      p.flights.size(), threads,
+      [&](std::size_t f) { out.series[f] = series_of(*p.flights[f], r.fit.states[f], r.fit.values[f], out.candidates); }, stop.flag);
   stop.check();
   out.table = swept_table(r, held, out.series, block_s, threads, stop);
   for (const Candidate& c : out.candidates) {

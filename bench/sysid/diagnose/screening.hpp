@@ -16,9 +16,10 @@ struct Screening {
   std::vector<estimate::ExtraColumns> series;  // of each flight: columns of the terms, in the order of the candidates
 };
 
-// The linearisation stands at the fit. `stop` asked: throws estimate::FitStopped, as does table_with(). `without`: ids that are not considered; `library`: terms beside those of host/effects.
-Screening screen(const identify::Identification& result, const std::vector<std::string>& without, std::span<const host::Term* const> library,
-                 double block_s, int threads, estimate::StopFit stop = {});
+// The linearisation stands at the fit. `stop` asked: throws estimate::FitStopped, as does table_with(). `without`: ids that are not
+// considered; `library`: terms beside those of host/effects.
+Screening screen(const identify::Identification& result, const std::vector<std::string>& without,
+                 std::span<const host::Term* const> library, double block_s, int threads, estimate::StopFit stop = {});
 
 // The scores of a fit by themselves, without candidates.
 ScoreTable table_of(const identify::Identification& fit);

@@ -6,9 +6,9 @@
 namespace rotorloop::diagnose {
 
 // clean: nothing beyond the model was found. named: every effect added stands alone. ambiguous: at least one is a class, whose
-// members are indistinguishable in these flights. unexplained: the residual is real, and no effect of the library was added. What is left after
-// named effects leaves their verdict as it is and stands beside it (Diagnosis::remains). faulty: a sensor or the log is at fault, and no
-// physics was fitted to it. incomplete: stopped before its end; what was found until then stands.
+// members are indistinguishable in these flights. unexplained: the residual is real, and no effect of the library was added. What is left
+// after named effects leaves their verdict as it is and stands beside it (Diagnosis::remains). faulty: a sensor or the log is at fault, and
+// no physics was fitted to it. incomplete: stopped before its end; what was found until then stands.
 enum class DiagnosisVerdict { clean, named, ambiguous, unexplained, faulty, incomplete };
 std::string_view name(DiagnosisVerdict v);
 

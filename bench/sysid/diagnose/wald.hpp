@@ -8,10 +8,10 @@ namespace rotorloop::diagnose {
 struct WaldTest {
   double statistic = 0.0;  // over its degrees of freedom; of one number the square of its standard errors
   int degrees = 0;
-  double p = 1.0;     // chance of as much where the effect is absent: F with as many degrees of freedom as the fit has blocks
+  double p = 1.0;          // chance of as much where the effect is absent: F with as many degrees of freedom as the fit has blocks
   double inflation = 1.0;  // what the blocks scatter over what the noise says, as a variance; mean of the directions
   double blocks = 0.0;     // of the fit, that p counts with
-  double sure = 1.0;  // … and that of a single number `fewest_u` standard errors off: above it the effect may be chance
+  double sure = 1.0;       // … and that of a single number `fewest_u` standard errors off: above it the effect may be chance
 };
 // Of the candidate's numbers about neutral in a fit that has it. Covariance: the larger of classical and block-robust, direction by
 // direction, without the sum that a gauge holds (bench/sysid/identify/gauge.hpp).

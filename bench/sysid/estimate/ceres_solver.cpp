@@ -227,7 +227,8 @@ void CeresProblem::release() {
 // Ends where fit() ends: when a step lowers the cost by less than the tolerance.
 class Watch final : public ceres::IterationCallback {
  public:
-  Watch(double tolerance, StopFit stop, const std::function<void(const FitProgress&)>& progress) : tolerance_(tolerance), stop_(stop), progress_(progress) {}
+  Watch(double tolerance, StopFit stop, const std::function<void(const FitProgress&)>& progress)
+      : tolerance_(tolerance), stop_(stop), progress_(progress) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
     if (progress_) progress_({s.iteration, s.cost, std::fabs(s.cost_change), 0});
     if (stop_.asked()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;

@@ -22,7 +22,9 @@ class Priors {
  public:
   Priors(const FitProblem& problem, const Layout& layout);
   const Eigen::MatrixXd& information() const { return information_; }
-  const Eigen::MatrixXd& scatter() const { return scatter_; }  // covariance of the score, the priors' means being uncertain: information times weight
+  const Eigen::MatrixXd& scatter() const {
+    return scatter_;
+  }  // covariance of the score, the priors' means being uncertain: information times weight
   Eigen::VectorXd score(const Eigen::VectorXd& theta) const;
   double cost(const Eigen::VectorXd& theta) const;
 

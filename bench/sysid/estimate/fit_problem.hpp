@@ -35,7 +35,7 @@ struct FitOptions {
   bool innovations = false;   // of the poses, at the end
   int threads = 1;            // over flights; the result does not depend on it
   NoiseFit noise;
-  StopFit stop = {};          // asked: the fit ends at its next iteration, not converged
+  StopFit stop = {};  // asked: the fit ends at its next iteration, not converged
 };
 
 struct FitProblem {

@@ -23,11 +23,12 @@ constexpr double kCertain = 1.0;           // a decrement below it is a step tha
 // A fit whose cost has not fallen by this in each of several iterations has ended: no decision hangs on a fiftieth of a unit of the
 // log-likelihood. Slopes that are not exact go to and fro by more.
 constexpr double kDecides = 0.02, kDecidesRough = 0.1;
-constexpr int kPatience = 3;       // iterations that stall; after them one without damping must gain nothing either
+constexpr int kPatience = 3;        // iterations that stall; after them one without damping must gain nothing either
 constexpr double kNoiseGain = 0.1;  // of the likelihood, by a round of the noise: below it the figures only chase each other
 constexpr int kNoisePatience = 2, kFewestRounds = 3;
 constexpr int kTries = 16;  // of a step, each shorter or more damped
-// The trust region (Marquardt 1963): the damping where one is needed at all, the largest, and the gain over the promise that ends or begins it.
+// The trust region (Marquardt 1963): the damping where one is needed at all, the largest, and the gain over the promise that ends or begins
+// it.
 constexpr double kFirstDamping = 1e-3, kLastDamping = 1e3, kFirstStateDamping = 1e-4, kNoDamping = 1e-5;
 constexpr double kGoodGain = 0.75, kPoorGain = 0.25;
 constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -66,7 +67,8 @@ GaussNewton::GaussNewton(const FitProblem& problem, const FitOptions& options)
   fit_.noise_settled = noise_done_;
   for (const GridFlight* g : problem.flights) noise_limits_.push_back(noise_limits(*g));
   if (!options.noise.per_flight) noise_limits_.assign(flights, pooled_limits(noise_limits_));
-  for (std::size_t f = 0; f < flights && !noise_done_ && options.noise.measurements; ++f) fit_.noise[f] = within(fit_.noise[f], noise_limits_[f]);
+  for (std::size_t f = 0; f < flights && !noise_done_ && options.noise.measurements; ++f)
+    fit_.noise[f] = within(fit_.noise[f], noise_limits_[f]);
   fit_.values = flight_values(problem, layout_, theta_);
   fit_.states.resize(flights);
   fit_.reduced.resize(flights);
@@ -82,7 +84,8 @@ GaussNewton::GaussNewton(const FitProblem& problem, const FitOptions& options)
 void GaussNewton::iterate(const std::function<void(const FitProgress&)>& progress) {
   for (fit_.iterations = 0; fit_.iterations < options_.max_iterations; ++fit_.iterations) {
     if (options_.stop.asked()) return;
-    if (stalled_ == kPatience) damping_ = state_damping_ = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
+    if (stalled_ == kPatience)
+      damping_ = state_damping_ = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     linearise(state_damping_);
     if (fit_.iterations == 0) observable_at_start_ = open_directions(information_with_priors(), names_, kSingularAtStart).empty();
     trust_small_steps_ = trust_small_steps_ && cost_ <= cost_before_unchecked_ + kCertain;

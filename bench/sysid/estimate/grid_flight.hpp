@@ -1,11 +1,12 @@
-// A flight on the grid of the fit: nodes at equal distance, at which the state is unknown, and measurements associated with their nearest node.
+// A flight on the grid of the fit: nodes at equal distance, at which the state is unknown, and measurements associated with their nearest
+// node.
 #pragma once
 #include <cstdint>
 #include <vector>
 
-#include "bench/sysid/log/flight_record.hpp"
 #include "bench/sysid/estimate/model/model.hpp"
 #include "bench/sysid/estimate/model/rotor_input.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::estimate {
 

@@ -49,7 +49,9 @@ Eigen::Vector3d scatter(const GridFlight& g, const std::vector<Fix>& list, const
 }
 
 Eigen::Vector3d limit(const GridFlight& g, const std::vector<VectorFix>& list, double good) {
-  const auto off = [&](std::size_t i, double w) -> Eigen::Vector3d { return list[i].value - (1.0 - w) * list[i - 1].value - w * list[i + 1].value; };
+  const auto off = [&](std::size_t i, double w) -> Eigen::Vector3d {
+    return list[i].value - (1.0 - w) * list[i - 1].value - w * list[i + 1].value;
+  };
   return (kAbove * scatter(g, list, off)).cwiseMax(good);
 }
 
@@ -65,7 +67,8 @@ NoiseModel noise_limits(const GridFlight& g) {
   };
   NoiseModel out;
   for (const auto figure : kFigures) (out.*figure).setConstant(kNone);
-  out.position_m = g.pose.empty() ? limit(g, g.position, kGoodPosition_m) : Eigen::Vector3d((kAbove * scatter(g, g.pose, place)).cwiseMax(kGoodPosition_m));
+  out.position_m = g.pose.empty() ? limit(g, g.position, kGoodPosition_m)
+                                  : Eigen::Vector3d((kAbove * scatter(g, g.pose, place)).cwiseMax(kGoodPosition_m));
   out.attitude_rad = (kAbove * scatter(g, g.pose, turn)).cwiseMax(kGoodAttitude_rad);
   out.velocity_m_s = limit(g, g.velocity, kGoodVelocity_m_s);
   out.gyro_rad_s = limit(g, g.gyro, kGoodGyro_rad_s);

@@ -1,6 +1,6 @@
 // How large the noise of measurements can be, by the measurements alone: the scatter of each about the straight line between its neighbours
-// holds all of its white noise, and of the motion only what bends within two samples. A fit without such a limit calls errors of a slow kind,
-// which the model should explain, noise, and no longer listens to the stream: a gyro against a wrong delay, a heading that sways.
+// holds all of its white noise, and of the motion only what bends within two samples. A fit without such a limit calls errors of a slow
+// kind, which the model should explain, noise, and no longer listens to the stream: a gyro against a wrong delay, a heading that sways.
 #pragma once
 #include <vector>
 

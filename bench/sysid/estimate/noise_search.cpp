@@ -14,8 +14,8 @@ constexpr std::array kFigures{&NoiseModel::force_m_s2_rtHz, &NoiseModel::angular
                               &NoiseModel::accel_m_s2};
 constexpr std::array kMoments{&NoiseMoments::force,    &NoiseMoments::angular, &NoiseMoments::position, &NoiseMoments::attitude,
                               &NoiseMoments::velocity, &NoiseMoments::gyro,    &NoiseMoments::accel};
-// Of one measurement, the least, in the order of the figures: no pose is better than a tenth of a millimetre. With less the fit goes through
-// every pose, the process explains the rest, and no step of the parameters leads anywhere.
+// Of one measurement, the least, in the order of the figures: no pose is better than a tenth of a millimetre. With less the fit goes
+// through every pose, the process explains the rest, and no step of the parameters leads anywhere.
 constexpr std::array kLeast{0.0, 0.0, 1e-4, 1e-4, 1e-3, 1e-3, 1e-2};
 constexpr std::size_t kForce = 0, kProcessFigures = 2;  // place of the force; how many, from the first, are of the process
 
@@ -107,7 +107,8 @@ SettledNoise settle_noise(const std::vector<FlightRows>& flights, const std::vec
   for (int again = 0; again < kSteps; ++again) {
     if (!o.per_flight) moments.assign(flights.size(), pooled(moments));
     double change = 0.0;
-    for (std::size_t f = 0; f < flights.size(); ++f) change = std::max(change, steps[f].step(out.noise[f], moments[f], flights[f].limits, o));
+    for (std::size_t f = 0; f < flights.size(); ++f)
+      change = std::max(change, steps[f].step(out.noise[f], moments[f], flights[f].limits, o));
     smooth();
     if (change < o.tolerance) break;
   }

@@ -14,7 +14,7 @@ namespace rotorloop::identify {
 namespace {
 
 constexpr double kStep_m_s = 0.01;
-constexpr double kClear_radii = 24.0;  // above the ground where no ceiling is known: neither is felt there
+constexpr double kClear_radii = 24.0;   // above the ground where no ceiling is known: neither is felt there
 constexpr double kSpeedSettled = 1e-9;  // relative move of rotor speed that ends the search for the one that carries the weight
 
 // Level and without rates, all rotors alike, in the middle of the room, or clear of the ground: with every term of the model.
@@ -62,7 +62,8 @@ DerivedQuantity propagated(const estimate::Fit& fit, const std::function<double(
   for (Eigen::Index i = 0; i < n; ++i) {
     const estimate::Estimate& e = fit.estimates[static_cast<std::size_t>(i)];
     if (e.flight > 0) continue;
-    const double step = 1e-3 * std::max(std::min(e.u, 0.1 * std::fabs(e.value)), 1e-4 * estimate::parameter_info(e.parameter, at.terms).scale);
+    const double step =
+        1e-3 * std::max(std::min(e.u, 0.1 * std::fabs(e.value)), 1e-4 * estimate::parameter_info(e.parameter, at.terms).scale);
     estimate::ModelValues up = at, down = at;
     up[e.parameter] += step;
     down[e.parameter] -= step;
@@ -97,10 +98,11 @@ std::vector<DerivedQuantity> derived_quantities(const estimate::Fit& fit, const 
     const double omega = hover(v, f);
     return (f.force_B_N(omega, 0.0, kStep_m_s).z() - f.force_B_N(omega, 0.0, -kStep_m_s).z()) / (2.0 * kStep_m_s);
   });
-  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe", "N", [&](const estimate::ModelValues& v) {
-    LevelFlight f(v);
-    return -f.force_B_N(f.omega_rad_s(hover(v, f), speed), speed, 0.0).x();
-  });
+  add("total_drag", fmt::format("D({:g} m/s)", speed), "drag in level flight, rotors and airframe", "N",
+      [&](const estimate::ModelValues& v) {
+        LevelFlight f(v);
+        return -f.force_B_N(f.omega_rad_s(hover(v, f), speed), speed, 0.0).x();
+      });
   add("izz_by_cq", "I_zz/c_q", "yaw inertia by torque coefficient: one flaw of a model moves both together", "m2/N",
       [](const estimate::ModelValues& v) { return v[estimate::kIzz] / v[estimate::kCq]; });
   add("figure_of_merit", "FM", "ideal by real power in hover; credible: 0.3 to 0.85", "1", [&](const estimate::ModelValues& v) {

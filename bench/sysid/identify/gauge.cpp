@@ -8,7 +8,8 @@ namespace rotorloop::identify {
 
 std::vector<std::vector<int>> rotor_groups(const host::TermList& terms, std::span<const estimate::FreeParameter> free) {
   const auto shared = [&](int parameter) {
-    return std::any_of(free.begin(), free.end(), [&](const estimate::FreeParameter& f) { return f.parameter == parameter && !f.per_flight; });
+    return std::any_of(free.begin(), free.end(),
+                       [&](const estimate::FreeParameter& f) { return f.parameter == parameter && !f.per_flight; });
   };
   std::vector<std::vector<int>> out;
   for (std::size_t t = 0; t < terms.size(); ++t) {

@@ -1,7 +1,7 @@
-// What flights leave open: the common part of a term's numbers where the model has it already (host/effects/rotor_groups.hpp). Where nothing is
-// known of k_1 or c_q before the flights, the gauge keeps the sum of such numbers where it is, so that k_1 or c_q holds the common part and the
-// term holds what one rotor has and the others lack. Where the file knows them, the flights determine the sum: held, the common part of one weak
-// rotor would be left over, and named as another effect.
+// What flights leave open: the common part of a term's numbers where the model has it already (host/effects/rotor_groups.hpp). Where
+// nothing is known of k_1 or c_q before the flights, the gauge keeps the sum of such numbers where it is, so that k_1 or c_q holds the
+// common part and the term holds what one rotor has and the others lack. Where the file knows them, the flights determine the sum: held,
+// the common part of one weak rotor would be left over, and named as another effect.
 #pragma once
 #include <span>
 #include <string_view>

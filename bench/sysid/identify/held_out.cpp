@@ -110,7 +110,8 @@ void score_horizons(const std::vector<Prepared>& flights, const estimate::ModelV
   }
 }
 
-HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& old, const Identification& r, const estimate::GridOptions& grid) {
+HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& old, const Identification& r,
+                    const estimate::GridOptions& grid) {
   HeldOutScores out;
   const NoisyModel now{r.fit.values.front(), estimate::mean_noise(r.fit.noise)};
   std::vector<Prepared> all;

@@ -113,8 +113,8 @@ bool onto_a_rigid_body(SharedEstimates& s, const estimate::ModelValues& held) {
   return false;
 }
 
-// No rotor lifts with less than the ideal power, nor with three times it: the torque coefficient of one within three of its u of what a rotor
-// reaches is moved there.
+// No rotor lifts with less than the ideal power, nor with three times it: the torque coefficient of one within three of its u of what a
+// rotor reaches is moved there.
 bool onto_a_figure_of_merit(SharedEstimates& s, const estimate::ModelValues& held) {
   constexpr double kLeast = 0.3, kLargest = 0.85, kInside = 1e-3;  // what the reader of vehicle files takes for credible
   const int row = row_of(s, estimate::kCq);
@@ -172,7 +172,9 @@ std::vector<std::string> move_to_what_can_be(SharedEstimates& s, const estimate:
     const estimate::ParameterInfo info = estimate::parameter_info(is.parameter, held.terms);
     moved += fmt::format("{}{} {:.4g} instead of {:.4g} {}", moved.empty() ? "" : ", ", info.symbol, is.value, was.value, info.unit);
   }
-  if (others > 0) moved += fmt::format("{}{} other{} by less than a tenth of {} u", moved.empty() ? "" : ", ", others, others > 1 ? "s" : "", others > 1 ? "their" : "its");
+  if (others > 0)
+    moved += fmt::format("{}{} other{} by less than a tenth of {} u", moved.empty() ? "" : ", ", others, others > 1 ? "s" : "",
+                         others > 1 ? "their" : "its");
   out.push_back(fmt::format("{}: {}", why, moved));
   return out;
 }
@@ -205,8 +207,8 @@ void put_effects(VehicleFile& v, const SharedEstimates& s, const estimate::Model
   }
 }
 
-// The rotors' inertia that yaw steps determined, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw by
-// it. What a drawing or a stand knows better stays, and a line says so.
+// The rotors' inertia that yaw steps determined, or else their gyroscopic moment, is that of [torque_model] too: the controller shapes yaw
+// by it. What a drawing or a stand knows better stays, and a line says so.
 void put_rotor_inertia(VehicleFile& v, const SharedEstimates& s, const host::TermList& terms, std::vector<std::string>& differences) {
   for (const std::string_view name : estimate::kRotorInertiaNames) {
     const int row = row_of(s, estimate::find_parameter(name, terms));
@@ -217,8 +219,9 @@ void put_rotor_inertia(VehicleFile& v, const SharedEstimates& s, const host::Ter
     if (e.value > 0.0 && !(known && q.u > 0.0 && q.u <= e.u)) {
       q = {e.value, e.u, origin_after(e, q.value, q.u, q.origin)};
     } else if (q.value != e.value) {
-      differences.push_back(fmt::format("[torque_model] keeps its rotor inertia of {:.4g} ± {:.2g} kg m² ({}), for the flights' {:.4g} ± {:.2g} is {}", q.value,
-                                        q.u, host::name(q.origin), e.value, e.u, e.value > 0.0 ? "less certain" : "none that a rotor can have"));
+      differences.push_back(
+          fmt::format("[torque_model] keeps its rotor inertia of {:.4g} ± {:.2g} kg m² ({}), for the flights' {:.4g} ± {:.2g} is {}",
+                      q.value, q.u, host::name(q.origin), e.value, e.u, e.value > 0.0 ? "less certain" : "none that a rotor can have"));
     }
     return;
   }
@@ -324,7 +327,8 @@ WrittenVehicle written_vehicle(const estimate::Fit& fit, const VehicleFile& base
     Eigen::VectorXd u(n);
     for (Eigen::Index i = 0; i < n; ++i) u[i] = s.estimates[static_cast<std::size_t>(i)].u;
     Eigen::MatrixXd to_file = Eigen::MatrixXd::Identity(n, n);
-    to_file(turn, turn) = estimate::right_jacobian(Eigen::Vector3d(values[estimate::kTurnX], values[estimate::kTurnY], values[estimate::kTurnZ]));
+    to_file(turn, turn) =
+        estimate::right_jacobian(Eigen::Vector3d(values[estimate::kTurnX], values[estimate::kTurnY], values[estimate::kTurnZ]));
     const Eigen::MatrixXd c = to_file * u.asDiagonal() * s.correlation * u.asDiagonal() * to_file.transpose();
     for (Eigen::Index i = 0; i < n; ++i) s.estimates[static_cast<std::size_t>(i)].u = u[i] = std::sqrt(c(i, i));
     s.correlation = u.cwiseInverse().asDiagonal() * c * u.cwiseInverse().asDiagonal();
@@ -351,7 +355,8 @@ WrittenVehicle written_vehicle(const estimate::Fit& fit, const VehicleFile& base
   const host::VehicleModel model = host::to_model(v);
   if (rpm_flown[1] > rpm_flown[0]) v.rpm_window = rpm_flown;
   if (fit.find(estimate::kK1) || fit.find(estimate::kK2)) {
-    const DerivedQuantity c_t = propagated(fit, [&](const estimate::ModelValues& x) { return host::static_c_t(estimate::vehicle_model(x, model).thrust); });
+    const DerivedQuantity c_t =
+        propagated(fit, [&](const estimate::ModelValues& x) { return host::static_c_t(estimate::vehicle_model(x, model).thrust); });
     std::erase_if(v.static_thrust, [](const host::StaticThrust& t) { return t.origin == Origin::flight; });
     v.static_thrust.push_back(
         {Origin::flight, host::static_c_t(model.thrust), std::max(c_t.u, c_t.u_robust), v.rpm_window, v.air_density_kg_m3});

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/identify/derived.hpp"
 #include "bench/sysid/estimate/estimator.hpp"
+#include "bench/sysid/identify/derived.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::identify {
@@ -29,10 +29,10 @@ struct WrittenVehicle {
 };
 
 // `base`: the vehicle file the fit started from. `rpm_flown`: window of rotor speeds of the flights; {0, 0} keeps that of the file.
-// What cannot be is not written: a drag coefficient below zero by no more than three standard uncertainties is 0, moments of inertia that no
-// rigid body has by no more than that are moved to the nearest that one has, and what is correlated with them moves along; what lies farther
-// off stays for the reader of the file to refuse. Uncertainties are the reported ones; covariance blocks have the correlations of the
-// classical covariance. A parameter that its prior determines keeps its origin.
+// What cannot be is not written: a drag coefficient below zero by no more than three standard uncertainties is 0, moments of inertia that
+// no rigid body has by no more than that are moved to the nearest that one has, and what is correlated with them moves along; what lies
+// farther off stays for the reader of the file to refuse. Uncertainties are the reported ones; covariance blocks have the correlations of
+// the classical covariance. A parameter that its prior determines keeps its origin.
 WrittenVehicle written_vehicle(const estimate::Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,
                                const std::string& written_by, const std::vector<std::string>& inputs);
 host::VehicleFile identified_vehicle(const estimate::Fit& fit, const host::VehicleFile& base, const std::array<double, 2>& rpm_flown,

@@ -124,9 +124,9 @@ class Sequence {
   Identification out_;
   std::vector<estimate::FreeParameter> free_;
   std::vector<estimate::JointPrior> priors_;
-  estimate::ModelValues values_;                             // as the last stage left them
-  estimate::NoiseModel noise_;                               // likewise
-  std::vector<double> tied_s_;                               // delay that each flight's poses are associated by
+  estimate::ModelValues values_;                   // as the last stage left them
+  estimate::NoiseModel noise_;                     // likewise
+  std::vector<double> tied_s_;                     // delay that each flight's poses are associated by
   std::vector<std::vector<double>> flight_start_;  // values of each flight, as its own stage left them
   int parts_ = 1, part_ = 0;                       // of the progress: stages and joint fit
   std::function<void(const estimate::FitProgress&)> joint_;
@@ -162,7 +162,8 @@ void Sequence::choose_start_values() {
   }
   values_ = out_.start.values;
   // A delay that is held stays at its start value, whatever the checks found.
-  const bool delay_is_free = std::any_of(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
+  const bool delay_is_free =
+      std::any_of(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
   double late_s = 0.0, known = 0.0;
   for (const FlightToFit& f : given_) {
     if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
@@ -187,7 +188,11 @@ void Sequence::choose_priors() {
   }
   for (const estimate::FreeParameter& f : free_) {
     if ((f.parameter != estimate::kPoseDelay && f.parameter != estimate::kRotorDelay) || f.per_flight || f.prior_u > 0.0) continue;
-    priors_.push_back({{f.parameter}, Eigen::VectorXd::Constant(1, values_[f.parameter]), Eigen::MatrixXd::Constant(1, 1, 1.0 / (delay_s * delay_s)), 1.0, true});
+    priors_.push_back({{f.parameter},
+                       Eigen::VectorXd::Constant(1, values_[f.parameter]),
+                       Eigen::MatrixXd::Constant(1, 1, 1.0 / (delay_s * delay_s)),
+                       1.0,
+                       true});
   }
 }
 
@@ -266,14 +271,17 @@ bool Sequence::weigh_priors() {
   return changed;
 }
 
-// The mass's own prior stands with its parameter: what it lacks in weight w is a second one, of information (w - 1)/u² and scatter (w² - 1)/u².
+// The mass's own prior stands with its parameter: what it lacks in weight w is a second one, of information (w - 1)/u² and scatter (w² -
+// 1)/u².
 bool Sequence::weigh_mass() {
-  const auto mass = std::find_if(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kMass; });
+  const auto mass =
+      std::find_if(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kMass; });
   if (mass == free_.end() || mass->prior_u <= 0.0) return false;
   double largest = 1.0;
   for (const estimate::JointPrior& prior : out_.problem.priors) largest = std::max(largest, prior.weight);
   if (largest == 1.0) return false;
-  estimate::JointPrior more{{estimate::kMass}, Eigen::VectorXd::Constant(1, out_.start.file[estimate::kMass]),
+  estimate::JointPrior more{{estimate::kMass},
+                            Eigen::VectorXd::Constant(1, out_.start.file[estimate::kMass]),
                             Eigen::MatrixXd::Constant(1, 1, (largest - 1.0) / ((largest + 1.0) * mass->prior_u * mass->prior_u))};
   more.weight = largest + 1.0;
   out_.problem.priors.push_back(std::move(more));
@@ -356,7 +364,8 @@ void Sequence::keep_possible() {
     const InertiaByBand* band = e.flight < 0 ? out_.inertia.of(e.parameter) : nullptr;
     if (band && band->taken) e.prior_share = 0.0, e.u = e.u_robust;
     if (e.parameter == estimate::kCq) continue;  // the file's
-    const bool stopped = std::any_of(out_.wanted.begin(), out_.wanted.end(), [&](const estimate::Estimate& w) { return w.parameter == e.parameter; });
+    const bool stopped =
+        std::any_of(out_.wanted.begin(), out_.wanted.end(), [&](const estimate::Estimate& w) { return w.parameter == e.parameter; });
     e.at_bound = e.at_bound || (e.flight < 0 && stopped);
   }
 }

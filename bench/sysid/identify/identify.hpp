@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/log/flight_record.hpp"
 #include "bench/sysid/identify/inertia_check.hpp"
 #include "bench/sysid/identify/parameter_choice.hpp"
-#include "bench/sysid/log/check/signal.hpp"
 #include "bench/sysid/identify/stages.hpp"
 #include "bench/sysid/identify/start_values.hpp"
+#include "bench/sysid/log/check/signal.hpp"
+#include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::identify {
 
 struct FlightToFit {
   log::FlightRecord record;  // only what may be fitted
   FlightRole role = FlightRole::any;
-  std::vector<log::TimeRange> segments;                   // no step of the model crosses from one to the next; empty: one
+  std::vector<log::TimeRange> segments;              // no step of the model crosses from one to the next; empty: one
   std::optional<double> pose_late_s = std::nullopt;  // first guess of how much later than the moment shown a pose is stamped
 };
 
@@ -59,7 +59,7 @@ struct Identification {
   std::vector<StageComparison> comparison;  // stages against the joint fit
   InertiaCheck inertia;                     // where asked for (keep_possible)
   std::vector<estimate::Estimate> wanted;   // what the flights want where that cannot be; `fit` has it held at the nearest that can
-  estimate::FitProblem problem;                       // of the joint fit; points into `flights`
+  estimate::FitProblem problem;             // of the joint fit; points into `flights`
   estimate::Fit fit;
 
   Identification() = default;

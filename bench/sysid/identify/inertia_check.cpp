@@ -13,17 +13,17 @@ namespace {
 
 // Above the attitude loop of a small vehicle and of a large one; the one in which torque explains more of the acceleration counts.
 constexpr std::array<std::array<double, 2>, 2> kBands_Hz{{{5.0, 15.0}, {8.0, 18.0}}};
-constexpr double kSegment_s = 2.0;           // Hann windows
-constexpr double kDetermined = 0.3;          // of a value: a band whose u is larger says nothing
-constexpr double kExplains = 0.3;            // of the band's acceleration, at least
-constexpr double kContradicts = 3.0;         // standard uncertainties
-constexpr double kOfModel = 0.03;            // of an inertia: arms and slope of thrust are known no better
-constexpr double kDecisive = 1e6;            // weight of a prior that outvotes the flights' own information
+constexpr double kSegment_s = 2.0;    // Hann windows
+constexpr double kDetermined = 0.3;   // of a value: a band whose u is larger says nothing
+constexpr double kExplains = 0.3;     // of the band's acceleration, at least
+constexpr double kContradicts = 3.0;  // standard uncertainties
+constexpr double kOfModel = 0.03;     // of an inertia: arms and slope of thrust are known no better
+constexpr double kDecisive = 1e6;     // weight of a prior that outvotes the flights' own information
 // I_zz over I_xx + I_yy of published small multirotors: 0.68, 0.89, 0.92, 0.92, 0.94 (IDSIA, cf2x, arpl, cf21B, NeuroBEM).
 constexpr double kFlatness = 0.87, kFlatnessU = 0.1;
 constexpr double kLeastMerit = 0.3, kLargestMerit = 0.85;  // what the reader of vehicle files takes for credible
-constexpr double kBeyond = 3.0;              // standard uncertainties; less is moved when the file is written
-constexpr double kWithin = 0.01;             // of its u: so far inside of what can be a number is held
+constexpr double kBeyond = 3.0;                            // standard uncertainties; less is moved when the file is written
+constexpr double kWithin = 0.01;                           // of its u: so far inside of what can be a number is held
 
 double reported(const estimate::Estimate& e) { return std::max(e.u, e.u_robust); }
 
@@ -51,7 +51,8 @@ bool surer_or_against(double value, double u, double joint, double u_joint) {
 // Noise of the torque makes the inertia too large by up to what it leaves unexplained.
 InertiaByBand compared(int parameter, double from_Hz, double to_Hz, const score::BandInertia& band, const estimate::Fit* fit) {
   const double share = std::hypot(kOfModel, (1.0 - band.explained) / std::sqrt(12.0));
-  InertiaByBand a{parameter, band.inertia_kg_m2, std::hypot(band.u_kg_m2, share * band.inertia_kg_m2), band.explained, band.delay_s, from_Hz, to_Hz};
+  InertiaByBand a{
+      parameter, band.inertia_kg_m2, std::hypot(band.u_kg_m2, share * band.inertia_kg_m2), band.explained, band.delay_s, from_Hz, to_Hz};
   if (const estimate::Estimate* e = fit ? fit->find(parameter) : nullptr) a.joint = e->value, a.u_joint = reported(*e);
   a.taken = surer_or_against(a.value, a.u, a.joint, a.u_joint);
   return a;
@@ -113,8 +114,10 @@ std::vector<estimate::JointPrior> priors_of(const InertiaCheck& check, const hos
   if (is_shared(free, estimate::kIzz)) {
     const host::Quantity& said = vehicle.inertia_kg_m2[2];
     const double sum = inertia[0] + inertia[1];
-    const bool tied = is_shared(free, estimate::kIxx) && is_shared(free, estimate::kIyy) && (said.origin == host::Origin::guess || !(said.u > 0.0));
-    out.push_back(tied ? decisive({estimate::kIxx, estimate::kIyy, estimate::kIzz}, Eigen::Vector3d(-kFlatness, -kFlatness, 1.0), 0.0, kFlatnessU * sum)
+    const bool tied =
+        is_shared(free, estimate::kIxx) && is_shared(free, estimate::kIyy) && (said.origin == host::Origin::guess || !(said.u > 0.0));
+    out.push_back(tied ? decisive({estimate::kIxx, estimate::kIyy, estimate::kIzz}, Eigen::Vector3d(-kFlatness, -kFlatness, 1.0), 0.0,
+                                  kFlatnessU * sum)
                        : by_file(estimate::kIzz, said, file));
   }
   if (is_shared(free, estimate::kCq)) out.push_back(by_file(estimate::kCq, vehicle.c_q_N_m_s2, file));

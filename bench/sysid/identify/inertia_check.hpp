@@ -1,5 +1,6 @@
 // Inertia and torque coefficients by bands of frequency, against those of the joint fit (decision 0115). A moment that the model lacks acts
-// below the attitude loop's bandwidth, where a fit over all frequencies puts it into the inertia; above it the motors alone turn the vehicle.
+// below the attitude loop's bandwidth, where a fit over all frequencies puts it into the inertia; above it the motors alone turn the
+// vehicle.
 #pragma once
 #include <span>
 #include <vector>
@@ -31,13 +32,15 @@ InertiaCheck check_inertia(std::span<const log::FlightRecord* const> records, st
                            const estimate::Fit* fit);
 
 // Where needed, priors that outvote whatever the flights say over all frequencies: inertia of the band where it was taken, else that of the
-// file; I_zz and c_q by the file, a guessed I_zz by the other two. About z every torque is a rotor's, so that flights determine ratios alone.
-// Inertia of a band is held per mass: torque goes with thrust and thrust with the weight, and the missing moment would pull at a free mass instead.
+// file; I_zz and c_q by the file, a guessed I_zz by the other two. About z every torque is a rotor's, so that flights determine ratios
+// alone. Inertia of a band is held per mass: torque goes with thrust and thrust with the weight, and the missing moment would pull at a
+// free mass instead.
 std::vector<estimate::JointPrior> priors_of(const InertiaCheck& check, const host::VehicleFile& vehicle,
                                             std::span<const estimate::FreeParameter> free, const estimate::ModelValues& file_values);
 
-// The same for a number that cannot be what the flights want: drag below zero, thrust that grows with climb, a figure of merit that no rotor
-// has, each by more than three of its u (what is nearer is moved when the file is written). c_q then is the file's. `held`: gets the estimates.
+// The same for a number that cannot be what the flights want: drag below zero, thrust that grows with climb, a figure of merit that no
+// rotor has, each by more than three of its u (what is nearer is moved when the file is written). c_q then is the file's. `held`: gets the
+// estimates.
 std::vector<estimate::JointPrior> priors_of_the_possible(const estimate::Fit& fit, const host::VehicleFile& vehicle,
                                                          const estimate::ModelValues& file_values, std::vector<estimate::Estimate>& held);
 

@@ -17,14 +17,15 @@ std::optional<Error> mass_contradicted(const Identification& r, const host::Vehi
   if (!e || said.origin == host::Origin::guess || said.u <= 0.0) return std::nullopt;
   const double moved = (e->value - said.value) / said.u;
   if (std::fabs(moved) < kByChance) return std::nullopt;
-  return Error({"body.mass_kg",
-                fmt::format("the flights want a mass of {:.2f} ± {:.2f} g where the file has {:.2f} ± {:.2f} g ({}): {:.1f} of its u, allowed 5", 1e3 * e->value,
-                            1e3 * reported_u(*e), 1e3 * said.value, 1e3 * said.u, host::name(said.origin), std::fabs(moved)),
-                "the vehicle flew with another battery or load than it was weighed with, u is smaller than the scales allow, or the model puts a "
-                "force that it lacks into the mass",
-                "weigh it as it flew and give that mass with its u; when it is right, hold it (--hold body.mass) and let `rotorloop diagnose` "
-                "look for the force"},
-               ExitCode::data_quality);
+  return Error(
+      {"body.mass_kg",
+       fmt::format("the flights want a mass of {:.2f} ± {:.2f} g where the file has {:.2f} ± {:.2f} g ({}): {:.1f} of its u, allowed 5",
+                   1e3 * e->value, 1e3 * reported_u(*e), 1e3 * said.value, 1e3 * said.u, host::name(said.origin), std::fabs(moved)),
+       "the vehicle flew with another battery or load than it was weighed with, u is smaller than the scales allow, or the model puts a "
+       "force that it lacks into the mass",
+       "weigh it as it flew and give that mass with its u; when it is right, hold it (--hold body.mass) and let `rotorloop diagnose` "
+       "look for the force"},
+      ExitCode::data_quality);
 }
 
 }  // namespace rotorloop::identify

@@ -17,7 +17,7 @@ struct CorrelatedPair {
 struct FlightContribution {
   std::string flight;
   double seconds = 0.0;
-  std::vector<double> information;       // of each free parameter, the others known: 1/u², SI; all free parameters in order
+  std::vector<double> information;        // of each free parameter, the others known: 1/u², SI; all free parameters in order
   std::vector<std::string> undetermined;  // parameters that this flight alone leaves uncertain by more than their own size
 };
 
@@ -29,10 +29,10 @@ struct Advice {
 };
 
 struct Observability {
-  double condition = 0.0;                  // of the information scaled to unit diagonal
-  std::vector<double> eigenvalues;         // of the same, ascending
-  std::vector<estimate::OpenDirection> weakest;      // the three weakest directions
-  std::vector<CorrelatedPair> correlated;  // |correlation| > 0.9
+  double condition = 0.0;                        // of the information scaled to unit diagonal
+  std::vector<double> eigenvalues;               // of the same, ascending
+  std::vector<estimate::OpenDirection> weakest;  // the three weakest directions
+  std::vector<CorrelatedPair> correlated;        // |correlation| > 0.9
   std::vector<FlightContribution> flights;
   std::vector<Advice> advice;
 };

@@ -19,9 +19,11 @@ constexpr double kAccelBiasPrior_m_s2 = 0.3;
 
 [[noreturn]] void unknown(const std::string& name, const host::TermList& terms) {
   std::vector<std::string> names;
-  for (int i = 0; i < estimate::kCoreParameters + static_cast<int>(terms.parameters()); ++i) names.push_back(estimate::parameter_info(i, terms).name);
-  throw Error({name, "is no parameter of this model", "a misspelt name, or a term that was not added with --term",
-               did_you_mean(name, names) + fmt::format("use one of {}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
+  for (int i = 0; i < estimate::kCoreParameters + static_cast<int>(terms.parameters()); ++i)
+    names.push_back(estimate::parameter_info(i, terms).name);
+  throw Error(
+      {name, "is no parameter of this model", "a misspelt name, or a term that was not added with --term",
+       did_you_mean(name, names) + fmt::format("use one of {}", fmt::join(names, ", ")) + ", or a group such as drag or pose_sensor"});
 }
 
 struct NamedNumber {
@@ -52,12 +54,13 @@ std::vector<int> parameters_named(const std::string& name, const host::TermList&
 
 double prior_u_of(const host::VehicleFile& vehicle, int parameter, const host::TermList& terms) {
   const std::string name = estimate::parameter_info(parameter, terms).name;
-  const bool rotor = std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
+  const bool rotor =
+      std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
   return host::uncertainty_of(vehicle, name).value_or(rotor ? vehicle.rotor_inertia_kg_m2.u : 0.0);
 }
 
 std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
-                                             const host::TermList& terms, const ParameterWishes& wishes) {
+                                                       const host::TermList& terms, const ParameterWishes& wishes) {
   const auto any = [&](auto&& has) { return std::any_of(flights.begin(), flights.end(), has); };
   const bool pose = any([](const estimate::GridFlight& g) { return !g.pose.empty(); });
   const bool place = pose || any([](const estimate::GridFlight& g) { return !g.position.empty(); });
@@ -77,7 +80,9 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
   add(estimate::kCdh);
   if (place) add(estimate::kCdxy), add(estimate::kCdz);
   if (pose) {
-    for (const int p : {estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ, estimate::kPoseDelay}) add(p);
+    for (const int p : {estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ,
+                        estimate::kPoseDelay})
+      add(p);
   }
   for (int i = 0; gyro && i < 3; ++i) add(estimate::kGyroBiasX + i, flights.size() > 1);
   for (int i = 0; accel && i < 3; ++i) add(estimate::kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);

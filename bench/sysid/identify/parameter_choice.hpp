@@ -18,7 +18,7 @@ struct ParameterWishes {
 
 // Throws Error (usage) for an unknown name, with those that exist.
 std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
-                                             const host::TermList& terms, const ParameterWishes& wishes);
+                                                       const host::TermList& terms, const ParameterWishes& wishes);
 
 // Parameters that `name` means: one, or a group; throws as above.
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms);

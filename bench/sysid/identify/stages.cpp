@@ -17,9 +17,14 @@ constexpr double kHeldPrior = 1e-7;  // of a parameter's scale: held, but its cr
 constexpr int kNoiseRounds = 4;      // a stage gives start values; the joint fit settles the noise
 constexpr double kAgreement = 3.0;   // standard deviations; 1 in 370 parameters beyond it by chance
 
-bool is_sensor(int p) { return (p >= estimate::kOffsetX && p <= estimate::kPoseDelay) || (p >= estimate::kGyroBiasX && p <= estimate::kImuZ); }
+bool is_sensor(int p) {
+  return (p >= estimate::kOffsetX && p <= estimate::kPoseDelay) || (p >= estimate::kGyroBiasX && p <= estimate::kImuZ);
+}
 // Lever arms and the time between attitude and rotor speeds show in turns only.
-bool needs_turns(int p) { return (p >= estimate::kOffsetX && p <= estimate::kOffsetZ) || p == estimate::kPoseDelay || (p >= estimate::kImuX && p <= estimate::kImuZ); }
+bool needs_turns(int p) {
+  return (p >= estimate::kOffsetX && p <= estimate::kOffsetZ) || p == estimate::kPoseDelay ||
+         (p >= estimate::kImuX && p <= estimate::kImuZ);
+}
 bool is_com(int p) { return p == estimate::kComX || p == estimate::kComY; }
 
 // Uncertainty of what the stage holds goes into what it estimates. With S the information of the flights and C the prior covariance of the
@@ -37,8 +42,8 @@ void carry_held(const Eigen::MatrixXd& s_aa_inverse, const Eigen::MatrixXd& s_ah
 }  // namespace
 
 Solver own_solver() {
-  return
-      [](const estimate::FitProblem& p, const estimate::FitOptions& o, const std::function<void(const estimate::FitProgress&)>& progress) { return estimate::fit(p, o, progress); };
+  return [](const estimate::FitProblem& p, const estimate::FitOptions& o,
+            const std::function<void(const estimate::FitProgress&)>& progress) { return estimate::fit(p, o, progress); };
 }
 
 std::string_view name(FlightRole role) {
@@ -96,8 +101,8 @@ Knowledge first_knowledge(const std::vector<estimate::FreeParameter>& free, cons
 
 StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
                       const std::vector<estimate::FreeParameter>& free, const std::vector<estimate::JointPrior>& priors,
-                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
-                      const std::function<void(const estimate::FitProgress&)>& progress) {
+                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options,
+                      const Solver& solver, const std::function<void(const estimate::FitProgress&)>& progress) {
   const std::vector<int> freed = stage_parameters(role, free);
   const std::set<int> is_freed(freed.begin(), freed.end());
   estimate::FitOptions of_stage = options;

@@ -29,22 +29,24 @@ struct Knowledge {
 Knowledge first_knowledge(const std::vector<estimate::FreeParameter>& free, const host::VehicleFile& vehicle,
                           const estimate::ModelValues& values);
 
-using Solver = std::function<estimate::Fit(const estimate::FitProblem&, const estimate::FitOptions&, const std::function<void(const estimate::FitProgress&)>&)>;
+using Solver = std::function<estimate::Fit(const estimate::FitProblem&, const estimate::FitOptions&,
+                                           const std::function<void(const estimate::FitProgress&)>&)>;
 Solver own_solver();  // fit()
 
 struct StageResult {
   FlightRole role = FlightRole::any;
-  std::vector<std::size_t> flights;  // of all flights
-  std::vector<estimate::Estimate> estimates;   // of the stage's parameters; u holds what was carried
-  std::vector<double> u_alone;       // as if everything held were exact
+  std::vector<std::size_t> flights;           // of all flights
+  std::vector<estimate::Estimate> estimates;  // of the stage's parameters; u holds what was carried
+  std::vector<double> u_alone;                // as if everything held were exact
   estimate::Fit fit;
 };
 
-// Runs one stage on `flights`; moves `values`, `known` and `noise` on. Of `priors` the weak ones of what the stage frees take part. Throws what the solver throws, with the stage's name before it.
+// Runs one stage on `flights`; moves `values`, `known` and `noise` on. Of `priors` the weak ones of what the stage frees take part. Throws
+// what the solver throws, with the stage's name before it.
 StageResult run_stage(FlightRole role, const std::vector<const estimate::GridFlight*>& flights,
                       const std::vector<estimate::FreeParameter>& free, const std::vector<estimate::JointPrior>& priors,
-                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options, const Solver& solver,
-                      const std::function<void(const estimate::FitProgress&)>& progress);
+                      estimate::ModelValues& values, Knowledge& known, estimate::NoiseModel& noise, const estimate::FitOptions& options,
+                      const Solver& solver, const std::function<void(const estimate::FitProgress&)>& progress);
 
 // A parameter as a stage and as the joint fit see it. Both used the stage's data; the difference of an efficient estimate and one that
 // used less has the variance u_stage² - u_joint² (Hausman 1978). z is taken against u_stage: it says whether the

@@ -10,8 +10,8 @@ namespace rotorloop::identify {
 
 struct StartValues {
   estimate::ModelValues values;
-  estimate::ModelValues file;           // as the vehicle file says, before any scaling: what estimates are compared with, and priors are about
-  double thrust_scale = 1.0;  // by which k1, k2 and c_q of the vehicle file were multiplied; 1: they carry the weight within 10 %
+  estimate::ModelValues file;  // as the vehicle file says, before any scaling: what estimates are compared with, and priors are about
+  double thrust_scale = 1.0;   // by which k1, k2 and c_q of the vehicle file were multiplied; 1: they carry the weight within 10 %
 };
 
 // The mean vertical acceleration of a flight is next to nothing: Σ c_t ω² cos(tilt) over the flight is its weight. With commands the

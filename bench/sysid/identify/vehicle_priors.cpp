@@ -29,7 +29,8 @@ struct Said {
 std::optional<Said> said_of(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
   const std::string name = estimate::parameter_info(parameter, terms).name;
   if (const auto u = host::uncertainty_of(v, name)) return Said{*u, host::origin_of(v, name).value_or(host::Origin::guess)};
-  const bool of_rotor = std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
+  const bool of_rotor =
+      std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
   if (of_rotor && v.rotor_inertia_kg_m2.value > 0.0) return Said{v.rotor_inertia_kg_m2.u, v.rotor_inertia_kg_m2.origin};
   return std::nullopt;
 }
@@ -64,7 +65,8 @@ void add_stand(const host::VehicleFile& v, const estimate::ModelValues& at, std:
 }
 
 // Values with their covariance where the file has one, else with their single uncertainties.
-std::vector<estimate::JointPrior> priors_of_known(const host::VehicleFile& v, const std::map<int, double>& known, const estimate::ModelValues& at) {
+std::vector<estimate::JointPrior> priors_of_known(const host::VehicleFile& v, const std::map<int, double>& known,
+                                                  const estimate::ModelValues& at) {
   std::vector<estimate::JointPrior> out;
   std::map<std::string, int> of_name;
   for (const auto& [parameter, u] : known) of_name[estimate::parameter_info(parameter, at.terms).name] = parameter;
@@ -118,7 +120,8 @@ std::vector<estimate::JointPrior> priors_from(const host::VehicleFile& v, std::s
     }
     if (flights) continue;
     const double u = std::max(kWeakFactor * std::fabs(at[f.parameter]), kWeakUncertainties * said->u);
-    if (u > 0.0 && takes_weak_prior(f.parameter, at.terms)) weak.push_back(single(f.parameter, at[f.parameter], at_least_fine(u, info), true));
+    if (u > 0.0 && takes_weak_prior(f.parameter, at.terms))
+      weak.push_back(single(f.parameter, at[f.parameter], at_least_fine(u, info), true));
   }
   std::vector<estimate::JointPrior> out = priors_of_known(v, known, at);
   if (flights) add_stand(v, at, out);

@@ -41,8 +41,8 @@ struct WrenchComparison {
   std::vector<WrenchScore> before_aligned = {}, after_aligned = {};
 };
 
-// States come from the measurements (flight_motion.hpp), at the fit's rate or 100 Hz, whichever is more. Nothing is scored within a quarter of
-// a second of a cut. Flights without accelerometer and gyro are left out; no flight left: the comparison is empty.
+// States come from the measurements (flight_motion.hpp), at the fit's rate or 100 Hz, whichever is more. Nothing is scored within a quarter
+// of a second of a cut. Flights without accelerometer and gyro are left out; no flight left: the comparison is empty.
 WrenchComparison score_wrenches(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                                 const estimate::GridOptions& grid, const WrenchBand& band);
 

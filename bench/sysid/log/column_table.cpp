@@ -95,7 +95,8 @@ std::string read_log_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted, const CsvFormat& format) {
+ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted,
+                      const CsvFormat& format) {
   Lines lines{text};
   if (lines.rest.starts_with("\xEF\xBB\xBF")) lines.rest.remove_prefix(3);  // an editor's mark of UTF-8
   ColumnTable table;

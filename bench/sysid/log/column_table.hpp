@@ -33,7 +33,8 @@ struct CsvFormat {
 // One row of names, then rows of numbers; blank lines, lines that begin with '#', a byte order mark and CRLF are allowed. Blank cells,
 // "nan" and "null" are not-a-number, true and false 1 and 0. Only the columns in `wanted` (nullptr: all) are kept and checked.
 // Throws Error (ExitCode::data_quality) with file, line, column and value for anything else; `path` is for messages.
-ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted, const CsvFormat& format);
+ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted,
+                      const CsvFormat& format);
 
 // The same of a whole file. Throws Error (ExitCode::usage) when it cannot be read.
 ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, const CsvFormat& format);

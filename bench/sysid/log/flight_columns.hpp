@@ -31,7 +31,7 @@ struct FlightRow {
   double sp_yaw_rad = kEmpty;
   double thrust_cmd_N = kEmpty;  // collective, along body z
   Cells3 torque_cmd_B_N_m = kEmpty3;
-  double control_limiter = kEmpty;     // bit field; meaning in the log header "control_limiter_bits"
+  double control_limiter = kEmpty;  // bit field; meaning in the log header "control_limiter_bits"
 };
 
 // What is true in the simulation; identify and diagnose never read it.
@@ -44,8 +44,8 @@ struct TruthRow {
   Cells4 omega_rad_s = kEmpty4;  // shaft speed
   Cells4 thrust_N = kEmpty4;     // of each rotor, along its axis
   Cells4 shaft_torque_N_m = kEmpty4;
-  Cells4 esc_limiter = kEmpty4;        // firmware::Limiter of each ESC, not on any bus; names in the log header "esc_limiter_codes"
-  double bus_A = kEmpty;               // of all four, at the battery
+  Cells4 esc_limiter = kEmpty4;  // firmware::Limiter of each ESC, not on any bus; names in the log header "esc_limiter_codes"
+  double bus_A = kEmpty;         // of all four, at the battery
   double load_esc_percent = kEmpty, load_state_percent = kEmpty;  // bus load of the 10 ms window that ended last
 };
 

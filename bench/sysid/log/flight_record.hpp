@@ -39,14 +39,15 @@ struct FlightRecord {
   Stream<Eigen::Vector3d> position_W_m;    // position alone (no attitude beside it), of the sensor
   Stream<Eigen::Vector3d> velocity_W_m_s;  // of the pose sensor
   Stream<Eigen::Vector3d> gyro_B_rad_s;    // body rates
-  Stream<Eigen::Vector3d> accel_B_m_s2;   // specific force: +g along z in hover
-  Stream<RotorValues> rotor_omega_rad_s;  // mechanical, positive, measured
-  Stream<RotorValues> motor_command;      // 0 to 1, when the log has commands; meaning left to the motor model
+  Stream<Eigen::Vector3d> accel_B_m_s2;    // specific force: +g along z in hover
+  Stream<RotorValues> rotor_omega_rad_s;   // mechanical, positive, measured
+  Stream<RotorValues> motor_command;       // 0 to 1, when the log has commands; meaning left to the motor model
   Stream<double> battery_V;
   std::map<std::string, Stream<double>> extra;  // further named columns that a mapping asks for, e.g. "payload_x[m]"
 };
 
-// One thing the checks found, from from_s to to_s on the log's clock: `exclude` drops the samples before any fit, `refuse` ends it, `note` changes nothing.
+// One thing the checks found, from from_s to to_s on the log's clock: `exclude` drops the samples before any fit, `refuse` ends it, `note`
+// changes nothing.
 enum class FindingAction { note, exclude, refuse };
 struct LogFinding {
   std::string stream;  // "rotor 3 speed", "pose", …

@@ -8,7 +8,6 @@
 namespace rotorloop::log {
 namespace {
 
-
 constexpr std::array kUnits{
     LogUnit{"s", "s", 1.0},
     LogUnit{"ms", "s", 1e-3},

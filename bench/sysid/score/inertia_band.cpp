@@ -16,7 +16,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kRate_Hz = 250.0;         // of the common samples
+constexpr double kRate_Hz = 250.0;          // of the common samples
 constexpr double kLongestReading_s = 0.04;  // between two readings of rates: a piece ends there
 constexpr double kFirstDelay_s = -0.060, kLastDelay_s = 0.060, kCoarse_s = 2e-3, kDelayStep_s = 2.5e-4;
 
@@ -250,7 +250,8 @@ std::vector<BandSeries> band_series(const log::FlightRecord& record, const estim
 std::optional<BandInertia> inertia_in_band(std::span<const BandSeries> pieces, const InertiaBand& band) {
   const std::vector<double> f_Hz = frequencies(band);
   const auto segments = segments_of(pieces, band.segment_s, [&](const BandSeries& p, std::size_t begin, std::size_t n) {
-    Segment s{acceleration_of(p, begin, n, f_Hz, band.axis), {spectrum(n, f_Hz, false, [&](std::size_t k) { return p.torque_N_m[begin + k][band.axis]; })}};
+    Segment s{acceleration_of(p, begin, n, f_Hz, band.axis),
+              {spectrum(n, f_Hz, false, [&](std::size_t k) { return p.torque_N_m[begin + k][band.axis]; })}};
     scale(s.causes.front(), f_Hz, p.rotor_interval_s);
     return s;
   });

@@ -14,12 +14,13 @@ namespace rotorloop::score {
 
 // A piece of a flight without gaps on common samples.
 struct BandSeries {
-  std::vector<Eigen::Vector3d> torque_N_m;  // of the model, less Ω x IΩ, B
-  std::vector<Eigen::Vector3d> rate_rad_s;  // measured, B
+  std::vector<Eigen::Vector3d> torque_N_m;               // of the model, less Ω x IΩ, B
+  std::vector<Eigen::Vector3d> rate_rad_s;               // measured, B
   double rate_interval_s = 0.0, rotor_interval_s = 0.0;  // of the logged readings, between which the samples are straight lines
 };
 
-// From the log alone: at the logged pose and velocity when it has both, else as in hover. Throws Error (data_quality) for a log without gyro.
+// From the log alone: at the logged pose and velocity when it has both, else as in hover. Throws Error (data_quality) for a log without
+// gyro.
 std::vector<BandSeries> band_series(const log::FlightRecord& flight, const estimate::ModelValues& values);
 // Along `states` of the grid. Rates from the gyro where the grid has it, else from the slope of the poses' attitude; empty without either.
 std::vector<BandSeries> band_series(const log::FlightRecord& flight, const estimate::GridFlight& grid,

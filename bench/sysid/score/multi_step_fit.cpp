@@ -99,9 +99,9 @@ MultiStepFit fit_multi_step(const estimate::ModelValues& start, const estimate::
     for (Eigen::Index i = 0; i < n; ++i) values[free[static_cast<std::size_t>(i)]] = x[i];
     return values;
   };
-  const Descent d = descend(
-      first, min, max, [&](const Eigen::VectorXd& x, NormalEquations* normal) { return windows.cost(values_at(x), free, normal); },
-      {.max_iterations = options.max_iterations, .tolerance = options.tolerance, .damping = 1e-4});
+  const Descent d =
+      descend(first, min, max, [&](const Eigen::VectorXd& x, NormalEquations* normal) { return windows.cost(values_at(x), free, normal); },
+              {.max_iterations = options.max_iterations, .tolerance = options.tolerance, .damping = 1e-4});
   return {values_at(d.x), d.cost, d.iterations, d.converged};
 }
 

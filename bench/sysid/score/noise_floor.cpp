@@ -35,8 +35,9 @@ estimate::GridFlight read_again(const estimate::GridFlight& flight, const estima
 
 }  // namespace
 
-PredictionErrors noise_floor(const estimate::GridFlight& flight, const StateTrack& track, const estimate::ModelValues& values, const estimate::NoiseModel& smoothed_with,
-                             const estimate::NoiseModel& noise, std::span<const std::size_t> starts, std::size_t horizon, std::uint64_t seed) {
+PredictionErrors noise_floor(const estimate::GridFlight& flight, const StateTrack& track, const estimate::ModelValues& values,
+                             const estimate::NoiseModel& smoothed_with, const estimate::NoiseModel& noise,
+                             std::span<const std::size_t> starts, std::size_t horizon, std::uint64_t seed) {
   StateTrack again = track;
   again.state = estimate::states_by_measurements(read_again(flight, noise, seed), values, smoothed_with);
   const Predictor quiet = whole_model(values, flight.substeps), noisy = noisy_model(values, flight.substeps, noise, seed);
@@ -47,7 +48,8 @@ PredictionErrors noise_floor(const estimate::GridFlight& flight, const StateTrac
     noisy(again, start, shaken);
     for (std::size_t h = 0; h < horizon; ++h) {
       const std::size_t at = start + h + 1;
-      const estimate::StateError d = estimate::difference(estimate::moved(ahead[h], estimate::difference(track.state.at(at), again.state.at(at))), shaken[h]);
+      const estimate::StateError d =
+          estimate::difference(estimate::moved(ahead[h], estimate::difference(track.state.at(at), again.state.at(at))), shaken[h]);
       for (std::size_t q = 0; q < kPredictedQuantities; ++q) out.error[q].push_back(d.segment<3>(static_cast<Eigen::Index>(3 * q)).norm());
     }
   }

@@ -15,7 +15,8 @@ constexpr PredictedQuantity kPoseQuantities[] = {kPredictedPosition, kPredictedA
 using Six = Eigen::Matrix<double, 6, 1>;
 
 // States alone: the mass is tied to its value, for a fit without any parameter is none.
-estimate::FitProblem states_only(const estimate::ModelValues& values, std::vector<const estimate::GridFlight*> flights, std::vector<estimate::NoiseModel> noise) {
+estimate::FitProblem states_only(const estimate::ModelValues& values, std::vector<const estimate::GridFlight*> flights,
+                                 std::vector<estimate::NoiseModel> noise) {
   estimate::FitProblem p{
       .start = values, .free = {}, .flights = std::move(flights), .noise = {}, .flight_noise = std::move(noise), .flight_start = {}};
   p.free.push_back({estimate::kMass, false, 1e-9});
@@ -50,7 +51,8 @@ double mean(std::span<const OneStepErrors> flights, std::vector<double> OneStepE
 
 }  // namespace
 
-OneStepErrors one_step(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, std::uint64_t seed) {
+OneStepErrors one_step(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                       std::uint64_t seed) {
   OneStepErrors out;
   out.error = out.expected = {.flight = g.name, .step_s = g.step_s, .horizon = 1, .starts = {}, .error = {}};
   if (g.pose.empty()) return out;
@@ -105,8 +107,8 @@ OneStepComparison compare(std::span<const OneStepErrors> before, std::span<const
   return out;
 }
 
-estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights, std::span<const estimate::NoiseModel> start,
-                       const estimate::NoiseFit& search, int threads) {
+estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights,
+                                 std::span<const estimate::NoiseModel> start, const estimate::NoiseFit& search, int threads) {
   if (search.rounds == 0) return estimate::mean_noise(start);
   std::vector<const estimate::GridFlight*> list;
   for (const estimate::GridFlight& g : flights) list.push_back(&g);

@@ -21,9 +21,10 @@ struct OneStepErrors {
   std::vector<double> log_density;  // of each pose, natural logarithm, in m and rad
 };
 
-// A flight with its poses associated with nodes (grid_flight.hpp) and, for stateful terms, with its motion. The first 0.25 s after each gap are left
-// out: there the past does not fix the state. Empty without poses. `seed`: of the draws of `expected`.
-OneStepErrors one_step(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, std::uint64_t seed);
+// A flight with its poses associated with nodes (grid_flight.hpp) and, for stateful terms, with its motion. The first 0.25 s after each gap
+// are left out: there the past does not fix the state. Empty without poses. `seed`: of the draws of `expected`.
+OneStepErrors one_step(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                       std::uint64_t seed);
 
 // Two models on the same flights.
 struct OneStepComparison {
@@ -44,7 +45,7 @@ struct OneStepComparison {
 OneStepComparison compare(std::span<const OneStepErrors> before, std::span<const OneStepErrors> after);
 
 // The noise figures under which `values` explain these flights best, parameters kept; `start` as it is where the search has no rounds.
-estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights, std::span<const estimate::NoiseModel> start,
-                       const estimate::NoiseFit& search, int threads);
+estimate::NoiseModel noise_under(const estimate::ModelValues& values, std::span<const estimate::GridFlight> flights,
+                                 std::span<const estimate::NoiseModel> start, const estimate::NoiseFit& search, int threads);
 
 }  // namespace rotorloop::score

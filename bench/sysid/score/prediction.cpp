@@ -17,7 +17,8 @@ namespace {
 constexpr std::uint64_t kBootstrapModule = 0x5052444Cu, kProcessModule = 0x50524F43u;
 
 // Position, velocity and attitude with constant body rates: Runge-Kutta of fourth order in position and velocity; the attitude is exact.
-estimate::BodyState step_with_rates_held(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double t_s, double h, std::size_t& hint) {
+estimate::BodyState step_with_rates_held(const estimate::Model& model, const StateTrack& track, const estimate::BodyState& x, double t_s,
+                                         double h, std::size_t& hint) {
   const estimate::ModelValues& values = model.values();
   const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d(values[estimate::kTiltX], values[estimate::kTiltY], -1.0);
   const auto turned = [&](double ahead) { return (x.q_WB * estimate::exp_q(ahead * x.w_B_rad_s)).normalized(); };
@@ -118,8 +119,9 @@ ErrorRatio drawn_anew(const std::vector<std::vector<Block>>& flights, const Boot
 }  // namespace
 
 Predictor state_held() {
-  return
-      [](const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out) { std::fill(out.begin(), out.end(), track.state[start]); };
+  return [](const StateTrack& track, std::size_t start, std::span<estimate::BodyState> out) {
+    std::fill(out.begin(), out.end(), track.state[start]);
+  };
 }
 
 Predictor rates_held(const estimate::ModelValues& values) {
@@ -157,7 +159,7 @@ Predictor whole_model(const estimate::ModelValues& values, int substeps) {
 Predictor noisy_model(const estimate::ModelValues& values, int substeps, const estimate::NoiseModel& noise, std::uint64_t seed) {
   const auto model = std::make_shared<const estimate::Model>(values);
   return [model, substeps, noise, random = RandomStream(seed, kProcessModule)](const StateTrack& track, std::size_t start,
-                                                                                    std::span<estimate::BodyState> out) {
+                                                                               std::span<estimate::BodyState> out) {
     estimate::BodyState x = track.state[start];
     std::size_t hint = start;
     const bool stateful = model->values().terms.memory() > 0;

@@ -22,7 +22,8 @@ using Predictor = std::function<void(const StateTrack& track, std::size_t start,
 Predictor state_held();
 // Translation by the model, body rates as at the start: what the model's torque has to beat.
 Predictor rates_held(const estimate::ModelValues& values);
-// The whole model, in equal substeps of a step. Stateful terms start from the state of the track's input and are then propagated along the prediction.
+// The whole model, in equal substeps of a step. Stateful terms start from the state of the track's input and are then propagated along the
+// prediction.
 Predictor whole_model(const estimate::ModelValues& values, int substeps = 1);
 
 // The same with process noise of the given densities after each step: the same draws for the same seed, start and step.

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/sysid/score/preprocess.hpp"
 #include "bench/sysid/log/check/signal.hpp"
+#include "bench/sysid/score/preprocess.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::score {
@@ -79,8 +79,8 @@ StateTrack filtered_track(const log::FlightRecord& r, const TrackFilter& f) {
   const double span = std::max(0.0, to - from);
   const log::Grid g{from, 1.0 / f.rate_Hz, static_cast<std::size_t>(std::floor(span * f.rate_Hz + 1e-6)) + 1};
 
-  const auto position = gridded<log::PoseReading>(r.pose, 3, g, f.position_Hz,
-                                             [](const log::PoseReading& p, std::size_t d) { return p.p_W_m[static_cast<Eigen::Index>(d)]; });
+  const auto position = gridded<log::PoseReading>(
+      r.pose, 3, g, f.position_Hz, [](const log::PoseReading& p, std::size_t d) { return p.p_W_m[static_cast<Eigen::Index>(d)]; });
   const auto attitude = gridded<log::PoseReading>(one_sign(r.pose), 4, g, f.attitude_Hz, [](const log::PoseReading& p, std::size_t d) {
     return p.q_WS.coeffs()[static_cast<Eigen::Index>(d)];
   });
@@ -106,7 +106,8 @@ StateTrack filtered_track(const log::FlightRecord& r, const TrackFilter& f) {
   return track;
 }
 
-StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values) {
+StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states,
+                        const estimate::ModelValues& values) {
   StateTrack track{flight.name, flight.start_s, flight.step_s, states, flight.input};
   track.input.prepare(values);
   return track;

@@ -32,6 +32,7 @@ struct TrackFilter {
 StateTrack filtered_track(const log::FlightRecord& record, const TrackFilter& filter = {});
 
 // From the states of a fit: a grid flight and one state for each of its nodes.
-StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states, const estimate::ModelValues& values);
+StateTrack fitted_track(const estimate::GridFlight& flight, const std::vector<estimate::BodyState>& states,
+                        const estimate::ModelValues& values);
 
 }  // namespace rotorloop::score

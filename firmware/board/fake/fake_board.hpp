@@ -17,7 +17,7 @@ class BasicFakeBoard : public Scales {
   AdcCounts counts{};
   std::array<std::uint16_t, 3> unloaded{};
   PwmCompare compare{};
-  bool bridge = false;               // any gate follows its compare
+  bool bridge = false;             // any gate follows its compare
   std::uint8_t gates = kAllGates;  // which do while it does
   std::uint64_t now_us = 0;
   std::array<std::array<std::uint8_t, kFlashPageBytes>, 2> flash{};

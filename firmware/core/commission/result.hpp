@@ -83,7 +83,7 @@ struct CommissioningResult {
   CommissioningPhase phase = CommissioningPhase::idle;
   CommissioningEnd end = CommissioningEnd::none;
   float progress = 0.0f;                               // 0..1
-  bool standstill_valid = false;  // the next six were measured and kept to their checks, however it ended
+  bool standstill_valid = false;                       // the next six were measured and kept to their checks, however it ended
   bool spin_valid = false;                             // and these after them
   float resistance_ohm = 0.0f;                         // one phase and its switches, at temperature_K
   float inductance_d_H = 0.0f, inductance_q_H = 0.0f;  // small-signal, at 0 A

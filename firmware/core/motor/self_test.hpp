@@ -2,9 +2,9 @@
 // at most through what should not conduct, then through what should. A pure function of samples; the motor control applies what it says.
 //
 // Whatever gate closes first beside a shorted FET of its own leg shorts the supply, and no order avoids it for all. Leg A's low side is the
-// first gate of all, so that of the high sides only A's is met like that: A's shunt is at its end in the same sample. Leg A's high side is the
-// first high side, so that of the low sides only A's is met like that; no sample shows it, and leg B's pulses find it afterwards. All others
-// are found by a current through the windings.
+// first gate of all, so that of the high sides only A's is met like that: A's shunt is at its end in the same sample. Leg A's high side is
+// the first high side, so that of the low sides only A's is met like that; no sample shows it, and leg B's pulses find it afterwards. All
+// others are found by a current through the windings.
 #pragma once
 #include <cstdint>
 
@@ -16,7 +16,7 @@ namespace rotorloop::firmware {
 
 struct SelfTestConfig {
   bool wanted = false;
-  float top = 1.0f;  // compare of full duty
+  float top = 1.0f;                                       // compare of full duty
   float period_s = 0.0f, counts_s = 0.0f, pulses = 1.0f;  // of a sample; compare per second of on-time; PWM periods per sample
   float dead_counts = 0.0f, window_counts = 0.0f;         // dead time; low-side time before a sample
   float most_counts = 1.0f;                               // longest pulse that leaves the sample its window
@@ -164,7 +164,8 @@ constexpr void lows(const SelfTestConfig& c, SelfTestVariables& s, const Phases&
   if (train(s, low_gate(0), samples, kGap, out) && !widen(s, s.plan.low_last)) enter(s, SelfTestStage::rotation);
 }
 
-// The high side of B or C, after a gap in which the current dies. Closing B's as well changes nothing if B's is the shorted one; otherwise C's current finds a second way.
+// The high side of B or C, after a gap in which the current dies. Closing B's as well changes nothing if B's is the shorted one; otherwise
+// C's current finds a second way.
 constexpr void which_high(const SelfTestConfig& c, SelfTestVariables& s, const Phases& i_A, SelfTestStep& out) {
   const std::size_t leg = 1u + s.index % 2u;
   for (std::uint16_t& x : out.compare.phase) x = whole(c.top - s.width);

@@ -30,9 +30,13 @@ inline constexpr std::array kCommissionValues{
 };
 
 constexpr const char* commissioning_phase_text(CommissioningPhase phase) {
-  constexpr std::array<const char*, 14> kTexts{
-      "beginning", "zero of the current sensors", "first inductance", "aligning",         "resistance",   "inductance", "inductance",
-      "solving",   "aligning to spin",            "ramp",             "speed held: count", "accelerating", "coasting",   "finished"};
+  constexpr std::array<const char*, 14> kTexts{"beginning",         "zero of the current sensors",
+                                               "first inductance",  "aligning",
+                                               "resistance",        "inductance",
+                                               "inductance",        "solving",
+                                               "aligning to spin",  "ramp",
+                                               "speed held: count", "accelerating",
+                                               "coasting",          "finished"};
   return kTexts[static_cast<std::size_t>(phase) < kTexts.size() ? static_cast<std::size_t>(phase) : 0];
 }
 

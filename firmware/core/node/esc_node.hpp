@@ -310,8 +310,8 @@ class BasicEscNode {
   WhyOff reported_why_ = WhyOff::turning;
   std::uint64_t start_us_ = 0, next_node_status_us_ = 0, sent_node_status_us_ = 0, next_status_us_ = 0, next_extended_us_ = 0,
                 next_rpm_us_ = 0, last_poll_us_ = 0, request_us_ = 0, silent_until_us_ = 0, index_conflict_us_ = 0, trip_us_ = 0,
-                enumeration_end_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0,
-                beep_until_us_ = 0, opcode_argument_ = 0;
+                enumeration_end_us_ = 0, next_why_us_ = 0, log_allowance_us_ = 0, fast_version_us_ = 0, beep_until_us_ = 0,
+                opcode_argument_ = 0;
   std::uint32_t revision_ = 0;
   float beep_Hz_ = 0.0f;
   std::uint8_t fast_version_ = 0, reported_second_ = 0;  // version: 0 none heard

@@ -28,23 +28,23 @@ enum class WhyOff : std::uint8_t {
 
 constexpr const char* why_text(WhyOff why) {
   constexpr std::array<const char*, 13> kTexts{
-      "turning",       "parameters",   "starting up", "restarting",    "duplicate node id or esc_index",
-      "no esc_index",  "not armed",    "no order",    "order expired", "zero throttle first",
+      "turning",       "parameters",    "starting up",  "restarting",    "duplicate node id or esc_index",
+      "no esc_index",  "not armed",     "no order",     "order expired", "zero throttle first",
       "order is zero", "motor control", "commissioning"};
   return kTexts[static_cast<std::size_t>(why)];
 }
 
 constexpr const char* fault_text(Fault fault) {
-  constexpr std::array<const char*, 9> kTexts{"none",  "overcurrent",  "undervoltage", "overvoltage",
-                                              "stall", "start failed", "sensor",       "overtemperature", "self-test"};
+  constexpr std::array<const char*, 9> kTexts{"none",         "overcurrent", "undervoltage",    "overvoltage", "stall",
+                                              "start failed", "sensor",      "overtemperature", "self-test"};
   return kTexts[static_cast<std::size_t>(fault) < kTexts.size() ? static_cast<std::size_t>(fault) : 0];
 }
 
 constexpr const char* blocked_text(Blocked blocked) {
   constexpr std::array<const char*, 14> kTexts{
-      "nothing",         "parameters that this board cannot serve", "calibrating",         "current sensor", "no order",
-      "stale order",     "too many faults: order zero first",       "pause after a fault", "overvoltage",    "undervoltage",
-      "overtemperature", "temperature sensor open or short", "self-test", "self-test failed"};
+      "nothing",         "parameters that this board cannot serve", "calibrating",         "current sensor",  "no order",
+      "stale order",     "too many faults: order zero first",       "pause after a fault", "overvoltage",     "undervoltage",
+      "overtemperature", "temperature sensor open or short",        "self-test",           "self-test failed"};
   return kTexts[static_cast<std::size_t>(blocked) < kTexts.size() ? static_cast<std::size_t>(blocked) : 0];
 }
 

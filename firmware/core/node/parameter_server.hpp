@@ -1,6 +1,7 @@
 // Answers GetSet: first the parameters, in the order of the table, then the values of a commissioning ("commission…"), which are never
-// stored, then values that can only be read ("stat_…"). Index without gaps, empty answer at the end; a name goes before the index. What is set is clamped into its range and kept apart until the motor
-// is off; a value that contradicts another parameter is refused, and the answer shows the old one.
+// stored, then values that can only be read ("stat_…"). Index without gaps, empty answer at the end; a name goes before the index. What is
+// set is clamped into its range and kept apart until the motor is off; a value that contradicts another parameter is refused, and the
+// answer shows the old one.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -88,12 +89,8 @@ class ParameterServer {
                                protocols::ParamGetSetResponse& r) {
     const CommissionValue& row = kCommissionValues[i];
     if (const auto v = number_of(asked)) commission.set_value(i, *v);
-    const auto as_value = [&](float v) {
-      return row.integer ? protocols::ParamValue::of(whole(v)) : protocols::ParamValue::of(v);
-    };
-    const auto as_limit = [&](float v) {
-      return row.integer ? protocols::NumericValue::of(whole(v)) : protocols::NumericValue::of(v);
-    };
+    const auto as_value = [&](float v) { return row.integer ? protocols::ParamValue::of(whole(v)) : protocols::ParamValue::of(v); };
+    const auto as_limit = [&](float v) { return row.integer ? protocols::NumericValue::of(whole(v)) : protocols::NumericValue::of(v); };
     r.name = protocols::Text<protocols::kMaxParameterName>(row.name);
     r.value = as_value(commission.value(i));
     r.default_value = as_value(0.0f);
@@ -128,8 +125,8 @@ class ParameterServer {
   }
 
   static constexpr std::array<const char*, kReadings> kReadingNames{
-      "stat_why_off", "stat_faults",  "stat_errors",  "stat_commanders", "stat_conflicts", "stat_trips",  "stat_energy",
-      "stat_winding", "stat_restart", "stat_duty_q", "stat_commission", "stat_fault_1", "stat_fault_2",   "stat_fault_3", "stat_fault_4"};
+      "stat_why_off", "stat_faults", "stat_errors",     "stat_commanders", "stat_conflicts", "stat_trips",   "stat_energy", "stat_winding",
+      "stat_restart", "stat_duty_q", "stat_commission", "stat_fault_1",    "stat_fault_2",   "stat_fault_3", "stat_fault_4"};
 
   static constexpr std::array<std::uint32_t, kCount> make_hashes() {
     std::array<std::uint32_t, kCount> hashes{};

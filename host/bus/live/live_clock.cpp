@@ -19,7 +19,8 @@ void wait_for_any(std::span<TimedBus* const> buses, std::int64_t deadline_ns, in
   std::vector<pollfd> polled;
   for (TimedBus* bus : buses) {
     bus->flush();
-    polled.push_back({.fd = bus->descriptor(), .events = static_cast<short>(bus->output_waits() ? POLLIN | POLLOUT : POLLIN), .revents = 0});
+    polled.push_back(
+        {.fd = bus->descriptor(), .events = static_cast<short>(bus->output_waits() ? POLLIN | POLLOUT : POLLIN), .revents = 0});
   }
   if (descriptor >= 0) polled.push_back({.fd = descriptor, .events = POLLIN, .revents = 0});
   const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - live_now_ns(), 0);

@@ -21,12 +21,13 @@ std::string group_text(int group) { return "239.65.82." + std::to_string(group);
 
 [[noreturn]] void fail_to_join(int group, const std::string& step, int reason) {
   const bool no_route = reason == ENODEV || reason == ENETUNREACH;
-  throw Error({.where = "mcast:" + std::to_string(group),
-               .what = step + " (group " + group_text(group) + ", UDP port " + std::to_string(kMulticastPort) + "): " + std::strerror(reason),
-               .likely = no_route ? "no network interface has a route for multicast" : "",
-               .remedy = no_route ? "for programs on this machine alone: ip link set lo up; ip route add 239.65.82.0/24 dev lo"
-                                  : "check that the network is up and that a firewall lets the port pass"},
-              ExitCode::device);
+  throw Error(
+      {.where = "mcast:" + std::to_string(group),
+       .what = step + " (group " + group_text(group) + ", UDP port " + std::to_string(kMulticastPort) + "): " + std::strerror(reason),
+       .likely = no_route ? "no network interface has a route for multicast" : "",
+       .remedy = no_route ? "for programs on this machine alone: ip link set lo up; ip route add 239.65.82.0/24 dev lo"
+                          : "check that the network is up and that a firewall lets the port pass"},
+      ExitCode::device);
 }
 
 // Age of a datagram from the stamp that the system put on it when it came.
@@ -64,11 +65,13 @@ void MulticastBus::open() {
   in_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (in_ < 0) fail_to_join(group_, "cannot make a socket", errno);
   ::setsockopt(in_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (::bind(in_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) fail_to_join(group_, "cannot bind to the group", errno);
+  if (::bind(in_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    fail_to_join(group_, "cannot bind to the group", errno);
   ip_mreq membership{};
   membership.imr_multiaddr = address.sin_addr;
   membership.imr_interface.s_addr = htonl(INADDR_ANY);
-  if (::setsockopt(in_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) fail_to_join(group_, "cannot join the group", errno);
+  if (::setsockopt(in_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
+    fail_to_join(group_, "cannot join the group", errno);
   // The limit of the system holds for all but root.
   const int wanted = kWantedReceiveBuffer_B;
   if (::setsockopt(in_, SOL_SOCKET, SO_RCVBUFFORCE, &wanted, sizeof wanted) != 0)
@@ -82,7 +85,8 @@ void MulticastBus::open() {
   out_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (out_ < 0) fail_to_join(group_, "cannot make a socket", errno);
   ::setsockopt(out_, SOL_SOCKET, SO_SNDBUF, &wanted, sizeof wanted);
-  if (::connect(out_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) fail_to_join(group_, "cannot reach the group", errno);
+  if (::connect(out_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    fail_to_join(group_, "cannot reach the group", errno);
   socklen_t own_size = sizeof own_;
   ::getsockname(out_, reinterpret_cast<sockaddr*>(&own_), &own_size);
 }
@@ -133,10 +137,17 @@ std::optional<StampedBusFrame> MulticastBus::receive_any() {
       continue;
     }
     switch (decode_multicast({packet.data(), static_cast<std::size_t>(size)}, received.frame)) {
-      case MulticastContent::malformed: ++link_.malformed; continue;
-      case MulticastContent::remote: ++link_.remote; continue;
-      case MulticastContent::error_report: ++link_.error_reports; continue;
-      case MulticastContent::frame: break;
+      case MulticastContent::malformed:
+        ++link_.malformed;
+        continue;
+      case MulticastContent::remote:
+        ++link_.remote;
+        continue;
+      case MulticastContent::error_report:
+        ++link_.error_reports;
+        continue;
+      case MulticastContent::frame:
+        break;
     }
     if (!wanted(received.frame.id, received.frame.extended)) {
       ++counted_.filtered;

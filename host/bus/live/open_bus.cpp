@@ -19,15 +19,20 @@ int multicast_group(const std::string& rest, const std::string& where) {
 std::unique_ptr<TimedBus> open_bus(const std::string& name, const std::string& where) {
   const BusName parsed = parse_bus_name(name, where);
   switch (parsed.backend) {
-    case BusBackend::multicast: return std::make_unique<MulticastBus>(multicast_group(parsed.rest, where));
-    case BusBackend::slcan: return std::make_unique<SlcanPort>(parse_slcan_settings(parsed.rest, where));
-    case BusBackend::slcan_server: return std::make_unique<SlcanServer>(parsed.rest);
+    case BusBackend::multicast:
+      return std::make_unique<MulticastBus>(multicast_group(parsed.rest, where));
+    case BusBackend::slcan:
+      return std::make_unique<SlcanPort>(parse_slcan_settings(parsed.rest, where));
+    case BusBackend::slcan_server:
+      return std::make_unique<SlcanServer>(parsed.rest);
     case BusBackend::virtual_bus:
     case BusBackend::socketcan:
-    case BusBackend::gs_usb: break;
+    case BusBackend::gs_usb:
+      break;
   }
-  throw Error({where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
-               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE for hardware"});
+  throw Error(
+      {where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
+       "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE for hardware"});
 }
 
 }  // namespace rotorloop

@@ -27,8 +27,8 @@ constexpr std::array<std::pair<long, speed_t>, 10> kBauds{{{9600, B9600},
                                                            {1000000, B1000000},
                                                            {2000000, B2000000},
                                                            {3000000, B3000000}}};
-constexpr std::int64_t kQuiet_ns = 50'000'000;       // silence that ends the rest of an earlier conversation
-constexpr std::int64_t kQuestion_ns = 1'000'000'000;  // between two questions for the error state
+constexpr std::int64_t kQuiet_ns = 50'000'000;                    // silence that ends the rest of an earlier conversation
+constexpr std::int64_t kQuestion_ns = 1'000'000'000;              // between two questions for the error state
 constexpr unsigned kFlagReceiveFull = 0x01, kFlagPassive = 0x20;  // of the answer to F
 
 [[noreturn]] void fail_with_device(const std::string& device, std::string what, std::string likely, std::string remedy) {
@@ -52,11 +52,12 @@ int open_serial(const SlcanSettings& s) {
   const int descriptor = ::open(s.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) {
     const int reason = errno;
-    fail_with_device(s.device, std::string("cannot open the serial port: ") + std::strerror(reason),
-                     reason == ENOENT   ? "the adapter is not plugged in, or has another name"
-                     : reason == EACCES ? "this user may not use serial ports"
-                                        : "",
-                     reason == EACCES ? "add the user to the group that owns the device (ls -l), often dialout" : "list ports with: ls /dev/tty*");
+    fail_with_device(
+        s.device, std::string("cannot open the serial port: ") + std::strerror(reason),
+        reason == ENOENT   ? "the adapter is not plugged in, or has another name"
+        : reason == EACCES ? "this user may not use serial ports"
+                           : "",
+        reason == EACCES ? "add the user to the group that owns the device (ls -l), often dialout" : "list ports with: ls /dev/tty*");
   }
   termios settings{};
   if (::tcgetattr(descriptor, &settings) != 0) {
@@ -140,13 +141,15 @@ void SlcanPort::open_channel() {
     fail_with_device(settings_.device, "the adapter refuses " + std::to_string(settings_.bit_rate_Hz) + " bit/s (" + rate + ")", "",
                      "use a rate that it has, as in slcan:" + settings_.device + "@500000");
   switch (command("O")) {
-    case Answer::ok: return;
+    case Answer::ok:
+      return;
     case Answer::error:
       fail_with_device(settings_.device, "the adapter refuses to open the channel", "another program has it open, or it is bus-off",
                        "close the other program, unplug the adapter and plug it in again");
     case Answer::none:
       fail_with_device(settings_.device, "no answer within " + std::to_string(settings_.answer_ns / 1'000'000) + " ms",
-                       "this port is no SLCAN adapter, or the serial line has another speed", "give the speed as slcan:" + settings_.device + "@1000000,115200");
+                       "this port is no SLCAN adapter, or the serial line has another speed",
+                       "give the speed as slcan:" + settings_.device + "@1000000,115200");
   }
 }
 
@@ -179,10 +182,17 @@ std::optional<StampedBusFrame> SlcanPort::receive_any() {
     StampedBusFrame received;
     received.time_ns = live_now_ns();
     switch (parse_slcan(*line, received.frame)) {
-      case SlcanContent::other: on_answer(*line); continue;
-      case SlcanContent::malformed: ++link_.malformed; continue;
-      case SlcanContent::remote: ++link_.remote; continue;
-      case SlcanContent::frame: break;
+      case SlcanContent::other:
+        on_answer(*line);
+        continue;
+      case SlcanContent::malformed:
+        ++link_.malformed;
+        continue;
+      case SlcanContent::remote:
+        ++link_.remote;
+        continue;
+      case SlcanContent::frame:
+        break;
     }
     if (!wanted(received.frame.id, received.frame.extended)) {
       ++counted_.filtered;

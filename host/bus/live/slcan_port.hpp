@@ -10,9 +10,9 @@
 namespace rotorloop {
 
 struct SlcanSettings {
-  std::string device;              // "/dev/ttyACM0"
-  long bit_rate_Hz = 1'000'000;    // of the CAN bus
-  long baud = 3'000'000;           // of the serial line; adapters with USB of their own do not care
+  std::string device;                      // "/dev/ttyACM0"
+  long bit_rate_Hz = 1'000'000;            // of the CAN bus
+  long baud = 3'000'000;                   // of the serial line; adapters with USB of their own do not care
   std::int64_t answer_ns = 1'000'000'000;  // how long the adapter may take to answer while it is opened
 };
 

@@ -103,17 +103,26 @@ void SlcanServer::on_command(const std::string& line) {
       listen_only_ = line[0] == 'L';
       open_ = true;
       return answer(kDone);
-    case 'C': open_ = false; return answer(kDone);
+    case 'C':
+      open_ = false;
+      return answer(kDone);
     case 'S':
     case 's':
     case 'Y':
     case 'M':
-    case 'm': return answer(open_ ? kRefused : kDone);
-    case 'Z': stamps_ = line == "Z1"; return answer(kDone);
-    case 'F': return answer("F00\r");
-    case 'V': return answer("V1013\r");
-    case 'N': return answer("NROLO\r");
-    default: return answer(kRefused);
+    case 'm':
+      return answer(open_ ? kRefused : kDone);
+    case 'Z':
+      stamps_ = line == "Z1";
+      return answer(kDone);
+    case 'F':
+      return answer("F00\r");
+    case 'V':
+      return answer("V1013\r");
+    case 'N':
+      return answer("NROLO\r");
+    default:
+      return answer(kRefused);
   }
 }
 
@@ -122,7 +131,9 @@ std::optional<StampedBusFrame> SlcanServer::receive_any() {
     StampedBusFrame received;
     received.time_ns = live_now_ns();
     switch (parse_slcan(*line, received.frame)) {
-      case SlcanContent::other: on_command(*line); continue;
+      case SlcanContent::other:
+        on_command(*line);
+        continue;
       case SlcanContent::malformed:
         ++link_counted_.malformed;
         answer(kRefused);
@@ -131,7 +142,8 @@ std::optional<StampedBusFrame> SlcanServer::receive_any() {
         ++link_counted_.remote;
         answer(kRefused);
         continue;
-      case SlcanContent::frame: break;
+      case SlcanContent::frame:
+        break;
     }
     if (!open_ || listen_only_) {
       answer(kRefused);

@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "host/base/elementary.hpp"
+#include "host/base/random.hpp"
 #include "sim/effects/air/air_list.hpp"
 #include "sim/effects/plant_setup.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 namespace {

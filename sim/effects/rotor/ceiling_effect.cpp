@@ -23,9 +23,7 @@ constexpr EffectOption kCeilingEffectOptions[]{{"ceiling_z_m", "m", -100.0, 1000
 
 }  // namespace
 
-const EffectInfo kCeilingEffect{.id = "ceiling_effect",
-                                .parameter = {"gain", "1", 0.0, 2.0, 0.0},
-                                .options = kCeilingEffectOptions,
-                                .make = effect_of<ceiling_effect>};
+const EffectInfo kCeilingEffect{
+    .id = "ceiling_effect", .parameter = {"gain", "1", 0.0, 2.0, 0.0}, .options = kCeilingEffectOptions, .make = effect_of<ceiling_effect>};
 
 }  // namespace rotorloop::sim

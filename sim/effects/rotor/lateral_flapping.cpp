@@ -17,9 +17,7 @@ void lateral_flapping(const EffectValues& v, const RotorSite& s, RotorLoads& loa
 
 }  // namespace
 
-const EffectInfo kLateralFlapping{.id = "lateral_flapping",
-                                  .parameter = {"k_l_N_s2_m", "N s^2/m", -1e-5, 1e-5, 0.0},
-                                  .options = {},
-                                  .make = effect_of<lateral_flapping>};
+const EffectInfo kLateralFlapping{
+    .id = "lateral_flapping", .parameter = {"k_l_N_s2_m", "N s^2/m", -1e-5, 1e-5, 0.0}, .options = {}, .make = effect_of<lateral_flapping>};
 
 }  // namespace rotorloop::sim

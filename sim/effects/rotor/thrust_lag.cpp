@@ -1,7 +1,7 @@
 // The air takes time to follow a rotor: all its loads are a first-order lag behind their steady value, with time constant tau.
 // Thrust, in-plane force, hub moment and aerodynamic torque lag alike; the reaction to the rotor's own acceleration does not, which is
-// what distinguishes this from a late speed signal. Theory gives 0.85 R / (4 v_i), some 2 ms for a 5-inch propeller; identification of whole
-// vehicles has found up to 30 ms where the drive was not modelled. Source: Carpenter & Fridovich, NACA TN-3044, 1953.
+// what distinguishes this from a late speed signal. Theory gives 0.85 R / (4 v_i), some 2 ms for a 5-inch propeller; identification of
+// whole vehicles has found up to 30 ms where the drive was not modelled. Source: Carpenter & Fridovich, NACA TN-3044, 1953.
 #include <array>
 
 #include "host/base/elementary.hpp"

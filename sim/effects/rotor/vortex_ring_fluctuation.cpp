@@ -7,10 +7,10 @@
 #include <cstdint>
 
 #include "host/base/elementary.hpp"
+#include "host/base/random.hpp"
 #include "sim/effects/plant_setup.hpp"
 #include "sim/effects/rotor/rotor_list.hpp"
 #include "sim/effects/rotor/wake.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop::sim {
 namespace {

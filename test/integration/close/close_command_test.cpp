@@ -36,7 +36,8 @@ struct CloseTest : ::testing::Test {
         "secret/plan.toml",
         "format = 1\nname = \"strut\"\nplant = \"" + v + "/reference_plant.toml\"\nvehicle = \"" + v +
             "/calibrated.toml\"\n[controller]\ngains = \"" + v +
-            "/gains.toml\"\n[seeds]\nlearn = [201]\nheld_out = [301]\njudged = [1, 2, 3, 4]\n[[undeclared]]\nid = \"blockage_strut\"\nloss = "
+            "/gains.toml\"\n[seeds]\nlearn = [201]\nheld_out = [301]\njudged = [1, 2, 3, 4]\n[[undeclared]]\nid = \"blockage_strut\"\nloss "
+            "= "
             "0.08\n[[learn]]\nname = \"up\"\ntrajectory = \"../up.toml\"\n[[held_out]]\nname = \"up\"\ntrajectory = \"../up.toml\"\n"
             "[[judged]]\nname = \"up\"\ntrajectory = \"../up.toml\"\naxis = \"z\"\nexpect = \"better\"\npercent = " +
             std::to_string(percent) + "\n[analyst]\ndiagnose = [\"--factor\", \"0.92\", \"--pry\", \"" +

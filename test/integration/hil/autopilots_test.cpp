@@ -24,15 +24,17 @@ class AutopilotBridges : public testing::TestWithParam<Autopilot> {
   ~AutopilotBridges() override { unsetenv(GetParam().variable); }
   void stand_in(const std::string& mode) {
     const auto program = folder_ / "stand_in";
-    write_text(program, "#!/bin/sh\nexec python3 -B '" + kSource + "/test/integration/hil/stand_in_autopilot.py' " + GetParam().name + " " + mode + " \"$@\"\n");
+    write_text(program, "#!/bin/sh\nexec python3 -B '" + kSource + "/test/integration/hil/stand_in_autopilot.py' " + GetParam().name + " " +
+                            mode + " \"$@\"\n");
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     setenv(GetParam().variable, program.c_str(), 1);
   }
   CommandResult fly(const std::string& name) {
     const auto scenario = write_short_scenario(folder_.path(), "");
     const std::string autopilot = GetParam().name;
-    return rotorloop_command("hil '" + scenario.string() + "' -q --jobs 1 --controller " + autopilot + " --controller-timeout 60 --variants " + autopilot +
-                                 " --out '" + (folder_ / "runs").string() + "' --name " + name,
+    return rotorloop_command("hil '" + scenario.string() + "' -q --jobs 1 --controller " + autopilot +
+                                 " --controller-timeout 60 --variants " + autopilot + " --out '" + (folder_ / "runs").string() +
+                                 "' --name " + name,
                              folder_.path());
   }
   nlohmann::json flight(const std::string& name) {
@@ -70,14 +72,17 @@ TEST_P(AutopilotBridges, WithoutItsProgramNothingFliesAndTheVariableIsNamed) {
 
 TEST_P(AutopilotBridges, AProgramThatEndsNeverSpeaksOrStopsIsNamedAndTheLogIsKept) {
   expect_incomplete("ends_at_start", "its program ended while it started");
-  expect_incomplete("silent", std::string(GetParam().name) == "px4" ? "did not connect to TCP port 4560 within 8 s" : "sent no servo packet to UDP 9002 within 8 s");
+  expect_incomplete("silent", std::string(GetParam().name) == "px4" ? "did not connect to TCP port 4560 within 8 s"
+                                                                    : "sent no servo packet to UDP 9002 within 8 s");
   expect_incomplete("ends_in_flight", "its program has ended");
-  EXPECT_THAT(read_text(folder_ / "runs" / "ends_in_flight" / "climb" / GetParam().name / "1" / (std::string(GetParam().name) + ".log")), HasSubstr("out of battery"));
+  EXPECT_THAT(read_text(folder_ / "runs" / "ends_in_flight" / "climb" / GetParam().name / "1" / (std::string(GetParam().name) + ".log")),
+              HasSubstr("out of battery"));
   expect_incomplete("stops", "no motor packet for");
   if (std::string(GetParam().name) == "px4") expect_incomplete("mute", "no motor packet for");
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, AutopilotBridges, testing::Values(Autopilot{"ardupilot", "ROTORLOOP_ARDUPILOT"}, Autopilot{"px4", "ROTORLOOP_PX4"}),
+INSTANTIATE_TEST_SUITE_P(Each, AutopilotBridges,
+                         testing::Values(Autopilot{"ardupilot", "ROTORLOOP_ARDUPILOT"}, Autopilot{"px4", "ROTORLOOP_PX4"}),
                          [](const auto& i) { return std::string(i.param.name); });
 
 }  // namespace

@@ -21,12 +21,14 @@ constexpr const char* kTimeout = "--controller-timeout 5";
 class Controllers : public testing::Test {
  protected:
   CommandResult fly(const std::string& name, const std::string& options) {
-    return rotorloop_command("hil '" + scenario_.string() + "' -q --jobs 1 --out '" + (folder_ / "runs").string() + "' --name " + name + " " + options,
-                             folder_.path());
+    return rotorloop_command(
+        "hil '" + scenario_.string() + "' -q --jobs 1 --out '" + (folder_ / "runs").string() + "' --name " + name + " " + options,
+        folder_.path());
   }
   // Only the controller under test, which fails as `mode` says.
   CommandResult fly_failing(const std::string& mode, const std::string& more = "") {
-    return fly(mode, "--variants failing --controller 'failing=exec python3 " + kSource + "/test/integration/hil/failing_controller.py " + mode + "' " + more);
+    return fly(mode, "--variants failing --controller 'failing=exec python3 " + kSource + "/test/integration/hil/failing_controller.py " +
+                         mode + "' " + more);
   }
   nlohmann::json flight(const std::string& name) {
     const auto result = result_of(folder_ / "runs" / name);
@@ -84,9 +86,10 @@ TEST_F(Controllers, APythonControllerFliesTheSameBitsEveryTimeAndBesideBusyProce
 }
 
 TEST_F(Controllers, PythonAtAttitudeLevelFliesThePapersHorizontalFlightWithinTwiceOurError) {
-  const auto done = rotorloop_command("hil '" + kSource + "/scenarios/paper.toml' -q --flights horizontal --seeds 1, --variants pd_ff_thrust_drag --controller '" +
-                                          kPython + "' --no-logs --jobs 2 --out '" + (folder_ / "runs").string() + "' --name paper",
-                                      folder_.path());
+  const auto done = rotorloop_command(
+      "hil '" + kSource + "/scenarios/paper.toml' -q --flights horizontal --seeds 1, --variants pd_ff_thrust_drag --controller '" +
+          kPython + "' --no-logs --jobs 2 --out '" + (folder_ / "runs").string() + "' --name paper",
+      folder_.path());
   const auto flights = result_of(folder_ / "runs" / "paper")["flights"];
   ASSERT_EQ(flights.size(), 2u) << done.err;
   ASSERT_EQ(flights[1]["variant"], "python");
@@ -145,7 +148,8 @@ TEST_F(Controllers, OneStepOfNotANumberOrOutOfRangeHoldsTheLastCommandAndCounts)
 TEST_F(Controllers, ThreeStepsOfNotANumberInARowLeadToTheSafeState) {
   EXPECT_EQ(fly_failing("nan_thrice").exit_code, 6);
   EXPECT_EQ(flight("nan_thrice")["end"], "safe_state");
-  EXPECT_THAT(flight("nan_thrice")["end_detail"].get<std::string>(), HasSubstr("controller: no usable command three times in a row at 2.50"));
+  EXPECT_THAT(flight("nan_thrice")["end_detail"].get<std::string>(),
+              HasSubstr("controller: no usable command three times in a row at 2.50"));
 }
 
 TEST_F(Controllers, ALibraryThatCrashesEndsOneFlightAndNotTheRun) {
@@ -163,9 +167,10 @@ TEST_F(Controllers, ALibraryOfAnotherAbiIsRefusedWithBothNumbers) {
 }
 
 TEST_F(Controllers, AScenarioNamesAControllerAndALimitForIt) {
-  scenario_ = write_short_scenario(folder_.path(), "[[external_controller]]\nname = \"failing\"\ncommand = \"python3 " + kSource +
-                                                       "/test/integration/hil/failing_controller.py never\"\n"
-                                                       "[[limits.mean_tracking_error_cm]]\nflight = \"climb\"\nvariant = \"failing\"\nmax = 5\n");
+  scenario_ =
+      write_short_scenario(folder_.path(), "[[external_controller]]\nname = \"failing\"\ncommand = \"python3 " + kSource +
+                                               "/test/integration/hil/failing_controller.py never\"\n"
+                                               "[[limits.mean_tracking_error_cm]]\nflight = \"climb\"\nvariant = \"failing\"\nmax = 5\n");
   std::string text = read_text(scenario_);
   const std::string ours = "[\"pd_ff_thrust_drag\"]";
   text.replace(text.find(ours), ours.size(), "[\"failing\"]");

@@ -13,7 +13,8 @@ class Ladder : public testing::Test {
     while (scenario_.flights.at(request.flight).name != flight) ++request.flight;
     hil::FlightResult result = hil::fly(scenario_, inputs_, request, nullptr, {}, nullptr).result;
     EXPECT_EQ(result.end, hil::FlightEnd::completed) << flight << ": " << result.end_detail;
-    RecordProperty(flight + "_" + std::string(hil::variant_name(variant)) + "_mm", static_cast<int>(10.0 * result.tracking.truth.mean_3d_cm));
+    RecordProperty(flight + "_" + std::string(hil::variant_name(variant)) + "_mm",
+                   static_cast<int>(10.0 * result.tracking.truth.mean_3d_cm));
     return result;
   }
   hil::Scenario scenario_ = hil::read_scenario(std::string(ROTORLOOP_SOURCE_DIR) + "/scenarios/paper.toml");

@@ -44,7 +44,8 @@ Flown flown(const std::string& faults, bool unprotected = false) {
   const hil::FlightRequest request{.flight = 0, .variant = host::Variant::pd_ff_thrust_drag, .seed = 1, .folder = {}};
   hil::LoopConfig config = hil::loop_config(scenario, inputs, request);
   if (unprotected) config.computer.imu_timeout_us = config.computer.esc_timeout_us = config.computer.not_following_us = 1'000'000'000;
-  auto controller = std::make_unique<host::CascadeController>(inputs.vehicle, host::controller_config(inputs.gains, host::Variant::pd_ff_thrust_drag));
+  auto controller =
+      std::make_unique<host::CascadeController>(inputs.vehicle, host::controller_config(inputs.gains, host::Variant::pd_ff_thrust_drag));
   hil::Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[0], std::move(controller), config);
   Flown f;
   double end_s = hil::flight_duration_s(config, inputs.trajectories[0]);
@@ -126,15 +127,14 @@ TEST_P(Faults, AreNamedByTheCommandWhichFails) {
 
 INSTANTIATE_TEST_SUITE_P(
     AllKinds, Faults,
-    testing::Values(Case{"EscSilent", fault("esc_silent", "2"), host::SafeReason::esc_silent, 1, 0.035, "ESC 2 silent"},
-                    Case{"NodeSilent", fault("node_silent", "3"), host::SafeReason::esc_silent, 2, 0.035, "ESC 3 silent"},
-                    Case{"BabbleOnEscBus", fault("bus_babble", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035, "ESC bus silent"},
-                    Case{"BabbleOnStateBus", fault("bus_babble", "\"state\""), host::SafeReason::imu_lost, -1, 0.025,
-                         "IMU samples stopped"},
-                    Case{"AllFramesDroppedOnStateBus", fault("frame_drop", "\"state\"", "probability = 1"), host::SafeReason::imu_lost, -1,
-                         0.025, "IMU samples stopped"},
-                    Case{"AllFramesDroppedOnEscBus", fault("frame_drop", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035,
-                         "ESC bus silent"}),
+    testing::Values(
+        Case{"EscSilent", fault("esc_silent", "2"), host::SafeReason::esc_silent, 1, 0.035, "ESC 2 silent"},
+        Case{"NodeSilent", fault("node_silent", "3"), host::SafeReason::esc_silent, 2, 0.035, "ESC 3 silent"},
+        Case{"BabbleOnEscBus", fault("bus_babble", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035, "ESC bus silent"},
+        Case{"BabbleOnStateBus", fault("bus_babble", "\"state\""), host::SafeReason::imu_lost, -1, 0.025, "IMU samples stopped"},
+        Case{"AllFramesDroppedOnStateBus", fault("frame_drop", "\"state\"", "probability = 1"), host::SafeReason::imu_lost, -1, 0.025,
+             "IMU samples stopped"},
+        Case{"AllFramesDroppedOnEscBus", fault("frame_drop", "\"esc\""), host::SafeReason::esc_bus_silent, -1, 0.035, "ESC bus silent"}),
     [](const auto& c) { return std::string(c.param.name); });
 
 // An ESC that hears nothing any more must not wait for others to notice: its own set-point timeout is 20 ms.

@@ -95,7 +95,8 @@ TEST_F(IdentifyCommand, UsesGyroAndAccelerometerWhereTheLogsHaveThemAndSaysSo) {
   s.duration_s = 5.0;
   s.imu_every_ms = 2;
   write_text(scratch / "imu.csv", log::own_log_text(model_true::fly({}, s).record));
-  for (const auto& [flights, used] : {std::pair{"imu.csv", nlohmann::json{"gyro", "accel"}}, std::pair{"imu.csv rotation.csv", nlohmann::json::array()}}) {
+  for (const auto& [flights, used] :
+       {std::pair{"imu.csv", nlohmann::json{"gyro", "accel"}}, std::pair{"imu.csv rotation.csv", nlohmann::json::array()}}) {
     const CommandResult r = run(std::string("--noise fixed --force --report report --flight ") + flights);
     ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
     EXPECT_EQ(result_of(scratch / "report").at("conditions").at("use"), used);

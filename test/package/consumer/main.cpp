@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/diagnose/diagnose.hpp"
 #include "bench/hil/flight/flight.hpp"
+#include "bench/sysid/diagnose/diagnose.hpp"
 #include "bench/sysid/identify/identify.hpp"
 #include "bench/sysid/log/check/checks.hpp"
 #include "bench/sysid/log/read_flight.hpp"
@@ -44,7 +44,9 @@ void expect(bool holds, const std::string& promise) {
 hil::FlightResult fly(const hil::Scenario& scenario, const hil::Inputs& inputs, std::size_t flight, const fs::path& folder) {
   if (!folder.empty()) fs::create_directories(folder);
   const hil::FlightRequest request{.flight = flight, .variant = hil::Variant::pd_ff_thrust_drag, .seed = 1, .folder = folder};
-  return hil::fly(scenario, inputs, request, nullptr, [](double) {}, nullptr).result;
+  return hil::fly(
+             scenario, inputs, request, nullptr, [](double) {}, nullptr)
+      .result;
 }
 
 // The three flights of scenarios/diagnose.toml, of a vehicle whose tail fin no file mentions, as logs below `folder`.

@@ -4,9 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "host/base/error.hpp"
 #include "cli/hil_commands.hpp"
 #include "cli/progress/progress_line.hpp"
+#include "host/base/error.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::cli {
@@ -116,7 +116,8 @@ TEST_F(HilCommand, ASlipInTheLastScenarioIsFoundBeforeTheFirstFlight) {
 TEST_F(HilCommand, RefusalsSayWhatToDo) {
   EXPECT_THAT(error({}), AllOf(HasSubstr("no scenario given"), HasSubstr("--help")));
   EXPECT_THAT(error({scenario_, "--seeds", "x"}), HasSubstr("--seeds: error: \"x\""));
-  EXPECT_THAT(error({scenario_, "--variants", "lqr"}), HasSubstr("use one or more of: pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag"));
+  EXPECT_THAT(error({scenario_, "--variants", "lqr"}),
+              HasSubstr("use one or more of: pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag"));
   EXPECT_THAT(error({scenario_, "--flights", "z"}), AllOf(HasSubstr("--flights: error: \"z\" is not a flight of"), HasSubstr("h,v")));
   EXPECT_THAT(error({scenario_, "--flights", "h,h"}), HasSubstr("given twice"));
   EXPECT_THAT(error({scenario_, write_scenario("t.toml", "two"), "--name", "n"}), HasSubstr("names one run, but 2 scenarios"));

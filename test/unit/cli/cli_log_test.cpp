@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/base/error.hpp"
 #include "cli/commands.hpp"
+#include "host/base/error.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::cli {

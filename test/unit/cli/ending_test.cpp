@@ -32,9 +32,10 @@ TEST(Junit, CountsAndEscapesWhatXmlCannotHold) {
   const std::string xml = junit_xml("a & b", {{"g", "one", JunitEnd::passed},
                                               {"g", "two", JunitEnd::failed, "1 < 2 \"cm\"\nnext\x01"},
                                               {"g", "three", JunitEnd::error, "not measured"}});
-  EXPECT_THAT(xml, AllOf(HasSubstr("<testsuite name=\"a &amp; b\" tests=\"3\" failures=\"1\" errors=\"1\" skipped=\"0\">"),
-                         HasSubstr("<testcase classname=\"g\" name=\"one\"/>"), HasSubstr("<failure message=\"1 &lt; 2 &quot;cm&quot;&#10;next?\"/>"),
-                         HasSubstr("<error message=\"not measured\"/>")));
+  EXPECT_THAT(xml,
+              AllOf(HasSubstr("<testsuite name=\"a &amp; b\" tests=\"3\" failures=\"1\" errors=\"1\" skipped=\"0\">"),
+                    HasSubstr("<testcase classname=\"g\" name=\"one\"/>"),
+                    HasSubstr("<failure message=\"1 &lt; 2 &quot;cm&quot;&#10;next?\"/>"), HasSubstr("<error message=\"not measured\"/>")));
 }
 
 class Refusal : public ::testing::Test {
@@ -59,8 +60,11 @@ class Refusal : public ::testing::Test {
   bool flag_ = false;
 };
 TEST_F(Refusal, NamesCommandAndOptionWithTheNearest) {
-  EXPECT_EQ(unknown({"identfy"}), "rotorloop: error: \"identfy\" is not a command\n  do:     did you mean \"identify\"? use one of: hil, identify; see rotorloop --help");
-  EXPECT_THAT(unknown({"hil", "s.toml", "--sedes=3"}), HasSubstr("rotorloop hil --sedes: error: is not an option of this command\n  do:     did you mean \"--seeds\"?"));
+  EXPECT_EQ(unknown({"identfy"}),
+            "rotorloop: error: \"identfy\" is not a command\n  do:     did you mean \"identify\"? use one of: hil, identify; see rotorloop "
+            "--help");
+  EXPECT_THAT(unknown({"hil", "s.toml", "--sedes=3"}),
+              HasSubstr("rotorloop hil --sedes: error: is not an option of this command\n  do:     did you mean \"--seeds\"?"));
 }
 TEST_F(Refusal, KnowsWordsOfArgumentsAndOfSubcommands) {
   EXPECT_THAT(unknown({"hil", "s.toml", "--seeds", "3"}), IsEmpty());

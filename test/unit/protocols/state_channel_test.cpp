@@ -8,8 +8,8 @@
 #include <limits>
 #include <vector>
 
-#include "protocols/state_receiver.hpp"
 #include "host/base/random.hpp"
+#include "protocols/state_receiver.hpp"
 
 namespace rotorloop::protocols::state {
 namespace {

@@ -1,5 +1,7 @@
 // docs/wire.md is the specification: its example bytes stand here again. Each is produced by the codec, and the document is
 // searched for it, so that neither can change alone.
+#include "test/unit/protocols/wire_document.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +21,6 @@
 #include "protocols/types.hpp"
 #include "protocols/types/registry.hpp"
 #include "test/unit/protocols/hex.hpp"
-#include "test/unit/protocols/wire_document.hpp"
 
 namespace rotorloop::protocols {
 namespace {

@@ -34,7 +34,8 @@ std::optional<Window> window_at(const log::FlightRecord& f, double from_s, const
   const double to_s = from_s + o.window_s;
   double sum = 0.0, n = 0.0;
   const auto& rotors = f.rotor_omega_rad_s;
-  for (auto i = static_cast<std::size_t>(std::lower_bound(rotors.t_s.begin(), rotors.t_s.end(), from_s) - rotors.t_s.begin()); i < rotors.size() && rotors.t_s[i] < to_s; ++i) {
+  for (auto i = static_cast<std::size_t>(std::lower_bound(rotors.t_s.begin(), rotors.t_s.end(), from_s) - rotors.t_s.begin());
+       i < rotors.size() && rotors.t_s[i] < to_s; ++i) {
     double squares = 0.0;
     for (const double w : rotors.value[i]) squares += w * w;
     if (squares == squares) sum += squares, n += 1.0;
@@ -44,7 +45,8 @@ std::optional<Window> window_at(const log::FlightRecord& f, double from_s, const
   double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, z0 = 0.0, z1 = 0.0, z2 = 0.0, upright = 0.0;
   const auto& pose = f.pose;
   Eigen::Vector3d first, last;
-  for (auto i = static_cast<std::size_t>(std::lower_bound(pose.t_s.begin(), pose.t_s.end(), from_s) - pose.t_s.begin()); i < pose.size() && pose.t_s[i] < to_s; ++i) {
+  for (auto i = static_cast<std::size_t>(std::lower_bound(pose.t_s.begin(), pose.t_s.end(), from_s) - pose.t_s.begin());
+       i < pose.size() && pose.t_s[i] < to_s; ++i) {
     const double t = pose.t_s[i] - from_s - 0.5 * o.window_s, z = pose.value[i].p_W_m.z();
     if (s0 == 0.0) first = pose.value[i].p_W_m;
     last = pose.value[i].p_W_m;
@@ -71,14 +73,17 @@ FlightCoefficient flight_coefficient(const host::VehicleFile& v, std::optional<d
   const double by_k1 = 2.0 * q * u / s, by_k2 = 2.0 * q * u * u / s;
   const auto cov = covariance_of(v, "thrust_model.k1", "thrust_model.k2");
   const double covariance = correlation ? *correlation * v.k1_N_s2.u * v.k2_N_s2_m.u : cov.value_or(0.0);
-  const double variance = by_k1 * by_k1 * v.k1_N_s2.u * v.k1_N_s2.u + by_k2 * by_k2 * v.k2_N_s2_m.u * v.k2_N_s2_m.u + 2.0 * by_k1 * by_k2 * covariance;
+  const double variance =
+      by_k1 * by_k1 * v.k1_N_s2.u * v.k1_N_s2.u + by_k2 * by_k2 * v.k2_N_s2_m.u * v.k2_N_s2_m.u + 2.0 * by_k1 * by_k2 * covariance;
   FlightCoefficient f;
   f.what = "k1, k2 of " + v.name, f.c_t_N_s2 = q * u * u, f.u_N_s2 = std::sqrt(std::max(0.0, variance)), f.air_density_kg_m3 = rho;
   f.omega_rad_s = std::sqrt(v.mass_kg.value * kGravity_m_s2 / (4.0 * f.c_t_N_s2));
   const double r = covariance / (v.k1_N_s2.u * v.k2_N_s2_m.u);
   f.note = correlation ? fmt::format("correlation of k1 and k2 {:.3f}, as given", r)
            : cov       ? fmt::format("correlation of k1 and k2 {:.3f}, of the file's covariance", r)
-                       : std::string("the file has no covariance of k1 and k2: their correlation counts as 0, which makes u too large; --correlation, or the file that identify wrote");
+                       : std::string(
+                             "the file has no covariance of k1 and k2: their correlation counts as 0, which makes u too large; --correlation, or "
+                                   "the file that identify wrote");
   return f;
 }
 
@@ -107,7 +112,8 @@ std::optional<FlightCoefficient> hover_coefficient(const std::vector<log::Flight
   f.what = "hover, m g / Σ ω²", f.c_t_N_s2 = mean, f.air_density_kg_m3 = o.air_density_kg_m3, f.omega_rad_s = omega;
   const double mass = o.mass_u_kg / o.mass_kg;
   f.u_N_s2 = mean * std::sqrt(scatter * scatter + mass * mass + 4.0 * o.speed_u * o.speed_u);
-  f.note = fmt::format("{} windows of {:g} s: scatter {:.2f} %, mass {:.2f} %, rotor speed {:.2f} %", windows.size(), o.window_s, 100.0 * scatter, 100.0 * mass, 200.0 * o.speed_u);
+  f.note = fmt::format("{} windows of {:g} s: scatter {:.2f} %, mass {:.2f} %, rotor speed {:.2f} %", windows.size(), o.window_s,
+                       100.0 * scatter, 100.0 * mass, 200.0 * o.speed_u);
   return f;
 }
 

@@ -44,23 +44,29 @@ std::string verdict_text(const PairComparison& p) {
 
 std::vector<Attribution> attribution(const AttributionInputs& in, double observed_d) {
   std::vector<Attribution> rows;
-  const auto add = [&](const char* cause, double d, double u, bool tested, const std::string& note) { rows.push_back({cause, d, u, tested, note}); };
+  const auto add = [&](const char* cause, double d, double u, bool tested, const std::string& note) {
+    rows.push_back({cause, d, u, tested, note});
+  };
   if (in.stand_centre_rad_s > 0.0 && in.hover_rad_s > 0.0) {
     const double l = std::log(in.stand_centre_rad_s / in.hover_rad_s);
-    add("speed (Reynolds number)", (in.exponent - 2.0) * l, in.exponent_u * std::abs(l), in.exponent_u > 0.0, "stand's window against hover, by the local exponent");
+    add("speed (Reynolds number)", (in.exponent - 2.0) * l, in.exponent_u * std::abs(l), in.exponent_u > 0.0,
+        "stand's window against hover, by the local exponent");
   }
   add("air density", 0.0, in.density_u * std::numbers::sqrt2, false, "0.37 % per kelvin, 0.10 % per hPa: of both days");
   if (in.arm_width_m > 0.0 && in.rotor_radius_m > 0.0 && !in.abab) {
     // Download on an arm across the slipstream: κ² C_d (w L / A) / 4 of the thrust, C_d 1.2 to 2, κ 1 to 1.4.
     const double share = in.arm_width_m * in.rotor_radius_m / (std::numbers::pi * in.rotor_radius_m * in.rotor_radius_m) / 4.0;
     const double low = 1.0 * 1.2 * share, high = 1.96 * 2.0 * share;
-    add("arm below the rotor", 0.5 * (low + high), (high - low) / std::sqrt(12.0), false, "predicted from its width; measured by alternating runs with and without the arm");
+    add("arm below the rotor", 0.5 * (low + high), (high - low) / std::sqrt(12.0), false,
+        "predicted from its width; measured by alternating runs with and without the arm");
   } else {
-    add("arm below the rotor", 0.0, 0.0, in.abab, in.abab ? "the arm was behind the propeller on the stand" : "not described: --arm-width; 1 to 8 % for arms of 10 to 20 mm");
+    add("arm below the rotor", 0.0, 0.0, in.abab,
+        in.abab ? "the arm was behind the propeller on the stand" : "not described: --arm-width; 1 to 8 % for arms of 10 to 20 mm");
   }
   if (in.mass_u > 0.0) add("mass", 0.0, in.mass_u, false, "one to one on the flight's coefficient");
   add("disk area of the flight's model", 0.0, 0.48 * in.radius_u, false, "0.24 % of c_t per 1 % of area");
-  if (in.rotor_scatter > 0.0) add("rotor to rotor", 0.0, in.rotor_scatter * std::sqrt(1.0 + 0.25), false, "one on the stand, four in flight");
+  if (in.rotor_scatter > 0.0)
+    add("rotor to rotor", 0.0, in.rotor_scatter * std::sqrt(1.0 + 0.25), false, "one on the stand, four in flight");
   if (in.zero_share > 0.0) add("zero and hysteresis of the cell", 0.0, in.zero_share, true, "of the run's budget");
   Attribution sum{"sum", 0.0, 0.0, false, ""};
   for (const Attribution& a : rows) sum.d += a.d, sum.u = std::hypot(sum.u, a.u);

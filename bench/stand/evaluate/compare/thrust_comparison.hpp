@@ -23,7 +23,7 @@ struct PairComparison {
   double e_n = 0.0;                        // |d| / (2 u): at most 1 is compatible (ISO 13528)
   double needed_u = 0.0;                   // cannot_tell: u below which one of the two tests would decide
   double margin = 0.0;
-  bool significant = false;                // 0 lies outside the 95 % interval
+  bool significant = false;  // 0 lies outside the 95 % interval
   ComparisonVerdict verdict = ComparisonVerdict::cannot_tell;
 };
 std::string verdict_text(const PairComparison& p);  // "different", "equivalent", "cannot tell: need u < 1.2 %"
@@ -41,12 +41,12 @@ struct Attribution {
 
 struct AttributionInputs {
   double density_u = 3e-3, mass_u = 0.0, radius_u = 0.01;  // relative
-  double exponent = 2.0, exponent_u = 0.0;                  // of thrust on the stand
+  double exponent = 2.0, exponent_u = 0.0;                 // of thrust on the stand
   double stand_centre_rad_s = 0.0, hover_rad_s = 0.0;
-  double arm_width_m = 0.0, rotor_radius_m = 0.0;           // 0: not given
-  double rotor_scatter = 0.0;                               // relative, of one rotor
-  double zero_share = 0.0;                                  // of the budget
-  bool abab = false;                                        // arms were behind the propeller on the stand too
+  double arm_width_m = 0.0, rotor_radius_m = 0.0;  // 0: not given
+  double rotor_scatter = 0.0;                      // relative, of one rotor
+  double zero_share = 0.0;                         // of the budget
+  bool abab = false;                               // arms were behind the propeller on the stand too
 };
 // The rows of bench measurements that could differ; the last row is their sum.
 std::vector<Attribution> attribution(const AttributionInputs& in, double observed_d);

@@ -77,7 +77,8 @@ double rms_at(const Points& p, double v_m_s, const Eigen::VectorXd& c) {
 double still_torque_N_m(const StandRun& still, double omega_rad_s) {
   double sum = 0.0, n = 0.0;
   for (const StandStep& s : still.steps)
-    if (s.torque_N_m == s.torque_N_m && s.omega_rad_s > 0.0 && std::abs(s.omega_rad_s / omega_rad_s - 1.0) < kSameSpeed) sum += s.torque_N_m * std::pow(omega_rad_s / s.omega_rad_s, 2), n += 1.0;
+    if (s.torque_N_m == s.torque_N_m && s.omega_rad_s > 0.0 && std::abs(s.omega_rad_s / omega_rad_s - 1.0) < kSameSpeed)
+      sum += s.torque_N_m * std::pow(omega_rad_s / s.omega_rad_s, 2), n += 1.0;
   return n > 0.0 ? sum / n : kNotMeasured;
 }
 
@@ -119,8 +120,7 @@ std::optional<AdvanceTorque> advance_torque(const StandRun& run) {
   const auto speeds = airspeeds(p.v_m_s);
   for (const double from : speeds)
     for (const double to : speeds)
-      if (from != to)
-        out.trials.push_back({from, to, rms_at(p, to, fit_at(p, from, 2).c), rms_at(p, to, fit_at(p, from, 1).c)});
+      if (from != to) out.trials.push_back({from, to, rms_at(p, to, fit_at(p, from, 2).c), rms_at(p, to, fit_at(p, from, 1).c)});
   return out;
 }
 

@@ -20,8 +20,8 @@ struct AdvanceTorque {
   std::vector<AirspeedTrial> trials;
 };
 
-// c_q2 of runs in wind against a run in still air of the same mount: at like speeds the difference of torques is c_q2 (J ω)², whatever the law
-// of speed and the running offset are. `run`: of still air; nothing where no speed of it comes again in wind. trials stays empty.
+// c_q2 of runs in wind against a run in still air of the same mount: at like speeds the difference of torques is c_q2 (J ω)², whatever the
+// law of speed and the running offset are. `run`: of still air; nothing where no speed of it comes again in wind. trials stays empty.
 std::optional<AdvanceTorque> advance_torque(const StandRun& run, std::span<const StandRun> in_wind);
 
 // Nothing for runs in still air, at one advance ratio, or without a diameter.

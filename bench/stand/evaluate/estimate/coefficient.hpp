@@ -18,19 +18,19 @@ struct BudgetTerm {
 };
 
 struct LawRow {
-  std::string text;      // "c ω² + zero"
+  std::string text;                // "c ω² + zero"
   double c = 0.0, exponent = 0.0;  // at the window's middle; exponent beyond 2
   double aicc_loss = 0.0;          // above the best law
   double rms = 0.0;
 };
 
 struct CoefficientEstimate {
-  std::string channel, name, unit;  // "thrust", "c_t", "N s^2"
-  double value = 0.0;               // SI, at the middle of the window and the run's density
-  double u = 0.0;                   // combined standard uncertainty
-  double degrees = 0.0;             // Welch-Satterthwaite
-  double low = 0.0, high = 0.0;     // 95 %
-  double proportional = 0.0;        // of c ω² alone, which most tables print
+  std::string channel, name, unit;          // "thrust", "c_t", "N s^2"
+  double value = 0.0;                       // SI, at the middle of the window and the run's density
+  double u = 0.0;                           // combined standard uncertainty
+  double degrees = 0.0;                     // Welch-Satterthwaite
+  double low = 0.0, high = 0.0;             // 95 %
+  double proportional = 0.0;                // of c ω² alone, which most tables print
   double exponent = 2.0, exponent_u = 0.0;  // local: y ∝ ω^exponent at the middle; u 0 where c ω² holds
   bool square_fails = false;                // c ω² loses by more than kAicLoss
   std::vector<LawRow> laws;

@@ -71,7 +71,9 @@ std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& o, c
   if (e.dynamics && e.dynamics->inertia_kg_m2) {
     const double J = *e.dynamics->inertia_kg_m2, u = e.dynamics->inertia_u_kg_m2.value_or(0.0);
     rotor_note = fmt::format("# Rotor and propeller together: {:.4g} kg m^2, u {:.2g}, from the reaction torque on the stand.\n", J, u);
-    if (o.propeller_inertia_kg_m2) inertia = {J - *o.propeller_inertia_kg_m2, fmt::format("measured, u {:.2g} kg m^2, less {:.3g} of the propeller", u, *o.propeller_inertia_kg_m2)};
+    if (o.propeller_inertia_kg_m2)
+      inertia = {J - *o.propeller_inertia_kg_m2,
+                 fmt::format("measured, u {:.2g} kg m^2, less {:.3g} of the propeller", u, *o.propeller_inertia_kg_m2)};
   }
   const int pole_pairs = e.facts.pole_pairs > 0 ? e.facts.pole_pairs : base.pole_pairs.value_or(0);
   if (pole_pairs == 0) missing.emplace_back("pole_pairs");
@@ -83,22 +85,27 @@ std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& o, c
   const Line& q = inductance_q.value == inductance_q.value ? inductance_q : base.inductance_q;
   const Line& cogging = first({}, base.cogging, "cogging_N_m", missing);
   if (!missing.empty())
-    throw Error({"-o", fmt::format("the run does not show {}", fmt::join(missing, ", ")), "a motor file holds more than one run on a stand can say",
-                 "give --base MOTOR.toml of a like motor for these (vehicles/motors/2306_2300kv.toml)"},
-                ExitCode::data_quality);
+    throw Error(
+        {"-o", fmt::format("the run does not show {}", fmt::join(missing, ", ")), "a motor file holds more than one run on a stand can say",
+         "give --base MOTOR.toml of a like motor for these (vehicles/motors/2306_2300kv.toml)"},
+        ExitCode::data_quality);
   const auto line = [](const char* key, const Line& l) { return fmt::format("{} = {} # {}\n", key, number_text(l.value), l.note); };
-  std::string s = fmt::format("# Motor {} by {}.\n{}format = 1\n", e.facts.motor.empty() ? "of run " + e.name : e.facts.motor, written_by, rotor_note);
+  std::string s =
+      fmt::format("# Motor {} by {}.\n{}format = 1\n", e.facts.motor.empty() ? "of run " + e.name : e.facts.motor, written_by, rotor_note);
   s += line("resistance_ohm", R);
   s += fmt::format("inductance_H = {{ d = {}, q = {} }} # {}\n", number_text(d.value), number_text(q.value), d.note);
   s += line("flux_linkage_Wb", lambda) + fmt::format("pole_pairs = {}\n", pole_pairs) + line("inertia_kg_m2", J);
   return s + line("static_friction_N_m", F) + line("cogging_N_m", cogging);
 }
 
-host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e, const std::string& written_by, const AdvanceTorque* advance) {
+host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e, const std::string& written_by,
+                                    const AdvanceTorque* advance) {
   if (!e.thrust && !e.torque && advance == nullptr)
-    throw Error({"--vehicle-out", "neither c_t nor c_q was estimated", "a faulty channel", "look at the faults that were found"}, ExitCode::data_quality);
+    throw Error({"--vehicle-out", "neither c_t nor c_q was estimated", "a faulty channel", "look at the faults that were found"},
+                ExitCode::data_quality);
   const double rho = e.facts.air_density_kg_m3;
-  if (!(rho > 0.0)) throw Error({"--vehicle-out", "the run's air density is not known", "", "give --density, in kg/m³"}, ExitCode::data_quality);
+  if (!(rho > 0.0))
+    throw Error({"--vehicle-out", "the run's air density is not known", "", "give --density, in kg/m³"}, ExitCode::data_quality);
   const double scale = v.air_density_kg_m3 / rho;
   const std::array<double, 2> window{e.window_rad_s[0] * kRpm_per_rad_s, e.window_rad_s[1] * kRpm_per_rad_s};
   if (e.thrust) {
@@ -108,14 +115,17 @@ host::VehicleFile with_stand_values(host::VehicleFile v, const StandEstimate& e,
   if (e.torque) {
     v.c_q_N_m_s2 = {e.torque->value * scale, e.torque->u * scale, host::Origin::stand};
     // A covariance of the old value says nothing of the new one.
-    std::erase_if(v.covariance, [](const host::CovarianceBlock& c) { return std::find(c.of.begin(), c.of.end(), "torque_model.c_q") != c.of.end(); });
+    std::erase_if(v.covariance,
+                  [](const host::CovarianceBlock& c) { return std::find(c.of.begin(), c.of.end(), "torque_model.c_q") != c.of.end(); });
   }
   if (advance != nullptr) {
-    v.advance = host::TorqueAdvanceFit{{advance->c_q2_N_m_s2 * scale, advance->u2_N_m_s2 * scale, host::Origin::stand}, {advance->j_low, advance->j_high}};
+    v.advance = host::TorqueAdvanceFit{{advance->c_q2_N_m_s2 * scale, advance->u2_N_m_s2 * scale, host::Origin::stand},
+                                       {advance->j_low, advance->j_high}};
     // A file of runs in wind alone has no other c_q.
     if (!e.torque) v.c_q_N_m_s2 = {advance->c_q0_N_m_s2 * scale, advance->u0_N_m_s2 * scale, host::Origin::stand};
   }
-  if (e.dynamics && e.dynamics->inertia_kg_m2) v.rotor_inertia_kg_m2 = {*e.dynamics->inertia_kg_m2, e.dynamics->inertia_u_kg_m2.value_or(0.0), host::Origin::stand};
+  if (e.dynamics && e.dynamics->inertia_kg_m2)
+    v.rotor_inertia_kg_m2 = {*e.dynamics->inertia_kg_m2, e.dynamics->inertia_u_kg_m2.value_or(0.0), host::Origin::stand};
   v.written_by = written_by;
   return v;
 }

@@ -12,7 +12,7 @@
 namespace rotorloop::stand {
 
 struct MotorFileOptions {
-  std::filesystem::path base;                   // motor file for what the run does not show; empty: refused where something is missing
+  std::filesystem::path base;                     // motor file for what the run does not show; empty: refused where something is missing
   std::optional<double> propeller_inertia_kg_m2;  // taken from the measured J; without it the base's inertia stays
 };
 
@@ -20,6 +20,7 @@ struct MotorFileOptions {
 std::string motor_file_text(const StandEstimate& e, const MotorFileOptions& options, const std::string& written_by);
 
 // `vehicle` with a [[static_thrust]] of origin stand (in place of one that it has), c_q and c_q(J), all at the vehicle's density.
-host::VehicleFile with_stand_values(host::VehicleFile vehicle, const StandEstimate& e, const std::string& written_by, const AdvanceTorque* advance = nullptr);
+host::VehicleFile with_stand_values(host::VehicleFile vehicle, const StandEstimate& e, const std::string& written_by,
+                                    const AdvanceTorque* advance = nullptr);
 
 }  // namespace rotorloop::stand

@@ -14,11 +14,11 @@ namespace rotorloop::stand {
 namespace {
 
 constexpr int kMostRounds = 60;
-constexpr double kSettled = 1e-9;        // relative change of c that ends the search
-constexpr double kCauchy = 2.385;        // 95 % efficiency for normal errors (Rey 1983)
-constexpr double kSteepest = 2.0;        // exponents beyond ω^0 … ω^4 are no rotor's
-// Standard deviations of exponent, curvature and its change between propellers: root mean squares of C_T and C_P over rotor speed in the static
-// tables of six propellers of 4 to 28 inches (UIUC vol. 1 to 3, pyBEMT's T-Motor 28).
+constexpr double kSettled = 1e-9;  // relative change of c that ends the search
+constexpr double kCauchy = 2.385;  // 95 % efficiency for normal errors (Rey 1983)
+constexpr double kSteepest = 2.0;  // exponents beyond ω^0 … ω^4 are no rotor's
+// Standard deviations of exponent, curvature and its change between propellers: root mean squares of C_T and C_P over rotor speed in the
+// static tables of six propellers of 4 to 28 inches (UIUC vol. 1 to 3, pyBEMT's T-Motor 28).
 constexpr double kPriorExponent = 0.10, kPriorCurvature = 0.09, kPriorThird = 0.09;
 constexpr std::uint64_t kDrawsModule = 0x64726177;  // "draw"
 
@@ -26,8 +26,8 @@ struct Work {
   const FitRows& rows;
   FitLaw law;
   double c = 0.0, e = 0.0, f = 0.0, g = 0.0;
-  Eigen::MatrixXd X;        // derivatives by the terms
-  Eigen::VectorXd linear;   // of the terms after c, e and f
+  Eigen::MatrixXd X;       // derivatives by the terms
+  Eigen::VectorXd linear;  // of the terms after c, e and f
   std::vector<std::string> names;
 
   Work(const FitRows& r, const FitLaw& l) : rows(r), law(l) {
@@ -90,7 +90,8 @@ struct Solved {
   Eigen::MatrixXd inverse;  // of the normal equations, in the terms' units
 };
 // `prior`: information that the terms have of their own, and `pull` what it asks for.
-Solved solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& w, const Eigen::VectorXd& prior, const Eigen::VectorXd& pull) {
+Solved solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& w, const Eigen::VectorXd& prior,
+             const Eigen::VectorXd& pull) {
   Eigen::VectorXd scale = (X.array().square().colwise() * w.array()).colwise().sum().sqrt().transpose();
   for (auto& v : scale) v = v > 0.0 ? v : 1.0;
   const Eigen::VectorXd back = scale.cwiseInverse();
@@ -113,7 +114,8 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
   const FitRows& rows = w.rows;
   const Eigen::Index n = rows.y.size(), k = w.X.cols();
   if (n < k + 1)
-    throw Error({"fit", fmt::format("{} steps for {} unknowns", n, k), "a short run", "measure more speeds, up and down"}, ExitCode::data_quality);
+    throw Error({"fit", fmt::format("{} steps for {} unknowns", n, k), "a short run", "measure more speeds, up and down"},
+                ExitCode::data_quality);
   start(w);
   JointFit f;
   f.law = w.law;
@@ -168,7 +170,8 @@ FitRows drawn(const FitRows& rows, const std::vector<Eigen::Index>& which) {
   for (auto* v : {&out.y, &out.omega_rad_s, &out.t_s, &out.direction, &out.u}) v->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index j = which[static_cast<std::size_t>(i)];
-    out.y(i) = rows.y(j), out.omega_rad_s(i) = rows.omega_rad_s(j), out.t_s(i) = rows.t_s(j), out.direction(i) = rows.direction(j), out.u(i) = rows.u(j);
+    out.y(i) = rows.y(j), out.omega_rad_s(i) = rows.omega_rad_s(j), out.t_s(i) = rows.t_s(j), out.direction(i) = rows.direction(j),
+    out.u(i) = rows.u(j);
   }
   return out;
 }
@@ -187,11 +190,13 @@ std::vector<std::vector<std::vector<Eigen::Index>>> strata(const FitRows& rows) 
     last = b;
     in.back().push_back(i);
   }
-  std::stable_sort(running.begin(), running.end(), [&](const auto& a, const auto& b) { return rows.omega_rad_s(a.front()) < rows.omega_rad_s(b.front()); });
+  std::stable_sort(running.begin(), running.end(),
+                   [&](const auto& a, const auto& b) { return rows.omega_rad_s(a.front()) < rows.omega_rad_s(b.front()); });
   std::vector<std::vector<std::vector<Eigen::Index>>> out{zeros};
   const std::size_t groups = std::max<std::size_t>(1, running.size() / kBlocksOfASpeed);
   for (std::size_t g = 0; g < groups; ++g)
-    out.emplace_back(running.begin() + static_cast<std::ptrdiff_t>(g * running.size() / groups), running.begin() + static_cast<std::ptrdiff_t>((g + 1) * running.size() / groups));
+    out.emplace_back(running.begin() + static_cast<std::ptrdiff_t>(g * running.size() / groups),
+                     running.begin() + static_cast<std::ptrdiff_t>((g + 1) * running.size() / groups));
   return out;
 }
 

@@ -15,8 +15,8 @@ struct FitRows {
   Eigen::VectorXd u;                               // of y; not-a-number where it is not known
   std::vector<int> block;
   std::vector<std::size_t> step;  // of the run, from 0, that each row comes from; empty where rows come from elsewhere
-  double u_omega = 0.0;         // relative
-  double centre_rad_s = 0.0;    // ω*: c is the coefficient there
+  double u_omega = 0.0;           // relative
+  double centre_rad_s = 0.0;      // ω*: c is the coefficient there
 };
 
 // Which terms a fit has beside c.
@@ -30,7 +30,7 @@ struct FitLaw {
 std::string law_text(const FitLaw& law, const std::string& quantity);  // "c ω^p + zero + drift"
 
 struct FittedTerm {
-  std::string name;  // "c", "exponent", "curvature", "change of curvature", "zero", "running offset", "drift", "hysteresis"
+  std::string name;             // "c", "exponent", "curvature", "change of curvature", "zero", "running offset", "drift", "hysteresis"
   double value = 0.0, u = 0.0;  // u: model-based
 };
 

@@ -19,16 +19,23 @@ struct KnownColumn {
 };
 // Of two columns for one quantity the first that holds anything is taken: an optical probe that is not connected reads 0.
 constexpr std::array kStandColumns{
-    KnownColumn{"Motor Optical Speed", StandQuantity::rotor_speed}, KnownColumn{"Motor Electrical Speed", StandQuantity::rotor_speed},
-    KnownColumn{"Thrust", StandQuantity::thrust},                   KnownColumn{"Torque", StandQuantity::torque},
-    KnownColumn{"Voltage", StandQuantity::voltage},                 KnownColumn{"Current", StandQuantity::current},
+    KnownColumn{"Motor Optical Speed", StandQuantity::rotor_speed},
+    KnownColumn{"Motor Electrical Speed", StandQuantity::rotor_speed},
+    KnownColumn{"Thrust", StandQuantity::thrust},
+    KnownColumn{"Torque", StandQuantity::torque},
+    KnownColumn{"Voltage", StandQuantity::voltage},
+    KnownColumn{"Current", StandQuantity::current},
     KnownColumn{"ESC signal", StandQuantity::command},
 };
 constexpr std::array kRunColumns{
-    KnownColumn{"omega_rad_s", StandQuantity::rotor_speed}, KnownColumn{"thrust_N", StandQuantity::thrust},
-    KnownColumn{"torque_N_m", StandQuantity::torque},       KnownColumn{"voltage_V", StandQuantity::voltage},
-    KnownColumn{"current_A", StandQuantity::current},       KnownColumn{"airspeed_m_s", StandQuantity::airspeed},
-    KnownColumn{"duty", StandQuantity::command},            KnownColumn{"duty_q", StandQuantity::command},
+    KnownColumn{"omega_rad_s", StandQuantity::rotor_speed},
+    KnownColumn{"thrust_N", StandQuantity::thrust},
+    KnownColumn{"torque_N_m", StandQuantity::torque},
+    KnownColumn{"voltage_V", StandQuantity::voltage},
+    KnownColumn{"current_A", StandQuantity::current},
+    KnownColumn{"airspeed_m_s", StandQuantity::airspeed},
+    KnownColumn{"duty", StandQuantity::command},
+    KnownColumn{"duty_q", StandQuantity::command},
 };
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step
@@ -51,7 +58,11 @@ double factor_of(StandQuantity q, std::string_view unit) {
   if (q == StandQuantity::rotor_speed) return unit == "RPM" || unit == "rpm" ? log::find_log_unit("rpm")->factor : 0.0;
   const double gf = log::find_log_unit("gf")->factor;
   if (q == StandQuantity::thrust)
-    return unit == "N" ? 1.0 : unit == "gf" || unit == "g" ? gf : unit == "kgf" || unit == "kg" ? 1e3 * gf : unit == "lbf" ? 4.4482216152605 : 0.0;
+    return unit == "N"                     ? 1.0
+           : unit == "gf" || unit == "g"   ? gf
+           : unit == "kgf" || unit == "kg" ? 1e3 * gf
+           : unit == "lbf"                 ? 4.4482216152605
+                                           : 0.0;
   if (q == StandQuantity::torque) {
     if (unit.starts_with("N") && unit.ends_with("mm")) return 1e-3;
     if (unit.starts_with("N") && unit.ends_with("m")) return 1.0;  // N·m with any kind of dot, N.m, Nm
@@ -127,7 +138,8 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   KnownCsv out;
   out.mapping.path = path;
   if (std::all_of(bytes.begin(), bytes.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }))
-    throw Error({path.generic_string(), "is empty", "a program that was ended before it wrote, or another file", "measure again, or name the file with the samples"});
+    throw Error({path.generic_string(), "is empty", "a program that was ended before it wrote, or another file",
+                 "measure again, or name the file with the samples"});
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3), out.remarks.push_back("byte order mark at the start of the file skipped");
   const std::string first_line = bytes.substr(0, bytes.find('\n'));
   if (std::count(first_line.begin(), first_line.end(), ';') > std::count(first_line.begin(), first_line.end(), ',')) {
@@ -138,10 +150,12 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   }
   const Rows rows = first_rows(bytes);
   const auto column = [&](std::string_view name) {
-    const auto found = std::find_if(rows.names.begin(), rows.names.end(), [&](const std::string& n) { return n == name || n.starts_with(std::string(name) + " ("); });
+    const auto found = std::find_if(rows.names.begin(), rows.names.end(),
+                                    [&](const std::string& n) { return n == name || n.starts_with(std::string(name) + " ("); });
     return static_cast<std::size_t>(found - rows.names.begin());
   };
-  const bool run = column("omega_rad_s") < rows.names.size() && (column("thrust_N") < rows.names.size() || column("torque_N_m") < rows.names.size());
+  const bool run =
+      column("omega_rad_s") < rows.names.size() && (column("thrust_N") < rows.names.size() || column("torque_N_m") < rows.names.size());
   const bool stand = !run && column("Thrust") < rows.names.size() && column("Motor Electrical Speed") < rows.names.size();
   if (!run && !stand)
     throw Error({path.generic_string() + ":1", "no header that is known: neither an RCbenchmark (Tyto) export nor samples of a run",
@@ -150,18 +164,25 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   for (std::size_t i = 0; i < rows.names.size(); ++i) {
     if (stand) take_stand_column(out, rows, i, path);
     for (const KnownColumn& k : kRunColumns)
-      if (run && k.name == rows.names[i]) out.mapping.channels.push_back({k.quantity, false, {rows.names[i]}, 1.0, path.generic_string() + ":1"});
+      if (run && k.name == rows.names[i])
+        out.mapping.channels.push_back({k.quantity, false, {rows.names[i]}, 1.0, path.generic_string() + ":1"});
   }
   // Nothing turned, or no sensor: the electrical speed stays, for the checks to find.
-  const auto speeds = std::count_if(out.mapping.channels.begin(), out.mapping.channels.end(), [](const StandChannel& c) { return c.quantity == StandQuantity::rotor_speed; });
+  const auto speeds = std::count_if(out.mapping.channels.begin(), out.mapping.channels.end(),
+                                    [](const StandChannel& c) { return c.quantity == StandQuantity::rotor_speed; });
   if (stand && speeds == 0)
-    out.mapping.channels.push_back({StandQuantity::rotor_speed, false, {rows.names[column("Motor Electrical Speed")]}, factor_of(StandQuantity::rotor_speed, "RPM"), path.generic_string() + ":1"});
+    out.mapping.channels.push_back({StandQuantity::rotor_speed,
+                                    false,
+                                    {rows.names[column("Motor Electrical Speed")]},
+                                    factor_of(StandQuantity::rotor_speed, "RPM"),
+                                    path.generic_string() + ":1"});
   const std::size_t time = stand ? column("Time") : column("t_s");
   if (time < rows.names.size()) {
     out.mapping.time_column = rows.names[time];
     if (stand && usual_step_s(rows, time) < kRecord_s) out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;
   }
-  if (!rows.names.empty() && rows.names.back().empty()) out.remarks.push_back("the header ends with a separator: a column without name, left out");
+  if (!rows.names.empty() && rows.names.back().empty())
+    out.remarks.push_back("the header ends with a separator: a column without name, left out");
   if (stand) out.remarks.push_back("recognised as an RCbenchmark (Tyto) export by its header");
   out.text = std::move(bytes);
   return out;

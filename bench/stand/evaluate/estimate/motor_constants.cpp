@@ -12,9 +12,9 @@ constexpr std::size_t kFewestSteps = 5;
 constexpr std::size_t kFewestForLost = 8;
 constexpr double kLeastEfficiency = 0.5;  // a motor without current along the magnet has more wherever its EMF exceeds its drop
 
-// Between two samples of the ESC's current loop (24 kHz on each of its boards) its voltage is held while the rotor turns on by an angle x: the
-// held vector that stands against a turning EMF is shorter by sin(x/2)/(x/2), and the mean current of the period lies on the chord of the
-// sampled ones, cos(x/2) of them. At 1400 rad/s and seven pole pairs this is 0.7 and 2 %.
+// Between two samples of the ESC's current loop (24 kHz on each of its boards) its voltage is held while the rotor turns on by an angle x:
+// the held vector that stands against a turning EMF is shorter by sin(x/2)/(x/2), and the mean current of the period lies on the chord of
+// the sampled ones, cos(x/2) of them. At 1400 rad/s and seven pole pairs this is 0.7 and 2 %.
 constexpr double kSample_s = 1.0 / 24'000.0;
 
 struct Electrical {
@@ -42,7 +42,8 @@ Steps usable_steps(const StandRun& run, double running_offset_N_m, double induct
   for (const StandStep& s : run.steps) {
     if (!(s.omega_rad_s > 0.0) || !(s.duty > 0.0) || !(s.voltage_V > 0.0) || !(s.current_A > 0.0)) continue;
     // Current along the magnet, as some ESCs hold at low speed, takes power and makes no torque: such steps say nothing of R.
-    if (s.torque_N_m == s.torque_N_m && (s.torque_N_m - running_offset_N_m) * s.omega_rad_s < kLeastEfficiency * s.voltage_V * s.current_A) continue;
+    if (s.torque_N_m == s.torque_N_m && (s.torque_N_m - running_offset_N_m) * s.omega_rad_s < kLeastEfficiency * s.voltage_V * s.current_A)
+      continue;
     out.electrical.push_back(electrical(s, run.facts.duty_along ? 0.0 : inductance_H * run.facts.pole_pairs));
     if (s.winding_degC == s.winding_degC) warmth += s.winding_degC, warm += 1.0;
   }
@@ -120,7 +121,8 @@ std::optional<MotorConstants> motor_constants(const StandRun& run, double runnin
     m.emf_V_s.u = std::hypot(m.emf_V_s.u, by_resistance);
     m.resistance_ohm = {winding->phase_ohm, u_ohm}, m.winding_degC = winding->degC;
   } else {
-    m.resistance_ohm = {f.resistance_ohm.value, std::hypot(f.resistance_ohm.u, f.resistance_ohm.value * std::hypot(relative_V, relative_A))};
+    m.resistance_ohm = {f.resistance_ohm.value,
+                        std::hypot(f.resistance_ohm.u, f.resistance_ohm.value * std::hypot(relative_V, relative_A))};
     m.winding_degC = steps.winding_degC;
   }
   m.speed_constant_rpm_V.value = 60.0 / (std::sqrt(3.0) * 2.0 * std::numbers::pi * m.emf_V_s.value);

@@ -8,9 +8,9 @@
 namespace rotorloop::stand {
 namespace {
 
-constexpr double kOneLevel = 0.03;        // of the speed
-constexpr double kLeastThrust = 0.002;     // of the largest: below, ratios to it are noise of the load cell
-constexpr double kNoDivisor = 1e-9;          // W, A: no ratio
+constexpr double kOneLevel = 0.03;      // of the speed
+constexpr double kLeastThrust = 0.002;  // of the largest: below, ratios to it are noise of the load cell
+constexpr double kNoDivisor = 1e-9;     // W, A: no ratio
 
 double or_nothing(double value) { return value > kNoDivisor ? value : kNotMeasured; }
 
@@ -30,7 +30,8 @@ double OperatingPoint::thrust_g() const { return 1000.0 * thrust_N / kGravity_m_
 
 double of_rotor_alone(const CoefficientEstimate& c, Eigen::Index row) {
   const double w = c.rows.omega_rad_s(row), l = std::log(w / c.rows.centre_rad_s);
-  const double law = c.value * w * w * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l);
+  const double law =
+      c.value * w * w * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l);
   return law + c.fit.residual(row);
 }
 
@@ -51,7 +52,8 @@ std::vector<OperatingPoint> operating_points(const StandRun& run, const Coeffici
       if (!(p.*value > kLeastThrust * most)) p.*value = kNotMeasured;
   };
   take(thrust, &OperatingPoint::thrust_N), take(torque, &OperatingPoint::torque_N_m);
-  std::erase_if(all, [](const OperatingPoint& p) { return !(p.omega_rad_s > 0.0) || (std::isnan(p.thrust_N) && std::isnan(p.torque_N_m)); });
+  std::erase_if(all,
+                [](const OperatingPoint& p) { return !(p.omega_rad_s > 0.0) || (std::isnan(p.thrust_N) && std::isnan(p.torque_N_m)); });
   return all;
 }
 
@@ -68,12 +70,15 @@ std::vector<OperatingPoint> levels_of(std::vector<OperatingPoint> points) {
     }
   };
   group_by([](const OperatingPoint& first, const OperatingPoint& p) { return p.omega_rad_s <= first.omega_rad_s * (1.0 + kOneLevel); });
-  const auto slot = [&](const OperatingPoint& p) { return std::min(std::floor((p.omega_rad_s - slowest) / width), static_cast<double>(kMostLevels - 1)); };
+  const auto slot = [&](const OperatingPoint& p) {
+    return std::min(std::floor((p.omega_rad_s - slowest) / width), static_cast<double>(kMostLevels - 1));
+  };
   if (groups.size() > kMostLevels) group_by([&](const OperatingPoint& first, const OperatingPoint& p) { return slot(first) == slot(p); });
   std::vector<OperatingPoint> out;
   for (const auto& group : groups) {
     OperatingPoint mean;
-    for (double OperatingPoint::*value : {&OperatingPoint::omega_rad_s, &OperatingPoint::thrust_N, &OperatingPoint::torque_N_m, &OperatingPoint::supply_V, &OperatingPoint::current_A, &OperatingPoint::motor_V}) {
+    for (double OperatingPoint::*value : {&OperatingPoint::omega_rad_s, &OperatingPoint::thrust_N, &OperatingPoint::torque_N_m,
+                                          &OperatingPoint::supply_V, &OperatingPoint::current_A, &OperatingPoint::motor_V}) {
       double sum = 0.0, n = 0.0;
       for (const OperatingPoint* p : group)
         if (std::isfinite(p->*value)) sum += p->*value, n += 1.0;

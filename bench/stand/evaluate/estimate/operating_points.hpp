@@ -1,5 +1,5 @@
-// Operating points of motor, ESC and propeller as a motor's data sheet prints them: thrust, current, power and what they cost each other, over
-// rotor speed and over the voltage that the motor was given.
+// Operating points of motor, ESC and propeller as a motor's data sheet prints them: thrust, current, power and what they cost each other,
+// over rotor speed and over the voltage that the motor was given.
 #pragma once
 #include <vector>
 
@@ -15,10 +15,10 @@ struct OperatingPoint {
   double omega_rad_s = 0.0;
   double thrust_N = kNotMeasured, torque_N_m = kNotMeasured;
   double supply_V = kNotMeasured, current_A = kNotMeasured;  // of the supply
-  double motor_V = kNotMeasured;  // amplitude between two lines: a supply of less cannot hold this point
+  double motor_V = kNotMeasured;                             // amplitude between two lines: a supply of less cannot hold this point
   double electrical_W() const { return supply_V * current_A; }
   double shaft_W() const { return torque_N_m * omega_rad_s; }
-  double thrust_g() const;                // grams of force, 9.80665 m/s²
+  double thrust_g() const;  // grams of force, 9.80665 m/s²
   double grams_per_watt() const { return thrust_g() / electrical_W(); }
   double newtons_per_ampere() const { return thrust_N / current_A; }
   double drive_efficiency() const { return shaft_W() / electrical_W(); }  // of motor and ESC together

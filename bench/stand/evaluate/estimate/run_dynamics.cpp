@@ -14,10 +14,10 @@
 namespace rotorloop::stand {
 namespace {
 
-constexpr double kStep = 0.03;         // of the speed: a smaller change of the target is no step
-constexpr double kLongest_s = 1.0;     // of a step that is looked at
-constexpr std::size_t kFewest = 8;     // samples of a step
-constexpr std::size_t kSegments = 8;   // of a spectrum, half overlapping
+constexpr double kStep = 0.03;        // of the speed: a smaller change of the target is no step
+constexpr double kLongest_s = 1.0;    // of a step that is looked at
+constexpr std::size_t kFewest = 8;    // samples of a step
+constexpr std::size_t kSegments = 8;  // of a spectrum, half overlapping
 
 struct Transition {
   std::size_t from = 0, to = 0;  // samples; the target changes at `from`
@@ -71,10 +71,11 @@ std::optional<TimeConstant> pooled(const std::vector<TimeConstant>& all) {
   return out;
 }
 
-// Q = Σ_k h_k (J dω/dt + Q_static) (k intervals earlier) + constant, interval by interval: torque by the mean of its ends, as speed by their difference. An
-// indicator's filter, readings between samples and clocks that differ smear the torque over neighbouring intervals by h; Σ h_k = 1, whatever its shape.
-// One coefficient alone would lose what the smear takes: 29 % behind a filter of 4 ms and readings at 100 Hz where the speed changes within two of
-// them. The static torque goes through the same smear: 2 ms of it are 1 % of J. The constant takes up what the static fit left.
+// Q = Σ_k h_k (J dω/dt + Q_static) (k intervals earlier) + constant, interval by interval: torque by the mean of its ends, as speed by
+// their difference. An indicator's filter, readings between samples and clocks that differ smear the torque over neighbouring intervals by
+// h; Σ h_k = 1, whatever its shape. One coefficient alone would lose what the smear takes: 29 % behind a filter of 4 ms and readings at 100
+// Hz where the speed changes within two of them. The static torque goes through the same smear: 2 ms of it are 1 % of J. The constant takes
+// up what the static fit left.
 constexpr int kSmearBefore = 2, kSmearAfter = 4;  // intervals
 constexpr int kTaps = kSmearBefore + kSmearAfter + 1;
 using Smear = std::array<double, kTaps>;
@@ -85,7 +86,8 @@ struct InertiaRow {
   int block = 0;
 };
 
-std::vector<InertiaRow> inertia_rows(const SampleSeries& s, const std::vector<Transition>& all, const std::vector<double>& static_N_m, double offset) {
+std::vector<InertiaRow> inertia_rows(const SampleSeries& s, const std::vector<Transition>& all, const std::vector<double>& static_N_m,
+                                     double offset) {
   std::vector<InertiaRow> out;
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t i = std::max<std::size_t>(1 + kSmearAfter, all[k].from); i < all[k].to && i + kSmearBefore < s.t_s.size(); ++i) {
@@ -116,7 +118,8 @@ BlockFit fit_inertia_once(const std::vector<InertiaRow>& rows, Smear& smear) {
     y(i) = row.torque_N_m;
     for (std::size_t k = 0; k < kTaps; ++k) y(i) -= smear[k] * row.static_N_m[k];
     X(i, 0) = row.slope_rad_s2[kSmearBefore], X(i, kTaps) = 1.0;
-    for (Eigen::Index k = 1; k < kTaps; ++k) X(i, k) = row.slope_rad_s2[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] - row.slope_rad_s2[kSmearBefore];
+    for (Eigen::Index k = 1; k < kTaps; ++k)
+      X(i, k) = row.slope_rad_s2[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] - row.slope_rad_s2[kSmearBefore];
     block.push_back(row.block);
   }
   const BlockFit f = fit_in_blocks(X, y, block);
@@ -129,7 +132,8 @@ BlockFit fit_inertia_once(const std::vector<InertiaRow>& rows, Smear& smear) {
   return f;
 }
 
-void fit_inertia(RunDynamics& out, const SampleSeries& s, const std::vector<Transition>& all, double c_q, double exponent, double centre, double offset) {
+void fit_inertia(RunDynamics& out, const SampleSeries& s, const std::vector<Transition>& all, double c_q, double exponent, double centre,
+                 double offset) {
   constexpr int kRounds = 4;  // each changes J by a hundredth of the one before
   std::vector<double> static_N_m;
   for (const double w : s.omega_rad_s) static_N_m.push_back(c_q * w * w * std::pow(w / centre, exponent - 2.0));

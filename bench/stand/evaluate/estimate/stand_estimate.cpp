@@ -17,12 +17,13 @@ namespace {
 constexpr std::size_t kLevelsForOffset = 5;  // fewer speeds cannot part an offset from the coefficient
 constexpr double kLevelsApart = 0.03;        // of the speed
 constexpr double kStillAir_m_s = 0.5;
-constexpr double kOutlierWeight = 0.3;       // below: named as down-weighted
+constexpr double kOutlierWeight = 0.3;  // below: named as down-weighted
 
 FitRows rows_for(const StandRun& run, bool thrust, double centre) {
   FitRows r;
   for (std::size_t k = 0; k < run.steps.size(); ++k)
-    if (const StandStep& s = run.steps[k]; !std::isnan(thrust ? s.thrust_N : s.torque_N_m) && !(s.airspeed_m_s > kStillAir_m_s)) r.step.push_back(k);
+    if (const StandStep& s = run.steps[k]; !std::isnan(thrust ? s.thrust_N : s.torque_N_m) && !(s.airspeed_m_s > kStillAir_m_s))
+      r.step.push_back(k);
   const auto n = static_cast<Eigen::Index>(r.step.size());
   for (auto* v : {&r.y, &r.omega_rad_s, &r.t_s, &r.direction, &r.u}) v->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -113,7 +114,8 @@ Laws laws_for(const RunShape& s, bool thrust) {
 void name_outliers(CoefficientEstimate& e, const std::string& unit) {
   for (Eigen::Index i = 0; i < e.fit.weight.size(); ++i)
     if (e.fit.weight(i) < kOutlierWeight)
-      e.down_weighted.push_back(fmt::format("step {} at {:.0f} rad/s: {:+.3g} {} from the fit, weight {:.2f}", i + 1, e.rows.omega_rad_s(i), e.fit.residual(i), unit, e.fit.weight(i)));
+      e.down_weighted.push_back(fmt::format("step {} at {:.0f} rad/s: {:+.3g} {} from the fit, weight {:.2f}", i + 1, e.rows.omega_rad_s(i),
+                                            e.fit.residual(i), unit, e.fit.weight(i)));
 }
 
 // The law that the figures stand on: the base law, or with an exponent (curved, if that is better still) where c ω² loses. Beside a running
@@ -169,7 +171,8 @@ bool usable(const StandRun& run, bool thrust, std::vector<std::string>& remarks)
     const double rest = run.checked.rest_thrust_N;
     const bool allowed = f.zero && (!thrust || (zeros && rest == rest && f.likely.find("contradict") == std::string::npos));
     if (!allowed) return false;
-    remarks.push_back(fmt::format("{} {}; {}", channel, f.what, thrust ? "the zeros of the run take it up" : "the running offset of the fit takes it up"));
+    remarks.push_back(fmt::format("{} {}; {}", channel, f.what,
+                                  thrust ? "the zeros of the run take it up" : "the running offset of the fit takes it up"));
   }
   return true;
 }
@@ -189,13 +192,17 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
       e.figure_of_merit = c_t * std::sqrt(c_t / (2.0 * rho * area)) / e.torque->value;
       if (e.figure_of_merit > 0.85 || e.figure_of_merit < 0.2)
         e.remarks.push_back(fmt::format("figure of merit {:.3f}, credible is 0.2 to 0.85: {}", e.figure_of_merit,
-                                        e.figure_of_merit < 0.2 ? (e.figure_of_merit * kRpm_per_rad_s > 0.2 && e.figure_of_merit * kRpm_per_rad_s < 0.85 ? "the speeds are RPM taken as rad/s, or the diameter is far off" : "diameter, density or the torque channel is wrong")
-                                                                : "diameter or density belongs to another propeller, or torque is read too low"));
+                                        e.figure_of_merit < 0.2
+                                            ? (e.figure_of_merit * kRpm_per_rad_s > 0.2 && e.figure_of_merit * kRpm_per_rad_s < 0.85
+                                                   ? "the speeds are RPM taken as rad/s, or the diameter is far off"
+                                                   : "diameter, density or the torque channel is wrong")
+                                            : "diameter or density belongs to another propeller, or torque is read too low"));
     }
   }
   double nearest = 1e300;
   for (const StandStep& s : run.steps)
-    if (const double away = std::abs(s.omega_rad_s - e.centre_rad_s); s.omega_rad_s > 0.0 && s.voltage_V * s.current_A > 0.0 && s.thrust_N > 0.0 && away < nearest)
+    if (const double away = std::abs(s.omega_rad_s - e.centre_rad_s);
+        s.omega_rad_s > 0.0 && s.voltage_V * s.current_A > 0.0 && s.thrust_N > 0.0 && away < nearest)
       nearest = away, e.grams_per_watt = 1000.0 * s.thrust_N / kGravity_m_s2 / (s.voltage_V * s.current_A);
 }
 
@@ -211,11 +218,13 @@ std::array<double, 2> speeds_of(const StandRun& run) {
 StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   StandEstimate e;
   e.name = run.name, e.facts = run.facts, e.remarks = run.remarks, e.samples = run.samples;
-  for (const StandFault& f : run.checked.faults) e.faults.push_back(f.channel + " " + f.what + (f.likely.empty() ? "" : "; likely: " + f.likely));
+  for (const StandFault& f : run.checked.faults)
+    e.faults.push_back(f.channel + " " + f.what + (f.likely.empty() ? "" : "; likely: " + f.likely));
   for (const StandStep& s : run.steps) s.omega_rad_s > 0.0 ? ++e.steps : ++e.zeros;
   if (run.checked.speed == StandChannelState::faulty) return e;
   if (e.steps == 0) {
-    e.remarks.push_back("no steady step in this run, so no coefficients and no J: they take the sequence staircase, shuffled or return-to-base");
+    e.remarks.push_back(
+        "no steady step in this run, so no coefficients and no J: they take the sequence staircase, shuffled or return-to-base");
     e.dynamics = run_dynamics(run, std::nullopt, 2.0, 0.0, 0.0);
     return e;
   }
@@ -223,11 +232,14 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   e.centre_rad_s = 0.5 * (e.window_rad_s[0] + e.window_rad_s[1]);
   const auto seen = speeds_of(run);
   if (e.centre_rad_s < seen[0] || e.centre_rad_s > seen[1])
-    throw Error({run.name, fmt::format("the window {:.0f} to {:.0f} rad/s has its middle outside the run's speeds, {:.0f} to {:.0f} rad/s", e.window_rad_s[0], e.window_rad_s[1], seen[0], seen[1]),
+    throw Error({run.name,
+                 fmt::format("the window {:.0f} to {:.0f} rad/s has its middle outside the run's speeds, {:.0f} to {:.0f} rad/s",
+                             e.window_rad_s[0], e.window_rad_s[1], seen[0], seen[1]),
                  "RPM given as rad/s, or another propeller", "give --rpm-window LOW,HIGH in RPM within the run"});
   for (const bool thrust : {true, false}) {
     if (!usable(run, thrust, e.remarks)) continue;
-    const bool still = std::any_of(run.steps.begin(), run.steps.end(), [](const StandStep& s) { return s.omega_rad_s > 0.0 && !(s.airspeed_m_s > kStillAir_m_s); });
+    const bool still = std::any_of(run.steps.begin(), run.steps.end(),
+                                   [](const StandStep& s) { return s.omega_rad_s > 0.0 && !(s.airspeed_m_s > kStillAir_m_s); });
     if (!still) continue;  // in wind coefficients go with the advance ratio (advance_torque.hpp)
     try {
       CoefficientEstimate c = estimate_channel(run, thrust, e.centre_rad_s, o);
@@ -243,7 +255,8 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   e.points = operating_points(run, e.thrust ? &*e.thrust : nullptr, e.torque ? &*e.torque : nullptr);
   const double offset = e.torque ? e.torque->fit.value("zero") + e.torque->fit.value("running offset") : 0.0;
   e.motor = motor_constants(run, offset, o.inductance_H);
-  e.dynamics = run_dynamics(run, e.torque ? std::optional(e.torque->value) : std::nullopt, e.torque ? e.torque->exponent : 2.0, e.centre_rad_s, offset);
+  e.dynamics = run_dynamics(run, e.torque ? std::optional(e.torque->value) : std::nullopt, e.torque ? e.torque->exponent : 2.0,
+                            e.centre_rad_s, offset);
   return e;
 }
 

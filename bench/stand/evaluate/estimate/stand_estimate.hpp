@@ -19,7 +19,7 @@ struct EstimateOptions {
   std::optional<std::array<double, 2>> window_rad_s;  // where the coefficients are wanted; else all speeds of the run
   double reference_density_kg_m3 = 1.225;
   double inductance_H = 0.0;  // of one phase, where known: its drop stands across the voltage that makes torque
-  int draws = 1000;  // of the bootstrap
+  int draws = 1000;           // of the bootstrap
   std::uint64_t seed = 1;
 };
 
@@ -37,7 +37,7 @@ struct StandEstimate {
   double C_T = kNotMeasured, C_Q = kNotMeasured, C_P = kNotMeasured, figure_of_merit = kNotMeasured;
   double reduced_c_t = kNotMeasured, reduced_c_q = kNotMeasured;  // at the reference density
   double grams_per_watt = kNotMeasured;                           // electrical, at the middle
-  std::vector<OperatingPoint> points;  // each step that turns in still air
+  std::vector<OperatingPoint> points;                             // each step that turns in still air
   std::optional<MotorConstants> motor;
   std::optional<RunDynamics> dynamics;
   SampleSeries samples;  // as they were read, to be drawn; empty where the file has steps only

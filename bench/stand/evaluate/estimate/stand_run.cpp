@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/sysid/log/column_table.hpp"
 #include "bench/stand/evaluate/estimate/known_headers.hpp"
+#include "bench/sysid/log/column_table.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
 
@@ -136,23 +136,26 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
   run.facts.motor = root.text("motor", ""), run.facts.propeller = root.text("propeller", ""), run.facts.mount = root.text("mount", "");
   run.facts.pole_pairs = static_cast<int>(root.integer("pole_pairs", 1, 30, 0));
   run.facts.simulated = root.boolean("simulated", false);
-  if (const auto c = root.optional_table("calibration")) run.facts.calibrated_on = c->text("date", ""), run.facts.calibration_expires = c->text("expires", "");
+  if (const auto c = root.optional_table("calibration"))
+    run.facts.calibrated_on = c->text("date", ""), run.facts.calibration_expires = c->text("expires", "");
   if (root.has("instrument"))
-    for (const TomlTable& i : root.tables("instrument", 1, 64)) run.facts.instruments.push_back({i.text("axis"), i.text("model"), i.text("channel"), i.text("evidence"), i.text("source", "")});
+    for (const TomlTable& i : root.tables("instrument", 1, 64))
+      run.facts.instruments.push_back({i.text("axis"), i.text("model"), i.text("channel"), i.text("evidence"), i.text("source", "")});
   if (root.has("diameter_m")) record.diameter_m = root.number("diameter_m", {0.01, 10.0, "m"});
   if (const auto air = root.optional_table("air"))
-    record.air_density_kg_m3 = air->has("density_kg_m3")
-                                   ? air->number("density_kg_m3", {0.5, 1.6, "kg/m^3"})
-                                   : moist_air_kg_m3(273.15 + air->number("temperature_degC", {-40.0, 60.0, "degC"}),
-                                                     air->number("pressure_Pa", {5e4, 1.1e5, "Pa"}), air->number("humidity", {0.0, 1.0, "1"}, 0.5));
+    record.air_density_kg_m3 = air->has("density_kg_m3") ? air->number("density_kg_m3", {0.5, 1.6, "kg/m^3"})
+                                                         : moist_air_kg_m3(273.15 + air->number("temperature_degC", {-40.0, 60.0, "degC"}),
+                                                                           air->number("pressure_Pa", {5e4, 1.1e5, "Pa"}),
+                                                                           air->number("humidity", {0.0, 1.0, "1"}, 0.5));
   if (const auto wind = root.optional_table("wind")) {
     const double airspeed_m_s = wind->number("airspeed_m_s", {-100.0, 100.0, "m/s"});
     for (StandPoint& p : record.points) p.airspeed_m_s = airspeed_m_s;
   }
   if (const auto w = root.optional_table("winding")) {
     constexpr Range kOhm{0.001, 10.0, "ohm"}, kHenry{5e-8, 1e-2, "H"}, kShare{0.0, 0.5, "1"};
-    run.facts.winding = MeasuredWinding{w->number("phase_ohm", kOhm),    w->number("winding_ohm", {0.0005, 10.0, "ohm"}), w->number("inductance_d_H", kHenry), w->number("inductance_q_H", kHenry),
-                                        w->number("u_resistance", kShare), w->number("u_inductance", kShare)};
+    run.facts.winding = MeasuredWinding{w->number("phase_ohm", kOhm),        w->number("winding_ohm", {0.0005, 10.0, "ohm"}),
+                                        w->number("inductance_d_H", kHenry), w->number("inductance_q_H", kHenry),
+                                        w->number("u_resistance", kShare),   w->number("u_inductance", kShare)};
     if (w->has("temperature_degC")) run.facts.winding->degC = w->number("temperature_degC", {-60.0, 200.0, "degC"});
   }
   if (const auto u = root.optional_table("uncertainty")) run.known = read_stand_uncertainty(*u, "run");
@@ -211,7 +214,8 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
     RunOptions with = o;
     if (!with.known) with.known = run.known;
     StandRun out = stand_run(std::move(record), with);
-    out.facts.motor = run.facts.motor, out.facts.propeller = run.facts.propeller, out.facts.mount = run.facts.mount, out.facts.pole_pairs = run.facts.pole_pairs;
+    out.facts.motor = run.facts.motor, out.facts.propeller = run.facts.propeller, out.facts.mount = run.facts.mount,
+    out.facts.pole_pairs = run.facts.pole_pairs;
     out.remarks.insert(out.remarks.begin(), csv.remarks.begin(), csv.remarks.end());
     return out;
   }
@@ -247,7 +251,8 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
     rest.push_back(p);
   }
   if (!record.means && rest.size() < kFewestZeros && !rest.empty()) {
-    run.remarks.push_back(fmt::format("{} rows without a speed left out: too few for a zero, and the sensor may have missed a rotor that turned", rest.size()));
+    run.remarks.push_back(fmt::format(
+        "{} rows without a speed left out: too few for a zero, and the sensor may have missed a rotor that turned", rest.size()));
     rest.clear();
   }
   const bool timed = !record.points.empty() && record.points.front().t_s == record.points.front().t_s;

@@ -14,7 +14,7 @@ namespace rotorloop::stand {
 
 struct StandStep {
   double t_s = kNotMeasured;
-  double omega_rad_s = 0.0;  // 0: a zero, the rotor at rest
+  double omega_rad_s = 0.0;                                       // 0: a zero, the rotor at rest
   double thrust_N = kNotMeasured, torque_N_m = kNotMeasured;      // of one rotor
   double thrust_u_N = kNotMeasured, torque_u_N_m = kNotMeasured;  // of the mean, from the samples' scatter
   double voltage_V = kNotMeasured, current_A = kNotMeasured, duty = kNotMeasured, winding_degC = kNotMeasured;
@@ -70,7 +70,8 @@ struct RunOptions {
   std::optional<StandUncertainty> known;  // else the run's own, else typical values
 };
 
-// `path`: a run folder (samples.csv, run.toml) or a CSV. Throws Error: usage for a header that nobody knows, data_quality for a damaged file.
+// `path`: a run folder (samples.csv, run.toml) or a CSV. Throws Error: usage for a header that nobody knows, data_quality for a damaged
+// file.
 StandRun read_stand_run(const std::filesystem::path& path, const RunOptions& options);
 
 // The same of points that were read already.

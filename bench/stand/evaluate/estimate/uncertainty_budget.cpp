@@ -36,7 +36,8 @@ void add_budget(CoefficientEstimate& e, const StandRun& run, const CoefficientEs
   // What the priors of the exponents hold back, no drawing of steps shows: there the larger of the two.
   const bool by_draws = e.bootstrap.u > 0.0 && !(e.fit.law.exponent && e.model_based_u > e.bootstrap.u);
   const double scatter = by_draws ? e.bootstrap.u : e.model_based_u;
-  e.budget.push_back({by_draws ? "scatter of the steps (bootstrap)" : "scatter of the steps (model-based)", scatter / e.value, BudgetKind::A, "run", std::max(1.0, blocks - terms)});
+  e.budget.push_back({by_draws ? "scatter of the steps (bootstrap)" : "scatter of the steps (model-based)", scatter / e.value,
+                      BudgetKind::A, "run", std::max(1.0, blocks - terms)});
   const KnownU& gain = is_thrust ? k.thrust_calibration : k.torque_calibration;
   add("calibration", gain.u, gain.source);
   if (!is_thrust) add("arm length", k.arm_length.u, k.arm_length.source);
@@ -46,7 +47,8 @@ void add_budget(CoefficientEstimate& e, const StandRun& run, const CoefficientEs
   const FitLaw& law = e.fit.law;
   const KnownU& zero = is_thrust ? k.zero_thrust : k.zero_torque;
   if (!law.zero && !law.running) add("zero", zero.u * carried(e, Eigen::VectorXd::Constant(e.rows.y.size(), largest(e))), zero.source);
-  if (!law.hysteresis) add("hysteresis", k.hysteresis.u * carried(e, largest(e) * Eigen::VectorXd::Ones(e.rows.y.size())), k.hysteresis.source);
+  if (!law.hysteresis)
+    add("hysteresis", k.hysteresis.u * carried(e, largest(e) * Eigen::VectorXd::Ones(e.rows.y.size())), k.hysteresis.source);
   if (!is_thrust && thrust) add("cross-talk of thrust", k.cross_talk_m.u * thrust->value / e.value, k.cross_talk_m.source);
   if (!is_thrust) add("cross-talk of thrust", k.cross_talk_share.u, k.cross_talk_share.source);
   // Where the widest law stands, its priors hold what is not known of the law: it is in the scatter (model-based) already.

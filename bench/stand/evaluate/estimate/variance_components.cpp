@@ -39,7 +39,8 @@ VarianceComponent component(const std::string& name, MeanSquare upper, MeanSquar
   c.deviation = std::sqrt(std::max(0.0, (upper.value - lower.value) / n));
   const double chi_high = chi_square_value(0.025, upper.degrees), chi_low = chi_square_value(0.975, upper.degrees);
   const bool alone = !(lower.degrees > 0.0);
-  const double f_high = alone ? 0.0 : f_value(0.025, upper.degrees, lower.degrees), f_low = alone ? 0.0 : f_value(0.975, upper.degrees, lower.degrees);
+  const double f_high = alone ? 0.0 : f_value(0.025, upper.degrees, lower.degrees),
+               f_low = alone ? 0.0 : f_value(0.975, upper.degrees, lower.degrees);
   c.low = std::sqrt(std::max(0.0, upper.degrees * (upper.value - f_high * lower.value) / (n * chi_high)));
   c.high = std::sqrt(std::max(0.0, upper.degrees * (upper.value - f_low * lower.value) / (n * chi_low)));
   return c;

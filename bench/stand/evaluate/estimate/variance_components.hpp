@@ -13,8 +13,8 @@ struct LabelledValue {
 };
 
 struct VarianceComponent {
-  std::string name;       // "between propellers", "between mounts", "between repeats"
-  double deviation = 0.0; // relative standard deviation; 0 where the mean squares leave none
+  std::string name;              // "between propellers", "between mounts", "between repeats"
+  double deviation = 0.0;        // relative standard deviation; 0 where the mean squares leave none
   double low = 0.0, high = 0.0;  // 95 %: Satterthwaite's degrees of freedom; high infinite where there are none to speak of
   double degrees = 0.0;          // of its mean square
   double mean_square = 0.0;

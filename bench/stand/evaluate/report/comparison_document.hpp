@@ -12,7 +12,7 @@
 namespace rotorloop::stand {
 
 struct ComparisonDocument {
-  std::vector<Compared> values;  // stand, flight, hover: at one density
+  std::vector<Compared> values;    // stand, flight, hover: at one density
   std::vector<std::string> notes;  // one for each value: how it came about
   std::vector<PairComparison> pairs;
   std::vector<Attribution> causes;  // of the first pair

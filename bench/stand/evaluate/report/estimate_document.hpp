@@ -37,7 +37,8 @@ std::string estimate_page(const EstimateDocument& d);
 
 // Static drawings of one run: coefficient against ω², residuals, hysteresis, budget.
 std::string estimate_figures(const StandEstimate& e);
-// Thrust (N, g), current, power, g/W, N/A and efficiency over rotor speed, and over the voltage of the motor where that is known; nothing without thrust.
+// Thrust (N, g), current, power, g/W, N/A and efficiency over rotor speed, and over the voltage of the motor where that is known; nothing
+// without thrust.
 std::string operating_figures(const StandEstimate& e);
 // Speed, thrust and torque over the run's time, which zoom together; nothing where the file has steps only.
 std::string sample_figures(const StandEstimate& e);

@@ -35,14 +35,17 @@ std::string coefficient_figure(const CoefficientEstimate& c) {
     const double w = c.rows.omega_rad_s(i);
     if (!(w > 0.0)) continue;
     low = std::min(low, w), high = std::max(high, w);
-    const double x = 1e-6 * w * w, y = scale * of_rotor_alone(c, i) / (w * w), u = scale * 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
+    const double x = 1e-6 * w * w, y = scale * of_rotor_alone(c, i) / (w * w),
+                 u = scale * 2.0 * (c.rows.u(i) == c.rows.u(i) ? c.rows.u(i) : spread) / (w * w);
     bars.x.insert(bars.x.end(), {x, x, kGap}), bars.y.insert(bars.y.end(), {y - u, y + u, kGap});
     render::Series& s = c.rows.direction(i) < 0.0 ? down : up;
     s.x.push_back(x), s.y.push_back(y);
   }
   for (int k = 0; k <= 60; ++k) {
     const double w = low + (high - low) * k / 60.0, l = std::log(w / c.rows.centre_rad_s);
-    law.x.push_back(1e-6 * w * w), law.y.push_back(scale * c.value * std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l));
+    law.x.push_back(1e-6 * w * w),
+        law.y.push_back(scale * c.value *
+                        std::exp((c.fit.value("exponent") + (c.fit.value("curvature") + c.fit.value("change of curvature") * l) * l) * l));
   }
   const double x = 1e-6 * c.rows.centre_rad_s * c.rows.centre_rad_s;
   render::Series value{"value, 95 %", {x, x}, {scale * c.low, scale * c.high}, 3, false, false, 4.0, render::Marker::none};
@@ -97,7 +100,15 @@ std::string budget_figure(const CoefficientEstimate& c) {
   render::BarChart chart;
   chart.title = fmt::format("Budget of {}: standard uncertainty by term", c.name), chart.x_label = "u, % of " + c.name;
   chart.width_px = kHalfWidth_px;
-  for (const BudgetTerm& b : c.budget) chart.bars.push_back({b.name, 100.0 * b.u, std::nullopt, {}, std::nullopt, b.kind == BudgetKind::A ? 0 : b.source == "typical" ? 4 : 2});
+  for (const BudgetTerm& b : c.budget)
+    chart.bars.push_back({b.name,
+                          100.0 * b.u,
+                          std::nullopt,
+                          {},
+                          std::nullopt,
+                          b.kind == BudgetKind::A ? 0
+                          : b.source == "typical" ? 4
+                                                  : 2});
   chart.bars.push_back({"combined", 100.0 * c.u / c.value, std::nullopt, {}, std::nullopt, 3});
   return render::figure_html(chart.title, render::bar_chart_svg(chart));
 }
@@ -123,9 +134,12 @@ std::string sample_figures(const StandEstimate& e) {
     return p;
   };
   std::vector<double> rpm, wanted_rpm;
-  for (std::size_t i = 0; i < v.t_s.size(); ++i) rpm.push_back(v.omega_rad_s[i] * kRpm_per_rad_s), wanted_rpm.push_back(v.target_rad_s[i] * kRpm_per_rad_s);
+  for (std::size_t i = 0; i < v.t_s.size(); ++i)
+    rpm.push_back(v.omega_rad_s[i] * kRpm_per_rad_s), wanted_rpm.push_back(v.target_rad_s[i] * kRpm_per_rad_s);
   std::vector<render::Plot> plots{plot("speed", "RPM", {{"measured", v.t_s, rpm, 1}, {"commanded", v.t_s, wanted_rpm, 0, true}})};
-  const auto measured = [](const std::vector<double>& y) { return std::any_of(y.begin(), y.end(), [](double x) { return std::isfinite(x); }); };
+  const auto measured = [](const std::vector<double>& y) {
+    return std::any_of(y.begin(), y.end(), [](double x) { return std::isfinite(x); });
+  };
   if (!measured(wanted_rpm)) plots[0].series.pop_back();
   if (measured(v.thrust_N)) plots.push_back(plot("thrust", "N", {{"thrust", v.t_s, v.thrust_N, 2}}));
   if (measured(v.torque_N_m)) plots.push_back(plot("torque", "N m", {{"torque", v.t_s, v.torque_N_m, 3}}));

@@ -62,8 +62,10 @@ const std::vector<OperatingFigure>& figures() {
   static const std::vector<OperatingFigure> all{
       {"thrust", "N", {{"thrust", [](const OperatingPoint& p) { return p.thrust_N; }, 2}}},
       {"supply current", "A", {{"current", [](const OperatingPoint& p) { return p.current_A; }, 0}}},
-      {"power", "W",
-       {{"electrical, from the supply", [](const OperatingPoint& p) { return p.electrical_W(); }, 0}, {"of the shaft", [](const OperatingPoint& p) { return p.shaft_W(); }, 3}}},
+      {"power",
+       "W",
+       {{"electrical, from the supply", [](const OperatingPoint& p) { return p.electrical_W(); }, 0},
+        {"of the shaft", [](const OperatingPoint& p) { return p.shaft_W(); }, 3}}},
       {"thrust per electrical power", "g/W", {{"g/W", [](const OperatingPoint& p) { return p.grams_per_watt(); }, 2}}},
       {"thrust per supply current", "N/A", {{"N/A", [](const OperatingPoint& p) { return p.newtons_per_ampere(); }, 2}}},
       {"efficiency of motor and ESC", "%", {{"efficiency", [](const OperatingPoint& p) { return 100.0 * p.drive_efficiency(); }, 3}}},
@@ -78,12 +80,18 @@ std::string operating_figures(const StandEstimate& e) {
   if (!any(points, [](const OperatingPoint& p) { return p.thrust_N; })) return "";
   const OperatingPoints levels = levels_of(points);
   const Abscissa speed{"speed", "rotor speed, RPM", [](const OperatingPoint& p) { return p.omega_rad_s * kRpm_per_rad_s; }};
-  const Abscissa voltage{"voltage", "voltage of the motor, amplitude between two lines, V", [](const OperatingPoint& p) { return p.motor_V; }};
+  const Abscissa voltage{"voltage", "voltage of the motor, amplitude between two lines, V",
+                         [](const OperatingPoint& p) { return p.motor_V; }};
   std::string out = "<h3>Operating points over rotor speed</h3>\n<div class=\"two\">\n";
   for (const OperatingFigure& f : figures()) out += figure(f, points, levels, speed);
   out += "</div>\n";
-  if (!any(points, voltage.value)) return out + "<p class=\"cap\">Not drawn over voltage: the file has no modulation of the ESC (duty 0 to 1), so that what of the supply reached the motor is not known.</p>\n";
-  out += "<h3>Operating points over voltage</h3>\n<p class=\"cap\">Each point needs at least this supply: a battery of 14 V under load ends where the curves reach 14 V, less what the ESC keeps for itself.</p>\n<div class=\"two\">\n";
+  if (!any(points, voltage.value))
+    return out +
+           "<p class=\"cap\">Not drawn over voltage: the file has no modulation of the ESC (duty 0 to 1), so that what of the supply "
+           "reached the motor is not known.</p>\n";
+  out +=
+      "<h3>Operating points over voltage</h3>\n<p class=\"cap\">Each point needs at least this supply: a battery of 14 V under load ends "
+      "where the curves reach 14 V, less what the ESC keeps for itself.</p>\n<div class=\"two\">\n";
   for (const OperatingFigure& f : figures()) out += figure(f, points, levels, voltage);
   return out + "</div>\n";
 }

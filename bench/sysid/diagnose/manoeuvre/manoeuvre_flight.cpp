@@ -28,7 +28,8 @@ constexpr double kShares[] = {1.0, 0.8, 0.64, 0.5, 0.4, 0.33};
 constexpr std::size_t kMargin = 4;  // samples on either side, for differences
 constexpr int kPasses = 3;          // attitude and in-plane force follow from each other
 
-// Measurements of one kind on a grid of wider steps: one in so many nodes, with the noise that what falls together on a node has in the mean.
+// Measurements of one kind on a grid of wider steps: one in so many nodes, with the noise that what falls together on a node has in the
+// mean.
 struct Measurements {
   std::size_t every = 0;  // 0: none
   double noise = 1.0;     // of a single measurement's
@@ -62,8 +63,9 @@ Eigen::Matrix4d hover_slopes(const ManoeuvreSetting& s, const estimate::ModelVal
     const host::RotorMount& rotor = v.geometry.rotors[r];
     const auto i = static_cast<Eigen::Index>(r);
     out(0, i) = lift / v[estimate::kMass];
-    out.col(i).tail<3>() = inverse_inertia * Vector3d(lift * (rotor.position_m.y() - v[estimate::kComY]), -lift * (rotor.position_m.x() - v[estimate::kComX]),
-                                                      rotor.reaction * v[estimate::kCq]);
+    out.col(i).tail<3>() =
+        inverse_inertia * Vector3d(lift * (rotor.position_m.y() - v[estimate::kComY]), -lift * (rotor.position_m.x() - v[estimate::kComX]),
+                                   rotor.reaction * v[estimate::kCq]);
   }
   return out;
 }
@@ -289,7 +291,8 @@ struct Timing {
   }
 };
 
-// Measurements as often as the flights have them, as the model says and without noise: only how they depend on states and parameters counts.
+// Measurements as often as the flights have them, as the model says and without noise: only how they depend on states and parameters
+// counts.
 void add_flown_measurements(const Flown& f, const Timing& t, const estimate::GridFlight& like, ManoeuvreFlight& out) {
   estimate::GridFlight& g = out.flight;
   const estimate::ModelValues& values = out.values;

@@ -20,7 +20,7 @@ using Index = ScoreTable::Index;
 using Eigen::MatrixXd;
 
 constexpr double kDistinguished_log = 3.0;  // log units that separate two effects: odds of 20 to 1 …
-constexpr double kPatience = 6;  // … within so many repetitions of a manoeuvre
+constexpr double kPatience = 6;             // … within so many repetitions of a manoeuvre
 
 // A member as columns of the table: its parameters in the model that holds all members, and how far each stands from its absence.
 struct Part {
@@ -111,8 +111,8 @@ ClassModel class_model(const identify::Identification& fitted, const identify::I
   return out;
 }
 
-MatrixXd information_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& at, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
-                        const estimate::Columns& columns) {
+MatrixXd information_of(const estimate::GridFlight& g, const std::vector<estimate::BodyState>& at, const estimate::ModelValues& values,
+                        const estimate::NoiseModel& noise, const estimate::Columns& columns) {
   std::vector<estimate::BodyState> states = at;
   estimate::Chain chain(g, states, at);
   return chain.sweep(estimate::Residuals(g, values, noise, columns), {.keep_factors = false}).information;
@@ -185,14 +185,19 @@ void rank(const ClassModel& model, ManoeuvreAdvice& out) {
 
 }  // namespace
 
-ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
-                                const SearchOptions& o) {
+ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before,
+                                std::span<const Member> members, const SearchOptions& o) {
   ManoeuvreAdvice out{.seconds = o.duration_s, .aliases = {}, .reached = {}, .open = {}, .ranked = {}, .impossible = {}};
   ClassModel model = class_model(fitted, before, members, o.library);
   const estimate::FitProblem& p = fitted.problem;
   const std::size_t flights = p.flights.size();
-  estimate::FitProblem wider{.start = model.values.front(), .free = model.free, .flights = p.flights, .noise = p.noise, .flight_noise = {},
-                             .flight_start = {}, .priors = p.priors};
+  estimate::FitProblem wider{.start = model.values.front(),
+                             .free = model.free,
+                             .flights = p.flights,
+                             .noise = p.noise,
+                             .flight_noise = {},
+                             .flight_start = {},
+                             .priors = p.priors};
   wider.flights.push_back(nullptr);  // that of the manoeuvre
   const estimate::Layout layout = estimate::make_layout(wider);
   Evidence evidence{model, layout, {}, {}};

@@ -31,8 +31,8 @@ struct SearchOptions {
 
 // All manoeuvres, the one that separates best first. The first member is part of the fitted model, the others are not; those that are, or
 // that no term is known for, are left out. `before`: the fit without any of them, for the neutral values of quantities of the fit itself.
-ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before, std::span<const Member> members,
-                                const SearchOptions& options);
+ManoeuvreAdvice rank_manoeuvres(const identify::Identification& fitted, const identify::Identification& before,
+                                std::span<const Member> members, const SearchOptions& options);
 
 // `stop` asked: throws estimate::FitStopped, before the next class.
 // Fills the advice and the sentence of every class of a diagnosis; where none separates, the catalogue's sentence stays, after the finding.

@@ -13,7 +13,8 @@ std::string next_step(const Diagnosis& d) {
       return "write the vehicle file with the effect (-o FILE) and fly with it: rotorloop hil SCENARIO --vehicle FILE";
     case DiagnosisVerdict::ambiguous: {
       const auto open = std::find_if(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.manoeuvre.empty(); });
-      return open == d.added.end() ? "fly with any of the class, or measure which one it is" : "fly what distinguishes them: " + open->manoeuvre;
+      return open == d.added.end() ? "fly with any of the class, or measure which one it is"
+                                   : "fly what distinguishes them: " + open->manoeuvre;
     }
     case DiagnosisVerdict::unexplained:
       return "look at what the residuals say; a term of your own can be tried with --library (docs/own_terms.md)";

@@ -2,9 +2,9 @@
 #pragma once
 #include <string>
 
+#include "bench/render/outcome.hpp"
 #include "bench/sysid/diagnose/diagnosis.hpp"
 #include "bench/sysid/identify/report/identify_result.hpp"
-#include "bench/render/outcome.hpp"
 
 namespace rotorloop::diagnose {
 

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 
+#include "bench/render/page.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/residual_sections.hpp"
 #include "bench/sysid/identify/report/held_out_sections.hpp"
 #include "bench/sysid/identify/report/tree_values.hpp"
-#include "bench/render/page.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -41,8 +41,8 @@ Cell evidence_cell(const Json& of, const char* key, const char* format = "{:.1f}
 render::List log_list(const Json& all) {
   render::List out;
   for (const Json& f : all)
-    out.items.push_back(fmt::format("{} {}: {} ({:.2f} to {:.2f} s)", text_of(f.at("flight")), text_of(f.at("stream")), text_of(f.at("what")),
-                                    value_of(f.at("from_s")), value_of(f.at("to_s"))));
+    out.items.push_back(fmt::format("{} {}: {} ({:.2f} to {:.2f} s)", text_of(f.at("flight")), text_of(f.at("stream")),
+                                    text_of(f.at("what")), value_of(f.at("from_s")), value_of(f.at("to_s"))));
   return out;
 }
 
@@ -59,7 +59,8 @@ void add_notes(const Json& effect, render::List& notes) {
   if (const std::string ratios = text_of(effect.at("determined")); !ratios.empty()) notes.items.push_back(id + ": determined: " + ratios);
   if (const std::string flight = text_of(effect.at("manoeuvre")); !flight.empty()) notes.items.push_back(id + ": fly: " + flight);
   std::vector<std::string> moved;
-  for (const Json& s : effect.at("shifts")) moved.push_back(fmt::format("{} {:+.1f} %", text_of(s.at("parameter")), 100.0 * value_of(s.at("relative"))));
+  for (const Json& s : effect.at("shifts"))
+    moved.push_back(fmt::format("{} {:+.1f} %", text_of(s.at("parameter")), 100.0 * value_of(s.at("relative"))));
   if (!moved.empty()) notes.items.push_back(fmt::format("{}: moved {}", id, fmt::join(moved, ", ")));
 }
 
@@ -105,8 +106,9 @@ Section round_section(const Json& r, std::size_t number) {
   for (const Json& e : r.at("candidates")) {
     if (t.rows.size() == kShownCandidates) break;
     const std::string against = text_of(e.at("ruled_out_by"));
-    t.rows.push_back({{text_of(e.at("id")), evidence_cell(e, "wald"), evidence_cell(e, "p_holm", "{:.1e}"), evidence_cell(e, "gain"), evidence_cell(e, "cross_validated"),
-                       e.at("one_step").empty() ? "" : named_value(e.at("one_step").front()), against.empty() ? Cell("nothing", "pass") : Cell(against)}});
+    t.rows.push_back({{text_of(e.at("id")), evidence_cell(e, "wald"), evidence_cell(e, "p_holm", "{:.1e}"), evidence_cell(e, "gain"),
+                       evidence_cell(e, "cross_validated"), e.at("one_step").empty() ? "" : named_value(e.at("one_step").front()),
+                       against.empty() ? Cell("nothing", "pass") : Cell(against)}});
   }
   out.blocks.push_back(t);
   return out;
@@ -143,7 +145,11 @@ void add_list(render::Sections& to, const char* title, const char* id, const Jso
 std::string verdict_name(const Json& tree) { return text_of(tree.at("verdict")) + (more_remains(tree) ? ", and something remains" : ""); }
 
 render::Sections diagnosis_sections(const Json& tree) {
-  render::Sections out{{"", "", {render::Paragraph{"Verdict: " + verdict_words(text_of(tree.at("verdict"))) + (more_remains(tree) ? "; and something remains" : ""), render::On::terminal}}}};
+  render::Sections out{
+      {"",
+       "",
+       {render::Paragraph{"Verdict: " + verdict_words(text_of(tree.at("verdict"))) + (more_remains(tree) ? "; and something remains" : ""),
+                          render::On::terminal}}}};
   if (!tree.at("faults").empty()) out.push_back({"Faults of the logs", "faults", {log_list(tree.at("faults"))}});
   out.push_back(effects_section(tree));
   if (tree.contains("held_out")) {
@@ -160,7 +166,8 @@ render::Sections diagnosis_sections(const Json& tree) {
     const std::string needs = text_of(n.at("needs"));
     return text_of(n.at("id")) + ": " + text_of(n.at("why")) + (needs.empty() ? "" : "; " + needs);
   });
-  if (!tree.at("left_out").empty()) out.push_back({"Left out of the logs, as no fault of a sensor", "left-out", {log_list(tree.at("left_out"))}});
+  if (!tree.at("left_out").empty())
+    out.push_back({"Left out of the logs, as no fault of a sensor", "left-out", {log_list(tree.at("left_out"))}});
   return out;
 }
 
@@ -170,18 +177,22 @@ std::string diagnosis_text(const DiagnosisRun& run) {
   return render::terminal_text(diagnosis_sections(tree));
 }
 
-std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) { return diagnosis_tree(run, from).dump(1) + "\n"; }
+std::string diagnosis_json(const DiagnosisRun& run, const identify::IdentifyProvenance& from) {
+  return diagnosis_tree(run, from).dump(1) + "\n";
+}
 
 std::string diagnosis_report_html(const DiagnosisRun& run, const std::string& vehicle_name, const identify::IdentifyProvenance& from) {
   const Json tree = diagnosis_tree(run, from);
   return render::page_begin("What the model of " + vehicle_name + " lacks",
-                            fmt::format("diagnosed from {}", fmt::join(tree.at("flights").get<std::vector<std::string>>(), ", ")), "diagnosis") +
+                            fmt::format("diagnosed from {}", fmt::join(tree.at("flights").get<std::vector<std::string>>(), ", ")),
+                            "diagnosis") +
          render::banner_html(diagnosis_outcome(run.diagnosis, from)) +
          render::facts_html({{"verdict", verdict_name(tree)},
                              {"effects added", std::to_string(tree.at("added").size())},
                              {"innovations", tree.at("white").get<bool>() ? "white" : "not white"}}) +
          render::page_html(diagnosis_sections(tree)) +
-         (run.residuals && !run.residuals->words.empty() ? render::page_html(residual_sections(tree.at("residuals"), *run.residuals)) : "") +
+         (run.residuals && !run.residuals->words.empty() ? render::page_html(residual_sections(tree.at("residuals"), *run.residuals))
+                                                         : "") +
          render::page_end();
 }
 

@@ -3,9 +3,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "bench/render/document.hpp"
 #include "bench/sysid/diagnose/diagnose.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_tree.hpp"
-#include "bench/render/document.hpp"
 
 namespace rotorloop::diagnose {
 

@@ -39,10 +39,11 @@ ordered_json text_or_null(const std::string& text) { return text.empty() ? order
 ordered_json reason_json(const Reason& r) {
   if (r.none()) return nullptr;
   return {{"id", name(r.id)},
-          {"figures", array_of(r.figures,
-                               [](const RejectionFigure& f) {
-                                 return ordered_json{{"name", f.name}, {"unit", f.unit}, {"value", number(f.value)}, {"limit", number(f.limit)}};
-                               })},
+          {"figures",
+           array_of(r.figures,
+                    [](const RejectionFigure& f) {
+                      return ordered_json{{"name", f.name}, {"unit", f.unit}, {"value", number(f.value)}, {"limit", number(f.limit)}};
+                    })},
           {"effect", text_or_null(r.effect)},
           {"detail", text_or_null(r.detail)},
           {"refitted_as", text_or_null(r.as)}};
@@ -121,37 +122,35 @@ ordered_json round_json(const DiagnosisRound& r) {
 }
 
 ordered_json hidden_json(const NotObservable& n) {
-  return {{"id", n.id},     {"why", n.why},
-          {"needs", n.needs}, {"detectable", number(n.detectable)},
-          {"typical", number(n.typical)}, {"unit", n.unit}};
+  return {{"id", n.id},    {"why", n.why}, {"needs", n.needs}, {"detectable", number(n.detectable)}, {"typical", number(n.typical)},
+          {"unit", n.unit}};
 }
 
 }  // namespace
 
 ordered_json diagnosis_tree(const DiagnosisRun& run, const identify::IdentifyProvenance& from) {
   const Diagnosis& d = run.diagnosis;
-  ordered_json out{
-      {"format", 1},
-      {"made_by", "rotorloop diagnose"},
-      {"command", "diagnose"},
-      {"verdict", std::string(name(d.verdict))},
-      {"remains", remains_json(d.remains)},
-      {"added", added_json(d.added)},
-      {"rejected", array_of(d.rejected, evidence_json)},
-      {"not_observable", array_of(d.not_observable, hidden_json)},
-      {"faults", log_json(d.faults)},
-      {"left_out", log_json(d.left_out)},
-      {"white", d.white},
-      {"remarks", d.remarks},
-      {"log_likelihood", {{"before", number(run.before.fit.log_likelihood)}, {"after", number(run.after.fit.log_likelihood)}}},
-      {"rounds", array_of(d.rounds, round_json)},
-      {"flights", array_of(run.after.flights, [](const estimate::GridFlight& g) { return g.name; })},
-      {"provenance",
-       {{"version", from.version},
-        {"git", from.git},
-        {"started_utc", from.started_utc},
-        {"wall_s", from.wall_s},
-        {"inputs", array_of(from.inputs, identify::input_json)}}}};
+  ordered_json out{{"format", 1},
+                   {"made_by", "rotorloop diagnose"},
+                   {"command", "diagnose"},
+                   {"verdict", std::string(name(d.verdict))},
+                   {"remains", remains_json(d.remains)},
+                   {"added", added_json(d.added)},
+                   {"rejected", array_of(d.rejected, evidence_json)},
+                   {"not_observable", array_of(d.not_observable, hidden_json)},
+                   {"faults", log_json(d.faults)},
+                   {"left_out", log_json(d.left_out)},
+                   {"white", d.white},
+                   {"remarks", d.remarks},
+                   {"log_likelihood", {{"before", number(run.before.fit.log_likelihood)}, {"after", number(run.after.fit.log_likelihood)}}},
+                   {"rounds", array_of(d.rounds, round_json)},
+                   {"flights", array_of(run.after.flights, [](const estimate::GridFlight& g) { return g.name; })},
+                   {"provenance",
+                    {{"version", from.version},
+                     {"git", from.git},
+                     {"started_utc", from.started_utc},
+                     {"wall_s", from.wall_s},
+                     {"inputs", array_of(from.inputs, identify::input_json)}}}};
   const render::Outcome outcome = diagnosis_outcome(d, from);
   out["errors"] = outcome.errors;
   out["next"] = outcome.next;

@@ -74,7 +74,7 @@ std::string spectrum_figure(const ResidualFindings& f, std::size_t axis) {
   }
   p.series = {std::move(found), std::move(expected)};
   return render::figure_html(fmt::format("<b>{}</b>: where the line lies above the dashed one something is missing", kAxisNames[axis]),
-                     render::plot_svg(p));
+                             render::plot_svg(p));
 }
 
 std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
@@ -121,9 +121,9 @@ std::string lag_figure(const ResidualFindings& f, bool torque) {
   for (std::size_t i = 0; i < 3; ++i) {
     const AxisLag& l = f.lag.axis[i + (torque ? 3 : 0)];
     render::Series s{.label = fmt::format("{}{}", kAxisNames[l.axis], l.known ? fmt::format(" ({:.0f} ms)", 1e3 * l.lag_s) : ""),
-             .x = {},
-             .y = {},
-             .colour = static_cast<int>(i)};
+                     .x = {},
+                     .y = {},
+                     .colour = static_cast<int>(i)};
     for (std::size_t j = 0; j < l.tried_s.size(); ++j) s.x.push_back(1e3 * l.tried_s[j]), s.y.push_back(l.shares[j]);
     p.series.push_back(std::move(s));
   }
@@ -143,8 +143,8 @@ std::string step_figure(const ResidualFindings& f, const TimeStep& s) {
   p.series.push_back({.label = "", .x = s.tried_s, .y = s.chi2_at, .colour = 0});
   p.marks = {{s.limit, "1 % of blocks in random order"}};
   return render::figure_html(fmt::format("<b>{}</b>, {} in {}: {:.1f} s", render::xml_escaped(s.effect), render::xml_escaped(s.parameter),
-                                 render::xml_escaped(f.series.samples.flights[s.flight]), s.at_s),
-                     render::plot_svg(p));
+                                         render::xml_escaped(f.series.samples.flights[s.flight]), s.at_s),
+                             render::plot_svg(p));
 }
 
 std::string burst_figure(const ResidualFindings& f, std::size_t flight) {
@@ -165,8 +165,9 @@ std::string burst_figure(const ResidualFindings& f, std::size_t flight) {
     if (!row.intervals.empty()) t.rows.push_back(std::move(row));
   }
   if (t.rows.empty()) return "";
-  return render::figure_html(fmt::format("<b>{}</b>: when the residual is far above its usual size", render::xml_escaped(f.series.samples.flights[flight])),
-                     render::timeline_svg(t));
+  return render::figure_html(
+      fmt::format("<b>{}</b>: when the residual is far above its usual size", render::xml_escaped(f.series.samples.flights[flight])),
+      render::timeline_svg(t));
 }
 
 // Cells seen from above, x to the right; the colour runs over ± the largest mean.
@@ -187,8 +188,8 @@ std::string place_figure(const PlaceMap& m) {
       const render::Rgb c = render::field_colour(0.5 + 0.5 * v / largest);
       svg += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"rgb({},{},{})\"><title>{:.3g} ± {:.2g} {}</title></rect>\n",
-          render::px(kLeft + kCell * static_cast<double>(column)), render::px(y), render::px(kCell - 1.0), render::px(kCell - 1.0), c.r, c.g, c.b, v,
-          m.u[row * m.columns + column], kAxisUnits[m.axis]);
+          render::px(kLeft + kCell * static_cast<double>(column)), render::px(y), render::px(kCell - 1.0), render::px(kCell - 1.0), c.r,
+          c.g, c.b, v, m.u[row * m.columns + column], kAxisUnits[m.axis]);
     }
     svg += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{:.1f}</text>\n", render::px(kLeft - 6.0),
                        render::px(y + 0.5 * kCell + 4.0), m.y_from_m + (static_cast<double>(row) + 0.5) * m.cell_m);

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "bench/render/document.hpp"
 #include "bench/sysid/diagnose/report/residual_figures.hpp"
 #include "bench/sysid/identify/report/tree_values.hpp"
-#include "bench/render/document.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -31,25 +31,29 @@ std::string range_Hz(const Json& band) { return num(band.at("from_Hz")) + "–" 
 
 Section power_section(const Json& tree, const ResidualFindings& f) {
   Section out{"Residual wrench", "wrench", {render::List{tree.at("words").get<std::vector<std::string>>()}}};
-  out.blocks.push_back(render::Paragraph{
-      "Force and torque that the model lacks, from a pass in which the measurements alone decide, averaged over 0.2 s (bands and curves over "
-      "time: as they are). “Expected” is what the same pass makes of noise of the fitted figures; “predictable” the share of the power that "
-      "smooth functions of the motion, rotors and time explain on flights or blocks that had no part in them.",
-      render::On::page});
+  out.blocks.push_back(
+      render::Paragraph{"Force and torque that the model lacks, from a pass in which the measurements alone decide, averaged over 0.2 s "
+                        "(bands and curves over "
+                        "time: as they are). “Expected” is what the same pass makes of noise of the fitted figures; “predictable” the "
+                        "share of the power that "
+                        "smooth functions of the motion, rotors and time explain on flights or blocks that had no part in them.",
+                        render::On::page});
   Table power{
       {left("residual"), left("unit"), {"rms"}, {"expected"}, {"predictable, %"}, {"by chance, %"}, {"in bursts, %"}, left("kind")}};
   Table coherent{{left("residual"), left("coherent with"), {"band, Hz"}, {"coherence"}, {"by chance 1 %"}}};
   for (const Json& band : tree.at("axes").front().at("bands")) power.columns.push_back({range_Hz(band) + " Hz"});
   for (const Json& a : tree.at("axes")) {
     power.rows.push_back({{text_of(a.at("axis")), text_of(a.at("unit")), Cell(num(a.at("rms")), "big"), num(a.at("rms_expected")),
-                           percent(a.at("explainable_share")), percent(a.at("explainable_by_chance")), percent(a.at("burst_share")), text_of(a.at("kind"))}});
+                           percent(a.at("explainable_share")), percent(a.at("explainable_by_chance")), percent(a.at("burst_share")),
+                           text_of(a.at("kind"))}});
     for (const Json& b : a.at("bands")) {
       const double expected = value_of(b.at("rms_expected"));
       power.rows.back().cells.push_back(expected > 0.0 ? num(b.at("rms"), "{:.2f}", 1.0 / expected) + " ×" : "–");
     }
     for (std::size_t i = 0; i < std::min<std::size_t>(3, a.at("coherent_with").size()); ++i) {
       const Json& c = a.at("coherent_with")[i];
-      coherent.rows.push_back({{text_of(a.at("axis")), text_of(c.at("name")), range_Hz(c), num(c.at("coherence"), "{:.2f}"), num(c.at("chance"), "{:.2f}")}});
+      coherent.rows.push_back(
+          {{text_of(a.at("axis")), text_of(c.at("name")), range_Hz(c), num(c.at("coherence"), "{:.2f}"), num(c.at("chance"), "{:.2f}")}});
     }
   }
   out.blocks.push_back(power);
@@ -83,7 +87,8 @@ Section dependence_section(const Json& tree, const ResidualFindings& f) {
   for (std::size_t a = 0; a < kAxes; ++a) {
     if (f.unexplained.kind[a] != ResidualKind::systematic) continue;
     const auto& parts = f.unexplained.axis[a].explainable.curves;
-    for (std::size_t i = 0; i < std::min<std::size_t>(2, parts.size()) && drawn < kMostFigures; ++i, ++drawn) curves += curve_figure(f, a, parts[i]);
+    for (std::size_t i = 0; i < std::min<std::size_t>(2, parts.size()) && drawn < kMostFigures; ++i, ++drawn)
+      curves += curve_figure(f, a, parts[i]);
   }
   for (const PlaceMap& m : f.dependence.maps) maps += place_figure(m);
   if (!curves.empty()) curves.insert(0, "<h3>Parts of the additive fit</h3>\n");
@@ -101,8 +106,8 @@ Section lag_section(const Json& tree, const ResidualFindings& f) {
     const Json& l = a.at("lag");
     const bool known = l.at("known");
     t.rows.push_back({{text_of(a.at("axis")), Cell(known ? num(l.at("lag_s"), "{:.1f}", 1e3) : "–", "big"),
-                       known ? num(l.at("low_s"), "{:.1f}", 1e3) + " … " + num(l.at("high_s"), "{:.1f}", 1e3) : "not determined", num(l.at("share")),
-                       num(l.at("share_at_zero")), num(l.at("slope"))}});
+                       known ? num(l.at("low_s"), "{:.1f}", 1e3) + " … " + num(l.at("high_s"), "{:.1f}", 1e3) : "not determined",
+                       num(l.at("share")), num(l.at("share_at_zero")), num(l.at("slope"))}});
   }
   out.blocks.push_back(t);
   if (!f.lag.axis[0].tried_s.empty()) out.blocks.push_back(side_by_side(lag_figure(f, false) + lag_figure(f, true)));
@@ -111,10 +116,11 @@ Section lag_section(const Json& tree, const ResidualFindings& f) {
 
 Section variance_section(const Json& tree) {
   Section out{"Does its scatter change?", "", {}};
-  out.blocks.push_back(render::Paragraph{
-      "Score of a variance that the model lacks, after the noise figures of each flight took their share. Sizes are one step from zero: an order "
-      "of magnitude when large.",
-      render::On::page});
+  out.blocks.push_back(
+      render::Paragraph{"Score of a variance that the model lacks, after the noise figures of each flight took their share. Sizes are one "
+                        "step from zero: an order "
+                        "of magnitude when large.",
+                        render::On::page});
   Table t{{left("effect"),
            left("what would scatter"),
            {"t"},
@@ -154,7 +160,8 @@ Section steps_section(const Json& tree, const ResidualFindings& f) {
     for (std::size_t i = 0; i < event.size(); ++i) {
       const Json& s = event[i];
       t.rows.push_back({{text_of(s.at("effect")), text_of(s.at("flight")), num(s.at("at_s"), "{:.1f}"), text_of(s.at("parameter")),
-                         Cell(render::measured_figure(value_of(s.at("size")), value_of(s.at("u"))), "big"), render::uncertainty_text(value_of(s.at("u"))), text_of(s.at("unit")), num(s.at("p_holm"), "{:.1e}")},
+                         Cell(render::measured_figure(value_of(s.at("size")), value_of(s.at("u"))), "big"),
+                         render::uncertainty_text(value_of(s.at("u"))), text_of(s.at("unit")), num(s.at("p_holm"), "{:.1e}")},
                         i == 0});
     }
   }
@@ -185,8 +192,9 @@ Section telemetry_section(const Json& tree) {
 render::Sections residual_sections(const Json& tree, const ResidualFindings& f) {
   std::string drawings;
   for (std::size_t i = 0; i < f.series.samples.flights.size(); ++i) drawings += wrench_figures(f, i) + burst_figure(f, i);
-  render::Sections out{power_section(tree, f), {"Over time", "", {Markup{drawings}}}, dependence_section(tree, f), lag_section(tree, f),
-                       variance_section(tree), steps_section(tree, f)};
+  render::Sections out{power_section(tree, f),      {"Over time", "", {Markup{drawings}}},
+                       dependence_section(tree, f), lag_section(tree, f),
+                       variance_section(tree),      steps_section(tree, f)};
   if (!tree.at("telemetry").empty()) out.push_back(telemetry_section(tree));
   return out;
 }

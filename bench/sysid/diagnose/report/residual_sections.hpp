@@ -2,8 +2,8 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include "bench/sysid/diagnose/residuals/residual_findings.hpp"
 #include "bench/render/document.hpp"
+#include "bench/sysid/diagnose/residuals/residual_findings.hpp"
 
 namespace rotorloop::diagnose {
 

@@ -86,8 +86,12 @@ Json event_json(const ResidualFindings& f, const std::vector<std::size_t>& event
 
 Json telemetry_json(const TelemetryResidual& t) {
   const auto three = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
-  return {{"flight", t.flight},     {"stream", t.stream},    {"unit", t.unit},
-          {"in_the_fit", t.fitted}, {"mean", three(t.mean)}, {"rms", three(t.rms)},
+  return {{"flight", t.flight},
+          {"stream", t.stream},
+          {"unit", t.unit},
+          {"in_the_fit", t.fitted},
+          {"mean", three(t.mean)},
+          {"rms", three(t.rms)},
           {"assumed", t.fitted ? three(t.assumed) : Json(nullptr)}};
 }
 

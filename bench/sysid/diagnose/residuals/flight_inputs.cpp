@@ -52,7 +52,9 @@ double pattern(const std::array<double, 4>& v, const std::array<double, 4>& sign
   return sum;
 }
 
-estimate::BodyState between(const estimate::BodyState& a, const estimate::BodyState& b) { return estimate::moved(a, 0.5 * estimate::difference(a, b)); }
+estimate::BodyState between(const estimate::BodyState& a, const estimate::BodyState& b) {
+  return estimate::moved(a, 0.5 * estimate::difference(a, b));
+}
 
 // Signs of the rotors in the sum, and in its differences about the three axes.
 struct RotorPatterns {
@@ -68,7 +70,8 @@ struct RotorPatterns {
 };
 
 // The state in the middle of a step, with what the rotors do there.
-SampleState sample_state(const estimate::ModelValues& values, const estimate::BodyState& x, const estimate::RotorInputSample& u, double& thrust) {
+SampleState sample_state(const estimate::ModelValues& values, const estimate::BodyState& x, const estimate::RotorInputSample& u,
+                         double& thrust) {
   const host::LoadGeometry& geometry = values.geometry;
   host::LoadParameters<double> p;
   p.k1_N_s2 = values[estimate::kK1], p.k2_N_s2_m = values[estimate::kK2];
@@ -102,8 +105,8 @@ void differentiate_by_wind(const estimate::Model& model, const estimate::RotorIn
   s.wrench_by_wind /= 2.0 * kStep_m_s;
 }
 
-std::array<double, std::size(kInputs)> input_row(const SampleState& s, const estimate::RotorInputSample& u, const RotorPatterns& by, double flown_s,
-                                                 double thrust) {
+std::array<double, std::size(kInputs)> input_row(const SampleState& s, const estimate::RotorInputSample& u, const RotorPatterns& by,
+                                                 double flown_s, double thrust) {
   const Eigen::Matrix3d r = s.x.q_WB.toRotationMatrix();
   const Vector3d& w = s.x.w_B_rad_s;
   return {s.v_B_m_s.x(),
@@ -140,8 +143,8 @@ std::vector<Channel> input_channels() {
   return out;
 }
 
-void add_flight_inputs(const estimate::GridFlight& g, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states, std::vector<SampleState>& out,
-                       std::vector<Channel>& inputs, Axes& wrench) {
+void add_flight_inputs(const estimate::GridFlight& g, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states,
+                       std::vector<SampleState>& out, std::vector<Channel>& inputs, Axes& wrench) {
   const estimate::Model model(values);
   estimate::RotorInput input = g.input;
   input.prepare(values);

@@ -14,7 +14,8 @@ std::vector<Channel> input_channels();
 
 // One flight's samples: appended to `state` and to each channel; `wrench` becomes as long and holds the model's wrench at the middle of
 // each step (N, N m, body axes).
-void add_flight_inputs(const estimate::GridFlight& flight, const estimate::ModelValues& values, const std::vector<estimate::BodyState>& states,
-                       std::vector<SampleState>& state, std::vector<Channel>& inputs, Axes& wrench);
+void add_flight_inputs(const estimate::GridFlight& flight, const estimate::ModelValues& values,
+                       const std::vector<estimate::BodyState>& states, std::vector<SampleState>& state, std::vector<Channel>& inputs,
+                       Axes& wrench);
 
 }  // namespace rotorloop::diagnose

@@ -151,7 +151,8 @@ LagFinding leading(const std::vector<std::size_t>& axes, double lag_s, bool othe
   } else {
     f.words += "The model drives this axis with a quantity that comes later than the true one.";
   }
-  if (yaw && several) f.effects.push_back(effect("rotor_inertia_reaction").id), f.words += " On torque z rotor_inertia_reaction may add to it.";
+  if (yaw && several)
+    f.effects.push_back(effect("rotor_inertia_reaction").id), f.words += " On torque z rotor_inertia_reaction may add to it.";
   return f;
 }
 

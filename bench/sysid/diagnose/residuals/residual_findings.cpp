@@ -1,10 +1,11 @@
 #include "bench/sysid/diagnose/residuals/residual_findings.hpp"
-#include "bench/render/digits.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "bench/render/digits.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -28,8 +29,8 @@ void add_words(ResidualFindings& f) {
       const TimeStep& o = f.steps.steps[event[i]];
       if (o.effect != s.effect && others.find(o.effect) == std::string::npos) others += (others.empty() ? "" : ", ") + o.effect;
     }
-    f.words.push_back(fmt::format("{} changes at {:.1f} s of {}: {} by {} {} (p {:.1e}){}.", s.effect, s.at_s,
-                                  samples.flights[s.flight], s.parameter, render::measured_text(s.size, s.u), s.unit, s.p_holm,
+    f.words.push_back(fmt::format("{} changes at {:.1f} s of {}: {} by {} {} (p {:.1e}){}.", s.effect, s.at_s, samples.flights[s.flight],
+                                  s.parameter, render::measured_text(s.size, s.u), s.unit, s.p_holm,
                                   others.empty() ? "" : "; the same moment would suit " + others));
   }
   if (f.steps.events.size() > kMostSteps)

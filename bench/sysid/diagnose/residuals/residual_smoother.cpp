@@ -10,7 +10,8 @@ namespace {
 bool begins(const LinearFlight& f, std::size_t k) { return k == 0 || !f.linked[k - 1]; }
 
 // What whitens a step's error; the same for every step of a flight: a unit error of each kind is put behind one of them.
-estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::Residuals& res, const std::vector<estimate::BodyState>& states) {
+estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::Residuals& res,
+                                       const std::vector<estimate::BodyState>& states) {
   estimate::StateJacobian w = estimate::StateJacobian::Identity();
   const auto first = std::find(g.linked.begin(), g.linked.end(), 1);
   if (first == g.linked.end()) return w;
@@ -25,7 +26,8 @@ estimate::StateJacobian step_whitening(const estimate::GridFlight& g, const esti
 
 }  // namespace
 
-LinearFlight linearised(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states) {
+LinearFlight linearised(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                        const std::vector<estimate::BodyState>& states) {
   const estimate::Residuals res(g, values, noise, {estimate::kPoseDelay});
   LinearFlight out;
   out.nodes = g.nodes;

@@ -28,12 +28,13 @@ struct LinearFlight {
   };
   std::size_t nodes = 0;
   std::vector<std::uint8_t> linked;
-  std::vector<Step> steps;        // between nodes k and k + 1; zero where not linked
-  std::vector<Measurement> measurements;    // in order of nodes
-  estimate::StateJacobian whitening;        // of a step's error (dp, dv in W; dφ, dΩ in B)
-  estimate::StateError anchor;              // standard deviations that hold the start of each piece; 0: free
+  std::vector<Step> steps;                // between nodes k and k + 1; zero where not linked
+  std::vector<Measurement> measurements;  // in order of nodes
+  estimate::StateJacobian whitening;      // of a step's error (dp, dv in W; dφ, dΩ in B)
+  estimate::StateError anchor;            // standard deviations that hold the start of each piece; 0: free
 };
-LinearFlight linearised(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states);
+LinearFlight linearised(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                        const std::vector<estimate::BodyState>& states);
 
 // Residuals of all steps (12 rows each) and measurements (6 rows each), one column for each thing put in.
 struct ResidualColumns {

@@ -49,7 +49,8 @@ std::vector<SampleBlock> blocks_of(const Samples& samples, double block_s);
 // wall that one alone comes near) is then never seen. Runs of blocks within the flights: it is.
 enum class LeftOut { flights, runs };
 
-// A fold for each block: whole flights when there are three or more and `left_out` says so, else `folds` runs of blocks one after the other in turn.
+// A fold for each block: whole flights when there are three or more and `left_out` says so, else `folds` runs of blocks one after the other
+// in turn.
 std::vector<int> folds_of(const Samples& samples, std::span<const SampleBlock> blocks, int folds, LeftOut left_out = LeftOut::flights);
 
 std::vector<double> times_s(const Samples& samples);

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/base/statistics.hpp"
 #include "bench/sysid/identify/whiteness.hpp"
 #include "host/base/random.hpp"
+#include "host/base/statistics.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {

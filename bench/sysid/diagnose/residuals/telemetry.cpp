@@ -23,8 +23,8 @@ void close(TelemetryResidual& t) {
 
 }  // namespace
 
-void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states,
-                   const log::FlightRecord* log, std::vector<TelemetryResidual>& out) {
+void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                   const std::vector<estimate::BodyState>& states, const log::FlightRecord* log, std::vector<TelemetryResidual>& out) {
   const estimate::Model model(values);
   estimate::RotorInput input = g.input;
   input.prepare(values);
@@ -43,8 +43,8 @@ void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& v
     t.t_s.push_back(at_s);
     for (std::size_t a = 0; a < 3; ++a) t.value[a].push_back(difference[static_cast<Eigen::Index>(a)]);
   };
-  const auto compare = [&](const char* stream, const char* unit, const std::vector<estimate::VectorFix>& fitted, const log::Stream<Vector3d>* logged,
-                           const Vector3d& assumed, auto&& expected) {
+  const auto compare = [&](const char* stream, const char* unit, const std::vector<estimate::VectorFix>& fitted,
+                           const log::Stream<Vector3d>* logged, const Vector3d& assumed, auto&& expected) {
     TelemetryResidual t{.flight = g.name, .stream = stream, .unit = unit, .fitted = !fitted.empty(), .t_s = {}, .value = {}};
     if (t.fitted) {
       t.assumed = assumed;

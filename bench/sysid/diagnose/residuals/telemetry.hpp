@@ -21,7 +21,7 @@ struct TelemetryResidual {
 };
 
 // Gyro and accelerometer against the fitted states: those in the grid, else those of the log when there is one.
-void add_telemetry(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise, const std::vector<estimate::BodyState>& states,
-                   const log::FlightRecord* log, std::vector<TelemetryResidual>& out);
+void add_telemetry(const estimate::GridFlight& flight, const estimate::ModelValues& values, const estimate::NoiseModel& noise,
+                   const std::vector<estimate::BodyState>& states, const log::FlightRecord* log, std::vector<TelemetryResidual>& out);
 
 }  // namespace rotorloop::diagnose

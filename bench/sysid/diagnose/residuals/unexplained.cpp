@@ -11,9 +11,9 @@ namespace {
 constexpr std::size_t kChanceFits = 4;
 // What the additive fit may use: the motion, rotors, the place and time, each once. Nothing that contains the residual's own acceleration.
 constexpr std::string_view kExplaining[] = {
-    "v_x",        "v_y",         "v_z",       "rate_x",    "rate_y",         "rate_z",          "omega",
-    "omega_roll", "omega_pitch", "omega_yaw", "omega_dot", "omega_dot_roll", "omega_dot_pitch", "omega_dot_yaw",
-    "heading",    "place_x",     "place_y",   "height",    "time"};
+    "v_x",         "v_y",       "v_z",       "rate_x",         "rate_y",          "rate_z",        "omega",   "omega_roll",
+    "omega_pitch", "omega_yaw", "omega_dot", "omega_dot_roll", "omega_dot_pitch", "omega_dot_yaw", "heading", "place_x",
+    "place_y",     "height",    "time"};
 
 std::vector<double> sliding_power(const Samples& samples, std::vector<double> v, double window_s) {
   for (double& x : v) x *= x;
@@ -135,11 +135,12 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
     x.burst_share = power > 0.0 ? in_bursts / power : 0.0;
     out.bursts.insert(out.bursts.end(), found.begin(), found.end());
     const bool real = expected.empty() || x.rms > 1.15 * x.rms_expected;
-    const bool predicted = x.explainable.share > o.criteria.negligible && x.explainable_by_chance < o.criteria.larger_part * x.explainable.share;
-    out.kind[a] = predicted             ? ResidualKind::systematic
+    const bool predicted =
+        x.explainable.share > o.criteria.negligible && x.explainable_by_chance < o.criteria.larger_part * x.explainable.share;
+    out.kind[a] = predicted                                ? ResidualKind::systematic
                   : x.burst_share > o.criteria.larger_part ? ResidualKind::bursts
-                  : real                ? ResidualKind::stochastic
-                                        : ResidualKind::none;
+                  : real                                   ? ResidualKind::stochastic
+                                                           : ResidualKind::none;
   }
   std::stable_sort(out.bursts.begin(), out.bursts.end(),
                    [](const Burst& p, const Burst& q) { return p.flight != q.flight ? p.flight < q.flight : p.from_s < q.from_s; });

@@ -30,7 +30,7 @@ struct VarianceEffect {
   double size = 0.0, u = 0.0;  // standard deviation by one step from zero: good when small, an order of magnitude when large
   double t = 0.0;              // robust statistic; large and positive: there
   double p = 1.0, p_holm = 1.0;
-  bool found = false;                                 // by forward selection (Holm)
+  bool found = false;                                   // by forward selection (Holm)
   std::vector<std::pair<std::string, double>> aliases;  // much alike by the correlation of their scores
   std::string untested;
 };

@@ -50,7 +50,8 @@ struct Builder {
 };
 
 VarianceKind kind(const host::CatalogueEffect& e, const char* what, double tau_s = 0.0) {
-  return {.id = e.id, .what = what, .parameter = e.parameter.name, .unit = e.parameter.unit, .tau_s = tau_s, .directions = {}, .untested = {}};
+  return {
+      .id = e.id, .what = what, .parameter = e.parameter.name, .unit = e.parameter.unit, .tau_s = tau_s, .directions = {}, .untested = {}};
 }
 VarianceKind rival(const char* what, const char* parameter, const char* unit, double tau_s = 0.0) {
   return {.id = {}, .what = what, .parameter = parameter, .unit = unit, .tau_s = tau_s, .directions = {}, .untested = {}};

@@ -144,7 +144,8 @@ void RotorInput::prepare(const ModelValues& v, bool derivatives) {
   delay_s_ = v[kRotorDelay];
   if (from_commands_) run_motors(v);
   std::size_t hint = 0;
-  memory_.prepare(v, [&](double t_s) { return at(t_s, hint, false); }, derivatives);
+  memory_.prepare(
+      v, [&](double t_s) { return at(t_s, hint, false); }, derivatives);
 }
 
 // With commands: ω̇ = (ω_target - ω) / lag, exact for a target that is held between samples, and its derivatives by the same rule.

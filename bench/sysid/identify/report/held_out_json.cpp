@@ -1,7 +1,7 @@
 // Scores of flights held out, for result.json. Axes of wrenches: force x, y, z in N, torque x, y, z in N m; the last score is that of all
 // flights.
-#include "bench/sysid/identify/report/tree_values.hpp"
 #include "bench/sysid/identify/held_out.hpp"
+#include "bench/sysid/identify/report/tree_values.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -32,14 +32,10 @@ Json one_step_json(const score::OneStepComparison& s) {
           {"step_s", s.step_s},
           {"rows", array_of(s.rows,
                             [](const score::OneStepComparison::Row& r) {
-                              return Json{{"quantity", kQuantityIds[r.quantity]},
-                                          {"unit", score::kPredictedUnits[r.quantity]},
-                                          {"before", number(r.before)},
-                                          {"after", number(r.after)},
-                                          {"expected", number(r.expected)},
-                                          {"ratio", number(r.ratio.value)},
-                                          {"low", number(r.ratio.low)},
-                                          {"high", number(r.ratio.high)}};
+                              return Json{{"quantity", kQuantityIds[r.quantity]}, {"unit", score::kPredictedUnits[r.quantity]},
+                                          {"before", number(r.before)},           {"after", number(r.after)},
+                                          {"expected", number(r.expected)},       {"ratio", number(r.ratio.value)},
+                                          {"low", number(r.ratio.low)},           {"high", number(r.ratio.high)}};
                             })},
           {"size", {{"before", number(s.size_before)}, {"after", number(s.size_after)}}},
           {"log_likelihood",

@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 
-#include "bench/sysid/identify/held_out.hpp"
-#include "bench/sysid/identify/report/tree_values.hpp"
 #include "bench/render/page.hpp"
 #include "bench/render/svg_plot.hpp"
+#include "bench/sysid/identify/held_out.hpp"
+#include "bench/sysid/identify/report/tree_values.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -41,7 +41,8 @@ std::string interval(const Json& of, const char* low, const char* high) {
 Cell ratio_cell(const Json& row) {
   constexpr double kWorthColour = 0.02;
   const double v = value_of(row.at("ratio"));
-  const bool better = value_of(row.at("high")) < 1.0 && v < 1.0 - kWorthColour, worse = value_of(row.at("low")) > 1.0 && v > 1.0 + kWorthColour;
+  const bool better =
+      value_of(row.at("high")) < 1.0 && v<1.0 - kWorthColour, worse = value_of(row.at("low"))> 1.0 && v > 1.0 + kWorthColour;
   return {ratio_text(v), better ? "pass" : worse ? "fail" : ""};
 }
 
@@ -69,23 +70,27 @@ std::string horizon_figure(const Json& rows, const std::string& quantity) {
 
 render::Section one_step_section(const Json& s) {
   render::Section out{"One step", "", {}};
-  out.blocks.push_back(render::Paragraph{fmt::format("Each of {} poses from the measurements before it, states every {:g} s.", s.at("poses").get<std::size_t>(),
-                                                     s.at("step_s").get<double>())});
-  out.blocks.push_back(render::Paragraph{
-      "Expected: what the identified model errs if it and its noise figures are right. Size: root mean square of the errors in units of what "
-      "each model expects of itself; 1 when model and noise figures are right, above it lies what they lack. Log likelihood: mean of a pose, "
-      "natural logarithm, m and rad; the larger one predicts better. Each model has the noise figures found for it.",
-      render::On::page});
+  out.blocks.push_back(render::Paragraph{fmt::format("Each of {} poses from the measurements before it, states every {:g} s.",
+                                                     s.at("poses").get<std::size_t>(), s.at("step_s").get<double>())});
+  out.blocks.push_back(
+      render::Paragraph{"Expected: what the identified model errs if it and its noise figures are right. Size: root mean square of the "
+                        "errors in units of what "
+                        "each model expects of itself; 1 when model and noise figures are right, above it lies what they lack. Log "
+                        "likelihood: mean of a pose, "
+                        "natural logarithm, m and rad; the larger one predicts better. Each model has the noise figures found for it.",
+                        render::On::page});
   render::Table errors{{left("error of"), {"before"}, {"identified"}, left("unit"), {"ratio"}, {"95 %"}, {"expected"}}};
   for (const Json& r : s.at("rows"))
-    errors.rows.push_back({{name_of(r), figure_cell(r, "before"), figure_cell(r, "after", "{:.3g}", "big"), unit_cell(r), ratio_cell(r), interval(r, "low", "high"), figure_cell(r, "expected")}});
+    errors.rows.push_back({{name_of(r), figure_cell(r, "before"), figure_cell(r, "after", "{:.3g}", "big"), unit_cell(r), ratio_cell(r),
+                            interval(r, "low", "high"), figure_cell(r, "expected")}});
   const Json &size = s.at("size"), &likelihood = s.at("log_likelihood");
   const char* kind = value_of(likelihood.at("low")) > 0.0 ? "pass" : value_of(likelihood.at("high")) < 0.0 ? "fail" : "";
   render::Table poses{{left("of a pose"), {"before"}, {"identified"}, {"gain"}, {"95 %"}}};
-  poses.rows = {{{"size", figure_cell(size, "before", "{:.3f}"), figure_cell(size, "after", "{:.3f}", "big"), "", ""}},
-                {{"log likelihood", figure_cell(likelihood, "before", "{:.3f}"), figure_cell(likelihood, "after", "{:.3f}", "big"),
-                  figure_cell(likelihood, "gain", "{:+.3f}", kind),
-                  figure_text(value_of(likelihood.at("low")), "{:+.3f}") + " … " + figure_text(value_of(likelihood.at("high")), "{:+.3f}")}}};
+  poses.rows = {
+      {{"size", figure_cell(size, "before", "{:.3f}"), figure_cell(size, "after", "{:.3f}", "big"), "", ""}},
+      {{"log likelihood", figure_cell(likelihood, "before", "{:.3f}"), figure_cell(likelihood, "after", "{:.3f}", "big"),
+        figure_cell(likelihood, "gain", "{:+.3f}", kind),
+        figure_text(value_of(likelihood.at("low")), "{:+.3f}") + " … " + figure_text(value_of(likelihood.at("high")), "{:+.3f}")}}};
   out.blocks.insert(out.blocks.end(), {errors, poses});
   return out;
 }
@@ -108,7 +113,8 @@ render::Sections wrench_sections(const Json& c) {
   const bool force = c.at("force"), torque = c.at("torque");
   render::Section out{"Force and torque, " + band_text(c.at("from_Hz"), c.at("to_Hz")), "", {}};
   out.blocks.push_back(render::Paragraph{
-      "What accelerometer and gyro of these flights show, times mass and inertia of the vehicle file, against what the model predicts; both "
+      "What accelerometer and gyro of these flights show, times mass and inertia of the vehicle file, against what the model predicts; "
+      "both "
       "through the same filters. Aligned: the measurements of each flight moved by the delay at which the model explains most torque.",
       render::On::page});
   render::Table t{{left("axis"), {"rms before"}, {"after"}, left("unit"), {"explained before"}, {"after"}, {"aligned before"}, {"after"}}};
@@ -118,8 +124,8 @@ render::Sections wrench_sections(const Json& c) {
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
     if (!(i < 3 ? force : torque)) continue;
     t.rows.push_back({{kAxes[i], last("before", "rms", i, "{:.4g}"), Cell{last("after", "rms", i, "{:.4g}"), "big"}, i < 3 ? "N" : "N m",
-                       last("before", "explained", i, "{:.3f}"), last("after", "explained", i, "{:.3f}"), last("before_aligned", "explained", i, "{:.3f}"),
-                       last("after_aligned", "explained", i, "{:.3f}")}});
+                       last("before", "explained", i, "{:.3f}"), last("after", "explained", i, "{:.3f}"),
+                       last("before_aligned", "explained", i, "{:.3f}"), last("after_aligned", "explained", i, "{:.3f}")}});
   }
   render::List flights;
   for (std::size_t i = 0; i < after.size(); ++i) {
@@ -141,23 +147,26 @@ render::Sections held_out_sections(const Json& s) {
   out.blocks.push_back(render::Paragraph{fmt::format(
       "{}; {} starts, open loop with the logged rotor speeds from the same smoothed states. The rotation model beats held rates {}.",
       fmt::join(s.at("flights").get<std::vector<std::string>>(), ", "), s.at("starts").get<std::size_t>(),
-      helps_to_s > 0.0 ? fmt::format("from {:.2f} to {:.2f} s", s.at("rotation_helps").at("from_s").get<double>(), helps_to_s) : "nowhere")});
+      helps_to_s > 0.0 ? fmt::format("from {:.2f} to {:.2f} s", s.at("rotation_helps").at("from_s").get<double>(), helps_to_s)
+                       : "nowhere")});
   out.blocks.push_back(render::Paragraph{
       "Before: the vehicle file; identified: the model of this fit. Floor: what the noise of measurements and motion alone would give a "
       "model that is exactly right; an error at the floor says nothing about the model. Closed: share of the gap between the error before "
       "and that floor.",
       render::On::page});
   out.blocks.push_back(render::List{s.at("remarks").get<std::vector<std::string>>()});
-  render::Table t{{left("error of"), {"horizon, s"}, {"before"}, {"identified"}, left("unit"), {"ratio"}, {"95 %"}, {"floor"}, {"closed"}, {"95 %"}}};
+  render::Table t{
+      {left("error of"), {"horizon, s"}, {"before"}, {"identified"}, left("unit"), {"ratio"}, {"95 %"}, {"floor"}, {"closed"}, {"95 %"}}};
   std::vector<std::string> drawn;
   for (const Json& r : s.at("rows")) {
     const std::string name = name_of(r);
     const bool first = drawn.empty() || drawn.back() != name, gap = !r.at("closed").is_null();
     if (first) drawn.push_back(name);
-    t.rows.push_back({{first ? name : "", figure_cell(r, "horizon_s", "{:.3f}"), figure_cell(r, "before"), figure_cell(r, "after", "{:.3g}", "big"), unit_cell(r), ratio_cell(r),
-                       interval(r, "low", "high"), figure_cell(r, "floor"), gap ? ratio_text(value_of(r.at("closed"))) : "no gap",
-                       gap ? interval(r, "closed_low", "closed_high") : ""},
-                      first});
+    t.rows.push_back(
+        {{first ? name : "", figure_cell(r, "horizon_s", "{:.3f}"), figure_cell(r, "before"), figure_cell(r, "after", "{:.3g}", "big"),
+          unit_cell(r), ratio_cell(r), interval(r, "low", "high"), figure_cell(r, "floor"),
+          gap ? ratio_text(value_of(r.at("closed"))) : "no gap", gap ? interval(r, "closed_low", "closed_high") : ""},
+         first});
   }
   std::string drawings;
   for (const std::string& quantity : drawn) drawings += horizon_figure(s.at("rows"), quantity);

@@ -14,7 +14,7 @@ struct IdentifyPage {
   const FileComparison& comparison;
   const std::vector<log::CheckedFlight>& checked;
   const IdentifyProvenance& provenance;
-  std::string start_name;              // that the start file gives the vehicle
+  std::string start_name;                  // that the start file gives the vehicle
   std::vector<HistoryPoint> history = {};  // this result's own comes last; fewer than two: no section
   std::vector<HistoryReference> references = {};
 };

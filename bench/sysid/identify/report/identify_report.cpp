@@ -5,11 +5,11 @@
 
 #include <cmath>
 
+#include "bench/render/page.hpp"
 #include "bench/sysid/identify/report/identify_sections.hpp"
 #include "bench/sysid/identify/report/identify_text.hpp"
 #include "bench/sysid/identify/report/parameter_history.hpp"
 #include "bench/sysid/identify/report/tree_values.hpp"
-#include "bench/render/page.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -26,8 +26,10 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& tree) {
   const Json& c = tree.at("conditions");
   Json held = Json::array();
   for (const Json& h : tree.at("held")) held.push_back(h.at("label"));
-  std::vector<std::pair<std::string, std::string>> out{{"rotorloop", text_of(tree.at("version"))}, {"git", text_of(tree.at("git"))},
-                                                       {"start", text_of(c.at("vehicle_file"))},   {"added terms", listed(c.at("terms"))},
+  std::vector<std::pair<std::string, std::string>> out{{"rotorloop", text_of(tree.at("version"))},
+                                                       {"git", text_of(tree.at("git"))},
+                                                       {"start", text_of(c.at("vehicle_file"))},
+                                                       {"added terms", listed(c.at("terms"))},
                                                        {"held", listed(held)}};
   if (!c.at("per_flight").empty()) out.emplace_back("per flight", listed(c.at("per_flight")));
   if (!c.at("free").empty()) out.emplace_back("freed", listed(c.at("free")));
@@ -41,7 +43,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Json& tree) {
   out.emplace_back("window", from.is_null() && to.is_null() ? "whole flights" : bound(from, "start") + " to " + bound(to, "end"));
   const Json& fit = tree.at("fit");
   const bool converged = fit.at("converged");
-  out.emplace_back("cost / degree of freedom", figure_text(value_of(tree.at("figures").at("cost_per_degree_of_freedom").at("value")), "{:.3f}"));
+  out.emplace_back("cost / degree of freedom",
+                   figure_text(value_of(tree.at("figures").at("cost_per_degree_of_freedom").at("value")), "{:.3f}"));
   out.emplace_back("iterations", fmt::format("{}{}", fit.at("iterations").get<int>(), converged ? "" : ", not converged"));
   return out;
 }
@@ -80,7 +83,9 @@ std::string identify_text(const IdentifyPage& p) {
   std::string out = render::terminal_text(identify_sections(tree, p.result, p.analysis));
   out += fmt::format("\n{} flights, {} iterations, {} rounds of noise{}; cost/dof {:.4f}\n", fit.at("flights").get<std::size_t>(),
                      fit.at("iterations").get<int>(), fit.at("noise_rounds").get<int>(),
-                     !converged ? " (NOT CONVERGED)" : settled ? "" : " (noise not settled)",
+                     !converged ? " (NOT CONVERGED)"
+                     : settled  ? ""
+                                : " (noise not settled)",
                      value_of(tree.at("figures").at("cost_per_degree_of_freedom").at("value")));
   for (const std::string& flight : left_out(p.checked)) out += "left out: " + flight + "\n";
   return out + (p.analysis.solver_check ? solver_check_text(*p.analysis.solver_check) : "");

@@ -49,8 +49,14 @@ ordered_json observability_json(const Identification& r, const Observability& o)
   for (const FlightContribution& f : o.flights)
     flights.push_back({{"flight", f.flight}, {"seconds", f.seconds}, {"cannot_tell", f.undetermined}, {"information", f.information}});
   for (const Advice& a : o.advice) advice.push_back({{"parameter", a.parameter}, {"why", a.why}, {"manoeuvre", a.manoeuvre}});
-  return {{"condition", number(o.condition)}, {"weakest", weakest}, {"correlated", pairs}, {"flights", flights}, {"advice", advice},
-          {"parameters", array_of(r.problem.free, [&](const estimate::FreeParameter& f) { return estimate::parameter_info(f.parameter, r.problem.start.terms).symbol; })}};
+  return {{"condition", number(o.condition)},
+          {"weakest", weakest},
+          {"correlated", pairs},
+          {"flights", flights},
+          {"advice", advice},
+          {"parameters", array_of(r.problem.free, [&](const estimate::FreeParameter& f) {
+             return estimate::parameter_info(f.parameter, r.problem.start.terms).symbol;
+           })}};
 }
 
 ordered_json difference_json(const FitDifference& d) {
@@ -113,7 +119,8 @@ ordered_json comparison_json(const Identification& r, const FileComparison& c, c
                          {"symbol", derived[i].symbol},
                          {"unit", derived[i].unit},
                          {"found", number(derived[i].value)},
-                         {"value", number(b.derived[i].value)}, {"percent", number(b.derived[i].percent)}});
+                         {"value", number(b.derived[i].value)},
+                         {"percent", number(b.derived[i].percent)}});
     out.push_back({{"file", b.label}, {"parameters", parameters}, {"derived", follows}});
   }
   return out;
@@ -184,7 +191,8 @@ ordered_json figures_json(const Identification& r, const IdentifyAnalysis& a) {
   const std::size_t steps = grid_steps(r);
   ordered_json out = ordered_json::object();
   for (const estimate::Estimate& e : r.fit.estimates)
-    out[estimate::estimate_name(e, r.problem)] = figure(e.value, reported_u(e), estimate::parameter_info(e.parameter, r.problem.start.terms).unit, steps);
+    out[estimate::estimate_name(e, r.problem)] =
+        figure(e.value, reported_u(e), estimate::parameter_info(e.parameter, r.problem.start.terms).unit, steps);
   for (const DerivedQuantity& d : a.derived) out[d.id] = figure(d.value, std::max(d.u, d.u_robust), d.unit, steps);
   out["cost_per_degree_of_freedom"] = figure(2.0 * r.fit.cost / r.fit.degrees_of_freedom, NAN, "1", steps);
   out["log_likelihood"] = figure(r.fit.log_likelihood, NAN, "1", steps);
@@ -318,12 +326,15 @@ std::vector<IdentifyWarning> inertia_warnings(const Identification& r) {
       why = fmt::format("{} the fit over all frequencies, {:.3g} ± {:.1g}", against ? "against" : "surer than", axis.joint, axis.u_joint);
       if (against) why += ": a moment of low frequency is missing in the model";
     }
-    out.push_back({info.symbol, fmt::format("{:.3g} ± {:.1g} {} is that of {:g} to {:g} Hz, {}", axis.value, axis.u, info.unit, axis.from_Hz, axis.to_Hz, why)});
+    out.push_back({info.symbol, fmt::format("{:.3g} ± {:.1g} {} is that of {:g} to {:g} Hz, {}", axis.value, axis.u, info.unit,
+                                            axis.from_Hz, axis.to_Hz, why)});
   }
   for (const estimate::Estimate& e : r.wanted) {
     const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
-    out.push_back({info.symbol, fmt::format("the flights want {:.3g} ± {:.1g} {}, which cannot be: held at the nearest that can; the model lacks an effect", e.value,
-                                            std::max(e.u, e.u_robust), info.unit)});
+    out.push_back(
+        {info.symbol,
+         fmt::format("the flights want {:.3g} ± {:.1g} {}, which cannot be: held at the nearest that can; the model lacks an effect",
+                     e.value, std::max(e.u, e.u_robust), info.unit)});
   }
   return out;
 }
@@ -331,8 +342,14 @@ std::vector<IdentifyWarning> inertia_warnings(const Identification& r) {
 ordered_json inertia_json(const Identification& r) {
   ordered_json out = ordered_json::array();
   for (const InertiaByBand& a : r.inertia.axes)
-    out.push_back({{"symbol", estimate::parameter_info(a.parameter, r.problem.start.terms).symbol}, {"value", number(a.value)}, {"u", number(a.u)},
-                   {"explained", number(a.explained)}, {"delay_s", number(a.delay_s)}, {"joint", number(a.joint)}, {"u_joint", number(a.u_joint)}, {"taken", a.taken}});
+    out.push_back({{"symbol", estimate::parameter_info(a.parameter, r.problem.start.terms).symbol},
+                   {"value", number(a.value)},
+                   {"u", number(a.u)},
+                   {"explained", number(a.explained)},
+                   {"delay_s", number(a.delay_s)},
+                   {"joint", number(a.joint)},
+                   {"u_joint", number(a.u_joint)},
+                   {"taken", a.taken}});
   return out;
 }
 
@@ -360,13 +377,14 @@ std::vector<IdentifyWarning> warnings_of(const Identification& r, const Identify
     if (!w.white()) warn(w.flight, "innovations are not white: the model lacks something in this flight, or the noise is not white");
   }
   for (const ParameterHomogeneity& h : a.homogeneity.parameters) {
-    if (h.moved) warn("between flights", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
+    if (h.moved)
+      warn("between flights", estimate::parameter_info(h.parameter, r.problem.start.terms).symbol + " is not the same in all flights");
   }
   return out;
 }
 
 ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
-                                 const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
+                           const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
   for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;

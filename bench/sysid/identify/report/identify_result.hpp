@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/render/outcome.hpp"
 #include "bench/sysid/identify/derived.hpp"
 #include "bench/sysid/identify/file_comparison.hpp"
 #include "bench/sysid/identify/held_out.hpp"
@@ -15,7 +16,6 @@
 #include "bench/sysid/identify/solver_check.hpp"
 #include "bench/sysid/identify/whiteness.hpp"
 #include "bench/sysid/log/check/checks.hpp"
-#include "bench/render/outcome.hpp"
 
 namespace rotorloop::identify {
 
@@ -26,8 +26,8 @@ struct IdentifyAnalysis {
   Homogeneity homogeneity;
   double inflation = 1.0;  // median ratio of robust to classical variance, at least 1: what correlated residuals add
   Observability observability;
-  std::optional<SolverCheck> solver_check;  // when it was asked for
-  std::optional<HeldOutScores> held_out;    // when flights were held out; analyse() has none
+  std::optional<SolverCheck> solver_check;       // when it was asked for
+  std::optional<HeldOutScores> held_out;         // when flights were held out; analyse() has none
   std::vector<std::string> written_differences;  // of the vehicle file from the estimates (written_vehicle()); analyse() has none
 };
 IdentifyAnalysis analyse(const Identification& result, const host::VehicleModel& base, double drag_speed_m_s);

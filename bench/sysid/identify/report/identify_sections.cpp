@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/render/document.hpp"
+#include "bench/render/page.hpp"
 #include "bench/sysid/identify/report/held_out_sections.hpp"
 #include "bench/sysid/identify/report/report_figures.hpp"
 #include "bench/sysid/identify/report/tree_values.hpp"
-#include "bench/render/document.hpp"
-#include "bench/render/page.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -51,7 +51,10 @@ std::string symbol(const Json& row) {
   return text;
 }
 
-std::string quaternion(const Json& q) { return fmt::format("{}, {}, {}, {}", figure_text(q[0], "{:.6f}"), figure_text(q[1], "{:.6f}"), figure_text(q[2], "{:.6f}"), figure_text(q[3], "{:.6f}")); }
+std::string quaternion(const Json& q) {
+  return fmt::format("{}, {}, {}, {}", figure_text(q[0], "{:.6f}"), figure_text(q[1], "{:.6f}"), figure_text(q[2], "{:.6f}"),
+                     figure_text(q[3], "{:.6f}"));
+}
 
 Section parameters_section(const Json& tree) {
   Section out{"Parameters", "parameters", {}};
@@ -60,7 +63,8 @@ Section parameters_section(const Json& tree) {
       "robust uncertainty is 5 times the classical one or more: it is biased by what the model lacks. “held” was not estimated. z compares "
       "with what the vehicle file said before (a dash: no vehicle file says that), red beyond 2 where that was no guess.",
       On::page});
-  Table t{{left("parameter"), {"estimate"}, {"u"}, {"classical"}, {"robust"}, left("unit"), left(""), {"file said"}, left("origin"), {"z"}}};
+  Table t{
+      {left("parameter"), {"estimate"}, {"u"}, {"classical"}, {"robust"}, left("unit"), left(""), {"file said"}, left("origin"), {"z"}}};
   const auto add = [&](const Json& row, std::vector<Cell> own, const std::string& mark) {
     std::vector<Cell> cells{symbol(row)};
     cells.insert(cells.end(), own.begin(), own.end());
@@ -69,7 +73,8 @@ Section parameters_section(const Json& tree) {
     if (file.is_null()) {
       cells.insert(cells.end(), {"–", "–", "–"});
     } else {
-      cells.insert(cells.end(), {render::value_text(value_of(file.at("value")), value_of(file.at("u")), "1"), text_of(file.at("origin")), z_cell(file)});
+      cells.insert(cells.end(),
+                   {render::value_text(value_of(file.at("value")), value_of(file.at("u")), "1"), text_of(file.at("origin")), z_cell(file)});
     }
     t.rows.push_back({cells});
   };
@@ -87,7 +92,8 @@ Section parameters_section(const Json& tree) {
 Section derived_section(const Json& tree) {
   Table t{{left("quantity"), {"value"}, {"u"}, {"u classical"}, {"u robust"}, left("unit"), left("meaning")}};
   for (const Json& d : tree.at("derived"))
-    t.rows.push_back({{text_of(d.at("symbol")), Cell(measured(d, "value", largest_u(d)), "big"), reported_u(d), two(d, "u"), two(d, "u_robust"), unit_of(d), text_of(d.at("meaning"))}});
+    t.rows.push_back({{text_of(d.at("symbol")), Cell(measured(d, "value", largest_u(d)), "big"), reported_u(d), two(d, "u"),
+                       two(d, "u_robust"), unit_of(d), text_of(d.at("meaning"))}});
   return {"Derived quantities", "", {t}};
 }
 
@@ -97,18 +103,20 @@ void add_comparisons(const Json& tree, render::Sections& out) {
     const bool first = &file == &tree.at("beside").front();
     Section s{"Comparison with " + text_of(file.at("file")), first ? "beside" : "", {}};
     if (first)
-      s.blocks.push_back(Paragraph{
-          "The difference is how far these flights lie above the file, z the same in standard uncertainties of the difference where the file "
-          "gives one; red beyond 2 where the file does not guess. What follows from a file's values has no u of its own.",
-          On::page});
+      s.blocks.push_back(
+          Paragraph{"The difference is how far these flights lie above the file, z the same in standard uncertainties of the difference "
+                    "where the file "
+                    "gives one; red beyond 2 where the file does not guess. What follows from a file's values has no u of its own.",
+                    On::page});
     Table t{{left("parameter"), {"these flights"}, left("unit"), {"file"}, {"u"}, left("origin"), {"difference, %"}, {"z"}}};
     for (const Json& p : file.at("parameters")) {
       const bool held = p.at("held");
-      t.rows.push_back({{text_of(p.at("label")), Cell(num(p, "found", "{:.5g}") + (held ? " (held)" : ""), held ? "" : "big"), unit_of(p), measured(p), u_of(p),
-                         text_of(p.at("origin")), num(p, "percent", "{:+.1f}"), z_cell(p)}});
+      t.rows.push_back({{text_of(p.at("label")), Cell(num(p, "found", "{:.5g}") + (held ? " (held)" : ""), held ? "" : "big"), unit_of(p),
+                         measured(p), u_of(p), text_of(p.at("origin")), num(p, "percent", "{:+.1f}"), z_cell(p)}});
     }
     for (const Json& d : file.at("derived"))
-      t.rows.push_back({{text_of(d.at("symbol")), Cell(num(d, "found", "{:.5g}"), "big"), unit_of(d), num(d, "value"), "", "", num(d, "percent", "{:+.1f}"), ""},
+      t.rows.push_back({{text_of(d.at("symbol")), Cell(num(d, "found", "{:.5g}"), "big"), unit_of(d), num(d, "value"), "", "",
+                         num(d, "percent", "{:+.1f}"), ""},
                         &d == &file.at("derived").front()});
     s.blocks.push_back(t);
     out.push_back(s);
@@ -120,30 +128,34 @@ void add_comparisons(const Json& tree, render::Sections& out) {
   }
   if (!found) return;
   Section s{"Static thrust of these flights compared with other measurements", tree.at("beside").empty() ? "beside" : "", {}};
-  s.blocks.push_back(Paragraph{fmt::format("These flights: c_t {} {} {}. Entries of the files, at the air density of the start file; the "
-                                           "difference is how far these flights lie above.",
-                                           measured(*found, "value", largest_u(*found)), reported_u(*found), unit_of(*found))});
+  s.blocks.push_back(
+      Paragraph{fmt::format("These flights: c_t {} {} {}. Entries of the files, at the air density of the start file; the "
+                            "difference is how far these flights lie above.",
+                            measured(*found, "value", largest_u(*found)), reported_u(*found), unit_of(*found))});
   Table t{{left("file"), left("origin"), {"c_t"}, {"u"}, left("unit"), {"difference, %"}, {"z"}, {"speeds, RPM"}}};
   for (const Json& e : tree.at("static_thrust"))
-    t.rows.push_back({{text_of(e.at("file")), text_of(e.at("origin")), measured(e), u_of(e), unit_of(*found),
-                       Cell(num(e, "percent", "{:+.2f}"), "big"), z_cell(e), fmt::format("{:.0f} … {:.0f}", value_of(e.at("rpm_window")[0]), value_of(e.at("rpm_window")[1]))}});
+    t.rows.push_back(
+        {{text_of(e.at("file")), text_of(e.at("origin")), measured(e), u_of(e), unit_of(*found), Cell(num(e, "percent", "{:+.2f}"), "big"),
+          z_cell(e), fmt::format("{:.0f} … {:.0f}", value_of(e.at("rpm_window")[0]), value_of(e.at("rpm_window")[1]))}});
   s.blocks.push_back(t);
   out.push_back(s);
 }
 
 Section stages_section(const Json& tree) {
   Section out{"Stages compared with the joint fit", "stages", {}};
-  out.blocks.push_back(Paragraph{
-      "Each stage frees its own parameters on its own flight; what it holds counts with its uncertainty. z is the difference in uncertainties "
-      "of the stage.",
-      On::page});
+  out.blocks.push_back(
+      Paragraph{"Each stage frees its own parameters on its own flight; what it holds counts with its uncertainty. z is the difference in "
+                "uncertainties "
+                "of the stage.",
+                On::page});
   Table t{{left("stage"), left("parameter"), {"stage"}, {"u"}, {"held exact"}, {"joint fit"}, {"u"}, {"z"}, left("")}};
   std::string last;
   for (const Json& c : tree.at("stages")) {
     const std::string stage = text_of(c.at("stage"));
     const bool agrees = c.at("agrees"), first = stage != last;
-    t.rows.push_back({{first ? stage : "", text_of(c.at("parameter")), measured(c), u_of(c), two(c, "u_alone"), Cell(measured(c, "joint", value_of(c.at("u_joint"))), "big"),
-                       u_of(c, "u_joint"), Cell(num(c, "z", "{:.1f}"), agrees ? "" : "fail"), Cell(agrees ? "" : "apart", "fail")},
+    t.rows.push_back({{first ? stage : "", text_of(c.at("parameter")), measured(c), u_of(c), two(c, "u_alone"),
+                       Cell(measured(c, "joint", value_of(c.at("u_joint"))), "big"), u_of(c, "u_joint"),
+                       Cell(num(c, "z", "{:.1f}"), agrees ? "" : "fail"), Cell(agrees ? "" : "apart", "fail")},
                       first});
     last = stage;
   }
@@ -159,8 +171,9 @@ Section noise_section(const Json& tree) {
           std::string(tree.at("conditions").at("noise") == "fixed" ? "They were given and kept (--noise fixed)."
                                                                    : "They were found together with the parameters."),
       On::page});
-  constexpr const char* kFigures[][3] = {{"q_a_m_s2_rtHz", "q_a", "m/s²/√Hz"},   {"q_alpha_rad_s2_rtHz", "q_α", "rad/s²/√Hz"}, {"position_m", "position", "m"},
-                                         {"attitude_rad", "attitude", "rad"},    {"velocity_m_s", "velocity", "m/s"},          {"gyro_rad_s", "gyro", "rad/s"},
+  constexpr const char* kFigures[][3] = {{"q_a_m_s2_rtHz", "q_a", "m/s²/√Hz"},   {"q_alpha_rad_s2_rtHz", "q_α", "rad/s²/√Hz"},
+                                         {"position_m", "position", "m"},        {"attitude_rad", "attitude", "rad"},
+                                         {"velocity_m_s", "velocity", "m/s"},    {"gyro_rad_s", "gyro", "rad/s"},
                                          {"accel_m_s2", "accelerometer", "m/s²"}};
   Table t{{left("flight"), left("figure"), {"x"}, {"y"}, {"z"}, left("unit")}};
   for (const Json& n : tree.at("noise")) {
@@ -168,8 +181,11 @@ Section noise_section(const Json& tree) {
       const Json& v = n.at(key);
       if (v.is_null()) continue;
       const bool first = key == kFigures[0][0];
-      const std::string flight = fmt::format("{} ({:.0f} s at {:.4g} Hz)", text_of(n.at("flight")), value_of(n.at("seconds")), value_of(n.at("rate_Hz")));
-      t.rows.push_back({{first ? flight : "", figure, figure_text(value_of(v[0]), "{:.3g}"), figure_text(value_of(v[1]), "{:.3g}"), figure_text(value_of(v[2]), "{:.3g}"), of_unit}, first});
+      const std::string flight =
+          fmt::format("{} ({:.0f} s at {:.4g} Hz)", text_of(n.at("flight")), value_of(n.at("seconds")), value_of(n.at("rate_Hz")));
+      t.rows.push_back({{first ? flight : "", figure, figure_text(value_of(v[0]), "{:.3g}"), figure_text(value_of(v[1]), "{:.3g}"),
+                         figure_text(value_of(v[2]), "{:.3g}"), of_unit},
+                        first});
     }
   }
   out.blocks.push_back(t);
@@ -185,9 +201,11 @@ void add_residuals(const Json& tree, const Identification& result, const Identif
     return;
   }
   out.back().blocks.push_back(Paragraph{
-      "Innovations: each pose minus its prediction from the past, in units of its predicted standard deviation. Under the model they are white "
+      "Innovations: each pose minus its prediction from the past, in units of its predicted standard deviation. Under the model they are "
+      "white "
       "and of unit size. The six channels are whitened in order, x, y, z, roll, pitch, yaw: each holds what those before it leave, so what "
-      "disturbs several shows most in the first of them. A flight outside the band at short lags has noise that is not white; one outside at "
+      "disturbs several shows most in the first of them. A flight outside the band at short lags has noise that is not white; one outside "
+      "at "
       "long lags moves in a way that the model lacks.",
       On::page});
   for (std::size_t f = 0; f < tree.at("whiteness").size(); ++f) {
@@ -196,7 +214,8 @@ void add_residuals(const Json& tree, const Identification& result, const Identif
     for (const Json& c : w.at("channels")) {
       t.rows.push_back({{text_of(c.at("channel")), num(c, "rms", "{:.3f}")}});
       for (const Json& test : c.at("ljung_box")) t.rows.back().cells.push_back(p_cell(test));
-      t.rows.back().cells.insert(t.rows.back().cells.end(), {p_cell(c.at("runs")), Cell(c.at("white").get<bool>() ? "" : "not white", "fail")});
+      t.rows.back().cells.insert(t.rows.back().cells.end(),
+                                 {p_cell(c.at("runs")), Cell(c.at("white").get<bool>() ? "" : "not white", "fail")});
     }
     out.push_back({text_of(w.at("flight")) + (w.at("white").get<bool>() ? ": white" : ": not white"), "", {t}});
     out.back().blocks.push_back(
@@ -212,18 +231,20 @@ Section homogeneity_section(const Json& h) {
   const double p = value_of(h.at("p")), inflation = value_of(h.at("inflation"));
   Section out{"Do the flights agree on one vehicle?", "flights", {}};
   out.blocks.push_back(Paragraph{fmt::format(
-      "χ² {} on {:.0f} degrees of freedom, p {}{}. Below: each flight's own estimate of each shared parameter, all others free; a dash where "
+      "χ² {} on {:.0f} degrees of freedom, p {}{}. Below: each flight's own estimate of each shared parameter, all others free; a dash "
+      "where "
       "the flight does not determine it. What moved may be freed for each flight (--per-flight).",
       num(h, "chi2", "{:.1f}"), value_of(h.at("degrees")), p < 1e-300 ? p_text(p) : "= " + p_text(p),
-      inflation > 1.05 ? fmt::format(" (variances {} × the classical ones, for correlated residuals)", num(h, "inflation", "{:.1f}")) : "")});
+      inflation > 1.05 ? fmt::format(" (variances {} × the classical ones, for correlated residuals)", num(h, "inflation", "{:.1f}"))
+                       : "")});
   Table t{{left("parameter")}};
   for (const Json& f : h.at("parameters").front().at("flights")) t.columns.push_back({text_of(f.at("flight"))});
   t.columns.insert(t.columns.end(), {Column{"p"}, left("")});
   for (const Json& q : h.at("parameters")) {
     t.rows.push_back({{text_of(q.at("parameter"))}});
     for (const Json& f : q.at("flights")) t.rows.back().cells.push_back(f.at("u").is_null() ? "–" : num(f, "value") + " " + u_of(f));
-    t.rows.back().cells.insert(t.rows.back().cells.end(),
-                               {value_of(q.at("degrees")) > 0.0 ? p_cell(q) : Cell("–"), Cell(q.at("moved").get<bool>() ? "moved" : "", "fail")});
+    t.rows.back().cells.insert(t.rows.back().cells.end(), {value_of(q.at("degrees")) > 0.0 ? p_cell(q) : Cell("–"),
+                                                           Cell(q.at("moved").get<bool>() ? "moved" : "", "fail")});
   }
   out.blocks.push_back(t);
   return out;
@@ -232,25 +253,30 @@ Section homogeneity_section(const Json& h) {
 Section observability_section(const Json& tree, const Identification& result) {
   const Json& o = tree.at("observability");
   Section out{"What these flights can and cannot determine", "observability", {}};
-  out.blocks.push_back(Paragraph{fmt::format("Condition of the information, scaled to unit diagonal: {}. Weakest directions:", two(o, "condition"))});
+  out.blocks.push_back(
+      Paragraph{fmt::format("Condition of the information, scaled to unit diagonal: {}. Weakest directions:", two(o, "condition"))});
   Table weakest{{{"information"}, left("direction")}};
   for (const Json& d : o.at("weakest")) {
     std::vector<std::string> parts;
-    for (const Json& part : d.at("parts")) parts.push_back(fmt::format("{} ({:+.2f})", text_of(part.at("parameter")), value_of(part.at("share"))));
+    for (const Json& part : d.at("parts"))
+      parts.push_back(fmt::format("{} ({:+.2f})", text_of(part.at("parameter")), value_of(part.at("share"))));
     weakest.rows.push_back({{two(d, "information"), fmt::format("{}", fmt::join(parts, ", "))}});
   }
   render::List pairs;
   for (const Json& c : o.at("correlated"))
-    pairs.items.push_back(fmt::format("{} and {}: correlation {}", text_of(c.at("first")), text_of(c.at("second")), num(c, "correlation", "{:+.3f}")));
+    pairs.items.push_back(
+        fmt::format("{} and {}: correlation {}", text_of(c.at("first")), text_of(c.at("second")), num(c, "correlation", "{:+.3f}")));
   Table advice{{left("parameter"), left("how it stands"), left("manoeuvre that determines it")}};
-  for (const Json& a : o.at("advice")) advice.rows.push_back({{text_of(a.at("parameter")), text_of(a.at("why")), text_of(a.at("manoeuvre"))}});
+  for (const Json& a : o.at("advice"))
+    advice.rows.push_back({{text_of(a.at("parameter")), text_of(a.at("why")), text_of(a.at("manoeuvre"))}});
   // Information per second, each parameter's largest set to 1: where each is learned.
   Table learned{{left("information per second, share of the best flight")}};
   render::List undetermined;
   for (const Json& f : o.at("flights")) {
     learned.columns.push_back({text_of(f.at("flight"))});
     if (!f.at("cannot_tell").empty() && o.at("flights").size() > 1)
-      undetermined.items.push_back(fmt::format("{} alone ({:.0f} s) does not determine {}", text_of(f.at("flight")), value_of(f.at("seconds")),
+      undetermined.items.push_back(fmt::format("{} alone ({:.0f} s) does not determine {}", text_of(f.at("flight")),
+                                               value_of(f.at("seconds")),
                                                fmt::join(f.at("cannot_tell").get<std::vector<std::string>>(), ", ")));
   }
   for (std::size_t i = 0; i < o.at("parameters").size(); ++i) {
@@ -261,7 +287,8 @@ Section observability_section(const Json& tree, const Identification& result) {
     for (const Json& f : o.at("flights")) learned.rows.back().cells.push_back(best > 0.0 ? figure_text(rate(f) / best, "{:.3f}") : "–");
   }
   out.blocks.push_back(weakest);
-  out.blocks.push_back(Markup{render::figure_html("<b>Correlations</b> between the estimates; a pair above 0.9 is known as a combination only.", correlation_map(result))});
+  out.blocks.push_back(Markup{render::figure_html(
+      "<b>Correlations</b> between the estimates; a pair above 0.9 is known as a combination only.", correlation_map(result))});
   out.blocks.push_back(pairs);
   if (!advice.rows.empty()) out.blocks.push_back(advice);
   out.blocks.insert(out.blocks.end(), {learned, undetermined});
@@ -272,7 +299,8 @@ Section checks_section(const Json& tree) {
   Table t{{left("flight"), left("action"), left("stream"), {"from, s"}, {"to, s"}, left("what")}};
   for (const Json& c : tree.at("checks")) {
     for (const Json& f : c.at("findings"))
-      t.rows.push_back({{text_of(c.at("flight")), text_of(f.at("action")), text_of(f.at("stream")), num(f, "from_s", "{:.2f}"), num(f, "to_s", "{:.2f}"), text_of(f.at("what"))}});
+      t.rows.push_back({{text_of(c.at("flight")), text_of(f.at("action")), text_of(f.at("stream")), num(f, "from_s", "{:.2f}"),
+                         num(f, "to_s", "{:.2f}"), text_of(f.at("what"))}});
   }
   return {"Findings of the checks", "checks", t.rows.empty() ? std::vector<render::Block>{} : std::vector<render::Block>{t}};
 }

@@ -3,9 +3,9 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
+#include "bench/render/document.hpp"
 #include "bench/sysid/identify/identify.hpp"
 #include "bench/sysid/identify/report/identify_result.hpp"
-#include "bench/render/document.hpp"
 
 namespace rotorloop::identify {
 

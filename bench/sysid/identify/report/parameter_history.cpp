@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bench/render/svg_pieces.hpp"
 #include "bench/sysid/estimate/model/rotations.hpp"
 #include "bench/sysid/identify/report/report_figures.hpp"
-#include "bench/render/svg_pieces.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::identify {

@@ -36,11 +36,11 @@ std::string correlation_legend(double left, double y, double cell) {
         fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"12\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>",
                     render::px(left + k * cell), render::px(y), render::px(cell), c < 0.0 ? 1 : 0, std::fabs(c));
     if (k % 4 == 0)
-      out +=
-          fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", render::px(left + (k + 0.5) * cell), render::px(y + 26.0),
-                      k == 0   ? "−1"
-                      : k == 4 ? "0"
-                               : "+1");
+      out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", render::px(left + (k + 0.5) * cell),
+                         render::px(y + 26.0),
+                         k == 0   ? "−1"
+                         : k == 4 ? "0"
+                                  : "+1");
   }
   return out + fmt::format("<text class=\"lg\" x=\"{}\" y=\"{}\">correlation: blue below zero, orange above</text>\n",
                            render::px(left + 9 * cell + 12.0), render::px(y + 10.0));
@@ -56,7 +56,8 @@ std::string autocorrelation_figure(const FlightWhiteness& w) {
   p.width_px = kHalf_px;
   double n = 0.0;
   for (std::size_t c = 0; c < w.channels.size(); ++c) {
-    render::Series s{.label = w.channels[c].channel, .x = {}, .y = {}, .colour = static_cast<int>(c % render::kPaletteSize), .width_px = 1.0};
+    render::Series s{
+        .label = w.channels[c].channel, .x = {}, .y = {}, .colour = static_cast<int>(c % render::kPaletteSize), .width_px = 1.0};
     for (std::size_t k = 1; k < w.channels[c].correlation.size(); ++k) {
       s.x.push_back(w.channels[c].lag_s[k]);
       s.y.push_back(w.channels[c].correlation[k]);
@@ -85,7 +86,8 @@ std::string cost_figure(const FlightWhiteness& w) {
   for (const double v : w.cost_per_number) p.y_max = std::max(*p.y_max, 1.1 * v);
   p.series.push_back({.label = "", .x = w.second_s, .y = w.cost_per_number, .colour = 0, .stepped = true});
   p.marks = {{1.0, "model"}};
-  return render::figure_html("<b>Mean square</b> in each second: above 1 lies what the model lacks or the noise figures deny.", render::plot_svg(p));
+  return render::figure_html("<b>Mean square</b> in each second: above 1 lies what the model lacks or the noise figures deny.",
+                             render::plot_svg(p));
 }
 
 std::string innovation_figure(const std::string& flight, const std::vector<estimate::Innovation>& all) {
@@ -109,7 +111,8 @@ std::string innovation_figure(const std::string& flight, const std::vector<estim
       p.series.push_back(std::move(s));
     }
     p.marks = {{2.0, ""}, {-2.0, ""}};
-    out += render::figure_html(fmt::format("<b>{}</b>, {}; lines at ± 2", render::xml_escaped(flight), group == 0 ? "position" : "attitude"), render::plot_svg(p));
+    out += render::figure_html(
+        fmt::format("<b>{}</b>, {}; lines at ± 2", render::xml_escaped(flight), group == 0 ? "position" : "attitude"), render::plot_svg(p));
   }
   return out + "</div>\n";
 }
@@ -128,8 +131,8 @@ std::string correlation_map(const Identification& r) {
   for (int a = 0; a < n; ++a) {
     const std::string label = render::xml_escaped(estimate::estimate_name(r.fit.estimates[static_cast<std::size_t>(a)], r.problem));
     const double middle = kCell * (a + 0.5);
-    out +=
-        fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", render::px(left - 6.0), render::px(top + middle + 4.0), label);
+    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", render::px(left - 6.0),
+                       render::px(top + middle + 4.0), label);
     out += fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" transform=\"rotate(-60 {0} {1})\">{2}</text>\n", render::px(left + middle),
                        render::px(top - 6.0), label);
     for (int b = 0; b < n; ++b) {
@@ -137,11 +140,13 @@ std::string correlation_map(const Identification& r) {
       const double strength = std::min(std::fabs(c), 1.0);
       out += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:var(--c{});fill-opacity:{:.2f};stroke:var(--line)\"/>\n",
-          render::px(left + b * kCell), render::px(top + a * kCell), render::px(kCell), render::px(kCell), c < 0.0 ? 1 : 0, a == b ? 0.15 : strength);
+          render::px(left + b * kCell), render::px(top + a * kCell), render::px(kCell), render::px(kCell), c < 0.0 ? 1 : 0,
+          a == b ? 0.15 : strength);
       if (a != b && strength > 0.895)
-        out += fmt::format(
-            "<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" style=\"font-size:9px;fill:var(--paper)\">{}</text>\n",
-            render::px(left + (b + 0.5) * kCell), render::px(top + middle + 3.0), render::xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
+        out +=
+            fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" style=\"font-size:9px;fill:var(--paper)\">{}</text>\n",
+                        render::px(left + (b + 0.5) * kCell), render::px(top + middle + 3.0),
+                        render::xml_escaped(fmt::format("{}{:.2f}", c < 0.0 ? "−" : "", strength)));
     }
   }
   return out + correlation_legend(left, top + n * kCell + 16.0, kCell) + "</svg>\n";

@@ -182,7 +182,7 @@ std::vector<TimeRange> find_frozen(CheckState& s, const std::string& name, const
     const std::vector<double> v = channel(stream, c);
     for (const TimeRange& r : runs(stream.t_s, shortest, [&](std::size_t i) { return v[i] == v[i - 1]; })) {
       const bool reported = std::any_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(whole),
-                                    [&](const TimeRange& w) { return r.from_s <= w.to_s && w.from_s <= r.to_s; });
+                                        [&](const TimeRange& w) { return r.from_s <= w.to_s && w.from_s <= r.to_s; });
       const std::size_t at =
           static_cast<std::size_t>(std::lower_bound(stream.t_s.begin(), stream.t_s.end(), r.from_s) - stream.t_s.begin());
       if (reported || v[at] == 0.0) continue;  // zero: a dead rotor, or not turning; judged with the rotors

@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 class RotorFit : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (std::getenv("ROTORLOOP_DATA") == nullptr) GTEST_SKIP() << "ROTORLOOP_DATA is not set: rotor fit is not compared with rotor validate";
+    if (std::getenv("ROTORLOOP_DATA") == nullptr)
+      GTEST_SKIP() << "ROTORLOOP_DATA is not set: rotor fit is not compared with rotor validate";
     inputs_.data = std::getenv("ROTORLOOP_DATA");
     inputs_.shipped_polars = ROTORLOOP_SOURCE_DIR "/vehicles/polars";
     folder_ = fs::temp_directory_path() / ("rotorloop_fit" + std::to_string(::getpid()));
@@ -37,7 +38,8 @@ class RotorFit : public ::testing::Test {
     for (const auto& file : fs::directory_iterator(from)) {
       const std::string name = file.path().filename().string();
       const auto end = name.rfind('_');
-      fs::copy_file(file.path(), to / (std::string(1, letter++) + (end == std::string::npos ? file.path().extension().string() : name.substr(end))));
+      fs::copy_file(file.path(),
+                    to / (std::string(1, letter++) + (end == std::string::npos ? file.path().extension().string() : name.substr(end))));
     }
     return to;
   }
@@ -91,8 +93,9 @@ void expect_alike(const std::vector<SetScore>& any, const std::vector<SetScore>&
     used[nearest] = true;
     EXPECT_NEAR(a.fitted.ct, known[nearest].fitted.ct, 0.002) << title << " " << a.label;
     EXPECT_NEAR(a.fitted.cp, known[nearest].fitted.cp, 0.002) << title << " " << a.label;
-    std::printf("[ measured ] %s %s, %s: %.1f / %.1f %%, rotor validate %.1f / %.1f %%\n", title.c_str(), a.label.c_str(), a.part == Part::held_out ? "held out" : "fitted",
-                100 * a.fitted.ct, 100 * a.fitted.cp, 100 * known[nearest].fitted.ct, 100 * known[nearest].fitted.cp);
+    std::printf("[ measured ] %s %s, %s: %.1f / %.1f %%, rotor validate %.1f / %.1f %%\n", title.c_str(), a.label.c_str(),
+                a.part == Part::held_out ? "held out" : "fitted", 100 * a.fitted.ct, 100 * a.fitted.cp, 100 * known[nearest].fitted.ct,
+                100 * known[nearest].fitted.cp);
   }
 }
 

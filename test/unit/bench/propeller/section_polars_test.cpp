@@ -1,5 +1,5 @@
-// Polars from XFOIL: sections from digits and files, the branch that is used of its points, and what is kept. XFOIL itself is stood in for by a
-// thin section here; the real one is run by integration_rotor_fit.
+// Polars from XFOIL: sections from digits and files, the branch that is used of its points, and what is kept. XFOIL itself is stood in for
+// by a thin section here; the real one is run by integration_rotor_fit.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -64,12 +64,15 @@ TEST(SectionShape, ALoopThatBeginsBelowIsTurnedRound) {
 
 TEST(SectionShape, MistakesInAFileAreNamedWithLineAndValueAndWhatToDo) {
   using fixtures::replaced;
-  EXPECT_THAT(message([] { shape(replaced(lednicer(), " 31. 31.", " 31. 35.")); }), AllOf(HasSubstr("my.dat:2"), HasSubstr("31 and 35 points announced, 62 lines follow"), HasSubstr("correct the counts")));
+  EXPECT_THAT(message([] { shape(replaced(lednicer(), " 31. 31.", " 31. 35.")); }),
+              AllOf(HasSubstr("my.dat:2"), HasSubstr("31 and 35 points announced, 62 lines follow"), HasSubstr("correct the counts")));
   EXPECT_THAT(message([] { shape("a\n0.5 zero\n" + rows(side(true))); }), AllOf(HasSubstr("my.dat:2"), HasSubstr("zero")));
   EXPECT_THAT(message([] { shape("a\n0.5 0.9\n" + rows(side(true))); }), AllOf(HasSubstr("my.dat:2"), HasSubstr("0.9"), HasSubstr("-0.5")));
-  EXPECT_THAT(message([] { shape("a\n1 0\n0.5 0.1 7\n" + rows(side(true))); }), AllOf(HasSubstr("my.dat:3"), HasSubstr("3 fields, expected 2")));
+  EXPECT_THAT(message([] { shape("a\n1 0\n0.5 0.1 7\n" + rows(side(true))); }),
+              AllOf(HasSubstr("my.dat:3"), HasSubstr("3 fields, expected 2")));
   EXPECT_THAT(message([] { shape("a\n1 0\n0 0\n1 0\n"); }), HasSubstr("3 lines below the name, expected 10 to 600"));
-  EXPECT_THAT(message([] { shape("a\n" + rows(side(true)) + rows(side(false))); }), HasSubstr("the last point is 1.00 chords from the first, expected at most 0.1"));
+  EXPECT_THAT(message([] { shape("a\n" + rows(side(true)) + rows(side(false))); }),
+              HasSubstr("the last point is 1.00 chords from the first, expected at most 0.1"));
 }
 
 TEST(SectionShape, DigitsAreTakenInAnySpellingAndThoseThatNameNoSectionAreRefused) {
@@ -105,36 +108,45 @@ TEST(SectionSweeps, ASweepThatHangsOrDivergesCostsItsReynoldsNumberAtMostAndIsSa
   SweepSettings s;
   s.reynolds = {30e3, 60e3, 100e3, 200e3};
   std::vector<std::string> said;
-  const SectionResult r = polars_of_sweeps("my", "6.99", s, [](const XfoilSweep& sweep) {
-    const bool up = sweep.last_deg > 0;
-    if (sweep.reynolds == 30e3) return XfoilProgram::Result{};                                         // diverged at once
-    if (sweep.reynolds == 60e3) return XfoilProgram::Result{thin_section(0, 3000), true};               // hung early
-    if (sweep.reynolds == 100e3) return XfoilProgram::Result{up ? thin_section(0, 16000) : thin_section(-9000, 0), up};  // hung late
-    return XfoilProgram::Result{up ? thin_section(0, 20000) : thin_section(-12000, 0), false};
-  }, [&](const std::string& line) { said.push_back(line); });
+  const SectionResult r = polars_of_sweeps(
+      "my", "6.99", s,
+      [](const XfoilSweep& sweep) {
+        const bool up = sweep.last_deg > 0;
+        if (sweep.reynolds == 30e3) return XfoilProgram::Result{};                             // diverged at once
+        if (sweep.reynolds == 60e3) return XfoilProgram::Result{thin_section(0, 3000), true};  // hung early
+        if (sweep.reynolds == 100e3) return XfoilProgram::Result{up ? thin_section(0, 16000) : thin_section(-9000, 0), up};  // hung late
+        return XfoilProgram::Result{up ? thin_section(0, 20000) : thin_section(-12000, 0), false};
+      },
+      [&](const std::string& line) { said.push_back(line); });
   ASSERT_EQ(r.polar.tables.size(), 2u);
   EXPECT_EQ(r.polar.tables[0].reynolds, 100e3);
   EXPECT_TRUE(r.hung);
   EXPECT_EQ(said.size(), 4u);
   const std::string remarks = ::testing::PrintToString(r.remarks);
-  EXPECT_THAT(remarks, AllOf(HasSubstr("Re 30000 is left out: nothing converged"), HasSubstr("Re 60000: a sweep ended at its time limit, 40 s"), HasSubstr("Re 60000 is left out"), HasSubstr("Re 100000: a sweep ended")));
+  EXPECT_THAT(remarks,
+              AllOf(HasSubstr("Re 30000 is left out: nothing converged"), HasSubstr("Re 60000: a sweep ended at its time limit, 40 s"),
+                    HasSubstr("Re 60000 is left out"), HasSubstr("Re 100000: a sweep ended")));
   // Over the full circle, and as a plant reads it.
   const sim::Polar read = sim::parse_polar(polar_file_text(r.polar), "written.toml");
   EXPECT_NEAR(sim::polar_at(read, 5.0, 150e3).cl, 0.5, 1e-3);
   EXPECT_NEAR(sim::polar_at(read, 90.0, 150e3).cd, 1.2, 0.05);
   s.reynolds = {30e3};
-  EXPECT_THAT(message([&] { polars_of_sweeps("my", "6.99", s, [](const XfoilSweep&) { return XfoilProgram::Result{}; }, {}); }), HasSubstr("XFOIL converges at no Reynolds number"));
+  EXPECT_THAT(message([&] { polars_of_sweeps("my", "6.99", s, [](const XfoilSweep&) { return XfoilProgram::Result{}; }, {}); }),
+              HasSubstr("XFOIL converges at no Reynolds number"));
 }
 
 TEST(SectionSweeps, PolarsOfOtherReynoldsNumbersBlendOnTheGridOfTheFirstAndAreRefusedAsTheyAre) {
   const auto polars = [](std::vector<double> reynolds, double lift) {
     SweepSettings s;
     s.reynolds = std::move(reynolds);
-    return polars_of_sweeps("my", "6.99", s, [&](const XfoilSweep& sweep) {
-      XfoilPoints p = thin_section(-12000, 20000);
-      for (auto& [a, c] : p) c.cl *= lift * (1.0 + 1e-6 * sweep.reynolds);
-      return XfoilProgram::Result{p, false};
-    }, {}).polar;
+    return polars_of_sweeps("my", "6.99", s,
+                            [&](const XfoilSweep& sweep) {
+                              XfoilPoints p = thin_section(-12000, 20000);
+                              for (auto& [a, c] : p) c.cl *= lift * (1.0 + 1e-6 * sweep.reynolds);
+                              return XfoilProgram::Result{p, false};
+                            },
+                            {})
+        .polar;
   };
   const sim::Polar a = polars({50e3, 100e3}, 1.0), b = polars({40e3, 60e3, 120e3}, 0.5);
   EXPECT_THAT(message([&] { blend(a, b, 0.5); }), HasSubstr("differ"));
@@ -147,7 +159,12 @@ TEST(PolarCache, WhatIsKeptIsUsedForItsOwnKeyAloneAndACutOffFileIsNot) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("rotorloop_polars" + std::to_string(::getpid()));
   SweepSettings s;
   s.reynolds = {100e3};
-  const std::string text = polar_file_text(polars_of_sweeps("my", "6.99", s, [](const XfoilSweep&) { return XfoilProgram::Result{thin_section(-12000, 20000), false}; }, {}).polar);
+  const std::string text = polar_file_text(polars_of_sweeps("my", "6.99", s,
+                                                            [](const XfoilSweep&) {
+                                                              return XfoilProgram::Result{thin_section(-12000, 20000), false};
+                                                            },
+                                                            {})
+                                               .polar);
   const auto file = keep_polar(folder, "one\n0.1 0.2\n", text);
   ASSERT_FALSE(file.empty());
   ASSERT_TRUE(cached_polar(folder, "one\n0.1 0.2\n"));

@@ -15,7 +15,9 @@ using ::testing::Not;
 Sections thrust() {
   Table t{{left("rotor"), {"T, N"}, left("note")}};
   t.rows = {{{"1", figure_text(-1.5), "late\nand weak"}}, {{"2 & 3", Cell(figure_text(NAN), "fail"), ""}, true}};
-  return {{"Thrust", "thrust", {Paragraph{"By −3 ms, of course."}, Paragraph{"For the page.", On::page}, t, Markup{"<svg/>"}, List{{"a < b"}}}}};
+  return {{"Thrust",
+           "thrust",
+           {Paragraph{"By −3 ms, of course."}, Paragraph{"For the page.", On::page}, t, Markup{"<svg/>"}, List{{"a < b"}}}}};
 }
 
 TEST(Document, AlignsTheColumnsOfATerminalByCharactersAndLetsACellOfTwoLinesGoOnBelow) {

@@ -15,7 +15,8 @@ TEST(Outcome, BannerHasVerdictErrorsAndNextStepEscaped) {
                           HasSubstr("<li>the fit &amp; the log</li>"), HasSubstr("Next: run it")));
 }
 TEST(Outcome, BannerWithoutErrorsHasNoEmptyList) {
-  EXPECT_THAT(banner_html({.verdict = "pass", .standing = Standing::good}), AllOf(HasSubstr("class=\"verdict pass\""), Not(HasSubstr("<ul>")), Not(HasSubstr("Next"))));
+  EXPECT_THAT(banner_html({.verdict = "pass", .standing = Standing::good}),
+              AllOf(HasSubstr("class=\"verdict pass\""), Not(HasSubstr("<ul>")), Not(HasSubstr("Next"))));
 }
 TEST(Outcome, TextHasALineForEachErrorWhateverItHolds) {
   EXPECT_EQ(outcome_text({"incomplete", Standing::open, "unused", {"one\ntwo", "three"}, "go on"}),

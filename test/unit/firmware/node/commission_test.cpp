@@ -10,9 +10,9 @@
 namespace rotorloop::firmware {
 namespace {
 
+using protocols::ParamValue;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using protocols::ParamValue;
 
 constexpr float kSwitch_ohm = 0.002f;
 

@@ -23,8 +23,9 @@ class ServiceRig : public EscRig<> {
   void ask(const Request& request, std::uint8_t source = kHost) {
     std::array<std::uint8_t, 512> payload{};
     const std::size_t size = encode(request, payload);
-    send_payload({.kind = protocols::TransferKind::request, .priority = 24, .data_type_id = Request::kType.id, .source = source, .destination = 42},
-                 Request::kType.crc_seed(), {payload.data(), size});
+    send_payload(
+        {.kind = protocols::TransferKind::request, .priority = 24, .data_type_id = Request::kType.id, .source = source, .destination = 42},
+        Request::kType.crc_seed(), {payload.data(), size});
   }
   template <class Response, class Request>
   Response get(const Request& request) {

@@ -52,7 +52,13 @@ TEST(ParallelFor, TheExceptionOfTheLowestPieceIsThrownWithAnyNumberOfWorkers) {
 TEST(ParallelFor, NothingIsBegunAfterStop) {
   std::atomic<bool> stop{false};
   std::atomic<int> done{0};
-  parallel_for(1000, 2, [&](std::size_t i) { ++done; if (i == 5) stop = true; }, &stop);
+  parallel_for(
+      1000, 2,
+      [&](std::size_t i) {
+        ++done;
+        if (i == 5) stop = true;
+      },
+      &stop);
   EXPECT_LE(done, 8);
   EXPECT_GE(done, 6);
 }

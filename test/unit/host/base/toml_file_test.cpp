@@ -26,17 +26,25 @@ TomlFile parse(std::string_view text) { return TomlFile::parse(text, "quad.toml"
 
 TEST(TomlFile, OutOfRangeNamesFileLineKeyValueUnitRangeAndRemedy) {
   const auto f = parse("format = 1\n[body]\nmass_kg = -3.5\n");
-  EXPECT_THAT(message([&] { f.root().table("body").number("mass_kg", {0.01, 100, "kg"}); }),
-              AllOf(HasSubstr("quad.toml:3: error: body.mass_kg = -3.5 kg is outside 0.01 to 100 kg"), HasSubstr("do:     give mass_kg in kg")));
+  EXPECT_THAT(
+      message([&] {
+        f.root().table("body").number("mass_kg", {0.01, 100, "kg"});
+      }),
+      AllOf(HasSubstr("quad.toml:3: error: body.mass_kg = -3.5 kg is outside 0.01 to 100 kg"), HasSubstr("do:     give mass_kg in kg")));
 }
 TEST(TomlFile, MissingKeyNamesTheTableAndWhatToWrite) {
   const auto f = parse("format = 1\n[body]\nx = 1\n");
-  EXPECT_THAT(message([&] { f.root().table("body").number("mass_kg", {0.01, 100, "kg"}); }),
+  EXPECT_THAT(message([&] {
+                f.root().table("body").number("mass_kg", {0.01, 100, "kg"});
+              }),
               AllOf(HasSubstr("quad.toml:2: error: key \"body.mass_kg\" is missing"), HasSubstr("add mass_kg = a number, 0.01 to 100 kg")));
 }
 TEST(TomlFile, WrongTypeShowsTheValueFound) {
   const auto f = parse("mass_kg = \"heavy\"\n");
-  EXPECT_THAT(message([&] { f.root().number("mass_kg", {0, 1, "kg"}); }), HasSubstr("quad.toml:1: error: mass_kg = \"heavy\" is a text, expected a number in kg"));
+  EXPECT_THAT(message([&] {
+                f.root().number("mass_kg", {0, 1, "kg"});
+              }),
+              HasSubstr("quad.toml:1: error: mass_kg = \"heavy\" is a text, expected a number in kg"));
 }
 TEST(TomlFile, NotANumberIsRefused) {
   const auto f = parse("mass_kg = nan\n");
@@ -51,8 +59,11 @@ TEST(TomlFile, AKeyThatNobodyReadIsAnErrorInFileOrder) {
 TEST(TomlFile, AMisspeltKeyIsNamedWithItsLineAndTheOneMeantBeforeThatIsCalledMissing) {
   const auto f = parse("format = 1\n[body]\nx = 1\nmass_g = 800\n[[flights]]\n");
   (void)f.root().integer("format", 1, 1);
-  EXPECT_THAT(message([&] { f.root().table("body").number("mass_kg", {0, 10, "kg"}); }),
-              AllOf(HasSubstr("quad.toml:4: error: unknown key \"body.mass_g\""), HasSubstr("likely: \"mass_kg\" was meant"), HasSubstr("do:     write mass_kg")));
+  EXPECT_THAT(message([&] {
+                f.root().table("body").number("mass_kg", {0, 10, "kg"});
+              }),
+              AllOf(HasSubstr("quad.toml:4: error: unknown key \"body.mass_g\""), HasSubstr("likely: \"mass_kg\" was meant"),
+                    HasSubstr("do:     write mass_kg")));
   EXPECT_THAT(message([&] { f.root().tables("flight", 1, 9); }), HasSubstr("quad.toml:5: error: unknown key \"flights\""));
 }
 TEST(TomlFile, AKeyThatMayStandForItselfIsNotTakenForAMissingOne) {
@@ -64,7 +75,8 @@ TEST(TomlFile, AnUnknownKeyIsComparedWithThoseThatTheReaderKnowsThereOrNot) {
   const auto f = parse("seeds = 1\nvarients = 2\n");
   (void)f.root().integer("seeds", 1, 9);
   (void)f.root().has("variants");
-  EXPECT_THAT(message([&] { f.refuse_unknown_keys(); }), AllOf(HasSubstr("quad.toml:2: error: unknown key \"varients\""), HasSubstr("\"variants\" was meant")));
+  EXPECT_THAT(message([&] { f.refuse_unknown_keys(); }),
+              AllOf(HasSubstr("quad.toml:2: error: unknown key \"varients\""), HasSubstr("\"variants\" was meant")));
 }
 TEST(TomlFile, SyntaxErrorsCarryTheLine) {
   EXPECT_THAT(message([] { parse("a = 1\nb = = 2\n"); }), HasSubstr("quad.toml:2: error: not valid TOML"));

@@ -28,9 +28,10 @@ struct Known {
   BusFrame frame;
   std::string packet;
 };
-const std::vector<Known> kKnown{{frame(0x1401552A, true, "87d6120008efbec0"), "342913fb00002a55019487d6120008efbec0"},
-                                {frame(0x140, false, "8813f401"), "342964220000400100008813f401"},
-                                {frame(0x07040678, true, "000102030405060708090a0b", true), "3429c5eb010078060487000102030405060708090a0b"}};
+const std::vector<Known> kKnown{
+    {frame(0x1401552A, true, "87d6120008efbec0"), "342913fb00002a55019487d6120008efbec0"},
+    {frame(0x140, false, "8813f401"), "342964220000400100008813f401"},
+    {frame(0x07040678, true, "000102030405060708090a0b", true), "3429c5eb010078060487000102030405060708090a0b"}};
 
 TEST(MulticastPacket, EqualsThatOfAnIndependentImplementationInBothDirections) {
   for (const Known& known : kKnown) {
@@ -55,7 +56,8 @@ TEST(MulticastPacket, AnyFlippedBitIsRefused) {
 
 TEST(MulticastPacket, ShorterThanItsHeaderOrLongerThan74BytesIsRefused) {
   BusFrame f;
-  for (const std::size_t size : {0u, 1u, 9u, 75u, 1500u}) EXPECT_EQ(decode_multicast(std::vector<std::uint8_t>(size), f), MulticastContent::malformed) << size;
+  for (const std::size_t size : {0u, 1u, 9u, 75u, 1500u})
+    EXPECT_EQ(decode_multicast(std::vector<std::uint8_t>(size), f), MulticastContent::malformed) << size;
 }
 
 TEST(MulticastPacket, ClassicFramesOfNineBytesAndFdFramesOfALengthThatNoCodeHasAreRefused) {

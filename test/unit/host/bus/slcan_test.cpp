@@ -78,8 +78,8 @@ TEST(SlcanLine, ATimeStampBehindTheDataIsPassedOver) {
 
 TEST(SlcanLine, HalfFramesWrongDigitsAndImpossibleIdentifiersAreMalformed) {
   BusFrame f;
-  for (const char* line : {"t", "t14", "t1402", "t140288", "t1402881", "t14028813F", "t140288131", "t14088813", "tXYZ0", "T201234560", "T2000000001AA",
-                           "t1409000000000000000000", "t8001AA", "d1401G0", "t1402ZZ13"})
+  for (const char* line : {"t", "t14", "t1402", "t140288", "t1402881", "t14028813F", "t140288131", "t14088813", "tXYZ0", "T201234560",
+                           "T2000000001AA", "t1409000000000000000000", "t8001AA", "d1401G0", "t1402ZZ13"})
     EXPECT_EQ(parse_slcan(line, f), SlcanContent::malformed) << line;
   EXPECT_EQ(parse_slcan("r1402", f), SlcanContent::remote);
   for (const char* line : {"", "O", "F00", "z", "V1013"}) EXPECT_EQ(parse_slcan(line, f), SlcanContent::other) << line;
@@ -179,7 +179,8 @@ TEST(SlcanPort, ADeviceThatNeverAnswersIsRefusedAfterItsTimeWithTheRemedy) {
 TEST(SlcanPort, NamesOfDevicesAndRatesThatCannotBeAreRefusedWithWhatCan) {
   EXPECT_EQ(parse_slcan_settings("/dev/ttyACM0", "").bit_rate_Hz, 1'000'000);
   EXPECT_EQ(parse_slcan_settings("/dev/ttyACM0@500000,921600", "").baud, 921'600);
-  for (const char* text : {"", "@500000", "/dev/ttyACM0@", "/dev/ttyACM0@fast", "/dev/ttyACM0@-5", "/dev/ttyACM0@300000", "/dev/ttyACM0@500000,42"}) {
+  for (const char* text :
+       {"", "@500000", "/dev/ttyACM0@", "/dev/ttyACM0@fast", "/dev/ttyACM0@-5", "/dev/ttyACM0@300000", "/dev/ttyACM0@500000,42"}) {
     try {
       parse_slcan_settings(text, "bus");
       ADD_FAILURE() << text;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "host/control/gains_file.hpp"
 #include "host/base/random.hpp"
+#include "host/control/gains_file.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
 
 namespace rotorloop::host {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/random.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
-#include "host/base/random.hpp"
 #include "test/unit/host/control/paper_vehicle.hpp"
 #include "test/unit/host/control/test_flight.hpp"
 #include "test/unit/host/control/test_terms.hpp"

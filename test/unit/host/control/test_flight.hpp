@@ -10,10 +10,10 @@
 #include <deque>
 #include <numbers>
 
+#include "host/base/random.hpp"
 #include "host/control/controller.hpp"
 #include "host/control/trajectory.hpp"
 #include "host/estimate/estimator.hpp"
-#include "host/base/random.hpp"
 
 namespace rotorloop::test {
 

@@ -81,8 +81,12 @@ TEST(Loads, torque_of_the_advance_ratio_has_the_derivatives_of_its_differences_a
     ExtraDual omega(900.0), climb(v_z);
     omega.d[0] = climb.d[1] = 1.0;
     const ExtraDual q = advance_torque_N_m(a, kRadius_m, omega, climb);
-    EXPECT_NEAR(q.d[0], (advance_torque_N_m(a, kRadius_m, 900.0 + kStep, v_z) - advance_torque_N_m(a, kRadius_m, 900.0 - kStep, v_z)) / (2 * kStep), 1e-10);
-    EXPECT_NEAR(q.d[1], (advance_torque_N_m(a, kRadius_m, 900.0, v_z + kStep) - advance_torque_N_m(a, kRadius_m, 900.0, v_z - kStep)) / (2 * kStep), 1e-9);
+    EXPECT_NEAR(q.d[0],
+                (advance_torque_N_m(a, kRadius_m, 900.0 + kStep, v_z) - advance_torque_N_m(a, kRadius_m, 900.0 - kStep, v_z)) / (2 * kStep),
+                1e-10);
+    EXPECT_NEAR(q.d[1],
+                (advance_torque_N_m(a, kRadius_m, 900.0, v_z + kStep) - advance_torque_N_m(a, kRadius_m, 900.0, v_z - kStep)) / (2 * kStep),
+                1e-9);
     const double n = 900.0 / 6.283185307179586, J = std::min(std::max(v_z / (n * 2.0 * kRadius_m), a.j_low), a.j_high);
     EXPECT_NEAR(q.a, a.c_q2_N_m_s2 * J * J * 900.0 * 900.0, 1e-12);
   }

@@ -30,7 +30,8 @@ constexpr std::int64_t kMs_ns = 1'000'000, kSecond_ns = 1'000'000'000, kTick_ns 
 class Pair {
  public:
   Pair()
-      : tool_port_(bus_, bus_.attach({.name = "tool", .tx_depth = 1024, .rx_depth = 1024}), kTick_ns, [this](std::int64_t now_ns) { tick(now_ns); }),
+      : tool_port_(bus_, bus_.attach({.name = "tool", .tx_depth = 1024, .rx_depth = 1024}), kTick_ns,
+                   [this](std::int64_t now_ns) { tick(now_ns); }),
         node_port_(bus_, bus_.attach({.name = "node", .tx_depth = 1024, .rx_depth = 1024}), kTick_ns, [](std::int64_t) {}),
         tool(tool_port_),
         node(node_port_, {.node_id = 21, .name = "org.example.esc", .unique_id = {1, 2, 3}}) {}
@@ -87,7 +88,8 @@ TEST(ToolNode, FindsANodeAndReadsWhoItIsWithinTwoSeconds) {
 // The pair's node talks as 21: a second tool that begins as 21 has to find another id, and is answered on it.
 TEST(ToolNode, TheToolThatCameLaterTakesASpareIdAndIsAnsweredThere) {
   Pair p;
-  p.node.serve<RestartNode, RestartNodeResponse>([](const RestartNode&, std::uint8_t) { return std::optional(RestartNodeResponse{.ok = true}); });
+  p.node.serve<RestartNode, RestartNodeResponse>(
+      [](const RestartNode&, std::uint8_t) { return std::optional(RestartNodeResponse{.ok = true}); });
   p.tool.run_for(100 * kMs_ns);
   ToolNode later(p.tool.bus(), {.node_id = 21, .spare_ids = {127, 119}});
   later.run_for(1500 * kMs_ns);
@@ -111,7 +113,9 @@ TEST(ToolNode, AQuestionThatNobodyAnswersEndsAfterItsAttempts) {
 TEST(Parameters, FortyAreReadWithinTwoSecondsWithNamesAndTextsOfFullLength) {
   Pair p;
   ParameterNode node(p.node);
-  for (int i = 0; i < 40; ++i) node.all.push_back(parameter(std::string(i < 35 ? 16u : kMaxParameterName, static_cast<char>('a' + i % 26)), static_cast<float>(i), 0, 100));
+  for (int i = 0; i < 40; ++i)
+    node.all.push_back(
+        parameter(std::string(i < 35 ? 16u : kMaxParameterName, static_cast<char>('a' + i % 26)), static_cast<float>(i), 0, 100));
   node.all[39].value = {};
   node.all[39].value.kind = ParamValue::Kind::string;
   node.all[39].value.string = Text<128>(std::string(128, 'x').c_str());
@@ -219,7 +223,8 @@ TEST(Allocator, GivesTheSameIdToTheSameUniqueIdAndNeverOneThatIsTaken) {
 
 TEST(Allocator, ATableWithAMistakeIsRefusedWithItsLine) {
   const std::string id(32, 'a');
-  for (const std::string& text : {std::string("hello"), id + " = 0", id + " = 126", id + " = x", id + " = 5\n" + id + " = 6", id + " = 5\n" + std::string(32, 'b') + " = 5"}) {
+  for (const std::string& text : {std::string("hello"), id + " = 0", id + " = 126", id + " = x", id + " = 5\n" + id + " = 6",
+                                  id + " = 5\n" + std::string(32, 'b') + " = 5"}) {
     try {
       parse_allocation_table(text, "ids.txt");
       ADD_FAILURE() << text;
@@ -269,7 +274,8 @@ TEST(FirmwareUpdates, SixtyFourKilobytesArriveBitExactWithinFiveSecondsOfAnIdleB
     FirmwareUpdates updates(p.tool, some_image(size));
     const std::int64_t begun_ns = p.tool.now_ns();
     updates.start(21);
-    ASSERT_TRUE(p.tool.run_until(begun_ns + 20 * kSecond_ns, [&] { return updates.step(), updates.nodes().at(21).phase == UpdatePhase::restarting; }));
+    ASSERT_TRUE(p.tool.run_until(begun_ns + 20 * kSecond_ns,
+                                 [&] { return updates.step(), updates.nodes().at(21).phase == UpdatePhase::restarting; }));
     EXPECT_LE(p.tool.now_ns() - begun_ns, 5 * kSecond_ns);
     EXPECT_TRUE(p.tool.run_until(p.tool.now_ns() + 5 * kSecond_ns, [&] { return updates.step(), updates.over(); }));
     EXPECT_EQ(updates.nodes().at(21).phase, UpdatePhase::done);
@@ -349,7 +355,8 @@ TEST(Spin, ALimitSilenceAndAnotherCommanderDisarmAtOnce) {
   {
     Pair p;
     ReportingEsc esc(p);
-    EXPECT_EQ(spin(p, esc, {.value = 3000, .for_s = 10.0}, [&] { esc.status.current_A = esc.rpm.size() > 50 ? 25.0f : 1.0f; }), SpinEnd::current);
+    EXPECT_EQ(spin(p, esc, {.value = 3000, .for_s = 10.0}, [&] { esc.status.current_A = esc.rpm.size() > 50 ? 25.0f : 1.0f; }),
+              SpinEnd::current);
     EXPECT_EQ(esc.arming.back(), ArmingStatus::kDisarmed);
   }
   {
@@ -378,7 +385,8 @@ TEST(TimeMaster, TellsTheTimeOfTheMessageBeforeAndIsSilentWhileALowerIdDoes) {
   p.tool.run_until(4500 * kMs_ns, [&] { return master.step(), false; });
   ASSERT_GE(heard.size(), 4u);
   EXPECT_EQ(heard[0].second, 0u);
-  for (std::size_t i = 1; i < heard.size(); ++i) EXPECT_NEAR(static_cast<double>(heard[i].second), static_cast<double>(heard[i - 1].first) * 1e-3, 1000.0);
+  for (std::size_t i = 1; i < heard.size(); ++i)
+    EXPECT_NEAR(static_cast<double>(heard[i].second), static_cast<double>(heard[i - 1].first) * 1e-3, 1000.0);
   p.node.broadcast(GlobalTimeSync{}, 1);  // node 21
   const std::size_t before = heard.size();
   p.tool.run_until(p.tool.now_ns() + 2000 * kMs_ns, [&] { return master.step(), false; });

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "host/vehicle/drag.hpp"
 #include "host/base/random.hpp"
+#include "host/vehicle/drag.hpp"
 
 namespace rotorloop::host {
 namespace {

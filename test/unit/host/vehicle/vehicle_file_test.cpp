@@ -99,7 +99,8 @@ TEST(VehicleFile, TorqueThatGoesWithTheAdvanceRatioIsFormat2AndReadsBackEqual) {
 
 TEST(VehicleFileRefuses, TorqueOfTheAdvanceRatioInAFileThatOlderProgramsRead) {
   const std::string advance = "c_q2_N_m_s2 = { value = -2e-8, u = 3e-9, origin = \"stand\" }\nj_range = [0.0, 0.8]\n";
-  EXPECT_THAT(refusal(with("[torque_model]\n", "[torque_model]\n" + advance)), AllOf(HasSubstr("c_q(J) in a file of format 1"), HasSubstr("set format = 2")));
+  EXPECT_THAT(refusal(with("[torque_model]\n", "[torque_model]\n" + advance)),
+              AllOf(HasSubstr("c_q(J) in a file of format 1"), HasSubstr("set format = 2")));
 }
 
 TEST(VehicleFileRefuses, TorqueThatTurnsTheRotorWithinTheRangeOfAdvanceRatios) {

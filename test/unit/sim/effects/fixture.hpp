@@ -17,7 +17,8 @@
 namespace rotorloop::sim::test {
 
 // The effect `id` with its parameter, and options by name where given.
-inline std::unique_ptr<Effect> make(std::string_view id, double value, const std::vector<std::pair<std::string_view, double>>& options = {}) {
+inline std::unique_ptr<Effect> make(std::string_view id, double value,
+                                    const std::vector<std::pair<std::string_view, double>>& options = {}) {
   const EffectInfo* info = find_effect(id);
   if (!info) throw std::runtime_error("no effect " + std::string(id));
   EffectValues values = effect_values(*info, value);

@@ -1,4 +1,5 @@
-// Schedules of faults (bench/hil/esc_lab/fault_schedule.hpp) over five drawn boards and motors. ROTORLOOP_FAULT_SCHEDULES sets their number.
+// Schedules of faults (bench/hil/esc_lab/fault_schedule.hpp) over five drawn boards and motors. ROTORLOOP_FAULT_SCHEDULES sets their
+// number.
 #include "bench/hil/esc_lab/fault_schedule.hpp"
 
 #include <gtest/gtest.h>

@@ -64,8 +64,9 @@ TEST(RotorLock, BridgeOffWithin150MillisecondsHalfTheLimitRmsOverAny5SecondsLatc
     latest_off_ms = std::max(latest_off_ms, off_ms);
     latest_latch_ms = std::max(latest_latch_ms, latch_ms);
   }
-  std::printf("rotor held fast, 4 drawn boards: off within %.0f ms, %.1f A rms over the worst 5 s (current vector), latched within %.0f ms\n",
-              latest_off_ms, worst_rms_A, latest_latch_ms);
+  std::printf(
+      "rotor held fast, 4 drawn boards: off within %.0f ms, %.1f A rms over the worst 5 s (current vector), latched within %.0f ms\n",
+      latest_off_ms, worst_rms_A, latest_latch_ms);
   EXPECT_LE(latest_off_ms, 150.0);
   EXPECT_LE(worst_rms_A, 0.5 * kLimit_A);
   EXPECT_LE(latest_latch_ms, 5000.0);
@@ -109,7 +110,8 @@ BadSample one_bad_sample(std::uint64_t seed, double rpm, Channel channel, bool h
   sensing.parameters().bus_ratio = bus_ratio;
   sensing.faults = {};
   BadSample b;
-  run_ms(esc, 60.0, [&](double) { b.deviation_percent = std::max(b.deviation_percent, 100.0 * std::fabs(esc.omega_rad_s() / before - 1.0)); });
+  run_ms(esc, 60.0,
+         [&](double) { b.deviation_percent = std::max(b.deviation_percent, 100.0 * std::fabs(esc.omega_rad_s() / before - 1.0)); });
   b.trips = esc.telemetry().trips;
   b.replaced = esc.motor().counters().samples_replaced - replaced;
   b.fault = esc.telemetry().fault;

@@ -22,7 +22,8 @@ using firmware::SelfTest;
 namespace {
 
 constexpr double kMost_A = 5.0, kMost_ms = 200.0, kMost_deg = 30.0;
-constexpr std::array<const char*, 7> kNames{"none", "phase open", "high side open", "low side open", "high side short", "low side short", "several"};
+constexpr std::array<const char*, 7> kNames{"none",           "phase open", "high side open", "low side open", "high side short",
+                                            "low side short", "several"};
 
 std::uint64_t number(const char* name, std::uint64_t usual) {
   const char* text = std::getenv(name);
@@ -54,8 +55,8 @@ TEST(SelfTestOfTheBridge, FindsAndNamesEachOfFifteenFaultsWithin5A200Ms30DegElec
     for (const BridgeFault& f : bridge_faults()) {
       const SelfTestOutcome o = run_self_test(d, {.fault = f});
       const bool found = named_rightly(o, f);
-      EXPECT_TRUE(found) << d.motor_class << " seed " << d.seed << ", " << kNames[static_cast<std::size_t>(f.what)] << ' ' << "ABC"[f.leg] << ": "
-                         << text(o);
+      EXPECT_TRUE(found) << d.motor_class << " seed " << d.seed << ", " << kNames[static_cast<std::size_t>(f.what)] << ' ' << "ABC"[f.leg]
+                         << ": " << text(o);
       EXPECT_LE(o.ms, kMost_ms) << d.motor_class << " seed " << d.seed << ": " << text(o);
       EXPECT_LE(o.turned_deg, kMost_deg) << d.motor_class << " seed " << d.seed << ": " << text(o);
       EXPECT_LE(o.peak_A, kMost_A) << d.motor_class << " seed " << d.seed << ": " << text(o);
@@ -69,9 +70,12 @@ TEST(SelfTestOfTheBridge, FindsAndNamesEachOfFifteenFaultsWithin5A200Ms30DegElec
       r.shorted_us = std::max(r.shorted_us, o.supply_shorted_us);
     }
   }
-  fmt::print("| fault | found and named | largest phase current | longest | rotor moved | supply shorted for |\n| --- | --- | --- | --- | --- | --- |\n");
+  fmt::print(
+      "| fault | found and named | largest phase current | longest | rotor moved | supply shorted for |\n| --- | --- | --- | --- | --- | "
+      "--- |\n");
   for (const auto& [name, r] : rows)
-    fmt::print("| {} | {}/{} | {:.1f} A | {:.0f} ms | {:.2f} deg | {:.1f} us |\n", name, r.found, r.of, r.peak_A, r.ms, r.deg, r.shorted_us);
+    fmt::print("| {} | {}/{} | {:.1f} A | {:.0f} ms | {:.2f} deg | {:.1f} us |\n", name, r.found, r.of, r.peak_A, r.ms, r.deg,
+               r.shorted_us);
 }
 
 TEST(SelfTestOfTheBridge, PassesEveryHealthyBridgeOfEveryClass) {

@@ -140,8 +140,8 @@ TEST(PlantFileErrors, QuaternionNotOfUnitLength) {
 }
 TEST(PlantFileErrors, UnknownEffectListsTheKnownOnes) {
   EXPECT_THAT(message("id = \"gyroscopic\"", "id = \"gyroscopics\""),
-              AllOf(HasSubstr("effect \"gyroscopics\" is not known"),
-                    HasSubstr("use one of: "), HasSubstr(", rotor_inertia_reaction, gyroscopic")));
+              AllOf(HasSubstr("effect \"gyroscopics\" is not known"), HasSubstr("use one of: "),
+                    HasSubstr(", rotor_inertia_reaction, gyroscopic")));
 }
 TEST(PlantFileErrors, EffectParameterOutOfRange) {
   EXPECT_THAT(message("k_H = 1.56", "k_H = 0.5"), HasSubstr("k_H = 0.5 is outside 1 to 4"));

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <numbers>
 
-#include "sim/rotor/bem.hpp"
 #include "host/base/random.hpp"
+#include "sim/rotor/bem.hpp"
 
 namespace rotorloop::sim::test {
 

@@ -40,8 +40,8 @@ TEST_F(WorkspaceTest, WhatTheDiagnosisMayNotOpenItsShellCannotReadEither) {
   const std::string s = secret.string();
   int code = 0;
   EXPECT_EQ(
-      run(workspace, "cat " + s + " ../../../../../../.." + s + " /proc/*/root" + s + "; ln " + s + " x && cat x; ln -s " + s + " y && cat y",
-          &code),
+      run(workspace,
+          "cat " + s + " ../../../../../../.." + s + " /proc/*/root" + s + "; ln " + s + " x && cat x; ln -s " + s + " y && cat y", &code),
       "");
   EXPECT_NE(code, 0);
 }
@@ -51,7 +51,7 @@ TEST_F(WorkspaceTest, TakesBackPlainFilesAndLeavesLinks) {
   Workspace workspace({});
   workspace.isolate(kProber, std::vector{secret});
   run(workspace, "mkdir -p out/sub; echo a > out/a; echo b > out/sub/b; ln -s " + secret.string() +
-                " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
+                     " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
   EXPECT_EQ(workspace.take_back("out", folder.path() / "back"), 2u);
   EXPECT_EQ(test::read_text(folder.path() / "back/a"), "a\n");
   EXPECT_EQ(test::read_text(folder.path() / "back/sub/b"), "b\n");

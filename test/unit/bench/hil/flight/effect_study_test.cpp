@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "bench/hil/flight/effect_page.hpp"
-#include "bench/hil/flight/run_folder.hpp"
+#include "host/base/text_file.hpp"
 #include "host/control/trajectory_generator.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 

@@ -15,7 +15,11 @@ TEST(Mavlink, ExtraBytesMadeFromTheFieldsAreThePublishedOnes) {
   EXPECT_EQ(extra_byte(kHilRcInputsRaw), 54);
   EXPECT_EQ(extra_byte(kHilSensor), 108);
   EXPECT_EQ(extra_byte(kHilGps), 124);
-  EXPECT_EQ(extra_byte({0, "HEARTBEAT", "uint32_t custom_mode uint8_t type uint8_t autopilot uint8_t base_mode uint8_t system_status uint8_t mavlink_version ", 9}), 50);
+  EXPECT_EQ(
+      extra_byte({0, "HEARTBEAT",
+                  "uint32_t custom_mode uint8_t type uint8_t autopilot uint8_t base_mode uint8_t system_status uint8_t mavlink_version ",
+                  9}),
+      50);
 }
 
 Payload controls(float first, std::uint8_t mode) {

@@ -10,8 +10,9 @@
 
 #include "bench/hil/flight/run_report.hpp"
 #include "bench/render/svg_plot.hpp"
-#include "test/unit/bench/markup.hpp"
+#include "host/base/text_file.hpp"
 #include "test/unit/bench/hil/flight/synthetic_run.hpp"
+#include "test/unit/bench/markup.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 
 namespace rotorloop::hil {
@@ -243,11 +244,9 @@ TEST_F(Report, PageIsBalancedAndNeedsNothingButItself) {
 }
 TEST_F(Report, ShowsVerdictTableLimitsEveryFlightAndTheInputs) {
   const auto html = test::read_text(write_hil_report(run_.folder));
-  EXPECT_THAT(html,
-              AllOf(HasSubstr("class=\"verdict fail\""),
-                    HasSubstr("30 of 30 flights completed, 4 of 5 limits met."),
-                    HasSubstr("<li>limit missed: mean_tracking_error vertical pd_ff_thrust_drag z: "), HasSubstr("Next: look at errors over time"),
-                    HasSubstr("PD FF + THR + DRG")));
+  EXPECT_THAT(html, AllOf(HasSubstr("class=\"verdict fail\""), HasSubstr("30 of 30 flights completed, 4 of 5 limits met."),
+                          HasSubstr("<li>limit missed: mean_tracking_error vertical pd_ff_thrust_drag z: "),
+                          HasSubstr("Next: look at errors over time"), HasSubstr("PD FF + THR + DRG")));
   EXPECT_THAT(html, AllOf(HasSubstr("id=\"flight-horizontal\""), HasSubstr("id=\"flight-vertical\""), HasSubstr("paper, Fig. 9"),
                           HasSubstr("ESC 2: voltage"), HasSubstr("controller: thrust")));
   EXPECT_THAT(html, HasSubstr("&lt;this&gt; is how a warning looks &amp; reads"));

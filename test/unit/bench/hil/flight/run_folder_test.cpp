@@ -8,6 +8,7 @@
 
 #include "bench/hil/flight/compare.hpp"
 #include "host/base/sha256.hpp"
+#include "host/base/text_file.hpp"
 #include "host/base/toml_file.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 

@@ -141,8 +141,9 @@ TEST_F(ScenarioFile, SeedTwice) {
 }
 TEST_F(ScenarioFile, NegativeSeed) { EXPECT_THAT(error(with("[1, 2, 3]", "[-1]")), HasSubstr("seeds has -1, outside 0 to 4294967295")); }
 TEST_F(ScenarioFile, UnknownVariantListsTheKnownOnes) {
-  EXPECT_THAT(error(with("\"pd_ff_drag\"", "\"pdff\"")), AllOf(HasSubstr("scenario.toml:6: error: variants has \"pdff\""),
-                                                               HasSubstr("use one of: pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag")));
+  EXPECT_THAT(error(with("\"pd_ff_drag\"", "\"pdff\"")),
+              AllOf(HasSubstr("scenario.toml:6: error: variants has \"pdff\""),
+                    HasSubstr("use one of: pd_ff, pd_ff_drag, pd_ff_no_effects, pd_ff_thrust_drag")));
 }
 TEST_F(ScenarioFile, VariantTwice) { EXPECT_THAT(error(with("\"pd_ff_drag\"", "\"pd_ff\"")), HasSubstr("variants has \"pd_ff\" twice")); }
 TEST_F(ScenarioFile, EmptyVariants) {
@@ -265,7 +266,8 @@ TEST(SeedsArgument, RefusalsNameTheArgumentAndTheForm) {
                                                                                    {"1,,2", "\"\" is not a seed"},
                                                                                    {"-3", "\"-3\" is not a seed"},
                                                                                    {"99999999999,", "outside 0 to 4294967295"}})
-    EXPECT_THAT(test::error_of([&] { parse_seeds(text); }), AllOf(HasSubstr("--seeds: error: "), HasSubstr(what), HasSubstr("1,4,7..9"))) << text;
+    EXPECT_THAT(test::error_of([&] { parse_seeds(text); }), AllOf(HasSubstr("--seeds: error: "), HasSubstr(what), HasSubstr("1,4,7..9")))
+        << text;
 }
 TEST(VariantsArgument, NamesOrRefusal) {
   EXPECT_THAT(parse_variants("pd_ff_drag,pd_ff"), ElementsAre(Variant::pd_ff_drag, Variant::pd_ff));

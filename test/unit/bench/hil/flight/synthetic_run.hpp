@@ -5,10 +5,11 @@
 #include <string>
 
 #include "bench/hil/flight/limiter_names.hpp"
-#include "bench/sysid/log/log_writer.hpp"
 #include "bench/hil/flight/run_folder.hpp"
-#include "host/bus/candump_log.hpp"
+#include "bench/sysid/log/log_writer.hpp"
 #include "host/base/random.hpp"
+#include "host/base/text_file.hpp"
+#include "host/bus/candump_log.hpp"
 
 namespace rotorloop::hil {
 
@@ -104,8 +105,8 @@ struct SyntheticRun {
     if (logs) {
       at = run.flight_folder(name, v, seed);
       const log::LogHeader header{{"start_utc", std::string(log::kVirtualEpochUtc)},
-                             {"control_limiter_bits", "1 tilt, 2 thrust"},
-                             {"esc_limiter_codes", esc_limiter_codes()}};
+                                  {"control_limiter_bits", "1 tilt, 2 thrust"},
+                                  {"esc_limiter_codes", esc_limiter_codes()}};
       flight = std::make_unique<log::FlightLogWriter>(at / "flight.csv", header);
       truth = std::make_unique<log::TruthLogWriter>(at / "truth.csv", header);
       esc = std::make_unique<CandumpWriter>((at / "esc.log").string(), "esc");

@@ -89,7 +89,9 @@ TEST(EscWithLosses, FivePercentTwentySeedsAllParametersAreReadSetAndSaved) {
   over_seeds(20, "parameters", kFivePercent, 60.0, parameters_take_s);
 }
 
-TEST(EscWithLossesFull, FivePercentTwentySeedsTheUpdateTakesAtMost6Minutes) { over_seeds(20, "update", kFivePercent, 360.0, update_takes_s); }
+TEST(EscWithLossesFull, FivePercentTwentySeedsTheUpdateTakesAtMost6Minutes) {
+  over_seeds(20, "update", kFivePercent, 360.0, update_takes_s);
+}
 
 }  // namespace
 }  // namespace rotorloop::live

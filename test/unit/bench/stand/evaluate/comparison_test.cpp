@@ -8,7 +8,9 @@
 namespace rotorloop::stand {
 namespace {
 
-host::VehicleFile paper() { return host::read_vehicle(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml", host::builtin_effect_catalogue()); }
+host::VehicleFile paper() {
+  return host::read_vehicle(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml", host::builtin_effect_catalogue());
+}
 
 // The stand of the seed paper is 8 % above flight; its u is assumed to be 1 %.
 PairComparison table_1(double correlation) {
@@ -48,7 +50,8 @@ TEST(StandComparison, difference_that_is_significant_and_below_the_margin_is_equ
 }
 
 TEST(StandComparison, scale_that_both_share_cancels) {
-  const PairComparison apart = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03), shared = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03, 0.008);
+  const PairComparison apart = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03),
+                       shared = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03, 0.008);
   EXPECT_GT(shared.z, 1.5 * apart.z);
 }
 

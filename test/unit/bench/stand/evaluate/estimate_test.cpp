@@ -75,7 +75,8 @@ TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_
   }
   EXPECT_GE(points, 2);
   for (const StandStep& s : run.steps)
-    if (near_centre(s.omega_rad_s)) raw_error = std::max(raw_error, std::abs(s.torque_N_m / (truth.c_q_N_m_s2 * s.omega_rad_s * s.omega_rad_s) - 1.0));
+    if (near_centre(s.omega_rad_s))
+      raw_error = std::max(raw_error, std::abs(s.torque_N_m / (truth.c_q_N_m_s2 * s.omega_rad_s * s.omega_rad_s) - 1.0));
   EXPECT_GT(raw_error, 0.1) << "the stand's running offset is in what it reads";
 }
 
@@ -123,7 +124,8 @@ TEST(OperatingPoints, the_page_draws_them_over_speed_and_over_voltage_and_says_w
   const test::TempFolder folder;
   StandEstimate e = estimate_stand(run_of(folder, {}, 3), at_hover());
   const std::string with = operating_figures(e);
-  for (const char* title : {"thrust over speed", "supply current over speed", "power over speed", "thrust per electrical power over speed", "thrust per supply current over speed", "efficiency of motor and ESC over speed", "thrust over voltage",
+  for (const char* title : {"thrust over speed", "supply current over speed", "power over speed", "thrust per electrical power over speed",
+                            "thrust per supply current over speed", "efficiency of motor and ESC over speed", "thrust over voltage",
                             "efficiency of motor and ESC over voltage"})
     EXPECT_NE(with.find(std::string("<figcaption>") + title), std::string::npos) << title;
   EXPECT_NE(with.find(">g</text>"), std::string::npos) << "grams beside newtons";
@@ -209,7 +211,8 @@ TEST(StandEstimate, thrust_that_goes_with_speed_to_2_25_is_found_so_and_c_t_hold
 }
 
 TEST(StandEstimate, one_step_that_reads_300_mN_too_much_is_named_and_moves_c_t_by_less_than_0_3_percent) {
-  const StandEstimate e = estimate_stand(stand_run(steady(2.0, 0.0, 6), {}), {}), clean = estimate_stand(stand_run(steady(2.0, 0.0, 99), {}), {});
+  const StandEstimate e = estimate_stand(stand_run(steady(2.0, 0.0, 6), {}), {}),
+                      clean = estimate_stand(stand_run(steady(2.0, 0.0, 99), {}), {});
   ASSERT_EQ(e.thrust->down_weighted.size(), 1u);
   EXPECT_NE(e.thrust->down_weighted[0].find("step 7"), std::string::npos) << e.thrust->down_weighted[0];
   EXPECT_NEAR(e.thrust->value / clean.thrust->value, 1.0, 0.003);
@@ -251,7 +254,8 @@ TEST(StandEstimate, vehicle_file_gets_thrust_and_torque_of_origin_stand_at_its_o
 }
 
 const char* const kExport =
-    "\xEF\xBB\xBFTime (s);ESC signal (\xB5s);Torque (N\xC2\xB7m);Thrust (gf);Voltage (V);Current (A);Motor Electrical Speed (RPM);Motor Optical Speed (RPM);App message;\n"
+    "\xEF\xBB\xBFTime (s);ESC signal (\xB5s);Torque (N\xC2\xB7m);Thrust (gf);Voltage (V);Current (A);Motor Electrical Speed (RPM);Motor "
+    "Optical Speed (RPM);App message;\n"
     "0;1100;-0,010;-20,0;16,0;0,5;3000;0;;\n2;1200;-0,040;-80,0;16,0;1,5;6000;0;;\n4;1300;-0,090;-180,0;15,9;3,5;9000;0;;\n"
     "6;1400;-0,160;-320,0;15,8;6,5;12000;0;;\n8;1300;-0,090;-180,0;15,9;3,5;9000;0;;\n10;1200;-0,040;-80,0;16,0;1,5;6000;0;;\n";
 
@@ -285,7 +289,8 @@ TEST(StandVariance, intervals_of_95_percent_hold_the_made_up_components_in_90_to
       for (int m = 0; m < 4; ++m) {
         const double of_mount = truth[1] * random.gaussian(k++);
         for (int r = 0; r < 2 + (m == 0); ++r)
-          values.push_back({"p" + std::to_string(p), "m" + std::to_string(m), 2e-6 * std::exp(of_propeller + of_mount + truth[2] * random.gaussian(k++))});
+          values.push_back({"p" + std::to_string(p), "m" + std::to_string(m),
+                            2e-6 * std::exp(of_propeller + of_mount + truth[2] * random.gaussian(k++))});
       }
     }
     const VarianceComponents v = variance_components(values);
@@ -302,7 +307,8 @@ TEST(StandVariance, intervals_of_95_percent_hold_the_made_up_components_in_90_to
 }
 
 TEST(StandVariance, three_propellers_leave_an_interval_that_is_wide_and_says_so) {
-  const VarianceComponents v = variance_components({{"a", "1", 1.00}, {"a", "1", 1.01}, {"b", "1", 1.03}, {"b", "1", 1.02}, {"c", "1", 0.98}, {"c", "1", 0.99}});
+  const VarianceComponents v =
+      variance_components({{"a", "1", 1.00}, {"a", "1", 1.01}, {"b", "1", 1.03}, {"b", "1", 1.02}, {"c", "1", 0.98}, {"c", "1", 0.99}});
   ASSERT_EQ(v.components.size(), 2u);
   EXPECT_GT(v.components[0].high / v.components[0].deviation, 3.0) << "two degrees of freedom";
 }
@@ -313,12 +319,14 @@ TEST(StandReport, page_is_whole_and_holds_a_figure_of_each_kind) {
   d.files.push_back({estimate_stand(run_of(folder, {}, 8), at_hover()), std::nullopt, "clean"});
   d.version = "rotorloop test";
   const std::string page = estimate_page(d);
-  for (const char* words : {"over ω²", "Residuals of thrust", "Hysteresis of torque", "Budget of c_q", "figure of merit"}) EXPECT_NE(page.find(words), std::string::npos) << words;
+  for (const char* words : {"over ω²", "Residuals of thrust", "Hysteresis of torque", "Budget of c_q", "figure of merit"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
   EXPECT_NE(page.find("torque over the run</figcaption>\n<svg"), std::string::npos) << "visible without scripts";
   const std::size_t uplot = page.find("var uPlot=");
   EXPECT_NE(uplot, std::string::npos);
   EXPECT_EQ(page.find("var uPlot=", uplot + 1), std::string::npos) << "once for all plots";
-  for (const char* fetched : {" src=", "<link", "@import", "url(", "fetch(", "XMLHttpRequest", "import("}) EXPECT_EQ(page.find(fetched), std::string::npos) << fetched << ": nothing is fetched";
+  for (const char* fetched : {" src=", "<link", "@import", "url(", "fetch(", "XMLHttpRequest", "import("})
+    EXPECT_EQ(page.find(fetched), std::string::npos) << fetched << ": nothing is fetched";
 }
 
 }  // namespace

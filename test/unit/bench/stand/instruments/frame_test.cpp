@@ -1,9 +1,9 @@
 // Frames against the examples of the specifications, and what their CRC sees: every pattern of up to three flipped bits.
+#include "bench/stand/instruments/frame.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
-
-#include "bench/stand/instruments/frame.hpp"
 
 namespace rotorloop::modbus {
 namespace {
@@ -16,10 +16,11 @@ TEST(ModbusFrame, crc_of_a_known_request_is_low_byte_first) {
 }
 
 TEST(ModbusFrame, pdus_of_the_application_protocol_specification) {
-  EXPECT_EQ(request_pdu({1, 3, 0x006B, 3, {}}), (Bytes{0x03, 0x00, 0x6B, 0x00, 0x03}));                                     // 6.3
-  EXPECT_EQ(request_pdu({1, 4, 0x0008, 1, {}}), (Bytes{0x04, 0x00, 0x08, 0x00, 0x01}));                                     // 6.4
-  EXPECT_EQ(request_pdu({1, 6, 0x0001, 1, {3}}), (Bytes{0x06, 0x00, 0x01, 0x00, 0x03}));                                    // 6.6
-  EXPECT_EQ(request_pdu({1, 16, 0x0001, 2, {0x000A, 0x0102}}), (Bytes{0x10, 0x00, 0x01, 0x00, 0x02, 0x04, 0x00, 0x0A, 0x01, 0x02}));  // 6.12
+  EXPECT_EQ(request_pdu({1, 3, 0x006B, 3, {}}), (Bytes{0x03, 0x00, 0x6B, 0x00, 0x03}));   // 6.3
+  EXPECT_EQ(request_pdu({1, 4, 0x0008, 1, {}}), (Bytes{0x04, 0x00, 0x08, 0x00, 0x01}));   // 6.4
+  EXPECT_EQ(request_pdu({1, 6, 0x0001, 1, {3}}), (Bytes{0x06, 0x00, 0x01, 0x00, 0x03}));  // 6.6
+  EXPECT_EQ(request_pdu({1, 16, 0x0001, 2, {0x000A, 0x0102}}),
+            (Bytes{0x10, 0x00, 0x01, 0x00, 0x02, 0x04, 0x00, 0x0A, 0x01, 0x02}));  // 6.12
   const Reply r = read_reply({1, 3, 0x006B, 3, {}}, Bytes{0x03, 0x06, 0x02, 0x2B, 0x00, 0x00, 0x00, 0x64});
   EXPECT_EQ(r.failure, Failure::none);
   EXPECT_EQ(r.registers, (std::vector<std::uint16_t>{555, 0, 100}));
@@ -27,14 +28,15 @@ TEST(ModbusFrame, pdus_of_the_application_protocol_specification) {
 }
 
 TEST(ModbusFrame, mbap_header_holds_number_length_and_unit) {
-  EXPECT_EQ(tcp_frame(0x1501, 0xFF, request_pdu({0xFF, 3, 4, 1, {}})), (Bytes{0x15, 0x01, 0x00, 0x00, 0x00, 0x06, 0xFF, 0x03, 0x00, 0x04, 0x00, 0x01}));
+  EXPECT_EQ(tcp_frame(0x1501, 0xFF, request_pdu({0xFF, 3, 4, 1, {}})),
+            (Bytes{0x15, 0x01, 0x00, 0x00, 0x00, 0x06, 0xFF, 0x03, 0x00, 0x04, 0x00, 0x01}));
 }
 
 TEST(ModbusFrame, an_answer_to_something_else_is_malformed_and_a_refusal_keeps_its_code) {
   const Request two{1, 3, 0, 2, {}};
-  EXPECT_EQ(read_reply(two, Bytes{0x03, 0x02, 0, 1}).failure, Failure::malformed);        // one register
-  EXPECT_EQ(read_reply(two, Bytes{0x04, 0x04, 0, 1, 0, 2}).failure, Failure::malformed);  // another function
-  EXPECT_EQ(read_reply(two, Bytes{0x03, 0x06, 0, 1, 0, 2}).failure, Failure::malformed);  // a length that is not there
+  EXPECT_EQ(read_reply(two, Bytes{0x03, 0x02, 0, 1}).failure, Failure::malformed);                // one register
+  EXPECT_EQ(read_reply(two, Bytes{0x04, 0x04, 0, 1, 0, 2}).failure, Failure::malformed);          // another function
+  EXPECT_EQ(read_reply(two, Bytes{0x03, 0x06, 0, 1, 0, 2}).failure, Failure::malformed);          // a length that is not there
   EXPECT_EQ(read_reply({1, 6, 5, 1, {7}}, Bytes{0x06, 0, 5, 0, 8}).failure, Failure::malformed);  // wrote something else
   const Reply refused = read_reply(two, Bytes{0x83, 0x02});
   EXPECT_EQ(refused.failure, Failure::exception);
@@ -89,7 +91,8 @@ TEST(ModbusFrame, hamming_distance_is_exactly_4_and_one_pattern_of_6400_with_fou
   EXPECT_EQ(passing, undetected_fours(8));
   EXPECT_GT(passing, 0u);
   const double fours = 168.0 * 167.0 * 166.0 * 165.0 / 24.0;  // of the answer with eight registers
-  EXPECT_NEAR(fours / static_cast<double>(undetected_fours(21)), 6400.0, 50.0);  // the polynomial has only four terms: worse than the 2^15 of a good one
+  EXPECT_NEAR(fours / static_cast<double>(undetected_fours(21)), 6400.0,
+              50.0);  // the polynomial has only four terms: worse than the 2^15 of a good one
 }
 
 }  // namespace

@@ -84,7 +84,8 @@ TEST(ModbusMaster, eight_registers_at_115200_8N1_come_at_97_percent_of_what_the_
 }
 
 TEST(ModbusMaster, three_slaves_with_slow_channels_still_use_97_percent_of_the_line) {
-  const Profile p = eight_registers("[[channel]]\nname = \"temperature\"\nquantity = \"temperature\"\nunit = \"degC\"\naddr = 300\ntype = \"s16\"\nrate = \"slow\"\n");
+  const Profile p = eight_registers(
+      "[[channel]]\nname = \"temperature\"\nquantity = \"temperature\"\nunit = \"degC\"\naddr = 300\ntype = \"s16\"\nrate = \"slow\"\n");
   Bench b(p, {1, 2, 3});
   Poller poller(b.bus, b.devices, {.slow_divider = 10});
   poller.run_until(20'000'000'000);
@@ -184,8 +185,10 @@ TEST(ModbusMaster, the_time_of_a_value_is_the_middle_of_its_exchange_with_half_t
 }
 
 TEST(ModbusMaster, signs_and_scales_from_other_registers_arrive_over_the_wire) {
-  for (const auto& [file, channel, value] : std::vector<std::tuple<std::string, std::string, double>>{
-           {"laumas_tlb", "net", -12.0}, {"dini_argeo_dgt4x", "gross", -250.0}, {"hanmatek_hm310p", "current", 2.0}, {"riden_rd60xx", "current", 1.5}}) {
+  for (const auto& [file, channel, value] : std::vector<std::tuple<std::string, std::string, double>>{{"laumas_tlb", "net", -12.0},
+                                                                                                      {"dini_argeo_dgt4x", "gross", -250.0},
+                                                                                                      {"hanmatek_hm310p", "current", 2.0},
+                                                                                                      {"riden_rd60xx", "current", 1.5}}) {
     const Profile p = read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
     SerialHub hub(serial_format(p), {});
     auto device = std::make_shared<SlaveDevice>(p);

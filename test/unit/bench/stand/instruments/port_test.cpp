@@ -20,7 +20,9 @@
 namespace rotorloop::modbus {
 namespace {
 
-Profile port_profile(const std::string& file) { return read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml")); }
+Profile port_profile(const std::string& file) {
+  return read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
+}
 
 constexpr std::int64_t kFarAway = std::int64_t{1} << 62;
 
@@ -100,8 +102,8 @@ TEST(ModbusPort, our_master_reads_libmodbus_as_server_over_a_serial_line_of_two_
   modbus_set_socket(server, near_end);
   modbus_set_indication_timeout(server, 0, 100'000);
   modbus_mapping_t* mapping = modbus_mapping_new(0, 0, 16, 16);
-  mapping->tab_input_registers[0] = 1234;                                      // 12.34 V
-  mapping->tab_input_registers[1] = 150;                                       // 1.50 A
+  mapping->tab_input_registers[0] = 1234;                                              // 12.34 V
+  mapping->tab_input_registers[1] = 150;                                               // 1.50 A
   mapping->tab_input_registers[2] = 0x0001, mapping->tab_input_registers[3] = 0x0001;  // 6553.7 W, low word first
   std::atomic<bool> stop{false};
   std::thread thread([&] {

@@ -1,10 +1,11 @@
 // What registers mean, found from raw words without load and with 500 g: the reading that was meant comes first.
+#include "bench/stand/instruments/probe.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bench/stand/instruments/probe.hpp"
 #include "bench/stand/instruments/profile.hpp"
 #include "bench/stand/instruments/signals.hpp"
 #include "host/base/error.hpp"
@@ -21,7 +22,8 @@ ProbeReadings readings(WordType type, WordOrder order, double zero, double loade
   std::uint64_t n = 0;
   for (auto* rows : {&r.zero, &r.loaded})
     for (int i = 0; i < 10; ++i) {
-      std::vector<std::uint16_t> words{static_cast<std::uint16_t>(rows == &r.loaded), static_cast<std::uint16_t>(1000 + 7 * n), 0, 0, 0, 0, 4711};
+      std::vector<std::uint16_t> words{
+          static_cast<std::uint16_t>(rows == &r.loaded), static_cast<std::uint16_t>(1000 + 7 * n), 0, 0, 0, 0, 4711};
       const double value = (rows == &r.zero ? zero : loaded) + noise * random.gaussian(n);
       std::vector<std::uint16_t> value_words(register_count(type));
       spread(to_bits(value, type).value(), order, value_words);
@@ -39,9 +41,12 @@ struct ProbeCase {
 };
 
 TEST(Probe, the_reading_that_was_meant_comes_first_with_its_round_scale) {
-  for (const ProbeCase& c : {ProbeCase{WordType::f32, WordOrder::ABCD, 0.2, 500.2, 0.05, 1.0}, ProbeCase{WordType::f32, WordOrder::CDAB, -0.4, 499.5, 0.05, 1.0},
-                             ProbeCase{WordType::f32, WordOrder::DCBA, 0.0003, 0.5003, 1e-5, 1000.0}, ProbeCase{WordType::s32, WordOrder::ABCD, -120, 49900, 3, 0.01},
-                             ProbeCase{WordType::s32, WordOrder::CDAB, 200, 5000200, 30, 0.0001}, ProbeCase{WordType::s32, WordOrder::BADC, -300, 249700, 20, 0.002}}) {
+  for (const ProbeCase& c :
+       {ProbeCase{WordType::f32, WordOrder::ABCD, 0.2, 500.2, 0.05, 1.0}, ProbeCase{WordType::f32, WordOrder::CDAB, -0.4, 499.5, 0.05, 1.0},
+        ProbeCase{WordType::f32, WordOrder::DCBA, 0.0003, 0.5003, 1e-5, 1000.0},
+        ProbeCase{WordType::s32, WordOrder::ABCD, -120, 49900, 3, 0.01},
+        ProbeCase{WordType::s32, WordOrder::CDAB, 200, 5000200, 30, 0.0001},
+        ProbeCase{WordType::s32, WordOrder::BADC, -300, 249700, 20, 0.002}}) {
     SCOPED_TRACE(std::string(name(c.type)) + " " + std::string(name(c.order)));
     const auto all = rank_candidates(readings(c.type, c.order, c.zero, c.loaded, c.noise), 500.0);
     ASSERT_FALSE(all.empty());
@@ -68,8 +73,10 @@ TEST(Probe, registers_that_do_not_change_with_the_load_give_no_candidate) {
 
 TEST(Probe, the_text_of_the_choice_is_a_channel_that_a_profile_accepts) {
   const auto all = rank_candidates(readings(WordType::f32, WordOrder::CDAB, 0.2, 500.2, 0.05), 500.0);
-  const std::string text = "format = 1\n[device]\nvendor = \"x\"\nmodel = \"y\"\nsource = \"probed\"\nevidence = \"hardware\"\n[bus]\nbaud = [9600]\nformat = \"8N1\"\ntimeout_ms = 100\nsource = \"probed\"\n" +
-                           channel_text(all.at(0), "net", "force", "g", 3, "probed with 500 g");
+  const std::string text =
+      "format = 1\n[device]\nvendor = \"x\"\nmodel = \"y\"\nsource = \"probed\"\nevidence = \"hardware\"\n[bus]\nbaud = [9600]\nformat = "
+      "\"8N1\"\ntimeout_ms = 100\nsource = \"probed\"\n" +
+      channel_text(all.at(0), "net", "force", "g", 3, "probed with 500 g");
   const Profile p = parse_profile(text, "probed.toml");
   EXPECT_EQ(p.channels.at(0).address, 102);
   EXPECT_EQ(name(p.channels.at(0).order), "CDAB");

@@ -16,10 +16,13 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-Profile shipped(const std::string& name) { return read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (name + ".toml")); }
+Profile shipped(const std::string& name) {
+  return read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (name + ".toml"));
+}
 
 // Registers as a device sends them, through plan and codec: what each channel of a read says.
-double read_of(const Profile& p, const std::map<std::uint16_t, std::uint16_t>& registers, std::string_view channel, int want_nth = 0, Quality quality = Quality::good) {
+double read_of(const Profile& p, const std::map<std::uint16_t, std::uint16_t>& registers, std::string_view channel, int want_nth = 0,
+               Quality quality = Quality::good) {
   const RawLookup others = [&](std::size_t i) -> std::optional<std::uint64_t> {
     std::vector<std::uint16_t> words;
     for (std::size_t k = 0; k < p.channels[i].registers(); ++k) {
@@ -48,7 +51,8 @@ TEST(DeviceProfile, laumas_weight_takes_its_decimal_point_from_40014_and_its_sig
   // 1234 in the register, division 0.05 kg (code 10): 12.34 kg; bit 7 of the status turns the gross weight
   EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 0}, {8, 1234}, {13, 10}}, "gross"), 12.34);
   EXPECT_DOUBLE_EQ(read_of(p, {{6, 1u << 7}, {7, 0}, {8, 1234}, {13, 10}}, "gross"), -12.34);
-  EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 1}, {8, 0}, {13, 0x0107}}, "gross"), 6553.6) << "the unit in the high byte does not change the scale";
+  EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 1}, {8, 0}, {13, 0x0107}}, "gross"), 6553.6)
+      << "the unit in the high byte does not change the scale";
   EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 0}, {8, 1}, {13, 77}}, "gross", 0, Quality::unknown_scale), 0.0);
 }
 
@@ -116,7 +120,9 @@ TEST(DeviceProfile, every_shipped_profile_loads_names_its_sources_and_its_emulat
       const Channel& c = p.channels[i];
       EXPECT_GT(c.source.size(), 20u);
       if (c.quantity == "status" || c.quantity == "setting" || decode(c, 0, others).quality == Quality::not_there) continue;
-      const double wanted = c.range ? 0.25 : c.type == WordType::f32 ? 1.5 : 3.0 * std::abs(c.scale_of ? c.scale_map.begin()->second * c.scale : c.scale);
+      const double wanted = c.range                   ? 0.25
+                            : c.type == WordType::f32 ? 1.5
+                                                      : 3.0 * std::abs(c.scale_of ? c.scale_map.begin()->second * c.scale : c.scale);
       device.set(c.name, wanted);
       EXPECT_DOUBLE_EQ(decode(c, device.raw(i), others).value, wanted) << c.name;
       if (!c.sign && !c.negative_from && c.type != WordType::f32) continue;
@@ -195,25 +201,32 @@ std::string added(std::string_view line) { return kGood + std::string(line) + "\
 TEST(DeviceProfile, a_profile_without_mistakes_is_accepted) { EXPECT_EQ(refusal(kGood), "accepted"); }
 
 TEST(DeviceProfile, every_mistake_is_named_with_line_column_value_and_remedy) {
-  EXPECT_THAT(refusal(with("\"u32\"", "\"u33\"")), AllOf(HasSubstr("p.toml:22: error:"), HasSubstr("type = \"u33\" is not known (column 8)"), HasSubstr("u16, s16, u32")));
-  EXPECT_THAT(refusal(with("addr = 1", "addr = 70000")), AllOf(HasSubstr("p.toml:21"), HasSubstr("70000 is outside 0 to 65535 (column 8)")));
+  EXPECT_THAT(refusal(with("\"u32\"", "\"u33\"")),
+              AllOf(HasSubstr("p.toml:22: error:"), HasSubstr("type = \"u33\" is not known (column 8)"), HasSubstr("u16, s16, u32")));
+  EXPECT_THAT(refusal(with("addr = 1", "addr = 70000")),
+              AllOf(HasSubstr("p.toml:21"), HasSubstr("70000 is outside 0 to 65535 (column 8)")));
   EXPECT_THAT(refusal(with("addr = 1", "addr = 65535")), HasSubstr("passes register 65535"));
-  EXPECT_THAT(refusal(with("unit = \"N\"", "unit = \"Nm\"")), AllOf(HasSubstr("p.toml:20"), HasSubstr("no unit of force (column 8)"), HasSubstr("N, kN, kg")));
+  EXPECT_THAT(refusal(with("unit = \"N\"", "unit = \"Nm\"")),
+              AllOf(HasSubstr("p.toml:20"), HasSubstr("no unit of force (column 8)"), HasSubstr("N, kN, kg")));
   EXPECT_THAT(refusal(with("unit = \"N\"\n", "")), HasSubstr("key \"channel[2].unit\" is missing (column"));
-  EXPECT_THAT(refusal(with("\"force\"\nq", "\"status\"\nq")), AllOf(HasSubstr("channel \"status\" is there twice"), HasSubstr("first at p.toml:12")));
+  EXPECT_THAT(refusal(with("\"force\"\nq", "\"status\"\nq")),
+              AllOf(HasSubstr("channel \"status\" is there twice"), HasSubstr("first at p.toml:12")));
   EXPECT_THAT(refusal(with("\"a document, page 2\"", "\" \"")), AllOf(HasSubstr("p.toml:11"), HasSubstr("source is empty (column 10)")));
   EXPECT_THAT(refusal(with("evidence = \"manual\"", "evidence = \"sure\"")), HasSubstr("manual, emulated, hardware"));
   EXPECT_THAT(refusal(with("[9600]", "[9601]")), HasSubstr("baud has 9601"));
-  EXPECT_THAT(refusal(with("timeout_ms = 100", "timeout_ms = 100\nlate_max_ms = 50")), HasSubstr("late_max_ms = 50 ms is below timeout_ms = 100 ms"));
+  EXPECT_THAT(refusal(with("timeout_ms = 100", "timeout_ms = 100\nlate_max_ms = 50")),
+              HasSubstr("late_max_ms = 50 ms is below timeout_ms = 100 ms"));
   EXPECT_THAT(refusal(with("timeout_ms = 100", "timeout_ms = 100\nturnaround_ms = 150")), HasSubstr("every read would time out"));
-  EXPECT_THAT(refusal(with("timeout_ms = 100", "timeout_ms = 100\nmax_regs = 1")), HasSubstr("needs 2 registers, one read has max_regs = 1"));
+  EXPECT_THAT(refusal(with("timeout_ms = 100", "timeout_ms = 100\nmax_regs = 1")),
+              HasSubstr("needs 2 registers, one read has max_regs = 1"));
   EXPECT_THAT(refusal("format = = 1\n"), AllOf(HasSubstr("p.toml:1"), HasSubstr("not valid TOML"), HasSubstr("(column ")));
 }
 
 TEST(DeviceProfile, mistakes_of_quirks_are_named) {
   EXPECT_THAT(refusal(added("scale = 0.0")), HasSubstr("scale = 0 leaves nothing (column 9)"));
   EXPECT_THAT(refusal(added("word_order = \"AB\"")), HasSubstr("ABCD, CDAB, BADC, DCBA"));
-  EXPECT_THAT(refusal(added("sign = { channel = \"statsu\", bit = 0 }")), AllOf(HasSubstr("is no channel of this profile (column 20)"), HasSubstr("did you mean \"status\"")));
+  EXPECT_THAT(refusal(added("sign = { channel = \"statsu\", bit = 0 }")),
+              AllOf(HasSubstr("is no channel of this profile (column 20)"), HasSubstr("did you mean \"status\"")));
   EXPECT_THAT(refusal(added("sign = { channel = \"status\", bit = 16 }")), HasSubstr("16 is outside 0 to 15"));
   EXPECT_THAT(refusal(with("addr = 1", "addr = 500\nsign = { channel = \"status\", bit = 0 }")), HasSubstr("cannot come by one read"));
   EXPECT_THAT(refusal(added("rate = \"slow\"\nsign = { channel = \"status\", bit = 0 }")), HasSubstr("a sign of another moment"));
@@ -226,8 +239,10 @@ TEST(DeviceProfile, mistakes_of_quirks_are_named) {
   EXPECT_THAT(refusal(added("bits = { ready = 32 }")), HasSubstr("32 is outside 0 to 31"));
   EXPECT_THAT(refusal(added("stride = 2")), HasSubstr("stride without count"));
   EXPECT_THAT(refusal(added("count = 64\nstride = 1000\naddr2 = 1")), HasSubstr("unknown key"));
-  EXPECT_THAT(refusal(added("[command.tare]\nwear = \"ram\"\nsteps = [{ fc = 5, addr = 1, value = 1 }]")), HasSubstr("5 is outside 6 to 16"));
-  EXPECT_THAT(refusal(added("[command.tare]\nwear = \"ram\"\nsteps = [{ fc = 6, addr = 1, value = [1, 2] }]")), HasSubstr("fc 6 writes one value"));
+  EXPECT_THAT(refusal(added("[command.tare]\nwear = \"ram\"\nsteps = [{ fc = 5, addr = 1, value = 1 }]")),
+              HasSubstr("5 is outside 6 to 16"));
+  EXPECT_THAT(refusal(added("[command.tare]\nwear = \"ram\"\nsteps = [{ fc = 6, addr = 1, value = [1, 2] }]")),
+              HasSubstr("fc 6 writes one value"));
   EXPECT_THAT(refusal(added("[command.tare]\nwear = \"disk\"\nsteps = []")), HasSubstr("ram, flash, eeprom"));
 }
 

@@ -1,10 +1,11 @@
 // Stand files: calibration matrices from known loads, and every mistake named with line and column.
+#include "bench/stand/instruments/stand_setup.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "bench/stand/instruments/stand_setup.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
@@ -27,7 +28,9 @@ LoadCase weighed(double force_N, double torque_N_m, std::uint64_t n, double nois
 std::vector<LoadCase> eight_cases(double noise = 0.0005) {
   std::vector<LoadCase> out;
   std::uint64_t n = 0;
-  for (const auto& [f, q] : std::vector<std::pair<double, double>>{{0, 0}, {50, 0}, {-50, 0}, {0, 1}, {0, -1}, {25, 0.5}, {40, -0.8}, {-25, 0.5}}) out.push_back(weighed(f, q, n++, noise));
+  for (const auto& [f, q] :
+       std::vector<std::pair<double, double>>{{0, 0}, {50, 0}, {-50, 0}, {0, 1}, {0, -1}, {25, 0.5}, {40, -0.8}, {-25, 0.5}})
+    out.push_back(weighed(f, q, n++, noise));
   return out;
 }
 
@@ -72,7 +75,9 @@ TEST(LoadCalibration, cases_that_cannot_give_a_matrix_say_why) {
   EXPECT_THAT(problem, HasSubstr("show nearly the same"));
 }
 
-std::filesystem::path shipped_profile(const std::string& name) { return std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (name + ".toml"); }
+std::filesystem::path shipped_profile(const std::string& name) {
+  return std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (name + ".toml");
+}
 
 std::string good_file() {
   std::ifstream in(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices/examples/stand.toml");
@@ -80,7 +85,11 @@ std::string good_file() {
 }
 std::string refusal_of(const std::string& text) {
   try {
-    (void)parse_stand_setup(text, "stand.toml", [](const std::string& n) { return std::filesystem::is_regular_file(shipped_profile(n)) ? shipped_profile(n) : throw Error({"PROFILE", "\"" + n + "\" is no shipped profile", "", "see the list"}); });
+    (void)parse_stand_setup(text, "stand.toml", [](const std::string& n) {
+      return std::filesystem::is_regular_file(shipped_profile(n))
+                 ? shipped_profile(n)
+                 : throw Error({"PROFILE", "\"" + n + "\" is no shipped profile", "", "see the list"});
+    });
     return "accepted";
   } catch (const Error& e) {
     return e.what();
@@ -97,34 +106,42 @@ TEST(StandFile, the_shipped_example_is_accepted_and_its_text_names_calibration_a
   ASSERT_EQ(refusal_of(good_file()), "accepted");
   const StandSetup s = parse_stand_setup(good_file(), "stand.toml", [](const std::string& n) { return shipped_profile(n); });
   const std::string text = stand_setup_text(s, "2099-01-01");
-  EXPECT_THAT(text, AllOf(HasSubstr("EXPIRED"), HasSubstr("cross-talk"), HasSubstr("axis thrust"), HasSubstr("evidence manual"), HasSubstr("settle word order")));
+  EXPECT_THAT(text, AllOf(HasSubstr("EXPIRED"), HasSubstr("cross-talk"), HasSubstr("axis thrust"), HasSubstr("evidence manual"),
+                          HasSubstr("settle word order")));
   EXPECT_THAT(stand_setup_text(s, s.calibrated_on), testing::Not(HasSubstr("EXPIRED")));
   EXPECT_EQ(s.limits.size(), 10u);
 }
 
 TEST(StandFile, every_mistake_is_named_with_line_and_column) {
-  EXPECT_THAT(refusal_of(changed("serial = \"M-", "serial_ = \"M-")), AllOf(HasSubstr("stand.toml:"), HasSubstr("serial"), HasSubstr("(column ")));
-  EXPECT_THAT(refusal_of(changed("profile = \"laumas_tlb\"", "profile = \"laumas\"")), AllOf(HasSubstr("is no shipped profile (column "), HasSubstr("stand.toml:")));
+  EXPECT_THAT(refusal_of(changed("serial = \"M-", "serial_ = \"M-")),
+              AllOf(HasSubstr("stand.toml:"), HasSubstr("serial"), HasSubstr("(column ")));
+  EXPECT_THAT(refusal_of(changed("profile = \"laumas_tlb\"", "profile = \"laumas\"")),
+              AllOf(HasSubstr("is no shipped profile (column "), HasSubstr("stand.toml:")));
   EXPECT_THAT(refusal_of(changed("channels = [\"gross\"]", "channels = [\"gros\"]")), HasSubstr("has no channel \"gros\" (column 12)"));
-  EXPECT_THAT(refusal_of(changed("channel = \"cell.gross\"", "channel = \"cell.gros\"")), AllOf(HasSubstr("is none of this stand (column 11)"), HasSubstr("cell.gross")));
+  EXPECT_THAT(refusal_of(changed("channel = \"cell.gross\"", "channel = \"cell.gros\"")),
+              AllOf(HasSubstr("is none of this stand (column 11)"), HasSubstr("cell.gross")));
   EXPECT_THAT(refusal_of(changed("channel = \"cell.gross\"", "channel = \"cell.net\"")), HasSubstr("not among the channels that are read"));
-  EXPECT_THAT(refusal_of(changed("channel = \"cell.gross\"", "channel = \"supply.voltage\"")), HasSubstr("supply.voltage is in V, axis thrust needs N"));
+  EXPECT_THAT(refusal_of(changed("channel = \"cell.gross\"", "channel = \"supply.voltage\"")),
+              HasSubstr("supply.voltage is in V, axis thrust needs N"));
   EXPECT_THAT(refusal_of(changed("axis = \"torque\"", "axis = \"air_pressure\"")), HasSubstr("needs Pa"));
   EXPECT_THAT(refusal_of(changed("full_scale = 1.0", "")), HasSubstr("has no full_scale"));
   EXPECT_THAT(refusal_of(changed("port = \"rtu:/dev/ttyUSB0\"", "port = \"tcp:10.0.0.1:0\"")), HasSubstr("TCP port \"0\" (column 8)"));
   EXPECT_THAT(refusal_of(changed("port = \"rtu:/dev/ttyUSB0\"", "port = \"tcp:10.0.0.1\"")), HasSubstr("has no TCP"));
   EXPECT_THAT(refusal_of(changed("baud = 115200", "baud = 57600")), HasSubstr("does not speak 57600 8N1"));
-  EXPECT_THAT(refusal_of(changed("stale_ms = 100", "stale_ms = 5")), AllOf(HasSubstr("stale_ms = 5 ms of cell is below"), HasSubstr("two cycles of this bus")));
+  EXPECT_THAT(refusal_of(changed("stale_ms = 100", "stale_ms = 5")),
+              AllOf(HasSubstr("stale_ms = 5 ms of cell is below"), HasSubstr("two cycles of this bus")));
   EXPECT_THAT(refusal_of(changed("expires = \"2027", "expires = \"2020")), HasSubstr("is not after date"));
   EXPECT_THAT(refusal_of(changed("date = \"2026-11-20\"", "date = \"20.11.2026\"")), HasSubstr("is no date (column 8)"));
   EXPECT_THAT(refusal_of(changed("force_N = 50.0,", "force_N = 5000.0,")), HasSubstr("beyond 120 % of full scale"));
   EXPECT_THAT(refusal_of(changed("force_N = 50.0,", "force_N = -50.0,")), HasSubstr("of full scale off in one case"));
-  EXPECT_THAT(refusal_of(changed("omega_max_rad_s = 1100.0", "omega_max_rad_s = 10500.0")), AllOf(HasSubstr("gives tip Mach"), HasSubstr("RPM instead of rad/s")));
+  EXPECT_THAT(refusal_of(changed("omega_max_rad_s = 1100.0", "omega_max_rad_s = 10500.0")),
+              AllOf(HasSubstr("gives tip Mach"), HasSubstr("RPM instead of rad/s")));
   EXPECT_THAT(refusal_of(changed("side_m = 1.5", "side_m = 0.05")), HasSubstr("is inside the propeller"));
 }
 
 TEST(StandFile, a_limit_that_is_missing_or_beyond_what_was_calibrated_is_refused) {
-  for (const char* key : {"current_A", "voltage_V", "omega_rad_s", "thrust_N", "torque_N_m", "vibration_m_s2", "temperature_degC", "tracking_error_rad_s", "stale_ms", "run_time_s"}) {
+  for (const char* key : {"current_A", "voltage_V", "omega_rad_s", "thrust_N", "torque_N_m", "vibration_m_s2", "temperature_degC",
+                          "tracking_error_rad_s", "stale_ms", "run_time_s"}) {
     std::string text = good_file();
     const auto at = text.find(std::string("\n") + key + " = {", text.find("[limits]"));
     ASSERT_NE(at, std::string::npos) << key;
@@ -132,7 +149,8 @@ TEST(StandFile, a_limit_that_is_missing_or_beyond_what_was_calibrated_is_refused
     EXPECT_THAT(refusal_of(text), HasSubstr(std::string("key \"limits.") + key + "\" is missing (column")) << key;
   }
   EXPECT_THAT(refusal_of(changed("thrust_N = { max = 45.0", "thrust_N = { max = 80.0")), HasSubstr("above 120 % of the calibrated 50"));
-  EXPECT_THAT(refusal_of(changed("omega_rad_s = { max = 1000.0", "omega_rad_s = { max = 1200.0")), HasSubstr("the most that the propeller may turn"));
+  EXPECT_THAT(refusal_of(changed("omega_rad_s = { max = 1000.0", "omega_rad_s = { max = 1200.0")),
+              HasSubstr("the most that the propeller may turn"));
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // Numbers against the bytes on the wire, written out by hand (IEEE 754 and two's complement).
+#include "bench/stand/instruments/word_codec.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "bench/stand/instruments/word_codec.hpp"
 
 namespace rotorloop::modbus {
 namespace {

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
-
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "bench/stand/evaluate/compare/thrust_comparison.hpp"
 #include "bench/stand/evaluate/estimate/stand_estimate.hpp"
@@ -215,8 +214,10 @@ stand::PairComparison against_flight(double strut) {
   stand::EstimateOptions o;
   o.window_rad_s = {{730.0, 1150.0}};
   const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), o);
-  std::printf("[ measured ] strut %.0f %%: c_t of the stand %.4g N s^2, u %.2f %%\n", 100 * strut, e.reduced_c_t, 100 * e.thrust->u / e.thrust->value);
-  return stand::compare_pair({"stand", e.reduced_c_t, e.thrust->u / e.thrust->value * e.reduced_c_t}, {"flight", 1.803e-6, 0.0025e-6}, 0.03);
+  std::printf("[ measured ] strut %.0f %%: c_t of the stand %.4g N s^2, u %.2f %%\n", 100 * strut, e.reduced_c_t,
+              100 * e.thrust->u / e.thrust->value);
+  return stand::compare_pair({"stand", e.reduced_c_t, e.thrust->u / e.thrust->value * e.reduced_c_t}, {"flight", 1.803e-6, 0.0025e-6},
+                             0.03);
 }
 
 TEST(StandAgainstFlight, an_arm_behind_the_rotor_that_takes_8_percent_is_different_from_the_identified_flight_and_the_bare_stand_is_not) {
@@ -279,7 +280,8 @@ TEST(StandSession, an_ESC_whose_host_is_gone_lets_the_rotor_run_out_after_its_ow
   const double turning = run.stand.rotor().omega_rad_s();
   const auto wait_s = [&](double s) {
     for (const auto end_ns = bus.now_ns() + static_cast<std::int64_t>(1e9 * s); bus.now_ns() < end_ns; bus.wait_until(end_ns))
-      while (bus.receive_any()) {}
+      while (bus.receive_any()) {
+      }
   };
   wait_s(0.235);  // the last order is at most 10 ms old: it still holds
   EXPECT_NEAR(run.stand.rotor().omega_rad_s(), turning, 0.02 * turning);

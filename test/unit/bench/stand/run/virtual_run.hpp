@@ -26,10 +26,15 @@ inline virtual_stand::VirtualStandConfig without_errors() {
 
 // Everything of one run; the ESC has been found when it is made.
 struct VirtualRun {
-  explicit VirtualRun(const modbus::StandSetup& s, const virtual_stand::VirtualStandConfig& config, const std::vector<std::string>& sequences, const stand_run::SequenceOptions& options,
-                      const std::string& name)
-      : setup(s), folder(std::filesystem::temp_directory_path() / ("rotorloop_" + name + std::to_string(::getpid()))), stand(setup, config), tool(stand.bus()), table(tool),
-        esc(stand_run::find_esc(tool, table, setup, 0, 2.0)), files((std::filesystem::remove_all(folder), folder)),
+  explicit VirtualRun(const modbus::StandSetup& s, const virtual_stand::VirtualStandConfig& config,
+                      const std::vector<std::string>& sequences, const stand_run::SequenceOptions& options, const std::string& name)
+      : setup(s),
+        folder(std::filesystem::temp_directory_path() / ("rotorloop_" + name + std::to_string(::getpid()))),
+        stand(setup, config),
+        tool(stand.bus()),
+        table(tool),
+        esc(stand_run::find_esc(tool, table, setup, 0, 2.0)),
+        files((std::filesystem::remove_all(folder), folder)),
         session(setup, stand_run::make_plan(sequences, options), tool, table, files, session_options()) {}
   ~VirtualRun() { std::filesystem::remove_all(folder); }
 

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/sysid/diagnose/ratios.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/diagnose/report/rejection_text.hpp"
-#include "bench/sysid/diagnose/ratios.hpp"
 #include "test/unit/bench/sysid/diagnose/paper_flights.hpp"
 
 namespace rotorloop::diagnose {
@@ -131,8 +131,9 @@ TEST(Diagnosis, OfATermAddedAtRunTimeReachesScreeningRefitVerdictTextPageAndResu
   for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) {
     if (e.id != "com_offset" && e.id != "linear_drag") o.without.push_back(e.id);
   }
-  const DiagnosisRun run = diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
-                                    testing_flights::vehicle(), o);
+  const DiagnosisRun run =
+      diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
+               testing_flights::vehicle(), o);
   const Diagnosis& d = run.diagnosis;
   std::vector<std::string> screened;
   for (const CandidateEvidence& e : d.rounds.front().candidates) screened.push_back(e.id);

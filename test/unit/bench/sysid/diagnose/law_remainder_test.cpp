@@ -1,13 +1,13 @@
 // Whether a further effect is only what the law of the first leaves: hub moments (a moment that grows with speed) are in the model, and
 // what else could be there is asked how much of it would be its own.
 #include "bench/sysid/diagnose/law_remainder.hpp"
-#include "bench/sysid/diagnose/refit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 
+#include "bench/sysid/diagnose/refit.hpp"
 #include "test/unit/bench/sysid/diagnose/paper_flights.hpp"
 
 namespace rotorloop::diagnose {
@@ -67,7 +67,8 @@ TEST(LawRemainder, ALawOfTwoMomentsLeavesMomentsOnAllThreeAxesAndNoForce) {
   EXPECT_TRUE(law_variations(with_hub_moments().fit, with_hub_moments().found, {true, true, true, false, false, false}).empty());
 }
 
-// A constant force along the body's z: it may be a little askew (force x, y) and miss the centre of mass (torque x, y), and turns nothing about z.
+// A constant force along the body's z: it may be a little askew (force x, y) and miss the centre of mass (torque x, y), and turns nothing
+// about z.
 TEST(LawRemainder, AForceAlongZLeavesForcesOnAllAxesAndMomentsAboutXAndYButNoneAboutItsOwnLine) {
   const host::Term& term = *host::find_term("body_force_bias");
   identify::Identification fit = copy_of(with_hub_moments().fit);

@@ -41,7 +41,8 @@ TEST(ManoeuvreSearch, TheChosenManoeuvreKeepsItsPromiseInFlightsOfAnotherSimulat
     const host::Term& t = r.problem.start.terms.term(0);
     Member m{std::string(t.info.id), {}};
     for (std::size_t k = 0; k < t.info.parameters.size(); ++k)
-      m.parameters.push_back({std::string(t.info.parameters[k].name), "", r.fit.find(estimate::kCoreParameters + static_cast<int>(k))->value, 0.0});
+      m.parameters.push_back(
+          {std::string(t.info.parameters[k].name), "", r.fit.find(estimate::kCoreParameters + static_cast<int>(k))->value, 0.0});
     return m;
   };
   const identify::Identification shifted = fit_with("com_offset", {past}), pushed = fit_with("body_torque_bias", {past});

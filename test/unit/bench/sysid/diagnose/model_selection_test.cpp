@@ -102,7 +102,8 @@ TEST(ModelSelection, lists_as_an_alias_what_has_the_column_of_the_best_though_a_
 }
 
 TEST(ModelSelection, a_tether_is_one_by_its_stiffness_and_a_wind_by_none_of_its_three_speeds) {
-  const std::vector<NamedValue> tether{{"damping_N_s_m", "N s/m", 0.1, 0.01}, {"stiffness_N_m", "N/m", 0.5, 0.01}, {"pull_z_N", "N", 0.1, 0.01}};
+  const std::vector<NamedValue> tether{
+      {"damping_N_s_m", "N s/m", 0.1, 0.01}, {"stiffness_N_m", "N/m", 0.5, 0.01}, {"pull_z_N", "N", 0.1, 0.01}};
   const NamedValue* stiffness = defining_number({.id = "tether"}, tether);
   ASSERT_NE(stiffness, nullptr);
   EXPECT_EQ(stiffness->name, "stiffness_N_m");

@@ -40,7 +40,7 @@ inline const identify::Identification& beside_the_centre() {
     truth.com_offset_m.x() += 1.5e-3;
     truth.r_BS_m.x() -= 1.5e-3;  // the sensor stays where it is
     return identify::identify({flight(truth, {.manoeuvre = model_true::Manoeuvre::rotation, .duration_s = 8.0}, 5)}, vehicle(),
-                    options_holding({"k_1", "k_2", "c_d,h", "Δx", "Δy"}));
+                              options_holding({"k_1", "k_2", "c_d,h", "Δx", "Δy"}));
   }();
   return r;
 }

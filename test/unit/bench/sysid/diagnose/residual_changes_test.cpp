@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "host/base/statistics.hpp"
 #include "bench/sysid/diagnose/residuals/steps_in_time.hpp"
 #include "bench/sysid/diagnose/residuals/variance_effects.hpp"
+#include "host/base/statistics.hpp"
 #include "test/unit/bench/sysid/diagnose/made_up_series.hpp"
 
 namespace rotorloop::diagnose {

@@ -31,8 +31,8 @@ const identify::Identification& clean_fit() {
     o.grid.rate_Hz = 100.0;
     o.noise.force_m_s2_rtHz.setConstant(0.03);
     o.noise.angular_rad_s2_rtHz.setConstant(0.3);
-    return identify::identify(flights,
-                    host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue()), o);
+    return identify::identify(
+        flights, host::read_vehicle(std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/paper.toml", host::builtin_effect_catalogue()), o);
   }();
   return r;
 }

@@ -63,7 +63,8 @@ TEST(RotorGroups, ARefitOfFourSpeedScalesFindsTheOneThatIsThreePerCentHighAndHol
   EXPECT_NEAR(excess_of_first(found), kHigh, 0.004);
   EXPECT_NEAR(sum, 0.0, 1e-4);
 }
-// A file that knows k_1 and k_2 leaves no gauge: held, the mean of the four numbers would be left over, 0.75 % of speed and 1.5 % of thrust.
+// A file that knows k_1 and k_2 leaves no gauge: held, the mean of the four numbers would be left over, 0.75 % of speed and 1.5 % of
+// thrust.
 TEST(RotorGroups, WithThrustKnownBeforehandOneRotorIsThreePerCentHighAndTheOthersAreNot) {
   identify::Identification known = copy_of(fitted());
   const model_true::Truth truth;

@@ -102,7 +102,8 @@ ScoreTable fitted_to_two_folds_that_differ(double score) {
   t.base = 1;
   t.information = Eigen::MatrixXd::Constant(1, 1, 200.0);
   t.score = Eigen::VectorXd::Zero(1);
-  for (const double s : {score, -score}) t.blocks.push_back({0, 0.0, 1.0, {0}, Eigen::MatrixXd::Constant(1, 1, 100.0), Eigen::VectorXd::Constant(1, s)});
+  for (const double s : {score, -score})
+    t.blocks.push_back({0, 0.0, 1.0, {0}, Eigen::MatrixXd::Constant(1, 1, 100.0), Eigen::VectorXd::Constant(1, s)});
   t.fold = {0, 1};
   return t;
 }

@@ -28,7 +28,8 @@ TEST(Screening, EveryRowOfTheCatalogueThatAModelHoldsIsACandidateOnceButWhatIsLe
   EXPECT_EQ(candidate("pose_delay"), nullptr) << "free in every fit";
   using Kind = host::EffectKind;
   for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) {
-    const bool left_out = e.id == "rotor_tilt" || e.id == "ceiling_effect" || e.id == "pose_delay" || e.kind == Kind::variance || e.kind == Kind::none;
+    const bool left_out =
+        e.id == "rotor_tilt" || e.id == "ceiling_effect" || e.id == "pose_delay" || e.kind == Kind::variance || e.kind == Kind::none;
     EXPECT_EQ(candidate(e.id) == nullptr, left_out) << e.id << ": rotor_tilt was left out, and no ceiling is known of";
   }
   std::vector<Eigen::Index> columns;

@@ -13,7 +13,10 @@ using testing::names;
 Diagnosis diagnosed(const std::string& set, const std::vector<std::string>& flights, int max_effects) {
   std::vector<identify::FlightToFit> logs;
   for (const std::string& f : flights)
-    logs.push_back({identify::testing::read_measured(identify::testing::measured_flights() / set / (f + ".csv")).record, identify::FlightRole::any, {}, {}});
+    logs.push_back({identify::testing::read_measured(identify::testing::measured_flights() / set / (f + ".csv")).record,
+                    identify::FlightRole::any,
+                    {},
+                    {}});
   return testing::diagnosed(logs, host::read_vehicle(testing::vehicles() / (set + ".toml"), host::builtin_effect_catalogue()), max_effects);
 }
 

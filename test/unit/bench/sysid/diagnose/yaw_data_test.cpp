@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "bench/sysid/diagnose/diagnose.hpp"
-#include "bench/sysid/log/check/checks.hpp"
 #include "bench/sysid/identify/held_out.hpp"
+#include "bench/sysid/log/check/checks.hpp"
 #include "test/unit/bench/sysid/identify/measured_fit.hpp"
 
 namespace rotorloop::diagnose {
@@ -49,7 +49,8 @@ TEST(MeasuredYaw, ReactionToRotorAccelerationIsFoundWithItsShareOfTheInertiaAndE
   estimate::GridOptions late = o.identify.grid;
   late.from_s = 45.0;
   const identify::WrenchBand band{.from_Hz = 1.0, .to_Hz = 10.0};
-  const identify::WrenchComparison c = identify::score_models({checked("multisine_20251017_run1")}, run.before, run.after, late, band).wrench;
+  const identify::WrenchComparison c =
+      identify::score_models({checked("multisine_20251017_run1")}, run.before, run.after, late, band).wrench;
   fmt::print("J_r/J_z {:.3e}; yaw explained {:.3f} -> {:.3f}, aligned {:.3f} -> {:.3f} at {:+.1f} ms\n", ratio,
              c.before.back().explained[5], c.after.back().explained[5], c.before_aligned.back().explained[5],
              c.after_aligned.back().explained[5], 1e3 * c.after_aligned.front().delay_s);

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "bench/sysid/log/flight_record.hpp"
-#include "host/vehicle/model.hpp"
 #include "host/base/random.hpp"
+#include "host/vehicle/model.hpp"
 
 namespace rotorloop::estimate::testing {
 

@@ -95,7 +95,8 @@ double truth(int p) {
 void expect_truth_within(double z, const std::vector<estimate::Estimate>& estimates, const std::string& what) {
   for (const estimate::Estimate& e : estimates) {
     if (e.parameter == estimate::kMass || (e.parameter >= estimate::kTurnX && e.parameter <= estimate::kTurnZ)) continue;
-    EXPECT_LT(std::fabs(e.value - truth(e.parameter)), z * reported_u(e)) << what << " " << estimate::parameter_info(e.parameter, {}).symbol;
+    EXPECT_LT(std::fabs(e.value - truth(e.parameter)), z * reported_u(e))
+        << what << " " << estimate::parameter_info(e.parameter, {}).symbol;
   }
 }
 

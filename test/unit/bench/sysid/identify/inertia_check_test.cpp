@@ -1,4 +1,5 @@
-// Inertia by bands against the fit's: what a missing moment of low frequency does to it, and what is held where the flights want what cannot be.
+// Inertia by bands against the fit's: what a missing moment of low frequency does to it, and what is held where the flights want what
+// cannot be.
 #include "bench/sysid/identify/inertia_check.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,8 @@ log::FlightRecord rolling(double slow_share, bool with_gyro) {
     const double t = 0.002 * k;
     double swing = 0.0, rate = 0.0, angle = 0.0;
     for (int i = 0; i < 3; ++i) {
-      const double w = 2.0 * 3.14159265358979 * f_Hz[i], torque = 8.0 * kArm_m * kCt * kHover_rad_s * amplitude[i] * (i == 0 ? 1.0 - slow_share : 1.0);
+      const double w = 2.0 * 3.14159265358979 * f_Hz[i],
+                   torque = 8.0 * kArm_m * kCt * kHover_rad_s * amplitude[i] * (i == 0 ? 1.0 - slow_share : 1.0);
       swing += amplitude[i] * std::sin(w * t);
       rate -= torque / (kInertia * w) * std::cos(w * t);
       angle -= torque / (kInertia * w * w) * std::sin(w * t);
@@ -86,9 +88,7 @@ TEST(InertiaCheck, fit_that_agrees_and_is_surer_than_the_band_is_kept) {
   EXPECT_TRUE(priors_of(c, {}, kFree, vehicle()).empty());
 }
 
-TEST(InertiaCheck, pitch_that_no_torque_moves_is_not_determined) {
-  EXPECT_FALSE(checked(rolling(0.0, true), nullptr).of(estimate::kIyy));
-}
+TEST(InertiaCheck, pitch_that_no_torque_moves_is_not_determined) { EXPECT_FALSE(checked(rolling(0.0, true), nullptr).of(estimate::kIyy)); }
 
 TEST(InertiaCheck, guessed_I_zz_is_tied_to_the_other_two_and_a_drawn_one_is_kept) {
   host::VehicleFile file;
@@ -108,7 +108,8 @@ TEST(InertiaCheck, guessed_I_zz_is_tied_to_the_other_two_and_a_drawn_one_is_kept
 }
 
 TEST(InertiaCheck, inertia_of_a_band_goes_with_a_free_mass_so_that_no_missing_moment_pulls_at_it) {
-  const InertiaCheck c{.axes = {{.parameter = estimate::kIxx, .value = kInertia, .u = 5e-7, .taken = true}}, .needed = true, .mass_kg = 0.037};
+  const InertiaCheck c{
+      .axes = {{.parameter = estimate::kIxx, .value = kInertia, .u = 5e-7, .taken = true}}, .needed = true, .mass_kg = 0.037};
   auto free = kFree;
   EXPECT_EQ(priors_of(c, {}, free, vehicle()).front().parameters, std::vector<int>{estimate::kIxx});
   free.push_back({estimate::kMass});
@@ -120,7 +121,8 @@ TEST(InertiaCheck, inertia_of_a_band_goes_with_a_free_mass_so_that_no_missing_mo
 
 TEST(PossibleVehicle, drag_of_minus_five_u_is_held_at_zero_and_of_minus_one_u_is_left_to_the_writer_of_the_file) {
   std::vector<estimate::Estimate> held;
-  const estimate::Fit fit = fit_with({{.parameter = estimate::kCdh, .value = -5e-3, .u = 1e-3}, {.parameter = estimate::kCdz, .value = -1e-3, .u = 1e-3}});
+  const estimate::Fit fit =
+      fit_with({{.parameter = estimate::kCdh, .value = -5e-3, .u = 1e-3}, {.parameter = estimate::kCdz, .value = -1e-3, .u = 1e-3}});
   const auto priors = priors_of_the_possible(fit, {}, vehicle(), held);
   ASSERT_EQ(priors.size(), 1u);
   EXPECT_EQ(priors.front().parameters, std::vector<int>{estimate::kCdh});

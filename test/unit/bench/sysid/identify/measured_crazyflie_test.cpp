@@ -62,8 +62,8 @@ TEST(ImrcBrushless, static_thrust_is_3p71e_8_within_2_percent_and_rotor_drag_tha
   fmt::print("static c_t {:.4e} N s², rotor drag {:.3e} N/(m/s rad/s) = {:.4f} N/(m/s) in hover\n", c_t, d, 4.0 * hover * d);
   EXPECT_NEAR(c_t, 3.71e-8, 0.02 * 3.71e-8);
   EXPECT_NEAR(d, 1.955e-6, 0.08 * 1.955e-6);
-  // The moment that goes with velocity is not in the model: the inertia over all frequencies is too high, and its standard error must say so by
-  // holding the 1.61e-5 kg m² of 5 to 15 Hz.
+  // The moment that goes with velocity is not in the model: the inertia over all frequencies is too high, and its standard error must say
+  // so by holding the 1.61e-5 kg m² of 5 to 15 Hz.
   const estimate::Estimate* xx = r.fit.find(estimate::kIxx);
   const double u = std::max(xx->u, xx->u_robust);
   EXPECT_GT(xx->value, 1.61e-5);

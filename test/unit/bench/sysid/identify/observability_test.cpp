@@ -30,7 +30,8 @@ estimate::GridFlight hover() {
 
 std::vector<estimate::FreeParameter> thrust_and_drag() {
   std::vector<estimate::FreeParameter> out;
-  for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kComX, estimate::kComY}) out.push_back({.parameter = p});
+  for (const int p : {estimate::kK1, estimate::kK2, estimate::kCdh, estimate::kCdxy, estimate::kCdz, estimate::kComX, estimate::kComY})
+    out.push_back({.parameter = p});
   return out;
 }
 
@@ -80,7 +81,8 @@ TEST(Observability, AHoverCannotTellDragNorTheTwoThrustCoefficientsFromEachOther
 }
 
 TEST(Observability, EachFlightSaysWhatItTellsByItself) {
-  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
+  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}),
+                             fast = flown({.manoeuvre = Manoeuvre::horizontal});
   const Observability o = fitted({&still, &up, &fast}).observability;
   ASSERT_EQ(o.flights.size(), 3u);
   const auto &of_hover = o.flights[0].undetermined, &of_climb = o.flights[1].undetermined, &of_dash = o.flights[2].undetermined;
@@ -113,7 +115,8 @@ TEST(Observability, ListsEveryStrongCorrelationOfTheCovarianceStrongestFirstAndN
 }
 
 TEST(Observability, FlightsInMoreDirectionsAreBetterConditionedAndNeedLessAdvice) {
-  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}), fast = flown({.manoeuvre = Manoeuvre::horizontal});
+  const estimate::GridFlight still = hover(), up = flown({.manoeuvre = Manoeuvre::vertical}),
+                             fast = flown({.manoeuvre = Manoeuvre::horizontal});
   const Observability poor = fitted({&still}).observability, rich = fitted({&still, &up, &fast}).observability;
   EXPECT_LT(rich.condition, 0.1 * poor.condition);
   EXPECT_TRUE(advice_for(poor, "c_d,h"));

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "bench/sysid/log/check/checks.hpp"
 #include "bench/sysid/identify/identified_vehicle.hpp"
+#include "bench/sysid/log/check/checks.hpp"
 #include "test/unit/bench/sysid/identify/measured_fit.hpp"
 
 namespace rotorloop::identify {
@@ -37,7 +37,8 @@ inline IdentifyOptions options() {
 inline void print(const char* what, const Identification& r) {
   fmt::print("{}: log likelihood {:.1f}, {} iterations, converged {}\n", what, r.fit.log_likelihood, r.fit.iterations, r.fit.converged);
   for (const estimate::Estimate& e : r.fit.estimates) {
-    if (e.flight < 0) fmt::print("  {:<24} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate::estimate_name(e, r.problem), e.value, e.u, e.u_robust);
+    if (e.flight < 0)
+      fmt::print("  {:<24} {:>12.5g} ± {:.2g}, robust {:.2g}\n", estimate::estimate_name(e, r.problem), e.value, e.u, e.u_robust);
   }
   std::fflush(stdout);
 }

@@ -31,7 +31,8 @@ double u_of(const JointPrior& p) { return 1.0 / std::sqrt(p.information(0, 0)); 
 struct Case {
   host::VehicleFile v = file();
   estimate::ModelValues at;
-  std::vector<estimate::FreeParameter> free{{estimate::kMass, false, 0.0005}, {estimate::kIxx}, {estimate::kIyy}, {estimate::kIzz}, {estimate::kComX}};
+  std::vector<estimate::FreeParameter> free{
+      {estimate::kMass, false, 0.0005}, {estimate::kIxx}, {estimate::kIyy}, {estimate::kIzz}, {estimate::kComX}};
   Case() {
     host::TermList terms;
     terms.add(*host::find_term("rotor_inertia_reaction"));

@@ -27,7 +27,8 @@ estimate::Fit fit_with(const std::vector<Number>& numbers, double correlation = 
   fit.covariance = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Number& x = numbers[static_cast<std::size_t>(i)];
-    fit.estimates.push_back({.parameter = x.parameter, .value = x.value, .u = x.u, .u_robust = x.u, .prior_share = x.prior_share, .prior_z = x.prior_z});
+    fit.estimates.push_back(
+        {.parameter = x.parameter, .value = x.value, .u = x.u, .u_robust = x.u, .prior_share = x.prior_share, .prior_z = x.prior_z});
     fit.values.front()[x.parameter] = x.value;
     fit.covariance(i, i) = x.u * x.u;
   }
@@ -36,7 +37,9 @@ estimate::Fit fit_with(const std::vector<Number>& numbers, double correlation = 
   return fit;
 }
 
-WrittenVehicle written(const estimate::Fit& fit, const host::VehicleFile& base = start()) { return written_vehicle(fit, base, {0, 0}, "test", {}); }
+WrittenVehicle written(const estimate::Fit& fit, const host::VehicleFile& base = start()) {
+  return written_vehicle(fit, base, {0, 0}, "test", {});
+}
 
 TEST(WrittenVehicle, an_estimate_that_can_be_stands_in_the_file_as_it_is_and_needs_no_line) {
   const WrittenVehicle w = written(fit_with({{estimate::kCdz, 0.02, 0.01}, {estimate::kIzz, 4.5e-3, 1e-4}}));
@@ -71,7 +74,8 @@ TEST(WrittenVehicle, a_torque_coefficient_below_the_ideal_powers_by_two_of_its_u
   EXPECT_GT(merit, 0.84);
   ASSERT_EQ(w.differences.size(), 1u);
   EXPECT_NE(w.differences[0].find("figure of merit"), std::string::npos) << w.differences[0];
-  EXPECT_EQ(written(fit_with({{estimate::kCq, c_q, 0.01 * c_q}})).file.c_q_N_m_s2.value, c_q) << "so sure a figure is for the reader to refuse";
+  EXPECT_EQ(written(fit_with({{estimate::kCq, c_q, 0.01 * c_q}})).file.c_q_N_m_s2.value, c_q)
+      << "so sure a figure is for the reader to refuse";
 }
 TEST(WrittenVehicle, a_number_that_its_prior_determines_keeps_the_origin_of_a_guess) {
   host::VehicleFile base = start();

@@ -205,7 +205,8 @@ TEST(FlightLog, FullDiskIsReportedWhenClosing) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   FlightLogWriter w("/dev/full", {});
   w.write(flight_row(0));
-  EXPECT_THAT(test::error_of([&] { w.close(); }, ExitCode::device), AllOf(HasSubstr("No space left"), HasSubstr("likely: the disk is full")));
+  EXPECT_THAT(test::error_of([&] { w.close(); }, ExitCode::device),
+              AllOf(HasSubstr("No space left"), HasSubstr("likely: the disk is full")));
 }
 
 TEST(LogReader, RefusalsNameFileLineAndReason) {

@@ -243,7 +243,8 @@ TEST(ULogFlight, TopicWithoutTheFieldIsNamedWithWhatItHas) {
   EXPECT_THAT(error("s", "voltage_v"), AllOf(HasSubstr("m.toml:9"), HasSubstr("no column voltage_v (battery) in topic one 0 of x.ulg"),
                                              HasSubstr("it has: timestamp, x")));
   EXPECT_THAT(error("gone", "x"), HasSubstr("topic two 1, which is not there"));
-  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }), AllOf(HasSubstr("topics one"), HasSubstr("px4_ulog.mapping.toml")));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }),
+              AllOf(HasSubstr("topics one"), HasSubstr("px4_ulog.mapping.toml")));
   const LogMapping csv = parse_log_mapping(
       "format = 1\nname = \"x\"\nlog = \"csv\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n[[stream]]\nquantity = \"battery\"\ncolumns = "
       "[\"u\"]\nunit = \"V\"\n",

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
+#include "bench/sysid/estimate/model/rotations.hpp"
 #include "bench/sysid/score/multi_step_fit.hpp"
 #include "bench/sysid/score/prediction_terms.hpp"
-#include "bench/sysid/estimate/model/rotations.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
@@ -42,7 +42,8 @@ log::FlightRecord speeds(double seconds, double noise_rad_s = 0.0, std::uint64_t
 }
 
 // The flight that the model itself makes of these speeds.
-StateTrack flown(const estimate::ModelValues& values, const log::FlightRecord& true_speeds, const log::FlightRecord& logged_speeds, std::size_t steps) {
+StateTrack flown(const estimate::ModelValues& values, const log::FlightRecord& true_speeds, const log::FlightRecord& logged_speeds,
+                 std::size_t steps) {
   const estimate::Model model(values);
   const estimate::RotorInput input(true_speeds);
   StateTrack track{"flown", 0.0, 0.01, {estimate::BodyState{}}, estimate::RotorInput(logged_speeds)};
@@ -231,7 +232,8 @@ TEST(MultiStepFit, RecoversTheParametersThatMadeAFlight) {
   o.horizon = 30;
   o.stride = 20;
   o.tolerance = 1e-12;
-  const MultiStepFit fit = fit_multi_step(start, {estimate::kIxx, estimate::kIyy, estimate::kK1, estimate::kCdh, estimate::kComX}, tracks, o);
+  const MultiStepFit fit =
+      fit_multi_step(start, {estimate::kIxx, estimate::kIyy, estimate::kK1, estimate::kCdh, estimate::kComX}, tracks, o);
   EXPECT_TRUE(fit.converged);
   EXPECT_LT(fit.cost, 1e-12);
   EXPECT_NEAR(fit.values[estimate::kIxx] / truth[estimate::kIxx], 1.0, 1e-4);

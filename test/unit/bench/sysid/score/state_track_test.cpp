@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/sysid/score/prediction.hpp"
 #include "bench/sysid/estimate/model/rotations.hpp"
+#include "bench/sysid/score/prediction.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::score {
