@@ -44,7 +44,7 @@ struct Vector {
 
 // Sources: DroneCAN specification (identifier and tail byte, "CAN bus transport layer"; allocation, "Application level functions") and the
 // examples of docs/wire.md.
-TEST(Adapter, encodes_the_published_examples) {
+TEST(Adapter, EncodesThePublishedExamples) {
   const Vector vectors[] = {
       {"uavcan.protocol.NodeStatus", R"({"uptime_sec":1234567,"mode":1,"vendor_specific_status_code":48879})",
        R"("kind":"message","priority":20,"source":42)", "1401552a#87d6120008efbec0"},
@@ -68,7 +68,7 @@ TEST(Adapter, encodes_the_published_examples) {
   for (const Vector& v : vectors) EXPECT_EQ(frames_of(ask(encode_line(v.type, v.fields, v.more))), v.frames) << v.type << v.fields;
 }
 
-TEST(Adapter, float16_at_its_edges) {
+TEST(Adapter, Float16AtItsEdges) {
   struct Row {
     const char* value;
     const char* payload;  // frequency low byte first, then duration 0
@@ -84,7 +84,7 @@ TEST(Adapter, float16_at_its_edges) {
   }
 }
 
-TEST(Adapter, floats_come_back_as_numbers_or_by_name) {
+TEST(Adapter, FloatsComeBackAsNumbersOrByName) {
   const Json a = ask(R"({"op":"decode","events":[{"t":0,"id":"1004380a","data":"007c0080c0"},{"t":0,"id":"1004380a","data":"ff7f003cc1"},
                         {"t":0,"id":"1004380a","data":"00fcff7bc2"}]})");
   ASSERT_EQ(a["transfers"].size(), 3u) << a;
@@ -93,7 +93,7 @@ TEST(Adapter, floats_come_back_as_numbers_or_by_name) {
   EXPECT_EQ(a["transfers"][2]["fields"].dump(), R"({"frequency":"-inf","duration":65504.0})");
 }
 
-TEST(Adapter, integers_saturate_or_are_truncated_as_their_definition_says_however_large_they_are) {
+TEST(Adapter, IntegersSaturateOrAreTruncatedAsTheirDefinitionSaysHoweverLargeTheyAre) {
   EXPECT_EQ(payload("uavcan.protocol.NodeStatus", R"({"uptime_sec":99999999999,"health":7,"mode":1000,"sub_mode":-5})"), "fffffffff80000");
   EXPECT_EQ(payload("uavcan.protocol.GlobalTimeSync", R"({"previous_transmission_timestamp_usec":72057594037928194})"), "02010000000000");
   EXPECT_EQ(payload("uavcan.protocol.GlobalTimeSync", R"({"previous_transmission_timestamp_usec":-1})"), "ffffffffffffff");
@@ -101,13 +101,13 @@ TEST(Adapter, integers_saturate_or_are_truncated_as_their_definition_says_howeve
   EXPECT_EQ(payload("uavcan.equipment.esc.RPMCommand", R"({"rpm":[18446744073709551615]})"), "ffff40");
 }
 
-TEST(Adapter, absent_fields_are_zero_empty_or_the_first_member) {
+TEST(Adapter, AbsentFieldsAreZeroEmptyOrTheFirstMember) {
   EXPECT_EQ(payload("uavcan.equipment.esc.RawCommand", "{}"), "");
   EXPECT_EQ(frames_of(ask(encode_line("uavcan.protocol.param.GetSet", R"({"index":3})", R"("kind":"request","source":1,"dest":2)"))),
             "100b8281#0300c0");
 }
 
-TEST(Adapter, union_is_an_object_with_the_active_member_as_its_only_key) {
+TEST(Adapter, UnionIsAnObjectWithTheActiveMemberAsItsOnlyKey) {
   const std::string more = R"("kind":"request","source":1,"dest":2)";
   const Json sent = ask(encode_line("uavcan.protocol.param.GetSet", R"({"value":{"real_value":1.5},"name":"abc"})", more));
   const Json a = ask(R"({"op":"decode","local_node":2,"events":[{"id":"100b8281","data":)" + sent["frames"][0]["data"].dump() +
@@ -118,7 +118,7 @@ TEST(Adapter, union_is_an_object_with_the_active_member_as_its_only_key) {
   EXPECT_TRUE(ask(encode_line("uavcan.protocol.param.GetSet", R"({"value":{"real_value":1,"boolean_value":1}})", more)).contains("error"));
 }
 
-TEST(Adapter, can_fd_has_length_fields_and_zeros_up_to_its_frame_lengths) {
+TEST(Adapter, CanFdHasLengthFieldsAndZerosUpToItsFrameLengths) {
   const std::string fd = R"("kind":"message","priority":7,"source":120,"canfd":true)";
   EXPECT_EQ(frames_of(ask(encode_line("uavcan.equipment.esc.RawCommand", R"({"cmd":[0,0,0,0]})", fd))),
             "07040678#2000000000000000000000c0");
@@ -126,7 +126,7 @@ TEST(Adapter, can_fd_has_length_fields_and_zeros_up_to_its_frame_lengths) {
   EXPECT_EQ(a["transfers"][0]["fields"].dump(), R"({"cmd":[0,0,0,0]})");
 }
 
-TEST(Adapter, local_node_selects_the_services_and_messages_are_for_all) {
+TEST(Adapter, LocalNodeSelectsTheServicesAndMessagesAreForAll) {
   const std::string events = R"("events":[{"id":"1801aaf8","data":"c9"},{"id":"1401552a","data":"87d6120008efbec0"}]})";
   EXPECT_EQ(ask(R"({"op":"decode","local_node":42,)" + events)["transfers"].size(), 2u);
   EXPECT_EQ(ask(R"({"op":"decode","local_node":43,)" + events)["transfers"].size(), 1u);
@@ -141,7 +141,7 @@ std::size_t transfers(const std::vector<std::string>& events) {
   return ask(line)["transfers"].size();
 }
 
-TEST(Adapter, reassembly_follows_transfer_id_toggle_crc_and_the_time_out_of_two_seconds) {
+TEST(Adapter, ReassemblyFollowsTransferIdToggleCrcAndTheTimeOutOfTwoSeconds) {
   const char *first = "48dbf6223d888882", *last = "c231d37362";
   EXPECT_EQ(transfers({event(0, first), event(0.001, last)}), 1u);
   EXPECT_EQ(transfers({event(0, first), event(2.1, last)}), 0u) << "its start is older than 2 s";
@@ -154,7 +154,7 @@ TEST(Adapter, reassembly_follows_transfer_id_toggle_crc_and_the_time_out_of_two_
   EXPECT_EQ(transfers({event(0, last), event(0.001, first), event(0.002, last)}), 1u);
 }
 
-TEST(Adapter, unknown_type_is_skipped_and_everything_malformed_is_an_error_with_its_place) {
+TEST(Adapter, UnknownTypeIsSkippedAndEverythingMalformedIsAnErrorWithItsPlace) {
   EXPECT_TRUE(ask(encode_line("uavcan.equipment.air_data.TrueAirspeed", "{}")).contains("skip"));
   const char* bad[] = {
       "",
@@ -193,7 +193,7 @@ TEST(Adapter, unknown_type_is_skipped_and_everything_malformed_is_an_error_with_
 // 10^5 lines, each a good one with a few bytes changed, cut out, put in, or spliced with another: whatever comes, there is one answer, on
 // one line, and it is a JSON object with frames, transfers, a skip or an error. Seed 1; the counts show that good and bad lines were both
 // among them.
-TEST(Adapter, never_dies_of_a_mutated_line) {
+TEST(Adapter, NeverDiesOfAMutatedLine) {
   const std::vector<std::string> good{
       encode_line("uavcan.protocol.NodeStatus", R"({"uptime_sec":7,"health":1,"vendor_specific_status_code":48879})"),
       encode_line("uavcan.equipment.esc.RawCommand", R"({"cmd":[0,8191,-8192,4096]})"),
@@ -241,7 +241,7 @@ TEST(Adapter, never_dies_of_a_mutated_line) {
   EXPECT_GT(answered, 20'000u);
 }
 
-TEST(Adapter, transfer_too_short_for_its_type_is_listed_apart) {
+TEST(Adapter, TransferTooShortForItsTypeIsListedApart) {
   const Json a = ask(R"({"op":"decode","events":[{"id":"1401552a","data":"87d612c0"}]})");
   EXPECT_EQ(a["transfers"].size(), 0u);
   ASSERT_EQ(a["rejected"].size(), 1u);

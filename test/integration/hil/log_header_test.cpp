@@ -18,7 +18,7 @@ std::string logged_pole_pairs(const hil::Scenario& scenario, const hil::Inputs& 
   return log::read_log(folder.path() / "flight.csv").header.at("pole_pairs");
 }
 
-TEST(FlightLogHeader, names_the_pole_pairs_of_the_plants_motors_7_or_6_or_those_of_each_rotor) {
+TEST(FlightLogHeader, NamesThePolePairsOfThePlantsMotors7Or6OrThoseOfEachRotor) {
   const TempFolder folder;
   const hil::Scenario scenario = hil::read_scenario(shipped("scenarios/paper.toml"));
   hil::Inputs inputs = hil::read_inputs(scenario);
@@ -29,7 +29,7 @@ TEST(FlightLogHeader, names_the_pole_pairs_of_the_plants_motors_7_or_6_or_those_
   EXPECT_EQ(logged_pole_pairs(scenario, inputs, folder), "6 6 7 6");
 }
 
-TEST(FlightDuration, grows_by_1_s_when_the_trajectory_begins_1_s_later) {
+TEST(FlightDuration, GrowsBy1sWhenTheTrajectoryBegins1sLater) {
   hil::LoopConfig config = short_flight_config(1);
   const double before_s = hil::flight_duration_s(config, short_trajectory());
   config.computer.start_us += 1'000'000;

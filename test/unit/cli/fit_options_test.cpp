@@ -85,7 +85,7 @@ TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
   EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
 }
 
-TEST(RenamedOption, works_by_its_old_name_says_the_new_one_and_is_not_in_the_help) {
+TEST(RenamedOption, WorksByItsOldNameSaysTheNewOneAndIsNotInTheHelp) {
   CLI::App app;
   bool no_priors = false;
   std::vector<fs::path> compared;

@@ -155,7 +155,7 @@ TEST_F(Reassembly, PayloadBeyondTheBufferIsDroppedWithoutHarm) {
   EXPECT_EQ(feed(transfer(EscStatus::kType, 6, 14)), 1);
 }
 
-TEST_F(Reassembly, memory_is_bounded_and_the_sender_that_started_least_recently_gives_way) {
+TEST_F(Reassembly, MemoryIsBoundedAndTheSenderThatStartedLeastRecentlyGivesWay) {
   for (std::uint8_t source = 1; source <= 4; ++source) feed(transfer(RawCommand::kType, 0, 7, source), 1000u * source);
   EXPECT_EQ(receiver_.counters().transfers, 4u) << "a fourth sender is heard although there are three sessions";
   EXPECT_EQ(receiver_.counters().displaced, 1u);
@@ -163,7 +163,7 @@ TEST_F(Reassembly, memory_is_bounded_and_the_sender_that_started_least_recently_
   EXPECT_EQ(feed(transfer(RawCommand::kType, 0, 7, 2), 5000), 0);
 }
 
-TEST_F(Reassembly, flood_of_126_senders_neither_locks_out_a_newcomer_nor_breaks_the_transfer_of_the_sender_that_is_kept) {
+TEST_F(Reassembly, FloodOf126SendersNeitherLocksOutANewcomerNorBreaksTheTransferOfTheSenderThatIsKept) {
   receiver_.keep(77);
   const auto long_one = transfer(EscStatus::kType, 5, 14, 77);
   EXPECT_EQ(feed({long_one[0], long_one[1]}, 1000), 0);
@@ -218,7 +218,7 @@ TEST_F(Reassembly, AnonymousAndUnknownAndForeignFramesAreCountedApart) {
   EXPECT_EQ(receiver_.counters().bad_address, 1u);
 }
 
-TEST_F(Reassembly, anonymous_allocation_requests_are_delivered_to_who_asked_for_them_as_often_as_they_come) {
+TEST_F(Reassembly, AnonymousAllocationRequestsAreDeliveredToWhoAskedForThemAsOftenAsTheyCome) {
   constexpr std::array<Subscription, 1> kAllocation{subscribe_anonymous(Allocation::kType)};
   Receiver<2, 45> receiver(kOwn, kAllocation);
   CanFrame f;
@@ -251,7 +251,7 @@ std::vector<CanFdFrame> fd_transfer(std::uint8_t transfer_id, std::size_t size) 
   return frames;
 }
 
-TEST_F(Reassembly, fd_transfers_of_0_to_400_bytes_come_back_with_zeros_up_to_a_length_that_can_fd_has) {
+TEST_F(Reassembly, FdTransfersOf0To400BytesComeBackWithZerosUpToALengthThatCanFdHas) {
   Receiver<3, 500> receiver(kOwn, kSubscriptions);
   std::uint8_t id = 0;
   for (std::size_t n = 0; n <= 400; ++n, id = static_cast<std::uint8_t>((id + 1) % 32)) {
@@ -272,7 +272,7 @@ TEST_F(Reassembly, fd_transfers_of_0_to_400_bytes_come_back_with_zeros_up_to_a_l
   }
 }
 
-TEST_F(Reassembly, every_flipped_bit_of_an_fd_transfer_of_two_frames_is_caught_its_padding_included) {
+TEST_F(Reassembly, EveryFlippedBitOfAnFdTransferOfTwoFramesIsCaughtItsPaddingIncluded) {
   Receiver<3, 500> receiver(kOwn, kSubscriptions);
   std::uint8_t id = 0;
   const std::size_t last = fd_transfer(0, 70)[1].length - 1u;

@@ -127,7 +127,7 @@ constexpr Published kPublished[] = {
     {TunnelCall::kType, 63, 0xDB11EDC510502658, 0xF848},
 };
 
-TEST(DataTypes, signatures_computed_from_the_descriptions_equal_the_published_ones_and_no_type_is_left_out) {
+TEST(DataTypes, SignaturesComputedFromTheDescriptionsEqualThePublishedOnesAndNoTypeIsLeftOut) {
   std::map<std::uint64_t, Published> published;
   for (const Published& row : kPublished) {
     published[row.signature] = row;
@@ -154,7 +154,7 @@ TEST(DataTypes, signatures_computed_from_the_descriptions_equal_the_published_on
   EXPECT_EQ(types, std::size(kPublished));
 }
 
-TEST(DataTypes, signatures_recomputed_from_definitions_in_text) {
+TEST(DataTypes, SignaturesRecomputedFromDefinitionsInText) {
   EXPECT_EQ(NodeStatus::kType.signature, signature(kNodeStatus));
   EXPECT_EQ(GetNodeInfo::kType.signature, signature(kGetNodeInfo, {signature(kNodeStatus), signature(kSoftware), signature(kHardware)}));
   EXPECT_EQ(EscStatus::kType.signature,
@@ -162,14 +162,14 @@ TEST(DataTypes, signatures_recomputed_from_definitions_in_text) {
                       "saturated float16 temperature\nsaturated int18 rpm\nsaturated uint7 power_rating_pct\nsaturated uint5 esc_index"));
 }
 
-TEST(DataTypes, crc_seeds_equal_the_published_ones) {
+TEST(DataTypes, CrcSeedsEqualThePublishedOnes) {
   for (const Published& row : kPublished) {
     EXPECT_EQ(row.type.crc_seed(), row.seed) << row.id;
     EXPECT_EQ(row.seed, crc16_bitwise(row.signature)) << row.id;
   }
 }
 
-TEST(DataTypes, largest_payloads_are_those_of_the_published_definitions_without_tail_array_optimisation) {
+TEST(DataTypes, LargestPayloadsAreThoseOfThePublishedDefinitionsWithoutTailArrayOptimisation) {
   EXPECT_EQ(max_bytes<NodeStatus>(), 7u);
   EXPECT_EQ(max_bytes<RawCommand>(), 36u);            // 285 bits
   EXPECT_EQ(max_bytes<RpmCommand>(), 46u);            // 365

@@ -261,7 +261,7 @@ TEST_F(Receiving, StampOfASampleOlderThanTheExpectationIsRestoredToo) {
   EXPECT_EQ(imu_[0].time_us, 1'048'576 - 200);
 }
 
-TEST(StateChannel, pose_and_status_of_another_version_are_refused_and_both_numbers_known) {
+TEST(StateChannel, PoseAndStatusOfAnotherVersionAreRefusedAndBothNumbersKnown) {
   StateReceiver receiver;
   auto pose = encode(PoseReading{.time_us = 1000, .tracking = true}, 3);
   auto status = encode(ControllerStatus{.time_us = 1000}, 3);

@@ -104,7 +104,7 @@ TEST(DataTypes, EscStatusCarriesKelvinSignedSpeedAndUnknownAsNaN) {
   EXPECT_EQ(b.esc_index, 31);
 }
 
-TEST(DataTypes, get_node_info_response_of_the_longest_name_and_its_certificate_survive) {
+TEST(DataTypes, GetNodeInfoResponseOfTheLongestNameAndItsCertificateSurvive) {
   GetNodeInfoResponse r{.status = {.uptime_s = 7, .health = Health::warning},
                         .software_major = 1,
                         .software_minor = 2,

@@ -55,7 +55,7 @@ void expect_random_values_survive_the_bus(const RandomStream& random, std::uint6
   EXPECT_GT(survived, 0) << T::kName;
 }
 
-TEST(DataTypes, random_values_of_every_type_survive_classic_and_fd_frames_bit_by_bit) {
+TEST(DataTypes, RandomValuesOfEveryTypeSurviveClassicAndFdFramesBitByBit) {
   const RandomStream random(7, 19);
   std::uint64_t n = 0;
   for_each_message([&]<class T>() { expect_random_values_survive_the_bus<T>(random, n, TransferKind::message); });
@@ -65,7 +65,7 @@ TEST(DataTypes, random_values_of_every_type_survive_classic_and_fd_frames_bit_by
   });
 }
 
-TEST(DataTypes, random_bytes_never_make_an_array_longer_than_it_can_be) {
+TEST(DataTypes, RandomBytesNeverMakeAnArrayLongerThanItCanBe) {
   const RandomStream random(8, 19);
   std::uint64_t n = 0;
   for (int round = 0; round < 2000; ++round) {
@@ -82,7 +82,7 @@ TEST(DataTypes, random_bytes_never_make_an_array_longer_than_it_can_be) {
   }
 }
 
-TEST(DataTypes, array_at_the_end_has_a_length_field_on_can_fd_only) {
+TEST(DataTypes, ArrayAtTheEndHasALengthFieldOnCanFdOnly) {
   const RawCommand c{.command = {0, 8191, -8192, 4096}, .count = 4};
   EXPECT_EQ(payload_hex(c), "0003fdf0080010");
   EXPECT_EQ(payload_hex(c, Framing::fd).size(), 2u * 8u);  // 5 + 56 bits
@@ -93,7 +93,7 @@ TEST(DataTypes, array_at_the_end_has_a_length_field_on_can_fd_only) {
   for (const std::int32_t v : {0, 8191, -8192, 4096}) EXPECT_EQ(r.get_signed(14), v);
 }
 
-TEST(DataTypes, array_that_is_not_the_last_field_keeps_its_length_field) {
+TEST(DataTypes, ArrayThatIsNotTheLastFieldKeepsItsLengthField) {
   const LogMessage m{.level = LogMessage::Level::warning, .source = "esc", .text = "hot"};
   EXPECT_EQ(payload_hex(m), "43657363686f74");  // level 010, length 00011: one byte
   FileWrite w{.offset = 1, .path = "ab", .data = {}};
@@ -101,7 +101,7 @@ TEST(DataTypes, array_that_is_not_the_last_field_keeps_its_length_field) {
   EXPECT_EQ(payload_hex(w), "0100000000026162ee");
 }
 
-TEST(DataTypes, parameter_values_are_a_tag_of_three_bits_and_the_member_it_names) {
+TEST(DataTypes, ParameterValuesAreATagOfThreeBitsAndTheMemberItNames) {
   const ParamGetSet get{.index = 5, .value = {}, .name = {}};
   EXPECT_EQ(payload_hex(get), "0500");  // 13 bits of index, three of tag
   ParamGetSetResponse r{.value = ParamValue::of(1.5f), .default_value = ParamValue::of(true), .name = "x"};
@@ -119,13 +119,13 @@ TEST(DataTypes, parameter_values_are_a_tag_of_three_bits_and_the_member_it_names
   EXPECT_FALSE(decode(bad_tag, b));
 }
 
-TEST(DataTypes, restart_magic_stands_low_byte_first) { EXPECT_EQ(payload_hex(RestartNode{.magic = RestartNode::kMagic}), "1e1b55ceac"); }
+TEST(DataTypes, RestartMagicStandsLowByteFirst) { EXPECT_EQ(payload_hex(RestartNode{.magic = RestartNode::kMagic}), "1e1b55ceac"); }
 
-TEST(DataTypes, time_of_57_bits_is_truncated_to_56) {
+TEST(DataTypes, TimeOf57BitsIsTruncatedTo56) {
   EXPECT_EQ(payload_hex(GlobalTimeSync{.previous_us = (std::uint64_t{1} << 56) + 0x0102}), "02010000000000");
 }
 
-TEST(DataTypes, angle_and_flags_of_status_extended_clamp_to_their_9_and_19_bits) {
+TEST(DataTypes, AngleAndFlagsOfStatusExtendedClampToTheir9And19Bits) {
   const EscStatusExtended s{.input_pct = 200,
                             .output_pct = 50,
                             .motor_temperature_degC = -300,
@@ -144,7 +144,7 @@ TEST(DataTypes, angle_and_flags_of_status_extended_clamp_to_their_9_and_19_bits)
 }
 
 // The three stages of the allocation, DroneCAN specification "Dynamic node ID allocation": 6, 6 and 4 bytes.
-TEST(DataTypes, allocation_request_of_six_bytes_and_the_answer_with_all_sixteen) {
+TEST(DataTypes, AllocationRequestOfSixBytesAndTheAnswerWithAllSixteen) {
   Allocation request{.node_id = 0, .first_part = true, .unique_id = {}};
   for (std::uint8_t k = 1; k <= 6; ++k) request.unique_id.push_back(k);
   EXPECT_EQ(payload_hex(request), "01010203040506");

@@ -199,7 +199,7 @@ const char* controller_limiter(protocols::state::LimiterBit b) {
   return nullptr;
 }
 
-TEST(WireDocument, lists_the_codes_of_health_mode_log_level_and_errors_and_no_others) {
+TEST(WireDocument, ListsTheCodesOfHealthModeLogLevelAndErrorsAndNoOthers) {
   expect_said("health u2 (" + listed(health, 4) + ")");
   expect_said("mode u3 (" + listed(mode, 8) + ")");
   expect_said("level u3 (" + listed(level, 8) + ")");
@@ -213,7 +213,7 @@ TEST(WireDocument, lists_the_codes_of_health_mode_log_level_and_errors_and_no_ot
               std::to_string(FileError::kIo) + " I/O, …)");
 }
 
-TEST(WireDocument, lists_the_codes_of_faults_and_motor_states_and_no_others) {
+TEST(WireDocument, ListsTheCodesOfFaultsAndMotorStatesAndNoOthers) {
   expect_said("bits 7..0 fault (" + listed(fault) + "), bits 15..8 the limiter acting");
   expect_said("bits 3..0 fault, 7..4 limiter, 11..8 why it is off (below), 15..12 motor state (" + listed(state) +
               "), 16 armed, 17 another node with our id or index, 18 tripped since power-up.");
@@ -237,7 +237,7 @@ ServiceRig reporting_rig() {
   return ServiceRig(p);
 }
 
-TEST(WireDocument, status_flags_and_vendor_status_stand_where_it_says) {
+TEST(WireDocument, StatusFlagsAndVendorStatusStandWhereItSays) {
   for (unsigned code = 0; fault(static_cast<Fault>(code)) != nullptr; ++code) {
     ServiceRig rig = reporting_rig();
     rig.telemetry.fault = static_cast<Fault>(code);
@@ -274,7 +274,7 @@ std::uint64_t bits_of(const protocols::state::ControllerStatus& s) {
   return word;
 }
 
-TEST(WireDocument, state_channel_status_bits_and_their_lists_are_those_of_the_code) {
+TEST(WireDocument, StateChannelStatusBitsAndTheirListsAreThoseOfTheCode) {
   using protocols::state::ControllerMode, protocols::state::ControllerStatus;
   expect_said("**Mode**: " + listed(controller_mode) + ".");
   std::string limiters;

@@ -94,7 +94,7 @@ constexpr FrameId response_to(std::uint8_t priority, std::uint8_t source, std::u
   return {.kind = TransferKind::response, .priority = priority, .source = source, .destination = destination};
 }
 
-TEST(WireDocument, examples_of_parameters_allocation_and_enumeration) {
+TEST(WireDocument, ExamplesOfParametersAllocationAndEnumeration) {
   Allocation part{.node_id = 0, .first_part = true, .unique_id = {}}, all{.node_id = 125, .first_part = false, .unique_id = {}};
   for (std::uint8_t k = 1; k <= 16; ++k) {
     if (k <= 6) part.unique_id.push_back(k);
@@ -118,7 +118,7 @@ TEST(WireDocument, examples_of_parameters_allocation_and_enumeration) {
   expect_example(message<EnumerationIndication>(24, 42), 0, EnumerationIndication{.value = {}, .parameter = "esc_index"});
 }
 
-TEST(WireDocument, examples_of_restart_and_update) {
+TEST(WireDocument, ExamplesOfRestartAndUpdate) {
   expect_example(request_to(30, 127, 42), 4, RestartNode{.magic = RestartNode::kMagic});
   expect_example(request_to(30, 127, 42), 5, BeginFirmwareUpdate{.source_node_id = 0, .path = "fw.bin"});
   expect_example(response_to(30, 42, 127), 5, BeginFirmwareUpdateResponse{});
@@ -131,7 +131,7 @@ TEST(WireDocument, examples_of_restart_and_update) {
   expect_example(response_to(24, 127, 42), 1, block);
 }
 
-TEST(WireDocument, examples_of_telemetry_time_and_beep_and_a_command_on_can_fd) {
+TEST(WireDocument, ExamplesOfTelemetryTimeAndBeepAndACommandOnCanFd) {
   expect_example(
       message<EscStatusExtended>(16, 42), 0,
       EscStatusExtended{
@@ -149,7 +149,7 @@ TEST(WireDocument, examples_of_telemetry_time_and_beep_and_a_command_on_can_fd) 
   EXPECT_NE(document().find("`" + candump(fast::encode_version(0)) + "`"), std::string::npos);
 }
 
-TEST(WireDocument, lists_every_parameter_with_its_default_and_limits_and_every_reason_to_be_off) {
+TEST(WireDocument, ListsEveryParameterWithItsDefaultAndLimitsAndEveryReasonToBeOff) {
   for (const firmware::ParameterRange& r : firmware::kParameterRanges) {
     std::array<char, 160> row{};
     std::snprintf(row.data(), row.size(), "| `%s` | %s | %g | %g | %g |", r.name, r.unit, static_cast<double>(r.get({})),
@@ -163,7 +163,7 @@ TEST(WireDocument, lists_every_parameter_with_its_default_and_limits_and_every_r
 }
 
 // The other direction: a row for a reason that is no longer there misleads as much as a missing one.
-TEST(WireDocument, lists_no_reason_to_be_off_that_the_firmware_lacks) {
+TEST(WireDocument, ListsNoReasonToBeOffThatTheFirmwareLacks) {
   const std::size_t head = document().find("| why off | name |");
   ASSERT_NE(head, std::string::npos);
   const std::string table = document().substr(head, document().find("\n\n", head) - head);
@@ -183,7 +183,7 @@ std::set<std::string> first_cells(const std::string& begin, const std::string& e
   return names;
 }
 
-TEST(WireDocument, lists_every_data_type_with_kind_id_signature_and_seed_and_no_other) {
+TEST(WireDocument, ListsEveryDataTypeWithKindIdSignatureAndSeedAndNoOther) {
   std::set<std::string> rows;
   const auto add = [&](const char* name, const DataType& type) {
     std::array<char, 160> row{};
@@ -201,7 +201,7 @@ TEST(WireDocument, lists_every_data_type_with_kind_id_signature_and_seed_and_no_
   EXPECT_EQ(documented, rows);
 }
 
-TEST(WireDocument, lists_no_parameter_that_the_node_has_not_and_names_all_that_can_be_read) {
+TEST(WireDocument, ListsNoParameterThatTheNodeHasNotAndNamesAllThatCanBeRead) {
   std::set<std::string> parameters;
   for (const firmware::ParameterRange& r : firmware::kParameterRanges) parameters.insert(r.name);
   const std::size_t head = document().find("| parameter | unit |");
@@ -277,7 +277,7 @@ TEST(WireDocument, StateChannelExamples) {
   expect_documented(status[1], "131#110002002c010140");
 }
 
-TEST(WireDocument, lists_every_limiter_code_of_the_firmware_and_no_other) {
+TEST(WireDocument, ListsEveryLimiterCodeOfTheFirmwareAndNoOther) {
   const std::size_t head = document().find("| limiter code |");
   ASSERT_NE(head, std::string::npos);
   const std::string table = document().substr(head, document().find("\n\n", head) - head);

@@ -53,7 +53,7 @@ std::string answer(const HoverDiagnosis& d) {
   return fmt::format("{}{}", name(d.verdict), d.named.empty() ? "" : fmt::format(": {}", fmt::join(d.named, " | ")));
 }
 
-TEST(CrazyPadHover, six_normal_flights_judged_by_the_two_others_of_their_vehicle_are_clean) {
+TEST(CrazyPadHover, SixNormalFlightsJudgedByTheTwoOthersOfTheirVehicleAreClean) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   for (const auto* vehicle : {&c.normal_e8, &c.normal_e9}) {
@@ -104,7 +104,7 @@ Score score(const std::vector<log::FlightRecord>& flights, const std::vector<log
 
 // These ten flights were seen while the rules were written: what is held here is no claim for flights that were not. The two with a blade
 // cut by 1 mm are the known miss: rotors 1 and 2 rise alike there.
-TEST(CrazyPadHover, defect_at_motor_3_is_seen_in_ten_flights_its_rotor_and_kind_in_eight_whichever_normal_flight_is_left_out) {
+TEST(CrazyPadHover, DefectAtMotor3IsSeenInTenFlightsItsRotorAndKindInEightWhicheverNormalFlightIsLeftOut) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   ASSERT_EQ(c.defect.size(), 10u);
@@ -122,7 +122,7 @@ TEST(CrazyPadHover, defect_at_motor_3_is_seen_in_ten_flights_its_rotor_and_kind_
 
 // The other way round nothing is refused, and references with two flights of E8 seldom: those scatter nearly as much as the two vehicles
 // differ.
-TEST(CrazyPadHover, normal_flights_of_e8_are_refused_by_the_reference_of_e9_and_one_of_them_among_those_of_e9_too) {
+TEST(CrazyPadHover, NormalFlightsOfE8AreRefusedByTheReferenceOfE9AndOneOfThemAmongThoseOfE9Too) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   for (std::size_t fold = 0; fold <= 3; ++fold)
@@ -162,7 +162,7 @@ TEST(CrazyPadHover, normal_flights_of_e8_are_refused_by_the_reference_of_e9_and_
 }
 
 // Are the patterns themselves distinct, whatever physics makes of them? Nearest mean of the labels, each flight left out in turn.
-TEST(CrazyPadHover, patterns_of_five_labels_are_told_apart_in_eleven_flights_left_out_in_turn) {
+TEST(CrazyPadHover, PatternsOfFiveLabelsAreToldApartInElevenFlightsLeftOutInTurn) {
   NEED_DATA();
   const CrazyPad c = crazypad();
   std::vector<std::pair<std::string, Eigen::Vector4d>> flights;
@@ -195,7 +195,7 @@ TEST(CrazyPadHover, patterns_of_five_labels_are_told_apart_in_eleven_flights_lef
   EXPECT_EQ(right, 11);
 }
 
-TEST(NanoBenchThrust, a_factor_on_motor_voltage_that_differs_by_flight_is_named_and_halves_the_held_out_error) {
+TEST(NanoBenchThrust, AFactorOnMotorVoltageThatDiffersByFlightIsNamedAndHalvesTheHeldOutError) {
   NEED_DATA();
   std::vector<log::FlightRecord> flights;
   for (const auto& f : flights_of("nanobench_cf21")) flights.push_back(read_measured(f).record);

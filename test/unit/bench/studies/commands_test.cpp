@@ -56,20 +56,20 @@ std::vector<log::FlightRecord> reference(bool duty = false) {
   return {hover({.volts = 3.5, .duty = duty}, 1), hover({.volts = 3.6, .duty = duty}, 2), hover({.volts = 3.7, .duty = duty}, 3)};
 }
 
-TEST(HoverShares, another_flight_without_defect_is_clean) {
+TEST(HoverShares, AnotherFlightWithoutDefectIsClean) {
   const auto d = diagnose_hover(hover({}, 4), reference(), vehicle());
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << hover_text(d);
   EXPECT_FALSE(d.rotor);
 }
 
-TEST(HoverShares, load_of_3_percent_under_the_rear_left_rotor_is_a_class_with_a_blocked_wake_there) {
+TEST(HoverShares, LoadOf3percentUnderTheRearLeftRotorIsAClassWithABlockedWakeThere) {
   // m/M (1 ± 1 ± 1): 9 % on the arm that carries it, -3 % opposite, 3 % on the others.
   const auto d = diagnose_hover(hover({.change = {-0.03, 0.09, 0.03, 0.03}}, 4), reference(), vehicle());
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::ambiguous);
   EXPECT_EQ(d.named, (std::vector<std::string>{"payload_mass at rotor 2", "blockage_strut 2"})) << hover_text(d);
 }
 
-TEST(HoverShares, load_of_4_percent_half_an_arm_ahead_is_payload_with_its_place) {
+TEST(HoverShares, LoadOf4percentHalfAnArmAheadIsPayloadWithItsPlace) {
   const auto d = diagnose_hover(hover({.change = {0.06, 0.02, 0.06, 0.02}}, 4), reference(), vehicle());
   ASSERT_EQ(d.named, (std::vector<std::string>{"payload_mass + com_offset"})) << hover_text(d);
   for (const auto& h : d.hypotheses) {
@@ -80,12 +80,12 @@ TEST(HoverShares, load_of_4_percent_half_an_arm_ahead_is_payload_with_its_place)
   }
 }
 
-TEST(HoverShares, load_in_the_middle_is_payload_alone) {
+TEST(HoverShares, LoadInTheMiddleIsPayloadAlone) {
   const auto d = diagnose_hover(hover({.change = {0.04, 0.04, 0.04, 0.04}}, 4), reference(), vehicle());
   EXPECT_EQ(d.named, (std::vector<std::string>{"payload_mass"})) << hover_text(d);
 }
 
-TEST(HoverShares, rotor_that_loses_8_percent_is_a_class_of_propeller_motor_and_something_near_it) {
+TEST(HoverShares, RotorThatLoses8percentIsAClassOfPropellerMotorAndSomethingNearIt) {
   for (std::size_t i = 0; i < 4; ++i) {
     HoverCase c;
     c.change[i] = 0.087;
@@ -98,7 +98,7 @@ TEST(HoverShares, rotor_that_loses_8_percent_is_a_class_of_propeller_motor_and_s
   }
 }
 
-TEST(HoverShares, two_rotors_that_lose_6_percent_alike_are_both_given_and_none_is_singled_out) {
+TEST(HoverShares, TwoRotorsThatLose6percentAlikeAreBothGivenAndNoneIsSingledOut) {
   const auto d = diagnose_hover(hover({.change = {0.0, 0.06, 0.06, 0.0}}, 4), reference(), vehicle());
   EXPECT_FALSE(d.rotor) << hover_text(d);
   std::vector<int> rotors = d.rotors;
@@ -107,7 +107,7 @@ TEST(HoverShares, two_rotors_that_lose_6_percent_alike_are_both_given_and_none_i
   EXPECT_NE(std::find(d.named.begin(), d.named.end(), "weak_rotor 2 + weak_rotor 3"), d.named.end()) << hover_text(d);
 }
 
-TEST(HoverShares, load_on_a_string_is_determined_by_a_yaw_demand_that_sways) {
+TEST(HoverShares, LoadOnAStringIsDeterminedByAYawDemandThatSways) {
   const HoverCase fixed{.change = {-0.02, 0.08, 0.03, 0.03}};
   HoverCase swinging = fixed;
   swinging.sway = 0.03;
@@ -117,24 +117,24 @@ TEST(HoverShares, load_on_a_string_is_determined_by_a_yaw_demand_that_sways) {
   EXPECT_EQ(std::find(still.named.begin(), still.named.end(), "slung_load"), still.named.end()) << hover_text(still);
 }
 
-TEST(HoverShares, yaw_that_sways_without_a_load_is_clean) {
+TEST(HoverShares, YawThatSwaysWithoutALoadIsClean) {
   const auto d = diagnose_hover(hover({.sway = 0.03}, 4), reference(), vehicle());
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << hover_text(d);
 }
 
-TEST(HoverShares, pattern_that_no_defect_makes_is_unexplained) {
+TEST(HoverShares, PatternThatNoDefectMakesIsUnexplained) {
   const auto d = diagnose_hover(hover({.change = {-0.05, 0.10, -0.08, 0.04}}, 4), reference(), vehicle());
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::unexplained) << hover_text(d);
 }
 
-TEST(HoverShares, commands_that_are_shares_of_the_battery_are_recognised_and_its_voltage_is_no_defect) {
+TEST(HoverShares, CommandsThatAreSharesOfTheBatteryAreRecognisedAndItsVoltageIsNoDefect) {
   EXPECT_EQ(command_meaning(reference(false)), CommandMeaning::thrust);
   EXPECT_EQ(command_meaning(reference(true)), CommandMeaning::duty);
   const auto d = diagnose_hover(hover({.volts = 3.3, .duty = true}, 4), reference(true), vehicle());
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << hover_text(d);
 }
 
-TEST(HoverShares, flight_whose_rotor_4_is_asked_for_12_percent_less_has_a_reference_of_another_vehicle) {
+TEST(HoverShares, FlightWhoseRotor4IsAskedFor12percentLessHasAReferenceOfAnotherVehicle) {
   const auto d = diagnose_hover(hover({.change = {0.04, -0.04, -0.03, -0.12}}, 4), reference(), vehicle());
   EXPECT_NE(d.refused.find("rotor 4"), std::string::npos) << hover_text(d);
   EXPECT_NE(d.refused.find("another vehicle"), std::string::npos) << d.refused;
@@ -142,7 +142,7 @@ TEST(HoverShares, flight_whose_rotor_4_is_asked_for_12_percent_less_has_a_refere
   EXPECT_TRUE(d.named.empty());
 }
 
-TEST(HoverShares, reference_flights_of_two_vehicles_are_refused_by_the_name_of_the_odd_ones) {
+TEST(HoverShares, ReferenceFlightsOfTwoVehiclesAreRefusedByTheNameOfTheOddOnes) {
   auto mixed = reference();
   mixed.push_back(hover({.change = {0.04, -0.04, -0.03, -0.12}}, 5));
   try {
@@ -155,7 +155,7 @@ TEST(HoverShares, reference_flights_of_two_vehicles_are_refused_by_the_name_of_t
   }
 }
 
-TEST(HoverShares, one_reference_flight_is_refused) {
+TEST(HoverShares, OneReferenceFlightIsRefused) {
   try {
     diagnose_hover(hover({}, 4), {hover({}, 1)}, vehicle());
     FAIL() << "accepted";
@@ -195,7 +195,7 @@ int alarms_of(std::size_t references, const std::array<double, 4>& scatter, int 
 
 // 1 % is allowed for a defect, 1 % for another vehicle and 1 % for two among the references: 3 % at most, and 1000 trials that stay below
 // 4.7 % when the chance is 3 % (three standard deviations). A limit for many references, 3.3 u, gives more than that with two.
-TEST(HoverReference, of_1000_flights_without_defect_at_most_47_are_not_clean_with_two_three_or_six_references) {
+TEST(HoverReference, Of1000FlightsWithoutDefectAtMost47AreNotCleanWithTwoThreeOrSixReferences) {
   int by_normal_limit = 0;
   for (const std::size_t references : {6u, 3u, 2u})
     EXPECT_LE(alarms_of(references, {0.02, 0.02, 0.02, 0.02}, 1000, by_normal_limit), 47) << references;
@@ -204,7 +204,7 @@ TEST(HoverReference, of_1000_flights_without_defect_at_most_47_are_not_clean_wit
 
 // A loose rotor is no other vehicle. Few flights do not show that scatters are unequal, so that the check is wrong more often than its
 // 1 % there: the bound is what it may cost, the count is printed.
-TEST(HoverReference, flights_with_one_rotor_that_scatters_four_times_more_are_called_two_vehicles_in_at_most_15_percent) {
+TEST(HoverReference, FlightsWithOneRotorThatScattersFourTimesMoreAreCalledTwoVehiclesInAtMost15percent) {
   for (const std::size_t references : {3u, 4u, 6u}) {
     int refused = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -219,7 +219,7 @@ TEST(HoverReference, flights_with_one_rotor_that_scatters_four_times_more_are_ca
   }
 }
 
-TEST(HoverReference, degrees_of_freedom_are_pooled_over_rotors_that_scatter_alike_and_not_over_one_that_scatters_ten_times_more) {
+TEST(HoverReference, DegreesOfFreedomArePooledOverRotorsThatScatterAlikeAndNotOverOneThatScattersTenTimesMore) {
   const auto pooled = [](const std::array<double, 4>& scatter) {
     int count = 0;
     for (std::uint64_t seed = 0; seed < 100; ++seed) {
@@ -236,7 +236,7 @@ TEST(HoverReference, degrees_of_freedom_are_pooled_over_rotors_that_scatter_alik
   EXPECT_LE(pooled({0.01, 0.01, 0.01, 0.10}), 15);
 }
 
-TEST(HoverReference, two_flights_that_agree_by_chance_do_not_make_a_change_of_2_percent_a_defect) {
+TEST(HoverReference, TwoFlightsThatAgreeByChanceDoNotMakeAChangeOf2percentADefect) {
   HoverShare a, b, own;
   a.demand = {0.6, 0.6, 0.6, 0.6}, b.demand = {0.6001, 0.6, 0.6, 0.6}, own.demand = {0.6, 0.612, 0.6, 0.6};
   EXPECT_EQ(judge_hover(own, hover_reference({a, b}), vehicle()).verdict, diagnose::DiagnosisVerdict::clean);

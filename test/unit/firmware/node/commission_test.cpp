@@ -48,7 +48,7 @@ class CommissionRig : public ServiceRig {
   CommissioningResult result{};
 };
 
-TEST(NodeCommissioning, begins_when_armed_and_asked_for_and_orders_nothing_else_meanwhile) {
+TEST(NodeCommissioning, BeginsWhenArmedAndAskedForAndOrdersNothingElseMeanwhile) {
   CommissionRig rig;
   rig.arm();
   EXPECT_EQ(rig.begin(2), 2);
@@ -62,7 +62,7 @@ TEST(NodeCommissioning, begins_when_armed_and_asked_for_and_orders_nothing_else_
   EXPECT_EQ(rig.begin(1), 2) << "one is under way";
 }
 
-TEST(NodeCommissioning, passes_on_what_it_compares_with_and_what_somebody_counted) {
+TEST(NodeCommissioning, PassesOnWhatItComparesWithAndWhatSomebodyCounted) {
   CommissionRig rig;
   rig.parameter("commission_kv", ParamValue::of(2300.0f));
   EXPECT_EQ(rig.parameter("commission_bell", ParamValue::of(1.0f)).value.real, 0.1f) << "clamped";
@@ -79,7 +79,7 @@ TEST(NodeCommissioning, passes_on_what_it_compares_with_and_what_somebody_counte
   EXPECT_NEAR(rig.node.commissioning_order().counted_rad_s, 1200.0f * kRpm, 1e-3f);
 }
 
-TEST(NodeCommissioning, is_refused_by_name) {
+TEST(NodeCommissioning, IsRefusedByName) {
   CommissionRig without(valid_parameters(), false);
   without.arm();
   EXPECT_EQ(without.begin(1), 0);
@@ -101,7 +101,7 @@ TEST(NodeCommissioning, is_refused_by_name) {
   EXPECT_EQ(rig.parameter("commission", ParamValue::of(std::nanf(""))).value.integer, 0);
 }
 
-TEST(NodeCommissioning, refuses_save_restart_and_enumeration_while_it_runs) {
+TEST(NodeCommissioning, RefusesSaveRestartAndEnumerationWhileItRuns) {
   CommissionRig rig;
   rig.arm();
   rig.begin(1);
@@ -119,7 +119,7 @@ void expect_ended(CommissionRig& rig, const std::string& why) {
   EXPECT_EQ(rig.node.edited().resistance_ohm, Parameters{}.resistance_ohm) << "nothing of it is used";
 }
 
-TEST(NodeCommissioning, ends_at_once_by_disarming_by_any_command_and_by_asking) {
+TEST(NodeCommissioning, EndsAtOnceByDisarmingByAnyCommandAndByAsking) {
   const auto begun = [](const auto& end_it) {
     auto rig = std::make_unique<CommissionRig>();
     rig->arm();
@@ -136,7 +136,7 @@ TEST(NodeCommissioning, ends_at_once_by_disarming_by_any_command_and_by_asking) 
   expect_ended(*begun([](CommissionRig& r) { r.begin(0); }), "asked to stop");
 }
 
-TEST(NodeCommissioning, ends_when_the_node_that_began_it_is_silent_for_2500_ms_and_not_while_it_says_anything) {
+TEST(NodeCommissioning, EndsWhenTheNodeThatBeganItIsSilentFor2500msAndNotWhileItSaysAnything) {
   CommissionRig rig;
   rig.arm();
   rig.begin(2);
@@ -153,7 +153,7 @@ TEST(NodeCommissioning, ends_when_the_node_that_began_it_is_silent_for_2500_ms_a
   expect_ended(rig, "the node that began it is silent");
 }
 
-TEST(NodeCommissioning, what_was_measured_becomes_parameters_and_what_was_not_is_said) {
+TEST(NodeCommissioning, WhatWasMeasuredBecomesParametersAndWhatWasNotIsSaid) {
   CommissionRig rig;
   rig.arm();
   rig.begin(2);
@@ -176,7 +176,7 @@ TEST(NodeCommissioning, what_was_measured_becomes_parameters_and_what_was_not_is
   EXPECT_EQ(rig.parameter("commission").value.integer, 0);
 }
 
-TEST(NodeCommissioning, pole_pairs_and_direction_are_taken_where_they_were_counted_and_seen) {
+TEST(NodeCommissioning, PolePairsAndDirectionAreTakenWhereTheyWereCountedAndSeen) {
   CommissionRig rig;
   rig.arm();
   rig.begin(3);
@@ -190,7 +190,7 @@ TEST(NodeCommissioning, pole_pairs_and_direction_are_taken_where_they_were_count
   EXPECT_TRUE(rig.node.edited().dir_reversed);
 }
 
-TEST(NodeCommissioning, a_result_that_cannot_be_is_refused_by_name_and_changes_nothing) {
+TEST(NodeCommissioning, AResultThatCannotBeIsRefusedByNameAndChangesNothing) {
   CommissionRig rig;
   rig.arm();
   rig.begin(2);

@@ -66,7 +66,7 @@ TEST(EscNode, MotorStaysOffDuringInitialization) {
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(EscNode, latched_fault_is_health_error_with_its_code_within_50_ms) {
+TEST(EscNode, LatchedFaultIsHealthErrorWithItsCodeWithin50ms) {
   EscRig rig;
   rig.advance_us(200'000);
   rig.sent.clear();

@@ -25,14 +25,14 @@ bool same(const Parameters& a, const Parameters& b) {
   return true;
 }
 
-TEST(ParameterStore, new_board_is_empty_and_gives_defaults) {
+TEST(ParameterStore, NewBoardIsEmptyAndGivesDefaults) {
   EmulatedFlash flash(2);
   const StoredParameters s = ParameterStore(flash).load();
   EXPECT_EQ(s.state, StoreState::empty);
   EXPECT_TRUE(same(s.parameters, Parameters{}));
 }
 
-TEST(ParameterStore, every_parameter_comes_back_after_each_of_many_saves) {
+TEST(ParameterStore, EveryParameterComesBackAfterEachOfManySaves) {
   EmulatedFlash flash(2);
   ParameterStore store(flash);
   for (int n = 0; n < 7; ++n) {
@@ -45,7 +45,7 @@ TEST(ParameterStore, every_parameter_comes_back_after_each_of_many_saves) {
   }
 }
 
-TEST(ParameterStore, cut_at_every_operation_of_a_save_leaves_the_old_values_or_the_new_ones) {
+TEST(ParameterStore, CutAtEveryOperationOfASaveLeavesTheOldValuesOrTheNewOnes) {
   const Parameters before = tuned(1000.0f), after = tuned(1500.0f);
   std::uint64_t operations = 0;
   {
@@ -81,7 +81,7 @@ TEST(ParameterStore, cut_at_every_operation_of_a_save_leaves_the_old_values_or_t
   EXPECT_EQ(old_values, static_cast<int>(4 * operations) - 1);
 }
 
-TEST(ParameterStore, cut_at_every_operation_of_the_first_save_leaves_defaults_that_say_so) {
+TEST(ParameterStore, CutAtEveryOperationOfTheFirstSaveLeavesDefaultsThatSaySo) {
   for (std::uint64_t k = 0; k + 1 < kParameterRanges.size() + 3; ++k) {
     EmulatedFlash flash(2);
     flash.cut_at(k, Torn::half);
@@ -93,7 +93,7 @@ TEST(ParameterStore, cut_at_every_operation_of_the_first_save_leaves_defaults_th
   }
 }
 
-TEST(ParameterStore, values_outside_their_range_are_clamped_at_load_and_counted) {
+TEST(ParameterStore, ValuesOutsideTheirRangeAreClampedAtLoadAndCounted) {
   EmulatedFlash flash(2);
   Parameters p = tuned(1000.0f);
   p.status_Hz = 60000;
@@ -106,7 +106,7 @@ TEST(ParameterStore, values_outside_their_range_are_clamped_at_load_and_counted)
   EXPECT_FALSE(check(s.parameters));
 }
 
-TEST(ParameterStore, flipped_bit_anywhere_in_the_newer_page_gives_the_older_values) {
+TEST(ParameterStore, FlippedBitAnywhereInTheNewerPageGivesTheOlderValues) {
   EmulatedFlash flash(2);
   ParameterStore store(flash);
   store.save(tuned(1000.0f));

@@ -18,12 +18,12 @@ std::string offender(const Parameters& p) {
   return e ? kParameterRanges[e->index].name : "";
 }
 
-TEST(ParameterCheck, defaults_are_valid_without_node_id_and_esc_index) {
+TEST(ParameterCheck, DefaultsAreValidWithoutNodeIdAndEscIndex) {
   EXPECT_EQ(offender(Parameters{}), "");
   EXPECT_EQ(offender(valid_parameters()), "");
 }
 
-TEST(ParameterCheck, there_are_at_least_44_parameters_with_distinct_names_of_at_most_16_characters_and_defaults_in_range) {
+TEST(ParameterCheck, ThereAreAtLeast44ParametersWithDistinctNamesOfAtMost16CharactersAndDefaultsInRange) {
   EXPECT_GE(kParameterRanges.size(), 44u);
   std::set<std::string> names;
   std::set<std::uint32_t> hashes;
@@ -43,7 +43,7 @@ TEST(ParameterCheck, there_are_at_least_44_parameters_with_distinct_names_of_at_
   }
 }
 
-TEST(ParameterCheck, values_of_a_store_or_the_bus_are_clamped_and_rounded_and_nan_is_the_default) {
+TEST(ParameterCheck, ValuesOfAStoreOrTheBusAreClampedAndRoundedAndNanIsTheDefault) {
   const ParameterRange& poles = kParameterRanges[find_parameter("pole_pairs")];
   EXPECT_EQ(clamp_parameter(poles, 6.6f), 7.0f);
   EXPECT_EQ(clamp_parameter(poles, 1e30f), 32.0f);

@@ -14,7 +14,7 @@ namespace {
 
 using protocols::TransferKind;
 
-TEST(NodeParameters, can_be_counted_by_index_without_gaps_and_each_is_found_by_its_name) {
+TEST(NodeParameters, CanBeCountedByIndexWithoutGapsAndEachIsFoundByItsName) {
   ServiceRig rig;
   std::map<std::string, int> names;
   for (std::uint16_t i = 0;; ++i) {
@@ -32,7 +32,7 @@ TEST(NodeParameters, can_be_counted_by_index_without_gaps_and_each_is_found_by_i
   EXPECT_EQ(rig.parameter("no_such_name").name.count, 0);
 }
 
-TEST(NodeParameters, come_with_type_default_and_limits) {
+TEST(NodeParameters, ComeWithTypeDefaultAndLimits) {
   ServiceRig rig;
   auto r = rig.parameter("pole_pairs");
   EXPECT_EQ(r.value, protocols::ParamValue::of(std::int64_t{7}));
@@ -47,7 +47,7 @@ TEST(NodeParameters, come_with_type_default_and_limits) {
   EXPECT_EQ(r.max_value.kind, protocols::NumericValue::Kind::empty);
 }
 
-TEST(NodeParameters, set_values_are_clamped_converted_and_refused_when_they_contradict_another_one) {
+TEST(NodeParameters, SetValuesAreClampedConvertedAndRefusedWhenTheyContradictAnotherOne) {
   ServiceRig rig;
   EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(std::int64_t{1000})).value.integer, 200);
   EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(19.6f)).value.integer, 20);
@@ -59,7 +59,7 @@ TEST(NodeParameters, set_values_are_clamped_converted_and_refused_when_they_cont
   EXPECT_EQ(rig.parameter("stat_duty_q").value.kind, protocols::ParamValue::Kind::real);
 }
 
-TEST(NodeParameters, set_while_the_motor_runs_take_effect_when_it_is_off) {
+TEST(NodeParameters, SetWhileTheMotorRunsTakeEffectWhenItIsOff) {
   ServiceRig rig;
   rig.run();
   EXPECT_EQ(rig.parameter("status_Hz", protocols::ParamValue::of(std::int64_t{20})).value.integer, 20);
@@ -72,7 +72,7 @@ TEST(NodeParameters, set_while_the_motor_runs_take_effect_when_it_is_off) {
   EXPECT_EQ(rig.node.revision(), 1u) << "the motor control has to be told";
 }
 
-TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole_one_a_poll) {
+TEST(NodeParameters, FiveAnswersAtOnceFitTheQueueAndAllLeaveWholeOneAPoll) {
   ServiceRig rig;
   rig.sent.clear();
   for (std::uint16_t i = 9; i < 14; ++i) rig.ask(protocols::ParamGetSet{.index = i, .value = {}, .name = {}});
@@ -86,7 +86,7 @@ TEST(NodeParameters, five_answers_at_once_fit_the_queue_and_all_leave_whole_one_
 }
 
 // What an answer costs in processor time bounds what a flood can take: docs/acceptance/dronecan.md has the figures.
-TEST(NodeServices, a_flood_of_requests_gets_one_answer_a_poll_and_commands_are_followed_meanwhile) {
+TEST(NodeServices, AFloodOfRequestsGetsOneAnswerAPollAndCommandsAreFollowedMeanwhile) {
   ServiceRig rig;
   rig.arm();
   rig.sent.clear();
@@ -103,7 +103,7 @@ TEST(NodeServices, a_flood_of_requests_gets_one_answer_a_poll_and_commands_are_f
   EXPECT_EQ(rig.parameter("status_Hz").value.integer, 50) << "answers again";
 }
 
-TEST(NodeServices, requests_to_other_nodes_take_no_place_of_ours) {
+TEST(NodeServices, RequestsToOtherNodesTakeNoPlaceOfOurs) {
   ServiceRig rig;
   for (int i = 0; i < 100; ++i) {
     CanFrame f{.id = 24u << 24 | 11u << 16 | 0x8000u | 43u << 8 | 0x80u | kHost, .extended = true, .length = 3, .data = {}};
@@ -114,7 +114,7 @@ TEST(NodeServices, requests_to_other_nodes_take_no_place_of_ours) {
   EXPECT_EQ(rig.parameter("status_Hz").value.integer, 50);
 }
 
-TEST(NodeStore, save_restart_and_read_back_over_flash_and_erase_gives_the_defaults_back) {
+TEST(NodeStore, SaveRestartAndReadBackOverFlashAndEraseGivesTheDefaultsBack) {
   EmulatedFlash flash(2);
   ParameterStore store(flash);
   store.save(valid_parameters());
@@ -144,7 +144,7 @@ TEST(NodeStore, save_restart_and_read_back_over_flash_and_erase_gives_the_defaul
   EXPECT_FALSE(make_node(ParameterStore(empty), {}).parameters_ok());
 }
 
-TEST(NodeStore, save_erase_restart_update_and_enumeration_are_refused_while_the_motor_runs) {
+TEST(NodeStore, SaveEraseRestartUpdateAndEnumerationAreRefusedWhileTheMotorRuns) {
   ServiceRig rig;
   rig.run();
   EXPECT_FALSE(rig.get<protocols::ParamExecuteOpcodeResponse>(protocols::ParamExecuteOpcode{.opcode = 0, .argument = 0}).ok);
@@ -160,7 +160,7 @@ TEST(NodeStore, save_erase_restart_update_and_enumeration_are_refused_while_the_
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(NodeStore, flash_that_does_not_finish_is_answered_as_failed_within_half_a_second) {
+TEST(NodeStore, FlashThatDoesNotFinishIsAnsweredAsFailedWithinHalfASecond) {
   ServiceRig rig;
   rig.sent.clear();
   rig.ask(protocols::ParamExecuteOpcode{.opcode = 0, .argument = 0});
@@ -170,7 +170,7 @@ TEST(NodeStore, flash_that_does_not_finish_is_answered_as_failed_within_half_a_s
   EXPECT_FALSE(answers[0].ok);
 }
 
-TEST(NodeStore, empty_store_speaks_with_health_error_says_so_and_never_spins_until_parameters_were_saved) {
+TEST(NodeStore, EmptyStoreSpeaksWithHealthErrorSaysSoAndNeverSpinsUntilParametersWereSaved) {
   ServiceRig rig;
   rig.node.report_store(StoreState::empty);
   rig.advance_us(10'000);
@@ -191,7 +191,7 @@ TEST(NodeStore, empty_store_speaks_with_health_error_says_so_and_never_spins_unt
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(NodeStore, parameter_out_of_range_is_named_and_the_node_answers_on_defaults_under_its_id) {
+TEST(NodeStore, ParameterOutOfRangeIsNamedAndTheNodeAnswersOnDefaultsUnderItsId) {
   Parameters p = valid_parameters();
   p.resistance_ohm = 99.0f;
   ServiceRig rig(p);
@@ -206,7 +206,7 @@ TEST(NodeStore, parameter_out_of_range_is_named_and_the_node_answers_on_defaults
   EXPECT_EQ(rig.parameter("resistance").value.real, Parameters{}.resistance_ohm);
 }
 
-TEST(NodeRestart, needs_its_magic_number_and_waits_until_the_answer_has_left) {
+TEST(NodeRestart, NeedsItsMagicNumberAndWaitsUntilTheAnswerHasLeft) {
   ServiceRig rig;
   EXPECT_FALSE(rig.get<protocols::RestartNodeResponse>(protocols::RestartNode{.magic = 1}).ok);
   rig.ask(protocols::RestartNode{.magic = protocols::RestartNode::kMagic});
@@ -220,7 +220,7 @@ TEST(NodeRestart, needs_its_magic_number_and_waits_until_the_answer_has_left) {
   EXPECT_FALSE(rig.spins()) << "on its way out";
 }
 
-TEST(NodeUpdate, is_answered_before_the_hand_off_and_keeps_path_server_and_own_id) {
+TEST(NodeUpdate, IsAnsweredBeforeTheHandOffAndKeepsPathServerAndOwnId) {
   ServiceRig rig;
   const std::string path(200, 'p');
   const auto r = rig.get<protocols::BeginFirmwareUpdateResponse>(protocols::BeginFirmwareUpdate{.source_node_id = 0, .path = path.c_str()});
@@ -233,7 +233,7 @@ TEST(NodeUpdate, is_answered_before_the_hand_off_and_keeps_path_server_and_own_i
             protocols::BeginFirmwareUpdateResponse::Error::in_progress);
 }
 
-TEST(NodeEnumeration, indicates_the_motor_that_was_turned_by_hand_with_the_name_of_the_index_parameter) {
+TEST(NodeEnumeration, IndicatesTheMotorThatWasTurnedByHandWithTheNameOfTheIndexParameter) {
   for (const char* name : {"", "esc_index"}) {
     ServiceRig rig;
     const auto r = rig.get<protocols::EnumerationBeginResponse>(protocols::EnumerationBegin{.timeout_s = 65535, .parameter = name});
@@ -255,7 +255,7 @@ TEST(NodeEnumeration, indicates_the_motor_that_was_turned_by_hand_with_the_name_
 }
 
 // The allocator of the specification: repeats what it knows, then gives the id.
-TEST(NodeAllocation, takes_three_requests_of_6_6_and_4_bytes_and_the_node_then_speaks_under_its_id) {
+TEST(NodeAllocation, TakesThreeRequestsOf6p6And4BytesAndTheNodeThenSpeaksUnderItsId) {
   Parameters p = valid_parameters();
   p.node_id = 0;
   p.preferred_id = 77;
@@ -294,7 +294,7 @@ TEST(NodeAllocation, takes_three_requests_of_6_6_and_4_bytes_and_the_node_then_s
   EXPECT_EQ(rig.sent[0].id & 127u, 77u);
 }
 
-TEST(NodeAllocation, answer_for_another_node_restarts_the_waiting_and_gives_no_id) {
+TEST(NodeAllocation, AnswerForAnotherNodeRestartsTheWaitingAndGivesNoId) {
   Parameters p = valid_parameters();
   p.node_id = 0;
   ServiceRig rig(p);
@@ -308,7 +308,7 @@ TEST(NodeAllocation, answer_for_another_node_restarts_the_waiting_and_gives_no_i
   EXPECT_TRUE(rig.sent.empty()) << "every 500 ms somebody else is served: the first part waits 600 ms at least";
 }
 
-TEST(NodeConflicts, frame_with_our_node_id_silences_the_node_for_3_s_and_then_it_says_so) {
+TEST(NodeConflicts, FrameWithOurNodeIdSilencesTheNodeFor3sAndThenItSaysSo) {
   ServiceRig rig;
   rig.sent.clear();
   rig.send(protocols::NodeStatus{}, 42);
@@ -319,7 +319,7 @@ TEST(NodeConflicts, frame_with_our_node_id_silences_the_node_for_3_s_and_then_it
   EXPECT_EQ(rig.logs().at(0), "another node has node id 42");
 }
 
-TEST(NodeConflicts, feedback_of_another_esc_with_our_index_stops_ours_and_is_reported) {
+TEST(NodeConflicts, FeedbackOfAnotherEscWithOurIndexStopsOursAndIsReported) {
   ServiceRig rig;
   rig.arm();
   rig.fast(900.0f);
@@ -338,7 +338,7 @@ TEST(NodeConflicts, feedback_of_another_esc_with_our_index_stops_ours_and_is_rep
   EXPECT_EQ(rig.logs().at(0), "another ESC has esc_index 2: fast feedback stopped");
 }
 
-TEST(NodeReports, two_commanders_are_counted_reported_and_a_warning) {
+TEST(NodeReports, TwoCommandersAreCountedReportedAndAWarning) {
   ServiceRig rig;
   rig.arm();
   rig.send(protocols::RawCommand{.command = {0, 0, 4000, 0}, .count = 4}, 10);
@@ -351,7 +351,7 @@ TEST(NodeReports, two_commanders_are_counted_reported_and_a_warning) {
   EXPECT_EQ(rig.node.health(), protocols::Health::ok);
 }
 
-TEST(NodeReports, not_starting_is_explained_once_somebody_orders) {
+TEST(NodeReports, NotStartingIsExplainedOnceSomebodyOrders) {
   ServiceRig rig;
   rig.advance_us(1'000'000);
   EXPECT_TRUE(rig.logs().empty());
@@ -363,7 +363,7 @@ TEST(NodeReports, not_starting_is_explained_once_somebody_orders) {
   EXPECT_EQ(text_of(rig.parameter("stat_why_off").value.string), "not armed");
 }
 
-TEST(NodeReports, trip_that_ended_is_a_warning_for_ten_seconds_and_its_circumstances_can_be_read) {
+TEST(NodeReports, TripThatEndedIsAWarningForTenSecondsAndItsCircumstancesCanBeRead) {
   ServiceRig rig;
   rig.run();
   rig.telemetry.fault = Fault::overcurrent;
@@ -388,7 +388,7 @@ TEST(NodeReports, trip_that_ended_is_a_warning_for_ten_seconds_and_its_circumsta
   EXPECT_EQ(rig.parameter("stat_faults").value.integer, 1);
 }
 
-TEST(NodeReports, a_broken_fet_found_by_the_self_test_is_an_error_named_in_log_reason_and_record) {
+TEST(NodeReports, ABrokenFetFoundByTheSelfTestIsAnErrorNamedInLogReasonAndRecord) {
   ServiceRig rig;
   rig.run();
   rig.telemetry.state = MotorState::off;
@@ -408,7 +408,7 @@ TEST(NodeReports, a_broken_fet_found_by_the_self_test_is_an_error_named_in_log_r
   EXPECT_EQ(text_of(rig.parameter("stat_fault_1").value.string), "self-test: FET B high open at 16.0 V 0.0 A 0 rpm 39.9 C, uptime 0 s");
 }
 
-TEST(NodeReports, a_self_test_skipped_because_the_rotor_turned_is_said_once) {
+TEST(NodeReports, ASelfTestSkippedBecauseTheRotorTurnedIsSaidOnce) {
   ServiceRig rig;
   rig.run();
   rig.telemetry.self_test.result = SelfTest::turning;
@@ -417,7 +417,7 @@ TEST(NodeReports, a_self_test_skipped_because_the_rotor_turned_is_said_once) {
   EXPECT_EQ(rig.node.health(), protocols::Health::ok);
 }
 
-TEST(NodeOrders, raw_mode_speed_and_thrust_reach_the_speed_loop) {
+TEST(NodeOrders, RawModeSpeedAndThrustReachTheSpeedLoop) {
   Parameters p = valid_parameters();
   p.raw_mode = RawMode::speed;
   ServiceRig speed(p);
@@ -432,7 +432,7 @@ TEST(NodeOrders, raw_mode_speed_and_thrust_reach_the_speed_loop) {
   EXPECT_NEAR(thrust.setpoint().value, 0.5f * p.max_speed_rad_s, 0.2f) << "a quarter of the thrust at half the speed";
 }
 
-TEST(NodeOrders, negative_orders_turn_nothing_backwards_unless_bidirectional_and_reversing_changes_both_signs) {
+TEST(NodeOrders, NegativeOrdersTurnNothingBackwardsUnlessBidirectionalAndReversingChangesBothSigns) {
   Parameters p = valid_parameters();
   p.bidirectional = false;
   ServiceRig one_way(p);
@@ -461,7 +461,7 @@ TEST(NodeOrders, negative_orders_turn_nothing_backwards_unless_bidirectional_and
   EXPECT_EQ(reversed.received<protocols::EscStatus>().back().rpm, 8000);
 }
 
-TEST(NodeOrders, beep_sounds_for_its_duration_and_only_while_nobody_has_armed) {
+TEST(NodeOrders, BeepSoundsForItsDurationAndOnlyWhileNobodyHasArmed) {
   ServiceRig rig;
   rig.send(protocols::BeepCommand{.frequency_Hz = 440.0f, .duration_s = 0.1f});
   EXPECT_EQ(rig.setpoint().mode, Mode::tone);
@@ -479,7 +479,7 @@ TEST(NodeOrders, beep_sounds_for_its_duration_and_only_while_nobody_has_armed) {
   EXPECT_FALSE(rig.spins()) << "2 s at most";
 }
 
-TEST(NodeOrders, zero_first_waits_for_an_order_of_zero_after_arming) {
+TEST(NodeOrders, ZeroFirstWaitsForAnOrderOfZeroAfterArming) {
   Parameters p = valid_parameters();
   p.zero_first = true;
   ServiceRig rig(p);
@@ -491,7 +491,7 @@ TEST(NodeOrders, zero_first_waits_for_an_order_of_zero_after_arming) {
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(NodeOrders, without_an_index_nothing_is_obeyed_and_no_status_is_sent) {
+TEST(NodeOrders, WithoutAnIndexNothingIsObeyedAndNoStatusIsSent) {
   Parameters p = valid_parameters();
   p.esc_index = kNoEscIndex;
   ServiceRig rig(p);
@@ -508,7 +508,7 @@ TEST(NodeOrders, without_an_index_nothing_is_obeyed_and_no_status_is_sent) {
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(NodeOrders, fast_setpoints_of_a_host_with_another_version_are_refused_and_both_numbers_said) {
+TEST(NodeOrders, FastSetpointsOfAHostWithAnotherVersionAreRefusedAndBothNumbersSaid) {
   ServiceRig rig;
   rig.arm();
   rig.node.on_frame(protocols::fast::encode_version(0, 2), rig.now_us);
@@ -522,7 +522,7 @@ TEST(NodeOrders, fast_setpoints_of_a_host_with_another_version_are_refused_and_b
   EXPECT_TRUE(rig.spins());
 }
 
-TEST(NodeTelemetry, extended_status_and_rpm_come_at_their_rates_when_they_are_asked_for) {
+TEST(NodeTelemetry, ExtendedStatusAndRpmComeAtTheirRatesWhenTheyAreAskedFor) {
   Parameters p = valid_parameters();
   p.extended_Hz = 10;
   p.rpm_Hz = 100;
@@ -533,7 +533,7 @@ TEST(NodeTelemetry, extended_status_and_rpm_come_at_their_rates_when_they_are_as
   EXPECT_EQ(rig.received<protocols::RpmSensor>().size(), 200u);
 }
 
-TEST(NodeHostile, unanswered_floods_of_every_service_leave_parameters_and_motor_as_they_were) {
+TEST(NodeHostile, UnansweredFloodsOfEveryServiceLeaveParametersAndMotorAsTheyWere) {
   ServiceRig rig;
   rig.run();
   rig.sent.clear();

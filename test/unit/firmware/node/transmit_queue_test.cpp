@@ -37,7 +37,7 @@ TEST(TransmitQueue, ReplaceTouchesOnlyTheSameIdentifierOfTheSameFormat) {
   EXPECT_EQ(q.pop()->data[0], 3);
 }
 
-TEST(TransmitQueue, transfer_that_waited_a_second_leaves_whole_and_what_came_later_stays) {
+TEST(TransmitQueue, TransferThatWaitedASecondLeavesWholeAndWhatCameLaterStays) {
   TransmitQueue<8> q;
   for (std::uint8_t k = 0; k < 3; ++k) q.push(frame(0x10040A2A, true, k), 5'000'000);
   q.push(frame(0x1401552A, true, 9), 5'600'000);
@@ -48,7 +48,7 @@ TEST(TransmitQueue, transfer_that_waited_a_second_leaves_whole_and_what_came_lat
   EXPECT_EQ(q.pop()->data[0], 9);
 }
 
-TEST(TransmitQueue, life_is_counted_across_the_wrap_of_the_millisecond_counter) {
+TEST(TransmitQueue, LifeIsCountedAcrossTheWrapOfTheMillisecondCounter) {
   TransmitQueue<2> q;
   const std::uint64_t wrap_us = (std::uint64_t{1} << 32) * 1000;
   q.push(frame(1, false, 1), wrap_us - 400'000);

@@ -25,7 +25,7 @@ double update_s(UpdateRig& rig, const std::vector<std::uint8_t>& image, double m
   return static_cast<double>(rig.now_us - from_us) * 1e-6;
 }
 
-TEST(Update, image_of_64_kib_is_in_place_bit_by_bit_within_5_s_on_an_idle_bus) {
+TEST(Update, ImageOf64KibIsInPlaceBitByBitWithin5sOnAnIdleBus) {
   UpdateRig rig;
   const auto image = make_image();
   ASSERT_EQ(image.size(), 65536u);
@@ -39,7 +39,7 @@ TEST(Update, image_of_64_kib_is_in_place_bit_by_bit_within_5_s_on_an_idle_bus) {
   EXPECT_FALSE(UpdateRecord(rig.flash, rig.config.layout.record_page).job()) << "the job is over";
 }
 
-TEST(Update, image_of_64_kib_is_in_place_within_8_s_beside_the_1_khz_layout_of_60_percent_bus_load) {
+TEST(Update, ImageOf64KibIsInPlaceWithin8sBesideThe1KhzLayoutOf60percentBusLoad) {
   UpdateRig rig;
   rig.other_load = 0.603;
   const auto image = make_image();
@@ -64,19 +64,19 @@ double worst_of_20_seeds_s(double loss) {
   return worst_s;
 }
 
-TEST(Update, one_percent_of_frames_lost_delays_64_kib_to_at_most_45_s_in_20_seeds) {
+TEST(Update, OnePercentOfFramesLostDelays64KibToAtMost45sIn20Seeds) {
   const double worst_s = worst_of_20_seeds_s(0.01);
   EXPECT_LE(worst_s, 45.0);
   RecordProperty("worst_ms_at_1_percent", static_cast<int>(1e3 * worst_s));
 }
 
-TEST(Update, five_percent_of_frames_lost_delay_64_kib_to_at_most_6_min_in_20_seeds) {
+TEST(Update, FivePercentOfFramesLostDelay64KibToAtMost6MinIn20Seeds) {
   const double worst_s = worst_of_20_seeds_s(0.05);
   EXPECT_LE(worst_s, 360.0);
   RecordProperty("worst_ms_at_5_percent", static_cast<int>(1e3 * worst_s));
 }
 
-TEST(Update, images_of_awkward_sizes_arrive_whole) {
+TEST(Update, ImagesOfAwkwardSizesArriveWhole) {
   for (const std::uint32_t size : {1u, 7u, 8u, 255u, 256u, 1535u, 1536u, 1537u, 3583u, 3584u, 3585u, 5000u}) {
     UpdateRig rig;
     const auto image = make_image({.size = size, .seed = size});
@@ -86,7 +86,7 @@ TEST(Update, images_of_awkward_sizes_arrive_whole) {
   }
 }
 
-TEST(Update, wrong_images_are_refused_with_the_reason_on_the_bus_and_the_old_one_runs_on) {
+TEST(Update, WrongImagesAreRefusedWithTheReasonOnTheBusAndTheOldOneRunsOn) {
   struct Row {
     std::vector<std::uint8_t> file;
     ImageFault fault;
@@ -113,7 +113,7 @@ TEST(Update, wrong_images_are_refused_with_the_reason_on_the_bus_and_the_old_one
   }
 }
 
-TEST(Update, image_with_an_older_security_version_is_refused) {
+TEST(Update, ImageWithAnOlderSecurityVersionIsRefused) {
   UpdateRig rig;
   rig.install(make_image({.size = 4000, .security_version = 3, .seed = 200}));
   rig.server.file = make_image({.size = 3000, .security_version = 2});
@@ -124,7 +124,7 @@ TEST(Update, image_with_an_older_security_version_is_refused) {
   EXPECT_EQ(rig.installed()->security_version, 3u);
 }
 
-TEST(Update, silent_server_ends_the_job_after_30_s_and_the_old_image_runs_on) {
+TEST(Update, SilentServerEndsTheJobAfter30sAndTheOldImageRunsOn) {
   UpdateRig rig;
   rig.server.answers = false;
   const double time_s = update_s(rig, make_image(), 60.0);
@@ -136,7 +136,7 @@ TEST(Update, silent_server_ends_the_job_after_30_s_and_the_old_image_runs_on) {
   EXPECT_FALSE(rig.updater->has_job()) << "the next start is the application's";
 }
 
-TEST(Update, server_that_falls_silent_in_the_middle_leaves_a_node_that_waits_on_the_bus_and_goes_on_when_it_is_back) {
+TEST(Update, ServerThatFallsSilentInTheMiddleLeavesANodeThatWaitsOnTheBusAndGoesOnWhenItIsBack) {
   UpdateRig rig;
   const auto image = make_image();
   update_s(rig, image, 1.0);
@@ -151,7 +151,7 @@ TEST(Update, server_that_falls_silent_in_the_middle_leaves_a_node_that_waits_on_
   EXPECT_EQ(rig.area_bytes(image.size()), image);
 }
 
-TEST(Update, time_out_is_1_s_until_the_first_answer_and_then_four_times_the_slowest_within_100_ms_and_1_s) {
+TEST(Update, TimeOutIs1sUntilTheFirstAnswerAndThenFourTimesTheSlowestWithin100msAnd1s) {
   UpdateRig rig;
   rig.install(old_image());
   rig.server.file = make_image();
@@ -162,7 +162,7 @@ TEST(Update, time_out_is_1_s_until_the_first_answer_and_then_four_times_the_slow
   EXPECT_EQ(rig.updater->timeout_us(), 100'000u) << "answers take some 7 ms";
 }
 
-TEST(Update, application_area_that_is_whole_is_recognised_and_every_flipped_bit_of_it_is_noticed) {
+TEST(Update, ApplicationAreaThatIsWholeIsRecognisedAndEveryFlippedBitOfItIsNoticed) {
   UpdateRig rig;
   const auto image = make_image({.size = 40});
   for (std::size_t bit = 0; bit < 8 * image.size(); ++bit) {
@@ -209,7 +209,7 @@ void cut_and_recover(std::uint64_t operation, Torn torn, std::array<int, 3>& see
   ASSERT_EQ(rig.area_bytes(image.size()), image) << operation;
 }
 
-TEST(UpdateCut, power_cut_at_every_flash_operation_leaves_the_old_image_the_new_one_or_a_node_that_waits) {
+TEST(UpdateCut, PowerCutAtEveryFlashOperationLeavesTheOldImageTheNewOneOrANodeThatWaits) {
   std::uint64_t operations = 0;
   {
     UpdateRig rig;
@@ -233,7 +233,7 @@ TEST(UpdateCut, power_cut_at_every_flash_operation_leaves_the_old_image_the_new_
   for (const int n : seen) EXPECT_GT(n, 0) << "all three ends were met";
 }
 
-TEST(UpdateCut, pages_in_place_before_the_cut_are_not_fetched_again) {
+TEST(UpdateCut, PagesInPlaceBeforeTheCutAreNotFetchedAgain) {
   UpdateRig rig;
   const auto image = make_image();
   rig.install(old_image());
@@ -251,7 +251,7 @@ TEST(UpdateCut, pages_in_place_before_the_cut_are_not_fetched_again) {
   EXPECT_EQ(rig.area_bytes(image.size()), image);
 }
 
-TEST(TestImage, script_writes_what_the_updater_accepts) {
+TEST(TestImage, ScriptWritesWhatTheUpdaterAccepts) {
   const std::filesystem::path out = std::filesystem::temp_directory_path() / "rotorloop_test_image.bin";
   const std::string command =
       "python3 " ROTORLOOP_SOURCE_DIR "/scripts/make_test_image " + out.string() + " --size 3000 --version 2.7 --security 1";

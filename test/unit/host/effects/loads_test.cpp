@@ -15,7 +15,7 @@
 namespace rotorloop::host {
 namespace {
 
-TEST(Loads, without_terms_are_the_equations_of_the_vehicle_model) {
+TEST(Loads, WithoutTermsAreTheEquationsOfTheVehicleModel) {
   const VehicleModel m = paper_vehicle();
   const LoadInput<double> in = general_flight();
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
@@ -34,7 +34,7 @@ TEST(Loads, without_terms_are_the_equations_of_the_vehicle_model) {
   EXPECT_LT((w.torque - torque).norm(), 1e-9);
 }
 
-TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
+TEST(Loads, DerivativesByMotionAndParametersAreThoseOfDifferences) {
   const VehicleModel m = paper_vehicle();
   const LoadGeometry g = load_geometry(m);
   const auto evaluate = [&](const std::array<double, 14>& at) {
@@ -74,7 +74,7 @@ TEST(Loads, derivatives_by_motion_and_parameters_are_those_of_differences) {
   }
 }
 
-TEST(Loads, torque_of_the_advance_ratio_has_the_derivatives_of_its_differences_and_ends_with_its_range) {
+TEST(Loads, TorqueOfTheAdvanceRatioHasTheDerivativesOfItsDifferencesAndEndsWithItsRange) {
   const AdvanceModel a{-1.5e-8, -0.1, 0.3};
   constexpr double kRadius_m = 0.0635, kStep = 1e-4;
   for (const double v_z : {-4.0, 2.0, 9.0}) {  // below, within and above the range at 900 rad/s
@@ -92,14 +92,14 @@ TEST(Loads, torque_of_the_advance_ratio_has_the_derivatives_of_its_differences_a
   }
 }
 
-TEST(Loads, every_term_changes_nothing_at_its_neutral_values) {
+TEST(Loads, EveryTermChangesNothingAtItsNeutralValues) {
   for (const Term& t : all_terms()) {
     const Wrench with = wrench(general_flight(), only(t), neutral(t)), without = wrench(general_flight());
     EXPECT_LT((with.force - without.force).norm() + (with.torque - without.torque).norm(), 1e-12) << t.info.id;
   }
 }
 
-TEST(Loads, every_term_has_the_parameters_units_and_ranges_that_the_catalogue_gives_to_models) {
+TEST(Loads, EveryTermHasTheParametersUnitsAndRangesThatTheCatalogueGivesToModels) {
   const auto spelt = [](std::string unit) {  // "kg m^2" in the catalogue, "kg m2" in code
     std::erase(unit, '^');
     return unit;
@@ -120,7 +120,7 @@ TEST(Loads, every_term_has_the_parameters_units_and_ranges_that_the_catalogue_gi
   }
 }
 
-TEST(Loads, a_term_is_in_a_list_once_and_finds_its_own_parameters) {
+TEST(Loads, ATermIsInAListOnceAndFindsItsOwnParameters) {
   TermList list;
   EXPECT_TRUE(list.add(*find_term("rotor_local_inflow")));
   EXPECT_TRUE(list.add(*find_term("rotor_inertia_reaction")));
@@ -131,7 +131,7 @@ TEST(Loads, a_term_is_in_a_list_once_and_finds_its_own_parameters) {
   EXPECT_EQ(find_term("no_such_effect"), nullptr);
 }
 
-TEST(RotorLocalInflow, opposes_roll_and_pitch_and_leaves_yaw_alone) {
+TEST(RotorLocalInflow, OpposesRollAndPitchAndLeavesYawAlone) {
   const TermList list = only("rotor_local_inflow");
   for (int axis = 0; axis < 3; ++axis) {
     LoadInput<double> in = general_flight();
@@ -147,7 +147,7 @@ TEST(RotorLocalInflow, opposes_roll_and_pitch_and_leaves_yaw_alone) {
   }
 }
 
-TEST(RotorInertiaReaction, body_and_rotors_together_keep_their_angular_momentum_about_yaw) {
+TEST(RotorInertiaReaction, BodyAndRotorsTogetherKeepTheirAngularMomentumAboutYaw) {
   // What the rotors gain about +z the body loses: torque_z = -d/dt Σ J_r s_i ω_i, with s_i = -reaction.
   const double J = 9.4e-6;
   const LoadInput<double> in = general_flight();
@@ -156,7 +156,7 @@ TEST(RotorInertiaReaction, body_and_rotors_together_keep_their_angular_momentum_
   EXPECT_NEAR(change.z(), -rotors_gain, 1e-12);
 }
 
-TEST(Gyroscopic, body_that_turns_tilts_the_momentum_of_its_rotors) {
+TEST(Gyroscopic, BodyThatTurnsTiltsTheMomentumOfItsRotors) {
   const double J = 9.4e-6;
   const LoadInput<double> in = general_flight();
   const Eigen::Vector3d change = wrench(in, only("gyroscopic"), {J}).torque - wrench(in).torque;

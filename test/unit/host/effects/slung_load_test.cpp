@@ -48,7 +48,7 @@ void swing(const Parameters& p, std::array<double, 4> start, double time_s, cons
   }
 }
 
-TEST(SlungLoad, small_swings_have_the_period_of_a_pendulum_within_0p1_percent_and_keep_their_size_for_20_s) {
+TEST(SlungLoad, SmallSwingsHaveThePeriodOfAPendulumWithin0p1percentAndKeepTheirSizeFor20s) {
   const Parameters p;
   double last_crossing_s = 0.0, first_crossing_s = 0.0, before = 0.05, highest = 0.0;
   int crossings = 0;
@@ -65,7 +65,7 @@ TEST(SlungLoad, small_swings_have_the_period_of_a_pendulum_within_0p1_percent_an
   EXPECT_NEAR(highest, 0.05, 1e-4);
 }
 
-TEST(SlungLoad, damped_swing_falls_by_exp_of_minus_2_pi_zeta_each_period) {
+TEST(SlungLoad, DampedSwingFallsByExpOfMinus2PiZetaEachPeriod) {
   double highest = 0.0;
   const double period_s = 2.0 * kPi * std::sqrt(0.5 / kGravity_m_s2);
   swing({.damping = 0.05}, {0.05, 0, 0, 0}, 4.2 * period_s, {}, 0.0, [&](double t, const auto& q) {
@@ -74,7 +74,7 @@ TEST(SlungLoad, damped_swing_falls_by_exp_of_minus_2_pi_zeta_each_period) {
   EXPECT_NEAR(highest / 0.05, std::exp(-2.0 * kPi * 0.05 * 4.0), 0.01);
 }
 
-TEST(SlungLoad, steady_acceleration_hangs_it_along_apparent_gravity_and_drag_lets_it_trail) {
+TEST(SlungLoad, SteadyAccelerationHangsItAlongApparentGravityAndDragLetsItTrail) {
   std::array<double, 4> end{};
   const auto keep = [&](double, const auto& q) { end = q; };
   swing({.damping = 0.3}, {0, 0, 0, 0}, 12.0, {2.0, 0, 0}, 0.0, keep);
@@ -84,7 +84,7 @@ TEST(SlungLoad, steady_acceleration_hangs_it_along_apparent_gravity_and_drag_let
 }
 
 // Given the pull on the body, the accelerations of both ends follow; the one of the load must be that of the hook plus L d̈.
-TEST(SlungLoad, pull_keeps_body_and_load_at_the_length_of_the_string) {
+TEST(SlungLoad, PullKeepsBodyAndLoadAtTheLengthOfTheString) {
   const Parameters p{.mass_kg = 0.1, .length_m = 0.7};
   const std::vector<double> values{p.mass_kg, p.length_m, 0.0, 0.0, 0.0};
   const std::array<double, 4> q{0.3, -0.2, 1.5, 0.8};
@@ -104,7 +104,7 @@ TEST(SlungLoad, pull_keeps_body_and_load_at_the_length_of_the_string) {
   EXPECT_NEAR((load - body).dot(d), -p.length_m * rate.squaredNorm(), 1e-9);  // the string neither stretches nor slackens
 }
 
-TEST(SlungLoad, string_goes_slack_when_the_body_is_pushed_down_on_its_load_and_tight_when_it_is_held_up) {
+TEST(SlungLoad, StringGoesSlackWhenTheBodyIsPushedDownOnItsLoadAndTightWhenItIsHeldUp) {
   const TermList list = only("slung_load");
   const std::vector<double> values{0.1, 0.5, 0.0, 0.0, 0.0}, rest(4, 0.0);
   const auto pull_N = [&](double climb_m_s) {
@@ -121,7 +121,7 @@ TEST(SlungLoad, string_goes_slack_when_the_body_is_pushed_down_on_its_load_and_t
   EXPECT_NEAR(pull_N(-3.0), 0.1 / 0.782 * 0.0185 * 9.0, 1e-6);
 }
 
-TEST(SlungLoad, hook_below_the_centre_of_mass_turns_the_body_towards_the_load) {
+TEST(SlungLoad, HookBelowTheCentreOfMassTurnsTheBodyTowardsTheLoad) {
   const TermList list = only("slung_load");
   const std::vector<double> values{0.05, 0.5, 0.0, 0.0, -0.03};
   const std::vector<double> ahead{0.1, 0.0, 0.0, 0.0};
@@ -135,7 +135,7 @@ TEST(SlungLoad, hook_below_the_centre_of_mass_turns_the_body_towards_the_load) {
   EXPECT_NEAR(with.state.torque_B_N_m.y - without.state.torque_B_N_m.y, -0.03 * forward_N, 1e-12);  // nose up
 }
 
-TEST(SlungLoad, swing_beyond_70_degrees_is_held_there) {
+TEST(SlungLoad, SwingBeyond70degreesIsHeldThere) {
   double highest = 0.0;
   swing({}, {0.9, 0, 8.0, 0}, 3.0, {}, 0.0, [&](double, const auto& q) {
     for (const double x : q) ASSERT_TRUE(std::isfinite(x));
@@ -144,7 +144,7 @@ TEST(SlungLoad, swing_beyond_70_degrees_is_held_there) {
   EXPECT_LE(highest, 0.94 + 1e-12);
 }
 
-TEST(TermMemory, is_counted_in_the_order_of_the_list_and_refused_beyond_its_room) {
+TEST(TermMemory, IsCountedInTheOrderOfTheListAndRefusedBeyondItsRoom) {
   TermList list;
   EXPECT_TRUE(list.add(*find_term("rotor_local_inflow")));
   EXPECT_TRUE(list.add(*find_term("slung_load")));

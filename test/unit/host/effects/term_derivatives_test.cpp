@@ -74,7 +74,7 @@ void expect_slope(double exact, double up, double down, double step, const std::
 
 class EveryTerm : public testing::TestWithParam<const Term*> {};
 
-TEST_P(EveryTerm, has_exact_derivatives_by_its_parameters) {
+TEST_P(EveryTerm, HasExactDerivativesByItsParameters) {
   const Term& t = *GetParam();
   const TermList list = only(t);
   const std::vector<double> values = acting(t);
@@ -98,7 +98,7 @@ TEST_P(EveryTerm, has_exact_derivatives_by_its_parameters) {
   }
 }
 
-TEST_P(EveryTerm, has_exact_derivatives_by_motion_attitude_place_and_the_papers_parameters) {
+TEST_P(EveryTerm, HasExactDerivativesByMotionAttitudePlaceAndThePapersParameters) {
   const Term& t = *GetParam();
   const TermList list = only(t);
   const std::vector<double> values = acting(t);
@@ -162,7 +162,7 @@ constexpr std::array<std::size_t, 4> kMirrorRotor{2, 3, 0, 1};  // front right -
 Vec3<double> mirrored(const Vec3<double>& v) { return {v.x, -v.y, v.z}; }
 Vec3<double> mirrored_axial(const Vec3<double>& v) { return {-v.x, v.y, -v.z}; }
 
-TEST_P(EveryTerm, loads_a_mirrored_flight_with_the_mirrored_force_and_torque) {
+TEST_P(EveryTerm, LoadsAMirroredFlightWithTheMirroredForceAndTorque) {
   const Term& t = *GetParam();
   VehicleModel m = paper_vehicle();
   m.com_offset_m.y() = 0.0;
@@ -190,7 +190,7 @@ TEST_P(EveryTerm, loads_a_mirrored_flight_with_the_mirrored_force_and_torque) {
   EXPECT_LT((b.torque - Eigen::Vector3d(-a.torque.x(), a.torque.y(), -a.torque.z())).norm(), 1e-13);
 }
 
-TEST_P(EveryTerm, acts_in_flight_when_its_parameters_leave_neutral) {
+TEST_P(EveryTerm, ActsInFlightWhenItsParametersLeaveNeutral) {
   const Term& t = *GetParam();
   double most = 0.0;
   LoadInput<double> under_ceiling = busy_flight();

@@ -282,7 +282,7 @@ const std::vector<Law>& laws() {
   return all;
 }
 
-TEST(TermLaws, have_the_sign_and_the_size_that_the_catalogue_gives) {
+TEST(TermLaws, HaveTheSignAndTheSizeThatTheCatalogueGives) {
   VehicleModel m = paper_vehicle();
   m.com_offset_m.setZero();
   for (const Law& law : laws()) {
@@ -298,7 +298,7 @@ TEST(TermLaws, have_the_sign_and_the_size_that_the_catalogue_gives) {
   }
 }
 
-TEST(TermLaws, a_load_of_100_g_hung_100_mm_below_turns_a_quarter_slower_about_x_and_as_fast_about_z) {
+TEST(TermLaws, ALoadOf100gHung100MmBelowTurnsAQuarterSlowerAboutXAndAsFastAboutZ) {
   const VehicleModel m = paper_vehicle();
   LoadInput<double> in = hover(m);
   in.omega_rad_s = {900.0, 950.0, 1000.0, 940.0};
@@ -308,7 +308,7 @@ TEST(TermLaws, a_load_of_100_g_hung_100_mm_below_turns_a_quarter_slower_about_x_
   EXPECT_NEAR(with.torque.z(), without.torque.z(), 1e-15);
 }
 
-TEST(TermLaws, freely_hinged_blades_pass_nothing_on_of_what_stiff_ones_would) {
+TEST(TermLaws, FreelyHingedBladesPassNothingOnOfWhatStiffOnesWould) {
   const VehicleModel m = paper_vehicle();
   LoadInput<double> in = hover(m);
   in.v_B_m_s = {5.0, 2.0, 0.0};
@@ -322,7 +322,7 @@ TEST(TermLaws, freely_hinged_blades_pass_nothing_on_of_what_stiff_ones_would) {
   EXPECT_LT((half - 0.5 * stiff).norm(), 1e-15);
 }
 
-TEST(TermLaws, every_term_of_the_loads_has_one) {
+TEST(TermLaws, EveryTermOfTheLoadsHasOne) {
   for (const Term& t : all_terms()) {
     if (t.plain.reading && !t.plain.body) continue;
     bool found = false;
@@ -342,7 +342,7 @@ Read reading(std::string_view id, double value, const LoadInput<double>& in) {
   return {v(r.position_W_m), v(r.velocity_W_m_s), v(r.turn_B_rad), v(r.gyro_B_rad_s), v(r.accel_B_m_s2)};
 }
 
-TEST(CeilingEffect, does_nothing_one_radius_below_3_m_where_no_ceiling_is_known) {
+TEST(CeilingEffect, DoesNothingOneRadiusBelow3mWhereNoCeilingIsKnown) {
   VehicleModel open_air = paper_vehicle();
   open_air.ceiling_z_m = VehicleModel{}.ceiling_z_m;
   LoadInput<double> in = hover(open_air);
@@ -352,14 +352,14 @@ TEST(CeilingEffect, does_nothing_one_radius_below_3_m_where_no_ceiling_is_known)
   EXPECT_GT(wrench(paper_vehicle(), in, only("ceiling_effect"), {1.0}).force.z(), 1.06 * without);
 }
 
-TEST(Readings, scaled_pose_reports_places_and_velocities_too_long) {
+TEST(Readings, ScaledPoseReportsPlacesAndVelocitiesTooLong) {
   const Read r = reading("pose_scale", 0.02, general_flight());
   EXPECT_LT((r.position - 0.02 * Eigen::Vector3d(1, -2, 3)).norm(), 1e-15);
   EXPECT_LT((r.velocity - 0.02 * Eigen::Vector3d(4, 5, -6)).norm(), 1e-15);
   EXPECT_EQ(r.turn.norm() + r.gyro.norm() + r.accel.norm(), 0.0);
 }
 
-TEST(Readings, a_load_hung_below_leaves_the_pose_sensor_further_above_the_centre_of_mass) {
+TEST(Readings, ALoadHungBelowLeavesThePoseSensorFurtherAboveTheCentreOfMass) {
   const LoadInput<double> in = hover(paper_vehicle());
   ReadingState<double> r{in, {}, {}, {}, 0.4};
   const double values[] = {0.1, 0.0, 0.0, -0.005};
@@ -369,12 +369,12 @@ TEST(Readings, a_load_hung_below_leaves_the_pose_sensor_further_above_the_centre
   EXPECT_NEAR(r.velocity_W_m_s.x, 0.0, 1e-15);
 }
 
-TEST(Readings, soft_mount_lags_by_2_mrad_at_200_rad_s2_and_50_Hz) {
+TEST(Readings, SoftMountLagsBy2MradAt200radS2And50Hz) {
   const Read r = reading("sensor_mount_compliance", 1e-5, general_flight());
   EXPECT_LT((r.turn - Eigen::Vector3d(-1e-3, 2e-3, -0.5e-3)).norm(), 1e-15);
 }
 
-TEST(Readings, rectified_vibration_is_0_1_m_s2_in_hover) {
+TEST(Readings, RectifiedVibrationIs0p1mS2InHover) {
   const Read r = reading("vibration_rectification", 1.1e-7, hover(paper_vehicle()));
   EXPECT_NEAR(r.accel.z(), 0.1, 0.005);
   EXPECT_EQ(r.accel.x(), 0.0);

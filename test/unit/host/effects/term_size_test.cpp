@@ -8,21 +8,21 @@
 namespace rotorloop::host {
 namespace {
 
-TEST(TermSize, is_that_of_the_table_on_the_reference_quadrotor) {
+TEST(TermSize, IsThatOfTheTableOnTheReferenceQuadrotor) {
   const LoadGeometry g = load_geometry(paper_vehicle());
   for (const Term& t : all_terms()) {
     for (const TermParameter& p : t.info.parameters) EXPECT_NEAR(size_ratio(p.unit, g.mass_kg, arm_m(g)), 1.0, 0.01) << t.info.id;
   }
 }
 
-TEST(TermSize, rotor_inertia_of_a_nano_drone_of_37_g_is_some_200_times_smaller) {
+TEST(TermSize, RotorInertiaOfANanoDroneOf37gIsSome200TimesSmaller) {
   // Measured: 3.9e-8 against 9.4e-6 kg m2, 240 times.
   const double ratio = size_ratio("kg m2", 0.037, 0.046);
   EXPECT_GT(1.0 / ratio, 100.0);
   EXPECT_LT(1.0 / ratio, 300.0);
 }
 
-TEST(TermSize, follows_the_unit) {
+TEST(TermSize, FollowsTheUnit) {
   const double m = 2 * kReferenceMass_kg, l = 4 * kReferenceArm_m;
   EXPECT_NEAR(size_ratio("1", m, l), 1.0, 1e-15);
   EXPECT_NEAR(size_ratio("rad", m, l), 1.0, 1e-15);

@@ -30,7 +30,7 @@ double value(const std::string& text) {
   return evaluate(e, s);
 }
 
-TEST(UserExpression, knows_the_order_of_operations) {
+TEST(UserExpression, KnowsTheOrderOfOperations) {
   EXPECT_EQ(value("1 + 2 * 3"), 7.0);
   EXPECT_EQ(value("(1 + 2) * 3"), 9.0);
   EXPECT_EQ(value("10 - 4 - 3"), 3.0);
@@ -40,12 +40,12 @@ TEST(UserExpression, knows_the_order_of_operations) {
   EXPECT_EQ(value("1.5e-3*2e3"), 3.0);
 }
 
-TEST(UserExpression, has_functions) {
+TEST(UserExpression, HasFunctions) {
   EXPECT_EQ(value("sqrt(9) + abs(-4) + min(2, 1) + max(2, 1)"), 10.0);
   EXPECT_EQ(value("sqrt(-1)"), 0.0) << "the root of a negative number is 0";
 }
 
-TEST(UserExpression, sees_motion_rotors_place_and_battery) {
+TEST(UserExpression, SeesMotionRotorsPlaceAndBattery) {
   EXPECT_EQ(value("v_x"), 6.0);
   EXPECT_EQ(value("v_z"), 1.5);
   EXPECT_EQ(value("r"), 3.0);
@@ -65,7 +65,7 @@ ExpressionFault fault(const std::string& text) {
   return f.value_or(ExpressionFault{});
 }
 
-TEST(UserExpression, says_at_which_column_it_is_wrong) {
+TEST(UserExpression, SaysAtWhichColumnItIsWrong) {
   EXPECT_EQ(fault("v_x * * 2").column, 7u);
   EXPECT_THAT(fault("v_x ^ 2").remedy, HasSubstr("x * x"));
   EXPECT_EQ(fault("v_x v_y").column, 5u);
@@ -77,7 +77,7 @@ TEST(UserExpression, says_at_which_column_it_is_wrong) {
   EXPECT_EQ(fault("1e999").column, 1u);
 }
 
-TEST(UserExpression, refuses_what_would_not_fit_into_the_controller) {
+TEST(UserExpression, RefusesWhatWouldNotFitIntoTheController) {
   std::string sum = "v_x", nested = "v_x";
   for (int i = 0; i < 40; ++i) sum += " + v_x", nested = "(" + nested + ")";
   EXPECT_THAT(fault(sum).what, HasSubstr("too long"));
@@ -138,7 +138,7 @@ std::string refusal(const std::string& text) {
   return "accepted";
 }
 
-TEST(UserTerms, load_the_body_like_a_term_in_code) {
+TEST(UserTerms, LoadTheBodyLikeATermInCode) {
   const UserTerms terms = UserTerms::parse(kFile, "my_terms.toml", builtin_effect_catalogue());
   ASSERT_EQ(terms.size(), 2u);
   EXPECT_EQ(terms.title(0), "Nose-up moment");
@@ -148,7 +148,7 @@ TEST(UserTerms, load_the_body_like_a_term_in_code) {
   EXPECT_LT((mine.force - built_in.force).norm(), 1e-15);
 }
 
-TEST(UserTerms, change_nothing_at_zero_and_have_exact_derivatives) {
+TEST(UserTerms, ChangeNothingAtZeroAndHaveExactDerivatives) {
   const UserTerms terms = UserTerms::parse(kFile, "my_terms.toml", builtin_effect_catalogue());
   const TermList list = only(*terms.find("low_pressure"));
   LoadInput<double> in = general_flight();
@@ -181,7 +181,7 @@ TEST(UserTerms, change_nothing_at_zero_and_have_exact_derivatives) {
   }
 }
 
-TEST(UserTerms, make_vehicle_files_that_hold_them_readable) {
+TEST(UserTerms, MakeVehicleFilesThatHoldThemReadable) {
   const UserTerms terms = UserTerms::parse(kFile, "my_terms.toml", builtin_effect_catalogue());
   EffectCatalogue catalogue = builtin_effect_catalogue();
   terms.join(catalogue);
@@ -192,7 +192,7 @@ TEST(UserTerms, make_vehicle_files_that_hold_them_readable) {
   EXPECT_EQ(model[1].max, 1.0);
 }
 
-TEST(UserTerms, the_example_of_the_manual_is_one) {
+TEST(UserTerms, TheExampleOfTheManualIsOne) {
   std::ifstream page(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "docs/own_terms.md");
   const std::string text((std::istreambuf_iterator<char>(page)), {});
   const std::size_t begin = text.find("```toml\n") + 8, end = text.find("```", begin);
@@ -205,7 +205,7 @@ TEST(UserTerms, the_example_of_the_manual_is_one) {
   EXPECT_NEAR((with.torque - without.torque).y(), -0.006, 1e-12) << "N m, nose-up";
 }
 
-TEST(UserTerms, errors_name_file_line_expression_and_column) {
+TEST(UserTerms, ErrorsNameFileLineExpressionAndColumn) {
   EXPECT_THAT(refusal(with("-v_x * sqrt", "-v_u * sqrt")),
               AllOf(HasSubstr("my_terms.toml:33"), HasSubstr("column 2"), HasSubstr("\"v_u\""), HasSubstr("variables: v_x")));
   EXPECT_THAT(refusal(with("max(0.1, abs(v_x))", "v_x")), AllOf(HasSubstr("my_terms.toml:25"), HasSubstr("not finite at rest")));

@@ -18,7 +18,7 @@ PairComparison table_1(double correlation) {
   return compare_pair({"stand", 1.08 * f.c_t_N_s2, 0.0108 * f.c_t_N_s2}, {"flight", f.c_t_N_s2, f.u_N_s2}, 0.03);
 }
 
-TEST(StandComparison, u_of_c_t_from_the_papers_k1_and_k2_is_8_9_percent_uncorrelated_2_9_at_minus_0_9_and_1_0_at_minus_0_99) {
+TEST(StandComparison, UOfCTFromThePapersK1AndK2Is8p9percentUncorrelated2p9AtMinus0p9And1p0AtMinus0p99) {
   for (const auto& [r, u] : {std::pair{0.0, 0.089}, {-0.9, 0.029}, {-0.99, 0.010}}) {
     const FlightCoefficient f = flight_coefficient(paper(), r);
     EXPECT_NEAR(f.u_N_s2 / f.c_t_N_s2, u, 0.0015) << r;
@@ -26,7 +26,7 @@ TEST(StandComparison, u_of_c_t_from_the_papers_k1_and_k2_is_8_9_percent_uncorrel
   }
 }
 
-TEST(StandComparison, eight_percent_of_the_seed_paper_is_undecided_without_correlation_and_different_from_minus_0_9_on) {
+TEST(StandComparison, EightPercentOfTheSeedPaperIsUndecidedWithoutCorrelationAndDifferentFromMinus0p9On) {
   const PairComparison none = table_1(0.0), some = table_1(-0.9), strong = table_1(-0.99);
   EXPECT_EQ(none.verdict, ComparisonVerdict::cannot_tell);
   EXPECT_NEAR(none.z, 0.9, 0.1);
@@ -37,25 +37,25 @@ TEST(StandComparison, eight_percent_of_the_seed_paper_is_undecided_without_corre
   EXPECT_NEAR(strong.z, 5.4, 0.4);
 }
 
-TEST(StandComparison, half_a_percent_apart_with_u_of_0_6_percent_is_equivalent_within_3_percent) {
+TEST(StandComparison, HalfAPercentApartWithUOf0p6percentIsEquivalentWithin3percent) {
   const PairComparison p = compare_pair({"a", 1.005, 0.006}, {"b", 1.0, 0.006}, 0.03);
   EXPECT_EQ(p.verdict, ComparisonVerdict::equivalent);
   EXPECT_LT(p.e_n, 1.0);
 }
 
-TEST(StandComparison, difference_that_is_significant_and_below_the_margin_is_equivalent_and_said_to_be_significant) {
+TEST(StandComparison, DifferenceThatIsSignificantAndBelowTheMarginIsEquivalentAndSaidToBeSignificant) {
   const PairComparison p = compare_pair({"a", 1.01, 0.002}, {"b", 1.0, 0.002}, 0.03);
   EXPECT_EQ(p.verdict, ComparisonVerdict::equivalent);
   EXPECT_TRUE(p.significant);
 }
 
-TEST(StandComparison, scale_that_both_share_cancels) {
+TEST(StandComparison, ScaleThatBothShareCancels) {
   const PairComparison apart = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03),
                        shared = compare_pair({"a", 1.02, 0.01}, {"b", 1.0, 0.01}, 0.03, 0.008);
   EXPECT_GT(shared.z, 1.5 * apart.z);
 }
 
-TEST(StandComparison, named_u_is_what_it_takes_to_decide) {
+TEST(StandComparison, NamedUIsWhatItTakesToDecide) {
   const PairComparison p = compare_pair({"a", 1.04, 0.02}, {"b", 1.0, 0.02}, 0.03);
   ASSERT_EQ(p.verdict, ComparisonVerdict::cannot_tell);
   const double each = 0.99 * p.needed_u / std::sqrt(2.0);
@@ -77,7 +77,7 @@ log::FlightRecord hovering(double c_t, double mass_kg) {
   return f;
 }
 
-TEST(StandComparison, hover_gives_c_t_of_mass_and_rotor_speed_to_0_3_percent_and_leaves_the_ground_out) {
+TEST(StandComparison, HoverGivesCTOfMassAndRotorSpeedTo0p3percentAndLeavesTheGroundOut) {
   const auto h = hover_coefficient({hovering(2e-6, 0.68)}, {.mass_kg = 0.68, .mass_u_kg = 0.001, .air_density_kg_m3 = 1.2});
   ASSERT_TRUE(h);
   EXPECT_NEAR(h->c_t_N_s2, 2e-6, 0.006e-6);

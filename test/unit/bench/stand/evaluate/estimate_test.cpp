@@ -38,7 +38,7 @@ StandRun run_of(const test::TempFolder& folder, const test::SimulatedStandOption
   return read_stand_run(folder.path() / "run", {});
 }
 
-TEST(StandEstimate, run_without_errors_gives_c_t_at_9000_RPM_to_0_2_percent_c_q_and_the_motor_to_1_percent) {
+TEST(StandEstimate, RunWithoutErrorsGivesCTAt9000RPMTo0p2percentCQAndTheMotorTo1percent) {
   const test::TempFolder folder;
   const test::SimulatedStandOptions o{.errors = false};
   const auto truth = simulated().truth(o);
@@ -54,7 +54,7 @@ TEST(StandEstimate, run_without_errors_gives_c_t_at_9000_RPM_to_0_2_percent_c_q_
   EXPECT_NEAR(e.dynamics->down->value_s, truth.down_s, 0.001);
 }
 
-TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_offset_drift_and_hysteresis_of_the_stand) {
+TEST(OperatingPoints, ThrustAndTorqueAreTheRotorsOwnWithoutZeroRunningOffsetDriftAndHysteresisOfTheStand) {
   const test::TempFolder folder;
   const test::SimulatedStandOptions o;
   const auto truth = simulated().truth(o);
@@ -80,7 +80,7 @@ TEST(OperatingPoints, thrust_and_torque_are_the_rotors_own_without_zero_running_
   EXPECT_GT(raw_error, 0.1) << "the stand's running offset is in what it reads";
 }
 
-TEST(StandEstimate, an_empty_file_is_called_empty_and_a_run_of_one_step_is_refused_with_the_reason) {
+TEST(StandEstimate, AnEmptyFileIsCalledEmptyAndARunOfOneStepIsRefusedWithTheReason) {
   EXPECT_NE(test::error_of([] { (void)recognise_csv("\r\n \n", "x.csv"); }).find("x.csv: error: is empty"), std::string::npos);
   const test::TempFolder folder;
   const auto file = folder.write("one.csv", "t_s,omega_rad_s,thrust_N,torque_N_m\n0,500,1.0,0.01\n");
@@ -92,7 +92,7 @@ TEST(StandEstimate, an_empty_file_is_called_empty_and_a_run_of_one_step_is_refus
   EXPECT_NE(o.errors[0].find("no coefficient from 1 step in still air: five different speeds"), std::string::npos) << o.errors[0];
 }
 
-TEST(OperatingPoints, a_kilogram_of_thrust_for_50_W_is_20_grams_per_watt) {
+TEST(OperatingPoints, AKilogramOfThrustFor50WIs20GramsPerWatt) {
   OperatingPoint p;
   p.omega_rad_s = 100.0, p.thrust_N = 9.80665, p.torque_N_m = 0.2, p.supply_V = 10.0, p.current_A = 5.0;
   EXPECT_DOUBLE_EQ(p.thrust_g(), 1000.0);
@@ -102,7 +102,7 @@ TEST(OperatingPoints, a_kilogram_of_thrust_for_50_W_is_20_grams_per_watt) {
   EXPECT_DOUBLE_EQ(p.drive_efficiency(), 0.4);
 }
 
-TEST(OperatingPoints, levels_are_the_means_of_up_and_down_and_of_a_slow_ramp_24_at_most) {
+TEST(OperatingPoints, LevelsAreTheMeansOfUpAndDownAndOfASlowRamp24AtMost) {
   const auto at = [](double omega_rad_s, double thrust_N) {
     OperatingPoint p;
     p.omega_rad_s = omega_rad_s, p.thrust_N = thrust_N;
@@ -120,7 +120,7 @@ TEST(OperatingPoints, levels_are_the_means_of_up_and_down_and_of_a_slow_ramp_24_
   EXPECT_TRUE(levels_of({}).empty());
 }
 
-TEST(OperatingPoints, the_page_draws_them_over_speed_and_over_voltage_and_says_why_not_where_no_modulation_was_recorded) {
+TEST(OperatingPoints, ThePageDrawsThemOverSpeedAndOverVoltageAndSaysWhyNotWhereNoModulationWasRecorded) {
   const test::TempFolder folder;
   StandEstimate e = estimate_stand(run_of(folder, {}, 3), at_hover());
   const std::string with = operating_figures(e);
@@ -135,7 +135,7 @@ TEST(OperatingPoints, the_page_draws_them_over_speed_and_over_voltage_and_says_w
   EXPECT_NE(without.find("no modulation of the ESC"), std::string::npos);
 }
 
-TEST(StandEstimate, in_50_runs_with_drawn_errors_86_to_100_percent_of_the_95_percent_intervals_hold_the_truth) {
+TEST(StandEstimate, In50RunsWithDrawnErrors86To100percentOfThe95percentIntervalsHoldTheTruth) {
   const test::TempFolder folder;
   const auto e = stats::stand_ensemble(reference_blade(), folder.path(), 9001, 50, 200);
   for (const auto& c : e.coefficients) {
@@ -147,7 +147,7 @@ TEST(StandEstimate, in_50_runs_with_drawn_errors_86_to_100_percent_of_the_95_per
   for (const auto& v : e.values) EXPECT_GE(v.within, 0.90) << v.name;
 }
 
-TEST(StandEstimate, budget_names_each_term_and_its_source_and_adds_up_to_u) {
+TEST(StandEstimate, BudgetNamesEachTermAndItsSourceAndAddsUpToU) {
   const test::TempFolder folder;
   const StandEstimate e = estimate_stand(run_of(folder, {}, 3), at_hover());
   ASSERT_TRUE(e.thrust);
@@ -163,7 +163,7 @@ TEST(StandEstimate, budget_names_each_term_and_its_source_and_adds_up_to_u) {
   EXPECT_NEAR(std::sqrt(squares), e.thrust->u / e.thrust->value, 1e-12);
 }
 
-TEST(StandEstimate, without_its_running_offset_torque_misses_by_more_than_5_percent_and_with_it_by_less_than_3) {
+TEST(StandEstimate, WithoutItsRunningOffsetTorqueMissesByMoreThan5percentAndWithItByLessThan3) {
   const test::TempFolder folder;
   const auto truth = simulated().truth({});
   const StandEstimate e = estimate_stand(run_of(folder, {}, 4), at_hover());
@@ -173,7 +173,7 @@ TEST(StandEstimate, without_its_running_offset_torque_misses_by_more_than_5_perc
   EXPECT_GE(std::abs(e.torque->fit.value("running offset")), 3e-3);
 }
 
-TEST(StandEstimate, chirp_of_the_target_gives_the_loops_3_dB_frequency_of_its_time_constant) {
+TEST(StandEstimate, ChirpOfTheTargetGivesTheLoops3dBFrequencyOfItsTimeConstant) {
   const test::TempFolder folder;
   const StandEstimate e = estimate_stand(run_of(folder, {.steps = false, .chirp = true, .errors = false}, 5), at_hover());
   ASSERT_TRUE(e.dynamics && e.dynamics->bandwidth);
@@ -199,7 +199,7 @@ StandRecord steady(double exponent, double offset_N, std::size_t outlier) {
   return r;
 }
 
-TEST(StandEstimate, thrust_that_goes_with_speed_to_2_25_is_found_so_and_c_t_holds_at_the_middle) {
+TEST(StandEstimate, ThrustThatGoesWithSpeedTo2p25IsFoundSoAndCTHoldsAtTheMiddle) {
   const StandEstimate e = estimate_stand(stand_run(steady(2.25, 0.0, 99), {}), {});
   ASSERT_TRUE(e.thrust);
   EXPECT_TRUE(e.thrust->square_fails);
@@ -210,7 +210,7 @@ TEST(StandEstimate, thrust_that_goes_with_speed_to_2_25_is_found_so_and_c_t_hold
   EXPECT_NEAR(square.thrust->value, 2e-6, 0.01e-6);
 }
 
-TEST(StandEstimate, one_step_that_reads_300_mN_too_much_is_named_and_moves_c_t_by_less_than_0_3_percent) {
+TEST(StandEstimate, OneStepThatReads300mNTooMuchIsNamedAndMovesCTByLessThan0p3percent) {
   const StandEstimate e = estimate_stand(stand_run(steady(2.0, 0.0, 6), {}), {}),
                       clean = estimate_stand(stand_run(steady(2.0, 0.0, 99), {}), {});
   ASSERT_EQ(e.thrust->down_weighted.size(), 1u);
@@ -218,7 +218,7 @@ TEST(StandEstimate, one_step_that_reads_300_mN_too_much_is_named_and_moves_c_t_b
   EXPECT_NEAR(e.thrust->value / clean.thrust->value, 1.0, 0.003);
 }
 
-TEST(StandEstimate, speeds_in_RPM_taken_as_rad_s_show_in_the_figure_of_merit) {
+TEST(StandEstimate, SpeedsInRPMTakenAsRadSShowInTheFigureOfMerit) {
   StandRecord r = steady(2.0, 0.0, 99);
   for (auto& p : r.points) p.torque_N_m = 0.016 * p.thrust_N, p.omega_rad_s[0] *= kRpm_per_rad_s;
   const StandEstimate e = estimate_stand(stand_run(std::move(r), {}), {});
@@ -228,7 +228,7 @@ TEST(StandEstimate, speeds_in_RPM_taken_as_rad_s_show_in_the_figure_of_merit) {
   EXPECT_TRUE(said);
 }
 
-TEST(StandEstimate, motor_file_refuses_what_the_run_does_not_show_and_says_what_was_measured) {
+TEST(StandEstimate, MotorFileRefusesWhatTheRunDoesNotShowAndSaysWhatWasMeasured) {
   const test::TempFolder folder;
   const StandEstimate e = estimate_stand(run_of(folder, {}, 6), at_hover());
   const std::string refused = test::error_of([&] { (void)motor_file_text(e, {}, "test"); }, ExitCode::data_quality);
@@ -240,7 +240,7 @@ TEST(StandEstimate, motor_file_refuses_what_the_run_does_not_show_and_says_what_
   EXPECT_NE(text.find("not measured: of 2306_2300kv.toml"), std::string::npos);
 }
 
-TEST(StandEstimate, vehicle_file_gets_thrust_and_torque_of_origin_stand_at_its_own_density) {
+TEST(StandEstimate, VehicleFileGetsThrustAndTorqueOfOriginStandAtItsOwnDensity) {
   const test::TempFolder folder;
   const StandEstimate e = estimate_stand(run_of(folder, {}, 7), at_hover());
   const auto& effects = host::builtin_effect_catalogue();
@@ -259,7 +259,7 @@ const char* const kExport =
     "0;1100;-0,010;-20,0;16,0;0,5;3000;0;;\n2;1200;-0,040;-80,0;16,0;1,5;6000;0;;\n4;1300;-0,090;-180,0;15,9;3,5;9000;0;;\n"
     "6;1400;-0,160;-320,0;15,8;6,5;12000;0;;\n8;1300;-0,090;-180,0;15,9;3,5;9000;0;;\n10;1200;-0,040;-80,0;16,0;1,5;6000;0;;\n";
 
-TEST(StandKnownHeaders, export_with_byte_order_mark_semicolons_comma_decimals_latin_micro_sign_and_negative_thrust_is_read_with_remarks) {
+TEST(StandKnownHeaders, ExportWithByteOrderMarkSemicolonsCommaDecimalsLatinMicroSignAndNegativeThrustIsReadWithRemarks) {
   const test::TempFolder folder;
   const StandRun run = read_stand_run(folder.write("log.csv", kExport), {});
   ASSERT_EQ(run.steps.size(), 6u);
@@ -271,12 +271,12 @@ TEST(StandKnownHeaders, export_with_byte_order_mark_semicolons_comma_decimals_la
     EXPECT_NE(all.find(word), std::string::npos) << word << "\n" << all;
 }
 
-TEST(StandKnownHeaders, header_that_nobody_knows_is_refused_with_the_way_out) {
+TEST(StandKnownHeaders, HeaderThatNobodyKnowsIsRefusedWithTheWayOut) {
   const std::string error = test::error_of([] { (void)recognise_csv("a,b\n1,2\n", "x.csv"); });
   EXPECT_NE(error.find("give -m MAPPING.toml"), std::string::npos) << error;
 }
 
-TEST(StandVariance, intervals_of_95_percent_hold_the_made_up_components_in_90_to_100_percent_of_200_sets) {
+TEST(StandVariance, IntervalsOf95percentHoldTheMadeUpComponentsIn90To100percentOf200Sets) {
   const RandomStream random(11, 5);
   std::uint64_t k = 0;
   const double truth[] = {0.03, 0.01, 0.004};
@@ -306,14 +306,14 @@ TEST(StandVariance, intervals_of_95_percent_hold_the_made_up_components_in_90_to
   }
 }
 
-TEST(StandVariance, three_propellers_leave_an_interval_that_is_wide_and_says_so) {
+TEST(StandVariance, ThreePropellersLeaveAnIntervalThatIsWideAndSaysSo) {
   const VarianceComponents v =
       variance_components({{"a", "1", 1.00}, {"a", "1", 1.01}, {"b", "1", 1.03}, {"b", "1", 1.02}, {"c", "1", 0.98}, {"c", "1", 0.99}});
   ASSERT_EQ(v.components.size(), 2u);
   EXPECT_GT(v.components[0].high / v.components[0].deviation, 3.0) << "two degrees of freedom";
 }
 
-TEST(StandReport, page_is_whole_and_holds_a_figure_of_each_kind) {
+TEST(StandReport, PageIsWholeAndHoldsAFigureOfEachKind) {
   const test::TempFolder folder;
   EstimateDocument d;
   d.files.push_back({estimate_stand(run_of(folder, {}, 8), at_hover()), std::nullopt, "clean"});

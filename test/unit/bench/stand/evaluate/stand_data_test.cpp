@@ -53,7 +53,7 @@ std::string faults(const StandFileDiagnosis& f) {
 }
 bool says(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
 
-TEST(StandTuDelft, torque_advance_is_named_and_predicts_the_airspeed_it_was_not_fitted_to) {
+TEST(StandTuDelft, TorqueAdvanceIsNamedAndPredictsTheAirspeedItWasNotFittedTo) {
   NEED_DATA();
   const auto d = diagnose_set("tudelft_ojf_8inch", {});
   const auto& q = channel(d.files[0], "torque");
@@ -69,7 +69,7 @@ TEST(StandTuDelft, torque_advance_is_named_and_predicts_the_airspeed_it_was_not_
   EXPECT_LT(named.parameters[0].value, 0.0) << "wind along the axis relieves the rotor";
 }
 
-TEST(StandAerostack, file_without_rotor_speed_is_refused_and_pulling_counted_negative_is_turned) {
+TEST(StandAerostack, FileWithoutRotorSpeedIsRefusedAndPullingCountedNegativeIsTurned) {
   NEED_DATA();
   const auto d = diagnose_set("aerostack2_xnova", {});
   const auto& ramp = of(d, "xNova-SR-ramp.csv");
@@ -86,7 +86,7 @@ TEST(StandAerostack, file_without_rotor_speed_is_refused_and_pulling_counted_neg
   }
 }
 
-TEST(StandDiegosdantonio, wrong_tare_of_68_mN_is_found_in_one_file_of_seven_and_thrust_is_not_fitted_through_it) {
+TEST(StandDiegosdantonio, WrongTareOf68mNIsFoundInOneFileOfSevenAndThrustIsNotFittedThroughIt) {
   NEED_DATA();
   const auto d = diagnose_set("diegosdantonio_2inch", {});
   ASSERT_EQ(d.files.size(), 7u);
@@ -102,7 +102,7 @@ TEST(StandDiegosdantonio, wrong_tare_of_68_mN_is_found_in_one_file_of_seven_and_
   }
 }
 
-TEST(StandStrawson, four_files_of_144_are_far_from_their_propeller_and_speed_is_cleared_by_voltage_and_current) {
+TEST(StandStrawson, FourFilesOf144AreFarFromTheirPropellerAndSpeedIsClearedByVoltageAndCurrent) {
   NEED_DATA();
   const auto d = diagnose_set("strawson_5inch", {});
   ASSERT_EQ(d.files.size(), 144u);
@@ -116,7 +116,7 @@ TEST(StandStrawson, four_files_of_144_are_far_from_their_propeller_and_speed_is_
   EXPECT_NEAR(channel(of(d, "a1_11.csv"), "thrust").coefficient.value, 1.114e-6, 0.05e-6);
 }
 
-TEST(StandImrc, misread_and_dropped_rotor_speeds_are_named_by_rotor_and_the_fourth_gives_c_t) {
+TEST(StandImrc, MisreadAndDroppedRotorSpeedsAreNamedByRotorAndTheFourthGivesCT) {
   NEED_DATA();
   const auto rows = diagnose_set("imrc_crazyflie", {"brushless_calibration__data_calib_brushless.csv"}, "imrc_crazyflie").files[0];
   EXPECT_EQ(rows.verdict, diagnose::DiagnosisVerdict::faulty);
@@ -133,7 +133,7 @@ TEST(StandImrc, misread_and_dropped_rotor_speeds_are_named_by_rotor_and_the_four
   EXPECT_TRUE(says(faults(dropped), "rotor 3 speed reads 0 in 22 of 36")) << faults(dropped);
 }
 
-TEST(StandCoefficients, agree_with_those_published_for_files_without_fault) {
+TEST(StandCoefficients, AgreeWithThosePublishedForFilesWithoutFault) {
   NEED_DATA();
   struct Row {
     const char *set, *file, *map;

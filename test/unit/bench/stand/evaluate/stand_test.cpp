@@ -49,14 +49,14 @@ std::string said(const StandFileDiagnosis& d) {
   return stand_text(all);
 }
 
-TEST(Stand, thrust_and_torque_in_proportion_to_speed_squared_are_clean) {
+TEST(Stand, ThrustAndTorqueInProportionToSpeedSquaredAreClean) {
   const auto d = diagnose_stand(made_up({}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << said(d);
   EXPECT_NEAR(d.channels[0].coefficient.value, kCt, 3.0 * d.channels[0].coefficient.u);
   EXPECT_NEAR(d.channels[1].coefficient.value, kCq, 3.0 * d.channels[1].coefficient.u);
 }
 
-TEST(Stand, load_cell_with_a_zero_of_300_mN_is_a_fault_and_thrust_gets_no_coefficient) {
+TEST(Stand, LoadCellWithAZeroOf300mNIsAFaultAndThrustGetsNoCoefficient) {
   const auto d = diagnose_stand(made_up({.tare_N = -0.3}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::faulty) << said(d);
   ASSERT_EQ(d.faults.size(), 1u);
@@ -66,7 +66,7 @@ TEST(Stand, load_cell_with_a_zero_of_300_mN_is_a_fault_and_thrust_gets_no_coeffi
   EXPECT_EQ(d.channels[0].channel, "torque");
 }
 
-TEST(Stand, speed_exponent_of_5_hundredths_is_named_and_is_no_wrong_zero) {
+TEST(Stand, SpeedExponentOf5HundredthsIsNamedAndIsNoWrongZero) {
   const auto d = diagnose_stand(made_up({.exponent = 0.05}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::named) << said(d);
   const auto& c = d.channels[0].candidates[*d.channels[0].best];
@@ -74,7 +74,7 @@ TEST(Stand, speed_exponent_of_5_hundredths_is_named_and_is_no_wrong_zero) {
   EXPECT_NEAR(c.parameters[0].value / kCt, 0.05, 0.005);
 }
 
-TEST(Stand, torque_that_falls_with_advance_ratio_is_named_and_holds_at_the_other_airspeed) {
+TEST(Stand, TorqueThatFallsWithAdvanceRatioIsNamedAndHoldsAtTheOtherAirspeed) {
   const auto d = diagnose_stand(made_up({.advance = -1.2, .wind = true}));
   const auto& q = d.channels[1];
   ASSERT_EQ(q.verdict, diagnose::DiagnosisVerdict::named) << said(d);
@@ -83,21 +83,21 @@ TEST(Stand, torque_that_falls_with_advance_ratio_is_named_and_holds_at_the_other
   EXPECT_LT(q.candidates[*q.best].held_out_rms, 0.1 * q.candidates[*q.best].held_out_rms_before);
 }
 
-TEST(Stand, file_whose_speed_reads_zero_throughout_is_refused) {
+TEST(Stand, FileWhoseSpeedReadsZeroThroughoutIsRefused) {
   const auto d = diagnose_stand(made_up({.speed_connected = false}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::faulty);
   EXPECT_TRUE(d.channels.empty());
   EXPECT_NE(d.faults[0].what.find("reads 0 in"), std::string::npos) << d.faults[0].what;
 }
 
-TEST(Stand, thrust_counted_negative_is_turned_and_said) {
+TEST(Stand, ThrustCountedNegativeIsTurnedAndSaid) {
   const auto d = diagnose_stand(made_up({.thrust_sign = -1.0}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << said(d);
   EXPECT_NEAR(d.channels[0].coefficient.value, kCt, 0.01 * kCt);
   EXPECT_NE(said(d).find("thrust is negative"), std::string::npos);
 }
 
-TEST(Stand, one_file_of_six_with_speed_read_by_seven_sixths_is_odd_among_its_propeller) {
+TEST(Stand, OneFileOfSixWithSpeedReadBySevenSixthsIsOddAmongItsPropeller) {
   StandDiagnosis all;
   for (int k = 0; k < 6; ++k) all.files.push_back(diagnose_stand(made_up({.speed_factor = k == 3 ? 7.0 / 6.0 : 1.0 + 0.005 * k})));
   compare_stands(all);
@@ -120,7 +120,7 @@ columns = ["thrust_g"]
 unit = "gf"
 )";
 
-TEST(StandMappingFile, file_without_header_is_read_by_the_names_of_the_mapping_in_SI) {
+TEST(StandMappingFile, FileWithoutHeaderIsReadByTheNamesOfTheMappingInSI) {
   test::TempFolder folder;
   std::ofstream(folder.path() / "a.txt") << "6000 100\n12000 400\n";
   const auto r = read_stand_file(folder.path() / "a.txt", parse_stand_mapping(kMapping, "m.toml"));
@@ -139,7 +139,7 @@ std::string refusal(std::string text, const std::string& from, const std::string
   return "accepted";
 }
 
-TEST(StandMappingFile, slips_are_refused_with_line_and_remedy) {
+TEST(StandMappingFile, SlipsAreRefusedWithLineAndRemedy) {
   EXPECT_NE(refusal(kMapping, "\"gf\"", "\"rpm\"").find("no unit of thrust"), std::string::npos);
   EXPECT_NE(refusal(kMapping, "\"gf\"", "\"rpm\"").find("N, gf"), std::string::npos);
   EXPECT_NE(refusal(kMapping, "[\"rpm\"]", "[\"a\", \"b\", \"c\", \"d\", \"e\"]").find("expected 1 to 4"), std::string::npos);
@@ -147,7 +147,7 @@ TEST(StandMappingFile, slips_are_refused_with_line_and_remedy) {
   EXPECT_NE(refusal(kMapping, "unit = \"gf\"", "unit = \"gf\"\nfrom = \"join\"").find("no [join]"), std::string::npos);
 }
 
-TEST(StandMappingFile, mapping_of_another_stand_says_which_columns_the_file_has) {
+TEST(StandMappingFile, MappingOfAnotherStandSaysWhichColumnsTheFileHas) {
   test::TempFolder folder;
   std::ofstream(folder.path() / "a.csv") << "speed,force\n1,2\n";
   std::string text = kMapping;

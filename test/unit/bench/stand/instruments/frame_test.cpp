@@ -10,12 +10,12 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-TEST(ModbusFrame, crc_of_a_known_request_is_low_byte_first) {
+TEST(ModbusFrame, CrcOfAKnownRequestIsLowByteFirst) {
   // 01 03 00 00 00 02 C4 0B: the most printed Modbus frame there is
   EXPECT_EQ(rtu_frame(1, request_pdu({1, 3, 0, 2, {}})), (Bytes{0x01, 0x03, 0x00, 0x00, 0x00, 0x02, 0xC4, 0x0B}));
 }
 
-TEST(ModbusFrame, pdus_of_the_application_protocol_specification) {
+TEST(ModbusFrame, PdusOfTheApplicationProtocolSpecification) {
   EXPECT_EQ(request_pdu({1, 3, 0x006B, 3, {}}), (Bytes{0x03, 0x00, 0x6B, 0x00, 0x03}));   // 6.3
   EXPECT_EQ(request_pdu({1, 4, 0x0008, 1, {}}), (Bytes{0x04, 0x00, 0x08, 0x00, 0x01}));   // 6.4
   EXPECT_EQ(request_pdu({1, 6, 0x0001, 1, {3}}), (Bytes{0x06, 0x00, 0x01, 0x00, 0x03}));  // 6.6
@@ -27,12 +27,12 @@ TEST(ModbusFrame, pdus_of_the_application_protocol_specification) {
   EXPECT_EQ(read_reply({1, 16, 1, 2, {10, 258}}, Bytes{0x10, 0x00, 0x01, 0x00, 0x02}).failure, Failure::none);
 }
 
-TEST(ModbusFrame, mbap_header_holds_number_length_and_unit) {
+TEST(ModbusFrame, MbapHeaderHoldsNumberLengthAndUnit) {
   EXPECT_EQ(tcp_frame(0x1501, 0xFF, request_pdu({0xFF, 3, 4, 1, {}})),
             (Bytes{0x15, 0x01, 0x00, 0x00, 0x00, 0x06, 0xFF, 0x03, 0x00, 0x04, 0x00, 0x01}));
 }
 
-TEST(ModbusFrame, an_answer_to_something_else_is_malformed_and_a_refusal_keeps_its_code) {
+TEST(ModbusFrame, AnAnswerToSomethingElseIsMalformedAndARefusalKeepsItsCode) {
   const Request two{1, 3, 0, 2, {}};
   EXPECT_EQ(read_reply(two, Bytes{0x03, 0x02, 0, 1}).failure, Failure::malformed);                // one register
   EXPECT_EQ(read_reply(two, Bytes{0x04, 0x04, 0, 1, 0, 2}).failure, Failure::malformed);          // another function
@@ -57,7 +57,7 @@ std::vector<std::uint16_t> syndromes(std::size_t bytes) {
   return all;
 }
 
-TEST(ModbusFrame, every_pattern_of_one_two_or_three_flipped_bits_is_detected_up_to_256_bytes) {
+TEST(ModbusFrame, EveryPatternOfOneTwoOrThreeFlippedBitsIsDetectedUpTo256Bytes) {
   const auto s = syndromes(kMaxRtuFrame);
   std::vector<bool> single(65536, false);
   for (const std::uint16_t one : s) {
@@ -80,7 +80,7 @@ std::uint64_t undetected_fours(std::size_t bytes) {
   return pairs_of_pairs / 3;  // each four is found as three pairs of pairs
 }
 
-TEST(ModbusFrame, hamming_distance_is_exactly_4_and_one_pattern_of_6400_with_four_flips_passes_in_21_bytes) {
+TEST(ModbusFrame, HammingDistanceIsExactly4AndOnePatternOf6400WithFourFlipsPassesIn21Bytes) {
   // 8 bytes one by one, which shows that the count by pairs is right
   const auto s = syndromes(8);
   std::uint64_t passing = 0;

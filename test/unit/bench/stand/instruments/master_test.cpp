@@ -12,7 +12,7 @@
 namespace rotorloop::modbus {
 namespace {
 
-TEST(ModbusMaster, of_100000_exchanges_over_a_bad_line_none_gives_a_wrong_register_or_a_wrong_time) {
+TEST(ModbusMaster, Of100000ExchangesOverABadLineNoneGivesAWrongRegisterOrAWrongTime) {
   const auto r = test::run_modbus_study({.exchanges = 100'000, .seed = 20});
   EXPECT_EQ(r.wrong_registers, 0u) << r.text();
   EXPECT_EQ(r.wrong_times, 0u) << r.text();
@@ -24,7 +24,7 @@ TEST(ModbusMaster, of_100000_exchanges_over_a_bad_line_none_gives_a_wrong_regist
   EXPECT_GT(r.accepted_values, 80'000u);
 }
 
-TEST(ModbusMaster, without_silence_after_errors_late_answers_pass_for_answers_to_the_next_question) {
+TEST(ModbusMaster, WithoutSilenceAfterErrorsLateAnswersPassForAnswersToTheNextQuestion) {
   const auto r = test::run_modbus_study({.exchanges = 20'000, .seed = 20, .late_max_ms = 20.0});
   EXPECT_GT(r.wrong_registers + r.wrong_times, 20u) << r.text();
 }
@@ -71,7 +71,7 @@ struct Bench {
 // By hand, 8N1 at 115200: 10 bits a character; gap 1.75 ms, 8 characters, 2 ms, 5 + 16 characters.
 constexpr double kIdeal_s = 1.75e-3 + 2e-3 + 29.0 * 10.0 / 115200.0;
 
-TEST(ModbusMaster, eight_registers_at_115200_8N1_come_at_97_percent_of_what_the_line_allows_and_at_120_Hz) {
+TEST(ModbusMaster, EightRegistersAt1152008N1ComeAt97percentOfWhatTheLineAllowsAndAt120Hz) {
   Bench b(eight_registers(), {1});
   Poller poller(b.bus, b.devices, {});
   poller.run_until(10'000'000'000);
@@ -83,7 +83,7 @@ TEST(ModbusMaster, eight_registers_at_115200_8N1_come_at_97_percent_of_what_the_
   EXPECT_EQ(poller.statistics(0).failed(), 0u);
 }
 
-TEST(ModbusMaster, three_slaves_with_slow_channels_still_use_97_percent_of_the_line) {
+TEST(ModbusMaster, ThreeSlavesWithSlowChannelsStillUse97percentOfTheLine) {
   const Profile p = eight_registers(
       "[[channel]]\nname = \"temperature\"\nquantity = \"temperature\"\nunit = \"degC\"\naddr = 300\ntype = \"s16\"\nrate = \"slow\"\n");
   Bench b(p, {1, 2, 3});
@@ -97,7 +97,7 @@ TEST(ModbusMaster, three_slaves_with_slow_channels_still_use_97_percent_of_the_l
   }
 }
 
-TEST(ModbusMaster, a_device_that_dies_is_named_within_its_stale_limit_of_100_ms) {
+TEST(ModbusMaster, ADeviceThatDiesIsNamedWithinItsStaleLimitOf100ms) {
   constexpr std::int64_t kDies_ns = 1'003'000'000;
   Bench b(eight_registers(), {7}, kDies_ns);
   b.devices[0].stale_ns = 100'000'000;
@@ -114,7 +114,7 @@ TEST(ModbusMaster, a_device_that_dies_is_named_within_its_stale_limit_of_100_ms)
   EXPECT_TRUE(poller.lost(0));
 }
 
-TEST(ModbusMaster, a_device_that_never_answers_is_named_too) {
+TEST(ModbusMaster, ADeviceThatNeverAnswersIsNamedToo) {
   Bench b(eight_registers(), {9}, 0);
   b.devices[0].stale_ns = 400'000'000;
   Poller poller(b.bus, b.devices, {});
@@ -124,7 +124,7 @@ TEST(ModbusMaster, a_device_that_never_answers_is_named_too) {
   EXPECT_EQ(named_ns, 400'000'000);
 }
 
-TEST(ModbusMaster, one_dead_slave_costs_the_others_three_waits_and_then_one_a_second) {
+TEST(ModbusMaster, OneDeadSlaveCostsTheOthersThreeWaitsAndThenOneASecond) {
   Bench b(eight_registers(), {1, 2}, 2'000'000'000);
   Poller poller(b.bus, b.devices, {.failures_until_lost = 3, .retry_ns = 1'000'000'000});
   poller.run_until(12'000'000'000);
@@ -137,7 +137,7 @@ TEST(ModbusMaster, one_dead_slave_costs_the_others_three_waits_and_then_one_a_se
   EXPECT_LE(alive.channels[0].greatest_interval_ns, 170'000'000);
 }
 
-TEST(ModbusMaster, an_absent_slave_that_would_be_asked_for_its_model_first_does_not_hold_up_the_others) {
+TEST(ModbusMaster, AnAbsentSlaveThatWouldBeAskedForItsModelFirstDoesNotHoldUpTheOthers) {
   const Profile p = eight_registers("[[channel]]\nname = \"model\"\nquantity = \"setting\"\naddr = 300\ntype = \"u16\"\nrate = \"once\"\n");
   Bench b(p, {1});
   b.devices.push_back({"absent", p, 8, {}, rtu_timing(p, serial_format(p))});
@@ -146,7 +146,7 @@ TEST(ModbusMaster, an_absent_slave_that_would_be_asked_for_its_model_first_does_
   EXPECT_EQ(poller.statistics(0).channels[0].good, 50u) << "every other exchange is its own, after one for the model";
 }
 
-TEST(ModbusMaster, a_device_that_comes_back_is_read_again_and_its_channels_are_fresh) {
+TEST(ModbusMaster, ADeviceThatComesBackIsReadAgainAndItsChannelsAreFresh) {
   const Profile p = eight_registers();
   SerialHub hub(serial_format(p), {});
   Exchanger bus(hub, Exchanger::Framing::rtu);
@@ -165,7 +165,7 @@ TEST(ModbusMaster, a_device_that_comes_back_is_read_again_and_its_channels_are_f
   EXPECT_EQ(stale, 4);
 }
 
-TEST(ModbusMaster, the_time_of_a_value_is_the_middle_of_its_exchange_with_half_the_round_trip) {
+TEST(ModbusMaster, TheTimeOfAValueIsTheMiddleOfItsExchangeWithHalfTheRoundTrip) {
   const Profile p = eight_registers();
   SerialHub hub(serial_format(p), {});
   auto device = std::make_shared<SlaveDevice>(p);
@@ -184,7 +184,7 @@ TEST(ModbusMaster, the_time_of_a_value_is_the_middle_of_its_exchange_with_half_t
   EXPECT_GT(samples, 400);
 }
 
-TEST(ModbusMaster, signs_and_scales_from_other_registers_arrive_over_the_wire) {
+TEST(ModbusMaster, SignsAndScalesFromOtherRegistersArriveOverTheWire) {
   for (const auto& [file, channel, value] : std::vector<std::tuple<std::string, std::string, double>>{{"laumas_tlb", "net", -12.0},
                                                                                                       {"dini_argeo_dgt4x", "gross", -250.0},
                                                                                                       {"hanmatek_hm310p", "current", 2.0},

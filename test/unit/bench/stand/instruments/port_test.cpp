@@ -61,7 +61,7 @@ std::vector<ServedDevice> served(const Profile& p, std::uint8_t id, std::string_
   return {{id, device, 1'000'000}};
 }
 
-TEST(ModbusPort, our_master_reads_our_device_over_a_pseudo_terminal) {
+TEST(ModbusPort, OurMasterReadsOurDeviceOverAPseudoTerminal) {
   const test::TempFolder folder;
   const auto path = folder.path() / "bus";
   const Profile p = port_profile("laumas_tlb");
@@ -69,13 +69,13 @@ TEST(ModbusPort, our_master_reads_our_device_over_a_pseudo_terminal) {
   EXPECT_DOUBLE_EQ(read_all("rtu:" + path.string(), p, 3, 20)["net"], -7.0);
 }
 
-TEST(ModbusPort, our_master_reads_our_device_over_tcp) {
+TEST(ModbusPort, OurMasterReadsOurDeviceOverTcp) {
   const Profile p = port_profile("seneca_zsg3");
   Serving serving(serve_tcp(0), served(p, 1, "net", 12.75));
   EXPECT_DOUBLE_EQ(read_all(serving.server->where(), p, 1, 50)["net"], 12.75);
 }
 
-TEST(ModbusPort, libmodbus_as_client_reads_our_device_over_tcp_and_hears_its_refusals) {
+TEST(ModbusPort, LibmodbusAsClientReadsOurDeviceOverTcpAndHearsItsRefusals) {
   const Profile p = port_profile("hanmatek_hm310p");
   Serving serving(serve_tcp(0), served(p, 1, "voltage", 16.0));
   const PortName name = parse_port(serving.server->where(), "test");
@@ -91,7 +91,7 @@ TEST(ModbusPort, libmodbus_as_client_reads_our_device_over_tcp_and_hears_its_ref
   modbus_free(client);
 }
 
-TEST(ModbusPort, our_master_reads_libmodbus_as_server_over_a_serial_line_of_two_pseudo_terminal_ends) {
+TEST(ModbusPort, OurMasterReadsLibmodbusAsServerOverASerialLineOfTwoPseudoTerminalEnds) {
   int near_end = -1, far_end = -1;
   char name[128];
   termios raw{};
@@ -125,7 +125,7 @@ TEST(ModbusPort, our_master_reads_libmodbus_as_server_over_a_serial_line_of_two_
   EXPECT_DOUBLE_EQ(seen.at("power"), 6553.7);
 }
 
-TEST(ModbusPort, two_devices_share_a_line_and_an_absent_third_costs_no_wrong_value) {
+TEST(ModbusPort, TwoDevicesShareALineAndAnAbsentThirdCostsNoWrongValue) {
   const test::TempFolder folder;
   const auto path = folder.path() / "bus";
   Profile p = port_profile("laumas_tlb");
@@ -149,7 +149,7 @@ TEST(ModbusPort, two_devices_share_a_line_and_an_absent_third_costs_no_wrong_val
   EXPECT_GE(values, 4);  // a loaded machine may miss the 60 ms of this test's profile; it may not give a wrong value
 }
 
-TEST(ModbusPort, a_tcp_device_that_goes_and_comes_back_is_found_again) {
+TEST(ModbusPort, ATcpDeviceThatGoesAndComesBackIsFoundAgain) {
   const Profile p = port_profile("seneca_zsg3");
   auto first = std::make_unique<Serving>(serve_tcp(0), served(p, 1, "net", 1.0));
   const PortName name = parse_port(first->server->where(), "test");
@@ -167,7 +167,7 @@ TEST(ModbusPort, a_tcp_device_that_goes_and_comes_back_is_found_again) {
   EXPECT_FALSE(poller.lost(0));
 }
 
-TEST(ModbusPort, ports_that_cannot_be_opened_say_why_and_what_to_do) {
+TEST(ModbusPort, PortsThatCannotBeOpenedSayWhyAndWhatToDo) {
   const auto message = [](const std::string& port) -> std::string {
     try {
       PortLink link(parse_port(port, "--port"), {});

@@ -40,7 +40,7 @@ struct ProbeCase {
   double zero, loaded, noise, scale;
 };
 
-TEST(Probe, the_reading_that_was_meant_comes_first_with_its_round_scale) {
+TEST(Probe, TheReadingThatWasMeantComesFirstWithItsRoundScale) {
   for (const ProbeCase& c :
        {ProbeCase{WordType::f32, WordOrder::ABCD, 0.2, 500.2, 0.05, 1.0}, ProbeCase{WordType::f32, WordOrder::CDAB, -0.4, 499.5, 0.05, 1.0},
         ProbeCase{WordType::f32, WordOrder::DCBA, 0.0003, 0.5003, 1e-5, 1000.0},
@@ -57,7 +57,7 @@ TEST(Probe, the_reading_that_was_meant_comes_first_with_its_round_scale) {
   }
 }
 
-TEST(Probe, a_16_bit_value_is_found_and_the_flag_beside_it_is_not_taken) {
+TEST(Probe, A16BitValueIsFoundAndTheFlagBesideItIsNotTaken) {
   const auto all = rank_candidates(readings(WordType::s16, WordOrder::ABCD, -12, 4988, 2), 500.0);
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all[0].address, 102);
@@ -65,13 +65,13 @@ TEST(Probe, a_16_bit_value_is_found_and_the_flag_beside_it_is_not_taken) {
   EXPECT_DOUBLE_EQ(all[0].round_scale, 0.1);
 }
 
-TEST(Probe, registers_that_do_not_change_with_the_load_give_no_candidate) {
+TEST(Probe, RegistersThatDoNotChangeWithTheLoadGiveNoCandidate) {
   ProbeReadings r;
   r.zero = r.loaded = {{1, 2, 3}, {1, 2, 3}};
   EXPECT_TRUE(rank_candidates(r, 500.0).empty());
 }
 
-TEST(Probe, the_text_of_the_choice_is_a_channel_that_a_profile_accepts) {
+TEST(Probe, TheTextOfTheChoiceIsAChannelThatAProfileAccepts) {
   const auto all = rank_candidates(readings(WordType::f32, WordOrder::CDAB, 0.2, 500.2, 0.05), 500.0);
   const std::string text =
       "format = 1\n[device]\nvendor = \"x\"\nmodel = \"y\"\nsource = \"probed\"\nevidence = \"hardware\"\n[bus]\nbaud = [9600]\nformat = "
@@ -82,7 +82,7 @@ TEST(Probe, the_text_of_the_choice_is_a_channel_that_a_profile_accepts) {
   EXPECT_EQ(name(p.channels.at(0).order), "CDAB");
 }
 
-TEST(Signals, sines_constants_and_tables_say_what_was_asked_for) {
+TEST(Signals, SinesConstantsAndTablesSayWhatWasAskedFor) {
   EXPECT_DOUBLE_EQ(constant_signal("net=2.5", "--set").at(7.0), 2.5);
   const Signal s = sine_signal("thrust.net=10,2,4", "--sine");
   EXPECT_EQ(s.device, "thrust");

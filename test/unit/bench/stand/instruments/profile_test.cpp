@@ -42,11 +42,11 @@ double read_of(const Profile& p, const std::map<std::uint16_t, std::uint16_t>& r
   return std::nan("");
 }
 
-TEST(DeviceProfile, seneca_net_weight_is_a_float_with_its_high_word_first) {
+TEST(DeviceProfile, SenecaNetWeightIsAFloatWithItsHighWordFirst) {
   EXPECT_DOUBLE_EQ(read_of(shipped("seneca_zsg3"), {{63, 0x40A0}, {64, 0x0000}}, "net"), 5.0);
 }
 
-TEST(DeviceProfile, laumas_weight_takes_its_decimal_point_from_40014_and_its_sign_from_the_status) {
+TEST(DeviceProfile, LaumasWeightTakesItsDecimalPointFrom40014AndItsSignFromTheStatus) {
   const Profile p = shipped("laumas_tlb");
   // 1234 in the register, division 0.05 kg (code 10): 12.34 kg; bit 7 of the status turns the gross weight
   EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 0}, {8, 1234}, {13, 10}}, "gross"), 12.34);
@@ -56,28 +56,28 @@ TEST(DeviceProfile, laumas_weight_takes_its_decimal_point_from_40014_and_its_sig
   EXPECT_DOUBLE_EQ(read_of(p, {{6, 0}, {7, 0}, {8, 1}, {13, 77}}, "gross", 0, Quality::unknown_scale), 0.0);
 }
 
-TEST(DeviceProfile, dini_argeo_sign_bits_of_gross_and_net_differ) {
+TEST(DeviceProfile, DiniArgeoSignBitsOfGrossAndNetDiffer) {
   const Profile p = shipped("dini_argeo_dgt4x");
   EXPECT_DOUBLE_EQ(read_of(p, {{201, 0b000001}, {202, 0}, {203, 250}, {213, 0}, {214, 250}}, "gross"), -250.0);
   EXPECT_DOUBLE_EQ(read_of(p, {{201, 0b000001}, {202, 0}, {203, 250}, {213, 0}, {214, 250}}, "net"), 250.0);
   EXPECT_DOUBLE_EQ(read_of(p, {{201, 0b100000}, {202, 0}, {203, 250}, {213, 0}, {214, 250}}, "net"), -250.0);
 }
 
-TEST(DeviceProfile, eagle_channels_are_two_registers_apart) {
+TEST(DeviceProfile, EagleChannelsAreTwoRegistersApart) {
   const Profile p = shipped("eagle_ei1000");
   ASSERT_NE(p.find("gross3"), nullptr);
   EXPECT_EQ(p.find("gross3")->address, 0x2004);
   EXPECT_EQ(p.find("net4")->address, 0x200E);
 }
 
-TEST(DeviceProfile, ceybnj_0_to_2000_is_minus_to_plus_full_scale_and_2001_is_out_of_range) {
+TEST(DeviceProfile, Ceybnj0To2000IsMinusToPlusFullScaleAnd2001IsOutOfRange) {
   const Profile p = shipped("ceybnj_torque");
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 0}}, "torque"), -1.0);
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 1500}}, "torque"), 0.5);
   (void)read_of(p, {{0, 2001}}, "torque", 0, Quality::out_of_range);
 }
 
-TEST(DeviceProfile, riden_current_is_mA_of_6006_tenths_of_mA_of_6006P_and_cA_of_6018) {
+TEST(DeviceProfile, RidenCurrentIsMAOf6006TenthsOfMAOf6006PAndCAOf6018) {
   const Profile p = shipped("riden_rd60xx");
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60062}, {11, 1500}}, "current", 0), 1.5);
   (void)read_of(p, {{0, 60062}, {11, 1500}}, "current", 1, Quality::not_there);
@@ -87,7 +87,7 @@ TEST(DeviceProfile, riden_current_is_mA_of_6006_tenths_of_mA_of_6006P_and_cA_of_
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60065}, {10, 12340}}, "voltage"), 12.34);
 }
 
-TEST(DeviceProfile, hanmatek_decimals_0x0233_make_V_of_1_100_and_A_and_W_of_1_1000) {
+TEST(DeviceProfile, HanmatekDecimals0x0233MakeVOf1And100AndAAndWOf1And1000) {
   const Profile p = shipped("hanmatek_hm310p");
   const std::map<std::uint16_t, std::uint16_t> registers{{0x05, 0x0233}, {0x10, 1234}, {0x11, 1500}, {0x12, 0x0000}, {0x13, 18510}};
   EXPECT_DOUBLE_EQ(read_of(p, registers, "voltage"), 12.34);
@@ -95,18 +95,18 @@ TEST(DeviceProfile, hanmatek_decimals_0x0233_make_V_of_1_100_and_A_and_W_of_1_10
   EXPECT_DOUBLE_EQ(read_of(p, registers, "power"), 18.51);
 }
 
-TEST(DeviceProfile, pzem_power_has_its_low_word_first) {
+TEST(DeviceProfile, PzemPowerHasItsLowWordFirst) {
   EXPECT_DOUBLE_EQ(read_of(shipped("pzem_017"), {{2, 0x0001}, {3, 0x0001}}, "power"), 6553.7);
 }
 
-TEST(DeviceProfile, kincony_10250_is_minus_25_degC_and_xy_md02_0x7FFF_is_no_measurement) {
+TEST(DeviceProfile, Kincony10250IsMinus25degCAndXyMd02p0x7FFFIsNoMeasurement) {
   EXPECT_DOUBLE_EQ(read_of(shipped("kincony_sht30"), {{0, 250}}, "temperature"), 25.0);
   EXPECT_DOUBLE_EQ(read_of(shipped("kincony_sht30"), {{0, 10250}}, "temperature"), -25.0);
   EXPECT_DOUBLE_EQ(read_of(shipped("xy_md02"), {{1, 0xFF9C}}, "temperature"), -10.0);
   (void)read_of(shipped("xy_md02"), {{1, 0x7FFF}}, "temperature", 0, Quality::not_available);
 }
 
-TEST(DeviceProfile, every_shipped_profile_loads_names_its_sources_and_its_emulated_device_says_what_it_was_set_to) {
+TEST(DeviceProfile, EveryShippedProfileLoadsNamesItsSourcesAndItsEmulatedDeviceSaysWhatItWasSetTo) {
   std::size_t count = 0;
   for (const auto& file : std::filesystem::directory_iterator(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices")) {
     if (file.path().extension() != ".toml") continue;
@@ -133,7 +133,7 @@ TEST(DeviceProfile, every_shipped_profile_loads_names_its_sources_and_its_emulat
   EXPECT_GE(count, 8u);
 }
 
-TEST(DeviceProfile, reads_join_what_is_contiguous_and_keep_a_value_with_its_sign) {
+TEST(DeviceProfile, ReadsJoinWhatIsContiguousAndKeepAValueWithItsSign) {
   const PollPlan laumas = make_plan(shipped("laumas_tlb"));
   ASSERT_EQ(laumas.fast.size(), 1u);  // status, gross and net: 6 to 10
   EXPECT_EQ(laumas.fast[0].address, 6);
@@ -150,7 +150,7 @@ TEST(DeviceProfile, reads_join_what_is_contiguous_and_keep_a_value_with_its_sign
   EXPECT_EQ(some.fast[0].channels.size(), 2u);  // with the status that holds its sign
 }
 
-TEST(DeviceProfile, a_read_is_never_longer_than_the_device_allows) {
+TEST(DeviceProfile, AReadIsNeverLongerThanTheDeviceAllows) {
   Profile p = shipped("eagle_ei1000");
   p.max_registers = 6;
   for (const ReadGroup& g : make_plan(p).fast) EXPECT_LE(g.count, 6);
@@ -198,9 +198,9 @@ std::string with(std::string_view from, std::string_view to) {
 }
 std::string added(std::string_view line) { return kGood + std::string(line) + "\n"; }
 
-TEST(DeviceProfile, a_profile_without_mistakes_is_accepted) { EXPECT_EQ(refusal(kGood), "accepted"); }
+TEST(DeviceProfile, AProfileWithoutMistakesIsAccepted) { EXPECT_EQ(refusal(kGood), "accepted"); }
 
-TEST(DeviceProfile, every_mistake_is_named_with_line_column_value_and_remedy) {
+TEST(DeviceProfile, EveryMistakeIsNamedWithLineColumnValueAndRemedy) {
   EXPECT_THAT(refusal(with("\"u32\"", "\"u33\"")),
               AllOf(HasSubstr("p.toml:22: error:"), HasSubstr("type = \"u33\" is not known (column 8)"), HasSubstr("u16, s16, u32")));
   EXPECT_THAT(refusal(with("addr = 1", "addr = 70000")),
@@ -222,7 +222,7 @@ TEST(DeviceProfile, every_mistake_is_named_with_line_column_value_and_remedy) {
   EXPECT_THAT(refusal("format = = 1\n"), AllOf(HasSubstr("p.toml:1"), HasSubstr("not valid TOML"), HasSubstr("(column ")));
 }
 
-TEST(DeviceProfile, mistakes_of_quirks_are_named) {
+TEST(DeviceProfile, MistakesOfQuirksAreNamed) {
   EXPECT_THAT(refusal(added("scale = 0.0")), HasSubstr("scale = 0 leaves nothing (column 9)"));
   EXPECT_THAT(refusal(added("word_order = \"AB\"")), HasSubstr("ABCD, CDAB, BADC, DCBA"));
   EXPECT_THAT(refusal(added("sign = { channel = \"statsu\", bit = 0 }")),

@@ -34,7 +34,7 @@ std::vector<LoadCase> eight_cases(double noise = 0.0005) {
   return out;
 }
 
-TEST(LoadCalibration, cross_talk_of_1_percent_is_found_and_taken_out) {
+TEST(LoadCalibration, CrossTalkOf1percentIsFoundAndTakenOut) {
   std::string problem;
   const LoadCalibration c = fit_calibration(eight_cases(), {kFullN, kFullNm}, problem);
   ASSERT_EQ(problem, "");
@@ -50,7 +50,7 @@ TEST(LoadCalibration, cross_talk_of_1_percent_is_found_and_taken_out) {
   EXPECT_NEAR((weighed(33.0, 0.4, 0, 0.0).reading[1] + 5.0) / 900.0 - 0.4, 0.0066, 1e-9);
 }
 
-TEST(LoadCalibration, without_noise_the_matrix_is_exact) {
+TEST(LoadCalibration, WithoutNoiseTheMatrixIsExact) {
   std::string problem;
   const LoadCalibration c = fit_calibration(eight_cases(0.0), {kFullN, kFullNm}, problem);
   const auto load = c.load_of(weighed(-12.0, 0.9, 0, 0.0).reading);
@@ -59,7 +59,7 @@ TEST(LoadCalibration, without_noise_the_matrix_is_exact) {
   EXPECT_NEAR(c.zero[0], 17.0, 1e-9);
 }
 
-TEST(LoadCalibration, cases_that_cannot_give_a_matrix_say_why) {
+TEST(LoadCalibration, CasesThatCannotGiveAMatrixSayWhy) {
   std::string problem;
   auto cases = eight_cases();
   cases.resize(5);
@@ -102,7 +102,7 @@ std::string changed(std::string_view from, std::string_view to) {
   return text.replace(at, from.size(), to);
 }
 
-TEST(StandFile, the_shipped_example_is_accepted_and_its_text_names_calibration_axes_and_evidence) {
+TEST(StandFile, TheShippedExampleIsAcceptedAndItsTextNamesCalibrationAxesAndEvidence) {
   ASSERT_EQ(refusal_of(good_file()), "accepted");
   const StandSetup s = parse_stand_setup(good_file(), "stand.toml", [](const std::string& n) { return shipped_profile(n); });
   const std::string text = stand_setup_text(s, "2099-01-01");
@@ -112,7 +112,7 @@ TEST(StandFile, the_shipped_example_is_accepted_and_its_text_names_calibration_a
   EXPECT_EQ(s.limits.size(), 10u);
 }
 
-TEST(StandFile, every_mistake_is_named_with_line_and_column) {
+TEST(StandFile, EveryMistakeIsNamedWithLineAndColumn) {
   EXPECT_THAT(refusal_of(changed("serial = \"M-", "serial_ = \"M-")),
               AllOf(HasSubstr("stand.toml:"), HasSubstr("serial"), HasSubstr("(column ")));
   EXPECT_THAT(refusal_of(changed("profile = \"laumas_tlb\"", "profile = \"laumas\"")),
@@ -139,7 +139,7 @@ TEST(StandFile, every_mistake_is_named_with_line_and_column) {
   EXPECT_THAT(refusal_of(changed("side_m = 1.5", "side_m = 0.05")), HasSubstr("is inside the propeller"));
 }
 
-TEST(StandFile, a_limit_that_is_missing_or_beyond_what_was_calibrated_is_refused) {
+TEST(StandFile, ALimitThatIsMissingOrBeyondWhatWasCalibratedIsRefused) {
   for (const char* key : {"current_A", "voltage_V", "omega_rad_s", "thrust_N", "torque_N_m", "vibration_m_s2", "temperature_degC",
                           "tracking_error_rad_s", "stale_ms", "run_time_s"}) {
     std::string text = good_file();

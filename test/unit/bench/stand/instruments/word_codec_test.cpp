@@ -47,7 +47,7 @@ constexpr std::array kWireCases{
     WireCase{WordType::f64, WordOrder::DCBA, -0.15625, {0x0000, 0x0000, 0x0000, 0xC4BF}},
 };
 
-TEST(WordCodec, every_type_in_every_order_reads_and_writes_the_bytes_that_the_standards_give) {
+TEST(WordCodec, EveryTypeInEveryOrderReadsAndWritesTheBytesThatTheStandardsGive) {
   for (const WireCase& c : kWireCases) {
     SCOPED_TRACE(std::string(name(c.type)) + " " + std::string(name(c.order)));
     const std::span<const std::uint16_t> words(c.words.data(), register_count(c.type));
@@ -60,7 +60,7 @@ TEST(WordCodec, every_type_in_every_order_reads_and_writes_the_bytes_that_the_st
   }
 }
 
-TEST(WordCodec, what_a_type_cannot_hold_has_no_bits) {
+TEST(WordCodec, WhatATypeCannotHoldHasNoBits) {
   EXPECT_FALSE(to_bits(65536.0, WordType::u16));
   EXPECT_FALSE(to_bits(-1.0, WordType::u32));
   EXPECT_FALSE(to_bits(32768.0, WordType::s16));
@@ -69,7 +69,7 @@ TEST(WordCodec, what_a_type_cannot_hold_has_no_bits) {
   EXPECT_FALSE(to_bits(0x1p64, WordType::u64));
 }
 
-TEST(WordCodec, the_ends_of_each_range_are_held) {
+TEST(WordCodec, TheEndsOfEachRangeAreHeld) {
   EXPECT_EQ(to_bits(65535.0, WordType::u16), 0xFFFFu);
   EXPECT_EQ(to_bits(-32768.0, WordType::s16), 0x8000u);
   EXPECT_EQ(to_bits(-2147483648.0, WordType::s32), 0x80000000u);

@@ -17,7 +17,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-TEST(StandPlan, every_sequence_begins_and_ends_with_a_zero_and_stays_within_its_speeds) {
+TEST(StandPlan, EverySequenceBeginsAndEndsWithAZeroAndStaysWithinItsSpeeds) {
   stand_run::SequenceOptions o;
   o.low_rad_s = 400.0, o.high_rad_s = 1000.0;
   o.replay = {{0.0, 500.0}, {1.0, 900.0}, {3.0, 450.0}};
@@ -29,7 +29,7 @@ TEST(StandPlan, every_sequence_begins_and_ends_with_a_zero_and_stays_within_its_
   }
 }
 
-TEST(StandPlan, a_staircase_climbs_in_equal_steps_of_the_square_and_comes_down_the_same_way) {
+TEST(StandPlan, AStaircaseClimbsInEqualStepsOfTheSquareAndComesDownTheSameWay) {
   stand_run::SequenceOptions o;
   o.low_rad_s = 400.0, o.high_rad_s = 1000.0, o.levels = 4;
   const auto p = stand_run::make_plan({"staircase"}, o);
@@ -41,7 +41,7 @@ TEST(StandPlan, a_staircase_climbs_in_equal_steps_of_the_square_and_comes_down_t
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(speeds[i], speeds[6 - i]);
 }
 
-TEST(StandPlan, shuffled_levels_are_those_of_the_staircase_in_an_order_of_the_seed) {
+TEST(StandPlan, ShuffledLevelsAreThoseOfTheStaircaseInAnOrderOfTheSeed) {
   stand_run::SequenceOptions o;
   const auto speeds = [&](const char* name, std::uint64_t seed) {
     o.seed = seed;
@@ -54,7 +54,7 @@ TEST(StandPlan, shuffled_levels_are_those_of_the_staircase_in_an_order_of_the_se
   EXPECT_EQ(speeds("shuffled", 3), speeds("shuffled", 3));
 }
 
-TEST(StandPlan, prbs_is_of_two_speeds_3_percent_apart_as_often_above_as_below_and_unlike_itself_at_every_shift_of_its_period) {
+TEST(StandPlan, PrbsIsOfTwoSpeeds3percentApartAsOftenAboveAsBelowAndUnlikeItselfAtEveryShiftOfItsPeriod) {
   stand_run::SequenceOptions o;
   o.low_rad_s = 400.0, o.high_rad_s = 1000.0;
   const stand_run::Plan p = stand_run::make_plan({"prbs"}, o);
@@ -74,7 +74,7 @@ TEST(StandPlan, prbs_is_of_two_speeds_3_percent_apart_as_often_above_as_below_an
   }
 }
 
-TEST(StandPlan, an_unknown_sequence_and_an_upside_down_range_are_refused_with_what_to_do) {
+TEST(StandPlan, AnUnknownSequenceAndAnUpsideDownRangeAreRefusedWithWhatToDo) {
   stand_run::SequenceOptions o;
   EXPECT_THROW(stand_run::make_plan({"stairs"}, o), Error);
   o.low_rad_s = 900.0, o.high_rad_s = 500.0;
@@ -86,7 +86,7 @@ TEST(StandPlan, an_unknown_sequence_and_an_upside_down_range_are_refused_with_wh
   }
 }
 
-TEST(StandPrediction, a_plan_above_the_thrust_limit_says_so_before_anything_is_armed) {
+TEST(StandPrediction, APlanAboveTheThrustLimitSaysSoBeforeAnythingIsArmed) {
   modbus::StandSetup setup = test::virtual_setup();
   stand_run::SequenceOptions o;
   o.low_rad_s = 400.0, o.high_rad_s = 1400.0;
@@ -99,7 +99,7 @@ TEST(StandPrediction, a_plan_above_the_thrust_limit_says_so_before_anything_is_a
   EXPECT_THAT(stand_run::prediction_text(setup, plan, p), HasSubstr("EXCEEDED thrust_N"));
 }
 
-TEST(LimitMonitor, trips_once_after_the_debounce_and_not_for_a_peak_shorter_than_it) {
+TEST(LimitMonitor, TripsOnceAfterTheDebounceAndNotForAPeakShorterThanIt) {
   stand_run::LimitMonitor m({{"current_A", {10.0, 50.0, modbus::LimitAction::cut}}});
   EXPECT_FALSE(m.see("current_A", "supply", 12.0, 0));
   EXPECT_FALSE(m.see("current_A", "supply", 12.0, 49'000'000));
@@ -109,12 +109,12 @@ TEST(LimitMonitor, trips_once_after_the_debounce_and_not_for_a_peak_shorter_than
   EXPECT_FALSE(m.see("current_A", "supply", 12.0, 120'000'000));
 }
 
-TEST(LimitMonitor, a_value_that_is_no_number_counts_as_beyond) {
+TEST(LimitMonitor, AValueThatIsNoNumberCountsAsBeyond) {
   stand_run::LimitMonitor m({{"current_A", {10.0, 0.0, modbus::LimitAction::cut}}});
   EXPECT_TRUE(m.see("current_A", "supply", std::numeric_limits<double>::quiet_NaN(), 0));
 }
 
-TEST(SampleGrid, readings_of_different_times_come_to_one_row_linear_between_neighbours_less_their_lag) {
+TEST(SampleGrid, ReadingsOfDifferentTimesComeToOneRowLinearBetweenNeighboursLessTheirLag) {
   stand_run::SampleGrid g({{0, 100}, {5, 100}, {0, 0}}, 10, 1000);
   g.add(2, 0, 7.0);
   g.add(0, 0, 1.0), g.add(0, 20, 3.0);
@@ -127,7 +127,7 @@ TEST(SampleGrid, readings_of_different_times_come_to_one_row_linear_between_neig
   EXPECT_DOUBLE_EQ(rows[1].values[2], 7.0);
 }
 
-TEST(SampleGrid, neighbours_too_far_apart_leave_a_hole) {
+TEST(SampleGrid, NeighboursTooFarApartLeaveAHole) {
   stand_run::SampleGrid g({{0, 15}}, 10, 1000);
   g.add(0, 0, 1.0), g.add(0, 40, 2.0);
   const auto rows = g.take(100);
@@ -135,7 +135,7 @@ TEST(SampleGrid, neighbours_too_far_apart_leave_a_hole) {
   EXPECT_TRUE(std::isnan(rows[2].values[0]));
 }
 
-TEST(PairedSteps, a_zero_that_drifts_by_half_of_the_effect_leaves_the_difference_alone) {
+TEST(PairedSteps, AZeroThatDriftsByHalfOfTheEffectLeavesTheDifferenceAlone) {
   std::vector<stand::PairedStep> steps;
   double t = 0.0;
   for (int i = 0; i < 4; ++i)
@@ -151,7 +151,7 @@ TEST(PairedSteps, a_zero_that_drifts_by_half_of_the_effect_leaves_the_difference
   EXPECT_NEAR(d->share, 0.08, 1e-9);
 }
 
-TEST(StandSession, a_strut_that_takes_8_percent_is_found_by_abab_within_one_and_a_half) {
+TEST(StandSession, AStrutThatTakes8percentIsFoundByAbabWithinOneAndAHalf) {
   auto config = test::without_errors();
   config.properties = {};
   config.seed = config.rotor.seed = 41;

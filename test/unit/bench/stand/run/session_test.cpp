@@ -34,7 +34,7 @@ std::string text_of(const std::filesystem::path& path) {
   return s.str();
 }
 
-TEST(StandSession, staircase_without_errors_measures_thrust_and_torque_of_the_rotor_within_1_percent) {
+TEST(StandSession, StaircaseWithoutErrorsMeasuresThrustAndTorqueOfTheRotorWithin1percent) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, three_levels(), "staircase");
   run.stand.run(run.session, 120.0);
   ASSERT_EQ(run.session.end(), RunEnd::done);
@@ -52,7 +52,7 @@ TEST(StandSession, staircase_without_errors_measures_thrust_and_torque_of_the_ro
   EXPECT_GT(run.esc.parameters.size(), 20u);  // what the run was made with
 }
 
-TEST(StandSession, every_axis_of_the_shipped_example_with_profiles_of_real_devices_is_read) {
+TEST(StandSession, EveryAxisOfTheShippedExampleWithProfilesOfRealDevicesIsRead) {
   const auto shipped = [](const std::string& name) { return std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (name + ".toml"); };
   const auto setup = modbus::read_stand_setup(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices/examples/stand.toml", shipped);
   VirtualRun run(setup, test::without_errors(), {"zero"}, three_levels(), "example");
@@ -61,7 +61,7 @@ TEST(StandSession, every_axis_of_the_shipped_example_with_profiles_of_real_devic
   EXPECT_EQ(run.session.end(), RunEnd::done);
 }
 
-TEST(StandSession, pole_pairs_counted_wrong_in_ESC_and_stand_file_stop_the_run_by_the_independent_speed) {
+TEST(StandSession, PolePairsCountedWrongInESCAndStandFileStopTheRunByTheIndependentSpeed) {
   modbus::StandSetup setup = test::virtual_setup();
   auto config = test::without_errors();
   setup.pole_pairs = config.rotor.pole_pairs = 6;
@@ -72,7 +72,7 @@ TEST(StandSession, pole_pairs_counted_wrong_in_ESC_and_stand_file_stop_the_run_b
   EXPECT_THAT(run.session.trip()->source, HasSubstr("counts 6 pole pairs, by the independent speed there are 7"));
 }
 
-TEST(StandSession, pole_pairs_of_the_ESC_that_are_not_those_of_the_stand_file_are_refused_before_arming) {
+TEST(StandSession, PolePairsOfTheESCThatAreNotThoseOfTheStandFileAreRefusedBeforeArming) {
   auto config = test::without_errors();
   config.rotor.pole_pairs = 6;
   try {
@@ -84,7 +84,7 @@ TEST(StandSession, pole_pairs_of_the_ESC_that_are_not_those_of_the_stand_file_ar
   }
 }
 
-TEST(StandSession, an_instrument_that_dies_is_named_within_its_stale_limit_and_the_motor_is_ramped_down) {
+TEST(StandSession, AnInstrumentThatDiesIsNamedWithinItsStaleLimitAndTheMotorIsRampedDown) {
   auto config = test::without_errors();
   config.dies = "cell", config.dies_at_s = 9.0;
   VirtualRun run(test::virtual_setup(), config, {"endurance"}, three_levels(), "dead");
@@ -96,7 +96,7 @@ TEST(StandSession, an_instrument_that_dies_is_named_within_its_stale_limit_and_t
   EXPECT_LT(run.stand.rotor().omega_rad_s(), 300.0);
 }
 
-TEST(StandSession, thrust_above_its_limit_for_the_debounce_cuts_and_leaves_two_seconds_of_readings) {
+TEST(StandSession, ThrustAboveItsLimitForTheDebounceCutsAndLeavesTwoSecondsOfReadings) {
   modbus::StandSetup setup = test::virtual_setup();
   setup.limits.at("thrust_N") = {1.0, 50.0, modbus::LimitAction::cut};
   VirtualRun run(setup, test::without_errors(), {"staircase"}, three_levels(), "thrust");
@@ -114,7 +114,7 @@ TEST(StandSession, thrust_above_its_limit_for_the_debounce_cuts_and_leaves_two_s
   EXPECT_NEAR(last_s - first_s, 2.0, 0.05);
 }
 
-TEST(StandSession, a_blade_that_loses_a_piece_shakes_the_mount_and_stops_the_run_by_its_vibration_limit) {
+TEST(StandSession, ABladeThatLosesAPieceShakesTheMountAndStopsTheRunByItsVibrationLimit) {
   auto config = test::without_errors();
   VirtualRun whole(test::virtual_setup(), config, {"endurance"}, three_levels(), "whole");
   whole.until([&] { return whole.session.elapsed_s() > 15.0; }, 30.0);
@@ -128,7 +128,7 @@ TEST(StandSession, a_blade_that_loses_a_piece_shakes_the_mount_and_stops_the_run
   EXPECT_THAT(chipped.session.unwatched(), testing::Not(testing::Contains("vibration_m_s2")));
 }
 
-TEST(StandSession, motor_constants_K_v_within_1_percent_R_within_5_by_what_the_ESC_measures_at_rest_and_R_beyond_5_without_it) {
+TEST(StandSession, MotorConstantsKVWithin1percentRWithin5ByWhatTheESCMeasuresAtRestAndRBeyond5WithoutIt) {
   auto levels = three_levels();
   levels.levels = 12, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, levels, "motor");
@@ -172,7 +172,7 @@ double phase_deg(const stand::Bandwidth& b, double f_Hz) {
   return b.phase_deg[i - 1] + (b.phase_deg[i] - b.phase_deg[i - 1]) * (f_Hz - b.f_Hz[i - 1]) / (b.f_Hz[i] - b.f_Hz[i - 1]);
 }
 
-TEST(StandSession, a_pseudo_random_sequence_finds_the_phase_of_the_chirp_within_3_degrees_and_the_90_degrees_beyond_its_12_Hz) {
+TEST(StandSession, APseudoRandomSequenceFindsThePhaseOfTheChirpWithin3degreesAndThe90degreesBeyondIts12Hz) {
   const auto chirp = bandwidth_by("chirp"), prbs = bandwidth_by("prbs");
   for (const double f_Hz : {2.0, 5.0, 10.0}) EXPECT_NEAR(phase_deg(prbs, f_Hz), phase_deg(chirp, f_Hz), 3.0) << f_Hz << " Hz";
   EXPECT_TRUE(std::isnan(chirp.minus_90deg_Hz));
@@ -180,7 +180,7 @@ TEST(StandSession, a_pseudo_random_sequence_finds_the_phase_of_the_chirp_within_
   EXPECT_LT(prbs.minus_90deg_Hz, prbs.to_Hz);
 }
 
-TEST(StandSession, a_commissioning_before_the_run_turns_nothing_measures_L_within_5_percent_and_leaves_the_ESC_its_own_parameters) {
+TEST(StandSession, ACommissioningBeforeTheRunTurnsNothingMeasuresLWithin5percentAndLeavesTheESCItsOwnParameters) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"zero"}, three_levels(), "commissioned");
   const auto before = tools::read_parameter(run.tool, run.esc.node, "resistance").value;
   const double begun_s = run.stand.now_s();
@@ -220,14 +220,14 @@ stand::PairComparison against_flight(double strut) {
                              0.03);
 }
 
-TEST(StandAgainstFlight, an_arm_behind_the_rotor_that_takes_8_percent_is_different_from_the_identified_flight_and_the_bare_stand_is_not) {
+TEST(StandAgainstFlight, AnArmBehindTheRotorThatTakes8percentIsDifferentFromTheIdentifiedFlightAndTheBareStandIsNot) {
   const stand::PairComparison blocked = against_flight(0.08), bare = against_flight(0.0);
   EXPECT_EQ(blocked.verdict, stand::ComparisonVerdict::different);
   EXPECT_LT(blocked.high, -0.03);
   EXPECT_NE(bare.verdict, stand::ComparisonVerdict::different);
 }
 
-TEST(StandLive, a_page_gets_place_values_limits_and_steps_and_says_when_it_has_stopped) {
+TEST(StandLive, APageGetsPlaceValuesLimitsAndStepsAndSaysWhenItHasStopped) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, three_levels(), "live");
   EXPECT_EQ(stand_run::live_values(run.session)["state"], "waiting for readings");
   run.until([&] { return run.session.steps().size() >= 3; }, 60.0);
@@ -248,7 +248,7 @@ TEST(StandLive, a_page_gets_place_values_limits_and_steps_and_says_when_it_has_s
   EXPECT_EQ(stand_run::live_values(run.session)["state"], "stopped");
 }
 
-TEST(StandSession, a_limit_whose_action_is_hold_keeps_the_speed_down_and_marks_the_steps) {
+TEST(StandSession, ALimitWhoseActionIsHoldKeepsTheSpeedDownAndMarksTheSteps) {
   modbus::StandSetup setup = test::virtual_setup();
   setup.limits.at("thrust_N") = {1.2, 20.0, modbus::LimitAction::hold};
   VirtualRun run(setup, test::without_errors(), {"staircase"}, three_levels(), "hold");
@@ -257,7 +257,7 @@ TEST(StandSession, a_limit_whose_action_is_hold_keeps_the_speed_down_and_marks_t
   EXPECT_TRUE(std::any_of(run.session.steps().begin(), run.session.steps().end(), [](const auto& s) { return s.limited; }));
 }
 
-TEST(StandSession, the_first_stop_ramps_down_and_the_second_disarms_at_once) {
+TEST(StandSession, TheFirstStopRampsDownAndTheSecondDisarmsAtOnce) {
   for (const int times : {1, 2}) {
     VirtualRun run(test::virtual_setup(), test::without_errors(), {"endurance"}, three_levels(), "stop");
     run.until([&] { return run.session.esc_rad_s() > 700.0; }, 30.0);
@@ -272,7 +272,7 @@ TEST(StandSession, the_first_stop_ramps_down_and_the_second_disarms_at_once) {
   }
 }
 
-TEST(StandSession, an_ESC_whose_host_is_gone_lets_the_rotor_run_out_after_its_own_time_out) {
+TEST(StandSession, AnESCWhoseHostIsGoneLetsTheRotorRunOutAfterItsOwnTimeOut) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"endurance"}, three_levels(), "killed");
   run.until([&] { return run.session.esc_rad_s() > 790.0; }, 30.0);
   run.until([] { return false; }, 0.5);

@@ -6,7 +6,7 @@ namespace rotorloop::diagnose {
 namespace {
 
 // The residual of the vehicle without a load has the shape of a load's pull, and of a load on a string of about this length.
-TEST(SlungLoadMeasured, stands_out_of_the_payload_flights_at_its_length_and_not_of_the_bare_ones) {
+TEST(SlungLoadMeasured, StandsOutOfThePayloadFlightsAtItsLengthAndNotOfTheBareOnes) {
   if (!identify::MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not scanned";
   const host::VehicleFile v = identify::vehicle_without_load();
   identify::print("bare", identify::bare_fit());

@@ -25,7 +25,7 @@ identify::Identification with_slung_load_in_the_model() {
   return r;
 }
 
-TEST(MemoryScan, refuses_by_name_a_term_that_the_model_cannot_take_up_instead_of_scanning_with_values_of_another) {
+TEST(MemoryScan, RefusesByNameATermThatTheModelCannotTakeUpInsteadOfScanningWithValuesOfAnother) {
   const identify::Identification r = with_slung_load_in_the_model();
   for (const int threads : {1, 2}) {
     std::string said;

@@ -28,13 +28,13 @@ std::vector<std::vector<double>> series(double sigma, double time_s, double whit
   return out;
 }
 
-TEST(ColouredNoise, white_noise_gains_less_than_4_in_19_of_20_series) {
+TEST(ColouredNoise, WhiteNoiseGainsLessThan4In19Of20Series) {
   int false_alarms = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) false_alarms += coloured_noise(series(0.0, 1.0, 0.1, seed), kStep_s).gain > 4.0;
   EXPECT_LE(false_alarms, 2);
 }
 
-TEST(ColouredNoise, of_1_s_as_large_as_the_white_one_is_found_and_sized_within_a_third_on_60_s) {
+TEST(ColouredNoise, Of1sAsLargeAsTheWhiteOneIsFoundAndSizedWithinAThirdOn60s) {
   std::vector<double> sigma, time_s, white;
   for (std::uint64_t seed = 1; seed <= 11; ++seed) {
     const ColouredNoise n = coloured_noise(series(0.2, 1.0, 0.2, seed), kStep_s);
@@ -51,7 +51,7 @@ TEST(ColouredNoise, of_1_s_as_large_as_the_white_one_is_found_and_sized_within_a
   EXPECT_NEAR(white[5], 0.2, 0.04);
 }
 
-TEST(ColouredNoise, too_few_values_say_nothing) {
+TEST(ColouredNoise, TooFewValuesSayNothing) {
   const std::vector<std::vector<double>> few{{1.0, -1.0, 1.0}};
   EXPECT_EQ(coloured_noise(few, kStep_s).gain, 0.0);
 }

@@ -71,37 +71,37 @@ class Made {
 
 using Names = std::vector<std::string>;
 
-TEST(ModelSelection, refits_the_three_likeliest_of_those_that_pass_and_the_three_that_scatter_least) {
+TEST(ModelSelection, RefitsTheThreeLikeliestOfThoseThatPassAndTheThreeThatScatterLeast) {
   Made made;
   made.candidate("a", 500, 20, true).candidate("b", 400, 30, true).candidate("c", 300, 10, true).candidate("d", 200, 90, true);
   made.candidate("e", 100, 5, true).candidate("f", 450, 80, false);
   EXPECT_EQ(made.refitted(), (Names{"a", "b", "c", "d"}));
 }
 
-TEST(ModelSelection, refits_what_explains_more_than_anything_that_passes) {
+TEST(ModelSelection, RefitsWhatExplainsMoreThanAnythingThatPasses) {
   Made made;
   made.candidate("part", 103, 33, true).candidate("whole", 1394, 27, false).candidate("less", 95, 25, false);
   EXPECT_EQ(made.refitted(), (Names{"part", "whole"}));
 }
 
-TEST(ModelSelection, refits_nothing_where_nothing_passes_and_nothing_that_is_too_small_to_matter) {
+TEST(ModelSelection, RefitsNothingWhereNothingPassesAndNothingThatIsTooSmallToMatter) {
   EXPECT_EQ(Made().candidate("burst", 1394, 27, false).refitted(), Names{});
   EXPECT_EQ(Made().candidate("part", 103, 33, true).candidate("small", 1394, 27, false, 0.1).refitted(), (Names{"part"}));
 }
 
-TEST(ModelSelection, refits_one_of_two_whose_columns_are_the_same_and_keeps_the_other_beside_it) {
+TEST(ModelSelection, RefitsOneOfTwoWhoseColumnsAreTheSameAndKeepsTheOtherBesideIt) {
   Made made;
   made.candidate("a", 500, 20, true).candidate("b", 490, 19, true).candidate("c", 300, 10, true).alike("a", "b");
   EXPECT_EQ(made.refitted(), (Names{"a=b", "c"}));
 }
 
-TEST(ModelSelection, lists_as_an_alias_what_has_the_column_of_the_best_though_a_gate_of_chance_kept_it_out) {
+TEST(ModelSelection, ListsAsAnAliasWhatHasTheColumnOfTheBestThoughAGateOfChanceKeptItOut) {
   Made made;
   made.candidate("a", 143, 40, true).candidate("b", 100, 31, false).candidate("c", 100, 30, false).alike("a", "b");
   EXPECT_EQ(made.class_of_first(), (Names{"b"}));
 }
 
-TEST(ModelSelection, a_tether_is_one_by_its_stiffness_and_a_wind_by_none_of_its_three_speeds) {
+TEST(ModelSelection, ATetherIsOneByItsStiffnessAndAWindByNoneOfItsThreeSpeeds) {
   const std::vector<NamedValue> tether{
       {"damping_N_s_m", "N s/m", 0.1, 0.01}, {"stiffness_N_m", "N/m", 0.5, 0.01}, {"pull_z_N", "N", 0.1, 0.01}};
   const NamedValue* stiffness = defining_number({.id = "tether"}, tether);
@@ -139,17 +139,17 @@ struct Nested {
   const std::string& first() const { return ranked.front().tested->candidate->id; }
 };
 
-TEST(ModelSelection, a_law_that_holds_a_simpler_one_and_predicts_less_than_it_fails_though_it_fits_better) {
+TEST(ModelSelection, ALawThatHoldsASimplerOneAndPredictsLessThanItFailsThoughItFitsBetter) {
   const Nested laws(60.0, 125.0, true);
   EXPECT_EQ(laws.first(), "simple");
   EXPECT_EQ(laws.ranked[1].failure.id, Rejection::predicts_less);
   EXPECT_EQ(laws.ranked[1].failure.effect, "simple");
 }
-TEST(ModelSelection, a_law_that_holds_a_simpler_one_and_predicts_more_leads) { EXPECT_EQ(Nested(110.0, 125.0, true).first(), "rich"); }
-TEST(ModelSelection, a_law_of_another_form_is_not_measured_by_the_predictions_of_the_simpler_one) {
+TEST(ModelSelection, ALawThatHoldsASimplerOneAndPredictsMoreLeads) { EXPECT_EQ(Nested(110.0, 125.0, true).first(), "rich"); }
+TEST(ModelSelection, ALawOfAnotherFormIsNotMeasuredByThePredictionsOfTheSimplerOne) {
   EXPECT_EQ(Nested(60.0, 125.0, false).first(), "rich");
 }
-TEST(ModelSelection, of_two_laws_as_likely_that_of_fewer_numbers_leads_and_the_other_stays_in_its_class) {
+TEST(ModelSelection, OfTwoLawsAsLikelyThatOfFewerNumbersLeadsAndTheOtherStaysInItsClass) {
   const Nested laws(60.0, 102.0, true);
   EXPECT_EQ(laws.first(), "simple");
   EXPECT_TRUE(laws.ranked[1].failure.none());
@@ -162,22 +162,22 @@ RefitCandidate settled_at(double cost_held, double delta_log_likelihood = 0.0) {
   return c;
 }
 
-TEST(ModelSelection, needs_no_refit_of_what_explains_less_than_half_of_what_the_leader_does) {
+TEST(ModelSelection, NeedsNoRefitOfWhatExplainsLessThanHalfOfWhatTheLeaderDoes) {
   const RefitCandidate leader = settled_at(4000.0, 700.0);
   EXPECT_TRUE(far_behind(settled_at(9000.0), leader, 10000.0, 5000.0));
   EXPECT_TRUE(far_behind(settled_at(10050.0), leader, 10000.0, 5000.0));
   EXPECT_FALSE(far_behind(settled_at(6900.0), leader, 10000.0, 5000.0));
 }
 
-TEST(ModelSelection, refits_what_is_behind_by_less_than_30_of_log_likelihood) {
+TEST(ModelSelection, RefitsWhatIsBehindByLessThan30OfLogLikelihood) {
   EXPECT_FALSE(far_behind(settled_at(9000.0), settled_at(4000.0, 35.0), 10000.0, 5000.0));
 }
 
-TEST(ModelSelection, refits_all_where_the_leader_explains_less_than_half_of_what_freeing_the_priors_parameters_does) {
+TEST(ModelSelection, RefitsAllWhereTheLeaderExplainsLessThanHalfOfWhatFreeingThePriorsParametersDoes) {
   EXPECT_FALSE(far_behind(settled_at(9900.0), settled_at(9000.0, 700.0), 10000.0, 5000.0));
 }
 
-TEST(ModelSelection, refits_all_where_there_are_no_priors) {
+TEST(ModelSelection, RefitsAllWhereThereAreNoPriors) {
   RefitCandidate leader, other;
   leader.delta_log_likelihood = 700.0;
   EXPECT_FALSE(far_behind(other, leader, 10000.0, 5000.0));
@@ -206,7 +206,7 @@ GustScore gusts(double sigma_m_s, double time_s, double gain) {
   return g;
 }
 
-TEST(ModelSelection, leaves_to_gusts_of_0_5_m_s_that_last_3_s_a_wind_of_1_m_s_and_what_else_explains_it_but_not_one_of_2) {
+TEST(ModelSelection, LeavesToGustsOf0p5mSThatLast3sAWindOf1mSAndWhatElseExplainsItButNotOneOf2) {
   const Ranked f;
   auto ranked = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 1.0);
   leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
@@ -217,7 +217,7 @@ TEST(ModelSelection, leaves_to_gusts_of_0_5_m_s_that_last_3_s_a_wind_of_1_m_s_an
   EXPECT_TRUE(ranked[0].failure.none() && ranked[1].failure.none());
 }
 
-TEST(ModelSelection, leaves_to_gusts_what_raises_the_likelihood_less_than_they_do) {
+TEST(ModelSelection, LeavesToGustsWhatRaisesTheLikelihoodLessThanTheyDo) {
   const Ranked f;
   auto ranked = f.of(f.of_drag, 300.0, f.of_wind, 150.0, 0.4);
   leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
@@ -225,7 +225,7 @@ TEST(ModelSelection, leaves_to_gusts_what_raises_the_likelihood_less_than_they_d
   EXPECT_FALSE(ranked[1].failure.none());
 }
 
-TEST(ModelSelection, leaves_nothing_to_gusts_that_last_half_a_second_or_are_a_tenth_of_a_metre_per_second) {
+TEST(ModelSelection, LeavesNothingToGustsThatLastHalfASecondOrAreATenthOfAMetrePerSecond) {
   const Ranked f;
   auto ranked = f.of(f.of_wind, 100.0, f.of_drag, 50.0, 0.2);
   leave_to_gusts(gusts(0.5, 0.5, 200.0), ranked, Criteria{});
@@ -240,7 +240,7 @@ estimate::Fit fit_with_poses_late_by(double first_s, double second_s, double u_s
   return f;
 }
 
-TEST(PoseTimeOffset, of_20_ms_is_a_finding_with_the_mean_of_the_flights_and_its_uncertainty) {
+TEST(PoseTimeOffset, Of20msIsAFindingWithTheMeanOfTheFlightsAndItsUncertainty) {
   const auto found = pose_time_offset(fit_with_poses_late_by(0.019, 0.021, 1e-3), Criteria{});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->id, "pose_delay");
@@ -248,7 +248,7 @@ TEST(PoseTimeOffset, of_20_ms_is_a_finding_with_the_mean_of_the_flights_and_its_
   EXPECT_NEAR(found->parameters[0].u, 1e-3 / std::sqrt(2.0), 1e-12);
 }
 
-TEST(LatePoses, are_none_where_they_are_a_millisecond_or_not_known) {
+TEST(LatePoses, AreNoneWhereTheyAreAMillisecondOrNotKnown) {
   EXPECT_FALSE(pose_time_offset(fit_with_poses_late_by(1e-3, 1e-3, 1e-5), Criteria{}));
   EXPECT_FALSE(pose_time_offset(fit_with_poses_late_by(0.02, 0.02, 0.01), Criteria{})) << "2.8 standard errors";
   EXPECT_FALSE(pose_time_offset(estimate::Fit{}, Criteria{}));

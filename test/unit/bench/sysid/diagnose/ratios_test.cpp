@@ -22,7 +22,7 @@ estimate::Fit yaw_fit(double alone, double apart) {
   return fit;
 }
 
-TEST(FirmRatios, a_ratio_known_to_2_percent_of_figures_that_run_off_together_by_30_is_reported_with_its_uncertainty) {
+TEST(FirmRatios, ARatioKnownTo2percentOfFiguresThatRunOffTogetherBy30IsReportedWithItsUncertainty) {
   const auto ratios = firm_ratios(yaw_fit(0.3, 0.02), estimate::kCq, kNoTerms);
   ASSERT_EQ(ratios.size(), 1u);
   EXPECT_EQ(ratios[0].name, "c_q / I_zz");
@@ -31,11 +31,11 @@ TEST(FirmRatios, a_ratio_known_to_2_percent_of_figures_that_run_off_together_by_
   EXPECT_EQ(ratios_text(ratios), "c_q / I_zz = 5.00e-06 ± 1.0e-07 (N m s2)/(kg m2)");
 }
 
-TEST(FirmRatios, a_ratio_no_better_known_than_the_figure_itself_is_not_reported) {
+TEST(FirmRatios, ARatioNoBetterKnownThanTheFigureItselfIsNotReported) {
   EXPECT_TRUE(firm_ratios(yaw_fit(0.03, 0.02), estimate::kCq, kNoTerms).empty());
 }
 
-TEST(FirmRatios, the_larger_of_the_classical_and_the_robust_uncertainty_counts) {
+TEST(FirmRatios, TheLargerOfTheClassicalAndTheRobustUncertaintyCounts) {
   estimate::Fit fit = yaw_fit(0.3, 0.02);
   fit.robust_covariance = 4.0 * fit.covariance;
   const auto ratios = firm_ratios(fit, estimate::kCq, kNoTerms);
@@ -43,7 +43,7 @@ TEST(FirmRatios, the_larger_of_the_classical_and_the_robust_uncertainty_counts) 
   EXPECT_NEAR(ratios[0].u / ratios[0].value, 0.04, 1e-6);
 }
 
-TEST(FirmRatios, figures_of_single_flights_and_scales_that_are_held_make_none) {
+TEST(FirmRatios, FiguresOfSingleFlightsAndScalesThatAreHeldMakeNone) {
   estimate::Fit fit = yaw_fit(0.3, 0.02);
   EXPECT_TRUE(firm_ratios(fit, estimate::kIxx, kNoTerms).empty());
   fit.estimates[1].flight = 0;

@@ -24,7 +24,7 @@ void add_wrench(ResidualSeries& r, std::size_t flight, double from_s, const Eige
     r.whitened.steps[i].col(0) += (r.state[i].whitened_by_wrench * w).cast<float>();
 }
 
-TEST(StepInTime, of_15_percent_of_one_rotors_thrust_at_12_s_of_the_third_flight_is_found_with_moment_and_size) {
+TEST(StepInTime, Of15percentOfOneRotorsThrustAt12sOfTheThirdFlightIsFoundWithMomentAndSize) {
   ResidualSeries r = known_states();
   const auto kinds = step_kinds(r.state);
   std::size_t rotor_2 = 0;
@@ -53,7 +53,7 @@ std::string reported(const StepsResult& s) {
   return out;
 }
 
-TEST(StepInTime, is_not_found_in_white_noise_nor_in_a_constant_nor_in_a_force_that_wanders) {
+TEST(StepInTime, IsNotFoundInWhiteNoiseNorInAConstantNorInAForceThatWanders) {
   ResidualSeries r = known_states();
   const auto kinds = step_kinds(r.state);
   EXPECT_EQ(reported(steps_in_time(r, kinds, quick_steps())), "");
@@ -72,7 +72,7 @@ const VarianceEffect& effect(const VarianceResult& v, const std::string& id) {
   throw std::out_of_range(id);
 }
 
-TEST(VarianceEffects, are_the_rows_of_the_catalogue_that_change_the_scatter_each_once) {
+TEST(VarianceEffects, AreTheRowsOfTheCatalogueThatChangeTheScatterEachOnce) {
   std::vector<std::string> tested, rows;
   for (const VarianceKind& k : variance_kinds(known_states())) {
     if (!k.id.empty()) tested.push_back(k.id);
@@ -83,7 +83,7 @@ TEST(VarianceEffects, are_the_rows_of_the_catalogue_that_change_the_scatter_each
   EXPECT_THAT(tested, ::testing::UnorderedElementsAreArray(rows));
 }
 
-TEST(VarianceEffects, find_nothing_in_noise_of_the_fitted_size_nor_in_more_noise_everywhere) {
+TEST(VarianceEffects, FindNothingInNoiseOfTheFittedSizeNorInMoreNoiseEverywhere) {
   ResidualSeries r = known_states();
   const auto kinds = variance_kinds(r);
   for (const VarianceEffect& e : variance_effects(r, kinds).effects) EXPECT_FALSE(e.found) << e.what << ", p " << e.p_holm;
@@ -91,7 +91,7 @@ TEST(VarianceEffects, find_nothing_in_noise_of_the_fitted_size_nor_in_more_noise
   for (const VarianceEffect& e : variance_effects(r, kinds).effects) EXPECT_FALSE(e.found) << e.what << ": noise 1.2 times as large";
 }
 
-TEST(VarianceEffects, find_pose_stamps_that_scatter_by_1_ms) {
+TEST(VarianceEffects, FindPoseStampsThatScatterBy1ms) {
   ResidualSeries r = known_states();
   const std::vector<double> n = white(310, 1e-3);
   for (std::size_t i = 0; i < kAll; ++i) r.whitened.poses[i].col(0) += (n[i] * r.whitened.pose_by_stamp[i]).cast<float>();
@@ -103,7 +103,7 @@ TEST(VarianceEffects, find_pose_stamps_that_scatter_by_1_ms) {
   EXPECT_FALSE(v.effects[1].found) << v.effects[1].what;
 }
 
-TEST(VarianceEffects, find_thrust_that_wanders_in_vertical_descent_alone) {
+TEST(VarianceEffects, FindThrustThatWandersInVerticalDescentAlone) {
   ResidualSeries r = known_states();
   const auto kinds = variance_kinds(r);
   for (const VarianceKind& k : kinds) {
@@ -119,7 +119,7 @@ TEST(VarianceEffects, find_thrust_that_wanders_in_vertical_descent_alone) {
   EXPECT_NEAR(v.effects.front().size, 0.1, 0.04);
 }
 
-TEST(VarianceEffects, find_gusts_of_1_m_s_that_keep_their_direction_for_a_second) {
+TEST(VarianceEffects, FindGustsOf1mSThatKeepTheirDirectionForASecond) {
   ResidualSeries r = known_states();
   const std::vector<double> x = wandering(330, 1.0), y = wandering(331, 1.0);
   for (std::size_t i = 0; i < kAll; ++i)
@@ -130,7 +130,7 @@ TEST(VarianceEffects, find_gusts_of_1_m_s_that_keep_their_direction_for_a_second
   EXPECT_NEAR(v.effects.front().size, 1.0, 0.5);
 }
 
-TEST(VarianceEffects, give_force_noise_that_grows_with_speed_no_name_of_the_catalogue) {
+TEST(VarianceEffects, GiveForceNoiseThatGrowsWithSpeedNoNameOfTheCatalogue) {
   ResidualSeries r = known_states();
   for (Eigen::Index a = 0; a < 3; ++a) {
     const std::vector<double> n = white(340 + static_cast<std::uint64_t>(a), 0.15);
@@ -142,7 +142,7 @@ TEST(VarianceEffects, give_force_noise_that_grows_with_speed_no_name_of_the_cata
   for (const VarianceEffect& e : v.effects) EXPECT_FALSE(e.found && !e.id.empty()) << e.id;
 }
 
-TEST(VarianceEffects, say_what_they_could_not_test) {
+TEST(VarianceEffects, SayWhatTheyCouldNotTest) {
   const VarianceResult v = variance_effects(known_states(), variance_kinds(known_states()));
   EXPECT_EQ(effect(v, "rotor_imbalance").untested, "the fit used no accelerometer");
 }

@@ -42,7 +42,7 @@ const ResidualFindings& clean() {
   return f;
 }
 
-TEST(ResidualFindings, of_flights_that_obey_the_model_are_noise_of_the_fitted_size_without_lag_step_or_change_of_scatter) {
+TEST(ResidualFindings, OfFlightsThatObeyTheModelAreNoiseOfTheFittedSizeWithoutLagStepOrChangeOfScatter) {
   const ResidualFindings& f = clean();
   for (std::size_t a = 0; a < kAxes; ++a) {
     EXPECT_EQ(f.unexplained.kind[a], ResidualKind::none) << kAxisNames[a];
@@ -54,9 +54,9 @@ TEST(ResidualFindings, of_flights_that_obey_the_model_are_noise_of_the_fitted_si
   EXPECT_TRUE(f.words.empty()) << f.words.front();
 }
 
-TEST(ResidualFindings, repeat_bit_by_bit) { EXPECT_EQ(residual_tree(clean()), residual_tree(analyse_residuals(clean_fit()))); }
+TEST(ResidualFindings, RepeatBitByBit) { EXPECT_EQ(residual_tree(clean()), residual_tree(analyse_residuals(clean_fit()))); }
 
-TEST(ResidualFindings, are_told_in_text_markup_and_json) {
+TEST(ResidualFindings, AreToldInTextMarkupAndJson) {
   const auto j = residual_tree(clean());
   const render::Sections sections = residual_sections(j, clean());
   EXPECT_THAT(render::terminal_text(sections), ::testing::HasSubstr("torque z"));

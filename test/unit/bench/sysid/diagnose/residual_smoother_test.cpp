@@ -63,7 +63,7 @@ struct Short {
   }
 };
 
-TEST(ResidualSmoother, leaves_the_residuals_of_a_fit_at_its_optimum_where_they_are) {
+TEST(ResidualSmoother, LeavesTheResidualsOfAFitAtItsOptimumWhereTheyAre) {
   const Short s;
   ResidualColumns in = ResidualColumns::zero(s.linear, 1);
   for (std::size_t k = 0; k < s.linear.steps.size(); ++k) in.step(k) = s.linear.steps[k].r;
@@ -74,7 +74,7 @@ TEST(ResidualSmoother, leaves_the_residuals_of_a_fit_at_its_optimum_where_they_a
   EXPECT_GT(in.measurements.cwiseAbs().maxCoeff(), 1.0) << "there is something to leave";
 }
 
-TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
+TEST(ResidualSmoother, ErrsByItsOwnCovariancesOnNoiseThatIsKnown) {
   const Short s;
   constexpr Eigen::Index kDrawn = 200;
   const RandomStream random(3, 7);
@@ -102,7 +102,7 @@ TEST(ResidualSmoother, errs_by_its_own_covariances_on_noise_that_is_known) {
   EXPECT_NEAR(ratio / numbers, 1.0, 0.02);
 }
 
-TEST(ResidualSmoother, gives_back_a_constant_torque_almost_whole_when_the_measurements_decide_and_little_of_it_when_the_noise_is_small) {
+TEST(ResidualSmoother, GivesBackAConstantTorqueAlmostWholeWhenTheMeasurementsDecideAndLittleOfItWhenTheNoiseIsSmall) {
   const Short s;
   const Eigen::Vector3d torque_N_m(0.0, 0.01, 0.0);
   const estimate::StateJacobian unwhiten = s.linear.whitening.inverse();

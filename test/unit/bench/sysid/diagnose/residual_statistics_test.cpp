@@ -24,7 +24,7 @@ std::vector<Channel> three_inputs() {
           {"height", "height", "m", wandering(3, 3.0)}};
 }
 
-TEST(Blocks, cut_a_piece_into_near_equal_parts_that_hold_every_sample_once) {
+TEST(Blocks, CutAPieceIntoNearEqualPartsThatHoldEverySampleOnce) {
   Samples s;
   s.flights = {"a"};
   s.add(0, 0.0, 0.01, 730);
@@ -39,7 +39,7 @@ TEST(Blocks, cut_a_piece_into_near_equal_parts_that_hold_every_sample_once) {
   EXPECT_EQ(blocks.size(), 6u) << "7.3 s make five blocks, 0.5 s one of its own";
 }
 
-TEST(Spectrum, of_a_sine_of_0p2_N_at_3_Hz_has_its_rms_of_0p141_N_in_the_band_of_2_to_5_Hz_and_none_elsewhere) {
+TEST(Spectrum, OfASineOf0p2NAt3HzHasItsRmsOf0p141NInTheBandOf2To5HzAndNoneElsewhere) {
   Axes r{};
   for (auto& a : r) a.assign(kAll, 0.0);
   r[0] = made([](std::size_t i) { return 0.2 * std::sin(2.0 * std::numbers::pi * 3.0 * kStep_s * static_cast<double>(i)); });
@@ -51,7 +51,7 @@ TEST(Spectrum, of_a_sine_of_0p2_N_at_3_Hz_has_its_rms_of_0p141_N_in_the_band_of_
   EXPECT_NEAR(s.axis[1].bands[0].rms, 0.5, 1e-6) << "a constant is power in the lowest band";
 }
 
-TEST(Spectrum, of_white_noise_has_its_variance_over_all_bands_and_the_level_of_its_like) {
+TEST(Spectrum, OfWhiteNoiseHasItsVarianceOverAllBandsAndTheLevelOfItsLike) {
   const Axes noise = quiet_axes(20), like = quiet_axes(40);
   const Spectra s = spectra(four_flights(), noise, std::span(&like, 1), {});
   double variance = 0.0;
@@ -62,7 +62,7 @@ TEST(Spectrum, of_white_noise_has_its_variance_over_all_bands_and_the_level_of_i
   EXPECT_NEAR(variance, 1.0, 0.05);
 }
 
-TEST(Coherence, is_found_with_the_input_that_drives_and_with_no_other) {
+TEST(Coherence, IsFoundWithTheInputThatDrivesAndWithNoOther) {
   const auto inputs = three_inputs();
   Axes r = quiet_axes(60, 0.5);
   for (std::size_t i = 0; i < kAll; ++i) r[5][i] += inputs[1].value[i];
@@ -73,7 +73,7 @@ TEST(Coherence, is_found_with_the_input_that_drives_and_with_no_other) {
   for (std::size_t a = 0; a < 5; ++a) EXPECT_TRUE(s.axis[a].coherence.empty()) << kAxisNames[a];
 }
 
-TEST(Dependence, on_speed_squared_is_ranked_first_with_its_share_and_the_bins_lie_on_the_curve) {
+TEST(Dependence, OnSpeedSquaredIsRankedFirstWithItsShareAndTheBinsLieOnTheCurve) {
   const auto inputs = three_inputs();
   Axes r = quiet_axes(80);
   for (std::size_t i = 0; i < kAll; ++i) r[2][i] += 0.7 * (inputs[0].value[i] * inputs[0].value[i] - 1.0);
@@ -96,13 +96,13 @@ TEST(Dependence, on_speed_squared_is_ranked_first_with_its_share_and_the_bins_li
   EXPECT_LE(outside, 2) << "of ten bands of 95 %";
 }
 
-TEST(Dependence, of_noise_on_anything_is_none) {
+TEST(Dependence, OfNoiseOnAnythingIsNone) {
   const auto inputs = three_inputs();
   const DependenceResult d = dependence(four_flights(), quiet_axes(100), {}, inputs);
   for (const Dependence& x : d.ranking) EXPECT_LT(x.share, 0.01);
 }
 
-TEST(Dependence, of_a_gust_that_wanders_by_itself_is_none_on_flights_that_did_not_make_it) {
+TEST(Dependence, OfAGustThatWandersByItselfIsNoneOnFlightsThatDidNotMakeIt) {
   const auto inputs = three_inputs();
   Axes r = quiet_axes(110);
   r[0] = wandering(120, 0.7);
@@ -110,7 +110,7 @@ TEST(Dependence, of_a_gust_that_wanders_by_itself_is_none_on_flights_that_did_no
   for (const Dependence& x : d.ranking) EXPECT_LT(x.share, 0.04) << inputs[x.input].name;
 }
 
-TEST(AdditiveFit, predicts_a_sum_of_two_curves_to_its_share_of_the_power) {
+TEST(AdditiveFit, PredictsASumOfTwoCurvesToItsShareOfThePower) {
   const auto inputs = three_inputs();
   const std::vector<double> noise = white(130);
   const auto y = made([&](std::size_t i) { return std::sin(2.0 * inputs[0].value[i]) + 0.5 * inputs[1].value[i] + noise[i]; });
@@ -143,7 +143,7 @@ std::vector<double> moved(const std::vector<double>& v, int samples) {  // later
   });
 }
 
-TEST(Lag, of_yaw_alone_that_leads_its_torque_by_40_ms_names_the_reaction_of_the_rotors) {
+TEST(Lag, OfYawAloneThatLeadsItsTorqueBy40msNamesTheReactionOfTheRotors) {
   const Axes model = driving(), noise = quiet_axes(150, 0.4);
   Axes missing = noise;
   const std::vector<double> early = moved(model[5], -4);
@@ -159,7 +159,7 @@ TEST(Lag, of_yaw_alone_that_leads_its_torque_by_40_ms_names_the_reaction_of_the_
   EXPECT_NE(r.findings[0].words.find("before its cause"), std::string::npos);
 }
 
-TEST(Lag, of_all_axes_that_lead_by_20_ms_names_the_clock_of_the_rotor_speeds) {
+TEST(Lag, OfAllAxesThatLeadBy20msNamesTheClockOfTheRotorSpeeds) {
   const Axes model = driving();
   Axes missing = quiet_axes(160, 0.2);
   for (std::size_t a = 0; a < kAxes; ++a) {
@@ -173,7 +173,7 @@ TEST(Lag, of_all_axes_that_lead_by_20_ms_names_the_clock_of_the_rotor_speeds) {
   EXPECT_EQ(r.findings[0].effects.front(), "rotor_speed_delay");
 }
 
-TEST(Lag, is_no_finding_when_the_model_drives_in_time_nor_when_it_drives_nothing) {
+TEST(Lag, IsNoFindingWhenTheModelDrivesInTimeNorWhenItDrivesNothing) {
   const Axes model = driving();
   EXPECT_TRUE(lag_analysis(four_flights(), model, quiet_axes(170, 0.4)).findings.empty());
   Axes still{};
@@ -183,7 +183,7 @@ TEST(Lag, is_no_finding_when_the_model_drives_in_time_nor_when_it_drives_nothing
   EXPECT_FALSE(r.axis[0].known);
 }
 
-TEST(Bursts, of_half_a_second_are_found_with_start_length_and_size) {
+TEST(Bursts, OfHalfASecondAreFoundWithStartLengthAndSize) {
   std::vector<double> r = white(190, 0.1);
   for (std::size_t i = 2000 + 700; i < 2000 + 750; ++i) r[i] += 0.8;  // second flight, 7.0 to 7.5 s
   const auto found = bursts(four_flights(), r, 3, 0.2, 3.0);
@@ -194,7 +194,7 @@ TEST(Bursts, of_half_a_second_are_found_with_start_length_and_size) {
   EXPECT_NEAR(found[0].mean, 0.8, 0.25);
 }
 
-TEST(Unexplained, distinguishes_what_is_predictable_from_bursts_from_gusts_and_from_noise_of_the_expected_size) {
+TEST(Unexplained, DistinguishesWhatIsPredictableFromBurstsFromGustsAndFromNoiseOfTheExpectedSize) {
   const auto inputs = three_inputs();
   Axes r = quiet_axes(200);
   std::vector<Axes> expected{quiet_axes(210), quiet_axes(220), quiet_axes(230)};

@@ -21,7 +21,7 @@ struct Known {
   std::vector<Contradiction> contradicted() const { return contradictions(problem, fit); }
 };
 
-TEST(Contradictions, an_inertia_ten_percent_off_a_prior_of_two_is_reported_with_both_figures) {
+TEST(Contradictions, AnInertiaTenPercentOffAPriorOfTwoIsReportedWithBothFigures) {
   const auto all = Known(2.2e-3, 2e-5, 2e-5).contradicted();
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0].parameter, estimate::kIxx);
@@ -30,17 +30,15 @@ TEST(Contradictions, an_inertia_ten_percent_off_a_prior_of_two_is_reported_with_
   EXPECT_DOUBLE_EQ(all[0].found, 2.2e-3);
   EXPECT_NEAR(all[0].z, 2e-4 / std::sqrt(4e-5 * 4e-5 - 2e-5 * 2e-5), 1e-6);
 }
-TEST(Contradictions, one_percent_off_what_is_known_to_two_is_no_contradiction) {
-  EXPECT_TRUE(Known(2.02e-3, 2e-5, 2e-5).contradicted().empty());
-}
-TEST(Contradictions, blocks_that_scatter_three_times_more_than_the_noise_ask_for_three_times_as_much) {
+TEST(Contradictions, OnePercentOffWhatIsKnownToTwoIsNoContradiction) { EXPECT_TRUE(Known(2.02e-3, 2e-5, 2e-5).contradicted().empty()); }
+TEST(Contradictions, BlocksThatScatterThreeTimesMoreThanTheNoiseAskForThreeTimesAsMuch) {
   EXPECT_TRUE(Known(2.2e-3, 2e-5, 6e-5).contradicted().empty());
   EXPECT_EQ(Known(2.5e-3, 2e-5, 6e-5).contradicted().size(), 1u);
 }
-TEST(Contradictions, flights_that_do_not_determine_a_number_contradict_nothing) {
+TEST(Contradictions, FlightsThatDoNotDetermineANumberContradictNothing) {
   EXPECT_TRUE(Known(2.2e-3, 3.95e-5, 3.95e-5).contradicted().empty());
 }
-TEST(Contradictions, a_stand_that_ties_two_numbers_in_one_direction_says_nothing_of_each) {
+TEST(Contradictions, AStandThatTiesTwoNumbersInOneDirectionSaysNothingOfEach) {
   Known k(2.2e-3, 2e-5, 2e-5);
   const Eigen::Vector2d tie(1.0 / 1e-5, -1.0 / 1e-5);
   k.problem.priors[0].information = tie * tie.transpose();

@@ -37,21 +37,21 @@ DiagnosisVerdict verdict(const ResidualFindings& findings, Diagnosis d = {}) {
   return d.verdict;
 }
 
-TEST(Verdict, is_unexplained_where_torque_bursts_of_3_mN_m_stand_over_noise_of_1) {
+TEST(Verdict, IsUnexplainedWhereTorqueBurstsOf3mNMStandOverNoiseOf1) {
   EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 3e-3, 1e-3)), DiagnosisVerdict::unexplained);
 }
 
-TEST(Verdict, stays_clean_where_bursts_are_a_tenth_of_a_per_cent_of_weight_times_arm) {
+TEST(Verdict, StaysCleanWhereBurstsAreATenthOfAPerCentOfWeightTimesArm) {
   EXPECT_EQ(verdict(left(kTorqueX, ResidualKind::bursts, 1e-3, 0.5e-3)), DiagnosisVerdict::clean);
 }
 
-TEST(Verdict, is_unexplained_where_the_motion_predicts_a_fifth_of_a_force_of_50_mN) {
+TEST(Verdict, IsUnexplainedWhereTheMotionPredictsAFifthOfAForceOf50mN) {
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.08, 0.06, 0.2)), DiagnosisVerdict::unexplained);
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::stochastic, 0.08, 0.06, 0.05)), DiagnosisVerdict::clean) << "next to nothing of it";
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2)), DiagnosisVerdict::clean) << "25 mN of 6.9 N";
 }
 
-TEST(Verdict, stays_clean_where_a_large_residual_is_what_the_noise_figures_say) {
+TEST(Verdict, StaysCleanWhereALargeResidualIsWhatTheNoiseFiguresSay) {
   EXPECT_EQ(verdict(left(kForceZ, ResidualKind::none, 0.5, 0.5)), DiagnosisVerdict::clean);
 }
 
@@ -66,7 +66,7 @@ Diagnosis explained(double before, double after) {
   return d;
 }
 
-TEST(Verdict, is_unexplained_where_a_name_leaves_the_larger_part_of_what_was_missing) {
+TEST(Verdict, IsUnexplainedWhereANameLeavesTheLargerPartOfWhatWasMissing) {
   const Diagnosis most_left = explained(10e-3, 8e-3);
   EXPECT_EQ(most_left.verdict, DiagnosisVerdict::unexplained);
   EXPECT_NE(most_left.remarks.front().find("explains 36 % of the power"), std::string::npos) << most_left.remarks.front();
@@ -83,7 +83,7 @@ DiagnosisRun named_with(const ResidualFindings& findings) {
   return run;
 }
 
-TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that_74_percent_of_a_torque_remains) {
+TEST(Verdict, KeepsTheNameOfAnEffectThatWasFoundAndSaysBesideItThat74percentOfATorqueRemains) {
   const DiagnosisRun run = named_with(left(kTorqueX, ResidualKind::systematic, 3e-3, 1e-3, 0.74));
   EXPECT_EQ(run.diagnosis.verdict, DiagnosisVerdict::named);
   ASSERT_EQ(run.diagnosis.remains.size(), 1u);
@@ -99,14 +99,14 @@ TEST(Verdict, keeps_the_name_of_an_effect_that_was_found_and_says_beside_it_that
   EXPECT_NE(diagnosis_report_html(run, "made up").find("named, and something remains"), std::string::npos);
 }
 
-TEST(Verdict, says_of_a_name_after_which_25_mN_remain_of_6_9_N_nothing_more) {
+TEST(Verdict, SaysOfANameAfterWhich25mNRemainOf6p9NNothingMore) {
   const DiagnosisRun run = named_with(left(kForceZ, ResidualKind::systematic, 0.065, 0.06, 0.2));
   EXPECT_TRUE(run.diagnosis.remains.empty());
   EXPECT_EQ(verdict_name(diagnosis_tree(run, {})), "named");
   EXPECT_EQ(diagnosis_text(run).find("remains"), std::string::npos);
 }
 
-TEST(Verdict, names_gusts_of_a_metre_per_second_unless_the_user_says_that_there_are_none) {
+TEST(Verdict, NamesGustsOfAMetrePerSecondUnlessTheUserSaysThatThereAreNone) {
   ResidualFindings gusts;
   VarianceEffect e;
   e.id = "wind_dryden";

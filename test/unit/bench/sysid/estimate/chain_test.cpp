@@ -94,7 +94,7 @@ struct Dense {
   }
 };
 
-TEST(Chain, reduced_system_log_determinant_cost_and_steps_are_those_of_the_dense_normal_equations) {
+TEST(Chain, ReducedSystemLogDeterminantCostAndStepsAreThoseOfTheDenseNormalEquations) {
   Short s;
   const Residuals res(s.grid, s.values, s.noise, kSome);
   const Dense dense(s, res);
@@ -127,7 +127,7 @@ TEST(Chain, reduced_system_log_determinant_cost_and_steps_are_those_of_the_dense
   }
 }
 
-TEST(RowSmoother, moves_and_noise_moments_under_another_noise_are_those_of_the_dense_normal_equations_with_it) {
+TEST(RowSmoother, MovesAndNoiseMomentsUnderAnotherNoiseAreThoseOfTheDenseNormalEquationsWithIt) {
   Short s;
   NoiseModel other = s.noise;
   other.force_m_s2_rtHz = {0.02, 0.09, 0.05};
@@ -179,7 +179,7 @@ TEST(RowSmoother, moves_and_noise_moments_under_another_noise_are_those_of_the_d
   EXPECT_LT((found.angular.squares - angular).norm(), 1e-6 * angular.norm());
 }
 
-TEST(Chain, rows_here_have_the_residuals_of_states_that_moved_since_the_sweep) {
+TEST(Chain, RowsHereHaveTheResidualsOfStatesThatMovedSinceTheSweep) {
   Short s;
   const Residuals res(s.grid, s.values, s.noise, kSome);
   Chain chain(s.grid, s.states, s.guess);
@@ -195,7 +195,7 @@ TEST(Chain, rows_here_have_the_residuals_of_states_that_moved_since_the_sweep) {
   EXPECT_EQ(rows.steps[3].r, res.process(3, s.states[3], s.states[4]));
 }
 
-TEST(Chain, score_blocks_add_up_to_the_whole_flight) {
+TEST(Chain, ScoreBlocksAddUpToTheWholeFlight) {
   Short s;
   const Residuals res(s.grid, s.values, s.noise, kSome);
   Chain chain(s.grid, s.states, s.guess);
@@ -266,17 +266,17 @@ void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns co
   }
 }
 
-TEST(Residuals, of_every_measurement_have_the_derivatives_of_differences) {
+TEST(Residuals, OfEveryMeasurementHaveTheDerivativesOfDifferences) {
   const Short s;
   expect_derivatives_of_differences(s, s.values, {});
 }
 
-TEST(Residuals, of_means_that_stand_5_ms_before_or_4_ms_behind_their_node_have_the_derivatives_of_differences) {
+TEST(Residuals, OfMeansThatStand5msBeforeOr4msBehindTheirNodeHaveTheDerivativesOfDifferences) {
   const Short s;
   for (const double late_s : {-5e-3, 4e-3}) expect_derivatives_of_differences(s, s.values, {}, late_s);
 }
 
-TEST(Residuals, of_a_sensor_whose_scale_is_2_percent_off_have_the_derivatives_of_differences) {
+TEST(Residuals, OfASensorWhoseScaleIs2percentOffHaveTheDerivativesOfDifferences) {
   const Short s;
   host::TermList terms;
   terms.add(*host::find_term("pose_scale"));

@@ -62,7 +62,7 @@ log::Stream<T> a_fifth(const log::Stream<T>& s, std::size_t first) {
 
 // Gyro and accelerometer at 200 Hz and 100 nodes a second: two measurements each, whose mean stands 2 to 3 ms off the node, on one side of
 // it always. Taken for measurements at the node their means made rotor speeds that are stamped right 2 ms late or early.
-TEST(Fit, delay_of_rotor_speeds_is_0_within_half_a_millisecond_whether_two_measurements_of_a_node_stand_2_ms_before_or_behind_it) {
+TEST(Fit, DelayOfRotorSpeedsIs0WithinHalfAMillisecondWhetherTwoMeasurementsOfANodeStand2msBeforeOrBehindIt) {
   std::vector<double> delay_s;
   for (const std::size_t first : {0u, 4u}) {
     model_true::FlightSettings s;
@@ -87,7 +87,7 @@ TEST(Fit, delay_of_rotor_speeds_is_0_within_half_a_millisecond_whether_two_measu
   EXPECT_NEAR(delay_s[0], delay_s[1], 1e-4) << "what is left is the flight's";
 }
 
-TEST(Fit, finds_process_and_pose_noise_from_twice_and_half_their_size) {
+TEST(Fit, FindsProcessAndPoseNoiseFromTwiceAndHalfTheirSize) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(3), {})};
   FitProblem p = rotation_problem(flights);
   p.noise.force_m_s2_rtHz.setConstant(0.06);
@@ -117,7 +117,7 @@ TEST(Fit, finds_process_and_pose_noise_from_twice_and_half_their_size) {
 }
 
 // A heading that sways by 3 degrees in two seconds is an error of the poses, but no noise of theirs: neighbours differ by 2 mrad.
-TEST(Fit, attitude_noise_is_no_more_than_neighbouring_poses_scatter_by_when_the_poses_sway_slowly) {
+TEST(Fit, AttitudeNoiseIsNoMoreThanNeighbouringPosesScatterByWhenThePosesSwaySlowly) {
   log::FlightRecord swaying = rotation_flight(12);
   for (std::size_t k = 0; k < swaying.pose.size(); ++k)
     swaying.pose.value[k].q_WS = exp_q({0.0, 0.0, 0.05 * std::sin(3.0 * swaying.pose.t_s[k])}) * swaying.pose.value[k].q_WS;
@@ -132,7 +132,7 @@ TEST(Fit, attitude_noise_is_no_more_than_neighbouring_poses_scatter_by_when_the_
   EXPECT_GT(f.noise[0].attitude_rad.minCoeff(), 1e-3);
 }
 
-TEST(Fit, noise_figures_that_chase_each_other_end_when_the_flights_become_no_likelier) {
+TEST(Fit, NoiseFiguresThatChaseEachOtherEndWhenTheFlightsBecomeNoLikelier) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(3), {})};
   FitOptions o;
   o.noise.rounds = 30;
@@ -144,7 +144,7 @@ TEST(Fit, noise_figures_that_chase_each_other_end_when_the_flights_become_no_lik
   EXPECT_LT(f.noise_rounds, 12);
 }
 
-TEST(Fit, a_few_wild_poses_move_nothing_when_the_loss_is_robust) {
+TEST(Fit, AFewWildPosesMoveNothingWhenTheLossIsRobust) {
   log::FlightRecord wild = rotation_flight(4);
   for (std::size_t k = 50; k < wild.pose.size(); k += 100) wild.pose.value[k].p_W_m += Eigen::Vector3d(0.2, -0.1, 0.15);
   const std::vector<GridFlight> flights{make_grid(wild, {})};
@@ -164,7 +164,7 @@ TEST(Fit, a_few_wild_poses_move_nothing_when_the_loss_is_robust) {
   EXPECT_GT(worst_without, 5.0) << "the poses were wild enough to matter";
 }
 
-TEST(Fit, each_flight_has_its_own_centre_of_mass_when_asked) {
+TEST(Fit, EachFlightHasItsOwnCentreOfMassWhenAsked) {
   model_true::Truth moved;
   moved.com_offset_m = {-2.0e-3, 1.0e-3};
   moved.r_BS_m -= Eigen::Vector3d(-3.4e-3, 0.8e-3, 0.0);  // the sensor stays where it is, the centre of mass moves
@@ -180,7 +180,7 @@ TEST(Fit, each_flight_has_its_own_centre_of_mass_when_asked) {
   EXPECT_NEAR(f.find(kIxx)->value, 2.41e-3, 4.0 * f.find(kIxx)->u);
 }
 
-TEST(Fit, a_prior_that_is_sharper_than_the_data_decides_and_is_named_by_its_share) {
+TEST(Fit, APriorThatIsSharperThanTheDataDecidesAndIsNamedByItsShare) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(7), {})};
   FitProblem p = rotation_problem(flights);
   for (FreeParameter& f : p.free) {
@@ -192,7 +192,7 @@ TEST(Fit, a_prior_that_is_sharper_than_the_data_decides_and_is_named_by_its_shar
   EXPECT_LT(f.find(kIyy)->prior_share, 1e-12);
 }
 
-TEST(Fit, does_not_depend_on_the_number_of_threads) {
+TEST(Fit, DoesNotDependOnTheNumberOfThreads) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(8, {}, 2.0), {}), make_grid(rotation_flight(9, {}, 2.0), {})};
   const FitProblem p = rotation_problem(flights);
   FitOptions two;
@@ -202,7 +202,7 @@ TEST(Fit, does_not_depend_on_the_number_of_threads) {
   for (std::size_t i = 0; i < a.estimates.size(); ++i) EXPECT_EQ(a.estimates[i].value, b.estimates[i].value);
 }
 
-TEST(Fit, ends_at_the_same_misfit_with_slopes_about_the_middle_of_steps_of_50_ms) {
+TEST(Fit, EndsAtTheSameMisfitWithSlopesAboutTheMiddleOfStepsOf50ms) {
   GridOptions exact, middle;
   exact.rate_Hz = middle.rate_Hz = 20.0;
   middle.slopes_by_middle = true;
@@ -214,7 +214,7 @@ TEST(Fit, ends_at_the_same_misfit_with_slopes_about_the_middle_of_steps_of_50_ms
   EXPECT_NEAR(b.cost, a.cost, 1e-3 * a.cost);
 }
 
-TEST(Fit, ends_with_the_unobservable_combinations_instead_of_numbers) {
+TEST(Fit, EndsWithTheUnobservableCombinationsInsteadOfNumbers) {
   const std::vector<GridFlight> flights{make_grid(rotation_flight(10, {}, 2.0), {})};
   FitProblem p = rotation_problem(flights);
   p.free.push_back({kMass});

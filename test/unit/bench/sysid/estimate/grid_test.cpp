@@ -23,7 +23,7 @@ log::FlightRecord short_flight(double pose_delay_s = 0.0) {
 
 std::size_t links(const GridFlight& g) { return static_cast<std::size_t>(std::accumulate(g.linked.begin(), g.linked.end(), 0)); }
 
-TEST(Grid, a_split_between_two_measurements_cuts_exactly_the_step_between_them) {
+TEST(Grid, ASplitBetweenTwoMeasurementsCutsExactlyTheStepBetweenThem) {
   const log::FlightRecord record = short_flight();
   GridFlight g = make_grid(record, {});
   const std::size_t before = links(g), at = record.pose.size() / 2;
@@ -49,7 +49,7 @@ GridFlight with_its_gyro(const log::FlightRecord& record, double rate_Hz) {
   return make_grid(record, o);
 }
 
-TEST(Grid, twenty_gyro_measurements_about_a_node_say_the_rate_there_and_not_the_mean_of_a_curve) {
+TEST(Grid, TwentyGyroMeasurementsAboutANodeSayTheRateThereAndNotTheMeanOfACurve) {
   const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 50.0);
   ASSERT_GT(g.gyro.size(), 100u);
@@ -60,7 +60,7 @@ TEST(Grid, twenty_gyro_measurements_about_a_node_say_the_rate_there_and_not_the_
   }
 }
 
-TEST(Grid, five_gyro_measurements_about_a_node_say_the_rate_there_by_a_parabola_over_a_step_on_either_side) {
+TEST(Grid, FiveGyroMeasurementsAboutANodeSayTheRateThereByAParabolaOverAStepOnEitherSide) {
   const log::FlightRecord record = with_gyro_along_a_parabola();
   const GridFlight g = with_its_gyro(record, 200.0);
   ASSERT_GT(g.gyro.size(), 400u);
@@ -72,7 +72,7 @@ TEST(Grid, five_gyro_measurements_about_a_node_say_the_rate_there_by_a_parabola_
 }
 
 // Beside a gap there are measurements on one side only: a parabola would be extrapolated.
-TEST(Grid, measurements_on_one_side_of_a_node_are_averaged_at_their_mean_time) {
+TEST(Grid, MeasurementsOnOneSideOfANodeAreAveragedAtTheirMeanTime) {
   log::FlightRecord record = with_gyro_along_a_parabola();
   const double t0 = record.pose.t_s.front();
   log::Stream<Eigen::Vector3d> with_gap;
@@ -94,7 +94,7 @@ TEST(Grid, measurements_on_one_side_of_a_node_are_averaged_at_their_mean_time) {
   EXPECT_LE(beside_a_gap, 4u);
 }
 
-TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) {
+TEST(Grid, AGapInRotorSpeedsTiesNoPoseIntoItEvenWhenPosesAreLate) {
   log::FlightRecord record = short_flight(0.015);
   const double t0 = record.rotor_omega_rad_s.t_s.front();
   log::Stream<log::RotorValues> with_gap;
@@ -129,7 +129,7 @@ TEST(Grid, a_gap_in_rotor_speeds_ties_no_pose_into_it_even_when_poses_are_late) 
   EXPECT_NEAR(2.0 * f.cost / f.degrees_of_freedom, 1.0, 0.1);
 }
 
-TEST(Grid, rotor_speeds_at_10_Hz_are_refused_with_the_gap_they_leave) {
+TEST(Grid, RotorSpeedsAt10HzAreRefusedWithTheGapTheyLeave) {
   log::FlightRecord record = short_flight();
   log::Stream<log::RotorValues> slow;
   for (std::size_t k = 0; k < record.rotor_omega_rad_s.size(); k += 100)
@@ -144,7 +144,7 @@ TEST(Grid, rotor_speeds_at_10_Hz_are_refused_with_the_gap_they_leave) {
   }
 }
 
-TEST(Grid, a_start_value_that_is_not_a_number_is_an_error_and_no_estimate) {
+TEST(Grid, AStartValueThatIsNotANumberIsAnErrorAndNoEstimate) {
   const GridFlight g = make_grid(short_flight(), {});
   FitProblem p;
   p.start = model_values({});

@@ -88,7 +88,7 @@ void expect_exact_derivatives(const ModelValues& values, const RotorInput& rotor
   }
 }
 
-TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_however_noisy_the_measurements) {
+TEST(RotorInput, MeanSpeedOfAStepChangesWithTheDelayAsDifferencesSayHoweverNoisyTheMeasurements) {
   log::FlightRecord record;
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise_rad_s(0.0, 3.0);
@@ -115,7 +115,7 @@ TEST(RotorInput, mean_speed_of_a_step_changes_with_the_delay_as_differences_say_
   }
 }
 
-TEST(RotorInput, speeds_read_at_a_high_rate_lose_half_of_their_scatter_and_nothing_of_their_course) {
+TEST(RotorInput, SpeedsReadAtAHighRateLoseHalfOfTheirScatterAndNothingOfTheirCourse) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise_rad_s(0.0, 1.0);
   const auto course = [](double t) { return 950.0 + 60.0 * std::sin(30.0 * t); };  // 5 Hz
@@ -140,11 +140,11 @@ TEST(RotorInput, speeds_read_at_a_high_rate_lose_half_of_their_scatter_and_nothi
 
 const Columns kAllDynamics{kMass, kIxx, kIyy, kIzz, kIxy, kIxz, kIyz, kCq, kComX, kComY, kK1, kK2, kCdh, kCdxy, kCdz, kTiltX, kTiltY};
 
-TEST(IdentifyModel, derivatives_of_a_step_are_those_of_differences_for_the_papers_model) {
+TEST(IdentifyModel, DerivativesOfAStepAreThoseOfDifferencesForThePapersModel) {
   expect_exact_derivatives(model_values(paper_vehicle()), RotorInput(wavy_speeds()), kAllDynamics);
 }
 
-TEST(IdentifyModel, derivatives_are_exact_with_terms_too_and_by_their_parameters) {
+TEST(IdentifyModel, DerivativesAreExactWithTermsTooAndByTheirParameters) {
   ModelValues v = model_values(paper_vehicle(), both_terms());
   v[kCoreParameters] = 0.9;
   v[kCoreParameters + 1] = 7e-6;
@@ -155,7 +155,7 @@ TEST(IdentifyModel, derivatives_are_exact_with_terms_too_and_by_their_parameters
   expect_exact_derivatives(v, RotorInput(wavy_speeds()), columns);
 }
 
-TEST(IdentifyModel, derivatives_about_the_middle_of_a_20_ms_step_are_those_along_it_within_5_percent_and_the_step_is_the_same) {
+TEST(IdentifyModel, DerivativesAboutTheMiddleOfA20msStepAreThoseAlongItWithin5percentAndTheStepIsTheSame) {
   ModelValues v = model_values(paper_vehicle(), both_terms());
   v[kCoreParameters] = 0.9;
   v[kCoreParameters + 1] = 7e-6;
@@ -177,7 +177,7 @@ TEST(IdentifyModel, derivatives_about_the_middle_of_a_20_ms_step_are_those_along
         << parameter_info(columns[static_cast<std::size_t>(c)], v.terms).name;
 }
 
-TEST(IdentifyModel, derivative_by_the_delay_of_the_rotor_log_is_that_of_differences) {
+TEST(IdentifyModel, DerivativeByTheDelayOfTheRotorLogIsThatOfDifferences) {
   // The time lies inside a sample interval for all stages, so that the interpolation has one slope there.
   log::FlightRecord r = wavy_speeds();
   for (double& t : r.rotor_omega_rad_s.t_s) t *= 40.0;  // one interval of 40 ms
@@ -188,7 +188,7 @@ TEST(IdentifyModel, derivative_by_the_delay_of_the_rotor_log_is_that_of_differen
   expect_exact_derivatives(v, RotorInput(r), {kRotorDelay});
 }
 
-TEST(IdentifyModel, derivatives_by_gain_offset_voltage_exponent_and_lag_of_a_commanded_motor_are_those_of_differences) {
+TEST(IdentifyModel, DerivativesByGainOffsetVoltageExponentAndLagOfACommandedMotorAreThoseOfDifferences) {
   log::FlightRecord r = wavy_speeds();
   for (std::size_t k = 0; k < r.rotor_omega_rad_s.size(); ++k) {
     log::RotorValues u = r.rotor_omega_rad_s.value[k];
@@ -205,7 +205,7 @@ TEST(IdentifyModel, derivatives_by_gain_offset_voltage_exponent_and_lag_of_a_com
   expect_exact_derivatives(v, RotorInput(r), {kCommandGain, kCommandOffset, kVoltageExponent, kCommandLag});
 }
 
-TEST(IdentifyModel, hovers_without_motion_at_the_hover_speed_of_the_vehicle_model) {
+TEST(IdentifyModel, HoversWithoutMotionAtTheHoverSpeedOfTheVehicleModel) {
   host::VehicleModel m = paper_vehicle();
   m.com_offset_m.setZero();
   log::FlightRecord r;
@@ -217,7 +217,7 @@ TEST(IdentifyModel, hovers_without_motion_at_the_hover_speed_of_the_vehicle_mode
   EXPECT_LT(end.w_B_rad_s.norm(), 1e-9);
 }
 
-TEST(IdentifyModel, halving_the_step_divides_the_error_by_sixteen) {
+TEST(IdentifyModel, HalvingTheStepDividesTheErrorBySixteen) {
   const Model model(model_values(paper_vehicle()));
   log::FlightRecord r;  // speeds that change linearly: the input has no kink inside
   r.rotor_omega_rad_s.add(0.0, {900, 950, 930, 940});
@@ -230,7 +230,7 @@ TEST(IdentifyModel, halving_the_step_divides_the_error_by_sixteen) {
   EXPECT_NEAR(coarse / fine, 16.0, 3.0);
 }
 
-TEST(IdentifyModel, a_free_body_keeps_its_angular_momentum_and_energy) {
+TEST(IdentifyModel, AFreeBodyKeepsItsAngularMomentumAndEnergy) {
   host::VehicleModel m = paper_vehicle();
   m.drag = {};
   log::FlightRecord r;

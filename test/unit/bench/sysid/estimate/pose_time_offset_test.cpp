@@ -53,24 +53,24 @@ double worst_residual_m(const GridFlight& grid) {
   return worst;
 }
 
-TEST(PoseTimeOffset, at_the_node_of_their_stamp_20_ms_at_12_m_s2_look_like_2p4_mm_of_error) {
+TEST(PoseTimeOffset, AtTheNodeOfTheirStamp20msAt12mS2LookLike2p4MmOfError) {
   EXPECT_NEAR(worst_residual_m(make_grid(late_flight(), {})), 0.5 * kBend_m_s2 * kDelay_s * kDelay_s, 1e-6);
 }
 
-TEST(PoseTimeOffset, associated_with_the_moment_they_show_they_agree_to_a_micrometre) {
+TEST(PoseTimeOffset, AssociatedWithTheMomentTheyShowTheyAgreeToAMicrometre) {
   GridFlight grid = make_grid(late_flight(), {});
   associate_poses(grid, kDelay_s);
   EXPECT_LT(worst_residual_m(grid), 1e-6);
   EXPECT_EQ(grid.pose.size(), 397u);  // four show moments before the first node
 }
 
-TEST(PoseTimeOffset, a_delay_between_two_nodes_is_carried_over_half_a_step_at_most) {
+TEST(PoseTimeOffset, ADelayBetweenTwoNodesIsCarriedOverHalfAStepAtMost) {
   GridFlight grid = make_grid(late_flight(), {});
   associate_poses(grid, 0.0178);
   for (const PoseFix& fix : grid.pose) EXPECT_LE(std::fabs(fix.late_s - 0.0178), 0.0025 + 1e-12);
 }
 
-TEST(PoseTimeOffset, tying_back_restores_the_stamps) {
+TEST(PoseTimeOffset, TyingBackRestoresTheStamps) {
   const GridFlight before = make_grid(late_flight(), {});
   GridFlight grid = before;
   associate_poses(grid, kDelay_s);
@@ -80,7 +80,7 @@ TEST(PoseTimeOffset, tying_back_restores_the_stamps) {
   EXPECT_NEAR(grid.pose.front().late_s, before.pose[4].late_s, 1e-12);
 }
 
-TEST(PoseTimeOffset, first_guess_of_the_states_allows_for_the_delay) {
+TEST(PoseTimeOffset, FirstGuessOfTheStatesAllowsForTheDelay) {
   GridFlight grid = make_grid(late_flight(), {});
   associate_poses(grid, kDelay_s);
   const std::vector<BodyState> guess = guess_states(grid, values_with_delay());

@@ -26,14 +26,14 @@ bool is_free(const FitProblem& p, int parameter) {
   return std::any_of(p.free.begin(), p.free.end(), [&](const FreeParameter& f) { return f.parameter == parameter; });
 }
 
-TEST(StagedFit, a_problem_without_priors_stays_as_it_is) {
+TEST(StagedFit, AProblemWithoutPriorsStaysAsItIs) {
   FitProblem p = problem();
   std::erase_if(p.free, [](const FreeParameter& f) { return f.parameter == kMass; });
   EXPECT_FALSE(any_prior_holds(p));
   EXPECT_EQ(with_priors_held(p).free.size(), p.free.size());
 }
 
-TEST(StagedFit, parameters_with_priors_are_held_at_the_most_likely_point_of_all_priors) {
+TEST(StagedFit, ParametersWithPriorsAreHeldAtTheMostLikelyPointOfAllPriors) {
   FitProblem p = problem();
   p.priors = {about(kK1, 3e-6, 1e-8), about(kK1, 3.3e-6, 2e-8)};
   const FitProblem held = with_priors_held(p);
@@ -44,7 +44,7 @@ TEST(StagedFit, parameters_with_priors_are_held_at_the_most_likely_point_of_all_
   EXPECT_TRUE(is_free(held, kCq));
 }
 
-TEST(StagedFit, a_weak_prior_of_a_guess_holds_nothing_and_still_counts_in_the_fit) {
+TEST(StagedFit, AWeakPriorOfAGuessHoldsNothingAndStillCountsInTheFit) {
   FitProblem p;
   p.start = problem().start;
   p.free = {{kK1}, {kCq}};
@@ -56,7 +56,7 @@ TEST(StagedFit, a_weak_prior_of_a_guess_holds_nothing_and_still_counts_in_the_fi
   EXPECT_EQ(held.priors.size(), 1u);
 }
 
-TEST(StagedFit, what_has_an_uncertainty_of_its_own_is_held_at_its_start_and_what_each_flight_has_of_its_own_stays_free) {
+TEST(StagedFit, WhatHasAnUncertaintyOfItsOwnIsHeldAtItsStartAndWhatEachFlightHasOfItsOwnStaysFree) {
   const FitProblem held = with_priors_held(problem());
   EXPECT_FALSE(is_free(held, kMass));
   EXPECT_EQ(held.start[kMass], 0.68);
@@ -64,7 +64,7 @@ TEST(StagedFit, what_has_an_uncertainty_of_its_own_is_held_at_its_start_and_what
 }
 
 // A thrust stand ties k1 and k2 in one direction only.
-TEST(StagedFit, one_direction_of_two_parameters_holds_neither_but_moves_both_where_each_is_known) {
+TEST(StagedFit, OneDirectionOfTwoParametersHoldsNeitherButMovesBothWhereEachIsKnown) {
   const Eigen::Vector2d slope(1.0, 2e-2);
   const JointPrior stand{{kK1, kK2}, Eigen::Vector2d(3.1e-6, -1e-4), slope * slope.transpose() / 1e-20};
   FitProblem alone = problem();
@@ -83,7 +83,7 @@ TEST(StagedFit, one_direction_of_two_parameters_holds_neither_but_moves_both_whe
   EXPECT_NEAR((held.start[kK1] - 3e-6) / (held.start[kK2] + 1e-4), 1e-16 / (2e-2 * 2.5e-13), 1e-3);
 }
 
-TEST(StagedFit, the_whole_fit_starts_where_the_first_ended_but_for_what_a_start_is_the_mean_of) {
+TEST(StagedFit, TheWholeFitStartsWhereTheFirstEndedButForWhatAStartIsTheMeanOf) {
   FitProblem p = problem();
   Fit first;
   first.values = {p.start, p.start};

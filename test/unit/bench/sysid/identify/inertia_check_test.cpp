@@ -62,7 +62,7 @@ estimate::Fit fit_with(std::vector<estimate::Estimate> estimates) {
 
 const std::vector<estimate::FreeParameter> kFree{{estimate::kIxx}, {estimate::kIyy}, {estimate::kIzz}, {estimate::kCq}};
 
-TEST(InertiaCheck, moment_that_takes_most_of_the_torque_at_1_hz_leaves_the_inertia_of_5_to_15_hz_within_1_percent) {
+TEST(InertiaCheck, MomentThatTakesMostOfTheTorqueAt1HzLeavesTheInertiaOf5To15HzWithin1percent) {
   const estimate::Fit fit = fit_with({{.parameter = estimate::kIxx, .value = 7.9e-5, .u = 2e-6, .u_robust = 1e-5}});
   const InertiaCheck c = checked(rolling(0.9, true), &fit);
   const InertiaByBand* roll = c.of(estimate::kIxx);
@@ -72,14 +72,14 @@ TEST(InertiaCheck, moment_that_takes_most_of_the_torque_at_1_hz_leaves_the_inert
   EXPECT_TRUE(c.needed);
 }
 
-TEST(InertiaCheck, attitude_of_poses_at_100_hz_in_place_of_the_gyro_finds_it_within_2_percent) {
+TEST(InertiaCheck, AttitudeOfPosesAt100HzInPlaceOfTheGyroFindsItWithin2percent) {
   const InertiaCheck c = checked(rolling(0.9, false), nullptr);
   const InertiaByBand* roll = c.of(estimate::kIxx);
   ASSERT_TRUE(roll);
   EXPECT_NEAR(roll->value, kInertia, 0.02 * kInertia);
 }
 
-TEST(InertiaCheck, fit_that_agrees_and_is_surer_than_the_band_is_kept) {
+TEST(InertiaCheck, FitThatAgreesAndIsSurerThanTheBandIsKept) {
   const estimate::Fit fit = fit_with({{.parameter = estimate::kIxx, .value = 1.602e-5, .u = 1e-7, .u_robust = 1e-7}});
   const InertiaCheck c = checked(rolling(0.0, true), &fit);
   ASSERT_TRUE(c.of(estimate::kIxx));
@@ -88,9 +88,9 @@ TEST(InertiaCheck, fit_that_agrees_and_is_surer_than_the_band_is_kept) {
   EXPECT_TRUE(priors_of(c, {}, kFree, vehicle()).empty());
 }
 
-TEST(InertiaCheck, pitch_that_no_torque_moves_is_not_determined) { EXPECT_FALSE(checked(rolling(0.0, true), nullptr).of(estimate::kIyy)); }
+TEST(InertiaCheck, PitchThatNoTorqueMovesIsNotDetermined) { EXPECT_FALSE(checked(rolling(0.0, true), nullptr).of(estimate::kIyy)); }
 
-TEST(InertiaCheck, guessed_I_zz_is_tied_to_the_other_two_and_a_drawn_one_is_kept) {
+TEST(InertiaCheck, GuessedIZzIsTiedToTheOtherTwoAndADrawnOneIsKept) {
   host::VehicleFile file;
   file.inertia_kg_m2[2] = {3e-5, 1e-5, host::Origin::guess};
   file.c_q_N_m_s2 = {2.2e-10, 1e-10, host::Origin::guess};
@@ -107,7 +107,7 @@ TEST(InertiaCheck, guessed_I_zz_is_tied_to_the_other_two_and_a_drawn_one_is_kept
   EXPECT_DOUBLE_EQ(izz_of().mean[0], vehicle()[estimate::kIzz]);
 }
 
-TEST(InertiaCheck, inertia_of_a_band_goes_with_a_free_mass_so_that_no_missing_moment_pulls_at_it) {
+TEST(InertiaCheck, InertiaOfABandGoesWithAFreeMassSoThatNoMissingMomentPullsAtIt) {
   const InertiaCheck c{
       .axes = {{.parameter = estimate::kIxx, .value = kInertia, .u = 5e-7, .taken = true}}, .needed = true, .mass_kg = 0.037};
   auto free = kFree;
@@ -119,7 +119,7 @@ TEST(InertiaCheck, inertia_of_a_band_goes_with_a_free_mass_so_that_no_missing_mo
   EXPECT_NEAR((heavier - p.mean).dot(p.information * (heavier - p.mean)), 0.0, 1e-9);
 }
 
-TEST(PossibleVehicle, drag_of_minus_five_u_is_held_at_zero_and_of_minus_one_u_is_left_to_the_writer_of_the_file) {
+TEST(PossibleVehicle, DragOfMinusFiveUIsHeldAtZeroAndOfMinusOneUIsLeftToTheWriterOfTheFile) {
   std::vector<estimate::Estimate> held;
   const estimate::Fit fit =
       fit_with({{.parameter = estimate::kCdh, .value = -5e-3, .u = 1e-3}, {.parameter = estimate::kCdz, .value = -1e-3, .u = 1e-3}});
@@ -131,7 +131,7 @@ TEST(PossibleVehicle, drag_of_minus_five_u_is_held_at_zero_and_of_minus_one_u_is
   EXPECT_DOUBLE_EQ(held.front().value, -5e-3);
 }
 
-TEST(PossibleVehicle, torque_coefficient_of_a_figure_of_merit_of_twenty_is_replaced_by_the_files) {
+TEST(PossibleVehicle, TorqueCoefficientOfAFigureOfMeritOfTwentyIsReplacedByTheFiles) {
   host::VehicleFile file;
   file.c_q_N_m_s2 = {2.2e-10, 1e-10, host::Origin::guess};
   std::vector<estimate::Estimate> held;

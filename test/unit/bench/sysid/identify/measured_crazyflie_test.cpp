@@ -43,7 +43,7 @@ double rotor_drag(const Identification& r, const std::vector<log::FlightRecord>&
   return number / weight;
 }
 
-TEST(ImrcBrushless, static_thrust_is_3p71e_8_within_2_percent_and_rotor_drag_that_of_the_regressions_within_8) {
+TEST(ImrcBrushless, StaticThrustIs3p71e8Within2percentAndRotorDragThatOfTheRegressionsWithin8) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's flights are not fitted";
   const auto records = kBare.flights({"eckart00", "eckart17", "eckart30", "eckart34"});
   IdentifyOptions o;
@@ -71,7 +71,7 @@ TEST(ImrcBrushless, static_thrust_is_3p71e_8_within_2_percent_and_rotor_drag_tha
   EXPECT_LT(u, 0.5 * xx->value);
 }
 
-TEST(ImrcBrushless, roll_inertia_above_5_Hz_is_1p60e_5_and_below_10_Hz_a_quarter_more) {
+TEST(ImrcBrushless, RollInertiaAbove5HzIs1p60e5AndBelow10HzAQuarterMore) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's inertia is not measured";
   const auto records = kBare.flights(kFigureEights);
   estimate::ModelValues v = estimate::model_values(host::to_model(kBare.vehicle()));
@@ -129,7 +129,7 @@ Roll roll_of_arpl(std::optional<double> lag_s) {
   return r;
 }
 
-TEST(ArplCrazyflie, commands_alone_give_the_published_tools_inertia_and_only_a_shorter_lag_the_literatures) {
+TEST(ArplCrazyflie, CommandsAloneGiveThePublishedToolsInertiaAndOnlyAShorterLagTheLiteratures) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: ARPL's flights are not fitted";
   const Roll best = roll_of_arpl({}), quick = roll_of_arpl(0.040);
   constexpr double kTool = 1.0286e-5, kLiterature = 1.66e-5;

@@ -44,7 +44,7 @@ Result run(const ParameterWishes& wishes) {
 // Mass as in the published predictions; the log is synchronised and its pose is that of the body.
 const std::vector<std::string> kKnown{"body.mass", "pose_sensor", "pose_delay"};
 
-TEST(NeuroBem, papers_terms_reach_1p10_N_and_the_inertia_that_pays_for_their_lack_is_5_times_less_sure) {
+TEST(NeuroBem, PapersTermsReach1p10NAndTheInertiaThatPaysForTheirLackIs5TimesLessSure) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: NeuroBEM is not fitted";
   const Result r = run({.free = {}, .hold = kKnown, .per_flight = {}});
   EXPECT_NEAR(r.published.rms_N, 0.467, 0.001);  // the published prediction, scored by the same samples

@@ -52,7 +52,7 @@ Eigen::Vector3d residual_force_N(const Identification& r) {
   return (squares / count).cwiseSqrt();
 }
 
-TEST(SlungLoadMeasured, mass_is_found_within_20_percent_and_length_within_5_from_the_vehicles_motion_alone) {
+TEST(SlungLoadMeasured, MassIsFoundWithin20percentAndLengthWithin5FromTheVehiclesMotionAlone) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not fitted";
   const host::VehicleFile v = vehicle_without_load();
   const Identification r = with_load(knowing(v), v, 0.45);
@@ -64,7 +64,7 @@ TEST(SlungLoadMeasured, mass_is_found_within_20_percent_and_length_within_5_from
   EXPECT_NEAR(estimate(r, "length_m").value, kSwing_m, 0.05 * kSwing_m);
 }
 
-TEST(SlungLoadMeasured, mass_is_found_within_10_percent_with_the_loads_place_measured_and_4p5_mN_are_left_along_x) {
+TEST(SlungLoadMeasured, MassIsFoundWithin10percentWithTheLoadsPlaceMeasuredAnd4p5mNAreLeftAlongX) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: IMRC's payload flights are not fitted";
   host::VehicleFile v = vehicle_without_load();
   // The line to the load is taken from the place that the poses are carried to: here the hook. From the markers' origin it would lean less

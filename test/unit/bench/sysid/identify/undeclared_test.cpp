@@ -25,7 +25,7 @@ Identification staged(const std::string& name, double pose_late_s) {
   return r;
 }
 
-TEST(Undeclared, stages_and_joint_fit_of_set_c_agree_and_the_residuals_are_noise) {
+TEST(Undeclared, StagesAndJointFitOfSetCAgreeAndTheResidualsAreNoise) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: the undeclared sets are not fitted";
   const Identification r = staged("undeclared_c", 0.0);
   EXPECT_TRUE(r.fit.converged);
@@ -41,7 +41,7 @@ TEST(Undeclared, stages_and_joint_fit_of_set_c_agree_and_the_residuals_are_noise
   EXPECT_LT(r.fit.find(estimate::kIxx)->u_robust, 5e-3 * r.fit.find(estimate::kIxx)->value);
 }
 
-TEST(Undeclared, set_f_has_poses_20_ms_late_found_to_a_tenth_of_a_millisecond_even_from_a_guess_6_ms_off) {
+TEST(Undeclared, SetFHasPoses20msLateFoundToATenthOfAMillisecondEvenFromAGuess6msOff) {
   if (!MeasuredSet::present()) GTEST_SKIP() << "ROTORLOOP_DATA is not set: the undeclared sets are not fitted";
   const Identification r = staged("undeclared_f", 0.014);
   const estimate::Estimate* delay = r.fit.find(estimate::kPoseDelay);

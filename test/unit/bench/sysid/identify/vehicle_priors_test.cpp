@@ -43,7 +43,7 @@ struct Case {
   }
 };
 
-TEST(VehiclePriors, a_guessed_inertia_is_right_to_a_factor_of_three_and_nothing_to_hold_it_at) {
+TEST(VehiclePriors, AGuessedInertiaIsRightToAFactorOfThreeAndNothingToHoldItAt) {
   const Case c;
   const auto priors = priors_beside_flights(c.v, c.free, c.at);
   const JointPrior* ixx = about(estimate::kIxx, priors);
@@ -53,7 +53,7 @@ TEST(VehiclePriors, a_guessed_inertia_is_right_to_a_factor_of_three_and_nothing_
   EXPECT_DOUBLE_EQ(ixx->mean[0], 1.6e-5);
   EXPECT_EQ(about(estimate::kIxx, vehicle_priors(c.v, c.free, c.at)), nullptr) << "a diagnosis knows nothing of what was guessed";
 }
-TEST(VehiclePriors, an_inertia_from_cad_counts_with_its_own_uncertainty) {
+TEST(VehiclePriors, AnInertiaFromCadCountsWithItsOwnUncertainty) {
   const Case c;
   const auto priors = priors_beside_flights(c.v, c.free, c.at);
   const JointPrior* iyy = about(estimate::kIyy, priors);
@@ -61,21 +61,21 @@ TEST(VehiclePriors, an_inertia_from_cad_counts_with_its_own_uncertainty) {
   EXPECT_FALSE(iyy->weak);
   EXPECT_NEAR(u_of(*iyy), 1e-6, 1e-12);
 }
-TEST(VehiclePriors, what_earlier_flights_found_counts_for_a_diagnosis_and_is_a_guess_for_a_fit_that_may_be_of_the_same_flights) {
+TEST(VehiclePriors, WhatEarlierFlightsFoundCountsForADiagnosisAndIsAGuessForAFitThatMayBeOfTheSameFlights) {
   const Case c;
   const auto of_diagnosis = vehicle_priors(c.v, c.free, c.at), of_fit = priors_beside_flights(c.v, c.free, c.at);
   ASSERT_NE(about(estimate::kIzz, of_diagnosis), nullptr);
   EXPECT_FALSE(about(estimate::kIzz, of_diagnosis)->weak);
   EXPECT_TRUE(about(estimate::kIzz, of_fit)->weak);
 }
-TEST(VehiclePriors, a_guess_of_zero_is_right_to_three_of_its_uncertainties) {
+TEST(VehiclePriors, AGuessOfZeroIsRightToThreeOfItsUncertainties) {
   const Case c;
   const auto priors = priors_beside_flights(c.v, c.free, c.at);
   const JointPrior* com = about(estimate::kComX, priors);
   ASSERT_NE(com, nullptr);
   EXPECT_NEAR(u_of(*com), 0.006, 1e-9);
 }
-TEST(VehiclePriors, a_rotor_inertia_that_no_effect_of_the_file_has_is_that_of_the_torque_model) {
+TEST(VehiclePriors, ARotorInertiaThatNoEffectOfTheFileHasIsThatOfTheTorqueModel) {
   const Case c;
   const auto priors = priors_beside_flights(c.v, c.free, c.at);
   const JointPrior* j = about(estimate::kCoreParameters, priors);
@@ -83,7 +83,7 @@ TEST(VehiclePriors, a_rotor_inertia_that_no_effect_of_the_file_has_is_that_of_th
   EXPECT_TRUE(j->weak);
   EXPECT_DOUBLE_EQ(j->mean[0], 3.9e-8);
 }
-TEST(VehiclePriors, the_mass_is_left_to_the_fit_which_asks_the_file_itself) {
+TEST(VehiclePriors, TheMassIsLeftToTheFitWhichAsksTheFileItself) {
   const Case c;
   EXPECT_EQ(about(estimate::kMass, vehicle_priors(c.v, c.free, c.at)), nullptr);
 }

@@ -41,19 +41,19 @@ WrittenVehicle written(const estimate::Fit& fit, const host::VehicleFile& base =
   return written_vehicle(fit, base, {0, 0}, "test", {});
 }
 
-TEST(WrittenVehicle, an_estimate_that_can_be_stands_in_the_file_as_it_is_and_needs_no_line) {
+TEST(WrittenVehicle, AnEstimateThatCanBeStandsInTheFileAsItIsAndNeedsNoLine) {
   const WrittenVehicle w = written(fit_with({{estimate::kCdz, 0.02, 0.01}, {estimate::kIzz, 4.5e-3, 1e-4}}));
   EXPECT_EQ(w.file.c_dz_N_s2_m2.value, 0.02);
   EXPECT_EQ(w.file.inertia_kg_m2[2].value, 4.5e-3);
   EXPECT_TRUE(w.differences.empty());
 }
-TEST(WrittenVehicle, a_drag_of_minus_one_uncertainty_is_written_as_0_and_a_line_names_both_figures) {
+TEST(WrittenVehicle, ADragOfMinusOneUncertaintyIsWrittenAs0AndALineNamesBothFigures) {
   const WrittenVehicle w = written(fit_with({{estimate::kCdz, -0.01, 0.01}}));
   EXPECT_EQ(w.file.c_dz_N_s2_m2.value, 0.0);
   ASSERT_EQ(w.differences.size(), 1u);
   EXPECT_NE(w.differences[0].find("c_d,z 0 instead of -0.01 N s2/m2"), std::string::npos) << w.differences[0];
 }
-TEST(WrittenVehicle, c_q_moves_along_with_the_yaw_inertia_that_it_is_tied_to_and_both_stand_in_the_line) {
+TEST(WrittenVehicle, CQMovesAlongWithTheYawInertiaThatItIsTiedToAndBothStandInTheLine) {
   const host::VehicleFile base = start();
   const double sum = base.inertia_kg_m2[0].value + base.inertia_kg_m2[1].value, c_q = base.c_q_N_m_s2.value;
   // The fit is above what a body can have by a tenth, within its u of a fifth; the ratio I_zz / c_q is known ten times better.
@@ -64,7 +64,7 @@ TEST(WrittenVehicle, c_q_moves_along_with_the_yaw_inertia_that_it_is_tied_to_and
   EXPECT_NE(w.differences[0].find("I_zz"), std::string::npos) << w.differences[0];
   EXPECT_NE(w.differences[0].find("c_q"), std::string::npos) << w.differences[0];
 }
-TEST(WrittenVehicle, a_torque_coefficient_below_the_ideal_powers_by_two_of_its_u_is_moved_to_where_the_figure_of_merit_can_be) {
+TEST(WrittenVehicle, ATorqueCoefficientBelowTheIdealPowersByTwoOfItsUIsMovedToWhereTheFigureOfMeritCanBe) {
   const double c_q = 0.4 * start().c_q_N_m_s2.value;
   const host::ThrustModel thrust = host::to_model(start()).thrust;
   ASSERT_GT(host::figure_of_merit(thrust, c_q), 1.0);
@@ -77,7 +77,7 @@ TEST(WrittenVehicle, a_torque_coefficient_below_the_ideal_powers_by_two_of_its_u
   EXPECT_EQ(written(fit_with({{estimate::kCq, c_q, 0.01 * c_q}})).file.c_q_N_m_s2.value, c_q)
       << "so sure a figure is for the reader to refuse";
 }
-TEST(WrittenVehicle, a_number_that_its_prior_determines_keeps_the_origin_of_a_guess) {
+TEST(WrittenVehicle, ANumberThatItsPriorDeterminesKeepsTheOriginOfAGuess) {
   host::VehicleFile base = start();
   base.c_q_N_m_s2.origin = host::Origin::guess;
   EXPECT_EQ(written(fit_with({{estimate::kCq, base.c_q_N_m_s2.value, 1e-9, 0.9}}), base).file.c_q_N_m_s2.origin, host::Origin::guess);
@@ -96,19 +96,19 @@ struct RotorInertia {
   WrittenVehicle written_with(double value, double u) const { return written(fit_with({{parameter, value, u}}, 0.0, terms), base); }
 };
 
-TEST(WrittenVehicle, a_guess_of_the_rotors_inertia_gives_way_to_the_flights_however_sure_it_called_itself) {
+TEST(WrittenVehicle, AGuessOfTheRotorsInertiaGivesWayToTheFlightsHoweverSureItCalledItself) {
   const WrittenVehicle w = RotorInertia(1e-7, host::Origin::guess).written_with(7e-6, 5e-7);
   EXPECT_EQ(w.file.rotor_inertia_kg_m2.value, 7e-6);
   EXPECT_EQ(w.file.rotor_inertia_kg_m2.origin, host::Origin::flight);
   EXPECT_TRUE(w.differences.empty());
 }
-TEST(WrittenVehicle, a_rotor_inertia_that_a_drawing_knows_better_stays_and_a_line_says_so) {
+TEST(WrittenVehicle, ARotorInertiaThatADrawingKnowsBetterStaysAndALineSaysSo) {
   const WrittenVehicle w = RotorInertia(1e-7, host::Origin::cad).written_with(7e-6, 5e-7);
   EXPECT_EQ(w.file.rotor_inertia_kg_m2.value, 9.4e-6);
   ASSERT_EQ(w.differences.size(), 1u);
   EXPECT_NE(w.differences[0].find("keeps its rotor inertia of 9.4e-06"), std::string::npos) << w.differences[0];
 }
-TEST(WrittenVehicle, no_rotor_is_without_inertia) {
+TEST(WrittenVehicle, NoRotorIsWithoutInertia) {
   const WrittenVehicle w = RotorInertia(1e-7, host::Origin::guess).written_with(-1e-7, 5e-7);
   EXPECT_EQ(w.file.rotor_inertia_kg_m2.value, 9.4e-6);
   EXPECT_EQ(w.differences.size(), 1u);
@@ -120,7 +120,7 @@ Identification with_mass(double kg) {
   return r;
 }
 
-TEST(MassCheck, a_weighed_mass_that_the_flights_move_by_six_of_its_u_ends_with_both_masses_and_what_to_do) {
+TEST(MassCheck, AWeighedMassThatTheFlightsMoveBySixOfItsUEndsWithBothMassesAndWhatToDo) {
   host::VehicleFile v = start();
   v.mass_kg = {0.682, 0.001, host::Origin::cad};
   EXPECT_FALSE(mass_contradicted(with_mass(0.686), v));
@@ -130,7 +130,7 @@ TEST(MassCheck, a_weighed_mass_that_the_flights_move_by_six_of_its_u_ends_with_b
   const std::string text = error->what();
   for (const char* part : {"688.00", "682.00", "6.0 of its u", "--hold body.mass"}) EXPECT_NE(text.find(part), std::string::npos) << text;
 }
-TEST(MassCheck, a_guessed_mass_may_move) {
+TEST(MassCheck, AGuessedMassMayMove) {
   host::VehicleFile v = start();
   v.mass_kg = {0.682, 0.001, host::Origin::guess};
   EXPECT_FALSE(mass_contradicted(with_mass(0.8), v));

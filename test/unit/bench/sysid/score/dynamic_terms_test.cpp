@@ -51,7 +51,7 @@ estimate::NoiseModel flown_noise() {
   return n;
 }
 
-TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of_differences) {
+TEST(Memory, DerivativesOfAStepByATermsParametersAndStartsAreThoseOfDifferences) {
   estimate::GridFlight g = estimate::make_grid(flight_with_load(1), {});
   estimate::ModelValues v = truth_without_load();
   v[parameter("mass_kg")] = 0.03;
@@ -89,7 +89,7 @@ TEST(Memory, derivatives_of_a_step_by_a_terms_parameters_and_starts_are_those_of
   }
 }
 
-TEST(Memory, without_a_motion_to_follow_a_load_hangs_still) {
+TEST(Memory, WithoutAMotionToFollowALoadHangsStill) {
   const estimate::GridFlight g = estimate::make_grid(flight_with_load(1), {});
   estimate::ModelValues v = truth_without_load();
   v[parameter("start_d_x")] = 0.3;
@@ -99,7 +99,7 @@ TEST(Memory, without_a_motion_to_follow_a_load_hangs_still) {
   for (const double x : input.at(g.time_s(100), hint, false).memory) EXPECT_EQ(x, 0.0);
 }
 
-TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_percent_in_three_rounds) {
+TEST(Memory, FitFindsMassLengthAndStartOfALoadOnAStringWithin5percentInThreeRounds) {
   estimate::GridFlight g = estimate::make_grid(flight_with_load(2), {.rate_Hz = 100.0});
   estimate::FitProblem p;
   p.start = truth_without_load();
@@ -128,7 +128,7 @@ TEST(Memory, fit_finds_mass_length_and_start_of_a_load_on_a_string_within_5_perc
 }
 
 // Open loop, without noise, which would hide the load behind the error of the start: it swings on with the vehicle that is predicted.
-TEST(Memory, prediction_with_the_load_errs_less_than_a_third_of_the_one_that_leaves_it_out_after_1_s) {
+TEST(Memory, PredictionWithTheLoadErrsLessThanAThirdOfTheOneThatLeavesItOutAfter1s) {
   estimate::GridFlight g = estimate::make_grid(flight_with_load(3, true), {.rate_Hz = 100.0});
   estimate::ModelValues v = truth_without_load();
   v[parameter("mass_kg")] = kLoad_kg;

@@ -57,7 +57,7 @@ log::FlightRecord flight(const estimate::ModelValues& truth, const Vector3d& err
   return record;
 }
 
-TEST(ForceScore, error_is_model_minus_measured_per_axis_and_by_length) {
+TEST(ForceScore, ErrorIsModelMinusMeasuredPerAxisAndByLength) {
   const estimate::ModelValues truth = vehicle();
   const ForceScore s = score_force(flight(truth, {0.3, -0.4, 1.2}), truth);
   EXPECT_EQ(s.flight, "made");
@@ -68,7 +68,7 @@ TEST(ForceScore, error_is_model_minus_measured_per_axis_and_by_length) {
   EXPECT_NEAR(s.mean_N.z(), 1.2, 1e-9);
 }
 
-TEST(ForceScore, place_and_bias_of_the_accelerometer_do_not_count) {
+TEST(ForceScore, PlaceAndBiasOfTheAccelerometerDoNotCount) {
   estimate::ModelValues truth = vehicle();
   truth[estimate::kImuX] = 0.05;
   truth[estimate::kImuY] = -0.02;
@@ -80,7 +80,7 @@ TEST(ForceScore, place_and_bias_of_the_accelerometer_do_not_count) {
   EXPECT_GT(score_force(record, unaware).rms_N, 0.25);
 }
 
-TEST(ForceScore, drag_left_out_shows_as_its_force) {
+TEST(ForceScore, DragLeftOutShowsAsItsForce) {
   const estimate::ModelValues truth = vehicle();
   estimate::ModelValues without = truth;
   without[estimate::kCdh] = without[estimate::kCdxy] = 0.0;
@@ -89,7 +89,7 @@ TEST(ForceScore, drag_left_out_shows_as_its_force) {
   EXPECT_LT(s.axis_rms_N.z(), 1e-9);
 }
 
-TEST(ForceScore, prediction_of_the_log_is_scored_on_the_same_samples) {
+TEST(ForceScore, PredictionOfTheLogIsScoredOnTheSameSamples) {
   const estimate::ModelValues truth = vehicle();
   log::FlightRecord record = flight(truth, Vector3d::Zero());
   EXPECT_FALSE(score_logged_force(record, truth, "published_f"));
@@ -106,7 +106,7 @@ TEST(ForceScore, prediction_of_the_log_is_scored_on_the_same_samples) {
   EXPECT_NEAR(s->mean_N.z(), -0.2, 1e-9);
 }
 
-TEST(ForceScore, pooled_weighs_flights_by_their_samples) {
+TEST(ForceScore, PooledWeighsFlightsByTheirSamples) {
   ForceScore a{"a", 100, 1.0, {1, 0, 0}, {1, 0, 0}}, b{"b", 300, 2.0, {0, 2, 0}, {0, -2, 0}};
   const ForceScore all = pooled(std::vector{a, b});
   EXPECT_EQ(all.samples, 400u);
@@ -114,7 +114,7 @@ TEST(ForceScore, pooled_weighs_flights_by_their_samples) {
   EXPECT_NEAR(all.mean_N.y(), -1.5, 1e-12);
 }
 
-TEST(ForceScore, missing_velocity_is_named) {
+TEST(ForceScore, MissingVelocityIsNamed) {
   const estimate::ModelValues truth = vehicle();
   log::FlightRecord record = flight(truth, Vector3d::Zero());
   record.velocity_W_m_s = {};

@@ -43,7 +43,7 @@ log::FlightRecord rolling(double delay_s, double slow_share) {
   return record;
 }
 
-TEST(InertiaBand, rigid_body_has_its_inertia_in_every_band_within_half_a_percent) {
+TEST(InertiaBand, RigidBodyHasItsInertiaInEveryBandWithinHalfAPercent) {
   const std::vector flights{rolling(0.0, 0.0)};
   for (const auto& [from, to] : {std::pair{0.5, 1.5}, {2.0, 15.0}, {5.0, 15.0}}) {
     const BandInertia b = inertia_in_band(flights, vehicle(), {.axis = 0, .from_Hz = from, .to_Hz = to, .delay_s = 0.0});
@@ -52,14 +52,14 @@ TEST(InertiaBand, rigid_body_has_its_inertia_in_every_band_within_half_a_percent
   }
 }
 
-TEST(InertiaBand, delay_of_6_ms_is_found_and_does_not_move_the_inertia) {
+TEST(InertiaBand, DelayOf6msIsFoundAndDoesNotMoveTheInertia) {
   const std::vector flights{rolling(0.006, 0.0)};
   const BandInertia b = inertia_in_band(flights, vehicle(), {.axis = 0, .from_Hz = 2.0, .to_Hz = 15.0, .delay_s = {}});
   EXPECT_NEAR(b.delay_s, 0.006, 5e-4);
   EXPECT_NEAR(b.inertia_kg_m2, kInertia, 5e-3 * kInertia);
 }
 
-TEST(InertiaBand, moment_that_takes_half_of_the_slow_torque_doubles_the_slow_inertia_only) {
+TEST(InertiaBand, MomentThatTakesHalfOfTheSlowTorqueDoublesTheSlowInertiaOnly) {
   const std::vector flights{rolling(0.0, -0.5)};
   const BandInertia slow = inertia_in_band(flights, vehicle(), {.axis = 0, .from_Hz = 0.5, .to_Hz = 1.5, .delay_s = 0.0});
   const BandInertia fast = inertia_in_band(flights, vehicle(), {.axis = 0, .from_Hz = 5.0, .to_Hz = 15.0, .delay_s = 0.0});
@@ -67,7 +67,7 @@ TEST(InertiaBand, moment_that_takes_half_of_the_slow_torque_doubles_the_slow_ine
   EXPECT_NEAR(fast.inertia_kg_m2, kInertia, 5e-3 * kInertia);
 }
 
-TEST(InertiaBand, arm_scales_the_inertia_one_to_one) {
+TEST(InertiaBand, ArmScalesTheInertiaOneToOne) {
   estimate::ModelValues wide = vehicle();
   for (auto& r : wide.geometry.rotors) r.position_m *= 1.1;
   const std::vector flights{rolling(0.0, 0.0)};
@@ -75,7 +75,7 @@ TEST(InertiaBand, arm_scales_the_inertia_one_to_one) {
   EXPECT_NEAR(inertia_in_band(flights, wide, band).inertia_kg_m2 / inertia_in_band(flights, vehicle(), band).inertia_kg_m2, 1.1, 1e-9);
 }
 
-TEST(InertiaBand, flight_shorter_than_a_segment_is_refused_with_the_segment_named) {
+TEST(InertiaBand, FlightShorterThanASegmentIsRefusedWithTheSegmentNamed) {
   log::FlightRecord record = rolling(0.0, 0.0);
   record.gyro_B_rad_s.t_s.resize(1000);
   record.gyro_B_rad_s.value.resize(1000);
