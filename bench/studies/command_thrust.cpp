@@ -175,11 +175,11 @@ CommandThrustDiagnosis diagnose_command_thrust(const std::vector<log::FlightReco
   }
   d.none = describe(flights, Kind::none, "none", "one map for all flights");
   const HeldOut before = held_out(flights, Kind::none);
-  d.none.held_out_rms_m_s2 = stand::rms_of(before.error);
+  d.none.held_out_rms_m_s2 = rms_of(before.error);
   const auto add = [&](Kind kind, const char* id, const char* meaning) {
     FlightDifference x = describe(flights, kind, id, meaning);
     const HeldOut after = held_out(flights, kind);
-    x.held_out_rms_m_s2 = stand::rms_of(after.error);
+    x.held_out_rms_m_s2 = rms_of(after.error);
     x.fall = rms_reduction(before.error, after.error, before.block, o.seed);
     d.differences.push_back(std::move(x));
   };
