@@ -1,7 +1,9 @@
 // The receive path of the ESC's node on a Cortex-M4F: makes the frames of each kind of traffic, hands them in and polls, by calls that
 // receive_cost_test.py makes and counts. Never linked into an image.
-#include "firmware/core/node/esc_node.cpp"
 #include "firmware/core/node/esc_node.hpp"
+#include "firmware/core/node/esc_node_commission.cpp"
+#include "firmware/core/node/esc_node_frames.cpp"
+#include "firmware/core/node/esc_node_reports.cpp"
 
 namespace rotorloop::firmware {
 namespace {

@@ -20,7 +20,7 @@
 
 namespace rotorloop::firmware {
 
-// Compiled in, not switchable on a target: tests build a node without one rule to show the damage it prevents.
+// No parameter and nothing on the bus switches them: tests build a node without one rule to show the damage it prevents.
 struct NodeRules {
   bool command_timeout = true;             // DroneCAN commands expire
   bool fast_timeout = true;                // fast set-points expire
@@ -50,16 +50,19 @@ struct CommandCounters {
 // Why no order is followed now.
 enum class OrderState : std::uint8_t { following, not_armed, none_yet, expired, zero, zero_awaited };
 
-template <NodeRules kRules>
 class CommandInput {
  public:
-  explicit constexpr CommandInput(const Parameters& p) : p_(p), armed_(!p.require_arming), zero_seen_(!p.zero_first) {}
+  explicit constexpr CommandInput(const Parameters& p, const NodeRules& rules = {})
+      : rules_(rules), p_(p), armed_(!p.require_arming), zero_seen_(!p.zero_first) {
+    set_lives();
+  }
 
   // New parameters, while the motor is off: orders from before are forgotten.
   constexpr void apply(const Parameters& p) {
     if (p.require_arming && !p_.require_arming) armed_ = false;
     if (!p.require_arming) armed_ = true;
     p_ = p;
+    set_lives();
     command_.present = fast_.present = false;
   }
   // The node whose order was taken last; 0: none yet.
@@ -76,8 +79,7 @@ class CommandInput {
     if (!armed_) return OrderState::not_armed;
     if (!zero_seen_) return OrderState::zero_awaited;
     if (setpoint(now_us).mode != Mode::off) return OrderState::following;
-    const bool fresh_zero = fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout) ||
-                            fresh(command_, now_us, command_timeout_us(), kRules.command_timeout);
+    const bool fresh_zero = fresh(fast_, now_us, fast_life_us_) || fresh(command_, now_us, command_life_us_);
     return fresh_zero ? OrderState::zero : ever_ ? OrderState::expired : OrderState::none_yet;
   }
 
@@ -95,7 +97,7 @@ class CommandInput {
     zero_seen_ = !p_.zero_first;
     if (status != ArmingStatus::kDisarmed) ++counters_.arming_unknown;
     if (armed_) ++counters_.disarmed;
-    if (kRules.disarm_latches) armed_ = false;
+    if (rules_.disarm_latches) armed_ = false;
     command_.present = fast_.present = false;
   }
 
@@ -130,7 +132,7 @@ class CommandInput {
     const bool running = heard_ && now_us - heard_us_ <= fast_timeout_us();
     if (running) {
       const std::uint8_t ahead = fast::sequence_ahead(s.sequence, sequence_);
-      if (kRules.refuse_old_sequence && (ahead == 0 || ahead >= fast::kSequenceHalfRange)) {
+      if (rules_.refuse_old_sequence && (ahead == 0 || ahead >= fast::kSequenceHalfRange)) {
         ++(ahead == 0 ? counters_.fast_duplicate : counters_.fast_old_sequence);
         return false;
       }
@@ -150,9 +152,9 @@ class CommandInput {
     return true;
   }
 
-  // Anything heard on the bus; renews an order only when the rule against it is compiled out.
+  // Anything heard on the bus; renews an order only when the rule against it is off.
   constexpr void on_other_traffic(std::uint64_t now_us) {
-    if (kRules.only_active_setpoint_feeds) return;
+    if (rules_.only_active_setpoint_feeds) return;
     command_.time_us = fast_.time_us = now_us;
   }
 
@@ -160,8 +162,8 @@ class CommandInput {
   // likes.
   constexpr Setpoint setpoint(std::uint64_t now_us) const {
     if (!armed_) return {};
-    if (fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout)) return to_motor(fast_);
-    if (fresh(command_, now_us, command_timeout_us(), kRules.command_timeout)) return to_motor(command_);
+    if (fresh(fast_, now_us, fast_life_us_)) return to_motor(fast_);
+    if (fresh(command_, now_us, command_life_us_)) return to_motor(command_);
     return {};
   }
   // The speed in the sense of the orders, for the rule on negative currents.
@@ -169,8 +171,8 @@ class CommandInput {
 
   // Forgets expired orders and counts them; call at least every time-out.
   constexpr void expire(std::uint64_t now_us) {
-    const bool command_ok = fresh(command_, now_us, command_timeout_us(), kRules.command_timeout);
-    if (fast_.present && !fresh(fast_, now_us, fast_timeout_us(), kRules.fast_timeout)) {
+    const bool command_ok = fresh(command_, now_us, command_life_us_);
+    if (fast_.present && !fresh(fast_, now_us, fast_life_us_)) {
       fast_.present = false;
       ++counters_.fast_timeouts;
       if (command_ok) ++counters_.fallbacks;
@@ -193,8 +195,14 @@ class CommandInput {
   constexpr std::uint64_t fast_timeout_us() const { return p_.fast_timeout_ms * std::uint64_t{1000}; }
 
   // A time stamp ahead of `now` wraps to a huge age and counts as stale: the safe side.
-  static constexpr bool fresh(const Order& o, std::uint64_t now_us, std::uint64_t timeout_us, bool rule) {
-    return o.present && (!rule || now_us - o.time_us <= timeout_us);
+  static constexpr bool fresh(const Order& o, std::uint64_t now_us, std::uint64_t life_us) {
+    return o.present && now_us - o.time_us <= life_us;
+  }
+  // Computed once, as the control loop asks at every sample. Without the rule of its time-out an order lives for ever.
+  constexpr void set_lives() {
+    constexpr std::uint64_t kForEver_us = ~std::uint64_t{0};
+    command_life_us_ = rules_.command_timeout ? command_timeout_us() : kForEver_us;
+    fast_life_us_ = rules_.fast_timeout ? fast_timeout_us() : kForEver_us;
   }
 
   constexpr Setpoint to_motor(const Order& o) const {
@@ -240,10 +248,12 @@ class CommandInput {
     order = {.time_us = now_us, .value = v, .mode = mode, .present = true};
   }
 
+  NodeRules rules_;
   Parameters p_;
   Order command_{}, fast_{};
   CommandCounters counters_{};
   static constexpr std::uint64_t kTwoCommanders_us = 1'000'000;
+  std::uint64_t command_life_us_ = 0, fast_life_us_ = 0;
   std::uint64_t heard_us_ = 0, commander_us_ = 0, second_us_ = 0, asked_us_ = 0, ordered_us_ = 0;
   float omega_rad_s_ = 0.0f;
   std::uint8_t sequence_ = 0;

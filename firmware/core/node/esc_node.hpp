@@ -79,11 +79,10 @@ struct UpdateRequest {
   protocols::Text<200> path{};
 };
 
-template <NodeRules kRules>
-class BasicEscNode {
+class EscNode {
  public:
   // Parameters that contradict their ranges are not used: the node speaks on defaults, says which one is wrong, and never spins.
-  BasicEscNode(const Parameters& p, const NodeIdentity& identity)
+  EscNode(const Parameters& p, const NodeIdentity& identity, const NodeRules& rules = {})
       : problem_(check(p)),
         p_(problem_ ? speaking_defaults(p) : p),
         edited_(p_),
@@ -92,7 +91,7 @@ class BasicEscNode {
         node_id_(p_.node_id),
         receiver_(node_id_, kMessages),
         services_(node_id_, kServices),
-        input_(p_),
+        input_(p_, rules),
         allocation_(identity.unique_id, p_.preferred_id) {
     if (problem_) wrong_value_ = *problem_;
   }
@@ -293,7 +292,7 @@ class BasicEscNode {
   protocols::Receiver<16, 46> receiver_;
   protocols::Receiver<4, 224> services_;
   FrameBuffer<32> service_frames_;  // the longest request, BeginFirmwareUpdate, has 30
-  CommandInput<kRules> input_;
+  CommandInput input_;
   AllocationClient allocation_;
   CommissionService commission_;
   TransmitQueue<kQueue> queue_;
@@ -320,15 +319,4 @@ class BasicEscNode {
        button_ = false, hand_ = false;
 };
 
-inline constexpr NodeRules kAllRules{};
-using EscNode = BasicEscNode<kAllRules>;
-
-}  // namespace rotorloop::firmware
-
-#include "firmware/core/node/esc_node_commission.inc"
-#include "firmware/core/node/esc_node_frames.inc"
-#include "firmware/core/node/esc_node_reports.inc"
-
-namespace rotorloop::firmware {
-extern template class BasicEscNode<kAllRules>;
 }  // namespace rotorloop::firmware

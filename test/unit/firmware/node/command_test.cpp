@@ -48,9 +48,8 @@ TEST(Arming, WithoutRequireArmingACommandSuffices) {
   EXPECT_TRUE(rig.spins());
 }
 
-template <class Node>
-bool spins_after_disarm_and_next_command() {
-  EscRig<Node> rig;
+bool spins_after_disarm_and_next_command(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   rig.raw({0, 0, 4000, 0});
   EXPECT_TRUE(rig.spins());
@@ -62,9 +61,8 @@ bool spins_after_disarm_and_next_command() {
 }
 
 TEST(Arming, DisarmingHoldsUntilTheNext255) {
-  EXPECT_FALSE(spins_after_disarm_and_next_command<EscNode>());
-  EXPECT_TRUE(spins_after_disarm_and_next_command<BasicEscNode<kDisarmDoesNotLatch>>())
-      << "the damage: the next command starts the motor again";
+  EXPECT_FALSE(spins_after_disarm_and_next_command({}));
+  EXPECT_TRUE(spins_after_disarm_and_next_command(kDisarmDoesNotLatch)) << "the damage: the next command starts the motor again";
 }
 
 TEST(Arming, DisarmingStopsEvenWhereArmingIsNotRequired) {
@@ -92,9 +90,8 @@ TEST(Arming, ValuesBetween0And255Disarm) {
 
 // ---- time-out of DroneCAN commands
 
-template <class Node>
-bool spins_a_second_after_the_last_command() {
-  EscRig<Node> rig;
+bool spins_a_second_after_the_last_command(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   rig.raw({0, 0, 4000, 0});
   rig.advance_us(1'000'000);
@@ -102,8 +99,8 @@ bool spins_a_second_after_the_last_command() {
 }
 
 TEST(CommandTimeout, MotorStopsWhenTheBusGoesSilent) {
-  EXPECT_FALSE(spins_a_second_after_the_last_command<EscNode>());
-  EXPECT_TRUE(spins_a_second_after_the_last_command<BasicEscNode<kNoCommandTimeout>>()) << "the damage: full order for ever";
+  EXPECT_FALSE(spins_a_second_after_the_last_command({}));
+  EXPECT_TRUE(spins_a_second_after_the_last_command(kNoCommandTimeout)) << "the damage: full order for ever";
 }
 
 // The time from the sending to the stamp, and from the stop to the bridge, is taken off (firmware/core/node/main_loop.hpp).
@@ -134,9 +131,8 @@ TEST(CommandTimeout, ExpiredCommandIsCountedOnceAndANewOneRunsAgain) {
 
 // ---- only the active set-point feeds its own time-out
 
-template <class Node>
-bool spins_on_other_traffic_alone() {
-  EscRig<Node> rig;
+bool spins_on_other_traffic_alone(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   rig.raw({0, 0, 4000, 0});
   for (int i = 0; i < 100; ++i) {
@@ -151,8 +147,8 @@ bool spins_on_other_traffic_alone() {
 }
 
 TEST(CommandTimeout, NoOtherTrafficKeepsTheMotorSpinning) {
-  EXPECT_FALSE(spins_on_other_traffic_alone<EscNode>());
-  EXPECT_TRUE(spins_on_other_traffic_alone<BasicEscNode<kAnyTrafficFeeds>>()) << "the damage: keep-alives hold a dead command";
+  EXPECT_FALSE(spins_on_other_traffic_alone({}));
+  EXPECT_TRUE(spins_on_other_traffic_alone(kAnyTrafficFeeds)) << "the damage: keep-alives hold a dead command";
 }
 
 TEST(CommandTimeout, DroneCanCommandsDoNotFeedTheFastChannel) {
@@ -182,9 +178,8 @@ TEST(CommandTimeout, FastSetpointsDoNotFeedTheDroneCanCommand) {
 
 // ---- fast channel
 
-template <class Node>
-bool spins_30_ms_after_the_last_fast_setpoint() {
-  EscRig<Node> rig;
+bool spins_30_ms_after_the_last_fast_setpoint(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   rig.fast(900.0f);
   rig.advance_us(30'000);
@@ -192,9 +187,8 @@ bool spins_30_ms_after_the_last_fast_setpoint() {
 }
 
 TEST(FastTimeout, MotorStops20msAfterTheLastSetpoint) {
-  EXPECT_FALSE(spins_30_ms_after_the_last_fast_setpoint<EscNode>());
-  EXPECT_TRUE(spins_30_ms_after_the_last_fast_setpoint<BasicEscNode<kNoFastTimeout>>())
-      << "the damage: a crashed host keeps the motor running";
+  EXPECT_FALSE(spins_30_ms_after_the_last_fast_setpoint({}));
+  EXPECT_TRUE(spins_30_ms_after_the_last_fast_setpoint(kNoFastTimeout)) << "the damage: a crashed host keeps the motor running";
   EscRig rig;
   rig.arm();
   rig.fast(900.0f);
@@ -240,9 +234,8 @@ TEST(FastTimeout, SetpointsOfAnotherGroupAreNotForThisEsc) {
   EXPECT_TRUE(rig.feedback().empty());
 }
 
-template <class Node>
-float speed_after_a_delayed_setpoint() {
-  EscRig<Node> rig;
+float speed_after_a_delayed_setpoint(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   rig.fast_with_sequence(5, 1500.0f);
   rig.advance_us(1'000);
@@ -252,13 +245,12 @@ float speed_after_a_delayed_setpoint() {
 }
 
 TEST(FastSequence, OlderSetpointDoesNotOverwriteANewerOne) {
-  EXPECT_NEAR(speed_after_a_delayed_setpoint<EscNode>(), 500.0f, 0.2f);
-  EXPECT_NEAR(speed_after_a_delayed_setpoint<BasicEscNode<kAnySequence>>(), 1500.0f, 0.2f) << "the damage: the motor speeds up again";
+  EXPECT_NEAR(speed_after_a_delayed_setpoint({}), 500.0f, 0.2f);
+  EXPECT_NEAR(speed_after_a_delayed_setpoint(kAnySequence), 1500.0f, 0.2f) << "the damage: the motor speeds up again";
 }
 
-template <class Node>
-bool spins_on_a_repeated_frame() {
-  EscRig<Node> rig;
+bool spins_on_a_repeated_frame(const NodeRules& rules) {
+  EscRig rig(valid_parameters(), {}, rules);
   rig.arm();
   for (int i = 0; i < 50; ++i) {
     rig.fast_with_sequence(7, 900.0f);  // a stuck transmit buffer
@@ -268,8 +260,8 @@ bool spins_on_a_repeated_frame() {
 }
 
 TEST(FastSequence, RepeatedFrameDoesNotFeedTheTimeout) {
-  EXPECT_FALSE(spins_on_a_repeated_frame<EscNode>());
-  EXPECT_TRUE(spins_on_a_repeated_frame<BasicEscNode<kAnySequence>>()) << "the damage: a hung host looks alive";
+  EXPECT_FALSE(spins_on_a_repeated_frame({}));
+  EXPECT_TRUE(spins_on_a_repeated_frame(kAnySequence)) << "the damage: a hung host looks alive";
 }
 
 TEST(FastSequence, UpToSevenAheadAreAcceptedAndTheGapIsCounted) {

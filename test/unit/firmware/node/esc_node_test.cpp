@@ -18,7 +18,7 @@ using protocols::NodeMode;
 using protocols::NodeStatus;
 using protocols::TransferKind;
 
-void ask_node_info(EscRig<>& rig) {
+void ask_node_info(EscRig& rig) {
   rig.send_payload({.kind = TransferKind::request, .priority = 30, .data_type_id = 1, .source = kHost, .destination = 42},
                    GetNodeInfo::kType.crc_seed(), {});
 }
@@ -36,7 +36,7 @@ TEST(EscNode, NodeStatusComesOncePerSecondFromTheStartAndCountsUptime) {
 
 TEST(EscNode, AnnouncesInitializationFirstAndOperationalWhenReady) {
   EscNode node(valid_parameters(), {});
-  EscRig<> decoder;  // only for its decoding
+  EscRig decoder;  // only for its decoding
   node.hold_initialization(true);
   decoder.sent.clear();
   std::uint64_t now_us = 1000;

@@ -29,10 +29,10 @@ inline Telemetry warm_telemetry() {
   return t;
 }
 
-template <class Node = EscNode>
 class EscRig {
  public:
-  explicit EscRig(const Parameters& p = valid_parameters(), const NodeIdentity& identity = {}) : node(p, identity) {
+  explicit EscRig(const Parameters& p = valid_parameters(), const NodeIdentity& identity = {}, const NodeRules& rules = {})
+      : node(p, identity, rules) {
     poll();
     advance_us(1000);  // the second poll ends initialization
   }
@@ -113,7 +113,7 @@ class EscRig {
 
   std::uint64_t now_us = 5'000'000;  // not zero: freshness must not depend on the start of the clock
   Telemetry telemetry = warm_telemetry();
-  Node node;
+  EscNode node;
   std::vector<CanFrame> sent;
   std::uint8_t sequence = 0;
 

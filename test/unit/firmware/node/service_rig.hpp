@@ -15,7 +15,7 @@ inline std::string text_of(const protocols::Text<N>& t) {
   return {t.items.begin(), t.items.begin() + t.count};
 }
 
-class ServiceRig : public EscRig<> {
+class ServiceRig : public EscRig {
  public:
   using EscRig::EscRig;
 

@@ -1,8 +1,9 @@
-// Members of BasicEscNode: what comes in. Part of esc_node.hpp.
+// What comes in from the bus.
+#include "firmware/core/node/esc_node.hpp"
+
 namespace rotorloop::firmware {
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_frame(const CanFrame& frame, std::uint64_t now_us) {
+void EscNode::on_frame(const CanFrame& frame, std::uint64_t now_us) {
   ++counters_.frames;
   input_.on_other_traffic(now_us);
   if (!frame.extended) return on_standard_frame(frame, now_us);
@@ -17,8 +18,7 @@ void BasicEscNode<kRules>::on_frame(const CanFrame& frame, std::uint64_t now_us)
 
 // One request a poll: an answer costs more than anything else that a frame can ask for. Whoever floods the node with requests gets as many
 // answers and no more of its time; five at once are answered within five polls.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::serve_one_request(std::uint64_t now_us) {
+void EscNode::serve_one_request(std::uint64_t now_us) {
   while (const auto frame = service_frames_.pop()) {
     if (const auto t = services_.accept(*frame, now_us)) return on_request(*t, now_us);
   }
@@ -26,8 +26,7 @@ void BasicEscNode<kRules>::serve_one_request(std::uint64_t now_us) {
 
 // A bus never gives us our own frames: another node has our id. Both would talk at once in the same arbitration, which throws both
 // off the bus; so we are silent as long as the other one is heard. A motor that turns goes on turning on fresh orders.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_own_id(std::uint64_t now_us) {
+void EscNode::on_own_id(std::uint64_t now_us) {
   ++counters_.id_conflicts;
   id_conflict_ = true;
   conflict_reported_ = false;
@@ -42,8 +41,7 @@ void BasicEscNode<kRules>::on_own_id(std::uint64_t now_us) {
   allocation_ = AllocationClient(identity_.unique_id, p_.preferred_id);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_own_index(std::uint64_t now_us) {
+void EscNode::on_own_index(std::uint64_t now_us) {
   ++counters_.index_conflicts;
   if (!index_conflict_) conflict_reported_ = false;
   index_conflict_ = true;
@@ -51,8 +49,7 @@ void BasicEscNode<kRules>::on_own_index(std::uint64_t now_us) {
   feedback_due_ = false;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_standard_frame(const CanFrame& frame, std::uint64_t now_us) {
+void EscNode::on_standard_frame(const CanFrame& frame, std::uint64_t now_us) {
   namespace fast = protocols::fast;
   if (p_.esc_index == kNoEscIndex) return;
   if (fast::is_feedback_id(frame) && (frame.id & 15u) == p_.esc_index) return on_own_index(now_us);
@@ -89,8 +86,7 @@ void BasicEscNode<kRules>::on_standard_frame(const CanFrame& frame, std::uint64_
   if (p_.fast_feedback_Hz > 0 && !index_conflict_ && s->sequence % (1000u / p_.fast_feedback_Hz) == 0) feedback_due_ = true;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_message(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_message(const protocols::Transfer& t, std::uint64_t now_us) {
   switch (t.id.data_type_id) {
     case protocols::RawCommand::kType.id: {
       protocols::RawCommand c;
@@ -125,8 +121,7 @@ void BasicEscNode<kRules>::on_message(const protocols::Transfer& t, std::uint64_
   }
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_arming(const protocols::Transfer& t) {
+void EscNode::on_arming(const protocols::Transfer& t) {
   protocols::ArmingStatus a;
   // Arming is taken only in exactly its form; a longer transfer that happens to begin with 255 is not an order to arm.
   if (!decode(t.payload, a) ||
@@ -138,8 +133,7 @@ void BasicEscNode<kRules>::on_arming(const protocols::Transfer& t) {
 }
 
 // What a motor can sound and an ear can hear; at most 2 s, so that a lost stop is no siren.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_beep(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_beep(const protocols::Transfer& t, std::uint64_t now_us) {
   protocols::BeepCommand b;
   if (!decode(t.payload, b) || !(b.frequency_Hz >= 100.0f && b.frequency_Hz <= 10'000.0f) || !(b.duration_s > 0.0f)) {
     ++counters_.undecodable;
@@ -149,8 +143,7 @@ void BasicEscNode<kRules>::on_beep(const protocols::Transfer& t, std::uint64_t n
   beep_until_us_ = now_us + static_cast<std::uint64_t>(1e6f * (b.duration_s < 2.0f ? b.duration_s : 2.0f));
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_allocation(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_allocation(const protocols::Transfer& t, std::uint64_t now_us) {
   protocols::Allocation a;
   if (node_id_ != 0 || !decode(t.payload, a)) return;
   const auto id = allocation_.on_message(a, now_us);
@@ -161,8 +154,7 @@ void BasicEscNode<kRules>::on_allocation(const protocols::Transfer& t, std::uint
   next_node_status_us_ = now_us;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_request(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_request(const protocols::Transfer& t, std::uint64_t now_us) {
   if (!speaks(now_us)) return;
   if (queue_.room() < kSmallestAnswer + kReservedForTelemetry) {  // nothing that is asked for now would be sent
     ++counters_.tx_overflow;
@@ -186,8 +178,7 @@ void BasicEscNode<kRules>::on_request(const protocols::Transfer& t, std::uint64_
   }
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_get_set(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_get_set(const protocols::Transfer& t, std::uint64_t now_us) {
   protocols::ParamGetSet q;
   if (!decode(t.payload, q)) {
     ++counters_.undecodable;
@@ -206,8 +197,7 @@ void BasicEscNode<kRules>::on_get_set(const protocols::Transfer& t, std::uint64_
 }
 
 // Answered when the application has done it: the flash may take longer than a request waits, and then says so.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_opcode(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_opcode(const protocols::Transfer& t, std::uint64_t now_us) {
   protocols::ParamExecuteOpcode q;
   if (!decode(t.payload, q)) {
     ++counters_.undecodable;
@@ -226,8 +216,7 @@ void BasicEscNode<kRules>::on_opcode(const protocols::Transfer& t, std::uint64_t
   request_ = q.opcode == protocols::ParamExecuteOpcode::kSave ? NodeRequest::save : NodeRequest::erase;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_restart(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_restart(const protocols::Transfer& t, std::uint64_t now_us) {
   protocols::RestartNode q;
   if (!decode(t.payload, q)) {
     ++counters_.undecodable;
@@ -241,8 +230,7 @@ void BasicEscNode<kRules>::on_restart(const protocols::Transfer& t, std::uint64_
 }
 
 // The parameter is the one that holds our index, by its name here, or whatever an empty name leaves to us.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_enumeration(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_enumeration(const protocols::Transfer& t, std::uint64_t now_us) {
   using Error = protocols::EnumerationBeginResponse::Error;
   protocols::EnumerationBegin q;
   if (!decode(t.payload, q)) {
@@ -262,8 +250,7 @@ void BasicEscNode<kRules>::on_enumeration(const protocols::Transfer& t, std::uin
       q.timeout_s == protocols::EnumerationBegin::kForever ? ~std::uint64_t{0} : now_us + q.timeout_s * std::uint64_t{1'000'000};
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::on_update(const protocols::Transfer& t, std::uint64_t now_us) {
+void EscNode::on_update(const protocols::Transfer& t, std::uint64_t now_us) {
   using Response = protocols::BeginFirmwareUpdateResponse;
   protocols::BeginFirmwareUpdate q;
   if (!decode(t.payload, q)) {

@@ -1,8 +1,9 @@
-// Members of BasicEscNode: a commissioning asked for over the bus. Part of esc_node.hpp.
+// A commissioning of the ESC asked for over the bus.
+#include "firmware/core/node/esc_node.hpp"
+
 namespace rotorloop::firmware {
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::order_commission(std::int32_t task, std::uint8_t source, std::uint64_t now_us) {
+void EscNode::order_commission(std::int32_t task, std::uint8_t source, std::uint64_t now_us) {
   if (task == 0) return commission_.stop("asked to stop", now_us);
   if (const char* why = why_no_commission(now_us)) {
     if (busy(now_us)) ++counters_.refused_while_running;
@@ -15,8 +16,7 @@ void BasicEscNode<kRules>::order_commission(std::int32_t task, std::uint8_t sour
 
 // It drives the motor, so what holds for an order holds for it: armed, and by one will alone. Whoever sends commands, of zero too, does
 // not expect the motor to turn by itself.
-template <NodeRules kRules>
-const char* BasicEscNode<kRules>::why_no_commission(std::uint64_t now_us) const {
+const char* EscNode::why_no_commission(std::uint64_t now_us) const {
   if (!commission_.present()) return "this firmware has none";
   if (commission_.active()) return "one is under way";
   if (!parameters_ok()) return "no valid parameters are stored";
@@ -28,8 +28,7 @@ const char* BasicEscNode<kRules>::why_no_commission(std::uint64_t now_us) const 
   return nullptr;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::watch_commission(std::uint64_t now_us) {
+void EscNode::watch_commission(std::uint64_t now_us) {
   if (!commission_.active()) return;
   if (!input_.armed()) commission_.stop("disarmed", now_us);
   if (input_.commanded(now_us)) commission_.stop("a command arrived", now_us);
@@ -41,8 +40,7 @@ void BasicEscNode<kRules>::watch_commission(std::uint64_t now_us) {
 }
 
 // What was measured becomes parameters, in force after saving and a restart, as if it had been set over the bus.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::take_commission(std::uint64_t now_us) {
+void EscNode::take_commission(std::uint64_t now_us) {
   if (!commission_.done()) return say(Level::warning, TextLine("commissioning ").add(commission_.state_text()), now_us);
   const Parameters found = with_commissioning(edited_, commission_.result(), commission_.switch_ohm());
   if (const auto wrong = check(found)) {

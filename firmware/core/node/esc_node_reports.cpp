@@ -1,8 +1,9 @@
-// Members of BasicEscNode: what goes out, and when. Part of esc_node.hpp.
+// What goes out to the bus, and when.
+#include "firmware/core/node/esc_node.hpp"
+
 namespace rotorloop::firmware {
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::poll(std::uint64_t now_us, const Telemetry& t) {
+void EscNode::poll(std::uint64_t now_us, const Telemetry& t) {
   last_poll_us_ = now_us;
   input_.expire(now_us);
   counters_.tx_expired += static_cast<std::uint32_t>(queue_.expire(now_us));
@@ -42,8 +43,7 @@ void BasicEscNode<kRules>::poll(std::uint64_t now_us, const Telemetry& t) {
   if (feedback_due_) send_feedback(now_us);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::watch_motor(std::uint64_t now_us, const Telemetry& t) {
+void EscNode::watch_motor(std::uint64_t now_us, const Telemetry& t) {
   const Fault before = telemetry_.fault;
   const MotorState state = telemetry_.state;
   const SelfTest self_test = telemetry_.self_test.result;
@@ -68,8 +68,7 @@ void BasicEscNode<kRules>::watch_motor(std::uint64_t now_us, const Telemetry& t)
 }
 
 // The user presses the button of the ESC whose turn it is, or turns its motor.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::watch_enumeration(std::uint64_t now_us) {
+void EscNode::watch_enumeration(std::uint64_t now_us) {
   const bool pressed = button_;
   button_ = false;
   if (!enumerating_) return;
@@ -82,8 +81,7 @@ void BasicEscNode<kRules>::watch_enumeration(std::uint64_t now_us) {
   if (send_message(indication, kIndicationPriority, indication_id_, now_us)) enumerating_ = false;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::watch_commanders(std::uint64_t now_us) {
+void EscNode::watch_commanders(std::uint64_t now_us) {
   const std::uint8_t second = input_.second_commander(now_us);
   if (second != 0 && reported_second_ == 0) {
     say(Level::warning, TextLine("two commanders: nodes ").add(std::int32_t{second}).add(" and ").add(std::int32_t{input_.commander()}),
@@ -92,8 +90,7 @@ void BasicEscNode<kRules>::watch_commanders(std::uint64_t now_us) {
   reported_second_ = second;
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::report_problem(std::uint64_t now_us) {
+void EscNode::report_problem(std::uint64_t now_us) {
   if (!problem_reported_ && !parameters_ok()) {
     problem_reported_ = true;
     if (problem_) {
@@ -124,8 +121,7 @@ void BasicEscNode<kRules>::report_problem(std::uint64_t now_us) {
 }
 
 // Only when somebody wants it to turn and it does not.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::report_why(std::uint64_t now_us) {
+void EscNode::report_why(std::uint64_t now_us) {
   const WhyOff why = why_off(now_us);
   const bool wanted =
       why == WhyOff::not_armed || why == WhyOff::zero_first || why == WhyOff::no_index ? input_.wanted(now_us) : why == WhyOff::motor;
@@ -142,8 +138,7 @@ void BasicEscNode<kRules>::report_why(std::uint64_t now_us) {
   say(Level::warning, line, now_us);
 }
 
-template <NodeRules kRules>
-WhyOff BasicEscNode<kRules>::why_off(std::uint64_t now_us) const {
+WhyOff EscNode::why_off(std::uint64_t now_us) const {
   if (turning()) return WhyOff::turning;
   if (!parameters_ok()) return WhyOff::parameters;
   if (mode_ != protocols::NodeMode::operational) return WhyOff::starting_up;
@@ -167,8 +162,7 @@ WhyOff BasicEscNode<kRules>::why_off(std::uint64_t now_us) const {
 }
 
 // ERROR for what does not end by itself: an autopilot takes it for a failed motor. A trip that is over stays a WARNING for a while.
-template <NodeRules kRules>
-protocols::Health BasicEscNode<kRules>::health() const {
+protocols::Health EscNode::health() const {
   using protocols::Health;
   if (!parameters_ok() || id_conflict_ || index_conflict_) return Health::error;
   if (telemetry_.latched || telemetry_.self_test.result == SelfTest::failed || telemetry_.blocked == Blocked::parameters ||
@@ -181,8 +175,7 @@ protocols::Health BasicEscNode<kRules>::health() const {
   return tripped || hot || low || input_.second_commander(last_poll_us_) != 0 ? Health::warning : Health::ok;
 }
 
-template <NodeRules kRules>
-protocols::NodeStatus BasicEscNode<kRules>::node_status(std::uint64_t now_us) const {
+protocols::NodeStatus EscNode::node_status(std::uint64_t now_us) const {
   return {.uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u),
           .health = health(),
           .mode = shown_mode(),
@@ -190,8 +183,7 @@ protocols::NodeStatus BasicEscNode<kRules>::node_status(std::uint64_t now_us) co
               static_cast<std::uint16_t>(static_cast<unsigned>(telemetry_.fault) | static_cast<unsigned>(telemetry_.limiter) << 8)};
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::answer_node_info(const protocols::Transfer& request, std::uint64_t now_us) {
+void EscNode::answer_node_info(const protocols::Transfer& request, std::uint64_t now_us) {
   using protocols::GetNodeInfoResponse;
   GetNodeInfoResponse r;
   r.status = node_status(now_us);
@@ -209,14 +201,12 @@ void BasicEscNode<kRules>::answer_node_info(const protocols::Transfer& request, 
   respond(request, r, now_us);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::answer_opcode(bool ok) {
+void EscNode::answer_opcode(bool ok) {
   respond(opcode_request_, protocols::ParamExecuteOpcodeResponse{.argument = static_cast<std::int64_t>(opcode_argument_), .ok = ok},
           last_poll_us_);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::send_node_status(std::uint64_t now_us) {
+void EscNode::send_node_status(std::uint64_t now_us) {
   const bool changed = !sent_node_status_ || health() != sent_health_ || shown_mode() != sent_mode_;
   const bool allowed = !sent_node_status_ || now_us - sent_node_status_us_ >= kNodeStatusMinimum_us;
   if (now_us < next_node_status_us_ && !(changed && allowed)) return;
@@ -231,8 +221,7 @@ void BasicEscNode<kRules>::send_node_status(std::uint64_t now_us) {
 }
 
 // Without an index there is no line of the autopilot's table that this could be.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::send_telemetry(std::uint64_t now_us) {
+void EscNode::send_telemetry(std::uint64_t now_us) {
   if (p_.esc_index == kNoEscIndex) return;
   send_status(now_us);
   send_extended(now_us);
@@ -243,8 +232,7 @@ void BasicEscNode<kRules>::send_telemetry(std::uint64_t now_us) {
   send_message(s, p_.status_priority, rpm_id_, now_us);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::send_status(std::uint64_t now_us) {
+void EscNode::send_status(std::uint64_t now_us) {
   const bool running = telemetry_.state != MotorState::off;
   const std::uint64_t period_us = 1'000'000u / (running ? p_.status_Hz : p_.status_idle_Hz);
   if (next_status_us_ > now_us + period_us) next_status_us_ = now_us + period_us;  // the motor started: no waiting for the idle period
@@ -262,8 +250,7 @@ void BasicEscNode<kRules>::send_status(std::uint64_t now_us) {
   send_message(s, p_.status_priority, status_id_, now_us);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::send_extended(std::uint64_t now_us) {
+void EscNode::send_extended(std::uint64_t now_us) {
   if (p_.extended_Hz == 0 || !due(next_extended_us_, 1'000'000u / p_.extended_Hz, now_us)) return;
   const Setpoint order = setpoint(now_us);
   const float full = order.mode == Mode::speed ? p_.max_speed_rad_s : order.mode == Mode::current ? p_.phase_current_limit_A : 1.0f;
@@ -281,8 +268,7 @@ void BasicEscNode<kRules>::send_extended(std::uint64_t now_us) {
   send_message(s, p_.status_priority, extended_id_, now_us);
 }
 
-template <NodeRules kRules>
-void BasicEscNode<kRules>::send_feedback(std::uint64_t now_us) {
+void EscNode::send_feedback(std::uint64_t now_us) {
   feedback_due_ = false;
   protocols::fast::Feedback f;
   f.esc_index = p_.esc_index;
@@ -299,8 +285,7 @@ void BasicEscNode<kRules>::send_feedback(std::uint64_t now_us) {
 }
 
 // A few at once, then one every 200 ms: a fault that flickers must not fill the bus with text.
-template <NodeRules kRules>
-void BasicEscNode<kRules>::say(Level level, const TextLine& text, std::uint64_t now_us) {
+void EscNode::say(Level level, const TextLine& text, std::uint64_t now_us) {
   constexpr std::uint64_t kEach_us = 200'000, kBurst_us = 1'000'000;
   if (static_cast<std::uint8_t>(level) < p_.log_level || !speaks(now_us)) return;
   const std::uint64_t from_us = log_allowance_us_ + kBurst_us > now_us ? log_allowance_us_ : now_us > kBurst_us ? now_us - kBurst_us : 0;
