@@ -11,6 +11,15 @@
 
 namespace rotorloop::diagnose {
 
+// Derivation. The law found gives the load L(t); the true load is L(t) (1 + Σ β_j b_j(t)), with b_j 1, the velocities and the rotor speeds
+// in units of their root mean square, and β_j normal about 0 with a standard deviation σ (`law_error`): the discrepancy of a reduced law
+// (Kennedy, O'Hagan, Bayesian Calibration of Computer Models, 2001). The products L b_j are columns of the linear model like any other; as
+// β_j is known to ±σ beforehand, 1/σ² is added to their information Λ. For a candidate of columns g and size a, with I the information that
+// is left once the parameters of the model have taken theirs:
+//   alone:                 q  = aᵀ I_gg a
+//   beside the remainder:  q' = aᵀ (I_gg - I_gβ (I_ββ + Λ)⁻¹ I_βg) a,   Λ = 1/σ² on the diagonal
+// which is the information about g with β integrated out (both are normal). q'/q, from 0 to 1, is the candidate's own share.
+
 // Of a wrench, by axis: force x, y, z, torque x, y, z.
 using AxesOfWrench = std::array<bool, 6>;
 inline constexpr AxesOfWrench kEveryAxis{true, true, true, true, true, true};

@@ -12,6 +12,15 @@
 
 namespace rotorloop::diagnose {
 
+// Derivation. Of models of which one is true, that of the largest marginal likelihood is the most probable. For n measurements Laplace's
+// approximation of the integral over its d parameters gives (Schwarz, Estimating the Dimension of a Model, 1978)
+//   ln p(y | model) ≈ ln L - ½ d ln n
+// with L the likelihood at the best values, so a candidate scores Δ ln L - ½ d ln n over the model without it. d counts the numbers that
+// the refit moved from neutral by more than chance does: one that it left there costs nothing. L is that of the refit; the score test of
+// the screening, ½ sᵀI⁻¹s with s and I the gradient and the information at the model without the effect (Rao 1948), is the first step
+// towards it and only makes the shortlist. Two scores that differ by 3 are odds of 20 to 1: within that (wider where residuals are
+// correlated, and the likelihood counts the same evidence several times) the flights do not distinguish the two, and they make a class.
+
 struct RefitCandidate {
   const Tested* tested = nullptr;
   Refit refit = {};                           // with the effect

@@ -12,6 +12,18 @@
 
 namespace rotorloop::estimate {
 
+// Derivation. Measurements and the error of the model in a step are independent and normal. Up to terms of the noise alone, the negative
+// log likelihood of all states x and parameters θ is then half a sum of squares of residuals r, each over its standard deviation (a prior
+// of a parameter is one more residual):
+//   c(x, θ) = ½ Σ r_i(x, θ)²,   r(x + δx, θ + δθ) ≈ r + A δx + J δθ
+// The minimum of the linearised cost solves the normal equations, which leave out the second derivatives of r: these stand beside residuals
+// that are small and of either sign (Nocedal, Wright, Numerical Optimization, 2006, chapter 10):
+//   AᵀA δx + AᵀJ δθ = -Aᵀr,   JᵀA δx + JᵀJ δθ = -Jᵀr
+// AᵀA couples only states that follow each other, so solving the first for δx is cheap, and leaves a small system for the parameters:
+//   S δθ = -s,   S = JᵀJ - JᵀA (AᵀA)⁻¹ AᵀJ,   s = Jᵀr - JᵀA (AᵀA)⁻¹ Aᵀr
+// S is the information about θ that is left once the states have taken their part; its inverse is the covariance of the estimates. A step
+// promises the fall ½ rᵀA (AᵀA)⁻¹ Aᵀr - sᵀδθ - ½ δθᵀS δθ of the cost. Damping multiplies the diagonal of S by 1 + λ (Marquardt 1963), and λ
+// follows the ratio of what a step gained to what it promised (Fletcher 1971).
 class GaussNewton {
  public:
   GaussNewton(const FitProblem& problem, const FitOptions& options);
