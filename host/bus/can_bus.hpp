@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "protocols/can_controller.hpp"
 #include "protocols/can_frame.hpp"
 
 namespace rotorloop {
@@ -23,8 +24,6 @@ enum class SendStatus : std::uint8_t {
   bus_off,     // dropped; counted
 };
 
-enum class BusState : std::uint8_t { error_active, error_passive, bus_off };
-
 struct PortCounters {
   std::uint64_t sent = 0;  // frames that reached the bus
   std::uint64_t received = 0;
@@ -32,15 +31,6 @@ struct PortCounters {
   std::uint64_t dropped_rx = 0;    // receive queue full: the node is too slow
   std::uint64_t error_frames = 0;  // seen while this port transmitted
   std::uint64_t filtered = 0;      // heard, and passed over as no filter fits
-};
-
-// Acceptance filter, as CAN controllers have them: a frame fits when it is of this format and agrees with `id` where `mask` is 1.
-struct CanFilter {
-  std::uint32_t id = 0, mask = 0;
-  bool extended = true;
-  constexpr bool fits(std::uint32_t frame_id, bool frame_extended) const {
-    return frame_extended == extended && ((frame_id ^ id) & mask) == 0;
-  }
 };
 
 class CanBus {

@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
+#include "firmware/app/esc_control.hpp"
 #include "firmware/board/fake/fake_board.hpp"
 #include "firmware/core/interface.hpp"
-#include "firmware/core/motor/motor.hpp"
 #include "host/base/random.hpp"
 #include "sim/drive/boards.hpp"
 #include "sim/drive/drive.hpp"
@@ -42,8 +42,8 @@ class BasicNativeEsc {
   static const BoardStage& stage();
 
   void set_setpoint(const firmware::Setpoint& setpoint) { setpoint_ = setpoint; }
-  // What takes the place of the motor control in the interrupt for as long as it returns true, as a commissioning does; empty: nothing.
-  void set_interrupt(std::function<bool(Board&)> instead_of_motor) { instead_of_motor_ = std::move(instead_of_motor); }
+  // Tests: what takes the place of the firmware in the interrupt for as long as it returns true; empty: nothing.
+  void set_interrupt(std::function<bool(Board&)> instead) { instead_of_firmware_ = std::move(instead); }
   // One 24 kHz period: sample, firmware interrupt, two PWM periods of the drive.
   void step_current_loop();
   // The same for several ESCs, whose drives then step side by side (Drive::step_together); each gets the bits of a step alone.
@@ -57,7 +57,7 @@ class BasicNativeEsc {
   double omega_rad_s() const { return drive_.omega_rad_s(); }  // signed, mechanical, true
   double shaft_acceleration_rad_s2() const;                    // mean since the last couple()
   double bus_current_A() const;                                // mean since the last couple(); negative: feeding back
-  firmware::Telemetry telemetry() const { return motor_.telemetry(); }
+  firmware::Telemetry telemetry() const { return control_.telemetry(); }
   std::int64_t time_us() const { return static_cast<std::int64_t>(periods_ * 125 / 3); }  // 24 kHz period = 41.67 us
   std::uint64_t periods() const { return periods_; }
   double pwm_phase() const { return phase_; }  // turns of a PWM period, against the common tick; moves with its clock
@@ -65,7 +65,9 @@ class BasicNativeEsc {
   // For tests and fault injection: the true drive and the firmware under test.
   Drive& drive() { return drive_; }
   const Drive& drive() const { return drive_; }
-  firmware::Motor<Board>& motor() { return motor_; }
+  firmware::EscControl<Board>& control() { return control_; }
+  const firmware::EscControl<Board>& control() const { return control_; }
+  firmware::Motor<Board>& motor() { return control_.motor(); }
   Board& board() { return board_; }
 
  private:
@@ -75,9 +77,9 @@ class BasicNativeEsc {
   double rate_ = 1.0, phase_ = 0.0;  // of its clock over the common one
   Drive drive_;
   Board board_;
-  firmware::Motor<Board> motor_;
+  firmware::EscControl<Board> control_;
   firmware::Setpoint setpoint_{};
-  std::function<bool(Board&)> instead_of_motor_;
+  std::function<bool(Board&)> instead_of_firmware_;
   firmware::PwmCompare active_{};
   std::uint64_t periods_ = 0;
   double coupled_omega_rad_s_ = 0.0, coupled_energy_J_ = 0.0;

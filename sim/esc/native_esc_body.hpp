@@ -39,7 +39,7 @@ BasicNativeEsc<Scales>::BasicNativeEsc(const NativeEscConfig& c)
              native_esc_detail::stream(c, native_esc_detail::kNoiseStream),
              2.0 * std::numbers::pi * native_esc_detail::stream(c, native_esc_detail::kAngleStream).uniform(0)),
       board_(),
-      motor_(c.firmware) {
+      control_(c.firmware) {
   if (c.typical_board && c.own_clock) {
     const TypicalDrive t = native_esc_detail::drawn(c, stage());
     rate_ = 1.0 + 1e-6 * t.clock_ppm, phase_ = t.pwm_phase;
@@ -63,8 +63,8 @@ PwmCommand BasicNativeEsc<Scales>::run_firmware() {
   board_.counts = {adc.phase, adc.bus, adc.temperature};
   board_.unloaded = drive_.sample_unloaded();
   board_.now_us = static_cast<std::uint64_t>(time_us());
-  motor_.set_setpoint(setpoint_);
-  if (!instead_of_motor_ || !instead_of_motor_(board_)) motor_.on_sample(board_);
+  control_.set_setpoint(setpoint_);
+  if (!instead_of_firmware_ || !instead_of_firmware_(board_)) control_.on_sample(board_);
   return {active_.phase, static_cast<std::uint16_t>(Board::kPwmTop), board_.bridge, board_.gates};
 }
 

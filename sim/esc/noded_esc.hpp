@@ -1,17 +1,17 @@
-// An ESC on a bus: joins any ESC of this folder to a firmware node and a bus port. The node task runs at 4 kHz (every sixth
-// current-loop period), as the firmware's main loop does: frames in, set-point out, telemetry in, frames out.
+// An ESC on a bus: any ESC of this folder with the main loop of the firmware (firmware/app) and a bus port. The main loop comes round at
+// 4 kHz, every sixth current-loop period.
 #pragma once
 #include <concepts>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <utility>
 
+#include "firmware/app/esc_application.hpp"
 #include "firmware/core/interface.hpp"
-#include "firmware/core/node/main_loop.hpp"
 #include "host/base/random.hpp"
 #include "host/bus/can_bus.hpp"
 #include "sim/esc/esc_setup.hpp"
+#include "sim/esc/simulated_board.hpp"
 
 namespace rotorloop::sim {
 
@@ -23,14 +23,14 @@ concept BusNode = requires(N n, const CanFrame& frame, std::int64_t time_us, con
   { n.setpoint(time_us) } -> std::convertible_to<firmware::Setpoint>;
 };
 
-template <class Esc, BusNode Node>
+template <class Esc, BusNode Node, class Flash = firmware::MemoryFlash>
 class NodedEsc {
  public:
   static constexpr std::uint64_t kPeriodsPerPoll = 6;
 
   // `setup`: defects between node and motor control; `noise` is drawn from only when the setup has speed noise.
-  NodedEsc(Esc esc, Node node, CanBus& port, const EscSetup& setup = {}, RandomStream noise = {0, 0})
-      : esc_(std::move(esc)), node_(std::move(node)), port_(&port), setup_(setup), noise_(noise) {}
+  NodedEsc(Esc esc, const Node& node, CanBus& port, const EscSetup& setup = {}, RandomStream noise = {0, 0}, Flash pages = {})
+      : esc_(std::move(esc)), application_(node), board_(port, setup.report_delay_ns / 1000, pages), setup_(setup), noise_(noise) {}
 
   // One 24 kHz period.
   void step_current_loop() {
@@ -39,50 +39,53 @@ class NodedEsc {
   }
   // The node's share of a period alone, for a caller that steps several ESCs together afterwards.
   void run_node() {
-    if (period_++ % kPeriodsPerPoll == 0) poll();
+    if (period_++ % kPeriodsPerPoll != 0) return;
+    board_.advance_to(esc_.time_us());
+    Control control{*this};
+    application_.poll(board_, control);
   }
   Esc& esc() { return esc_; }
   const Esc& esc() const { return esc_; }
-  Node& node() { return node_; }
+  Node& node() { return application_.node(); }
+  const Node& node() const { return application_.node(); }
+  SimulatedBoard<Flash>& board() { return board_; }
+  const SimulatedBoard<Flash>& board() const { return board_; }
+  // The application starts anew, as after a reset of the processor.
+  void start(const Node& node, firmware::ResetCause cause) {
+    application_ = firmware::EscApplication<Node>(node);
+    board_.started_by(cause);
+  }
 
  private:
-  void poll() {
-    const std::int64_t now_us = esc_.time_us();
-    for (std::size_t i = 0; i < firmware::kFramesPerPoll; ++i) {
-      const auto received = port_->receive();
-      if (!received) break;
-      node_.on_frame(received->frame, now_us);
+  // The motor side with the defects of the setup.
+  struct Control {
+    NodedEsc& e;
+    void set_setpoint(firmware::Setpoint wanted) {
+      // What the box takes for the wanted speed is another one in truth.
+      if (wanted.mode == firmware::Mode::speed) wanted.value = static_cast<float>(static_cast<double>(wanted.value) / e.setup_.speed_scale);
+      e.esc_.set_setpoint(wanted);
     }
-    node_.poll(now_us, reported());
-    if (setup_.report_delay_ns == 0) {
-      while (const auto frame = node_.next_frame()) port_->send(*frame);
-    } else {
-      while (const auto frame = node_.next_frame()) held_.push_back({now_us + setup_.report_delay_ns / 1000, *frame});
-      for (; !held_.empty() && held_.front().due_us <= now_us; held_.pop_front()) port_->send(held_.front().frame);
+    firmware::Telemetry telemetry() const {
+      firmware::Telemetry t = e.esc_.telemetry();
+      if (e.setup_.speed_scale != 1.0) t.speed_rad_s = static_cast<float>(static_cast<double>(t.speed_rad_s) * e.setup_.speed_scale);
+      if (e.setup_.speed_noise_rad_s > 0.0 && t.speed_valid)
+        t.speed_rad_s += static_cast<float>(e.setup_.speed_noise_rad_s * e.noise_.gaussian(e.period_));
+      return t;
     }
-    firmware::Setpoint wanted = node_.setpoint(now_us);
-    // What the box takes for the wanted speed is another one in truth.
-    if (wanted.mode == firmware::Mode::speed) wanted.value = static_cast<float>(static_cast<double>(wanted.value) / setup_.speed_scale);
-    esc_.set_setpoint(wanted);
-  }
-  firmware::Telemetry reported() {
-    firmware::Telemetry t = esc_.telemetry();
-    if (setup_.speed_scale != 1.0) t.speed_rad_s = static_cast<float>(static_cast<double>(t.speed_rad_s) * setup_.speed_scale);
-    if (setup_.speed_noise_rad_s > 0.0 && t.speed_valid)
-      t.speed_rad_s += static_cast<float>(setup_.speed_noise_rad_s * noise_.gaussian(period_));
-    return t;
-  }
-
-  struct Held {
-    std::int64_t due_us;
-    CanFrame frame;
+    void serve(Node& node) {
+      if constexpr (requires { e.esc_.control().serve(node); }) e.esc_.control().serve(node);
+    }
+    std::uint32_t samples() const {
+      if constexpr (requires { e.esc_.control(); }) return e.esc_.control().samples();
+      return static_cast<std::uint32_t>(e.period_);
+    }
   };
+
   Esc esc_;
-  Node node_;
-  CanBus* port_;
+  firmware::EscApplication<Node> application_;
+  SimulatedBoard<Flash> board_;
   EscSetup setup_;
   RandomStream noise_;
-  std::deque<Held> held_;  // frames on their way through a slow gateway
   std::uint64_t period_ = 0;
 };
 

@@ -80,7 +80,7 @@ NEVER_REACHES = [
 GENERATED_HEADERS = ["rotorloop_version.hpp", "rotorloop_effects.hpp"]  # made by CMake in the build folder
 
 # --- (b) headers of what runs on a target -----------------------------------------------------------------------------
-TARGET_ROOMS = ["firmware/core", "firmware/update", "protocols"]
+TARGET_ROOMS = ["firmware/core", "firmware/update", "firmware/app", "protocols"]
 TARGET_HEADERS = {
     "algorithm", "array", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint", "initializer_list",
     "limits", "optional", "span", "type_traits", "version",
@@ -111,7 +111,7 @@ TOKEN_RULES = [
     TokenRule("target-virtual", TARGET_ROOMS, r"\bvirtual\b", "`{0}` in code for a target", "use a concept and a template parameter"),
     TokenRule("target-rtti", TARGET_ROOMS, r"\bdynamic_cast\b|\btypeid\b", "`{0}` in code for a target", "the build has no RTTI: decide by an enum"),
     TokenRule("target-string", TARGET_ROOMS, r"\bstd::string\b|\bstd::vector\b", "`{0}` in code for a target", "use std::array or std::span"),
-    TokenRule("target-double", ["firmware/core", "firmware/update"], r"\bdouble\b", "`{0}` in firmware/core", "the FPU is single precision: use float and an f suffix"),
+    TokenRule("target-double", ["firmware/core", "firmware/update", "firmware/app"], r"\bdouble\b", "`{0}` in firmware/core", "the FPU is single precision: use float and an f suffix"),
     TokenRule("target-double", ["protocols"], r"\bdouble\b", "`{0}` in protocols", "use float, or exempt a file that no ESC includes",
               {"protocols/state_channel.hpp": "airframe state for the flight computer (double precision FPU); no ESC includes it"}),
     # (c) one clock, one source of random numbers

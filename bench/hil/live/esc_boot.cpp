@@ -6,12 +6,11 @@
 namespace rotorloop::live {
 namespace {
 
-constexpr std::uint32_t kParameterPage = 62;
 constexpr std::string_view kFirstPayload = "the firmware core of this build of rotorloop";
 
 }  // namespace
 
-EscFlash::EscFlash(const std::string& path) : flash_(path), parameter_pages_(flash_, kParameterPage, 2), store_(parameter_pages_) {
+EscFlash::EscFlash(const std::string& path) : flash_(path) {
   if (flash_.is_new()) install_first_image();
 }
 
@@ -45,10 +44,6 @@ std::unique_ptr<EscFlash::Updater> EscFlash::make_updater(std::uint8_t own_id, c
   config.own_id = own_id;
   config.layout = layout_;
   return std::make_unique<Updater>(flash_, config);
-}
-
-bool EscFlash::begin_update(const firmware::UpdateRequest& r) {
-  return firmware::UpdateRecord(flash_, layout_.record_page).begin({.server = r.server, .own_id = r.own_id, .path = r.path});
 }
 
 std::vector<std::uint8_t> EscFlash::application(std::size_t size) const {

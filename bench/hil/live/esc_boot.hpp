@@ -11,7 +11,6 @@
 
 #include "bench/hil/live/file_flash.hpp"
 #include "firmware/core/node/esc_node.hpp"
-#include "firmware/core/node/parameter_store.hpp"
 #include "firmware/update/application_area.hpp"
 #include "firmware/update/updater.hpp"
 
@@ -30,21 +29,19 @@ class EscFlash {
   // The image to start; none: the updater has to run.
   std::optional<firmware::ImageHeader> to_start();
   std::unique_ptr<Updater> make_updater(std::uint8_t own_id, const std::array<std::uint8_t, 16>& unique_id);
-  bool begin_update(const firmware::UpdateRequest& request);
+  // Two pages of parameters and the record of an update.
+  BoardPages application_pages() { return {flash_, {kParameterPage, kParameterPage + 1, layout_.record_page}}; }
 
-  firmware::StoredParameters load() const { return store_.load(); }
-  bool save(const firmware::Parameters& p) { return store_.save(p); }
   std::uint64_t busy_us() const { return flash_.busy_us(); }
   // The first bytes of the application area.
   std::vector<std::uint8_t> application(std::size_t size) const;
 
  private:
+  static constexpr std::uint32_t kParameterPage = 62;
   void install_first_image();
 
   firmware::UpdateLayout layout_{};
   FileFlash flash_;
-  FlashPages<FileFlash> parameter_pages_;
-  firmware::ParameterStore<FlashPages<FileFlash>> store_;
 };
 
 }  // namespace rotorloop::live

@@ -80,13 +80,9 @@ EscProcess::EscProcess(const EscProcessConfig& config, TimedBus& bus)
   e.bus_V = battery_.voltage_V();
   e.seed = config_.seed;
   e.module = config_.esc_index;
-  esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(p, identity_of(config_, image_)), bus_);
-  esc_->esc().set_interrupt([this](sim::NativeEsc::Board& board) {
-    if (!commissioned_ || !commissioning_->active()) return watch_->on_sample(board, esc_->esc().motor().variables());
-    commissioning_->on_sample(board);
-    return true;
-  });
-  reset();
+  esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(p, identity_of(config_, image_)), bus_, sim::EscSetup{},
+                               RandomStream(0, 0), flash_.application_pages());
+  reset(firmware::ResetCause::power_on);
   busy_until_ = 0;  // a board that was never on leaves the factory with its image
   couple();
 }
@@ -97,22 +93,19 @@ void EscProcess::couple() { esc_->esc().couple_quadratic(load_N_m_s2_, battery_.
 
 // A store that holds nothing is that of a new ESC: it has what the command line says. One that is damaged is told and never spins.
 firmware::Parameters EscProcess::stored_or_given(firmware::StoreState& state) {
-  const firmware::StoredParameters stored = flash_.load();
+  const firmware::StoredParameters stored = firmware::ParameterStore(esc_->board()).load();
   state = stored.state == firmware::StoreState::corrupt ? stored.state : firmware::StoreState::loaded;
   stored_ = stored.state == firmware::StoreState::loaded;
   return stored.state == firmware::StoreState::empty ? parameters(config_) : stored.parameters;
 }
 
 // What the reset of the processor does. The drive is not reset: temperatures and a turning rotor stay as they are.
-void EscProcess::reset() {
+void EscProcess::reset(firmware::ResetCause cause) {
   firmware::StoreState state = firmware::StoreState::loaded;
   const firmware::Parameters p = stored_or_given(state);
-  esc_->esc().motor() = firmware::Motor<sim::NativeEsc::Board>(p);
+  esc_->esc().control() = firmware::EscControl<sim::NativeEsc::Board>(p);
   esc_->esc().board().bridge = false;
   esc_->esc().set_setpoint({});
-  commissioning_.emplace(p);
-  watch_.emplace(p);
-  commissioned_ = false;
   updater_.reset();
   const auto image = flash_.to_start();
   if (!image) {
@@ -121,45 +114,8 @@ void EscProcess::reset() {
   }
   image_ = *image;
   ++starts_;
-  esc_->node() = firmware::EscNode(p, identity_of(config_, image_));
+  esc_->start(firmware::EscNode(p, identity_of(config_, image_)), cause);
   if (state != firmware::StoreState::loaded) esc_->node().report_store(state);
-}
-
-// What an application does on a board because the node has no hardware.
-void EscProcess::serve_node() {
-  firmware::EscNode& node = esc_->node();
-  switch (node.request()) {
-    case firmware::NodeRequest::none:
-      return;
-    case firmware::NodeRequest::save:
-      return node.complete(flash_.save(node.edited()));
-    case firmware::NodeRequest::erase:
-      return node.complete(flash_.save(firmware::Parameters{}));
-    case firmware::NodeRequest::restart:
-      return reset();
-    case firmware::NodeRequest::update:
-      flash_.begin_update(node.update());
-      return reset();
-  }
-}
-
-// The order has to be renewed while it is followed, and taken back before there can be another one.
-void EscProcess::serve_commissioning() {
-  firmware::EscNode& node = esc_->node();
-  const firmware::CommissioningOrder order = node.commissioning_order();
-  commissioned_ = commissioned_ || node.commissioning();
-  if (commissioned_) {
-    if (order.task != firmware::CommissioningTask::off && !commissioning_->active()) commissioning_->set_parameters(node.parameters());
-    commissioning_->set_order(order);
-  }
-  node.on_commissioning(commissioning_->result(), sim::NativeEsc::Board::kSwitchResistance_ohm);
-}
-
-// The answer before the next question: one that is no longer asked for says nothing.
-void EscProcess::serve_hand_watch() {
-  firmware::EscNode& node = esc_->node();
-  node.on_hand(watch_->turned());
-  watch_->want(node.feels_for_hand());
 }
 
 void EscProcess::run_updater() {
@@ -168,7 +124,7 @@ void EscProcess::run_updater() {
   while (const auto received = bus_.receive()) updater_->on_frame(received->frame, now_us);
   updater_->poll(now_us);
   while (const auto frame = updater_->next_frame()) bus_.send(*frame);
-  if (updater_->finished(now_us)) reset();
+  if (updater_->finished(now_us)) reset(firmware::ResetCause::software);
 }
 
 void EscProcess::run_processor() {
@@ -177,9 +133,8 @@ void EscProcess::run_processor() {
   if (updater_) {
     run_updater();
   } else {
-    if (periods_ % Esc::kPeriodsPerPoll == 0) serve_commissioning(), serve_hand_watch();
     esc_->run_node();
-    serve_node();
+    if (esc_->board().restart_wanted()) reset(firmware::ResetCause::software);
   }
   busy_until_ = periods_ + (flash_.busy_us() - before_us) * 24 / 1000;  // periods of 24 kHz
 }
@@ -192,7 +147,7 @@ void EscProcess::look_at_bridge() {
   commands_ = commands;
   // A self-test follows no command; shorted windings do not switch.
   const bool on =
-      esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test && !watch_->shorted();
+      esc_->esc().board().bridge && esc_->esc().motor().variables().blocked != firmware::Blocked::self_test && !windings_shorted();
   if (on == bridge_) return;
   bridge_ = on;
   if (!on_bridge) return;

@@ -10,8 +10,6 @@
 #include <optional>
 
 #include "bench/hil/live/esc_boot.hpp"
-#include "firmware/core/commission/commissioning.hpp"
-#include "firmware/core/motor/hand_watch.hpp"
 #include "firmware/core/node/esc_node.hpp"
 #include "host/bus/timed_bus.hpp"
 #include "sim/drive/battery.hpp"
@@ -57,6 +55,7 @@ class EscProcess {
 
   bool operational() const;  // and no update runs
   bool updating() const { return updater_ != nullptr; }
+  const sim::SimulatedBoard<BoardPages>& board() const { return esc_->board(); }
   std::uint8_t node_id() const;  // 0: not yet allocated
   int esc_index() const;
   bool parameters_stored() const { return stored_; }             // those in force came from the store
@@ -65,7 +64,7 @@ class EscProcess {
   void press_button() { esc_->node().on_button(); }
   // A hand that holds the shaft at this speed whatever the motor does; nothing: it lets go.
   void turn_by_hand(std::optional<double> omega_rad_s) { hand_rad_s_ = omega_rad_s; }
-  bool windings_shorted() const { return watch_->shorted(); }
+  bool windings_shorted() const { return esc_->esc().control().watch().shorted(); }
   const EscFlash& flash() const { return flash_; }
   const firmware::EscNode& node() const;
   firmware::Telemetry telemetry() const;
@@ -74,15 +73,12 @@ class EscProcess {
   std::int64_t time_lost_ns() const { return lost_ns_; }
 
  private:
-  using Esc = sim::NodedEsc<sim::NativeEsc, firmware::EscNode>;
+  using Esc = sim::NodedEsc<sim::NativeEsc, firmware::EscNode, BoardPages>;
   void step_period();
   void look_at_bridge();
   void run_processor();
   void run_updater();
-  void serve_node();
-  void serve_commissioning();
-  void serve_hand_watch();
-  void reset();
+  void reset(firmware::ResetCause cause);
   void couple();
   firmware::Parameters stored_or_given(firmware::StoreState& state);
 
@@ -93,10 +89,7 @@ class EscProcess {
   sim::Battery battery_;
   EscFlash flash_;
   std::unique_ptr<Esc> esc_;
-  std::optional<firmware::Commissioning<sim::NativeEsc::Board>> commissioning_;
-  std::optional<firmware::HandWatch<sim::NativeEsc::Board>> watch_;
   std::optional<double> hand_rad_s_;
-  bool commissioned_ = false;                   // the bus has asked for one since the start
   std::unique_ptr<EscFlash::Updater> updater_;  // while it runs in place of the application
   firmware::ImageHeader image_{};
   double load_N_m_s2_ = 0.0;

@@ -2,6 +2,7 @@
 // times are those of the emulated flash of the tests (firmware/board/fake/emulated_flash.hpp). Without a path it lives as long as the
 // process.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,23 +41,22 @@ class FileFlash {
   bool is_new_ = true;
 };
 
-// Some pages of a flash as one of their own: the parameter store counts its two pages from 0.
-template <class Flash>
-class FlashPages {
+// Some pages of that flash, counted from 0, as the board of an application has them (firmware/board/application_board.hpp).
+class BoardPages {
  public:
-  static constexpr std::uint32_t kFlashPageBytes = Flash::kFlashPageBytes;
-  FlashPages(Flash& flash, std::uint32_t first, std::uint32_t count) : flash_(flash), first_(first), count_(count) {}
+  static constexpr std::uint32_t kFlashPageBytes = FileFlash::kFlashPageBytes;
+  BoardPages(FileFlash& flash, const std::array<std::uint32_t, 3>& pages) : flash_(&flash), pages_(pages) {}
   bool flash_read(std::uint32_t page, std::uint32_t offset, std::span<std::uint8_t> out) const {
-    return page < count_ && flash_.flash_read(first_ + page, offset, out);
+    return page < pages_.size() && flash_->flash_read(pages_[page], offset, out);
   }
-  bool flash_erase(std::uint32_t page) { return page < count_ && flash_.flash_erase(first_ + page); }
+  bool flash_erase(std::uint32_t page) { return page < pages_.size() && flash_->flash_erase(pages_[page]); }
   bool flash_program(std::uint32_t page, std::uint32_t offset, std::uint64_t word) {
-    return page < count_ && flash_.flash_program(first_ + page, offset, word);
+    return page < pages_.size() && flash_->flash_program(pages_[page], offset, word);
   }
 
  private:
-  Flash& flash_;
-  std::uint32_t first_, count_;
+  FileFlash* flash_;
+  std::array<std::uint32_t, 3> pages_;
 };
 
 }  // namespace rotorloop::live

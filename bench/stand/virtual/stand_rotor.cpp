@@ -41,8 +41,7 @@ StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
     : config_(config),
       plant_(sim::read_plant(config.plant)),
       rotor_(config.blade ? std::make_shared<const sim::Rotor>(*config.blade) : sim::read_rotors(plant_)[0]),
-      supply_(bench_supply(plant_.battery.cells)),
-      commissioning_(esc_parameters(config_, plant_)) {
+      supply_(bench_supply(plant_.battery.cells)) {
   const sim::Rotor& rotor = *rotor_;
   for (std::size_t i = 0; i < kNodes; ++i) {
     sim::RotorCondition condition;
@@ -68,11 +67,6 @@ StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
   sim::EscSetup setup;
   setup.speed_scale = 1.0 + config_.speed_error;
   esc_ = std::make_unique<Esc>(sim::NativeEsc(e), firmware::EscNode(e.firmware, identity), port, setup);
-  esc_->esc().set_interrupt([this](sim::NativeEsc::Board& board) {
-    if (!commissioned_ || !commissioning_.active()) return false;
-    commissioning_.on_sample(board);
-    return true;
-  });
   couple();
 }
 
@@ -88,20 +82,7 @@ double StandRotor::omega_rad_s() const { return esc_->esc().omega_rad_s(); }
 
 void StandRotor::couple() { esc_->esc().couple_quadratic(c_q_N_m_s2(std::abs(omega_rad_s())), supply_.voltage_V()); }
 
-// The order has to be renewed while it is followed, and taken back before there can be another one.
-void StandRotor::serve_commissioning() {
-  firmware::EscNode& node = esc_->node();
-  const firmware::CommissioningOrder order = node.commissioning_order();
-  commissioned_ = commissioned_ || node.commissioning();
-  if (commissioned_) {
-    if (order.task != firmware::CommissioningTask::off && !commissioning_.active()) commissioning_.set_parameters(node.parameters());
-    commissioning_.set_order(order);
-  }
-  node.on_commissioning(commissioning_.result(), sim::NativeEsc::Board::kSwitchResistance_ohm);
-}
-
 void StandRotor::advance() {
-  serve_commissioning();
   for (int i = 0; i < kPeriodsOfPoll; ++i) esc_->step_current_loop();
   if (++polls_ % kPollsOfCoupling != 0) return;
   const double w = omega_rad_s(), square = w * std::abs(w);

@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "firmware/core/commission/commissioning.hpp"
 #include "firmware/core/node/esc_node.hpp"
 #include "host/bus/can_bus.hpp"
 #include "sim/drive/battery.hpp"
@@ -55,15 +54,12 @@ class StandRotor {
   using Esc = sim::NodedEsc<sim::NativeEsc, firmware::EscNode>;
   double table(const std::vector<double>& values, double omega_rad_s) const;
   void couple();
-  void serve_commissioning();
 
   StandRotorConfig config_;
   sim::PlantFile plant_;
   std::shared_ptr<const sim::Rotor> rotor_;
   sim::Battery supply_;
   std::unique_ptr<Esc> esc_;
-  firmware::Commissioning<sim::NativeEsc::Board> commissioning_;
-  bool commissioned_ = false;      // the bus has asked for one
   std::vector<double> c_t_, c_q_;  // over speed
   double inertia_kg_m2_ = 0.0, diameter_m_ = 0.0, resistance_ohm_ = 0.0, speed_constant_rpm_V_ = 0.0, supply_A_ = 0.0, thrust_N_ = 0.0,
          reaction_N_m_ = 0.0;

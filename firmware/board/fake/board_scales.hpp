@@ -22,7 +22,6 @@ struct B_G431B_ESC1_Scales {
   static constexpr float kSwitchResistance_ohm = 4e-3f;
   static constexpr float kDiodeDrop_V = 0.8f;
   static constexpr float kTripCurrent_A = 44.0f;  // shunt range ±45 A
-  static constexpr std::uint32_t kFlashPageBytes = 2048;
 };
 
 // One or two cells, ±15 A: 5 mohm shunts × 20 around half the reference, a 12 V divider (typical of whoop-size ESCs, no product).

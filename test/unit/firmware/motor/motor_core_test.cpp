@@ -469,7 +469,7 @@ TEST(FakeBoard, FlashBehavesAsFlash) {
   EXPECT_TRUE(b.flash_program(0, 8, 0x1122334455667788u));
   EXPECT_FALSE(b.flash_program(0, 8, 0));  // not erased
   EXPECT_FALSE(b.flash_program(0, 4, 0));  // not a word boundary
-  EXPECT_FALSE(b.flash_program(2, 0, 0));
+  EXPECT_FALSE(b.flash_program(3, 0, 0));
   std::array<std::uint8_t, 2> out{};
   EXPECT_TRUE(b.flash_read(0, 8, out));
   EXPECT_EQ(out[0], 0x88);
