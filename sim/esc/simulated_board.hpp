@@ -28,6 +28,7 @@ class SimulatedCan {
   std::optional<firmware::Received<CanFrame>> receive() {
     const auto received = bus_->receive();
     if (!received) return std::nullopt;
+    // The port's stamp is of another clock than the board's (of the machine on a live bus): the turn that takes a frame counts as its end.
     return firmware::Received<CanFrame>{received->frame, static_cast<std::uint64_t>(now_us_)};
   }
   bool set_filters(std::span<const CanFilter> filters) { return bus_->set_filters(filters); }

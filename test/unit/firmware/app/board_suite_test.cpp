@@ -134,6 +134,22 @@ TYPED_TEST(BoardSuite, AnUpdateThatTheBusHasBegunIsFoundAfterTheRestart) {
   EXPECT_TRUE(rig.run_until([&] { return rig.board.update_waits(); }));
 }
 
+TEST(EscApplication, CountsHowLongAFrameWaitedForItsTurnAndTheTurnsWithoutAnInterrupt) {
+  FakeEscBoard board;
+  EscFirmware<FakeEscBoard> esc(board, suite_identity());
+  board.advance_to(1000);
+  board.can().deliver(CanFrame{.id = 0x7FF});
+  board.advance_to(1180);
+  esc.on_sample(board);
+  esc.poll(board);
+  EXPECT_EQ(esc.application().counters().longest_wait_us, 180u);
+  EXPECT_EQ(esc.application().counters().polls_without_sample, 0u);
+  EXPECT_EQ(board.kicks, 1u);
+  esc.poll(board);
+  EXPECT_EQ(esc.application().counters().polls_without_sample, 1u);
+  EXPECT_EQ(board.kicks, 1u);
+}
+
 // What only the port of a CAN FD controller has, and its order of sending.
 TEST(FakeCanPort, OfThreeMailboxesTheSmallestIdentifierLeavesFirstAndAFourthFrameHasToWait) {
   FakeCan can;
