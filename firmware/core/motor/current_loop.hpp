@@ -5,6 +5,8 @@
 // gain margin 5.3): salient rotors, saturation and data sheets make L wrong by ± 40 % along one axis, and the loop above is far slower.
 // Windup: the integral is fed with the voltage that was really given (conditioning technique, Hanus 1987).
 #pragma once
+#include "firmware/core/interface.hpp"
+#include "firmware/core/motor/timing.hpp"
 #include "firmware/core/motor/vector.hpp"
 
 namespace rotorloop::firmware {
@@ -15,7 +17,7 @@ struct CurrentLoopConfig {
   float flux_linkage_Wb = 0.0f;  // back-EMF feed-forward
   float period_s = 0.0f;
 };
-constexpr float kCurrentLoopGain = 0.19f;  // b K
+constexpr float kCurrentLoopGain = 0.19f;  // b K; tuned on the simulated drive, 2026-11-23 (docs/decisions/0011)
 
 struct CurrentLoopState {
   Rotor integral_V{};
@@ -50,6 +52,11 @@ inline CurrentLoopStep step(const CurrentLoopConfig& c, CurrentLoopState& s, Rot
   const Rotor aged = c.decay * (conjugate(frame.full) * fed_V);
   s.integral_V = s.integral_V + fed_V - aged;
   return out;
+}
+
+constexpr CurrentLoopConfig configure_current_loop(const Parameters& p, float resistance_ohm, float period_s) {
+  const float decay = exp_minus(resistance_ohm * period_s / p.inductance_H);
+  return {kCurrentLoopGain * resistance_ohm / (1.0f - decay), decay, p.flux_linkage_Wb, period_s};
 }
 
 }  // namespace rotorloop::firmware

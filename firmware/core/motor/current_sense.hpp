@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/board/board.hpp"
+#include "firmware/core/motor/timing.hpp"
 #include "firmware/core/motor/vector.hpp"
 
 namespace rotorloop::firmware {
@@ -12,10 +13,10 @@ namespace rotorloop::firmware {
 struct SenseConfig {
   float A_per_count = 0.0f;
   float zero_counts = 0.0f, zero_tolerance_counts = 0.0f;
-  std::uint16_t blind_compare = 0;   // a compare above it leaves no settled sample
-  std::uint16_t zero_compare = 0;    // a compare below it leaves no settled zero
-  float zero_rate = 0.0f;            // of following it, per look
-  std::uint16_t rest_samples = 120;  // after the bridge went off: 5 ms for currents and amplifiers to come to rest
+  std::uint16_t blind_compare = 0;  // a compare above it leaves no settled sample
+  std::uint16_t zero_compare = 0;   // a compare below it leaves no settled zero
+  float zero_rate = 0.0f;           // of following it, per look
+  std::uint16_t rest_samples = 0;   // after the bridge went off, for currents and amplifiers to come to rest
 };
 
 struct SenseState {
@@ -107,6 +108,21 @@ constexpr Sensed sense_currents(const SenseConfig& c, const SenseState& s, const
   }
   out.current_A = clarke(out.phase_A);
   return out;
+}
+
+// Tuned on the simulated drive: the zero's rate 2026-11-26 (docs/decisions/0157), the rest 2026-11-23.
+constexpr float kZeroRate_1_s = 40.0f, kSenseRest_s = 0.005f;
+
+template <Board B>
+constexpr SenseConfig configure_sense(float period_s) {
+  const float duty = sample_duty<B>(), top = static_cast<float>(B::kPwmTop);
+  return {B::kCurrent_A_per_count,
+          B::kCurrentZero_counts,
+          B::kCurrentZeroTolerance_counts,
+          static_cast<std::uint16_t>(duty * top),
+          static_cast<std::uint16_t>((1.0f - duty) * top),  // the same time, seen from the other end
+          kZeroRate_1_s * static_cast<float>(kSlots) * period_s,
+          ticks(kSenseRest_s, period_s)};
 }
 
 }  // namespace rotorloop::firmware

@@ -16,4 +16,12 @@ struct DeadTimeConfig {
   float unknown_share = 0.0f;  // for a rotor caught before any alignment
 };
 
+// A driver's own delays add to the timer's dead time, charge of the switches takes from it: what is accepted, as shares of what the board
+// says. All four tuned on the simulated drive, 2026-11-23.
+constexpr float kDeadTimeLeast = 0.4f, kDeadTimeMost = 1.6f, kDeadTimeAlign = 0.55f, kDeadTimeUnknown = 0.8f;
+
+constexpr DeadTimeConfig configure_dead_time(float board_share) {
+  return {kDeadTimeLeast * board_share, kDeadTimeMost * board_share, kDeadTimeAlign * board_share, kDeadTimeUnknown * board_share};
+}
+
 }  // namespace rotorloop::firmware

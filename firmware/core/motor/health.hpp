@@ -1,5 +1,6 @@
 // What the motor control knows beside speed and current: energy, mean bus current, winding temperature, torque at the shaft.
 #pragma once
+#include "firmware/core/interface.hpp"
 #include "firmware/core/motor/angle.hpp"
 
 namespace rotorloop::firmware {
@@ -51,6 +52,12 @@ constexpr void estimate_winding(const HealthConfig& c, HealthState& s, float res
   s.winding_K = zero_K + scale * (resistance_ohm - c.switch_ohm);
   // Both measurements err, and the winding at the first start may have differed from the board by 10 K.
   s.winding_error_K = 10.0f + 1.4f * kResistanceError * resistance_ohm * scale;
+}
+
+constexpr float kBusMeanRate_1_s = 10.0f;  // tuned on the simulated drive, 2026-11-23
+
+constexpr HealthConfig configure_health(const Parameters& p, float switch_ohm, float tick_s, float over_pole_pairs) {
+  return {tick_s, kBusMeanRate_1_s * tick_s, switch_ohm, p.inertia_kg_m2, p.inertia_kg_m2 * over_pole_pairs, p.load_N_m_s2};
 }
 
 }  // namespace rotorloop::firmware

@@ -5,6 +5,7 @@
 
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/angle.hpp"
+#include "firmware/core/motor/motor_scale.hpp"
 
 namespace rotorloop::firmware {
 
@@ -48,15 +49,17 @@ struct LimitInputs {
   float current_d_A = 0.0f;
   float share = 1.0f;  // of the phase limit that is left after faults
 };
+constexpr float kDeratingSpan_V = 1.2f;   // 0.3 V per cell of a 4-cell pack, where the cells are not known
+constexpr float kBrakeResistance = 0.8f;  // of it that is counted on: it is known to ±20 %
 struct LimitConfig {
   PowerLimitConfig power{1.0f};
-  PowerLimitConfig brake{1.0f};  // only 0.8 of the resistance is counted on as a brake resistor: it is known to ±20 %
+  PowerLimitConfig brake{1.0f};  // the resistance that is counted on as a brake resistor
   // Torque current is held to this share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit.
   float phase_share = 0.9f;
   float phase_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
-  float undervoltage_V = 0.0f, over_undervoltage_span = 1.0f / 1.2f;  // 0.3 V per cell of a 4-cell pack
+  float undervoltage_V = 0.0f, over_undervoltage_span = 1.0f / kDeratingSpan_V;
   float temperature_K = 0.0f, over_temperature_span = 1.0f / 20.0f;
-  float observer_A_s_rad = 0.0f, observer_min_A = 6.0f;  // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
+  float observer_A_s_rad = 0.0f, observer_min_A = 0.0f;  // |i_q| <= max(min, slope·|speed|): resistance error against back-EMF
 };
 
 // Range in the direction of motion (positive drives), then mirrored by the caller's sign.
@@ -99,6 +102,22 @@ inline Limited limit_current(const CurrentRange& r, float wanted_A, float direct
   if (x < r.low_A) x = r.low_A, by = r.low_by;
   if (r.has_gap && x < r.gap_near_A && x > r.gap_far_A) x = r.gap_near_A, by = Limiter::regen_current;
   return {x * direction, by};
+}
+
+// Shares tuned on the simulated drive, 2026-11-23. A 20 % error of R must stay below 40 % of the back-EMF: 0.2 R i < 0.4 w_e flux.
+constexpr float kObserverLimit = 2.0f, kObserverLeast = 0.5f;  // of w_e flux / R; of the start current
+
+constexpr void configure_limits(const Parameters& p, const MotorScale& m, float resistance_ohm, LimitConfig& l) {
+  l.power = {resistance_ohm, m.torque_constant_N_m_A};
+  l.brake = {kBrakeResistance * resistance_ohm, m.torque_constant_N_m_A};
+  l.phase_A = p.phase_current_limit_A;
+  l.source_A = p.bus_current_limit_A;
+  l.sink_A = p.regen_current_limit_A;
+  l.undervoltage_V = undervoltage_V(p);
+  l.over_undervoltage_span = 1.0f / (p.cells > 0 ? kDeratingPerCell_V * static_cast<float>(p.cells) : kDeratingSpan_V);
+  l.temperature_K = p.temperature_limit_K;
+  l.observer_A_s_rad = kObserverLimit * static_cast<float>(p.pole_pairs) * p.flux_linkage_Wb / resistance_ohm;
+  l.observer_min_A = kObserverLeast * m.start_A;
 }
 
 }  // namespace rotorloop::firmware

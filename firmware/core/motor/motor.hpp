@@ -57,7 +57,9 @@ class Motor : public MotorBase {
     slot_work(board, adc, sensed);
   }
 
-  Motor(const Parameters& parameters, const MotorConfig& config) : MotorBase(config, configure_self_test<B>(parameters, config)) {}
+  Motor(const Parameters& parameters, const MotorConfig& config)
+      : MotorBase(config,
+                  configure_self_test<B>(parameters, config.modulator, config.problem == ParameterProblem::none, config.speed.period_s)) {}
 
   // --- after power-up, until done ---
 

@@ -3,6 +3,7 @@
 // vector's length towards the known flux removes offsets (after Lee, Hong, Nam, Ortega, Praly, Astolfi 2010). A phase-locked
 // loop gives the angle; a mechanical model corrected by it gives the speed.
 #pragma once
+#include "firmware/core/motor/motor_scale.hpp"
 #include "firmware/core/motor/vector.hpp"
 
 namespace rotorloop::firmware {
@@ -13,8 +14,8 @@ struct ObserverConfig {
   float inductance_H = 0.0f;
   float flux_linkage_Wb = 0.0f;
   float over_flux = 0.0f, over_period = 0.0f;
-  float pull_share = 0.3f;                                  // length correction rate as a share of electrical speed …
-  float pull_min_rad_s = 250.0f, pull_max_rad_s = 1500.0f;  // … within these; the lower one is the rate at the hand-over
+  float pull_share = 0.3f;                                // length correction rate as a share of electrical speed …
+  float pull_min_rad_s = 0.0f, pull_max_rad_s = 1500.0f;  // … within these; the lower one is the rate at the hand-over
   // What the pull has to give in the same direction of the stator all the time is no motion but a voltage that is not there: the zero of a
   // current sensor that drifted, times resistance and dead time. It is learned at this share of the electrical speed.
   float offset_share = 0.007f, offset_most_V = 0.0f;
@@ -24,14 +25,14 @@ struct ObserverConfig {
   // Natural frequency of the phase-locked loop, damping 1: wide to pull in from any speed, narrower while running, where a
   // wide one couples an inductance error (40 A · 3 uH = a third of the magnet's flux) back into the current loop.
   float pll_search_rad_s = 1500.0f, pll_run_rad_s = 1000.0f;
-  float search_rate = 0.02f;  // while searching: pull towards the turn from one vector to the next, per period (catches any speed): 2 ms
+  float search_rate = 0.0f;  // while searching: pull towards the turn from one vector to the next, per period (catches any speed)
   // Speed for the RPM loop: the torque that acts is known, so the angle's derivative only has to correct a mechanical model.
   // The corner must be low: resistance and inductance errors turn torque current into apparent rotation (0.01 rad/A at 20 %
   // of L), which would close a fast loop through the speed controller.
-  float speed_corner_rad_s = 300.0f, unknown_share = 0.125f;  // unknown torque: second integral, share of corner²
-  float lock_rate = 0.02f;                                    // filter of the lock indicator, per period: 2 ms
-  float max_omega_e_rad_s = 26000.0f;                         // a little above the usable speed
-  float unknown_most_rad_s2 = 1e5f;                           // what the current limit can give, or the whole propeller at full speed
+  float speed_corner_rad_s = 0.0f, unknown_share = 0.125f;  // unknown torque: second integral, share of corner²
+  float lock_rate = 0.0f;                                   // filter of the lock indicator, per period
+  float max_omega_e_rad_s = 0.0f;                           // a little above the usable speed
+  float unknown_most_rad_s2 = 0.0f;                         // what the current limit can give, or the whole propeller at full speed
 };
 
 struct ObserverState {
@@ -101,6 +102,36 @@ inline void step(const ObserverConfig& c, ObserverState& s, Stator applied_V, St
   s.speed_e_rad_s = modelled ? s.speed_e_rad_s + c.period_s * (corner * innovation + torque_rad_s2 + s.unknown_rad_s2) : s.omega_e_rad_s;
   s.lock += c.lock_rate * (dot - s.lock);
   s.flux_ratio += c.lock_rate * (size * c.over_flux - s.flux_ratio);
+}
+
+// Tuned on the simulated drive, 2026-11-23 where no other date stands (pull, length and loops above 2026-11-21); docs/decisions/0012 has
+// the reasons.
+constexpr float kInductanceRatio = 1.0f;  // of outrunners when it is not known: 1.0 to 1.4
+// With the inductance across the magnet what is left of the flux points along the magnet, whatever the one along it. A little less than
+// the one at small currents: iron saturates. Of 900 drawn 5-inch motors 883 fly without a trip, 872 with all of it; 2026-11-26.
+constexpr float kSaturatedInductance = 0.96f;
+constexpr float kPullAtHandOver = 0.28f, kMostPullAtHandOver_rad_s = 1000.0f;  // of the hand-over's electrical speed
+constexpr float kSearchRate_1_s = 480.0f;                                      // of the search and of the lock indicator: 2 ms
+constexpr float kMostTurn_rad = 1.08f;                                         // in a sample; the usable speed turns 0.9
+
+// speed_corner_rad_s: part of the RPM loop's tuning (speed_loop.hpp).
+constexpr void configure_observer(const Parameters& p, const MotorScale& m, float resistance_ohm, float period_s, float speed_corner_rad_s,
+                                  ObserverConfig& o) {
+  o.period_s = period_s;
+  o.over_period = 1.0f / period_s;
+  o.resistance_ohm = resistance_ohm;
+  const float ratio = p.inductance_ratio > 0.0f ? p.inductance_ratio : kInductanceRatio;
+  o.inductance_H = kSaturatedInductance * p.inductance_H * 2.0f * ratio / (1.0f + ratio);
+  o.flux_linkage_Wb = p.flux_linkage_Wb;
+  o.over_flux = 1.0f / p.flux_linkage_Wb;
+  const float pull_rad_s = kPullAtHandOver * m.hand_over_e_rad_s;
+  o.pull_min_rad_s = pull_rad_s < kMostPullAtHandOver_rad_s ? pull_rad_s : kMostPullAtHandOver_rad_s;
+  o.offset_most_V = p.flux_linkage_Wb * m.hand_over_e_rad_s;
+  o.search_rate = o.lock_rate = kSearchRate_1_s * period_s;
+  o.max_omega_e_rad_s = kMostTurn_rad / period_s;
+  o.speed_corner_rad_s = speed_corner_rad_s;
+  const float full_A = p.phase_current_limit_A, w = p.max_speed_rad_s, pole_pairs = static_cast<float>(p.pole_pairs);
+  o.unknown_most_rad_s2 = pole_pairs / p.inertia_kg_m2 * (m.torque_constant_N_m_A * full_A + p.load_N_m_s2 * w * w);
 }
 
 }  // namespace rotorloop::firmware

@@ -8,32 +8,63 @@
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/angle.hpp"
 #include "firmware/core/motor/current_sense.hpp"
+#include "firmware/core/motor/motor_scale.hpp"
+#include "firmware/core/motor/timing.hpp"
 
 namespace rotorloop::firmware {
+
+// How long each lasts until it counts, and the shares of the motor's own quantities; docs/acceptance/esc_protections.md shows what they
+// reach. Tuned on the simulated drive, 2026-11-23; restarts, lock and mismatch 2026-11-21.
+constexpr float kSlip_s = 0.060f, kSlow_s = 0.002f, kSensor_s = 0.004f, kStall_s = 0.004f;  // slow: undervoltage, temperature
+constexpr float kFaultPause_s = 0.010f;                                                     // from a fault to the next start
+constexpr float kHealthy_s = 1.0f;                                                          // of running forgives earlier faults
+constexpr float kTrying_s = 4.0f;           // of faults and starts without that: given up at the next fault …
+constexpr std::uint16_t kMostRestarts = 8;  // … or after as many
+constexpr float kResidual_counts = 68.0f;   // mean |sum of phase currents| that tolerance cannot explain
+constexpr float kStallSpeed = 0.5f;         // of the lowest speed
+constexpr float kExcusedEmf = 1.0f / 3.0f;  // of the back-EMF at the hand-over: dead time
+constexpr float kSlipTorque = 0.3f;         // of the start current's, which friction, cogging and a wrong inertia stay below
+constexpr float kSlipSpeed = 2.0f;          // of the hand-over's
+constexpr float kMismatchRate_1_s = 400.0f;
+constexpr float kMinLock = 0.75f;
+constexpr float kMostMismatch = 0.6f;  // |measured - expected back-EMF| / expected, beyond what a resistance error explains
+constexpr float kHysteresis_V = 0.5f, kHysteresis_K = 5.0f;
 
 struct ProtectionConfig {
   float trip_A = 0.0f;
   bool trip_at_range_end = true;  // false only to show what it prevents
   float undervoltage_V = 0.0f, overvoltage_V = 0.0f;
   float temperature_K = 0.0f;
-  float residual_A = 2.0f, residual_share = 0.08f;  // mean |sum of phase currents| that tolerance cannot explain: A, and of |i|
+  float residual_A = 0.0f, residual_share = 0.08f;  // mean |sum of phase currents|: A, and of |i|
   float min_speed_rad_s = 0.0f;                     // below it a running motor is stalled
-  float min_lock = 0.75f;
-  float emf_mismatch = 0.6f;   // |measured - expected back-EMF| / expected, beyond what a resistance error explains
-  float excused_V = 0.1f;      // a third of the back-EMF at the hand-over: dead time
-  float mismatch_rate = 0.1f;  // filter, per supervision tick: 2.5 ms
+  float excused_V = 0.0f;
+  float mismatch_rate = 0.0f;  // filter, per supervision tick
   // Below this speed, a torque that accelerates nothing turns no rotor: electrical rad/s² that stay unexplained.
-  float slip_rad_s2 = 1e9f, slip_speed_rad_s = 0.0f;
-  std::uint16_t slip_ticks = 240;      // 60 ms
-  std::uint16_t slow_ticks = 8;        // 2 ms: undervoltage, temperature
-  std::uint16_t sensor_ticks = 16;     // 4 ms: residual, thermistor
-  std::uint16_t stall_ticks = 16;      // 4 ms
-  std::uint16_t pause_ticks = 40;      // 10 ms from a fault to the next start
-  std::uint16_t healthy_ticks = 4000;  // 1 s of running forgives earlier faults
-  std::uint16_t trying_ticks = 16000;  // 4 s of faults and starts without that: given up at the next fault …
-  std::uint16_t most_restarts = 8;     // … or after as many
-  float hysteresis_V = 0.5f, hysteresis_K = 5.0f;
+  float slip_rad_s2 = 0.0f, slip_speed_rad_s = 0.0f;
+  std::uint16_t slip_ticks = 0, slow_ticks = 0, sensor_ticks = 0, stall_ticks = 0, pause_ticks = 0, healthy_ticks = 0, trying_ticks = 0;
 };
+
+template <Board B>
+constexpr void configure_protection(const Parameters& p, const MotorScale& m, float tick_s, ProtectionConfig& s) {
+  const float pole_pairs = static_cast<float>(p.pole_pairs);
+  s.trip_A = B::kTripCurrent_A;
+  s.undervoltage_V = undervoltage_V(p);
+  s.overvoltage_V = p.overvoltage_V;
+  s.temperature_K = p.temperature_limit_K;
+  s.residual_A = kResidual_counts * magnitude(B::kCurrent_A_per_count);
+  s.min_speed_rad_s = kStallSpeed * p.min_speed_rad_s;
+  s.excused_V = p.flux_linkage_Wb * m.hand_over_e_rad_s * kExcusedEmf;
+  s.slip_rad_s2 = kSlipTorque * pole_pairs * m.torque_constant_N_m_A * m.start_A / p.inertia_kg_m2;
+  s.slip_speed_rad_s = kSlipSpeed * (m.hand_over_e_rad_s * (1.0f / pole_pairs));
+  s.slip_ticks = ticks(kSlip_s, tick_s);
+  s.slow_ticks = ticks(kSlow_s, tick_s);
+  s.sensor_ticks = ticks(kSensor_s, tick_s);
+  s.stall_ticks = ticks(kStall_s, tick_s);
+  s.pause_ticks = ticks(kFaultPause_s, tick_s);
+  s.healthy_ticks = ticks(kHealthy_s, tick_s);
+  s.trying_ticks = ticks(kTrying_s, tick_s);
+  s.mismatch_rate = kMismatchRate_1_s * tick_s;
+}
 
 struct ProtectionState {
   Fault fault = Fault::none;
@@ -65,7 +96,7 @@ constexpr Fault check_slow(const ProtectionConfig& c, ProtectionState& s, const 
   persist(s.under_ticks, in.bus_V < c.undervoltage_V);
   persist(s.hot_ticks, in.temperature_K > c.temperature_K);
   persist(s.residual_ticks, in.residual_A > c.residual_A + c.residual_share * in.current_A);
-  const bool lost = in.speed_rad_s * in.direction < c.min_speed_rad_s || in.lock < c.min_lock || in.emf_mismatch > c.emf_mismatch;
+  const bool lost = in.speed_rad_s * in.direction < c.min_speed_rad_s || in.lock < kMinLock || in.emf_mismatch > kMostMismatch;
   persist(s.stall_ticks, in.running && lost);
   const bool slips = magnitude(in.speed_rad_s) < c.slip_speed_rad_s && magnitude(in.unknown_rad_s2) > c.slip_rad_s2;
   persist(s.slip_ticks, in.running && slips);
@@ -102,15 +133,15 @@ constexpr void watch_thermistor(const ProtectionConfig& c, ProtectionState& s, s
 constexpr bool gives_up(const ProtectionConfig& c, ProtectionState& s, Fault fault) {
   if (fault == Fault::undervoltage || fault == Fault::overvoltage || fault == Fault::overtemperature) return false;
   ++s.restarts;
-  return s.restarts > c.most_restarts || s.trying_ticks >= c.trying_ticks;
+  return s.restarts > kMostRestarts || s.trying_ticks >= c.trying_ticks;
 }
 
 // Why a stopped motor may not start (again).
 constexpr Blocked blocked_by(const ProtectionConfig& c, const ProtectionState& s, float bus_V, float temperature_K) {
   if (s.latched) return Blocked::latched;
-  if (!(bus_V < c.overvoltage_V - (s.fault == Fault::overvoltage ? c.hysteresis_V : 0.0f))) return Blocked::overvoltage;
-  if (!(bus_V > c.undervoltage_V + (s.fault == Fault::undervoltage ? c.hysteresis_V : 0.0f))) return Blocked::undervoltage;
-  if (s.fault == Fault::overtemperature && temperature_K >= c.temperature_K - c.hysteresis_K) return Blocked::overtemperature;
+  if (!(bus_V < c.overvoltage_V - (s.fault == Fault::overvoltage ? kHysteresis_V : 0.0f))) return Blocked::overvoltage;
+  if (!(bus_V > c.undervoltage_V + (s.fault == Fault::undervoltage ? kHysteresis_V : 0.0f))) return Blocked::undervoltage;
+  if (s.fault == Fault::overtemperature && temperature_K >= c.temperature_K - kHysteresis_K) return Blocked::overtemperature;
   if (temperature_K > c.temperature_K) return Blocked::overtemperature;
   // In flight a lost thermistor costs half the current; on the ground it is mended first.
   if (s.thermistor_lost && s.restarts == 0) return Blocked::temperature_sensor;

@@ -4,6 +4,7 @@
 // squares): steady running teaches nothing, and the flux need not be known.
 #pragma once
 #include "firmware/core/motor/angle.hpp"
+#include "firmware/core/motor/motor_scale.hpp"
 
 namespace rotorloop::firmware {
 
@@ -14,9 +15,9 @@ constexpr float kResistanceLeast = 0.65f, kResistanceMost = 1.8f;
 struct ResistanceConfig {
   float least_ohm = 0.0f, most_ohm = 0.0f;
   float learn_ohm_A_s = 0.0f;        // per supervision tick, ohm per change of flux ratio and of i_q / w_e
-  float mean = 0.005f;               // per supervision tick: changes are those against the mean of 50 ms
-  float least_change_A_s = 1e-3f;    // of i_q / w_e: current noise, which stands in both factors, stays below
-  float least_omega_e_rad_s = 1500;  // a back-EMF of 0.5 V: below, dead time outweighs resistance
+  float mean = 0.0f;                 // per supervision tick: changes are those against the mean
+  float least_change_A_s = 0.0f;     // of i_q / w_e: current noise, which stands in both factors, stays below
+  float least_omega_e_rad_s = 0.0f;  // a back-EMF of 0.5 V: below, dead time outweighs resistance
 };
 struct ResistanceState {
   float flux_ratio = 0.0f, current_A_s = 0.0f;  // means: of the vector's length over the parameter; of i_q / w_e
@@ -31,6 +32,21 @@ constexpr float step(const ResistanceConfig& c, ResistanceState& s, float resist
   s.flux_ratio += c.mean * change;
   if (magnitude(change_A_s) < c.least_change_A_s) return resistance_ohm;
   return clamp(resistance_ohm + c.learn_ohm_A_s * change * change_A_s, c.least_ohm, c.most_ohm);
+}
+
+// Tuned on the simulated drive, 2026-11-23 (docs/decisions/0012, number 6).
+constexpr float kResistanceLearn = 5.7f;  // a second at changes that move the flux ratio as 20 % of R at a third of the rated current does
+constexpr float kResistanceMean_1_s = 20.0f;
+constexpr float kResistanceChange = 0.187f;  // of flux over R
+constexpr float kResistanceHandOver = 1.7f;  // of the hand-over's electrical speed
+
+constexpr ResistanceConfig configure_resistance(const Parameters& p, const MotorScale& m, float resistance_ohm, float tick_s) {
+  return {kResistanceLeast * resistance_ohm,
+          kResistanceMost * resistance_ohm,
+          kResistanceLearn * resistance_ohm * resistance_ohm * tick_s / p.flux_linkage_Wb,
+          kResistanceMean_1_s * tick_s,
+          kResistanceChange * p.flux_linkage_Wb / resistance_ohm,
+          kResistanceHandOver * m.hand_over_e_rad_s};
 }
 
 }  // namespace rotorloop::firmware

@@ -5,13 +5,14 @@
 #pragma once
 #include <cstdint>
 
+#include "firmware/core/interface.hpp"
 #include "firmware/core/motor/current_sense.hpp"
 
 namespace rotorloop::firmware {
 
 struct SampleCheckConfig {
   // |sum| that shunt and amplifier tolerances cannot explain: A, and share of |i|. Four gains 1 % apart at the range's end: 0.03.
-  float sum_A = 4.0f, sum_share = 0.1f;
+  float sum_A = 0.0f, sum_share = 0.1f;
   float change_A_V = 0.0f;    // most change per sample and volt of bus: 1.5 T/L
   float alone_share = 0.13f;  // of it: a jump of one phase alone that no control makes
   bool bridge = true;         // false only to show what it prevents
@@ -79,6 +80,14 @@ constexpr float accept(SteadyValue& s, float sample, float jump) {
   s.begun = true;
   if (!jumps) s.value = sample;
   return s.value;
+}
+
+constexpr float kSum_counts = 136.0f;  // twice the mean that opens the bridge (protection.hpp); tuned on the simulated drive, 2026-11-23
+
+template <Board B>
+constexpr void configure_sample_check(const Parameters& p, float period_s, SampleCheckConfig& c) {
+  c.sum_A = kSum_counts * magnitude(B::kCurrent_A_per_count);
+  c.change_A_V = 1.5f * period_s / p.inductance_H;
 }
 
 }  // namespace rotorloop::firmware

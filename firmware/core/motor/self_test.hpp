@@ -10,6 +10,8 @@
 
 #include "firmware/board/board.hpp"
 #include "firmware/core/interface.hpp"
+#include "firmware/core/motor/modulator.hpp"
+#include "firmware/core/motor/timing.hpp"
 #include "firmware/core/motor/vector.hpp"
 
 namespace rotorloop::firmware {
@@ -24,7 +26,7 @@ struct SelfTestConfig {
   float left = 1.0f;                      // of what the pulses of a sample drive, when it is taken
   float wanted_A = 0.0f, least_A = 0.0f;  // what a pulse should reach; what stands clear of the noise
   float alone_A = 0.0f;                   // in one shunt alone: its leg shorts the supply
-  std::uint16_t wait_ticks = 4000;        // supervision ticks from a rotor that turned to the next try
+  std::uint16_t wait_ticks = 0;           // supervision ticks from a rotor that turned to the next try
   std::uint32_t late_us = 0;              // from one sample to the next: one was missed
 };
 
@@ -293,4 +295,36 @@ constexpr SelfTestStep step(const SelfTestConfig& c, SelfTestVariables& s, const
   return out;
 }
 
+// Tuned on the simulated drive, 2026-11-26. Eight times a converter's noise of two counts for one sample; for two in a row half of that is
+// enough.
+constexpr float kTestWanted_counts = 16.0f, kTestWanted_A = 0.6f, kTestLeast_counts = 8.0f;
+constexpr float kTestAlone = 0.5f;   // of the trip current
+constexpr float kTestWait_s = 1.0f;  // from a rotor that turned to the next try
+
+// possible: the parameters are ones that the board can serve.
+template <Board B>
+SelfTestConfig configure_self_test(const Parameters& p, const ModulatorConfig& modulator, bool possible, float tick_s) {
+  const float A_per_count = magnitude(B::kCurrent_A_per_count), counts_s = modulator.top * static_cast<float>(B::kPwm_Hz);
+  SelfTestConfig s;
+  s.wanted = p.self_test && possible;
+  s.top = modulator.top;
+  s.period_s = sample_s<B>();
+  s.counts_s = counts_s;
+  s.pulses = static_cast<float>(B::kPwmPeriodsPerSample);
+  s.dead_counts = modulator.dead_share * s.top;
+  s.window_counts = 1e-9f * static_cast<float>(B::kSampleWindow_ns) * counts_s;
+  s.most_counts = modulator.sample_duty * s.top;
+  s.line_ohm = 2.0f * (p.resistance_ohm + B::kSwitchResistance_ohm);
+  s.line_H = 2.0f * p.inductance_H;
+  s.diode_V = B::kDiodeDrop_V;
+  // Pulses lie in the middle of their periods, the sample at the end of the last; by then resistance has taken its share.
+  const float half = 0.5f * s.line_ohm / (s.line_H * static_cast<float>(B::kPwm_Hz));
+  s.left = B::kPwmPeriodsPerSample == 2 ? 0.5f * (exp_minus(half) + exp_minus(3.0f * half)) : exp_minus(half);
+  s.wanted_A = kTestWanted_counts * A_per_count > kTestWanted_A ? kTestWanted_counts * A_per_count : kTestWanted_A;
+  s.least_A = kTestLeast_counts * A_per_count;
+  s.alone_A = kTestAlone * B::kTripCurrent_A;
+  s.wait_ticks = ticks(kTestWait_s, tick_s);
+  s.late_us = static_cast<std::uint32_t>(2.5e6f * s.period_s);
+  return s;
+}
 }  // namespace rotorloop::firmware

@@ -6,25 +6,50 @@
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/angle.hpp"
 #include "firmware/core/motor/limits.hpp"
+#include "firmware/core/motor/motor_scale.hpp"
+#include "firmware/core/motor/timing.hpp"
 
 namespace rotorloop::firmware {
 
+// The gains of the RPM loop, all of them; docs/decisions/0013 has the reasons, docs/acceptance/esc_rpm_loop.md what they reach.
+// Tuned on the simulated drive, 2026-11-23 where no other date stands.
+constexpr float kFeedbackShare =
+    1.62f;  // of the electromechanical frequency (motor_scale.hpp): 400 rad/s at 247 rad/s, the reference motor
+// A thirtieth of the sampling's rate at most, 800 rad/s at 24 kHz, which a 3-inch motor reaches; 2026-11-25.
+constexpr float kLeastFeedback_rad_s = 100.0f, kFeedbackOfSampling = 0.0333f, kLeastMost_rad_s = 200.0f, kMostFeedback_rad_s = 1000.0f;
+constexpr float kReference = 1.25f;        // bandwidth of the model, of the feedback
+constexpr float kIntegral = 0.25f;         // corner of the integral, of the feedback; 2026-11-21
+constexpr float kSpeedCorner = 0.75f;      // of the observer's mechanical model, of the feedback: observer.hpp says why it is low
+constexpr float kFullFeedback = 12.25f;    // electrical speed below which feedback falls with it, of the feedback …
+constexpr float kLeastFeedback = 0.15f;    // … to this share, as the observer's own bandwidth does; 2026-11-21
+constexpr float kTorqueFadeShare = 0.02f;  // of the highest speed, in which the torque of the torque modes fades out
+
 struct SpeedLoopConfig {
-  float period_s = 250e-6f;
-  float torque_constant_N_m_A = 0.0f;
-  float inertia_kg_m2 = 0.0f;
-  float load_N_m_s2 = 0.0f;
+  float period_s = 0.0f;
   float inertia_A_s2 = 0.0f, load_A_s2 = 0.0f;  // both over the torque constant
-  float reference_rad_s = 500.0f;               // bandwidth of the model
-  float feedback_rad_s = 400.0f;                // proportional action
-  float integral_share = 0.25f;                 // corner of the integral, of the feedback
-  float over_full_speed_s = 1.0f / 700.0f;  // 1 / rad/s: below this speed feedback falls with it, as the observer's own bandwidth does …
-  float least_share = 0.15f;                // … to this share
-  bool hold_at_limit = true;                // false only to show what the hold prevents
-  float slew_rad_s2 = 0.0f;                 // of the set-point; 0: off
+  float reference_rad_s = 0.0f;                 // bandwidth of the model
+  float feedback_rad_s = 0.0f;                  // proportional action
+  float integral_share = kIntegral;
+  float over_full_speed_s = 0.0f;  // 1 / rad/s
+  bool hold_at_limit = true;       // false only to show what the hold prevents
+  float slew_rad_s2 = 0.0f;        // of the set-point; 0: off
   float max_speed_rad_s = 0.0f, min_speed_rad_s = 0.0f;
-  float over_fade_s = 0.0f;  // torque modes: 1 over the 2 % of the highest speed in which the torque fades out
+  float over_fade_s = 0.0f;  // torque modes: 1 over the speed in which the torque fades out
 };
+
+constexpr void configure_speed_loop(const Parameters& p, const MotorScale& m, float period_s, SpeedLoopConfig& s) {
+  s.period_s = period_s * static_cast<float>(kSlots);
+  s.inertia_A_s2 = p.inertia_kg_m2 / m.torque_constant_N_m_A;
+  s.load_A_s2 = p.load_N_m_s2 / m.torque_constant_N_m_A;
+  const float most_rad_s = clamp(kFeedbackOfSampling / period_s, kLeastMost_rad_s, kMostFeedback_rad_s);
+  s.feedback_rad_s = clamp(kFeedbackShare * m.electromechanical_rad_s, kLeastFeedback_rad_s, most_rad_s);
+  s.reference_rad_s = kReference * s.feedback_rad_s;
+  s.over_full_speed_s = static_cast<float>(p.pole_pairs) / (kFullFeedback * s.feedback_rad_s);
+  s.slew_rad_s2 = p.speed_slew_rad_s2;
+  s.max_speed_rad_s = p.max_speed_rad_s;
+  s.min_speed_rad_s = p.min_speed_rad_s;
+  s.over_fade_s = 1.0f / (kTorqueFadeShare * p.max_speed_rad_s);
+}
 
 struct SpeedLoopState {
   float slewed_rad_s = 0.0f;
@@ -55,7 +80,7 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
   } else {
     s.slewed_rad_s = target;
   }
-  const float share = clamp(magnitude(speed_rad_s) * c.over_full_speed_s, c.least_share, 1.0f);
+  const float share = clamp(magnitude(speed_rad_s) * c.over_full_speed_s, kLeastFeedback, 1.0f);
   const float feedback = c.feedback_rad_s * share, reference = c.reference_rad_s * share;
   // On a ramp the model follows without lag: its own slope is fed in.
   const float slope_rad_s2 = reference * (s.slewed_rad_s - s.model_rad_s) + slew_rad_s2;

@@ -4,48 +4,105 @@
 #pragma once
 #include <cstdint>
 
+#include "firmware/board/board.hpp"
 #include "firmware/core/interface.hpp"
 #include "firmware/core/motor/angle.hpp"
+#include "firmware/core/motor/motor_scale.hpp"
 
 namespace rotorloop::firmware {
 
-// The values are those of the reference motor; configure_start() (config.hpp) scales them to any other.
+// Shares of the motor's own quantities (motor_scale.hpp), tuned on the simulated drive, 2026-11-23 where no other date stands
+// (docs/decisions/0012 has the reasons). The swing: of a rotor held by the start current, in rad/s.
+constexpr float kGiveUp = 1.67f;  // of the hand-over's speed: no lock until here is a failed start
+constexpr float kCatch = 1.6f;    // of it: slower rotors are started afresh, as the dead time hides them
+// Of it, against the direction asked for: slower rotors brake themselves through shorted windings, which needs no estimate; 2026-11-26.
+constexpr float kBackward = 4.0f;
+constexpr float kShortCatch = 1.1f;  // of it: with the windings shorted no leg switches, so no dead time hides what the rotor induces
+constexpr float kLead_s = 0.004f;    // how long a rotor nearly at rest turns until the current holds it; 2026-11-26
+constexpr float kRestEmf = 0.1f;     // of the back-EMF of the hand-over: less, and the rotor may be taken for being at rest; 2026-11-26
+constexpr float kCatchRate_1_s = 400.0f;  // a mean of 2.5 ms
+constexpr float kCatchAngle_rad = 13.0f;  // electrical, at the hand-over's speed: for how long a rotation is looked for
+// The swing dies within about two and a half of its periods.
+constexpr float kAlignFirst_rad = 9.0f, kAlignSecond_rad = 14.3f;  // of the swing
+constexpr float kAlignRise = 0.4f, kMeasureWindow = 0.19f;  // of the first step: current ramp; of the second: when the swing has died
+// A share of the acceleration that the current can give, and at least four electrical turns on the way to the hand-over.
+constexpr float kRampTorque = 0.2f, kRampTurns_1_rad = 1.0f / 50.0f;
+// A quarter of critical damping: at a tenth a rotor that began far off still swings past the opposite dead point when the current falls;
+// 2026-11-26.
+constexpr float kDamping = 0.5f, kMostDamping = 0.67f,
+                kDampingCorner = 0.168f;  // twice the damping ratio; of the start current; of the swing
+// Faster than the swing, and the damping current's own inductive voltage would feed the damper.
+constexpr float kAcrossCorner = 2.23f;  // of the swing
+constexpr float kHandOver_rad = 1.8f;   // of the swing, in which the d current fades out
+// Of the shorted motor's time constants at most: a rotor that is still fast meets no alignment; 2026-11-26.
+constexpr float kShortBrake = 4.0f;
+constexpr float kRestCurrent = 0.1f, kRest_counts = 20.0f;  // of the start current; of the sensors' zeros
+
 struct StartConfig {
-  float tick_s = 250e-6f;
-  float current_A = 12.0f;
-  float catch_s = 0.015f;
-  float catch_speed_rad_s = 200.0f;  // mechanical, 0.5 V of back-EMF: slower rotors are started afresh, as the dead time hides them
-  // Against the direction asked for: slower rotors brake themselves through shorted windings, which needs no estimate.
-  float backward_speed_rad_s = 504.0f;
-  float lead_e_s = 0.028f;  // pole pairs and 4 ms: how far a rotor nearly at rest turns until the current holds it
-  float swing_V = 0.03f;    // of back-EMF that is left when the rotor may be taken for being at rest: a tenth of the hand-over's
+  float tick_s = 0.0f;
+  float current_A = 0.0f;
+  float catch_s = 0.0f;
+  float catch_speed_rad_s = 0.0f, backward_speed_rad_s = 0.0f;  // mechanical
+  float lead_e_s = 0.0f;                                        // pole pairs times the time
+  float swing_V = 0.0f;                                         // of back-EMF
   std::uint32_t align_rounds = 2;
-  float catch_filter = 0.1f, catch_steady = 0.5f, catch_steady_s = 0.007f;  // within half of the mean of 2.5 ms for 7 ms
-  float align_first_s = 0.050f, align_second_s = 0.080f;
+  float catch_filter = 0.0f, catch_steady = 0.5f, catch_steady_s = 0.007f;  // within half of the mean for 7 ms
+  float align_first_s = 0.0f, align_second_s = 0.0f;
   float align_from_rad = 2.1f, align_to_rad = 0.5f;  // of the sweep in the first step, electrical
-  float align_rise_s = 0.020f;                       // current ramp
+  float align_rise_s = 0.0f;
   // The second step measures the resistance from two currents (dead time and diodes drop out of the difference): at low speed
   // a wrong one is the observer's worst enemy, and it changes by 0.4 % per kelvin.
-  float measure_low_share = 0.55f;     // of current_A, second half
-  float measure_window_s = 0.015f;     // at the end of each half, when the swing has died
-  float acceleration_rad_s2 = 800.0f;  // mechanical, of the turned vector: about 60 % of what 12 A can give at full load angle
+  float measure_low_share = 0.55f;   // of current_A, second half
+  float measure_window_s = 0.0f;     // at the end of each half
+  float acceleration_rad_s2 = 0.0f;  // mechanical, of the turned vector
   // A rotor held by a current vector swings like a pendulum with hardly any friction. Its swing shows in the voltage across the
   // vector, where no resistance error hides it; a current across the vector answers it.
-  float damping_A_V = 98.0f;  // 0.23 A per rad/s at 3.4e-4 Wb and 7 pole pairs
-  float damping_most_A = 8.0f;
+  float damping_A_V = 0.0f, damping_most_A = 0.0f;
   // Of the current along the vector, while it stands at phase U: all three phases keep their signs (-1/2 + 0.45·√3/2 < 0), so a dead time
   // not yet known does not feed the damper, and while the resistance is measured they keep off zero, where the loss is not constant.
   float damping_align_share = 0.45f, damping_measure_share = 0.25f;
-  float damping_corner_rad_s = 30.0f;  // what changes more slowly is the vector's own turning
-  float hand_over_rad_s = 126.0f;      // mechanical, 1 200 RPM: back-EMF 0.3 V against 0.1 V of doubt (20 % of R at 12 A)
-  float give_up_rad_s = 210.0f;        // mechanical: no lock until here is a failed start
-  float lock = 0.93f;                  // mean cosine of the phase-locked loop's error
-  float hand_over_s = 0.010f;          // d current fades out
-  float short_brake_s = 0.150f;        // at most: two to three times the shorted motor's time constant
-  // With the windings shorted no leg switches, so no dead time hides what the rotor induces.
-  float rest_A = 1.2f, rest_s = 0.003f;    // a rotor that induces less may be taken for being at rest
-  float short_catch_speed_rad_s = 140.0f;  // mechanical, in the direction asked for
+  float damping_corner_rad_s = 0.0f;                   // what changes more slowly is the vector's own turning
+  float hand_over_rad_s = 0.0f, give_up_rad_s = 0.0f;  // mechanical
+  float lock = 0.93f;                                  // mean cosine of the phase-locked loop's error
+  float hand_over_s = 0.0f;
+  float short_brake_s = 0.0f;
+  float rest_A = 0.0f, rest_s = 0.003f;  // a rotor that induces less may be taken for being at rest
+  float short_catch_speed_rad_s = 0.0f;  // mechanical, in the direction asked for
 };
+
+// Of the voltage across the current vector, per sample.
+constexpr float across_filter(const MotorScale& m, float period_s) { return clamp(kAcrossCorner * m.swing_rad_s * period_s, 1e-3f, 0.2f); }
+
+template <Board B>
+constexpr void configure_start(const Parameters& p, const MotorScale& m, float resistance_ohm, float tick_s, StartConfig& s) {
+  const float pole_pairs = static_cast<float>(p.pole_pairs), hand_over_e = m.hand_over_e_rad_s, over_swing_s = 1.0f / m.swing_rad_s;
+  s.tick_s = tick_s;
+  s.current_A = m.start_A;
+  s.hand_over_rad_s = hand_over_e * (1.0f / pole_pairs);
+  s.give_up_rad_s = kGiveUp * s.hand_over_rad_s;
+  s.catch_speed_rad_s = kCatch * s.hand_over_rad_s;
+  s.backward_speed_rad_s = kBackward * s.hand_over_rad_s;
+  s.short_catch_speed_rad_s = kShortCatch * s.hand_over_rad_s;
+  s.lead_e_s = kLead_s * pole_pairs;
+  s.swing_V = kRestEmf * hand_over_e * p.flux_linkage_Wb;
+  s.catch_filter = clamp(kCatchRate_1_s * s.tick_s, 0.02f, 0.5f);
+  s.catch_s = clamp(kCatchAngle_rad / hand_over_e, 0.015f, 0.1f);
+  s.align_first_s = clamp(kAlignFirst_rad * over_swing_s, 0.05f, 0.3f);
+  s.align_second_s = clamp(kAlignSecond_rad * over_swing_s, 0.08f, 0.5f);
+  s.align_rise_s = kAlignRise * s.align_first_s;
+  s.measure_window_s = kMeasureWindow * s.align_second_s;
+  const float most_rad_s2 = kRampTorque * m.torque_constant_N_m_A * m.start_A / p.inertia_kg_m2;
+  const float turns_rad_s2 = s.hand_over_rad_s * s.hand_over_rad_s * pole_pairs * kRampTurns_1_rad;
+  s.acceleration_rad_s2 = most_rad_s2 < turns_rad_s2 ? most_rad_s2 : turns_rad_s2;
+  s.damping_A_V = kDamping * p.inertia_kg_m2 * m.swing_rad_s / (m.torque_constant_N_m_A * p.flux_linkage_Wb * pole_pairs);
+  s.damping_most_A = kMostDamping * m.start_A;
+  s.damping_corner_rad_s = kDampingCorner * m.swing_rad_s;
+  s.hand_over_s = clamp(kHandOver_rad * over_swing_s, 0.005f, 0.05f);
+  const float shorted_s = p.inertia_kg_m2 * resistance_ohm / (m.torque_constant_N_m_A * p.flux_linkage_Wb * pole_pairs);
+  s.short_brake_s = clamp(kShortBrake * shorted_s, 0.02f, 1.0f);
+  const float offset_A = kRest_counts * magnitude(B::kCurrent_A_per_count);
+  s.rest_A = kRestCurrent * m.start_A > 2.0f * offset_A ? kRestCurrent * m.start_A : 2.0f * offset_A;
+}
 
 struct StartState {
   MotorState phase = MotorState::off;

@@ -307,9 +307,9 @@ CurrentRange wide() {
 TEST(SpeedLoop, CarriesTheLoadByFeedForwardAlone) {
   const SpeedLoopConfig c = configure<FakeBoard>(Parameters{}).speed;
   SpeedLoopState s;
-  enter(c, s, 1000.0f, c.load_N_m_s2 * 1e6f / c.torque_constant_N_m_A);
+  enter(c, s, 1000.0f, c.load_A_s2 * 1e6f);
   const SpeedLoopStep out = step(c, s, 1000.0f, 1000.0f, wide(), false);
-  EXPECT_NEAR(out.current_A, 3.0e-8f * 1e6f / c.torque_constant_N_m_A, 1e-3f);
+  EXPECT_NEAR(out.current_A, 3.0e-8f * 1e6f / (1.5f * 7.0f * Parameters{}.flux_linkage_Wb), 1e-3f);
   EXPECT_NEAR(s.integral_A, 0.0f, 1e-3f);
 }
 
@@ -341,7 +341,7 @@ TEST(SpeedLoop, RaisesASmallSetpointAndLowersALargeOne) {
 // What the sequence decides about a rotor that the observer reports like this for 40 ms.
 template <class Observed>
 StartStep look(const Observed& observed, StartState& s) {
-  const StartConfig c;
+  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   s = {MotorState::catching, 0.0f, 0.0f, 1.0f};
   StartStep out;
   for (int k = 0; k < 160 && s.phase == MotorState::catching && !out.caught; ++k) out = step(c, s, observed(k));
@@ -376,7 +376,7 @@ TEST(StartUp, HoldsARotorWhereItWasSeenTurningAndSweepsForOneThatWasNot) {
   StartState s;
   look([&](int) { return nearly_at_rest; }, s);
   ASSERT_EQ(s.phase, MotorState::align);
-  const StartConfig c;
+  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   // 2 rad, less 30 rad/s · 7 · 4 ms, is nearest to 60 degrees.
   EXPECT_NEAR(s.axis.rad(), kPi / 3.0f, 1e-5f);
   EXPECT_GE(s.in_phase_s, c.align_first_s);
@@ -391,7 +391,7 @@ TEST(StartUp, HoldsARotorWhereItWasSeenTurningAndSweepsForOneThatWasNot) {
 }
 
 TEST(StartUp, ARotorTurningBackwardsSlowlyIsBrakedByItsWindingsNotCaught) {
-  const StartConfig c;
+  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   StartInputs backwards;
   backwards.lock = 0.99f, backwards.flux_ratio = 1.0f, backwards.current_A = 8.0f;
   StartState s;
@@ -404,7 +404,7 @@ TEST(StartUp, ARotorTurningBackwardsSlowlyIsBrakedByItsWindingsNotCaught) {
 }
 
 TEST(StartUp, MeasuresTheResistanceWithoutTheDeadTimesVoltage) {
-  const StartConfig c;
+  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   StartState s{MotorState::align, 0.0f, 0.0f, 1.0f};
   float measured = 0.0f;
   for (int k = 0; k < 4000 && s.phase == MotorState::align; ++k) {
@@ -420,7 +420,7 @@ TEST(StartUp, MeasuresTheResistanceWithoutTheDeadTimesVoltage) {
 }
 
 TEST(StartUp, GivesUpWhenNothingLocks) {
-  const StartConfig c;
+  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   StartState s{MotorState::ramp, 0.0f, 0.0f, -1.0f};
   bool failed = false;
   int ticks = 0;
