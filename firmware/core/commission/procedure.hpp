@@ -1,4 +1,4 @@
-// The procedure of a commissioning without its board: phases at rest here, those that spin in procedure_spin.inc.
+// The procedure of a commissioning without its board: phases at rest here, those that spin in procedure_spin.cpp.
 #pragma once
 #include "firmware/core/commission/variables.hpp"
 
@@ -334,7 +334,28 @@ class CommissioningProcedure {
     go_over_zero(CommissioningPhase::spin_align);
   }
 
-#include "firmware/core/commission/procedure_spin.inc"
+  // --- spinning (procedure_spin.cpp) ---
+
+  static constexpr float kTopShare = 0.5f;  // back-EMF over the longest voltage vector at the top
+  static constexpr float kBlock_s = 4e-3f, kBlend_s = 0.02f;
+
+  // … and while turned open-loop: where the current is hardly more than noise, its voltage is a large part.
+  float turn_share() const { return v_.inject.noisy ? 0.22f : 0.12f; }
+  float full_V() const { return v_.bus_V * (1.0f / kRoot3); }
+  float pole_pairs() const { return result_.pole_pairs > 0 ? static_cast<float>(result_.pole_pairs) : config_.pole_pairs; }
+  Stator lost_V(Stator current_A, Stator v_V) const;
+  Rotor back_emf_V(Angle angle, float omega_e_rad_s, Stator applied_V) const;
+  void begin_ramp();
+  void turn_open_loop();
+  void set_flux(float flux_Wb);
+  void take_to_observer(float flux_Wb);
+  static Angle small_angle(Rotation r);
+  void begin_run();
+  void turn_observed();
+  void record(bool idle, Stator applied_V);
+  void end_acceleration();
+  void end_coast();
+  void conclude_spin();
 
   Parameters entered_{}, found_{};
   MotorConfig config_{};

@@ -1,16 +1,11 @@
-// Phases that spin; part of class CommissioningProcedure (procedure.hpp).
+// The phases of the commissioning that spin.
+#include "firmware/core/commission/procedure.hpp"
 
-static constexpr float kTopShare = 0.5f;  // back-EMF over the longest voltage vector at the top
-static constexpr float kBlock_s = 4e-3f, kBlend_s = 0.02f;
-
-// … and while turned open-loop: where the current is hardly more than noise, its voltage is a large part.
-float turn_share() const { return v_.inject.noisy ? 0.22f : 0.12f; }
-float full_V() const { return v_.bus_V * (1.0f / kRoot3); }
-float pole_pairs() const { return result_.pole_pairs > 0 ? static_cast<float>(result_.pole_pairs) : config_.pole_pairs; }
+namespace rotorloop::firmware {
 
 // What the legs lose at this current while v_V is made. Turning, the ripple decides at which edges the dead time takes anything: the
 // measured loss, over the modulator's own zone.
-Stator lost_V(Stator current_A, Stator v_V) const {
+Stator CommissioningProcedure::lost_V(Stator current_A, Stator v_V) const {
   const ModulatorConfig& m = config_.modulator;
   const float lost = kDeadTimeTrust * result_.dead_time_s * board_.pwm_Hz * (v_.bus_V + 2.0f * board_.diode_drop_V);
   const float over_zone = 1.0f / (m.zone_A + m.ripple_A_V * (magnitude(v_V.a) + magnitude(v_V.b)));
@@ -21,7 +16,7 @@ Stator lost_V(Stator current_A, Stator v_V) const {
 }
 
 // Back-EMF over the period that just ended, in a frame that stood at `angle` at its end.
-Rotor back_emf_V(Angle angle, float omega_e_rad_s, Stator applied_V) const {
+Rotor CommissioningProcedure::back_emf_V(Angle angle, float omega_e_rad_s, Stator applied_V) const {
   const Rotation middle = rotation(angle - Angle::from_rad(0.5f * omega_e_rad_s * config_.period_s));
   const Stator mean_A = 0.5f * (v_.current_A + v_.last_A);
   const Rotor i = park(mean_A, middle), u = park(applied_V, middle);
@@ -29,7 +24,7 @@ Rotor back_emf_V(Angle angle, float omega_e_rad_s, Stator applied_V) const {
   return {u.d - R * i.d + wL * i.q, u.q - R * i.q - wL * i.d};
 }
 
-void begin_ramp() {
+void CommissioningProcedure::begin_ramp() {
   const float guess_rad_s = turn_share() * full_V() / v_.flux_Wb;
   const float torque_N_m = 1.5f * config_.pole_pairs * v_.flux_Wb * v_.largest_A;
   const float most_rad_s2 = 0.08f * config_.pole_pairs * torque_N_m / found_.inertia_kg_m2, wanted_rad_s2 = guess_rad_s * (1.0f / 1.5f);
@@ -38,7 +33,7 @@ void begin_ramp() {
   v_.omega_e_rad_s = 0.0f;
 }
 
-void turn_open_loop() {
+void CommissioningProcedure::turn_open_loop() {
   const bool held = v_.phase == CommissioningPhase::speed_held;
   if (!held) v_.omega_e_rad_s += v_.turn_rad_s2 * config_.period_s;
   // At speed less is enough, and saturates less.
@@ -68,14 +63,14 @@ void turn_open_loop() {
   take_to_observer(v_.sum_V / v_.sum_count / v_.omega_e_rad_s);
 }
 
-void set_flux(float flux_Wb) {
+void CommissioningProcedure::set_flux(float flux_Wb) {
   v_.flux_Wb = flux_Wb;
   config_.observer.flux_linkage_Wb = config_.current.flux_linkage_Wb = flux_Wb;
   config_.observer.over_flux = 1.0f / flux_Wb;
 }
 
 // The same currents and voltages in the observer's frame, which starts where the back-EMF says that the magnet is.
-void take_to_observer(float flux_Wb) {
+void CommissioningProcedure::take_to_observer(float flux_Wb) {
   if (!kPlausibleFlux.holds(flux_Wb)) return finish(CommissioningEnd::does_not_turn);
   set_flux(flux_Wb);
   v_.sum_V = v_.sum_count = 0.0f;
@@ -107,12 +102,12 @@ void take_to_observer(float flux_Wb) {
 }
 
 // Of a rotation by less than a right angle; 0.02 rad off at 1 rad, which the phase-locked loop takes out.
-static Angle small_angle(Rotation r) {
+Angle CommissioningProcedure::small_angle(Rotation r) {
   const float s = clamp(r.sin, -0.9f, 0.9f);
   return Angle::from_rad(s * (1.0f + s * s * (1.0f / 6.0f + s * s * (3.0f / 40.0f))));
 }
 
-void begin_run() {
+void CommissioningProcedure::begin_run() {
   v_.spin = {};
   v_.spin.current_A = v_.accelerate_A;
   v_.spin.speed_rad_s = kTopShare * full_V() / (v_.flux_Wb * pole_pairs());
@@ -123,7 +118,7 @@ void begin_run() {
   go(CommissioningPhase::accelerate);
 }
 
-void turn_observed() {
+void CommissioningProcedure::turn_observed() {
   const bool coasting = v_.phase == CommissioningPhase::coast;
   const float T = config_.period_s, t = seconds();
   const Stator mean_A = 0.5f * (v_.current_A + v_.last_A);
@@ -151,7 +146,7 @@ void turn_observed() {
     end_acceleration();
 }
 
-void record(bool idle, Stator applied_V) {
+void CommissioningProcedure::record(bool idle, Stator applied_V) {
   const float T = config_.period_s, w = v_.observer.omega_e_rad_s / pole_pairs();
   const float turned_rad = (v_.observer.angle - v_.block_angle).rad();
   v_.block_angle = v_.observer.angle;
@@ -175,7 +170,7 @@ void record(bool idle, Stator applied_V) {
   if (v_.spin.sums.rows > 10 && v_.mean_rad_s2 > v_.best_rad_s2) v_.best_rad_s2 = v_.mean_rad_s2;
 }
 
-void end_acceleration() {
+void CommissioningProcedure::end_acceleration() {
   const float emf_V = v_.observer.omega_e_rad_s * v_.flux_Wb, t = seconds();
   const float fastest = 0.95f * found_.max_speed_rad_s * config_.pole_pairs;
   const bool fast = emf_V > kTopShare * full_V() || v_.observer.omega_e_rad_s > fastest;
@@ -187,7 +182,7 @@ void end_acceleration() {
   go(CommissioningPhase::coast);
 }
 
-void end_coast() {
+void CommissioningProcedure::end_coast() {
   const float emf_V = v_.observer.omega_e_rad_s * v_.flux_Wb, t = seconds();
   const float low_V = 1.1f * turn_share() * full_V(), half_V = 0.5f * (low_V + v_.top_V);
   if (t < 0.07f || (emf_V > (v_.with_magnet ? low_V : half_V) && t < 1.0f)) return;
@@ -207,7 +202,7 @@ void end_coast() {
   conclude_spin();
 }
 
-void conclude_spin() {
+void CommissioningProcedure::conclude_spin() {
   const SpinResult &one = v_.spins[0], &two = v_.spins[1];
   result_.flux_linkage_Wb = 0.5f * (one.flux_linkage_Wb + two.flux_linkage_Wb);
   result_.inertia_kg_m2 = 0.5f * (one.inertia_kg_m2 + two.inertia_kg_m2);
@@ -218,3 +213,5 @@ void conclude_spin() {
   result_.spin_valid = end == CommissioningEnd::none;
   finish(end == CommissioningEnd::none ? CommissioningEnd::done : end);
 }
+
+}  // namespace rotorloop::firmware
