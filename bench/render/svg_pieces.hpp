@@ -7,6 +7,11 @@
 
 namespace rotorloop::render {
 
+// Colours are numbers into a palette that colour-blind readers can distinguish (Okabe and Ito), the same in every plot of a
+// page: one thing, one colour. kNeutral is the text colour, for what is wanted rather than measured.
+inline constexpr int kNeutral = -1;
+inline constexpr int kPaletteSize = 6;
+
 std::string xml_escaped(std::string_view text);
 
 // About `wanted` ticks at multiples of 1, 2 or 5 times a power of ten within [low, high]; low < high.

@@ -7,125 +7,12 @@
 #include <cmath>
 #include <set>
 
+#include "bench/render/svg_axes.hpp"
+
 namespace rotorloop::render {
 namespace {
 
-constexpr double kLegendRow_px = 22;
 constexpr double kBucket_px = 1.5;  // a lowest and a highest point this far apart draw the same line as all points
-
-struct Span {
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  void add(double v) {
-    if (!std::isfinite(v)) return;
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  bool empty() const { return !(low <= high); }
-  double size() const { return high - low; }
-};
-
-// A range that can be drawn: never empty, never a point.
-Span drawable(Span s) {
-  if (s.empty()) return {0, 1};
-  if (s.size() <= 1e-12 * std::max(std::fabs(s.low), std::fabs(s.high)) || s.size() == 0) {
-    const double around = s.low == 0 ? 1 : 0.1 * std::fabs(s.low);
-    return {s.low - around, s.high + around};
-  }
-  return s;
-}
-
-std::string css_colour(int colour) { return colour < 0 ? "n" : std::to_string(colour % kPaletteSize); }
-
-// The rectangle that data are drawn in, and the map from data to pixels.
-struct Frame {
-  double left = 0, top = 0, right = 0, bottom = 0;
-  Span x, y;
-  double at_x(double v) const { return left + (v - x.low) / x.size() * (right - left); }
-  double at_y(double v) const { return bottom - (v - y.low) / y.size() * (bottom - top); }
-};
-
-struct LegendItem {
-  std::string label, swatch;  // swatch: SVG drawn around (0, 0), 22 px wide
-};
-
-// A row of swatches with labels; wraps. Returns the SVG and the height used.
-std::pair<std::string, double> legend_svg(const std::vector<LegendItem>& items, double left, double right) {
-  if (items.empty()) return {"", 0};
-  std::string out;
-  double x = left, y = 12;
-  for (const auto& item : items) {
-    const double needed = 28 + text_px(item.label) + 18;
-    if (x > left && x + needed > right) {
-      x = left;
-      y += kLegendRow_px - 4;
-    }
-    out += fmt::format("<g transform=\"translate({} {})\">{}<text class=\"lg\" x=\"28\" y=\"4\">{}</text></g>\n", px(x), px(y), item.swatch,
-                       xml_escaped(item.label));
-    x += needed;
-  }
-  return {out, y + kLegendRow_px - 12};
-}
-
-std::string x_axis(const Frame& f, const Ticks& ticks, const std::string& label) {
-  std::string out;
-  for (const double t : ticks.at) {
-    const auto x = px(f.at_x(t));
-    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x,
-                       px(f.top), px(f.bottom), x, px(f.bottom + 16), tick_text(t, ticks));
-  }
-  out += fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
-                     px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(f.bottom + 34), xml_escaped(label));
-  return out;
-}
-
-// Names of things at x = 1, 2, …; slanted ones end at their tick.
-constexpr double kSlant_deg = 35.0, kSlantSine = 0.574;
-std::string named_x_axis(const Frame& f, const std::vector<std::string>& names, bool slanted, double label_y, const std::string& label) {
-  std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const double at = static_cast<double>(i + 1);
-    if (at < f.x.low || at > f.x.high) continue;
-    const auto x = px(f.at_x(at)), y = px(f.bottom + 16);
-    out += fmt::format("<path class=\"gr\" d=\"M{} {}V{}\"/>", x, px(f.top), px(f.bottom));
-    out += slanted
-               ? fmt::format("<text class=\"tk\" x=\"{0}\" y=\"{1}\" text-anchor=\"end\" transform=\"rotate(-{2} {0} {1})\">{3}</text>\n",
-                             x, y, kSlant_deg, xml_escaped(names[i]))
-               : fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x, y, xml_escaped(names[i]));
-  }
-  return out + fmt::format("<path class=\"ax\" d=\"M{} {}H{}\"/><text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
-                           px(f.left), px(f.bottom), px(f.right), px((f.left + f.right) / 2), px(label_y), xml_escaped(label));
-}
-
-std::string y_axis(const Frame& f, const Ticks& ticks, const std::string& label) {
-  std::string out;
-  for (const double t : ticks.at) {
-    const double y = f.at_y(t);
-    out += fmt::format("<path class=\"gr\" d=\"M{} {}H{}\"/><text class=\"tk\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
-                       px(f.left), px(y), px(f.right), px(f.left - 7), px(y + 4), tick_text(t, ticks));
-  }
-  const double middle = (f.top + f.bottom) / 2;
-  out += fmt::format("<text class=\"lb\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", px(middle),
-                     xml_escaped(label));
-  return out;
-}
-
-// Ticks of a second scale of the y axis, round in its own unit; without grid lines, which are the first scale's.
-std::string right_axis(const Frame& f, const Ticks& ticks, const RightScale& scale, double label_x) {
-  std::string out;
-  for (const double t : ticks.at) {
-    const double y = f.at_y(t / scale.per_y);
-    out += fmt::format("<path class=\"ax\" d=\"M{} {}h4\"/><text class=\"tk\" x=\"{}\" y=\"{}\">{}</text>\n", px(f.right), px(y),
-                       px(f.right + 7), px(y + 4), tick_text(t, ticks));
-  }
-  return out + fmt::format("<text class=\"lb\" transform=\"translate({} {}) rotate(90)\" text-anchor=\"middle\">{}</text>\n", px(label_x),
-                           px((f.top + f.bottom) / 2), xml_escaped(scale.label));
-}
-
-double tick_width(const Ticks& ticks) {
-  double widest = 0;
-  for (const double t : ticks.at) widest = std::max(widest, text_px(tick_text(t, ticks)));
-  return widest;
-}
 
 bool ascending(const std::vector<double>& x) {
   double last = -HUGE_VAL;
@@ -137,7 +24,7 @@ bool ascending(const std::vector<double>& x) {
   return true;
 }
 
-std::string path_of(const Series& s, const Frame& f) {
+std::string path_of(const Series& s, const PlotArea& f) {
   std::vector<double> xs, ys;
   if (ascending(s.x))
     decimate_min_max(s.x, s.y, f.x.low, f.x.high, static_cast<int>((f.right - f.left) / kBucket_px), xs, ys);
@@ -178,7 +65,7 @@ std::string marker_at(Marker marker, double x, double y) {
   if (marker == Marker::dot) return fmt::format("M{} {}h0", px(x), px(y));
   return fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0", px(x - kRing_px), px(y), kRing_px, 2 * kRing_px);
 }
-std::string markers_of(const Series& s, const Frame& f) {
+std::string markers_of(const Series& s, const PlotArea& f) {
   std::string d;
   for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i)
     if (std::isfinite(s.x[i]) && std::isfinite(s.y[i])) d += marker_at(s.marker, f.at_x(s.x[i]), f.at_y(s.y[i]));
@@ -186,9 +73,9 @@ std::string markers_of(const Series& s, const Frame& f) {
 }
 
 // Grows the tighter axis until one unit is equally long on both.
-void equalise(Frame& f) {
+void equalise(PlotArea& f) {
   const double scale = std::min((f.right - f.left) / f.x.size(), (f.bottom - f.top) / f.y.size());
-  const auto grow = [&](Span& s, double pixels) {
+  const auto grow = [&](DataSpan& s, double pixels) {
     const double middle = (s.low + s.high) / 2, half = pixels / scale / 2;
     s = {middle - half, middle + half};
   };
@@ -275,7 +162,7 @@ std::vector<LegendItem> legend_of(const Plot& p) {
 }
 
 // What the axes span: the data with some room, unless the plot says otherwise.
-void find_spans(const Plot& p, Span& x, Span& y) {
+void find_spans(const Plot& p, DataSpan& x, DataSpan& y) {
   for (const auto& s : p.series)
     for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
       if (!std::isfinite(s.y[i]) || !std::isfinite(s.x[i])) continue;
@@ -288,7 +175,7 @@ void find_spans(const Plot& p, Span& x, Span& y) {
   if (p.y_from_zero) y.add(0.0);
   x = drawable(x);
   y = drawable(y);
-  for (Span* span : {&x, &y}) {
+  for (DataSpan* span : {&x, &y}) {
     const double lack = p.min_extent - span->size();
     if (lack > 0) *span = {span->low - lack / 2, span->high + lack / 2};
   }
@@ -308,21 +195,21 @@ void find_spans(const Plot& p, Span& x, Span& y) {
 }
 
 struct PlotFrame {
-  Frame f;
+  PlotArea f;
   Ticks x_ticks, y_ticks, right_ticks;
   bool slanted = false;   // names in place of numbers on the x axis
   double names_px = 0.0;  // height that they take
 };
 
 PlotFrame lay_out(const Plot& p, double legend_height) {
-  Span x, y;
+  DataSpan x, y;
   find_spans(p, x, y);
   PlotFrame out{};
   double longest_name = 0;
   for (const auto& name : p.x_names) longest_name = std::max(longest_name, text_px(name));
   out.slanted = longest_name > 0.8 * (p.width_px - 80.0) / static_cast<double>(std::max<std::size_t>(1, p.x_names.size()));
   out.names_px = out.slanted ? kSlantSine * longest_name : 0.0;
-  Frame& f = out.f;
+  PlotArea& f = out.f;
   f = {.left = 0, .top = legend_height + 8, .right = p.width_px - 12.0, .bottom = p.height_px - 42.0 - out.names_px, .x = x, .y = y};
   const int y_wanted = std::max(2, static_cast<int>((f.bottom - f.top) / 42));
   // One tick shows no scale: try for more until there are three, as far as there is room.
@@ -348,7 +235,7 @@ PlotFrame lay_out(const Plot& p, double legend_height) {
   return out;
 }
 
-std::string band_svg(const Band& b, const Frame& f) {
+std::string band_svg(const Band& b, const PlotArea& f) {
   const double from = f.at_x(std::clamp(b.from, f.x.low, f.x.high)), to = f.at_x(std::clamp(b.to, f.x.low, f.x.high));
   std::string out =
       fmt::format("<rect class=\"bd{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", b.colour < 0 ? "" : " g" + css_colour(b.colour),
@@ -364,11 +251,11 @@ std::string plot_svg(const Plot& given) {
   const Plot p = given.log_x || given.log_y ? in_decades(given) : given;
   const auto [legend_text, legend_height] = legend_svg(legend_of(p), 8, p.width_px);
   const PlotFrame frame = lay_out(p, legend_height);
-  const Frame& f = frame.f;
+  const PlotArea& f = frame.f;
   std::string out = open_svg(p.width_px, p.height_px, p.title);
   for (const auto& b : p.bands) out += band_svg(b, f);
   out += y_axis(f, frame.y_ticks, p.y_label);
-  if (p.right) out += right_axis(f, frame.right_ticks, *p.right, p.width_px - 13.0);
+  if (p.right) out += right_axis(f, frame.right_ticks, p.right->per_y, p.right->label, p.width_px - 13.0);
   out += p.x_names.empty() ? x_axis(f, frame.x_ticks, p.x_label)
                            : named_x_axis(f, p.x_names, frame.slanted, f.bottom + 34 + frame.names_px, p.x_label);
   out += legend_text;
@@ -384,121 +271,6 @@ std::string plot_svg(const Plot& given) {
     if (m.y < f.y.low || m.y > f.y.high) continue;
     out += fmt::format("<path class=\"mk\" d=\"M{} {}H{}\"/><text class=\"mt\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
                        px(f.left), px(f.at_y(m.y)), px(f.right), px(f.right - 4), px(f.at_y(m.y) - 5), xml_escaped(m.label));
-  }
-  return out + "</svg>\n";
-}
-
-namespace {
-
-constexpr double kBarRow_px = 34, kBar_px = 16;
-
-std::string bar_svg(const Bar& b, const Frame& f, double y) {
-  std::string out =
-      fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(f.left - 9), px(y + 4), xml_escaped(b.label));
-  if (std::isfinite(b.value)) {
-    const double end = f.at_x(b.value);
-    out += fmt::format("<rect class=\"f{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"2\"/>", css_colour(b.colour), px(f.left),
-                       px(y - kBar_px / 2), px(std::max(0.5, end - f.left)), px(kBar_px));
-    for (std::size_t i = 0; i < b.points.size() && b.points.size() > 1; ++i)
-      if (std::isfinite(b.points[i]))  // spread over the bar's height so that equal values stay apart
-        out += fmt::format("<circle class=\"pt\" cx=\"{}\" cy=\"{}\" r=\"2.2\"/>", px(f.at_x(b.points[i])),
-                           px(y + (static_cast<double>((i * 7) % 10) - 4.5) * 1.3));
-    if (b.spread && *b.spread > 0) {
-      const double a = f.at_x(b.value - *b.spread), z = f.at_x(b.value + *b.spread);
-      out += fmt::format("<path class=\"wh\" d=\"M{0} {2}H{1}M{0} {3}V{4}M{1} {3}V{4}\"/>", px(a), px(z), px(y), px(y - 5), px(y + 5));
-    }
-  } else {
-    out += fmt::format("<text class=\"tk\" x=\"{}\" y=\"{}\">not measured</text>", px(f.left + 6), px(y + 4));
-  }
-  if (b.reference) {
-    const double at = f.at_x(*b.reference);
-    out += fmt::format("<path class=\"rf\" d=\"M{0} {1}L{2} {3}L{0} {4}L{5} {3}Z\"/>", px(at), px(y - 7), px(at + 6), px(y), px(y + 7),
-                       px(at - 6));
-  }
-  return out + '\n';
-}
-
-}  // namespace
-
-std::string bar_chart_svg(const BarChart& c) {
-  Span x;
-  x.add(0.0);
-  double label_width = 0;
-  bool any_reference = false, any_points = false;
-  for (const auto& b : c.bars) {
-    x.add(b.value + b.spread.value_or(0));
-    for (const double v : b.points) x.add(v);
-    if (b.reference) {
-      x.add(*b.reference);
-      any_reference = true;
-    }
-    any_points = any_points || b.points.size() > 1;
-    label_width = std::max(label_width, text_px(b.label));
-  }
-  if (c.limit) x.add(*c.limit);
-  x = drawable(x);
-  x.high += 0.12 * x.size();
-
-  std::vector<LegendItem> legend;
-  if (any_points) legend.push_back({"one seed", "<circle class=\"pt\" cx=\"11\" cy=\"0\" r=\"2.6\"/>"});
-  if (any_points) legend.push_back({"± 1 standard deviation", "<path class=\"wh\" d=\"M2 0H20M2 -4V4M20 -4V4\"/>"});
-  if (any_reference) legend.push_back({c.reference_label, "<path class=\"rf\" d=\"M11 -6L16 0L11 6L6 0Z\"/>"});
-  if (c.limit) legend.push_back({c.limit_label, "<path class=\"mk\" d=\"M11 -8V8\"/>"});
-  const auto [legend_text, legend_height] = legend_svg(legend, 8, c.width_px);
-
-  const double top = legend_height + 6, bottom = top + kBarRow_px * static_cast<double>(c.bars.size());
-  const Frame f{.left = label_width + 18, .top = top, .right = c.width_px - 14.0, .bottom = bottom, .x = x, .y = {0, 1}};
-  std::string out = open_svg(c.width_px, bottom + 42, c.title) + legend_text;
-  out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 80))), c.x_label);
-  double y = top + kBarRow_px / 2;
-  for (const auto& b : c.bars) {
-    out += bar_svg(b, f, y);
-    y += kBarRow_px;
-  }
-  if (c.limit) out += fmt::format("<path class=\"mk\" d=\"M{} {}V{}\"/>\n", px(f.at_x(*c.limit)), px(f.top), px(f.bottom));
-  out += fmt::format("<path class=\"ax\" d=\"M{} {}V{}\"/>\n", px(f.left), px(f.top), px(f.bottom));
-  return out + "</svg>\n";
-}
-
-std::string timeline_svg(const Timeline& t) {
-  constexpr double kRow_px = 22;
-  double label_width = 0;
-  for (const auto& r : t.rows) label_width = std::max(label_width, text_px(r.label));
-  const Span x = drawable({t.x_min, t.x_max});
-  const Frame f{.left = label_width + 18,
-                .top = 6,
-                .right = t.width_px - 12.0,
-                .bottom = 6 + kRow_px * static_cast<double>(t.rows.size()),
-                .x = x,
-                .y = {0, 1}};
-  std::string out = open_svg(t.width_px, f.bottom + 42, t.title);
-  out += x_axis(f, nice_ticks(x.low, x.high, std::max(2, static_cast<int>((f.right - f.left) / 90))), t.x_label);
-  double y = f.top;
-  for (const auto& r : t.rows) {
-    out += fmt::format("<text class=\"lb\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><path class=\"gr\" d=\"M{} {}H{}\"/>",
-                       px(f.left - 9), px(y + kRow_px / 2 + 4), xml_escaped(r.label), px(f.left), px(y + kRow_px), px(f.right));
-    // Intervals closer than half a pixel are drawn as one: what is seen is the same, the file stays small.
-    double from = 0, to = -1;
-    std::string d;
-    const auto put = [&] {
-      if (to >= from)
-        d += fmt::format("M{} {}h{}v{}h-{}z", px(from), px(y + 4), px(std::max(1.0, to - from)), px(kRow_px - 8),
-                         px(std::max(1.0, to - from)));
-    };
-    for (const auto& i : r.intervals) {
-      const double a = f.at_x(std::clamp(i.from, x.low, x.high)), b = f.at_x(std::clamp(i.to, x.low, x.high));
-      if (to >= from && a - to < 0.5) {
-        to = std::max(to, b);
-        continue;
-      }
-      put();
-      from = a;
-      to = b;
-    }
-    put();
-    if (!d.empty()) out += fmt::format("<path class=\"f{}\" d=\"{}\"/>", css_colour(r.colour), d);
-    out += '\n';
-    y += kRow_px;
   }
   return out + "</svg>\n";
 }

@@ -10,11 +10,6 @@
 
 namespace rotorloop::render {
 
-// Colours are numbers into a palette that colour-blind readers can distinguish (Okabe and Ito), the same in every plot of a
-// page: one thing, one colour. kNeutral is the text colour, for what is wanted rather than measured.
-inline constexpr int kNeutral = -1;
-inline constexpr int kPaletteSize = 6;
-
 enum class Marker { none, dot, ring };  // none: a line; else a point at each sample, not joined
 
 struct Series {

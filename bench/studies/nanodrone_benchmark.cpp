@@ -203,6 +203,21 @@ estimate::ModelValues fit_likelihood(const NanodroneInputs& in, const std::vecto
   return v;
 }
 
+void set_limits(const score::PredictionSummary& base, const score::PredictionSummary& own, std::span<const score::PredictionErrors> ours,
+                std::span<const score::PredictionErrors> baseline, const score::Bootstrap& bootstrap, NanodroneResult& out) {
+  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) {
+    NanodroneLimit& l = out.limits[q];
+    l.quantity = static_cast<score::PredictedQuantity>(q);
+    l.published_best = kPublishedBest[q];
+    l.baseline = base.sim_error[q];
+    l.share = kShare[q];
+    l.limit = l.share * std::min(l.published_best, l.baseline);
+    l.measured = own.sim_error[q];
+    l.to_baseline = score::error_ratio(ours, baseline, l.quantity, 1, kHorizon, bootstrap);
+    l.met = l.measured <= l.limit;
+  }
+}
+
 }  // namespace
 
 bool NanodroneResult::met() const {
@@ -245,19 +260,8 @@ NanodroneResult run_nanodrone(const NanodroneInputs& in, const std::function<voi
   say("rotation fitted to 0.5 s ahead");
   const auto ours = scored("fitted to 0.5 s ahead", score::whole_model(out.predicting));
 
-  const score::PredictionSummary& base_score = out.scores[1].score;
   const score::PredictionSummary our_score = score::summary(ours);
-  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) {
-    NanodroneLimit& l = out.limits[q];
-    l.quantity = static_cast<score::PredictedQuantity>(q);
-    l.published_best = kPublishedBest[q];
-    l.baseline = base_score.sim_error[q];
-    l.share = kShare[q];
-    l.limit = l.share * std::min(l.published_best, l.baseline);
-    l.measured = our_score.sim_error[q];
-    l.to_baseline = score::error_ratio(ours, baseline, l.quantity, 1, kHorizon, in.bootstrap);
-    l.met = l.measured <= l.limit;
-  }
+  set_limits(out.scores[1].score, our_score, ours, baseline, in.bootstrap, out);
   for (const std::size_t h : {1u, 2u, 5u, 10u, 20u, 50u}) {
     out.horizons.push_back({static_cast<double>(h) * our_score.step_s,
                             score::error_ratio(ours, held, score::kPredictedAttitude, h, h, in.bootstrap),

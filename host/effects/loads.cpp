@@ -49,6 +49,17 @@ S rotor_thrust(const LoadParameters<S>& p, const LoadGeometry& g, const S& omega
   return p.k1_N_s2 * omega * omega + p.k2_N_s2_m * speed * through;
 }
 
+// Thrust and drag, eq. (4), (5).
+template <class S>
+void drag_of_airframe(LoadState<S>& s) {
+  const LoadParameters<S>& p = s.parameters;
+  const Vec3<S>& v = s.v_air_B_m_s;
+  const S rotor_drag = p.c_dh_s_m * s.thrust_sum_N;
+  s.force_B_N.x = -(rotor_drag * v.x) - p.c_dxy_N_s2_m2 * v.x * magnitude(v.x);
+  s.force_B_N.y = -(rotor_drag * v.y) - p.c_dxy_N_s2_m2 * v.y * magnitude(v.y);
+  s.force_B_N.z = s.thrust_sum_N - p.c_dz_N_s2_m2 * v.z * magnitude(v.z);
+}
+
 template <class S>
 void loads(LoadState<S>& s, const TermSet<S>* terms) {
   const auto each = [&](auto&& act) {
@@ -96,12 +107,7 @@ void loads(LoadState<S>& s, const TermSet<S>* terms) {
     s.torque_B_N_m.y -= r.arm_B_m.x * r.thrust_N;
     s.torque_B_N_m.z += static_cast<double>(mount.reaction) * r.torque_N_m;
   }
-  // Eq. (4), (5).
-  const Vec3<S>& v = s.v_air_B_m_s;
-  const S rotor_drag = p.c_dh_s_m * s.thrust_sum_N;
-  s.force_B_N.x = -(rotor_drag * v.x) - p.c_dxy_N_s2_m2 * v.x * magnitude(v.x);
-  s.force_B_N.y = -(rotor_drag * v.y) - p.c_dxy_N_s2_m2 * v.y * magnitude(v.y);
-  s.force_B_N.z = s.thrust_sum_N - p.c_dz_N_s2_m2 * v.z * magnitude(v.z);
+  drag_of_airframe(s);
   for (std::size_t i = 0; terms && i < kRotors; ++i) {
     const Vec3<S> at = hub_velocity(s, i);
     push_at_hub(s, i, -(s.rotor[i].drag_N_s_m * at.x), -(s.rotor[i].drag_N_s_m * at.y));

@@ -107,12 +107,7 @@ void compare_ends(Comparison& c, const Key& k, const std::vector<const FlightRes
 
 std::string num(double v) { return std::isnan(v) ? "-" : fmt::format("{:.4g}", v); }
 
-}  // namespace
-
-Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool verify) {
-  Comparison c;
-  c.a = read_result(folder_a);
-  c.b = read_result(folder_b);
+void name_runs(const fs::path& folder_a, const fs::path& folder_b, Comparison& c) {
   const auto name = [](const fs::path& p) { return p.filename().empty() ? p.parent_path().filename().string() : p.filename().string(); };
   c.name_a = name(folder_a);
   c.name_b = name(folder_b);
@@ -120,6 +115,15 @@ Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool
     c.name_a = "A (" + c.name_a + ")";
     c.name_b = "B (" + c.name_b + ")";
   }
+}
+
+}  // namespace
+
+Comparison compare_runs(const fs::path& folder_a, const fs::path& folder_b, bool verify) {
+  Comparison c;
+  c.a = read_result(folder_a);
+  c.b = read_result(folder_b);
+  name_runs(folder_a, folder_b, c);
   c.logs_compared = !c.a.log_hashes.empty() && !c.b.log_hashes.empty();
   if (verify && !c.logs_compared)
     throw Error({"--verify", fmt::format("{} has no logs: nothing can be verified", c.a.log_hashes.empty() ? c.name_a : c.name_b),

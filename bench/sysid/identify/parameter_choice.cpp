@@ -40,6 +40,30 @@ NamedNumber with_prior(const std::string& text) {
   return out;
 }
 
+// What the user frees, holds, or wants for each flight by itself.
+void apply(const ParameterWishes& wishes, const host::TermList& terms, bool several, std::vector<estimate::FreeParameter>& out) {
+  for (const std::string& text : wishes.free) {
+    const NamedNumber wish = with_prior(text);
+    for (const int p : parameters_named(wish.name, terms)) {
+      const auto found = std::find_if(out.begin(), out.end(), [&](const estimate::FreeParameter& f) { return f.parameter == p; });
+      if (found == out.end()) {
+        out.push_back({p, false, wish.u});
+      } else if (wish.u > 0.0) {
+        found->prior_u = wish.u;
+      }
+    }
+  }
+  for (const std::string& name : wishes.hold) {
+    const auto held = parameters_named(name, terms);
+    std::erase_if(out, [&](const estimate::FreeParameter& f) { return std::find(held.begin(), held.end(), f.parameter) != held.end(); });
+  }
+  for (const std::string& name : wishes.per_flight) {
+    for (const int p : parameters_named(name, terms)) {
+      for (estimate::FreeParameter& f : out) f.per_flight = f.per_flight || (f.parameter == p && several);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms) {
@@ -98,26 +122,7 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
     }
   }
 
-  for (const std::string& text : wishes.free) {
-    const NamedNumber wish = with_prior(text);
-    for (const int p : parameters_named(wish.name, terms)) {
-      const auto found = std::find_if(out.begin(), out.end(), [&](const estimate::FreeParameter& f) { return f.parameter == p; });
-      if (found == out.end()) {
-        add(p, false, wish.u);
-      } else if (wish.u > 0.0) {
-        found->prior_u = wish.u;
-      }
-    }
-  }
-  for (const std::string& name : wishes.hold) {
-    const auto held = parameters_named(name, terms);
-    std::erase_if(out, [&](const estimate::FreeParameter& f) { return std::find(held.begin(), held.end(), f.parameter) != held.end(); });
-  }
-  for (const std::string& name : wishes.per_flight) {
-    for (const int p : parameters_named(name, terms)) {
-      for (estimate::FreeParameter& f : out) f.per_flight = f.per_flight || (f.parameter == p && flights.size() > 1);
-    }
-  }
+  apply(wishes, terms, flights.size() > 1, out);
   if (out.empty()) throw Error({"--hold", "leaves no parameter free", "", "hold fewer"});
   return out;
 }
