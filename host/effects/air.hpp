@@ -9,6 +9,7 @@ struct WindSteady {
   static constexpr std::string_view kId = "wind_steady";
   static constexpr TermParameter kParameters[] = {
       {"w_x_m_s", "m/s", -20.0, 20.0, 1.0, 0.0}, {"w_y_m_s", "m/s", -20.0, 20.0, 1.0, 0.0}, {"w_z_m_s", "m/s", -10.0, 10.0, 1.0, 0.0}};
+  static constexpr TermTraits kTraits{.mean_wind = true};
 
   template <class S>
   static void air(const S* c, LoadState<S>& s) {

@@ -1,4 +1,4 @@
-// Terms with one number for each rotor whose common part is a number that the model has already (`kCommonPart` of the term): four thrusts
+// Terms with one number for each rotor whose common part is a number that the model has already (`common_part` of its traits): four thrusts
 // that are all a little less are a smaller k_1. The two are indistinguishable in any flight, so only the differences between rotors belong
 // to the term. Whoever fits, tests or reports such a term asks here.
 #pragma once

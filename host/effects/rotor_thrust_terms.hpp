@@ -66,7 +66,8 @@ struct HighAdvanceThrust {
 
 // T_i *= 1 + ε_i (rotor_groups.hpp).
 struct WeakRotor {
-  static constexpr std::string_view kId = "weak_rotor", kCommonPart = "k_1 and k_2";
+  static constexpr std::string_view kId = "weak_rotor";
+  static constexpr TermTraits kTraits{.common_part = "k_1 and k_2"};
   static constexpr TermParameter kParameters[] = {{"epsilon_1", "1", -0.5, 0.1, 0.05, 0.0},
                                                   {"epsilon_2", "1", -0.5, 0.1, 0.05, 0.0},
                                                   {"epsilon_3", "1", -0.5, 0.1, 0.05, 0.0},

@@ -52,7 +52,8 @@ struct TorqueSpeedExponent {
 
 // Q_i *= 1 + ε_i (rotor_groups.hpp).
 struct RotorTorqueScale {
-  static constexpr std::string_view kId = "rotor_torque_scale", kCommonPart = "c_q";
+  static constexpr std::string_view kId = "rotor_torque_scale";
+  static constexpr TermTraits kTraits{.common_part = "c_q"};
   static constexpr TermParameter kParameters[] = {{"epsilon_1", "1", -0.3, 0.3, 0.1, 0.0},
                                                   {"epsilon_2", "1", -0.3, 0.3, 0.1, 0.0},
                                                   {"epsilon_3", "1", -0.3, 0.3, 0.1, 0.0},

@@ -7,7 +7,8 @@ namespace rotorloop::host {
 
 // reported = (1 + error) true (rotor_groups.hpp).
 struct RotorSpeedScale {
-  static constexpr std::string_view kId = "rotor_speed_scale", kCommonPart = "k_1, k_2 and c_q";
+  static constexpr std::string_view kId = "rotor_speed_scale";
+  static constexpr TermTraits kTraits{.common_part = "k_1, k_2 and c_q"};
   static constexpr TermParameter kParameters[] = {{"error_1", "1", -0.2, 0.2, 0.03, 0.0},
                                                   {"error_2", "1", -0.2, 0.2, 0.03, 0.0},
                                                   {"error_3", "1", -0.2, 0.2, 0.03, 0.0},

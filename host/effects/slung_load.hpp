@@ -24,6 +24,7 @@ struct SlungLoad {
                                            {{"start_d_y", "1", -0.9, 0.9, 0.02, 0.0}, 0.2},
                                            {{"start_rate_x", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0},
                                            {{"start_rate_y", "1/s", -10.0, 10.0, 0.1, 0.0}, 1.0}};
+  static constexpr TermTraits kTraits{.mass_beside_body = true, .memory_is_swing = true};
 
   // Swings from 0.29 to 1.6 Hz, free, dragged through the air, and damped.
   static constexpr std::array<double, 180> kScan = [] {

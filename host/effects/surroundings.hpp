@@ -2,6 +2,8 @@
 // height of the ceiling comes with the vehicle file, without which it does nothing (LoadGeometry).
 // Cheeseman, Bennett 1955 for one rotor (image of a source); Sanchez-Cuevas, Heredia, Ollero 2017 for four with the fountain.
 #pragma once
+#include <cmath>
+
 #include "host/effects/term_math.hpp"
 
 namespace rotorloop::host {
@@ -62,6 +64,9 @@ struct GroundEffectVehicle {
 struct CeilingEffect {
   static constexpr std::string_view kId = "ceiling_effect";
   static constexpr TermParameter kParameters[] = {{"gain", "1", 0.0, 2.0, 1.0, 0.0}};
+  static constexpr TermTraits kTraits{.can_act = [](const LoadGeometry& g) { return std::isfinite(g.ceiling_z_m); },
+                                      .unknown = "the vehicle file names no ceiling",
+                                      .needs = "[room] ceiling_z_m in the vehicle file, m"};
 
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {

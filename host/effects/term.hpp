@@ -34,12 +34,26 @@ struct TermMemory {
   double start_u = 0.0;
 };
 
+// What a fit, a diagnosis or a report has to know of a term beyond its hooks, so that none of them names a term. A term that has any of it
+// says so in its `kTraits`.
+struct TermTraits {
+  bool mean_wind = false;             // its parameters are the velocity of the air, m/s: the mean of gusts looks like it
+  bool mass_beside_body = false;      // its first parameter is a mass, kg, that the mass of the body does not contain
+  bool memory_is_swing = false;       // its memory is the direction from the body to a load and the rate of it: a camera can measure it
+  std::string_view common_part = {};  // rotor_groups.hpp
+  // Whether what is known of the place where the vehicle flies lets the term act at all; nullptr: always. Else `unknown` says what is
+  // missing, and `needs` where it is written.
+  bool (*can_act)(const LoadGeometry&) = nullptr;
+  std::string_view unknown = {}, needs = {};
+};
+
 struct TermInfo {
   std::string_view id;  // effects/catalogue.toml
   std::span<const TermParameter> parameters;
   std::span<const TermMemory> memory = {};
   // Rows of parameters at which to look for it first, where at neutral only the first parameter says something.
   std::span<const double> scan = {};
+  TermTraits traits = {};
 };
 
 template <class S>
@@ -77,6 +91,9 @@ template <>
 inline const TermHooks<ExtraDual>& Term::hooks<ExtraDual>() const {
   return extra;
 }
+
+// Whether what is known of the place lets the term act (TermTraits::can_act).
+inline bool can_act(const Term& t, const LoadGeometry& g) { return !t.info.traits.can_act || t.info.traits.can_act(g); }
 
 std::span<const Term> all_terms();
 const Term* find_term(std::string_view id);  // nullptr when the list has none of that id
@@ -151,6 +168,7 @@ constexpr TermHooks<S> hooks_of() {
 template <class T>
 constexpr Term make_term() {
   Term t{{T::kId, T::kParameters}, hooks_of<T, double>(), hooks_of<T, PlaceDual>(), hooks_of<T, ExtraDual>()};
+  if constexpr (requires { T::kTraits; }) t.info.traits = T::kTraits;
   if constexpr (requires { T::kMemory; }) {
     static_assert(std::size(T::kMemory) <= kMaxTermMemory && std::size(T::kParameters) <= kMaxMemoryParameters);
     t.info.memory = T::kMemory;

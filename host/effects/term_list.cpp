@@ -102,15 +102,6 @@ constexpr Term kTerms[] = {
     make_term<VibrationRectification>(),
 };
 
-struct RotorGroup {
-  std::string_view id, common_part;
-};
-template <class T>
-constexpr RotorGroup rotor_group() {
-  return {T::kId, T::kCommonPart};
-}
-constexpr RotorGroup kRotorGroups[] = {rotor_group<RotorSpeedScale>(), rotor_group<WeakRotor>(), rotor_group<RotorTorqueScale>()};
-
 }  // namespace
 
 std::span<const Term> all_terms() { return kTerms; }
@@ -123,10 +114,8 @@ const Term* find_term(std::string_view id) {
 }
 
 std::string_view common_part(std::string_view id) {
-  for (const RotorGroup& g : kRotorGroups) {
-    if (g.id == id) return g.common_part;
-  }
-  return {};
+  const Term* term = find_term(id);
+  return term ? term->info.traits.common_part : std::string_view{};
 }
 
 bool TermList::add(const Term& term) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
-#include "host/effects/surroundings.hpp"
 #include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
@@ -46,7 +45,7 @@ std::optional<Candidate> of_term(const host::Term& term, const estimate::ModelVa
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     if (model.terms.term(i).info.id == term.info.id) return std::nullopt;
   }
-  if (term.info.id == host::CeilingEffect::kId && !std::isfinite(model.geometry.ceiling_z_m)) return std::nullopt;
+  if (!host::can_act(term, model.geometry)) return std::nullopt;
   const double mass_kg = model[estimate::kMass], arm_m = host::arm_m(model.geometry);
   Candidate c{.id = std::string(term.info.id), .term = &term};
   for (const host::TermParameter& t : term.info.parameters)

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 #include "bench/sysid/estimate/flight_motion.hpp"
 #include "bench/sysid/estimate/model/rotations.hpp"
 #include "host/effects/rotor_groups.hpp"

@@ -40,7 +40,7 @@ double relative_u(const estimate::Fit& fit, Eigen::Index of, Eigen::Index over) 
 
 }  // namespace
 
-std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, const host::TermList& terms) {
+std::vector<NamedValue> well_determined_ratios(const estimate::Fit& fit, int parameter, const host::TermList& terms) {
   const Eigen::Index of = shared(fit, parameter);
   if (of < 0 || value(fit, of) == 0.0) return {};
   const double alone = relative_u(fit, of, -1);

@@ -11,7 +11,7 @@ namespace rotorloop::diagnose {
 
 // Of a free shared parameter to the scales of the vehicle (mass, inertia, coefficients of torque and thrust) that the same fit left free,
 // by the joint covariance: those known at least twice as well, relative to their size, as the parameter. The best known first.
-std::vector<NamedValue> firm_ratios(const estimate::Fit& fit, int parameter, const host::TermList& terms);
+std::vector<NamedValue> well_determined_ratios(const estimate::Fit& fit, int parameter, const host::TermList& terms);
 
 // "J_r_kg_m2 / I_zz = 0.0011 ± 3e-05, …"; empty for none.
 std::string ratios_text(const std::vector<NamedValue>& ratios);

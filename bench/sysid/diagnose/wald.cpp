@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 #include "host/base/statistics.hpp"
 #include "host/base/symmetric_matrix.hpp"
 #include "host/effects/rotor_groups.hpp"

@@ -5,7 +5,7 @@
 
 #include "bench/sysid/estimate/estimator.hpp"
 #include "bench/sysid/estimate/model/rotations.hpp"
-#include "host/effects/slung_load.hpp"
+#include "host/effects/term.hpp"
 
 namespace rotorloop::estimate {
 namespace {
@@ -21,8 +21,8 @@ BodyState between(const BodyState& a, const BodyState& b, double share) {
   return x;
 }
 
-// Direction from the vehicle to its load and the rate of it: the memory of the slung load, measured. The slope is taken over 60 ms,
-// against the noise of places read to a millimetre on half a metre.
+// Direction from the vehicle to its load and the rate of it: the memory of a term whose load swings, measured. The slope is taken over 60
+// ms, against the noise of places read to a millimetre on half a metre.
 std::vector<std::array<double, host::kMaxTermMemory>> swing_of(const GridFlight& g, const std::vector<BodyState>& states) {
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(0.03 / g.step_s)));
   const auto direction = [&](std::size_t k) { return (g.load_W_m[k] - states[k].p_W_m).normalized().eval(); };
@@ -50,7 +50,10 @@ Motion motion_of(const GridFlight& g, const std::vector<BodyState>& states) {
     last = k;
   }
   for (std::size_t j = last == g.nodes ? g.nodes : last + 1; j < g.nodes; ++j) out.states[j] = states[last];
-  if (!g.load_W_m.empty()) out.measured.push_back({std::string(host::SlungLoad::kId), swing_of(g, out.states)});
+  for (const host::Term& term : host::all_terms()) {
+    if (term.info.traits.memory_is_swing && !g.load_W_m.empty())
+      out.measured.push_back({std::string(term.info.id), swing_of(g, out.states)});
+  }
   return out;
 }
 

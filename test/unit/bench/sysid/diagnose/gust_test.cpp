@@ -1,5 +1,5 @@
 // Noise that lasts against noise that does not, on series whose truth is known.
-#include "bench/sysid/diagnose/gust.hpp"
+#include "bench/sysid/diagnose/ranking/gust.hpp"
 
 #include <gtest/gtest.h>
 

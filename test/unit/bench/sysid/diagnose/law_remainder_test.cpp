@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 #include "test/unit/bench/sysid/diagnose/paper_flights.hpp"
 
 namespace rotorloop::diagnose {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/sysid/diagnose/diagnose.hpp"
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 #include "test/unit/bench/sysid/diagnose/paper_flights.hpp"
 
 namespace rotorloop::diagnose {

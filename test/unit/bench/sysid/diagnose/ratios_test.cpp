@@ -23,7 +23,7 @@ estimate::Fit yaw_fit(double alone, double apart) {
 }
 
 TEST(FirmRatios, ARatioKnownTo2percentOfFiguresThatRunOffTogetherBy30IsReportedWithItsUncertainty) {
-  const auto ratios = firm_ratios(yaw_fit(0.3, 0.02), estimate::kCq, kNoTerms);
+  const auto ratios = well_determined_ratios(yaw_fit(0.3, 0.02), estimate::kCq, kNoTerms);
   ASSERT_EQ(ratios.size(), 1u);
   EXPECT_EQ(ratios[0].name, "c_q / I_zz");
   EXPECT_NEAR(ratios[0].value, 2e-10 / 4e-5, 1e-12);
@@ -32,22 +32,22 @@ TEST(FirmRatios, ARatioKnownTo2percentOfFiguresThatRunOffTogetherBy30IsReportedW
 }
 
 TEST(FirmRatios, ARatioNoBetterKnownThanTheFigureItselfIsNotReported) {
-  EXPECT_TRUE(firm_ratios(yaw_fit(0.03, 0.02), estimate::kCq, kNoTerms).empty());
+  EXPECT_TRUE(well_determined_ratios(yaw_fit(0.03, 0.02), estimate::kCq, kNoTerms).empty());
 }
 
 TEST(FirmRatios, TheLargerOfTheClassicalAndTheRobustUncertaintyCounts) {
   estimate::Fit fit = yaw_fit(0.3, 0.02);
   fit.robust_covariance = 4.0 * fit.covariance;
-  const auto ratios = firm_ratios(fit, estimate::kCq, kNoTerms);
+  const auto ratios = well_determined_ratios(fit, estimate::kCq, kNoTerms);
   ASSERT_EQ(ratios.size(), 1u);
   EXPECT_NEAR(ratios[0].u / ratios[0].value, 0.04, 1e-6);
 }
 
 TEST(FirmRatios, FiguresOfSingleFlightsAndScalesThatAreHeldMakeNone) {
   estimate::Fit fit = yaw_fit(0.3, 0.02);
-  EXPECT_TRUE(firm_ratios(fit, estimate::kIxx, kNoTerms).empty());
+  EXPECT_TRUE(well_determined_ratios(fit, estimate::kIxx, kNoTerms).empty());
   fit.estimates[1].flight = 0;
-  EXPECT_TRUE(firm_ratios(fit, estimate::kCq, kNoTerms).empty());
+  EXPECT_TRUE(well_determined_ratios(fit, estimate::kCq, kNoTerms).empty());
 }
 
 }  // namespace

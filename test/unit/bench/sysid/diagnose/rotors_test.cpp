@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "bench/sysid/diagnose/diagnose.hpp"
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 #include "bench/sysid/diagnose/wald.hpp"
 #include "bench/sysid/identify/gauge.hpp"
 #include "test/unit/bench/sysid/diagnose/paper_flights.hpp"

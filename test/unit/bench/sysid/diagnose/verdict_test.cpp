@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/sysid/diagnose/residual_verdict.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/diagnose/residuals/residual_findings.hpp"

@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/sysid/diagnose/examine.hpp"
-#include "bench/sysid/diagnose/gust.hpp"
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/shortlist.hpp"
 
 namespace rotorloop::diagnose {
 
@@ -20,23 +18,6 @@ namespace rotorloop::diagnose {
 // the screening, ½ sᵀI⁻¹s with s and I the gradient and the information at the model without the effect (Rao 1948), is the first step
 // towards it and only makes the shortlist. Two scores that differ by 3 are odds of 20 to 1: within that (wider where residuals are
 // correlated, and the likelihood counts the same evidence several times) the flights do not distinguish the two, and they make a class.
-
-struct RefitCandidate {
-  const Tested* tested = nullptr;
-  Refit refit = {};                           // with the effect
-  std::vector<NamedValue> values = {};        // of its parameters there
-  double delta_log_likelihood = 0.0;          // by the refit
-  double score = 0.0;                         // delta_log_likelihood less what its parameters cost
-  double optimism = 0.0;                      // of the refit, beyond the model without the effect
-  double relative_size = 0.0;                 // over what matters
-  Heterogeneity heterogeneity = {};           // of its size over the flights
-  Reason failure = {};                        // why it cannot be the missing effect; none: it could
-  std::vector<const Tested*> same = {};       // others whose columns are those of this one
-  estimate::StopFit::Clock::duration time{};  // that its refit has taken
-};
-
-// Whose refit is worth its time; each with those that say the same. `all`: as examine_all() has them.
-std::vector<RefitCandidate> worth_a_refit(const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria);
 
 // Ranked candidates after their refits, the passing ones first. Of laws that the flights like as well, that of the fewest numbers comes
 // first. A law that holds a simpler one within it (each direction of the one a direction of the other) fails where it is the more likely,
@@ -58,14 +39,10 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
 // `refit_limit_s` of wall time fails as out_of_time.
 // `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table
 // stands there. `model`: the fit that they must better; its noise is theirs at first.
-std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model,
-                                         const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
-                                         const estimate::FitOptions& options, double refit_limit_s,
-                                         const std::function<void(const std::string& id, double done)>& progress = {});
-
-// In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
-// gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
-void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria);
+std::vector<RefitCandidate> rank_by_refits(const identify::Identification& start, const identify::Identification& model,
+                                           const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
+                                           const estimate::FitOptions& options, double refit_limit_s,
+                                           const std::function<void(const std::string& id, double done)>& progress = {});
 
 // Which of the others are indistinguishable in these flights from the best, which is the first of `ranked`.
 std::vector<ClassMember> indistinguishable_from_best(const Screening& screening, const std::vector<Tested>& all,

@@ -1,9 +1,10 @@
 // Which candidates are refitted, what gusts explain better, and the pose time offset: rules that need no flight.
-#include "bench/sysid/diagnose/model_selection.hpp"
+#include "bench/sysid/diagnose/ranking/refit_ranking.hpp"
 
 #include <gtest/gtest.h>
 
 #include "bench/sysid/diagnose/pose_time_offset.hpp"
+#include "bench/sysid/diagnose/ranking/gust.hpp"
 #include "host/effects/term.hpp"
 
 namespace rotorloop::diagnose {
@@ -32,7 +33,7 @@ class Made {
   }
   std::vector<std::string> refitted() {
     std::vector<std::string> out;
-    for (const RefitCandidate& c : worth_a_refit(screened(), tested_, Criteria{})) {
+    for (const RefitCandidate& c : shortlist(screened(), tested_, Criteria{})) {
       out.push_back(c.tested->candidate->id);
       for (const Tested* t : c.same) out.back() += "=" + t->candidate->id;
     }
@@ -40,7 +41,7 @@ class Made {
   }
   // Of the first of those refitted, none of the others standing.
   std::vector<std::string> class_of_first() {
-    std::vector<RefitCandidate> ranked = worth_a_refit(screened(), tested_, Criteria{});
+    std::vector<RefitCandidate> ranked = shortlist(screened(), tested_, Criteria{});
     ranked.resize(1);
     std::vector<std::string> out;
     for (const ClassMember& m : indistinguishable_from_best(screening_, tested_, ranked, Criteria{})) out.push_back(m.id);
@@ -184,7 +185,7 @@ TEST(ModelSelection, RefitsAllWhereThereAreNoPriors) {
 }
 
 struct Ranked {
-  Candidate wind{.id = "wind_steady"}, drag{.id = "linear_drag"};
+  Candidate wind{.id = "wind_steady", .term = host::find_term("wind_steady")}, drag{.id = "linear_drag"};
   Tested of_wind{.candidate = &wind}, of_drag{.candidate = &drag};
   // Two refitted candidates: `first` leads.
   std::vector<RefitCandidate> of(const Tested& first, double first_gain, const Tested& second, double second_gain, double wind_m_s) const {
@@ -209,18 +210,18 @@ GustScore gusts(double sigma_m_s, double time_s, double gain) {
 TEST(ModelSelection, LeavesToGustsOf0p5mSThatLast3sAWindOf1mSAndWhatElseExplainsItButNotOneOf2) {
   const Ranked f;
   auto ranked = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 1.0);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
+  reject_explained_by_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
   EXPECT_EQ(ranked[0].failure.id, Rejection::mean_of_gusts);
   EXPECT_FALSE(ranked[1].failure.none());
   ranked = f.of(f.of_wind, 900.0, f.of_drag, 700.0, 2.0);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
+  reject_explained_by_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
   EXPECT_TRUE(ranked[0].failure.none() && ranked[1].failure.none());
 }
 
 TEST(ModelSelection, LeavesToGustsWhatRaisesTheLikelihoodLessThanTheyDo) {
   const Ranked f;
   auto ranked = f.of(f.of_drag, 300.0, f.of_wind, 150.0, 0.4);
-  leave_to_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
+  reject_explained_by_gusts(gusts(0.5, 3.0, 200.0), ranked, Criteria{});
   EXPECT_TRUE(ranked[0].failure.none());
   EXPECT_FALSE(ranked[1].failure.none());
 }
@@ -228,8 +229,8 @@ TEST(ModelSelection, LeavesToGustsWhatRaisesTheLikelihoodLessThanTheyDo) {
 TEST(ModelSelection, LeavesNothingToGustsThatLastHalfASecondOrAreATenthOfAMetrePerSecond) {
   const Ranked f;
   auto ranked = f.of(f.of_wind, 100.0, f.of_drag, 50.0, 0.2);
-  leave_to_gusts(gusts(0.5, 0.5, 200.0), ranked, Criteria{});
-  leave_to_gusts(gusts(0.1, 3.0, 200.0), ranked, Criteria{});
+  reject_explained_by_gusts(gusts(0.5, 0.5, 200.0), ranked, Criteria{});
+  reject_explained_by_gusts(gusts(0.1, 3.0, 200.0), ranked, Criteria{});
   EXPECT_TRUE(ranked[0].failure.none() && ranked[1].failure.none());
 }
 

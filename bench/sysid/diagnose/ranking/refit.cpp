@@ -1,4 +1,4 @@
-#include "bench/sysid/diagnose/refit.hpp"
+#include "bench/sysid/diagnose/ranking/refit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/sysid/diagnose/decision_rules.hpp"
+#include "bench/sysid/diagnose/ranking/shortlist.hpp"
 #include "bench/sysid/identify/identify.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
@@ -35,6 +36,10 @@ GustScore score_gust(const identify::Identification& fitted);
 const host::CatalogueEffect& gusts();  // the effect of the catalogue whose law this is
 // Gusts that last and matter. What is shorter than two blocks of the screening is in its scatter already, and any model of a real flight
 // leaves it.
-bool blows(const GustScore& gust, const Criteria& criteria);
+bool gusts_matter(const GustScore& gust, const Criteria& criteria);
+
+// In flights of twenty seconds gusts have a mean, and many a constant looks like it. Where it blows, what raises the likelihood less than
+// gusts do is taken for one; so is a wind that is no more than their mean may be, and with it whatever else explains that wind.
+void reject_explained_by_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria);
 
 }  // namespace rotorloop::diagnose

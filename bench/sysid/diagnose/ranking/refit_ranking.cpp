@@ -1,4 +1,4 @@
-#include "bench/sysid/diagnose/model_selection.hpp"
+#include "bench/sysid/diagnose/ranking/refit_ranking.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 
 #include "bench/sysid/diagnose/wald.hpp"
 #include "bench/sysid/identify/identified_vehicle.hpp"
-#include "host/effects/air.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -28,8 +27,6 @@ Eigen::VectorXd change(const Candidate& c, const std::vector<NamedValue>& values
   for (std::size_t k = 0; k < values.size(); ++k) out[static_cast<Eigen::Index>(k)] = values[k].value - c.parameters[k].neutral;
   return out;
 }
-
-double cost_of(const Tested& t, double measurements) { return 0.5 * t.test.degrees * std::log(measurements); }
 
 // A number that the fit leaves where it changes nothing costs nothing: a law of several numbers is as simple as what it comes to.
 double cost_after_refit(const RefitCandidate& c, double measurements, const Criteria& criteria) {
@@ -118,54 +115,6 @@ const NamedValue* defining_number(const Candidate& c, const std::vector<NamedVal
   return &*it;
 }
 
-std::vector<RefitCandidate> worth_a_refit(const Screening& s, const std::vector<Tested>& all, const Criteria& criteria) {
-  std::vector<const Tested*> by_scatter, by_likelihood;
-  for (const Tested& t : all) {
-    if (t.real) by_scatter.push_back(&t);
-  }
-  by_likelihood = by_scatter;
-  const auto likelihood = [&](const Tested* t) { return 0.5 * t->test.chi2 - cost_of(*t, s.table.measurements); };
-  std::stable_sort(by_likelihood.begin(), by_likelihood.end(),
-                   [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
-  std::vector<RefitCandidate> out;
-  const ColumnSet model = base_columns(s.table);
-  const auto take = [&](const std::vector<const Tested*>& order, std::size_t most) {
-    std::size_t taken = 0;
-    for (const Tested* t : order) {
-      if (taken == most) break;
-      bool known = false;
-      for (RefitCandidate& c : out) {
-        const auto& other = c.tested->candidate->columns;
-        if (c.tested == t || std::find(c.same.begin(), c.same.end(), t) != c.same.end()) {
-          known = true;
-        } else if (other.size() == t->candidate->columns.size() &&
-                   confounding(s.table, model, other, t->candidate->columns) > criteria.alike) {
-          c.same.push_back(t);
-          known = true;
-        }
-        if (known) break;
-      }
-      ++taken;
-      if (!known) out.push_back({.tested = t});
-    }
-  };
-  take(by_likelihood, criteria.refits);
-  take(by_scatter, criteria.refits);
-  // Where the model lacks much, its blocks scatter by just that, and one step is short: what the lack is may fail every test of scatter
-  // that a small part of it passes. What explains more than anything that passes is refitted too.
-  if (by_likelihood.empty()) return out;
-  double best = 0.0;
-  for (const Tested* t : by_scatter) best = std::max(best, t->test.chi2);
-  std::vector<const Tested*> strongest;
-  for (const Tested& t : all) {
-    if (!t.real && t.test.degrees > 0 && t.test.chi2 > best && relevance(*t.candidate, t.test.estimate) > criteria.relevant)
-      strongest.push_back(&t);
-  }
-  std::stable_sort(strongest.begin(), strongest.end(), [&](const Tested* a, const Tested* b) { return likelihood(a) > likelihood(b); });
-  take(strongest, criteria.refits);
-  return out;
-}
-
 void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& s, const Criteria& criteria) {
   const auto predicted = [](const RefitCandidate& c) { return c.tested->evidence.cross_validated; };
   for (RefitCandidate& richer : ranked) {
@@ -206,14 +155,14 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
   return leader.delta_log_likelihood * (1.0 - std::max(explained, 0.0) / by_leader) > criteria.class_margin / criteria.negligible;
 }
 
-std::vector<RefitCandidate> select_model(const identify::Identification& start, const identify::Identification& model, const Screening& s,
-                                         const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
-                                         double refit_limit_s, const std::function<void(const std::string&, double)>& progress) {
+std::vector<RefitCandidate> rank_by_refits(const identify::Identification& start, const identify::Identification& model, const Screening& s,
+                                           const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
+                                           double refit_limit_s, const std::function<void(const std::string&, double)>& progress) {
   double begun = 0.0;
   const auto say = [&](const RefitCandidate& c, double of) {
     if (progress) progress(c.tested->candidate->id, begun++ / of);
   };
-  std::vector<RefitCandidate> ranked = worth_a_refit(s, all, criteria);
+  std::vector<RefitCandidate> ranked = shortlist(s, all, criteria);
   const auto attempt = [&](RefitCandidate& c, auto&& act) {
     using Clock = estimate::StopFit::Clock;
     estimate::FitOptions limited = options;
@@ -265,23 +214,6 @@ std::vector<RefitCandidate> select_model(const identify::Identification& start, 
   return ranked;
 }
 
-void leave_to_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
-  if (ranked.empty() || !blows(gust, criteria)) return;
-  const RefitCandidate& first = ranked.front();
-  double wind_m_s = 0.0;
-  if (first.failure.none() && first.tested->candidate->id == host::WindSteady::kId) {
-    for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
-  }
-  const bool their_mean = wind_m_s > 0.0 && wind_m_s < criteria.fewest_u * gust.sigma_m_s;
-  for (RefitCandidate& c : ranked) {
-    if (!c.failure.none() || (!their_mean && c.delta_log_likelihood >= gust.gain)) continue;
-    c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, criteria.fewest_u * gust.sigma_m_s}}}
-                           : Reason{Rejection::gusts, {{"rise", "1", c.delta_log_likelihood, gust.gain}}};
-    c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
-    c.failure.figures.push_back({"gust_time", "s", gust.time_s});
-  }
-}
-
 std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const std::vector<Tested>& all,
                                                      const std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
   std::vector<ClassMember> out;
@@ -305,8 +237,8 @@ std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const s
   for (const Tested& t : all) {
     if (t.test.degrees == 0 || !t.evidence.inside_bounds || std::find(known.begin(), known.end(), &t) != known.end()) continue;
     if (relevance(*t.candidate, t.test.estimate) < criteria.relevant) continue;
-    const double behind =
-        0.5 * (best.tested->test.chi2 - t.test.chi2) - cost_of(*best.tested, s.table.measurements) + cost_of(t, s.table.measurements);
+    const double behind = 0.5 * (best.tested->test.chi2 - t.test.chi2) - parameter_cost(*best.tested, s.table.measurements) +
+                          parameter_cost(t, s.table.measurements);
     const Eigen::VectorXd shared = canonical_correlations(s.table, model, best.tested->candidate->columns, t.candidate->columns);
     const bool same = t.test.degrees == best.tested->test.degrees && shared.size() > 0 && shared.minCoeff() > criteria.alike;
     if (!same && (behind > margin || shared.size() == 0 || shared[0] < 1.0 - criteria.negligible)) continue;

@@ -1,4 +1,4 @@
-#include "bench/sysid/diagnose/gust.hpp"
+#include "bench/sysid/diagnose/ranking/gust.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -114,9 +114,28 @@ GustScore score_gust(const identify::Identification& r) {
 
 const host::CatalogueEffect& gusts() { return host::effect("wind_dryden"); }
 
-bool blows(const GustScore& gust, const Criteria& criteria) {
+bool gusts_matter(const GustScore& gust, const Criteria& criteria) {
   constexpr double kTwoBlocks_s = 1.0;
   return gust.time_s > kTwoBlocks_s && gust.sigma_m_s > criteria.relevant * std::fabs(gusts().parameter.typical_value);
+}
+
+static bool is_wind(const Candidate& c) { return c.term && c.term->info.traits.mean_wind; }
+
+void reject_explained_by_gusts(const GustScore& gust, std::vector<RefitCandidate>& ranked, const Criteria& criteria) {
+  if (ranked.empty() || !gusts_matter(gust, criteria)) return;
+  const RefitCandidate& first = ranked.front();
+  double wind_m_s = 0.0;
+  if (first.failure.none() && is_wind(*first.tested->candidate)) {
+    for (const NamedValue& v : first.values) wind_m_s = std::hypot(wind_m_s, v.value);
+  }
+  const bool their_mean = wind_m_s > 0.0 && wind_m_s < criteria.fewest_u * gust.sigma_m_s;
+  for (RefitCandidate& c : ranked) {
+    if (!c.failure.none() || (!their_mean && c.delta_log_likelihood >= gust.gain)) continue;
+    c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, criteria.fewest_u * gust.sigma_m_s}}}
+                           : Reason{Rejection::gusts, {{"rise", "1", c.delta_log_likelihood, gust.gain}}};
+    c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
+    c.failure.figures.push_back({"gust_time", "s", gust.time_s});
+  }
 }
 
 }  // namespace rotorloop::diagnose

@@ -1,0 +1,83 @@
+#include "bench/sysid/diagnose/remarks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/render/digits.hpp"
+#include "bench/sysid/diagnose/vehicle_priors.hpp"
+
+namespace rotorloop::diagnose {
+
+void note_unfinished(const std::vector<RefitCandidate>& ranked, Diagnosis& d) {
+  for (const RefitCandidate& c : ranked) {
+    if (c.failure.id != Rejection::out_of_time) continue;
+    d.remarks.push_back(fmt::format("{} was not judged: its refit was not done after {:.0f} s. With --refit-limit it gets more.",
+                                    c.tested->candidate->id, c.failure.figures.front().value));
+  }
+}
+
+void note_contradictions(const identify::Identification& model, Diagnosis& d) {
+  constexpr std::size_t kMostReported = 5;
+  const std::vector<Contradiction> all = contradictions(model.problem, model.fit);
+  for (std::size_t i = 0; i < std::min(kMostReported, all.size()); ++i) {
+    const Contradiction& c = all[i];
+    const estimate::ParameterInfo info = estimate::parameter_info(c.parameter, model.problem.start.terms);
+    d.remarks.push_back(fmt::format(
+        "The flights contradict what the file knows of {}: {} {} there, {} with them ({:.1f} "
+        "standard deviations).",
+        info.name, render::measured_text(c.prior, c.prior_u), info.unit, render::measured_text(c.found, c.found_u), std::fabs(c.z)));
+  }
+}
+
+void note_placebos(const Criteria& criteria, Diagnosis& d) {
+  const double level = 1.0 - criteria.chance;
+  const PlaceboLimit& first = d.rounds.front().placebos;
+  if (first.placebos == 0) {
+    d.remarks.push_back("No placebos: the only test against chance is the scatter between blocks of the flights (p after Holm).");
+  } else if (first.level < level) {
+    d.remarks.push_back(fmt::format("{} placebos are too few for a level of {:.0f} %: their largest is one of {:.1f} %.", first.placebos,
+                                    100.0 * level, 100.0 * first.level));
+  }
+}
+
+std::string measurements_used(const identify::Identification& r) {
+  const auto any = [&](auto estimate::GridFlight::*list) {
+    return std::any_of(r.flights.begin(), r.flights.end(), [&](const estimate::GridFlight& g) { return !(g.*list).empty(); });
+  };
+  std::vector<std::string_view> used;
+  if (any(&estimate::GridFlight::pose)) used.push_back("poses");
+  if (any(&estimate::GridFlight::position)) used.push_back("positions");
+  if (any(&estimate::GridFlight::velocity)) used.push_back("velocities");
+  if (any(&estimate::GridFlight::gyro)) used.push_back("gyro");
+  if (any(&estimate::GridFlight::accel)) used.push_back("accelerometer");
+  if (any(&estimate::GridFlight::load_W_m)) used.push_back("place of the load");
+  return fmt::format("Measurements used: {}.", fmt::join(used, ", "));
+}
+
+std::string mass_beside_body(const std::string& id, double load_kg, double body_kg) {
+  const double share = body_kg / (body_kg + load_kg);
+  return fmt::format(
+      "{}: {:.3g} g beside the mass of the vehicle file. If {:.4g} g was weighed with the load, the load is {:.3g} g, and all forces, "
+      "torques "
+      "and inertias are {:.4g} times those here: flights alone do not determine which.",
+      id, 1e3 * load_kg, 1e3 * body_kg, 1e3 * share * load_kg, share);
+}
+
+void report_checks(const FlightsToDiagnose& flights, Diagnosis& d) {
+  for (std::size_t f = 0; f < flights.findings.size(); ++f) {
+    for (const log::LogFinding& finding : flights.findings[f]) {
+      if (finding.action == log::FindingAction::note) continue;
+      auto& list = finding.fault ? d.faults : d.left_out;
+      list.push_back({flights.fitted[f].record.name, finding.stream, finding.what, finding.from_s, finding.to_s});
+    }
+  }
+  for (const log::CheckedFlight& refused : flights.refused) {
+    d.faults.push_back({refused.flight.name, "", refused.refusal->what, 0.0, 0.0});
+    d.remarks.push_back(fmt::format("{} is left out: the checks refuse it ({}).", refused.flight.name, refused.refusal->what));
+  }
+}
+
+}  // namespace rotorloop::diagnose
