@@ -317,9 +317,13 @@ class Linter:
                             "ten lines: what goes in and out, where to start, what never enters, what checks it")
         for name in self.text:
             if name.endswith(rules.SOURCE_SUFFIXES + rules.SCRIPT_SUFFIXES):
-                lines = self.text[name].count("\n")
-                if lines > rules.MAX_LINES:
-                    self.report(name, rules.MAX_LINES + 1, "file-length", f"{lines} lines, the limit is {rules.MAX_LINES}", "split it: one idea per file")
+                lines, product = self.text[name].count("\n"), not inside(name, "test")
+                limit = rules.MAX_LINES if product and name not in rules.LONG_FILES else rules.MAX_TEST_LINES
+                if lines > limit:
+                    self.report(name, limit + 1, "file-length", f"{lines} lines, the limit is {limit}", "split it: one idea per file")
+                elif name in rules.LONG_FILES and lines <= rules.MAX_LINES:
+                    self.report(name, 1, "exemption-not-needed", f"{lines} lines need no exemption from file-length",
+                                "remove it from LONG_FILES in test/lint/rules.py")
 
         for folder in with_sources:
             count = sum(str(PurePosixPath(s).parent) == folder for s in self.sources)
@@ -425,13 +429,21 @@ class Linter:
                                 "give each its own name: the linker would take one for both")
                 seen.setdefault(name, header)
 
+    def report_named_effect(self, name, line, effect, named):
+        named.add(name)
+        if name not in rules.EFFECT_NAMED_IN:
+            self.report(name, line, "effect-named", f"{effect} is named in general code",
+                        "ask its row in the catalogue, or give its term a trait (host/effects/term.hpp)")
+
     # (j) Code and catalogue have the same effects, and nobody names one past the catalogue.
     def check_effects(self):
         catalogue = self.text.get(rules.CATALOGUE, "")
         rows = [dict(re.findall(r'^(id|kind|plant) = "?([\w]+)"?$', row, re.MULTILINE)) for row in catalogue.split("[[effect]]\n")[1:]]
         known = {row["id"] for row in rows}
-        coded = {"model": {}, "plant": {}}
+        coded, named = {"model": {}, "plant": {}}, set()
         for name in self.sources:
+            for match in re.finditer(r"\bhost::\w+::kId\b", self.text[name]) if name.startswith(rules.EFFECT_FREE_ROOMS) else []:
+                self.report_named_effect(name, line_of(self.text[name], match.start()), match.group(), named)
             literals = list(re.finditer(r'"([a-z]\w*)"', without_comments(self.text[name])))
             for match in literals:
                 before, effect = self.text[name][:match.start()], match.group(1)
@@ -442,9 +454,13 @@ class Linter:
                     coded["plant"][effect] = where
                 elif before.endswith("effect(") and effect not in known and name.startswith(rules.EFFECT_ROOMS):
                     self.report(*where, "effect-id", f'no row of the catalogue has the id "{effect}"', f"spell it as in {rules.CATALOGUE}, or add its row")
+                elif effect in known and "_" in effect and name.startswith(rules.EFFECT_FREE_ROOMS) and name not in rules.EFFECT_ID_EXEMPT:
+                    self.report_named_effect(*where, f'"{effect}"', named)
                 elif effect in known and "_" in effect and name.startswith(rules.EFFECT_ROOMS) and name not in rules.EFFECT_ID_EXEMPT:
                     if not before.endswith(("effect(", "find_term(")):
                         self.report(*where, "effect-id", f'"{effect}" is named past the catalogue', f'take its row: host::effect("{effect}")')
+        for name in set(rules.EFFECT_NAMED_IN) & set(self.sources) - named:
+            self.report(name, 1, "exemption-not-needed", "it names no effect", "remove it from EFFECT_NAMED_IN in test/lint/rules.py")
         for side, has in (("model", lambda row: row.get("kind") in ("term", "dynamic", "sensor")), ("plant", lambda row: row.get("plant") == "true")):
             wanted = {row["id"] for row in rows if has(row)}
             for effect, where in coded[side].items():

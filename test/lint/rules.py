@@ -158,12 +158,16 @@ FORBIDDEN_OPTIONS = (r"-ffast-math|-Ofast|-funsafe-math-optimizations|-fassociat
                      r"|-ffp-contract=(?!off)\w+")
 
 # --- (g) files and folders --------------------------------------------------------------------------------------------
-MAX_LINES = 600
+MAX_LINES = 400       # of a file of the product
+MAX_TEST_LINES = 600  # of a test
+LONG_FILES = {}       # product file -> why it is one piece; at most MAX_LONG_FILES
+MAX_LONG_FILES = 5
 MAX_FUNCTION_LINES = 60        # from its first line to its closing brace, with the lambdas inside it
 HARD_MAX_FUNCTION_LINES = 80  # of an exception
-MAX_LONG_FUNCTIONS = 5         # exceptions
+MAX_LONG_FUNCTIONS = 3         # exceptions
 LONG_FUNCTIONS = {             # "path: function" -> why it is one piece
     "bench/sysid/estimate/grid_flight.cpp: make_grid": "one stream after the other onto the grid, each in a line or two",
+    "bench/sysid/diagnose/report/rejection_text.cpp: sentence": "one case for each reason",
     "cli/cmd_identify.cpp: add_identify": "one row for each option",
 }
 MAX_FOLDER_FILES = 40  # source files in one folder, those of its subfolders not counted
@@ -186,6 +190,14 @@ EFFECT_ID_EXEMPT = {
     "bench/sysid/identify/report/identify_result.cpp": "thrust_scale is a key of result.json: the scale of the start values",
     "bench/sysid/estimate/model/parameters.cpp": "pose_delay is the name of a parameter of the fit",
     "host/control/effect_feed_forward.cpp": "runs on the target, where no catalogue is",
+}
+# General code of these rooms names no effect at all, not even by its row: it asks the row, or the traits of the term (host/effects/term.hpp).
+EFFECT_FREE_ROOMS = ("bench/sysid/",)
+EFFECT_NAMED_IN = {  # file -> which law of its own it holds
+    "bench/sysid/diagnose/ranking/gust.cpp": "the law of wind that fluctuates, for which there is no term",
+    "bench/sysid/diagnose/residuals/lag.cpp": "the table of what makes a residual late or early on an axis",
+    "bench/sysid/diagnose/residuals/steps_in_time.cpp": "the table of what changes at once during a flight",
+    "bench/sysid/diagnose/residuals/variance_kinds.cpp": "the table of laws of the scatter, one for each effect of kind variance",
 }
 
 # --- (h) words that must not be committed -----------------------------------------------------------------------------
