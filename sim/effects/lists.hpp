@@ -1,5 +1,5 @@
-// The effects of each folder, in the order in which they act. To add one: a file in the folder, a line in its list.cpp, an entry
-// in effects/catalogue.toml; the unit tests walk the lists and refuse an effect that the catalogue does not describe.
+// The effects of each folder, in the order in which they act. To add one: a file in the folder, its name in the folder's list header, an
+// entry in effects/catalogue.toml; the unit tests walk the lists and refuse an effect that the catalogue does not describe.
 #pragma once
 #include <span>
 

@@ -1,5 +1,7 @@
-// The effects of this folder by name.
+// The effects of this folder: by name, and in the order in which they act.
 #pragma once
+#include <array>
+
 #include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
@@ -25,5 +27,32 @@ extern const EffectInfo kRateDamping;
 extern const EffectInfo kQuadraticRateDamping;
 extern const EffectInfo kBodyForceBias;
 extern const EffectInfo kBodyTorqueBias;
+
+// parasitic_drag stands before drag_centre_offset, which takes over the drag as it then is.
+inline constexpr std::array kBodyEffects{
+    // clang-format off
+    &kRotorInertiaReaction,
+    &kGyroscopic,
+    &kPayloadMass,
+    &kComOffset,
+    &kProductsOfInertia,
+    &kRotorTilt,
+    &kRotorPlaneHeight,
+    &kTether,
+    &kWorldForce,
+    &kHeightPull,
+    &kSlungLoad,
+    &kParasiticDrag,
+    &kLinearDrag,
+    &kDragCentreOffset,
+    &kBodyLift,
+    &kBodyPitchMoment,
+    &kSideslipYawMoment,
+    &kRateDamping,
+    &kQuadraticRateDamping,
+    &kBodyForceBias,
+    &kBodyTorqueBias,
+    // clang-format on
+};
 
 }  // namespace rotorloop::sim

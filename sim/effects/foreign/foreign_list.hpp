@@ -1,6 +1,9 @@
-// The effects of this folder by name. They are physics that no catalogue and no library of terms knows: a plant may have them, so that a
-// diagnosis can be shown to say "unexplained" instead of a name. Not part of builtin_effects(), never on unless a plant file names them.
+// The effects of this folder: by name, and in the order in which they act. They are physics that no catalogue and no library of terms
+// knows: a plant may have them, so that a diagnosis can be shown to say "unexplained" instead of a name. Not part of builtin_effects(),
+// never on unless a plant file names them.
 #pragma once
+#include <array>
+
 #include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
@@ -10,5 +13,15 @@ extern const EffectInfo kForeignUpdraftColumn;
 extern const EffectInfo kForeignSwingingAntenna;
 extern const EffectInfo kForeignStickingHatch;
 extern const EffectInfo kForeignBladeFlutter;
+
+inline constexpr std::array kForeignEffects{
+    // clang-format off
+    &kForeignTorqueBursts,
+    &kForeignUpdraftColumn,
+    &kForeignSwingingAntenna,
+    &kForeignStickingHatch,
+    &kForeignBladeFlutter,
+    // clang-format on
+};
 
 }  // namespace rotorloop::sim

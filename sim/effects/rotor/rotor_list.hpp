@@ -1,5 +1,7 @@
-// The effects of this folder by name.
+// The effects of this folder: by name, and in the order in which they act.
 #pragma once
+#include <array>
+
 #include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
@@ -33,5 +35,41 @@ extern const EffectInfo kRotorImbalance;
 extern const EffectInfo kBladeFlapping;
 extern const EffectInfo kSoftFlapping;
 extern const EffectInfo kThrustLag;
+
+// Order: what the hub's motion is, what scales it, what wakes add to it; after the solve first the differences of
+// two solves, then what multiplies the in-plane force of the rigid rotor, before flapping leans the thrust into the disk plane (the
+// factor is that of the blade-element force, not of the thrust); then what multiplies the thrust; thrust_lag after all other
+// aerodynamic loads.
+inline constexpr std::array kRotorEffects{
+    // clang-format off
+    &kRotorLocalInflow,
+    &kAxialInflow,
+    &kRotorWakeInterference,
+    &kRotorPairInteraction,
+    &kDynamicInflow,
+    &kTranslationalLift,
+    &kTorqueAdvance,
+    &kRotorDrag,
+    &kRotorBodyInterference,
+    &kBladeFlapping,
+    &kSoftFlapping,
+    &kVortexRingLoss,
+    &kVortexRingFluctuation,
+    &kGroundEffectRotor,
+    &kGroundEffectVehicle,
+    &kCeilingEffect,
+    &kRotorWakeThrustLoss,
+    &kHoverInterference,
+    &kThrustScale,
+    &kThrustSpeedExponent,
+    &kBlockageStrut,
+    &kRotorRollingMoment,
+    &kLateralFlapping,
+    &kWeakRotor,
+    &kRotorTorqueScale,
+    &kThrustLag,
+    &kRotorImbalance,
+    // clang-format on
+};
 
 }  // namespace rotorloop::sim

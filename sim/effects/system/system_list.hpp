@@ -1,5 +1,7 @@
-// The effects of this folder by name.
+// The effects of this folder: by name, and in the order in which they act.
 #pragma once
+#include <array>
+
 #include "sim/effects/effect_function.hpp"
 
 namespace rotorloop::sim {
@@ -16,5 +18,22 @@ extern const EffectInfo kPoseStampJitter;
 extern const EffectInfo kPoseScale;
 extern const EffectInfo kGravityTilt;
 extern const EffectInfo kVibrationRectification;
+
+inline constexpr std::array kSystemEffects{
+    // clang-format off
+    &kRotorSpeedScale,
+    &kRotorSpeedNoise,
+    &kRotorSpeedDelay,
+    &kDriveLag,
+    &kMotorResistance,
+    &kMotorFlux,
+    &kBatterySag,
+    &kPoseDelay,
+    &kPoseStampJitter,
+    &kPoseScale,
+    &kGravityTilt,
+    &kVibrationRectification,
+    // clang-format on
+};
 
 }  // namespace rotorloop::sim
