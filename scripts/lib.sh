@@ -22,6 +22,23 @@ install_packages() {
   DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
 }
 
+# test_venv: independent implementations from PyPI that tests talk to, in build/venv; made anew when their list changes. Where PyPI cannot
+# be reached it says so, and the tests that need a package skip. The product never needs them.
+test_venv() {
+  local list=scripts/requirements-test.txt venv=build/venv
+  if ! cmp -s "$list" "$venv/requirements"; then
+    rm -rf "$venv"
+    if ! { python3 -m venv "$venv" && "$venv/bin/pip" install -q --disable-pip-version-check -r "$list"; } >&2; then
+      say "PyPI cannot be reached: tests against its packages are skipped"
+      rm -rf "$venv"
+      return 0
+    fi
+    cp "$list" "$venv/requirements"
+  fi
+  [ -n "${ROTORLOOP_PYDRONECAN:-}" ] || ROTORLOOP_PYDRONECAN=$(echo "$PWD/$venv"/lib/python3*/site-packages)
+  export ROTORLOOP_PYDRONECAN
+}
+
 # build PRESET [TARGET…]
 build() {
   local preset=$1; shift

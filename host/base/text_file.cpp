@@ -22,7 +22,9 @@ void write_text_file(const fs::path& path, std::string_view text) {
   if (written && (in_place || !ec)) return;
   std::error_code ignored;
   if (!in_place) fs::remove(at, ignored);
-  throw Error({path.string(), "cannot be written", "the disk is full, the folder is not there, or it is read-only", "free space, correct the permissions, or choose another place with --out"}, ExitCode::device);
+  throw Error({path.string(), "cannot be written", "the disk is full, the folder is not there, or it is read-only",
+               "free space, correct the permissions, or choose another place with --out"},
+              ExitCode::device);
 }
 
 }  // namespace rotorloop

@@ -1,7 +1,8 @@
 """An independent DroneCAN implementation (pydronecan) against `rotorloop esc-sim` on multicast: who is there, speed commands, silence,
 parameters, saving, restart, its allocator and its file server.
 
-ROTORLOOP_PYDRONECAN names a checkout of pydronecan with one of DSDL beside it; without it the test is skipped (77), counted by ctest.
+ROTORLOOP_PYDRONECAN names the folder that holds its package `dronecan` (scripts/check sets it to that of build/venv); without it the test is
+skipped (77), counted by ctest.
 usage: pydronecan_test.py PATH_TO_ROTORLOOP
 """
 import os
@@ -145,7 +146,7 @@ class Pydronecan(unittest.TestCase):
 
 if __name__ == "__main__":
     if not CHECKOUT or not (pathlib.Path(CHECKOUT) / "dronecan").is_dir():
-        print("skipped: 1 program; ROTORLOOP_PYDRONECAN names no checkout of pydronecan")
+        print("skipped: 1 program; ROTORLOOP_PYDRONECAN names no folder with the package dronecan")
         sys.exit(bus_namespace.SKIPPED)
     bus_namespace.enter()
     Pydronecan.program = os.path.abspath(sys.argv.pop(1))

@@ -82,7 +82,8 @@ FlightCoefficient flight_coefficient(const host::VehicleFile& v, std::optional<d
   f.note = correlation ? fmt::format("correlation of k1 and k2 {:.3f}, as given", r)
            : cov       ? fmt::format("correlation of k1 and k2 {:.3f}, of the file's covariance", r)
                        : std::string(
-                             "the file has no covariance of k1 and k2: their correlation counts as 0, which makes u too large; --correlation, or "
+                             "the file has no covariance of k1 and k2: their correlation counts as 0, which makes u too large; "
+                                   "--correlation, or "
                                    "the file that identify wrote");
   return f;
 }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/sysid/diagnose/residual_verdict.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
+#include "bench/sysid/diagnose/residual_verdict.hpp"
 #include "bench/sysid/diagnose/residuals/residual_findings.hpp"
 
 namespace rotorloop::diagnose {
