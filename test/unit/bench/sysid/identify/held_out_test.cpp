@@ -72,6 +72,8 @@ TEST(HeldOutHorizons, RunFromAHundredthToTwoSecondsForEachQuantity) {
 }
 
 TEST(HeldOutHorizons, ParametersThatAreRightPredictBetterThanOnesTwentyPercentOffWhereverTheyCan) {
+  ASSERT_EQ(scored().right_after_wrong.rows.size(), 32u);
+  ASSERT_EQ(scored().wrong_after_right.rows.size(), 32u);
   for (const HeldOutRow& r : scored().right_after_wrong.rows) {
     // Thrust acts on the velocity at once; what torque does to rates needs a tenth of a second to rise above the noise of the states.
     const bool tells = r.quantity == score::kPredictedPosition || r.quantity == score::kPredictedVelocity || r.horizon_s > 0.09;
@@ -88,6 +90,8 @@ TEST(HeldOutHorizons, ParametersThatAreRightPredictBetterThanOnesTwentyPercentOf
 // The states are smoothed along the second model; at a hundredth of a second that could have decided.
 TEST(HeldOutHorizons, ModelsErrTheSameWhicheverOfThemTheStatesWereSmoothedAlong) {
   const auto &a = scored().right_after_wrong.rows, &b = scored().wrong_after_right.rows;
+  ASSERT_EQ(a.size(), 32u);
+  ASSERT_EQ(b.size(), 32u);
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_NEAR(a[i].after / b[i].before, 1.0, 0.03) << score::kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
     EXPECT_NEAR(a[i].before / b[i].after, 1.0, 0.03) << score::kPredictedUnits[a[i].quantity] << " after " << a[i].horizon_s << " s";
@@ -95,6 +99,7 @@ TEST(HeldOutHorizons, ModelsErrTheSameWhicheverOfThemTheStatesWereSmoothedAlong)
 }
 
 TEST(HeldOutHorizons, TheErrorOfTheRightModelIsItsFloorAtShortHorizonsToo) {
+  ASSERT_EQ(scored().right_after_wrong.rows.size(), 32u);
   for (const HeldOutRow& r : scored().right_after_wrong.rows) {
     if (r.horizon_s > 0.15) continue;  // longer ones: noise_floor_test
     EXPECT_NEAR(r.after / r.floor, 1.0, 0.25) << score::kPredictedUnits[r.quantity] << " after " << r.horizon_s << " s";

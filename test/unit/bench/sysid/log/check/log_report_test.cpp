@@ -73,7 +73,9 @@ TEST(ParameterOutlook, ClimbTellsK2SpeedTellsDragAndTurningTellsInertia) {
 TEST(ParameterOutlook, NothingIsToldWithoutRotorSpeedsAndCommands) {
   FlightRecord f = analytic_flight().record;
   f.rotor_omega_rad_s = {};
-  for (const ParameterOutlook& p : parameter_outlook(f, flight_content(f))) {
+  const auto outlook = parameter_outlook(f, flight_content(f));
+  ASSERT_FALSE(outlook.empty());
+  for (const ParameterOutlook& p : outlook) {
     EXPECT_EQ(p.outlook, Outlook::none) << p.parameter;
     EXPECT_THAT(p.because, HasSubstr("no rotor speeds"));
   }
