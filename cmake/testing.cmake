@@ -2,7 +2,16 @@ enable_testing()
 # A hundred programs are linked here: lld needs a third of the CPU time of GNU ld for each. The command itself keeps GNU ld, which
 # takes instances of inline functions in the order of libraries that its speed was measured with.
 find_program(ROTORLOOP_LLD ld.lld)
+# `cmake --build … --target full` builds what the fast tier does not need: tests of the full tier, statistics, speed measurements.
+add_custom_target(full)
+# rl_full(TARGET…): built by target full alone.
+function(rl_full)
+  set_target_properties(${ARGN} PROPERTIES EXCLUDE_FROM_ALL ON)
+  add_dependencies(full ${ARGN})
+endfunction()
+
 # rl_test(NAME SOURCES… DEPENDS… [LABELS…]): one GoogleTest binary, one ctest entry per binary.
+# The files of one program are compiled together (rl_unity): a test spends most of its compiling on the headers that they share.
 # Label "full" keeps a test out of the fast tier (scripts/check runs without it, scripts/check --full with it).
 function(rl_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
@@ -12,7 +21,11 @@ function(rl_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE rl_options ${ARG_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE ROTORLOOP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  rl_unity(${name} 8)
   rl_precompiled(${name} rl_pch_test)
+  if("full" IN_LIST ARG_LABELS)
+    rl_full(${name})
+  endif()
   if(ROTORLOOP_LLD)
     target_link_options(${name} PRIVATE -fuse-ld=lld)
   endif()
