@@ -8,9 +8,9 @@
 #include <string>
 #include <thread>
 
-#include "bench/hil/closed_loop/child_process.hpp"
 #include "bench/hil/closed_loop/isolation_probe.hpp"
 #include "bench/hil/closed_loop/loop_result.hpp"
+#include "bench/hil/closed_loop/program_call.hpp"
 #include "bench/hil/closed_loop/report.hpp"
 #include "bench/hil/closed_loop/run.hpp"
 #include "bench/hil/closed_loop/run_layout.hpp"
@@ -91,7 +91,7 @@ int close(const CloseArguments& o) {
   }
   const closed_loop::LoopResult result = closed_loop::assemble_loop(run);
   fmt::print("{}", o.json ? closed_loop::loop_result_json(result) : closed_loop::loop_result_text(result));
-  return static_cast<int>(result.pass ? ExitCode::ok : ExitCode::verdict);
+  return to_int(result.pass ? ExitCode::ok : ExitCode::verdict);
 }
 
 int truth(const fs::path& given, bool json) {
@@ -101,7 +101,7 @@ int truth(const fs::path& given, bool json) {
   write_text_file(closed_loop::LoopLayout{run}.result(), closed_loop::loop_result_json(result));
   write_text_file(closed_loop::LoopLayout{run}.report(), closed_loop::loop_report_html(result));
   fmt::print("{}", json ? closed_loop::truth_json(c) : closed_loop::truth_text(c));
-  return static_cast<int>(c.right() ? ExitCode::ok : ExitCode::verdict);
+  return to_int(c.right() ? ExitCode::ok : ExitCode::verdict);
 }
 
 void add_truth(CLI::App& close, int& exit_code) {

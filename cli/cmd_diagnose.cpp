@@ -112,7 +112,7 @@ int faulty(const DiagnoseArguments& o, const Error& error, const std::string& ve
   run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
   publish(o, run, vehicle, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
   std::fprintf(stderr, "%s\n", error.what());
-  return static_cast<int>(ExitCode::data_quality);
+  return to_int(ExitCode::data_quality);
 }
 
 // The diagnosis stands, and its vehicle cannot be written.

@@ -10,7 +10,6 @@
 #include "bench/hil/controllers/autopilot_bridge.hpp"
 #include "bench/hil/flight/run_outcome.hpp"
 #include "bench/hil/flight/scenario.hpp"
-#include "cli/ending/exit_codes.hpp"
 #include "cli/ending/junit.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/stop_signals.hpp"
@@ -163,7 +162,7 @@ class HilOutput {
     if (o_.json) fmt::print("{}", documents_.size() == 1 ? documents_.front() : fmt::format("[\n{}]\n", fmt::join(documents_, ",\n")));
     if (!o_.junit.empty()) write_text_file(o_.junit, junit_xml("rotorloop hil", cases_));
   }
-  int exit_code() const { return failed_ ? static_cast<int>(ExitCode::verdict) : incomplete_ ? kExitIncomplete : 0; }
+  int exit_code() const { return failed_ ? to_int(ExitCode::verdict) : incomplete_ ? to_int(ExitCode::incomplete) : 0; }
 
  private:
   const HilArguments& o_;
@@ -201,7 +200,7 @@ int hil(const HilArguments& o, const std::string& command_line, const RunHil& ru
   const std::vector<hil::Scenario> scenarios = read_all(o, check, about);
   if (o.dry_run) {
     for (std::size_t i = 0; i < scenarios.size(); ++i) fmt::print("{}", plan_text(scenarios[i], o, about[i]));
-    return static_cast<int>(ExitCode::ok);
+    return to_int(ExitCode::ok);
   }
   check_outputs({{"--junit", o.junit}}, o.force);
   const StopSignals stop;

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "bench/hil/flight/compare.hpp"
-#include "cli/ending/exit_codes.hpp"
 #include "cli/hil_commands.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::cli {
 
@@ -31,7 +31,7 @@ void add_hil_compare(CLI::App& hil, int& exit_code) {
   c->callback([o, &exit_code] {
     const auto comparison = hil::compare_runs(o->a, o->b, o->verify);
     fmt::print("{}", o->json ? hil::comparison_json_text(comparison) : hil::comparison_text(comparison));
-    exit_code = o->fail_on_diff && comparison.differs ? kExitDiffers : 0;
+    exit_code = o->fail_on_diff && comparison.differs ? to_int(ExitCode::differs) : 0;
   });
 }
 

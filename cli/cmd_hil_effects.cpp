@@ -61,7 +61,7 @@ int effects(const HilEffectsArguments& o) {
   if (outside > 0)
     fmt::print(stderr, "{} of {} sizes are outside a factor {:g} of their reference\n", outside, study.probes.size(), hil::kProbeFactor);
   if (stop.asked()) return stop.exit_code();
-  return static_cast<int>(outside > 0 ? ExitCode::verdict : ExitCode::ok);
+  return to_int(outside > 0 ? ExitCode::verdict : ExitCode::ok);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ void add_hil_report(CLI::App& hil, int& exit_code) {
   c->footer("Example:\n  rotorloop hil report runs/paper");
   c->callback([runs, &exit_code] {
     for (const auto& run : *runs) fmt::print("{}\n", hil::write_hil_report(run).generic_string());
-    exit_code = static_cast<int>(ExitCode::ok);
+    exit_code = to_int(ExitCode::ok);
   });
 }
 

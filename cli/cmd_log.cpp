@@ -73,7 +73,7 @@ int check(const LogArguments& o) {
     refused = refused || reports.back().checked.refusal;
   }
   fmt::print("{}", o.json ? log::log_report_json(reports, vehicle.has_value()) : log::log_report_text(reports, vehicle.has_value()));
-  return static_cast<int>(refused ? ExitCode::data_quality : ExitCode::ok);
+  return to_int(refused ? ExitCode::data_quality : ExitCode::ok);
 }
 
 constexpr const char* kLogHelp = "flight log: CSV, ULog, or a folder of a run that holds flight.csv";

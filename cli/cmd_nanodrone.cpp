@@ -118,7 +118,7 @@ int run(const NanodroneArguments& o) {
     print_parameters(result);
     fmt::print("\nverdict: {}\n", result.met() ? "pass" : "fail");
   }
-  return static_cast<int>(result.met() ? ExitCode::ok : ExitCode::verdict);
+  return to_int(result.met() ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/ending/exit_codes.hpp"
 #include "cli/ending/refusal.hpp"
 #include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
@@ -24,7 +23,7 @@ int run_command(CLI::App& app, int argc, const char* const* argv, const int& exi
     for (const std::string& path : *missing)
       std::fprintf(stderr, "  note:   \"%s\" is neither in the working folder nor below %s\n", path.c_str(),
                    share.generic_string().c_str());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   };
   try {
     app.parse(argc, argv);
@@ -41,7 +40,7 @@ int run_command(CLI::App& app, int argc, const char* const* argv, const int& exi
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s: error: inside rotorloop: %s\n  do:     please report it with the command and its input files\n",
                  command.name.c_str(), e.what());
-    return kExitDefect;
+    return to_int(ExitCode::defect);
   }
 }
 

@@ -119,7 +119,7 @@ int bench(const BenchArguments& o) {
                             {"bits_per_frame", r.bits_per_frame},
                             {"receive_buffer_B", r.receive_buffer_B}}
                            .dump(2));
-    return lost ? static_cast<int>(ExitCode::verdict) : 0;
+    return lost ? to_int(ExitCode::verdict) : 0;
   }
   fmt::print("{}: {} frames sent, {} received, {:.0f} frames/s\n", o.bus, r.sent, r.received, r.frames_per_s);
   if (r.bits_per_frame > 0.0) {
@@ -133,7 +133,7 @@ int bench(const BenchArguments& o) {
                r.round_trip_p99_us, r.round_trip_worst_us, r.round_trips, r.round_trips_lost);
   }
   if (r.damaged > 0 || r.out_of_order > 0) fmt::print("  wrong           {} damaged, {} out of order\n", r.damaged, r.out_of_order);
-  return lost ? static_cast<int>(ExitCode::verdict) : 0;
+  return lost ? to_int(ExitCode::verdict) : 0;
 }
 
 void add_bench(CLI::App& group, int& exit_code) {

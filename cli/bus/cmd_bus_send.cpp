@@ -62,7 +62,7 @@ int replay(const ReplayArguments& o) {
     fmt::print("{} commands left out (set-points, arming): --with-commands sends them, and motors turn\n", c.commands_left_out);
   tell_losses(*bus);
   // Ctrl-C cuts a replay, whatever --for says.
-  return end.by_signal ? 130 : 0;
+  return end.by_signal ? to_int(ExitCode::interrupted) : 0;
 }
 
 struct BridgeArguments {

@@ -5,13 +5,12 @@
 #include <string>
 #include <string_view>
 
+#include "host/base/error.hpp"
+
 namespace rotorloop::cli {
 
-// Beside those that an Error can carry (host/base/error.hpp).
-inline constexpr int kExitDefect = 1, kExitIncomplete = 7, kExitDiffers = 8, kExitTerminated = 143;
-
 struct ExitCodeRow {
-  int code;
+  ExitCode code;
   std::string_view name, meaning;
 };
 std::span<const ExitCodeRow> exit_codes();

@@ -92,7 +92,7 @@ int restart(const NodesArguments& o) {
     tell(o.esc, {{"node", id}, {"ok", ok}, {"what", what}}, fmt::format("node {}: {}", id, what));
   }
   session.finish();
-  return refused > 0 ? static_cast<int>(ExitCode::device) : 0;
+  return refused > 0 ? to_int(ExitCode::device) : 0;
 }
 
 int log(const NodesArguments& o) {

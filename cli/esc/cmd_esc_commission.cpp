@@ -129,7 +129,7 @@ int commission(CommissionArguments o) {
     print_report(report, save);
   }
   session.finish();
-  return report.done() ? 0 : static_cast<int>(ExitCode::safety);
+  return report.done() ? 0 : to_int(ExitCode::safety);
 }
 
 }  // namespace

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
@@ -157,7 +156,7 @@ int diff(const FileArguments& o) {
     fmt::print("no difference\n");
   }
   session.finish();
-  return document.empty() ? 0 : kExitDiffers;
+  return document.empty() ? 0 : to_int(ExitCode::differs);
 }
 
 }  // namespace

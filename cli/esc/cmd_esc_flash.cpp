@@ -133,7 +133,7 @@ int flash(const FlashArguments& o) {
   if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
   session.finish();
   if (!ended) return session.stop().exit_code();
-  return failed ? static_cast<int>(ExitCode::device) : 0;
+  return failed ? to_int(ExitCode::device) : 0;
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ int run(const EscLabArguments& o) {
     write_text_file(o.out / "report.html", esc_lab::lab_html(result, version));
     if (!o.json) fmt::print("report: {}\n", (o.out / "report.html").generic_string());
   }
-  return static_cast<int>(result.met() ? ExitCode::ok : ExitCode::verdict);
+  return to_int(result.met() ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ int spin(SpinArguments o) {
     key.emplace();
     if (!tool.run_until(tool.now_ns() + 60'000'000'000, [&] { return key->pressed(tool.now_ns()); })) {
       fmt::print(stderr, "nothing was armed\n");
-      return session.stop().asked() ? session.stop().exit_code() : static_cast<int>(ExitCode::interrupted);
+      return session.stop().asked() ? session.stop().exit_code() : to_int(ExitCode::interrupted);
     }
   }
   motor.begin();
@@ -98,7 +98,7 @@ int spin(SpinArguments o) {
   fmt::print(stderr, "stopped and disarmed: {}; fastest {:.0f} rpm\n", tools::spin_end_text(motor.end(), o.spin), motor.fastest_rpm());
   session.finish();
   if (session.stop().asked()) return session.stop().exit_code();
-  return motor.end() == tools::SpinEnd::done || motor.end() == tools::SpinEnd::released ? 0 : static_cast<int>(ExitCode::safety);
+  return motor.end() == tools::SpinEnd::done || motor.end() == tools::SpinEnd::released ? 0 : to_int(ExitCode::safety);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ int run_bench(const std::filesystem::path& blade_file) {
   for (const std::string& line : propeller::report_lines(force)) fmt::print("{}\n", line);
   const bool met = propeller::within_limits(motor) && propeller::within_limits(force);
   fmt::print("\n{}\n", met ? "all limits met" : "a limit is missed");
-  return static_cast<int>(met ? ExitCode::ok : ExitCode::verdict);
+  return to_int(met ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace

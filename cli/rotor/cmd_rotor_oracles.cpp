@@ -23,7 +23,7 @@ void add_rotor_oracles(CLI::App& rotor, int& exit_code) {
     fmt::print("{}", propeller::oracle_table(rows));
     const bool met = std::all_of(rows.begin(), rows.end(), [](const propeller::OracleRow& r) { return r.met(); });
     fmt::print("\n{}\n", met ? "all limits met" : "a limit is missed");
-    exit_code = static_cast<int>(met ? ExitCode::ok : ExitCode::verdict);
+    exit_code = to_int(met ? ExitCode::ok : ExitCode::verdict);
   });
 }
 

@@ -59,7 +59,7 @@ int validate(RotorValidateArguments o) {
   if (!o.page.empty()) write_text_file(o.page, propeller::validation_html(d));
   fmt::print("{}", o.json ? propeller::validation_json(d) : propeller::validation_text(d));
   if (!o.page.empty() && !o.json) fmt::print("\nwritten: {}\n", o.page.generic_string());
-  return static_cast<int>(propeller::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);
+  return to_int(propeller::all_pass(d.limits) ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace

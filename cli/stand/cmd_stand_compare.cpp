@@ -11,7 +11,6 @@
 #include "bench/stand/evaluate/report/comparison_document.hpp"
 #include "bench/sysid/log/read_flight.hpp"
 #include "cli/commands.hpp"
-#include "cli/ending/exit_codes.hpp"
 #include "cli/ending/outputs.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
@@ -166,7 +165,7 @@ int stand_compare(const StandCompareArguments& o) {
     write_text_file(o.report / "result.json", stand::comparison_json(d));
     write_text_file(o.report / "report.html", stand::comparison_page(d));
   }
-  return o.fail_on_diff && stand::any_differs(d) ? kExitDiffers : 0;
+  return o.fail_on_diff && stand::any_differs(d) ? to_int(ExitCode::differs) : 0;
 }
 
 }  // namespace

@@ -156,7 +156,7 @@ int stand_estimate(const StandEstimateArguments& o) {
   const std::string text = o.json ? stand::estimate_json(d) : stand::estimate_text(d);
   std::fwrite(text.data(), 1, text.size(), stdout);
   write_files(o, d);
-  return stand::estimate_outcome(d).verdict == "refused" ? static_cast<int>(ExitCode::data_quality) : 0;
+  return stand::estimate_outcome(d).verdict == "refused" ? to_int(ExitCode::data_quality) : 0;
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "bench/stand/instruments/port_clock.hpp"
 #include "bench/stand/instruments/port_link.hpp"
 #include "bench/stand/instruments/profile_text.hpp"
-#include "cli/ending/exit_codes.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"

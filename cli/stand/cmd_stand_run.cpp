@@ -147,7 +147,7 @@ int stand_run(RunArguments& o) {
   const stand_run::Prediction predicted = stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V);
   if (o.dry_run) {
     fmt::print("{}", o.run.json ? stand_run::prediction_json(setup, plan, predicted) : stand_run::prediction_text(setup, plan, predicted));
-    return predicted.exceeded.empty() ? 0 : static_cast<int>(ExitCode::safety);
+    return predicted.exceeded.empty() ? 0 : to_int(ExitCode::safety);
   }
   if (o.run.out.empty()) throw Error({"-o", "no folder for the run", "", "give a new folder, or --dry-run to see the plan alone"});
   refuse_unsafe(setup, o.run, predicted);

@@ -221,9 +221,9 @@ int tell_end(const StandRunOptions& o, const stand_run::Session& session) {
   if (session.trip())
     fmt::print(stderr, "stopped: {}; the two seconds before are in {}\n", stand_run::text(*session.trip()),
                (o.out / "trip.csv").generic_string());
-  if (tripped) return static_cast<int>(ExitCode::safety);
+  if (tripped) return to_int(ExitCode::safety);
   return session.steps().empty() || static_cast<double>(unsettled) > kMostUnsettled * static_cast<double>(session.steps().size())
-             ? static_cast<int>(ExitCode::data_quality)
+             ? to_int(ExitCode::data_quality)
              : 0;
 }
 

@@ -6,16 +6,21 @@
 
 namespace rotorloop {
 
-// Exit codes of every command (docs/manual.md lists them for users).
+// Exit codes of every command (docs/manual.md lists them for users). One tells a script what to do next: one meaning each.
 enum class ExitCode : int {
   ok = 0,
-  usage = 2,   // bad arguments or bad input file
-  device = 3,  // device or bus
-  safety = 4,  // a safety trip ended the run
-  data_quality = 5,
-  verdict = 6,  // the run finished and failed its limits, or a comparison differs
-  interrupted = 130,
+  defect = 1,         // an error inside rotorloop
+  usage = 2,          // bad arguments or bad input file
+  device = 3,         // device or bus
+  safety = 4,         // a safety trip ended the run
+  data_quality = 5,   // the data lack what was asked of them, or what came of them is not credible
+  verdict = 6,        // the run finished and failed its limits
+  incomplete = 7,     // not all was flown or measured that the verdict needs
+  differs = 8,        // a difference against a baseline
+  interrupted = 130,  // SIGINT
+  terminated = 143,   // SIGTERM
 };
+constexpr int to_int(ExitCode code) { return static_cast<int>(code); }
 
 struct ErrorText {
   std::string where;   // "file:line" or the argument

@@ -33,7 +33,7 @@ std::uintmax_t bytes_in(const std::filesystem::path& folder) {
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: bench_hil SCENARIO\n");
-    return static_cast<int>(ExitCode::usage);
+    return to_int(ExitCode::usage);
   }
   const auto folder = std::filesystem::temp_directory_path() / ("rotorloop_bench_" + std::to_string(::getpid()));
   try {
@@ -75,10 +75,10 @@ int main(int argc, char** argv) {
                                {"sensors", per_s(c.sensor_ns)},
                                {"CSV logs", per_s(c.log_ns)}}}};
     std::printf("%s\n", out.dump(1).c_str());
-    return plain.result.end == hil::FlightEnd::completed ? 0 : static_cast<int>(ExitCode::verdict);
+    return plain.result.end == hil::FlightEnd::completed ? 0 : to_int(ExitCode::verdict);
   } catch (const Error& e) {
     std::filesystem::remove_all(folder);
     std::fprintf(stderr, "%s\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
 }

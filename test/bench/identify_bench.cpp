@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   if (flights < 1 || (solver != "own" && solver != "em" && solver != "ceres")) {
     std::fprintf(stderr,
                  "usage: bench_identify own|em|ceres FLIGHTS\n  em: the own solver with the noise unknown, twice and half too large\n");
-    return static_cast<int>(ExitCode::usage);
+    return to_int(ExitCode::usage);
   }
   try {
     const auto grids = fly(flights);
@@ -104,9 +104,9 @@ int main(int argc, char** argv) {
                              {"value", value},
                              {"u", u}};
     std::printf("%s\n", out.dump().c_str());
-    return fit.converged ? 0 : static_cast<int>(ExitCode::verdict);
+    return fit.converged ? 0 : to_int(ExitCode::verdict);
   } catch (const Error& e) {
     std::fprintf(stderr, "%s\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
 }

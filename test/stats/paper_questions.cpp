@@ -199,6 +199,6 @@ int main(int argc, char** argv) {
     return rotorloop::test::run(vehicle, flights);
   } catch (const rotorloop::Error& e) {
     std::fprintf(stderr, "%s\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
 }

@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
     one_thrust.print("the blade itself", "c_t"), one_torque.print("", "c_q");
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
   return 0;
 }

@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
   fmt::print("{}\n", met ? "all limits met" : "a limit is missed");
   return met ? 0 : 6;

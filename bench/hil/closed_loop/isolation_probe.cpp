@@ -13,7 +13,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "bench/hil/closed_loop/child_process.hpp"
+#include "bench/hil/closed_loop/program_call.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::closed_loop {
@@ -128,7 +128,7 @@ std::vector<Attempt> try_all_ways(std::span<const fs::path> secrets, pid_t bench
 }
 
 int probe_command(std::span<const std::string> words) {
-  if (words.empty()) return static_cast<int>(ExitCode::usage);
+  if (words.empty()) return to_int(ExitCode::usage);
   const std::vector<fs::path> secrets(words.begin() + 1, words.end());
   for (const Attempt& a : try_all_ways(secrets, static_cast<pid_t>(std::stol(words.front()))))
     std::cout << (a.opened ? "1" : "0") << a.way << "\t" << a.what << "\n";

@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kFlownPlant = "flown_plant.toml";
-constexpr int kIncomplete = 7, kTerminated = 143;  // exit codes of `rotorloop hil` (docs/manual.md)
 constexpr const char* kSandboxRemedy =
     "install the Debian package bubblewrap and allow user namespaces (sysctl user.max_user_namespaces, kernel.unprivileged_userns_clone; "
     "in a "
@@ -155,10 +154,10 @@ class Loop {
     call.line = [&](const std::string& line) { message(stage, line); };
     call.stop = o_.stop;
     const int code = run_program(call);
-    if (code == static_cast<int>(ExitCode::interrupted) || code == kTerminated)
+    if (code == to_int(ExitCode::interrupted) || code == to_int(ExitCode::terminated))
       throw Error({stage, "interrupted", "", "the same command goes on from here"}, ExitCode::interrupted);
     // A flight that crashed is a result, not an error.
-    if (code != 0 && code != static_cast<int>(ExitCode::verdict) && code != kIncomplete)
+    if (code != 0 && code != to_int(ExitCode::verdict) && code != to_int(ExitCode::incomplete))
       throw Error({stage, fmt::format("`rotorloop hil` ended with {}", code), "", "see " + call.errors.generic_string()},
                   code == 2 || code == 3 ? ExitCode{code} : ExitCode::device);
   }

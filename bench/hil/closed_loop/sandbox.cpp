@@ -10,11 +10,11 @@
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <memory>
 
 #include "bench/hil/closed_loop/landlock.hpp"
+#include "host/base/child_process.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::closed_loop {
@@ -55,10 +55,8 @@ std::string allow(LandlockRules& rules, const SandboxFiles& files) {
 }
 
 std::string bubblewrap_version() {
-  const std::unique_ptr<FILE, int (*)(FILE*)> out(::popen((std::string(kBubblewrap) + " --version").c_str(), "re"), ::pclose);
-  std::array<char, 100> text{};
-  if (!out || !std::fgets(text.data(), text.size(), out.get())) return "bubblewrap of an unknown version";
-  return std::string(text.data(), std::strcspn(text.data(), "\n"));
+  const std::string line = output_of(kBubblewrap, {"--version"});
+  return line.empty() ? "bubblewrap of an unknown version" : line.substr(0, line.find('\n'));
 }
 
 std::string joined(std::initializer_list<std::pair<bool, std::string>> parts, const char* separator) {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "bench/hil/closed_loop/child_process.hpp"
 #include "bench/hil/closed_loop/isolation_probe.hpp"
+#include "bench/hil/closed_loop/program_call.hpp"
 
 namespace rotorloop::closed_loop {
 

@@ -56,7 +56,7 @@ std::string state_text(const rotorloop_controller_input& in, const PilotWish& w)
 
 class ArduPilotLink final : public AutopilotLink {
  public:
-  ArduPilotLink(const std::filesystem::path& program, const std::filesystem::path& folder) : program_("ardupilot") {
+  ArduPilotLink(const std::filesystem::path& program, const std::filesystem::path& folder) {
     lock_ = separate_network("ardupilot");
     servo_ = bound_socket("ardupilot", kServoPort);
     std::ofstream(folder / "ardupilot.parm") << ardupilot_parameters();

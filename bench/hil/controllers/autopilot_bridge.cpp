@@ -208,7 +208,7 @@ int serve_autopilot(const AutopilotBridge& bridge) {
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", one_line(e.what()));  // the run shows the last line
     if (!greeted) say(nlohmann::json{{"error", e.what()}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    return static_cast<int>(e.exit_code());
+    return to_int(e.exit_code());
   }
   return 0;
 }

@@ -5,13 +5,10 @@
 #include <fmt/format.h>
 #include <net/if.h>
 #include <sched.h>
-#include <signal.h>
-#include <spawn.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -19,8 +16,6 @@
 #include <fstream>
 
 #include "host/base/error.hpp"
-
-extern char** environ;
 
 namespace rotorloop::hil {
 namespace {
@@ -91,38 +86,14 @@ int bound_socket(const std::string& name, std::uint16_t port) {
   return s;
 }
 
-// In `folder`, with its output in `log` there. It stays in our process group, which the runner ends as a whole.
+// It stays in our process group, which the runner ends as a whole.
 void AutopilotProgram::start(const std::filesystem::path& program, const std::filesystem::path& folder, const char* log,
                              const std::vector<std::string>& words) {
-  end();
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log, O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  std::string name = program.string();
-  std::vector<std::string> copies = words;
-  std::vector<char*> arguments{name.data()};
-  for (std::string& w : copies) arguments.push_back(w.data());
-  arguments.push_back(nullptr);
-  const int error = posix_spawn(&child_, name.c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0)
-    refuse_program(name_, fmt::format("{} cannot be started", name), strerror(error), "give the path of its simulator program");
+  child_.reset();
+  const Descriptor output = output_file(folder / log);
+  child_.emplace(ChildSetup{.program = program, .arguments = words, .folder = folder, .output = output.get(), .errors = output.get()});
 }
 
-bool AutopilotProgram::running() {
-  if (child_ > 0 && waitpid(child_, nullptr, WNOHANG) == child_) child_ = -1;
-  return child_ > 0;
-}
-
-void AutopilotProgram::end() {
-  if (child_ <= 0) return;
-  kill(child_, SIGKILL);
-  while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-  }
-  child_ = -1;
-}
+bool AutopilotProgram::running() { return child_ && !child_->wait(0); }
 
 }  // namespace rotorloop::hil

@@ -1,11 +1,12 @@
 // An autopilot's simulator program as a child, in a network of its own where that is allowed, and the sockets that speak to it.
 #pragma once
-#include <sys/types.h>
-
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "host/base/child_process.hpp"
 
 namespace rotorloop::hil {
 
@@ -17,19 +18,14 @@ int bound_socket(const std::string& name, std::uint16_t port);
 
 class AutopilotProgram {
  public:
-  explicit AutopilotProgram(std::string name) : name_(std::move(name)) {}
-  ~AutopilotProgram() { end(); }
-  AutopilotProgram(const AutopilotProgram&) = delete;
-  AutopilotProgram& operator=(const AutopilotProgram&) = delete;
   // In `folder`, with its output in `log` there. Ends one that runs.
   void start(const std::filesystem::path& program, const std::filesystem::path& folder, const char* log,
              const std::vector<std::string>& words);
   bool running();  // false once it has ended
-  void end();
+  void end() { child_.reset(); }
 
  private:
-  std::string name_;
-  pid_t child_ = -1;
+  std::optional<ChildProcess> child_;
 };
 
 }  // namespace rotorloop::hil

@@ -52,7 +52,7 @@ std::string refused_lines(const std::filesystem::path& log) {
 }  // namespace
 
 BetaflightLink::BetaflightLink(const std::filesystem::path& program, const std::filesystem::path& folder, const std::string& config)
-    : program_(program), folder_(folder), child_("betaflight") {
+    : program_(program), folder_(folder) {
   lock_ = separate_network("betaflight");
   std::error_code ec;
   std::filesystem::remove(folder / "eeprom.bin", ec);

@@ -137,15 +137,15 @@ void ProcessController::fail(const std::string& what) {
 
 bool ProcessController::receive(std::string& line, const std::string& when) {
   switch (child_.receive(line, config_.timeout_s, config_.stop)) {
-    case ChildProcess::Wait::line:
+    case LineProcess::Wait::line:
       return true;
-    case ChildProcess::Wait::timeout:
+    case LineProcess::Wait::timeout:
       fail(fmt::format("no answer for {} s {}", config_.timeout_s, when));
       break;
-    case ChildProcess::Wait::ended:
+    case LineProcess::Wait::ended:
       fail(fmt::format("{} {}{}", child_.ending(), when, last_words(error_log(config_.setup.log_folder))));
       break;
-    case ChildProcess::Wait::stopped:
+    case LineProcess::Wait::stopped:
       fail("interrupted");
       break;
   }

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/hil/controllers/child_process.hpp"
 #include "bench/hil/controllers/handshake.hpp"
+#include "bench/hil/controllers/line_process.hpp"
 #include "host/control/flight_controller.hpp"
 
 namespace rotorloop::hil {
@@ -44,7 +44,7 @@ class ProcessController final : public host::FlightController {
   double most_thrust_N_;
   HandshakeHello hello_;
   std::string failure_;
-  ChildProcess child_;
+  LineProcess child_;
   rotorloop_controller_output answer_ = empty_output();  // as it came
   rotorloop_controller_output good_ = empty_output();    // newest usable one
   bool any_good_ = false;

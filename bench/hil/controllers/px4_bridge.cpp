@@ -85,7 +85,7 @@ mavlink::Payload channels_of_pilot(const rotorloop_controller_input& in, const P
 
 class Px4Link final : public AutopilotLink {
  public:
-  Px4Link(const std::filesystem::path& program, const std::filesystem::path& folder) : program_("px4") {
+  Px4Link(const std::filesystem::path& program, const std::filesystem::path& folder) {
     lock_ = separate_network("px4");
     listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in at{};

@@ -2,10 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/base/child_process.hpp"
 #include "host/base/error.hpp"
 
 // The shared object of xfoil_traps.cpp.
@@ -48,16 +45,6 @@ std::optional<fs::path> program_on_path(const std::string& name) {
   throw Error(
       {where.generic_string(), what, "", "check the package xfoil, and TMPDIR for space and for a place that programs may be run from"},
       ExitCode::device);
-}
-
-// In the child: files for its input and output, the folder, the library in front; never returns.
-[[noreturn]] void become_xfoil(const fs::path& program, char* const* environment) {
-  const int in = ::open("script.txt", O_RDONLY | O_CLOEXEC), out = ::open("output.txt", O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  ::dup2(in, 0), ::dup2(out, 1), ::dup2(out, 2);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a sweep that hangs does not outlive the command
-  char* const arguments[] = {const_cast<char*>("xfoil"), nullptr};
-  ::execve(program.c_str(), arguments, environment);
-  ::_exit(127);
 }
 
 }  // namespace
@@ -94,34 +81,20 @@ XfoilProgram::~XfoilProgram() {
 
 bool XfoilProgram::run(const std::string& script, double time_limit_s) const {
   std::ofstream(folder_ / "script.txt") << script;
-  const std::string traps = "LD_PRELOAD=" + (folder_ / kTraps).string();
-  std::vector<char*> environment{const_cast<char*>(traps.c_str())};
+  const Descriptor input(::open((folder_ / "script.txt").c_str(), O_RDONLY | O_CLOEXEC)), output = output_file(folder_ / "output.txt");
+  std::vector<std::string> environment{"LD_PRELOAD=" + (folder_ / kTraps).string()};
   for (char** e = environ; *e != nullptr; ++e)
-    if (std::strncmp(*e, "LD_PRELOAD=", 11) != 0) environment.push_back(*e);
-  environment.push_back(nullptr);
-  const pid_t child = ::fork();
-  if (child < 0) fail(program_, std::strerror(errno));
-  if (child == 0) {
-    if (::chdir(folder_.c_str()) != 0) ::_exit(127);
-    become_xfoil(program_, environment.data());
-  }
-  // A descriptor of the process becomes readable when it ends: waiting with a limit, without a clock.
-  const int process = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
-  pollfd p{process, POLLIN, 0};
-  int ended = 0;
-  while (process >= 0 && (ended = ::poll(&p, 1, static_cast<int>(1000.0 * time_limit_s))) < 0 && errno == EINTR) {
-  }
-  if (ended <= 0) ::kill(child, SIGKILL);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (process >= 0) ::close(process);
-  if (process < 0) fail(program_, "this kernel has no pidfd_open (Linux 5.3)");
-  if (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127) fail(program_, "cannot be run");
+    if (std::strncmp(*e, "LD_PRELOAD=", 11) != 0) environment.emplace_back(*e);
+  ChildProcess child({.program = program_,
+                      .folder = folder_,
+                      .input = input.get(),
+                      .output = output.get(),
+                      .errors = output.get(),
+                      .environment = std::move(environment)});
+  const auto end = child.wait(static_cast<int>(1000.0 * time_limit_s));
   // A floating-point exception: the library in front was not loaded. Any other crash costs the sweep, not the section.
-  if (ended > 0 && WIFSIGNALED(status) && WTERMSIG(status) == SIGFPE)
-    fail(program_, "ended by a floating-point exception although its traps are off");
-  return ended > 0;
+  if (end && end->signal == SIGFPE) fail(program_, "ended by a floating-point exception although its traps are off");
+  return end.has_value();
 }
 
 XfoilProgram::Result XfoilProgram::sweep(const SectionShape& section, const XfoilSweep& s) const {

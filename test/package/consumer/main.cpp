@@ -162,6 +162,6 @@ int main(int argc, char** argv) {
     return run(argv[1]);
   } catch (const Error& e) {
     std::fprintf(stderr, "%s\n", e.what());
-    return static_cast<int>(e.exit_code());
+    return rotorloop::to_int(e.exit_code());
   }
 }

@@ -22,7 +22,7 @@ TEST(ExitCodes, EachCodeHasOneMeaning) {
   std::set<int> codes;
   std::set<std::string_view> names;
   for (const ExitCodeRow& r : exit_codes()) {
-    EXPECT_TRUE(codes.insert(r.code).second) << r.code;
+    EXPECT_TRUE(codes.insert(to_int(r.code)).second) << to_int(r.code);
     EXPECT_TRUE(names.insert(r.name).second) << r.name;
     EXPECT_THAT(exit_codes_text(), HasSubstr(std::string(r.meaning)));
   }

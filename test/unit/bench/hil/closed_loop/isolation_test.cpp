@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "bench/hil/closed_loop/child_process.hpp"
 #include "bench/hil/closed_loop/isolation_probe.hpp"
 #include "bench/hil/closed_loop/isolation_record.hpp"
 #include "bench/hil/closed_loop/landlock.hpp"
+#include "bench/hil/closed_loop/program_call.hpp"
 #include "bench/hil/closed_loop/sandbox.hpp"
 #include "test/unit/bench/temp_folder.hpp"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/hil/closed_loop/child_process.hpp"
 #include "bench/hil/closed_loop/isolation_probe.hpp"
 #include "bench/hil/closed_loop/isolation_record.hpp"
+#include "bench/hil/closed_loop/program_call.hpp"
 
 int main(int argc, char** argv) {
   using namespace rotorloop::closed_loop;
