@@ -39,7 +39,7 @@ def scores_of(folder):
     if both is None or "rounds" not in both[1]:
         return None
     trial, result = both
-    kept = ("id", "chi2", "wald", "degrees", "p_holm", "gain", "bic", "cross_validated", "rise", "optimism", "relative_size", "variation",
+    kept = ("id", "chi2", "wald", "degrees", "p_holm", "gain", "bic", "cross_validated", "delta_log_likelihood", "optimism", "relative_size", "variation",
             "scatter", "inside_bounds", "reason")
     axes = result.get("residuals", {}).get("axes", [])
     judged, wrong = score.outcome(trial, result)
@@ -105,8 +105,8 @@ def residual_curve(trials, number, axes, per_unit, n):
 
 def variation_curve(trials, n):
     accepted = [c for t in trials for s in [t] for r in s["rounds"] for c in r["candidates"]
-                if c["id"] in t["truth"] and c["rise"] and r["decision"] == f"added {c['id']}"]
-    others = [c for t in trials for c in t["rejected"] if c["id"] not in t["truth"] and c["variation"] and c["rise"]]
+                if c["id"] in t["truth"] and c["delta_log_likelihood"] and r["decision"] == f"added {c['id']}"]
+    others = [c for t in trials for c in t["rejected"] if c["id"] not in t["truth"] and c["variation"] and c["delta_log_likelihood"]]
     return [(v, f"{sum(c['variation'] > v for c in accepted)} of {len(accepted)} accepted", f"{sum(c['variation'] <= v for c in others)} of {len(others)} refitted and absent")
             for v in (0.2, 0.3, 0.4, 0.5, 0.6, 0.8)]
 
@@ -131,12 +131,12 @@ def predictive(trials):
     compared, changed = 0, []
     for t in trials:
         for r in t["rounds"]:
-            refits = [c for c in r["candidates"] if c["rise"] and c["optimism"] is not None and not c["reason"]]
+            refits = [c for c in r["candidates"] if c["delta_log_likelihood"] and c["optimism"] is not None and not c["reason"]]
             if len(refits) < 2:
                 continue
             compared += 1
-            by_rise = max(refits, key=lambda c: c["rise"])
-            by_prediction = max(refits, key=lambda c: c["rise"] - c["optimism"])
+            by_rise = max(refits, key=lambda c: c["delta_log_likelihood"])
+            by_prediction = max(refits, key=lambda c: c["delta_log_likelihood"] - c["optimism"])
             if by_rise["id"] != by_prediction["id"]:
                 changed.append(f"{t['case']} {t['seed']}: {by_rise['id']} by rise, {by_prediction['id']} by prediction")
     return compared, changed

@@ -41,7 +41,7 @@ def candidates(rounds):
     for k, r in enumerate(rounds):
         out += [f"**Round {k + 1}**: {r['decision']}. {r['placebos']} placebos stay below a Wald F of {number(r['placebo_wald'])}.", ""]
         rows = [[f"`{c['id']}`", sizes(c["one_step"]) or "–", number(c["wald"]), number(c["p_holm"], 2), number(c["gain"]), number(c["cross_validated"]),
-                 number(c["rise"]) if c["rise"] else "–", c["ruled_out_by"] or "stands"] for c in r["candidates"][:LISTED]]
+                 number(c["delta_log_likelihood"]) if c["delta_log_likelihood"] else "–", c["ruled_out_by"] or "stands"] for c in r["candidates"][:LISTED]]
         out += table(["effect", "size in one step", "Wald F", "p (Holm)", "Δ log-likelihood", "cross-validated", "by the refit", "ruled out by"], rows)
     return out
 

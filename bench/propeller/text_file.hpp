@@ -1,4 +1,4 @@
-// Lines and numbers of the text files that propeller data come in, with the house's manners: every refusal names file, line,
+// Lines and numbers of the text files that propeller data come in, with one style of errors: every refusal names file, line,
 // value, allowed range and remedy. Carriage returns, trailing blanks and a byte-order mark are forgiven; anything else is not.
 #pragma once
 #include <filesystem>

@@ -88,7 +88,7 @@ class Told {
     std::fflush(stdout);
     const bool other =
         (o_.node_id != "auto" && std::to_string(esc.node().parameters().node_id) != o_.node_id) || esc.esc_index() != o_.esc_index;
-    if (esc.parameters_stored() && other && !std::exchange(told_store_, true))
+    if (esc.parameters_stored() && other && !std::exchange(reported_store_, true))
       fmt::print(stderr, "{} holds saved parameters: they go before --node-id and --esc-index\n", o_.store.generic_string());
   }
 
@@ -97,7 +97,7 @@ class Told {
   const TimedBus& bus_;
   int starts_ = 0;
   std::uint8_t node_id_ = 0;
-  bool asking_ = false, updating_ = false, told_store_ = false;
+  bool asking_ = false, updating_ = false, reported_store_ = false;
 };
 
 live::EscProcessConfig configuration(const EscSimArguments& o) {

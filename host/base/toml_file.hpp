@@ -1,4 +1,4 @@
-// Reading TOML with the house's manners: every value is asked for with its unit and range, every error names file, line,
+// Reading TOML with one style of errors: every value is asked for with its unit and range, every error names file, line,
 // key, value and remedy, and a key that nobody asked for is an error too (a misspelt key must not be silently ignored).
 #pragma once
 #include <filesystem>

@@ -58,7 +58,7 @@ std::string allocation_table_text(const std::map<UniqueId, std::uint8_t>& table)
 }
 
 Allocator::Allocator(ToolNode& tool, std::map<UniqueId, std::uint8_t> table, std::function<void(const Allocated&)> told)
-    : tool_(tool), table_(std::move(table)), told_(std::move(told)) {
+    : tool_(tool), table_(std::move(table)), report_(std::move(told)) {
   tool.on_anonymous<Allocation>([this](const Allocation& request) { on_request(request); });
 }
 
@@ -85,7 +85,7 @@ void Allocator::on_request(const Allocation& request) {
     const bool is_new = table_.emplace(id, node).second;
     answer.node_id = node;
     tool_.broadcast(answer, kAllocationPriority);
-    told_({.unique_id = id, .node_id = node, .is_new = is_new});
+    report_({.unique_id = id, .node_id = node, .is_new = is_new});
     return;
   }
   tool_.broadcast(answer, kAllocationPriority);

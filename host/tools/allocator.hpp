@@ -38,7 +38,7 @@ class Allocator {
 
   ToolNode& tool_;
   std::map<UniqueId, std::uint8_t> table_;
-  std::function<void(const Allocated&)> told_;
+  std::function<void(const Allocated&)> report_;
   std::vector<std::uint8_t> heard_;  // unique id of the node being served, as far as it is known
   std::int64_t heard_ns_ = 0;
   std::uint64_t refused_ = 0;

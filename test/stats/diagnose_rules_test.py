@@ -11,7 +11,7 @@ import diagnose_rules as rules  # noqa: E402
 
 def candidate(name, p_holm=1e-6, wald=50.0, size=1.0, gain=100.0, cross_validated=80.0, reason=None, **other):
     return {"id": name, "degrees": 1, "p_holm": p_holm, "wald": wald, "relative_size": size, "gain": gain, "bic": gain - 5.0, "inside_bounds": True,
-            "cross_validated": cross_validated, "rise": 0.0, "optimism": None, "variation": 0.0, "reason": reason, **other}
+            "cross_validated": cross_validated, "delta_log_likelihood": 0.0, "optimism": None, "variation": 0.0, "reason": reason, **other}
 
 
 def trial(case, truth, answer, *rounds, kind="separable", axes=()):

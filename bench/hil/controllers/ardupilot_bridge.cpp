@@ -31,7 +31,7 @@ constexpr const char* kHome = "47.4,8.55,0,0";  // latitude, longitude, altitude
 double channel(double share) { return std::round(1500.0 + 500.0 * std::clamp(share, -1.0, 1.0)); }
 
 // Channels of a pilot in Stabilize mode: pitch is positive nose up there, yaw to the right.
-nlohmann::json channels_of(const PilotWish& w) {
+nlohmann::json channels_of(const PilotCommand& w) {
   const double output = std::clamp((w.thrust_share - kSpinMin) / (1.0 - kSpinMin), 0.0, 1.0);
   return {{"rc_1", channel(w.roll_deg / kAngleLimit_deg)},
           {"rc_2", channel(-w.pitch_deg / kAngleLimit_deg)},
@@ -43,7 +43,7 @@ nlohmann::json channels_of(const PilotWish& w) {
           {"rc_8", 1000.0}};
 }
 
-std::string state_text(const rotorloop_controller_input& in, const PilotWish& w) {
+std::string state_text(const rotorloop_controller_input& in, const PilotCommand& w) {
   nlohmann::json j{{"timestamp", in.t_s},
                    {"imu", {{"gyro", to_ned(in.gyro_B_rad_s)}, {"accel_body", to_ned(in.accel_B_m_s2)}}},
                    {"position", to_ned(in.estimate_p_W_m)},
@@ -69,7 +69,7 @@ class ArduPilotLink final : public AutopilotLink {
       if (fd >= 0) close(fd);
   }
 
-  void get_in_step(const rotorloop_controller_input&) override {
+  void synchronize(const rotorloop_controller_input&) override {
     std::array<float, 4> motors{};
     for (int waited_ms = 0; !receive(motors, kServoWait_ms); waited_ms += kServoWait_ms) {
       if (!program_.running()) throw Error({"ardupilot", "its program ended while it started", "", "see ardupilot.log"}, ExitCode::device);
@@ -80,7 +80,7 @@ class ArduPilotLink final : public AutopilotLink {
     }
   }
   // It waits for a state before it goes on: one servo packet each.
-  bool exchange(const rotorloop_controller_input& in, const PilotWish& wish, std::array<float, 4>& motors) override {
+  bool exchange(const rotorloop_controller_input& in, const PilotCommand& wish, std::array<float, 4>& motors) override {
     const std::string text = state_text(in, wish);
     (void)::sendto(servo_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&from_), sizeof from_);
     return receive(motors, kServoWait_ms);

@@ -37,8 +37,8 @@ class Pilot {
   explicit Pilot(const BridgeFiles& f)
       : map_(f.map), weight_N_(f.vehicle.weight_N()), mass_kg_(f.vehicle.mass_kg), loop_(f.vehicle, pilot_config(f)) {}
 
-  PilotWish wish(const rotorloop_controller_input& in) {
-    PilotWish s;
+  PilotCommand wish(const rotorloop_controller_input& in) {
+    PilotCommand s;
     s.flying = in.phase == ROTORLOOP_PHASE_FLYING;
     s.arm = in.t_s >= kAutopilotArm_s && in.phase != ROTORLOOP_PHASE_SAFE;
     if (!s.flying) return s;
@@ -146,7 +146,7 @@ rotorloop_controller_output answer(const BridgeFiles& f, const Pilot& pilot, con
 
 void fly(const AutopilotBridge& bridge, const BridgeFiles& f, AutopilotLink& link) {
   Pilot pilot(f);
-  PilotWish wish;
+  PilotCommand wish;
   Notes notes;
   std::array<float, 4> motors{};
   int missed = 0;
@@ -157,7 +157,7 @@ void fly(const AutopilotBridge& bridge, const BridgeFiles& f, AutopilotLink& lin
   while (std::getline(std::cin, line)) {
     if (const auto why = parse_input(line, in); !why.empty())
       throw Error({"handshake", why, "", "use the rotorloop that started this bridge"});
-    if (states == 0) link.get_in_step(in);  // only now: each answer has a wait of its own
+    if (states == 0) link.synchronize(in);  // only now: each answer has a wait of its own
     if (in.step % kStepsPerStick == 0) wish = pilot.wish(in);
     missed = link.exchange(in, wish, motors) ? 0 : missed + 1;
     ++states;

@@ -23,7 +23,7 @@ struct BridgeFiles {
 BridgeFiles read_bridge_files(const std::filesystem::path& vehicle_file, const std::filesystem::path& gains_file);
 
 // What the pilot's hands do, in physical terms; each autopilot makes stick positions of it.
-struct PilotWish {
+struct PilotCommand {
   bool arm = false, flying = false;
   double roll_deg = 0.0, pitch_deg = 0.0;  // to the right, nose down
   double yaw_left_deg_s = 0.0;
@@ -36,9 +36,9 @@ inline constexpr std::uint64_t kStepsPerStick = 10;  // 100 Hz, as a radio link 
 class AutopilotLink {
  public:
   virtual ~AutopilotLink() = default;
-  virtual void get_in_step(const rotorloop_controller_input& first) = 0;  // throws Error: it never did
+  virtual void synchronize(const rotorloop_controller_input& first) = 0;  // throws Error: it never did
   // One control step: state and sticks to it, motor outputs 0 to 1 in our order back. False: none came within the wait; the last ones stay.
-  virtual bool exchange(const rotorloop_controller_input& in, const PilotWish& wish, std::array<float, 4>& motors) = 0;
+  virtual bool exchange(const rotorloop_controller_input& in, const PilotCommand& wish, std::array<float, 4>& motors) = 0;
   virtual bool running() = 0;  // false once the program has ended
 };
 

@@ -13,13 +13,13 @@ namespace {
 
 constexpr double kStickCentre_us = 1500.0, kStickHalf_us = 500.0, kStickLow_us = 1000.0, kStickHigh_us = 2000.0;
 // Ours 1 front-right, 2 rear-left, 3 front-left, 4 rear-right, in Betaflight's order rear right, front right, rear left, front left.
-constexpr std::array<std::size_t, 4> kTheirs{1, 2, 3, 0};
+constexpr std::array<std::size_t, 4> kMotorOfRotor{1, 2, 3, 0};
 // Where the flight is on Earth matters to nobody; one degree of latitude is 111 320 m.
 constexpr double kLongitude_deg = 8.55, kLatitude_deg = 47.4, kMetresPerDegree = 111'320.0;
 
 std::uint16_t stick(double us) { return static_cast<std::uint16_t>(std::lround(std::clamp(us, kStickLow_us, kStickHigh_us))); }
 
-BetaflightSticks sticks_of(const PilotWish& wish) {
+BetaflightSticks sticks_of(const PilotCommand& wish) {
   BetaflightSticks s;
   s.fill(static_cast<std::uint16_t>(kStickCentre_us));
   s[2] = stick(kStickLow_us);
@@ -56,12 +56,12 @@ class BetaflightAutopilot final : public AutopilotLink {
  public:
   BetaflightAutopilot(const BridgeFiles& f, const std::filesystem::path& program, const std::filesystem::path& folder)
       : link_(program, folder, betaflight_config(f.vehicle, f.map)) {}
-  void get_in_step(const rotorloop_controller_input&) override { link_.get_in_step(); }
-  bool exchange(const rotorloop_controller_input& in, const PilotWish& wish, std::array<float, 4>& motors) override {
+  void synchronize(const rotorloop_controller_input&) override { link_.synchronize(); }
+  bool exchange(const rotorloop_controller_input& in, const PilotCommand& wish, std::array<float, 4>& motors) override {
     if (in.step % kStepsPerStick == 0) link_.send(in.t_s, sticks_of(wish));
     link_.send(state_of(in));
     const bool answered = link_.receive(theirs_);
-    for (std::size_t i = 0; i < 4; ++i) motors[i] = theirs_[kTheirs[i]];
+    for (std::size_t i = 0; i < 4; ++i) motors[i] = theirs_[kMotorOfRotor[i]];
     return answered;
   }
   bool running() override { return link_.running(); }

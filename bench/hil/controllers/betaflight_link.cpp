@@ -92,7 +92,7 @@ bool BetaflightLink::in_step() {
   return false;
 }
 
-void BetaflightLink::get_in_step() {
+void BetaflightLink::synchronize() {
   for (int starts = 1; !in_step(); ++starts) {
     if (!running()) refuse("its program ended while it started", "", "see betaflight.log");
     if (starts == kMostStarts)

@@ -34,7 +34,7 @@ class BetaflightLink {
 
   // Sends states at rest until it answers one after the other; starts it again when it does not come into step. Its time is ahead of the
   // flight's from then on. Throws Error: it never did.
-  void get_in_step();
+  void synchronize();
   void send(BetaflightState state);
   void send(double t_s, const BetaflightSticks& sticks);
   // Motors 0 to 1 in its order rear right, front right, rear left, front left. False: none came within the wait; the last ones stay.

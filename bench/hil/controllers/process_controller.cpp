@@ -105,7 +105,7 @@ host::Limiters limiters_of(std::uint32_t bits) {
 }
 
 // Last line that the program wrote to its standard error: most say there why they end.
-std::string last_words(const std::filesystem::path& log) {
+std::string last_line_of(const std::filesystem::path& log) {
   std::ifstream in(log);
   std::string line, last;
   while (std::getline(in, line))
@@ -143,7 +143,7 @@ bool ProcessController::receive(std::string& line, const std::string& when) {
       fail(fmt::format("no answer for {} s {}", config_.timeout_s, when));
       break;
     case LineProcess::Wait::ended:
-      fail(fmt::format("{} {}{}", child_.ending(), when, last_words(error_log(config_.setup.log_folder))));
+      fail(fmt::format("{} {}{}", child_.ending(), when, last_line_of(error_log(config_.setup.log_folder))));
       break;
     case LineProcess::Wait::stopped:
       fail("interrupted");
@@ -177,7 +177,7 @@ bool ProcessController::usable(const rotorloop_controller_output& o) const {
   }
 }
 
-host::Command ProcessController::obey_speeds(const host::ControlInput& input) {
+host::Command ProcessController::speeds_of_answer(const host::ControlInput& input) {
   host::Command out;
   ++state_.counters.steps;
   std::copy_n(good_.omega_rad_s, host::kRotors, out.omega_rad_s.begin());
@@ -191,7 +191,7 @@ host::Command ProcessController::obey_speeds(const host::ControlInput& input) {
   return out;
 }
 
-host::Command ProcessController::obey(const host::ControlInput& input) {
+host::Command ProcessController::command_of_answer(const host::ControlInput& input) {
   const host::StateEstimate estimate = hello_.own_estimate ? estimate_of(good_, input.time_us) : input.estimate;
   host::Command out;
   if (hello_.level == ROTORLOOP_LEVEL_POSITION)
@@ -199,7 +199,7 @@ host::Command ProcessController::obey(const host::ControlInput& input) {
   else if (hello_.level == ROTORLOOP_LEVEL_ATTITUDE)
     out = below_.follow(state_, estimate, {quaternion(good_.q_WB), vector(good_.w_B_rad_s), good_.thrust_N});
   else
-    out = obey_speeds(input);
+    out = speeds_of_answer(input);
   if (hello_.own_estimate) out.estimate = estimate;
   return out;
 }
@@ -214,7 +214,7 @@ host::Command ProcessController::step(const host::ControlInput& input) {
   any_good_ = any_good_ || good;
   host::Command out;
   if (any_good_)
-    out = obey(input);
+    out = command_of_answer(input);
   else
     out.omega_rad_s.fill(std::clamp(below_.hover_omega_rad_s(), below_.config().omega_min_rad_s, below_.config().omega_max_rad_s));
   // Before it has the rotors, nothing that it says is a command.

@@ -35,8 +35,8 @@ class ProcessController final : public host::FlightController {
   bool receive(std::string& line, const std::string& when);
   void fail(const std::string& what);
   bool usable(const rotorloop_controller_output& out) const;
-  host::Command obey(const host::ControlInput& input);
-  host::Command obey_speeds(const host::ControlInput& input);
+  host::Command command_of_answer(const host::ControlInput& input);
+  host::Command speeds_of_answer(const host::ControlInput& input);
 
   ProcessControllerConfig config_;
   host::Controller below_;

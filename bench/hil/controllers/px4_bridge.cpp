@@ -72,7 +72,7 @@ mavlink::Payload gps_of(const rotorloop_controller_input& in) {
 }
 
 // Roll, pitch (forward is high), throttle, yaw, then a switch that arms.
-mavlink::Payload channels_of_pilot(const rotorloop_controller_input& in, const PilotWish& w) {
+mavlink::Payload channels_of_pilot(const rotorloop_controller_input& in, const PilotCommand& w) {
   const double throttle = w.flying ? std::clamp((w.thrust_share - kPx4Idle) / (1.0 - kPx4Idle), 0.0, 1.0) : 0.0;
   mavlink::Payload p;
   p.add(time_us_of(in));
@@ -104,7 +104,7 @@ class Px4Link final : public AutopilotLink {
       if (fd >= 0) close(fd);
   }
 
-  void get_in_step(const rotorloop_controller_input&) override {
+  void synchronize(const rotorloop_controller_input&) override {
     pollfd ready{.fd = listener_, .events = POLLIN, .revents = 0};
     for (int waited_ms = 0; poll(&ready, 1, kControlsWait_ms) <= 0; waited_ms += kControlsWait_ms) {
       if (!program_.running()) throw Error({"px4", "its program ended while it started", "", "see px4.log"}, ExitCode::device);
@@ -118,7 +118,7 @@ class Px4Link final : public AutopilotLink {
     setsockopt(px4_, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   }
   // Its time is that of the sensors; it answers each of their messages with controls. What it left unanswered stays so until the next one.
-  bool exchange(const rotorloop_controller_input& in, const PilotWish& wish, std::array<float, 4>& motors) override {
+  bool exchange(const rotorloop_controller_input& in, const PilotCommand& wish, std::array<float, 4>& motors) override {
     if (in.step % kStepsPerStick == 0) send(mavlink::kHilRcInputsRaw, channels_of_pilot(in, wish));
     if (in.step % kStepsPerGps == 0) send(mavlink::kHilGps, gps_of(in));
     if (in.step % kStepsPerSensor == 0) {

@@ -36,9 +36,9 @@ double bridge_error(const CommissionTrial& t, const sim::DriveParameters& d, con
   const double most_A = std::min({20.0, static_cast<double>(draw.firmware.phase_current_limit_A), 0.5 * draw.bus_V / ohm});
   double worst_V = 0.0;
   for (double i = 1.0; i <= most_A; i += 0.25) {
-    const double told_V = firmware::bridge_loss_V(t.result, static_cast<float>(Board::kPwm_Hz), Board::kDiodeDrop_V,
-                                                  static_cast<float>(draw.bus_V), static_cast<float>(i));
-    const double error_V = told_V - true_loss_V(d, draw.bus_V, i, ohm);
+    const double measured_V = firmware::bridge_loss_V(t.result, static_cast<float>(Board::kPwm_Hz), Board::kDiodeDrop_V,
+                                                      static_cast<float>(draw.bus_V), static_cast<float>(i));
+    const double error_V = measured_V - true_loss_V(d, draw.bus_V, i, ohm);
     if (std::fabs(error_V) > std::fabs(worst_V)) worst_V = error_V;
   }
   return worst_V / (50e-9 * draw.bus_V * d.inverter.pwm_Hz);

@@ -48,7 +48,7 @@ void check_dead_speed(CheckedStand& s) {
                         r.rotors == 1 ? fmt::format("reads 0 in {} of {} points with more than a tenth of the largest thrust, {:.3g} N",
                                                     dead, running, most)
                                       : fmt::format("reads 0 in {} of {} points where other rotors turn", dead, running),
-                        "the speed sensor was not connected, or lost the rotor"});
+                        "the speed sensor was not connected or lost the rotor, or the load cell was not tared"});
     if (dead == running && r.rotors == 1) s.speed = StandChannelState::faulty;
   }
   if (s.speed == StandChannelState::faulty) return;
@@ -145,8 +145,8 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
   if (seen.size() < 4) return StandChannelState::absent;
   const auto [low, high] = std::minmax_element(seen.begin(), seen.end());
   if (*low == *high) {
-    s.faults.push_back(
-        {std::string(name), fmt::format("reads {} {} in all {} points", *low, unit, seen.size()), "the channel was not connected"});
+    s.faults.push_back({std::string(name), fmt::format("reads {} {} in all {} points", *low, unit, seen.size()),
+                        "the channel was not connected, or its instrument repeats one value"});
     return StandChannelState::faulty;
   }
   if (with_speed < 0.0) {

@@ -16,7 +16,7 @@ std::string_view name(Rejection r) {
                                       "not_converged",
                                       "out_of_time",
                                       "at_bound",
-                                      "little_rise",
+                                      "low_likelihood_gain",
                                       "chance_after_refit",
                                       "law_not_found",
                                       "too_small_after_refit",

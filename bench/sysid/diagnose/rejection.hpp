@@ -22,7 +22,7 @@ enum class Rejection {
   not_converged,          // the refit
   out_of_time,            // the refit; the seconds that it may take
   at_bound,               // of its physical range, after the refit
-  little_rise,            // of the log likelihood by the refit
+  low_likelihood_gain,    // of the log likelihood by the refit
   chance_after_refit,     // standard errors; or W, p and the number of its parameters
   law_not_found,          // standard errors of the number that makes it this law (`detail` names it), and how many are asked for
   too_small_after_refit,  // size over the size that matters

@@ -34,7 +34,7 @@ std::vector<int> table_parameters(const host::TermList& terms, bool poses) {
   return out;
 }
 
-Said said(double value, double u, host::Origin origin, double found, double u_found) {
+FileValue said(double value, double u, host::Origin origin, double found, double u_found) {
   return {value, u, origin, value != 0.0 ? 100.0 * (found - value) / std::fabs(value) : kNone,
           u > 0.0 && u_found > 0.0 ? (found - value) / std::hypot(u, u_found) : kNone};
 }
@@ -54,7 +54,7 @@ ComparisonColumn column_of(const ComparedVehicle& other, const Identification& r
       continue;
     }
     const bool rotation = of_rotation(row.parameter);
-    Said s =
+    FileValue s =
         said(rotation ? turn[row.parameter - estimate::kTurnX] : values[row.parameter], *u,
              host::origin_of(other.file, name).value_or(host::Origin::guess), row.value, row.estimate ? reported_u(*row.estimate) : 0.0);
     if (rotation) s.percent = kNone;  // about the start value: of no size of its own

@@ -24,7 +24,7 @@ std::vector<ParameterRow> parameter_rows(const Identification& result);
 
 // What a file says of one number. `percent`: by how much the flights' value lies above it; `z`: the same in standard uncertainties of
 // the difference. Not-a-number where that says nothing: of zero, of a rotation, without u.
-struct Said {
+struct FileValue {
   double value = 0.0, u = 0.0;
   host::Origin origin = host::Origin::guess;
   double percent = 0.0, z = 0.0;
@@ -36,15 +36,15 @@ struct ComparedVehicle {
 };
 struct ComparisonColumn {
   std::string label;
-  std::vector<std::optional<Said>> parameters;  // in the order of the rows; none: the file has no such quantity
-  std::vector<Said> derived;                    // what follows from the file's values, in the order of the fit's; u is 0
+  std::vector<std::optional<FileValue>> parameters;  // in the order of the rows; none: the file has no such quantity
+  std::vector<FileValue> derived;                    // what follows from the file's values, in the order of the fit's; u is 0
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
 };
 // A [[static_thrust]] entry of a file, at the air density of the start file, against the static thrust of the fit.
 struct ThrustComparison {
   std::string label;
   std::array<double, 2> rpm_window{};
-  Said said;
+  FileValue said;
 };
 struct FileComparison {
   std::vector<ParameterRow> rows;

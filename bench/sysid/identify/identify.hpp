@@ -26,7 +26,7 @@ struct FlightToFit {
 struct IdentifyOptions {
   estimate::GridOptions grid;
   host::TermList terms;
-  ParameterWishes wishes;
+  ParameterSelection wishes;
   estimate::NoiseModel noise;  // start values, or with `fit.noise.rounds` = 0 the values
   // What is known before the joint fit, about its free parameters; gets the vehicle file's values.
   std::function<std::vector<estimate::JointPrior>(const host::VehicleFile&, std::span<const estimate::FreeParameter>,

@@ -41,7 +41,7 @@ NamedNumber with_prior(const std::string& text) {
 }
 
 // What the user frees, holds, or wants for each flight by itself.
-void apply(const ParameterWishes& wishes, const host::TermList& terms, bool several, std::vector<estimate::FreeParameter>& out) {
+void apply(const ParameterSelection& wishes, const host::TermList& terms, bool several, std::vector<estimate::FreeParameter>& out) {
   for (const std::string& text : wishes.free) {
     const NamedNumber wish = with_prior(text);
     for (const int p : parameters_named(wish.name, terms)) {
@@ -84,7 +84,7 @@ double prior_u_of(const host::VehicleFile& vehicle, int parameter, const host::T
 }
 
 std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
-                                                       const host::TermList& terms, const ParameterWishes& wishes) {
+                                                       const host::TermList& terms, const ParameterSelection& wishes) {
   const auto any = [&](auto&& has) { return std::any_of(flights.begin(), flights.end(), has); };
   const bool pose = any([](const estimate::GridFlight& g) { return !g.pose.empty(); });
   const bool place = pose || any([](const estimate::GridFlight& g) { return !g.position.empty(); });

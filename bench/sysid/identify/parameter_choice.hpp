@@ -12,13 +12,13 @@ namespace rotorloop::identify {
 
 // NAME or NAME=U in `free`: U is the standard deviation of a prior about the start value, in SI. A name is that of a parameter
 // ("drag.c_dh"), its symbol ("c_d,h"), or a group ("drag", "pose_sensor", "body.inertia", "effect.rotor_local_inflow").
-struct ParameterWishes {
+struct ParameterSelection {
   std::vector<std::string> free, hold, per_flight;
 };
 
 // Throws Error (usage) for an unknown name, with those that exist.
 std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate::GridFlight> flights, const host::VehicleFile& vehicle,
-                                                       const host::TermList& terms, const ParameterWishes& wishes);
+                                                       const host::TermList& terms, const ParameterSelection& wishes);
 
 // Parameters that `name` means: one, or a group; throws as above.
 std::vector<int> parameters_named(const std::string& name, const host::TermList& terms);

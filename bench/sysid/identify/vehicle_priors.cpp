@@ -20,18 +20,18 @@ constexpr double kWeakFactor = 1.0986;  // ln 3, of the value
 constexpr double kWeakUncertainties = 3.0;
 
 // What the file says of a parameter.
-struct Said {
+struct FileValue {
   double u = 0.0;
   host::Origin origin = host::Origin::guess;
 };
 
 // A rotor's inertia stands in [torque_model] where no effect has it.
-std::optional<Said> said_of(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
+std::optional<FileValue> said_of(const host::VehicleFile& v, int parameter, const host::TermList& terms) {
   const std::string name = estimate::parameter_info(parameter, terms).name;
-  if (const auto u = host::uncertainty_of(v, name)) return Said{*u, host::origin_of(v, name).value_or(host::Origin::guess)};
+  if (const auto u = host::uncertainty_of(v, name)) return FileValue{*u, host::origin_of(v, name).value_or(host::Origin::guess)};
   const bool of_rotor =
       std::find(estimate::kRotorInertiaNames.begin(), estimate::kRotorInertiaNames.end(), name) != estimate::kRotorInertiaNames.end();
-  if (of_rotor && v.rotor_inertia_kg_m2.value > 0.0) return Said{v.rotor_inertia_kg_m2.u, v.rotor_inertia_kg_m2.origin};
+  if (of_rotor && v.rotor_inertia_kg_m2.value > 0.0) return FileValue{v.rotor_inertia_kg_m2.u, v.rotor_inertia_kg_m2.origin};
   return std::nullopt;
 }
 

@@ -32,7 +32,7 @@ class Commissioning : public CommissioningProcedure {
     const float bus_V = accept(v.bus, static_cast<float>(adc.bus) * B::kBus_V_per_count, config_.bus_jump_V);
     v.bus_V += config_.bus_filter * (bus_V - v.bus_V);
     CommissioningEnd fault = sense(adc, bus_V);
-    v.told_V = v.ended_driven ? bus_V * v.ended.duty : Stator{};
+    v.duty_V = v.ended_driven ? bus_V * v.ended.duty : Stator{};
     if (v.slot == 0) {
       take_order();
       const CommissioningEnd ended = follow_order();

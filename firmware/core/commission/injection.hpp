@@ -49,7 +49,7 @@ struct InjectionStep {
 };
 
 // The period that ended belongs to a way; a way that is over becomes a row.
-inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float told_V) {
+inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float duty_V) {
   const InjectionState::Way ended = s.active;
   if (ended.number != s.measured.number) {
     // Ways that took long, while the voltages were being found, say more of the resistance than of the inductance.
@@ -65,7 +65,7 @@ inline void account(const InjectionConfig& c, InjectionState& s, LeastSquares<4>
   const float mean_A = 0.5f * (along_A + s.last_A);
   s.turning_A += mean_A;
   const float emf_V = c.emf_V_A * s.turning_A, lost_V = c.lost_V * clamp(mean_A / c.zone_A, -1.0f, 1.0f);
-  s.volt_samples += told_V - c.resistance_ohm * mean_A - lost_V - emf_V;
+  s.volt_samples += duty_V - c.resistance_ohm * mean_A - lost_V - emf_V;
   s.emf_samples += emf_V;
   s.way_samples += 1.0f;
   s.last_A = along_A;
@@ -84,12 +84,12 @@ inline void turn(InjectionState& s, bool counts) {
   s.in_way = 0;
 }
 
-// One sample. along_A: measured now; told_V: along the axis, what was told to the gates for the period that ends now. The result of
+// One sample. along_A: measured now; duty_V: along the axis, what was told to the gates for the period that ends now. The result of
 // `fit`: T/L, what dead time and drift take above and below zero, and by how much more the rotor gives way.
-inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float told_V) {
+inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSquares<4>& fit, float along_A, float duty_V) {
   if (s.up_V <= 0.0f) s.up_V = 0.05f * c.most_V;
   if (s.samples == 0) s.last_A = along_A;
-  account(c, s, fit, along_A, told_V);
+  account(c, s, fit, along_A, duty_V);
   s.active = s.pending;
   ++s.samples, ++s.in_burst, ++s.in_way;
   const float slope_A = s.in_way > 2 ? s.sign * (along_A - s.before_A) : 0.0f;  // the first two still go the other way

@@ -204,7 +204,7 @@ class CommissioningProcedure {
   // Injection along an axis of the frame.
   void inject_axis(LeastSquares<4>& fit, Rotor axis) {
     const Rotation at = rotation(v_.angle);
-    const Rotor i = park(v_.current_A, at), told = park(v_.told_V, at);
+    const Rotor i = park(v_.current_A, at), told = park(v_.duty_V, at);
     const InjectionStep s = step(v_.inject, v_.injection, fit, axis.d * i.d + axis.q * i.q, axis.d * told.d + axis.q * told.q);
     v_.command_V = inverse_park(s.v_V * axis, at);
     if (s.failed && !s.done) finish(CommissioningEnd::no_current);
@@ -269,7 +269,7 @@ class CommissioningProcedure {
     hold_vector(kLevelShare[v_.level] * v_.largest_A, 0.25f);
     const Rotation at = rotation(v_.angle);
     if (seconds() > settle_s) {
-      v_.sum_V += park(v_.told_V, at).d;
+      v_.sum_V += park(v_.duty_V, at).d;
       v_.sum_A += 0.5f * (v_.seen_A.d + park(v_.last_A, at).d);
       v_.sum_count += 1.0f;
     }

@@ -38,7 +38,7 @@ void CommissioningProcedure::turn_open_loop() {
   if (!held) v_.omega_e_rad_s += v_.turn_rad_s2 * config_.period_s;
   // At speed less is enough, and saturates less.
   hold_vector(v_.largest_A * (held && !v_.inject.noisy ? 1.0f - 0.5f * clamp(seconds() * (1.0f / 0.05f), 0.0f, 1.0f) : 1.0f), 0.5f);
-  const Rotor emf = back_emf_V(v_.angle, v_.omega_e_rad_s, v_.told_V - lost_V(0.5f * (v_.current_A + v_.last_A), v_.told_V));
+  const Rotor emf = back_emf_V(v_.angle, v_.omega_e_rad_s, v_.duty_V - lost_V(0.5f * (v_.current_A + v_.last_A), v_.duty_V));
   v_.emf = v_.emf + (500.0f * config_.period_s) * (emf - v_.emf);
   const float emf_V = length(v_.emf);
   if (!held) {
@@ -122,7 +122,7 @@ void CommissioningProcedure::turn_observed() {
   const bool coasting = v_.phase == CommissioningPhase::coast;
   const float T = config_.period_s, t = seconds();
   const Stator mean_A = 0.5f * (v_.current_A + v_.last_A);
-  const Stator applied_V = v_.told_V - lost_V(mean_A, v_.told_V);
+  const Stator applied_V = v_.duty_V - lost_V(mean_A, v_.duty_V);
   step(config_.observer, v_.observer, applied_V, v_.current_A, config_.observer.resistance_ohm, 0.0f, false);
   const ObserverState& o = v_.observer;
   const Rotation at = rotation(o.angle);

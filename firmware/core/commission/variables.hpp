@@ -28,7 +28,7 @@ struct CommissioningVariables {
   std::uint32_t samples = 0;  // in this phase
   std::uint32_t slot = 0;
   float bus_V = 0.0f, temperature_K = 0.0f;
-  Stator current_A{}, last_A{}, told_V{}, command_V{};
+  Stator current_A{}, last_A{}, duty_V{}, command_V{};
   Rotor wanted_A{}, seen_A{};  // in the frame of the control
   Angle angle{};
   float omega_e_rad_s = 0.0f;

@@ -99,9 +99,9 @@ class CommissionService {
     values_[3] = values_[4] = 0.0f;  // counted and seen of an earlier one
     source_ = source;
     heard_us_ = begun_us_ = now_us;
-    told_us_ = now_us;
+    reported_us_ = now_us;
     number_before_ = result_.number;
-    told_standstill_ = told_held_ = false;
+    reported_standstill_ = reported_held_ = false;
     reason_ = "";
   }
   void refuse(const char* why) { state_ = State::refused, reason_ = why; }
@@ -168,13 +168,13 @@ class CommissionService {
         .add(commissioning_phase_text(own ? result_.phase : CommissioningPhase::idle));
   }
   bool progress_due(std::uint64_t now_us) {
-    if (!running() || now_us - told_us_ < kProgress_us) return false;
-    told_us_ = now_us;
+    if (!running() || now_us - reported_us_ < kProgress_us) return false;
+    reported_us_ = now_us;
     return true;
   }
   // Each true once.
-  bool standstill_new() { return own() && result_.standstill_valid && once(told_standstill_); }
-  bool held_new() { return own() && values_[0] > 2.5f && result_.phase == CommissioningPhase::speed_held && once(told_held_); }
+  bool standstill_new() { return own() && result_.standstill_valid && once(reported_standstill_); }
+  bool held_new() { return own() && values_[0] > 2.5f && result_.phase == CommissioningPhase::speed_held && once(reported_held_); }
 
   TextLine resistance_text() const {
     return TextLine("R ")
@@ -220,12 +220,12 @@ class CommissionService {
   CommissioningResult result_{};
   std::array<float, kCommissionValues.size()> values_{};
   float switch_ohm_ = 0.0f;
-  std::uint64_t heard_us_ = 0, begun_us_ = 0, told_us_ = 0, stopped_us_ = 0;
+  std::uint64_t heard_us_ = 0, begun_us_ = 0, reported_us_ = 0, stopped_us_ = 0;
   std::uint32_t number_before_ = 0;
   const char* reason_ = "";
   std::uint8_t source_ = 0;
   State state_ = State::idle;
-  bool present_ = false, told_standstill_ = false, told_held_ = false;
+  bool present_ = false, reported_standstill_ = false, reported_held_ = false;
 };
 
 }  // namespace rotorloop::firmware

@@ -17,7 +17,7 @@ ROWS = 9  # three flights, three controllers each
 
 
 def rows_of(text):
-    """[[cell]] of the rows with a mean and its standard deviation; cells are parted by two or more spaces."""
+    """[[cell]] of the rows with a mean and its standard deviation; cells are separated by two or more spaces."""
     return [re.split(r"\s{2,}", line.strip()) for line in text.splitlines() if re.search(r"PD FF.*±.*…", line)]
 
 

@@ -132,7 +132,7 @@ void reject_explained_by_gusts(const GustScore& gust, std::vector<RefitCandidate
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || (!their_mean && c.delta_log_likelihood >= gust.gain)) continue;
     c.failure = their_mean ? Reason{Rejection::mean_of_gusts, {{"wind", "m/s", wind_m_s, criteria.fewest_u * gust.sigma_m_s}}}
-                           : Reason{Rejection::gusts, {{"rise", "1", c.delta_log_likelihood, gust.gain}}};
+                           : Reason{Rejection::gusts, {{"delta_log_likelihood", "1", c.delta_log_likelihood, gust.gain}}};
     c.failure.figures.push_back({"gust_sigma", "m/s", gust.sigma_m_s});
     c.failure.figures.push_back({"gust_time", "s", gust.time_s});
   }

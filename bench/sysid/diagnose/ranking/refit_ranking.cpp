@@ -78,7 +78,7 @@ void judge(RefitCandidate& c, const identify::Identification& model, const Scree
   } else if (at_bound(candidate, c.values)) {
     c.failure = {Rejection::at_bound};
   } else if (c.score <= 0.0) {
-    c.failure = {Rejection::little_rise, {{"rise", "1", c.delta_log_likelihood, c.delta_log_likelihood - c.score}}};
+    c.failure = {Rejection::low_likelihood_gain, {{"delta_log_likelihood", "1", c.delta_log_likelihood, c.delta_log_likelihood - c.score}}};
   } else if (all.p > all.sure) {
     c.failure = {Rejection::chance_after_refit};
     if (all.degrees == 1) {

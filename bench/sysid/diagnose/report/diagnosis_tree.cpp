@@ -61,7 +61,7 @@ ordered_json evidence_json(const CandidateEvidence& e) {
           {"gain_relative", number(e.gain_relative)},
           {"bic", number(e.bic)},
           {"cross_validated", number(e.cross_validated)},
-          {"rise", number(e.delta_log_likelihood)},
+          {"delta_log_likelihood", number(e.delta_log_likelihood)},
           {"optimism", number(e.optimism)},
           {"relative_size", number(e.relative_size)},
           {"variation", number(e.variation)},

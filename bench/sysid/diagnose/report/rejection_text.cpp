@@ -35,7 +35,7 @@ std::string sentence(const Reason& r) {
       return fmt::format("its refit was not done after {:.0f} s (--refit-limit): not judged", v(0));
     case Rejection::at_bound:
       return "the refit ends at the bound of its physical range";
-    case Rejection::little_rise:
+    case Rejection::low_likelihood_gain:
       return fmt::format("Δ log-likelihood of the refit {:.1f} only", v(0));
     case Rejection::chance_after_refit:
       return r.figures.size() == 1

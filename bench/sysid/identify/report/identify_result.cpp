@@ -76,14 +76,14 @@ ordered_json solver_check_json(const SolverCheck& c) {
 ordered_json quaternion_json(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 // What a file says, and by how much the flights differ from it.
-ordered_json said_json(const Said& s) {
+ordered_json said_json(const FileValue& s) {
   return {
       {"value", number(s.value)}, {"u", number(s.u)}, {"origin", host::name(s.origin)}, {"percent", number(s.percent)}, {"z", number(s.z)}};
 }
 
-ordered_json said_or_null(const std::optional<Said>& s) { return s ? said_json(*s) : ordered_json(nullptr); }
+ordered_json said_or_null(const std::optional<FileValue>& s) { return s ? said_json(*s) : ordered_json(nullptr); }
 
-ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<Said>& start) {
+ordered_json held_json(const Identification& r, const ParameterRow& row, const std::optional<FileValue>& start) {
   const estimate::ParameterInfo info = estimate::parameter_info(row.parameter, r.problem.start.terms);
   return {{"name", info.name},          {"symbol", info.symbol},
           {"value", number(row.value)}, {"u", start ? number(start->u) : ordered_json(nullptr)},
@@ -192,7 +192,7 @@ ordered_json figures_json(const Identification& r, const IdentifyAnalysis& a) {
   return out;
 }
 
-ordered_json estimate_json(const Identification& r, const estimate::Estimate& e, const std::optional<Said>& start) {
+ordered_json estimate_json(const Identification& r, const estimate::Estimate& e, const std::optional<FileValue>& start) {
   const estimate::ParameterInfo info = estimate::parameter_info(e.parameter, r.problem.start.terms);
   return {{"name", info.name},
           {"symbol", info.symbol},
@@ -300,7 +300,7 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   j["limits"] = ordered_json::array();
   j["figures"] = figures_json(r, a);
   // An estimate of its own in each flight has a row for each.
-  const auto said_before = [&](const estimate::Estimate& e) -> std::optional<Said> {
+  const auto said_before = [&](const estimate::Estimate& e) -> std::optional<FileValue> {
     for (std::size_t i = 0; i < compared.rows.size(); ++i) {
       const auto& row = compared.rows[i].estimate;
       if (row && row->parameter == e.parameter && row->flight == e.flight) return compared.start.parameters[i];

@@ -30,8 +30,8 @@ void drop_lone_ends(CheckState& s, const std::string& name, Stream<Value>& strea
   }
   const auto report = [&](std::size_t count, double away_s, const char* where, double at_s) {
     s.exclude(name,
-              fmt::format("{} sample{} stand{} {:.4g} s {} all others: wild stamps?", count, count == 1 ? "" : "s", count == 1 ? "s" : "",
-                          away_s, where),
+              fmt::format("{} sample{} stand{} {:.4g} s {} all others (likely: damaged rows, or a clock that was set)", count,
+                          count == 1 ? "" : "s", count == 1 ? "s" : "", away_s, where),
               {at_s, at_s});
   };
   if (first > 0) report(first, stream.t_s[first] - stream.t_s[first - 1], "before", stream.t_s[first]);
@@ -56,8 +56,8 @@ std::string likely_unit(double step_s) {
   std::string out;
   for (const Unit& u : kUnits)
     if (const double meant = step_s / u.factor; meant > 0.8e-3 && meant < 0.03)
-      out += fmt::format("{}the stamps are in {} (then {:.3g} ms)", out.empty() ? "time unit? " : ", or ", u.words, 1e3 * meant);
-  return out.empty() ? "time unit? Or stamps rounded to whole seconds" : out;
+      out += fmt::format("{}the stamps are in {} (then {:.3g} ms)", out.empty() ? "" : ", or ", u.words, 1e3 * meant);
+  return out.empty() ? "stamps in another unit of time than the mapping says, or rounded to whole seconds" : out;
 }
 
 template <class Value>
@@ -75,7 +75,8 @@ template <class Value>
 void check_span(CheckState& s, const std::string& name, const Stream<Value>& stream) {
   const TimeRange r{stream.t_s.front(), stream.t_s.back()};
   if (s.refused() || r.span_s() <= kLongestFlight_s) return;
-  s.refuse(name, fmt::format("stamps span {:.4g} s (allowed {:.4g} s)", r.span_s(), kLongestFlight_s), r, "time unit? Or stamps that jump",
+  s.refuse(name, fmt::format("stamps span {:.4g} s (allowed {:.4g} s)", r.span_s(), kLongestFlight_s), r,
+           "stamps in another unit of time than the mapping says, or stamps that jump",
            std::string(kRemedy) + "; cut the log to one flight");
 }
 
@@ -89,7 +90,8 @@ void check_common_span(CheckState& s) {
   });
   s.refuse(stream_name::flight,
            fmt::format("stamps of all streams span {:.4g} s (allowed {:.4g} s): {}", all.span_s(), kLongestFlight_s, each), all,
-           "time unit? Or two clocks: one since start-up, one of the day", std::string(kRemedy) + "; bring both to one clock");
+           "streams in different units of time, or on two clocks: one since start-up, one of the day",
+           std::string(kRemedy) + "; bring both to one clock");
 }
 
 }  // namespace

@@ -124,8 +124,12 @@ void drop_turned_parts(CheckState& s) {
     if (parts[k].turn.angularDistance(most.turn) > kAgree_rad) out.push_back(parts[k].range);
   }
   for (const TimeRange& r : joined(out, 0.2)) {
-    s.exclude(stream_name::pose,
-              fmt::format("its axes are turned by {:.2f} rad from one sample to the next and stay so: markers exchanged?", largest), r);
+    s.exclude(
+        stream_name::pose,
+        fmt::format(
+            "its axes are turned by {:.2f} rad from one sample to the next and stay so (likely: markers of the motion capture exchanged)",
+            largest),
+        r);
     s.lose(r);
   }
   if (out.empty())

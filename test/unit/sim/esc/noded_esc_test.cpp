@@ -13,12 +13,12 @@ namespace {
 
 // Commands a speed, writes down what it is told, and sends one frame a poll, numbered.
 struct RecordingNode {
-  std::vector<float> told_rad_s;
+  std::vector<float> received_rad_s;
   std::uint32_t sent = 0;
   bool pending = false;
   void on_frame(const CanFrame&, std::int64_t) {}
   void poll(std::int64_t, const firmware::Telemetry& t) {
-    told_rad_s.push_back(t.speed_rad_s);
+    received_rad_s.push_back(t.speed_rad_s);
     pending = true;
   }
   std::optional<CanFrame> next_frame() {
@@ -56,7 +56,7 @@ TEST(NodedEsc, WithoutDefectsHoldsAndReportsTheCommandAndSendsAtOnce) {
   Bench b({});
   b.run(0.2);
   EXPECT_NEAR(b.esc.esc().omega_rad_s(), 900.0, 1e-3);
-  EXPECT_NEAR(static_cast<double>(b.esc.node().told_rad_s.back()), 900.0, 1e-3);
+  EXPECT_NEAR(static_cast<double>(b.esc.node().received_rad_s.back()), 900.0, 1e-3);
   EXPECT_EQ(b.port.ids.size(), b.esc.node().sent);
 }
 TEST(NodedEsc, AFloodOutOfABufferLeavesTheLoopItsPollsAndSetPointsAndIsTakenAtEightFramesEach) {
@@ -64,19 +64,19 @@ TEST(NodedEsc, AFloodOutOfABufferLeavesTheLoopItsPollsAndSetPointsAndIsTakenAtEi
   b.port.waiting = 100'000;
   b.run(0.2);
   EXPECT_NEAR(b.esc.esc().omega_rad_s(), 900.0, 1e-3) << "the set-point came through from the first poll on";
-  EXPECT_EQ(b.esc.node().told_rad_s.size(), 800u) << "a poll every 250 us";
+  EXPECT_EQ(b.esc.node().received_rad_s.size(), 800u) << "a poll every 250 us";
   EXPECT_EQ(b.port.waiting, 100'000u - 800u * 8u);
 }
 TEST(NodedEsc, WithASpeedScaleOf3PercentReportsTheCommandWhileTheRotorTurns3PercentSlower) {
   Bench b({.speed_scale = 1.03});
   b.run(0.2);
   EXPECT_NEAR(b.esc.esc().omega_rad_s(), 900.0 / 1.03, 1e-3);
-  EXPECT_NEAR(static_cast<double>(b.esc.node().told_rad_s.back()), 900.0, 1e-2);
+  EXPECT_NEAR(static_cast<double>(b.esc.node().received_rad_s.back()), 900.0, 1e-2);
 }
 TEST(NodedEsc, SpeedNoiseScattersTheReportsByItsSigmaAndLeavesTheRotor) {
   Bench b({.speed_noise_rad_s = 15.0});
   b.run(2.0);
-  const auto& told = b.esc.node().told_rad_s;
+  const auto& told = b.esc.node().received_rad_s;
   double squares = 0.0;
   int n = 0;
   for (std::size_t i = told.size() / 2; i < told.size(); ++i, ++n) squares += std::pow(static_cast<double>(told[i]) - 900.0, 2);
@@ -85,8 +85,8 @@ TEST(NodedEsc, SpeedNoiseScattersTheReportsByItsSigmaAndLeavesTheRotor) {
   Bench again({.speed_noise_rad_s = 15.0}), other({.speed_noise_rad_s = 15.0}, 2);
   again.run(0.1);
   other.run(0.1);
-  EXPECT_EQ(again.esc.node().told_rad_s[300], told[300]);
-  EXPECT_NE(other.esc.node().told_rad_s[300], told[300]);
+  EXPECT_EQ(again.esc.node().received_rad_s[300], told[300]);
+  EXPECT_NE(other.esc.node().received_rad_s[300], told[300]);
 }
 TEST(NodedEsc, AReportDelayOf8MillisecondsHoldsAllFramesBackInOrder) {
   Bench b({.report_delay_ns = 8'000'000});

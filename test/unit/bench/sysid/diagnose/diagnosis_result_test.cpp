@@ -80,7 +80,7 @@ void expect_evidence(const json& j, const CandidateEvidence& e) {
                                                     {"p_holm", e.p_holm},
                                                     {"gain", e.gain},
                                                     {"bic", e.bic},
-                                                    {"rise", e.delta_log_likelihood},
+                                                    {"delta_log_likelihood", e.delta_log_likelihood},
                                                     {"gain_relative", e.gain_relative},
                                                     {"scatter", e.scatter},
                                                     {"variation", e.variation},

@@ -18,7 +18,7 @@ struct Result {
   score::ForceScore model, published;
 };
 
-Result run(const ParameterWishes& wishes) {
+Result run(const ParameterSelection& wishes) {
   Result r;
   r.records = kSet.flights(kFlights);
   IdentifyOptions o;
