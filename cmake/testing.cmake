@@ -10,11 +10,12 @@ function(rl_full)
   add_dependencies(full ${ARGN})
 endfunction()
 
-# rl_test(NAME SOURCES… DEPENDS… [LABELS…]): one GoogleTest binary, one ctest entry per binary.
+# rl_test(NAME SOURCES… DEPENDS… [LABELS…] [ALONE…]): one GoogleTest binary, one ctest entry per binary.
 # The files of one program are compiled together (rl_unity): a test spends most of its compiling on the headers that they share.
+# ALONE: those of them that are not, for a name of theirs is another file's too, or they replace what the whole program uses.
 # Label "full" keeps a test out of the fast tier (scripts/check runs without it, scripts/check --full with it).
 function(rl_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS;ALONE" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -22,6 +23,9 @@ function(rl_test name)
   target_link_libraries(${name} PRIVATE rl_options ${ARG_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE ROTORLOOP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   rl_unity(${name} 8)
+  if(ARG_ALONE)
+    set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
   rl_precompiled(${name} rl_pch_test)
   if("full" IN_LIST ARG_LABELS)
     rl_full(${name})

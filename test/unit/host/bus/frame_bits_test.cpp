@@ -8,7 +8,7 @@
 namespace rotorloop {
 namespace {
 
-CanFrame frame(std::uint32_t id, bool extended, std::initializer_list<int> data) {
+CanFrame frame_of(std::uint32_t id, bool extended, std::initializer_list<int> data) {
   CanFrame f{.id = id, .extended = extended, .length = static_cast<std::uint8_t>(data.size())};
   std::size_t i = 0;
   for (const int byte : data) f.data[i++] = static_cast<std::uint8_t>(byte);
@@ -56,13 +56,13 @@ std::string stuffed(const std::string& s) {
 
 TEST(FrameBits, EmptyFrameOfIdZeroIs34DominantBitsWith6StuffBits50InAll) {
   // SOF, 11 id, RTR, IDE, r0, 4 DLC, 15 CRC bits: 34 zeros. A 1 after every fifth: 6. Tail 10.
-  EXPECT_EQ(stuff_bits(frame(0, false, {})), 6);
-  EXPECT_EQ(frame_bits(frame(0, false, {})), 34 + 6 + 10);
+  EXPECT_EQ(stuff_bits(frame_of(0, false, {})), 6);
+  EXPECT_EQ(frame_bits(frame_of(0, false, {})), 34 + 6 + 10);
 }
 
 TEST(FrameBits, AlternatingFrameHasNoStuffBitInHeaderOrData) {
   // 0 10101010101 000 1000 01010101…: the longest run is 0001 000 0: four equal bits. What remains is up to the CRC.
-  const CanFrame f = frame(0x555, false, {0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55});
+  const CanFrame f = frame_of(0x555, false, {0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55});
   const std::string all = unstuffed_sequence(f);
   EXPECT_EQ(stuffed(all.substr(0, 19 + 64)).size(), 19u + 64u);
   EXPECT_LE(stuff_bits(f), 3);
@@ -71,7 +71,7 @@ TEST(FrameBits, AlternatingFrameHasNoStuffBitInHeaderOrData) {
 
 TEST(FrameBits, ZeroDataCostSixteenStuffBitsBeforeTheCrc) {
   // 15 zeros up to the DLC: 3. DLC 1000 and 64 zeros: 67 zeros after the 1: 13.
-  const CanFrame f = frame(0, false, {0, 0, 0, 0, 0, 0, 0, 0});
+  const CanFrame f = frame_of(0, false, {0, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_EQ(stuffed(unstuffed_sequence(f).substr(0, 19 + 64)).size(), 19u + 64u + 16u);
   EXPECT_EQ(frame_bits(f), static_cast<int>(stuffed(unstuffed_sequence(f)).size()) + kFrameTailBits);
 }
@@ -100,7 +100,7 @@ TEST(FrameBits, AStuffBitFollowsTheCrcWhenItsLastFiveBitsAreEqual) {
   // Found among frames with two data bytes: the CRC ends in five equal bits that begin a run of their own.
   bool found = false;
   for (int value = 0; value < 65536 && !found; ++value) {
-    const CanFrame f = frame(0x123, false, {value >> 8, value & 0xFF});
+    const CanFrame f = frame_of(0x123, false, {value >> 8, value & 0xFF});
     const std::string with = stuffed(unstuffed_sequence(f));
     const std::string without_last = stuffed(unstuffed_sequence(f).substr(0, 34 + 16 - 1));
     found = with.size() == without_last.size() + 2;

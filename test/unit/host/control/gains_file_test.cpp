@@ -19,10 +19,10 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-const std::string kShipped = std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/gains.toml";
+const std::string kShippedGains = std::string(ROTORLOOP_SOURCE_DIR) + "/vehicles/gains.toml";
 
 std::string refusal(const std::string& from, const std::string& to) {
-  std::ifstream in(kShipped);
+  std::ifstream in(kShippedGains);
   std::ostringstream all;
   all << in.rdbuf();
   std::string text = all.str();
@@ -79,15 +79,15 @@ Margin margin(const AxisGains& g, double lag_s, double delay_s, double lead_s = 
 }
 
 TEST(ShippedGains, RollAndPitchKeep40DegreesAndGainFactor3With10msLagAnd3msDelay) {
-  const Margin m = margin(read_gains(kShipped).gains.roll_pitch, 0.010, 0.003);
+  const Margin m = margin(read_gains(kShippedGains).gains.roll_pitch, 0.010, 0.003);
   EXPECT_GT(m.phase_deg, 40.0);
   EXPECT_GT(m.gain, 3.0);
   EXPECT_GT(m.crossover_rad_s, 25.0);
-  EXPECT_GT(margin(read_gains(kShipped).gains.roll_pitch, 0.020, 0.005).phase_deg, 20.0);  // a tired motor
+  EXPECT_GT(margin(read_gains(kShippedGains).gains.roll_pitch, 0.020, 0.005).phase_deg, 20.0);  // a tired motor
 }
 
 TEST(ShippedGains, YawKeeps35DegreesWhetherOrNotTheRotorsReact) {
-  const AxisGains yaw = read_gains(kShipped).gains.yaw;
+  const AxisGains yaw = read_gains(kShippedGains).gains.yaw;
   for (const double lead_s : {0.0, 0.16, 0.29})  // none; the paper's c_q; 1.7e-8 N m s²
     for (const double lag_s : {0.010, 0.015})
       EXPECT_GT(margin(yaw, lag_s, 0.003, lead_s, kYawShapingMax_s).phase_deg, 34.0) << lead_s << ' ' << lag_s;
@@ -96,11 +96,11 @@ TEST(ShippedGains, YawKeeps35DegreesWhetherOrNotTheRotorsReact) {
   // Without softening the loop would cross over at the motors' own lag, and as fast as roll and pitch it would not hold at all.
   EXPECT_GT(margin(yaw, 0.010, 0.003, 0.29).crossover_rad_s, 200.0);
   EXPECT_LT(margin(yaw, 0.010, 0.003, 0.29, kYawShapingMax_s).crossover_rad_s, 80.0);
-  EXPECT_LT(margin(read_gains(kShipped).gains.roll_pitch, 0.010, 0.003, 0.16).phase_deg, 20.0);
+  EXPECT_LT(margin(read_gains(kShippedGains).gains.roll_pitch, 0.010, 0.003, 0.16).phase_deg, 20.0);
 }
 
 TEST(ShippedGains, LieInTheBandsOfTheirGroups) {
-  const Gains g = read_gains(kShipped).gains;
+  const Gains g = read_gains(kShippedGains).gains;
   EXPECT_TRUE(g.horizontal.frequency_rad_s >= 2.4 && g.horizontal.frequency_rad_s <= 3.5);
   EXPECT_TRUE(g.vertical.frequency_rad_s >= 2.8 && g.vertical.frequency_rad_s <= 4.5);
   for (const AxisGains& a : {g.horizontal, g.vertical, g.roll_pitch, g.yaw}) EXPECT_TRUE(a.damping >= 0.7 && a.damping <= 1.0);

@@ -20,10 +20,10 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const EffectCatalogue kEffects{{{.id = "rotor_drag"}, {.id = "rotor_inertia_reaction", .model = {{"J_r_kg_m2", "kg m^2", 0.0, 1e-4}}}}};
-const std::filesystem::path kPaper = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml";
+const std::filesystem::path kPaperFile = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/paper.toml";
 
 std::string paper_text() {
-  std::ifstream in(kPaper);
+  std::ifstream in(kPaperFile);
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
@@ -47,21 +47,21 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(PaperVehicle, HoversAtAbout8950RpmWithFigureOfMerit0p48) {
-  const VehicleModel m = to_model(read_vehicle(kPaper, kEffects));
+  const VehicleModel m = to_model(read_vehicle(kPaperFile, kEffects));
   EXPECT_NEAR(hover_omega_rad_s(m) * 60.0 / (2.0 * std::numbers::pi), 8950.0, 25.0);
   EXPECT_NEAR(figure_of_merit(m.thrust, m.c_q_N_m_s2), 0.48, 0.005);
   EXPECT_NEAR(static_c_t(m.thrust), 1.897e-6, 0.002e-6);
 }
 
 TEST(PaperVehicle, StandThrustIsEightPercentAboveFlight) {
-  const VehicleFile v = read_vehicle(kPaper, kEffects);
+  const VehicleFile v = read_vehicle(kPaperFile, kEffects);
   ASSERT_NE(v.static_thrust_of(Origin::stand), nullptr);
   EXPECT_NEAR(v.static_thrust_of(Origin::stand)->c_t_N_s2 / static_c_t(to_model(v).thrust), 1.08, 0.001);
   EXPECT_NEAR(v.static_thrust_of(Origin::flight)->c_t_N_s2, static_c_t(to_model(v).thrust), 1e-9);
 }
 
 TEST(PaperVehicle, TableIPerRpmIsKeptInSi) {
-  const VehicleFile v = read_vehicle(kPaper, kEffects);
+  const VehicleFile v = read_vehicle(kPaperFile, kEffects);
   constexpr double kPerRpm = 60.0 / (2.0 * std::numbers::pi);
   EXPECT_NEAR(v.k1_N_s2.value, 3.42e-8 * kPerRpm * kPerRpm, 1e-9);
   EXPECT_NEAR(v.k2_N_s2_m.value, -1.62e-5 * kPerRpm, 1e-7);
@@ -71,7 +71,7 @@ TEST(PaperVehicle, TableIPerRpmIsKeptInSi) {
 }
 
 TEST(VehicleFile, WrittenFileReadsBackEqual) {
-  VehicleFile v = read_vehicle(kPaper, kEffects);
+  VehicleFile v = read_vehicle(kPaperFile, kEffects);
   v.name = "with \"quotes\", a \\ and a\ttab";
   v.covariance.push_back({{"thrust_model.k1", "thrust_model.k2"},
                           {v.k1_N_s2.u * v.k1_N_s2.u, -0.95 * v.k1_N_s2.u * v.k2_N_s2_m.u, -0.95 * v.k1_N_s2.u * v.k2_N_s2_m.u,
@@ -86,7 +86,7 @@ TEST(VehicleFile, WrittenFileReadsBackEqual) {
 }
 
 TEST(VehicleFile, TorqueThatGoesWithTheAdvanceRatioIsFormat2AndReadsBackEqual) {
-  VehicleFile v = read_vehicle(kPaper, kEffects);
+  VehicleFile v = read_vehicle(kPaperFile, kEffects);
   EXPECT_THAT(vehicle_text(v), HasSubstr("format = 1\n"));
   v.advance = TorqueAdvanceFit{{-2e-8, 3e-9, Origin::stand}, {-0.1, 0.8}};
   EXPECT_THAT(vehicle_text(v), HasSubstr("format = 2\n"));
@@ -104,13 +104,13 @@ TEST(VehicleFileRefuses, TorqueOfTheAdvanceRatioInAFileThatOlderProgramsRead) {
 }
 
 TEST(VehicleFileRefuses, TorqueThatTurnsTheRotorWithinTheRangeOfAdvanceRatios) {
-  VehicleFile v = read_vehicle(kPaper, kEffects);
+  VehicleFile v = read_vehicle(kPaperFile, kEffects);
   v.advance = TorqueAdvanceFit{{-5e-8, 3e-9, Origin::stand}, {0.0, 0.9}};  // 3.1e-8 - 5e-8 * 0.81
   EXPECT_THAT(refusal(vehicle_text(v)), AllOf(HasSubstr("must stay above 0"), HasSubstr("end j_range")));
 }
 
 TEST(VehicleFile, WithoutARoomNoCeilingIsKnownAndWithOneItIsWhereTheFileSays) {
-  VehicleFile v = read_vehicle(kPaper, kEffects);
+  VehicleFile v = read_vehicle(kPaperFile, kEffects);
   EXPECT_TRUE(std::isinf(to_model(v).ceiling_z_m));
   v.ceiling_z_m = 2.7;
   EXPECT_EQ(to_model(parse_vehicle(vehicle_text(v), "written.toml", kEffects)).ceiling_z_m, 2.7);
@@ -119,7 +119,7 @@ TEST(VehicleFile, WithoutARoomNoCeilingIsKnownAndWithOneItIsWhereTheFileSays) {
 TEST(VehicleFile, WriteReplacesTheFileAndLeavesNoPart) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "rotorloop_vehicle_file";
   std::filesystem::create_directories(folder);
-  VehicleFile v = read_vehicle(kPaper, kEffects);
+  VehicleFile v = read_vehicle(kPaperFile, kEffects);
   write_vehicle(folder / "v.toml", v);
   v.mass_kg.value = 0.7;
   write_vehicle(folder / "v.toml", v);

@@ -11,12 +11,12 @@ namespace rotorloop::sim {
 namespace {
 using namespace test;
 
-constexpr Four kStopped{0, 0, 0, 0};
+constexpr Four kRotorsStopped{0, 0, 0, 0};
 const FourLoads kNoLoads{};
 
 void run(Airframe& a, double seconds) {
   const auto steps = static_cast<int>(std::lround(seconds * 1e9 / static_cast<double>(a.config().step_ns)));
-  for (int i = 0; i < steps; ++i) a.step(kNoLoads, kStopped, kStopped);
+  for (int i = 0; i < steps; ++i) a.step(kNoLoads, kRotorsStopped, kRotorsStopped);
 }
 AirframeConfig in_vacuum() {
   AirframeConfig c = reference_body();
@@ -86,7 +86,7 @@ TEST(RigidBody, FreeTumblingKeepsAngularMomentumAndEnergyWithAFullInertiaMatrix)
   const double E0 = energy();
   double lowest_w_y = 9.0;
   for (int i = 0; i < 8000; ++i) {
-    a.step(kNoLoads, kStopped, kStopped);
+    a.step(kNoLoads, kRotorsStopped, kRotorsStopped);
     lowest_w_y = std::min(lowest_w_y, a.state().w_B_rad_s.y());
   }
   EXPECT_LT(lowest_w_y, -5.0) << "the flip is what makes this a test of the coupling terms";
@@ -111,8 +111,8 @@ TEST(RigidBody, MotionDoesNotDependOnTheChoiceOfBodyAxes) {
   on_a[0].moment_R_N_m = {0.01, -0.02, 0.005};
   on_b[0].moment_R_N_m = R * on_a[0].moment_R_N_m;
   for (int i = 0; i < 1000; ++i) {
-    a.step(on_a, kStopped, kStopped);
-    b.step(on_b, kStopped, kStopped);
+    a.step(on_a, kRotorsStopped, kRotorsStopped);
+    b.step(on_b, kRotorsStopped, kRotorsStopped);
   }
   EXPECT_LT((a.state().q_WB * a.state().w_B_rad_s - b.state().q_WB * b.state().w_B_rad_s).norm(), 1e-9);
 }
@@ -199,14 +199,14 @@ TEST(LaunchStand, HoldsTheBodyAndRecordsWhatItHasToHold) {
   Airframe a(reference_body(), s, 10'000'000);
   FourLoads loads{};
   for (auto& l : loads) l.force_R_N.z() = 3.0;
-  for (int i = 0; i < 19; ++i) EXPECT_EQ(a.step(loads, kStopped, kStopped), AirframeStatus::clamped);
+  for (int i = 0; i < 19; ++i) EXPECT_EQ(a.step(loads, kRotorsStopped, kRotorsStopped), AirframeStatus::clamped);
   EXPECT_EQ(a.state().p_W_m, Eigen::Vector3d(0, 0, 1.5));
   EXPECT_EQ(a.state().v_W_m_s, Eigen::Vector3d::Zero().eval());
   EXPECT_EQ(a.wrench().rotor_force_B_N.z(), 12.0);
   EXPECT_NEAR(a.state().specific_force_B_m_s2.z(), kGravity_m_s2, 1e-12);
-  EXPECT_EQ(a.step(loads, kStopped, kStopped), AirframeStatus::flying) << "released at 10 ms";
+  EXPECT_EQ(a.step(loads, kRotorsStopped, kRotorsStopped), AirframeStatus::flying) << "released at 10 ms";
   EXPECT_EQ(a.state().v_W_m_s.z(), 0.0);
-  a.step(loads, kStopped, kStopped);
+  a.step(loads, kRotorsStopped, kRotorsStopped);
   EXPECT_NEAR(a.state().v_W_m_s.z(), (12.0 / kMass_kg - kGravity_m_s2) * 5e-4, 1e-6);
 }
 
@@ -246,7 +246,7 @@ TEST(FlightEnd, LoadsThatAreNotFiniteEndTheFlightAndNeverReachTheState) {
       if (place == 3) omega_dot[0] = bad;
       a.step(loads, omega, omega_dot, a.air(), &effects);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << bad << " at place " << place;
-      a.step(kNoLoads, kStopped, kStopped);
+      a.step(kNoLoads, kRotorsStopped, kRotorsStopped);
       EXPECT_EQ(a.status(), AirframeStatus::diverged) << "it stays ended";
       EXPECT_TRUE(a.state().p_W_m.allFinite() && a.state().w_B_rad_s.allFinite() && a.state().q_WB.coeffs().allFinite());
       EXPECT_EQ(a.state().p_W_m.z(), 10.0);

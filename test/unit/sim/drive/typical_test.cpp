@@ -14,7 +14,7 @@ namespace {
 using namespace rotorloop::sim;
 using rotorloop::RandomStream;
 
-constexpr double kPwm_s = 1.0 / 48000.0;
+constexpr double kSampling_s = 1.0 / 48000.0;
 
 struct Range {
   double least = 1e300, most = -1e300;
@@ -58,7 +58,7 @@ TEST(TypicalBoard, EnergyFromTheBusIsCopperMotionFrictionDiodesAndTheSaturatedFi
     const auto& s = drive.motor().state();
     const PhaseCurrents i = drive.phase_currents_A();
     const double diodes_W = 2.0 * p.inverter.dead_time_s * 48000.0 * 0.8 * (std::fabs(i.u) + std::fabs(i.v) + std::fabs(i.w));
-    lost_J += (1.5 * 0.064 * (s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A) + 2e-3 * std::fabs(s.omega_rad_s) + diodes_W) * kPwm_s;
+    lost_J += (1.5 * 0.064 * (s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A) + 2e-3 * std::fabs(s.omega_rad_s) + diodes_W) * kSampling_s;
   }
   const double balance_J = lost_J + drive.motor().kinetic_energy_J() + drive.motor().magnetic_energy_J();
   EXPECT_NEAR(drive.bus_energy_J(), balance_J, 0.02 * balance_J);
@@ -113,7 +113,7 @@ TEST(Thermal, WindingOfAHeldRotorAtAConstantVoltageHeatsAtItsLossOverItsHeatCapa
   for (int k = 0; k < 4800; ++k) {
     drive.step(pwm);
     const auto& s = drive.motor().state();
-    loss_J += 1.5 * 0.06 * copper_factor(drive.temperatures().winding_K) * (s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A) * kPwm_s;
+    loss_J += 1.5 * 0.06 * copper_factor(drive.temperatures().winding_K) * (s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A) * kSampling_s;
   }
   ASSERT_GT(loss_J, 0.2);
   EXPECT_NEAR(drive.temperatures().winding_K - t0, loss_J / p.thermal.winding_J_K, 0.08 * loss_J / p.thermal.winding_J_K);

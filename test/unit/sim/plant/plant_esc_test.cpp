@@ -7,7 +7,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::string message(const std::string& from, const std::string& to, const std::string& line_of = "") {
+std::string message_of_esc(const std::string& from, const std::string& to, const std::string& line_of = "") {
   return test::message_after(
       "quad_7in/plant.toml", from, to, [](const TomlFile& f) { return read_plant(f); }, line_of);
 }
@@ -29,20 +29,20 @@ TEST(PlantEsc, ShippedVehiclesFlyDrawnBoardsWithDataSheetParameters) {
   EXPECT_EQ(drive_parameters(p, *rotors[0], 0).inverter.pwm_Hz, 24000.0);  // high_voltage_14s_120a
 }
 TEST(PlantEsc, BatteryBeyondThePowerStageIsRefusedWithTheStageThatTakesIt) {
-  EXPECT_THAT(message("cells = 6", "cells = 8"),
+  EXPECT_THAT(message_of_esc("cells = 6", "cells = 8"),
               AllOf(HasSubstr("battery.cells = 8 is outside 3 to 6 cells of the ESCs' power stage b_g431b_esc1"),
                     HasSubstr("high_voltage_14s_120a")));
-  EXPECT_THAT(message("cells = 6", "cells = 2"), HasSubstr("small_2s_15a"));
+  EXPECT_THAT(message_of_esc("cells = 6", "cells = 2"), HasSubstr("small_2s_15a"));
 }
 TEST(PlantEsc, CurrentLimitBeyondTheShuntsIsRefusedWithTheirRange) {
-  EXPECT_THAT(message("phase_current_limit_A = 40.0", "phase_current_limit_A = 60.0"),
+  EXPECT_THAT(message_of_esc("phase_current_limit_A = 40.0", "phase_current_limit_A = 60.0"),
               AllOf(HasSubstr("60"), HasSubstr("45"), HasSubstr("A")));
 }
 TEST(PlantEsc, OwnClockOfAnIdealBoardIsRefused) {
-  EXPECT_THAT(message("board = \"typical\"", "board = \"ideal\"", "clock = \"own\""), HasSubstr("board = \"typical\""));
+  EXPECT_THAT(message_of_esc("board = \"typical\"", "board = \"ideal\"", "clock = \"own\""), HasSubstr("board = \"typical\""));
 }
 TEST(PlantEsc, ParametersThatAreNeitherAWordNorAFileAreRefusedByName) {
-  EXPECT_THAT(message("parameters = \"data_sheet\"", "parameters = \"datasheet\""), HasSubstr("datasheet"));
+  EXPECT_THAT(message_of_esc("parameters = \"data_sheet\"", "parameters = \"datasheet\""), HasSubstr("datasheet"));
 }
 
 PlantFile with_fault(const std::string& table) {

@@ -9,7 +9,7 @@
 namespace rotorloop::sim {
 namespace {
 
-PoseConfig silent() {
+PoseConfig silent_pose() {
   PoseConfig c;
   c.noise_m = c.noise_rad = c.velocity_noise_m_s = c.drift_m = 0.0;
   return c;
@@ -21,7 +21,7 @@ AirframeState at(std::int64_t time_ns) {
 }
 
 TEST(PoseSensor, MeasuresItsOwnPointAndNotTheCentreOfMass) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.q_BS = Eigen::Quaterniond(std::sqrt(0.5), 0, 0, std::sqrt(0.5));
   PoseSensor pose(c, 1);
   AirframeState s = at(5'000'000);
@@ -65,7 +65,7 @@ TEST(PoseSensor, WhiteNoiseIs2MillimetresAnd2MilliradiansAnd5CentimetresPerSecon
 }
 
 TEST(PoseDrift, Is5MillimetresRmsWith15SecondsOfCorrelation) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.drift_m = 0.005;
   c.rate_Hz = 1;  // the discretisation is exact at any rate; long and cheap
   PoseSensor pose(c, 2);
@@ -82,7 +82,7 @@ TEST(PoseDrift, Is5MillimetresRmsWith15SecondsOfCorrelation) {
   }
 }
 TEST(PoseDrift, IsStationaryFromTheFirstSample) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.drift_m = 0.005;
   std::vector<double> first, later;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
@@ -97,7 +97,7 @@ TEST(PoseDrift, IsStationaryFromTheFirstSample) {
   EXPECT_NEAR(test::rms(later), 0.005, 0.04 * 0.005);
 }
 TEST(PoseDrift, StepsAt200HzAreThoseOfTheSameProcess) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.drift_m = 0.005;
   PoseSensor pose(c, 4);
   std::vector<double> step;
@@ -127,7 +127,7 @@ TEST(PoseDrift, SwitchedOffItIsZeroAndShiftsNoOtherNumber) {
 }
 
 TEST(PoseDelay, IsUniformFrom12To18Milliseconds) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.rate_Hz = 20;  // far apart: no reading waits for the one before it
   PoseSensor pose(c, 3);
   std::vector<double> delay_ms;
@@ -196,9 +196,9 @@ TEST(PoseSensor, DelaysThatCannotBeAreRefused) {
 
 // Defects that nobody declared.
 TEST(PoseDefects, AStampErrorOf10MillisecondsMovesTheStampAndNothingElse) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.stamp_error_s = 0.010;
-  PoseSensor right(silent(), 1), wrong(c, 1);
+  PoseSensor right(silent_pose(), 1), wrong(c, 1);
   AirframeState s = at(50'000'000);
   s.p_W_m = {1.0, 2.0, 3.0};
   const PoseReading a = right.sample(0, s).reading, b = wrong.sample(0, s).reading;
@@ -207,7 +207,7 @@ TEST(PoseDefects, AStampErrorOf10MillisecondsMovesTheStampAndNothingElse) {
   EXPECT_EQ(a.q_WS.coeffs(), b.q_WS.coeffs());
 }
 TEST(PoseDefects, StampJitterScattersTheStampsByItsSigma) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.stamp_jitter_s = 0.002;
   PoseSensor sensor(c, 1);
   double squares = 0.0;
@@ -219,7 +219,7 @@ TEST(PoseDefects, StampJitterScattersTheStampsByItsSigma) {
   EXPECT_NEAR(std::sqrt(squares / 4000), 0.002, 0.0001);
 }
 TEST(PoseDefects, AScaleErrorStretchesPositionAndVelocityAboutTheOrigin) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.offset_B_m.setZero();
   c.scale_error = 0.02;
   AirframeState s = at(0);
@@ -230,7 +230,7 @@ TEST(PoseDefects, AScaleErrorStretchesPositionAndVelocityAboutTheOrigin) {
   EXPECT_LT((r.v_W_m_s - 1.02 * s.v_W_m_s).norm(), 1e-14);
 }
 TEST(PoseDefects, ATiltOfItsWorldAboutYReportsWhatLiesAheadTooLowAndALevelBodyNoseDown) {
-  PoseConfig c = silent();
+  PoseConfig c = silent_pose();
   c.offset_B_m.setZero();
   c.tilt_rad = {0.0, 0.01};
   AirframeState s = at(0);

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Prober kProber{SANDBOX_PROBER, {"try"}};
+const Prober kWorkspaceProber{SANDBOX_PROBER, {"try"}};
 
 struct WorkspaceTest : ::testing::Test {
   test::TempFolder folder;
@@ -26,7 +26,7 @@ TEST_F(WorkspaceTest, HoldsCopiesUnderTheNamesGivenAndNothingElse) {
   const auto paper = folder.write("runs/secret-name/flight.csv", "1,2\n");
   Workspace workspace({{paper, "flights/learn_1.csv"}});
   const std::vector secrets{folder.write("bench/plant.toml", "the truth")};
-  workspace.isolate(kProber, secrets);
+  workspace.isolate(kWorkspaceProber, secrets);
   int code = -1;
   EXPECT_EQ(run(workspace, "cat flights/learn_1.csv; ls -R . | grep -c secret; pwd | grep -c secret; env | grep -c secret", &code),
             "1,2\n0\n0\n0\n");
@@ -36,7 +36,7 @@ TEST_F(WorkspaceTest, WhatTheDiagnosisMayNotOpenItsShellCannotReadEither) {
   const auto secret = folder.write("bench/plant.toml", "the truth");
   fs::permissions(folder.path(), fs::perms::all);
   Workspace workspace({});
-  if (!workspace.isolate(kProber, std::vector{secret}).back().holds()) GTEST_SKIP() << "not isolated on this machine";
+  if (!workspace.isolate(kWorkspaceProber, std::vector{secret}).back().holds()) GTEST_SKIP() << "not isolated on this machine";
   const std::string s = secret.string();
   int code = 0;
   EXPECT_EQ(
@@ -49,7 +49,7 @@ TEST_F(WorkspaceTest, WhatTheDiagnosisMayNotOpenItsShellCannotReadEither) {
 TEST_F(WorkspaceTest, TakesBackPlainFilesAndLeavesLinks) {
   const auto secret = folder.write("bench/plant.toml", "the truth");
   Workspace workspace({});
-  workspace.isolate(kProber, std::vector{secret});
+  workspace.isolate(kWorkspaceProber, std::vector{secret});
   run(workspace, "mkdir -p out/sub; echo a > out/a; echo b > out/sub/b; ln -s " + secret.string() +
                      " out/c; ln -s /etc out/d; ln out/a out/e; rm out/e");
   EXPECT_EQ(workspace.take_back("out", folder.path() / "back"), 2u);

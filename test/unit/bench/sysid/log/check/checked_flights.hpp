@@ -7,6 +7,8 @@
 
 namespace rotorloop::log::testing {
 
+inline constexpr double kAlways_s = 1e9;
+
 inline const LogFinding* find(const CheckedFlight& c, const std::string& stream, FindingAction action, const std::string& words = "") {
   for (const LogFinding& f : c.findings)
     if (f.stream == stream && f.action == action && f.what.find(words) != std::string::npos) return &f;

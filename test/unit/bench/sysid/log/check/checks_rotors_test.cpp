@@ -15,9 +15,8 @@ using estimate::testing::AnalyticFlight;
 using testing::change;
 using testing::find;
 using ::testing::HasSubstr;
+using testing::kAlways_s;
 using ::testing::Not;
-
-constexpr double kAlways_s = 1e9;
 
 class ScaledRotor : public ::testing::TestWithParam<std::size_t> {
  protected:

@@ -10,21 +10,17 @@
 #include <numbers>
 
 #include "test/unit/bench/sysid/estimate/analytic_flight.hpp"
+#include "test/unit/bench/sysid/log/check/checked_flights.hpp"
 
 namespace rotorloop::log {
 namespace {
 
 using estimate::testing::analytic_flight;
 using estimate::testing::AnalyticFlight;
+using testing::find;
 using ::testing::HasSubstr;
 
 constexpr double kStart_s = 100.0;
-
-const LogFinding* find(const CheckedFlight& c, const std::string& stream, FindingAction action, const std::string& words = "") {
-  for (const LogFinding& f : c.findings)
-    if (f.stream == stream && f.action == action && f.what.find(words) != std::string::npos) return &f;
-  return nullptr;
-}
 
 const AnalyticFlight& made_once(int seed) {
   static std::map<int, AnalyticFlight> flights;

@@ -14,8 +14,7 @@ using estimate::testing::AnalyticFlight;
 using testing::change;
 using testing::find;
 using ::testing::HasSubstr;
-
-constexpr double kAlways_s = 1e9;
+using testing::kAlways_s;
 
 TEST(Values, BeyondAnyFlightForASecondAreLeftOutAndNoMessageSpeaksOfNothingOrInfinity) {
   for (const char* stream : {"rotor speeds", "gyro", "pose", "velocity", "accelerometer"}) {

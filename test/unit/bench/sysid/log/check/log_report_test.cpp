@@ -19,9 +19,8 @@ using estimate::testing::analytic_flight;
 using estimate::testing::AnalyticFlight;
 using testing::change;
 using ::testing::HasSubstr;
+using testing::kAlways_s;
 using ::testing::Not;
-
-constexpr double kAlways_s = 1e9;
 
 Outlook outlook_of(const FlightRecord& f, const std::string& parameter) {
   for (const ParameterOutlook& p : parameter_outlook(f, flight_content(f)))
