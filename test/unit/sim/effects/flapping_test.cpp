@@ -16,7 +16,7 @@ constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kStiff_rad_N_m = 1.0 / 5.89;  // spring of the three-blade propeller of the NeuroBEM vehicle
 constexpr std::size_t kCounterClockwise = 0, kClockwise = 2;
 
-BodyMotion flying(const Vec& v_air_B_m_s, const Vec& w_B_rad_s = Vec::Zero()) {
+BodyMotion flapping_in_air(const Vec& v_air_B_m_s, const Vec& w_B_rad_s = Vec::Zero()) {
   BodyMotion m;
   m.v_air_B_m_s = v_air_B_m_s;
   m.w_B_rad_s = w_B_rad_s;
@@ -54,7 +54,7 @@ TEST(FlappingBlade, DampingGrowsWithSpeedAndDensity) {
 
 // Reference: the published simulator of that vehicle at 15 m/s, about 1750 rad/s: 0.44 degrees sideways, 0.02 degrees
 // backwards, cone 0.7 degrees, spring moment of a blade 45 mN m.
-const BodyMotion kFast = flying({15, 0, 0.5});
+const BodyMotion kFast = flapping_in_air({15, 0, 0.5});
 constexpr double kFastOmega = 1750;
 
 TEST(BladeFlapping, LeansTheDiskByAbout0p44DegreesSidewaysAt15MetresPerSecond) {
@@ -85,7 +85,7 @@ TEST(BladeFlapping, PassesOnAbout45MillinewtonmetresOfEachBladeSpring) {
 }
 
 TEST(BladeFlapping, IsTheRigidRotorAtZeroComplianceAndComesCloseToItContinuously) {
-  const BodyMotion m = flying({8.5, 3, 1}, {2, -3, 1});
+  const BodyMotion m = flapping_in_air({8.5, 3, 1}, {2, -3, 1});
   const Changed rigid = flapped("blade_flapping", 0.0, m);
   EXPECT_EQ(rigid.now.force_R_N, rigid.rigid.force_R_N);
   EXPECT_LT((rigid.now.moment_R_N_m - rigid.rigid.moment_R_N_m).norm(), 1e-17);
@@ -94,14 +94,14 @@ TEST(BladeFlapping, IsTheRigidRotorAtZeroComplianceAndComesCloseToItContinuously
   EXPECT_LT((nearly.now.moment_R_N_m - nearly.rigid.moment_R_N_m).norm(), 1e-6);
 }
 TEST(BladeFlapping, DoesNothingInHoverWithoutRotation) {
-  const Changed c = flapped("blade_flapping", 1.0, flying(Vec::Zero()));
+  const Changed c = flapped("blade_flapping", 1.0, flapping_in_air(Vec::Zero()));
   EXPECT_LT((c.now.force_R_N - c.rigid.force_R_N).norm(), 1e-15);
   EXPECT_LT((c.now.moment_R_N_m - c.rigid.moment_R_N_m).norm(), 1e-15);
 }
 TEST(BladeFlapping, SofterBladesLeanFurtherAndPassOnLess) {
   double lean = 0.0, moment = 1.0;
   for (const double compliance : {0.05, 0.2, 0.5, 1.0, 2.0}) {
-    const Changed c = flapped("blade_flapping", compliance, flying({8.5, 0, 0}));
+    const Changed c = flapped("blade_flapping", compliance, flapping_in_air({8.5, 0, 0}));
     const double now_lean = std::hypot(c.forward_rad(), c.left_rad());
     EXPECT_GT(now_lean, lean) << compliance;
     lean = now_lean;
@@ -111,15 +111,15 @@ TEST(BladeFlapping, SofterBladesLeanFurtherAndPassOnLess) {
   }
 }
 TEST(BladeFlapping, KeepsTheSizeOfTheThrustAndTheTorque) {
-  const Changed c = flapped("blade_flapping", 2.0, flying({8.5, 2, 1}, {1, 2, 3}));
+  const Changed c = flapped("blade_flapping", 2.0, flapping_in_air({8.5, 2, 1}, {1, 2, 3}));
   const Vec turned = c.now.force_R_N - Vec(c.rigid.force_R_N.x(), c.rigid.force_R_N.y(), 0);
   EXPECT_NEAR(turned.norm(), c.rigid.force_R_N.z(), 1e-12);
   EXPECT_EQ(c.now.shaft_torque_N_m, c.rigid.shaft_torque_N_m);
   EXPECT_EQ(c.now.moment_R_N_m.z(), c.rigid.moment_R_N_m.z());
 }
 TEST(BladeFlapping, SidewaysLeanFollowsTheSenseOfRotationAndBackwardLeanDoesNot) {
-  const Changed ccw = flapped("blade_flapping", 0.5, flying({8.5, 0, 0}), kCounterClockwise);
-  const Changed cw = flapped("blade_flapping", 0.5, flying({8.5, 0, 0}), kClockwise);
+  const Changed ccw = flapped("blade_flapping", 0.5, flapping_in_air({8.5, 0, 0}), kCounterClockwise);
+  const Changed cw = flapped("blade_flapping", 0.5, flapping_in_air({8.5, 0, 0}), kClockwise);
   EXPECT_NEAR(cw.left_rad(), -ccw.left_rad(), 1e-12);
   EXPECT_NEAR(cw.forward_rad(), ccw.forward_rad(), 1e-12);
   EXPECT_NEAR(cw.now.moment_R_N_m.x(), -ccw.now.moment_R_N_m.x(), 1e-12);
@@ -128,67 +128,68 @@ TEST(BladeFlapping, SidewaysLeanFollowsTheSenseOfRotationAndBackwardLeanDoesNot)
 // Blades that lag behind a rolling hub flap and roll with it as precession demands.
 TEST(BladeFlapping, GyroscopicForcingLeansARollingRotorAboutPitch) {
   const double w = 6.5;
-  const Changed c = flapped("blade_flapping", 0.2, flying(Vec::Zero(), {w, 0, 0}));
+  const Changed c = flapped("blade_flapping", 0.2, flapping_in_air(Vec::Zero(), {w, 0, 0}));
   const double H_N_m_s = rotor().blade_inertia_kg_m2() * 945.0;
   EXPECT_NEAR(c.forward_rad(), 0.2 / 1.5 * H_N_m_s * w, 0.05 * 0.2 / 1.5 * H_N_m_s * w)
       << "spring times flap angle carries the blades round";
-  const Changed other = flapped("blade_flapping", 0.2, flying(Vec::Zero(), {w, 0, 0}), kClockwise);
+  const Changed other = flapped("blade_flapping", 0.2, flapping_in_air(Vec::Zero(), {w, 0, 0}), kClockwise);
   EXPECT_NEAR(other.forward_rad(), -c.forward_rad(), 1e-3 * c.forward_rad()) << "its hub climbs where the other sinks: not exactly";
 }
 TEST(BladeFlapping, NeverAddsEnergyToARollOrPitch) {
   for (const double compliance : {0.05, 0.17, 1.0, 2.0})
     for (const Vec& w : {Vec(5, 0, 0), Vec(0, 5, 0), Vec(3, -4, 0)}) {
-      const Changed c = flapped("blade_flapping", compliance, flying(Vec::Zero(), w));
+      const Changed c = flapped("blade_flapping", compliance, flapping_in_air(Vec::Zero(), w));
       EXPECT_LT((c.now.moment_R_N_m - c.rigid.moment_R_N_m).dot(w), 0.0) << compliance << " at " << w.transpose();
     }
 }
 
 TEST(SoftFlapping, LeansTheDiskBackOneToThreeDegreesAt4MetresPerSecondAndAtMost6At8p5) {
-  const double slow_deg = -flapped("soft_flapping", 1.0, flying({4, 0, 0.5})).forward_rad() / kDeg;
+  const double slow_deg = -flapped("soft_flapping", 1.0, flapping_in_air({4, 0, 0.5})).forward_rad() / kDeg;
   EXPECT_GT(slow_deg, 1.0);
   EXPECT_LT(slow_deg, 3.0);
-  EXPECT_LT(-flapped("soft_flapping", 1.0, flying({8.5, 0, 1.7})).forward_rad() / kDeg, 6.0);
+  EXPECT_LT(-flapped("soft_flapping", 1.0, flapping_in_air({8.5, 0, 1.7})).forward_rad() / kDeg, 6.0);
 }
 TEST(SoftFlapping, LeansAwayFromTheMotionInEveryDirectionForBothSensesOfRotation) {
   for (const std::size_t rotor : {kCounterClockwise, kClockwise})
     for (const Vec& v : {Vec(6, 0, 0), Vec(0, 6, 0), Vec(-6, 0, 0), Vec(3, -4, 0)}) {
-      const Changed c = flapped("soft_flapping", 1.0, flying(v), rotor);
+      const Changed c = flapped("soft_flapping", 1.0, flapping_in_air(v), rotor);
       const Vec added = c.now.force_R_N - c.rigid.force_R_N;
       EXPECT_LT(added.head<2>().dot(v.head<2>()), -0.1);
       EXPECT_NEAR(added.x() * v.y() - added.y() * v.x(), 0.0, 1e-12);
     }
 }
 TEST(SoftFlapping, AFreelyHingedHubPassesOnNoMomentButTorque) {
-  const Changed c = flapped("soft_flapping", 1.0, flying({8.5, 2, 0}));
+  const Changed c = flapped("soft_flapping", 1.0, flapping_in_air({8.5, 2, 0}));
   EXPECT_GT(edgewise_norm(c.rigid.moment_R_N_m), 5e-3);
   EXPECT_EQ(edgewise_norm(c.now.moment_R_N_m), 0.0);
   EXPECT_EQ(c.now.moment_R_N_m.z(), c.rigid.moment_R_N_m.z());
-  EXPECT_NEAR(edgewise_norm(flapped("soft_flapping", 0.25, flying({8.5, 2, 0})).now.moment_R_N_m),
+  EXPECT_NEAR(edgewise_norm(flapped("soft_flapping", 0.25, flapping_in_air({8.5, 2, 0})).now.moment_R_N_m),
               0.75 * edgewise_norm(c.rigid.moment_R_N_m), 1e-12);
 }
 TEST(SoftFlapping, TheDiskLagsBehindATurningBodyByTheSameAngleForBothSenses) {
   for (const std::size_t rotor : {kCounterClockwise, kClockwise}) {
-    EXPECT_GT(flapped("soft_flapping", 1.0, flying(Vec::Zero(), {1, 0, 0}), rotor).left_rad(), 0.0) << "rolling right: thrust stays left";
-    EXPECT_LT(flapped("soft_flapping", 1.0, flying(Vec::Zero(), {0, 1, 0}), rotor).forward_rad(), 0.0)
+    EXPECT_GT(flapped("soft_flapping", 1.0, flapping_in_air(Vec::Zero(), {1, 0, 0}), rotor).left_rad(), 0.0)
+        << "rolling right: thrust stays left";
+    EXPECT_LT(flapped("soft_flapping", 1.0, flapping_in_air(Vec::Zero(), {0, 1, 0}), rotor).forward_rad(), 0.0)
         << "nose going down: thrust stays back";
   }
   const double lag_s = flapping_blade(test::rotor(), 945.0, kDensity).lag_s();
-  EXPECT_NEAR(flapped("soft_flapping", 1.0, flying(Vec::Zero(), {1, 0, 0})).left_rad(), lag_s, 0.01 * lag_s)
+  EXPECT_NEAR(flapped("soft_flapping", 1.0, flapping_in_air(Vec::Zero(), {1, 0, 0})).left_rad(), lag_s, 0.01 * lag_s)
       << "apart from the wind of a hub above the axis";
 }
 // The same limit from the solver's hub moments: about twice the closed form, which knows no camber (4 degrees of pitch) and no
 // sections near stall. A spring of 1e-5 N m/rad is beyond the range of files.
 TEST(SoftFlapping, IsWhatBladeFlappingTendsToWithinAFactorOfThree) {
   for (const double speed : {4.0, 8.5}) {
-    const Changed spring = flapped("blade_flapping", 1e5, flying({speed, 0, 0})),
-                  hinged = flapped("soft_flapping", 1.0, flying({speed, 0, 0}));
+    const Changed spring = flapped("blade_flapping", 1e5, flapping_in_air({speed, 0, 0})),
+                  hinged = flapped("soft_flapping", 1.0, flapping_in_air({speed, 0, 0}));
     EXPECT_GT(spring.forward_rad() / hinged.forward_rad(), 1.0 / 3.0) << speed;
     EXPECT_LT(spring.forward_rad() / hinged.forward_rad(), 3.0) << speed;
     EXPECT_LT(edgewise_norm(spring.now.moment_R_N_m), 1e-5) << "no moment through a free hinge";
   }
 }
 TEST(SoftFlapping, TheLeanOfTheThrustIsNotDragOfTheRigidRotorSoItsFactorsLeaveItAlone) {
-  const RotorSite s = site(kCounterClockwise, flying({4, 0, 0}));
+  const RotorSite s = site(kCounterClockwise, flapping_in_air({4, 0, 0}));
   const auto leaned_N = [&](double share, double k_H) {
     EffectSet set;
     set.add("soft_flapping", share);
@@ -204,7 +205,7 @@ TEST(SoftFlapping, TheLeanOfTheThrustIsNotDragOfTheRigidRotorSoItsFactorsLeaveIt
   EXPECT_NEAR(leaned_N(0.0, 3.0), 1.5 * solved(s).force_R_N.x(), 1e-12) << "the rigid rotor has the product of both";
 }
 TEST(SoftFlapping, SleepsOnAStoppedRotor) {
-  const Changed c = flapped("soft_flapping", 1.0, flying({8.5, 0, 0}), kCounterClockwise, 0.0);
+  const Changed c = flapped("soft_flapping", 1.0, flapping_in_air({8.5, 0, 0}), kCounterClockwise, 0.0);
   EXPECT_EQ(c.now.force_R_N, c.rigid.force_R_N);
   EXPECT_EQ(c.now.moment_R_N_m, c.rigid.moment_R_N_m);
 }

@@ -13,7 +13,7 @@ using namespace test;
 using Vec = Eigen::Vector3d;
 using Options = std::vector<std::pair<std::string_view, double>>;
 
-BodyMotion flying(const Vec& v_air_B_m_s, double time_s = 0.0) {
+BodyMotion rotor_in_air(const Vec& v_air_B_m_s, double time_s = 0.0) {
   BodyMotion m;
   m.time_s = time_s;
   m.v_air_B_m_s = v_air_B_m_s;
@@ -38,22 +38,22 @@ Vec added_force(std::string_view id, double value, std::size_t rotor, const Body
 }
 
 TEST(RotorRollingMoment, LowersTheRetreatingSideWithAbout8MillinewtonmetresAt8p5) {
-  const BodyMotion forward = flying({8.5, 0, 0});
+  const BodyMotion forward = rotor_in_air({8.5, 0, 0});
   EXPECT_NEAR(added_moment("rotor_rolling_moment", 1e-6, 0, forward).x(), -8.0e-3, 0.1e-3)
       << "counter-clockwise: right side advances, lifts";
   EXPECT_NEAR(added_moment("rotor_rolling_moment", 1e-6, 2, forward).x(), 8.0e-3, 0.1e-3) << "clockwise: left side advances";
-  EXPECT_NEAR(added_moment("rotor_rolling_moment", 1e-6, 0, flying({0, 8.5, 0})).y(), -8.0e-3, 0.1e-3);
+  EXPECT_NEAR(added_moment("rotor_rolling_moment", 1e-6, 0, rotor_in_air({0, 8.5, 0})).y(), -8.0e-3, 0.1e-3);
 }
 // The solve has a rolling moment of its own; the effect adds to it, with the same sign.
 TEST(RotorRollingMoment, HasTheSignOfTheBladeElementSolve) {
   for (std::size_t i = 0; i < 4; ++i)
     for (const Vec& v : {Vec(8, 0, 0), Vec(0, 8, 0), Vec(-8, 0, 0)}) {
-      const BodyMotion m = flying(v);
+      const BodyMotion m = rotor_in_air(v);
       EXPECT_GT(added_moment("rotor_rolling_moment", 1e-6, i, m).dot(solved(site(i, m)).moment_R_N_m), 0.0);
     }
 }
 TEST(RotorRollingMoment, CancelsOverFourEqualRotorsAndNotUnderYawTorque) {
-  const BodyMotion m = flying({8.5, 2, 0});
+  const BodyMotion m = rotor_in_air({8.5, 2, 0});
   Vec equal = Vec::Zero(), yawing = Vec::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
     equal += added_moment("rotor_rolling_moment", 1e-6, i, m);
@@ -63,22 +63,22 @@ TEST(RotorRollingMoment, CancelsOverFourEqualRotorsAndNotUnderYawTorque) {
   EXPECT_GT(yawing.norm(), 3e-3);
 }
 TEST(RotorRollingMoment, LeavesForcesAndTorque) {
-  const RotorLoads l = after("rotor_rolling_moment", 5e-6, 1, flying({8, 3, 1}));
+  const RotorLoads l = after("rotor_rolling_moment", 5e-6, 1, rotor_in_air({8, 3, 1}));
   EXPECT_EQ(l.force_R_N, some_loads().force_R_N);
   EXPECT_EQ(l.moment_R_N_m.z(), some_loads().moment_R_N_m.z());
 }
 
 TEST(LateralFlapping, PushesACounterClockwiseRotorToTheLeftOfItsMotion) {
-  EXPECT_GT(added_force("lateral_flapping", 2e-6, 0, flying({8.5, 0, 0})).y(), 0.0);
-  EXPECT_LT(added_force("lateral_flapping", 2e-6, 2, flying({8.5, 0, 0})).y(), 0.0);
-  EXPECT_LT(added_force("lateral_flapping", 2e-6, 0, flying({0, 8.5, 0})).x(), 0.0);
+  EXPECT_GT(added_force("lateral_flapping", 2e-6, 0, rotor_in_air({8.5, 0, 0})).y(), 0.0);
+  EXPECT_LT(added_force("lateral_flapping", 2e-6, 2, rotor_in_air({8.5, 0, 0})).y(), 0.0);
+  EXPECT_LT(added_force("lateral_flapping", 2e-6, 0, rotor_in_air({0, 8.5, 0})).x(), 0.0);
 }
 TEST(LateralFlapping, ADiskThatLeans0p44DegreesAt15MetresPerSecondIsAbout0p9e6) {
-  const double lean_deg = added_force("lateral_flapping", 0.9e-6, 0, flying({15, 0, 0})).y() / 1.69 * 180.0 / std::numbers::pi;
+  const double lean_deg = added_force("lateral_flapping", 0.9e-6, 0, rotor_in_air({15, 0, 0})).y() / 1.69 * 180.0 / std::numbers::pi;
   EXPECT_NEAR(lean_deg, 0.44, 0.02);
 }
 TEST(LateralFlapping, StandsAcrossTheMotionSoItDoesNoWorkAndCancelsOverEqualRotors) {
-  const BodyMotion m = flying({8, -3, 1});
+  const BodyMotion m = rotor_in_air({8, -3, 1});
   Vec sum = Vec::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
     const Vec f = added_force("lateral_flapping", 1e-5, i, m);
@@ -101,7 +101,7 @@ TEST(WeakRotor, TakesThrustFromTheNamedRotorAlone) {
   }
 }
 TEST(WeakRotor, AFrontRightRotorThatLosesFourPercentOfHoverThrustRollsAndPitchesBy6MillinewtonmetresTowardsIt) {
-  const BodyMotion hover = flying(Vec::Zero());
+  const BodyMotion hover = rotor_in_air(Vec::Zero());
   const RotorSite s = site(0, hover);
   const Vec moment = s.hub_B_m.cross(added_force("weak_rotor", -0.04, 0, hover));
   EXPECT_NEAR(moment.x(), 6.0e-3, 0.1e-3) << "right side down";
@@ -113,8 +113,8 @@ TEST(WeakRotor, TorqueFollowsByItsShare) {
   EXPECT_DOUBLE_EQ(l.moment_R_N_m.z(), 0.9 * some_loads().moment_R_N_m.z());
 }
 TEST(WeakRotor, BreaksAtItsTime) {
-  EXPECT_TRUE(untouched(after("weak_rotor", -0.2, 0, flying({5, 0, 0}, 9.9995), {{"from_s", 10.0}})));
-  EXPECT_FALSE(untouched(after("weak_rotor", -0.2, 0, flying({5, 0, 0}, 10.0), {{"from_s", 10.0}})));
+  EXPECT_TRUE(untouched(after("weak_rotor", -0.2, 0, rotor_in_air({5, 0, 0}, 9.9995), {{"from_s", 10.0}})));
+  EXPECT_FALSE(untouched(after("weak_rotor", -0.2, 0, rotor_in_air({5, 0, 0}, 10.0), {{"from_s", 10.0}})));
 }
 
 TEST(RotorTorqueScale, ScalesShaftTorqueAndItsReactionOfTheNamedRotorAlone) {
@@ -129,7 +129,7 @@ TEST(RotorTorqueScale, ScalesShaftTorqueAndItsReactionOfTheNamedRotorAlone) {
 std::vector<Vec> turned(Effect& effect, std::size_t rotor, double omega_rad_s, double omega_dot_rad_s2 = 0.0) {
   std::vector<Vec> forces;
   for (int step = 0; step < 2000; ++step) {
-    const BodyMotion m = flying(Vec::Zero(), 5e-4 * step);
+    const BodyMotion m = rotor_in_air(Vec::Zero(), 5e-4 * step);
     RotorSite s = site(rotor, m, omega_rad_s + omega_dot_rad_s2 * 5e-4 * step);
     s.omega_dot_rad_s2 = omega_dot_rad_s2;
     RotorLoads l = some_loads();
@@ -181,7 +181,7 @@ RotorLoads after_step(double tau_s, int calls) {
   const auto effect = make("thrust_lag", tau_s);
   RotorLoads l;
   for (int i = 0; i <= calls; ++i) {
-    const BodyMotion m = flying({5, 0, 0}, 5e-4 * i);
+    const BodyMotion m = rotor_in_air({5, 0, 0}, 5e-4 * i);
     l = some_loads();
     if (i > 0) {
       l.force_R_N *= 1.5;
@@ -208,7 +208,7 @@ TEST(ThrustLag, VanishesWithTau) {
 }
 TEST(ThrustLag, KeepsTheRotorsApart) {
   const auto effect = make("thrust_lag", 0.05);
-  const BodyMotion m = flying({5, 0, 0});
+  const BodyMotion m = rotor_in_air({5, 0, 0});
   RotorLoads strong = some_loads(), other = some_loads();
   strong.force_R_N *= 2.0;
   effect->rotor_loads(site(0, m), strong);
