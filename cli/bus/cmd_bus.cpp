@@ -16,6 +16,7 @@
 #include "host/bus/bus_name.hpp"
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/open_bus.hpp"
+#include "host/bus/live/socketcan/can_interfaces.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -32,6 +33,8 @@ std::vector<std::string> present(BusBackend backend) {
       if (name.starts_with("ttyACM") || name.starts_with("ttyUSB")) found.push_back("slcan:/dev/" + name);
     }
   }
+  if (backend == BusBackend::socketcan)
+    for (const CanInterface& i : can_interfaces()) found.push_back("socketcan:" + i.name + ", " + words(i));
   return found;
 }
 
@@ -87,14 +90,15 @@ live::BusBenchResult measure(const BenchArguments& o) {
   switch (name.backend) {
     case BusBackend::virtual_bus:
       return live::bench_virtual_bus(o.options);
-    case BusBackend::multicast: {
+    case BusBackend::multicast:
+    case BusBackend::socketcan: {
       const auto a = open_bus(o.bus, "bus"), b = open_bus(o.bus, "bus");
       return live::bench_live_bus(*a, *b, o.options);
     }
     default:
       break;
   }
-  throw Error({"bus", "\"" + o.bus + "\" has no second end in this program", "", "measure virtual: or mcast:0"});
+  throw Error({"bus", "\"" + o.bus + "\" has no second end in this program", "", "measure virtual:, mcast:0 or socketcan:vcan0"});
 }
 
 int bench(const BenchArguments& o) {
@@ -139,7 +143,7 @@ int bench(const BenchArguments& o) {
 void add_bench(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<BenchArguments>();
   CLI::App* c = group.add_subcommand("bench", "what a frame costs on a bus of this machine, and where frames are lost");
-  c->add_option("bus", o->bus, "virtual: (the simulated bus) or mcast:N")->capture_default_str();
+  c->add_option("bus", o->bus, "virtual: (the simulated bus), mcast:N or socketcan:INTERFACE")->capture_default_str();
   c->add_option("--frames", o->options.frames, "frames one way")->capture_default_str();
   c->add_option("--round-trips", o->options.round_trips, "frames there and back, one at a time")->capture_default_str();
   c->add_option("--burst", o->options.burst, "frames sent before the receiver reads again; a large one fills its buffer")

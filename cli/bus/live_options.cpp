@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
@@ -17,12 +18,32 @@ namespace {
 
 constexpr std::int64_t kLookForSignals_ns = 100'000'000;  // a signal between two waits is seen after this at the latest
 
+std::unique_ptr<TimedBus> open_waiting(const std::string& bus, const std::string& where, double wait_s) {
+  const StopSignals stop;
+  const std::int64_t end_ns = live_now_ns() + static_cast<std::int64_t>(wait_s * 1e9);
+  for (bool said = false;;) {
+    try {
+      return open_bus(bus, where);
+    } catch (const Error& e) {
+      if (e.exit_code() != ExitCode::device || stop.asked() || live_now_ns() >= end_ns) throw;
+      if (!std::exchange(said, true)) fmt::print(stderr, "waiting for {}: {}\n", bus, e.text().what);
+    }
+    wait_for_any({}, live_now_ns() + kLookForSignals_ns);
+  }
+}
+
 }  // namespace
 
 void add_live_options(CLI::App& c, LiveOptions& o) {
   add_for(c, o, "seconds to run; without it until Ctrl-C");
   c.add_option("--record", o.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   add_force(c, o.force);
+  add_wait(c, o);
+}
+
+void add_wait(CLI::App& c, LiveOptions& o) {
+  c.add_option("--wait", o.wait_s, "seconds to wait for a bus that is not there yet: an adapter to plug in, an interface to set up")
+      ->check(CLI::Range(0.0, 86400.0));
 }
 
 void add_for(CLI::App& c, LiveOptions& o, const char* help) {
@@ -56,7 +77,7 @@ std::string interface_name(const std::string& bus) {
 }
 
 std::unique_ptr<TimedBus> open_recorded(const LiveOptions& o, const std::string& bus, const std::string& where) {
-  auto opened = open_bus(bus, where);
+  auto opened = open_waiting(bus, where, o.wait_s);
   if (o.record.empty()) return opened;
   return std::make_unique<RecordedBus>(std::move(opened), o.record.generic_string(), interface_name(bus));
 }
@@ -78,6 +99,7 @@ void tell_losses(const TimedBus& bus) {
   add(l.remote, "remote frames passed over");
   add(l.error_reports, "error reports of the bus");
   add(l.refused_by_peer, "frames refused by the adapter");
+  add(l.send_retries, "frames that the interface had no room for and that were sent later");
   if (!text.empty()) fmt::print(stderr, "{}: {}\n", bus.name(), text);
 }
 

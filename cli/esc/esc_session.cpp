@@ -34,6 +34,7 @@ void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--listen", o.listen_s, "seconds to wait for nodes to say that they are there")->capture_default_str();
   c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
+  add_wait(c, o.live);
   if (with_json) c.add_flag("--json", o.live.json, "JSON instead of text");
 }
 

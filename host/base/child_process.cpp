@@ -100,11 +100,6 @@ class SignalsHeld {
 
 }  // namespace
 
-void Descriptor::reset(int fd) {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = fd;
-}
-
 Pipe::Pipe() {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw Error({"pipe", std::strerror(errno), "", "close other programs"}, ExitCode::device);

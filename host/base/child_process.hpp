@@ -9,29 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "host/base/descriptor.hpp"
+
 namespace rotorloop {
-
-// A descriptor that is closed with its owner; -1: none.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  ~Descriptor() { reset(); }
-  Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    reset(other.release());
-    return *this;
-  }
-  int get() const { return fd_; }
-  int release() {
-    const int fd = fd_;
-    fd_ = -1;
-    return fd;
-  }
-  void reset(int fd = -1);
-
- private:
-  int fd_;
-};
 
 // A pipe that no child inherits by accident. Throws Error (device).
 struct Pipe {

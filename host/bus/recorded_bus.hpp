@@ -38,6 +38,7 @@ class RecordedBus final : public TimedBus {
   int descriptor() const override { return bus_->descriptor(); }
   bool output_waits() const override { return bus_->output_waits(); }
   void flush() override { bus_->flush(); }
+  std::int64_t flush_at_ns() const override { return bus_->flush_at_ns(); }
 
  private:
   std::unique_ptr<TimedBus> bus_;

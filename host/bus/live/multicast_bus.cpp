@@ -8,7 +8,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 
 #include "host/base/error.hpp"
 #include "host/bus/live/live_clock.hpp"
@@ -28,14 +27,6 @@ std::string group_text(int group) { return "239.65.82." + std::to_string(group);
        .remedy = no_route ? "for programs on this machine alone: ip link set lo up; ip route add 239.65.82.0/24 dev lo"
                           : "check that the network is up and that a firewall lets the port pass"},
       ExitCode::device);
-}
-
-// Age of a datagram from the stamp that the system put on it when it came.
-std::int64_t age_ns(const timespec& stamp) {
-  timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
-  const std::int64_t age = (now.tv_sec - stamp.tv_sec) * 1'000'000'000 + (now.tv_nsec - stamp.tv_nsec);
-  return age > 0 && age < 1'000'000'000 ? age : 0;  // someone set the clock
 }
 
 }  // namespace
@@ -124,7 +115,7 @@ std::optional<StampedBusFrame> MulticastBus::receive_any() {
       if (c->cmsg_type == SO_TIMESTAMPNS) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-        received.time_ns -= age_ns(stamp);
+        received.time_ns -= stamp_age_ns(stamp);
       } else if (c->cmsg_type == SO_RXQ_OVFL) {
         std::uint32_t overflow = 0;
         std::memcpy(&overflow, CMSG_DATA(c), sizeof overflow);

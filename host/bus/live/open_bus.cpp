@@ -4,6 +4,7 @@
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/slcan_port.hpp"
 #include "host/bus/live/slcan_server.hpp"
+#include "host/bus/live/socketcan/socketcan_bus.hpp"
 
 namespace rotorloop {
 namespace {
@@ -25,14 +26,15 @@ std::unique_ptr<TimedBus> open_bus(const std::string& name, const std::string& w
       return std::make_unique<SlcanPort>(parse_slcan_settings(parsed.rest, where));
     case BusBackend::slcan_server:
       return std::make_unique<SlcanServer>(parsed.rest);
-    case BusBackend::virtual_bus:
     case BusBackend::socketcan:
+      return std::make_unique<SocketCanBus>(parse_socketcan_settings(parsed.rest, where));
+    case BusBackend::virtual_bus:
     case BusBackend::gs_usb:
       break;
   }
-  throw Error(
-      {where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
-       "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE for hardware"});
+  throw Error({where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
+               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, socketcan:can0 or "
+               "slcan:DEVICE for hardware"});
 }
 
 }  // namespace rotorloop
