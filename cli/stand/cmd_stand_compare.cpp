@@ -48,7 +48,8 @@ StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double d
   if (!o.mapping.empty()) with.mapping = stand::read_stand_mapping(o.mapping);
   with.diameter_m = o.diameter_m, with.air_density_kg_m3 = o.density_kg_m3;
   if (!o.uncertainty.empty())
-    with.known = stand::read_stand_uncertainty(TomlFile::read(o.uncertainty).root().table("uncertainty"), "stand file");
+    with.known =
+        stand::stand_uncertainty(stand::read_uncertainties(TomlFile::read(o.uncertainty).root().table("uncertainty")), "stand file");
   stand::EstimateOptions options;
   options.window_rad_s = {{(1.0 - kWindowShare) * hover_rad_s, (1.0 + kWindowShare) * hover_rad_s}};
   options.reference_density_kg_m3 = density_kg_m3, options.draws = o.draws, options.seed = o.seed;

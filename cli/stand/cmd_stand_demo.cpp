@@ -48,7 +48,8 @@ int stand_demo(DemoArguments& o) {
   stand::EstimateDocument d;
   d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.command = "rotorloop stand demo";
   d.reference_density_kg_m3 = options.reference_density_kg_m3;
-  d.inputs.emplace_back((o.run.out / "samples.csv").generic_string(), sha256_file(o.run.out / "samples.csv"));
+  const std::filesystem::path samples = o.run.out / stand::kSamplesFile;
+  d.inputs.emplace_back(samples.generic_string(), sha256_file(samples));
   d.files.push_back({stand::estimate_stand(stand::read_stand_run(o.run.out, {}), options), std::nullopt});
   fmt::print("{}", o.json ? stand::estimate_json(d) : stand::estimate_text(d));
   write_text_file(o.folder / "result.json", stand::estimate_json(d));

@@ -39,7 +39,7 @@ stand::RunOptions run_options(const StandEstimateArguments& o) {
   r.diameter_m = o.diameter_m, r.air_density_kg_m3 = o.density_kg_m3;
   if (!o.uncertainty.empty()) {
     const TomlFile file = TomlFile::read(o.uncertainty);
-    r.known = stand::read_stand_uncertainty(file.root().table("uncertainty"), "stand file");
+    r.known = stand::stand_uncertainty(stand::read_uncertainties(file.root().table("uncertainty")), "stand file");
   }
   return r;
 }
@@ -113,7 +113,7 @@ stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   for (const fs::path& path : o.runs) {
     runs.push_back(stand::read_stand_run(path, with));
     std::error_code ec;
-    const fs::path data = fs::is_directory(path, ec) ? path / "samples.csv" : path;
+    const fs::path data = fs::is_directory(path, ec) ? path / stand::kSamplesFile : path;
     d.inputs.emplace_back(data.generic_string(), sha256_file(data));
   }
   if (!options.window_rad_s && runs.size() > 1) options.window_rad_s = common_speeds(runs);

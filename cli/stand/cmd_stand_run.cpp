@@ -102,12 +102,13 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
   config.stop = [&stop] { return stop->asked(); };
   tools::ToolNode tool(*bus, config);
   tools::EscTable table(tool);
-  stand_run::RunFacts facts = run_facts(o.run, setup, plan, stand_run::find_esc(tool, table, setup, o.run.session.esc_index, o.listen_s));
-  if (o.run.commission.value_or(false)) facts.winding = measured_winding(o.run, tool, table, facts.esc);
+  stand::RunFacts facts = given_facts(o.run, setup);
+  const stand_run::EscFacts esc = stand_run::find_esc(tool, table, setup, o.run.session.esc_index, o.listen_s);
+  if (o.run.commission.value_or(false)) facts.winding = measured_winding(o.run, tool, table, esc);
   if (stop->asked()) return stop->exit_code();
   stand_run::PortPump pump(setup);
   stand_run::RunFiles files(o.run.out);
-  o.run.session.esc_pole_pairs = facts.esc.pole_pairs, o.run.session.duty_node = facts.esc.duty_node();
+  o.run.session.esc_pole_pairs = esc.pole_pairs, o.run.session.duty_node = esc.duty_node();
   o.run.session.configured = asked_configurations();
   stand_run::Session session(setup, plan, tool, table, files, o.run.session);
   RunTelling tell(session, o.run);
@@ -126,7 +127,7 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
       session.ask_stop(stop->name());
       stop.emplace();  // listens for the second one
     }
-    if (session.turning() && !written) written = true, write_facts(o.run.out, setup, facts, session);
+    if (session.turning() && !written) written = true, write_facts(o.run.out, facts, esc, session);
     if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns)
       missing = session.missing(), session.ask_stop("no readings");
   });
@@ -136,7 +137,7 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
     throw Error({setup.path.generic_string(), "nothing was armed: no reading of " + missing,
                  "a device without power, another address, A and B exchanged", "look at: rotorloop stand read PORT PROFILE"},
                 ExitCode::device);
-  write_facts(o.run.out, setup, facts, session);
+  write_facts(o.run.out, facts, esc, session);
   const int code = tell_end(o.run, session);
   return by_signal != 0 ? by_signal : code;
 }

@@ -161,32 +161,30 @@ void RunTelling::operator()() {
   }
 }
 
-stand_run::RunFacts run_facts(const StandRunOptions& o, const modbus::StandSetup& setup, const stand_run::Plan& plan,
-                              stand_run::EscFacts esc) {
-  stand_run::RunFacts f;
+stand::RunFacts given_facts(const StandRunOptions& o, const modbus::StandSetup& setup) {
+  stand::RunFacts f;
   f.started_utc = RunClock().started_utc();
   f.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
-  f.sequence = fmt::format("{}", fmt::join(plan.names, ","));
-  f.esc = std::move(esc);
   f.stand_sha256 = sha256_file(setup.path);
-  f.density_kg_m3 = o.density_kg_m3, f.airspeed_m_s = o.airspeed_m_s;
+  if (o.density_kg_m3) f.air_density_kg_m3 = *o.density_kg_m3;
+  if (o.airspeed_m_s != 0.0) f.airspeed_m_s = o.airspeed_m_s;
   return f;
 }
 
-void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts,
+void write_facts(const std::filesystem::path& folder, const stand::RunFacts& given, const stand_run::EscFacts& esc,
                  const stand_run::Session& session) {
-  write_text_file(folder / "run.toml", stand_run::run_toml(setup, facts, session));
+  write_text_file(folder / stand::kFactsFile, stand::run_toml(stand_run::facts_of(given, esc, session)));
   if (std::filesystem::exists(folder / "inputs")) return;
   std::filesystem::create_directories(folder / "inputs");
-  write_text_file(folder / "inputs" / "esc_parameters.toml", facts.esc.parameter_file);
+  write_text_file(folder / "inputs" / "esc_parameters.toml", esc.parameter_file);
   std::error_code error;
-  std::filesystem::copy_file(setup.path, folder / "inputs" / "stand.toml", error);
+  std::filesystem::copy_file(session.setup().path, folder / "inputs" / "stand.toml", error);
   if (error)
     throw Error({(folder / "inputs" / "stand.toml").generic_string(), "cannot be written: " + error.message(), "", ""}, ExitCode::device);
 }
 
-std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& o, tools::ToolNode& tool, const tools::EscTable& table,
-                                                        const stand_run::EscFacts& esc) {
+std::optional<stand::MeasuredWinding> measured_winding(const StandRunOptions& o, tools::ToolNode& tool, const tools::EscTable& table,
+                                                       const stand_run::EscFacts& esc) {
   if (!o.quiet) fmt::print(stderr, "the ESC measures resistance and inductance of the motor at rest …\n");
   const auto w = stand_run::measure_winding(tool, table, esc, o.session.esc_index);
   if (w && !o.quiet)
@@ -220,7 +218,7 @@ int tell_end(const StandRunOptions& o, const stand_run::Session& session) {
   }
   if (session.trip())
     fmt::print(stderr, "stopped: {}; the two seconds before are in {}\n", stand_run::text(*session.trip()),
-               (o.out / "trip.csv").generic_string());
+               (o.out / stand::kTripFile).generic_string());
   if (tripped) return to_int(ExitCode::safety);
   return session.steps().empty() || static_cast<double>(unsettled) > kMostUnsettled * static_cast<double>(session.steps().size())
              ? to_int(ExitCode::data_quality)
@@ -246,11 +244,12 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
   tools::ToolNode tool(stand.bus());
   tools::EscTable table(tool);
   if (v.wind_m_s != 0.0) o.airspeed_m_s = v.wind_m_s;
-  stand_run::RunFacts facts = run_facts(o, setup, plan, stand_run::find_esc(tool, table, setup, o.session.esc_index, 2.0));
+  stand::RunFacts facts = given_facts(o, setup);
   facts.simulated = true;
-  if (o.commission.value_or(true)) facts.winding = measured_winding(o, tool, table, facts.esc);
+  const stand_run::EscFacts esc = stand_run::find_esc(tool, table, setup, o.session.esc_index, 2.0);
+  if (o.commission.value_or(true)) facts.winding = measured_winding(o, tool, table, esc);
   stand_run::RunFiles files(o.out);
-  o.session.esc_pole_pairs = facts.esc.pole_pairs, o.session.duty_node = facts.esc.duty_node();
+  o.session.esc_pole_pairs = esc.pole_pairs, o.session.duty_node = esc.duty_node();
   o.session.configured = [&stand](char configuration) {
     stand.rotor().set_configuration(configuration);
     return true;
@@ -272,7 +271,7 @@ int run_virtually(StandRunOptions& o, const VirtualRunOptions& v, const modbus::
     throw Error(
         {setup.path.generic_string(), "the run did not end: no reading of " + session.missing(), "", "bind axes to channels that are read"},
         ExitCode::device);
-  write_facts(o.out, setup, facts, session);
+  write_facts(o.out, facts, esc, session);
   return tell_end(o, session);
 }
 

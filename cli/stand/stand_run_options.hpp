@@ -65,13 +65,13 @@ class RunTelling {
 int run_virtually(StandRunOptions& options, const VirtualRunOptions& virtual_options, const modbus::StandSetup& setup,
                   const stand_run::Plan& plan);
 
-stand_run::RunFacts run_facts(const StandRunOptions& options, const modbus::StandSetup& setup, const stand_run::Plan& plan,
-                              stand_run::EscFacts esc);
+// What the command knows of a run that run.toml says.
+stand::RunFacts given_facts(const StandRunOptions& options, const modbus::StandSetup& setup);
 // What the ESC measures of its motor at rest, told on stderr; nothing when the tool was stopped meanwhile.
-std::optional<stand_run::WindingFacts> measured_winding(const StandRunOptions& options, tools::ToolNode& tool, const tools::EscTable& table,
-                                                        const stand_run::EscFacts& esc);
+std::optional<stand::MeasuredWinding> measured_winding(const StandRunOptions& options, tools::ToolNode& tool, const tools::EscTable& table,
+                                                       const stand_run::EscFacts& esc);
 // run.toml, the stand file and the ESC's parameters.
-void write_facts(const std::filesystem::path& folder, const modbus::StandSetup& setup, const stand_run::RunFacts& facts,
+void write_facts(const std::filesystem::path& folder, const stand::RunFacts& given, const stand_run::EscFacts& esc,
                  const stand_run::Session& session);
 // Says how it ended; 0, 4 tripped, 5 steps that did not settle.
 int tell_end(const StandRunOptions& options, const stand_run::Session& session);

@@ -60,20 +60,20 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   virtual_stand::VirtualStand stand(setup, c);
   tools::ToolNode tool(stand.bus());
   tools::EscTable table(tool);
-  stand_run::RunFacts facts;
-  facts.esc = stand_run::find_esc(tool, table, setup, 0, 2.0);
-  facts.winding = stand_run::measure_winding(tool, table, facts.esc, 0);
+  stand::RunFacts facts;
+  const stand_run::EscFacts esc = stand_run::find_esc(tool, table, setup, 0, 2.0);
+  facts.winding = stand_run::measure_winding(tool, table, esc, 0);
   stand_run::SequenceOptions sequence;
   sequence.low_rad_s = kLow_rpm * kRad_s_per_rpm, sequence.high_rad_s = kHigh_rpm * kRad_s_per_rpm;
   {
     stand_run::RunFiles files(folder);
     stand_run::SessionOptions session_options;
-    session_options.duty_node = facts.esc.duty_node();
+    session_options.duty_node = esc.duty_node();
     stand_run::Session session(setup, stand_run::make_plan({"staircase", "step"}, sequence), tool, table, files, session_options);
     stand.run(session, 300.0);
     if (session.end() != stand_run::RunEnd::done)
       throw Error({folder.generic_string(), session.trip() ? stand_run::text(*session.trip()) : "the run did not end", "", ""});
-    write_text_file(folder / "run.toml", stand_run::run_toml(setup, facts, session));
+    write_text_file(folder / "run.toml", stand::run_toml(stand_run::facts_of(facts, esc, session)));
   }
   stand::EstimateOptions e;
   e.window_rad_s = {{kWindowLow_rpm * kRad_s_per_rpm, kWindowHigh_rpm * kRad_s_per_rpm}};

@@ -4,16 +4,14 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "bench/stand/evaluate/stand_mapping.hpp"
+#include "bench/stand/run_folder.hpp"
 #include "bench/sysid/log/column_table.hpp"
 
 namespace rotorloop::stand {
-
-inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 struct StandPoint {
   double t_s = kNotMeasured;

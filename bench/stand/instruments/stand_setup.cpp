@@ -7,6 +7,7 @@
 
 #include "bench/stand/instruments/poll_plan.hpp"
 #include "bench/stand/instruments/units.hpp"
+#include "bench/stand/run_folder.hpp"
 #include "host/base/error.hpp"
 #include "host/base/nearest.hpp"
 #include "host/base/toml_file.hpp"
@@ -316,16 +317,10 @@ void read_clearance(const TomlTable& t, StandSetup& s) {
                                   std::min(s.clearance_front_m, s.clearance_behind_m), 100.0 * gain));
 }
 
-// Keys and ranges are those that an estimate reads (bench/stand/evaluate/estimate/stand_uncertainty.cpp).
 void read_uncertainty(const TomlTable& root, StandSetup& s) {
-  s.uncertainty = {
-      {"thrust_calibration", s.u_calibration}, {"torque_calibration", s.u_calibration}, {"cross_talk_m", s.calibration.cross_talk_u_m}};
-  const auto t = root.optional_table("uncertainty");
-  if (!t) return;
-  for (const char* key : {"thrust_calibration", "torque_calibration", "arm_length", "alignment_rad", "rotor_speed", "density", "voltage",
-                          "current", "zero_thrust", "zero_torque", "hysteresis"})
-    if (t->has(key)) s.uncertainty[key] = t->number(key, {0.0, 0.5, std::string_view(key) == "alignment_rad" ? "rad" : "1"});
-  if (t->has("cross_talk_m")) s.uncertainty["cross_talk_m"] = t->number("cross_talk_m", {0.0, 0.1, "N m per N"});
+  if (const auto t = root.optional_table("uncertainty")) s.uncertainty = stand::read_uncertainties(*t);
+  s.uncertainty.insert(
+      {{"thrust_calibration", s.u_calibration}, {"torque_calibration", s.u_calibration}, {"cross_talk_m", s.calibration.cross_talk_u_m}});
 }
 
 StandSetup from_toml(const TomlFile& file, FindProfile find) {

@@ -12,6 +12,8 @@ namespace rotorloop::stand_run {
 namespace {
 
 constexpr std::int64_t kLook_ns = 5'000'000;
+// Relative standard uncertainty: a third of the limits that the commissioning is held to (docs/acceptance/esc_commissioning.md), 5 %.
+constexpr double kWindingU = 0.017;
 
 // "R 64.3 mohm with switches, L_d …": the parameter holds the winding alone.
 std::optional<double> phase_ohm_of(const std::string& said) {
@@ -27,8 +29,10 @@ double value_of(const tools::CommissionReport& report, const std::string& name) 
 
 }  // namespace
 
-std::optional<WindingFacts> measure_winding(tools::ToolNode& tool, const tools::EscTable& table, const EscFacts& esc, int esc_index) {
-  WindingFacts w;
+std::optional<stand::MeasuredWinding> measure_winding(tools::ToolNode& tool, const tools::EscTable& table, const EscFacts& esc,
+                                                      int esc_index) {
+  stand::MeasuredWinding w;
+  w.u_resistance = w.u_inductance = kWindingU;
   const tools::EscRow* row = table.of_index(esc_index);
   if (row != nullptr) w.degC = static_cast<double>(row->status.temperature_K) - 273.15;
   // Requests that are open and the listener for messages outlive this function: the tool keeps what they touch.

@@ -13,15 +13,6 @@
 namespace rotorloop::stand_run {
 namespace {
 
-std::string quoted(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 std::string identity(const modbus::StandPart& p) { return p.name + " " + p.serial; }
 
 }  // namespace
@@ -77,45 +68,28 @@ EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const mod
   return f;
 }
 
-std::string run_toml(const modbus::StandSetup& s, const RunFacts& f, const Session& session) {
-  std::string out = "format = 1\n";
-  out += fmt::format("motor = {}\npropeller = {}\nesc = {}\nstand = {}\npole_pairs = {}\ndiameter_m = {}\n", quoted(identity(s.motor)),
-                     quoted(identity(s.propeller)), quoted(identity(s.esc)), quoted(s.name), s.pole_pairs, number_text(s.diameter_m));
-  out += fmt::format("sequence = {}\nstarted_utc = {}\nversion = {}\nsimulated = {}\n", quoted(f.sequence), quoted(f.started_utc),
-                     quoted(f.version), f.simulated);
+stand::RunFacts facts_of(stand::RunFacts f, const EscFacts& esc, const Session& session) {
+  const modbus::StandSetup& s = session.setup();
+  f.motor = identity(s.motor), f.propeller = identity(s.propeller), f.esc = identity(s.esc), f.stand = s.name;
+  f.pole_pairs = s.pole_pairs, f.diameter_m = s.diameter_m, f.uncertainty = s.uncertainty;
+  f.calibrated_on = s.calibrated_on, f.calibration_expires = s.expires_on;
+  f.sequence = fmt::format("{}", fmt::join(session.plan().names, ","));
   constexpr const char* kEnds[] = {"running", "done", "stopped", "tripped"};
-  out += fmt::format("end = \"{}\"\n", kEnds[static_cast<std::size_t>(session.end())]);
-  if (session.trip()) out += fmt::format("trip = {}\n", quoted(text(*session.trip())));
+  f.end = kEnds[static_cast<std::size_t>(session.end())];
+  if (session.trip()) f.trip = text(*session.trip());
   const double temperature = session.air_mean(modbus::StandAxis::air_temperature),
                pressure = session.air_mean(modbus::StandAxis::air_pressure), humidity = session.air_mean(modbus::StandAxis::air_humidity);
-  if (f.density_kg_m3) {
-    out += fmt::format("[air]\ndensity_kg_m3 = {}\n", number_text(*f.density_kg_m3));
-  } else if (std::isfinite(temperature) && std::isfinite(pressure)) {
-    out += fmt::format("[air]\ntemperature_degC = {}\npressure_Pa = {}\n", number_text(temperature), number_text(pressure));
-    if (std::isfinite(humidity)) out += fmt::format("humidity = {}\n", number_text(std::clamp(0.01 * humidity, 0.0, 1.0)));
-  }
-  if (f.airspeed_m_s != 0.0) out += fmt::format("[wind]\nairspeed_m_s = {}\n", number_text(f.airspeed_m_s));
-  if (const auto& w = f.winding) {
-    out += fmt::format(
-        "[winding]\nphase_ohm = {}\nwinding_ohm = {}\ninductance_d_H = {}\ninductance_q_H = {}\nu_resistance = {}\nu_inductance = {}\n",
-        number_text(w->phase_ohm), number_text(w->winding_ohm), number_text(w->inductance_d_H), number_text(w->inductance_q_H),
-        number_text(kWindingU), number_text(kWindingU));
-    if (std::isfinite(w->degC)) out += fmt::format("temperature_degC = {}\n", number_text(w->degC));
-  }
-  out += "[uncertainty]\n";
-  for (const auto& [key, u] : s.uncertainty) out += fmt::format("{} = {}\n", key, number_text(u));
+  if (std::isfinite(temperature) && std::isfinite(pressure)) f.air_temperature_degC = temperature, f.air_pressure_Pa = pressure;
+  if (std::isfinite(humidity)) f.air_humidity = std::clamp(0.01 * humidity, 0.0, 1.0);
+  f.instruments.clear();
   for (const modbus::BoundChannel& a : s.axes) {
     const modbus::Profile& p = s.buses[a.bus].devices[a.device].profile;
-    out += fmt::format("[[instrument]]\naxis = \"{}\"\nmodel = {}\nchannel = {}\nevidence = {}\nsource = {}\n", modbus::name(a.axis),
-                       quoted(p.title()), quoted(p.channels[a.channel].name), quoted(p.evidence), quoted(p.source));
+    f.instruments.push_back({std::string(modbus::name(a.axis)), p.title(), p.channels[a.channel].name, p.evidence, p.source});
   }
-  out +=
-      fmt::format("[calibration]\ndate = \"{}\"\nexpires = \"{}\"\nstand_sha256 = \"{}\"\n", s.calibrated_on, s.expires_on, f.stand_sha256);
-  out += fmt::format("[esc_node]\nnode = {}\nname = {}\nunique_id = {}\nsoftware = {}\nimage_crc = {}\n", f.esc.node, quoted(f.esc.name),
-                     quoted(f.esc.unique_id), quoted(f.esc.software), quoted(f.esc.image_crc));
-  out += "[esc_parameters]\n";
-  for (const tools::NodeParameter& p : f.esc.parameters) out += fmt::format("\"{}\" = {}\n", p.name, quoted(tools::value_text(p.value)));
-  return out;
+  f.esc_node = esc.node, f.esc_name = esc.name, f.esc_unique_id = esc.unique_id, f.esc_software = esc.software;
+  f.esc_image_crc = esc.image_crc;
+  for (const tools::NodeParameter& p : esc.parameters) f.esc_parameters.emplace_back(p.name, tools::value_text(p.value));
+  return f;
 }
 
 }  // namespace rotorloop::stand_run

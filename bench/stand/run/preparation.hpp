@@ -1,13 +1,11 @@
 // Before a motor turns: the ESC on its bus, with everything that it is set to, and what a run writes about itself.
 #pragma once
-#include <array>
-#include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/stand/instruments/stand_setup.hpp"
 #include "bench/stand/run/session.hpp"
+#include "bench/stand/run_folder.hpp"
 #include "host/tools/esc_table.hpp"
 #include "host/tools/parameters.hpp"
 
@@ -26,29 +24,8 @@ struct EscFacts {
 // node sends commands, or when its pole pairs are not those of the stand file.
 EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const modbus::StandSetup& setup, int esc_index, double listen_s);
 
-// What the ESC measured of its motor at rest (esc_commissioning.hpp).
-struct WindingFacts {
-  double phase_ohm = 0.0;    // one phase with its switches: what the current meets
-  double winding_ohm = 0.0;  // less what the ESC knows of its switches: what a motor file holds
-  double inductance_d_H = 0.0, inductance_q_H = 0.0;
-  double degC =
-      std::numeric_limits<double>::quiet_NaN();  // of the ESC, and of a motor that has not turned; not-a-number without a thermistor
-};
-// Relative standard uncertainties: a third of the limits that the commissioning is held to (docs/acceptance/esc_commissioning.md), 5 %.
-inline constexpr double kWindingU = 0.017;
-
-struct RunFacts {
-  std::string started_utc, version;
-  bool simulated = false;
-  std::string sequence;
-  EscFacts esc;
-  std::optional<WindingFacts> winding;
-  std::string stand_sha256;
-  std::optional<double> density_kg_m3;  // given by a person; else of the instruments
-  double airspeed_m_s = 0.0;            // along the axis, of a wind tunnel: > 0 as in climb
-};
-
-// run.toml: what `stand estimate` reads (docs/files.md, "Run folder of a stand"), and how the run ended.
-std::string run_toml(const modbus::StandSetup& setup, const RunFacts& facts, const Session& session);
+// What run.toml says of a run: to what the caller gives (when and by what it was made, the winding, density and airspeed of a person) comes
+// what stand file, ESC and session know, and how the run has ended so far.
+stand::RunFacts facts_of(stand::RunFacts given, const EscFacts& esc, const Session& session);
 
 }  // namespace rotorloop::stand_run

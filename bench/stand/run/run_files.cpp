@@ -8,6 +8,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "bench/stand/run_folder.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::stand_run {
@@ -23,10 +24,10 @@ RunFiles::RunFiles(const std::filesystem::path& folder) : folder_(folder) {
   std::filesystem::create_directories(folder, error);
   if (error)
     throw Error({folder.generic_string(), "cannot be made: " + error.message(), "", "give another folder with -o"}, ExitCode::device);
-  open(readings_, "readings.csv", kReadingsHeader);
-  open(samples_, "samples.csv", kSamplesHeader);
-  open(steps_, "steps.csv", kStepsHeader);
-  open(events_, "events.jsonl", "");
+  open(readings_, stand::kReadingsFile, stand::kReadingsHeader);
+  open(samples_, stand::kSamplesFile, stand::samples_header());
+  open(steps_, stand::kStepsFile, stand::kStepsHeader);
+  open(events_, stand::kEventsFile, "");
 }
 
 RunFiles::~RunFiles() {
@@ -64,7 +65,7 @@ void RunFiles::event(const nlohmann::ordered_json& event) { events_.waiting.appe
 
 void RunFiles::write_history(std::string_view text) {
   File f;
-  f.fd = ::open((folder_ / "trip.csv").c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  f.fd = ::open((folder_ / stand::kTripFile).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (f.fd < 0) {
     failed_ = true;
     return;

@@ -41,11 +41,4 @@ class RunFiles {
   bool failed_ = false;
 };
 
-inline constexpr std::string_view kReadingsHeader = "t_s,u_t_ms,channel,value";
-inline constexpr std::string_view kSamplesHeader =
-    "t_s,step,configuration,target_rad_s,omega_rad_s,thrust_N,torque_N_m,voltage_V,current_A,independent_rad_s,esc_voltage_V,esc_current_A,"
-    "esc_degC,motor_degC,duty_q";
-inline constexpr std::string_view kStepsHeader =
-    "step,configuration,motion,wanted_rad_s,t_s,duration_s,omega_rad_s,thrust_N,torque_N_m,voltage_V,current_A,samples,settled,limited";
-
 }  // namespace rotorloop::stand_run

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/stand/run/session_grid.hpp"
+#include "bench/stand/run_folder.hpp"
 #include "host/base/constants.hpp"
 
 namespace rotorloop::stand_run {
@@ -219,7 +220,7 @@ void Session::stop_for(const Trip& t) {
   if (phase_ == Phase::ramping_down && !cut) return;
   if (!trip_) {
     trip_ = t;
-    std::string text = std::string(kReadingsHeader) + "\n";
+    std::string text = std::string(stand::kReadingsHeader) + "\n";
     for (const Kept& k : history_) text += k.line + "\n";
     files_.write_history(text);
     note("trip", {{"limit", t.limit},
@@ -227,7 +228,7 @@ void Session::stop_for(const Trip& t) {
                   {"value", t.value},
                   {"max", t.max},
                   {"action", name(t.action)},
-                  {"history", "trip.csv"}});
+                  {"history", stand::kTripFile}});
   }
   end_ = RunEnd::tripped;
   if (cut) {

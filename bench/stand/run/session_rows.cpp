@@ -7,6 +7,7 @@
 
 #include "bench/stand/run/session.hpp"
 #include "bench/stand/run/session_grid.hpp"
+#include "bench/stand/run_folder.hpp"
 
 namespace rotorloop::stand_run {
 namespace {
@@ -17,7 +18,7 @@ constexpr std::int64_t kRecent_ns = 500'000'000;            // that settling is 
 constexpr double kSpeedRests = 0.003;                       // of the speed, between halves of it
 constexpr double kForceRests = 0.01, kForceRests_N = 0.06;  // of the thrust, and in N: noise of means of 25 samples of 0.1 N
 
-std::string cell(double v, const char* format = "{:.6g}") { return v == v ? fmt::format(fmt::runtime(format), v) : std::string(); }
+std::string cell(double v) { return v == v ? fmt::format("{:.5f}", v) : std::string(); }
 
 }  // namespace
 
@@ -53,15 +54,24 @@ void Session::take_row(const GridRow& row) {
   const Segment& segment = plan_.segments[at.segment];
   const auto& v = row.values;
   const auto load = setup_.calibration.load_of({v[kThrustColumn], v[kTorqueColumn]});
-  const bool turns = at.target_rad_s > 0.0;  // at rest there is no voltage to speak of
   // The estimate is of the bare stand: steps with anything behind the rotor stand in steps.csv alone.
   const bool counts = at.step >= 0 && segment.configuration == 'A';
-  files_.sample(fmt::format("{:.4f},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{}", seconds(row.t_ns),
-                            counts ? std::to_string(at.step) : "", segment.configuration == 'B' ? 1 : 0, at.target_rad_s,
-                            cell(v[kOmegaColumn], "{:.4f}"), cell(load[0], "{:.5f}"), cell(load[1], "{:.7f}"),
-                            cell(v[kVoltageColumn], "{:.5f}"), cell(v[kCurrentColumn], "{:.5f}"), cell(v[kIndependentColumn], "{:.4f}"),
-                            cell(v[kEscVoltageColumn]), cell(v[kEscCurrentColumn]), cell(v[kEscTemperatureColumn]),
-                            cell(v[kMotorTemperatureColumn]), turns ? cell(v[kDutyColumn]) : ""));
+  const bool turns = at.target_rad_s > 0.0;  // at rest there is no voltage to speak of
+  files_.sample(stand::sample_line({.t_s = seconds(row.t_ns),
+                                    .step = counts ? at.step : stand::kNotMeasured,
+                                    .configuration = segment.configuration == 'B' ? 1.0 : 0.0,
+                                    .target_rad_s = at.target_rad_s,
+                                    .omega_rad_s = v[kOmegaColumn],
+                                    .thrust_N = load[0],
+                                    .torque_N_m = load[1],
+                                    .voltage_V = v[kVoltageColumn],
+                                    .current_A = v[kCurrentColumn],
+                                    .independent_rad_s = v[kIndependentColumn],
+                                    .esc_voltage_V = v[kEscVoltageColumn],
+                                    .esc_current_A = v[kEscCurrentColumn],
+                                    .esc_degC = v[kEscTemperatureColumn],
+                                    .motor_degC = v[kMotorTemperatureColumn],
+                                    .duty_q = turns ? v[kDutyColumn] : stand::kNotMeasured}));
   if (!open_ || open_->number != at.step) {
     finish_step();
     if (at.step < 0) return;
@@ -87,8 +97,8 @@ void Session::finish_step() {
   open_.reset();
   for (double* v : {&s.omega_rad_s, &s.thrust_N, &s.torque_N_m, &s.voltage_V, &s.current_A}) *v /= s.samples;
   files_.step(fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.4f},{:.5f},{:.7f},{},{},{},{},{}", s.number, s.configuration, name(s.motion),
-                          s.wanted_rad_s, s.t_s, s.duration_s, s.omega_rad_s, s.thrust_N, s.torque_N_m, cell(s.voltage_V, "{:.5f}"),
-                          cell(s.current_A, "{:.5f}"), s.samples, s.settled ? "yes" : "unsettled", s.limited ? "limited" : ""));
+                          s.wanted_rad_s, s.t_s, s.duration_s, s.omega_rad_s, s.thrust_N, s.torque_N_m, cell(s.voltage_V),
+                          cell(s.current_A), s.samples, s.settled ? "yes" : "unsettled", s.limited ? "limited" : ""));
   steps_.push_back(s);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 
+#include "bench/stand/run_folder.hpp"
 #include "bench/sysid/log/log_units.hpp"
 #include "host/base/error.hpp"
 
@@ -28,14 +29,10 @@ constexpr std::array kStandColumns{
     KnownColumn{"ESC signal", StandQuantity::command},
 };
 constexpr std::array kRunColumns{
-    KnownColumn{"omega_rad_s", StandQuantity::rotor_speed},
-    KnownColumn{"thrust_N", StandQuantity::thrust},
-    KnownColumn{"torque_N_m", StandQuantity::torque},
-    KnownColumn{"voltage_V", StandQuantity::voltage},
-    KnownColumn{"current_A", StandQuantity::current},
-    KnownColumn{"airspeed_m_s", StandQuantity::airspeed},
-    KnownColumn{"duty", StandQuantity::command},
-    KnownColumn{"duty_q", StandQuantity::command},
+    KnownColumn{column::kOmega, StandQuantity::rotor_speed}, KnownColumn{column::kThrust, StandQuantity::thrust},
+    KnownColumn{column::kTorque, StandQuantity::torque},     KnownColumn{column::kVoltage, StandQuantity::voltage},
+    KnownColumn{column::kCurrent, StandQuantity::current},   KnownColumn{column::kAirspeed, StandQuantity::airspeed},
+    KnownColumn{column::kDuty, StandQuantity::command},      KnownColumn{column::kDutyQ, StandQuantity::command},
 };
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step
@@ -149,14 +146,14 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
     out.remarks.push_back(fmt::format("columns are parted by \";\"{}", commas > 0 ? ", decimals by \",\"" : ""));
   }
   const Rows rows = first_rows(bytes);
-  const auto column = [&](std::string_view name) {
+  const auto at = [&](std::string_view name) {
     const auto found = std::find_if(rows.names.begin(), rows.names.end(),
                                     [&](const std::string& n) { return n == name || n.starts_with(std::string(name) + " ("); });
     return static_cast<std::size_t>(found - rows.names.begin());
   };
-  const bool run =
-      column("omega_rad_s") < rows.names.size() && (column("thrust_N") < rows.names.size() || column("torque_N_m") < rows.names.size());
-  const bool stand = !run && column("Thrust") < rows.names.size() && column("Motor Electrical Speed") < rows.names.size();
+  const auto has = [&](std::string_view name) { return at(name) < rows.names.size(); };
+  const bool run = has(column::kOmega) && (has(column::kThrust) || has(column::kTorque));
+  const bool stand = !run && has("Thrust") && has("Motor Electrical Speed");
   if (!run && !stand)
     throw Error({path.generic_string() + ":1", "no header that is known: neither an RCbenchmark (Tyto) export nor samples of a run",
                  "another program's file", "give -m MAPPING.toml (docs/files.md, Stand mapping; examples in vehicles/measured/stands)"});
@@ -173,10 +170,10 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   if (stand && speeds == 0)
     out.mapping.channels.push_back({StandQuantity::rotor_speed,
                                     false,
-                                    {rows.names[column("Motor Electrical Speed")]},
+                                    {rows.names[at("Motor Electrical Speed")]},
                                     factor_of(StandQuantity::rotor_speed, "RPM"),
                                     path.generic_string() + ":1"});
-  const std::size_t time = stand ? column("Time") : column("t_s");
+  const std::size_t time = at(stand ? "Time" : column::kTime);
   if (time < rows.names.size()) {
     out.mapping.time_column = rows.names[time];
     if (stand && usual_step_s(rows, time) < kRecord_s) out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;

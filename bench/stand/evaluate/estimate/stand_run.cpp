@@ -130,40 +130,21 @@ double moist_air_kg_m3(double temperature_K, double pressure_Pa, double humidity
 }
 
 void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecord& record) {
-  const TomlFile toml = TomlFile::read(file);
-  toml.format({1});
-  const TomlTable root = toml.root();
-  run.facts.motor = root.text("motor", ""), run.facts.propeller = root.text("propeller", ""), run.facts.mount = root.text("mount", "");
-  run.facts.pole_pairs = static_cast<int>(root.integer("pole_pairs", 1, 30, 0));
-  run.facts.simulated = root.boolean("simulated", false);
-  if (const auto c = root.optional_table("calibration"))
-    run.facts.calibrated_on = c->text("date", ""), run.facts.calibration_expires = c->text("expires", "");
-  if (root.has("instrument"))
-    for (const TomlTable& i : root.tables("instrument", 1, 64))
-      run.facts.instruments.push_back({i.text("axis"), i.text("model"), i.text("channel"), i.text("evidence"), i.text("source", "")});
-  if (root.has("diameter_m")) record.diameter_m = root.number("diameter_m", {0.01, 10.0, "m"});
-  if (const auto air = root.optional_table("air"))
-    record.air_density_kg_m3 = air->has("density_kg_m3") ? air->number("density_kg_m3", {0.5, 1.6, "kg/m^3"})
-                                                         : moist_air_kg_m3(273.15 + air->number("temperature_degC", {-40.0, 60.0, "degC"}),
-                                                                           air->number("pressure_Pa", {5e4, 1.1e5, "Pa"}),
-                                                                           air->number("humidity", {0.0, 1.0, "1"}, 0.5));
-  if (const auto wind = root.optional_table("wind")) {
-    const double airspeed_m_s = wind->number("airspeed_m_s", {-100.0, 100.0, "m/s"});
-    for (StandPoint& p : record.points) p.airspeed_m_s = airspeed_m_s;
-  }
-  if (const auto w = root.optional_table("winding")) {
-    constexpr Range kOhm{0.001, 10.0, "ohm"}, kHenry{5e-8, 1e-2, "H"}, kShare{0.0, 0.5, "1"};
-    run.facts.winding = MeasuredWinding{w->number("phase_ohm", kOhm),        w->number("winding_ohm", {0.0005, 10.0, "ohm"}),
-                                        w->number("inductance_d_H", kHenry), w->number("inductance_q_H", kHenry),
-                                        w->number("u_resistance", kShare),   w->number("u_inductance", kShare)};
-    if (w->has("temperature_degC")) run.facts.winding->degC = w->number("temperature_degC", {-60.0, 200.0, "degC"});
-  }
-  if (const auto u = root.optional_table("uncertainty")) run.known = read_stand_uncertainty(*u, "run");
+  const RunFacts& f = run.facts = read_run_toml(file);
+  run.known = stand_uncertainty(f.uncertainty, "run");
+  if (f.diameter_m == f.diameter_m) record.diameter_m = f.diameter_m;
+  if (f.air_density_kg_m3 == f.air_density_kg_m3)
+    record.air_density_kg_m3 = f.air_density_kg_m3;
+  else if (f.air_temperature_degC == f.air_temperature_degC)
+    record.air_density_kg_m3 =
+        moist_air_kg_m3(273.15 + f.air_temperature_degC, f.air_pressure_Pa, f.air_humidity == f.air_humidity ? f.air_humidity : 0.5);
+  if (f.airspeed_m_s == f.airspeed_m_s)
+    for (StandPoint& p : record.points) p.airspeed_m_s = f.airspeed_m_s;
 }
 
 // Holds of a run's samples, numbered in the column `step`; samples between holds have no number.
 std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
-  const auto& step = t.columns.at("step");
+  const auto& step = t.columns.find(column::kStep)->second;
   std::vector<StandStep> out;
   for (std::size_t first = 0; first < r.points.size();) {
     std::size_t last = first + 1;
@@ -182,12 +163,14 @@ std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
 }
 
 void take_series(StandRun& run, const log::ColumnTable& t, const StandRecord& r) {
+  const auto target = t.columns.find(column::kTarget);
+  const std::vector<double>* targets = target == t.columns.end() ? nullptr : &target->second;
   for (std::size_t i = 0; i < r.points.size(); ++i) {
     run.samples.t_s.push_back(r.points[i].t_s);
     run.samples.omega_rad_s.push_back(r.points[i].omega_rad_s[0]);
     run.samples.thrust_N.push_back(r.points[i].thrust_N);
     run.samples.torque_N_m.push_back(r.points[i].torque_N_m);
-    run.samples.target_rad_s.push_back(t.has("target_rad_s") ? t.columns.at("target_rad_s")[i] : kNotMeasured);
+    run.samples.target_rad_s.push_back(targets ? (*targets)[i] : kNotMeasured);
   }
 }
 
@@ -210,7 +193,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   StandRun run;
   StandRecord record = stand_record(table, file, csv.mapping);
   if (!facts.empty()) read_run_facts(facts, run, record);
-  if (!table.has("step") || !table.has("t_s")) {
+  if (!table.has(column::kStep) || !table.has(column::kTime)) {
     RunOptions with = o;
     if (!with.known) with.known = run.known;
     StandRun out = stand_run(std::move(record), with);
@@ -220,7 +203,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
     return out;
   }
   take_series(run, table, record);
-  run.facts.duty_along = table.has("duty_q");
+  run.facts.duty_along = table.has(column::kDutyQ);
   run.name = facts.empty() ? record.name : facts.parent_path().filename().generic_string();
   run.steps = holds(table, record);
   // A run of chirps or steps alone has no steady point: there is nothing that a channel could be judged by.
@@ -273,7 +256,7 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
 
 StandRun read_stand_run(const std::filesystem::path& path, const RunOptions& o) {
   std::error_code ec;
-  if (std::filesystem::is_directory(path, ec)) return read_samples(path / "samples.csv", path / "run.toml", o);
+  if (std::filesystem::is_directory(path, ec)) return read_samples(path / kSamplesFile, path / kFactsFile, o);
   if (o.mapping) return stand_run(read_stand_file(path, *o.mapping), o);
   return read_samples(path, {}, o);
 }

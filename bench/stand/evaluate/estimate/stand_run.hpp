@@ -23,32 +23,6 @@ struct StandStep {
   int block = 0;      // neighbours of one block err together; a bootstrap draws blocks
 };
 
-// What the ESC measured of its motor at rest before the run.
-struct MeasuredWinding {
-  double phase_ohm = 0.0, winding_ohm = 0.0;  // with the ESC's switches, and without
-  double inductance_d_H = 0.0, inductance_q_H = 0.0;
-  double u_resistance = 0.0, u_inductance = 0.0;  // relative
-  double degC = kNotMeasured;
-};
-
-// What an axis of the stand was read by, and how sure its profile is: "manual" is copied from documents and was never seen on hardware.
-struct Instrument {
-  std::string axis, model, channel, evidence, source;
-};
-
-// What stands beside the samples.
-struct RunFacts {
-  std::string motor, propeller, mount;  // serial numbers or names; mount: counts remounts
-  double diameter_m = kNotMeasured;
-  double air_density_kg_m3 = kNotMeasured;
-  int pole_pairs = 0;  // 0: not known
-  bool simulated = false;
-  std::string calibrated_on, calibration_expires;  // "2026-11-20"; empty: not said
-  std::vector<Instrument> instruments;
-  std::optional<MeasuredWinding> winding;
-  bool duty_along = false;  // duty is of the voltage along the torque axis, not of its amplitude
-};
-
 struct SampleSeries {  // of one rotor, all of one length; empty where the file has steps only
   std::vector<double> t_s, omega_rad_s, target_rad_s, thrust_N, torque_N_m;
   bool empty() const { return t_s.empty(); }

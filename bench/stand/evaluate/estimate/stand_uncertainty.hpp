@@ -1,12 +1,10 @@
 // What is known of a stand before a run: standard uncertainties (type B of the GUM, JCGM 100) of everything that a run itself cannot
 // show. Each carries where it comes from, so that a budget says which of its terms somebody looked up and which are only usual.
 #pragma once
-#include <filesystem>
-#include <limits>
+#include <map>
 #include <string>
-#include <vector>
 
-#include "host/base/toml_file.hpp"
+#include "bench/stand/run_folder.hpp"
 
 namespace rotorloop::stand {
 
@@ -32,7 +30,7 @@ struct StandUncertainty {
   KnownU cross_talk_share{0.005};    // the same as a share of the torque, where the stand file does not say cross_talk_m
 };
 
-// [uncertainty] of a run or stand file; every key may be left out. Throws Error (usage) for a value out of range.
-StandUncertainty read_stand_uncertainty(const TomlTable& table, const std::string& source);
+// Of [uncertainty] of a run or stand file (read_uncertainties); typical values for what it leaves out.
+StandUncertainty stand_uncertainty(const std::map<std::string, double>& given, const std::string& source);
 
 }  // namespace rotorloop::stand

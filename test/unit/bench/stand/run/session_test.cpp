@@ -132,14 +132,13 @@ TEST(StandSession, MotorConstantsKVWithin1percentRWithin5ByWhatTheESCMeasuresAtR
   auto levels = three_levels();
   levels.levels = 12, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, levels, "motor");
-  stand_run::RunFacts facts;
-  facts.esc = run.esc;
+  stand::RunFacts facts;
   facts.winding = stand_run::measure_winding(run.tool, run.table, run.esc, 0);
   ASSERT_TRUE(facts.winding);
   run.stand.run(run.session, 120.0);
   ASSERT_EQ(run.session.end(), RunEnd::done);
   const auto estimate = [&] {
-    std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+    std::ofstream(run.folder / stand::kFactsFile) << stand::run_toml(stand_run::facts_of(facts, run.esc, run.session));
     return stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
   };
   const auto with = estimate();
@@ -157,9 +156,7 @@ stand::Bandwidth bandwidth_by(const std::string& sequence) {
   VirtualRun run(test::virtual_setup(), test::without_errors(), {sequence}, three_levels(), "bandwidth_" + sequence);
   run.stand.run(run.session, 120.0);
   EXPECT_EQ(run.session.end(), RunEnd::done);
-  stand_run::RunFacts facts;
-  facts.esc = run.esc;
-  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+  std::ofstream(run.folder / stand::kFactsFile) << stand::run_toml(stand_run::facts_of({}, run.esc, run.session));
   const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), {});
   EXPECT_TRUE(e.faults.empty()) << "no channel can be judged by a run without steady steps: " << e.faults.front();
   return e.dynamics && e.dynamics->bandwidth ? *e.dynamics->bandwidth : stand::Bandwidth{};
@@ -208,9 +205,7 @@ stand::PairComparison against_flight(double strut) {
   VirtualRun run(test::virtual_setup(), c, {"staircase"}, levels, "flight");
   run.stand.run(run.session, 200.0, [&] { run.stand.rotor().set_configuration('B'); });
   EXPECT_EQ(run.session.end(), RunEnd::done);
-  stand_run::RunFacts facts;
-  facts.esc = run.esc;
-  std::ofstream(run.folder / "run.toml") << stand_run::run_toml(run.setup, facts, run.session);
+  std::ofstream(run.folder / stand::kFactsFile) << stand::run_toml(stand_run::facts_of({}, run.esc, run.session));
   stand::EstimateOptions o;
   o.window_rad_s = {{730.0, 1150.0}};
   const auto e = stand::estimate_stand(stand::read_stand_run(run.folder, {}), o);
