@@ -25,7 +25,7 @@ namespace {
 
 struct DemoArguments {
   StandRunOptions run;
-  VirtualRunOptions virtual_run;
+  VirtualOptions virtual_run;
   std::filesystem::path folder = "stand_demo";
   bool json = false;
 };
@@ -38,7 +38,7 @@ int stand_demo(DemoArguments& o) {
   o.run.rpm = {3000.0, 13500.0};
   o.run.out = o.folder / "run";
   const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
-  const stand_run::Plan plan = plan_of(o.run, setup);
+  const stand_run::Plan plan = stand_run::plan_of(o.run, setup);
   o.run.summary = !o.json;
   if (!o.json)
     fmt::print("{}", stand_run::prediction_text(setup, plan, stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V)));
@@ -46,7 +46,7 @@ int stand_demo(DemoArguments& o) {
   stand::EstimateOptions options;
   options.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
   stand::EstimateDocument d;
-  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.command = "rotorloop stand demo";
+  d.version = o.run.version, d.command = "rotorloop stand demo";
   d.reference_density_kg_m3 = options.reference_density_kg_m3;
   const std::filesystem::path samples = o.run.out / stand::kSamplesFile;
   d.inputs.emplace_back(samples.generic_string(), sha256_file(samples));

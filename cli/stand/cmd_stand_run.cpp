@@ -10,52 +10,24 @@
 #include <memory>
 #include <optional>
 
-#include "bench/stand/run/port_pump.hpp"
-#include "bench/stand/run/prediction.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
-#include "cli/stand/run_page.hpp"
 #include "cli/stand/stand_run_options.hpp"
 #include "host/base/error.hpp"
-#include "host/base/run_clock.hpp"
 
 namespace rotorloop::cli {
 namespace {
 
 struct RunArguments {
   StandRunOptions run;
-  VirtualRunOptions virtual_run;
+  VirtualOptions virtual_run;
   std::string bus = "mcast:0";
   int tool_id = 126;
-  double listen_s = 2.0;
   bool yes = false, dry_run = false, in_virtual_time = false;
 };
-
-void refuse_unsafe(const modbus::StandSetup& setup, const StandRunOptions& o, const stand_run::Prediction& p) {
-  const std::string where = setup.path.generic_string();
-  if (!p.exceeded.empty())
-    throw Error(
-        {where, "the plan exceeds what the stand file allows: " + p.exceeded.front(),
-         p.typical_coefficients
-             ? "thrust and torque are predicted by typical coefficients: give the propeller's expected_c_t_N_s2 and expected_c_q_N_m_s2"
-             : "",
-         "lower --rpm, shorten the sequence, or look at --dry-run"},
-        ExitCode::safety);
-  const std::string today = RunClock().started_utc().substr(0, 10);
-  if (setup.expired(today))
-    throw Error({where, fmt::format("the calibration expired on {}, today is {}", setup.expires_on, today), "",
-                 "calibrate again, with at least six load cases"},
-                ExitCode::data_quality);
-  bool temperature = false, pressure = false;
-  for (const modbus::BoundChannel& a : setup.axes)
-    temperature |= a.axis == modbus::StandAxis::air_temperature, pressure |= a.axis == modbus::StandAxis::air_pressure;
-  if (!o.density_kg_m3 && !(temperature && pressure))
-    throw Error({where, "nothing on this stand measures the density of the air", "",
-                 "bind air_temperature and air_pressure, or give --density: 1 % of it is 1 % of every coefficient"});
-}
 
 // Nothing is armed before a person has named what will turn.
 void ask_a_person(const modbus::StandSetup& setup) {
@@ -100,58 +72,33 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
   tools::ToolNodeConfig config;
   config.node_id = static_cast<std::uint8_t>(o.tool_id);
   config.stop = [&stop] { return stop->asked(); };
-  tools::ToolNode tool(*bus, config);
-  tools::EscTable table(tool);
-  stand::RunFacts facts = given_facts(o.run, setup);
-  const stand_run::EscFacts esc = stand_run::find_esc(tool, table, setup, o.run.session.esc_index, o.listen_s);
-  if (o.run.commission.value_or(false)) facts.winding = measured_winding(o.run, tool, table, esc);
-  if (stop->asked()) return stop->exit_code();
-  stand_run::PortPump pump(setup);
-  stand_run::RunFiles files(o.run.out);
-  o.run.session.esc_pole_pairs = esc.pole_pairs, o.run.session.duty_node = esc.duty_node();
   o.run.session.configured = asked_configurations();
-  stand_run::Session session(setup, plan, tool, table, files, o.run.session);
-  RunTelling tell(session, o.run);
-  std::optional<RunPage> page;
-  if (o.run.live) page.emplace(o.run.live_port);
-  const std::int64_t begun_ns = tool.now_ns();
-  constexpr std::int64_t kFirstReadings_ns = 10'000'000'000;
-  std::string missing;
   int by_signal = 0;
-  bool written = false;
-  pump.run(session, *bus, [&] {
-    tell();
-    if (page) (*page)(session);
-    if (stop->asked()) {
-      by_signal = stop->exit_code();
-      session.ask_stop(stop->name());
-      stop.emplace();  // listens for the second one
-    }
-    if (session.turning() && !written) written = true, write_facts(o.run.out, facts, esc, session);
-    if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns)
-      missing = session.missing(), session.ask_stop("no readings");
-  });
-  tell();
-  if (page) (*page)(session);
-  if (!missing.empty())
-    throw Error({setup.path.generic_string(), "nothing was armed: no reading of " + missing,
-                 "a device without power, another address, A and B exchanged", "look at: rotorloop stand read PORT PROFILE"},
-                ExitCode::device);
-  write_facts(o.run.out, facts, esc, session);
-  const int code = tell_end(o.run, session);
+  RunScreen screen(o.run, 0.0);
+  stand_run::RunObserver observer = screen.observer;
+  observer.on_turn = [&](stand_run::Session& session, double now_s) {
+    screen.observer.on_turn(session, now_s);
+    if (session.done() || !stop->asked()) return;
+    by_signal = stop->exit_code();
+    session.ask_stop(stop->name());
+    stop.emplace();  // listens for the second one
+  };
+  const auto summary = stand_run::run_on_ports(setup, plan, o.run, *bus, config, observer);
+  if (!summary) return stop->exit_code();
+  const int code = print_end(o.run, *summary);
   return by_signal != 0 ? by_signal : code;
 }
 
 int stand_run(RunArguments& o) {
   const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
-  const stand_run::Plan plan = plan_of(o.run, setup);
-  const stand_run::Prediction predicted = stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V);
+  const stand_run::Plan plan = stand_run::plan_of(o.run, setup);
   if (o.dry_run) {
+    const stand_run::Prediction predicted = stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V);
     fmt::print("{}", o.run.json ? stand_run::prediction_json(setup, plan, predicted) : stand_run::prediction_text(setup, plan, predicted));
     return predicted.exceeded.empty() ? 0 : to_int(ExitCode::safety);
   }
   if (o.run.out.empty()) throw Error({"-o", "no folder for the run", "", "give a new folder, or --dry-run to see the plan alone"});
-  refuse_unsafe(setup, o.run, predicted);
+  stand_run::refuse_unsafe(setup, plan, o.run);
   for (const std::string& note : setup.notes)
     if (!o.run.quiet) fmt::print(stderr, "note: {}\n", note);
   const bool shaken = std::any_of(setup.axes.begin(), setup.axes.end(),
@@ -173,7 +120,7 @@ void add_stand_run(CLI::App& stand, int& exit_code) {
   c->add_flag("--yes", o->yes, "arms without asking: nobody is near the stand");
   c->add_option("--bus", o->bus, kBusHelp)->capture_default_str();
   c->add_option("--tool-id", o->tool_id, "node id of this program, 126 or 127")->check(CLI::Range(1, 127))->capture_default_str();
-  c->add_option("--listen", o->listen_s, "seconds to wait for the ESC to say that it is there")
+  c->add_option("--listen", o->run.listen_s, "seconds to wait for the ESC to say that it is there")
       ->check(CLI::Range(0.5, 60.0))
       ->capture_default_str();
   c->add_flag("--virtual", o->in_virtual_time,

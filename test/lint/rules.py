@@ -49,7 +49,7 @@ ARROWS = {
     "bench/sysid/diagnose": DATA_SIDE + ["bench/sysid", "bench/render"],
     "bench/stand": ["host/base"],
     "bench/stand/instruments": ["host/base", "bench/stand/run_folder.hpp"],
-    "bench/stand/run": ["host/base", "host/bus", "host/tools", "protocols", "bench/stand/instruments", "bench/stand/run_folder.hpp"],
+    "bench/stand/run": ["host/base", "host/bus", "host/tools", "protocols", "bench/stand/instruments", "bench/stand/run_folder.hpp", "bench/sysid/log"],
     "bench/stand/virtual": ["host/base", "host/bus", "host/tools", "sim", "firmware", "protocols", "bench/stand/instruments", "bench/stand/run"],
     "bench/stand/evaluate": DATA_SIDE + ["bench/stand/run_folder.hpp", "bench/sysid/log", "bench/sysid/diagnose/verdict.hpp", "bench/render"],
     "bench/hil/controllers": ["host/base", "host/control", "host/vehicle"],

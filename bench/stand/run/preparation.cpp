@@ -74,8 +74,7 @@ stand::RunFacts facts_of(stand::RunFacts f, const EscFacts& esc, const Session& 
   f.pole_pairs = s.pole_pairs, f.diameter_m = s.diameter_m, f.uncertainty = s.uncertainty;
   f.calibrated_on = s.calibrated_on, f.calibration_expires = s.expires_on;
   f.sequence = fmt::format("{}", fmt::join(session.plan().names, ","));
-  constexpr const char* kEnds[] = {"running", "done", "stopped", "tripped"};
-  f.end = kEnds[static_cast<std::size_t>(session.end())];
+  f.end = name(session.end());
   if (session.trip()) f.trip = text(*session.trip());
   const double temperature = session.air_mean(modbus::StandAxis::air_temperature),
                pressure = session.air_mean(modbus::StandAxis::air_pressure), humidity = session.air_mean(modbus::StandAxis::air_humidity);

@@ -28,6 +28,11 @@ constexpr double kJump = 0.25;                     // of the higher speed: large
 
 }  // namespace
 
+const char* name(RunEnd end) {
+  constexpr std::array kEnds{"running", "done", "stopped", "tripped"};
+  return kEnds[static_cast<std::size_t>(end)];
+}
+
 Session::Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& tool, tools::EscTable& table, RunFiles& files,
                  SessionOptions options)
     : setup_(setup),
@@ -286,8 +291,7 @@ void Session::finish(RunEnd end) {
   end_ = end;
   phase_ = Phase::done;
   finish_step();
-  constexpr std::array kEnds{"running", "done", "stopped", "tripped"};
-  note("end", {{"how", kEnds[static_cast<std::size_t>(end)]}, {"steps", steps_.size()}});
+  note("end", {{"how", name(end)}, {"steps", steps_.size()}});
   files_.flush(tool_.now_ns(), true);
 }
 

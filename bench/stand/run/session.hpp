@@ -39,6 +39,7 @@ struct StandReading {
 };
 
 enum class RunEnd : std::uint8_t { running, done, stopped, tripped };
+const char* name(RunEnd end);
 
 // A step's means, thrust and torque after the calibration matrix.
 struct StepMeans {

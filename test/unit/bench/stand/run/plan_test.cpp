@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/stand/evaluate/compare/paired_steps.hpp"
+#include "bench/stand/run/paired_steps.hpp"
 #include "bench/stand/run/prediction.hpp"
 #include "bench/stand/run/sample_grid.hpp"
 #include "host/base/error.hpp"
@@ -136,7 +136,7 @@ TEST(SampleGrid, NeighboursTooFarApartLeaveAHole) {
 }
 
 TEST(PairedSteps, AZeroThatDriftsByHalfOfTheEffectLeavesTheDifferenceAlone) {
-  std::vector<stand::PairedStep> steps;
+  std::vector<stand_run::PairedStep> steps;
   double t = 0.0;
   for (int i = 0; i < 4; ++i)
     for (const char c : {'A', 'B'})
@@ -145,7 +145,7 @@ TEST(PairedSteps, AZeroThatDriftsByHalfOfTheEffectLeavesTheDifferenceAlone) {
         steps.push_back({c, w, t, w, load});
         t += 1.0;
       }
-  const auto d = stand::paired_difference(steps);
+  const auto d = stand_run::paired_difference(steps);
   ASSERT_TRUE(d);
   EXPECT_EQ(d->pairs, 4u);
   EXPECT_NEAR(d->share, 0.08, 1e-9);
@@ -164,9 +164,9 @@ TEST(StandSession, AStrutThatTakes8percentIsFoundByAbabWithinOneAndAHalf) {
   test::VirtualRun run(setup, config, {"abab"}, o, "abab");
   run.stand.run(run.session, 200.0);
   ASSERT_EQ(run.session.end(), stand_run::RunEnd::done);
-  std::vector<stand::PairedStep> steps;
+  std::vector<stand_run::PairedStep> steps;
   for (const auto& s : run.session.steps()) steps.push_back({s.configuration, s.wanted_rad_s, s.t_s, s.omega_rad_s, s.thrust_N});
-  const auto d = stand::paired_difference(steps);
+  const auto d = stand_run::paired_difference(steps);
   ASSERT_TRUE(d);
   EXPECT_NEAR(d->share, 0.08, 0.015);
 }

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-namespace rotorloop::stand {
+namespace rotorloop::stand_run {
 
 struct PairedStep {
   char configuration = 'A';
@@ -21,4 +21,4 @@ struct PairedDifference {
 // In the order of time. Nothing for fewer than two pairs, or without zeros in each block.
 std::optional<PairedDifference> paired_difference(const std::vector<PairedStep>& steps);
 
-}  // namespace rotorloop::stand
+}  // namespace rotorloop::stand_run

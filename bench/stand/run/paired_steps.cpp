@@ -1,4 +1,4 @@
-#include "bench/stand/evaluate/compare/paired_steps.hpp"
+#include "bench/stand/run/paired_steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "host/base/statistics.hpp"
 
-namespace rotorloop::stand {
+namespace rotorloop::stand_run {
 namespace {
 
 // Coefficients of one block of neighbouring steps of one configuration, by wanted speed; zeros before and after, linear in time between.
@@ -57,4 +57,4 @@ std::optional<PairedDifference> paired_difference(const std::vector<PairedStep>&
   return out;
 }
 
-}  // namespace rotorloop::stand
+}  // namespace rotorloop::stand_run
