@@ -5,27 +5,6 @@
 namespace rotorloop::stand {
 namespace {
 
-struct SampleColumn {
-  std::string_view name;
-  double SampleRow::*value;
-  int decimals;  // below 0: six significant digits
-};
-constexpr SampleColumn kSampleColumns[] = {{column::kTime, &SampleRow::t_s, 4},
-                                           {column::kStep, &SampleRow::step, 0},
-                                           {"configuration", &SampleRow::configuration, 0},
-                                           {column::kTarget, &SampleRow::target_rad_s, 4},
-                                           {column::kOmega, &SampleRow::omega_rad_s, 4},
-                                           {column::kThrust, &SampleRow::thrust_N, 5},
-                                           {column::kTorque, &SampleRow::torque_N_m, 7},
-                                           {column::kVoltage, &SampleRow::voltage_V, 5},
-                                           {column::kCurrent, &SampleRow::current_A, 5},
-                                           {"independent_rad_s", &SampleRow::independent_rad_s, 4},
-                                           {"esc_voltage_V", &SampleRow::esc_voltage_V, -1},
-                                           {"esc_current_A", &SampleRow::esc_current_A, -1},
-                                           {"esc_degC", &SampleRow::esc_degC, -1},
-                                           {"motor_degC", &SampleRow::motor_degC, -1},
-                                           {column::kDutyQ, &SampleRow::duty_q, -1}};
-
 std::string quoted(const std::string& s) {
   std::string out = "\"";
   for (const char c : s) {
@@ -35,144 +14,141 @@ std::string quoted(const std::string& s) {
   return out + '"';
 }
 
-// Both ends of run.toml have these calls; what is required is so for a reader.
-class Writer {
+// A table of run.toml from either end: takes values from the file, or writes those that are known. `required`: for a reader.
+class Keys {
  public:
-  std::string out = "format = 1\n";
-  void required(const char* key, const std::string& v) { out += fmt::format("{} = {}\n", key, quoted(v)); }
-  void required(const char* key, double v, Range) { out += fmt::format("{} = {}\n", key, number_text(v)); }
-  void optional(const char* key, const std::string& v) {
-    if (!v.empty()) required(key, v);
-  }
-  void optional(const char* key, double v, Range range) {
-    if (v == v) required(key, v, range);
-  }
-  void optional(const char* key, int v, int, int) {
-    if (v != 0) out += fmt::format("{} = {}\n", key, v);
-  }
-  void optional(const char* key, bool v) { out += fmt::format("{} = {}\n", key, v); }
-  template <class Keys>
-  void table(const char* key, bool known, Keys keys) {
-    if (known) out += fmt::format("[{}]\n", key), keys(*this);
-  }
-  template <class T, class Keys>
-  void list(const char* key, std::vector<T>& entries, Keys keys) {
-    for (T& entry : entries) out += fmt::format("[[{}]]\n", key), keys(*this, entry);
-  }
-  void entries(const std::map<std::string, double>& all) {
-    for (const auto& [key, v] : all) out += fmt::format("{} = {}\n", key, number_text(v));
-  }
-  void entries(const std::vector<std::pair<std::string, std::string>>& all) {
-    for (const auto& [key, v] : all) required(quoted(key).c_str(), v);
-  }
-};
+  explicit Keys(const TomlTable& file) : file_(&file) {}
+  explicit Keys(std::string& out) : out_(&out) {}
 
-class Reader {
- public:
-  explicit Reader(TomlTable t) : t_(std::move(t)) {}
-  void required(const char* key, std::string& v) { v = t_.text(key); }
-  void required(const char* key, double& v, Range range) { v = t_.number(key, range); }
-  void optional(const char* key, std::string& v) { v = t_.text(key, ""); }
-  void optional(const char* key, double& v, Range range) {
-    if (t_.has(key)) required(key, v, range);
+  void text(const char* key, std::string& v, bool required = false) {
+    if (file_) v = required ? file_->text(key) : file_->text(key, "");
+    if (out_ && (required || !v.empty())) put(key, quoted(v));
   }
-  void optional(const char* key, int& v, int least, int most) { v = static_cast<int>(t_.integer(key, least, most, 0)); }
-  void optional(const char* key, bool& v) { v = t_.boolean(key, false); }
-  template <class Keys>
-  void table(const char* key, bool, Keys keys) {
-    if (const auto t = t_.optional_table(key)) {
-      Reader inner(*t);
-      keys(inner);
-    }
+  void number(const char* key, double& v, Range range, bool required = false) {
+    if (file_ && (required || file_->has(key))) v = file_->number(key, range);
+    if (out_ && v == v) put(key, number_text(v));
   }
-  template <class T, class Keys>
-  void list(const char* key, std::vector<T>& entries, Keys keys) {
-    if (!t_.has(key)) return;
-    for (const TomlTable& t : t_.tables(key, 1, 64)) {
-      Reader inner(t);
-      keys(inner, entries.emplace_back());
-    }
+  void integer(const char* key, int& v, int least, int most) {
+    if (file_) v = static_cast<int>(file_->integer(key, least, most, 0));
+    if (out_ && v != 0) put(key, std::to_string(v));
   }
-  void entries(std::map<std::string, double>& all) { all = read_uncertainties(t_); }
+  void flag(const char* key, bool& v) {
+    if (file_) v = file_->boolean(key, false);
+    if (out_) put(key, v ? "true" : "false");
+  }
+  // `known`: there is something to write.
+  template <class Inner>
+  void table(const char* key, bool known, Inner inner) {
+    if (out_ && known) *out_ += fmt::format("[{}]\n", key), inner(*this);
+    if (const auto t = file_ ? file_->optional_table(key) : std::nullopt) inner(Keys(*t));
+  }
+  template <class T, class Inner>
+  void list(const char* key, std::vector<T>& entries, Inner inner) {
+    if (out_)
+      for (T& entry : entries) *out_ += fmt::format("[[{}]]\n", key), inner(*this, entry);
+    if (file_ && file_->has(key))
+      for (const TomlTable& t : file_->tables(key, 1, 64)) inner(Keys(t), entries.emplace_back());
+  }
+  void entries(std::map<std::string, double>& all) {
+    if (file_) all = read_uncertainties(*file_);
+    if (out_)
+      for (const auto& [key, v] : all) put(key, number_text(v));
+  }
   void entries(std::vector<std::pair<std::string, std::string>>& all) {
-    for (const std::string& key : t_.keys()) all.emplace_back(key, t_.text(key));
+    if (file_)
+      for (const std::string& key : file_->keys()) all.emplace_back(key, file_->text(key));
+    if (out_)
+      for (const auto& [key, v] : all) put(quoted(key), quoted(v));
   }
 
  private:
-  TomlTable t_;
+  void put(const std::string& key, const std::string& value) { *out_ += key + " = " + value + '\n'; }
+  const TomlTable* file_ = nullptr;
+  std::string* out_ = nullptr;
 };
 
 // Every key of run.toml, in the order of the file.
-template <class End>
-void each_key(End& root, RunFacts& f) {
+void each_key(Keys root, RunFacts& f) {
   constexpr Range kOhm{0.001, 10.0, "ohm"}, kHenry{5e-8, 1e-2, "H"};
-  root.optional("motor", f.motor), root.optional("propeller", f.propeller), root.optional("mount", f.mount);
-  root.optional("esc", f.esc), root.optional("stand", f.stand), root.optional("pole_pairs", f.pole_pairs, 1, 30);
-  root.optional("diameter_m", f.diameter_m, {0.01, 10.0, "m"});
-  root.optional("sequence", f.sequence), root.optional("started_utc", f.started_utc), root.optional("version", f.version);
-  root.optional("simulated", f.simulated), root.optional("end", f.end), root.optional("trip", f.trip);
-  root.table("air", f.air_density_kg_m3 == f.air_density_kg_m3 || f.air_temperature_degC == f.air_temperature_degC, [&](auto& t) {
-    t.optional("density_kg_m3", f.air_density_kg_m3, {0.5, 1.6, "kg/m^3"});
+  constexpr bool kRequired = true;
+  for (const auto& [key, text] : {std::pair{"motor", &f.motor},
+                                  {"propeller", &f.propeller},
+                                  {"mount", &f.mount},
+                                  {"esc", &f.esc},
+                                  {"stand", &f.stand},
+                                  {"sequence", &f.sequence},
+                                  {"started_utc", &f.started_utc},
+                                  {"version", &f.version},
+                                  {"end", &f.end},
+                                  {"trip", &f.trip}})
+    root.text(key, *text);
+  root.integer("pole_pairs", f.pole_pairs, 1, 30), root.number("diameter_m", f.diameter_m, {0.01, 10.0, "m"});
+  root.flag("simulated", f.simulated);
+  const bool density_known = f.air_density_kg_m3 == f.air_density_kg_m3;
+  root.table("air", density_known || f.air_temperature_degC == f.air_temperature_degC, [&](Keys t) {
+    t.number("density_kg_m3", f.air_density_kg_m3, {0.5, 1.6, "kg/m^3"});
     if (f.air_density_kg_m3 == f.air_density_kg_m3) return;
-    t.required("temperature_degC", f.air_temperature_degC, {-40.0, 60.0, "degC"});
-    t.required("pressure_Pa", f.air_pressure_Pa, {5e4, 1.1e5, "Pa"}), t.optional("humidity", f.air_humidity, {0.0, 1.0, "1"});
+    t.number("temperature_degC", f.air_temperature_degC, {-40.0, 60.0, "degC"}, kRequired);
+    t.number("pressure_Pa", f.air_pressure_Pa, {5e4, 1.1e5, "Pa"}, kRequired);
+    t.number("humidity", f.air_humidity, {0.0, 1.0, "1"});
   });
-  root.table("wind", f.airspeed_m_s == f.airspeed_m_s, [&](auto& t) {
-    t.required("airspeed_m_s", f.airspeed_m_s, {-100.0, 100.0, "m/s"});
+  root.table("wind", f.airspeed_m_s == f.airspeed_m_s, [&](Keys t) {
+    t.number("airspeed_m_s", f.airspeed_m_s, {-100.0, 100.0, "m/s"}, kRequired);
   });
-  root.table("winding", f.winding.has_value(), [&](auto& t) {
+  root.table("winding", f.winding.has_value(), [&](Keys t) {
     MeasuredWinding& w = f.winding ? *f.winding : f.winding.emplace();
-    t.required("phase_ohm", w.phase_ohm, kOhm), t.required("winding_ohm", w.winding_ohm, {0.0005, 10.0, "ohm"});
-    t.required("inductance_d_H", w.inductance_d_H, kHenry), t.required("inductance_q_H", w.inductance_q_H, kHenry);
-    t.required("u_resistance", w.u_resistance, kShareOfValue), t.required("u_inductance", w.u_inductance, kShareOfValue);
-    t.optional("temperature_degC", w.degC, {-60.0, 200.0, "degC"});
+    t.number("phase_ohm", w.phase_ohm, kOhm, kRequired), t.number("winding_ohm", w.winding_ohm, {0.0005, 10.0, "ohm"}, kRequired);
+    t.number("inductance_d_H", w.inductance_d_H, kHenry, kRequired), t.number("inductance_q_H", w.inductance_q_H, kHenry, kRequired);
+    t.number("u_resistance", w.u_resistance, kShareOfValue, kRequired), t.number("u_inductance", w.u_inductance, kShareOfValue, kRequired);
+    t.number("temperature_degC", w.degC, {-60.0, 200.0, "degC"});
   });
-  root.table("uncertainty", !f.uncertainty.empty(), [&](auto& t) { t.entries(f.uncertainty); });
-  root.list("instrument", f.instruments, [](auto& t, Instrument& i) {
-    t.required("axis", i.axis), t.required("model", i.model), t.required("channel", i.channel), t.required("evidence", i.evidence);
-    t.optional("source", i.source);
+  root.table("uncertainty", !f.uncertainty.empty(), [&](Keys t) { t.entries(f.uncertainty); });
+  root.list("instrument", f.instruments, [](Keys t, Instrument& i) {
+    t.text("axis", i.axis, kRequired), t.text("model", i.model, kRequired), t.text("channel", i.channel, kRequired);
+    t.text("evidence", i.evidence, kRequired), t.text("source", i.source);
   });
-  root.table("calibration", !f.calibrated_on.empty(), [&](auto& t) {
-    t.optional("date", f.calibrated_on), t.optional("expires", f.calibration_expires), t.optional("stand_sha256", f.stand_sha256);
+  root.table("calibration", !f.calibrated_on.empty(), [&](Keys t) {
+    t.text("date", f.calibrated_on), t.text("expires", f.calibration_expires), t.text("stand_sha256", f.stand_sha256);
   });
-  root.table("esc_node", f.esc_node != 0, [&](auto& t) {
-    t.optional("node", f.esc_node, 1, 127), t.optional("name", f.esc_name), t.optional("unique_id", f.esc_unique_id);
-    t.optional("software", f.esc_software), t.optional("image_crc", f.esc_image_crc);
+  root.table("esc_node", f.esc_node != 0, [&](Keys t) {
+    t.integer("node", f.esc_node, 1, 127), t.text("name", f.esc_name), t.text("unique_id", f.esc_unique_id);
+    t.text("software", f.esc_software), t.text("image_crc", f.esc_image_crc);
   });
-  root.table("esc_parameters", !f.esc_parameters.empty(), [&](auto& t) { t.entries(f.esc_parameters); });
+  root.table("esc_parameters", !f.esc_parameters.empty(), [&](Keys t) { t.entries(f.esc_parameters); });
 }
 
 }  // namespace
 
 std::string samples_header() {
-  std::string out;
-  for (const SampleColumn& c : kSampleColumns) out.append(out.empty() ? "" : ",").append(c.name);
+  std::string out = fmt::format("{},{},configuration,{}", kTime, kStep, kTarget);
+  for (const SampleColumn& c : kSampleColumns) out.append(",").append(c.name);
   return out;
 }
 
-std::string sample_line(const SampleRow& row) {
-  std::string out;
-  for (const SampleColumn& c : kSampleColumns) {
-    if (&c != kSampleColumns) out += ',';
-    const double v = row.*c.value;
-    if (v == v) out += c.decimals < 0 ? fmt::format("{:.6g}", v) : fmt::format("{:.{}f}", v, c.decimals);
+std::string sample_line(double t_s, int step, char configuration, double target_rad_s, const std::vector<double>& measured) {
+  std::string out =
+      fmt::format("{:.4f},{},{},{:.4f}", t_s, step < 0 ? "" : std::to_string(step), configuration == 'B' ? 1 : 0, target_rad_s);
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const int decimals = kSampleColumns[i].decimals;
+    const double v = measured[i];
+    out += v != v ? "," : decimals < 0 ? fmt::format(",{:.6g}", v) : fmt::format(",{:.{}f}", v, decimals);
   }
   return out;
 }
 
 std::string run_toml(const RunFacts& facts) {
-  Writer writer;
+  std::string out = "format = 1\n";
   RunFacts f = facts;
-  each_key(writer, f);
-  return writer.out;
+  each_key(Keys(out), f);
+  return out;
 }
 
 RunFacts read_run_toml(const std::filesystem::path& file) {
   const TomlFile toml = TomlFile::read(file);
   toml.format({1});
-  Reader reader(toml.root());
+  const TomlTable root = toml.root();
   RunFacts f;
-  each_key(reader, f);
+  each_key(Keys(root), f);
   return f;
 }
 

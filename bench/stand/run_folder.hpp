@@ -20,26 +20,24 @@ inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char *kFactsFile = "run.toml", *kSamplesFile = "samples.csv", *kReadingsFile = "readings.csv",
                             *kStepsFile = "steps.csv", *kEventsFile = "events.jsonl", *kTripFile = "trip.csv";
 
-// One row of samples.csv, at 100 Hz; not-a-number: an empty cell.
-struct SampleRow {
-  double t_s = kNotMeasured;
-  double step = kNotMeasured;           // number of the hold that a settled sample of the bare stand belongs to
-  double configuration = kNotMeasured;  // 0: A, the bare stand; 1: B of abab
-  double target_rad_s = kNotMeasured, omega_rad_s = kNotMeasured;
-  double thrust_N = kNotMeasured, torque_N_m = kNotMeasured;  // after the calibration matrix
-  double voltage_V = kNotMeasured, current_A = kNotMeasured;  // of the supply
-  double independent_rad_s = kNotMeasured;                    // of a speed sensor beside the ESC
-  double esc_voltage_V = kNotMeasured, esc_current_A = kNotMeasured, esc_degC = kNotMeasured, motor_degC = kNotMeasured;
-  double duty_q = kNotMeasured;  // line-to-line voltage along the torque axis, over the bus voltage
+// samples.csv, at 100 Hz: kTime, kStep, configuration (0: A, the bare stand; 1: B of abab), kTarget, then what is measured.
+inline constexpr std::string_view kTime = "t_s", kStep = "step", kTarget = "target_rad_s";
+struct SampleColumn {
+  std::string_view name;
+  int decimals;  // below 0: six significant digits
 };
-namespace column {
-inline constexpr std::string_view kTime = "t_s", kStep = "step", kTarget = "target_rad_s", kOmega = "omega_rad_s", kThrust = "thrust_N",
-                                  kTorque = "torque_N_m", kVoltage = "voltage_V", kCurrent = "current_A", kDutyQ = "duty_q";
-// In runs that others wrote: the voltage's amplitude over the bus voltage, and the wind along the axis.
-inline constexpr std::string_view kDuty = "duty", kAirspeed = "airspeed_m_s";
-}  // namespace column
+inline constexpr SampleColumn kSampleColumns[] = {
+    {"omega_rad_s", 4},    {"thrust_N", 5},       {"torque_N_m", 7}, {"voltage_V", 5},   {"current_A", 5}, {"independent_rad_s", 4},
+    {"esc_voltage_V", -1}, {"esc_current_A", -1}, {"esc_degC", -1},  {"motor_degC", -1}, {"duty_q", -1}};
+// Thrust and torque after the calibration matrix; voltage and current of the supply; independent: of a speed sensor beside the ESC; duty:
+// the line-to-line voltage along the torque axis, over the bus voltage.
+inline constexpr std::size_t kOmegaColumn = 0, kThrustColumn = 1, kTorqueColumn = 2, kVoltageColumn = 3, kCurrentColumn = 4,
+                             kIndependentColumn = 5, kEscVoltageColumn = 6, kEscCurrentColumn = 7, kEscTemperatureColumn = 8,
+                             kMotorTemperatureColumn = 9, kDutyColumn = 10, kColumns = std::size(kSampleColumns);
 std::string samples_header();
-std::string sample_line(const SampleRow& row);
+// `step`: number of the hold that a settled sample of the bare stand belongs to, -1: none; `measured`: kColumns values, not-a-number where
+// there is none.
+std::string sample_line(double t_s, int step, char configuration, double target_rad_s, const std::vector<double>& measured);
 
 inline constexpr std::string_view kReadingsHeader = "t_s,u_t_ms,channel,value";
 inline constexpr std::string_view kStepsHeader =

@@ -110,7 +110,7 @@ TEST(StandRunCommand, ARunStoppedByALimitEndsWith4AndTheLibrarySaysWhichLimit) {
                                        "--dies", "cell",          "--dies-at", "12",      "-q",
                                        "--json", "--rpm",         "6000,9000", "-o",      (folder.path() / "command").string()};
   const Printed printed = command(words);
-  EXPECT_EQ(printed.exit_code, static_cast<int>(ExitCode::safety));
+  EXPECT_EQ(printed.exit_code, to_int(ExitCode::safety));
   stand_run::RunOptions o;
   o.out = folder.path() / "library", o.rpm = {6000.0, 9000.0};
   virtual_stand::VirtualRunOptions v;

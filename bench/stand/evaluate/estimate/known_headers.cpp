@@ -28,12 +28,15 @@ constexpr std::array kStandColumns{
     KnownColumn{"Current", StandQuantity::current},
     KnownColumn{"ESC signal", StandQuantity::command},
 };
-constexpr std::array kRunColumns{
-    KnownColumn{column::kOmega, StandQuantity::rotor_speed}, KnownColumn{column::kThrust, StandQuantity::thrust},
-    KnownColumn{column::kTorque, StandQuantity::torque},     KnownColumn{column::kVoltage, StandQuantity::voltage},
-    KnownColumn{column::kCurrent, StandQuantity::current},   KnownColumn{column::kAirspeed, StandQuantity::airspeed},
-    KnownColumn{column::kDuty, StandQuantity::command},      KnownColumn{column::kDutyQ, StandQuantity::command},
-};
+// Behind those of a session: what other programs give of the wind along the axis and of the voltage, as its amplitude over that of the bus.
+constexpr std::array kRunColumns{KnownColumn{kSampleColumns[kOmegaColumn].name, StandQuantity::rotor_speed},
+                                 KnownColumn{kSampleColumns[kThrustColumn].name, StandQuantity::thrust},
+                                 KnownColumn{kSampleColumns[kTorqueColumn].name, StandQuantity::torque},
+                                 KnownColumn{kSampleColumns[kVoltageColumn].name, StandQuantity::voltage},
+                                 KnownColumn{kSampleColumns[kCurrentColumn].name, StandQuantity::current},
+                                 KnownColumn{kSampleColumns[kDutyColumn].name, StandQuantity::command},
+                                 KnownColumn{"duty", StandQuantity::command},
+                                 KnownColumn{"airspeed_m_s", StandQuantity::airspeed}};
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step
 
@@ -152,7 +155,7 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
     return static_cast<std::size_t>(found - rows.names.begin());
   };
   const auto has = [&](std::string_view name) { return at(name) < rows.names.size(); };
-  const bool run = has(column::kOmega) && (has(column::kThrust) || has(column::kTorque));
+  const bool run = has(kRunColumns[0].name) && (has(kRunColumns[1].name) || has(kRunColumns[2].name));
   const bool stand = !run && has("Thrust") && has("Motor Electrical Speed");
   if (!run && !stand)
     throw Error({path.generic_string() + ":1", "no header that is known: neither an RCbenchmark (Tyto) export nor samples of a run",
@@ -173,7 +176,7 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
                                     {rows.names[at("Motor Electrical Speed")]},
                                     factor_of(StandQuantity::rotor_speed, "RPM"),
                                     path.generic_string() + ":1"});
-  const std::size_t time = at(stand ? "Time" : column::kTime);
+  const std::size_t time = at(stand ? "Time" : kTime);
   if (time < rows.names.size()) {
     out.mapping.time_column = rows.names[time];
     if (stand && usual_step_s(rows, time) < kRecord_s) out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;

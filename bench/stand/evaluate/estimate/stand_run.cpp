@@ -144,7 +144,7 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
 
 // Holds of a run's samples, numbered in the column `step`; samples between holds have no number.
 std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
-  const auto& step = t.columns.find(column::kStep)->second;
+  const auto& step = t.columns.find(kStep)->second;
   std::vector<StandStep> out;
   for (std::size_t first = 0; first < r.points.size();) {
     std::size_t last = first + 1;
@@ -163,7 +163,7 @@ std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
 }
 
 void take_series(StandRun& run, const log::ColumnTable& t, const StandRecord& r) {
-  const auto target = t.columns.find(column::kTarget);
+  const auto target = t.columns.find(kTarget);
   const std::vector<double>* targets = target == t.columns.end() ? nullptr : &target->second;
   for (std::size_t i = 0; i < r.points.size(); ++i) {
     run.samples.t_s.push_back(r.points[i].t_s);
@@ -193,7 +193,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   StandRun run;
   StandRecord record = stand_record(table, file, csv.mapping);
   if (!facts.empty()) read_run_facts(facts, run, record);
-  if (!table.has(column::kStep) || !table.has(column::kTime)) {
+  if (!table.has(kStep) || !table.has(kTime)) {
     RunOptions with = o;
     if (!with.known) with.known = run.known;
     StandRun out = stand_run(std::move(record), with);
@@ -203,7 +203,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
     return out;
   }
   take_series(run, table, record);
-  run.facts.duty_along = table.has(column::kDutyQ);
+  run.facts.duty_along = table.has(kSampleColumns[kDutyColumn].name);
   run.name = facts.empty() ? record.name : facts.parent_path().filename().generic_string();
   run.steps = holds(table, record);
   // A run of chirps or steps alone has no steady point: there is nothing that a channel could be judged by.

@@ -80,10 +80,10 @@ TEST(RunFolder, AValueOutOfRangeIsRefusedWithItsLineKeyAndRange) {
 }
 
 TEST(RunFolder, AnEstimateFindsSpeedThrustTorqueSupplyAndDutyInTheColumnsThatASessionWrites) {
-  stand::SampleRow row;
-  row.t_s = 1.23456, row.step = 3.0, row.configuration = 0.0, row.target_rad_s = 900.0, row.omega_rad_s = 899.5;
-  row.thrust_N = 1.5, row.torque_N_m = 0.02, row.duty_q = 0.512345678;
-  const std::string line = stand::sample_line(row);
+  std::vector<double> measured(stand::kColumns, stand::kNotMeasured);
+  measured[stand::kOmegaColumn] = 899.5, measured[stand::kThrustColumn] = 1.5, measured[stand::kTorqueColumn] = 0.02;
+  measured[stand::kDutyColumn] = 0.512345678;
+  const std::string line = stand::sample_line(1.23456, 3, 'A', 900.0, measured);
   EXPECT_EQ(line, "1.2346,3,0,900.0000,899.5000,1.50000,0.0200000,,,,,,,,0.512346");
   const auto csv = stand::recognise_csv(stand::samples_header() + "\n" + line + "\n", "samples.csv");
   std::vector<std::string> found;
