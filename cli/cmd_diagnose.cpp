@@ -20,7 +20,6 @@
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/refused_result.hpp"
 #include "cli/fit_options.hpp"
-#include "cli/flight_inputs.hpp"
 #include "cli/progress/progress_line.hpp"
 #include "cli/renamed_option.hpp"
 #include "host/base/error.hpp"
@@ -38,24 +37,24 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DiagnoseArguments {
-  FlightPaths paths;
+  log::FlightPaths paths;
   fs::path vehicle, out, report, library;
   std::vector<fs::path> stand, reference;
   std::vector<std::string> without;
-  FitOptions fit{.rate_Hz = 100.0};
+  identify::FitRequest fit;
   std::vector<double> wrench_band;
   int max_effects = 6;
   double refit_limit_s = 600.0;
   std::size_t placebos = 100;
   std::uint64_t seed = 1;
-  bool json = false, no_checks = false, no_priors = false, force = false;
+  bool json = false, no_checks = false, no_priors = false, force = false, quiet = false;
 };
 
 diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std::vector<identify::FlightToFit>& flights,
                                            const host::VehicleFile& vehicle, const host::UserTerms* own, estimate::StopFit stop) {
   diagnose::DiagnoseOptions d;
   identify::IdentifyOptions& i = d.identify;
-  FitOptions fit = o.fit;
+  identify::FitRequest fit = o.fit;
   fit.use_what_all_have(flights);
   fit.free_place_of_accelerometer(vehicle);
   fit.apply(i);
@@ -161,18 +160,18 @@ void refuse_unknown_effects(const Names& ids, const host::EffectCatalogue& catal
 int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, const host::EffectCatalogue& catalogue,
                      const host::UserTerms* own, const StopSignals& stop) {
   const RunClock clock;
-  FlightPaths paths = o.paths;
+  log::FlightPaths paths = o.paths;
   paths.checks = !o.no_checks;
-  FlightInputs read;
+  log::FlightSet read;
   try {
-    read = read_flights(paths, host::to_model(base));
+    read = log::read_flight_set(paths, host::to_model(base), print_findings(o.quiet));
   } catch (const Error& e) {
     if (e.exit_code() != ExitCode::data_quality) throw;
     return faulty(o, e, base.name, clock);
   }
   read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
   if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
-  const ProgressStyle style = progress_style(o.paths.quiet);
+  const ProgressStyle style = progress_style(o.quiet);
   diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out(), .findings = {}, .refused = read.refused};
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
   const diagnose::DiagnosisRun run = diagnose::diagnose(flights, base, diagnose_options(o, read.flights, base, own, {stop.flag()}),
@@ -187,7 +186,7 @@ int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, 
   if (!o.out.empty() && !stopped) {
     vehicle = identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights),
                                            std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes());
-    problem = not_credible(o.out, *vehicle, catalogue);
+    problem = identify::not_credible(o.out, *vehicle, catalogue);
   }
   if (problem) from.ended = with_problem(diagnose::diagnosis_outcome(run.diagnosis, from), *problem);
   publish(o, run, base.name, from);
@@ -269,7 +268,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
   add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
-  c->add_flag("-q,--quiet", o->paths.quiet, "no progress, no findings on stderr");
+  c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
   c->footer(
       "Verdicts: clean, named, ambiguous (a class that these flights cannot distinguish, with the flight that would), unexplained, "
       "faulty.\n"

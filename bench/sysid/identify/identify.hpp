@@ -11,17 +11,11 @@
 #include "bench/sysid/identify/parameter_choice.hpp"
 #include "bench/sysid/identify/stages.hpp"
 #include "bench/sysid/identify/start_values.hpp"
-#include "bench/sysid/log/check/signal.hpp"
-#include "bench/sysid/log/flight_record.hpp"
+#include "bench/sysid/log/flight_set.hpp"
 
 namespace rotorloop::identify {
 
-struct FlightToFit {
-  log::FlightRecord record;  // only what may be fitted
-  FlightRole role = FlightRole::any;
-  std::vector<log::TimeRange> segments;              // no step of the model crosses from one to the next; empty: one
-  std::optional<double> pose_late_s = std::nullopt;  // first guess of how much later than the moment shown a pose is stamped
-};
+using log::FlightToFit;
 
 struct IdentifyOptions {
   estimate::GridOptions grid;

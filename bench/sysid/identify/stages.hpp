@@ -9,11 +9,12 @@
 #include <vector>
 
 #include "bench/sysid/estimate/estimator.hpp"
+#include "bench/sysid/log/flight_set.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
 namespace rotorloop::identify {
 
-enum class FlightRole { any, vertical, horizontal, rotation };
+using log::FlightRole;
 std::string_view name(FlightRole role);
 
 // The parameters that a stage frees, of those that the whole fit frees.

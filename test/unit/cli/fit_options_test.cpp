@@ -36,7 +36,7 @@ TEST(WriteChecked, AVehicleWithNegativeVerticalDragIsRefusedAsDataQualityAndNotW
 
 TEST(FitOptions, WordsOfTheCommandLineReachTheFit) {
   CLI::App app;
-  FitOptions o{.rate_Hz = 100.0};
+  identify::FitRequest o;
   add_fit_options(app, o, "states per second", 20.0);
   app.parse("--use gyro,velocity --rate 50 --from 1.5 --to 9 --free gravity_tilt=0.01 --hold c_q --per-flight com_offset", false);
   identify::IdentifyOptions i;
@@ -57,7 +57,7 @@ TEST(FitOptions, GyroAndAccelerometerAreUsedWhereAllFlightsHaveThemAndTheUserNam
   whole.record.gyro_B_rad_s.add(0.0, Eigen::Vector3d::Zero());
   whole.record.accel_B_m_s2.add(0.0, Eigen::Vector3d::Zero());
   without_accelerometer.record.gyro_B_rad_s.add(0.0, Eigen::Vector3d::Zero());
-  FitOptions both, gyro_alone, none{.use = {"none"}};
+  identify::FitRequest both, gyro_alone, none{.use = {"none"}};
   both.use_what_all_have({whole, whole});
   EXPECT_EQ(both.use, (std::vector<std::string>{"gyro", "accel"}));
   gyro_alone.use_what_all_have({whole, without_accelerometer});
@@ -70,8 +70,8 @@ TEST(FitOptions, GyroAndAccelerometerAreUsedWhereAllFlightsHaveThemAndTheUserNam
 
 TEST(FitOptions, ThePlaceOfAnAccelerometerInUseIsLookedForUnlessTheUserSaidOtherwise) {
   const host::VehicleFile v = calibrated(host::builtin_effect_catalogue());
-  FitOptions used{.use = {"accel"}}, unused{.use = {"gyro"}}, held{.hold = {"imu_place"}, .use = {"accel"}};
-  for (FitOptions* o : {&used, &unused, &held}) o->free_place_of_accelerometer(v);
+  identify::FitRequest used{.use = {"accel"}}, unused{.use = {"gyro"}}, held{.hold = {"imu_place"}, .use = {"accel"}};
+  for (identify::FitRequest* o : {&used, &unused, &held}) o->free_place_of_accelerometer(v);
   ASSERT_EQ(used.free.size(), 1u);
   EXPECT_TRUE(used.free[0].starts_with("imu_place=0.0")) << used.free[0];  // m: a part of an arm of some centimetres to decimetres
   EXPECT_TRUE(unused.free.empty());
@@ -80,7 +80,7 @@ TEST(FitOptions, ThePlaceOfAnAccelerometerInUseIsLookedForUnlessTheUserSaidOther
 
 TEST(FitOptions, ARateBelowTheLeastOfTheCommandIsAnErrorOfUse) {
   CLI::App app;
-  FitOptions o{.rate_Hz = 100.0};
+  identify::FitRequest o;
   add_fit_options(app, o, "states per second", 20.0);
   EXPECT_THROW(app.parse("--rate 10", false), CLI::ParseError);
 }

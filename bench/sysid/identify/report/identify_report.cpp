@@ -100,7 +100,7 @@ std::string identify_report_html(const IdentifyPage& p) {
   if (p.analysis.solver_check) facts.emplace_back("check by another solver", solver_check_text(*p.analysis.solver_check));
   return render::page_begin(fmt::format("Vehicle identified from {} flight{}", flights.size(), flights.size() == 1 ? "" : "s"),
                             fmt::format("identified from {}; start: {} ({})", fmt::join(flights, ", "), p.start_name,
-                                        p.provenance.conditions.vehicle_file),
+                                        p.provenance.conditions.vehicle.filename().generic_string()),
                             "identification") +
          render::banner_html(identify_outcome(p.result, p.analysis, p.provenance)) + render::facts_html(facts) +
          render::page_html(identify_sections(tree, p.result, p.analysis)) + history_html(p.history, p.references) + render::page_end();

@@ -130,24 +130,24 @@ ordered_json static_thrust_json(const FileComparison& c) {
   return out;
 }
 
-ordered_json conditions_json(const Identification& r, const IdentifyConditions& c) {
+ordered_json conditions_json(const Identification& r, const IdentificationRequest& c) {
   ordered_json terms = ordered_json::array();
   for (std::size_t t = 0; t < r.problem.start.terms.size(); ++t) terms.push_back(r.problem.start.terms.term(t).info.id);
   const auto bound = [](double s) { return std::fabs(s) < 1e300 ? ordered_json(s) : ordered_json(nullptr); };
-  return {{"vehicle_file", c.vehicle_file},
+  return {{"vehicle_file", c.vehicle.filename().generic_string()},
           {"terms", terms},
-          {"noise", c.noise},
-          {"rate_Hz", c.rate_Hz},
-          {"solver", c.solver},
-          {"from_s", bound(c.from_s)},
-          {"to_s", bound(c.to_s)},
+          {"noise", name(c.noise)},
+          {"rate_Hz", c.fit.rate_Hz},
+          {"solver", c.check_by_ceres ? "ceres" : "own"},
+          {"from_s", bound(c.fit.from_s)},
+          {"to_s", bound(c.fit.to_s)},
           {"drag_speed_m_s", c.drag_speed_m_s},
           {"robust_scale", c.robust_scale},
           {"block_s", c.block_s},
-          {"use", c.use},
-          {"free", c.free},
-          {"hold", c.hold},
-          {"per_flight", c.per_flight},
+          {"use", c.fit.use},
+          {"free", c.fit.free},
+          {"hold", c.fit.hold},
+          {"per_flight", c.fit.per_flight},
           {"thrust_scale", r.start.thrust_scale}};
 }
 
@@ -269,7 +269,7 @@ ordered_json fit_json(const Identification& r) {
 
 }  // namespace
 
-ordered_json input_json(const InputHash& i) {
+ordered_json input_json(const log::InputHash& i) {
   ordered_json out{{"path", i.path}, {"sha256", i.sha256}};
   if (i.held_out) out["held_out"] = true;
   return out;
@@ -292,7 +292,7 @@ ordered_json inertia_json(const Identification& r) {
 ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
                            const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
   ordered_json j = {{"format", 1}, {"command", "identify"}, {"version", p.version}, {"git", p.git}};
-  for (const InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
+  for (const log::InputHash& i : p.inputs) j["inputs"].push_back(input_json(i));
   j["started_utc"] = p.started_utc;
   j["wall_s"] = p.wall_s;
   const render::Outcome outcome = identify_outcome(r, a, p);

@@ -1,11 +1,10 @@
-// What a reader of the figures must know first: marks of estimates, warnings, and the analysis that they rest on.
+// What a reader of the figures must know first: marks of estimates, and warnings.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "bench/sysid/identify/report/identify_result.hpp"
-#include "host/base/statistics.hpp"
 
 namespace rotorloop::identify {
 namespace {
@@ -55,22 +54,6 @@ std::string blocks_note(const estimate::Fit& fit) {
       "robust u rests on {} blocks of residuals for {} parameters, fewer than two each: too small; longer flights or shorter blocks "
       "(--block)",
       fit.blocks, fit.estimates.size());
-}
-
-IdentifyAnalysis analyse(const Identification& r, const host::VehicleModel& base, double drag_speed_m_s) {
-  IdentifyAnalysis a;
-  a.derived = derived_quantities(r.fit, base, drag_speed_m_s);
-  for (std::size_t f = 0; f < r.flights.size(); ++f) {
-    if (!r.fit.reduced[f].innovations.empty()) a.whiteness.push_back(whiteness_of(r.flights[f].name, r.fit.reduced[f].innovations));
-  }
-  std::vector<double> ratio;
-  for (const estimate::Estimate& e : r.fit.estimates) {
-    if (e.prior_share <= 0.5 && e.u > 0.0) ratio.push_back(e.u_robust * e.u_robust / (e.u * e.u));
-  }
-  if (!ratio.empty()) a.inflation = std::max(1.0, median(std::move(ratio)));
-  a.homogeneity = homogeneity_of(r.problem, r.fit, a.inflation);
-  a.observability = observability_of(r.problem, r.fit);
-  return a;
 }
 
 std::vector<IdentifyWarning> warnings_of(const Identification& r, const IdentifyAnalysis& a) {

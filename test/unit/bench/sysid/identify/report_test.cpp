@@ -42,10 +42,10 @@ const IdentifyAnalysis& analysis() {
 
 IdentifyProvenance provenance() {
   IdentifyProvenance p{.version = "1.2.3", .git = "abc1234", .started_utc = "", .wall_s = 0.0, .inputs = {}, .conditions = {}};
-  p.conditions.vehicle_file = "paper.toml";
-  p.conditions.noise = "fixed";
-  p.conditions.rate_Hz = 50.0;
-  p.conditions.from_s = 1.5;
+  p.conditions.vehicle = "paper.toml";
+  p.conditions.noise = NoiseSearch::fixed;
+  p.conditions.fit.rate_Hz = 50.0;
+  p.conditions.fit.from_s = 1.5;
   return p;
 }
 
