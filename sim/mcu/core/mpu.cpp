@@ -1,0 +1,118 @@
+// The memory protection unit: eight regions with subregions over the default memory map (B3.5).
+#include "sim/mcu/core/core.hpp"
+
+namespace rotorloop::mcu {
+namespace {
+
+constexpr uint32_t kMpuEnable = 1, kHardFaultAndNmi = 2, kPrivilegedDefault = 4;
+
+// Execute never in the default map: peripherals, devices and the system space (B3.1).
+bool default_never_executes(uint32_t address) {
+  const uint32_t block = address >> 29;
+  return block == 2 || block >= 5;
+}
+
+// What access permission AP grants (B3.5.5, table B3-15).
+bool permits(uint32_t ap, Access kind, bool as_privileged) {
+  const bool writes = kind == Access::write;
+  switch (ap) {
+    case 1:
+      return as_privileged;
+    case 2:
+      return as_privileged || !writes;
+    case 3:
+      return true;
+    case 5:
+      return as_privileged && !writes;
+    case 6:
+    case 7:
+      return !writes;
+    default:
+      return false;
+  }
+}
+
+bool region_holds(const MpuRegion& region, uint32_t address) {
+  const uint32_t bits = (region.rasr >> 1 & 31) + 1;  // the region has 2^bits bytes
+  if ((region.rasr & 1) == 0 || bits < 5) return false;
+  if (bits < 32 && ((address ^ region.rbar) >> bits) != 0) return false;
+  if (bits < 8) return true;  // too small for subregions
+  const uint32_t subregion = address >> (bits - 3) & 7;
+  return (region.rasr >> (8 + subregion) & 1) == 0;
+}
+
+}  // namespace
+
+bool Core::mpu_rule(uint32_t address, Access kind, bool as_privileged) const {
+  for (uint32_t i = 8; i-- > 0;) {  // the highest number counts where regions overlap
+    const MpuRegion& region = state.mpu.regions[i];
+    if (!region_holds(region, address)) continue;
+    if (kind == Access::fetch && (region.rasr >> 28 & 1) != 0) return false;
+    return permits(region.rasr >> 24 & 7, kind, as_privileged);
+  }
+  return (state.mpu.ctrl & kPrivilegedDefault) != 0 && as_privileged && !(kind == Access::fetch && default_never_executes(address));
+}
+
+bool Core::mpu_allows(uint32_t address, Access kind, bool as_privileged) const {
+  const bool never_here = kind == Access::fetch && default_never_executes(address);
+  if (never_here && address >> 29 == 7) return false;
+  if ((state.mpu.ctrl & kMpuEnable) == 0 || address >> 20 == 0xE00) return !never_here;
+  const bool below_faults = state.faultmask != 0 || state.nvic.active.has(kHardFault) || state.nvic.active.has(kNmi);
+  if (below_faults && (state.mpu.ctrl & kHardFaultAndNmi) == 0) return !never_here;
+  return mpu_rule(address, kind, as_privileged);
+}
+
+void Core::mpu_changed() {
+  context_ += kTagGeneration;
+  system_register_changed();
+}
+
+bool Core::read_mpu(uint32_t offset, uint32_t& value) const {
+  const MpuState& m = state.mpu;
+  const uint32_t index = m.rnr & 7;
+  switch (offset) {
+    case 0x90:
+      value = 0x800;
+      return true;  // eight regions
+    case 0x94:
+      value = m.ctrl;
+      return true;
+    case 0x98:
+      value = m.rnr;
+      return true;
+    case 0x9C:
+    case 0xA4:
+    case 0xAC:
+    case 0xB4:
+      value = (m.regions[index].rbar & ~0x1Fu) | index;
+      return true;
+    case 0xA0:
+    case 0xA8:
+    case 0xB0:
+    case 0xB8:
+      value = m.regions[index].rasr;
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool Core::write_mpu(uint32_t offset, uint32_t value) {
+  MpuState& m = state.mpu;
+  if (offset == 0x90) return true;
+  if (offset > 0xB8) return false;
+  if (offset == 0x94) {
+    m.ctrl = value & 7;
+  } else if (offset == 0x98) {
+    m.rnr = value & 0xFF;
+  } else if ((offset & 4) != 0) {
+    if ((value & 0x10) != 0) m.rnr = value & 15;  // VALID: the number comes with the address
+    m.regions[m.rnr & 7].rbar = value & ~0x1Fu;
+  } else {
+    m.regions[m.rnr & 7].rasr = value;
+  }
+  mpu_changed();
+  return true;
+}
+
+}  // namespace rotorloop::mcu
