@@ -19,19 +19,16 @@ void add_esc_sim(CLI::App& app, int& exit_code);
 void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
-void add_nanodrone(CLI::App& app, int& exit_code);
 void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code);
 void add_rotor_validate(CLI::App& rotor_group, int& exit_code);
 void add_rotor_fit(CLI::App& rotor_group, int& exit_code);
 void add_rotor_polar(CLI::App& rotor_group, int& exit_code);
 void add_rotor_bench(CLI::App& rotor_group, int& exit_code);
-void add_rotor_oracles(CLI::App& rotor_group, int& exit_code);
 void add_stand(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:
 void add_stand_estimate(CLI::App& stand_group, int& exit_code);
 void add_stand_compare(CLI::App& stand_group, int& exit_code);
 void add_trajectory(CLI::App& app, int& exit_code);
 void add_vehicle(CLI::App& app, int& exit_code);
-void add_hil_effects(CLI::App& hil, int& exit_code);  // below `hil`
 
 }  // namespace rotorloop::cli

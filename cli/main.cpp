@@ -18,7 +18,6 @@ int main(int argc, char** argv) {
   app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil, rotorloop::hil::checked_vehicle_text);
-  rotorloop::cli::add_hil_effects(*app.get_subcommand("hil"), exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_vehicle(app, exit_code);
   rotorloop::cli::add_gains(app, exit_code);
@@ -27,7 +26,6 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_identify(app, exit_code);
   rotorloop::cli::add_diagnose(app, exit_code);
   rotorloop::cli::add_log(app, exit_code);
-  rotorloop::cli::add_nanodrone(app, exit_code);
   rotorloop::cli::add_rotor(app, exit_code);
   rotorloop::cli::add_stand(app, exit_code);
   rotorloop::cli::add_trajectory(app, exit_code);

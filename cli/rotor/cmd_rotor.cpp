@@ -13,7 +13,6 @@ void add_rotor(CLI::App& app, int& exit_code) {
   add_rotor_fit(*rotor, exit_code);
   add_rotor_polar(*rotor, exit_code);
   add_rotor_bench(*rotor, exit_code);
-  add_rotor_oracles(*rotor, exit_code);
 }
 
 }  // namespace rotorloop::cli

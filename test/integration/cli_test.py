@@ -171,16 +171,16 @@ full_scale = 1
         self.refused(*words, "--reference", "f.csv", says=["--reference: error: 1 given, at least 2 needed", "do:"])
 
     def test_effects_names_the_known_ones_and_writes_no_page(self):
-        self.refused("hil", "effects", "--effect", "nonsense", "-o", "e.md",
+        self.refused("effects", "--effect", "nonsense", "-o", "e.md",
                      says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"])
-        self.refused("hil", "effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"])
+        self.refused("effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"])
         self.write("s.toml", SCENARIO)
-        self.refused("hil", "effects", "--scenario", "s.toml", says=["plant.toml"])
+        self.refused("effects", "--scenario", "s.toml", says=["plant.toml"])
         self.assertFalse((self.path / "e.md").exists())
 
     def test_effects_measures_what_it_is_asked_for(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
-        done = self.run_command("hil", "effects", "--scenario", str(shipped), "--effect", "blockage_strut", "--effect", "gyroscopic",
+        done = self.run_command("effects", "--scenario", str(shipped), "--effect", "blockage_strut", "--effect", "gyroscopic",
                                 "--probes-only", "--json")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         probes = json.loads(done.stdout)["probes"]
@@ -190,7 +190,7 @@ full_scale = 1
 
     def test_effects_flies_with_15_rad_s_of_noise_on_reported_rotor_speeds_instead_of_never_being_ready(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
-        done = self.run_command("hil", "effects", "--scenario", str(shipped), "--effect", "rotor_speed_noise", "--seeds", "1", "-q")
+        done = self.run_command("effects", "--scenario", str(shipped), "--effect", "rotor_speed_noise", "--seeds", "1", "-q")
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line for line in done.stdout.splitlines() if line.startswith("| `rotor_speed_noise`")]
         self.assertEqual(len(rows), 1, done.stdout)

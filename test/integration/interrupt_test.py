@@ -13,7 +13,7 @@ from rotorloop_cli import FIT, SOURCE, CommandTest, main
 class Interrupt(CommandTest):
     def interrupted(self, which, line_with, *words):
         """Sends `which` when a line with this text came on stderr. Exit code, stdout, and the lines on stderr after it."""
-        with subprocess.Popen([self.program, *map(str, words)], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        with subprocess.Popen(self.command_line(*words), cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                               encoding="utf-8") as process:
             seen = []
             for line in process.stderr:
@@ -51,8 +51,8 @@ class Interrupt(CommandTest):
                 self.assertIn("of 40 flights were flown", result["errors"][0])
                 self.assertIn("verdict: incomplete", out)
 
-    def test_hil_effects_tells_what_it_flew_marked(self):
-        effects = ("hil", "effects", "--scenario", SOURCE / "scenarios/effects.toml", "--effect", "rotor_speed_noise", "--effect", "weak_rotor",
+    def test_effects_tells_what_it_flew_marked(self):
+        effects = ("effects", "--scenario", SOURCE / "scenarios/effects.toml", "--effect", "rotor_speed_noise", "--effect", "weak_rotor",
                    "--seeds", "20", "-j", "1", "-o", "e.md", "--force")
         for which, expected in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             with self.subTest(which=which):

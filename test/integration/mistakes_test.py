@@ -59,7 +59,7 @@ class Mistakes(CommandTest):
         self.refused("hil", "s.toml", "--seeds", "1..x", says=["rotorloop hil --seeds: error:", "1,4,7..9"])
 
     def test_misspelt_effect_of_the_plant(self):
-        self.refused("hil", "effects", "--scenario", SOURCE / "scenarios/effects.toml", "--effect", "wek_rotor", says=['did you mean "weak_rotor"?'])
+        self.refused("effects", "--scenario", SOURCE / "scenarios/effects.toml", "--effect", "wek_rotor", says=['did you mean "weak_rotor"?'])
 
     def test_misspelt_effect_to_leave_out(self):
         self.refused("diagnose", *FIT, "--flight", "f.csv", "--without", "wind_stedy", says=["rotorloop diagnose --without: error:", 'did you mean "wind_steady"?'])
@@ -77,7 +77,7 @@ class Mistakes(CommandTest):
         self.refused("diagnose", *FIT, "--flight", "f.csv", "--wrench-band", "0,5", says=["--wrench-band: error: does nothing without --held-out"])
         self.refused("calibrate", *plant, "--trajectory", "climb.toml", "--variant", "pd_ff", says=["--variant: error: does nothing without --flown"])
         self.refused("identify", "--names", "--vehicle", VEHICLE, says=["rotorloop identify --vehicle: error: does nothing with --names"])
-        self.refused("hil", "effects", "--probes-only", "--seeds", "3", says=["--seeds: error: does nothing with --probes-only"])
+        self.refused("effects", "--probes-only", "--seeds", "3", says=["--seeds: error: does nothing with --probes-only"])
 
     def test_one_name_for_two_runs(self):
         self.refused("hil", "s.toml", self.write("t.toml", SCENARIO.replace('"short"', '"other"')), "--name", "n", says=["--name: error: names one run, but 2 scenarios"])

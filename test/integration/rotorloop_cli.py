@@ -53,6 +53,9 @@ FIT = ("--vehicle", SOURCE / "vehicles/calibrated.toml", "--use", "gyro,accel", 
        "--hold", "torque_model", "--hold", "drag", "--hold", "pose_sensor", "--hold", "pose_delay")
 
 
+STUDIES = ("effects", "nanodrone", "oracles")
+
+
 class CommandTest(unittest.TestCase):
     program = None  # set by main()
 
@@ -69,8 +72,13 @@ class CommandTest(unittest.TestCase):
         path.write_text(text, encoding="utf-8")
         return name
 
+    def command_line(self, *words):
+        """What starts with the name of a study is one of the program beside the command."""
+        program = self.program if str(words[0]) not in STUDIES else str(pathlib.Path(self.program).with_name("rotorloop-studies"))
+        return [program, *map(str, words)]
+
     def run_command(self, *words, timeout_s=120):
-        return subprocess.run([self.program, *map(str, words)], cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=timeout_s)
+        return subprocess.run(self.command_line(*words), cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=timeout_s)
 
     def result(self, folder):
         return json.loads((self.path / folder / "result.json").read_text(encoding="utf-8"))

@@ -17,7 +17,7 @@ namespace rotorloop::hil {
 struct FlightPlan {
   std::string name;                  // [A-Za-z0-9_-]+, unique: it names a folder
   std::filesystem::path trajectory;  // exists
-  std::vector<std::string> effects;  // ids of effects that `hil effects` shows in this flight; unchecked, `hil` ignores them
+  std::vector<std::string> effects;  // ids of effects that `rotorloop-studies effects` shows in this flight; unchecked, `hil` ignores them
 };
 
 enum class Pace : std::uint8_t { lockstep, realtime };

@@ -147,7 +147,7 @@ TEST(EffectPage, SaysWhyAFlightEndedAndWhichSizeIsOutside) {
   EffectStudy study;
   study.scenario.variants = {Variant::pd_ff};
   study.scenario.seeds = {1};
-  study.command_line = "rotorloop hil effects";
+  study.command_line = "rotorloop-studies effects";
   study.probes.push_back({"tether", "E99", "pull", "N", 0.5, 1.0, 2.0, 5.0, 2.5, false, ""});
   EffectComparison c;
   c.effect = "tether";

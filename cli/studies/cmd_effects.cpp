@@ -1,4 +1,4 @@
-// `rotorloop hil effects`: what each physical effect of the plant does, at defined points and in flight.
+// `rotorloop-studies effects`: what each physical effect of the plant does, at defined points and in flight.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,17 +7,17 @@
 #include <thread>
 
 #include "bench/hil/flight/effect_page.hpp"
-#include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/stop_signals.hpp"
 #include "cli/progress/progress_line.hpp"
+#include "cli/studies/studies.hpp"
 #include "host/base/error.hpp"
 #include "host/base/text_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
 
-struct HilEffectsArguments {
+struct EffectsArguments {
   std::string scenario = "scenarios/effects.toml", seeds, out;
   std::vector<std::string> effects;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -25,9 +25,9 @@ struct HilEffectsArguments {
 };
 
 // For the page: without what changes neither table.
-std::string command_line(const HilEffectsArguments& o) {
-  std::string out = "rotorloop hil effects";
-  if (o.scenario != HilEffectsArguments{}.scenario) out += " --scenario " + o.scenario;
+std::string command_line(const EffectsArguments& o) {
+  std::string out = "rotorloop-studies effects";
+  if (o.scenario != EffectsArguments{}.scenario) out += " --scenario " + o.scenario;
   for (const auto& e : o.effects) out += " --effect " + e;
   if (!o.seeds.empty()) out += " --seeds " + o.seeds;
   if (o.probes_only) out += " --probes-only";
@@ -35,7 +35,7 @@ std::string command_line(const HilEffectsArguments& o) {
   return out;
 }
 
-int effects(const HilEffectsArguments& o) {
+int effects(const EffectsArguments& o) {
   if (o.probes_only && !o.seeds.empty())
     throw Error({"--seeds", "does nothing with --probes-only: nothing is flown", "", "leave one of them out"});
   check_outputs({{"-o", o.out}}, o.force);
@@ -66,9 +66,9 @@ int effects(const HilEffectsArguments& o) {
 
 }  // namespace
 
-void add_hil_effects(CLI::App& hil, int& exit_code) {
-  auto* c = hil.add_subcommand("effects", "each physical effect of the plant on and off: sizes against references, and in flight");
-  auto o = std::make_shared<HilEffectsArguments>();
+void add_effects(CLI::App& app, int& exit_code) {
+  auto* c = app.add_subcommand("effects", "each physical effect of the plant on and off: sizes against references, and in flight");
+  auto o = std::make_shared<EffectsArguments>();
   c->add_option("--effect", o->effects, "only this effect, by id (repeatable); default: all");
   c->add_option("--scenario", o->scenario, "flights, and which effect each of them shows")->capture_default_str();
   c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
@@ -80,9 +80,9 @@ void add_hil_effects(CLI::App& hil, int& exit_code) {
   c->add_flag("-q,--quiet", o->quiet, "no progress on stderr");
   c->footer(
       "Examples:\n"
-      "  rotorloop hil effects --effect axial_inflow --effect blockage_strut     two effects, on standard output\n"
-      "  rotorloop hil effects -o docs/effects.md --force                        all of them: docs/effects.md\n"
-      "  rotorloop hil effects --probes-only --json | jq '.probes[] | select(.within | not)'\n"
+      "  rotorloop-studies effects --effect axial_inflow --effect blockage_strut     two effects, on standard output\n"
+      "  rotorloop-studies effects -o docs/effects.md --force                        all of them: docs/effects.md\n"
+      "  rotorloop-studies effects --probes-only --json | jq '.probes[] | select(.within | not)'\n"
       "\nExit codes: 0 all sizes within a factor 2 of their reference, 2 bad arguments or input file, 6 a size is outside,\n"
       "130 and 143 interrupted: what was flown until then is printed, marked.\n"
       "A flight that an effect brings down is a result: the table says why it ended.");

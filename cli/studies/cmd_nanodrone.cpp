@@ -1,4 +1,4 @@
-// `rotorloop nanodrone`: the IDSIA nano-drone benchmark, fitted and scored, with its limits.
+// `rotorloop-studies nanodrone`: the IDSIA nano-drone benchmark, fitted and scored, with its limits.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,8 +8,8 @@
 
 #include "bench/render/digits.hpp"
 #include "bench/studies/nanodrone_benchmark.hpp"
-#include "cli/commands.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "cli/studies/studies.hpp"
 #include "host/base/error.hpp"
 #include "host/vehicle/vehicle_file.hpp"
 
@@ -133,7 +133,7 @@ void add_nanodrone(CLI::App& app, int& exit_code) {
   c->add_flag("--json", o->json, "one JSON document instead of tables");
   c->footer(
       "Example:\n"
-      "  ROTORLOOP_DATA=~/data rotorloop nanodrone --likelihood\n"
+      "  ROTORLOOP_DATA=~/data rotorloop-studies nanodrone --likelihood\n"
       "Ends with exit code 6 when a limit of docs/acceptance/identify_idsia.md is missed.");
   c->callback([o, &exit_code] { exit_code = run(*o); });
 }

@@ -1,19 +1,19 @@
-// `rotorloop rotor oracles`: recorded results of other programs against ours, each in that program's own conventions.
+// `rotorloop-studies oracles`: recorded results of other programs against ours, each in that program's own conventions.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "bench/propeller/oracles/oracles.hpp"
-#include "cli/commands.hpp"
 #include "cli/rotor/measured_data.hpp"
+#include "cli/studies/studies.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {
 
-void add_rotor_oracles(CLI::App& rotor, int& exit_code) {
+void add_oracles(CLI::App& app, int& exit_code) {
   CLI::App* c =
-      rotor.add_subcommand("oracles", "recorded results of QPROP, agilicious, JSBSim and RotorPy against ours, in their conventions");
+      app.add_subcommand("oracles", "recorded results of QPROP, agilicious, JSBSim and RotorPy against ours, in their conventions");
   c->footer(
       "Needs the recordings: ROTORLOOP_DATA names the folder that holds propellers/. docs/acceptance/rotor_oracles.md discusses every "
       "figure.\n"
