@@ -11,6 +11,7 @@
 #include "bench/render/digits.hpp"
 #include "bench/render/document.hpp"
 #include "bench/render/page.hpp"
+#include "bench/sysid/identify/identification_run.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
 #include "cli/ending/refused_result.hpp"
@@ -128,7 +129,7 @@ int calibrate_plant(const CalibrateArguments& o, const RunClock& clock, bool& pr
   const host::VehicleFile base = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   const calibrate::Tunnel tunnel(plant, rotors);
   const Calibrated c = o.flown.empty() ? from_programme(o, tunnel, base) : from_flown(o, tunnel, base);
-  const std::optional<Error> problem = not_credible(o.out, c.vehicle, host::builtin_effect_catalogue());
+  const std::optional<Error> problem = identify::not_credible(o.out, c.vehicle, host::builtin_effect_catalogue());
   publish(o, c,
           problem ? refused_outcome(*problem)
                   : render::Outcome{"pass",
