@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -77,6 +78,30 @@ void print_device(const nlohmann::ordered_json& j) {
                k.contains("value") ? "" : "  " + k["quality"].get<std::string>());
 }
 
+// What a device that gave no value did instead: silence, a refusal and a damaged answer have different remedies.
+ErrorText silence_of(const std::string& port, const std::vector<DeviceArgument>& devices, const modbus::Poller& poller, bool hears_itself) {
+  ErrorText e{port, "", "", "check address and rate at the device, then: rotorloop stand probe"};
+  for (std::size_t d = 0; d < devices.size(); ++d) {
+    const auto& s = poller.statistics(d);
+    if (s.exchanges != s.failed()) continue;
+    const auto most = static_cast<modbus::Failure>(std::max_element(s.failures.begin(), s.failures.end()) - s.failures.begin());
+    e.what += fmt::format("{}{} from {} ({} of {} exchanges)", e.what.empty() ? "" : "; ",
+                          most == modbus::Failure::exception ? "refusal" : modbus::name(most), devices[d].name,
+                          s.failures[static_cast<std::size_t>(most)], s.exchanges);
+    if (most == modbus::Failure::exception) {
+      e.what += fmt::format(": {}, code {}", modbus::exception_text(s.last_exception), s.last_exception);
+      e.likely = "a register, a number of registers or a function that this device does not have";
+      e.remedy = "compare addr, fc and type of the profile with the device's manual; the line, address and rate are right";
+    } else if (most == modbus::Failure::timeout || most == modbus::Failure::disconnected) {
+      if (e.likely.empty()) e.likely = "another address or rate, no supply, or A and B exchanged";
+    } else if (e.likely.empty()) {
+      e.likely = "another rate or parity, a device of another address, or a disturbed line";
+    }
+  }
+  if (hears_itself) e.what += "; the adapter hears its own requests, which are passed over";
+  return e;
+}
+
 int read_bus(const ReadArguments& o) {
   const auto devices = device_arguments(o.profiles);
   const modbus::PortName port = modbus::parse_port(o.port, "PORT");
@@ -90,21 +115,18 @@ int read_bus(const ReadArguments& o) {
   const std::int64_t end = modbus::port_clock_ns() + std::llround(o.for_s * 1e9);
   while (modbus::port_clock_ns() < end && !signals.asked()) poller.step();
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  std::string silent;
+  bool silent = false;
   for (std::size_t d = 0; d < devices.size(); ++d) {
     all.push_back(device_json(poller, d, newest[d]));
     if (!o.json) print_device(all.back());
-    if (poller.statistics(d).exchanges == poller.statistics(d).failed()) silent += (silent.empty() ? "" : ", ") + devices[d].name;
+    silent |= poller.statistics(d).exchanges == poller.statistics(d).failed();
   }
   if (o.json) fmt::print("{}\n", all.dump(1));
   if (!port.tcp && !link.low_latency() && !o.json)
     fmt::print(
         stderr,
         "note: the port has no low-latency setting; USB adapters may hold bytes for 16 ms (/sys/bus/usb-serial/devices/*/latency_timer)\n");
-  if (!silent.empty())
-    throw Error({o.port, fmt::format("no answer from {}", silent), "another address, rate or word format, or A and B exchanged",
-                 "check address and rate at the device, then: rotorloop stand probe"},
-                ExitCode::device);
+  if (silent) throw Error(silence_of(o.port, devices, poller, bus.hears_itself()), ExitCode::device);
   return signals.asked() ? signals.exit_code() : 0;
 }
 

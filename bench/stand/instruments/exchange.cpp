@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace rotorloop::modbus {
+namespace {
+
+constexpr std::size_t kShortestRtuAnswer = 5;  // slave, function, code, CRC: an exception
+
+}  // namespace
 
 std::int64_t frame_gap_ns(int baud, std::int64_t character_ns) { return baud > 19200 ? 1'750'000 : (7 * character_ns + 1) / 2; }
 
@@ -52,12 +57,48 @@ Failure Exchanger::collect(std::size_t wanted, const ExchangeTiming& timing, std
   return Failure::none;
 }
 
-Reply Exchanger::receive_rtu(const Request& request, const ExchangeTiming& timing, std::int64_t request_end_ns) {
+void Exchanger::drop(std::size_t bytes) {
+  std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(bytes), buffer_.begin() + static_cast<std::ptrdiff_t>(got_), buffer_.begin());
+  got_ -= bytes;
+}
+
+// Drivers of a two-wire line make a byte of zeros or ones when they take it or leave it; neither is the address of a device.
+Failure Exchanger::pass_over_line_bytes(const ExchangeTiming& timing, std::int64_t deadline_ns) {
+  constexpr int kMostBytes = 4;
+  for (int i = 0; i < kMostBytes; ++i) {
+    if (const Failure f = collect(1, timing, deadline_ns); f != Failure::none) return f;
+    if (buffer_[0] != 0x00 && buffer_[0] != 0xFF) break;
+    drop(1), ++stray_bytes_;
+  }
+  return Failure::none;
+}
+
+Failure Exchanger::pass_over(const Request& request, std::span<const std::uint8_t> sent, const ExchangeTiming& timing,
+                             std::int64_t deadline_ns) {
+  if (const Failure f = pass_over_line_bytes(timing, deadline_ns); f != Failure::none) return f;
+  // An answer may begin as its request does (that to function 6 is the same): it is the echo where no answer of its length has a right CRC,
+  // or where this line is known to echo.
+  const std::size_t answer = request.reply_pdu_bytes() + 3, shorter = std::min({answer, sent.size(), kShortestRtuAnswer});
+  if (const Failure f = collect(shorter, timing, deadline_ns); f != Failure::none) return f;
+  if (!std::equal(sent.begin(), sent.begin() + static_cast<std::ptrdiff_t>(shorter), buffer_.begin())) return Failure::none;
+  if (answer <= sent.size()) {
+    if (const Failure f = collect(answer, timing, deadline_ns); f != Failure::none) return f;
+    if (!hears_itself_ && rtu_pdu(std::span(buffer_).first(answer), request.slave)) return Failure::none;
+  }
+  if (const Failure f = collect(sent.size(), timing, deadline_ns); f != Failure::none) return f;
+  if (!std::equal(sent.begin(), sent.end(), buffer_.begin())) return Failure::none;
+  hears_itself_ = true;
+  drop(sent.size());
+  return pass_over_line_bytes(timing, deadline_ns);
+}
+
+Reply Exchanger::receive_rtu(const Request& request, std::span<const std::uint8_t> sent, const ExchangeTiming& timing,
+                             std::int64_t request_end_ns) {
   const std::int64_t deadline = request_end_ns + timing.timeout_ns + timing.character_ns;  // its first byte takes a character to come in
-  constexpr std::size_t kException = 5;  // slave, function, code, CRC: the shortest answer
-  if (const Failure f = collect(kException, timing, deadline); f != Failure::none) return {f, 0, {}};
+  if (const Failure f = pass_over(request, sent, timing, deadline); f != Failure::none) return {f, 0, {}};
+  if (const Failure f = collect(kShortestRtuAnswer, timing, deadline); f != Failure::none) return {f, 0, {}};
   const bool exception = buffer_[1] == (static_cast<std::uint8_t>(request.fc) | 0x80u);
-  const std::size_t length = exception ? kException : request.reply_pdu_bytes() + 3;
+  const std::size_t length = exception ? kShortestRtuAnswer : request.reply_pdu_bytes() + 3;
   if (buffer_[0] != request.slave) return {Failure::malformed, 0, {}};
   if (const Failure f = collect(length, timing, deadline); f != Failure::none) return {f, 0, {}};
   const auto pdu = rtu_pdu(std::span(buffer_).first(length), request.slave);
@@ -110,7 +151,7 @@ Exchanged Exchanger::exchange(const Request& request, const ExchangeTiming& timi
     x.reply.failure = Failure::disconnected;
     wait_until(request_end_ns + timing.timeout_ns);  // as long as an answer would have been awaited: no busy loop
   } else {
-    x.reply = framing_ == Framing::rtu ? receive_rtu(request, timing, request_end_ns) : receive_tcp(request, timing, request_end_ns);
+    x.reply = framing_ == Framing::rtu ? receive_rtu(request, frame, timing, request_end_ns) : receive_tcp(request, timing, request_end_ns);
   }
   x.end_ns = link_.now_ns();
   if (x.reply.failure != Failure::none && sent) settle(timing, request_end_ns);

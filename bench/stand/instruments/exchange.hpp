@@ -44,11 +44,16 @@ class Exchanger {
   std::int64_t now_ns() { return link_.now_ns(); }
   void wait_until(std::int64_t time_ns);                      // what comes meanwhile is counted and thrown away
   std::uint64_t stray_bytes() const { return stray_bytes_; }  // that nobody had asked for, or too late
+  bool hears_itself() const { return hears_itself_; }         // an RS-485 adapter whose receiver stays on while it sends
 
  private:
   int receive(std::span<std::uint8_t> into, std::int64_t deadline_ns);
   void wait_for_gap(std::int64_t gap_ns);
-  Reply receive_rtu(const Request& request, const ExchangeTiming& timing, std::int64_t request_end_ns);
+  Reply receive_rtu(const Request& request, std::span<const std::uint8_t> sent, const ExchangeTiming& timing, std::int64_t request_end_ns);
+  // Takes from the front what is none of the answer: bytes that are no address, and the request itself.
+  Failure pass_over(const Request& request, std::span<const std::uint8_t> sent, const ExchangeTiming& timing, std::int64_t deadline_ns);
+  Failure pass_over_line_bytes(const ExchangeTiming& timing, std::int64_t deadline_ns);
+  void drop(std::size_t bytes);
   Reply receive_tcp(const Request& request, const ExchangeTiming& timing, std::int64_t request_end_ns);
   // Bytes until `wanted` are there; none: enough. `got` counts those of this answer.
   Failure collect(std::size_t wanted, const ExchangeTiming& timing, std::int64_t first_deadline_ns);
@@ -63,6 +68,7 @@ class Exchanger {
   std::function<std::int64_t(std::int64_t)> watcher_;
   std::uint16_t transaction_ = 0;
   std::uint64_t stray_bytes_ = 0;
+  bool hears_itself_ = false;
 };
 
 }  // namespace rotorloop::modbus

@@ -206,5 +206,89 @@ TEST(ModbusMaster, SignsAndScalesFromOtherRegistersArriveOverTheWire) {
   }
 }
 
+// A line that answers a request with bytes given beforehand, in virtual time; `echo`: the request itself comes back first.
+class ScriptedLine : public ByteLink {
+ public:
+  bool echo = false;
+  std::vector<std::uint8_t> before;  // of every answer
+  std::function<std::vector<std::uint8_t>(std::span<const std::uint8_t> request)> answer_of;
+  std::int64_t now_ns() override { return now_ns_; }
+  bool send(std::span<const std::uint8_t> bytes) override {
+    const auto answer = answer_of(bytes);
+    if (echo) coming_.insert(coming_.end(), bytes.begin(), bytes.end());
+    coming_.insert(coming_.end(), before.begin(), before.end());
+    coming_.insert(coming_.end(), answer.begin(), answer.end());
+    return true;
+  }
+  int receive(std::span<std::uint8_t> into, std::int64_t deadline_ns) override {
+    if (coming_.empty()) {
+      now_ns_ = std::max(now_ns_, deadline_ns);
+      return 0;
+    }
+    const std::size_t n = std::min(into.size(), coming_.size());
+    std::copy_n(coming_.begin(), n, into.begin());
+    coming_.erase(coming_.begin(), coming_.begin() + static_cast<std::ptrdiff_t>(n));
+    now_ns_ += 100'000;
+    return static_cast<int>(n);
+  }
+
+ private:
+  std::int64_t now_ns_ = 0;
+  std::vector<std::uint8_t> coming_;
+};
+
+constexpr ExchangeTiming kScriptedTiming{100'000, 2'000'000, 50'000'000, 20'000'000, 100'000'000};
+
+std::vector<std::uint8_t> two_registers(std::span<const std::uint8_t> request) {
+  return rtu_frame(request[0], std::vector<std::uint8_t>{3, 4, 0x41, 0x48, 0x00, 0x00});  // 12.5 as f32
+}
+
+TEST(ModbusMaster, AnAdapterThatHearsItsOwnRequestsAndLineBytesOfZerosOrOnesLeaveTheAnswer) {
+  ScriptedLine line;
+  line.answer_of = two_registers;
+  Exchanger bus(line, Exchanger::Framing::rtu);
+  for (const bool echo : {false, true})
+    for (const std::vector<std::uint8_t>& before : {std::vector<std::uint8_t>{}, {0x00}, {0xFF, 0x00}}) {
+      line.echo = echo, line.before = before;
+      const Exchanged x = bus.exchange({1, 3, 0, 2, {}}, kScriptedTiming);
+      EXPECT_EQ(x.reply.failure, Failure::none) << name(x.reply.failure);
+      EXPECT_EQ(x.reply.registers, (std::vector<std::uint16_t>{0x4148, 0x0000}));
+      EXPECT_EQ(bus.hears_itself(), echo);
+    }
+}
+
+TEST(ModbusMaster, OnALineThatEchoesTheEchoAloneIsNoAnswerNeitherToAReadNorToAWriteThatIsAnsweredByItself) {
+  ScriptedLine line;
+  line.echo = true;
+  line.answer_of = [](std::span<const std::uint8_t>) { return std::vector<std::uint8_t>{}; };
+  Exchanger bus(line, Exchanger::Framing::rtu);
+  EXPECT_EQ(bus.exchange({1, 3, 0, 2, {}}, kScriptedTiming).reply.failure, Failure::timeout);
+  EXPECT_TRUE(bus.hears_itself());
+  EXPECT_EQ(bus.exchange({1, 6, 5, 1, {7}}, kScriptedTiming).reply.failure, Failure::timeout);
+  line.answer_of = [](std::span<const std::uint8_t> request) { return std::vector<std::uint8_t>(request.begin(), request.end()); };
+  EXPECT_EQ(bus.exchange({1, 6, 5, 1, {7}}, kScriptedTiming).reply.failure, Failure::none);
+}
+
+TEST(ModbusMaster, AnAnswerOfOneRegisterThatBeginsAsItsRequestDidIsNotTakenForTheEcho) {
+  ScriptedLine line;
+  line.answer_of = [](std::span<const std::uint8_t> request) {
+    return rtu_frame(request[0], std::vector<std::uint8_t>{3, 2, 0x10, 0x00});  // register 0x0210, one of them, holds 0x1000
+  };
+  Exchanger bus(line, Exchanger::Framing::rtu);
+  const Exchanged x = bus.exchange({1, 3, 0x0210, 1, {}}, kScriptedTiming);
+  EXPECT_EQ(x.reply.failure, Failure::none);
+  EXPECT_EQ(x.reply.registers, std::vector<std::uint16_t>{0x1000});
+}
+
+TEST(ModbusMaster, ARefusalIsKeptWithItsCodeBehindAnEcho) {
+  ScriptedLine line;
+  line.echo = true;
+  line.answer_of = [](std::span<const std::uint8_t> request) { return rtu_frame(request[0], std::vector<std::uint8_t>{0x83, 2}); };
+  Exchanger bus(line, Exchanger::Framing::rtu);
+  const Exchanged x = bus.exchange({1, 3, 0, 2, {}}, kScriptedTiming);
+  EXPECT_EQ(x.reply.failure, Failure::exception);
+  EXPECT_EQ(x.reply.exception, 2);
+}
+
 }  // namespace
 }  // namespace rotorloop::modbus
