@@ -42,6 +42,7 @@ int replay(const ReplayArguments& o) {
   check_live_options(o.live);
   BusLog log = read_bus_log(o.file);
   choose_interface(log, o);
+  for (const std::string& note : log.notes) fmt::print(stderr, "{}: {}\n", o.file, note);
   if (log.skipped_remote + log.skipped_error > 0)
     fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.file, log.skipped_remote, log.skipped_error);
   if (log.frames.empty()) throw Error({o.file, "holds no frame that can be sent", "", "give another recording"});

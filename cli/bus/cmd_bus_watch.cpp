@@ -163,6 +163,7 @@ int watch(const WatchArguments& o, const std::function<bool(const StampedBusFram
     for (const LoggedFrame& f : log.frames) {
       if (passes(filters, f.frame) && !take({.frame = f.frame, .time_ns = f.time_ns})) break;
     }
+    for (const std::string& note : log.notes) fmt::print(stderr, "{}: {}\n", o.source, note);
     if (log.skipped_remote + log.skipped_error > 0)
       fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.source, log.skipped_remote, log.skipped_error);
     return 0;

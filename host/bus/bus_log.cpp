@@ -6,6 +6,7 @@
 
 #include "host/base/error.hpp"
 #include "host/bus/candump_log.hpp"
+#include "host/bus/foreign_bus_log.hpp"
 #include "host/bus/pcap_log.hpp"
 
 namespace rotorloop {
@@ -16,7 +17,9 @@ BusLog read_bus_log(const std::string& path) {
   if (!file.is_open() || file.bad()) {
     throw Error({.where = path, .what = "cannot read the bus log", .likely = "", .remedy = "check the path and that the file may be read"});
   }
-  return looks_like_pcap(bytes) ? parse_pcap(bytes, path) : parse_candump(bytes, path);
+  if (looks_like_pcap(bytes)) return parse_pcap(bytes, path);
+  if (looks_like_trc(bytes)) return parse_trc(bytes, path);
+  return looks_like_asc(bytes) ? parse_asc(bytes, path) : parse_candump(bytes, path);
 }
 
 }  // namespace rotorloop

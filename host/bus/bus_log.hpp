@@ -6,7 +6,8 @@
 
 namespace rotorloop {
 
-// Reads candump -L text or pcap, recognised by the first bytes. Throws Error (exit 2) with file and line (or record) on bad input.
+// Reads the text of candump, pcap, .trc (PCAN-View) or .asc (Vector), recognised by the first bytes. Throws Error (exit 2) with file and
+// line (or record) on bad input.
 BusLog read_bus_log(const std::string& path);
 
 }  // namespace rotorloop

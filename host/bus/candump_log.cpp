@@ -39,6 +39,7 @@ class LineParser {
   LineParser(std::string_view line, const std::string& name, std::size_t number) : rest_(line), line_(line), name_(name), number_(number) {}
 
   std::int64_t time_ns() {
+    blanks();
     expect('(', "a time stamp \"(seconds.microseconds)\"");
     const std::int64_t seconds = decimal(1, 12);
     expect('.', "microseconds after the seconds");
@@ -63,8 +64,29 @@ class LineParser {
       rest_.remove_prefix(1);
       ++digits;
     }
-    expect('#', "\"#\" after the identifier");
     return id;
+  }
+  // "[8]  11 22 …" behind an identifier, as candump prints it on a screen. False: it is the form of -L.
+  bool on_screen(BusFrame& frame, bool& remote) {
+    if (rest_.empty() || rest_.front() != ' ') {
+      expect('#', "\"#\" after the identifier");
+      return false;
+    }
+    blanks();
+    expect('[', "\"#\" or \"[length]\" after the identifier");
+    const bool two_digits = rest_.size() > 2 && rest_[1] != ']';  // of CAN FD
+    const std::int64_t length = decimal(1, 2);
+    frame.fd = two_digits;
+    expect(']', "\"]\" after the length");
+    blanks();
+    remote = rest_.starts_with("remote request");
+    for (std::int64_t i = 0; i < length && !remote; ++i, blanks()) {
+      if (rest_.size() < 2 || hex_value(rest_[0]) < 0 || hex_value(rest_[1]) < 0 || frame.length >= (frame.fd ? 64 : 8))
+        fail("expected " + std::to_string(length) + " pairs of hex digits as data");
+      frame.data[frame.length++] = static_cast<std::uint8_t>(hex_value(rest_[0]) << 4 | hex_value(rest_[1]));
+      rest_.remove_prefix(2);
+    }
+    return true;
   }
   // The digit of flags of a CAN FD frame (canfd_frame.flags): 1 higher data rate, 2 sender error-passive.
   bool bit_rate_switch() {
@@ -143,9 +165,11 @@ void parse_line(LineParser line, BusLog& log) {
   std::size_t digits = 0;
   const std::uint32_t id = line.identifier(digits);
   if (digits != 3 && digits != 8) line.fail("expected an identifier of 3 or 8 hex digits");
-  entry.frame.fd = line.take('#');
-  if (entry.frame.fd) entry.frame.bit_rate_switch = line.bit_rate_switch();
-  if (!entry.frame.fd && line.take('R')) {
+  bool remote = false;
+  const bool on_screen = line.on_screen(entry.frame, remote);
+  if (!on_screen) entry.frame.fd = line.take('#');
+  if (entry.frame.fd && !on_screen) entry.frame.bit_rate_switch = line.bit_rate_switch();
+  if (remote || (!on_screen && !entry.frame.fd && line.take('R'))) {
     ++log.skipped_remote;
     return;
   }
@@ -156,7 +180,7 @@ void parse_line(LineParser line, BusLog& log) {
   entry.frame.extended = digits == 8;
   entry.frame.id = id;
   if (id >= (entry.frame.extended ? 1u << 29 : 1u << 11)) line.fail("identifier beyond 7FF (3 digits) or 1FFFFFFF (8 digits)");
-  line.data(entry.frame);
+  if (!on_screen) line.data(entry.frame);
   log.frames.push_back(entry);
 }
 
@@ -218,11 +242,18 @@ BusLog parse_candump(std::string_view text, const std::string& name) {
   std::size_t number = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
+    const bool ended = end < text.size();
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     ++number;
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
-    if (!line.empty()) parse_line(LineParser(line, name, number), log);
+    if (line.empty() || line.front() == '#' || line.front() == ';') continue;
+    try {
+      parse_line(LineParser(line, name, number), log);
+    } catch (const Error&) {
+      if (ended) throw;
+      log.notes.push_back("line " + std::to_string(number) + " was cut off and is left out");
+    }
   }
   return log;
 }

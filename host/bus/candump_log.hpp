@@ -35,7 +35,9 @@ class CandumpWriter {
   std::string interface_;
 };
 
-// Throws Error with file and line. `name` is what messages call the text.
+// Also what candump prints on a screen with -ta or -tz: "(12.345678)  can0  123   [2]  11 22". Lines that begin with "#" or ";" are
+// comments; a last line without its end that cannot be read is left out and noted. Throws Error with file and line. `name` is what messages
+// call the text.
 BusLog parse_candump(std::string_view text, const std::string& name);
 
 }  // namespace rotorloop

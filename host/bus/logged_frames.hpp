@@ -20,6 +20,7 @@ struct BusLog {
   std::vector<std::string> interfaces;  // "can0", …; one empty name for pcap, which has none
   std::uint64_t skipped_remote = 0;
   std::uint64_t skipped_error = 0;
+  std::vector<std::string> notes;  // what was tolerated, in words
 };
 
 }  // namespace rotorloop

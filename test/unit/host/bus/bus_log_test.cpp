@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -136,6 +137,90 @@ TEST(Candump, InterfaceNameThatWouldBreakTheFormatIsRefused) {
   EXPECT_THROW(CandumpWriter(file.path, "two words"), Error);
   EXPECT_THROW(CandumpWriter(file.path, ""), Error);
   EXPECT_THROW(CandumpWriter(file.path, "sixteen_letters_"), Error);
+}
+
+TEST(Candump, CommentsArePassedOverAndACutLastLineIsLeftOutAndNoted) {
+  const BusLog log =
+      parse_candump("# bench, ESC 3 replaced\n(1.000001) can0 123#1122\n; noted by hand\n(1.000002) can0 124#33\n(1.000003) can0 1", "x");
+  ASSERT_EQ(log.frames.size(), 2u);
+  EXPECT_EQ(log.frames[1].frame.id, 0x124u);
+  ASSERT_EQ(log.notes.size(), 1u);
+  EXPECT_EQ(log.notes[0], "line 5 was cut off and is left out");
+  EXPECT_THROW((void)parse_candump("(1.000003) can0 1\n(1.000004) can0 123#11\n", "x"), Error) << "a damaged line within the file";
+}
+
+TEST(Candump, TextOfTheScreenIsReadAsTheFile) {
+  const BusLog log = parse_candump(
+      " (1700000000.000001)  can0  123   [2]  11 22\n (1700000000.000002)  can0  1F334455   [8]  00 01 02 03 04 05 06 07\n"
+      " (1700000000.000003)  can0  123   [4]  remote request\n (1700000000.000004)  can0  124  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B\n",
+      "x");
+  ASSERT_EQ(log.frames.size(), 3u);
+  EXPECT_EQ(log.frames[0].frame.data[1], 0x22);
+  EXPECT_TRUE(log.frames[1].frame.extended);
+  EXPECT_EQ(log.frames[1].time_ns, 1'700'000'000'000'002'000);
+  EXPECT_TRUE(log.frames[2].frame.fd);
+  EXPECT_EQ(log.frames[2].frame.length, 12);
+  EXPECT_EQ(log.skipped_remote, 1u);
+}
+
+// Lines as PEAK's "PCAN Trace File Format" (version 1.1 and 2.1) prints them.
+TEST(ForeignBusLog, TraceOfPcanViewIsReadInBothItsForms) {
+  const TemporaryFile file(".trc");
+  std::ofstream(file.path) << ";$FILEVERSION=1.1\n;$STARTTIME=25569.5\n;   Message Number\n"
+                              "     1)      1059.9  Rx         0300  7  00 00 00 00 04 00 00\n"
+                              "     2)      1283.2  Rx     1F334455  4  20 B9 17 94\n"
+                              "     3)      1298.9  Tx         0400  2  RTR\n     4)      1300.0  Error      0008  4  00 19 08 08\n";
+  const BusLog one = read_bus_log(file.path);
+  ASSERT_EQ(one.frames.size(), 2u);
+  EXPECT_EQ(one.frames[0].time_ns, 43'200'000'000'000 + 1'059'900'000) << "12 h after the start of 1970";
+  EXPECT_EQ(one.frames[0].frame.id, 0x300u);
+  EXPECT_EQ(one.frames[0].frame.length, 7);
+  EXPECT_TRUE(one.frames[1].frame.extended);
+  EXPECT_EQ(one.frames[1].frame.data[1], 0xB9);
+  EXPECT_EQ(one.skipped_remote, 1u);
+  EXPECT_EQ(one.skipped_error, 1u);
+  std::ofstream(file.path) << ";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n"
+                              "      1      1059.900 DT 1      0300 Rx -  2    11 22\n"
+                              "      2      1060.100 FB 1  18EF8034 Rx -  9    00 01 02 03 04 05 06 07 08 09 0A 0B\n"
+                              "      3      1061.000 ST 1           Rx -  4    00 00 00 00\n      4      1062.0";
+  const BusLog two = read_bus_log(file.path);
+  ASSERT_EQ(two.frames.size(), 2u);
+  EXPECT_TRUE(two.frames[1].frame.fd && two.frames[1].frame.bit_rate_switch);
+  EXPECT_EQ(two.frames[1].frame.length, 12);
+  EXPECT_EQ(two.notes.size(), 1u) << "the last line was cut";
+}
+
+// Lines as CANalyzer's "ASCII Logging File Format" has them.
+TEST(ForeignBusLog, AscOfVectorIsReadAndEventsArePassedOver) {
+  const TemporaryFile file(".asc");
+  std::ofstream(file.path) << "date Mon Nov 28 07:00:00.000 am 2026\nbase hex  timestamps absolute\ninternal events logged\n"
+                              "// version 8.0.0\nBegin Triggerblock\n   0.000000 Start of measurement\n"
+                              "   0.015991 1  64              Rx   d 8 00 01 02 03 04 05 06 07  Length = 0\n"
+                              "   0.016991 1  1F334455x       Tx   d 2 AA BB\n   0.017 1  65   Rx   r\n"
+                              "   0.020000 1  Statistic: D 10 R 0 XD 0 XR 0 E 0 O 0 B 0.1%\n   0.030000 1  ErrorFrame\n"
+                              "   0.040000 CANFD   1 Rx   18EF8034x   Name   1 0 9 12 00 01 02 03 04 05 06 07 08 09 0A 0B 0 0 1000\n"
+                              "End TriggerBlock\n";
+  const BusLog log = read_bus_log(file.path);
+  ASSERT_EQ(log.frames.size(), 3u);
+  EXPECT_EQ(log.frames[0].time_ns, 15'991'000);
+  EXPECT_EQ(log.frames[0].frame.id, 0x64u);
+  EXPECT_TRUE(log.frames[1].frame.extended);
+  EXPECT_EQ(log.frames[1].frame.data[1], 0xBB);
+  EXPECT_TRUE(log.frames[2].frame.fd);
+  EXPECT_EQ(log.frames[2].frame.length, 12);
+  EXPECT_EQ(log.skipped_remote, 1u);
+  EXPECT_EQ(log.skipped_error, 1u);
+}
+
+TEST(FieldBusLogs, ACutLogHas248FramesAndANoteAndACommentIsSkipped) {
+  const char* root = std::getenv("ROTORLOOP_DATA");
+  if (root == nullptr) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  const BusLog cut = read_bus_log(std::string(root) + "/field/C2_cut.log");
+  EXPECT_EQ(cut.frames.size(), 248u);
+  EXPECT_EQ(cut.notes.size(), 1u);
+  const BusLog comment = read_bus_log(std::string(root) + "/field/C3_comment.log");
+  EXPECT_GE(comment.frames.size(), 248u);
+  EXPECT_TRUE(comment.notes.empty());
 }
 
 TEST(Pcap, BytesAreThoseOfTheSpecification) {
