@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "bench/stand/evaluate/estimate/credibility.hpp"
 #include "bench/stand/evaluate/estimate/estimate_files.hpp"
 #include "bench/stand/evaluate/report/estimate_document.hpp"
 #include "bench/stand/evaluate/stand_comparison.hpp"
@@ -30,6 +31,7 @@ struct StandEstimateArguments {
   std::vector<double> window_rpm;
   std::optional<double> diameter_m, density_kg_m3, propeller_inertia_kg_m2;
   stand::EstimateOptions estimate;
+  std::vector<std::string> accepted;
   bool json = false, force = false;
 };
 
@@ -105,6 +107,7 @@ stand::AdvanceTorque advance_of(const StandEstimateArguments& o, const stand::St
 stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   const stand::RunOptions with = run_options(o);
   stand::EstimateOptions options = o.estimate;
+  options.accepted = {o.accepted.begin(), o.accepted.end()};
   if (o.window_rpm.size() == 2) options.window_rad_s = {{o.window_rpm[0] * kRad_s_per_rpm, o.window_rpm[1] * kRad_s_per_rpm}};
   stand::EstimateDocument d;
   d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.command = "rotorloop stand estimate";
@@ -133,7 +136,8 @@ void write_files(const StandEstimateArguments& o, const stand::EstimateDocument&
     write_text_file(o.report / "result.json", stand::estimate_json(d));
     write_text_file(o.report / "report.html", stand::estimate_page(d));
   }
-  const std::string written_by = std::string("rotorloop stand estimate ") + kVersion;
+  const std::string written_by = std::string("rotorloop stand estimate ") + kVersion +
+                                 (o.accepted.empty() ? "" : fmt::format(" --accept {}", fmt::join(o.accepted, ",")));
   const stand::StandEstimate& e = d.files[0].estimate;
   if (!o.motor_out.empty()) write_text_file(o.motor_out, stand::motor_file_text(e, {o.base, o.propeller_inertia_kg_m2}, written_by));
   if (!o.vehicle_out.empty())
@@ -189,6 +193,9 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_option("--draws", o->estimate.draws, "of the bootstrap over steps")->check(CLI::Range(100, 100000))->capture_default_str();
   c->add_option("--seed", o->estimate.seed, "of the bootstrap")->capture_default_str();
+  c->add_option("--accept", o->accepted, "checks that you answer for: power_balance, figure_of_merit, uncertainty; written into every file")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(stand::kCredibilityChecks.begin(), stand::kCredibilityChecks.end())));
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   add_force(*c, o->force);
   c->footer(

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "bench/stand/evaluate/misread_speed.hpp"
 #include "host/base/block_fit.hpp"
 #include "host/base/statistics.hpp"
 
@@ -174,6 +175,8 @@ CheckedStand check_stand(StandRecord record) {
     s.faults.push_back({"rotor speed", "no point is left in which a rotor turns", ""});
     return s;
   }
+  check_misread_speed(s);
+  if (s.speed == StandChannelState::faulty) return s;
   s.thrust = check_channel(s, &StandPoint::thrust_N, "thrust", "N", true);
   s.torque = check_channel(s, &StandPoint::torque_N_m, "torque", "N m", false);
   if (s.thrust == StandChannelState::good) check_zero(s, StandQuantity::thrust);

@@ -35,7 +35,7 @@ StandChannel read_channel(const TomlTable& t, bool has_join) {
     t.fail("columns", fmt::format("{} has {} columns, expected 1{}", word, c.columns.size(), most > 1 ? " to 4" : ""), "",
            most > 1 ? "give one column for each rotor on the stand" : "give one column");
   const std::string unit = t.text("unit", c.quantity == StandQuantity::command ? "1" : "");
-  const log::LogUnit* const u = log::find_log_unit(unit);
+  const log::LogUnit* const u = log::find_written_unit(unit, si);
   if (!u || u->si != si)
     t.fail("unit", fmt::format("unit = \"{}\" is no unit of {}", unit, word), "", fmt::format("use one of: {}", log::log_units_of(si)));
   c.to_si = u->factor * t.number("scale", {-1e9, 1e9, "1"}, 1.0);

@@ -3,75 +3,58 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
-#include <limits>
-#include <optional>
 #include <string_view>
 
+#include "bench/sysid/log/foreign_csv.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::log {
 namespace {
-
-constexpr double kBlank = std::numeric_limits<double>::quiet_NaN();
 
 [[noreturn]] void bad(const std::filesystem::path& path, std::size_t line, std::string what, std::string likely, std::string remedy) {
   throw Error({fmt::format("{}:{}", path.generic_string(), line), std::move(what), std::move(likely), std::move(remedy)},
               ExitCode::data_quality);
 }
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && (s.front() == ' ' || s.front() == '\t')) s.remove_prefix(1);
-  while (!s.empty() && (s.back() == ' ' || s.back() == '\t' || s.back() == '\r')) s.remove_suffix(1);
-  if (s.size() >= 2 && s.front() == '"' && s.back() == '"') s = s.substr(1, s.size() - 2);
-  return s;
-}
+constexpr double kLonger = 1.5;  // of the names: rows this much longer have commas in their numbers
 
-// Calls cell(index, text) for each cell; returns their number.
-template <class Cell>
-std::size_t split(std::string_view line, char separator, const Cell& cell) {
-  std::size_t i = 0;
-  for (;; ++i) {
-    const auto end = line.find(separator);
-    cell(i, line.substr(0, end));
-    if (end == std::string_view::npos) return i + 1;
-    line.remove_prefix(end + 1);
+// Columns of the names that are kept, in their order; nullptr for the others.
+std::vector<std::vector<double>*> kept_columns(ColumnTable& table, const std::set<std::string>* wanted, std::size_t line,
+                                               const std::filesystem::path& path) {
+  std::vector<std::vector<double>*> keep;
+  for (const std::string& name : table.names) {
+    keep.push_back(nullptr);
+    if (wanted && !wanted->contains(name)) continue;
+    if (table.has(name)) bad(path, line, fmt::format("has the column \"{}\" twice", name), "", "rename one of them");
+    keep.back() = &table.columns[name];
   }
+  return keep;
 }
 
-std::optional<double> number(std::string_view text) {
-  if (text.empty() || text == "null" || text == "NULL" || text == "NA" || text == "None") return kBlank;
-  if (text == "true" || text == "True") return 1.0;
-  if (text == "false" || text == "False") return 0.0;
-  if (text.front() == '+') text.remove_prefix(1);
-  double v = 0.0;
-  const auto [used, ec] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (used != text.data() + text.size()) return std::nullopt;
-  if (ec == std::errc::result_out_of_range) return kBlank;  // 1e999: no reading that anyone has taken
-  if (ec != std::errc{}) return std::nullopt;
-  return v - v == 0.0 ? v : kBlank;
-}
-
-struct Lines {
-  std::string_view rest;
-  std::size_t number = 0;
-  bool ended = false;  // the line had its line feed
-
-  // Next line that is neither blank nor a comment.
-  std::optional<std::string_view> next() {
-    while (!rest.empty()) {
-      const auto end = rest.find('\n');
-      auto line = rest.substr(0, end);
-      ended = end != std::string_view::npos;
-      rest.remove_prefix(ended ? end + 1 : rest.size());
-      ++number;
-      if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-      if (!line.empty() && line.front() != '#') return line;
-    }
-    return std::nullopt;
+CsvHead head_of(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted, const CsvFormat& format,
+                const std::string& label) {
+  CsvHead head;
+  head.below.rest = text;
+  if (!format.header.empty()) {
+    head.names = format.header;
+  } else if (format.foreign) {
+    head = find_csv_head(text, format.separator, wanted ? *wanted : std::set<std::string>{}, label);
+  } else if (const auto line = head.below.next()) {
+    split_csv(*line, format.separator, [&](std::size_t, std::string_view cell) { head.names.emplace_back(csv_cell(cell)); });
   }
-};
+  if (head.names.empty())
+    bad(path, head.below.number + 1, "has no row of column names", "the file is empty or was cut", "make the log again");
+  return head;
+}
+
+[[noreturn]] void bad_width(const std::filesystem::path& path, std::size_t line, std::size_t cells, std::size_t names) {
+  bad(path, line, fmt::format("has {} cells, the header has {}", cells, names),
+      cells > names ? "it may be decimals with a comma, as some spreadsheets write, or a separator inside a cell"
+      : cells == 1  ? "another separator than the mapping's, or a line that was cut"
+                    : "a damaged or cut line",
+      "part columns by \",\" and write decimals with \".\", or set `separator` in the mapping; repair or remove a damaged line");
+}
 
 }  // namespace
 
@@ -97,57 +80,54 @@ std::string read_log_bytes(const std::filesystem::path& path) {
 
 ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted,
                       const CsvFormat& format) {
-  Lines lines{text};
-  if (lines.rest.starts_with("\xEF\xBB\xBF")) lines.rest.remove_prefix(3);  // an editor's mark of UTF-8
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // an editor's mark of UTF-8
   ColumnTable table;
   table.label = path.filename().generic_string();
-  const std::string given = fmt::format("{}", fmt::join(format.header, std::string(1, format.separator)));
-  const auto header = given.empty() ? lines.next() : std::optional<std::string_view>(given);
-  if (!header) bad(path, lines.number + 1, "has no row of column names", "the file is empty or was cut", "make the log again");
-
-  std::vector<std::vector<double>*> keep;
-  split(*header, format.separator, [&](std::size_t, std::string_view cell) {
-    table.names.emplace_back(trimmed(cell));
-    const std::string& name = table.names.back();
-    keep.push_back(nullptr);
-    if (wanted && !wanted->contains(name)) return;
-    if (table.has(name)) bad(path, lines.number, fmt::format("has the column \"{}\" twice", name), "", "rename one of them");
-    keep.back() = &table.columns[name];
-  });
-
+  CsvHead head = head_of(text, path, wanted, format, table.label);
+  CsvLines& lines = head.below;
+  table.names = std::move(head.names), table.notes = std::move(head.notes);
+  const auto keep = kept_columns(table, wanted, lines.number, path);
+  std::size_t longer = 0;
   std::vector<double> row(keep.size());
   while (const auto line = lines.next()) {
     std::string_view bad_cell;
-    std::size_t bad_index = keep.size();
-    const std::size_t cells = split(*line, format.separator, [&](std::size_t i, std::string_view cell) {
+    std::size_t bad_index = keep.size(), filled = 0;  // cells up to the last that holds something
+    const std::size_t cells = split_csv(*line, format.separator, [&](std::size_t i, std::string_view raw) {
+      const std::string_view cell = csv_cell(raw);
+      if (!cell.empty()) filled = i + 1;
       if (i >= keep.size() || !keep[i]) return;
-      const auto v = number(trimmed(cell));
-      if (!v && bad_index == keep.size()) bad_index = i, bad_cell = trimmed(cell);
-      row[i] = v.value_or(kBlank);
+      const auto v = format.foreign ? csv_number_with_comma(cell, format.separator) : csv_number(cell);
+      if (!v && bad_index == keep.size()) bad_index = i, bad_cell = cell;
+      row[i] = v.value_or(kBlankCell);
     });
-    if (cells != keep.size() || bad_index != keep.size()) {
+    const bool surplus = format.foreign && cells > keep.size() && static_cast<double>(filled) < kLonger * static_cast<double>(keep.size());
+    // A last column without a name has no cells in some programs' rows.
+    const bool open_end = format.foreign && cells + 1 == keep.size() && table.names.back().empty();
+    const bool fits = cells == keep.size() || surplus || open_end;
+    if (!fits || bad_index != keep.size()) {
       if (!lines.ended && format.cut_end == CutEnd::left_out) {
         table.notes.push_back(fmt::format("{}: line {} was cut off and is left out", table.label, lines.number));
         break;
       }
-      if (cells != keep.size())
-        bad(path, lines.number, fmt::format("has {} cells, the header has {}", cells, keep.size()),
-            cells > keep.size() ? "decimals with a comma, as some spreadsheets write, or a separator inside a cell"
-            : cells == 1        ? "another separator than the mapping's, or a line that was cut"
-                                : "a damaged or cut line",
-            "part columns by \",\" and write decimals with \".\", or set `separator` in the mapping; repair or remove a damaged line");
+      if (!fits) bad_width(path, lines.number, cells, keep.size());
       bad(path, lines.number, fmt::format("\"{}\" in column \"{}\" is not a number", bad_cell.substr(0, 40), table.names[bad_index]),
           "a damaged or edited line", "repair the cell, or leave it blank when there was no measurement");
     }
+    longer += surplus && filled > keep.size();
     for (std::size_t i = 0; i < keep.size(); ++i)
       if (keep[i]) keep[i]->push_back(row[i]);
     ++table.rows;
   }
+  if (longer > 0)
+    table.notes.push_back(fmt::format("{}: {} of {} rows have more cells than the {} names; what has no name is left out", table.label,
+                                      longer, table.rows, keep.size()));
   return table;
 }
 
 ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, const CsvFormat& format) {
-  return parse_csv(read_log_bytes(path), path, &wanted, format);
+  CsvFormat of_another = format;
+  of_another.foreign = true;
+  return parse_csv(as_utf8(read_log_bytes(path)), path, &wanted, of_another);
 }
 
 }  // namespace rotorloop::log

@@ -28,15 +28,17 @@ struct CsvFormat {
   char separator = ',';
   CutEnd cut_end = CutEnd::left_out;
   std::vector<std::string> header = {};  // the names of a file that has no row of names
+  bool foreign = false;                  // another program wrote it: what find_csv_head allows, decimal commas, rows longer than the names
 };
 
 // One row of names, then rows of numbers; blank lines, lines that begin with '#', a byte order mark and CRLF are allowed. Blank cells,
 // "nan" and "null" are not-a-number, true and false 1 and 0. Only the columns in `wanted` (nullptr: all) are kept and checked.
+// Of a foreign file cells beyond the names are left out and noted, unless most rows have half as many again, as decimals with a comma make.
 // Throws Error (ExitCode::data_quality) with file, line, column and value for anything else; `path` is for messages.
 ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted,
                       const CsvFormat& format);
 
-// The same of a whole file. Throws Error (ExitCode::usage) when it cannot be read.
+// The same of a whole file of another program, in UTF-8 or UTF-16. Throws Error (ExitCode::usage) when it cannot be read.
 ColumnTable read_csv_table(const std::filesystem::path& path, const std::set<std::string>& wanted, const CsvFormat& format);
 
 // The whole file. Throws Error (ExitCode::usage) when it cannot be read.

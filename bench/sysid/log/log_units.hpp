@@ -15,6 +15,8 @@ struct LogUnit {
 
 std::span<const LogUnit> log_units();
 const LogUnit* find_log_unit(std::string_view name);  // nullptr when there is none
-std::string log_units_of(std::string_view si);        // names with that SI unit, for messages: "m, mm, cm"
+// The same as other programs write it in their headers: "N·cm", "N.cm" and "Ncm" are "N cm", "RPM" is "rpm". Only units of `si`.
+const LogUnit* find_written_unit(std::string_view written, std::string_view si);
+std::string log_units_of(std::string_view si);  // names with that SI unit, for messages: "m, mm, cm"
 
 }  // namespace rotorloop::log

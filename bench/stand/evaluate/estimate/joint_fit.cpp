@@ -20,6 +20,9 @@ constexpr double kSteepest = 2.0;  // exponents beyond ω^0 … ω^4 are no roto
 // Standard deviations of exponent, curvature and its change between propellers: root mean squares of C_T and C_P over rotor speed in the
 // static tables of six propellers of 4 to 28 inches (UIUC vol. 1 to 3, pyBEMT's T-Motor 28).
 constexpr double kPriorExponent = 0.10, kPriorCurvature = 0.09, kPriorThird = 0.09;
+// Of a load cell's zero over a run, as a share of the largest reading: where speed and time go together, a free drift would take
+// thrust for itself.
+constexpr double kPriorDrift = 0.02;
 constexpr std::uint64_t kDrawsModule = 0x64726177;  // "draw"
 
 struct Work {
@@ -47,6 +50,7 @@ struct Work {
     if (l.drift) X.col(k++) = (r.t_s.array() - r.t_s.mean()) / std::max(1e-9, r.t_s.maxCoeff() - r.t_s.minCoeff());
     if (l.hysteresis) X.col(k++) = r.direction;
   }
+  Eigen::Index drift_column() const { return X.cols() - 1 - law.hysteresis; }
   Eigen::Index shape() const { return 1 + law.exponent + 2 * law.curved; }
   double log_ratio(Eigen::Index i) const { return std::log(rows.omega_rad_s(i) / rows.centre_rad_s); }
   double square(Eigen::Index i) const {  // what c multiplies
@@ -138,6 +142,11 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
     if (w.law.exponent) prior(1) = s2 / (kPriorExponent * kPriorExponent), pull(1) = -prior(1) * w.e;
     if (w.law.curved) prior(2) = s2 / (kPriorCurvature * kPriorCurvature), pull(2) = -prior(2) * w.f;
     if (w.law.curved) prior(3) = s2 / (kPriorThird * kPriorThird), pull(3) = -prior(3) * w.g;
+    if (w.law.drift) {
+      const double sd = kPriorDrift * rows.y.cwiseAbs().maxCoeff();
+      prior(w.drift_column()) = s2 / (sd * sd);
+      pull(w.drift_column()) = -prior(w.drift_column()) * w.linear(w.drift_column() - w.shape());
+    }
     solved = solve(w.X, f.residual, total, prior, pull);
     const Eigen::VectorXd& d = solved.change;
     const double before = w.c;

@@ -1,7 +1,8 @@
 // The joint robust fit of one channel of a stand: coefficient, speed exponent, zero, running offset, drift and hysteresis together.
 //   y_k = c ω*² (ω_k/ω*)^(2 + e + f l + g l²) + zero + running + drift t_k + hysteresis s_k + error,  l = ln(ω_k/ω*)
 // Cauchy weights with their scale from the median distance; error variance u_k² + (dy/dω u_ω)² (effective variance: speed is known to
-// 0.05 %, where total least squares gives nothing more). Stopped zeros are rows of ω = 0. e, f and g have priors about 0 (joint_fit.cpp).
+// 0.05 %, where total least squares gives nothing more). Stopped zeros are rows of ω = 0. e, f, g and drift have priors about 0
+// (joint_fit.cpp).
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>

@@ -5,131 +5,179 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <optional>
 
 #include "bench/stand/run_folder.hpp"
+#include "bench/sysid/log/foreign_csv.hpp"
 #include "bench/sysid/log/log_units.hpp"
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
+#include "host/base/statistics.hpp"
 
 namespace rotorloop::stand {
 namespace {
 
-// RCbenchmark's columns are NAME (UNIT); the name alone decides, as the unit's micro sign and middle dot come in several encodings.
+// Columns of stands are NAME (UNIT). Names in small letters, as their case changed between versions of the programs.
 struct KnownColumn {
   std::string_view name;
   StandQuantity quantity;
+  std::string_view si;
 };
-// Of two columns for one quantity the first that holds anything is taken: an optical probe that is not connected reads 0.
+// Of several columns for one quantity the first is preferred: an optical probe counts turns, an electrical speed needs the pole pairs.
 constexpr std::array kStandColumns{
-    KnownColumn{"Motor Optical Speed", StandQuantity::rotor_speed},
-    KnownColumn{"Motor Electrical Speed", StandQuantity::rotor_speed},
-    KnownColumn{"Thrust", StandQuantity::thrust},
-    KnownColumn{"Torque", StandQuantity::torque},
-    KnownColumn{"Voltage", StandQuantity::voltage},
-    KnownColumn{"Current", StandQuantity::current},
-    KnownColumn{"ESC signal", StandQuantity::command},
+    KnownColumn{"motor optical speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"optical speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"rotation speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"motor speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"motor electrical speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"electrical speed", StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{"thrust", StandQuantity::thrust, "N"},
+    KnownColumn{"torque", StandQuantity::torque, "N m"},
+    KnownColumn{"voltage", StandQuantity::voltage, "V"},
+    KnownColumn{"current", StandQuantity::current, "A"},
+    KnownColumn{"airspeed", StandQuantity::airspeed, "m/s"},
+    KnownColumn{"esc signal", StandQuantity::command, ""},
+    KnownColumn{"esc", StandQuantity::command, ""},
+    KnownColumn{"throttle", StandQuantity::command, ""},
 };
 // Behind those of a session: what other programs give of the wind along the axis and of the voltage, as its amplitude over that of the bus.
-constexpr std::array kRunColumns{KnownColumn{kSampleColumns[kOmegaColumn].name, StandQuantity::rotor_speed},
-                                 KnownColumn{kSampleColumns[kThrustColumn].name, StandQuantity::thrust},
-                                 KnownColumn{kSampleColumns[kTorqueColumn].name, StandQuantity::torque},
-                                 KnownColumn{kSampleColumns[kVoltageColumn].name, StandQuantity::voltage},
-                                 KnownColumn{kSampleColumns[kCurrentColumn].name, StandQuantity::current},
-                                 KnownColumn{kSampleColumns[kDutyColumn].name, StandQuantity::command},
-                                 KnownColumn{"duty", StandQuantity::command},
-                                 KnownColumn{"airspeed_m_s", StandQuantity::airspeed}};
+constexpr std::array kRunColumns{
+    KnownColumn{kSampleColumns[kOmegaColumn].name, StandQuantity::rotor_speed, "rad/s"},
+    KnownColumn{kSampleColumns[kThrustColumn].name, StandQuantity::thrust, "N"},
+    KnownColumn{kSampleColumns[kTorqueColumn].name, StandQuantity::torque, "N m"},
+    KnownColumn{kSampleColumns[kVoltageColumn].name, StandQuantity::voltage, "V"},
+    KnownColumn{kSampleColumns[kCurrentColumn].name, StandQuantity::current, "A"},
+    KnownColumn{kSampleColumns[kDutyColumn].name, StandQuantity::command, "1"},
+    KnownColumn{"duty", StandQuantity::command, "1"},
+    KnownColumn{"airspeed_m_s", StandQuantity::airspeed, "m/s"}};
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step
+constexpr double kTurns_rad_s = 20.0;                      // as in stand_checks.cpp
+constexpr double kSensorsAgree = 0.02;                     // two sensors of one rotor differ by less
+constexpr double kWind_m_s = 2.0;                          // a probe in a room shows less
 
-std::vector<std::string> cells(std::string_view line, char separator) {
-  std::vector<std::string> out;
-  for (;;) {
-    const auto end = line.find(separator);
-    std::string_view cell = line.substr(0, end);
-    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '"')) cell.remove_prefix(1);
-    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '"' || cell.back() == '\r')) cell.remove_suffix(1);
-    out.emplace_back(cell);
-    if (end == std::string_view::npos) return out;
-    line.remove_prefix(end + 1);
-  }
-}
-
-// Factor from a column's unit to SI; 0 for a unit that the quantity does not have.
-double factor_of(StandQuantity q, std::string_view unit) {
-  if (q == StandQuantity::rotor_speed) return unit == "RPM" || unit == "rpm" ? log::find_log_unit("rpm")->factor : 0.0;
-  const double gf = log::find_log_unit("gf")->factor;
-  if (q == StandQuantity::thrust)
-    return unit == "N"                     ? 1.0
-           : unit == "gf" || unit == "g"   ? gf
-           : unit == "kgf" || unit == "kg" ? 1e3 * gf
-           : unit == "lbf"                 ? 4.4482216152605
-                                           : 0.0;
-  if (q == StandQuantity::torque) {
-    if (unit.starts_with("N") && unit.ends_with("mm")) return 1e-3;
-    if (unit.starts_with("N") && unit.ends_with("m")) return 1.0;  // N·m with any kind of dot, N.m, Nm
-    if (unit.starts_with("lbf") && unit.ends_with("in")) return 0.1129848290276167;
-    if (unit.starts_with("ozf") && unit.ends_with("in")) return 7.0615518333333e-3;
-    return 0.0;
-  }
-  return 1.0;  // V, A, and a command in whatever it is sent in
-}
-
-double first_number(const std::string& cell) {
-  try {
-    return std::stod(cell);
-  } catch (const std::exception&) {
-    return 0.0;
-  }
-}
-
-struct Rows {
-  std::vector<std::string> names;
-  std::vector<std::vector<std::string>> some;  // at most the first 2000
+struct HeaderCell {
+  std::string name, unit;  // name in small letters
 };
-Rows first_rows(std::string_view text) {
-  Rows r;
-  while (!text.empty() && r.some.size() < 2000) {
-    const auto end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (line.empty() || line == "\r" || line.front() == '#') continue;
-    if (r.names.empty())
-      r.names = cells(line, ',');
-    else
-      r.some.push_back(cells(line, ','));
-  }
-  return r;
-}
-
-bool holds_anything(const Rows& r, std::size_t column) {
-  return std::any_of(r.some.begin(), r.some.end(),
-                     [&](const auto& row) { return column < row.size() && std::abs(first_number(row[column])) > 0.0; });
-}
-
-// Time between most rows, s.
-double usual_step_s(const Rows& r, std::size_t column) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < r.some.size(); ++i)
-    if (column < r.some[i].size() && column < r.some[i - 1].size())
-      steps.push_back(first_number(r.some[i][column]) - first_number(r.some[i - 1][column]));
-  if (steps.empty()) return 1e9;
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
-
-void take_stand_column(KnownCsv& out, const Rows& rows, std::size_t i, const std::filesystem::path& path) {
-  const std::string& header = rows.names[i];
+HeaderCell parts_of(const std::string& header) {
   const auto open = header.rfind('('), close = header.rfind(')');
-  const std::string name = header.substr(0, open == std::string::npos ? header.size() : header.find_last_not_of(' ', open - 1) + 1);
-  const std::string unit = open == std::string::npos || close == std::string::npos ? "" : header.substr(open + 1, close - open - 1);
-  for (const KnownColumn& k : kStandColumns) {
-    if (k.name != name) continue;
-    const double factor = factor_of(k.quantity, unit);
-    if (factor == 0.0)
-      throw Error({path.generic_string() + ":1", fmt::format("the column \"{}\" has an unknown unit", header), "another program's export",
-                   "give -m MAPPING.toml that names the unit (docs/files.md, Stand mapping)"});
-    if (k.quantity == StandQuantity::rotor_speed && !holds_anything(rows, i)) continue;
-    out.mapping.channels.push_back({k.quantity, false, {header}, factor, path.generic_string() + ":1"});
+  const bool has_unit = open != std::string::npos && close != std::string::npos && open > 0 && close > open;
+  std::string name = has_unit ? header.substr(0, header.find_last_not_of(' ', open - 1) + 1) : header;
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return {name, has_unit ? header.substr(open + 1, close - open - 1) : std::string()};
+}
+
+bool is_time(const std::string& header) { return header == "t_s" || parts_of(header).name == "time"; }
+
+// Share of rows in which the column holds more than `least`.
+double share_above(const std::vector<double>& v, double least) {
+  const auto n = std::count_if(v.begin(), v.end(), [&](double x) { return std::abs(x) > least; });
+  return v.empty() ? 0.0 : static_cast<double>(n) / static_cast<double>(v.size());
+}
+
+double usual_step(const std::vector<double>& t) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  return steps.empty() ? 1e9 : median(steps);
+}
+
+// A channel of a column with a known name; nothing for other names.
+std::optional<StandChannel> stand_channel(const std::string& header, const KnownColumn& k, const std::filesystem::path& path,
+                                          std::vector<std::string>& remarks) {
+  const HeaderCell cell = parts_of(header);
+  if (cell.name != k.name && !cell.name.ends_with(" - " + std::string(k.name))) return std::nullopt;
+  const std::string where = path.generic_string() + ":1";
+  if (k.si.empty()) return StandChannel{k.quantity, false, {header}, 1.0, where};
+  const log::LogUnit* const unit = log::find_written_unit(cell.unit, k.si);
+  if (unit && !unit->electrical) return StandChannel{k.quantity, false, {header}, unit->factor, where};
+  const bool needed =
+      k.quantity == StandQuantity::rotor_speed || k.quantity == StandQuantity::thrust || k.quantity == StandQuantity::torque;
+  if (needed)
+    throw Error(
+        {where, fmt::format("the column \"{}\" has the unit \"{}\", which is no known unit of {}", header, cell.unit, name(k.quantity)), "",
+         fmt::format("known are {}; else give -m MAPPING.toml with `unit` and `scale` (docs/files.md, Stand mapping)",
+                     log::log_units_of(k.si))});
+  remarks.push_back(fmt::format("the column \"{}\" is left out: its unit is none of {}", header, log::log_units_of(k.si)));
+  return std::nullopt;
+}
+
+// "7 pole pairs set for a motor that has 6": what a ratio of electrical to optical speed most likely is.
+std::string likely_pole_pairs(double ratio) {
+  for (int set = 1; set <= 30; ++set)
+    if (const double has = ratio * set; has > 0.5 && std::abs(has - std::round(has)) < 0.01 * has && std::lround(has) != set)
+      return fmt::format("; likely: {} pole pairs set for a motor that has {}", set, std::lround(has));
+  return "";
+}
+
+// Of the speeds in one file the one that is taken; what they say of each other becomes a remark.
+StandChannel preferred_speed(const std::vector<StandChannel>& speeds, const log::ColumnTable& table, std::vector<std::string>& remarks) {
+  const auto values = [&](const StandChannel& c) -> const std::vector<double>& { return table.columns.at(c.columns[0]); };
+  std::vector<const StandChannel*> alive;
+  for (const StandChannel& c : speeds)
+    if (share_above(values(c), 0.0) > 0.0) alive.push_back(&c);
+  if (alive.empty()) return speeds.back();  // nothing turned, or no sensor: for the checks to find
+  const StandChannel* best = alive[0];
+  for (std::size_t k = 1; k < alive.size(); ++k) {
+    std::vector<double> ratio;
+    std::size_t turning = 0;
+    for (std::size_t i = 0; i < table.rows; ++i) {
+      const double a = values(*best)[i] * best->to_si, b = values(*alive[k])[i] * alive[k]->to_si;
+      turning += b > kTurns_rad_s;
+      if (a > kTurns_rad_s && b > kTurns_rad_s) ratio.push_back(b / a);
+    }
+    if (ratio.size() < 5) {
+      if (turning > 4 * ratio.size()) best = alive[k];
+      continue;
+    }
+    const double middle = median(ratio), low = quantile(ratio, 0.25), high = quantile(ratio, 0.75);
+    if (std::abs(middle - 1.0) < kSensorsAgree) {
+      if (turning > 2 * ratio.size()) best = alive[k];  // the two agree, and the other one has lost the rotor in most rows
+      continue;
+    }
+    remarks.push_back(fmt::format("\"{}\" is {:.3f} of \"{}\" (middle of {} rows, half of them {:.3f} to {:.3f}): \"{}\" is taken{}",
+                                  alive[k]->columns[0], middle, best->columns[0], ratio.size(), low, high, best->columns[0],
+                                  likely_pole_pairs(middle)));
   }
+  return *best;
+}
+
+void take_stand_columns(KnownCsv& out, const std::filesystem::path& path) {
+  std::vector<StandChannel> speeds;
+  for (const KnownColumn& k : kStandColumns)
+    for (const std::string& header : out.table.names) {
+      if (!out.table.has(header)) continue;
+      const auto c = stand_channel(header, k, path, out.remarks);
+      if (!c) continue;
+      if (k.quantity == StandQuantity::airspeed && share_above(out.table.columns.at(header), kWind_m_s / c->to_si) < 0.1) continue;
+      (k.quantity == StandQuantity::rotor_speed ? speeds : out.mapping.channels).push_back(*c);
+    }
+  out.mapping.channels.insert(out.mapping.channels.begin(), preferred_speed(speeds, out.table, out.remarks));
+  for (const std::string& header : out.table.names) {
+    if (!out.table.has(header) || !is_time(header)) continue;
+    const std::string unit = parts_of(header).unit;
+    const log::LogUnit* const u = log::find_written_unit(unit.empty() ? "s" : unit, "s");
+    if (!u) continue;
+    out.mapping.time_column = header, out.mapping.s_per_unit = u->factor;
+    if (u->factor * usual_step(out.table.columns.at(header)) < kRecord_s)
+      out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;
+    break;
+  }
+}
+
+template <class Columns>
+bool named(const std::string& header, const Columns& columns) {
+  const std::string name = parts_of(header).name;
+  return std::any_of(columns.begin(), columns.end(),
+                     [&](const KnownColumn& k) { return name == k.name || name.ends_with(" - " + std::string(k.name)); });
+}
+
+bool has_of(const std::vector<std::string>& names, std::initializer_list<StandQuantity> wanted) {
+  return std::any_of(kStandColumns.begin(), kStandColumns.end(), [&](const KnownColumn& k) {
+    return std::find(wanted.begin(), wanted.end(), k.quantity) != wanted.end() &&
+           std::any_of(names.begin(), names.end(),
+                       [&](const std::string& n) { return !parts_of(n).unit.empty() && named(n, std::array{k}); });
+  });
 }
 
 }  // namespace
@@ -140,51 +188,36 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
   if (std::all_of(bytes.begin(), bytes.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }))
     throw Error({path.generic_string(), "is empty", "a program that was ended before it wrote, or another file",
                  "measure again, or name the file with the samples"});
-  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3), out.remarks.push_back("byte order mark at the start of the file skipped");
-  const std::string first_line = bytes.substr(0, bytes.find('\n'));
-  if (std::count(first_line.begin(), first_line.end(), ';') > std::count(first_line.begin(), first_line.end(), ',')) {
-    const auto commas = std::count(bytes.begin(), bytes.end(), ',');
-    std::replace(bytes.begin(), bytes.end(), ',', '.');
-    std::replace(bytes.begin(), bytes.end(), ';', ',');
-    out.remarks.push_back(fmt::format("columns are parted by \";\"{}", commas > 0 ? ", decimals by \",\"" : ""));
-  }
-  const Rows rows = first_rows(bytes);
-  const auto at = [&](std::string_view name) {
-    const auto found = std::find_if(rows.names.begin(), rows.names.end(),
-                                    [&](const std::string& n) { return n == name || n.starts_with(std::string(name) + " ("); });
-    return static_cast<std::size_t>(found - rows.names.begin());
-  };
-  const auto has = [&](std::string_view name) { return at(name) < rows.names.size(); };
-  const bool run = has(kRunColumns[0].name) && (has(kRunColumns[1].name) || has(kRunColumns[2].name));
-  const bool stand = !run && has("Thrust") && has("Motor Electrical Speed");
+  if (bytes.starts_with("\xEF\xBB\xBF")) out.remarks.push_back("byte order mark at the start of the file skipped");
+  const std::string text = log::as_utf8(std::move(bytes));
+  const char separator = log::likely_separator(text);
+  const std::vector<std::string> names = log::find_csv_head(text, separator, {}, "").names;
+  const auto has = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  const bool run = has("omega_rad_s") && (has("thrust_N") || has("torque_N_m"));
+  const bool stand = !run && has_of(names, {StandQuantity::rotor_speed}) && has_of(names, {StandQuantity::thrust, StandQuantity::torque});
   if (!run && !stand)
     throw Error({path.generic_string() + ":1", "no header that is known: neither an RCbenchmark (Tyto) export nor samples of a run",
                  "another program's file", "give -m MAPPING.toml (docs/files.md, Stand mapping; examples in vehicles/measured/stands)"});
+  if (separator != ',')
+    out.remarks.push_back(fmt::format("columns are parted by \"{}\"{}", separator == '\t' ? "tab" : ";",
+                                      text.find(',') != std::string::npos ? ", decimals by \",\"" : ""));
+  std::set<std::string> wanted{"t_s", "step", "target_rad_s"};
+  for (const std::string& n : names)
+    if (run ? std::any_of(kRunColumns.begin(), kRunColumns.end(), [&](const KnownColumn& k) { return k.name == n; })
+            : is_time(n) || named(n, kStandColumns))
+      wanted.insert(n);
+  out.table = log::parse_csv(text, path, &wanted, {.separator = separator, .foreign = true});
   out.mapping.name = run ? "samples of a run" : "RCbenchmark export";
-  for (std::size_t i = 0; i < rows.names.size(); ++i) {
-    if (stand) take_stand_column(out, rows, i, path);
+  if (stand) {
+    take_stand_columns(out, path);
+  } else {
     for (const KnownColumn& k : kRunColumns)
-      if (run && k.name == rows.names[i])
-        out.mapping.channels.push_back({k.quantity, false, {rows.names[i]}, 1.0, path.generic_string() + ":1"});
+      if (out.table.has(k.name))
+        out.mapping.channels.push_back({k.quantity, false, {std::string(k.name)}, 1.0, path.generic_string() + ":1"});
+    if (out.table.has("t_s")) out.mapping.time_column = "t_s";
   }
-  // Nothing turned, or no sensor: the electrical speed stays, for the checks to find.
-  const auto speeds = std::count_if(out.mapping.channels.begin(), out.mapping.channels.end(),
-                                    [](const StandChannel& c) { return c.quantity == StandQuantity::rotor_speed; });
-  if (stand && speeds == 0)
-    out.mapping.channels.push_back({StandQuantity::rotor_speed,
-                                    false,
-                                    {rows.names[at("Motor Electrical Speed")]},
-                                    factor_of(StandQuantity::rotor_speed, "RPM"),
-                                    path.generic_string() + ":1"});
-  const std::size_t time = at(stand ? "Time" : kTime);
-  if (time < rows.names.size()) {
-    out.mapping.time_column = rows.names[time];
-    if (stand && usual_step_s(rows, time) < kRecord_s) out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;
-  }
-  if (!rows.names.empty() && rows.names.back().empty())
-    out.remarks.push_back("the header ends with a separator: a column without name, left out");
+  if (!names.empty() && names.back().empty()) out.remarks.push_back("the header ends with a separator: a column without name, left out");
   if (stand) out.remarks.push_back("recognised as an RCbenchmark (Tyto) export by its header");
-  out.text = std::move(bytes);
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "bench/stand/evaluate/estimate/credibility.hpp"
 #include "bench/stand/evaluate/estimate/uncertainty_budget.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
@@ -77,7 +78,9 @@ RunShape shape_of(const StandRun& run, const FitRows& r) {
 FitLaw base_law(const RunShape& s, bool thrust) {
   FitLaw law;
   law.zero = s.zeros > 0;
-  law.running = !thrust && s.levels >= kLevelsForOffset;
+  // Friction in the mount of a run that goes one way is a constant of the rows that turn, which zeros beside them show.
+  const bool one_way = s.zeros > 0 && !s.up_and_down;
+  law.running = s.levels >= kLevelsForOffset && (!thrust || one_way);
   law.drift = s.timed && (s.zero_times >= 2 || (s.up_and_down && s.zeros > 0));
   law.hysteresis = s.up_and_down;
   return law;
@@ -102,10 +105,10 @@ Laws laws_for(const RunShape& s, bool thrust) {
     FitLaw exponent = base;
     exponent.exponent = true;
     out.exponent = add(exponent);
-    FitLaw offset = base, no_offset = base;
-    (thrust ? offset.running : no_offset.running) = thrust;
-    add(thrust ? offset : no_offset);
-    if (!thrust) no_offset.exponent = true, add(no_offset);
+    FitLaw other = base;
+    other.running = !base.running;
+    add(other);
+    if (base.running) other.exponent = true, add(other);
     if (s.levels >= 8) exponent.curved = true, add(exponent);
   }
   return out;
@@ -190,13 +193,6 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
     if (e.thrust && e.torque) {
       const double area = 0.25 * std::numbers::pi * D * D, c_t = e.thrust->value;
       e.figure_of_merit = c_t * std::sqrt(c_t / (2.0 * rho * area)) / e.torque->value;
-      if (e.figure_of_merit > 0.85 || e.figure_of_merit < 0.2)
-        e.remarks.push_back(fmt::format("figure of merit {:.3f}, credible is 0.2 to 0.85: {}", e.figure_of_merit,
-                                        e.figure_of_merit < 0.2
-                                            ? (e.figure_of_merit * kRpm_per_rad_s > 0.2 && e.figure_of_merit * kRpm_per_rad_s < 0.85
-                                                   ? "the speeds are RPM taken as rad/s, or the diameter is far off"
-                                                   : "diameter, density or the torque channel is wrong")
-                                            : "diameter or density belongs to another propeller, or torque is read too low"));
     }
   }
   double nearest = 1e300;
@@ -257,6 +253,7 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   e.motor = motor_constants(run, offset, o.inductance_H);
   e.dynamics = run_dynamics(run, e.torque ? std::optional(e.torque->value) : std::nullopt, e.torque ? e.torque->exponent : 2.0,
                             e.centre_rad_s, offset);
+  refuse_incredible(e, run, o.accepted);
   return e;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "bench/stand/evaluate/estimate/known_headers.hpp"
 #include "bench/sysid/log/column_table.hpp"
@@ -187,9 +188,21 @@ StandRecord record_of_holds(StandRecord r, const std::vector<StandStep>& steps) 
   return r;
 }
 
+// Holds that the checks took out for their speed are no steps either.
+void drop_misread(StandRun& run) {
+  if (run.checked.record.points.empty()) return;
+  std::set<std::size_t> left;
+  for (const StandPoint& p : run.checked.record.points) left.insert(p.row - 1);
+  std::size_t k = 0;  // the number of the step, which is the row of its point less one
+  std::erase_if(run.steps, [&](const StandStep& s) {
+    const std::size_t step = k++;
+    return s.omega_rad_s > 0.0 && !left.contains(step);
+  });
+}
+
 StandRun read_samples(const std::filesystem::path& file, const std::filesystem::path& facts, const RunOptions& o) {
   const KnownCsv csv = recognise_csv(log::read_log_bytes(file), file);
-  const log::ColumnTable table = log::parse_csv(csv.text, file, nullptr, {});
+  const log::ColumnTable& table = csv.table;
   StandRun run;
   StandRecord record = stand_record(table, file, csv.mapping);
   if (!facts.empty()) read_run_facts(facts, run, record);
@@ -209,6 +222,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   // A run of chirps or steps alone has no steady point: there is nothing that a channel could be judged by.
   const bool steady = std::any_of(run.steps.begin(), run.steps.end(), [](const StandStep& s) { return s.omega_rad_s > 0.0; });
   if (steady) run.checked = check_stand(record_of_holds(record, run.steps));
+  drop_misread(run);
   run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
   mark_directions(run.steps), number_blocks(run.steps), take_options(run, o);
   run.remarks = csv.remarks;

@@ -47,8 +47,8 @@ void add_budget(CoefficientEstimate& e, const StandRun& run, const CoefficientEs
   const FitLaw& law = e.fit.law;
   const KnownU& zero = is_thrust ? k.zero_thrust : k.zero_torque;
   if (!law.zero && !law.running) add("zero", zero.u * carried(e, Eigen::VectorXd::Constant(e.rows.y.size(), largest(e))), zero.source);
-  if (!law.hysteresis)
-    add("hysteresis", k.hysteresis.u * carried(e, largest(e) * Eigen::VectorXd::Ones(e.rows.y.size())), k.hysteresis.source);
+  // Friction in the mount turns with the direction of the change; at rest it has none, so that zeros do not take it up.
+  if (!law.hysteresis) add("hysteresis", k.hysteresis.u * carried(e, largest(e) * e.rows.direction), k.hysteresis.source);
   if (!is_thrust && thrust) add("cross-talk of thrust", k.cross_talk_m.u * thrust->value / e.value, k.cross_talk_m.source);
   if (!is_thrust) add("cross-talk of thrust", k.cross_talk_share.u, k.cross_talk_share.source);
   // Where the widest law stands, its priors hold what is not known of the law: it is in the scatter (model-based) already.

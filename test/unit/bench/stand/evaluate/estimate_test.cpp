@@ -224,8 +224,9 @@ TEST(StandEstimate, SpeedsInRPMTakenAsRadSShowInTheFigureOfMerit) {
   const StandEstimate e = estimate_stand(stand_run(std::move(r), {}), {});
   EXPECT_LT(e.figure_of_merit, 0.1);
   bool said = false;
-  for (const auto& remark : e.remarks) said |= remark.find("the speeds are RPM taken as rad/s") != std::string::npos;
+  for (const auto& fault : e.faults) said |= fault.find("the speeds are RPM taken as rad/s") != std::string::npos;
   EXPECT_TRUE(said);
+  EXPECT_FALSE(e.thrust || e.torque) << "no coefficient of such a file may be written anywhere";
 }
 
 TEST(StandEstimate, MotorFileRefusesWhatTheRunDoesNotShowAndSaysWhatWasMeasured) {

@@ -1,0 +1,171 @@
+#include "bench/sysid/log/foreign_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace rotorloop::log {
+namespace {
+
+constexpr std::size_t kMostAbove = 60;  // rows above the names; programs that describe their set-up there need some dozens
+
+struct Row {
+  std::vector<std::string> cells;
+  CsvLines after;
+  std::size_t numbers = 0, blanks = 0, filled = 0;  // filled: cells up to the last that holds something
+};
+
+std::vector<Row> first_rows(std::string_view text, char separator) {
+  std::vector<Row> rows;
+  CsvLines lines{text};
+  while (rows.size() < kMostAbove) {
+    const auto line = lines.next();
+    if (!line) break;
+    Row& r = rows.emplace_back();
+    split_csv(*line, separator, [&](std::size_t, std::string_view raw) {
+      const std::string_view cell = csv_cell(raw);
+      r.cells.emplace_back(cell);
+      r.blanks += cell.empty();
+      if (!cell.empty()) r.filled = r.cells.size();
+      const auto v = csv_number_with_comma(cell, separator);
+      r.numbers += !cell.empty() && v.has_value();
+    });
+    r.after = lines;
+  }
+  return rows;
+}
+
+bool of_numbers(const Row& r) { return r.numbers > 0 && r.numbers + r.blanks == r.cells.size(); }
+
+std::vector<std::string> doubled(const std::vector<std::string>& names) {
+  std::map<std::string, int> seen;
+  for (const auto& n : names) ++seen[n];
+  std::vector<std::string> out;
+  for (const auto& [n, count] : seen)
+    if (count > 1 || n.empty()) out.push_back(n);
+  return out;
+}
+
+std::vector<std::string> names_of(const std::vector<Row>& rows, std::size_t row) {
+  std::vector<std::string> names = rows[row].cells;
+  for (std::size_t above = row; above-- > 0;) {
+    const auto again = doubled(names);
+    if (again.empty()) break;
+    const Row& r = rows[above];
+    if (r.cells.size() + 1 < names.size() || r.numbers > 0) continue;
+    // A cell above leads every name under it where it leads one that repeats: "Rotation W" beside "Rotation X".
+    std::vector<std::string> lead(names.size());
+    std::set<std::string> needed;
+    for (std::size_t i = 0; i < names.size() && i < r.cells.size(); ++i) {
+      lead[i] = !r.cells[i].empty() || i == 0 ? r.cells[i] : lead[i - 1];
+      if (std::binary_search(again.begin(), again.end(), names[i])) needed.insert(lead[i]);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (!lead[i].empty() && needed.contains(lead[i])) names[i] = names[i].empty() ? lead[i] : lead[i] + " " + names[i];
+  }
+  return names;
+}
+
+std::size_t most_wanted(const std::vector<Row>& rows, const std::set<std::string>& wanted) {
+  std::size_t best = rows.size(), most = 0;
+  for (std::size_t i = 0; i < rows.size() && !wanted.empty(); ++i) {
+    const auto names = names_of(rows, i);
+    const auto hits = static_cast<std::size_t>(std::count_if(
+        wanted.begin(), wanted.end(), [&](const std::string& w) { return std::find(names.begin(), names.end(), w) != names.end(); }));
+    if (hits > most) most = hits, best = i;
+  }
+  return best;
+}
+
+std::size_t row_of_names(const std::vector<Row>& rows, const std::set<std::string>& wanted) {
+  if (const std::size_t named = most_wanted(rows, wanted); named < rows.size()) return named;
+  const auto first = std::find_if(rows.begin(), rows.end(), [](const Row& r) { return of_numbers(r) && r.cells.size() > 1; });
+  if (first == rows.end()) return 0;
+  const std::size_t filled = first->filled;
+  const auto numbers = static_cast<std::size_t>(first - rows.begin());
+  std::size_t best = 0, blanks = 0;
+  bool found = false;
+  for (std::size_t i = 0; i < numbers; ++i) {
+    const Row& r = rows[i];
+    if (r.numbers > 0 || r.cells.size() < 2 || r.cells.size() < filled) continue;
+    if (!found || r.blanks < blanks) best = i, blanks = r.blanks, found = true;
+  }
+  return best;
+}
+
+void append_utf8(std::string& out, char32_t c) {
+  if (c < 0x80) {
+    out += static_cast<char>(c);
+  } else if (c < 0x800) {
+    out += static_cast<char>(0xC0 | (c >> 6));
+    out += static_cast<char>(0x80 | (c & 0x3F));
+  } else if (c < 0x10000) {
+    out += static_cast<char>(0xE0 | (c >> 12));
+    out += static_cast<char>(0x80 | ((c >> 6) & 0x3F));
+    out += static_cast<char>(0x80 | (c & 0x3F));
+  } else {
+    out += static_cast<char>(0xF0 | (c >> 18));
+    for (const int shift : {12, 6, 0}) out += static_cast<char>(0x80 | ((c >> shift) & 0x3F));
+  }
+}
+
+std::string from_utf16(std::string_view bytes, bool big_endian) {
+  const auto word = [&](std::size_t i) {
+    const auto a = static_cast<unsigned char>(bytes[i]), b = static_cast<unsigned char>(bytes[i + 1]);
+    return static_cast<char32_t>(big_endian ? a << 8 | b : b << 8 | a);
+  };
+  std::string out;
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    char32_t c = word(i);
+    if (c >= 0xD800 && c < 0xDC00 && i + 3 < bytes.size()) c = 0x10000 + ((c - 0xD800) << 10) + (word(i += 2) - 0xDC00);
+    append_utf8(out, c);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string as_utf8(std::string bytes) {
+  if (bytes.starts_with("\xEF\xBB\xBF")) return bytes.substr(3);
+  if (bytes.starts_with("\xFF\xFE")) return from_utf16(std::string_view(bytes).substr(2), false);
+  if (bytes.starts_with("\xFE\xFF")) return from_utf16(std::string_view(bytes).substr(2), true);
+  const std::size_t looked = std::min<std::size_t>(bytes.size() / 2, 32);
+  std::size_t even = 0, odd = 0;
+  for (std::size_t i = 0; i < looked; ++i) even += bytes[2 * i] == '\0', odd += bytes[2 * i + 1] == '\0';
+  if (looked >= 4 && odd == looked && even == 0) return from_utf16(bytes, false);
+  if (looked >= 4 && even == looked && odd == 0) return from_utf16(bytes, true);
+  return bytes;
+}
+
+CsvHead find_csv_head(std::string_view text, char separator, const std::set<std::string>& wanted, const std::string& label) {
+  CsvHead head;
+  head.below.rest = text;
+  const std::vector<Row> rows = first_rows(text, separator);
+  if (rows.empty()) return head;
+  const std::size_t row = row_of_names(rows, wanted);
+  head.names = names_of(rows, row);
+  head.below = rows[row].after;
+  if (row > 0)
+    head.notes.push_back(fmt::format("{}: the names of its columns are in line {}; {} row{} above passed over", label,
+                                     rows[row].after.number, row, row == 1 ? "" : "s"));
+  std::size_t below = row + 1;
+  while (below < rows.size() && rows[below].numbers == 0 && rows[below].cells.size() > 1) ++below;
+  if (below > row + 1 && below < rows.size() && of_numbers(rows[below])) {
+    head.below = rows[below - 1].after;
+    head.notes.push_back(fmt::format("{}: line {} below the names holds no number (units?) and is passed over", label, head.below.number));
+  }
+  return head;
+}
+
+char likely_separator(std::string_view text) {
+  char best = ',';
+  std::size_t most = 0;
+  for (const char c : {',', ';', '\t'}) {
+    const std::size_t columns = find_csv_head(text, c, {}, "").names.size();
+    if (columns > most) most = columns, best = c;
+  }
+  return best;
+}
+
+}  // namespace rotorloop::log
