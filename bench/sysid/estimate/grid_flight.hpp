@@ -6,6 +6,7 @@
 
 #include "bench/sysid/estimate/model/model.hpp"
 #include "bench/sysid/estimate/model/rotor_input.hpp"
+#include "bench/sysid/log/check/checked_flight.hpp"
 #include "bench/sysid/log/flight_record.hpp"
 
 namespace rotorloop::estimate {
@@ -28,7 +29,7 @@ struct GridOptions {
   double from_s = -1e300, to_s = 1e300;
   bool use_load = false;  // place of a load on a string, streams payload_x[m] … payload_z[m]
   bool use_pose = true, use_velocity = false, use_gyro = false, use_accel = false;
-  double longest_gap_s = 0.05;  // of rotor speeds: beyond it the chain of states is cut
+  double longest_gap_s = log::kLongestInputGap_s;  // of rotor speeds: beyond it the chain of states is cut
 };
 
 struct GridFlight {

@@ -37,6 +37,7 @@ struct FlightRecord {
   std::string source;  // path, as given
   Stream<PoseReading> pose;
   Stream<Eigen::Vector3d> position_W_m;    // position alone (no attitude beside it), of the sensor
+  Stream<Eigen::Quaterniond> attitude_WS;  // attitude alone; beside positions it has become a part of `pose`
   Stream<Eigen::Vector3d> velocity_W_m_s;  // of the pose sensor
   Stream<Eigen::Vector3d> gyro_B_rad_s;    // body rates
   Stream<Eigen::Vector3d> accel_B_m_s2;    // specific force: +g along z in hover

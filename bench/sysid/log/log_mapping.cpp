@@ -26,7 +26,9 @@ constexpr std::array kQuantities{
     QuantityTraits{LogQuantity::motor_command, "motor_command", 4, "1"},
     QuantityTraits{LogQuantity::battery, "battery", 1, "V"},
     QuantityTraits{LogQuantity::extra, "extra", 1, ""},
+    QuantityTraits{LogQuantity::attitude, "attitude", 4, "1"},
 };
+constexpr QuantityTraits kAngles{LogQuantity::attitude, "attitude", 3, "rad"};
 const QuantityTraits& traits(LogQuantity q) { return kQuantities[static_cast<std::size_t>(q)]; }
 
 constexpr Range kAnything{-1e12, 1e12, "1"};
@@ -59,7 +61,9 @@ void read_columns(const TomlTable& t, const QuantityTraits& q, MappedStream& s) 
   const auto names = t.texts("columns");
   if (names.size() != q.columns)
     t.fail("columns", fmt::format("{} has {} columns, expected {}", q.name, names.size(), q.columns),
-           q.columns == 4 ? "columns are those of our rotors 1 front right, 2 rear left, 3 front left, 4 rear right" : "",
+           q.quantity == LogQuantity::attitude ? "an attitude is a quaternion, or with `euler` three angles about x, y and z"
+           : q.columns == 4                    ? "columns are those of our rotors 1 front right, 2 rear left, 3 front left, 4 rear right"
+                                               : "",
            q.columns == 1   ? "give one column"
            : q.columns == 3 ? "give x, y and z"
                             : "give one column for each rotor");
@@ -82,7 +86,7 @@ void read_unit(const TomlTable& t, const QuantityTraits& q, MappedStream& s) {
   const std::string unit = t.text("unit", q.quantity == LogQuantity::motor_command ? "1" : "");
   const std::string_view expected = q.quantity == LogQuantity::extra ? unit_in_name(s.extra_name) : q.si;
   if (unit.empty()) (void)t.text("unit");  // throws: the key is missing
-  const LogUnit* const u = find_log_unit(unit);
+  const LogUnit* const u = find_written_unit(unit, expected);
   if (!u || u->si != expected)
     t.fail("unit", fmt::format("unit = \"{}\" is no unit of {}", unit, s.label()), "",
            fmt::format("use one of: {}", log_units_of(expected)));
@@ -105,7 +109,9 @@ void read_frames(const TomlTable& t, const TomlTable& root, const QuantityTraits
   const std::string body = axes ? axes->choice("body", {"B", "FRD"}, "B") : "B";
   s.world_is_ned = t.choice("world", {"W", "NED"}, world) == "NED";
   s.body_is_frd = t.choice("body", {"B", "FRD"}, body) == "FRD";
-  if (q.columns != 3) return;
+  if (q.columns != 3 && q.quantity != LogQuantity::attitude) return;
+  s.world_to_body = t.choice("direction", {"body_to_world", "world_to_body"}, "body_to_world") == "world_to_body";
+  if (q.quantity == LogQuantity::attitude) return;
   if (t.has("quaternion")) {
     s.quaternion = t.texts("quaternion");
     if (s.quaternion.size() != 4)
@@ -114,7 +120,6 @@ void read_frames(const TomlTable& t, const TomlTable& root, const QuantityTraits
     if (std::set<std::string>(s.quaternion.begin(), s.quaternion.end()).size() != 4)
       t.fail("quaternion", "quaternion names a column twice", "a slip of copying", "give the columns of w, x, y, z, in this order");
   }
-  s.world_to_body = t.choice("direction", {"body_to_world", "world_to_body"}, "body_to_world") == "world_to_body";
   const bool world_by_nature =
       q.quantity == LogQuantity::pose || q.quantity == LogQuantity::position || q.quantity == LogQuantity::velocity;
   const std::string frame = t.choice("frame", {"world", "body"}, world_by_nature ? "world" : "body");
@@ -133,11 +138,12 @@ void read_frames(const TomlTable& t, const TomlTable& root, const QuantityTraits
 MappedStream read_stream(const TomlTable& t, const TomlTable& root, const std::vector<MappedSource>& sources) {
   MappedStream s;
   s.where = t.where();
-  const std::string word =
-      t.choice("quantity", {"pose", "position", "velocity", "gyro", "accel", "rotor_speed", "motor_command", "battery", "extra"});
+  const std::string word = t.choice(
+      "quantity", {"pose", "position", "attitude", "velocity", "gyro", "accel", "rotor_speed", "motor_command", "battery", "extra"});
   for (const auto& q : kQuantities)
     if (q.name == word) s.quantity = q.quantity;
-  const QuantityTraits& q = traits(s.quantity);
+  if (s.quantity == LogQuantity::attitude && t.has("euler")) s.euler = t.choice("euler", {"zyx", "zxy", "yzx", "yxz", "xyz", "xzy"});
+  const QuantityTraits& q = s.euler.empty() ? traits(s.quantity) : kAngles;
   if (s.quantity == LogQuantity::extra) {
     s.extra_name = t.text("name");
     const auto unit = unit_in_name(s.extra_name);
@@ -158,6 +164,10 @@ MappedStream read_stream(const TomlTable& t, const TomlTable& root, const std::v
   read_columns(t, q, s);
   read_unit(t, q, s);
   read_frames(t, root, q, s);
+  if (s.quantity == LogQuantity::attitude && s.euler.empty()) {
+    for (const MappedColumn& c : s.columns) s.quaternion.push_back(c.name);
+    s.columns.clear();
+  }
   if (s.quantity == LogQuantity::motor_command) {
     s.zero = t.number("zero", kAnything, 0.0);
     s.full_scale = t.number("full_scale", kAnything);

@@ -14,7 +14,7 @@
 namespace rotorloop::log {
 
 enum class LogKind : std::uint8_t { csv, ulog };
-enum class LogQuantity : std::uint8_t { pose, position, velocity, gyro, accel, rotor_speed, motor_command, battery, extra };
+enum class LogQuantity : std::uint8_t { pose, position, velocity, gyro, accel, rotor_speed, motor_command, battery, extra, attitude };
 std::string_view name(LogQuantity quantity);
 
 struct MappedTime {
@@ -50,12 +50,13 @@ struct MappedStream {
   LogQuantity quantity = LogQuantity::extra;
   std::string extra_name;               // "payload_x[m]"
   std::size_t source = 0;               // index into LogMapping::sources
-  std::vector<MappedColumn> columns;    // 1, 3 (x y z) or 4 (our rotors 1 to 4)
+  std::vector<MappedColumn> columns;    // 1, 3 (x y z) or 4 (our rotors 1 to 4); none of an attitude as quaternion
   std::vector<double> to_si;            // for each column: sign, unit, scale, pole pairs
   double zero = 0.0;                    // motor commands: the value that stands for 0 …
   double full_scale = 1.0;              // … and for 1
   std::vector<std::string> quaternion;  // w x y z; empty when not given
-  bool world_to_body = false;           // what the quaternion turns
+  std::string euler;                    // "zyx": intrinsic order of the turns about the axes, by the angles in `columns`; else empty
+  bool world_to_body = false;           // what the attitude turns
   bool world_is_ned = false, body_is_frd = false;
   bool in_world_axes = false;    // the vector's axes; else the body's
   bool gravity_removed = false;  // accel is acceleration, not specific force

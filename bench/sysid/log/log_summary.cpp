@@ -14,6 +14,7 @@ namespace {
 
 std::vector<double> numbers(double v) { return {v}; }
 std::vector<double> numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+std::vector<double> numbers(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 std::vector<double> numbers(const RotorValues& v) { return {v.begin(), v.end()}; }
 std::vector<double> numbers(const PoseReading& r) {
   return {r.p_W_m.x(), r.p_W_m.y(), r.p_W_m.z(), r.q_WS.w(), r.q_WS.x(), r.q_WS.y(), r.q_WS.z()};
@@ -37,6 +38,7 @@ std::vector<StreamSummary> summarize(const FlightRecord& f) {
   std::vector<StreamSummary> out;
   add(out, "pose p_W, q_WS", "m, 1", f.pose);
   add(out, "position_W", "m", f.position_W_m);
+  add(out, "attitude q_WS", "1", f.attitude_WS);
   add(out, "velocity_W", "m/s", f.velocity_W_m_s);
   add(out, "gyro_B", "rad/s", f.gyro_B_rad_s);
   add(out, "accel_B", "m/s2", f.accel_B_m_s2);

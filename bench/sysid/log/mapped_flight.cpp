@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "bench/sysid/log/stream_reader.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
@@ -123,9 +124,19 @@ std::size_t blanks_of(const MappedStream& s, const Reading& raw) {
 // A turn of half a circle about x takes NED to W, and FRD to B, both ways.
 Eigen::Vector3d half_turn(const Eigen::Vector3d& v) { return {v.x(), -v.y(), -v.z()}; }
 
-// Body to world in our axes, from the logged w x y z of whatever direction and axes.
-Eigen::Quaterniond attitude_of(const MappedStream& s, const double* wxyz) {
-  Eigen::Quaterniond q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+// Turns about the body's own axes, one after the other in the order given: "zyx" is yaw, then pitch, then roll.
+Eigen::Quaterniond from_angles(const MappedStream& s, const Reading& raw) {
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+  for (const char axis : s.euler) {
+    const auto k = static_cast<std::size_t>(axis - 'x');
+    q = q * Eigen::AngleAxisd(s.to_si[k] * raw[k], Eigen::Vector3d::Unit(static_cast<Eigen::Index>(k)));
+  }
+  return q;
+}
+
+// Body to world in our axes, from the logged angles or w x y z of whatever direction and axes.
+Eigen::Quaterniond attitude_of(const MappedStream& s, const Reading& raw) {
+  Eigen::Quaterniond q = s.euler.empty() ? Eigen::Quaterniond(raw[4], raw[5], raw[6], raw[7]) : from_angles(s, raw);
   q.normalize();
   if (s.world_to_body) q = q.conjugate();
   const Eigen::Quaterniond half(0.0, 1.0, 0.0, 0.0);
@@ -140,7 +151,7 @@ Eigen::Vector3d vector_of(const MappedStream& s, const Reading& raw) {
   if (s.in_world_axes ? s.world_is_ned : s.body_is_frd) v = half_turn(v);
   const bool wanted_in_world = s.quantity != LogQuantity::gyro && s.quantity != LogQuantity::accel;
   if (s.in_world_axes == wanted_in_world && !s.gravity_removed) return v;
-  const Eigen::Quaterniond q_WB = attitude_of(s, &raw[4]);
+  const Eigen::Quaterniond q_WB = attitude_of(s, raw);
   if (s.gravity_removed) {
     const Eigen::Vector3d up = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
     v += s.in_world_axes ? up : q_WB.conjugate() * up;
@@ -152,7 +163,7 @@ Eigen::Vector3d vector_of(const MappedStream& s, const Reading& raw) {
 void add_reading(const MappedStream& s, double t, const Reading& raw, FlightRecord& f) {
   switch (s.quantity) {
     case LogQuantity::pose:
-      f.pose.add(t, {vector_of(s, raw), attitude_of(s, &raw[4])});
+      f.pose.add(t, {vector_of(s, raw), attitude_of(s, raw)});
       break;
     case LogQuantity::position:
       f.position_W_m.add(t, vector_of(s, raw));
@@ -180,6 +191,9 @@ void add_reading(const MappedStream& s, double t, const Reading& raw, FlightReco
     }
     case LogQuantity::battery:
       f.battery_V.add(t, s.to_si[0] * raw[0]);
+      break;
+    case LogQuantity::attitude:
+      f.attitude_WS.add(t, attitude_of(s, raw));
       break;
     case LogQuantity::extra:
       f.extra[s.extra_name].add(t, s.to_si[0] * raw[0]);
@@ -252,6 +266,47 @@ void fill(const MappedSource& source, const MappedStream& s, const ColumnTable& 
   note_fates(s, n, from, to, findings);
 }
 
+// Counters of 32 bits start anew at 2^32: 71.6 minutes of microseconds. A step back by nearly all of that, with a usual step beyond it, is
+// no clock that was set back. Returns how often it happened.
+std::size_t unwrap(std::vector<double>& t) {
+  constexpr double kWrap = 4294967296.0, kNearEnd = 0.01;  // of the counter: no step of a log is longer
+  const bool counter = std::all_of(t.begin(), t.end(), [](double x) { return !(x == x) || (x >= 0.0 && x < kWrap && x == std::floor(x)); });
+  if (!counter) return 0;
+  std::size_t times = 0;
+  double before = kNoReading;
+  for (double& x : t) {
+    if (!(x == x)) continue;
+    const double raw = x;
+    if (before - raw > (1.0 - kNearEnd) * kWrap) ++times;
+    before = raw;
+    x = raw + static_cast<double>(times) * kWrap;
+  }
+  return times;
+}
+
+// All clocks of one log read on beyond the wrap of any of them.
+void unwrap_clocks(const LogMapping& m, Sources& tables, std::vector<LogFinding>& findings) {
+  double first_of_wrapped = kNoReading;
+  std::vector<std::size_t> steady;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const MappedTime& clock = m.sources[i].time;
+    if (!tables[i] || !tables[i]->has(clock.column) || clock.s_per_unit == 1.0) continue;
+    std::vector<double>& t = tables[i]->columns.at(clock.column);
+    if (const std::size_t times = unwrap(t); times > 0) {
+      first_of_wrapped = t.front();
+      findings.push_back({"log",
+                          fmt::format("{}: the clock \"{}\" of 32 bits starts anew {} time{}; read on beyond it", tables[i]->label,
+                                      clock.column, times, times == 1 ? "" : "s"),
+                          0.0, 0.0, FindingAction::note});
+    } else if (!t.empty()) {
+      steady.push_back(i);
+    }
+  }
+  for (const std::size_t i : steady)
+    if (auto& t = tables[i]->columns.at(m.sources[i].time.column); first_of_wrapped - t.front() > 2147483648.0)
+      for (double& x : t) x += 4294967296.0;  // it begins behind the wrap of the others
+}
+
 Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vector<LogFinding>& findings) {
   std::vector<std::set<std::string>> wanted(m.sources.size());
   for (const auto& s : m.streams) wanted[s.source].merge(columns_of(s));
@@ -267,6 +322,7 @@ Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vect
                   ExitCode::data_quality);
     for (const auto& note : tables[i]->notes) findings.push_back({"log", note, 0.0, 0.0, FindingAction::note});
   }
+  unwrap_clocks(m, tables, findings);
   return tables;
 }
 
@@ -294,6 +350,33 @@ void explain_absence(const LogMapping& m, const std::string& label, const Source
   findings.push_back({label, "not in this log: " + missing(m, *first, tables)->what, 0.0, 0.0, FindingAction::note});
 }
 
+// Where an attitude and positions come from two tables: poses at the stamps of the positions, the attitude turned on between its
+// neighbours.
+void join_attitude(FlightRecord& f, std::vector<LogFinding>& findings) {
+  constexpr double kLongest_s = 0.1;  // between two attitudes: a vehicle turns by less than a right angle meanwhile
+  const auto& q = f.attitude_WS;
+  if (!q.empty() && !f.pose.empty()) {  // two accounts of one thing: the pose is of one instant
+    f.position_W_m = {}, f.attitude_WS = {};
+    return;
+  }
+  if (q.size() < 2 || f.position_W_m.empty()) return;
+  Stream<PoseReading> turning;
+  for (std::size_t i = 0; i < q.size(); ++i) turning.add(q.t_s[i], {Eigen::Vector3d::Zero(), q.value[i]});
+  StreamReader<PoseReading> attitude(turning);
+  for (std::size_t i = 0; i < f.position_W_m.size(); ++i) {
+    const double t = f.position_W_m.t_s[i];
+    const auto next = std::lower_bound(q.t_s.begin(), q.t_s.end(), t);
+    if (!attitude.covers(t) || (next != q.t_s.begin() && *next - *(next - 1) > kLongest_s)) continue;
+    f.pose.add(t, {f.position_W_m.value[i], attitude.at(t).q_WS.normalized()});
+  }
+  if (f.pose.empty()) return;
+  findings.push_back(
+      {"pose",
+       fmt::format("made of {} positions and {} attitudes, each turned on to the position's stamp", f.position_W_m.size(), q.size()),
+       f.pose.t_s.front(), f.pose.t_s.back(), FindingAction::note});
+  f.position_W_m = {}, f.attitude_WS = {};
+}
+
 }  // namespace
 
 void map_flight(const LogMapping& m, const TableReader& read_table, FlightRecord& f, std::vector<LogFinding>& findings) {
@@ -308,6 +391,7 @@ void map_flight(const LogMapping& m, const TableReader& read_table, FlightRecord
   }
   for (const auto& s : m.streams)
     if (!filled.contains(s.label()) && explained.insert(s.label()).second) explain_absence(m, s.label(), tables, findings);
+  join_attitude(f, findings);
 }
 
 }  // namespace rotorloop::log

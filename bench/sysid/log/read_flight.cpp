@@ -84,7 +84,7 @@ void shift_all(FlightRecord& f, double shift_s) {
   const auto shift = [&](std::vector<double>& t) {
     for (double& x : t) x += shift_s;
   };
-  for (auto* t : {&f.pose.t_s, &f.position_W_m.t_s, &f.velocity_W_m_s.t_s, &f.gyro_B_rad_s.t_s, &f.accel_B_m_s2.t_s,
+  for (auto* t : {&f.pose.t_s, &f.position_W_m.t_s, &f.attitude_WS.t_s, &f.velocity_W_m_s.t_s, &f.gyro_B_rad_s.t_s, &f.accel_B_m_s2.t_s,
                   &f.rotor_omega_rad_s.t_s, &f.motor_command.t_s, &f.battery_V.t_s})
     shift(*t);
   for (auto& [name, stream] : f.extra) shift(stream.t_s);

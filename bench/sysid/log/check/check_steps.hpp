@@ -51,6 +51,7 @@ FlightRecord turning_streams(const FlightRecord& r);
 
 void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
 void check_clock(CheckState& s);     // stamps far from all others, unit of time; a step of check_stamps
+void check_inputs(CheckState& s);    // motors that ran, and a rate that a fit can use
 void check_bounds(CheckState& s);    // values that no flight shows, negative speeds
 void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream
 void check_inertial(CheckState& s);  // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order

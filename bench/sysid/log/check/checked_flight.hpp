@@ -37,10 +37,14 @@ struct CheckedFlight {
   }
 };
 
+// Rotor speeds (motor commands where there are none) are not interpolated across more: two time constants of a small motor. One limit for
+// the checks and for the fit, so that what the checks pass the fit can use.
+inline constexpr double kLongestInputGap_s = 0.05;
+
 struct CheckLimits {
   double shortest_segment_s = 1.0;
-  double longest_rotor_gap_s = 0.06;  // rotor speeds are not interpolated across more: two time constants of a small motor
-  double longest_lag_s = 0.15;        // searched for offsets, either way
+  double longest_rotor_gap_s = kLongestInputGap_s;
+  double longest_lag_s = 0.15;  // searched for offsets, either way
 };
 
 // Names of streams in findings and offsets.

@@ -47,8 +47,8 @@ namespace {
 
 // Holes in the inputs end a segment: a rotor's speed is not guessed across them.
 void add_input_gaps(CheckState& s) {
-  const auto& w = s.record.rotor_omega_rad_s;
-  const double longest_s = std::max(s.limits.longest_rotor_gap_s, 3.5 * period_s(w));
+  const auto& w = s.record.rotor_omega_rad_s.empty() ? s.record.motor_command : s.record.rotor_omega_rad_s;
+  const double longest_s = s.limits.longest_rotor_gap_s;
   for (std::size_t i = 1; i < w.size(); ++i)
     if (w.t_s[i] - w.t_s[i - 1] > longest_s) s.split({w.t_s[i - 1], w.t_s[i]});
 }
@@ -96,7 +96,8 @@ void cut(CheckState& s) {
 
 CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel& vehicle, const CheckLimits& limits) {
   CheckState s{.record = record, .vehicle = vehicle, .limits = limits, .result = {}};
-  for (const auto step : {check_stamps, check_bounds, check_values, check_inertial, check_motion, check_rotors, check_offsets, cut})
+  for (const auto step :
+       {check_stamps, check_inputs, check_bounds, check_values, check_inertial, check_motion, check_rotors, check_offsets, cut})
     if (!s.refused()) step(s);
   s.result.flight = std::move(s.record);
   return std::move(s.result);

@@ -2,6 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
 #include "test/unit/bench/sysid/log/check/checked_flights.hpp"
 
@@ -95,6 +100,69 @@ TEST(Grid, OfMoreThanALongFlightIsAnErrorNotAnAllocation) {
   EXPECT_THROW(grid_over({0.0, 1e9}, 0.0025), Error);
   EXPECT_THROW(grid_over({0.0, 1e300}, 0.0025), Error);
   EXPECT_EQ(grid_over({0.0, 1.0}, 0.25).count, 5u);
+}
+
+TEST(InputRate, SpeedsHeldAt4HzInAFastTableAreRefusedAsSlowAndThoseAt25HzAreNot) {
+  for (const auto& [rate_Hz, refused] : {std::pair{4.0, true}, {10.0, true}, {25.0, false}}) {
+    AnalyticFlight f = analytic_flight();
+    auto& w = f.record.rotor_omega_rad_s;
+    double since = -1.0;
+    RotorValues held{};
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      if (const double n = std::floor(w.t_s[i] * rate_Hz + 1e-6); n != since) since = n, held = w.value[i];
+      w.value[i] = held;
+    }
+    const CheckedFlight c = check_flight(f.record, f.vehicle);
+    ASSERT_EQ(c.refusal && c.refusal->what.find("too slow for what a fit needs") != std::string::npos, refused)
+        << rate_Hz << findings_table(c);
+    if (refused) {
+      EXPECT_THAT(c.refusal->what, HasSubstr("stand in the log at")) << "and not a slow table";
+    }
+  }
+}
+
+TEST(InputRate, CommandsAt10HzAreRefusedWithWhatToLogWhereNoSpeedsAreThere) {
+  AnalyticFlight f = analytic_flight();
+  for (double t = f.record.gyro_B_rad_s.t_s.front(); t < f.record.gyro_B_rad_s.t_s.back(); t += 0.1)
+    f.record.motor_command.add(t, {0.5 + 0.01 * std::sin(t), 0.5, 0.5, 0.5});
+  f.record.rotor_omega_rad_s = {};
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->what, HasSubstr("motor command"));
+  EXPECT_THAT(c.refusal->what, HasSubstr("come 10 times a second, every 0.1 s (allowed 0.05 s)"));
+  EXPECT_THAT(c.refusal->remedy, HasSubstr("at 100 Hz or more"));
+}
+
+TEST(InputRate, MotorsThatAreOffThroughoutAreNoFlight) {
+  AnalyticFlight f = analytic_flight();
+  for (RotorValues& w : f.record.rotor_omega_rad_s.value) w = {0.0, 0.0, 3.0, 0.0};
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->what, HasSubstr("motors are off throughout"));
+}
+
+class FieldLogs : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::getenv("ROTORLOOP_DATA") == nullptr) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
+  }
+  static CheckedFlight check(const char* log, const char* mapping) {
+    const auto root = std::filesystem::path(std::getenv("ROTORLOOP_DATA")) / "field";
+    const LogMapping m = read_log_mapping(root / mapping);
+    return check_flight(read_flight(root / log, &m, nullptr));
+  }
+};
+
+TEST_F(FieldLogs, CommandsAt10HzAndMotorsThatAreOffAreRefusedAndAWrappedClockIsNot) {
+  const CheckedFlight slow = check("L4_cmd10Hz.csv", "L.mapping.toml");
+  ASSERT_TRUE(slow.refusal);
+  EXPECT_THAT(slow.refusal->what, HasSubstr("come 10 times a second"));
+  const CheckedFlight off = check("L5_off.csv", "L.mapping.toml");
+  ASSERT_TRUE(off.refusal);
+  EXPECT_THAT(off.refusal->what, HasSubstr("motors are off throughout"));
+  const CheckedFlight wrapped = check("L6_wrap.csv", "L6.mapping.toml");
+  EXPECT_FALSE(wrapped.refusal) << findings_table(wrapped);
+  EXPECT_NEAR(wrapped.flight.gyro_B_rad_s.t_s.back() - wrapped.flight.gyro_B_rad_s.t_s.front(), 20.0, 1.0);
 }
 
 }  // namespace
