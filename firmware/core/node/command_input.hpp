@@ -110,6 +110,10 @@ class CommandInput {
     note_commander(source, now_us);
     float share = static_cast<float>(c.command[p_.esc_index]) / static_cast<float>(protocols::RawCommand::kFullScale);
     if (std::fabs(share) < p_.raw_deadband) share = 0.0f;
+    // Autopilots arm with the least command above zero and expect propellers that turn: a duty that could not hold the minimum speed asks
+    // for that speed. At the bus voltage that brings max_speed, duty and speed go with each other; below kLeastDuty no motor starts.
+    if (p_.raw_mode == RawMode::duty && share != 0.0f && std::fabs(share) < std::max(kLeastDuty, p_.min_speed_rad_s / p_.max_speed_rad_s))
+      return take(command_, Mode::speed, std::copysign(p_.min_speed_rad_s, share), now_us);
     if (p_.raw_mode == RawMode::duty) return take(command_, Mode::duty, share, now_us);
     const float of_max = p_.raw_mode == RawMode::speed ? share : std::copysign(std::sqrt(std::fabs(share)), share);
     take(command_, Mode::speed, of_max * p_.max_speed_rad_s, now_us);
@@ -253,6 +257,7 @@ class CommandInput {
   Order command_{}, fast_{};
   CommandCounters counters_{};
   static constexpr std::uint64_t kTwoCommanders_us = 1'000'000;
+  static constexpr float kLeastDuty = 0.03f;
   std::uint64_t command_life_us_ = 0, fast_life_us_ = 0;
   std::uint64_t heard_us_ = 0, commander_us_ = 0, second_us_ = 0, asked_us_ = 0, ordered_us_ = 0;
   float omega_rad_s_ = 0.0f;

@@ -324,6 +324,20 @@ TEST(Orders, RawCommandIsDutyOfFullScaleAndRpmCommandIsSpeed) {
   EXPECT_NEAR(rig.setpoint().value, 12.0f, 0.005f);
 }
 
+TEST(Orders, EveryRawCommandAboveZeroAsksForAtLeastTheMinimumSpeedUnlessTheDeadBandHoldsIt) {
+  EscRig rig;
+  rig.arm();
+  for (std::int16_t raw = 1; raw <= 300; ++raw) {
+    rig.raw({0, 0, raw, 0});
+    ASSERT_EQ(rig.setpoint().mode, Mode::speed) << raw;
+    ASSERT_EQ(rig.setpoint().value, 105.0f) << raw;
+  }
+  rig.raw({0, 0, 600, 0});
+  EXPECT_EQ(rig.setpoint().mode, Mode::duty) << "7 % of the voltage hold more than the minimum, 6 % of the greatest speed";
+  rig.raw({0, 0, 0, 0});
+  EXPECT_EQ(rig.setpoint().mode, Mode::off);
+}
+
 TEST(Orders, BeyondTheParametersAreClampedAndCounted) {
   EscRig rig;
   rig.arm();
