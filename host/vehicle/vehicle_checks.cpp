@@ -72,6 +72,9 @@ void check_rotors(const VehicleFile& v, const TomlTable& root) {
   constexpr std::array<std::string_view, kRotors> place{"front-right", "rear-left", "front-left", "rear-right"};
   constexpr std::array<int, kRotors> sign_x{1, -1, 1, -1}, sign_y{-1, 1, 1, -1}, reaction{-1, -1, 1, 1};
   const auto tables = root.tables("rotor", kRotors, kRotors);
+  // Rotors 1 and 2 turn one way, rotors 3 and 4 the other: outwards at the nose as most do, or inwards ("props in" and "props out").
+  int sense = -1;
+  for (std::size_t i = 0; i < kRotors; ++i) sense = v.rotors[i].reaction == -reaction[i] ? sense : 1;
   for (std::size_t i = 0; i < kRotors; ++i) {
     const double x = v.rotors[i].position_m[0] - v.com_offset_m[0].value, y = v.rotors[i].position_m[1] - v.com_offset_m[1].value;
     constexpr double kArmMin_m = 0.01;
@@ -81,11 +84,12 @@ void check_rotors(const VehicleFile& v, const TomlTable& root) {
                                  three(y), i + 1, place[i]),
                      "rotors listed in another order, or y taken to the right",
                      "list front-right, rear-left, front-left, rear-right, with x forward and y left");
-    if (v.rotors[i].reaction != reaction[i])
-      tables[i].fail("reaction",
-                     fmt::format("rotor {} ({}) has reaction = {}, expected {}", i + 1, place[i], v.rotors[i].reaction, reaction[i]),
-                     "the sense of rotation was given instead of the torque on the body",
-                     "rotors 1 and 2 turn the body clockwise from above (-1), rotors 3 and 4 the other way (+1)");
+    if (v.rotors[i].reaction != sense * reaction[i])
+      tables[i].fail(
+          "reaction",
+          fmt::format("rotor {} ({}) has reaction = {}, expected {}", i + 1, place[i], v.rotors[i].reaction, sense * reaction[i]),
+          "the sense of rotation was given instead of the torque on the body, or one motor turns the wrong way",
+          "rotors 1 and 2 turn the body one way (-1: clockwise from above, or all four reversed), rotors 3 and 4 the other");
   }
 }
 

@@ -50,7 +50,8 @@ PlantBody read_body(const TomlTable& t) {
   return b;
 }
 
-PlantRotor read_rotor(const TomlTable& t, const Place& place, std::size_t number) {
+// `sense`: 1, or -1 where all four rotors turn the other way ("props out").
+PlantRotor read_rotor(const TomlTable& t, const Place& place, int sense, std::size_t number) {
   PlantRotor r;
   r.hub_m = vector3(t.numbers("position_m", 3, {-5.0, 5.0, "m"}));
   r.spin = static_cast<int>(t.integer("spin", -1, 1));
@@ -64,10 +65,10 @@ PlantRotor read_rotor(const TomlTable& t, const Place& place, std::size_t number
            fmt::format("rotor[{}].position_m = [{}, {}, {}] m is not {}", number, r.hub_m.x(), r.hub_m.y(), r.hub_m.z(), place.name),
            "another rotor order or another frame; here x is forward, y left",
            "order the rotors 1 front-right, 2 rear-left, 3 front-left, 4 rear-right");
-  if (r.spin != place.spin)
-    t.fail("spin", fmt::format("rotor[{}].spin = {}, expected {} for {}", number, r.spin, place.spin, place.name),
+  if (r.spin != sense * place.spin)
+    t.fail("spin", fmt::format("rotor[{}].spin = {}, expected {} for {}", number, r.spin, sense * place.spin, place.name),
            "clockwise and counter-clockwise exchanged",
-           "rotors 1 and 2 turn counter-clockwise seen from above (1), rotors 3 and 4 clockwise (-1)");
+           "rotors 1 and 2 turn counter-clockwise seen from above (1), rotors 3 and 4 clockwise (-1), or all four the other way");
   return r;
 }
 
@@ -157,7 +158,9 @@ PlantFile read_plant(const TomlFile& file) {
   plant.name = root.text("name");
   plant.body = read_body(root.table("body"));
   const auto rotors = root.tables("rotor", kAirframeRotors, kAirframeRotors);
-  for (std::size_t i = 0; i < kAirframeRotors; ++i) plant.rotors[i] = read_rotor(rotors[i], kPlaces[i], i + 1);
+  int sense = -1;
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) sense = rotors[i].integer("spin", -1, 1) == -kPlaces[i].spin ? sense : 1;
+  for (std::size_t i = 0; i < kAirframeRotors; ++i) plant.rotors[i] = read_rotor(rotors[i], kPlaces[i], sense, i + 1);
   plant.battery = read_battery(root.table("battery"));
   plant.esc = read_plant_esc(root, plant.battery.cells);
   plant.drive_faults = read_drive_faults(root);

@@ -232,6 +232,21 @@ TEST(VehicleFileRefuses, SenseOfRotationGivenAsReaction) {
               AllOf(HasSubstr("rotor 1 (front-right) has reaction = 1, expected -1"), HasSubstr("the sense of rotation was given")));
 }
 
+TEST(VehicleFile, AllFourMotorsTurningTheOtherWayAreAVehicleAndThreeOfThemAreNot) {
+  std::string reversed = with("reaction = -1", "reaction = 1");  // the first
+  const auto flip = [&](const std::string& from, const std::string& to, std::size_t after) {
+    const auto at = reversed.find(from, after);
+    reversed.replace(at, from.size(), to);
+    return at;
+  };
+  const std::size_t second = flip("reaction = -1", "reaction = 1", 0), third = flip("reaction = 1\n", "reaction = -1\n", second + 12);
+  EXPECT_THAT(refusal(reversed), HasSubstr("reaction"));
+  flip("reaction = 1\n", "reaction = -1\n", third + 12);
+  const VehicleFile v = parse_vehicle(reversed, "v.toml", kEffects);
+  EXPECT_EQ(v.rotors[0].reaction, 1);
+  EXPECT_EQ(v.rotors[3].reaction, -1);
+}
+
 TEST(VehicleFileRefuses, ThreeRotors) {
   EXPECT_THAT(refusal(with("[[rotor]] # rear-right\nposition_m = [-0.0885, -0.0885, 0.0]\nreaction = 1\n", "")),
               HasSubstr("[[rotor]] occurs 3 times, expected 4"));
