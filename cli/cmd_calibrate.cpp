@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -98,12 +99,22 @@ Calibrated from_flown(const CalibrateArguments& o, const calibrate::Tunnel& tunn
           inputs};
 }
 
+// Beside a rounding error of the arithmetic there is no u: plant and model have the same law for this term, so that the tunnel gives it
+// back.
+constexpr double kRounding = 1e-9;  // of the value
+std::string u_text(const Coefficient& k) {
+  if (k.value.u <= kRounding * std::abs(k.value.value)) return "exact by construction: the plant's own law";
+  return "± " + render::measured(k.value.value, k.value.u).u;
+}
+
 void publish(const CalibrateArguments& o, const Calibrated& c, const render::Outcome& outcome, const RunClock& clock) {
   render::Table table{{render::left("coefficient"), {"value"}, {"u"}, render::left("unit")}};
   for (const Coefficient& k : c.coefficients) {
-    const render::MeasuredText t = render::measured(k.value.value, k.value.u);
-    fmt::print("{:<8} {:>12} ± {} {}\n", k.name, t.value, t.u, k.unit);
-    table.rows.push_back({{k.name, render::Cell(t.value, "big"), "± " + t.u, k.unit}});
+    const std::string u = u_text(k);
+    const bool exact = !u.starts_with("±");
+    const std::string value = exact ? fmt::format("{:.6g}", k.value.value) : render::measured(k.value.value, k.value.u).value;
+    fmt::print("{:<8} {:>12} {} {}\n", k.name, value, exact ? k.unit : u, exact ? "(" + u + ")" : k.unit);
+    table.rows.push_back({{k.name, render::Cell(value, "big"), u, k.unit}});
   }
   fmt::print("{}\n{}", c.misfit, render::outcome_text(outcome));
   if (o.report.empty()) return;
