@@ -94,6 +94,9 @@ ErrorText silence_of(const std::string& port, const std::vector<DeviceArgument>&
       e.remedy = "compare addr, fc and type of the profile with the device's manual; the line, address and rate are right";
     } else if (most == modbus::Failure::timeout || most == modbus::Failure::disconnected) {
       if (e.likely.empty()) e.likely = "another address or rate, no supply, or A and B exchanged";
+    } else if (most == modbus::Failure::incomplete) {
+      if (e.likely.empty())
+        e.likely = "an adapter that holds bytes back (its latency timer) longer than byte_timeout_ms of the profile, or a disturbed line";
     } else if (e.likely.empty()) {
       e.likely = "another rate or parity, a device of another address, or a disturbed line";
     }
