@@ -34,6 +34,14 @@ bool Core::raw_access(uint32_t address, uint32_t bytes, uint32_t& value, bool wr
   return true;
 }
 
+// Vectors are read beside the stacking, whose cycles cover them.
+bool Core::read_vector(uint32_t address, uint32_t& value) {
+  const uint8_t* here = detail::inside(memories_->at(address), address, 4);
+  if (here == nullptr) return bus_->read(address, 4, value);
+  std::memcpy(&value, here, 4);
+  return true;
+}
+
 bool Core::slow_access(const Op& op, uint32_t address, uint32_t bytes, uint32_t& value, bool write, bool as_privileged) {
   const Access kind = write ? Access::write : Access::read;
   if ((address & (bytes - 1)) != 0 && ((state.scb.ccr & 8) != 0 || is_device(address))) {

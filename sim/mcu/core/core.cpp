@@ -22,7 +22,7 @@ void Core::reset(uint32_t vector_table) {
   state.scb.vtor = vector_table;
   state.r[kLr] = 0xFFFFFFFF;
   uint32_t sp = 0, entry = 0;
-  const bool read = raw_access(vector_table, 4, sp, false) && raw_access(vector_table + 4, 4, entry, false);
+  const bool read = read_vector(vector_table, sp) && read_vector(vector_table + 4, entry);
   state.r[kSp] = sp & ~3u;
   state.r[kPc] = entry & ~1u;
   state.thumb = entry & 1;

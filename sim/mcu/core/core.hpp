@@ -118,6 +118,7 @@ class Core {
   void run_between();  // what is due between two instructions
 
   bool slow_access(const Op& op, uint32_t address, uint32_t bytes, uint32_t& value, bool write, bool as_privileged);
+  bool read_vector(uint32_t address, uint32_t& value);
   bool raw_access(uint32_t address, uint32_t bytes, uint32_t& value, bool write);
   bool mpu_allows(uint32_t address, Access kind, bool as_privileged) const;
   bool mpu_rule(uint32_t address, Access kind, bool as_privileged) const;

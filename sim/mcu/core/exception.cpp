@@ -70,7 +70,7 @@ void Core::end_entry() {
 void Core::enter_vector(uint32_t exception, uint32_t exc_return) {
   state.phase = Phase::running;
   uint32_t vector = 0;
-  if (!raw_access(state.scb.vtor + 4 * exception, 4, vector, false)) {
+  if (!read_vector(state.scb.vtor + 4 * exception, vector)) {
     state.scb.hfsr |= 2;  // VECTTBL
     if (exception == kHardFault || exception == kNmi) {
       lock_up();

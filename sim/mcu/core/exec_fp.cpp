@@ -22,6 +22,11 @@ uint32_t sum(uint32_t a, uint32_t b, uint32_t& fpscr) {
   return short_way(fpscr) && is_plain(result) ? result : fp::add(a, b, fpscr);
 }
 
+uint32_t difference(uint32_t a, uint32_t b, uint32_t& fpscr) {
+  const uint32_t result = as_bits(as_float(a) - as_float(b));
+  return short_way(fpscr) && is_plain(result) ? result : fp::subtract(a, b, fpscr);
+}
+
 uint32_t product(uint32_t a, uint32_t b, uint32_t& fpscr) {
   const uint32_t result = as_bits(as_float(a) * as_float(b));
   return short_way(fpscr) && is_plain(result) ? result : fp::multiply(a, b, fpscr);
@@ -40,7 +45,7 @@ uint32_t& s(Core& core, uint32_t index) { return core.state.s[index]; }
     s(core, op.rd) = VALUE;                                                    \
   }
 RL_MCU_FP(vadd, sum(n, m, fpscr))
-RL_MCU_FP(vsub, sum(n, fp::negated(m), fpscr))
+RL_MCU_FP(vsub, difference(n, m, fpscr))
 RL_MCU_FP(vmul, product(n, m, fpscr))
 RL_MCU_FP(vnmul, fp::negated(product(n, m, fpscr)))
 RL_MCU_FP(vmla, sum(d, product(n, m, fpscr), fpscr))

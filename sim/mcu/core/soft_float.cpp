@@ -47,20 +47,26 @@ uint64_t integer_root(uint64_t value) {
   return root;
 }
 
-}  // namespace
-
-uint32_t add(uint32_t a, uint32_t b, uint32_t& fpscr) {
-  const Number na = unpack(a, fpscr), nb = unpack(b, fpscr);
+// Sign of the second operand changed after NaNs were looked at: a NaN that is subtracted keeps its sign.
+uint32_t add_or_subtract(uint32_t a, uint32_t b, bool subtracts, uint32_t& fpscr) {
+  const Number na = unpack(a, fpscr);
+  Number nb = unpack(b, fpscr);
   uint32_t nan = 0;
   if (take_nan(a, na, b, nb, nan, fpscr)) return nan;
-  if (na.kind == Kind::infinity && nb.kind == Kind::infinity && na.negative != nb.negative) return invalid(fpscr);
-  if (na.kind == Kind::infinity) return a;
-  if (nb.kind == Kind::infinity) return b;
+  nb.negative = nb.negative != subtracts;
+  const bool a_infinite = na.kind == Kind::infinity, b_infinite = nb.kind == Kind::infinity;
+  if (a_infinite && b_infinite && na.negative != nb.negative) return invalid(fpscr);
+  if (a_infinite || b_infinite) return signed_bits(a_infinite ? na.negative : nb.negative, kInfinityBits);
   if (na.kind == Kind::zero && nb.kind == Kind::zero) return sum_of_zeros(na.negative, nb.negative, fpscr);
   if (na.kind == Kind::zero) return round_to_single(nb, rounding(fpscr), fpscr);
   if (nb.kind == Kind::zero) return round_to_single(na, rounding(fpscr), fpscr);
   return sum(na, nb, fpscr);
 }
+
+}  // namespace
+
+uint32_t add(uint32_t a, uint32_t b, uint32_t& fpscr) { return add_or_subtract(a, b, false, fpscr); }
+uint32_t subtract(uint32_t a, uint32_t b, uint32_t& fpscr) { return add_or_subtract(a, b, true, fpscr); }
 
 uint32_t multiply(uint32_t a, uint32_t b, uint32_t& fpscr) {
   const Number na = unpack(a, fpscr), nb = unpack(b, fpscr);

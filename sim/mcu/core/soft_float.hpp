@@ -9,6 +9,7 @@ namespace rotorloop::mcu::fp {
 
 // Operands and results are bit patterns; flags are added to fpscr.
 uint32_t add(uint32_t a, uint32_t b, uint32_t& fpscr);
+uint32_t subtract(uint32_t a, uint32_t b, uint32_t& fpscr);
 uint32_t multiply(uint32_t a, uint32_t b, uint32_t& fpscr);
 uint32_t divide(uint32_t a, uint32_t b, uint32_t& fpscr);
 uint32_t square_root(uint32_t a, uint32_t& fpscr);

@@ -2,6 +2,7 @@
 // Reference Manual (DDI 0403); registers are kept as the program reads them unless a comment says otherwise.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -76,7 +77,7 @@ struct MpuState {
 };
 
 // Instruction and data cache of the flash interface, and its prefetch buffer. Words are addresses divided by 8, lines by 32.
-template <size_t kLines>
+template <std::size_t kLines>
 struct FlashCache {
   std::array<uint32_t, kLines> line{};
   std::array<uint8_t, kLines> valid{};  // one bit for each word of the line
