@@ -42,15 +42,14 @@ constexpr std::array kStandColumns{
     KnownColumn{"throttle", StandQuantity::command, ""},
 };
 // Behind those of a session: what other programs give of the wind along the axis and of the voltage, as its amplitude over that of the bus.
-constexpr std::array kRunColumns{
-    KnownColumn{kSampleColumns[kOmegaColumn].name, StandQuantity::rotor_speed, "rad/s"},
-    KnownColumn{kSampleColumns[kThrustColumn].name, StandQuantity::thrust, "N"},
-    KnownColumn{kSampleColumns[kTorqueColumn].name, StandQuantity::torque, "N m"},
-    KnownColumn{kSampleColumns[kVoltageColumn].name, StandQuantity::voltage, "V"},
-    KnownColumn{kSampleColumns[kCurrentColumn].name, StandQuantity::current, "A"},
-    KnownColumn{kSampleColumns[kDutyColumn].name, StandQuantity::command, "1"},
-    KnownColumn{"duty", StandQuantity::command, "1"},
-    KnownColumn{"airspeed_m_s", StandQuantity::airspeed, "m/s"}};
+constexpr std::array kRunColumns{KnownColumn{kSampleColumns[kOmegaColumn].name, StandQuantity::rotor_speed, "rad/s"},
+                                 KnownColumn{kSampleColumns[kThrustColumn].name, StandQuantity::thrust, "N"},
+                                 KnownColumn{kSampleColumns[kTorqueColumn].name, StandQuantity::torque, "N m"},
+                                 KnownColumn{kSampleColumns[kVoltageColumn].name, StandQuantity::voltage, "V"},
+                                 KnownColumn{kSampleColumns[kCurrentColumn].name, StandQuantity::current, "A"},
+                                 KnownColumn{kSampleColumns[kDutyColumn].name, StandQuantity::command, "1"},
+                                 KnownColumn{"duty", StandQuantity::command, "1"},
+                                 KnownColumn{"airspeed_m_s", StandQuantity::airspeed, "m/s"}};
 constexpr double kMeanOver_s = 0.5, kRests_rad_s2 = 40.0;  // as the shipped mappings of such files have it
 constexpr double kRecord_s = 0.4;                          // rows closer than this are a record, not one row for each step
 constexpr double kTurns_rad_s = 20.0;                      // as in stand_checks.cpp
