@@ -51,7 +51,7 @@ nlohmann::ordered_json device_json(const modbus::Poller& poller, std::size_t d, 
     j["round_trip_ms"] = 1e-6 * static_cast<double>(s.round_trip_sum_ns) / static_cast<double>(answered);
   j["channels"] = nlohmann::ordered_json::array();
   for (std::size_t c = 0; c < newest.size(); ++c) {
-    if (!newest[c] || newest[c]->value.quality == modbus::Quality::not_there) continue;
+    if (!newest[c] || newest[c]->value.quality == modbus::Quality::absent) continue;
     const auto& channel = device.profile.channels[c];
     nlohmann::ordered_json k{
         {"name", channel.name}, {"quality", modbus::name(newest[c]->value.quality)}, {"unit", channel.unit}, {"raw", newest[c]->value.raw}};

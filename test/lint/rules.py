@@ -239,6 +239,10 @@ PRIVATE_WORDS = [
     (r"Trail(?:Point|Reference)|(?<![a-z])read_trail|(?<![a-z])trail_(?:point|html|figure)", "parameter history"),
     (r"\b(?:can|cannot|could not|can no longer) (?:be told|tell)\b|\bhard to tell\b", "determine, distinguish"),
     (r"\bflights ask for different\b", "estimates differ significantly between flights"),
+    (r"\bRunTelling\b|\btell_end\b|(?<![a-z])told_(?!to)", "report, print; reported"),
+    (r"\bPilotWish\b|\bParameterWishes\b", "pilot command; parameter selection"),
+    (r"\bkTheirs\b|\bget_in_step\b|\blast_words\b|\bQuality::not_there\b", "a map by name; synchronize; last line; absent"),
+    (r"\bparted by\b|\bhouse's manners\b", "separated by; style"),
     (r"\bthe loop closed:|\bundeclared effects?\b", "closed-loop study; unmodelled effect"),
 ]
 # Keys of files and options that have such a word, and words of other fields: what matches here is not looked at.

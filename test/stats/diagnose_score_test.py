@@ -165,7 +165,7 @@ class Plants(unittest.TestCase):
                     self.assertEqual(len(block["matrix"]), len(block["of"]) ** 2)
                     self.assertFalse([n for n in block["of"] if n.split(".")[1] in c.unmodelled and n.startswith("effect.")])
 
-    def test_seeds_are_told_as_runs(self):
+    def test_seeds_are_counted_as_runs(self):
         self.assertEqual(score.spans({508, 506, 507, 565, 510, 511}), "506 to 508, 510 to 511, 565")
         self.assertEqual(score.spans({7}), "7")
         self.assertEqual(score.spans(set()), "")

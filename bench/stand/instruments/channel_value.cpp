@@ -33,7 +33,7 @@ std::string_view name(Quality q) {
       return "out of range";
     case Quality::unknown_scale:
       return "unknown scale";
-    case Quality::not_there:
+    case Quality::absent:
       return "not there";
   }
   return "";
@@ -45,7 +45,7 @@ ChannelValue decode(const Channel& c, std::uint64_t raw, const RawLookup& others
     v.quality = why;
     return v;
   };
-  if (!is_there(c, others)) return refuse(Quality::not_there);
+  if (!is_there(c, others)) return refuse(Quality::absent);
   if (std::find(c.not_available.begin(), c.not_available.end(), raw) != c.not_available.end()) return refuse(Quality::not_available);
   double number = to_number(raw, c.type);
   if (!std::isfinite(number)) return refuse(Quality::not_available);

@@ -12,7 +12,7 @@ enum class Quality : std::uint8_t {
   not_available,  // the device says that it has no measurement, or a float that is none
   out_of_range,   // a raw value outside the channel's range
   unknown_scale,  // the register with the scale was not read yet, or holds what the profile does not list
-  not_there,      // `when` says that this device has no such channel
+  absent,         // `when` says that this device has no such channel
 };
 std::string_view name(Quality quality);
 

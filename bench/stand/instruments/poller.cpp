@@ -61,7 +61,7 @@ void Poller::take(std::size_t device, const ReadGroup& group, const Exchanged& x
     Track& t = s.tracks[c];
     ChannelStatistics& count = s.statistics.channels[c];
     const Sample sample{device, c, decode(profile.channels[c], *t.raw, others), x.sampled_ns(), x.uncertainty_ns()};
-    if (sample.value.quality == Quality::not_there) {
+    if (sample.value.quality == Quality::absent) {
       t.polled = false;  // another model of the family
       continue;
     }

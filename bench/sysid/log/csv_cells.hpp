@@ -65,8 +65,8 @@ std::size_t split_csv(std::string_view line, char separator, const Cell& cell) {
 // Of a cell without blanks and quotes; not-a-number where there is none ("", "nan", "null", 1e999), nothing for any other text.
 std::optional<double> csv_number(std::string_view text);
 
-// The same where decimals may have a comma. Where cells are parted by commas too, "1,234" between quotes may be a thousand and more: taken
-// for decimals only where it cannot be, with other than three digits behind the comma or nothing but a zero before it.
+// The same where decimals may have a comma. Where cells are separated by commas too, "1,234" between quotes may be a thousand and more:
+// taken for decimals only where it cannot be, with other than three digits behind the comma or nothing but a zero before it.
 std::optional<double> csv_number_with_comma(std::string_view text, char separator);
 
 }  // namespace rotorloop::log

@@ -39,7 +39,7 @@ std::set<std::string> columns_of(const MappedStream& s) {
   return names;
 }
 
-// What a table that lacks a column most likely is: parted by another sign, or without a row of names.
+// What a table that lacks a column most likely is: separated by another sign, or without a row of names.
 std::optional<ErrorText> misread(const LogMapping& m, const ColumnTable& table) {
   if (m.kind != LogKind::csv || table.names.empty()) return std::nullopt;
   const auto words = [](char c) { return c == '\t' ? std::string("tab") : std::string(1, c); };
@@ -47,9 +47,9 @@ std::optional<ErrorText> misread(const LogMapping& m, const ColumnTable& table) 
     for (const char other : {',', ';', '\t'})
       if (other != m.separator && table.names.front().find(other) != std::string::npos)
         return ErrorText{m.path.generic_string(),
-                         fmt::format("{} has one column when parted by \"{}\": \"{}\"", table.label, words(m.separator),
+                         fmt::format("{} has one column when separated by \"{}\": \"{}\"", table.label, words(m.separator),
                                      table.names.front().substr(0, 60)),
-                         fmt::format("its columns are parted by \"{}\"", words(other)),
+                         fmt::format("its columns are separated by \"{}\"", words(other)),
                          fmt::format("set separator = \"{}\" in the mapping, before its first [table]", words(other))};
   const auto is_number = [](const std::string& name) {
     double v = 0.0;

@@ -198,7 +198,7 @@ KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path) {
     throw Error({path.generic_string() + ":1", "no header that is known: neither an RCbenchmark (Tyto) export nor samples of a run",
                  "another program's file", "give -m MAPPING.toml (docs/files.md, Stand mapping; examples in vehicles/measured/stands)"});
   if (separator != ',')
-    out.remarks.push_back(fmt::format("columns are parted by \"{}\"{}", separator == '\t' ? "tab" : ";",
+    out.remarks.push_back(fmt::format("columns are separated by \"{}\"{}", separator == '\t' ? "tab" : ";",
                                       text.find(',') != std::string::npos ? ", decimals by \",\"" : ""));
   std::set<std::string> wanted{"t_s", "step", "target_rad_s"};
   for (const std::string& n : names)

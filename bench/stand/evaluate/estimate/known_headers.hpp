@@ -16,7 +16,7 @@ struct KnownCsv {
   std::vector<std::string> remarks;
 };
 
-// `bytes`: the whole file, in UTF-8 or UTF-16, cells parted by ",", ";" or tab. Throws Error: usage for a header that is neither, or a
+// `bytes`: the whole file, in UTF-8 or UTF-16, cells separated by ",", ";" or tab. Throws Error: usage for a header that is neither, or a
 // known column with an unknown unit; data_quality for a damaged file.
 KnownCsv recognise_csv(std::string bytes, const std::filesystem::path& path);
 

@@ -268,7 +268,7 @@ TEST(StandKnownHeaders, ExportWithByteOrderMarkSemicolonsCommaDecimalsLatinMicro
   EXPECT_NEAR(run.steps[3].omega_rad_s, 12000.0 * kRad_s_per_rpm, 1e-6) << "electrical: the optical probe reads 0 throughout";
   std::string all;
   for (const auto& r : run.remarks) all += r + "\n";
-  for (const char* word : {"byte order mark", "parted by \";\", decimals by \",\"", "thrust is negative", "column without name"})
+  for (const char* word : {"byte order mark", "separated by \";\", decimals by \",\"", "thrust is negative", "column without name"})
     EXPECT_NE(all.find(word), std::string::npos) << word << "\n" << all;
 }
 

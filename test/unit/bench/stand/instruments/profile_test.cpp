@@ -80,7 +80,7 @@ TEST(DeviceProfile, Ceybnj0To2000IsMinusToPlusFullScaleAnd2001IsOutOfRange) {
 TEST(DeviceProfile, RidenCurrentIsMAOf6006TenthsOfMAOf6006PAndCAOf6018) {
   const Profile p = shipped("riden_rd60xx");
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60062}, {11, 1500}}, "current", 0), 1.5);
-  (void)read_of(p, {{0, 60062}, {11, 1500}}, "current", 1, Quality::not_there);
+  (void)read_of(p, {{0, 60062}, {11, 1500}}, "current", 1, Quality::absent);
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60065}, {11, 15000}}, "current", 1), 1.5);
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60181}, {11, 150}}, "current", 2), 1.5);
   EXPECT_DOUBLE_EQ(read_of(p, {{0, 60181}, {10, 1234}}, "voltage"), 12.34);
@@ -119,7 +119,7 @@ TEST(DeviceProfile, EveryShippedProfileLoadsNamesItsSourcesAndItsEmulatedDeviceS
     for (std::size_t i = 0; i < p.channels.size(); ++i) {
       const Channel& c = p.channels[i];
       EXPECT_GT(c.source.size(), 20u);
-      if (c.quantity == "status" || c.quantity == "setting" || decode(c, 0, others).quality == Quality::not_there) continue;
+      if (c.quantity == "status" || c.quantity == "setting" || decode(c, 0, others).quality == Quality::absent) continue;
       const double wanted = c.range                   ? 0.25
                             : c.type == WordType::f32 ? 1.5
                                                       : 3.0 * std::abs(c.scale_of ? c.scale_map.begin()->second * c.scale : c.scale);
