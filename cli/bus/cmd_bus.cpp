@@ -16,7 +16,8 @@
 #include "host/bus/bus_name.hpp"
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/open_bus.hpp"
-#include "host/bus/live/socketcan/can_interfaces.hpp"
+#include "host/bus/live/socketcan/interface_info.hpp"
+#include "host/bus/live/socketcan/socketcan_port.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -24,8 +25,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // What is there to be used, for a backend that this build has.
-std::vector<std::string> present(BusBackend backend) {
+std::vector<std::string> present(BusBackend backend, const std::vector<CanInterface>& interfaces) {
   std::vector<std::string> found;
+  if (backend == BusBackend::socketcan) {
+    for (const CanInterface& link : interfaces) found.push_back("socketcan:" + link.name);
+  }
   if (backend == BusBackend::slcan) {
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator("/dev", none)) {
@@ -33,8 +37,6 @@ std::vector<std::string> present(BusBackend backend) {
       if (name.starts_with("ttyACM") || name.starts_with("ttyUSB")) found.push_back("slcan:/dev/" + name);
     }
   }
-  if (backend == BusBackend::socketcan)
-    for (const CanInterface& i : can_interfaces()) found.push_back("socketcan:" + i.name + ", " + words(i));
   return found;
 }
 
@@ -48,10 +50,38 @@ std::string multicast_trouble() {
   }
 }
 
+// Why CAN sockets cannot be used here; empty when they can.
+std::string socketcan_trouble() {
+  const int reason = can_socket_trouble();
+  return reason == 0 ? ""
+                     : socket_refusal({.interface = "can0", .bit_rate_Hz = {}, .data_rate_Hz = {}}, "no CAN sockets", reason).text().what;
+}
+
+Json interface_json(const CanInterface& link) {
+  Json j{{"name", link.name}, {"kind", link.kind}, {"state", link.state_text()}, {"fd", link.fd()}};
+  if (link.bit_rate_Hz) j["bit_rate_Hz"] = *link.bit_rate_Hz;
+  if (link.data_rate_Hz) j["data_rate_Hz"] = *link.data_rate_Hz;
+  return j;
+}
+
+// "can, up, 500000 bit/s, CAN FD at 2000000 bit/s"
+std::string interface_text(const CanInterface& link) {
+  std::string text = link.kind.empty() ? link.state_text() : link.kind + ", " + link.state_text();
+  if (link.bit_rate_Hz) text += fmt::format(", {} bit/s", *link.bit_rate_Hz);
+  if (link.fd()) text += link.data_rate_Hz ? fmt::format(", CAN FD at {} bit/s", *link.data_rate_Hz) : ", CAN FD";
+  return text;
+}
+
 int list(bool json) {
   Json document = Json::array();
+  const std::vector<CanInterface> interfaces = can_interfaces();
   for (const BusBackendInfo& b : bus_backends()) {
-    Json row{{"backend", b.prefix}, {"rest", b.rest}, {"built_in", b.built_in}, {"present", present(b.backend)}};
+    Json row{{"backend", b.prefix}, {"rest", b.rest}, {"built_in", b.built_in}, {"present", present(b.backend, interfaces)}};
+    if (b.backend == BusBackend::socketcan) {
+      row["interfaces"] = Json::array();
+      for (const CanInterface& link : interfaces) row["interfaces"].push_back(interface_json(link));
+      row["trouble"] = socketcan_trouble();
+    }
     if (b.backend == BusBackend::multicast) row["trouble"] = multicast_trouble();
     document.push_back(row);
   }
@@ -63,7 +93,10 @@ int list(bool json) {
   for (const Json& row : document) {
     fmt::print("{:<14} {:<11} {}\n", row["backend"].get<std::string>() + ":", row["built_in"].get<bool>() ? "yes" : "no",
                row["rest"].get<std::string>());
-    for (const Json& name : row["present"]) fmt::print("{:<26} found: {}\n", "", name.get<std::string>());
+    const bool links = row.contains("interfaces");
+    for (const CanInterface& link : links ? interfaces : std::vector<CanInterface>{})
+      fmt::print("{:<26} found: socketcan:{} ({})\n", "", link.name, interface_text(link));
+    for (const Json& name : links ? Json::array() : row["present"]) fmt::print("{:<26} found: {}\n", "", name.get<std::string>());
     if (const std::string trouble = row.value("trouble", ""); !trouble.empty()) fmt::print("{:<26} not usable now: {}\n", "", trouble);
   }
   return 0;
@@ -90,8 +123,8 @@ live::BusBenchResult measure(const BenchArguments& o) {
   switch (name.backend) {
     case BusBackend::virtual_bus:
       return live::bench_virtual_bus(o.options);
-    case BusBackend::multicast:
-    case BusBackend::socketcan: {
+    case BusBackend::socketcan:
+    case BusBackend::multicast: {
       const auto a = open_bus(o.bus, "bus"), b = open_bus(o.bus, "bus");
       return live::bench_live_bus(*a, *b, o.options);
     }
@@ -164,7 +197,8 @@ void add_bus(CLI::App& app, int& exit_code) {
   group->require_subcommand(1);
   {
     auto json = std::make_shared<bool>(false);
-    CLI::App* c = group->add_subcommand("list", "buses that can be named, and adapters that are plugged in");
+    CLI::App* c =
+        group->add_subcommand("list", "buses that can be named; adapters and CAN interfaces that are there, with state and bit rates");
     c->add_flag("--json", *json, "one JSON document instead of a table");
     c->footer(
         "A bus is named BACKEND:REST wherever a command asks for one. Programs on one machine meet on mcast:0, as do ArduPilot's SITL,\n"

@@ -83,7 +83,7 @@ int bridge(const BridgeArguments& o) {
   std::vector<TimedBus*> buses;
   for (const std::string& name : o.buses) {
     // Whatever passes the bridge is seen by the first bus, so that one recording has it all.
-    owned.push_back(owned.empty() ? open_recorded(o.live, name, "bus") : open_bus(name, "bus"));
+    owned.push_back(owned.empty() ? open_recorded(o.live, name, "bus") : open_live(o.live, name, "bus"));
     buses.push_back(owned.back().get());
     if (const std::string device = buses.back()->device_for_programs(); !device.empty())
       fmt::print(stderr, "{}: give {} to the program as its serial adapter\n", buses.back()->name(), device);

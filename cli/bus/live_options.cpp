@@ -5,12 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <utility>
 
 #include "cli/ending/outputs.hpp"
 #include "host/base/error.hpp"
 #include "host/bus/live/live_clock.hpp"
 #include "host/bus/live/open_bus.hpp"
+#include "host/bus/live/waiting_bus.hpp"
 #include "host/bus/recorded_bus.hpp"
 
 namespace rotorloop::cli {
@@ -18,32 +18,13 @@ namespace {
 
 constexpr std::int64_t kLookForSignals_ns = 100'000'000;  // a signal between two waits is seen after this at the latest
 
-std::unique_ptr<TimedBus> open_waiting(const std::string& bus, const std::string& where, double wait_s) {
-  const StopSignals stop;
-  const std::int64_t end_ns = live_now_ns() + static_cast<std::int64_t>(wait_s * 1e9);
-  for (bool said = false;;) {
-    try {
-      return open_bus(bus, where);
-    } catch (const Error& e) {
-      if (e.exit_code() != ExitCode::device || stop.asked() || live_now_ns() >= end_ns) throw;
-      if (!std::exchange(said, true)) fmt::print(stderr, "waiting for {}: {}\n", bus, e.text().what);
-    }
-    wait_for_any({}, live_now_ns() + kLookForSignals_ns);
-  }
-}
-
 }  // namespace
 
 void add_live_options(CLI::App& c, LiveOptions& o) {
   add_for(c, o, "seconds to run; without it until Ctrl-C");
   c.add_option("--record", o.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
+  c.add_flag("--wait", o.wait, "wait for a bus that is not there, and go on when one that went away comes back");
   add_force(c, o.force);
-  add_wait(c, o);
-}
-
-void add_wait(CLI::App& c, LiveOptions& o) {
-  c.add_option("--wait", o.wait_s, "seconds to wait for a bus that is not there yet: an adapter to plug in, an interface to set up")
-      ->check(CLI::Range(0.0, 86400.0));
 }
 
 void add_for(CLI::App& c, LiveOptions& o, const char* help) {
@@ -63,6 +44,7 @@ LiveEnd run_live(std::span<TimedBus* const> buses, const LiveOptions& o, const s
   const std::int64_t end_ns = o.for_s > 0.0 ? live_now_ns() + static_cast<std::int64_t>(o.for_s * 1e9) : INT64_MAX;
   while (!stop.asked()) {
     const auto next_ns = step();
+    for (TimedBus* bus : buses) tell_notices(*bus);
     if (!next_ns || live_now_ns() >= end_ns) return {};
     std::fflush(stdout);
     wait_for_any(buses, std::min({*next_ns, end_ns, live_now_ns() + kLookForSignals_ns}));
@@ -76,8 +58,13 @@ std::string interface_name(const std::string& bus) {
   return name.empty() ? "can0" : name.substr(0, kMaxInterfaceName);
 }
 
+std::unique_ptr<TimedBus> open_live(const LiveOptions& o, const std::string& bus, const std::string& where) {
+  if (!o.wait) return open_bus(bus, where);
+  return std::make_unique<WaitingBus>(bus, [bus, where] { return open_bus(bus, where); });
+}
+
 std::unique_ptr<TimedBus> open_recorded(const LiveOptions& o, const std::string& bus, const std::string& where) {
-  auto opened = open_waiting(bus, where, o.wait_s);
+  auto opened = open_live(o, bus, where);
   if (o.record.empty()) return opened;
   return std::make_unique<RecordedBus>(std::move(opened), o.record.generic_string(), interface_name(bus));
 }
@@ -86,7 +73,12 @@ void finish_recording(TimedBus& bus) {
   if (auto* const recorded = dynamic_cast<RecordedBus*>(&bus)) recorded->close_recording();
 }
 
-void tell_losses(const TimedBus& bus) {
+void tell_notices(TimedBus& bus) {
+  while (const auto notice = bus.next_notice()) fmt::print(stderr, "{}: {}\n", bus.name(), *notice);
+}
+
+void tell_losses(TimedBus& bus) {
+  tell_notices(bus);
   const PortCounters c = bus.counters();
   const LinkCounters l = bus.link_counters();
   std::string text;
@@ -99,7 +91,8 @@ void tell_losses(const TimedBus& bus) {
   add(l.remote, "remote frames passed over");
   add(l.error_reports, "error reports of the bus");
   add(l.refused_by_peer, "frames refused by the adapter");
-  add(l.send_retries, "frames that the interface had no room for and that were sent later");
+  add(l.stale, "of the frames not sent had waited 100 ms");
+  add(l.fd_refused, "of the frames not sent were CAN FD, which this bus does not carry");
   if (!text.empty()) fmt::print(stderr, "{}: {}\n", bus.name(), text);
 }
 

@@ -20,19 +20,18 @@ namespace rotorloop::cli {
 
 // Behind every help text on buses.
 inline constexpr const char* kBusHelp =
-    "bus: mcast:0 (programs on this machine or network), socketcan:can0 (an interface of Linux), slcan:/dev/ttyACM0 (serial adapter), "
+    "bus: mcast:0 (programs on this machine or network), socketcan:can0 (CAN interface of Linux), slcan:/dev/ttyACM0 (serial adapter), "
     "slcan-server:PATH";
 
 struct LiveOptions {
-  double for_s = 0.0;   // 0: until Ctrl-C
-  double wait_s = 0.0;  // for a bus that is not there yet
+  double for_s = 0.0;  // 0: until Ctrl-C
   bool for_given = false;
   std::filesystem::path record;
   bool json = false, force = false;
+  bool wait = false;  // for a bus that is not there, or went away
 };
 void add_live_options(CLI::App& command, LiveOptions& options);
 void add_for(CLI::App& command, LiveOptions& options, const char* help);  // --for alone
-void add_wait(CLI::App& command, LiveOptions& options);                   // --wait alone
 // Throws Error for a time that is none and for a recording that exists.
 void check_live_options(const LiveOptions& options);
 
@@ -44,14 +43,17 @@ struct LiveEnd {
 };
 LiveEnd run_live(std::span<TimedBus* const> buses, const LiveOptions& options, const std::function<std::optional<std::int64_t>()>& step);
 
-// Opens a bus, with its recording when one was asked for. The interface in a candump log is the bus's name without its colon. The
-// recording is whole when the bus is gone, or after finish_recording(), which throws Error when the disk refused.
-// With --wait it is tried again until the adapter is plugged in and its interface is up, or the time is over.
+// Opens a bus, waiting for it with --wait; open_recorded() with its recording when one was asked for. The interface in a candump log is the
+// bus's name without its colon. The recording is whole when the bus is gone, or after finish_recording(), which throws Error when the disk
+// refused.
+std::unique_ptr<TimedBus> open_live(const LiveOptions& options, const std::string& bus, const std::string& where);
 std::unique_ptr<TimedBus> open_recorded(const LiveOptions& options, const std::string& bus, const std::string& where);
 void finish_recording(TimedBus& bus);
 std::string interface_name(const std::string& bus);
 
+// What changed on the bus, a line on stderr for each.
+void tell_notices(TimedBus& bus);
 // "lost: …" on stderr when frames were lost or damaged; silent otherwise.
-void tell_losses(const TimedBus& bus);
+void tell_losses(TimedBus& bus);
 
 }  // namespace rotorloop::cli

@@ -34,7 +34,6 @@ void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--listen", o.listen_s, "seconds to wait for nodes to say that they are there")->capture_default_str();
   c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
-  add_wait(c, o.live);
   if (with_json) c.add_flag("--json", o.live.json, "JSON instead of text");
 }
 
@@ -63,7 +62,10 @@ EscSession::EscSession(const EscOptions& options) : options_(options) {
   } else {
     config.spare_ids = {127, 119, 118, 117};  // several tools at once: a monitor, an allocator, and what is typed beside them
   }
-  config.stop = [this] { return stop_.asked(); };
+  config.stop = [this] {
+    tell_notices(*bus_);
+    return stop_.asked();
+  };
   tool_ = std::make_unique<tools::ToolNode>(*bus_, config);
 }
 

@@ -13,7 +13,7 @@ constexpr std::array<BusBackendInfo, 6> kBackends{{
     {BusBackend::multicast, "mcast", "a group number 0..9, or nothing for 0", false, true},
     {BusBackend::slcan, "slcan", "a serial adapter, for example /dev/ttyACM0 or /dev/ttyACM0@500000", true, true},
     {BusBackend::slcan_server, "slcan-server", "a path for the link to the terminal, or nothing", false, true},
-    {BusBackend::socketcan, "socketcan", "an interface, for example can0, can0@1000000 or can0@1000000,4000000", true, true},
+    {BusBackend::socketcan, "socketcan", "an interface, for example can0 or can0@1000000", true, true},
     {BusBackend::gs_usb, "gsusb", "the serial number of the adapter, or nothing for the only one", false, false},
 }};
 

@@ -1,6 +1,6 @@
 // The name of a bus as users write it, "BACKEND:REST": virtual: | mcast:0 | slcan:/dev/ttyACM0@1000000 | slcan-server:PATH |
-// socketcan:can0[@BITRATE] | gsusb:SERIAL. Only what this build contains is accepted; any other name is refused with the list of what would
-// work, before anything is opened or armed.
+// socketcan:can0 | gsusb:SERIAL. Only what this build contains is accepted; any other name is refused with the list of what would work,
+// before anything is opened or armed.
 #pragma once
 #include <cstdint>
 #include <span>

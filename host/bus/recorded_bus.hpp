@@ -38,7 +38,9 @@ class RecordedBus final : public TimedBus {
   int descriptor() const override { return bus_->descriptor(); }
   bool output_waits() const override { return bus_->output_waits(); }
   void flush() override { bus_->flush(); }
-  std::int64_t flush_at_ns() const override { return bus_->flush_at_ns(); }
+  std::int64_t next_flush_ns() const override { return bus_->next_flush_ns(); }
+  bool input_waits() const override { return bus_->input_waits(); }
+  std::optional<std::string> next_notice() override { return bus_->next_notice(); }
 
  private:
   std::unique_ptr<TimedBus> bus_;

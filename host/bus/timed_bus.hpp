@@ -1,5 +1,5 @@
 // A bus with a clock on which one can wait: what tools and processes use. Nodes in lockstep get the CanBus below it, which has
-// neither. Backends: live/ (UDP multicast, SLCAN, SocketCAN) in real time, sim/world/lockstep_bus.hpp in virtual time.
+// neither. Backends: live/ (UDP multicast, SLCAN; adapters to come) in real time, sim/world/lockstep_bus.hpp in virtual time.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -19,9 +19,11 @@ struct LinkCounters {
   std::uint64_t own_echo = 0;          // own frames that came back (multicast)
   std::uint64_t fd_passed_over = 0;    // FD frames at a reader of classic frames
   std::uint64_t refused_by_peer = 0;   // sent, and answered by an error (SLCAN)
-  std::uint64_t send_retries = 0;      // refusals by the system, each asked again after a frame's time (SocketCAN: ENOBUFS)
-  std::uint64_t unconfirmed = 0;       // taken by the system and not seen on the bus so far (SocketCAN)
   std::uint64_t receive_buffer_B = 0;  // that the system granted; 0: not known
+  std::uint64_t no_buffer = 0;         // the system's queue was full; the frame was tried again (SocketCAN)
+  std::uint64_t stale = 0;             // dropped, as they had waited too long to be sent; in dropped_tx too
+  std::uint64_t fd_refused = 0;        // FD frames not sent, as the interface is classic; in dropped_tx too
+  std::uint64_t unconfirmed = 0;       // taken by the system, and not seen on the bus yet; on their way, or lost with the interface
 };
 
 class TimedBus : public CanBus {
@@ -46,8 +48,12 @@ class TimedBus : public CanBus {
   // Bytes are queued that the system did not take yet: poll for output too and call flush().
   virtual bool output_waits() const { return false; }
   virtual void flush() {}
-  // When to call flush() although the descriptor does not ask for it: the system refused a frame without a word when it would take it.
-  virtual std::int64_t flush_at_ns() const { return INT64_MAX; }
+  // When flush() has something to try again though polling for output says nothing of it (a full queue of SocketCAN); INT64_MAX: never.
+  virtual std::int64_t next_flush_ns() const { return INT64_MAX; }
+  // Frames were taken from the system and not received yet: polling says nothing of them.
+  virtual bool input_waits() const { return false; }
+  // What changed on the bus (bus-off, nobody acknowledges), once a change, as a sentence for people; none: nothing new.
+  virtual std::optional<std::string> next_notice() { return std::nullopt; }
 
   SendStatus send(const CanFrame& frame) final { return send_any(BusFrame(frame)); }
   // The next classic frame; FD frames before it are passed over and counted.

@@ -85,6 +85,14 @@ void drain(TimedBus& bus) {
   }
 }
 
+// Until the system took or refused what was queued.
+void let_leave(TimedBus& sender) {
+  while (sender.output_waits() || sender.next_flush_ns() != INT64_MAX) {
+    sender.wait_until(sender.now_ns() + kLongestSilence_ns);
+    drain(sender);
+  }
+}
+
 void measure_round_trips(TimedBus& a, TimedBus& b, std::uint64_t count, BusBenchResult& r) {
   std::vector<double> times_us;
   const auto wait_for = [](TimedBus& bus, std::uint32_t id, std::uint64_t number) {
@@ -162,29 +170,34 @@ BusBenchResult bench_virtual_bus(const BusBenchOptions& options) {
 BusBenchResult bench_live_bus(TimedBus& sender, TimedBus& receiver, const BusBenchOptions& options) {
   BusBenchResult r;
   r.receive_buffer_B = receiver.link_counters().receive_buffer_B;
-  const std::uint64_t dropped_before = receiver.counters().dropped_rx;
+  const std::uint64_t dropped_before = receiver.counters().dropped_rx, dropped_tx_before = sender.counters().dropped_tx;
   Account account(receiver, r);
   account.read_waiting();
   r.received = 0;
   const std::int64_t begun_ns = sender.now_ns();
   std::uint64_t number = 0;
   const auto lost = [&] { return receiver.counters().dropped_rx - dropped_before; };
+  // Frames that were queued and then dropped (waited too long) were not sent after all.
+  const auto on_the_bus = [&] { return r.sent + r.dropped_by_sender - (sender.counters().dropped_tx - dropped_tx_before); };
   while (number < options.frames) {
     for (std::uint64_t i = 0; i < options.burst && number < options.frames; ++i, ++number) {
       ++(sender.send_any(numbered(kBenchId, number)) == SendStatus::queued ? r.sent : r.dropped_by_sender);
     }
     sender.flush();
+    if (number >= options.frames) let_leave(sender);
     // What the system dropped is known only with the next frame that it keeps: the burst is over when nothing more waits.
     account.read_waiting();
     drain(sender);
-    if (r.received + lost() < r.sent && number >= options.frames) account.read(r.sent - lost());
+    if (r.received + lost() < on_the_bus() && number >= options.frames) account.read(on_the_bus() - lost());
   }
   r.frames_per_s = static_cast<double>(r.received) * 1e9 / static_cast<double>(std::max<std::int64_t>(account.last_ns() - begun_ns, 1));
-  for (int i = 0; i < 3 && r.received + lost() < r.sent; ++i) {
+  for (int i = 0; i < 3 && r.received + lost() < on_the_bus(); ++i) {
     ++(sender.send_any(numbered(kBenchId, number++)) == SendStatus::queued ? r.sent : r.dropped_by_sender);
-    sender.flush();
-    account.read(r.sent - lost());
+    let_leave(sender);
+    account.read(on_the_bus() - lost());
   }
+  r.sent = on_the_bus();
+  r.dropped_by_sender = sender.counters().dropped_tx - dropped_tx_before;
   r.dropped_by_receiver = lost();
   r.unexplained = r.sent > r.received + lost() ? r.sent - r.received - lost() : 0;
   drain(sender);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <vector>
 
 namespace rotorloop {
@@ -15,28 +16,29 @@ std::int64_t live_now_ns() {
   return begun_ns + duration_cast<nanoseconds>(std::chrono::steady_clock::now() - begun).count();
 }
 
-std::int64_t stamp_age_ns(const timespec& stamp) {
+std::int64_t live_time_ns(const timespec& stamp) {
   timespec now{};
   ::clock_gettime(CLOCK_REALTIME, &now);
-  const std::int64_t age = (now.tv_sec - stamp.tv_sec) * 1'000'000'000 + (now.tv_nsec - stamp.tv_nsec);
-  return age > 0 && age < 1'000'000'000 ? age : 0;
+  const std::int64_t age_ns = (now.tv_sec - stamp.tv_sec) * 1'000'000'000 + (now.tv_nsec - stamp.tv_nsec);
+  const bool clock_was_set = age_ns <= 0 || age_ns >= 1'000'000'000;
+  return live_now_ns() - (clock_was_set ? 0 : age_ns);
 }
 
 void wait_for_any(std::span<TimedBus* const> buses, std::int64_t deadline_ns, int descriptor) {
   std::vector<pollfd> polled;
-  std::int64_t until_ns = deadline_ns;
   for (TimedBus* bus : buses) {
     bus->flush();
-    until_ns = std::min(until_ns, bus->flush_at_ns());
+    if (bus->input_waits()) return;
+    deadline_ns = std::min(deadline_ns, bus->next_flush_ns());
     polled.push_back(
         {.fd = bus->descriptor(), .events = static_cast<short>(bus->output_waits() ? POLLIN | POLLOUT : POLLIN), .revents = 0});
   }
   if (descriptor >= 0) polled.push_back({.fd = descriptor, .events = POLLIN, .revents = 0});
-  const std::int64_t left_ns = std::max<std::int64_t>(until_ns - live_now_ns(), 0);
+  const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - live_now_ns(), 0);
   const timespec timeout{.tv_sec = left_ns / 1'000'000'000, .tv_nsec = left_ns % 1'000'000'000};
-  ::ppoll(polled.data(), polled.size(), &timeout, nullptr);
+  if (::ppoll(polled.data(), polled.size(), &timeout, nullptr) <= 0) return;
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    if ((polled[i].revents & POLLOUT) != 0 || buses[i]->flush_at_ns() <= live_now_ns()) buses[i]->flush();
+    if ((polled[i].revents & POLLOUT) != 0) buses[i]->flush();
   }
 }
 

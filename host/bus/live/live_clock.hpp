@@ -11,10 +11,11 @@ namespace rotorloop {
 // Nanoseconds since 1970 when the process first asked, and steadily on from there: setting the system's clock does not move it.
 std::int64_t live_now_ns();
 
-// How long ago the system put this stamp of its clock on what it received; 0 for none, and where someone set that clock.
-std::int64_t stamp_age_ns(const timespec& stamp);
+// When something happened that the system stamped by its own clock (CLOCK_REALTIME) less than a second ago; now where someone set that.
+std::int64_t live_time_ns(const timespec& stamp);
 
-// Returns when one of these buses has input, at the deadline, or at a signal. Flushes their output meanwhile. All need descriptors.
+// Returns when one of these buses has input, at the deadline, at a signal, or when output is to be tried again. Flushes their output
+// meanwhile. All need descriptors; one of -1 (a bus that is not there now) is not waited on.
 // `descriptor`: one more to wait on, or -1.
 void wait_for_any(std::span<TimedBus* const> buses, std::int64_t deadline_ns, int descriptor = -1);
 

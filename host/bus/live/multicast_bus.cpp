@@ -115,7 +115,7 @@ std::optional<StampedBusFrame> MulticastBus::receive_any() {
       if (c->cmsg_type == SO_TIMESTAMPNS) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-        received.time_ns -= stamp_age_ns(stamp);
+        received.time_ns = live_time_ns(stamp);
       } else if (c->cmsg_type == SO_RXQ_OVFL) {
         std::uint32_t overflow = 0;
         std::memcpy(&overflow, CMSG_DATA(c), sizeof overflow);

@@ -4,7 +4,7 @@
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/slcan_port.hpp"
 #include "host/bus/live/slcan_server.hpp"
-#include "host/bus/live/socketcan/socketcan_bus.hpp"
+#include "host/bus/live/socketcan/socketcan_port.hpp"
 
 namespace rotorloop {
 namespace {
@@ -27,14 +27,14 @@ std::unique_ptr<TimedBus> open_bus(const std::string& name, const std::string& w
     case BusBackend::slcan_server:
       return std::make_unique<SlcanServer>(parsed.rest);
     case BusBackend::socketcan:
-      return std::make_unique<SocketCanBus>(parse_socketcan_settings(parsed.rest, where));
+      return std::make_unique<SocketCanPort>(parse_socketcan_settings(parsed.rest, where));
     case BusBackend::virtual_bus:
     case BusBackend::gs_usb:
       break;
   }
   throw Error({where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
-               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, socketcan:can0 or "
-               "slcan:DEVICE for hardware"});
+               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE or "
+               "socketcan:INTERFACE for hardware"});
 }
 
 }  // namespace rotorloop
