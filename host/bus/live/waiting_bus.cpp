@@ -44,7 +44,7 @@ void WaitingBus::try_to_open() {
     bus_ = open_();
     bus_->set_filters(filters_);
     next_try_ns_ = 0;
-    if (!std::exchange(told_, {}).empty()) notices_.push_back("it is there, going on");
+    if (!std::exchange(reported_, {}).empty()) notices_.push_back("it is there, going on");
   } catch (const Error& e) {
     if (e.exit_code() != ExitCode::device) throw;
     let_go(e);
@@ -56,7 +56,7 @@ void WaitingBus::let_go(const Error& why) {
   link_before_ = link_counters();
   bus_.reset();
   next_try_ns_ = live_now_ns() + kRetry_ns;
-  if (std::exchange(told_, why.text().what) != why.text().what) notices_.push_back(why.text().what + "; waiting for it");
+  if (std::exchange(reported_, why.text().what) != why.text().what) notices_.push_back(why.text().what + "; waiting for it");
 }
 
 SendStatus WaitingBus::send_any(const BusFrame& frame) {

@@ -48,7 +48,7 @@ class WaitingBus final : public TimedBus {
   std::unique_ptr<TimedBus> bus_;
   std::vector<CanFilter> filters_;
   std::int64_t next_try_ns_ = 0;
-  std::string told_;  // why it is away
+  std::string reported_;  // why it is away
   std::deque<std::string> notices_;
   PortCounters before_;  // of connections that ended, and of frames while there was none
   LinkCounters link_before_;

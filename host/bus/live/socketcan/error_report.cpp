@@ -39,8 +39,8 @@ std::optional<std::string> ErrorState::take(const ErrorReport& r) {
   std::optional<std::string> notice;
   const bool acknowledge_missed = r.no_acknowledge && !nobody_;
   nobody_ = nobody_ || r.no_acknowledge;
-  if (r.receive_overflow && !overflow_told_) {
-    overflow_told_ = true;
+  if (r.receive_overflow && !overflow_reported_) {
+    overflow_reported_ = true;
     notice = "the controller's receive buffer was full: frames are lost before the system sees them";
   }
   if (acknowledge_missed) notice = "nobody acknowledges: no other node is on the bus, or none at this bit rate";

@@ -34,7 +34,7 @@ class ErrorState {
 
  private:
   BusState state_ = BusState::error_active;
-  bool warning_ = false, nobody_ = false, overflow_told_ = false;
+  bool warning_ = false, nobody_ = false, overflow_reported_ = false;
 };
 
 }  // namespace rotorloop
