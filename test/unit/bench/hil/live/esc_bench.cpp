@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <future>
 
 #include "host/bus/live/multicast_bus.hpp"
+#include "host/bus/live/open_bus.hpp"
 #include "host/bus/live/slcan_port.hpp"
 #include "host/bus/live/slcan_server.hpp"
 #include "sim/world/lockstep_bus.hpp"
@@ -17,6 +19,7 @@ namespace rotorloop::live {
 namespace {
 
 constexpr int kGroup = 7;
+constexpr const char* kInterfaces = "ROTORLOOP_TEST_CAN";
 
 // A network of its own with loopback alone, for the rest of this process: nothing leaves the machine, nothing else is on it.
 bool enter_own_network() {
@@ -61,7 +64,19 @@ constexpr std::int64_t kTick_ns = 250'000;
 }  // namespace
 
 void PrintTo(Backend backend, std::ostream* out) {
-  *out << (backend == Backend::virtual_bus ? "virtual bus" : backend == Backend::multicast ? "multicast" : "SLCAN");
+  static constexpr std::array<const char*, 4> kNames{"virtual bus", "multicast", "SLCAN", "SocketCAN"};
+  *out << kNames[static_cast<std::size_t>(backend)];
+}
+
+std::vector<Backend> backends() {
+  std::vector<Backend> all{Backend::virtual_bus, Backend::multicast, Backend::slcan};
+  if (std::getenv(kInterfaces) != nullptr) all.push_back(Backend::socketcan);
+  return all;
+}
+
+std::string backend_name(const ::testing::TestParamInfo<Backend>& info) {
+  static constexpr std::array<const char*, 4> kNames{"Virtual", "Multicast", "Slcan", "SocketCan"};
+  return kNames[static_cast<std::size_t>(info.param)];
 }
 
 struct EscBench::Wires {
@@ -92,6 +107,14 @@ EscBench::EscBench(Backend backend, const sim::BusConfig& bus) : backend_(backen
     w.tool_end = std::make_unique<MulticastBus>(kGroup);
     w.esc_end = std::make_unique<MulticastBus>(kGroup);
     w.third_end = std::make_unique<MulticastBus>(kGroup);
+    w.third = w.third_end.get();
+  } else if (backend == Backend::socketcan) {
+    const std::string names = std::getenv(kInterfaces);
+    const std::size_t comma = names.find(',');
+    const std::string tool_side = "socketcan:" + names.substr(0, comma);
+    w.tool_end = open_bus(tool_side, "test");
+    w.esc_end = open_bus(comma == std::string::npos ? tool_side : "socketcan:" + names.substr(comma + 1), "test");
+    w.third_end = open_bus(tool_side, "test");
     w.third = w.third_end.get();
   } else {
     auto server = std::make_unique<SlcanServer>("");

@@ -10,6 +10,7 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "bench/hil/live/esc_process.hpp"
 #include "host/tools/tool_node.hpp"
@@ -18,7 +19,10 @@
 
 namespace rotorloop::live {
 
-enum class Backend { virtual_bus, multicast, slcan };
+enum class Backend { virtual_bus, multicast, slcan, socketcan };
+// SocketCAN joins where ROTORLOOP_TEST_CAN names interfaces: one for both ends, or two that are joined ("vxcan0,vxcan1"; test/vm).
+std::vector<Backend> backends();
+std::string backend_name(const ::testing::TestParamInfo<Backend>& info);
 void PrintTo(Backend backend, std::ostream* out);
 
 inline constexpr std::int64_t kMs_ns = 1'000'000, kSecond_ns = 1'000'000'000;

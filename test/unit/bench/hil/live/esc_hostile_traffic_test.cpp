@@ -133,10 +133,7 @@ TEST_P(EscUnderHostileTraffic, ASecondEscWithItsIndexIsReportedAsAnError) {
   EXPECT_EQ(b.esc().telemetry().state, MotorState::off);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, EscUnderHostileTraffic, ::testing::Values(Backend::virtual_bus, Backend::multicast, Backend::slcan),
-                         [](const auto& i) {
-                           return i.param == Backend::virtual_bus ? "Virtual" : i.param == Backend::multicast ? "Multicast" : "Slcan";
-                         });
+INSTANTIATE_TEST_SUITE_P(Backends, EscUnderHostileTraffic, ::testing::ValuesIn(backends()), backend_name);
 
 }  // namespace
 }  // namespace rotorloop::live

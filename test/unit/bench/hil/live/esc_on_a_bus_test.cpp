@@ -347,10 +347,7 @@ TEST_P(EscOnABus, ReportsAtItsStatusRates) {
   EXPECT_NEAR(running / 2, 50.0, 1.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, EscOnABus, ::testing::Values(Backend::virtual_bus, Backend::multicast, Backend::slcan),
-                         [](const auto& i) {
-                           return i.param == Backend::virtual_bus ? "Virtual" : i.param == Backend::multicast ? "Multicast" : "Slcan";
-                         });
+INSTANTIATE_TEST_SUITE_P(Backends, EscOnABus, ::testing::ValuesIn(backends()), backend_name);
 
 }  // namespace
 }  // namespace rotorloop::live

@@ -96,10 +96,7 @@ TEST_P(EscUpdate, AKillInTheMiddleIsFollowedByTheRestOfTheUpdate) {
   EXPECT_EQ(b.esc().flash().application(image.size()), image);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, EscUpdate, ::testing::Values(Backend::virtual_bus, Backend::multicast, Backend::slcan),
-                         [](const auto& i) {
-                           return i.param == Backend::virtual_bus ? "Virtual" : i.param == Backend::multicast ? "Multicast" : "Slcan";
-                         });
+INSTANTIATE_TEST_SUITE_P(Backends, EscUpdate, ::testing::ValuesIn(backends()), backend_name);
 
 }  // namespace
 }  // namespace rotorloop::live
