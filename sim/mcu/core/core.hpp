@@ -17,7 +17,7 @@ enum class Stopped : uint8_t {
   at_cycle,       // the cycle asked for is reached, or passed by the rest of one instruction
   locked_up,      // a fault in HardFault or NMI: only a reset or a debugger goes on
   reset_request,  // AIRCR.SYSRESETREQ
-  breakpoint,     // BKPT or a breakpoint of set_breakpoint, when stop_at_breakpoints(true)
+  breakpoint,     // BKPT, when stop_at_breakpoints(true); who goes on clears state.at_breakpoint
 };
 
 // Kinds of access, for the MPU and for alignment.

@@ -96,6 +96,7 @@ void plain_immediate(Op& op, uint32_t first, uint32_t second, uint32_t address) 
     case 20:
     case 28:
       op.execute = (first & 0x80) != 0 ? exec::bit_field_extract : exec::signed_bit_field_extract;
+      if (low_bit + width > 31) op.execute = exec::undefined;  // unpredictable: the field leaves the word
       op.kind = static_cast<uint8_t>(low_bit);
       op.extra = static_cast<uint8_t>(width + 1);
       return;

@@ -144,8 +144,8 @@ bool Core::pop_frame() {
   if (failed != kStackOk) {
     state.scb.cfsr |= (failed & kStackBus) != 0 ? 1u << 11 : 1u << 3;  // UNSTKERR, MUNSTKERR
     state.phase_exception = fault_taken((failed & kStackBus) != 0 ? kBusFault : kMemManage);
-  } else if (thread != ((words[7] & 0x1FF) == 0)) {
-    state.scb.cfsr |= 1u << 18;  // INVPC: the frame belongs to the other mode
+  } else if (thread != ((words[7] & 0x1FF) == 0) || (words[7] & 0x1FF) >= kExceptions) {
+    state.scb.cfsr |= 1u << 18;  // INVPC: the frame is of the other mode, or of no exception
     state.phase_exception = fault_taken(kUsageFault);
     failed = kStackBus;
   }

@@ -139,6 +139,38 @@ TEST(McuFault, ReturnByAValueThatNoEntryGaveIsInvalidPc) {
   EXPECT_FALSE(m.core.state.nvic.active.has(18));
 }
 
+TEST(McuFault, FrameThatNamesNoExceptionOfTheChipIsInvalidPc) {
+  Faulting m;
+  m.enable_interrupt(2, 0x80);
+  m.enable_interrupt(3, 0x40);
+  m.code(Machine::handler(18), {kNop, kNop, 0xE7FE});
+  m.core.pulse_interrupt(2);
+  ASSERT_TRUE(m.run_to(Machine::handler(18)));
+  m.core.pulse_interrupt(3);
+  ASSERT_TRUE(m.run_to(Machine::handler(19)));
+  const uint32_t xpsr = m.core.state.r[kSp] + 28;
+  m.word(xpsr, (m.word(xpsr) & ~0x1FFu) | 300);
+  ASSERT_TRUE(m.run_to(Machine::handler(kUsageFault)));
+  EXPECT_EQ(m.system(kCfsr), 1u << 18);
+}
+
+TEST(McuFault, StepIsOneInstructionOrOneEntryAndABreakpointIsLeftByClearingIt) {
+  Faulting m;
+  m.enable_interrupt(2, 0x80);
+  m.program({kNop, 0xBE00, kNop});
+  m.core.stop_at_breakpoints(true);
+  EXPECT_EQ(m.core.step(), Stopped::at_cycle);
+  EXPECT_EQ(m.core.state.r[kPc], kProgram + 2);
+  EXPECT_EQ(m.core.step(), Stopped::breakpoint);
+  EXPECT_EQ(m.core.state.r[kPc], kProgram + 2);
+  m.core.state.at_breakpoint = false;
+  m.core.set_pc(kProgram + 4);
+  m.core.pulse_interrupt(2);
+  m.core.step();
+  m.core.step();
+  EXPECT_EQ(m.core.state.r[kPc], Machine::handler(18));
+}
+
 TEST(McuFault, FaultInsideHardFaultLocksUpAndTimePasses) {
   Faulting m;
   m.code(Machine::handler(kHardFault), {0xDE00});
