@@ -8,12 +8,11 @@
 #include <memory>
 #include <optional>
 
-#include "bench/sysid/diagnose/diagnose.hpp"
+#include "bench/sysid/diagnose/diagnosis_run.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/identify/held_out.hpp"
-#include "bench/sysid/identify/identified_vehicle.hpp"
 #include "cli/commands.hpp"
 #include "cli/diagnose_commands.hpp"
 #include "cli/diagnose_stand.hpp"
@@ -23,12 +22,8 @@
 #include "cli/progress/progress_line.hpp"
 #include "cli/renamed_option.hpp"
 #include "host/base/error.hpp"
-#include "host/base/nearest.hpp"
 #include "host/base/run_clock.hpp"
-#include "host/base/sha256.hpp"
 #include "host/base/text_file.hpp"
-#include "host/effects/term_size.hpp"
-#include "host/effects/user_term.hpp"
 #include "rotorloop_version.hpp"
 
 namespace rotorloop::cli {
@@ -37,55 +32,20 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DiagnoseArguments {
-  log::FlightPaths paths;
-  fs::path vehicle, out, report, library;
+  diagnose::DiagnosisRequest run;
+  fs::path report;
   std::vector<fs::path> stand, reference;
-  std::vector<std::string> without;
-  identify::FitRequest fit;
   std::vector<double> wrench_band;
-  int max_effects = 6;
-  double refit_limit_s = 600.0;
-  std::size_t placebos = 100;
-  std::uint64_t seed = 1;
   bool json = false, no_checks = false, no_priors = false, force = false, quiet = false;
-};
 
-diagnose::DiagnoseOptions diagnose_options(const DiagnoseArguments& o, const std::vector<identify::FlightToFit>& flights,
-                                           const host::VehicleFile& vehicle, const host::UserTerms* own, estimate::StopFit stop) {
-  diagnose::DiagnoseOptions d;
-  identify::IdentifyOptions& i = d.identify;
-  identify::FitRequest fit = o.fit;
-  fit.use_what_all_have(flights);
-  fit.free_place_of_accelerometer(vehicle);
-  fit.apply(i);
-  i.grid.longest_substep_s = 1e-2;  // rotor speeds change over 30 ms, the rest is slower
-  i.grid.slopes_by_middle = true;
-  std::vector<std::string> terms;
-  for (const host::VehicleEffect& e : vehicle.effects) {
-    if (host::find_term(e.id)) terms.push_back(e.id);
+  diagnose::DiagnosisRequest request() const {
+    diagnose::DiagnosisRequest out = run;
+    out.flights.checks = !no_checks;
+    out.priors = !no_priors;
+    if (!wrench_band.empty()) out.wrench_band = {wrench_band[0], wrench_band[1]};
+    return out;
   }
-  i.terms = term_list(terms);
-  for (std::size_t t = 0; own && t < own->size(); ++t) {
-    d.library.push_back(&(*own)[t]);
-    for (const host::VehicleEffect& e : vehicle.effects) {
-      if (e.id == (*own)[t].info.id) i.terms.add((*own)[t]);
-    }
-  }
-  i.fit.noise.rounds = 16;
-  i.fit.noise.tolerance = 0.05;
-  i.fit.max_iterations = 80;
-  i.fit.tolerance = 0.02;  // of the log likelihood: far below what any decision turns on
-  i.fit.noise.per_flight = true;
-  i.fit.stop = stop;
-  d.without = o.without;
-  d.priors = !o.no_priors;
-  d.max_effects = o.max_effects;
-  d.refit_limit_s = o.refit_limit_s;
-  d.placebos = o.placebos;
-  d.seed = o.seed;
-  if (!o.wrench_band.empty()) d.wrench_band = {o.wrench_band[0], o.wrench_band[1]};
-  return d;
-}
+};
 
 // Text or JSON to stdout, the page and result.json into the folder.
 void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, const std::string& vehicle,
@@ -101,17 +61,6 @@ void publish(const DiagnoseArguments& o, const diagnose::DiagnosisRun& run, cons
   if (o.report.empty()) return;
   write_text_file(o.report / "result.json", json);
   write_text_file(o.report / "report.html", diagnose::diagnosis_report_html(run, vehicle, from));
-}
-
-// Flights that the checks refuse are a verdict, not an error: the fault is what was to be found. Nothing was fitted to them.
-int faulty(const DiagnoseArguments& o, const Error& error, const std::string& vehicle, const RunClock& clock) {
-  diagnose::DiagnosisRun run;
-  run.diagnosis.verdict = diagnose::DiagnosisVerdict::faulty;
-  const ErrorText& text = error.text();
-  run.diagnosis.faults.push_back({text.where, "", text.what, 0.0, 0.0});
-  publish(o, run, vehicle, {kVersion, kGit, clock.started_utc(), clock.elapsed_s(), {}});
-  std::fprintf(stderr, "%s\n", error.what());
-  return to_int(ExitCode::data_quality);
 }
 
 // The diagnosis stands, and its vehicle cannot be written.
@@ -143,86 +92,52 @@ void refuse_idle_options(const DiagnoseArguments& o, const Names& given) {
   };
   refuse("--reference", true, "not offered for flights with rotor speeds: only logs of motor commands are compared with reference flights",
          "leave it out, or diagnose the flights one vehicle at a time");
-  refuse("--wrench-band", o.paths.held_out.empty(), "does nothing without --held-out",
+  refuse("--wrench-band", o.run.flights.held_out.empty(), "does nothing without --held-out",
          "name a flight to score (--held-out), or leave it out");
-  refuse("--seed", o.placebos == 0, "does nothing without placebos", "leave out --placebos 0, or this");
+  refuse("--seed", o.run.placebos == 0, "does nothing without placebos", "leave out --placebos 0, or this");
 }
 
-void refuse_unknown_effects(const Names& ids, const host::EffectCatalogue& catalogue) {
-  Names known;
-  for (const host::CatalogueEffect& e : catalogue.effects) known.push_back(e.id);
-  for (const std::string& id : ids)
-    if (!catalogue.find(id))
-      throw Error({"--without", fmt::format("\"{}\" is no effect of the catalogue", id), "",
-                   did_you_mean(id, known) + "effects/catalogue.toml lists them"});
-}
-
-int diagnose_flights(const DiagnoseArguments& o, const host::VehicleFile& base, const host::EffectCatalogue& catalogue,
-                     const host::UserTerms* own, const StopSignals& stop) {
+int diagnose_flights(const DiagnoseArguments& o, const StopSignals& stop) {
   const RunClock clock;
-  log::FlightPaths paths = o.paths;
-  paths.checks = !o.no_checks;
-  log::FlightSet read;
-  try {
-    read = log::read_flight_set(paths, host::to_model(base), print_findings(o.quiet));
-  } catch (const Error& e) {
-    if (e.exit_code() != ExitCode::data_quality) throw;
-    return faulty(o, e, base.name, clock);
+  const auto show = [&](const diagnose::DiagnoseProgress& p) { fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part); };
+  const bool silent = progress_style(o.quiet) == ProgressStyle::silent;
+  diagnose::DiagnosisWatch watch{print_findings(o.quiet), {}, {stop.flag()}};
+  if (!silent) watch.progress = show;
+  const diagnose::DiagnosedFlights found = diagnose::run_diagnosis(o.request(), watch);
+  identify::IdentifyProvenance from{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), found.flights.inputs};
+  const bool written = !o.run.out.empty() && found.vehicle;
+  if (written && found.problem) from.ended = with_problem(diagnose::diagnosis_outcome(found.run.diagnosis, from), *found.problem);
+  publish(o, found.run, found.nominal.vehicle.name, from);
+  if (found.fault) {
+    fmt::print(stderr, "{}\n", found.fault->what());
+    return static_cast<int>(found.fault->exit_code());
   }
-  read.inputs.insert(read.inputs.begin(), {o.vehicle.generic_string(), sha256_file(o.vehicle)});
-  if (own) read.inputs.insert(read.inputs.begin() + 1, {o.library.generic_string(), sha256_file(o.library)});
-  const ProgressStyle style = progress_style(o.quiet);
-  diagnose::FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out(), .findings = {}, .refused = read.refused};
-  for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
-  const diagnose::DiagnosisRun run = diagnose::diagnose(flights, base, diagnose_options(o, read.flights, base, own, {stop.flag()}),
-                                                        [&](const diagnose::DiagnoseProgress& p) {
-                                                          if (style != ProgressStyle::silent)
-                                                            fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part);
-                                                        });
-  identify::IdentifyProvenance from{kVersion, kGit, clock.started_utc(), clock.elapsed_s(), read.inputs};
-  const bool stopped = run.diagnosis.verdict == diagnose::DiagnosisVerdict::incomplete;
-  std::optional<host::VehicleFile> vehicle;
-  std::optional<Error> problem;
-  if (!o.out.empty() && !stopped) {
-    vehicle = identify::identified_vehicle(run.after.fit, base, identify::flown_rpm(run.after.flights),
-                                           std::string("rotorloop diagnose ") + kVersion, read.fitted_hashes());
-    problem = identify::not_credible(o.out, *vehicle, catalogue);
-  }
-  if (problem) from.ended = with_problem(diagnose::diagnosis_outcome(run.diagnosis, from), *problem);
-  publish(o, run, base.name, from);
-  if (stopped) return stop.exit_code();
+  if (!found.vehicle) return stop.exit_code();
   // Last: what was found is printed even when no vehicle file can be made of it.
-  if (problem) throw *problem;
-  if (vehicle) write_text_file(o.out, host::vehicle_text(*vehicle));
+  if (written && found.problem) throw *found.problem;
+  if (written) write_text_file(o.run.out, host::vehicle_text(*found.vehicle));
   return 0;
 }
 
 // `given`: the options that were typed, by their long names.
 int diagnose(const DiagnoseArguments& o, const Names& given) {
   if (!o.stand.empty()) {
-    diagnose_stand_files({o.stand, o.paths.mapping, o.json, o.seed, idle(given, kStandOptions)});
+    diagnose_stand_files({o.stand, o.run.flights.mapping, o.json, o.run.seed, idle(given, kStandOptions)});
     return 0;
   }
-  if (o.vehicle.empty() || o.paths.flights.empty())
-    throw Error({"", fmt::format("{} is missing", o.vehicle.empty() ? "--vehicle" : "--flight"), "",
+  if (o.run.vehicle.empty() || o.run.flights.flights.empty())
+    throw Error({"", fmt::format("{} is missing", o.run.vehicle.empty() ? "--vehicle" : "--flight"), "",
                  "give --vehicle and --flight; or --stand, for files of a thrust stand"});
-  host::EffectCatalogue catalogue = host::builtin_effect_catalogue();
-  std::optional<host::UserTerms> own;
-  if (!o.library.empty()) {
-    own = host::UserTerms::read(o.library, catalogue);
-    own->join(catalogue);
-  }
-  refuse_unknown_effects(o.without, catalogue);
-  const host::VehicleFile base = host::read_vehicle(o.vehicle, catalogue);
-  if (diagnose_command_logs({o.paths.flights, o.reference, o.paths.mapping, idle(given, kCommandLogOptions)}, host::to_model(base)))
+  if (diagnose_command_logs({o.run.flights.flights, o.reference, o.run.flights.mapping, idle(given, kCommandLogOptions)},
+                            host::to_model(diagnose::read_nominal_model(o.run).vehicle)))
     return 0;
   refuse_idle_options(o, given);
   std::vector<OutputFile> files = report_files("--report", o.report);
-  files.push_back({"-o", o.out});
+  files.push_back({"-o", o.run.out});
   check_outputs(files, o.force);
   const StopSignals stop;
   try {
-    return diagnose_flights(o, base, catalogue, own ? &*own : nullptr, stop);
+    return diagnose_flights(o, stop);
   } catch (const Error& e) {
     if (!stop.asked()) throw;
     report_unfinished({.command = "diagnose", .report = o.report, .json = o.json}, interrupted_outcome(stop), RunClock());
@@ -236,33 +151,33 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<DiagnoseArguments>();
   CLI::App* c =
       app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
-  c->add_option("--vehicle", o->vehicle, "vehicle file: nominal model and priors; its effects are part of the model");
-  c->add_option("-m,--mapping", o->paths.mapping, "mapping file, for logs of other tools");
-  c->add_option("--flight", o->paths.flights, "flights to diagnose");
+  c->add_option("--vehicle", o->run.vehicle, "vehicle file: nominal model and priors; its effects are part of the model");
+  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file, for logs of other tools");
+  c->add_option("--flight", o->run.flights.flights, "flights to diagnose");
   c->add_option("--reference", o->reference,
                 "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
   c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
-  c->add_option("--held-out", o->paths.held_out, "flights for the error before and after; they have no part in the choice");
-  c->add_option("-o,--out", o->out, "vehicle file to write, with the effects that were found");
+  c->add_option("--held-out", o->run.flights.held_out, "flights for the error before and after; they have no part in the choice");
+  c->add_option("-o,--out", o->run.out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--library", o->library, "file with effects of your own, considered too (docs/own_terms.md)");
-  c->add_option("--without", o->without, "effect that is not considered, by its id in effects/catalogue.toml");
-  add_fit_options(*c, o->fit, "states per second, 20 to 1000", 20.0);
+  c->add_option("--library", o->run.library, "file with effects of your own, considered too (docs/own_terms.md)");
+  c->add_option("--without", o->run.without, "effect that is not considered, by its id in effects/catalogue.toml");
+  add_fit_options(*c, o->run.fit, "states per second, 20 to 1000", 20.0);
   c->add_option("--wrench-band", o->wrench_band,
                 "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::NonNegativeNumber)
       ->default_str("0,10");
-  c->add_option("--max-effects", o->max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
-  c->add_option("--refit-limit", o->refit_limit_s,
+  c->add_option("--max-effects", o->run.max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
+  c->add_option("--refit-limit", o->run.refit_limit_s,
                 "wall time that one refit may take, s; an effect that takes longer is not judged, and a remark says so")
       ->check(CLI::Range(1.0, 86400.0))
       ->capture_default_str();
-  c->add_option("--placebos", o->placebos, "columns without meaning that set the level of false alarms")
+  c->add_option("--placebos", o->run.placebos, "columns without meaning that set the level of false alarms")
       ->check(CLI::Range(0, 300))
       ->capture_default_str();
-  c->add_option("--seed", o->seed, "of the placebos")->capture_default_str();
+  c->add_option("--seed", o->run.seed, "of the placebos")->capture_default_str();
   c->add_flag("--no-priors", o->no_priors, "no priors from the vehicle file: what it knows is start value only");
   add_old_flag(*c, "--forget", "--no-priors", &o->no_priors);
   c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");

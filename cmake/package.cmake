@@ -9,7 +9,7 @@ set(ROTORLOOP_LIBRARIES_options rl_options)                # these two are not t
 set(ROTORLOOP_LIBRARIES_base rl_base rl_bench_render)
 set(ROTORLOOP_LIBRARIES_protocols rl_protocols)
 set(ROTORLOOP_LIBRARIES_control rl_control rl_control_file rl_estimate rl_effects rl_effects_file rl_user_terms rl_vehicle_file)
-set(ROTORLOOP_LIBRARIES_log rl_flight_log rl_identify_checks)
+set(ROTORLOOP_LIBRARIES_log rl_flight_log rl_identify_checks rl_flight_set)
 set(ROTORLOOP_LIBRARIES_estimate rl_identify rl_identify_ceres rl_identify_prediction)
 set(ROTORLOOP_LIBRARIES_identify rl_identify_run rl_identify_report)
 set(ROTORLOOP_LIBRARIES_diagnose rl_diagnose rl_diagnose_report)
@@ -21,9 +21,9 @@ set(ROTORLOOP_FACES
   bench/sysid/log/read_flight.hpp bench/sysid/log/log_summary.hpp bench/sysid/log/check/checks.hpp
   bench/sysid/estimate/estimator.hpp bench/sysid/estimate/staged_fit.hpp bench/sysid/estimate/ceres_solver.hpp
   bench/sysid/score/prediction.hpp bench/sysid/score/one_step.hpp bench/sysid/score/multi_step_fit.hpp bench/sysid/score/noise_floor.hpp
-  bench/sysid/identify/identify.hpp bench/sysid/identify/identified_vehicle.hpp bench/sysid/identify/held_out.hpp bench/sysid/identify/derived.hpp
+  bench/sysid/identify/identification_run.hpp bench/sysid/identify/identified_vehicle.hpp
   bench/sysid/identify/report/identify_text.hpp bench/sysid/identify/report/identify_report.hpp
-  bench/sysid/diagnose/diagnose.hpp bench/sysid/diagnose/manoeuvre/manoeuvre_search.hpp bench/sysid/diagnose/residuals/residual_findings.hpp
+  bench/sysid/diagnose/diagnosis_run.hpp bench/sysid/diagnose/manoeuvre/manoeuvre_search.hpp bench/sysid/diagnose/residuals/residual_findings.hpp
   bench/sysid/diagnose/report/diagnosis_text.hpp bench/sysid/diagnose/report/diagnosis_report.hpp
   bench/hil/flight/runner.hpp bench/hil/flight/flight.hpp)
 

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "bench/sysid/diagnose/diagnose_options.hpp"
-#include "bench/sysid/diagnose/diagnosis_run.hpp"
+#include "bench/sysid/diagnose/diagnosis.hpp"
 
 namespace rotorloop::diagnose {
 

@@ -2,13 +2,16 @@
 // against each candidate, what these flights could not have shown, and the error before and after. Data only.
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/sysid/diagnose/placebo_limit.hpp"
 #include "bench/sysid/diagnose/rejection.hpp"
+#include "bench/sysid/diagnose/residuals/residual_findings.hpp"
 #include "bench/sysid/diagnose/verdict.hpp"
 #include "bench/sysid/identify/held_out.hpp"
+#include "bench/sysid/identify/identify.hpp"
 
 namespace rotorloop::diagnose {
 
@@ -110,6 +113,14 @@ struct Diagnosis {
   std::vector<RemainingResidual> remains;  // with effects added: named, and something remains. Without: what makes it `unexplained`
   bool white = true;                       // innovations after the last round
   std::vector<std::string> remarks;        // in words, most important first
+};
+
+// With what it is read from.
+struct DiagnosisRun {
+  Diagnosis diagnosis;
+  identify::Identification before, after;           // the model of the vehicle file refitted, and that with the effects
+  std::optional<ResidualFindings> residuals;        // of the model after; none where flights have no poses
+  std::optional<identify::HeldOutScores> held_out;  // none without flights held out
 };
 
 }  // namespace rotorloop::diagnose

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <optional>
 
-#include "bench/sysid/diagnose/diagnosis_run.hpp"
 #include "bench/sysid/diagnose/score_table.hpp"
 #include "bench/sysid/estimate/chain.hpp"
 #include "bench/sysid/estimate/fit_layout.hpp"
