@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bench/sysid/diagnose/diagnosis_run.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/identify/report/identify_result.hpp"
 #include "bench/sysid/log/own_log.hpp"
 #include "host/vehicle/vehicle_file.hpp"
@@ -93,6 +95,37 @@ TEST_F(Library, IdentifyWithOptionsGivesFiguresAndVehicleFileOfTheCommandWithThe
   EXPECT_FALSE(run.problem) << run.problem->what();
   EXPECT_EQ(differences(written, result_of_library(run)), json::array());
   EXPECT_EQ(read_text(out), host::vehicle_text(run.vehicle));
+}
+
+TEST_F(Library, DiagnoseGivesEveryFigureOfTheCommandAndItsVehicleFileToTheLastBit) {
+  const fs::path flight = flown(model_true::Manoeuvre::rotation, 5), other = flown(model_true::Manoeuvre::rotation, 6);
+  const fs::path out = scratch / "out.toml";
+  diagnose::DiagnosisRequest request{.vehicle = kVehicles / "paper.toml",
+                                     .flights = {.flights = {flight}, .held_out = {other}},
+                                     .out = out,
+                                     .fit = {.hold = {"torque_model.c_q"}, .rate_Hz = 50.0},
+                                     .wrench_band = {0.5, 5.0},
+                                     .max_effects = 1,
+                                     .placebos = 5,
+                                     .seed = 7};
+  std::string without;  // but three, so that this takes seconds
+  for (const host::Term& term : host::all_terms()) {
+    if (term.info.id == "linear_drag" || term.info.id == "com_offset" || term.info.id == "quadratic_rate_damping") continue;
+    request.without.emplace_back(term.info.id);
+    without += " " + request.without.back();
+  }
+  const json written =
+      command("diagnose --vehicle '" + (kVehicles / "paper.toml").string() + "' --flight '" + flight.string() + "' --held-out '" +
+              other.string() + "' -o '" + out.string() +
+              "' --hold torque_model.c_q --rate 50 --wrench-band 0.5,5 --max-effects 1 --placebos 5 --seed 7 --without" + without);
+  const diagnose::DiagnosedFlights found = diagnose::run_diagnosis(request);
+  EXPECT_FALSE(found.problem) << found.problem->what();
+  EXPECT_EQ(differences(written, json::parse(diagnose::diagnosis_json(found.run, {kVersion, kGit, "", 0.0, found.flights.inputs}))),
+            json::array());
+  EXPECT_FALSE(written.at("rounds").empty());
+  EXPECT_TRUE(written.contains("held_out"));
+  ASSERT_TRUE(found.vehicle);
+  EXPECT_EQ(read_text(out), host::vehicle_text(*found.vehicle));
 }
 
 }  // namespace
