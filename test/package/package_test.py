@@ -52,6 +52,18 @@ class Library(unittest.TestCase):
         print(done.stdout, done.stderr)
         self.assertEqual(done.returncode, 0)
         self.assertIn("all as promised", done.stdout)
+        self.same_as_the_command([line.split(" ", 1)[1].rsplit(" ", 2) for line in done.stdout.splitlines() if line.startswith("estimate ")])
+
+    def same_as_the_command(self, estimates):
+        """Names, values and uncertainties that the library found in the flights, to the last digit."""
+        flights = [WORK / "flown" / name for name in ("vertical", "horizontal", "rotation")]
+        done = run(PREFIX / "bin" / "rotorloop", "identify", "--vehicle", SHARE / "vehicles" / "hil_baseline.toml", "--flight", *flights,
+                   "--rate", "50", "--term", "sideslip_yaw_moment", "--json", "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        figures = json.loads(done.stdout)["figures"]
+        self.assertGreater(len(estimates), 15)
+        for name, value, u in estimates:
+            self.assertEqual((float(value), float(u)), (figures[name]["value"], figures[name]["u"]), name)
 
     def test_a_repository_of_a_user_builds_its_controller_and_flies_it_within_its_own_limits(self):
         source = WORK / "own_repository"  # outside the source tree, as a user has it

@@ -7,14 +7,11 @@
 #include <vector>
 
 #include "bench/hil/flight/flight.hpp"
-#include "bench/sysid/diagnose/diagnose.hpp"
-#include "bench/sysid/identify/identify.hpp"
-#include "bench/sysid/log/check/checks.hpp"
-#include "bench/sysid/log/read_flight.hpp"
+#include "bench/sysid/diagnose/diagnosis_run.hpp"
+#include "bench/sysid/identify/identification_run.hpp"
+#include "bench/sysid/identify/identified_vehicle.hpp"
 #include "host/base/error.hpp"
 #include "host/effects/term_math.hpp"
-#include "host/vehicle/effect_catalogue.hpp"
-#include "host/vehicle/vehicle_file.hpp"
 
 namespace {
 
@@ -33,6 +30,7 @@ struct TailFin {
   }
 };
 constexpr host::Term kTailFin = host::make_term<TailFin>();
+const fs::path kVehicle = fs::path(ROTORLOOP_SHARE) / "vehicles/hil_baseline.toml";  // knows of no fin
 constexpr double kFin_N_s2_m = 1e-3;  // what is flown: 36 mN m at 8.5 m/s and 45 degrees of sideslip
 
 int g_failures = 0;
@@ -64,61 +62,43 @@ std::vector<fs::path> fly_with_fin(const hil::Scenario& scenario, const fs::path
   return logs;
 }
 
-// Read and checked as the command does it.
-std::vector<identify::FlightToFit> read_logs(const std::vector<fs::path>& logs, const host::VehicleModel& vehicle) {
-  std::vector<identify::FlightToFit> out;
-  for (const fs::path& path : logs) {
-    log::CheckedFlight checked = log::check_flight(log::read_flight(path, nullptr), vehicle);
-    checked.throw_if_refused();
-    expect(checked.flight.pose.size() > 3000, "the log of " + path.filename().string() + " has more than 3000 poses (15 s at 200 Hz)");
-    out.push_back({checked.flight, identify::FlightRole::any, checked.segments, {}});
-  }
-  return out;
+// With the choices of `rotorloop identify`, of which only the rate is another: so that this takes seconds.
+identify::IdentificationRequest identification(const std::vector<fs::path>& logs) {
+  return {.vehicle = kVehicle, .flights = {.flights = logs}, .fit = {.rate_Hz = 50.0}};
 }
 
-identify::IdentifyOptions fit_options(const host::VehicleFile& vehicle) {
-  identify::IdentifyOptions o;
-  o.grid.rate_Hz = 50.0;
-  o.grid.longest_substep_s = 1e-2;
-  o.grid.slopes_by_middle = true;
-  o.grid.use_gyro = o.grid.use_accel = true;
-  for (const host::VehicleEffect& e : vehicle.effects) {
-    if (const host::Term* term = host::find_term(e.id)) o.terms.add(*term);
-  }
-  o.fit.noise.rounds = 16;
-  o.fit.noise.tolerance = 0.05;
-  o.fit.noise.per_flight = true;
-  o.fit.max_iterations = 80;
-  o.fit.tolerance = 0.02;
-  o.fit.threads = 2;
-  return o;
+// The effect of the catalogue with the fin's law, as `rotorloop identify --term sideslip_yaw_moment` fits it; every digit is printed for a
+// comparison with that.
+void identify_as_the_command(const std::vector<fs::path>& logs) {
+  identify::IdentificationRequest request = identification(logs);
+  request.terms.add(*host::find_term("sideslip_yaw_moment"));
+  const identify::IdentificationRun run = identify::run_identification(request);
+  for (const estimate::Estimate& e : run.result.fit.estimates)
+    std::printf("estimate %s %.17g %.17g\n", estimate::estimate_name(e, run.result.problem).c_str(), e.value, identify::reported_u(e));
 }
 
-void identify_vehicle(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle) {
-  identify::IdentifyOptions options = fit_options(vehicle);
-  options.terms.add(kTailFin);  // fitted with the rest, as an effect of the catalogue would be
-  const int fin = estimate::kCoreParameters + static_cast<int>(options.terms.first_parameter(options.terms.size() - 1));
-  const identify::Identification result = identify::identify(flights, vehicle, options);
-  expect(result.fit.converged, "identification converges");
-  const estimate::Estimate* k = result.fit.find(fin);
+void identify_with_own_term(const std::vector<fs::path>& logs) {
+  identify::IdentificationRequest request = identification(logs);
+  request.terms.add(kTailFin);  // fitted with the rest, as an effect of the catalogue would be
+  const identify::IdentificationRun run = identify::run_identification(request);
+  expect(!run.problem, "identification comes to an answer");
+  const estimate::Estimate* k = run.result.fit.find(estimate::kCoreParameters);  // the first behind those that every vehicle has
   expect(k != nullptr, "the own effect's parameter is among the estimates");
   if (!k) return;
-  std::printf("        tail_fin k = %.4g +- %.1g N s2/m, true %.4g\n", k->value, k->u_robust, kFin_N_s2_m);
+  std::printf("        tail_fin k = %.4g +- %.1g N s2/m, true %.4g\n", k->value, identify::reported_u(*k), kFin_N_s2_m);
   expect(std::fabs(k->value / kFin_N_s2_m - 1.0) < 0.1, "identification finds the fin within 10 % of its true 1e-3 N s2/m");
 }
 
-void diagnose_vehicle(const std::vector<identify::FlightToFit>& flights, const host::VehicleFile& vehicle) {
-  diagnose::DiagnoseOptions options;
-  options.identify = fit_options(vehicle);
-  options.library = {&kTailFin};
+void diagnose_vehicle(const std::vector<fs::path>& logs) {
+  diagnose::DiagnosisRequest request{.vehicle = kVehicle, .flights = {.flights = logs}, .own = {&kTailFin}, .fit = {.rate_Hz = 50.0}};
   // What the catalogue lists as indistinguishable from it is left out, and most of the rest, so that this takes seconds.
   for (const host::Term& term : host::all_terms()) {
     if (term.info.id != "linear_drag" && term.info.id != "com_offset" && term.info.id != "quadratic_rate_damping")
-      options.without.emplace_back(term.info.id);
+      request.without.emplace_back(term.info.id);
   }
-  options.max_effects = 1;
-  options.placebos = 20;
-  const diagnose::DiagnosisRun run = diagnose::diagnose({.fitted = flights}, vehicle, options);
+  request.max_effects = 1;
+  request.placebos = 20;
+  const diagnose::DiagnosisRun run = diagnose::run_diagnosis(request).run;
   expect(run.diagnosis.added.size() == 1, "diagnosis adds one effect");
   if (run.diagnosis.added.empty()) return;
   const diagnose::AddedEffect& found = run.diagnosis.added.front();
@@ -140,12 +120,11 @@ void fly_with_another_gain(const hil::Scenario& scenario) {
 }
 
 int run(const fs::path& folder) {
-  const fs::path share = ROTORLOOP_SHARE;
-  const hil::Scenario scenario = hil::read_scenario(share / "scenarios/diagnose.toml");
-  const host::VehicleFile vehicle = host::read_vehicle(share / "vehicles/hil_baseline.toml", host::builtin_effect_catalogue());
-  const auto flights = read_logs(fly_with_fin(scenario, folder), host::to_model(vehicle));
-  identify_vehicle(flights, vehicle);
-  diagnose_vehicle(flights, vehicle);
+  const hil::Scenario scenario = hil::read_scenario(fs::path(ROTORLOOP_SHARE) / "scenarios/diagnose.toml");
+  const std::vector<fs::path> logs = fly_with_fin(scenario, folder);
+  identify_as_the_command(logs);
+  identify_with_own_term(logs);
+  diagnose_vehicle(logs);
   fly_with_another_gain(scenario);
   std::printf("%s\n", g_failures ? "FAILED" : "all as promised");
   return g_failures ? 1 : 0;
