@@ -5,7 +5,7 @@
 namespace rotorloop::stand {
 namespace {
 
-std::string toml_string(const std::string& s) {
+std::string in_quotes(const std::string& s) {
   std::string out = "\"";
   for (const char c : s) {
     if (c == '"' || c == '\\') out += '\\';
@@ -22,7 +22,7 @@ class Keys {
 
   void text(const char* key, std::string& v, bool required = false) {
     if (file_) v = required ? file_->text(key) : file_->text(key, "");
-    if (out_ && (required || !v.empty())) put(key, toml_string(v));
+    if (out_ && (required || !v.empty())) put(key, in_quotes(v));
   }
   void number(const char* key, double& v, Range range, bool required = false) {
     if (file_ && (required || file_->has(key))) v = file_->number(key, range);
@@ -58,7 +58,7 @@ class Keys {
     if (file_)
       for (const std::string& key : file_->keys()) all.emplace_back(key, file_->text(key));
     if (out_)
-      for (const auto& [key, v] : all) put(toml_string(key), toml_string(v));
+      for (const auto& [key, v] : all) put(in_quotes(key), in_quotes(v));
   }
 
  private:

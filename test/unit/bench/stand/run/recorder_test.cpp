@@ -17,7 +17,7 @@ namespace {
 
 using modbus::StandAxis;
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kRecordedMs = 1'000'000;
 
 std::vector<std::vector<std::string>> cells_of(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> out;
@@ -47,8 +47,8 @@ struct Recorded {
     protocols::EscStatus s;
     s.rpm = static_cast<std::int32_t>(std::lround(omega_rad_s * kRpm_per_rad_s)), s.voltage_V = 16.0f, s.temperature_K = 300.0f;
     for (int ms = from_ms; ms <= to_ms; ms += 10) {
-      for (const auto& a : setup.axes) recorder->reading({a.axis, a.axis == StandAxis::thrust ? thrust_N : 0.02, ms * kMs, 1000});
-      recorder->status(s, ms * kMs);
+      for (const auto& a : setup.axes) recorder->reading({a.axis, a.axis == StandAxis::thrust ? thrust_N : 0.02, ms * kRecordedMs, 1000});
+      recorder->status(s, ms * kRecordedMs);
     }
   }
   std::filesystem::path file(const char* name) {
@@ -60,10 +60,10 @@ struct Recorded {
 TEST(StandRecorder, AStepsMeansAreThoseOfItsRowsAndConfigurationBHasNoNumberInTheSamples) {
   Recorded r;
   r.recorder->commanded({0, 800.0, 0, 0, true});
-  r.recorder->commanded({500 * kMs, 800.0, 1, 1, true});
-  r.recorder->commanded({1000 * kMs, 800.0, -1, 0, true});
+  r.recorder->commanded({500 * kRecordedMs, 800.0, 1, 1, true});
+  r.recorder->commanded({1000 * kRecordedMs, 800.0, -1, 0, true});
   r.come(0, 500, 800.0, 1.5), r.come(510, 1500, 800.0, 1.3);
-  (void)r.recorder->rows(1500 * kMs, false);
+  (void)r.recorder->rows(1500 * kRecordedMs, false);
   ASSERT_EQ(r.recorder->steps().size(), 2u);
   const stand_run::StepMeans &a = r.recorder->steps()[0], &b = r.recorder->steps()[1];
   EXPECT_NEAR(a.thrust_N, 1.5, 0.01);
@@ -82,7 +82,7 @@ TEST(StandRecorder, AStepWhoseSpeedALimitHeldAndOneThatNeverRestedAreMarked) {
   Recorded r;
   r.recorder->commanded({0, 800.0, 0, 0, false});
   r.come(0, 600, 800.0, 1.5);
-  (void)r.recorder->rows(600 * kMs, true);
+  (void)r.recorder->rows(600 * kRecordedMs, true);
   r.recorder->finish_step();
   const auto steps = cells_of(r.file("steps.csv"));
   ASSERT_EQ(steps.size(), 2u);
@@ -92,10 +92,10 @@ TEST(StandRecorder, AStepWhoseSpeedALimitHeldAndOneThatNeverRestedAreMarked) {
 TEST(StandRecorder, HalfASecondOfSteadySpeedAndThrustRestsAndAThrustThatChangesBy5percentDoesNot) {
   Recorded steady, changing;
   steady.come(0, 1000, 800.0, 1.5);
-  (void)steady.recorder->rows(1000 * kMs, false);
+  (void)steady.recorder->rows(1000 * kRecordedMs, false);
   EXPECT_TRUE(steady.recorder->rests());
   changing.come(0, 700, 800.0, 1.5), changing.come(710, 1000, 800.0, 1.575);
-  (void)changing.recorder->rows(1000 * kMs, false);
+  (void)changing.recorder->rows(1000 * kRecordedMs, false);
   EXPECT_FALSE(changing.recorder->rests());
   steady.recorder->forget_recent();
   EXPECT_FALSE(steady.recorder->rests());
@@ -116,8 +116,8 @@ TEST(StandRecorder, TimesAndEventsCountFromTheBeginningOfTheRunAndAxesWithoutARe
   EXPECT_THAT(r.recorder->missing(), testing::Contains("thrust"));
   r.come(0, 100, 0.0, 0.0);
   EXPECT_THAT(r.recorder->missing(), testing::IsEmpty());
-  r.recorder->begin(100 * kMs);
-  r.recorder->event("trip", {{"limit", "thrust_N"}}, 350 * kMs);
+  r.recorder->begin(100 * kRecordedMs);
+  r.recorder->event("trip", {{"limit", "thrust_N"}}, 350 * kRecordedMs);
   std::ifstream in(r.file("events.jsonl"));
   const auto event = nlohmann::json::parse(in);
   EXPECT_DOUBLE_EQ(event["t_s"].get<double>(), 0.25);

@@ -16,7 +16,7 @@ using stand_run::BusState;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kWatchMs = 1'000'000;
 
 struct Watched {
   modbus::StandSetup setup = test::virtual_setup();
@@ -43,7 +43,7 @@ TEST(StandWatch, ThrustBeyond12NForItsDebounceOf50msTripsWithSourceValueAndActio
   Watched w;
   w.watch.reading(modbus::StandAxis::thrust, 13.0, {13.0, 0.1}, 0);
   EXPECT_TRUE(w.trips.empty());
-  w.watch.reading(modbus::StandAxis::thrust, 13.0, {13.0, 0.1}, 50 * kMs);
+  w.watch.reading(modbus::StandAxis::thrust, 13.0, {13.0, 0.1}, 50 * kWatchMs);
   ASSERT_THAT(w.limits(), ElementsAre("thrust_N"));
   EXPECT_EQ(w.trips[0].source, "thrust");
   EXPECT_EQ(w.trips[0].value, 13.0);
@@ -54,10 +54,10 @@ TEST(StandWatch, AnESCThatHasBeenSilentForMoreThan1200msIsCut) {
   Watched w;
   BusState b;
   b.heard_ns = 0;
-  for (const auto& a : w.setup.axes) w.watch.note_sample(a.axis, 1200 * kMs);
-  w.watch.bus(b, 1200 * kMs);
+  for (const auto& a : w.setup.axes) w.watch.note_sample(a.axis, 1200 * kWatchMs);
+  w.watch.bus(b, 1200 * kWatchMs);
   EXPECT_TRUE(w.trips.empty());
-  w.watch.bus(b, 1201 * kMs);
+  w.watch.bus(b, 1201 * kWatchMs);
   ASSERT_THAT(w.limits(), ElementsAre("esc_silent"));
   EXPECT_EQ(w.trips[0].action, LimitAction::cut);
 }
@@ -66,25 +66,27 @@ TEST(StandWatch, AnotherCommanderASharedIndexAndAnErrorOfTheESCAreCutByName) {
   Watched w;
   BusState b;
   b.foreign_ns = 0, b.shares_index = true, b.esc_fault = "overheated";
-  w.watch.bus(b, 10 * kMs);
+  w.watch.bus(b, 10 * kWatchMs);
   EXPECT_THAT(w.limits(), ElementsAre("foreign_commander", "shared_index", "esc_fault"));
   EXPECT_THAT(w.trips[2].source, HasSubstr("overheated"));
   w.trips.clear();
-  w.watch.bus({.foreign_ns = 0}, 400 * kMs);
+  BusState foreign;
+  foreign.foreign_ns = 0;
+  w.watch.bus(foreign, 400 * kWatchMs);
   EXPECT_THAT(w.limits(), ElementsAre("foreign_commander")) << "and is forgotten a second after its last command:";
   w.trips.clear();
-  for (const auto& a : w.setup.axes) w.watch.note_sample(a.axis, 1000 * kMs);
-  w.watch.bus({.foreign_ns = 0}, 1000 * kMs);
+  for (const auto& a : w.setup.axes) w.watch.note_sample(a.axis, 1000 * kWatchMs);
+  w.watch.bus(foreign, 1000 * kWatchMs);
   EXPECT_TRUE(w.trips.empty());
 }
 
 TEST(StandWatch, AReadingOlderThan400msNamesItsAxisAndDevice) {
   Watched w;
   for (const auto& a : w.setup.axes)
-    if (a.axis != modbus::StandAxis::torque) w.watch.note_sample(a.axis, 401 * kMs);
-  w.watch.bus({}, 400 * kMs);
+    if (a.axis != modbus::StandAxis::torque) w.watch.note_sample(a.axis, 401 * kWatchMs);
+  w.watch.bus({}, 400 * kWatchMs);
   EXPECT_TRUE(w.trips.empty());
-  w.watch.bus({}, 401 * kMs);
+  w.watch.bus({}, 401 * kWatchMs);
   ASSERT_THAT(w.limits(), ElementsAre("stale_ms"));
   EXPECT_EQ(w.trips[0].source, "torque (cell)");
 }
@@ -92,15 +94,15 @@ TEST(StandWatch, AReadingOlderThan400msNamesItsAxisAndDevice) {
 TEST(StandWatch, ARotorNeedNotFollowForFourSecondsAfterZeroAndMustFromItsFirstNearnessOn) {
   Watched slow, lost;
   slow.watch.left_zero(0);
-  for (int ms = 0; ms <= 4400; ms += 100) slow.watch.status(turning_at(0.0), 500.0, ms * kMs);
+  for (int ms = 0; ms <= 4400; ms += 100) slow.watch.status(turning_at(0.0), 500.0, ms * kWatchMs);
   EXPECT_TRUE(slow.trips.empty()) << "4 s and the debounce of 500 ms";
-  slow.watch.status(turning_at(0.0), 500.0, 4700 * kMs);
+  slow.watch.status(turning_at(0.0), 500.0, 4700 * kWatchMs);
   EXPECT_THAT(slow.limits(), ElementsAre("tracking_error_rad_s"));
   lost.watch.left_zero(0);
-  lost.watch.status(turning_at(490.0), 500.0, 100 * kMs);
-  for (int ms = 200; ms <= 600; ms += 100) lost.watch.status(turning_at(100.0), 500.0, ms * kMs);
+  lost.watch.status(turning_at(490.0), 500.0, 100 * kWatchMs);
+  for (int ms = 200; ms <= 600; ms += 100) lost.watch.status(turning_at(100.0), 500.0, ms * kWatchMs);
   EXPECT_TRUE(lost.trips.empty());
-  lost.watch.status(turning_at(100.0), 500.0, 700 * kMs);
+  lost.watch.status(turning_at(100.0), 500.0, 700 * kWatchMs);
   EXPECT_THAT(lost.limits(), ElementsAre("tracking_error_rad_s"));
 }
 
@@ -118,7 +120,9 @@ TEST(StandWatch, AnIndependentSpeedThatDiffersFor300msOfASteadyHoldNamesThePoleP
 
 TEST(StandWatch, FilesThatCannotBeWrittenAndARunThatIsTooLongRampDown) {
   Watched w;
-  w.watch.bus({.elapsed_s = 901.0, .files_failed = true}, 0);
+  BusState b;
+  b.elapsed_s = 901.0, b.files_failed = true;
+  w.watch.bus(b, 0);
   EXPECT_THAT(w.limits(), ElementsAre("run_time_s", "samples"));
   for (const auto& t : w.trips) EXPECT_EQ(t.action, LimitAction::ramp_down);
 }
