@@ -39,6 +39,19 @@ test_venv() {
   export ROTORLOOP_PYDRONECAN
 }
 
+# guest_kernel: Debian's kernel for tests in a guest (test/vm), unpacked in build/guest and fetched once: 70 MB, 460 MB unpacked. Where it
+# cannot be had, those tests skip.
+guest_kernel() {
+  local folder=build/guest name
+  [ ! -d "$folder/lib/modules" ] || return 0
+  name=$(apt-cache depends linux-image-amd64 2>/dev/null | awk '/Depends: linux-image-[0-9]/ { print $2; exit }')
+  mkdir -p "$folder"
+  if ! { [ -n "$name" ] && (cd "$folder" && apt-get -qq download "$name" && dpkg-deb -x linux-image-*.deb . && rm linux-image-*.deb); } >&2; then
+    say "the guest's kernel cannot be fetched: tests in a guest are skipped"
+    rm -rf "$folder"
+  fi
+}
+
 # build PRESET [TARGET…]
 build() {
   local preset=$1; shift
