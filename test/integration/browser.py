@@ -48,12 +48,16 @@ class Page:
         return self.ask("Runtime.evaluate", expression=expression, returnByValue=True).get("result", {}).get("value")
 
     def wait_for(self, expression, deadline_s):
-        """Its value as soon as it is true; None at the deadline."""
+        """Its value as soon as it is true; None at the deadline. The page looks at each of its frames; a page that is left for another one
+        forgets the question, which is asked again."""
+        look = f"new Promise(done => {{ const look = () => {{ let v; try {{ v = {expression} }} catch {{}} v ? done(v) : setTimeout(look, 20) }}; look() }})"
         end = time.monotonic() + deadline_s
         while time.monotonic() < end:
-            if value := self.value(expression):
+            wait_ms = 1000 * max(1, int(end - time.monotonic()))
+            late = f"new Promise(done => setTimeout(done, {wait_ms}, null))"
+            answer = self.ask("Runtime.evaluate", expression=f"Promise.race([{look}, {late}])", returnByValue=True, awaitPromise=True)
+            if value := answer.get("result", {}).get("value"):
                 return value
-            time.sleep(0.1)
         return None
 
     def close(self):

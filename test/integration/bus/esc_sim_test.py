@@ -30,11 +30,6 @@ class EscDevice(BusCommand):
     def parameters(self, node=21):
         return {p["name"]: p for p in json.loads(self.good("get", "--node", node, "--json").stdout)[0]["parameters"]}
 
-    def turns(self):
-        done = self.good("spin", "--index", "0", "--rpm", "4000", "--for", "3", "--ramp", "0.5", "--yes", "--json")
-        reports = [json.loads(line) for line in done.stdout.splitlines()]
-        return [r["rpm"] for r in reports if r["set_point"] == 4000][-3:]
-
     def image(self, *options):
         path = self.path / "esc.bin"
         subprocess.run([sys.executable, SOURCE / "scripts/make_test_image", path, *options], check=True, timeout=120)
@@ -67,8 +62,7 @@ class EscDevice(BusCommand):
         esc = self.esc()
         self.assertEqual(json.loads(self.good("restart", "--node", "21", "--json").stdout), {"node": 21, "ok": True, "what": "restarts"})
         self.line_with(esc.stdout, "operational: node 21")
-        speeds = self.turns()
-        self.assertTrue(len(speeds) == 3 and all(abs(rpm - 4000) <= 40 for rpm in speeds), speeds)
+        self.settles_at(4000)
 
     def test_set_says_what_waits_for_a_restart(self):
         self.esc()
@@ -147,7 +141,7 @@ class EscDevice(BusCommand):
         self.stored()
         info = json.loads(self.good("info", "--node", "21", "--json").stdout)[0]
         self.assertEqual((info["software"], info["vcs_commit"]), ("3.4", "00c0ffee"))
-        self.assertTrue(all(abs(rpm - 4000) <= 40 for rpm in self.turns()))
+        self.settles_at(4000)
 
     def test_firmware_for_another_board_or_damaged_is_refused_and_the_old_one_runs(self):
         self.esc()

@@ -2,13 +2,13 @@
 import json
 import os
 import pathlib
+import re
 import signal
 import socket
 import struct
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 ROTORLOOP = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
@@ -33,24 +33,16 @@ def run(*words, **more):
 class Process:
     """A server that is there when entered, and gone afterwards."""
 
-    def __init__(self, command, port=None):
+    def __init__(self, command):
         self.process = subprocess.Popen(command, cwd=SOURCE, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        if port is None:
-            self.first_line = self.process.stdout.readline()  # said when it listens
-            return
-        for _ in range(400):
-            with socket.socket() as s:
-                if s.connect_ex(("127.0.0.1", port)) == 0:
-                    return
-            time.sleep(0.05)
-        raise RuntimeError("the server did not start: " + (self.process.stderr.read() if self.process.poll() is not None else ""))
+        self.first_line = self.process.stdout.readline()  # said when it listens
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGTERM)
-        self.out, self.err = self.process.communicate(timeout=30)
+        self.out, self.err = self.process.communicate(timeout=100)
 
 
 def emulate(*words):
@@ -69,8 +61,16 @@ class Instruments(unittest.TestCase):
     def tearDown(self):
         self.folder.cleanup()
 
+    def patient(self, profile):
+        """A copy of a shipped profile whose device may take 10 s: a machine under load holds it up, and what is judged is not how fast it is."""
+        name, at, slave = profile.partition("@")
+        text = re.sub(r"(?m)^(byte_timeout_ms|late_max_ms) = .*\n", "", (SOURCE / f"devices/{name}.toml").read_text())
+        path = self.path / f"{name}.toml"
+        path.write_text(re.sub(r"(?m)^timeout_ms = \d+", "timeout_ms = 10000\nbyte_timeout_ms = 1000\nlate_max_ms = 10000", text))
+        return f"{path}{at}{slave}"
+
     def read(self, port, *words):
-        done = run("read", port, *words, "--for", "1.0", "--json")
+        done = run("read", port, *map(self.patient, words), "--for", "1.0", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)
 
@@ -172,12 +172,12 @@ class Instruments(unittest.TestCase):
         # Laumas: 12.34 kg in divisions of 0.05 kg, below zero; registers as struct and the manual give them
         weight = struct.unpack(">HH", struct.pack(">I", 1234))
         holding = {6: 1 << 7, 7: weight[0], 8: weight[1], 9: 0, 10: 0, 13: 10}
-        with Process([PYMODBUS_PYTHON, HERE / "pymodbus_server.py", str(port), json.dumps({"holding": holding, "input": {}})], port):
+        with Process([PYMODBUS_PYTHON, HERE / "pymodbus_server.py", str(port), json.dumps({"holding": holding, "input": {}})]):
             document = self.read(f"tcp:127.0.0.1:{port}", "laumas_tlb")
         self.assertAlmostEqual(values(document)["gross"], -12.34, places=12)
         port = free_port()
         net = struct.unpack(">HH", struct.pack(">f", 1.25))
-        with Process([PYMODBUS_PYTHON, HERE / "pymodbus_server.py", str(port), json.dumps({"holding": {63: net[0], 64: net[1]}, "input": {}})], port):
+        with Process([PYMODBUS_PYTHON, HERE / "pymodbus_server.py", str(port), json.dumps({"holding": {63: net[0], 64: net[1]}, "input": {}})]):
             document = self.read(f"tcp:127.0.0.1:{port}", "seneca_zsg3")
         self.assertEqual(values(document)["net"], 1.25)
         self.assertEqual(document[0]["failed"], 0)

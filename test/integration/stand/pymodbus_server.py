@@ -1,10 +1,11 @@
-"""A Modbus server of another make: pymodbus with registers that its caller gives. Arguments: port, then JSON {"holding": {"7": 1}, "input": {}}."""
+"""A Modbus server of another make: pymodbus with registers that its caller gives. Arguments: port, then JSON {"holding": {"7": 1}, "input": {}}.
+Says "listening" when it does."""
 import asyncio
 import json
 import sys
 
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
-from pymodbus.server import StartAsyncTcpServer
+from pymodbus.server.async_io import ModbusTcpServer
 
 
 def block(registers):
@@ -16,4 +17,13 @@ def block(registers):
 
 spaces = json.loads(sys.argv[2])
 store = ModbusSlaveContext(hr=block(spaces["holding"]), ir=block(spaces["input"]), zero_mode=True)
-asyncio.run(StartAsyncTcpServer(context=ModbusServerContext(slaves=store, single=True), address=("127.0.0.1", int(sys.argv[1]))))
+
+
+async def serve():
+    server = ModbusTcpServer(ModbusServerContext(slaves=store, single=True), address=("127.0.0.1", int(sys.argv[1])))
+    serving = asyncio.create_task(server.serve_forever())
+    await server.serving
+    print("listening", flush=True)
+    await serving
+
+asyncio.run(serve())
