@@ -93,7 +93,7 @@ int main() {
   mount_at("tmpfs", "/host/tmp", "tmpfs", 0, "mode=1777");
   const int status = run();
   std::fflush(stdout);
-  if (::ioperm(kVerdictPort, 1, 1) != 0) end_without_verdict("cannot tell the verdict");
+  if (::ioperm(kVerdictPort, 1, 1) != 0) end_without_verdict("the port of the verdict is refused");
   outb(static_cast<unsigned char>(status), kVerdictPort);
   end_without_verdict("QEMU did not take the verdict");
 }
