@@ -6,7 +6,7 @@
 namespace rotorloop::mcu::testing {
 namespace {
 
-constexpr uint32_t kNop = 0xBF00, kBxLr = 0x4770;
+constexpr uint32_t kBxLr = 0x4770;
 
 // A program of NOPs that runs, interrupted at its fourth.
 struct Interrupted : Machine {

@@ -7,7 +7,7 @@ namespace rotorloop::mcu::testing {
 namespace {
 
 constexpr uint32_t kCfsr = 0xE000ED28, kHfsr = 0xE000ED2C, kMmfar = 0xE000ED34, kBfar = 0xE000ED38, kCcr = 0xE000ED14, kShcsr = 0xE000ED24;
-constexpr uint32_t kNop = 0xBF00, kForced = 1u << 30;
+constexpr uint32_t kForced = 1u << 30;
 
 struct Faulting : Machine {
   Faulting() {

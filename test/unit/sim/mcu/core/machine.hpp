@@ -12,7 +12,8 @@ namespace rotorloop::mcu::testing {
 inline constexpr uint32_t kFlash = 0x08000000, kRam = 0x20000000, kStack = kRam + 0x4000, kProcessStack = kRam + 0x2000;
 inline constexpr uint32_t kProgram = kFlash + 0x400;    // where programs of tests start
 inline constexpr uint32_t kHandlers = kFlash + 0x2000;  // handler of exception n: 64 n bytes further
-inline constexpr uint32_t kRegister = 0x40000000;       // a peripheral's register that can be read and written
+inline constexpr uint32_t kNop = 0xBF00;
+inline constexpr uint32_t kRegister = 0x40000000;  // a peripheral's register that can be read and written
 
 class Machine : public Bus {
  public:

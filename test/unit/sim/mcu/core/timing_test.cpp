@@ -6,8 +6,6 @@
 namespace rotorloop::mcu::testing {
 namespace {
 
-constexpr uint32_t kNop = 0xBF00;
-
 // Cycles of the first instruction of a program with zero wait states.
 uint64_t cycles_of(std::initializer_list<uint32_t> code, uint32_t r0 = kRam, uint32_t r1 = 1) {
   Machine m;
