@@ -107,7 +107,7 @@ class MisreadFiles(CommandTest):
         silent = socket.create_server(("127.0.0.1", 0))  # accepts, and never answers
         self.addCleanup(silent.close)
         done = self.run_command("stand", "read", f"tcp:127.0.0.1:{silent.getsockname()[1]}", SOURCE / "devices/eagle_ei1000.toml", "--for", "0.05")
-        self.judged(done, "no answer from", "another address, rate or word format, or A and B exchanged", 3)
+        self.judged(done, "no answer from", "another address or rate, no supply, or A and B exchanged", 3)
 
 
 if __name__ == "__main__":
