@@ -42,12 +42,12 @@ class BadInput(unittest.TestCase):
         path.write_text(text, encoding="utf-8")
         return name
 
-    def run_command(self, *words):
-        return subprocess.run([ROTORLOOP, *words], cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=60)
+    def run_command(self, *words, program=None):
+        return subprocess.run([program or ROTORLOOP, *words], cwd=self.path, capture_output=True, text=True, encoding="utf-8", timeout=60)
 
-    def refused(self, *words, says, code=2):
+    def refused(self, *words, says, code=2, program=None):
         """The command ends with `code`, prints nothing on stdout, and its message has every part of `says`."""
-        done = self.run_command(*words)
+        done = self.run_command(*words, program=program)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
         for part in says:
@@ -170,18 +170,20 @@ full_scale = 1
         self.assertFalse((self.path / "r").exists())
         self.refused(*words, "--reference", "f.csv", says=["--reference: error: 1 given, at least 2 needed", "do:"])
 
+    STUDIES = property(lambda self: str(pathlib.Path(ROTORLOOP).with_name("rotorloop-studies")))
+
     def test_effects_names_the_known_ones_and_writes_no_page(self):
         self.refused("effects", "--effect", "nonsense", "-o", "e.md",
-                     says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"])
-        self.refused("effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"])
+                     says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"], program=self.STUDIES)
+        self.refused("effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"], program=self.STUDIES)
         self.write("s.toml", SCENARIO)
-        self.refused("effects", "--scenario", "s.toml", says=["plant.toml"])
+        self.refused("effects", "--scenario", "s.toml", says=["plant.toml"], program=self.STUDIES)
         self.assertFalse((self.path / "e.md").exists())
 
     def test_effects_measures_what_it_is_asked_for(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
         done = self.run_command("effects", "--scenario", str(shipped), "--effect", "blockage_strut", "--effect", "gyroscopic",
-                                "--probes-only", "--json")
+                                "--probes-only", "--json", program=self.STUDIES)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         probes = json.loads(done.stdout)["probes"]
         self.assertEqual({p["effect"] for p in probes}, {"blockage_strut", "gyroscopic"})
@@ -190,7 +192,7 @@ full_scale = 1
 
     def test_effects_flies_with_15_rad_s_of_noise_on_reported_rotor_speeds_instead_of_never_being_ready(self):
         shipped = pathlib.Path(__file__).resolve().parents[2] / "scenarios" / "effects.toml"
-        done = self.run_command("effects", "--scenario", str(shipped), "--effect", "rotor_speed_noise", "--seeds", "1", "-q")
+        done = self.run_command("effects", "--scenario", str(shipped), "--effect", "rotor_speed_noise", "--seeds", "1", "-q", program=self.STUDIES)
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line for line in done.stdout.splitlines() if line.startswith("| `rotor_speed_noise`")]
         self.assertEqual(len(rows), 1, done.stdout)
