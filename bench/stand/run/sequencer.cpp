@@ -26,6 +26,7 @@ void Sequencer::hold_speed() {
 void Sequencer::advance(std::int64_t now, bool rests) {
   const double reach = options_.slew_rad_s2 * seconds(now - last_ns_);
   last_ns_ = now;
+  if (phase_ == Phase::done) return;
   if (phase_ == Phase::stopping) {
     set_point_ = 0.0;
     if (now - stopping_ns_ >= kZeros_ns) phase_ = Phase::done;
