@@ -11,7 +11,9 @@
 namespace rotorloop::log {
 namespace {
 
+// By size: speeds with the wrong sign turn too, and have a refusal of their own.
 double middle_of(RotorValues v) {
+  for (double& x : v) x = std::abs(x);
   std::sort(v.begin(), v.end());
   return 0.5 * (v[1] + v[2]);
 }
