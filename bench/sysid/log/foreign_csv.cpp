@@ -91,6 +91,9 @@ std::size_t row_of_names(const std::vector<Row>& rows, const std::set<std::strin
     if (r.numbers > 0 || r.cells.size() < 2 || r.cells.size() < filled) continue;
     if (!found || r.blanks < blanks) best = i, blanks = r.blanks, found = true;
   }
+  // Rows that are longer than the names: those are the row of text with the most cells, the nearest to the numbers.
+  for (std::size_t i = 0; i < numbers && !found; ++i)
+    if (rows[i].numbers == 0 && rows[i].cells.size() > 1 && rows[i].cells.size() >= rows[best].cells.size()) best = i;
   return best;
 }
 
