@@ -12,6 +12,8 @@
 #include "bench/sysid/identify/identified_vehicle.hpp"
 #include "host/base/error.hpp"
 #include "host/effects/term_math.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
+#include "host/vehicle/vehicle_file.hpp"
 
 namespace {
 
@@ -79,10 +81,14 @@ void identify_as_the_command(const std::vector<fs::path>& logs) {
 
 void identify_with_own_term(const std::vector<fs::path>& logs) {
   identify::IdentificationRequest request = identification(logs);
+  for (const host::VehicleEffect& e : host::read_vehicle(kVehicle, host::builtin_effect_catalogue()).effects)
+    if (const host::Term* term = host::find_term(e.id)) request.terms.add(*term);
   request.terms.add(kTailFin);  // fitted with the rest, as an effect of the catalogue would be
+  const int fin = estimate::kCoreParameters + static_cast<int>(request.terms.first_parameter(request.terms.size() - 1));
   const identify::IdentificationRun run = identify::run_identification(request);
   expect(!run.problem, "identification comes to an answer");
-  const estimate::Estimate* k = run.result.fit.find(estimate::kCoreParameters);  // the first behind those that every vehicle has
+  if (run.problem) std::printf("        %s\n", run.problem->what());
+  const estimate::Estimate* k = run.result.fit.find(fin);
   expect(k != nullptr, "the own effect's parameter is among the estimates");
   if (!k) return;
   std::printf("        tail_fin k = %.4g +- %.1g N s2/m, true %.4g\n", k->value, identify::reported_u(*k), kFin_N_s2_m);
