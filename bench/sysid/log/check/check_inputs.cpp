@@ -11,9 +11,7 @@
 namespace rotorloop::log {
 namespace {
 
-// By size: speeds with the wrong sign turn too, and have a refusal of their own.
 double middle_of(RotorValues v) {
-  for (double& x : v) x = std::abs(x);
   std::sort(v.begin(), v.end());
   return 0.5 * (v[1] + v[2]);
 }
@@ -25,8 +23,8 @@ void refuse_motors_off(CheckState& s) {
   const Stream<RotorValues>& stream = speeds ? s.record.rotor_omega_rad_s : s.record.motor_command;
   if (stream.size() < 10) return;
   std::vector<double> middle;
-  for (const RotorValues& w : stream.value)
-    if (const double m = middle_of(w); m == m) middle.push_back(m);
+  for (const RotorValues& w : stream.value)  // speeds with the wrong sign turn too, and have a refusal of their own
+    if (const double m = speeds ? std::abs(middle_of(w)) : middle_of(w); m == m) middle.push_back(m);
   const double most = middle.empty() ? 0.0 : quantile(std::move(middle), 0.99);
   if (most > (speeds ? kOff_rad_s : kOff)) return;
   s.refuse(speeds ? stream_name::rotors : stream_name::command,
