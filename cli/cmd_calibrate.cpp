@@ -9,6 +9,7 @@
 
 #include "bench/hil/calibrate/flown.hpp"
 #include "bench/hil/calibrate/programme.hpp"
+#include "bench/hil/flight/scenario.hpp"
 #include "bench/render/digits.hpp"
 #include "bench/render/document.hpp"
 #include "bench/render/page.hpp"
