@@ -37,3 +37,9 @@ function(rl_test name)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "googletest;${ARG_LABELS}")
 endfunction()
+
+# rl_live(TEST…): tests of processes in real time, which wait for a minute or two and compute for seconds. One at a time and first, beside
+# the tests that compute.
+function(rl_live)
+  set_tests_properties(${ARGN} PROPERTIES RESOURCE_LOCK real_time COST 1000)
+endfunction()

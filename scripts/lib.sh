@@ -46,7 +46,7 @@ guest_kernel() {
   [ ! -d "$folder/lib/modules" ] || return 0
   name=$(apt-cache depends linux-image-amd64 2>/dev/null | awk '/Depends: linux-image-[0-9]/ { print $2; exit }')
   mkdir -p "$folder"
-  if ! { [ -n "$name" ] && (cd "$folder" && apt-get -qq download "$name" && dpkg-deb -x linux-image-*.deb . && rm linux-image-*.deb); } >&2; then
+  if ! { [ -n "$name" ] && (cd "$folder" && apt-get -qq -o APT::Sandbox::User=root download "$name" && dpkg-deb -x linux-image-*.deb . && rm linux-image-*.deb); } >&2; then
     say "the guest's kernel cannot be fetched: tests in a guest are skipped"
     rm -rf "$folder"
   fi
