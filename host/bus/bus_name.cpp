@@ -1,4 +1,4 @@
-// The table of backends is the only place to touch when one is added.
+// The table of backends. A new one is a row here; the README of this folder lists the other files that it needs.
 #include "host/bus/bus_name.hpp"
 
 #include <array>
