@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "host/bus/live/socketcan/error_report.hpp"
+#include "host/bus/live/error_report.hpp"
 #include "host/bus/live/socketcan/interface_choice.hpp"
-#include "host/bus/live/socketcan/stamp_clock.hpp"
-#include "host/bus/live/socketcan/transmit_queue.hpp"
+#include "host/bus/live/stamp_clock.hpp"
+#include "host/bus/live/transmit_queue.hpp"
 #include "host/bus/timed_bus.hpp"
 
 namespace rotorloop {
@@ -75,7 +75,7 @@ class SocketCanPort final : public TimedBus {
   TransmitQueue queue_;
   std::int64_t retry_ns_ = INT64_MAX;  // after ENOBUFS; polling says writable all the same
   std::int64_t frame_ns_;              // that a frame takes on this bus, for the next try
-  ErrorState errors_;
+  ErrorState errors_{"then set the interface down and up"};
   std::deque<std::string> notices_;
   StampClock adapter_clock_;
   PortCounters counted_;

@@ -16,13 +16,13 @@
 #include <functional>
 #include <vector>
 
+#include "host/bus/live/error_report.hpp"
 #include "host/bus/live/open_bus.hpp"
-#include "host/bus/live/socketcan/error_report.hpp"
 #include "host/bus/live/socketcan/frame_codec.hpp"
 #include "host/bus/live/socketcan/interface_choice.hpp"
 #include "host/bus/live/socketcan/interface_info.hpp"
-#include "host/bus/live/socketcan/stamp_clock.hpp"
-#include "host/bus/live/socketcan/transmit_queue.hpp"
+#include "host/bus/live/stamp_clock.hpp"
+#include "host/bus/live/transmit_queue.hpp"
 
 namespace rotorloop {
 namespace {
@@ -105,7 +105,7 @@ canfd_frame report(std::uint32_t classes, std::uint8_t controller = 0, std::uint
 }
 
 TEST(SocketCanErrors, GiveTheStateOfTheControllerAndOneSentenceAChange) {
-  ErrorState s;
+  ErrorState s("set it down and up");
   const auto take = [&](const canfd_frame& raw) { return s.take(decode_error_report(raw)).value_or(""); };
   EXPECT_THAT(take(report(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING, 97)), HasSubstr("above 96 (errors counted: 97 sending, 0 receiving)"));
   EXPECT_EQ(s.state(), BusState::error_active);
@@ -114,7 +114,7 @@ TEST(SocketCanErrors, GiveTheStateOfTheControllerAndOneSentenceAChange) {
   EXPECT_EQ(s.state(), BusState::error_passive);
   EXPECT_EQ(take(report(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE, 129)), "");
   EXPECT_EQ(take(report(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE | CAN_ERR_CRTL_RX_PASSIVE, 129)), "");
-  EXPECT_THAT(take(report(CAN_ERR_BUSOFF)), HasSubstr("bus-off"));
+  EXPECT_THAT(take(report(CAN_ERR_BUSOFF)), AllOf(HasSubstr("bus-off"), HasSubstr("; set it down and up")));
   EXPECT_EQ(s.state(), BusState::bus_off);
   EXPECT_EQ(take(report(CAN_ERR_BUSOFF)), "");
   EXPECT_THAT(take(report(CAN_ERR_RESTARTED)), HasSubstr("after a restart"));
@@ -124,7 +124,7 @@ TEST(SocketCanErrors, GiveTheStateOfTheControllerAndOneSentenceAChange) {
 }
 
 TEST(SocketCanErrors, SayOnceThatNobodyAcknowledgesUntilSomebodyDid) {
-  ErrorState s;
+  ErrorState s("set it down and up");
   const auto take = [&](const canfd_frame& raw) { return s.take(decode_error_report(raw)).value_or(""); };
   EXPECT_THAT(take(report(CAN_ERR_ACK)), HasSubstr("nobody acknowledges"));
   EXPECT_EQ(take(report(CAN_ERR_ACK)), "");
@@ -135,7 +135,7 @@ TEST(SocketCanErrors, SayOnceThatNobodyAcknowledgesUntilSomebodyDid) {
 }
 
 TEST(SocketCanErrors, OfTheBusAloneChangeNoState) {
-  ErrorState s;
+  ErrorState s("set it down and up");
   EXPECT_FALSE(s.take(decode_error_report(report(CAN_ERR_PROT | CAN_ERR_BUSERROR))));
   EXPECT_TRUE(decode_error_report(report(CAN_ERR_PROT)).bus_error);
   EXPECT_EQ(s.state(), BusState::error_active);

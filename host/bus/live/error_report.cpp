@@ -1,8 +1,6 @@
-#include "host/bus/live/socketcan/error_report.hpp"
+#include "host/bus/live/error_report.hpp"
 
 #include <linux/can/error.h>
-
-#include <utility>
 
 namespace rotorloop {
 namespace {
@@ -49,8 +47,8 @@ std::optional<std::string> ErrorState::take(const ErrorReport& r) {
   if (state_ == before && (warning_ == warned_before || state_ != BusState::error_active)) return notice;
   switch (state_) {
     case BusState::bus_off:
-      return "bus-off: the controller has left the bus after too many errors; wiring, termination and bit rate of all nodes are to be "
-             "checked, then the interface set down and up";
+      return "bus-off: the controller has left the bus after too many errors; check wiring, termination and bit rate of all nodes; " +
+             after_bus_off_;
     case BusState::error_passive:
       return (nobody_ ? "error passive, as nobody acknowledges: no other node is on the bus, or none at this bit rate"
                       : "error passive: many errors; check wiring, termination and bit rate") +

@@ -1,4 +1,5 @@
-// What a CAN controller reports of its bus: error frames of Linux (linux/can/error.h) into a state, and one sentence a change. Pure.
+// What a CAN controller reports of its bus: error frames as Linux has them (linux/can/error.h; gs_usb adapters send the same) into a state,
+// and one sentence a change. Pure.
 #pragma once
 #include <linux/can.h>
 
@@ -6,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "protocols/can_controller.hpp"
 
@@ -26,6 +28,8 @@ ErrorReport decode_error_report(const canfd_frame& raw);
 
 class ErrorState {
  public:
+  // `after_bus_off`: what brings this backend back to the bus, for people.
+  explicit ErrorState(std::string after_bus_off) : after_bus_off_(std::move(after_bus_off)) {}
   BusState state() const { return state_; }
   // One sentence when something changed, none for a report that says what was known.
   std::optional<std::string> take(const ErrorReport& report);
@@ -33,6 +37,7 @@ class ErrorState {
   void confirmed() { nobody_ = false; }
 
  private:
+  std::string after_bus_off_;
   BusState state_ = BusState::error_active;
   bool warning_ = false, nobody_ = false, overflow_reported_ = false;
 };
