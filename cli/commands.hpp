@@ -19,6 +19,7 @@ void add_esc_sim(CLI::App& app, int& exit_code);
 void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_log(CLI::App& app, int& exit_code);
+void add_mcu(CLI::App& app, int& exit_code);    // the group; cli/mcu
 void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code);
 void add_rotor_validate(CLI::App& rotor_group, int& exit_code);

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_esc(app, exit_code);
   rotorloop::cli::add_esc_sim(app, exit_code);
   rotorloop::cli::add_esc_lab(app, exit_code);
+  rotorloop::cli::add_mcu(app, exit_code);
   rotorloop::cli::add_completion(app);
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }
