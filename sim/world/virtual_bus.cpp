@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxNodes = 64;  // senders are a bit set
 constexpr std::size_t kIdTableSlots = 1024;
+constexpr int kFirstErrorBit = 12;          // where a node with another bit time finds its first error
 constexpr int kErrorFrameBits = 6 + 6 + 8;  // own flag, echoed flag, delimiter
 
 // Keys of random streams (host/base/random.hpp): one per fault.
@@ -90,6 +91,11 @@ CanBus& VirtualBus::attach(PortConfig config) {
   nodes_.push_back(std::make_unique<Port>(*this, std::move(config), static_cast<int>(nodes_.size())));
   port_count_ = nodes_.size();
   return *nodes_.back();
+}
+
+void VirtualBus::attach(BusController& controller, std::string name) {
+  attach(PortConfig{.name = std::move(name), .tx_depth = 1, .rx_depth = 1});
+  nodes_.back()->controller = &controller;
 }
 
 // The set of nodes is complete: check what faults point at, and start the devices of extra_traffic faults.
@@ -174,7 +180,7 @@ void VirtualBus::send_ideal(Port& port, const CanFrame& frame) {
 std::int64_t VirtualBus::next_start_ns() const {
   std::int64_t earliest_ns = kNever_ns;
   for (const auto& node : nodes_) {
-    const std::int64_t ready_ns = node->tx.earliest_ns();
+    const std::int64_t ready_ns = node->ready_ns();
     if (ready_ns != kNever_ns) earliest_ns = std::min(earliest_ns, std::max({ready_ns, idle_from_ns_, node->suspended_until_ns}));
   }
   return earliest_ns;
@@ -186,10 +192,10 @@ void VirtualBus::start(std::int64_t time_ns) {
   std::uint64_t senders = 0;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     Port& node = *nodes_[i];
-    node.tx.admit(time_ns);
-    const TxEntry* entry = node.tx.best();
-    if (entry == nullptr || node.suspended_until_ns > time_ns) continue;
+    const TxEntry* entry = node.suspended_until_ns > time_ns ? nullptr : node.enter_arbitration(time_ns);
+    if (entry == nullptr) continue;
     if (muted(node, time_ns)) {
+      if (node.controller != nullptr) node.suspended_until_ns = time_ns + bits_ns(kRecoveryBits);  // it keeps its frame
       node.counted.dropped_tx += node.tx.clear();
       continue;
     }
@@ -211,9 +217,13 @@ void VirtualBus::start(std::int64_t time_ns) {
     const Port& node = *nodes_[i];
     if ((senders >> i & 1u) == 0) {
       acknowledged = acknowledged || acknowledges(node, time_ns);
-    } else if (node.tx.best()->frame != flight_.entry.frame) {
-      error_at = std::min(error_at, first_difference_bit(node.tx.best()->frame, flight_.entry.frame));
+    } else if (node.racing->frame != flight_.entry.frame) {
+      error_at = std::min(error_at, first_difference_bit(node.racing->frame, flight_.entry.frame));
     }
+    if (node.controller == nullptr) continue;
+    const bool sends = (senders >> i & 1u) != 0;
+    acknowledged = acknowledged || (sends && node.controller->takes_own_acknowledge());
+    if (out_of_time(node, sends)) error_at = std::min(error_at, kFirstErrorBit);
   }
   if ((senders & (senders - 1)) != 0) ++id_collisions_;
   for (FaultState& state : faults_) {
@@ -231,6 +241,25 @@ void VirtualBus::start(std::int64_t time_ns) {
   idle_from_ns_ = flight_.end_ns + bits_ns(kIntermissionBits);
   load_.add_busy(time_ns, idle_from_ns_);
   in_flight_ = true;
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    if (nodes_[i]->controller != nullptr) nodes_[i]->controller->on_start(time_ns, (senders >> i & 1u) != 0);
+}
+
+// A node with another bit time than the bus: it disturbs what it sends, and while it is error active also what it hears.
+bool VirtualBus::out_of_time(const Port& node, bool sends) const {
+  const BusController& controller = *node.controller;
+  return !controller.in_time(bit_ns_) && (sends || (controller.acknowledges(flight_.start_ns) && !controller.passive()));
+}
+
+void VirtualBus::tell_controllers() {
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    if (nodes_[i]->controller != nullptr && !unplugged(*nodes_[i], flight_.end_ns))
+      nodes_[i]->controller->on_end({.frame = &flight_.entry.frame,
+                                     .start_ns = flight_.start_ns,
+                                     .end_ns = flight_.end_ns,
+                                     .own = (flight_.senders >> i & 1u) != 0,
+                                     .error = flight_.error,
+                                     .acknowledge_missing = flight_.ack_error});
 }
 
 void VirtualBus::finish() {
@@ -240,6 +269,7 @@ void VirtualBus::finish() {
   } else {
     finish_well();
   }
+  tell_controllers();
   // ACK delimiter, end of frame and intermission (or error delimiter and intermission) are 11 recessive bits to a bus-off node.
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (nodes_[i]->recovery_left > 0 && (flight_.senders >> i & 1u) == 0) --nodes_[i]->recovery_left;
@@ -253,7 +283,7 @@ void VirtualBus::finish_well() {
     Port& node = *nodes_[i];
     sender_port = node.number;
     ++node.counted.sent;
-    node.tx.pop_best();
+    if (node.controller == nullptr) node.tx.pop_best();
     node.count_good_transmission();
     if (node.passive()) node.suspended_until_ns = idle_from_ns_ + bits_ns(kSuspendBits);
     if (node.traffic != nullptr) refill(node, flight_.end_ns);

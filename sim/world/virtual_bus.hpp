@@ -10,6 +10,7 @@
 // Simplifications, all on the safe (longer) side or without effect on data frames: no propagation delay and no sampling jitter;
 // an error frame always takes 6 + 6 flag bits and 8 delimiter bits; REC rises by 1 per error; no overload frames.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -58,6 +59,13 @@ class VirtualBus {
 
   // Ports are numbered 0, 1, … in this order; the reference lives as long as the bus. Throws Error after the first advance_to().
   CanBus& attach(PortConfig config);
+
+  // A node that is modelled elsewhere and outlives the bus; it calls `has_frame` when it gets something to send.
+  void attach(BusController& controller, std::string name);
+  void has_frame(std::int64_t since_ns) {
+    if (!in_flight_) wake_ns_ = std::min(wake_ns_, std::max(idle_from_ns_, since_ns) + 1);
+  }
+  std::int64_t bit_ns() const { return bit_ns_; }
 
   void advance_to(std::int64_t time_ns) {
     if (time_ns < wake_ns_ && time_ns >= processed_ns_) {
@@ -114,8 +122,11 @@ class VirtualBus {
   void refill(Port& device, std::int64_t not_before_ns);
   void update_wake();
   bool muted(const Port& port, std::int64_t time_ns) const;
+  bool unplugged(const Port& port, std::int64_t time_ns) const;
   bool acknowledges(const Port& port, std::int64_t time_ns) const;
   bool strikes(FaultState& state, const CanFrame& frame, std::int64_t time_ns);
+  bool out_of_time(const Port& port, bool sends) const;
+  void tell_controllers();
   int error_bit(FaultState& state, int frame_bits) const;
 
   std::int64_t bits_ns(std::int64_t bits) const { return bits * bit_ns_; }

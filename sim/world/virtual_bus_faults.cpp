@@ -11,6 +11,7 @@ void VirtualBus::deliver(const StampedFrame& stamped, std::uint64_t senders) {
     for (std::size_t i = 0; i < port_count_; ++i) {
       Port& port = *nodes_[i];
       if ((senders >> i & 1u) != 0) continue;
+      if (port.controller != nullptr) continue;
       if (port.off()) {
         ++missed_while_off_;
         continue;
@@ -28,7 +29,7 @@ void VirtualBus::deliver(const StampedFrame& stamped, std::uint64_t senders) {
   }
   for (std::size_t i = 0; i < port_count_; ++i) {
     Port& port = *nodes_[i];
-    if ((senders >> i & 1u) != 0) continue;
+    if ((senders >> i & 1u) != 0 || port.controller != nullptr) continue;
     if (port.off()) {
       ++missed_while_off_;
       continue;
@@ -77,11 +78,16 @@ bool VirtualBus::muted(const Port& port, std::int64_t time_ns) const {
   });
 }
 
-bool VirtualBus::acknowledges(const Port& port, std::int64_t time_ns) const {
-  return !port.off() && std::none_of(faults_.begin(), faults_.end(), [&](const FaultState& s) {
+bool VirtualBus::unplugged(const Port& port, std::int64_t time_ns) const {
+  return std::any_of(faults_.begin(), faults_.end(), [&](const FaultState& s) {
     return s.fault.kind == BusFaultKind::unplugged && port.number >= 0 && (s.fault.port == kEveryPort || s.fault.port == port.number) &&
            s.fault.active(time_ns);
   });
+}
+
+bool VirtualBus::acknowledges(const Port& port, std::int64_t time_ns) const {
+  if (port.controller != nullptr && !port.controller->acknowledges(time_ns)) return false;
+  return !port.off() && !unplugged(port, time_ns);
 }
 
 bool VirtualBus::strikes(FaultState& state, const CanFrame& frame, std::int64_t time_ns) {

@@ -10,6 +10,7 @@
 
 #include "host/base/random.hpp"
 #include "host/bus/can_bus.hpp"
+#include "sim/world/bus_controller.hpp"
 #include "sim/world/bus_fault.hpp"
 #include "sim/world/tx_queue.hpp"
 #include "sim/world/virtual_time.hpp"
@@ -83,22 +84,36 @@ class VirtualBusPort final : public CanBus {
   }
 
   bool off() const { return state_ == BusState::bus_off; }
-  bool passive() const { return state_ == BusState::error_passive; }
+  bool passive() const { return controller != nullptr ? controller->passive() : state_ == BusState::error_passive; }
+  std::int64_t ready_ns() const { return controller != nullptr ? controller->ready_ns() : tx.earliest_ns(); }
+  // With what it takes part in an arbitration; null: with nothing. Stays in `racing` until the end of the frame.
+  const TxEntry* enter_arbitration(std::int64_t time_ns) {
+    if (controller == nullptr) {
+      tx.admit(time_ns);
+      return racing = tx.best();
+    }
+    const CanFrame* frame = controller->offer(time_ns);
+    if (frame != nullptr) offered = tx_entry(*frame, controller->ready_ns());
+    return racing = frame != nullptr ? &offered : nullptr;
+  }
   void count_good_transmission() {
+    if (controller != nullptr) return;
     if (errors.transmit > 0) --errors.transmit;
     update_state();
   }
   void count_good_reception() {
-    if (errors.receive == 0) return;
+    if (errors.receive == 0 || controller != nullptr) return;
     errors.receive = errors.receive > kPassiveAbove ? kReceiveAfterPassive : errors.receive - 1;
     update_state();
   }
   // A passive node that only misses the acknowledge may be alone on the bus: it must not go bus-off for that.
   void count_transmit_error(bool acknowledge_missing) {
+    if (controller != nullptr) return;
     if (!(acknowledge_missing && passive())) errors.transmit += kTransmitErrorStep;
     update_state();
   }
   void count_receive_error() {
+    if (controller != nullptr) return;
     errors.receive = std::min(errors.receive + 1, kBusOffAbove);
     update_state();
   }
@@ -115,6 +130,10 @@ class VirtualBusPort final : public CanBus {
   ErrorCounters errors;
   int recovery_left = 0;  // sequences of recessive bits until a bus-off node returns
   std::int64_t suspended_until_ns = 0;
+  const TxEntry* racing = nullptr;
+  // Of a node that is modelled elsewhere only: queues, counters and bus-off are its own.
+  BusController* controller = nullptr;
+  TxEntry offered;
   // Of an extra_traffic device only:
   BusFaultState* traffic = nullptr;
   std::uint64_t traffic_count = 0;

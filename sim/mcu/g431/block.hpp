@@ -34,6 +34,8 @@ class Wires {
   virtual ~Wires() = default;
   virtual uint64_t now() const = 0;  // cycle of HCLK at which the access or the event happens
   virtual const Clocks& clocks() const = 0;
+  virtual double time_s_at(uint64_t cycle) const = 0;  // since power-up, through all changes of clock
+  virtual uint64_t cycle_at(double time_s) const = 0;  // the last cycle not after it, if the clock stays as it is
   // The level of this block at an interrupt line of the NVIC; lines that blocks share are high while any of them holds them.
   virtual void set_interrupt(const Block& from, uint32_t line, bool high) = 0;
   virtual void raise_nmi() = 0;

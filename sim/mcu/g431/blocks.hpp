@@ -2,18 +2,23 @@
 #pragma once
 #include <span>
 
+#include "sim/mcu/g431/fdcan.hpp"
 #include "sim/mcu/g431/rcc.hpp"
 
 namespace rotorloop::mcu::g431 {
 
 struct Blocks {
-  explicit Blocks(Wires& w) : rcc(w) {}
+  explicit Blocks(Wires& w) : rcc(w), message_ram(w), fdcan(w, message_ram) {}
   template <class Visit>
   void visit(Visit&& visit) {
     visit(rcc);
+    visit(message_ram);
+    visit(fdcan);
   }
 
   Rcc rcc;
+  MessageRam message_ram;
+  Fdcan fdcan;
 };
 
 struct NotBuilt {

@@ -54,8 +54,6 @@ class Chip : public Bus, public Wires {
   void request_stop() { stop_asked_ = true; }  // from Pins: run_until returns End::stopped
   uint64_t cycle() const { return core_.cycle(); }
   double time_s() const { return time_s_at(now()); }
-  double time_s_at(uint64_t cycle) const;
-  uint64_t cycle_at(double time_s) const;  // with the clocks of now
 
   // Plain data of the whole chip; restore takes what snapshot gave, of any chip of this kind.
   std::vector<std::byte> snapshot() const;
@@ -81,6 +79,8 @@ class Chip : public Bus, public Wires {
   // Wires
   uint64_t now() const override { return now_; }
   const Clocks& clocks() const override { return time_.clocks; }
+  double time_s_at(uint64_t cycle) const override;
+  uint64_t cycle_at(double time_s) const override;
   void set_interrupt(const Block& from, uint32_t line, bool high) override;
   void raise_nmi() override { core_.raise_nmi(); }
   void set_dma_request(uint32_t request, bool high) override;
