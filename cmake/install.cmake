@@ -9,6 +9,9 @@ install(FILES README.md DESTINATION ${ROTORLOOP_SHARE} COMPONENT command)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rotorloop COMPONENT command)
 install(FILES CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rotorloop COMPONENT command)
 
+# Adapters of CAN for whoever is logged in: udev reads it below /usr and /usr/local.
+install(FILES host/bus/live/gs_usb/70-rotorloop-can.rules DESTINATION lib/udev/rules.d COMPONENT command)
+
 # Both say what the command itself says of its options.
 set(ROTORLOOP_MANUAL ${CMAKE_BINARY_DIR}/generated/rotorloop.1)
 set(ROTORLOOP_COMPLETION ${CMAKE_BINARY_DIR}/generated/rotorloop.bash)

@@ -20,7 +20,8 @@ namespace rotorloop::cli {
 
 // Behind every help text on buses.
 inline constexpr const char* kBusHelp =
-    "bus: mcast:0 (programs on this machine or network), socketcan:can0 (CAN interface of Linux), slcan:/dev/ttyACM0 (serial adapter), "
+    "bus: mcast:0 (programs on this machine or network), socketcan:can0 (CAN interface of Linux), gsusb: (USB adapter), slcan:/dev/ttyACM0 "
+    "(serial adapter), "
     "slcan-server:PATH";
 
 struct LiveOptions {

@@ -14,7 +14,7 @@ constexpr std::array<BusBackendInfo, 6> kBackends{{
     {BusBackend::slcan, "slcan", "a serial adapter, for example /dev/ttyACM0 or /dev/ttyACM0@500000", true, true},
     {BusBackend::slcan_server, "slcan-server", "a path for the link to the terminal, or nothing", false, true},
     {BusBackend::socketcan, "socketcan", "an interface, for example can0 or can0@1000000", true, true},
-    {BusBackend::gs_usb, "gsusb", "the serial number of the adapter, or nothing for the only one", false, false},
+    {BusBackend::gs_usb, "gsusb", "serial number of a USB adapter, or nothing for the only one; /1@500000", false, true},
 }};
 
 std::string list_of_built_in(std::span<const BusBackendInfo> backends) {

@@ -1,5 +1,5 @@
 // A bus with a clock on which one can wait: what tools and processes use. Nodes in lockstep get the CanBus below it, which has
-// neither. Backends: live/ (UDP multicast, SLCAN; adapters to come) in real time, sim/world/lockstep_bus.hpp in virtual time.
+// neither. Backends: live/ (UDP multicast, SLCAN, SocketCAN, gs_usb) in real time, sim/world/lockstep_bus.hpp in virtual time.
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,7 @@
 #include "host/bus/live/open_bus.hpp"
 
 #include "host/base/error.hpp"
+#include "host/bus/live/gs_usb/gs_usb_port.hpp"
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/slcan_port.hpp"
 #include "host/bus/live/slcan_server.hpp"
@@ -28,13 +29,14 @@ std::unique_ptr<TimedBus> open_bus(const std::string& name, const std::string& w
       return std::make_unique<SlcanServer>(parsed.rest);
     case BusBackend::socketcan:
       return std::make_unique<SocketCanPort>(parse_socketcan_settings(parsed.rest, where));
-    case BusBackend::virtual_bus:
     case BusBackend::gs_usb:
+      return gs_usb::open_gs_usb(gs_usb::parse_settings(parsed.rest, where));
+    case BusBackend::virtual_bus:
       break;
   }
   throw Error({where, "bus \"" + name + "\" lives within one program; others cannot join it", "",
-               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE or "
-               "socketcan:INTERFACE for hardware"});
+               "use mcast:0 for programs on this machine, slcan-server:PATH for a program that knows serial adapters, slcan:DEVICE, "
+               "socketcan:INTERFACE or gsusb:SERIAL for hardware"});
 }
 
 }  // namespace rotorloop

@@ -10,7 +10,7 @@ namespace rotorloop::gs_usb {
 
 class InFlight {
  public:
-  static constexpr std::size_t kMost = 10;
+  static constexpr unsigned kMost = 10;
   static constexpr std::int64_t kLost_ns = 1'000'000'000;  // a later frame is confirmed: no frame waits that long behind it
 
   std::optional<std::uint32_t> begin(std::int64_t now_ns) {
