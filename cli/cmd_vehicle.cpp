@@ -24,6 +24,8 @@
 namespace rotorloop::cli {
 namespace {
 
+constexpr const char* kPolar = "vehicles/polars/naca4410.toml";  // of the section that a guessed blade has
+
 struct VehicleArguments {
   std::filesystem::path folder;
   calibrate::VehicleSketch sketch;
@@ -73,10 +75,10 @@ int make(VehicleArguments& o) {
   if (!o.blade.empty()) blade = sim::read_blade(o.blade), said = take_blade(o, blade);
   const std::string name = o.folder.filename().empty() ? o.folder.parent_path().filename().string() : o.folder.filename().string();
   o.sketch.name = name;
-  const std::filesystem::path polar = shipped_or_given("vehicles/polars/naca4410.toml", share_folder());
+  const std::filesystem::path polar = shipped_or_given(kPolar);
   if (o.blade.empty() && !std::filesystem::exists(polar))
-    throw Error({polar.string(), "the polar of the blade is not there", "neither installed nor run from the source tree",
-                 "run from the source tree, or install rotorloop"});
+    throw Error({polar.string(), "the polar of the blade is not there; " + places_looked_in(kPolar),
+                 "the program was copied away from its files", "install rotorloop, or run it where it was built"});
   calibrate::SketchFiles files = calibrate::sketch_files(o.sketch);
   if (!o.blade.empty()) files.blade = text_of(o.blade);
   const std::array<std::pair<const char*, const std::string*>, 5> all{{{"blades/propeller.toml", &files.blade},

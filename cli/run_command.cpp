@@ -15,14 +15,11 @@
 namespace rotorloop::cli {
 
 int run_command(CLI::App& app, int argc, const char* const* argv, const int& exit_code) {
-  const std::filesystem::path share = share_folder();
-  const auto missing = look_below_share(app, share);
+  const auto missing = find_shipped_inputs(app);
   const TypedCommand command = typed_command(app, argc, argv);
   const auto refused = [&](const Error& e) {
     std::fprintf(stderr, "%s\n", refusal_text(e.text(), command.name).c_str());
-    for (const std::string& path : *missing)
-      std::fprintf(stderr, "  note:   \"%s\" is neither in the working folder nor below %s\n", path.c_str(),
-                   share.generic_string().c_str());
+    for (const std::string& path : *missing) std::fprintf(stderr, "  note:   \"%s\": %s\n", path.c_str(), places_looked_in(path).c_str());
     return to_int(e.exit_code());
   };
   try {

@@ -1,5 +1,5 @@
 // Files that come with the program: `scenarios/paper.toml` is found from any folder. A path that does not exist where the command runs
-// is looked for below <prefix>/share/rotorloop; only what a command reads, never what it writes.
+// is looked for in the folder of shipped files; only what a command reads, never what it writes. Every command asks here.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -12,14 +12,18 @@ class App;
 
 namespace rotorloop::cli {
 
-// <prefix>/share/rotorloop beside the running program; empty when there is none, as in a build tree.
-std::filesystem::path share_folder();
+// <prefix>/share/rotorloop beside the running program: of an installed package, or, in a build tree, a link to the source tree that CMake
+// lays there. Empty when there is none.
+std::filesystem::path shipped_folder();
 
-// `path` itself when it exists, is absolute, or is not below `share`; else the file below `share`.
-std::filesystem::path shipped_or_given(const std::filesystem::path& path, const std::filesystem::path& share);
+// `path` itself when it exists, is absolute, or is not among the shipped files; else the shipped file.
+std::filesystem::path shipped_or_given(const std::filesystem::path& path);
 
-// Teaches every option that names an input of the program's own formats to look below `share` too, and their defaults. Paths that were
-// found in neither place are added to the list that is returned, while the command line is parsed.
-std::shared_ptr<std::vector<std::string>> look_below_share(CLI::App& app, const std::filesystem::path& share);
+// Where `path` was looked for, in words, for an error about it: "looked for /tmp/a.toml and /usr/share/rotorloop/a.toml".
+std::string places_looked_in(const std::filesystem::path& path);
+
+// Makes every option that names an input of the program's own formats find shipped files too, and its default. Paths that were found in
+// neither place are added to the list that is returned, while the command line is parsed.
+std::shared_ptr<std::vector<std::string>> find_shipped_inputs(CLI::App& app);
 
 }  // namespace rotorloop::cli

@@ -11,6 +11,7 @@
 
 #include "cli/esc/esc_commands.hpp"
 #include "cli/esc/esc_session.hpp"
+#include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
 #include "host/tools/esc_table.hpp"
 #include "host/tools/parameters.hpp"
@@ -75,7 +76,7 @@ std::vector<std::pair<std::string, std::string>> of_motor(const std::filesystem:
 
 std::vector<std::pair<std::string, std::string>> assignments(const ParameterArguments& o) {
   std::vector<std::pair<std::string, std::string>> wanted;
-  if (!o.from.empty()) wanted = of_motor(o.from);
+  if (!o.from.empty()) wanted = of_motor(shipped_or_given(o.from));
   for (const std::string& word : o.words) {
     const std::size_t equals = word.find('=');
     if (equals == 0 || equals == std::string::npos)

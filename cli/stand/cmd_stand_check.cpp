@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "bench/stand/instruments/stand_setup.hpp"
-#include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
 #include "host/base/error.hpp"
@@ -16,7 +15,7 @@ namespace {
 
 int check_stand(const std::string& file, std::string today) {
   if (today.empty()) today = RunClock().started_utc().substr(0, 10);
-  const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(file, share_folder()), profile_path);
+  const modbus::StandSetup setup = modbus::read_stand_setup(file, profile_path);
   fmt::print("{}", modbus::stand_setup_text(setup, today));
   if (setup.expired(today))
     throw Error({setup.path.generic_string(), fmt::format("the calibration expired on {}, today is {}", setup.expires_on, today), "",

@@ -37,7 +37,7 @@ int stand_demo(DemoArguments& o) {
   // The reference propeller's usual speeds, the middle at 9 000 RPM.
   o.run.rpm = {3000.0, 13500.0};
   o.run.out = o.folder / "run";
-  const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
+  const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup), profile_path);
   const stand_run::Plan plan = stand_run::plan_of(o.run, setup);
   o.run.summary = !o.json;
   if (!o.json)
@@ -56,7 +56,7 @@ int stand_demo(DemoArguments& o) {
   write_text_file(o.folder / "report.html", stand::estimate_page(d));
   if (d.files[0].estimate.motor)
     write_text_file(o.folder / "motor.toml",
-                    stand::motor_file_text(d.files[0].estimate, {shipped_or_given("vehicles/motors/2306_2300kv.toml", share_folder()), {}},
+                    stand::motor_file_text(d.files[0].estimate, {shipped_or_given("vehicles/motors/2306_2300kv.toml"), {}},
                                            std::string("rotorloop stand demo ") + kVersion));
   if (!o.json) fmt::print("simulated from beginning to end; report: {}\n", (o.folder / "report.html").generic_string());
   return 0;

@@ -12,7 +12,6 @@
 
 #include "cli/bus/live_options.hpp"
 #include "cli/ending/stop_signals.hpp"
-#include "cli/shipped_files.hpp"
 #include "cli/stand/bus_commands.hpp"
 #include "cli/stand/device_argument.hpp"
 #include "cli/stand/stand_run_options.hpp"
@@ -90,7 +89,7 @@ int run_on_ports(RunArguments& o, const modbus::StandSetup& setup, const stand_r
 }
 
 int stand_run(RunArguments& o) {
-  const modbus::StandSetup setup = modbus::read_stand_setup(shipped_or_given(o.run.setup, share_folder()), profile_path);
+  const modbus::StandSetup setup = modbus::read_stand_setup(o.run.setup, profile_path);
   const stand_run::Plan plan = stand_run::plan_of(o.run, setup);
   if (o.dry_run) {
     const stand_run::Prediction predicted = stand_run::predict(setup, plan, o.run.session.settle_s, o.run.supply_V);

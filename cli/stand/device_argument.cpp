@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> shipped_profiles() {
   std::vector<fs::path> found;
-  const fs::path folder = shipped_or_given("devices", share_folder());
+  const fs::path folder = shipped_or_given("devices");
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
     if (entry.path().extension() == ".toml") found.push_back(entry.path());
@@ -32,9 +32,10 @@ fs::path profile_path(const std::string& text) {
     if (p.stem() == text || p.filename() == text) return p;
     names.push_back(p.stem().string());
   }
-  const fs::path below = shipped_or_given(text, share_folder());
+  const fs::path below = shipped_or_given(text);
   if (fs::is_regular_file(below, error)) return below;
-  throw Error({"PROFILE", fmt::format("\"{}\" is no file and no shipped profile", text), "",
+  const std::string looked = names.empty() ? "; " + places_looked_in(fs::path("devices") / (text + ".toml")) : "";
+  throw Error({"PROFILE", fmt::format("\"{}\" is no file and no shipped profile{}", text, looked), "",
                names.empty() ? "give the path of a profile" : use_one_of(text, names)});
 }
 

@@ -136,7 +136,7 @@ RunScreen::RunScreen(const StandRunOptions& o, double pace) : progress_(o), pace
 }
 
 int run_virtually(StandRunOptions& o, VirtualOptions& v, const modbus::StandSetup& setup, const stand_run::Plan& plan) {
-  v.plant = shipped_or_given(v.plant, share_folder());
+  v.plant = shipped_or_given(v.plant);
   RunScreen screen(o, o.live && v.pace == 0.0 ? 1.0 : v.pace);
   return print_end(o, virtual_stand::run_virtually(setup, plan, o, v, screen.observer));
 }

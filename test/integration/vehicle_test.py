@@ -2,7 +2,6 @@
 
 usage: vehicle_test.py PATH_TO_ROTORLOOP
 """
-import os
 import shlex
 
 from rotorloop_cli import SOURCE, CommandTest, main
@@ -11,22 +10,17 @@ SIX_INCH = ("--mass-kg", 0.75, "--wheelbase-mm", 265, "--propeller", "6x4.5", "-
 
 
 class Vehicle(CommandTest):
-    def run_in_source(self, *words):
-        """Polars are found in the source tree, as in an installation; what is written goes elsewhere."""
+    def succeeds(self, *words):
         done = self.run_command(*words)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done
 
-    def setUp(self):
-        super().setUp()
-        os.symlink(SOURCE / "vehicles", self.path / "vehicles")
-
     def test_nine_numbers_end_in_a_flight_by_the_commands_that_are_printed(self):
-        printed = self.run_in_source("vehicle", "new", "my/six_inch", *SIX_INCH).stdout.splitlines()
+        printed = self.succeeds("vehicle", "new", "my/six_inch", *SIX_INCH).stdout.splitlines()
         self.assertEqual(printed[-1], "rotorloop hil my/six_inch/flights.toml")
         for line in printed[:-1]:
-            self.run_in_source(*shlex.split(line)[1:])
-        done = self.run_in_source(*shlex.split(printed[-1])[1:], "--seeds", 1, "--flights", "vertical", "--variants", "pd_ff_thrust_drag", "--no-logs")
+            self.succeeds(*shlex.split(line)[1:])
+        done = self.succeeds(*shlex.split(printed[-1])[1:], "--seeds", 1, "--flights", "vertical", "--variants", "pd_ff_thrust_drag", "--no-logs")
         error_cm = self.result("runs/six_inch")["flights"][0]["error_cm"]["mean_3d"]
         self.assertLess(error_cm, 5.0, "within a few centimetres of the set-point, as every shipped vehicle")
         self.assertIn("six_inch", done.stdout)
@@ -48,20 +42,20 @@ class Vehicle(CommandTest):
     def test_shipped_gains_are_those_that_the_command_makes(self):
         for size in (3, 7, 10, 17):
             folder = SOURCE / f"vehicles/quad_{size}in"
-            done = self.run_in_source("gains", "--vehicle", folder / "calibrated.toml", "--plant", folder / "plant.toml")
+            done = self.succeeds("gains", "--vehicle", folder / "calibrated.toml", "--plant", folder / "plant.toml")
             self.assertEqual(done.stdout, (folder / "gains.toml").read_text(encoding="utf-8"), folder.name)
 
     def test_gains_want_a_plant_or_the_figures_of_a_stand(self):
         done = self.run_command("gains", "--vehicle", "vehicles/calibrated.toml")
         self.assertEqual(done.returncode, 2)
         self.assertIn("neither --plant nor both of --motor-lag and --max-rpm", done.stderr)
-        self.run_in_source("gains", "--vehicle", "vehicles/calibrated.toml", "--motor-lag", 10, "--max-rpm", 17000, "-o", "gains.toml")
+        self.succeeds("gains", "--vehicle", "vehicles/calibrated.toml", "--motor-lag", 10, "--max-rpm", 17000, "-o", "gains.toml")
 
     def test_a_trajectory_slows_down_to_what_was_asked_for(self):
-        done = self.run_in_source("trajectory", "horizontal_8p5", "--max-speed", 4, "-o", "slow.toml")
+        done = self.succeeds("trajectory", "horizontal_8p5", "--max-speed", 4, "-o", "slow.toml")
         self.assertIn("2.12 times slower", done.stderr)
         self.assertIn("4.00 m/s horizontally", done.stderr)
-        again = self.run_in_source("trajectory", "slow.toml", "--max-speed", 4)  # a file, and already slow enough
+        again = self.succeeds("trajectory", "slow.toml", "--max-speed", 4)  # a file, and already slow enough
         self.assertEqual(again.stdout, (self.path / "slow.toml").read_text(encoding="utf-8"))
 
 
