@@ -63,7 +63,7 @@ class AllocationClient {
       return std::nullopt;
     }
     known_ = theirs.size();
-    next_us_ = now_us + next_random() % protocols::Allocation::kFollowUpMax_us;
+    next_us_ = now_us + next_random() % std::uint32_t{protocols::Allocation::kFollowUpMax_us};
     return std::nullopt;
   }
 
@@ -73,8 +73,8 @@ class AllocationClient {
   void wait_first_part(std::uint64_t now_us) {
     using protocols::Allocation;
     known_ = 0;
-    next_us_ =
-        now_us + Allocation::kRequestPeriodMin_us + next_random() % (Allocation::kRequestPeriodMax_us - Allocation::kRequestPeriodMin_us);
+    next_us_ = now_us + Allocation::kRequestPeriodMin_us +
+               next_random() % std::uint32_t{Allocation::kRequestPeriodMax_us - Allocation::kRequestPeriodMin_us};
   }
   // Of the upper half: the lower bits of such a generator repeat soon.
   std::uint32_t next_random() {

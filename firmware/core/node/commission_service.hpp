@@ -21,7 +21,8 @@ struct CommissionValue {
   float max;
   bool integer;
 };
-inline constexpr std::array kCommissionValues{
+inline constexpr auto kCommissionValues = std::array{
+    // `auto`: in flash (parameters.hpp)
     CommissionValue{"commission", 3, true},             //
     CommissionValue{"commission_kv", 60'000, false},    // rpm/V by the label; 0: not known, not compared
     CommissionValue{"commission_bell", 0.1f, false},    // kg m2, rotor without propeller; 0: not known, not compared

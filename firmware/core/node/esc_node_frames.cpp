@@ -140,7 +140,7 @@ void EscNode::on_beep(const protocols::Transfer& t, std::uint64_t now_us) {
     return;
   }
   beep_Hz_ = b.frequency_Hz;
-  beep_until_us_ = now_us + static_cast<std::uint64_t>(1e6f * (b.duration_s < 2.0f ? b.duration_s : 2.0f));
+  beep_until_us_ = now_us + static_cast<std::uint32_t>(1e6f * (b.duration_s < 2.0f ? b.duration_s : 2.0f));
 }
 
 void EscNode::on_allocation(const protocols::Transfer& t, std::uint64_t now_us) {

@@ -57,7 +57,7 @@ void EscNode::watch_motor(std::uint64_t now_us, const Telemetry& t) {
     say(Level::warning, "self-test: not tested, the rotor turns", now_us);
   if (t.fault != Fault::none) tripped_ = true, trip_us_ = now_us;
   if (t.fault == Fault::none || t.fault == before) return;
-  FaultRecord r{.fault = t.fault, .state = state, .uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u)};
+  FaultRecord r{.fault = t.fault, .state = state, .uptime_s = divide(now_us - start_us_, 1'000'000).quotient};
   r.bus_V = t.bus_V;
   r.current_A = t.current_q_A;
   r.temperature_K = t.temperature_K;
@@ -176,7 +176,7 @@ protocols::Health EscNode::health() const {
 }
 
 protocols::NodeStatus EscNode::node_status(std::uint64_t now_us) const {
-  return {.uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u),
+  return {.uptime_s = divide(now_us - start_us_, 1'000'000).quotient,
           .health = health(),
           .mode = shown_mode(),
           .vendor_status =

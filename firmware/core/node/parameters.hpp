@@ -13,8 +13,9 @@
 
 namespace rotorloop::firmware {
 
-// Where a limit comes from is said beside it; limits without a word are the edges of what has been tested.
-inline constexpr std::array kParameterRanges{
+// Where a limit comes from is said beside it; limits without a word are the edges of what has been tested. `auto` keeps it in flash: as
+// `std::array` with its arguments deduced the compiler takes it for data that is written.
+inline constexpr auto kParameterRanges = std::array{
     parameter_row<&Parameters::node_id>("node_id", "", 0, 125, InForce::at_start),                  // 126, 127: tools
     ParameterRange{"esc_index", "", -1, 15, get_esc_index, set_esc_index, ParameterKind::integer},  // four groups of four; -1: none
     parameter_row<&Parameters::command_timeout_ms>("cmd_timeout_ms", "ms", 20, 1000),

@@ -40,8 +40,9 @@ class TextLine {
 
  private:
   constexpr void digits(std::uint32_t v) {
-    if (v >= 10u) digits(v / 10u);
-    put(static_cast<char>('0' + v % 10u));
+    std::uint32_t place = 1;
+    while (v / place >= 10u) place *= 10u;
+    for (; place != 0; place /= 10u) put(static_cast<char>('0' + v / place % 10u));
   }
   constexpr void put(char c) { text_.push_back(static_cast<std::uint8_t>(c)); }
   protocols::Text<90> text_{};

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "firmware/core/node/division.hpp"
 #include "protocols/bus_load.hpp"
 #include "protocols/can_frame.hpp"
 
@@ -69,7 +70,7 @@ class TransmitQueue {
     CanFrame frame{};
     std::uint32_t queued_ms = 0;  // wraps after 49 days; only differences count
   };
-  static constexpr std::uint32_t ms(std::uint64_t now_us) { return static_cast<std::uint32_t>(now_us / 1000u); }
+  static constexpr std::uint32_t ms(std::uint64_t now_us) { return divide(now_us, 1000).quotient; }
   std::array<Entry, Capacity> entries_{};
   std::size_t size_ = 0;
 };
