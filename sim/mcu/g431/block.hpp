@@ -52,6 +52,8 @@ class Wires {
   // An access by DMA; false: nothing is there.
   virtual bool bus_read(uint32_t address, uint32_t bytes, uint32_t& value) = 0;
   virtual bool bus_write(uint32_t address, uint32_t bytes, uint32_t value) = 0;
+  virtual void pin_changed(uint32_t pin, bool driven, bool high) = 0;  // for GPIO: to whoever is at the pins
+  virtual void uart_sent(uint32_t number, uint8_t byte) = 0;           // for USART
   // Volts at an analogue input of the chip: pin = 16 * port + number, port A is 0.
   virtual double pin_V(uint32_t pin) = 0;
   // Ends the access that is being done as an error with the block, register and value; `why` is a literal. Lenient: counted.
@@ -104,7 +106,7 @@ class Block {
   const uint32_t base, size_bytes;
   const std::span<const Register> registers;
   const Gate gate;
-  uint32_t number = 0;  // set by the chip: order among events of one cycle
+  uint32_t order = 0;  // set by the chip: order among events of one cycle
 
  protected:
   void interrupt(uint32_t line, bool high) { wires_.set_interrupt(*this, line, high); }

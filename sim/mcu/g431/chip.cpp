@@ -9,13 +9,14 @@
 namespace rotorloop::mcu::g431 {
 namespace {
 
-constexpr uint32_t kPages = 0x300 + 0x20 + 0x20;
+constexpr uint32_t kPages = 0x300 + 0x20 + 0x20 + 4;
 
-// 256 bytes each: APB and AHB1 from 0x40000000, GPIO from 0x48000000, ADC and DAC from 0x50000000.
+// 256 bytes each: APB and AHB1 from 0x40000000, GPIO from 0x48000000, ADC and DAC from 0x50000000, DBGMCU.
 int page_of(uint32_t address) {
   if (address - 0x40000000u < 0x30000u) return static_cast<int>((address - 0x40000000u) >> 8);
   if (address - 0x48000000u < 0x2000u) return static_cast<int>(0x300 + ((address - 0x48000000u) >> 8));
   if (address - 0x50000000u < 0x2000u) return static_cast<int>(0x320 + ((address - 0x50000000u) >> 8));
+  if (address - 0xE0042000u < 0x400u) return static_cast<int>(0x340 + ((address - 0xE0042000u) >> 8));
   return -1;
 }
 
@@ -28,14 +29,14 @@ Chip::Chip(uint64_t unique_id, const Clocks& crystals)
   pages_.resize(kPages);
   listeners_.resize(static_cast<size_t>(Signal::count));
   blocks_->visit([&](Block& block) {
-    block.number = static_cast<uint32_t>(all_.size());
+    block.order = static_cast<uint32_t>(all_.size());
     all_.push_back(&block);
     for (uint32_t a = block.base; a < block.base + block.size_bytes; a += 256) {
       Block*& first = pages_[static_cast<size_t>(page_of(a))];
       if (first == nullptr) first = &block;
     }
     for (uint32_t n = 0; n < listeners_.size(); ++n)
-      if (block.listens(static_cast<Signal>(n))) listeners_[n].push_back(&block);
+      if (n != 0 && block.listens(static_cast<Signal>(n))) listeners_[n].push_back(&block);
   });
   due_.assign(all_.size(), kNever);
   fill_information(unique_id);
@@ -167,14 +168,14 @@ void Chip::settle(uint64_t cycle) {
 
 void Chip::reschedule(const Block& block) {
   const uint64_t due = block.next_event();
-  due_[block.number] = due;
+  due_[block.order] = due;
   next_due_ = std::min(next_due_, due);
   if (due != kNever) core_.stop_at(due);
 }
 
 void Chip::set_interrupt(const Block& from, uint32_t line, bool high) {
   uint64_t& held = lines_.held[line];
-  const uint64_t bit = uint64_t{1} << from.number;
+  const uint64_t bit = uint64_t{1} << from.order;
   if (((held & bit) != 0) == high) return;
   const bool was = held != 0;
   held ^= bit;
@@ -191,6 +192,8 @@ void Chip::set_signal(Signal signal, bool high) {
   if (pins != nullptr && pins->heard(signal)) pins->on_signal(signal, high);
 }
 
+void Chip::set_pin(uint32_t pin, Level level) { blocks_->port_of(pin).set_external(pin % 16, level); }
+
 void Chip::set_dma_request(uint32_t request, bool high) {
   for (Block* block : all_) block->on_dma_request(request, high, false);
 }
@@ -203,7 +206,7 @@ Block* Chip::at(uint32_t address) const {
   const int page = page_of(address);
   if (page < 0) return nullptr;
   Block* block = pages_[static_cast<size_t>(page)];
-  for (size_t n = block != nullptr ? block->number : all_.size(); n < all_.size(); ++n)
+  for (size_t n = block != nullptr ? block->order : all_.size(); n < all_.size(); ++n)
     if (address - all_[n]->base < all_[n]->size_bytes) return all_[n];
   return nullptr;
 }
@@ -237,6 +240,11 @@ bool Chip::access(uint32_t address, uint32_t bytes, uint32_t& value, bool write,
       if (address - n.base >= n.size_bytes) continue;
       if (!write) value = 0;
       return refuse_access(n.name, "", "this block is not built");
+    }
+    // Trace and breakpoint units of the core: they read 0 and do nothing, as without a debugger's set-up.
+    if (address >> 20 == 0xE00) {
+      if (!write) value = 0;
+      return true;
     }
     return false;  // nothing answers there: a bus fault, as on the chip
   }

@@ -8,6 +8,7 @@
 
 #include "sim/mcu/core/core.hpp"
 #include "sim/mcu/g431/block.hpp"
+#include "sim/mcu/g431/gpio.hpp"
 
 namespace rotorloop::mcu::g431 {
 
@@ -35,7 +36,8 @@ class Pins {
   virtual ~Pins() = default;
   // A pin that the chip drives changed, or is let go. pin = 16 * port + number.
   virtual void on_pin(uint32_t /*pin*/, bool /*driven*/, bool /*high*/) {}
-  virtual void on_signal(Signal, bool /*high*/) {}  // of those in heard()
+  virtual void on_uart(uint32_t /*number*/, uint8_t /*byte*/) {}  // a frame left the chip: USART1 to 3, 4 UART4, 6 LPUART1
+  virtual void on_signal(Signal, bool /*high*/) {}                // of those in heard()
   virtual bool heard(Signal) const { return false; }
   virtual double pin_V(uint32_t /*pin*/) { return 0.0; }
 };
@@ -100,7 +102,11 @@ class Chip : public Bus, public Wires {
   void flash_changed(uint32_t address, uint32_t bytes) override;
   void stall(uint64_t cycles) override { core_.state.cycle += cycles; }
   void set_wait_states(uint32_t wait_states) override { core_.set_clocking(Clocking::flash, wait_states); }
-  void pin_changed(uint32_t pin, bool driven, bool high) {
+  void uart_sent(uint32_t number, uint8_t byte) override {
+    if (pins != nullptr) pins->on_uart(number, byte);
+  }
+  void set_pin(uint32_t pin, Level level);  // from outside
+  void pin_changed(uint32_t pin, bool driven, bool high) override {
     if (pins != nullptr) pins->on_pin(pin, driven, high);
   }
 

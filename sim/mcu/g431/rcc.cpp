@@ -52,7 +52,9 @@ uint32_t apb_divider(uint32_t ppre) { return ppre < 4 ? 1 : 2u << (ppre - 4); }
 
 }  // namespace
 
-Rcc::Rcc(Wires& wires) : RegisterBlock(wires, "RCC", 0x40021000, 0xA0, kRegisters) { reset(true); }
+Rcc::Rcc(Wires& wires, const Pwr& pwr) : RegisterBlock(wires, "RCC", 0x40021000, 0x400, kRegisters), pwr_(pwr) {
+  RegisterBlock::reset(true);
+}
 
 void Rcc::reset(bool power_up) {
   const uint32_t bdcr = reg(BDCR), csr = reg(CSR);
@@ -113,6 +115,7 @@ void Rcc::write(uint32_t offset, uint32_t value, uint32_t mask) {
       reg(CIFR) &= ~value;
       break;
     case BDCR: {
+      if (!pwr_.backup_writable()) break;
       const bool lse_was_on = bit(BDCR, 0);
       const uint32_t select = field(BDCR, 8, 2);
       keep(offset, value, mask);

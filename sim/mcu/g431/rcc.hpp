@@ -1,6 +1,7 @@
 // Reset and clock control (RM0440, 7): oscillators with their ready flags, PLL, prescalers, clock gates, reset causes.
 #pragma once
 #include "sim/mcu/g431/block.hpp"
+#include "sim/mcu/g431/system.hpp"
 
 namespace rotorloop::mcu::g431 {
 
@@ -14,7 +15,7 @@ struct RccMore {
 
 class Rcc : public RegisterBlock<0xA0, RccMore> {
  public:
-  explicit Rcc(Wires& wires);
+  Rcc(Wires& wires, const Pwr& pwr);
   void reset(bool power_up) override;
   uint32_t read(uint32_t offset) override;
   void write(uint32_t offset, uint32_t value, uint32_t mask) override;
@@ -32,6 +33,7 @@ class Rcc : public RegisterBlock<0xA0, RccMore> {
   void follow();  // the clock tree as the registers and ready flags make it
   uint32_t pll_vco_Hz() const;
   uint32_t source_Hz(uint32_t sw) const;
+  const Pwr& pwr_;
 };
 
 }  // namespace rotorloop::mcu::g431
