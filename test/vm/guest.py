@@ -2,7 +2,7 @@
 
 QEMU without KVM, network, privileges or a disk; time in the guest is virtual (one instruction, one nanosecond), so that a busy host changes
 nothing that is measured there. The guest ends with the command's exit code; 77: QEMU or the kernel is missing here.
-usage: guest.py --kernel FOLDER --init PROGRAM [--set NAME=VALUE]… -- COMMAND…   FOLDER: an unpacked linux-image package (scripts/lib.sh: guest_kernel)
+usage: guest.py --kernel FOLDER --init PROGRAM [--set NAME=VALUE]… [--module NAME]… -- COMMAND…   FOLDER: an unpacked linux-image package (scripts/lib.sh: guest_kernel)
 """
 import argparse
 import lzma
@@ -80,11 +80,11 @@ def archive(files):
     return bytes(out)
 
 
-def initramfs(folder, init, command, environment):
+def initramfs(folder, init, command, environment, modules):
     files = {name: (stat.S_IFDIR | 0o755, b"") for name in ("proc", "sys", "host", "dev", "modules")}
     files["init"] = (stat.S_IFREG | 0o755, init.read_bytes())
     order = ""
-    for path, parameters in module_files(folder, MODULES):
+    for path, parameters in module_files(folder, MODULES + tuple(modules)):
         files[f"modules/{path.name}"] = (stat.S_IFREG | 0o644, path.read_bytes())
         order += f"{path.name} {parameters}".strip() + "\n"
     files["modules/order"] = (stat.S_IFREG | 0o644, order.encode())
@@ -113,6 +113,7 @@ def main():
     options.add_argument("--kernel", required=True, type=pathlib.Path)
     options.add_argument("--init", required=True, type=pathlib.Path)
     options.add_argument("--set", action="append", default=[], help="NAME=VALUE in the command's environment")
+    options.add_argument("--module", action="append", default=[], help="one more of the kernel's modules")
     options.add_argument("--limit", type=float, default=550, help="seconds of the host after which the guest is taken for hanging")
     given = options.parse_args(words[:split])
     command = [os.path.abspath(w) if os.path.exists(w) else w for w in words[split + 1:]]
@@ -125,7 +126,7 @@ def main():
             raise Skip(f"no kernel in {given.kernel}; scripts/check fetches it")
         with tempfile.TemporaryDirectory() as folder:
             initrd = pathlib.Path(folder) / "initramfs"
-            initrd.write_bytes(initramfs(given.kernel, given.init, command, environment))
+            initrd.write_bytes(initramfs(given.kernel, given.init, command, environment, given.module))
             return boot(kernel_image(given.kernel), initrd, given.limit)
     except Skip as reason:
         print(f"skipped: 1 program; {reason}")

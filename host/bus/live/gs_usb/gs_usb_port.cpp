@@ -54,8 +54,16 @@ SendStatus GsUsbPort::send_any(const BusFrame& frame) {
     ++counted_.dropped_tx;
     return SendStatus::queue_full;
   }
-  submit_waiting();
+  send_waiting();
   return SendStatus::queued;
+}
+
+// Echoes may wait in the system, for a caller that only sends.
+void GsUsbPort::send_waiting() {
+  submit_waiting();
+  if (queue_.empty()) return;
+  adapter_->pump();
+  submit_waiting();
 }
 
 void GsUsbPort::submit_waiting() {
@@ -76,7 +84,7 @@ void GsUsbPort::submit_waiting() {
 
 void GsUsbPort::flush() {
   restart_when_due();
-  submit_waiting();
+  send_waiting();
 }
 
 void GsUsbPort::transferred(std::uint32_t echo_id, bool whole) {

@@ -58,6 +58,7 @@ class GsUsbPort final : public TimedBus, private ChannelListener {
   void take_report(const ErrorReport& report);
   void restart_when_due();
   void submit_waiting();
+  void send_waiting();
   void drop_waiting();  // and what the adapter has: none of it reaches the bus
 
   Settings settings_;

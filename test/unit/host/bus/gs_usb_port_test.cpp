@@ -126,6 +126,14 @@ TEST(GsUsbPort, SendsWhatIsUrgentBeforeWhatWaitsAndDropsWhatWaited100Millisecond
   EXPECT_GT(bus.a->counters().dropped_tx, 100u) << "the bus takes some 800 in that time";
 }
 
+TEST(GsUsbPort, SendsOnThoughItsCallerNeverReceives) {
+  TwoEnds bus;
+  for (std::uint32_t n = 0; n < 100; ++n) bus.a->send_any(numbered(n));
+  std::size_t heard = 0;
+  while (bus.b->receive_any()) ++heard;
+  EXPECT_EQ(heard, 100u) << "echoes free the numbers of ten frames at a time";
+}
+
 TEST(GsUsbPort, Accounts100000FramesOfWhichMoreAreOfferedThanTheBusTakes) {
   TwoEnds bus(true);
   std::uint64_t offered = 0;
