@@ -48,25 +48,29 @@ Slope current_slope(const MotorConstants<double>& m, double w_e, double i_d, dou
 }
 
 struct Leg {
-  double v_V = 0.0;        // mean over the step
-  double end_V = 0.0;      // at its end
-  bool held = false;       // by a channel: not a free node
+  double v_V = 0.0;        // over the step
+  double end_V = 0.0;      // of the node, at its end
   bool low = false;        // the phase current passes the low shunt
   double bus_share = 0.0;  // of the phase current that comes from the bus
   double short_A = 0.0;    // from the bus to ground through both channels
 };
 
-// A node that nobody holds: the current charges it until a diode takes over within the step.
+double node_F(const SwitchedStage& g) { return std::max(g.inverter.node_capacitance_F, 0.5e-9); }
+double floor_V(const SwitchedStage& g, std::size_t k) {
+  return g.faults.no_low_path[k] ? g.bus_V - g.avalanche_V : -g.inverter.diode_drop_V;
+}
+double top_V(const SwitchedStage& g) { return g.bus_V + g.inverter.diode_drop_V; }
+
+// A node that nobody holds: the current charges it until a diode takes over within the step. While it moves the winding sees the voltage
+// that it ends with (first the node, then the current): with the mean of both ends winding and node gain energy with every swing.
 Leg free_node(const SwitchedStage& g, std::size_t k, double i_A, double node_V, double dt_s) {
-  const double floor_V = g.faults.no_low_path[k] ? g.bus_V - g.avalanche_V : -g.inverter.diode_drop_V;
-  const double top_V = g.bus_V + g.inverter.diode_drop_V;
-  const double node_F = std::max(g.inverter.node_capacitance_F, 0.5e-9);
-  const double rate_V_s = -i_A / node_F, limit_V = rate_V_s > 0.0 ? top_V : floor_V;
-  const double begin_V = std::clamp(node_V, floor_V, top_V);
+  const double rate_V_s = -i_A / node_F(g), limit_V = rate_V_s > 0.0 ? top_V(g) : floor_V(g, k);
+  const double begin_V = std::clamp(node_V, floor_V(g, k), top_V(g));
   const double moving_s = rate_V_s == 0.0 ? dt_s : std::min(dt_s, (limit_V - begin_V) / rate_V_s);
-  const double end_V = moving_s < dt_s ? limit_V : begin_V + rate_V_s * dt_s;
   const double on_diode = 1.0 - moving_s / dt_s;
-  Leg leg{.v_V = 0.5 * (begin_V + end_V) * (1.0 - on_diode) + end_V * on_diode, .end_V = end_V};
+  const bool arrives = moving_s < dt_s;
+  Leg leg{.end_V = arrives ? limit_V : begin_V + rate_V_s * dt_s};
+  leg.v_V = arrives ? 0.5 * (begin_V + limit_V) * (1.0 - on_diode) + limit_V * on_diode : leg.end_V;
   leg.bus_share = rate_V_s > 0.0 ? on_diode : 0.0;
   leg.low = rate_V_s < 0.0 && on_diode > 0.5 && !g.faults.no_low_path[k];
   return leg;
@@ -78,7 +82,7 @@ Leg leg_voltage(const SwitchedStage& g, std::size_t k, Gates gate, double i_A, d
   const bool high = (gate.high && !f.high_open[k]) || f.high_short[k];
   const bool low = ((gate.low && !f.low_open[k]) || f.low_short[k]) && !f.no_low_path[k];
   if (!high && !low) return free_node(g, k, i_A, node_V, dt_s);
-  Leg leg{.held = true, .low = low};
+  Leg leg{.low = low};
   leg.v_V = high && low ? 0.5 * g.bus_V - 0.5 * r * i_A : (high ? g.bus_V : 0.0) - r * i_A;
   leg.bus_share = high ? (low ? 0.5 : 1.0) : 0.0;
   if (high && low) leg.short_A = g.bus_V / g.short_circuit_ohm;
@@ -124,10 +128,25 @@ void step_machine(const MotorConstants<double>& m, MotorState& s, const Voltage&
   const Slope first = current_slope(m, w_e, s.i_d_A, s.i_q_A, v.d, v.q);
   const Slope middle = current_slope(m, w_e, s.i_d_A + 0.5 * dt * first.d, s.i_q_A + 0.5 * dt * first.q, back.cos * v.d + back.sin * v.q,
                                      back.cos * v.q - back.sin * v.d);
+  const double d_A = s.i_d_A + 0.5 * dt * middle.d, q_A = s.i_q_A + 0.5 * dt * middle.q;  // means over the step: the EMF took their power
   s.i_d_A += dt * middle.d;
   s.i_q_A += dt * middle.q;
-  s.omega_rad_s += dt * (torque_N_m(m, s.i_d_A, s.i_q_A) - load_N_m(load, s) - friction_N_m(m, s) - cogging_N_m(m, s)) / m.inertia_kg_m2;
+  s.omega_rad_s += dt * (torque_N_m(m, d_A, q_A) - load_N_m(load, s) - friction_N_m(m, s) - cogging_N_m(m, s)) / m.inertia_kg_m2;
   advance_angle(m, s, w0, dt);
+}
+
+// Winding and a free node swing with sqrt(L C), some 100 ns: half of it is enough for a rule that keeps energy. A larger current carries
+// the node to a diode at once and holds it there: no longer than until a voltage could end it.
+double next_step_s(const SwitchedStage& g, const MotorConstants<double>& m, const std::array<Gates, 3>& gate,
+                   const std::array<double, 3>& i_A) {
+  const double least_H = std::min(m.inductance_d_H, m.inductance_q_H), most_V = 2.0 * (g.bus_V + g.inverter.diode_drop_V);
+  double step_s = g.longest_step_s;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (gate[k].high || gate[k].low || g.faults.phase_open[k]) continue;
+    const double swing_s = 0.5 * std::sqrt(least_H * node_F(g)), held_s = std::fabs(i_A[k]) * least_H / most_V;
+    step_s = std::min(step_s, std::max(swing_s, held_s));
+  }
+  return step_s;
 }
 
 double rise_s(double duty, double period_s) { return 0.5 * (1.0 - duty) * period_s; }
@@ -187,8 +206,11 @@ SwitchedPeriod SwitchedBridge::step_period(const SwitchedStage& g, const MotorCo
       const Gates told = gates_at(0.5 * (instants[e] + instants[e + 1]), duty[k], period_s, dead_s);
       gate[k] = {told.high && (gates >> k & 1) != 0, told.low && (gates >> (3 + k) & 1) != 0};
     }
-    const int steps = static_cast<int>(std::ceil(span_s / g.longest_step_s));
-    for (int n = 0; n < steps; ++n) sub_step(g, m, s, gate, load, span_s / steps, out);
+    for (double left_s = span_s; left_s > 1e-12;) {
+      const double dt_s = std::min(left_s, next_step_s(g, m, gate, phases_now(s)));
+      sub_step(g, m, s, gate, load, dt_s, out);
+      left_s -= dt_s;
+    }
   }
   for (double& v : out.mean_node_V) v /= period_s;
   const auto& v = out.mean_node_V;

@@ -100,6 +100,18 @@ TEST(SelfTestOfTheBridge, PassesEveryHealthyBridgeOfEveryClass) {
     fmt::print("| {} | {}/{} | {:.1f} A | {:.0f} ms | {:.2f} deg |\n", name, r.passed, r.of, r.peak_A, r.ms, r.deg);
 }
 
+// Low inductance at a high voltage: winding and nodes swing for longer after each pulse, with more current.
+TEST(SelfTestOfTheBridge, PassesEachOf200SoundBoardsAtSixCellsAndThreeTo15Microhenry) {
+  constexpr std::array<double, 4> kInductances_H{3e-6, 5.9e-6, 9e-6, 15e-6};
+  for (std::uint64_t k = 0; k < 200; ++k) {
+    const double inductance_H = kInductances_H[k % kInductances_H.size()];
+    // A 2306 of 1 800 rpm/V; typical data.
+    const MotorClass c{"5in 6S", LabBoard::b_g431b_esc1, 6, 1800, 7, 0.030, inductance_H, 5e-6, 4.4e-6, 2.4e-8, 1e-3, 0.7e-3, 40.0, 600.0};
+    const SelfTestOutcome o = run_self_test(draw_for_self_test(c, first_seed() + 5000 + k), {});
+    EXPECT_EQ(o.result, SelfTest::passed) << 1e6 * inductance_H << " uH, seed " << first_seed() + 5000 + k << ": " << text(o);
+  }
+}
+
 TEST(SelfTestOfTheBridge, ARotorTurnedByTheWindIsNeverCalledAFault) {
   std::map<std::string, int> results;
   for (std::uint64_t k = 0; k < healthy_count() / 2; ++k) {
