@@ -56,6 +56,7 @@ bool Core::slow_access(const Op& op, uint32_t address, uint32_t bytes, uint32_t&
     bus_fault(op, address, kind);
     return false;
   }
+  tell_watches(address, bytes, kind);
   if (write) value &= bytes == 4 ? ~0u : (1u << (8 * bytes)) - 1;
   if (raw_access(address, bytes, value, write)) return true;
   // A store is buffered: its fault comes after it, and without an address. Not so in the private bus, or with the buffer disabled.
@@ -87,6 +88,7 @@ bool Core::fetch16(const Op& op, uint32_t address, uint32_t& value) {
     return false;
   }
   region.holds_code = true;
+  tell_watches(address, 2, Access::fetch);
   uint16_t halfword = 0;
   std::memcpy(&halfword, here, 2);
   value = halfword;

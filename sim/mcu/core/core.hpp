@@ -23,6 +23,14 @@ enum class Stopped : uint8_t {
 // Kinds of access, for the MPU and for alignment.
 enum class Access : uint8_t { fetch, read, write };
 
+// Hears every load and store before it is done, and every fetch when its instruction is decoded. Not: stacking, vectors.
+class AccessWatch {
+ public:
+  virtual ~AccessWatch() = default;
+  virtual void on_access(uint32_t address, uint32_t bytes, Access kind) = 0;
+};
+enum class Watcher : uint8_t { chip, debugger };
+
 class Core {
  public:
   // decoded_instructions: size of the cache of decoded instructions, a power of two; 32 768 cover 64 KB of code. No heap after this.
@@ -50,6 +58,11 @@ class Core {
   // All decoded instructions and the caches of the flash become void: after a snapshot was copied back.
   void restored();
   void set_clocking(Clocking clocking, uint32_t wait_states = 4);
+  // Null: hears nothing more, and accesses are fast again.
+  void watch(Watcher who, AccessWatch* watch) {
+    watches_[static_cast<size_t>(who)] = watch;
+    system_register_changed();
+  }
   void stop_at_breakpoints(bool on) { stop_at_breakpoints_ = on; }
 
   // Registers as a debugger shows them.
@@ -112,6 +125,10 @@ class Core {
   void execute();
   void decode_at(uint32_t pc);
   Op& slot(uint32_t pc) { return decoded_[((pc >> 1) ^ (pc >> 16)) & slot_mask_]; }
+  void tell_watches(uint32_t address, uint32_t bytes, Access kind) {
+    for (AccessWatch* w : watches_)
+      if (w != nullptr) w->on_access(address, bytes, kind);
+  }
   bool fetch16(const Op& op, uint32_t address, uint32_t& value);
   void update_context();
   void forget_decoded(uint32_t address);
@@ -168,7 +185,8 @@ class Core {
   uint32_t slot_mask_;
   uint64_t context_ = 0;
   uint64_t deadline_ = 0, limit_ = 0;
-  bool checked_accesses_ = false;  // MPU on or unaligned accesses trapped: no short way to memory
+  std::array<AccessWatch*, 2> watches_{};
+  bool checked_accesses_ = false;  // MPU on, unaligned accesses trapped, or somebody watches: no short way to memory
   bool stop_at_breakpoints_ = false;
   Clocking clocking_ = Clocking::zero_wait;
   uint32_t wait_states_ = 4;

@@ -69,6 +69,9 @@ class Wires {
   virtual std::span<uint8_t> information() = 0;
   virtual void flash_changed(uint32_t address, uint32_t bytes) = 0;
   virtual void stall(uint64_t cycles) = 0;
+  virtual void watch_flash_loads(bool on) = 0;  // Flash::loaded is called for each load, and each fetch that is decoded
+  virtual uint32_t program_counter() const = 0;
+  virtual void stop_run() = 0;  // Chip::run_until returns End::stopped
   virtual void set_wait_states(uint32_t wait_states) = 0;
 };
 

@@ -7,7 +7,8 @@
 #include "sim/mcu/g431/cordic.hpp"
 #include "sim/mcu/g431/dma.hpp"
 #include "sim/mcu/g431/exti.hpp"
-#include "sim/mcu/g431/fdcan.hpp"
+#include "sim/mcu/g431/fdcan/fdcan.hpp"
+#include "sim/mcu/g431/flash.hpp"
 #include "sim/mcu/g431/gpio.hpp"
 #include "sim/mcu/g431/rcc.hpp"
 #include "sim/mcu/g431/system.hpp"
@@ -26,7 +27,7 @@ struct Blocks {
     for (Block& block : timers) visit(block);
     for (Block* block : std::initializer_list<Block*>{&dac1, &dac3, &opamp, &comp, &adc_common, &adc1, &adc2, &dmamux, &dma1, &dma2})
       visit(*block);
-    for (Block* block : std::initializer_list<Block*>{&message_ram, &fdcan}) visit(*block);
+    for (Block* block : std::initializer_list<Block*>{&flash, &message_ram, &fdcan}) visit(*block);
     for (Block& block : usarts) visit(block);
     for (Block& block : ports) visit(block);
   }
@@ -60,6 +61,7 @@ struct Blocks {
   Adc adc1{w, 1, adc_common, opamp}, adc2{w, 2, adc_common, opamp};
   Dmamux dmamux{w};
   Dma dma1{w, dmamux, 1}, dma2{w, dmamux, 2};
+  Flash flash{w};
   MessageRam message_ram{w};
   Fdcan fdcan{w, message_ram};
   std::array<Usart, 5> usarts{Usart{w, 1}, Usart{w, 2}, Usart{w, 3}, Usart{w, 4}, Usart{w, 6}};

@@ -66,7 +66,7 @@ void Chip::fill_information(uint64_t unique_id) {
   put(0x1FFF75A8, 1037, 2);                 // TS_CAL1
   put(0x1FFF75CA, 1378, 2);                 // TS_CAL2
   put(0x1FFF75AA, 1655, 2);                 // VREFINT
-  put(0x1FFF7800, 0x00105500FFEFF8AAu, 8);  // option bytes as delivered, with their complements
+  put(0x1FFF7800, 0x00100755FFEFF8AAu, 8);  // option bytes as delivered, with their complements
 }
 
 uint8_t* Chip::memory(uint32_t address, uint32_t bytes) {
@@ -130,11 +130,14 @@ void Chip::reset_behind(uint8_t gate_offset, uint32_t bits) {
 }
 
 End Chip::run_until(uint64_t cycle) {
-  stop_asked_ = false;
-  while (core_.cycle() < cycle || ended_) {
+  while (core_.cycle() < cycle || ended_ || stop_asked_) {
     if (ended_) {
       ended_ = false;
       return End::refused;
+    }
+    if (stop_asked_) {
+      stop_asked_ = false;
+      return End::stopped;
     }
     const Stopped stopped = core_.run_until(std::min(cycle, next_due_));
     settle(core_.cycle());
@@ -145,7 +148,6 @@ End Chip::run_until(uint64_t cycle) {
     }
     if (stopped == Stopped::locked_up && !ignore_lock_up) return End::locked_up;
     if (stopped == Stopped::breakpoint) return End::breakpoint;
-    if (stop_asked_) return End::stopped;
   }
   return End::at_cycle;
 }
@@ -234,6 +236,12 @@ void Chip::refuse(const char* why) {
 bool Chip::access(uint32_t address, uint32_t bytes, uint32_t& value, bool write, bool by_core) {
   if (by_core) settle(core_.cycle());
   doing_ = {"", "", "", address, bytes, value, core_.state.r[kPc], write, now_};
+  if (write && (address < kFlashBytes || address - kFlashBase < kFlashBytes || address - kInformationBase < kInformationBytes)) {
+    doing_.block = blocks_->flash.name;
+    blocks_->flash.store(address, bytes, value);
+    reschedule(blocks_->flash);
+    return true;
+  }
   Block* block = at(address);
   if (block == nullptr) {
     for (const NotBuilt& n : not_built()) {
@@ -288,6 +296,13 @@ bool Chip::bus_write(uint32_t address, uint32_t bytes, uint32_t value) {
   return true;
 }
 
+void Chip::on_access(uint32_t address, uint32_t, Access kind) {
+  if (kind == Access::write) return;
+  settle(core_.cycle());
+  blocks_->flash.loaded(address);
+  reschedule(blocks_->flash);
+}
+
 template <class Visit>
 void Chip::visit_state(Visit&& visit) const {
   auto* self = const_cast<Chip*>(this);
@@ -317,6 +332,7 @@ void Chip::restore(std::span<const std::byte> snapshot) {
     snapshot = snapshot.subspan(s.size());
   });
   core_.restored();
+  watch_flash_loads(blocks_->flash.watches_loads());
   for (uint32_t n = 0; n < due_.size(); ++n) due_[n] = all_[n]->next_event();
   next_due_ = 0;
 }

@@ -9,14 +9,12 @@
 #include "sim/mcu/core/core.hpp"
 #include "sim/mcu/g431/block.hpp"
 #include "sim/mcu/g431/gpio.hpp"
+#include "sim/mcu/g431/memory_map.hpp"
 
 namespace rotorloop::mcu::g431 {
 
 struct Blocks;
 
-inline constexpr uint32_t kFlashBase = 0x08000000, kFlashBytes = 128 * 1024;
-inline constexpr uint32_t kSramBase = 0x20000000, kSramBytes = 22 * 1024, kCcmBase = 0x10000000, kCcmBytes = 10 * 1024;
-inline constexpr uint32_t kInformationBase = 0x1FFF0000, kInformationBytes = 32 * 1024;  // boot code, OTP, identity, option bytes
 inline constexpr uint32_t kInterrupts = 102;
 
 // An access that the chip refuses: what the program did wrong, or what is not built.
@@ -44,7 +42,7 @@ class Pins {
 
 enum class End : uint8_t { at_cycle, refused, locked_up, breakpoint, stopped };
 
-class Chip : public Bus, public Wires {
+class Chip : public Bus, public Wires, private AccessWatch {
  public:
   explicit Chip(uint64_t unique_id = 0x4E45'3339'3233'5001, const Clocks& crystals = {});
   ~Chip() override;
@@ -53,7 +51,7 @@ class Chip : public Bus, public Wires {
   void power_up();
   // Runs until core cycle `cycle` (or past it by the rest of one instruction), or until something ends it.
   End run_until(uint64_t cycle);
-  void request_stop() { stop_asked_ = true; }  // from Pins: run_until returns End::stopped
+  void request_stop() { stop_run(); }  // from Pins: run_until returns End::stopped
   uint64_t cycle() const { return core_.cycle(); }
   double time_s() const { return time_s_at(now()); }
 
@@ -101,6 +99,12 @@ class Chip : public Bus, public Wires {
   std::span<uint8_t> information() override { return information_; }
   void flash_changed(uint32_t address, uint32_t bytes) override;
   void stall(uint64_t cycles) override { core_.state.cycle += cycles; }
+  void watch_flash_loads(bool on) override { core_.watch(Watcher::chip, on ? this : nullptr); }
+  uint32_t program_counter() const override { return core_.state.r[kPc]; }
+  void stop_run() override {
+    stop_asked_ = true;
+    core_.stop_at(0);
+  }
   void set_wait_states(uint32_t wait_states) override { core_.set_clocking(Clocking::flash, wait_states); }
   void uart_sent(uint32_t number, uint8_t byte) override {
     if (pins != nullptr) pins->on_uart(number, byte);
@@ -123,6 +127,7 @@ class Chip : public Bus, public Wires {
   struct Levels {
     std::array<uint64_t, kInterrupts> held{};  // by which blocks each interrupt line is high
   };
+  void on_access(uint32_t address, uint32_t bytes, Access kind) override;
   MemoryMap& map();
   void fill_information(uint64_t unique_id);
   void settle(uint64_t cycle);  // all events up to it, in the order of their cycles, then of the blocks

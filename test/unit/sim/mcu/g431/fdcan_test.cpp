@@ -1,6 +1,6 @@
 // FDCAN1, sentence by sentence of RM0440, section 44, against the virtual bus.
 #include "host/bus/frame_bits.hpp"
-#include "sim/mcu/g431/virtual_bus_medium.hpp"
+#include "sim/mcu/g431/fdcan/virtual_bus_medium.hpp"
 #include "test/unit/sim/mcu/g431/bench.hpp"
 
 namespace rotorloop::mcu::g431::testing {

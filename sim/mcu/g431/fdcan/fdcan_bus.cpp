@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "host/bus/frame_bits.hpp"
-#include "sim/mcu/g431/fdcan.hpp"
-#include "sim/mcu/g431/fdcan_bits.hpp"
+#include "sim/mcu/g431/fdcan/fdcan.hpp"
+#include "sim/mcu/g431/fdcan/fdcan_bits.hpp"
 #include "sim/world/virtual_bus_port.hpp"
 #include "sim/world/virtual_time.hpp"
 

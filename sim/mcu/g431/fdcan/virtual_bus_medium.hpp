@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "sim/mcu/g431/fdcan.hpp"
+#include "sim/mcu/g431/fdcan/fdcan.hpp"
 #include "sim/world/virtual_bus.hpp"
 
 namespace rotorloop::mcu::g431 {

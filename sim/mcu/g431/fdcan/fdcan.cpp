@@ -1,10 +1,10 @@
 // Registers of FDCAN1: who may write what and when, requests, interrupt flags and lines.
-#include "sim/mcu/g431/fdcan.hpp"
+#include "sim/mcu/g431/fdcan/fdcan.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "sim/mcu/g431/fdcan_bits.hpp"
+#include "sim/mcu/g431/fdcan/fdcan_bits.hpp"
 #include "sim/world/virtual_time.hpp"
 
 namespace rotorloop::mcu::g431 {

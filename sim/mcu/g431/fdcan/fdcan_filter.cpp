@@ -1,8 +1,8 @@
 // What FDCAN1 does with a frame that it heard: filters in their order, then the receive FIFOs (RM0440, 44.3.4 and 44.3.5).
 #include <algorithm>
 
-#include "sim/mcu/g431/fdcan.hpp"
-#include "sim/mcu/g431/fdcan_bits.hpp"
+#include "sim/mcu/g431/fdcan/fdcan.hpp"
+#include "sim/mcu/g431/fdcan/fdcan_bits.hpp"
 
 namespace rotorloop::mcu::g431 {
 
