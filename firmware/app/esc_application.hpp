@@ -40,6 +40,8 @@ class EscApplication {
   static constexpr std::uint64_t kRecover_us = 10'000;  // between two tries to leave bus off; the wait itself takes 1.4 ms at 1 Mbit/s
 
   explicit EscApplication(const Node& node) : node_(node) {}
+  // The node made in its place: on a target a second one would not fit the stack.
+  EscApplication(const Parameters& p, const NodeIdentity& identity) : node_(p, identity) {}
 
   template <ApplicationBoard B, ControlOf<Node> Control>
   void poll(B& board, Control& control) {
@@ -121,16 +123,19 @@ class EscApplication {
 template <EscBoard B>
 class EscFirmware {
  public:
-  EscFirmware(B& board, const NodeIdentity& identity) : EscFirmware(make_node(ParameterStore(board), identity)) {}
+  EscFirmware(B& board, const NodeIdentity& identity) : EscFirmware(ParameterStore(board).load(), identity) {}
   void on_sample(B& board) { control_.on_sample(board); }
   void poll(B& board) { application_.poll(board, control_); }
   EscControl<B>& control() { return control_; }
   EscApplication<>& application() { return application_; }
 
  private:
-  explicit EscFirmware(const EscNode& node) : control_(node.parameters()), application_(node) {}
-  EscControl<B> control_;
+  EscFirmware(const StoredParameters& stored, const NodeIdentity& identity)
+      : application_(stored.parameters, identity), control_(application_.node().parameters()) {
+    application_.node().report_store(stored.state);
+  }
   EscApplication<> application_;
+  EscControl<B> control_;
 };
 
 }  // namespace rotorloop::firmware

@@ -1,0 +1,107 @@
+"""Finishes the program of an ESC, and judges it.
+
+usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR]
+Writes the header of firmware/update/image.hpp into the ELF and beside it ELF's name with .bin and .rlf. --check: prints sizes, static RAM, the
+bound of the stack and what must not be in it; exit 6 when one is beyond its limit. Reads the .su files of the same build.
+"""
+import argparse
+import pathlib
+import re
+import runpy
+import struct
+import subprocess
+import sys
+
+import firmware_stack
+
+HERE = pathlib.Path(__file__).parent
+IMAGE = runpy.run_path(str(HERE / "make_test_image"))
+BOARD, HEADER_AT, HEADER_BYTES = "b_g431b_esc1", 0x08006000, 512
+LIMITS = {"payload": 92 * 1024, "static RAM": 12_800, "static RAM and stack": 20 * 1024, "CCM": 10 * 1024}
+FOREIGN = re.compile(r"^(?:__aeabi_(?:d\w+|[iluf]+2d|u?ldivmod|f2u?lz|cd\w+)|__\w+df\w*|_*malloc|_*free|_*calloc|_*realloc|_sbrk|_Zn[wa]\w*|_Zd[la]\w*"
+                     r"|(?:sin|cos|tan|sqrt|exp|log|pow|atan2?|floor|ceil|round|fmod)f?|__cxa_throw|_Unwind_\w+)$")
+
+
+def tool(name, *words):
+    return subprocess.run(["arm-none-eabi-" + name, *map(str, words)], check=True, capture_output=True, text=True).stdout
+
+
+def sections(elf):
+    """By name: (size, run address, load address)."""
+    found = {}
+    for line in tool("objdump", "-h", elf).splitlines():
+        w = line.split()
+        if len(w) > 5 and w[0].isdigit():
+            found[w[1]] = (int(w[2], 16), int(w[3], 16), int(w[4], 16))
+    return found
+
+
+def commit_of(folder):
+    """Of the tree that is built; 0 where git does not say."""
+    done = subprocess.run(["git", "-C", str(folder), "rev-parse", "--short=8", "HEAD"], capture_output=True, text=True)
+    return int(done.stdout, 16) if done.returncode == 0 else 0
+
+
+def finish(elf, commit, version):
+    """The image: header and payload."""
+    whole = elf.with_suffix(".bin")
+    tool("objcopy", "-O", "binary", "--remove-section=.boot_stub", elf, whole)
+    payload = whole.read_bytes()[HEADER_BYTES:]
+    image = IMAGE["image"](payload, BOARD, *version, 0, commit)
+    whole.write_bytes(image)
+    elf.with_suffix(".rlf").write_bytes(image)
+    header = elf.with_suffix(".header")
+    header.write_bytes(image[:HEADER_BYTES])
+    tool("objcopy", f"--update-section=.image_header={header}", elf)
+    header.unlink()
+    return image
+
+
+def checked(elf, image):
+    """Lines of the table, and what is wrong."""
+    s = sections(elf)
+    stack = firmware_stack.bound(elf)
+    ram = sum(s[name][0] for name in (".ram_vectors", ".data", ".bss", ".noinit"))
+    values = {"payload": len(image) - HEADER_BYTES, "static RAM": ram, "static RAM and stack": ram + stack.total, "CCM": s[".ccm"][0]}
+    rows, wrong = [], []
+    for name, value in values.items():
+        missed = value > LIMITS[name]
+        rows.append(f"| {name} | {value} | {LIMITS[name]}{' **missed**' if missed else ''} |")
+        wrong += [f"{name} has {value} bytes, limit {LIMITS[name]}"] if missed else []
+    if stack.total > s[".stack"][0]:
+        wrong.append(f"the stack may take {stack.total} bytes and has {s['.stack'][0]}")
+    wrong += [f"recursion: {' -> '.join(loop)}" for loop in stack.loops]
+    wrong += [f"no frame size of {name}" for name in stack.unknown]
+    foreign = [line.split()[-1] for line in tool("nm", elf).splitlines() if FOREIGN.match(line.split()[-1])]
+    wrong += [f"foreign symbol: {name}" for name in foreign]
+    code = tool("objdump", "-d", elf)
+    wrong += [f"instruction: {found}" for found in sorted(set(re.findall(r"\tv\w+\.f64|\tvfn?m[as]\.\w+", code)))]
+    if s[".image_header"][1] != HEADER_AT or s[".vectors"][1] != HEADER_AT + HEADER_BYTES:
+        wrong.append("header or vector table is not where firmware/app/b_g431b_esc1/memory_map.hpp has it")
+    rows.append(f"stack: {stack.text()}")
+    rows.append(f"double precision, fused multiply-add, heap, mathematics library, 64-bit division, recursion: {'found' if foreign or stack.loops else 'none'}")
+    return rows, wrong
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("elf", type=pathlib.Path)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--commit", type=lambda text: int(text, 16), default=commit_of(HERE))
+    parser.add_argument("--version", type=lambda text: tuple(int(part) for part in text.split(".")), default=(0, 1))
+    o = parser.parse_args()
+    image = finish(o.elf, o.commit, o.version)
+    crc, = struct.unpack_from("<Q", image, 40)
+    print(f"{o.elf.name}: version {o.version[0]}.{o.version[1]}, commit {o.commit:08x}, payload {len(image) - HEADER_BYTES} bytes, CRC {crc:016x}")
+    print(f"in {o.elf.parent}: {o.elf.name}, {o.elf.stem}.bin, {o.elf.stem}.rlf")
+    if not o.check:
+        return 0
+    rows, wrong = checked(o.elf, image)
+    print("| bytes | value | limit |\n| --- | --- | --- |\n" + "\n".join(rows))
+    for line in wrong:
+        print(f"{o.elf}: {line}", file=sys.stderr)
+    return 6 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
