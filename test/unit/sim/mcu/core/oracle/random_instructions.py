@@ -162,6 +162,20 @@ class Generator:
             registers |= 0x0C
         return [self.any(0xE880, 0xE900) | self.n(2) << 4 | BASE, registers]
 
+    def exclusive(self):
+        """A claim and a store of its width; or a store whose claim was given up."""
+        t, d, kept = self.any((0, 1, 2), (2, 3, 4), (4, 7, 0), (9, 8, 12), (12, 14, 3))
+        width, offset = self.n(3), self.n(8)
+        load = [[0xE850 | BASE, t << 12 | 0xF00 | offset], [0xE8D0 | BASE, t << 12 | 0xF4F], [0xE8D0 | BASE, t << 12 | 0xF5F]][width]
+        store = [[0xE840 | BASE, kept << 12 | d << 8 | offset], [0xE8C0 | BASE, kept << 12 | 0xF40 | d], [0xE8C0 | BASE, kept << 12 | 0xF50 | d]][width]
+        return load + self.any([], [], [0xF3BF, 0x8F2F]) + store
+
+    def special(self):
+        """Flags to and from a register; the other system registers as an idle privileged thread reads them."""
+        if self.n(2):
+            return [0xF380 | self.source(), self.any(0x8800, 0x8400, 0x8C00)]
+        return [0xF3EF, 0x8000 | self.reg() << 8 | self.any(0, 0, 1, 5, 16)]
+
     # --- control ------------------------------------------------------------------------------------------------------------------
     def if_then(self):
         """An IT block of one to four instructions."""
@@ -178,6 +192,14 @@ class Generator:
         """A branch over one instruction."""
         over = self.t32_register() + [0xBF00]
         return self.any([0xD000 | self.n(14) << 8 | 2], [0xB100 | self.n(2) << 11 | 0x10 | self.n(8)], [0xE002], [0xF000 | self.n(14) << 6, 0x8003]) + over
+
+    def table_branch(self):
+        """To one of four additions that follow each other, by a table behind the branch."""
+        entry, m = self.n(4), self.low()
+        additions = [0x3000 | self.low() << 8 | self.n(256) for _ in range(4)]
+        if self.n(2):
+            return [0x2000 | m << 8 | entry, 0xE8DF, 0xF000 | m, 0x0302, 0x0504] + additions
+        return [0x2000 | m << 8 | entry, 0xE8DF, 0xF010 | m, 4, 5, 6, 7] + additions
 
     # --- floating point -------------------------------------------------------------------------------------------------------
     def fp_arithmetic(self):
@@ -229,7 +251,16 @@ class Generator:
         count = 1 + self.n(8)
         return [0xEC80 | load | BASE, self.n(12) << 12 | 0xA00 | count]
 
+    def fp_multiple(self):
+        """VLDM and VSTM that move their base, up or down; VPUSH and VPOP."""
+        count, double, load = 1 + self.n(6), self.n(2), self.n(2) << 4
+        registers = 0xB00 | 2 * count if double else 0xA00 | count
+        up = self.n(2)
+        base = self.any(BASE, BASE, BASE, 13)
+        return [(0xECA0 if up else 0xED20) | load | base, self.n(10) << 12 | registers]
+
 
 INTEGER = ["t16_shift_add_move", "t16_data", "t16_high_extend_reverse", "t16_sp", "t32_shifted", "t32_immediate", "t32_plain_immediate", "t32_register",
-           "multiply", "long_multiply_divide", "transfer", "t16_transfer", "multiple_and_dual", "if_then", "branch"]
-FLOATING = ["fp_arithmetic", "fp_convert", "fp_other", "fp_move", "fp_transfer"]
+           "multiply", "long_multiply_divide", "transfer", "t16_transfer", "multiple_and_dual", "if_then", "branch", "exclusive", "special",
+           "table_branch"]
+FLOATING = ["fp_arithmetic", "fp_convert", "fp_other", "fp_move", "fp_transfer", "fp_multiple"]

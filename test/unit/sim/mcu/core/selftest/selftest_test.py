@@ -11,7 +11,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 FLAGS = ("-std=c++20 -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -ffreestanding -fno-exceptions -fno-rtti -ffp-contract=off"
          " -fno-threadsafe-statics -Wall -Wextra -nostartfiles -nostdlib")
-CHECKS = 34
+CHECKS = 77
 
 
 def run(program, work, optimisation):
