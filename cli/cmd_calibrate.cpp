@@ -184,17 +184,16 @@ int calibrate(const CalibrateArguments& o) {
 void add_calibrate(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<CalibrateArguments>();
   CLI::App* c = app.add_subcommand("calibrate", "fit the paper's load model to a plant in the virtual wind tunnel; writes a vehicle file");
-  c->add_option("--plant", o->plant, "plant file: what stands in the tunnel")->required();
+  c->add_option("--plant", o->plant, "plant file: the simulated vehicle in the wind tunnel")->required();
   c->add_option("--vehicle", o->vehicle, "vehicle file with mass and geometry; its thrust, torque and drag are replaced")->required();
-  c->add_option("--trajectory", o->trajectories, "planned flights whose states are measured");
-  c->add_option("--flown", o->flown,
-                "instead: run folders of simulated flights; their true states are measured, and the fit is the best over these");
-  c->add_option("--variant", o->variant, "of --flown: only flights of this controller");
+  c->add_option("--trajectory", o->trajectories, "trajectory files: loads are measured at the states of these planned flights");
+  c->add_option("--flown", o->flown, "in place of --trajectory: run folders of simulated flights; loads are measured at their true states");
+  c->add_option("--variant", o->variant, "with --flown: only the flights of this controller");
   c->add_option("-o,--out", o->out, "vehicle file to write")->required();
   c->add_option("--table", o->table, "also write the load table (CSV)");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   add_force(*c, o->force);
-  c->add_option("--period", o->period_s, "seconds between two states of a planned flight")
+  c->add_option("--period", o->period_s, "time between two states of a planned flight, s")
       ->check(CLI::Range(0.005, 1.0))
       ->capture_default_str();
   c->footer(
@@ -202,9 +201,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "    --trajectory scenarios/trajectories/horizontal_8p5.toml -o vehicles/calibrated.toml\n"
       "  rotorloop calibrate --plant vehicles/reference_plant.toml --vehicle vehicles/reference_cad.toml\n"
       "    --flown runs/paper --variant pd_ff_thrust_drag -o best.toml\n"
-      "Exit codes: 0 written; 2 bad arguments or input file; 3 disk; 5 refused: the states lack what a coefficient needs, or the vehicle "
-      "is\n"
-      "not credible.");
+      "Exit codes: 0 written; 2 bad arguments or input file; 3 disk; 5 refused: the states do not determine a coefficient, or the fitted\n"
+      "vehicle is not credible.");
   c->callback([o, &exit_code] { exit_code = calibrate(*o); });
 }
 

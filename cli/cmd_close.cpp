@@ -105,7 +105,7 @@ int truth(const fs::path& given, bool json) {
 }
 
 void add_truth(CLI::App& close, int& exit_code) {
-  auto* t = close.add_subcommand("truth", "compare a finished loop with the plant: effects named, their sizes, mass properties");
+  auto* t = close.add_subcommand("truth", "compare a finished study with the plant: named effects, their sizes, mass properties");
   struct TruthOptions {
     fs::path run;
     bool json = false;
@@ -114,10 +114,10 @@ void add_truth(CLI::App& close, int& exit_code) {
   t->add_option("RUN", to->run, "run folder of rotorloop close")->required();
   t->add_flag("--json", to->json, "truth.json on stdout instead of the table");
   t->footer(
-      "Names and sizes are judged apart. A name is right alone, or in a class with effects indistinguishable from it by flight data "
-      "(catalogue:\n"
-      "`twins`). A size is right within three standard errors or 1 % of the truth (0.1 mm for a place of the centre of mass).\n"
-      "Writes truth.json, and result.json and report.html of the run anew.\n"
+      "Names and sizes are judged separately. A name is right alone, or in a class of effects that flight data cannot distinguish "
+      "(`twins`\n"
+      "in effects/catalogue.toml). A size is right within three standard errors or 1 % of the truth (0.1 mm for the centre of mass).\n"
+      "Writes truth.json, and writes result.json and report.html of the run again.\n"
       "\nExample:\n"
       "  rotorloop close truth runs/close-aft-rotor-wake\n"
       "\nExit codes: 0 names and sizes right, 2 no finished run, 6 a name missed or wrong, or a size wrong.");
@@ -135,33 +135,35 @@ void add_probe(CLI::App& close, int& exit_code) {
 }  // namespace
 
 void add_close(CLI::App& app, int& exit_code) {
-  auto* c = app.add_subcommand("close",
-                               "close the loop: fly, identify, diagnose, fly again; the diagnosis is sandboxed and never sees the plant");
+  auto* c = app.add_subcommand(
+      "close", "closed-loop study: fly, identify, diagnose, fly again; the diagnosis runs in a sandbox and never sees the plant");
   auto o = std::make_shared<CloseArguments>();
-  c->add_option("PLAN", o->plan, "loop file: vehicle, plant, what the plant has besides, flights (docs/files.md)");
-  c->add_option("--vehicle", o->vehicle, "vehicle file to start from, instead of the plan's");
-  c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights to learn from, such as 201 or 201,202");
-  c->add_option("--held-out-seeds", o->held_out_seeds, "seeds of the flights held out");
-  c->add_option("--seeds", o->judged_seeds, "seeds of the judged flights, such as 1..10");
-  c->add_option("--out", o->out, "folder of runs")->capture_default_str();
-  c->add_option("--name", o->name, "name of the run folder; else \"close-\" and the plan's name");
-  c->add_option("-j,--jobs", o->jobs, "flights at a time; changes the time, never the result")->check(CLI::Range(1, 256));
-  c->add_option("--analyst", o->analyst, "another program to run in the sandbox; is called like rotorloop identify and diagnose");
-  c->add_flag("--require-isolation", o->require_isolation, "end with 3 when no sandbox holds on this machine");
-  c->add_flag("--force", o->force, "start anew; else a run that was stopped goes on where it was");
+  c->add_option("PLAN", o->plan, "loop file: vehicle, plant, unmodelled effects of the plant, flights (docs/files.md)");
+  c->add_option("--vehicle", o->vehicle, "vehicle file to start from, in place of the loop file's");
+  c->add_option("--learn-seeds", o->learn_seeds, "seeds of the flights for identification and diagnosis, such as 201 or 201,202");
+  c->add_option("--held-out-seeds", o->held_out_seeds, "seeds of the held-out flights, which are only predicted");
+  c->add_option("--seeds", o->judged_seeds, "seeds of the flights that are judged, such as 1..10");
+  c->add_option("--out", o->out, "folder in which run folders are created")->capture_default_str();
+  c->add_option("--name", o->name, "name of the run folder; default: \"close-\" and the loop file's name");
+  c->add_option("-j,--jobs", o->jobs, "flights that run in parallel; the results do not depend on it")->check(CLI::Range(1, 256));
+  c->add_option("--analyst", o->analyst, "another program to run in the sandbox; it gets the arguments of rotorloop identify and diagnose");
+  c->add_flag("--require-isolation", o->require_isolation, "end with exit code 3 when no sandbox works on this machine");
+  c->add_flag("--force", o->force, "start from the beginning; default: continue a run that was stopped");
   c->add_flag("--json", o->json, "result.json on stdout instead of the table");
   c->add_flag("-q,--quiet", o->quiet, "nothing on stderr");
   c->footer(
-      "identify and diagnose run in a sandbox, with copies of flight.csv and the vehicle file, and cannot open the plant, truth.csv or\n"
-      "anything else of the run. The sandbox is made by bubblewrap (Debian package bubblewrap, user namespaces allowed), else by Landlock\n"
-      "(Linux 5.13 and later); as root under a user id that nobody has. Before each of them a program in the same sandbox tries every\n"
-      "way out. Where nothing holds the run says \"not isolated\" and goes on, or ends with 3 under --require-isolation.\n"
+      "identify and diagnose run in a sandbox with copies of flight.csv and the vehicle file. They cannot open the plant, truth.csv or "
+      "any\n"
+      "other file of the run. The sandbox is bubblewrap (Debian package bubblewrap; needs user namespaces), otherwise Landlock (Linux "
+      "5.13\n"
+      "and later); root switches to an unused user id. Before each stage a test program in the same sandbox tries to open these files.\n"
+      "If no sandbox works, the run is marked \"not isolated\" and continues, or ends with exit code 3 with --require-isolation.\n"
       "\nExamples:\n"
-      "  rotorloop close scenarios/close/aft_rotor_wake.toml              the whole loop; runs/close-…/report.html\n"
-      "  rotorloop close scenarios/close/nothing.toml --seeds 1..10       is nothing found where nothing is missing?\n"
+      "  rotorloop close scenarios/close/aft_rotor_wake.toml              the whole study; runs/close-…/report.html\n"
+      "  rotorloop close scenarios/close/nothing.toml --seeds 1..10       control experiment: no effect is missing, none may be named\n"
       "  rotorloop close truth runs/close-aft-rotor-wake                  afterwards: was the diagnosis right?\n"
-      "\nA run that was stopped goes on where it was. What a stage was made from stands in its done.toml; a changed vehicle file, plan or\n"
-      "trajectory makes anew what depends on it.\n"
+      "\nThe command continues a run that was stopped. Each stage lists its input files in done.toml; when a vehicle file, loop file or\n"
+      "trajectory has changed, the stages that depend on it run again.\n"
       "\nExit codes: 0 every judged flight as expected (truth: right), 2 bad arguments or input file, 3 disk or device, 5 refused: the\n"
       "logs could not be used, 6 a judged flight missed its expectation (truth: missed or wrong), 130 and 143 interrupted.");
   add_truth(*c, exit_code);

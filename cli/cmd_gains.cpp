@@ -76,7 +76,7 @@ int design(const GainsArguments& o) {
 
 void add_gains(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<GainsArguments>();
-  CLI::App* c = app.add_subcommand("gains", "gains of the controller for a vehicle, with the margins that they keep");
+  CLI::App* c = app.add_subcommand("gains", "compute controller gains for a vehicle, with their stability margins");
   c->add_option("--vehicle", o->vehicle, "vehicle file: mass, inertia, arms, thrust and torque model")
       ->required()
       ->check(CLI::ExistingFile);
@@ -84,16 +84,19 @@ void add_gains(CLI::App& app, int& exit_code) {
       ->check(CLI::ExistingFile);
   c->add_option("--motor-lag", o->lag_ms, "time constant of a small step of rotor speed, ms; overrides the plant's")
       ->check(CLI::Range(1.0, 300.0));
-  c->add_option("--max-rpm", o->max_rpm, "highest speed to be commanded, RPM; overrides the plant's")->check(CLI::Range(100.0, 100000.0));
-  c->add_option("--delay", o->delay_ms, "from a rate that is sensed to a set-point that an ESC has, ms")
+  c->add_option("--max-rpm", o->max_rpm, "highest rotor speed that may be commanded, RPM; overrides the plant's")
+      ->check(CLI::Range(100.0, 100000.0));
+  c->add_option("--delay", o->delay_ms, "delay from the measured body rate to the set-point at the ESC, ms")
       ->check(CLI::Range(0.5, 50.0))
       ->capture_default_str();
   c->add_option("-o,--out", o->out, "file to write; without it the gains go to standard output");
   add_force(*c, o->force);
   c->footer(
-      "Attitude loops are as fast as a phase margin of 45°, a gain factor of 3 and the torque in hover allow, position 5.5 times slower.\n"
-      "Example:\n  rotorloop gains --vehicle vehicles/quad_7in/calibrated.toml --plant vehicles/quad_7in/plant.toml -o gains.toml\n"
-      "  rotorloop gains --vehicle identified.toml --motor-lag 18 --max-rpm 9500 -o gains.toml     # figures of a thrust stand");
+      "The attitude loops are as fast as three limits allow: a phase margin of 45°, a gain margin of a factor of 3, and the torque "
+      "available\n"
+      "in hover. The position loops are 5.5 times slower.\n"
+      "Examples:\n  rotorloop gains --vehicle vehicles/quad_7in/calibrated.toml --plant vehicles/quad_7in/plant.toml -o gains.toml\n"
+      "  rotorloop gains --vehicle identified.toml --motor-lag 18 --max-rpm 9500 -o gains.toml     # figures from a thrust stand");
   c->callback([o, &exit_code] { exit_code = design(*o); });
 }
 

@@ -252,44 +252,47 @@ std::vector<std::string> words_of(const HilArguments& o) {
 }  // namespace
 
 void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
-  auto* c = app.add_subcommand("hil", "fly scenarios in the simulated loop and judge them");
+  auto* c = app.add_subcommand("hil", "fly scenarios in simulation, with controller and ESC firmware in the loop, and judge the flights");
   auto o = std::make_shared<HilArguments>();
   c->add_option("SCENARIO", o->scenarios, "scenario files (docs/files.md)");
-  c->add_option("--out", o->out, "folder that run folders are made in")->capture_default_str();
+  c->add_option("--out", o->out, "folder in which run folders are created")->capture_default_str();
   c->add_option("--name", o->name, "name of the run folder; default: made from the scenario's name");
-  c->add_option("--seeds", o->seeds, "other seeds than the file's: a count N (seeds 1 to N) or a list (1,4,7..9)");
-  c->add_option("--variants", o->variants, "only these controllers: pd_ff,pd_ff_drag,pd_ff_thrust_drag,pd_ff_no_effects");
-  c->add_option("--flights", o->flights, "only these flights of the scenario, by name: a,b");
-  c->add_option("--vehicle", o->vehicle, "another vehicle file than the scenario's: the nominal model of the controller");
-  c->add_option("--controller", o->controllers,
-                "also fly a controller of yours: a library (./my.so) or a command line (\"python3 my.py\") or betaflight, ardupilot, px4 "
-                "(the last two not run here), each also as "
-                "NAME=…; may be given several times (docs/controller.md)")
+  c->add_option("--seeds", o->seeds, "seeds in place of the scenario's: a count N (seeds 1 to N) or a list (1,4,7..9)");
+  c->add_option("--variants", o->variants,
+                "only these controllers, separated by commas: pd_ff, pd_ff_drag, pd_ff_thrust_drag, pd_ff_no_effects");
+  c->add_option("--flights", o->flights, "only these flights of the scenario, names separated by commas");
+  c->add_option("--vehicle", o->vehicle, "vehicle file in place of the scenario's: the nominal model of the controller");
+  c->add_option(
+       "--controller", o->controllers,
+       "also fly your own controller: a shared library (./my.so), a command line (\"python3 my.py\"), betaflight, ardupilot or px4 "
+       "(the last two: tested with stand-in programs only). NAME=CONTROLLER gives it a name. May be repeated (docs/controller.md)")
       ->allow_extra_args(false);
-  c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, s of the wall clock")
+  c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, in seconds of real time")
       ->check(CLI::Range(hil::kLeastTimeout_s, hil::kMostTimeout_s))
       ->capture_default_str();
-  c->add_option("-j,--jobs", o->jobs, "flights at a time; results do not depend on it")->check(CLI::Range(1, 256))->capture_default_str();
+  c->add_option("-j,--jobs", o->jobs, "flights that run in parallel; the results do not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each flight and each limit");
   c->add_flag("--no-logs", o->no_logs,
-              "keep figures alone, no logs: less to write; nothing can be plotted over time or compared to the bit");
+              "write no flight and bus logs: a smaller run folder, without plots over time, that can be compared by its figures only");
   c->add_flag("--json", o->json, "print result.json instead of tables (a list when several scenarios are given)");
   c->add_flag("-q,--quiet", o->quiet, "no progress and no warnings on stderr");
   c->add_flag("--force", o->force, "replace a run folder (and JUnit file) that exists");
-  c->add_flag("--dry-run", o->dry_run, "check the scenario and every file it names, print what would be flown");
+  c->add_flag("--dry-run", o->dry_run, "check the scenario and every file that it names, print the plan, fly nothing");
   c->footer(
       "Examples:\n"
       "  rotorloop hil scenarios/paper.toml                     fly it; tables, verdict, runs/paper/report.html\n"
       "  rotorloop hil scenarios/paper.toml --seeds 3 -j 2      a quick look with seeds 1 to 3\n"
       "  rotorloop hil scenarios/paper.toml --dry-run           check the file, fly nothing\n"
-      "  rotorloop hil scenarios/paper.toml --name after        keep this run beside the last one\n"
+      "  rotorloop hil scenarios/paper.toml --name after        give the run folder another name\n"
       "  rotorloop hil scenarios/paper.toml --vehicle identified.toml --name identified\n"
       "  rotorloop hil scenarios/paper.toml --flights horizontal --seeds 1, --controller ./my_controller.so\n"
-      "  rotorloop hil compare runs/paper runs/after            what changed, and is it more than scatter\n"
+      "  rotorloop hil compare runs/paper runs/after            which figures changed by more than their scatter\n"
       "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
       "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or a flight did not complete,\n"
-      "7 not all was flown or measured that the limits need, 130 and 143 interrupted by SIGINT and SIGTERM (the flights until then are\n"
-      "kept). rotorloop --help has the codes of all commands.");
+      "7 a limit needs flights that were not flown, 130 and 143 interrupted by SIGINT and SIGTERM (the flights until then are kept).\n"
+      "rotorloop --help lists the codes of all commands.");
   add_hil_compare(*c, exit_code);
   add_hil_report(*c, exit_code);
   c->require_subcommand(0, 1);

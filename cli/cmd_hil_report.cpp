@@ -11,7 +11,7 @@
 namespace rotorloop::cli {
 
 void add_hil_report(CLI::App& hil, int& exit_code) {
-  auto* c = hil.add_subcommand("report", "make report.html again from the files of a run");
+  auto* c = hil.add_subcommand("report", "write report.html again from the files of a run");
   auto runs = std::make_shared<std::vector<std::string>>();
   c->add_option("RUN", *runs, "run folders")->required();
   c->footer("Example:\n  rotorloop hil report runs/paper");

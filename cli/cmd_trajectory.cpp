@@ -78,7 +78,7 @@ int write(const TrajectoryArguments& o) {
 void add_trajectory(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<TrajectoryArguments>();
   CLI::App* c = app.add_subcommand(
-      "trajectory", "write one of the shipped flights, or a file, as a trajectory file: as it is or slowed down to what a vehicle can fly");
+      "trajectory", "write a trajectory file from an included flight or another file, unchanged or slowed down to the limits of a vehicle");
   c->add_option("name", o->name,
                 "horizontal_8p5, vertical_3p1, vertical_3p1_brisk, general, identify_vertical, identify_horizontal, identify_rotation, "
                 "fast_descent, low_hover, ceiling_hover, diagnose_vertical, diagnose_horizontal or diagnose_rotation; or a trajectory file")
@@ -86,16 +86,16 @@ void add_trajectory(CLI::App& app, int& exit_code) {
       ->check(CLI::Validator(
           [](std::string& word) { return std::filesystem::is_regular_file(word) ? std::string() : CLI::IsMember(kFlights)(word); },
           "NAME or FILE"));
-  c->add_option("--time-scale", o->time_scale, "how many times slower")->check(CLI::Range(1.0, 100.0))->capture_default_str();
-  c->add_option("--max-speed", o->max_speed_m_s, "slow the flight down until it is no faster than this, m/s")
-      ->check(CLI::Range(0.05, 100.0));
-  c->add_option("--gains", o->gains, "slow it down until it uses at most 80 % of the thrust and 85 % of the tilt that these gains allow")
+  c->add_option("--time-scale", o->time_scale, "slow the flight down by this factor")->check(CLI::Range(1.0, 100.0))->capture_default_str();
+  c->add_option("--max-speed", o->max_speed_m_s, "slow the flight down to this highest speed, m/s")->check(CLI::Range(0.05, 100.0));
+  c->add_option("--gains", o->gains,
+                "gains file: slow the flight down until it needs at most 80 % of the thrust and 85 % of the tilt that the file allows")
       ->check(CLI::ExistingFile);
   c->add_option("-o,--out", o->out, "file to write; without it the trajectory goes to standard output");
   add_force(*c, o->force);
   c->footer(
-      "Any planner can write trajectory files: piecewise polynomials, see docs/files.md.\n"
-      "Example:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml\n"
+      "A trajectory file holds piecewise polynomials (docs/files.md); any planner can write one.\n"
+      "Examples:\n  rotorloop trajectory vertical_3p1 -o scenarios/trajectories/vertical_3p1.toml\n"
       "  rotorloop trajectory horizontal_8p5 --gains gains.toml --max-speed 5 -o slow.toml");
   c->callback([o, &exit_code] { exit_code = write(*o); });
 }

@@ -110,32 +110,35 @@ int make(VehicleArguments& o) {
 }  // namespace
 
 void add_vehicle(CLI::App& app, int& exit_code) {
-  CLI::App* group = app.add_subcommand("vehicle", "a vehicle of one's own: its files from a scale, a ruler and data sheets");
+  CLI::App* group = app.add_subcommand("vehicle", "files for your own vehicle, from its mass, dimensions and data sheets");
   group->require_subcommand(1);
   auto o = std::make_shared<VehicleArguments>();
-  CLI::App* c = group->add_subcommand("new", "write blade, motor, plant and start file of a quadrotor into a folder");
-  c->add_option("folder", o->folder, "folder to make; its name becomes the vehicle's")->required();
-  c->add_option("--mass-kg", o->sketch.mass_kg, "ready to fly, battery included")->required();
-  c->add_option("--wheelbase-mm", o->wheelbase_mm, "motor to motor, diagonally")->required();
+  CLI::App* c = group->add_subcommand("new", "write blade, motor, plant and initial vehicle file of a quadrotor into a folder");
+  c->add_option("folder", o->folder, "folder to create; its name becomes the vehicle's name")->required();
+  c->add_option("--mass-kg", o->sketch.mass_kg, "take-off mass with battery, kg")->required();
+  c->add_option("--wheelbase-mm", o->wheelbase_mm, "distance from motor to motor along the diagonal, mm")->required();
   c->add_option("--propeller", o->propeller, "diameter x pitch in inches, x blades if more than two: 6x4.5 or 5.1x4.6x3");
   c->add_option("--blade", o->blade,
-                "in place of --propeller: a blade file, as `rotorloop rotor fit` writes it; it and its polars are copied");
-  c->add_option("--kv", o->sketch.kv_rpm_V, "no-load speed of the motor, rpm/V")->required();
+                "in place of --propeller: a blade file from `rotorloop rotor fit`; the command copies it with its polars");
+  c->add_option("--kv", o->sketch.kv_rpm_V, "no-load speed of the motor per volt, RPM/V")->required();
   c->add_option("--resistance-mohm", o->resistance_mohm, "between two leads of the motor, mΩ (\"internal resistance\" of data sheets)")
       ->required();
-  c->add_option("--pole-pairs", o->sketch.pole_pairs, "magnets of the bell over two")->check(CLI::Range(1, 30))->capture_default_str();
-  c->add_option("--no-load-A", o->sketch.no_load_A, "current of the motor without propeller; without it a guess");
-  c->add_option("--cells", o->sketch.cells, "of the battery, in series")->required();
-  c->add_option("--capacity-Ah", o->sketch.capacity_Ah, "of the battery; without it a guess by mass");
-  c->add_option("--current-limit-A", o->sketch.current_limit_A, "phase current that an ESC may give, A")->required();
+  c->add_option("--pole-pairs", o->sketch.pole_pairs, "half the number of magnets in the bell")
+      ->check(CLI::Range(1, 30))
+      ->capture_default_str();
+  c->add_option("--no-load-A", o->sketch.no_load_A, "no-load current of the motor, A; default: estimated");
+  c->add_option("--cells", o->sketch.cells, "battery cells in series")->required();
+  c->add_option("--capacity-Ah", o->sketch.capacity_Ah, "battery capacity, Ah; default: estimated from the mass");
+  c->add_option("--current-limit-A", o->sketch.current_limit_A, "limit of the phase current of an ESC, A")->required();
   add_force(*c, o->force);
   c->footer(
-      "Prints the commands that make it fly.\n"
-      "Example:\n  rotorloop vehicle new my/six_inch --mass-kg 0.75 --wheelbase-mm 265 --propeller 6x4.5x2 --kv 1700 --resistance-mohm 90 "
+      "Prints the commands of the next steps, up to the first flight.\n"
+      "Examples:\n  rotorloop vehicle new my/six_inch --mass-kg 0.75 --wheelbase-mm 265 --propeller 6x4.5x2 --kv 1700 --resistance-mohm 90 "
       "--cells 4 --current-limit-A 35\n"
       "  rotorloop vehicle new my/nine_inch --mass-kg 1.3 --wheelbase-mm 380 --blade my/blades/prop.toml --kv 900 --resistance-mohm 90 "
       "--cells 4 --current-limit-A 40");
   c->callback([o, &exit_code] { exit_code = make(*o); });
+  group->footer("Example:\n  rotorloop vehicle new --help\nrotorloop --help lists the exit codes.");
 }
 
 }  // namespace rotorloop::cli

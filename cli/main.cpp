@@ -35,5 +35,6 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_esc_lab(app, exit_code);
   rotorloop::cli::add_mcu(app, exit_code);
   rotorloop::cli::add_completion(app);
+  app.footer("Examples:\n  rotorloop hil scenarios/paper.toml --seeds 1\n  rotorloop hil --help\n\n" + rotorloop::cli::exit_codes_text());
   return rotorloop::cli::run_command(app, argc, argv, exit_code);
 }

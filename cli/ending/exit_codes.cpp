@@ -8,17 +8,17 @@ namespace rotorloop::cli {
 namespace {
 
 constexpr std::array<ExitCodeRow, 11> kTable{{
-    {ExitCode::ok, "ok", "done; what is judged passed"},
+    {ExitCode::ok, "ok", "done; if there is a verdict, it is pass"},
     {ExitCode::defect, "defect", "an error inside rotorloop: please report it"},
     {ExitCode::usage, "usage", "bad arguments or a bad input file"},
-    {ExitCode::device, "device", "device, bus, or a disk that cannot be written"},
+    {ExitCode::device, "device", "a device or bus failed, or a file cannot be written"},
     {ExitCode::safety, "safety", "a safety trip ended the run"},
-    {ExitCode::data_quality, "refused", "data quality: the data lack what was asked of them, or what came of them is not credible"},
-    {ExitCode::verdict, "failed", "judged and failed: a limit was missed, or a flight did not complete"},
-    {ExitCode::incomplete, "incomplete", "not all was flown or measured that the verdict needs"},
-    {ExitCode::differs, "differs", "a regression or difference against a baseline"},
-    {ExitCode::interrupted, "interrupted", "SIGINT (Ctrl-C): what was found until then is kept, marked incomplete"},
-    {ExitCode::terminated, "terminated", "SIGTERM: what was found until then is kept, marked incomplete"},
+    {ExitCode::data_quality, "refused", "data quality: the data are not sufficient, or the result is not credible"},
+    {ExitCode::verdict, "failed", "a limit was missed, or a flight did not complete"},
+    {ExitCode::incomplete, "incomplete", "the verdict needs flights or measurements that were not made"},
+    {ExitCode::differs, "differs", "the result differs from a baseline"},
+    {ExitCode::interrupted, "interrupted", "SIGINT (Ctrl-C): results until then are kept and marked incomplete"},
+    {ExitCode::terminated, "terminated", "SIGTERM: results until then are kept and marked incomplete"},
 }};
 
 }  // namespace
