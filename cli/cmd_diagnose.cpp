@@ -149,51 +149,56 @@ int diagnose(const DiagnoseArguments& o, const Names& given) {
 
 void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<DiagnoseArguments>();
-  CLI::App* c =
-      app.add_subcommand("diagnose", "what a vehicle's model leaves unexplained in flight logs, and which physical effect explains it");
+  CLI::App* c = app.add_subcommand("diagnose", "find the physical effect that a vehicle's model lacks, from the residuals of flight logs");
   c->add_option("--vehicle", o->run.vehicle, "vehicle file: nominal model and priors; its effects are part of the model");
-  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file, for logs of other tools");
+  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file: the meaning of the columns in logs of other tools");
   c->add_option("--flight", o->run.flights.flights, "flights to diagnose");
   c->add_option("--reference", o->reference,
-                "for logs with motor commands and no rotor speeds: flights of the same vehicle without the defect");
-  c->add_option("--stand", o->stand, "files of a thrust stand instead of flights, read through -m");
-  c->add_option("--held-out", o->run.flights.held_out, "flights for the error before and after; they have no part in the choice");
+                "for logs with motor commands but without rotor speeds: flights of the same vehicle without the defect");
+  c->add_option("--stand", o->stand, "files of a thrust stand in place of flights; they need -m");
+  c->add_option("--held-out", o->run.flights.held_out,
+                "flights that are only predicted, with the model before and after; they do not influence the choice of effects");
   c->add_option("-o,--out", o->run.out, "vehicle file to write, with the effects that were found");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--library", o->run.library, "file with effects of your own, considered too (docs/own_terms.md)");
-  c->add_option("--without", o->run.without, "effect that is not considered, by its id in effects/catalogue.toml");
-  add_fit_options(*c, o->run.fit, "states per second, 20 to 1000", 20.0);
+  c->add_option("--library", o->run.library, "file with your own effects, which are also considered (docs/own_terms.md)");
+  c->add_option("--without", o->run.without, "id of an effect in effects/catalogue.toml that is not considered");
+  add_fit_options(*c, o->run.fit, "estimated states per second, 20 to 1000 Hz", 20.0);
   c->add_option("--wrench-band", o->wrench_band,
-                "frequencies within which force and torque of held-out flights are scored, Hz; 0: no limit")
+                "LOW,HIGH: frequency band in which force and torque of held-out flights are scored, Hz; 0: no limit")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::NonNegativeNumber)
       ->default_str("0,10");
-  c->add_option("--max-effects", o->run.max_effects, "effects that may be added")->check(CLI::Range(0, 20))->capture_default_str();
+  c->add_option("--max-effects", o->run.max_effects, "highest number of effects that may be added")
+      ->check(CLI::Range(0, 20))
+      ->capture_default_str();
   c->add_option("--refit-limit", o->run.refit_limit_s,
-                "wall time that one refit may take, s; an effect that takes longer is not judged, and a remark says so")
+                "longest real time of one refit, s; an effect that needs more is not judged, and a remark says so")
       ->check(CLI::Range(1.0, 86400.0))
       ->capture_default_str();
-  c->add_option("--placebos", o->run.placebos, "columns without meaning that set the level of false alarms")
+  c->add_option("--placebos", o->run.placebos,
+                "number of placebos (columns with random phases), which set the threshold for false alarms; 0: none")
       ->check(CLI::Range(0, 300))
       ->capture_default_str();
-  c->add_option("--seed", o->run.seed, "of the placebos")->capture_default_str();
-  c->add_flag("--no-priors", o->no_priors, "no priors from the vehicle file: what it knows is start value only");
+  c->add_option("--seed", o->run.seed, "seed of the placebos")->capture_default_str();
+  c->add_flag("--no-priors", o->no_priors, "use the values of the vehicle file only as start values, not as priors");
   add_old_flag(*c, "--forget", "--no-priors", &o->no_priors);
-  c->add_flag("--no-checks", o->no_checks, "use whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--no-checks", o->no_checks, "use all logs, also those that the checks would refuse");
   add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
   c->footer(
-      "Verdicts: clean, named, ambiguous (a class that these flights cannot distinguish, with the flight that would), unexplained, "
-      "faulty.\n"
-      "Example: is there anything that the identified vehicle lacks? One flight is kept for the error before and after.\n"
+      "Verdicts: clean (nothing is missing), named (an effect was found), ambiguous (several effects that these flights cannot "
+      "distinguish;\n"
+      "the output proposes a flight that can), unexplained (residuals that no effect explains), faulty (the logs cannot be used).\n"
+      "Example: does the identified vehicle lack an effect? One flight is held out to compare the errors before and after.\n"
       "  rotorloop diagnose --vehicle identified.toml --flight run/vertical run/horizontal run/rotation --held-out run/general -o "
       "better.toml\n"
-      "Example: files of a thrust stand; faults of its sensors first, then one effect at a time.\n"
+      "Example: files of a thrust stand. Sensor faults are tested first, then one effect at a time.\n"
       "  rotorloop diagnose --stand stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 done, verdict clean, named, ambiguous or unexplained; 2 usage or bad input file; 5 refused: the logs cannot be used\n"
-      "(verdict faulty), or no credible vehicle file (-o) comes of them; 130 and 143 interrupted (verdict incomplete).");
+      "Exit codes: 0 done, verdict clean, named, ambiguous or unexplained; 2 bad arguments or input file; 5 refused: the logs cannot be "
+      "used\n"
+      "(verdict faulty), or the vehicle file for -o would not be credible; 130 and 143 interrupted (verdict incomplete).");
   c->callback([o, c, &exit_code] {
     Names given;
     for (const CLI::Option* option : c->get_options()) {

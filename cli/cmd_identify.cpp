@@ -142,63 +142,70 @@ int identify(const IdentifyArguments& o) {
 
 void add_identify(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<IdentifyArguments>();
-  CLI::App* c = app.add_subcommand("identify", "parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
-  c->add_option("--vehicle", o->run.vehicle, "vehicle file: mass and geometry that are known, and start values; needed but for --names");
-  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file, for logs of other tools");
+  CLI::App* c = app.add_subcommand("identify",
+                                   "estimate the parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
+  c->add_option("--vehicle", o->run.vehicle, "vehicle file: known mass and geometry, and start values; required except with --names");
+  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file: the meaning of the columns in logs of other tools");
   c->add_option("--vertical", o->run.flights.vertical, "stage 1: flight with fast climbs and descents (thrust)");
   c->add_option("--horizontal", o->run.flights.horizontal, "stage 2: fast horizontal flight (drag)");
   c->add_option("--rotation", o->run.flights.rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
-  c->add_option("--flight", o->run.flights.flights, "any other flight, for the joint fit");
+  c->add_option("--flight", o->run.flights.flights, "any other flight, used in the joint fit");
   c->add_option("--held-out", o->run.flights.held_out,
-                "flight that has no part in the fit: the identified model predicts it, compared with the vehicle file's");
+                "flight that is not fitted: the identified model and the vehicle file's model predict it, and the errors are compared");
   c->add_option("-o,--out", o->run.out, "vehicle file to write");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--trail", o->history, "folders of earlier reports: each parameter over trials in report.html")->needs("--report");
+  c->add_option("--trail", o->history, "folders of earlier reports: report.html then plots each parameter over all trials")
+      ->needs("--report");
   c->add_option("--compare", o->run.compare,
-                "vehicle file to compare with (CAD, stand, another trial): difference in percent and z of each parameter; repeatable");
+                "vehicle file to compare with (CAD, stand, another trial): difference of each parameter in percent and in standard "
+                "uncertainties (z); may be repeated");
   add_old_option(*c, "--beside", "--compare", &o->run.compare);
-  add_fit_options(*c, o->run.fit, "states per second, 20 to 1000; 0: as many as poses, between 100 and 500", 0.0);
+  add_fit_options(*c, o->run.fit, "estimated states per second, 20 to 1000 Hz; 0: the rate of the poses, limited to 100 to 500 Hz", 0.0);
   c->add_option("--term", o->terms, "add an effect to the model, by its id in effects/catalogue.toml (--names lists them)");
   c->add_option("--noise", o->noise,
-                "em: noise figures from the flights, shared by all; em-per-flight: each its own; fixed: built-in figures")
+                "em: sensor noise estimated from all flights together; em-per-flight: estimated for each flight; fixed: built-in values")
       ->check(CLI::IsMember({"em", "em-per-flight", "fixed"}))
       ->capture_default_str();
-  c->add_option("--solver", o->solver,
-                "own: elimination of the states; ceres: that, then the joint fit by Ceres as well, slower, and how far the two lie apart")
+  c->add_option(
+       "--solver", o->solver,
+       "own: the built-in solver; ceres: slower, also solves the joint fit with Ceres and prints the difference of the two results")
       ->check(CLI::IsMember({"own", "ceres"}))
       ->capture_default_str();
   c->add_option("--robust", o->run.robust_scale,
-                "a pose farther off than this many standard deviations counts less and less (Cauchy loss), 1 to 100; 0: squares for all")
+                "outlier limit in standard deviations, 1 to 100: poses beyond it get less weight (Cauchy loss); 0: least squares for all")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   c->add_option("--block", o->run.block_s,
-                "length of the blocks whose scatter gives robust u, s: twice what residuals stay correlated for, or more")
+                "length of the blocks that give the robust uncertainty, s: at least twice the correlation time of the residuals")
       ->check(CLI::Range(0.05, 60.0))
       ->capture_default_str();
-  c->add_option("--iterations", o->run.iterations, "of each fit, at most")->check(CLI::Range(1, 1000))->capture_default_str();
+  c->add_option("--iterations", o->run.iterations, "highest number of iterations of each fit")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   c->add_option("--drag-speed", o->run.drag_speed_m_s, "speed at which the total drag is printed, m/s")->capture_default_str();
-  c->add_flag("--no-checks", o->no_checks, "fit whatever is in the logs, also what the checks would refuse");
+  c->add_flag("--no-checks", o->no_checks, "use all logs, also those that the checks would refuse");
   c->add_flag(
       "--no-priors", o->no_priors,
-      "the vehicle file gives start values alone; else what it has from CAD or a stand counts with its u, and a guess as right to a "
-      "factor of three");
-  c->add_flag("--names", o->names, "list the parameters and terms that can be named, with symbol, unit and meaning, and end");
+      "use the values of the vehicle file only as start values. Default: values from CAD or a stand are priors with their uncertainty u, "
+      "guesses are priors with an uncertainty of a factor of three");
+  c->add_flag("--names", o->names, "list all parameters and terms with symbol, unit and meaning, then end");
   c->add_option("--junit", o->junit, "also write JUnit XML: a case for each log, the fit, its check, and the result");
   add_force(*c, o->force);
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   c->add_flag("-q,--quiet", o->quiet, "no progress, no findings on stderr");
   c->footer(
-      "Example: the paper's three flights, then a fourth that had no part in it\n"
+      "Example: three identification flights, and a fourth that is only predicted\n"
       "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
       "    --rotation run/rotation --held-out run/general -o vehicles/identified.toml --report report\n"
-      "A log of another tool needs a mapping file (docs/files.md); one flight without a role is enough when it excites everything:\n"
+      "A log of another tool needs a mapping file (docs/files.md). One flight is enough if it contains climbs, fast flight and turns:\n"
       "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg -o out.toml\n"
-      "Which names --free, --hold, --per-flight and --term take:\n"
+      "List the names for --free, --hold, --per-flight and --term:\n"
       "  rotorloop identify --names\n"
-      "Exit codes: 0 done; 2 usage or bad input file; 5 refused: the logs lack what the fit needs or do not determine a parameter, the fit "
-      "did\n"
-      "not converge, the identified vehicle is not credible, or --solver ceres gives another answer; 130 and 143 interrupted, what was\n"
-      "found is printed, marked incomplete. The message names what, and what to do.");
+      "Exit codes: 0 done; 2 bad arguments or input file; 5 refused: the logs lack data that the fit needs or do not determine a "
+      "parameter,\n"
+      "the fit did not converge, the identified vehicle is not credible, or --solver ceres gives a different result; 130 and 143 "
+      "interrupted:\n"
+      "the results until then are printed and marked incomplete. The message says what is wrong and what to do.");
   c->callback([o, c, &exit_code] {
     if (o->names) {
       for (const CLI::Option* option : c->get_options())

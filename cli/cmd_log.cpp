@@ -76,18 +76,18 @@ int check(const LogArguments& o) {
   return to_int(refused ? ExitCode::data_quality : ExitCode::ok);
 }
 
-constexpr const char* kLogHelp = "flight log: CSV, ULog, or a folder of a run that holds flight.csv";
+constexpr const char* kLogHelp = "flight log: CSV, ULog, or a run folder that contains flight.csv";
 
 void add_mapping(CLI::App& c, LogArguments& o) {
-  c.add_option("-m,--mapping", o.mapping, "mapping file: what the columns of a log of another tool mean");
+  c.add_option("-m,--mapping", o.mapping, "mapping file: the meaning of the columns in logs of other tools");
 }
 
 void add_check(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<LogArguments>();
-  CLI::App* c = group.add_subcommand("check", "what is wrong with logs, and what these flights can determine");
+  CLI::App* c = group.add_subcommand("check", "check logs for errors, and list which parameters these flights can determine");
   c->add_option("log", o->logs, kLogHelp)->required();
   add_mapping(*c, *o);
-  c->add_option("--vehicle", o->vehicle, "vehicle file: its mass, geometry and rotor radius allow two more checks");
+  c->add_option("--vehicle", o->vehicle, "vehicle file: with its mass, geometry and rotor radius two more checks are made");
   c->add_flag("--json", o->json, "one JSON document instead of text");
   c->footer(
       "Examples:\n"
@@ -105,28 +105,30 @@ void add_input(CLI::App& c, LogArguments& o) {
 }  // namespace
 
 void add_log(CLI::App& app, int& exit_code) {
-  CLI::App* group = app.add_subcommand("log", "flight logs of this and other tools: what they hold, checks, conversion");
+  CLI::App* group = app.add_subcommand("log", "flight logs of rotorloop and other tools: contents, checks, conversion");
   group->require_subcommand(1);
   {
     auto o = std::make_shared<LogArguments>();
-    CLI::App* c = group->add_subcommand("info", "streams, rates, spans and first values");
+    CLI::App* c = group->add_subcommand("info", "list the streams of a log with rate, time span and first values");
     add_input(*c, *o);
     c->add_flag("--json", o->json, "one JSON document instead of a table");
     c->footer(
         "Examples:\n"
         "  rotorloop log info run/horizontal/pd_ff/1\n"
         "  rotorloop log info flight.ulg --mapping vehicles/measured/px4_ulog.mapping.toml\n"
-        "Without a mapping, the error for a log of another tool lists its columns or topics.");
+        "Without a mapping file, the error message for a log of another tool lists its columns or topics.");
     c->callback([o, &exit_code] { exit_code = info(*o); });
   }
   add_check(*group, exit_code);
   auto o = std::make_shared<LogArguments>();
-  CLI::App* c = group->add_subcommand("convert", "write a flight as ULog or as a flight log of rotorloop");
+  CLI::App* c = group->add_subcommand("convert", "convert a flight log to ULog or to rotorloop's CSV");
   add_input(*c, *o);
   c->add_option("-o,--out", o->out, "file to write, ending in .ulg or .csv")->required();
   add_force(*c, o->force);
   c->footer("Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg");
   c->callback([o, &exit_code] { exit_code = convert(*o); });
+  group->footer(
+      "Examples:\n  rotorloop log info flight.ulg\n  rotorloop log check run/horizontal/pd_ff/1\nrotorloop --help lists the exit codes.");
 }
 
 }  // namespace rotorloop::cli

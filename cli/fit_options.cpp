@@ -11,19 +11,20 @@
 namespace rotorloop::cli {
 
 void add_fit_options(CLI::App& app, identify::FitRequest& o, const std::string& rate_help, double least_rate_Hz) {
+  app.add_option("--free", o.free,
+                 "NAME or NAME=U: fit a parameter or group; U: standard uncertainty of its start value, in its unit (`rotorloop identify "
+                 "--names` lists names and units)");
+  app.add_option("--hold", o.hold, "NAME: keep a parameter or group at its start value");
+  app.add_option("--per-flight", o.per_flight, "NAME: fit a separate value of a parameter or group for each flight");
   app.add_option(
-      "--free", o.free,
-      "NAME or NAME=U: free a parameter or group, with a prior of U about its start value (`rotorloop identify --names` lists the names)");
-  app.add_option("--hold", o.hold, "hold a parameter or group at its start value");
-  app.add_option("--per-flight", o.per_flight, "one value of a parameter or group for each flight");
-  app.add_option("--use", o.use,
-                 "measurements beside the poses: gyro, accel, velocity; load: the place of a load on a string (payload_x[m] …); none: the "
-                 "poses alone. Not given: gyro and accelerometer, where all logs have them")
+         "--use", o.use,
+         "measurements in addition to the poses: gyro, accel, velocity; load: position of a slung load (payload_x[m] …); none: poses "
+         "only. Default: gyro and accel, if all logs have them")
       ->delimiter(',')
       ->check(CLI::IsMember({"gyro", "accel", "velocity", "load", "none"}));
   app.add_option("--rate", o.rate_Hz, rate_help)->check(CLI::Range(least_rate_Hz, 1000.0))->capture_default_str();
-  app.add_option("--from", o.from_s, "leave out what lies before, s");
-  app.add_option("--to", o.to_s, "leave out what lies after, s");
+  app.add_option("--from", o.from_s, "use only samples from this time of the log on, s");
+  app.add_option("--to", o.to_s, "use only samples up to this time of the log, s");
 }
 
 host::TermList term_list(const std::vector<std::string>& ids) {
