@@ -29,11 +29,13 @@ int run_bench(const std::filesystem::path& blade_file) {
 
 void add_rotor_bench(CLI::App& rotor, int& exit_code) {
   auto blade = std::make_shared<std::filesystem::path>("vehicles/blades/triblade_5in.toml");
-  CLI::App* c = rotor.add_subcommand("bench", "throttle to thrust against a measured motor bench; rotor drag against measured vehicles");
-  c->add_option("--blade", *blade, "plan form that stands for propellers whose geometry is not published")->capture_default_str();
+  CLI::App* c = rotor.add_subcommand(
+      "bench", "compare simulated thrust over throttle with a measured motor bench, and rotor drag with measured vehicles");
+  c->add_option("--blade", *blade, "blade file used for propellers whose geometry is not published")->capture_default_str();
   c->footer(
-      "Needs the measured data: ROTORLOOP_DATA names the folder that holds propellers/.\n"
-      "Exit code 0: all limits met; 6: a limit missed; 5: data missing or contradicting themselves; 2: a file or argument is wrong.");
+      "Needs measured data: the environment variable ROTORLOOP_DATA is the folder that contains propellers/.\n"
+      "Example:\n  ROTORLOOP_DATA=~/data rotorloop rotor bench\n"
+      "Exit codes: 0 all limits met; 2 bad arguments or file; 5 data are missing or inconsistent; 6 a limit was missed.");
   c->callback([blade, &exit_code] { exit_code = run_bench(*blade); });
 }
 

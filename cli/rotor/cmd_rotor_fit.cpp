@@ -95,41 +95,42 @@ int fit(RotorFitArguments o) {
 void add_rotor_fit(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorFitArguments>();
   CLI::App* c = rotor.add_subcommand(
-      "fit", "a blade file of any propeller: geometry and measurements, four scalars fitted, errors of the rows held out");
-  c->add_option("files", o->files, "geometry and tables in any order, or a folder with them; what each is follows from its contents")
+      "fit",
+      "write a blade file of a propeller from its geometry and measurements: four parameters are fitted, held-out rows give the errors");
+  c->add_option("files", o->files,
+                "files with geometry and measured tables in any order, or a folder with them; the command recognises each by its contents")
       ->required();
-  c->add_option("-o,--out", o->out, "blade file to write, as FOLDER/blades/NAME.toml; its polars go to FOLDER/polars")->required();
-  c->add_option("--stand", o->stand, "runs on a thrust stand as static rows");
+  c->add_option("-o,--out", o->out, "blade file to write, FOLDER/blades/NAME.toml; its polars are written to FOLDER/polars")->required();
+  c->add_option("--stand", o->stand, "runs on a thrust stand, used as static measurements");
   c->add_option("-m,--mapping", o->mapping, "mapping file of these runs");
-  c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients are made with, m; default: that of the geometry")
+  c->add_option("--diameter", o->read.diameter_m, "nominal diameter that the coefficients refer to, m; default: that of the geometry")
       ->check(CLI::Range(0.01, 4.0));
-  c->add_option("--blades", o->read.blades, "of a geometry that does not say it")->check(CLI::Range(1, 8))->capture_default_str();
-  c->add_option("--density", o->read.air_density_kg_m3, "for tables of thrust and torque, kg/m³")
+  c->add_option("--blades", o->read.blades, "number of blades, if the geometry does not contain it")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  c->add_option("--density", o->read.air_density_kg_m3, "air density for tables of thrust and torque, kg/m³")
       ->check(CLI::Range(0.5, 1.6))
       ->capture_default_str();
-  c->add_option("--section", o->inputs.section,
-                "this section all along, in place of the rule's: NACA digits (4412, 23012) or a file of coordinates NAME.dat, for which "
-                "xfoil makes polars; or a name in --polars or the measured data");
-  c->add_option("--polars", o->inputs.shipped_polars,
-                "folder of NAME.toml; of NAME.dat too, for sections that the rule names and no folder has polars of")
+  c->add_option(
+      "--section", o->inputs.section,
+      "airfoil section of the whole blade, in place of the automatic choice: NACA digits (4412, 23012), a coordinate file NAME.dat (xfoil "
+      "computes its polars), or a name in --polars or in the measured data");
+  c->add_option("--polars", o->inputs.shipped_polars, "folder with polar files NAME.toml and coordinate files NAME.dat")
       ->capture_default_str();
-  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed")->check(CLI::Range(100.0, 1e5));
-  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall")
+  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this rotor speed, RPM")->check(CLI::Range(100.0, 1e5));
+  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall, 0 to 1")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  c->add_option("--sweep-limit", o->sweep_limit_s, "of one sweep of xfoil, s; what converged before is used")
+  c->add_option("--sweep-limit", o->sweep_limit_s, "time limit of one xfoil sweep, s; points that converged before are used")
       ->check(CLI::Range(1.0, 600.0))
       ->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document on stdout in place of tables");
   add_force(*c, o->force);
   c->footer(
-      "Protocol, as of `rotor validate`: every second static row and every second row of one sweep are fitted, all others held out. "
-      "Without a static\n"
-      "table the blade is written as its geometry says, marked UNFITTED. Polars that no folder has are made by Debian's xfoil (apt install "
-      "xfoil)\n"
-      "at Reynolds numbers from 30 000 to 500 000, in about a minute, and kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache). Without "
-      "xfoil the nearest\n"
-      "shipped section stands for NACA digits, which output and blade file say; coordinates are refused.\n"
+      "As in `rotor validate`, every second static row and every second row of one sweep are fitted; all others are held out. Without a\n"
+      "static table nothing is fitted, and the blade file is marked UNFITTED. Missing polars are computed with xfoil (apt install xfoil)\n"
+      "at Reynolds numbers from 30 000 to 500 000, in about a minute, and cached in $XDG_CACHE_HOME/rotorloop/polars (~/.cache). Without\n"
+      "xfoil the nearest included section replaces NACA digits, and output and blade file say so; coordinate files are refused.\n"
       "Examples:\n"
       "  rotorloop rotor fit prop_geom.txt prop_static.txt prop_J_5039rpm.txt --diameter 0.127 -o my/blades/prop.toml\n"
       "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 -o my/blades/prop.toml\n"

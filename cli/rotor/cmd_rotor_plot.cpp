@@ -57,29 +57,29 @@ int plot(const RotorPlotArguments& o) {
 
 void add_rotor_plot(CLI::App& rotor_group, int& exit_code) {
   auto o = std::make_shared<RotorPlotArguments>();
-  CLI::App* c = rotor_group.add_subcommand("plot", "pictures of a rotor in one HTML page: blade, coefficients, descent, disk maps");
+  CLI::App* c = rotor_group.add_subcommand("plot", "plot a rotor in one HTML page: blade, coefficients, descent, maps over the disk");
   c->add_option("blade", o->blade, "blade file: radius, chord, twist, polars (docs/files.md)")->required();
-  c->add_option("-o,--out", o->out, "page to write")->capture_default_str();
+  c->add_option("-o,--out", o->out, "HTML page to write")->capture_default_str();
   add_force(*c, o->force);
-  c->add_option("--rpm", o->rpm, "rotor speed; default: 60 m/s at the tip, near hover of small multirotors")->check(within(1.0, 2e5));
-  c->add_option("--density", o->density_kg_m3, "of the air, kg/m³: 1.225 at sea level and 15 °C, 1.2 at 20 °C, 1.0 at 2000 m")
+  c->add_option("--rpm", o->rpm, "rotor speed, RPM; default: tip speed 60 m/s, near hover of small multirotors")->check(within(1.0, 2e5));
+  c->add_option("--density", o->density_kg_m3, "air density, kg/m³: 1.225 at sea level and 15 °C, 1.2 at 20 °C, 1.0 at 2000 m")
       ->check(within(0.01, 10.0))
       ->capture_default_str();
-  c->add_option("--climb", o->climb_m_s, "speed along the thrust, m/s; descent < 0; of operating point and disk maps")
+  c->add_option("--climb", o->climb_m_s, "speed along the thrust axis, m/s, negative in descent; for the operating point and the disk maps")
       ->check(within(-200.0, 200.0))
       ->capture_default_str();
-  c->add_option("--edgewise", o->edgewise_m_s, "forward speed in the disk plane, m/s; of operating point and disk maps")
+  c->add_option("--edgewise", o->edgewise_m_s, "speed in the disk plane, m/s; for the operating point and the disk maps")
       ->check(within(0.0, 200.0))
       ->capture_default_str();
-  c->add_option("--spin", o->spin, "sense of rotation seen from above: ccw (front right and rear left rotors) or cw")
+  c->add_option("--spin", o->spin, "direction of rotation seen from above: ccw (front right and rear left rotors) or cw")
       ->check(CLI::IsMember({"ccw", "cw"}))
       ->capture_default_str();
   c->footer(
-      "The page shows what the simulation would fly: plan form, twist and polars; C_T, C_P and efficiency against J at three speeds;\n"
-      "C_T, C_P, C_H and hub moments against mu; thrust and induced velocity through vortex ring and windmill; and maps of the disk\n"
-      "at the condition given. It is one file, needs no network, and suits light and dark.\n"
+      "The page shows the rotor as the simulation uses it: chord, twist and polars; C_T, C_P and efficiency over J at three speeds;\n"
+      "C_T, C_P, C_H and hub moments over mu; thrust and induced velocity through vortex ring and windmill states; and maps over the disk\n"
+      "at the given operating point. It is one file and needs no network.\n"
       "\n"
-      "A vehicle that leans forward by 30° at 10 m/s in level flight has --edgewise 8.7 --climb 5.0: the air meets the disk from above.\n"
+      "Level flight at 10 m/s with a forward tilt of 30° is --edgewise 8.7 --climb 5.0: the air comes from above the disk.\n"
       "\n"
       "Examples:\n"
       "  rotorloop rotor plot vehicles/blades/triblade_5in.toml\n"

@@ -51,28 +51,27 @@ void add_rotor_polar(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorPolarArguments>();
   o->make.shipped_polars = "vehicles/polars";
   CLI::App* c = rotor.add_subcommand(
-      "polar", "lift and drag of a section over the full circle, by Debian's xfoil: NACA digits or a file of coordinates");
-  c->add_option("section", o->section, "NACA digits (4412, 23012), or coordinates NAME.dat (Selig, Lednicer)")->required();
-  c->add_option("-o,--out", o->out, "polar file to write; a blade names it when it lies in ../polars, seen from the blade file")
-      ->required();
-  c->add_option("--reynolds", o->make.settings.reynolds, "Reynolds numbers, rising")
+      "polar", "compute lift and drag of an airfoil section over 360° with xfoil, from NACA digits or a coordinate file");
+  c->add_option("section", o->section, "NACA digits (4412, 23012), or a coordinate file NAME.dat (Selig or Lednicer format)")->required();
+  c->add_option("-o,--out", o->out, "polar file to write; a blade file finds it in ../polars")->required();
+  c->add_option("--reynolds", o->make.settings.reynolds, "Reynolds numbers in ascending order")
       ->delimiter(',')
       ->check(CLI::Range(1e4, 1e6))
       ->capture_default_str();
-  c->add_option("--ncrit", o->make.settings.n_crit, "amplification at transition: 9 is a quiet tunnel")
+  c->add_option("--ncrit", o->make.settings.n_crit, "critical amplification factor N of the transition model; 9 is a quiet wind tunnel")
       ->check(CLI::Range(1.0, 12.0))
       ->capture_default_str();
-  c->add_option("--sweep-limit", o->make.settings.time_limit_s, "of one sweep of xfoil, s; what converged before is used")
+  c->add_option("--sweep-limit", o->make.settings.time_limit_s, "time limit of one xfoil sweep, s; points that converged before are used")
       ->check(CLI::Range(1.0, 600.0))
       ->capture_default_str();
-  c->add_option("--polars", o->make.shipped_polars, "folder of the section that stands in where xfoil is not installed")
+  c->add_option("--polars", o->make.shipped_polars,
+                "folder with the included sections, which replace NACA digits if xfoil is not installed")
       ->capture_default_str();
-  c->add_flag("--no-cache", o->no_cache, "make them although they are kept from before, and keep none");
+  c->add_flag("--no-cache", o->no_cache, "do not read or write the cache of polars");
   add_force(*c, o->force);
   c->footer(
-      "Takes about a minute; needs the package xfoil (apt install xfoil). Without it the nearest shipped section stands for NACA digits, "
-      "which output and\n"
-      "file say; coordinates are refused. Polars are kept in $XDG_CACHE_HOME/rotorloop/polars (~/.cache).\n"
+      "Takes about a minute and needs xfoil (apt install xfoil). Without it the nearest included section replaces NACA digits, and output\n"
+      "and file say so; coordinate files are refused. Polars are cached in $XDG_CACHE_HOME/rotorloop/polars (~/.cache).\n"
       "Examples:\n"
       "  rotorloop rotor polar 4412 -o my/polars/naca4412.toml\n"
       "  rotorloop rotor polar clarky.dat --reynolds 50000,100000,200000 -o my/polars/clarky.toml\n"

@@ -66,22 +66,24 @@ int validate(RotorValidateArguments o) {
 
 void add_rotor_validate(CLI::App& rotor, int& exit_code) {
   auto o = std::make_shared<RotorValidateArguments>();
-  CLI::App* c =
-      rotor.add_subcommand("validate", "the BEM rotor model against measured propellers: errors before and after a fit of four scalars");
-  c->add_option("--propeller", o->propellers, "only this one, by its folder in the data (repeatable)");
+  CLI::App* c = rotor.add_subcommand(
+      "validate", "compare the BEM rotor model with measured propellers: errors before and after a fit of four parameters");
+  c->add_option("--propeller", o->propellers, "only this propeller, by the name of its folder in the data; may be repeated");
   c->add_option("-o,--out", o->page, "also write an HTML page with plots");
   add_force(*c, o->force);
-  c->add_option("--section", o->inputs.section, "this section for all propellers, in place of their own");
-  c->add_option("--polars", o->inputs.shipped_polars, "folder of NAME.toml, for sections that the data lack")->capture_default_str();
-  c->add_option("--fit-rpm", o->inputs.fit_rpm, "fit the sweep nearest to this speed, in place of the middle one that reaches zero thrust")
+  c->add_option("--section", o->inputs.section, "airfoil section to use for all propellers, in place of their own");
+  c->add_option("--polars", o->inputs.shipped_polars, "folder with polar files NAME.toml, for sections that the data lack")
+      ->capture_default_str();
+  c->add_option("--fit-rpm", o->inputs.fit_rpm,
+                "fit the sweep nearest to this rotor speed, RPM; default: the middle one of those that reach zero thrust")
       ->check(CLI::Range(100.0, 1e5));
-  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall; 0 as the shipped blade")
+  c->add_option("--stall-drag", o->inputs.stall_drag, "share of the drag that comes with delayed stall, 0 to 1; the included blade has 0")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   c->add_flag("--json", o->json, "print one JSON document instead of tables");
   c->footer(
-      "Needs the measured data: ROTORLOOP_DATA names the folder that holds propellers/.\n"
-      "Exit code 0: all limits met; 6: a limit missed; 5: data missing; 2: a file or argument is wrong.\n"
+      "Needs measured data: the environment variable ROTORLOOP_DATA is the folder that contains propellers/.\n"
+      "Exit codes: 0 all limits met; 2 bad arguments or file; 5 data are missing; 6 a limit was missed.\n"
       "Examples:\n"
       "  rotorloop rotor validate -o rotors.html\n"
       "  rotorloop rotor validate --propeller da4002_5x3.75 --section clark_y\n"
