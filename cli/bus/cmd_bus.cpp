@@ -175,34 +175,34 @@ int bench(const BenchArguments& o) {
 
 void add_bench(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<BenchArguments>();
-  CLI::App* c = group.add_subcommand("bench", "what a frame costs on a bus of this machine, and where frames are lost");
+  CLI::App* c = group.add_subcommand("bench", "measure the time per frame on a bus of this machine, and count lost frames");
   c->add_option("bus", o->bus, "virtual: (the simulated bus), mcast:N or socketcan:INTERFACE")->capture_default_str();
-  c->add_option("--frames", o->options.frames, "frames one way")->capture_default_str();
-  c->add_option("--round-trips", o->options.round_trips, "frames there and back, one at a time")->capture_default_str();
-  c->add_option("--burst", o->options.burst, "frames sent before the receiver reads again; a large one fills its buffer")
+  c->add_option("--frames", o->options.frames, "number of frames sent in one direction")->capture_default_str();
+  c->add_option("--round-trips", o->options.round_trips, "number of frames sent and answered, one at a time")->capture_default_str();
+  c->add_option("--burst", o->options.burst, "number of frames sent before the receiver reads; a large number fills its buffer")
       ->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document instead of text");
   c->footer(
       "Examples:\n"
       "  rotorloop bus bench                        # the simulated bus\n"
-      "  rotorloop bus bench mcast:9 --burst 20000  # how many frames the system holds\n"
-      "Exit code 6: frames are missing that no counter explains, or came damaged.");
+      "  rotorloop bus bench mcast:9 --burst 20000  # how many frames the receive buffer holds\n"
+      "Exit code 6: frames were lost without being counted, or arrived damaged.");
   c->callback([o, &exit_code] { exit_code = bench(*o); });
 }
 
 }  // namespace
 
 void add_bus(CLI::App& app, int& exit_code) {
-  CLI::App* group = app.add_subcommand("bus", "CAN buses of this machine: who talks, recordings, bridges, cost of a frame");
+  CLI::App* group = app.add_subcommand("bus", "CAN buses of this machine: monitor, record, replay, bridge, measure");
   group->require_subcommand(1);
   {
     auto json = std::make_shared<bool>(false);
     CLI::App* c =
-        group->add_subcommand("list", "buses that can be named; adapters and CAN interfaces that are there, with state and bit rates");
+        group->add_subcommand("list", "list the kinds of bus, and the adapters and CAN interfaces found, with state and bit rates");
     c->add_flag("--json", *json, "one JSON document instead of a table");
     c->footer(
-        "A bus is named BACKEND:REST wherever a command asks for one. Programs on one machine meet on mcast:0, as do ArduPilot's SITL,\n"
-        "pydronecan and the DroneCAN GUI tool; slcan-server:PATH makes a serial adapter out of nothing for programs that know only those.\n"
+        "All commands name a bus BACKEND:REST. Programs on one machine use mcast:0, as ArduPilot's SITL, pydronecan and the DroneCAN GUI\n"
+        "tool do. slcan-server:PATH is a virtual serial adapter for programs that support only serial adapters.\n"
         "Example:\n  rotorloop bus list");
     c->callback([json, &exit_code] { exit_code = list(*json); });
   }
@@ -211,6 +211,7 @@ void add_bus(CLI::App& app, int& exit_code) {
   add_bus_replay(*group, exit_code);
   add_bus_bridge(*group, exit_code);
   add_bench(*group, exit_code);
+  group->footer("Examples:\n  rotorloop bus list\n  rotorloop bus dump mcast:0\nrotorloop --help lists the exit codes.");
 }
 
 }  // namespace rotorloop::cli

@@ -107,28 +107,28 @@ int bridge(const BridgeArguments& o) {
 
 void add_bus_replay(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<ReplayArguments>();
-  CLI::App* c = group.add_subcommand("replay", "send a recording as it was recorded");
-  c->add_option("recording", o->file, "text of candump -L, or pcap")->required();
+  CLI::App* c = group.add_subcommand("replay", "send the frames of a recording again, with their timing");
+  c->add_option("recording", o->file, "recording: text of candump -L, or pcap")->required();
   c->add_option("bus", o->bus, kBusHelp)->required();
-  c->add_option("--interface", o->interface, "frames of this interface of the recording alone");
-  c->add_option("--pace", o->options.pace, "2: twice as fast")->capture_default_str();
-  c->add_flag("--with-commands", o->options.with_commands, "send set-points and arming too: motors on the bus will turn");
+  c->add_option("--interface", o->interface, "send only the frames of this interface in the recording");
+  c->add_option("--pace", o->options.pace, "speed factor: 2 is twice as fast as recorded")->capture_default_str();
+  c->add_flag("--with-commands", o->options.with_commands, "also send set-points and arming: motors on the bus will turn");
   c->footer(
-      "Commands and arming are left out unless asked for: a recorded flight spins whatever propellers are on the bus.\n"
+      "Without --with-commands no set-points and no arming are sent: a recorded flight would turn the motors on the bus.\n"
       "Example:\n  rotorloop bus replay run/horizontal/pd_ff/1/esc_bus.log mcast:0");
   c->callback([o, &exit_code] { exit_code = replay(*o); });
 }
 
 void add_bus_bridge(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<BridgeArguments>();
-  CLI::App* c = group.add_subcommand("bridge", "join buses: every frame of one goes to all others");
+  CLI::App* c = group.add_subcommand("bridge", "connect buses: each frame of one bus is sent to all others");
   c->add_option("buses", o->buses, kBusHelp)->required();
   add_live_options(*c, o->live);
   c->footer(
       "Examples:\n"
-      "  rotorloop bus bridge mcast:0 slcan:/dev/ttyACM0        # real ESCs beside a SITL\n"
-      "  rotorloop bus bridge mcast:0 slcan-server:/tmp/slcan0  # a program that knows serial adapters only\n"
-      "Two bridges between the same two buses send frames round for ever: run one.");
+      "  rotorloop bus bridge mcast:0 slcan:/dev/ttyACM0        # real ESCs and a SITL on one bus\n"
+      "  rotorloop bus bridge mcast:0 slcan-server:/tmp/slcan0  # a program that supports only serial adapters\n"
+      "Run only one bridge between two buses: two of them send the same frames in an endless loop.");
   c->callback([o, &exit_code] { exit_code = bridge(*o); });
 }
 

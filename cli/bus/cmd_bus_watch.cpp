@@ -249,7 +249,8 @@ int stat(const WatchArguments& o) {
 
 void add_watch(CLI::App& c, WatchArguments& o) {
   c.add_option("bus", o.source, std::string(kBusHelp) + "; or a recording (candump -L or pcap)")->required();
-  c.add_option("--filter", o.filters, "only identifiers ID or ID/MASK, hexadecimal; 3 digits: 11 bits, 8 digits: 29 bits")
+  c.add_option("--filter", o.filters,
+               "only frames with the identifier ID or ID/MASK, hexadecimal: 3 digits for 11 bits, 8 digits for 29 bits")
       ->allow_extra_args(false);
   c.add_flag("--json", o.live.json, "JSON instead of text");
   add_live_options(c, o.live);
@@ -259,33 +260,32 @@ void add_watch(CLI::App& c, WatchArguments& o) {
 
 void add_bus_dump(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<WatchArguments>();
-  CLI::App* c = group.add_subcommand("dump", "what nodes say, decoded, as it comes");
+  CLI::App* c = group.add_subcommand("dump", "print the messages on a bus as they arrive, decoded");
   add_watch(*c, *o);
   c->add_option("--count", o->count, "end after this many lines");
-  c->add_flag("--frames", o->frames, "a line for each frame instead of each transfer");
-  c->add_flag("--raw", o->raw, "lines of candump -L, for canplayer and other tools")->excludes("--json")->excludes("--frames");
+  c->add_flag("--frames", o->frames, "one line for each frame, not for each transfer");
+  c->add_flag("--raw", o->raw, "print lines of candump -L, for canplayer and other tools")->excludes("--json")->excludes("--frames");
   c->footer(
       "Examples:\n"
       "  rotorloop bus dump mcast:0\n"
-      "  rotorloop bus dump mcast:0 --filter 00040A00/00FFFF00 --for 5   # esc.Status alone\n"
+      "  rotorloop bus dump mcast:0 --filter 00040A00/00FFFF00 --for 5   # only esc.Status\n"
       "  rotorloop bus dump slcan:/dev/ttyACM0 --record bench.pcap\n"
-      "With --json one object a line. Times are UTC.");
+      "With --json each line is one JSON object. Times are UTC.");
   c->callback([o, &exit_code] { exit_code = dump(*o); });
 }
 
 void add_bus_stat(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<WatchArguments>();
   o->live.for_s = 5.0;
-  CLI::App* c = group.add_subcommand("stat", "who sends what how often, and how full the bus is");
+  CLI::App* c = group.add_subcommand("stat", "message rates of each node, and the bus load");
   add_watch(*c, *o);
-  c->add_option("--bit-rate", o->bit_rate_Hz, "bits per second of the bus, for the load")->capture_default_str();
+  c->add_option("--bit-rate", o->bit_rate_Hz, "bit rate of the bus, bit/s, for the bus load")->capture_default_str();
   c->footer(
       "Examples:\n"
       "  rotorloop bus stat mcast:0                 # five seconds\n"
       "  rotorloop bus stat run/horizontal/pd_ff/1/esc_bus.log\n"
-      "Bits are counted on the real sequence, with stuff bits and intermission; a multicast bus has no bits of its own, so its load is "
-      "what\n"
-      "the same frames would need on a wire.");
+      "The load counts all bits of a frame with stuff bits and intermission. On a multicast bus it is the load that the same frames would\n"
+      "cause on a CAN bus.");
   c->callback([o, &exit_code] { exit_code = stat(*o); });
 }
 

@@ -21,9 +21,9 @@ constexpr std::int64_t kLookForSignals_ns = 100'000'000;  // a signal between tw
 }  // namespace
 
 void add_live_options(CLI::App& c, LiveOptions& o) {
-  add_for(c, o, "seconds to run; without it until Ctrl-C");
-  c.add_option("--record", o.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
-  c.add_flag("--wait", o.wait, "wait for a bus that is not there, and go on when one that went away comes back");
+  add_for(c, o, "time to run, s; default: until Ctrl-C");
+  c.add_option("--record", o.record, "record all frames to this file: .pcap for Wireshark, otherwise text of candump -L");
+  c.add_flag("--wait", o.wait, "wait until the bus exists, and continue when it comes back after a loss");
   add_force(c, o.force);
 }
 

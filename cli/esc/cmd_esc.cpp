@@ -125,7 +125,7 @@ void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const 
   auto o = std::make_shared<NodesArguments>();
   CLI::App* c = group.add_subcommand(name, what);
   add_esc_options(*c, o->esc, json);
-  if (run == log) add_for(*c, o->esc.live, "seconds to listen; without it until Ctrl-C");
+  if (run == log) add_for(*c, o->esc.live, "time to listen, s; default: until Ctrl-C");
   if (run == info || run == restart) add_nodes_option(*c, o->nodes);
   c->footer(footer);
   c->callback([o, run, &exit_code] { exit_code = run(*o); });
@@ -134,12 +134,13 @@ void add_nodes_command(CLI::App& group, int& exit_code, const char* name, const 
 }  // namespace
 
 void add_esc(CLI::App& app, int& exit_code) {
-  CLI::App* group = app.add_subcommand("esc", "ESCs on a DroneCAN bus: find, configure, turn, watch");
+  CLI::App* group = app.add_subcommand("esc", "ESCs on a DroneCAN bus: find, configure, spin, monitor, update");
   group->require_subcommand(1);
-  add_nodes_command(*group, exit_code, "list", "who is on the bus, and is it well",
-                    "A ! behind an index: two ESCs have it.\nExample:\n  rotorloop esc list --bus slcan:/dev/ttyACM0", list, true);
-  add_nodes_command(*group, exit_code, "info", "versions, unique id and state of nodes", "Example:\n  rotorloop esc info --node 21", info,
+  add_nodes_command(*group, exit_code, "list", "list the nodes on the bus with their health",
+                    "A ! after an index: two ESCs have the same index.\nExample:\n  rotorloop esc list --bus slcan:/dev/ttyACM0", list,
                     true);
+  add_nodes_command(*group, exit_code, "info", "print versions, unique id and state of nodes", "Example:\n  rotorloop esc info --node 21",
+                    info, true);
   add_esc_parameters(*group, exit_code);
   add_esc_files(*group, exit_code);
   add_esc_commission(*group, exit_code);
@@ -147,9 +148,11 @@ void add_esc(CLI::App& app, int& exit_code) {
   add_esc_monitor(*group, exit_code);
   add_esc_serve(*group, exit_code);
   add_esc_flash(*group, exit_code);
-  add_nodes_command(*group, exit_code, "log", "messages that nodes log", "Example:\n  rotorloop esc log --for 60", log, true);
+  add_nodes_command(*group, exit_code, "log", "print the log messages of nodes", "Example:\n  rotorloop esc log --for 60", log, true);
   add_nodes_command(*group, exit_code, "restart", "restart nodes",
-                    "A node whose motor runs refuses.\nExample:\n  rotorloop esc restart --node 21", restart, true);
+                    "A node refuses while its motor runs.\nExample:\n  rotorloop esc restart --node 21", restart, true);
+  group->footer(
+      "Examples:\n  rotorloop esc list\n  rotorloop esc monitor --bus slcan:/dev/ttyACM0\nrotorloop --help lists the exit codes.");
 }
 
 }  // namespace rotorloop::cli

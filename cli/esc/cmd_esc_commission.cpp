@@ -54,7 +54,8 @@ class TypedCount {
     const std::string word(end, line.data() + line.size());
     const bool reversed = word.find_first_not_of(' ') != std::string::npos;
     if (wrong != std::errc{} || !(rpm > 0.0 && rpm <= 200'000.0) || (reversed && word.find("reversed") == std::string::npos)) {
-      fmt::print(stderr, "\"{}\" is no speed: 0 to 200000 rpm, and \"reversed\" behind it when the motor turns the wrong way\n", line);
+      fmt::print(stderr, "\"{}\" is no speed: type 0 to 200000 RPM, and add \"reversed\" if the motor turns in the wrong direction\n",
+                 line);
       return std::nullopt;
     }
     return Count{rpm, reversed};
@@ -64,8 +65,8 @@ class TypedCount {
 };
 
 void ask_to_begin(EscSession& session, const CommissionArguments& o) {
-  fmt::print(stderr, "Node {}: the motor {}. Propeller off, or the frame held? Press SPACE to begin.\n", o.node,
-             o.rest_only ? "moves by one electrical turn" : "will turn, for some 15 s");
+  fmt::print(stderr, "Node {}: the motor {}. Is the propeller off, or the frame fixed? Press SPACE to begin.\n", o.node,
+             o.rest_only ? "moves by one electrical turn" : "will run for about 15 s");
   HeldKey key;
   if (!session.tool().run_until(session.tool().now_ns() + 60'000'000'000, [&] { return key.pressed(session.tool().now_ns()); }))
     throw Error({"", "nothing was armed", "", ""}, ExitCode::interrupted);
@@ -78,7 +79,7 @@ void print_report(const tools::CommissionReport& r, bool saved) {
   if (!r.not_measured.empty()) fmt::print("  not measured, left as entered: {}\n", fmt::join(r.not_measured, ", "));
   if (!r.done()) return;
   fmt::print("{}; in force after a restart: rotorloop esc restart --node {}\n",
-             saved ? "saved" : fmt::format("not saved: rotorloop esc save --node {} keeps it", r.node), r.node);
+             saved ? "saved" : fmt::format("not saved: rotorloop esc save --node {} stores it", r.node), r.node);
 }
 
 // Progress to stderr; a message that repeats the one before only with another number is one of progress and goes to a terminal alone.
@@ -90,8 +91,8 @@ void tell(const std::string& text) {
 int commission(CommissionArguments o) {
   o.commission.spin = !o.rest_only;
   if (!o.yes && ::isatty(STDIN_FILENO) != 1)
-    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "",
-                 "give --yes when the propeller is off or the frame is held"});
+    throw Error({"--yes", "the motor would run, and standard input is no terminal to ask for confirmation", "",
+                 "give --yes when the propeller is off or the frame is fixed"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   std::optional<tools::Commission> run;
@@ -107,7 +108,7 @@ int commission(CommissionArguments o) {
     if (run->wants_count()) {
       if (!std::exchange(asked, true))
         fmt::print(stderr,
-                   "  speed held: count it and type it in rpm within 30 s, with \"reversed\" behind it when it turns the wrong way\n");
+                   "  speed held: measure it and type it in RPM within 30 s; add \"reversed\" if the motor turns in the wrong direction\n");
       if (const auto count = typed.poll()) run->counted(count->rpm, count->reversed);
     }
     tool.bus().wait_until(tool.now_ns() + 5'000'000);
@@ -139,19 +140,19 @@ void add_esc_commission(CLI::App& group, int& exit_code) {
   CLI::App* c = group.add_subcommand("commission", "let an ESC measure its motor: resistance, inductance, flux linkage, inertia");
   add_esc_options(*c, o->esc);
   c->add_option("--node", o->node, "node id of the ESC")->required();
-  c->add_flag("--rest-only", o->rest_only, "resistance and inductance alone: the rotor moves by one electrical turn and no further");
+  c->add_flag("--rest-only", o->rest_only, "measure only resistance and inductance: the rotor moves by one electrical turn at most");
   c->add_flag("--count", o->commission.count,
-              "hold a speed until it was counted and typed: pole pairs and direction, which an ESC cannot measure by itself");
-  c->add_option("--kv", o->commission.speed_constant_rpm_V, "rpm/V by the label: compared with what is measured");
-  c->add_option("--bell-inertia", o->commission.bell_inertia_kg_m2, "kg m2 of the rotor without propeller: compared with what is measured");
-  c->add_flag("--save", o->save, "keep what was measured over a restart");
-  c->add_flag("--yes", o->yes, "begin without asking: the propeller is off or the frame is held");
+              "hold a speed until you have measured it and typed it in RPM: gives pole pairs and direction, which an ESC cannot measure");
+  c->add_option("--kv", o->commission.speed_constant_rpm_V, "K_v on the label, RPM/V: compared with the measured one");
+  c->add_option("--bell-inertia", o->commission.bell_inertia_kg_m2,
+                "inertia of the rotor without propeller, kg m²: compared with the measured one");
+  c->add_flag("--save", o->save, "store the measured values in the ESC, so that they survive a restart");
+  c->add_flag("--yes", o->yes, "start without asking; only when the propeller is off or the frame is fixed");
   c->footer(
-      "Takes 8 to 30 s. The ESC has to stand still and nobody may command it; every ESC of the bus is armed meanwhile and ordered nothing. "
-      "Ctrl-C ends\n"
-      "it; if this program is killed, the ESC ends it by itself after 2.5 s.\n"
+      "Takes 8 to 30 s. The motor must stand still, and no other node may send commands. All ESCs on the bus are armed during this time,\n"
+      "but get no set-point. Ctrl-C ends the measurement; if this program is killed, the ESC ends it after 2.5 s.\n"
       "Example:\n  rotorloop esc commission --node 21 --kv 2300 --save\n"
-      "Exit code 3: refused by the ESC; 4: ended by a protection, a command or a result that cannot be.");
+      "Exit codes: 3 the ESC refused; 4 ended by a protection, by a command of another node, or by an implausible result.");
   c->callback([o, &exit_code] { exit_code = commission(*o); });
 }
 

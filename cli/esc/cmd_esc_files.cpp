@@ -170,27 +170,27 @@ void add_esc_files(CLI::App& group, int& exit_code) {
   };
   const auto [d, dump_options] = add("dump", "write the parameters of a node to a file", false);
   d->add_option("--node", dump_options->node, "node id")->required();
-  d->add_option("-o,--out", dump_options->file, "file to write; without it to standard output");
+  d->add_option("-o,--out", dump_options->file, "file to write; default: standard output");
   d->footer("Example:\n  rotorloop esc dump --node 21 -o front_left.toml");
   d->callback([o = dump_options, &exit_code] { exit_code = dump(*o); });
 
-  const auto [r, restore_options] = add("restore", "set the parameters of a node as a file has them", true);
-  r->add_option("file", restore_options->file, "parameter file, as `dump` writes it")->required();
+  const auto [r, restore_options] = add("restore", "set the parameters of a node from a file", true);
+  r->add_option("file", restore_options->file, "parameter file, written by `rotorloop esc dump`")->required();
   r->add_option("--node", restore_options->node, "node id")->required();
-  r->add_flag("--identity", restore_options->identity, "set node id and esc_index too");
-  r->add_flag("--save", restore_options->save, "keep them over a restart");
-  r->footer("Everything is checked before anything is set.\nExample:\n  rotorloop esc restore front_left.toml --node 21 --save");
+  r->add_flag("--identity", restore_options->identity, "also set node id and esc_index");
+  r->add_flag("--save", restore_options->save, "store the parameters, so that they survive a restart");
+  r->footer("All values are checked before the first one is set.\nExample:\n  rotorloop esc restore front_left.toml --node 21 --save");
   r->callback([o = restore_options, &exit_code] { exit_code = restore(*o); });
 
   const auto [k, clone_options] = add("clone", "copy the parameters of one node to others", true);
-  k->add_option("--from", clone_options->from, "node id to copy")->required();
-  k->add_option("--to", clone_options->to, "node ids that take its parameters, 22,23")->delimiter(',')->allow_extra_args(false)->required();
-  k->add_flag("--save", clone_options->save, "keep them over a restart");
-  k->footer("Node id and esc_index stay those of each.\nExample:\n  rotorloop esc clone --from 21 --to 22,23,24 --save");
+  k->add_option("--from", clone_options->from, "node id to copy from")->required();
+  k->add_option("--to", clone_options->to, "node ids to copy to, such as 22,23")->delimiter(',')->allow_extra_args(false)->required();
+  k->add_flag("--save", clone_options->save, "store the parameters, so that they survive a restart");
+  k->footer("Node id and esc_index are not copied.\nExample:\n  rotorloop esc clone --from 21 --to 22,23,24 --save");
   k->callback([o = clone_options, &exit_code] { exit_code = clone(*o); });
 
-  const auto [f, diff_options] = add("diff", "parameters in which a node differs from a file or another node", true);
-  f->add_option("other", diff_options->other, "parameter file, or a node id")->required();
+  const auto [f, diff_options] = add("diff", "compare the parameters of a node with a file or another node", true);
+  f->add_option("other", diff_options->other, "parameter file or node id to compare with")->required();
   f->add_option("--node", diff_options->node, "node id")->required();
   f->footer("Exit code 8: they differ.\nExamples:\n  rotorloop esc diff front_left.toml --node 21\n  rotorloop esc diff 22 --node 21");
   f->callback([o = diff_options, &exit_code] { exit_code = diff(*o); });

@@ -140,16 +140,15 @@ int flash(const FlashArguments& o) {
 
 void add_esc_flash(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<FlashArguments>();
-  CLI::App* c = group.add_subcommand("flash", "new firmware for nodes, several at once");
+  CLI::App* c = group.add_subcommand("flash", "update the firmware of one or several nodes");
   add_esc_options(*c, o->esc);
-  c->add_option("image", o->image, "image file for these nodes")->required();
-  c->add_option("--node", o->nodes, "node ids, 21 or 21,22")->delimiter(',')->allow_extra_args(false)->required();
+  c->add_option("image", o->image, "firmware image file")->required();
+  c->add_option("--node", o->nodes, "node ids, such as 21 or 21,22")->delimiter(',')->allow_extra_args(false)->required();
   c->footer(
-      "Each node reads the image at its own pace and restarts; a node whose motor runs refuses. If it is cut off, the old firmware runs on "
-      "or the\n"
-      "node waits for the update: run the command again. Afterwards the node is asked which image it runs, and the CRC compared.\n"
+      "Each node reads the image and restarts. A node refuses while its motor runs. After an interrupted update the node runs the old\n"
+      "firmware or waits for a new update: run the command again. At the end the command compares the CRC of the running image.\n"
       "Example:\n  rotorloop esc flash esc.bin --node 21,22,23,24\n"
-      "Exit code 3: a node did not take it, with the reason.");
+      "Exit code 3: a node did not accept the image; the message gives the reason.");
   c->callback([o, &exit_code] { exit_code = flash(*o); });
 }
 

@@ -35,8 +35,8 @@ std::vector<esc_lab::Battery> batteries(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const auto at = std::find(esc_lab::kBatteryNames.begin(), esc_lab::kBatteryNames.end(), name);
     if (at == esc_lab::kBatteryNames.end())
-      throw Error(
-          {"--only", "no battery \"" + name + "\"", "", "use step, chirp, start, catch, sag, commission, fault, with commas between"});
+      throw Error({"--only", "\"" + name + "\" is not a trial", "",
+                   "use one or several of step, chirp, start, catch, sag, commission, fault, separated by commas"});
     out.push_back(static_cast<esc_lab::Battery>(at - esc_lab::kBatteryNames.begin()));
   }
   return out;
@@ -76,31 +76,34 @@ int run(const EscLabArguments& o) {
 
 void add_esc_lab(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<EscLabArguments>();
-  CLI::App* c = app.add_subcommand("esc-lab", "steps, starts, catches, sag, commissioning and faults of one ESC on drawn boards, judged");
-  auto* plant =
-      c->add_option("--plant", o->plant, "plant file: its first motor and propeller, power stage and battery")->check(CLI::ExistingFile);
-  c->add_option("--motor", o->motor, "without a plant: motors drawn from a class")
+  CLI::App* c = app.add_subcommand(
+      "esc-lab",
+      "judge one simulated ESC on boards with sampled tolerances: speed steps, start-up, catching a spinning rotor, sag, faults");
+  auto* plant = c->add_option("--plant", o->plant, "plant file; its first motor and propeller, power stage and battery are used")
+                    ->check(CLI::ExistingFile);
+  c->add_option("--motor", o->motor, "without --plant: class from which motors are sampled")
       ->check(CLI::IsMember({"3in", "5in", "7in", "10in", "12in", "17in", "gimbal"}))
       ->capture_default_str()
       ->excludes(plant);
-  c->add_option("--seed", o->seed, "the first draw; the others follow")->check(CLI::Range(1, 1000000))->capture_default_str();
-  c->add_option("--draws", o->draws, "boards drawn for each battery")->check(CLI::Range(1, 1000))->capture_default_str();
-  c->add_option("--schedules", o->schedules, "schedules of faults")->check(CLI::Range(1, 1000000))->capture_default_str();
-  c->add_option("--only", o->only, "some of step,chirp,start,catch,sag,commission,fault")->delimiter(',');
+  c->add_option("--seed", o->seed, "seed of the first sample; the others follow")->check(CLI::Range(1, 1000000))->capture_default_str();
+  c->add_option("--draws", o->draws, "number of sampled boards for each battery")->check(CLI::Range(1, 1000))->capture_default_str();
+  c->add_option("--schedules", o->schedules, "number of fault schedules")->check(CLI::Range(1, 1000000))->capture_default_str();
+  c->add_option("--only", o->only, "only these trials, separated by commas: step, chirp, start, catch, sag, commission, fault")
+      ->delimiter(',');
   c->add_option("--out", o->out, "folder for report.html and result.json");
   add_force(*c, o->force);
-  c->add_flag("--json", o->json, "the result as JSON in place of the table");
-  c->add_flag("-q,--quiet", o->quiet, "no progress");
+  c->add_flag("--json", o->json, "print the result as JSON in place of the table");
+  c->add_flag("-q,--quiet", o->quiet, "no progress on stderr");
   c->footer(
-      "The ESC is the firmware core compiled for this machine on a simulated bridge and motor. Drawn for each seed: dead time, gains, "
-      "offsets\n"
-      "and their drift, saliency and saturation, bad samples; of a class R, L, flux and inertia too. Starts and catches have data-sheet\n"
-      "parameters, steps those that a commissioning leaves. Limits: docs/acceptance/esc_any_motor.md, esc_rpm_loop.md, "
-      "esc_commissioning.md.\n"
+      "The ESC is the firmware core, compiled for this machine, on a simulated inverter and motor. Each seed samples dead time, gains,\n"
+      "offsets and their drift, saliency, saturation and bad samples, and with --motor also R, L, flux and inertia. Start and catch "
+      "trials\n"
+      "use data-sheet parameters, step trials the parameters from a commissioning. Limits: docs/acceptance/esc_any_motor.md,\n"
+      "esc_rpm_loop.md, esc_commissioning.md.\n"
       "Examples:\n"
       "  rotorloop esc-lab --out runs/esc_lab\n"
       "  rotorloop esc-lab --plant vehicles/quad_7in/plant.toml --only start,step,catch --draws 20\n"
-      "Exit codes: 0 all limits met, 6 one missed, 2 bad arguments or plant file, 3 the report cannot be written.");
+      "Exit codes: 0 all limits met, 2 bad arguments or plant file, 3 the report cannot be written, 6 a limit was missed.");
   c->callback([o, &exit_code] { exit_code = run(*o); });
 }
 

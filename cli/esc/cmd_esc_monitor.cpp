@@ -107,15 +107,16 @@ int monitor(const MonitorArguments& o) {
 
 void add_esc_monitor(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<MonitorArguments>();
-  CLI::App* c = group.add_subcommand("monitor", "what every ESC reports, as it changes");
+  CLI::App* c = group.add_subcommand("monitor", "show the reports of all ESCs live");
   add_esc_options(*c, o->esc);
-  add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
-  c->add_option("--rate", o->rate_Hz, "how often per second the table is shown")->capture_default_str();
-  c->add_flag("--web", o->web, "a page with curves in the browser of this machine; prints its address")->excludes("--json");
-  c->add_option("--port", o->port, "port of the page; 0: one that is free")->capture_default_str();
+  add_for(*c, o->esc.live, "time to run, s; default: until Ctrl-C");
+  c->add_option("--rate", o->rate_Hz, "update rate of the table, Hz")->capture_default_str();
+  c->add_flag("--web", o->web, "serve a page with plots for a browser of this machine; prints its address")->excludes("--json");
+  c->add_option("--port", o->port, "TCP port of the page; 0: a free port")->capture_default_str();
   c->footer(
-      "A ! behind an index: two nodes report it. With --json one object a line.\nThe page listens on 127.0.0.1 alone; its address carries "
-      "the token for its one button, which disarms all.\nExamples:\n  rotorloop esc monitor\n  rotorloop esc monitor --web");
+      "A ! after an index: two nodes report the same index. With --json each line is one JSON object.\nThe page is reachable from this "
+      "machine only (127.0.0.1). Its address contains the token for its button, which disarms all ESCs.\nExamples:\n  rotorloop esc "
+      "monitor\n  rotorloop esc monitor --web");
   c->callback([o, &exit_code] { exit_code = monitor(*o); });
 }
 

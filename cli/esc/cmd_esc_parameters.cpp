@@ -147,36 +147,38 @@ CLI::App* add(CLI::App& group, ParameterArguments& o, const char* name, const ch
 
 void add_esc_parameters(CLI::App& group, int& exit_code) {
   auto g = std::make_shared<ParameterArguments>();
-  CLI::App* c = add(group, *g, "get", "parameters with defaults and limits");
-  c->add_option("names", g->words, "names; without any all of them");
+  CLI::App* c = add(group, *g, "get", "print parameters with defaults and limits");
+  c->add_option("names", g->words, "names of parameters; default: all");
   c->footer(
-      "A * marks what is not the default.\nExamples:\n  rotorloop esc get --node 21\n  rotorloop esc get esc_index          # of every "
+      "A * marks a value that differs from the default.\nExamples:\n  rotorloop esc get --node 21\n  rotorloop esc get esc_index          "
+      "# of every "
       "ESC");
   c->callback([g, &exit_code] { exit_code = get(*g); });
 
   auto s = std::make_shared<ParameterArguments>();
   c = add(group, *s, "set", "set parameters");
-  c->add_option("parameters", s->words, "NAME=VALUE");
-  c->add_option("--from", s->from, "motor file: sets pole pairs, resistance, inductance and flux linkage");
-  c->add_flag("--save", s->save, "keep them over a restart");
+  c->add_option("parameters", s->words, "NAME=VALUE, one or several");
+  c->add_option("--from", s->from, "motor file that gives pole pairs, resistance, inductance and flux linkage");
+  c->add_flag("--save", s->save, "store the parameters, so that they survive a restart");
   c->footer(
-      "Checked against the node's limits before anything is set, and read back. Constants of the motor and the node id are in force after "
-      "a restart.\n"
+      "All values are checked against the limits of the node before the first one is set, and read back afterwards. Motor constants and "
+      "node\n"
+      "id take effect after a restart.\n"
       "Examples:\n  rotorloop esc set --node 21 esc_index=0 --save\n  rotorloop esc set --node 21,22 --from "
       "vehicles/motors/2306_2300kv.toml");
   c->callback([s, &exit_code] { exit_code = set(*s); });
 
   auto v = std::make_shared<ParameterArguments>();
-  c = add(group, *v, "save", "keep the parameters over a restart");
+  c = add(group, *v, "save", "store the parameters in the node, so that they survive a restart");
   c->footer("Example:\n  rotorloop esc save --node 21");
   c->callback([v, &exit_code] { exit_code = order(*v, tools::ParameterOrder::save); });
 
   auto r = std::make_shared<ParameterArguments>();
-  c = add(group, *r, "reset", "parameters back to the defaults, in the node's memory too");
+  c = add(group, *r, "reset", "set all parameters to their defaults, also in the flash of the node");
   c->get_option("--node")->required();
   c->footer(
-      "The node id and the index too: after its next restart the ESC asks an allocator for an id and obeys no command before it has an "
-      "index.\n"
+      "This includes node id and esc_index: after its next restart the ESC asks an allocator for a node id, and ignores commands until it\n"
+      "has an index.\n"
       "Example:\n  rotorloop esc reset --node 21");
   c->callback([r, &exit_code] { exit_code = order(*r, tools::ParameterOrder::erase); });
 }

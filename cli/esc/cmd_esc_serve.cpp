@@ -136,21 +136,22 @@ int enumerate(const EnumerateArguments& o) {
 void add_esc_serve(CLI::App& group, int& exit_code) {
   {
     auto o = std::make_shared<ServeArguments>();
-    CLI::App* c = group.add_subcommand("serve", "give node ids to nodes that ask for one, and the time");
+    CLI::App* c = group.add_subcommand("serve", "allocate node ids on a bus, and with --time send the time");
     add_esc_options(*c, o->esc);
-    c->add_option("--table", o->table, "file that remembers which unique id has which node id")->capture_default_str();
-    c->add_flag("--time", o->time, "be the time master of the bus");
-    add_for(*c, o->esc.live, "seconds; without it until Ctrl-C");
-    c->footer("An autopilot does this too: run it on a bus without one.\nExample:\n  rotorloop esc serve --table node_ids.txt --time");
+    c->add_option("--table", o->table, "file that stores the node id of each unique id")->capture_default_str();
+    c->add_flag("--time", o->time, "also act as time master of the bus");
+    add_for(*c, o->esc.live, "time to run, s; default: until Ctrl-C");
+    c->footer(
+        "Use it on a bus without an autopilot: an autopilot does the same.\nExample:\n  rotorloop esc serve --table node_ids.txt --time");
     c->callback([o, &exit_code] { exit_code = serve(*o); });
   }
   auto o = std::make_shared<EnumerateArguments>();
-  CLI::App* c = group.add_subcommand("enumerate",
-                                     "find out which ESC drives which motor: press the button of one after the other, or turn it by hand");
+  CLI::App* c =
+      group.add_subcommand("enumerate", "assign indices to ESCs: press their buttons one after the other, or turn the motors by hand");
   add_esc_options(*c, o->esc);
   add_nodes_option(*c, o->nodes);
   c->add_option("--first", o->first, "index of the first motor")->capture_default_str();
-  c->add_option("--wait", o->wait_s, "seconds to wait for each motor")->capture_default_str();
+  c->add_option("--wait", o->wait_s, "time to wait for each motor, s")->capture_default_str();
   c->footer("Example:\n  rotorloop esc enumerate");
   c->callback([o, &exit_code] { exit_code = enumerate(*o); });
 }

@@ -177,30 +177,34 @@ int esc_sim(const EscSimArguments& o) {
 
 void add_esc_sim(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<EscSimArguments>();
-  CLI::App* c = app.add_subcommand("esc-sim", "one ESC with motor, propeller and battery on a bus that other programs join, in real time");
+  CLI::App* c = app.add_subcommand(
+      "esc-sim", "simulate one ESC with motor, propeller and battery in real time, on a bus that other programs can join");
   c->add_option("--bus", o->bus, kBusHelp)->required();
   c->add_option("--node-id", o->node_id,
                 "DroneCAN node id, 1 to 125, or auto: asks an allocator for one (rotorloop esc serve, an autopilot)")
       ->required();
   c->add_option("--esc-index", o->esc_index, "position in command arrays, from 0")->required();
-  c->add_option("--unique-id", o->unique_id, "32 hexadecimal digits; without it one that follows from the index");
-  c->add_option("--store", o->store,
-                "file for its flash: parameters and firmware survive restart and kill, and go before --node-id and --esc-index");
-  c->add_option("--plant", o->plant, "plant file: motor, propeller and battery are those of its first rotor")->capture_default_str();
-  c->add_option("--pace", o->pace, "seconds of the ESC per second")->capture_default_str();
-  c->add_flag("--no-arming", o->no_arming, "turn without ArmingStatus, for controllers that never send one");
-  c->add_option("--bridge-log", o->bridge_log,
-                "CSV file: when the bridge began and ended to switch, and how old the newest command was then, by the ESC's clock");
+  c->add_option("--unique-id", o->unique_id, "unique id, 32 hexadecimal digits; default: derived from the index");
+  c->add_option(
+      "--store", o->store,
+      "file for the simulated flash: parameters and firmware survive restart and kill; stored values override --node-id and --esc-index");
+  c->add_option("--plant", o->plant, "plant file; motor, propeller and battery of its first rotor are used")->capture_default_str();
+  c->add_option("--pace", o->pace, "simulated seconds per second of real time")->capture_default_str();
+  c->add_flag("--no-arming", o->no_arming, "run without ArmingStatus, for controllers that do not send it");
+  c->add_option(
+      "--bridge-log", o->bridge_log,
+      "CSV file to write: times at which the bridge starts and stops switching, and the age of the newest command, by the ESC's clock");
   add_live_options(*c, o->live);
   c->footer(
-      "The firmware is the one that `rotorloop hil` flies. It turns only when armed and while commands are fresh (250 ms).\n"
-      "Example, four ESCs and who is there:\n"
+      "The firmware is the same as in `rotorloop hil`. The motor runs only while armed, with commands not older than 250 ms.\n"
+      "Example: four ESCs, and their messages:\n"
       "  for i in 0 1 2 3; do rotorloop esc-sim --bus mcast:0 --node-id $((21 + i)) --esc-index $i & done\n"
       "  rotorloop bus dump mcast:0\n"
-      "An ESC with a memory and an id of its own:\n"
+      "Example: an ESC with stored parameters and an allocated node id:\n"
       "  rotorloop esc serve & rotorloop esc-sim --bus mcast:0 --node-id auto --esc-index 0 --store esc0.flash\n"
-      "Prints one line when it is operational and after each restart; kill -USR1 presses its button, kill -USR2 turns its\n"
-      "rotor by hand for two seconds (esc enumerate); Ctrl-C ends it.");
+      "Prints one line when the ESC is operational and after each restart. For esc enumerate, kill -USR1 presses the button and kill "
+      "-USR2\n"
+      "turns the rotor by hand for 2 s. Ctrl-C ends the program.");
   c->callback([o, &exit_code] { exit_code = esc_sim(*o); });
 }
 

@@ -56,7 +56,7 @@ tools::SpinOptions checked(const SpinArguments& o) {
   const char* const example = "for example: rotorloop esc spin --index 0 --rpm 3000 --for 5";
   if (o.rpm.has_value() == o.duty.has_value()) throw Error({"--rpm", "give either --rpm or --duty", "", example});
   if (!o.index) throw Error({"--index", "which motor is to turn was not given", "", example});
-  if (!o.for_s) throw Error({"--for", "for how long it is to turn was not given", "", example});
+  if (!o.for_s) throw Error({"--for", "the duration is not given", "", example});
   return s;
 }
 
@@ -64,8 +64,8 @@ int spin(SpinArguments o) {
   o.spin = checked(o);
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   if (!o.yes && !terminal)
-    throw Error({"--yes", "a motor is to turn and nobody can be asked: standard input is no terminal", "",
-                 "give --yes when the propeller is off or the frame is held"});
+    throw Error({"--yes", "the motor would run, and standard input is no terminal to ask for confirmation", "",
+                 "give --yes when the propeller is off or the frame is fixed"});
   EscSession session(o.esc);
   tools::ToolNode& tool = session.tool();
   tools::EscTable table(tool);
@@ -74,7 +74,7 @@ int spin(SpinArguments o) {
   if (const auto why = motor.check_before(); why != tools::SpinEnd::running) refuse_to_begin(why, o.spin);
   std::optional<HeldKey> key;
   if (!o.yes) {
-    fmt::print(stderr, "ESC {} (node {}) will turn. Propeller off, or the frame held? Hold SPACE to turn it, let go to stop.\n",
+    fmt::print(stderr, "ESC {} (node {}) will run. Is the propeller off, or the frame fixed? Hold SPACE to run it, release to stop.\n",
                o.spin.esc_index, table.of_index(o.spin.esc_index)->node);
     key.emplace();
     if (!tool.run_until(tool.now_ns() + 60'000'000'000, [&] { return key->pressed(tool.now_ns()); })) {
@@ -105,24 +105,26 @@ int spin(SpinArguments o) {
 
 void add_esc_spin(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<SpinArguments>();
-  CLI::App* c = group.add_subcommand("spin", "turn one motor, with limits and a dead-man's switch");
+  CLI::App* c = group.add_subcommand("spin", "run one motor with limits, while a key is held");
   add_esc_options(*c, o->esc);
-  c->add_option("--index", o->index, "esc_index of the motor, 0 to 15; needed");
-  c->add_option("--rpm", o->rpm, "speed to turn at, signed");
-  c->add_option("--duty", o->duty, "share of full duty, -1 to 1");
-  c->add_option("--for", o->for_s, "seconds, ramp included, 0.1 to 600; needed");
-  c->add_option("--ramp", o->spin.ramp_s, "seconds from standstill to the value")->capture_default_str();
-  c->add_option("--max-current", o->spin.most_current_A, "A; more stops at once")->capture_default_str();
-  c->add_option("--max-temperature", o->spin.most_temperature_C, "°C; more stops at once")->capture_default_str();
-  c->add_option("--max-rpm", o->spin.most_rpm, "seen, not asked for; more stops at once")->capture_default_str();
-  c->add_flag("--yes", o->yes, "turn without holding a key: the propeller is off or the frame is held");
+  c->add_option("--index", o->index, "esc_index of the motor, 0 to 15; required");
+  c->add_option("--rpm", o->rpm, "speed set-point, RPM, negative for reverse");
+  c->add_option("--duty", o->duty, "duty cycle, -1 to 1");
+  c->add_option("--for", o->for_s, "duration with ramp, s, 0.1 to 600; required");
+  c->add_option("--ramp", o->spin.ramp_s, "ramp time from standstill to the set-point, s")->capture_default_str();
+  c->add_option("--max-current", o->spin.most_current_A, "current limit, A; above it the motor is stopped at once")->capture_default_str();
+  c->add_option("--max-temperature", o->spin.most_temperature_C, "temperature limit, °C; above it the motor is stopped at once")
+      ->capture_default_str();
+  c->add_option("--max-rpm", o->spin.most_rpm, "limit of the measured speed, RPM; above it the motor is stopped at once")
+      ->capture_default_str();
+  c->add_flag("--yes", o->yes, "run without holding a key; only when the propeller is off or the frame is fixed");
   c->footer(
-      "On a terminal the motor turns while SPACE is held. It stops and is disarmed at the end of the time, when the key is let go, at "
-      "Ctrl-C, at a\n"
-      "limit, when the ESC falls silent or another node sends commands; if this program is killed, the ESC stops by itself after 250 ms.\n"
-      "All other ESCs on the bus are ordered to stand still.\n"
+      "On a terminal the motor runs while SPACE is held. It stops and is disarmed at the end of the time, when the key is released, at\n"
+      "Ctrl-C, at a limit, when the ESC stops reporting, and when another node sends commands. If this program is killed, the ESC stops "
+      "the\n"
+      "motor after 250 ms. All other ESCs on the bus get the set-point zero.\n"
       "Example:\n  rotorloop esc spin --index 0 --rpm 3000 --for 5\n"
-      "Exit code 4: stopped by a limit, a fault or another commander.");
+      "Exit code 4: stopped by a limit, by a fault, or because another node sent commands.");
   c->callback([o, &exit_code] { exit_code = spin(*o); });
 }
 

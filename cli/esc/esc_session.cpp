@@ -30,9 +30,9 @@ std::string no_esc_text(std::size_t other_nodes) {
 
 void add_esc_options(CLI::App& c, EscOptions& o, bool with_json) {
   c.add_option("--bus", o.bus, kBusHelp)->capture_default_str();
-  c.add_option("--tool-id", o.tool_id, "node id of this program; without it 126, or 127, 119, 118, 117 when other tools have those before");
-  c.add_option("--listen", o.listen_s, "seconds to wait for nodes to say that they are there")->capture_default_str();
-  c.add_option("--record", o.live.record, "file to record every frame to: .pcap for Wireshark, else the text of candump -L");
+  c.add_option("--tool-id", o.tool_id, "node id of this program; default: the first free one of 126, 127, 119, 118, 117");
+  c.add_option("--listen", o.listen_s, "time to wait for the announcements of nodes, s")->capture_default_str();
+  c.add_option("--record", o.live.record, "record all frames to this file: .pcap for Wireshark, otherwise text of candump -L");
   c.add_flag("--force", o.live.force, "replace files that exist");
   if (with_json) c.add_flag("--json", o.live.json, "JSON instead of text");
 }
@@ -43,7 +43,7 @@ void tell(const EscOptions& options, const nlohmann::ordered_json& object, const
 }
 
 void add_nodes_option(CLI::App& c, std::vector<int>& nodes) {
-  c.add_option("--node", nodes, "node ids, 21 or 21,22; without it every node that calls itself an ESC")
+  c.add_option("--node", nodes, "node ids, such as 21 or 21,22; default: all nodes that report as ESC")
       ->delimiter(',')
       ->allow_extra_args(false);
 }

@@ -176,7 +176,7 @@ class EscCommand(BusCommand):
         self.esc()
         done = self.esc_command("commission", "--node", "21")
         self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn("nobody can be asked", done.stderr)
+        self.assertIn("no terminal to ask", done.stderr)
         for words, text in ((("--bell-inertia", "1"), "--bell-inertia: error: 1 kg m2 is out of range"), (("--kv", "-1"), "out of range: 0 to 60000 rpm/V"),
                             (("--rest-only", "--count"), "nothing turns in a commissioning at rest")):
             done = self.esc_command("commission", "--node", "21", "--yes", *words)
@@ -201,7 +201,7 @@ class EscCommand(BusCommand):
                 (2, "--duty: error: 2 of full duty is out of range: -1 to 1 of full duty", ("spin", "--index", "0", "--duty", "2", "--yes")),
                 (2, "--index: error: 16 is out of range: 0 to 15", ("spin", "--index", "16", "--rpm", "3000")),
                 (2, "--max-current: error: nan A is out of range", ("spin", "--index", "0", "--rpm", "3000", "--max-current", "nan")),
-                (2, "--for: error: for how long it is to turn was not given", ("spin", "--index", "0", "--rpm", "3000", "--yes")),
+                (2, "--for: error: the duration is not given", ("spin", "--index", "0", "--rpm", "3000", "--yes")),
                 (2, "--index: error: which motor is to turn was not given", ("spin", "--rpm", "3000", "--for", "2", "--yes")),
                 (2, "cannot read the parameter file", ("restore", "no.toml", "--node", "21")),
                 (2, "--for: error: 0 s is out of range: above 0", ("monitor", "--for", "0")),
