@@ -29,15 +29,16 @@ int check_stand(const std::string& file, std::string today) {
 void add_stand_check(CLI::App& stand, int& exit_code) {
   auto file = std::make_shared<std::string>();
   auto today = std::make_shared<std::string>();
-  CLI::App* c = stand.add_subcommand("check", "reads a stand file: instruments, axes, calibration, limits; mistakes with line and column");
+  CLI::App* c =
+      stand.add_subcommand("check", "check a stand file: instruments, axes, calibration, limits; mistakes are named with line and column");
   c->add_option("STAND", *file, "stand file")->required();
-  c->add_option("--today", *today, "date that the calibration is judged by, 2026-11-20; else that of the clock (UTC)")
+  c->add_option("--today", *today, "date for the expiry of the calibration, such as 2026-11-20; default: today (UTC)")
       ->check([](const std::string& d) {
         return d.size() == 10 && d[4] == '-' && d[7] == '-' ? std::string() : "\"" + d + "\" is no date: write it as 2026-11-20";
       });
   c->footer(
       "Example:\n  rotorloop stand check devices/examples/stand.toml\n"
-      "Exit codes: 0; 2 a mistake in the file or a profile; 5 the calibration expired.");
+      "Exit codes: 0 done; 2 a mistake in the file or a profile; 5 the calibration expired.");
   c->callback([file, today, &exit_code] { exit_code = check_stand(*file, *today); });
 }
 

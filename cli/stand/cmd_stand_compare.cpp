@@ -173,40 +173,45 @@ int stand_compare(const StandCompareArguments& o) {
 
 void add_stand_compare(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<StandCompareArguments>();
-  CLI::App* c = group.add_subcommand("compare",
-                                     "static thrust of a stand against k1, k2 and hover of flights: different, equivalent, or not decided");
-  c->add_option("run", o->runs, "runs on the stand, as for estimate; without: --stand-c-t, or the vehicle file's own entry");
-  c->add_option("--vehicle", o->vehicle, "vehicle file that identify wrote: k1, k2, their covariance, mass, density")->required();
-  c->add_option("-m,--mapping", o->mapping, "mapping file of the runs");
-  c->add_option("-u,--uncertainty", o->uncertainty, "file with [uncertainty] of the stand");
-  c->add_option("--stand-c-t", o->stand_c_t, "c_t of the stand and its u, N s²")->delimiter(',')->expected(2)->check(CLI::PositiveNumber);
-  c->add_option("--hover", o->flights, "flights with hover: m g / Σ ω²");
+  CLI::App* c = group.add_subcommand(
+      "compare", "compare the static thrust of a stand with k1, k2 and hover of flights: different, equivalent, or not decided");
+  c->add_option("run", o->runs, "runs on the stand, as for stand estimate; default: --stand-c-t, or the entry in the vehicle file");
+  c->add_option("--vehicle", o->vehicle, "vehicle file from identify: k1, k2, their covariance, mass, air density")->required();
+  c->add_option("-m,--mapping", o->mapping, "mapping file: the meaning of the columns in the runs");
+  c->add_option("-u,--uncertainty", o->uncertainty, "file with [uncertainty] of the stand (docs/files.md)");
+  c->add_option("--stand-c-t", o->stand_c_t, "c_t of the stand and its standard uncertainty, N s²: C_T,U")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::PositiveNumber);
+  c->add_option("--hover", o->flights, "flights with hover, which give c_t as m g / Σ ω²");
   c->add_option("--hover-mapping", o->flight_mapping, "mapping file of these flights");
-  c->add_option("--density", o->density_kg_m3, "of the air on the stand, kg/m³")->check(CLI::Range(0.5, 1.6));
-  c->add_option("--diameter", o->diameter_m, "of the propeller, m")->check(CLI::Range(0.01, 10.0));
-  c->add_option("--correlation", o->correlation, "of k1 and k2, in place of the file's covariance")->check(CLI::Range(-1.0, 1.0));
-  c->add_option("--margin", o->margin_percent, "of equivalence, %")->check(CLI::Range(0.01, 50.0))->capture_default_str();
-  c->add_option("--rotor-scatter", o->rotor_scatter, "standard deviation of c_t from rotor to rotor, relative; default: 0.02, typical")
+  c->add_option("--density", o->density_kg_m3, "air density at the stand, kg/m³")->check(CLI::Range(0.5, 1.6));
+  c->add_option("--diameter", o->diameter_m, "propeller diameter, m")->check(CLI::Range(0.01, 10.0));
+  c->add_option("--correlation", o->correlation, "correlation of k1 and k2, in place of the covariance in the file")
+      ->check(CLI::Range(-1.0, 1.0));
+  c->add_option("--margin", o->margin_percent, "margin of equivalence, %")->check(CLI::Range(0.01, 50.0))->capture_default_str();
+  c->add_option("--rotor-scatter", o->rotor_scatter,
+                "relative standard deviation of c_t from rotor to rotor; default: 0.02, a typical value")
       ->check(CLI::Range(0.0, 0.5));
-  c->add_option("--rotors-on-stand", o->mount_rotors, "4 for a whole vehicle on a cell")
+  c->add_option("--rotors-on-stand", o->mount_rotors, "number of rotors on the stand: 4 for a whole quadrotor on a load cell")
       ->check(CLI::Range(1.0, 100.0))
       ->capture_default_str();
-  c->add_option("--arm-width", o->arm_width_m, "of the arm below the rotor in flight, m: what download it predicts")
+  c->add_option("--arm-width", o->arm_width_m, "width of the arm below the rotor in flight, m: predicts the download on the arm")
       ->check(CLI::Range(0.0, 1.0));
   c->add_flag("--arm-behind", o->arm_behind, "the arm was behind the propeller on the stand too");
   c->add_flag("--same-speed-sensor", o->same_speed_sensor, "stand and vehicle read speed from the same ESC");
-  c->add_option("--draws", o->draws, "of the bootstrap over steps")->check(CLI::Range(100, 100000))->capture_default_str();
-  c->add_option("--seed", o->seed, "of the bootstrap")->capture_default_str();
+  c->add_option("--draws", o->draws, "number of bootstrap samples over the steps")->check(CLI::Range(100, 100000))->capture_default_str();
+  c->add_option("--seed", o->seed, "seed of the bootstrap")->capture_default_str();
   c->add_flag("--fail-on-diff", o->fail_on_diff, "exit code 8 when a pair is different");
   c->add_option("--report", o->report, "folder for report.html and result.json");
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
   add_force(*c, o->force);
   c->footer(
-      "Example: is the 8 % of the seed paper real? Its table does not print the correlation of k1 and k2.\n"
+      "Example: is the difference of 8 % in the paper significant? Its table does not give the correlation of k1 and k2.\n"
       "  rotorloop stand compare --vehicle vehicles/paper.toml --rotor-scatter 0 --correlation -0.9\n"
-      "Example: runs, the identified vehicle, and its hover.\n"
+      "Example: three runs, the identified vehicle, and its hover flights.\n"
       "  rotorloop stand compare run1 run2 run3 --vehicle identified.toml --hover flight1 flight2 --fail-on-diff\n"
-      "Exit codes: 0 compared; 2 usage or bad input; 5 no run can be used; 8 different, with --fail-on-diff.");
+      "Exit codes: 0 compared; 2 bad arguments or input file; 5 no run can be used; 8 different, with --fail-on-diff.");
   c->callback([o, &exit_code] { exit_code = stand_compare(*o); });
 }
 

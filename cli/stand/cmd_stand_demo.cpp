@@ -66,13 +66,15 @@ int stand_demo(DemoArguments& o) {
 
 void add_stand_demo(CLI::App& stand, int& exit_code) {
   auto o = std::make_shared<DemoArguments>();
-  CLI::App* c = stand.add_subcommand("demo", "a whole run in virtual time: plan, run, estimate, report; opens no port");
-  c->add_option("-o,--out", o->folder, "new folder")->capture_default_str();
+  CLI::App* c = stand.add_subcommand("demo", "simulate a whole session in virtual time: plan, run, estimate, report; opens no port");
+  c->add_option("-o,--out", o->folder, "folder to create")->capture_default_str();
   add_virtual_options(*c, o->virtual_run);
   c->add_flag("--json", o->json, "result.json on stdout instead of plan and tables");
   c->add_flag("-q,--quiet", o->run.quiet, "no progress on stderr");
   c->footer(
-      "The ESC is the firmware core with its drive and a blade-element rotor; mount and instruments have errors drawn from the seed.\n"
+      "The simulation contains the ESC firmware, motor, inverter and a blade-element rotor; the errors of mount and instruments are "
+      "sampled\n"
+      "with --seed.\n"
       "Example:\n  rotorloop stand demo -o demo && xdg-open demo/report.html");
   c->callback([o, &exit_code] { exit_code = stand_demo(*o); });
 }

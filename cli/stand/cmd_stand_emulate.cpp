@@ -88,7 +88,7 @@ int emulate(const EmulateArguments& o) {
     else
       fmt::print("{} answers at {}{} as slave {}\n", d.name, server->where(), o.tcp < 0 ? ", " + modbus::text(format) : "", d.slave);
   std::fflush(stdout);
-  fmt::print(stderr, "emulated: no instrument is there. Ctrl-C ends.\n");
+  fmt::print(stderr, "emulated instruments, no hardware. Ctrl-C ends.\n");
   const std::int64_t until = o.for_s > 0.0 ? modbus::port_clock_ns() + std::llround(o.for_s * 1e9) : std::int64_t{1} << 62;
   server->serve(served, *signals.flag(), until);
   const auto& n = server->counts();
@@ -105,20 +105,21 @@ int emulate(const EmulateArguments& o) {
 
 void add_stand_emulate(CLI::App& stand, int& exit_code) {
   auto o = std::make_shared<EmulateArguments>();
-  CLI::App* c = stand.add_subcommand("emulate", "plays instruments from their profiles on a pseudo-terminal or on loopback TCP");
-  c->add_option("PROFILE", o->profiles, "PROFILE[@ADDRESS]: name of a shipped profile, or a file")->required();
-  c->add_option("--rtu", o->rtu, "path for a new pseudo-terminal, or a serial port; bytes are paced at the rate of the first profile");
-  c->add_option("--tcp", o->tcp, "TCP port on 127.0.0.1; 0: any free one")->check(CLI::Range(0, 65535));
-  c->add_option("--baud", o->baud, "of --rtu, instead of the profile's first rate")->check(CLI::Range(1200, 921600));
-  c->add_option("--set", o->constants, "[DEVICE.]CHANNEL=VALUE in the channel's unit")->allow_extra_args(false);
-  c->add_option("--sine", o->sines, "[DEVICE.]CHANNEL=MEAN,AMPLITUDE,PERIOD_S")->allow_extra_args(false);
-  c->add_option("--file", o->table, "CSV with t_s and channels, repeated when it ends");
-  c->add_option("--for", o->for_s, "seconds; without it until Ctrl-C")->check(CLI::Range(0.01, 1e6));
-  c->add_flag("--json", o->json, "JSON lines on stdout: where each device answers, and the counts at the end");
+  CLI::App* c = stand.add_subcommand("emulate", "emulate instruments from their profiles, on a pseudo-terminal or on TCP of this machine");
+  c->add_option("PROFILE", o->profiles, "PROFILE[@ADDRESS]: name of an included profile, or a profile file")->required();
+  c->add_option("--rtu", o->rtu, "path of a new pseudo-terminal, or a serial port; bytes are sent at the baud rate of the first profile");
+  c->add_option("--tcp", o->tcp, "TCP port on 127.0.0.1; 0: a free port")->check(CLI::Range(0, 65535));
+  c->add_option("--baud", o->baud, "baud rate of --rtu, in place of the first one in the profile")->check(CLI::Range(1200, 921600));
+  c->add_option("--set", o->constants, "[DEVICE.]CHANNEL=VALUE: constant value, in the unit of the channel")->allow_extra_args(false);
+  c->add_option("--sine", o->sines, "[DEVICE.]CHANNEL=MEAN,AMPLITUDE,PERIOD: sine, in the unit of the channel, period in s")
+      ->allow_extra_args(false);
+  c->add_option("--file", o->table, "CSV file with t_s and one column per channel; starts again at its end");
+  c->add_option("--for", o->for_s, "time to run, s; default: until Ctrl-C")->check(CLI::Range(0.01, 1e6));
+  c->add_flag("--json", o->json, "one JSON object per line on stdout: address of each device, and counters at the end");
   c->footer(
       "Example:\n  rotorloop stand emulate laumas_tlb@1 ato_torque@2 --rtu bus --sine laumas_tlb.net=10,5,4\n"
       "  rotorloop stand read rtu:bus laumas_tlb@1 ato_torque@2\n"
-      "Exit codes: 0; 2 a profile, value or path; 3 the port.");
+      "Exit codes: 0 done; 2 a bad profile, value or path; 3 the port cannot be opened.");
   c->callback([o, &exit_code] { exit_code = emulate(*o); });
 }
 

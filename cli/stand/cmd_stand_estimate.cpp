@@ -167,33 +167,39 @@ int stand_estimate(const StandEstimateArguments& o) {
 
 void add_stand_estimate(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<StandEstimateArguments>();
-  CLI::App* c = group.add_subcommand("estimate", "c_t, c_q and motor constants of runs, each with its uncertainty budget");
-  c->add_option("run", o->runs, "run folders, or CSV files: of RCbenchmark and Tyto stands as they are, of others through -m")->required();
-  c->add_option("--wind", o->wind, "run folders of the same mount and plan in wind: c_q(J) from the difference, into --vehicle-out");
-  c->add_option("-m,--mapping", o->mapping, "mapping file, for CSV files of other stands");
-  c->add_option("-u,--uncertainty", o->uncertainty, "file with [uncertainty]: what is known of the stand; typical values for the rest");
+  CLI::App* c = group.add_subcommand("estimate", "estimate c_t, c_q and motor constants from runs, each with its uncertainty budget");
+  c->add_option("run", o->runs, "run folders or CSV files; exports of RCbenchmark and Tyto stands are read directly, others need -m")
+      ->required();
+  c->add_option("--wind", o->wind, "run folders with the same mount and plan in wind: the difference gives c_q(J) for --vehicle-out");
+  c->add_option("-m,--mapping", o->mapping, "mapping file: the meaning of the columns in CSV files of other stands");
+  c->add_option("-u,--uncertainty", o->uncertainty,
+                "file with [uncertainty] of the stand (docs/files.md); missing entries get typical values");
   c->add_option("--rpm-window", o->window_rpm,
-                "speeds where the coefficients are wanted, RPM; default: all of the run, of several runs those that all have")
+                "LOW,HIGH: speed range for the coefficients, RPM; default: the range that all runs have in common")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::PositiveNumber);
-  c->add_option("--diameter", o->diameter_m, "of the propeller, m")->check(CLI::Range(0.01, 10.0));
-  c->add_option("--density", o->density_kg_m3, "of the air during the run, kg/m³")->check(CLI::Range(0.5, 1.6));
-  c->add_option("--reference-density", o->estimate.reference_density_kg_m3, "that coefficients are reduced to, kg/m³")
+  c->add_option("--diameter", o->diameter_m, "propeller diameter, m")->check(CLI::Range(0.01, 10.0));
+  c->add_option("--density", o->density_kg_m3, "air density during the run, kg/m³")->check(CLI::Range(0.5, 1.6));
+  c->add_option("--reference-density", o->estimate.reference_density_kg_m3, "air density to which the coefficients are reduced, kg/m³")
       ->check(CLI::Range(0.5, 1.6))
       ->capture_default_str();
   c->add_option("-o,--out", o->motor_out, "motor file to write");
-  c->add_option("--base", o->base, "motor file for what a run does not show (inductance, cogging)");
-  c->add_option("--inductance", o->estimate.inductance_H, "of one phase, H: the drop across it is taken into account in K_v and R")
+  c->add_option("--base", o->base, "motor file with values that a run cannot give (inductance, cogging)");
+  c->add_option("--inductance", o->estimate.inductance_H, "inductance of one phase, H: corrects K_v and R for its voltage drop")
       ->check(CLI::Range(0.0, 1e-2));
-  c->add_option("--propeller-inertia", o->propeller_inertia_kg_m2, "taken from the measured inertia for the motor file, kg m²")
+  c->add_option("--propeller-inertia", o->propeller_inertia_kg_m2,
+                "inertia of the propeller, kg m²: subtracted from the measured inertia in the motor file")
       ->check(CLI::NonNegativeNumber);
-  c->add_option("--vehicle", o->vehicle, "vehicle file that gets the stand's values");
-  c->add_option("--vehicle-out", o->vehicle_out, "the vehicle file with them");
+  c->add_option("--vehicle", o->vehicle, "vehicle file to start from");
+  c->add_option("--vehicle-out", o->vehicle_out, "vehicle file to write, with c_t and c_q of the stand");
   c->add_option("--report", o->report, "folder for report.html and result.json");
-  c->add_option("--draws", o->estimate.draws, "of the bootstrap over steps")->check(CLI::Range(100, 100000))->capture_default_str();
-  c->add_option("--seed", o->estimate.seed, "of the bootstrap")->capture_default_str();
-  c->add_option("--accept", o->accepted, "checks that you answer for: power_balance, figure_of_merit, uncertainty; written into every file")
+  c->add_option("--draws", o->estimate.draws, "number of bootstrap samples over the steps")
+      ->check(CLI::Range(100, 100000))
+      ->capture_default_str();
+  c->add_option("--seed", o->estimate.seed, "seed of the bootstrap")->capture_default_str();
+  c->add_option("--accept", o->accepted,
+                "checks to override, on your responsibility: power_balance, figure_of_merit, uncertainty; every file says so")
       ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(stand::kCredibilityChecks.begin(), stand::kCredibilityChecks.end())));
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");
@@ -203,9 +209,8 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
       "  rotorloop stand estimate run_folder --report out -o motor.toml --base vehicles/motors/2306_2300kv.toml\n"
       "  rotorloop stand estimate log.csv --rpm-window 7000,11000 --diameter 0.127 --density 1.19\n"
       "  rotorloop stand estimate stand/*.csv -m vehicles/measured/stands/strawson_5inch.mapping.toml\n"
-      "Exit codes: 0 estimated; 2 usage or an unknown header; 5 no coefficient: every channel is faulty, or a file to write asks for more "
-      "than was\n"
-      "measured.");
+      "Exit codes: 0 estimated; 2 bad arguments or an unknown header; 5 no coefficient: every channel is faulty, or a file to write needs\n"
+      "quantities that were not measured.");
   c->callback([o, &exit_code] { exit_code = stand_estimate(*o); });
 }
 

@@ -168,29 +168,31 @@ int probe(const ProbeArguments& o) {
 
 void add_stand_probe(CLI::App& stand, int& exit_code) {
   auto o = std::make_shared<ProbeArguments>();
-  CLI::App* c = stand.add_subcommand("probe", "finds place, type, word order and scale of a value, with a known weight");
+  CLI::App* c = stand.add_subcommand("probe", "find register, type, word order and scale of a value with a known weight");
   c->add_option("PORT", o->port, "rtu:/dev/ttyUSB0 or tcp:HOST[:502]")->required();
-  c->add_option("--load", o->load, "the known load, in --unit")->required();
-  c->add_option("--unit", o->unit, "kg, g, N, N m, …")->required();
+  c->add_option("--load", o->load, "known load, in the unit of --unit")->required();
+  c->add_option("--unit", o->unit, "unit of the load: kg, g, N, N m, …")->required();
   c->add_option("--quantity", o->quantity, "force or torque")->check(CLI::IsMember({"force", "torque"}))->capture_default_str();
-  c->add_option("--slave", o->slave, "address of the device")->check(CLI::Range(1, 247))->capture_default_str();
-  c->add_option("--fc", o->fc, "3: holding registers, 4: input registers")->check(CLI::Range(3, 4))->capture_default_str();
+  c->add_option("--slave", o->slave, "Modbus address of the device")->check(CLI::Range(1, 247))->capture_default_str();
+  c->add_option("--fc", o->fc, "function code: 3 holding registers, 4 input registers")->check(CLI::Range(3, 4))->capture_default_str();
   c->add_option("--addr", o->address, "first register, from 0")->check(CLI::Range(0, 65535))->capture_default_str();
-  c->add_option("--count", o->count, "registers")->check(CLI::Range(1, 125))->capture_default_str();
-  c->add_option("--baud", o->baud, "rate of the line")->check(CLI::Range(1200, 921600))->capture_default_str();
-  c->add_option("--format", o->format, "word format")
+  c->add_option("--count", o->count, "number of registers")->check(CLI::Range(1, 125))->capture_default_str();
+  c->add_option("--baud", o->baud, "baud rate")->check(CLI::Range(1200, 921600))->capture_default_str();
+  c->add_option("--format", o->format, "data bits, parity, stop bits")
       ->check(CLI::IsMember({"8N1", "8N2", "8E1", "8E2", "8O1", "8O2"}))
       ->capture_default_str();
-  c->add_option("--reads", o->reads, "reads of each state: their scatter is the noise")->check(CLI::Range(2, 1000))->capture_default_str();
-  c->add_option("--show", o->show, "candidates to show")->check(CLI::Range(1, 1000))->capture_default_str();
-  c->add_option("--pick", o->pick, "number of the candidate to write; without it the command asks")->check(CLI::Range(1, 1000));
+  c->add_option("--reads", o->reads, "number of readings with and without load; their scatter is the noise")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  c->add_option("--show", o->show, "number of candidates to print")->check(CLI::Range(1, 1000))->capture_default_str();
+  c->add_option("--pick", o->pick, "number of the candidate to write; default: the command asks")->check(CLI::Range(1, 1000));
   c->add_option("--name", o->name, "name of the channel that is written")->capture_default_str();
-  c->add_option("-o,--out", o->out, "file for the [[channel]] of the choice");
+  c->add_option("-o,--out", o->out, "file to write: the [[channel]] of the chosen candidate, for a profile");
   c->add_flag("--json", o->json, "one JSON document on stdout in place of the tables");
   add_force(*c, o->force);
   c->footer(
       "Example:\n  rotorloop stand probe rtu:/dev/ttyUSB0 --addr 7 --count 8 --load 500 --unit g -o net.toml\n"
-      "Exit codes: 0; 2 arguments; 3 the port or the device; 5 no register follows the load.");
+      "Exit codes: 0 done; 2 bad arguments; 3 the port cannot be opened, or the device does not answer; 5 no register follows the load.");
   c->callback([o, &exit_code] { exit_code = probe(*o); });
 }
 

@@ -84,24 +84,27 @@ int check_profiles(const std::vector<std::string>& names, bool json) {
 
 void add_stand_profile(CLI::App& stand, int& exit_code) {
   CLI::App* group =
-      stand.add_subcommand("profile", "profiles of Modbus instruments: registers, scales, quirks, and where each number comes from");
+      stand.add_subcommand("profile", "profiles of Modbus instruments: registers, types, scales, and the source of each number");
   group->require_subcommand(1);
   auto names = std::make_shared<std::vector<std::string>>();
   auto json = std::make_shared<bool>(false);
-  CLI::App* list = group->add_subcommand("list", "the shipped profiles");
+  CLI::App* list = group->add_subcommand("list", "list the included profiles");
   list->add_flag("--json", *json, "one JSON document on stdout");
+  list->footer("Example:\n  rotorloop stand profile list");
   list->callback([json, &exit_code] { exit_code = list_profiles(*json); });
-  CLI::App* show = group->add_subcommand("show", "all of a profile, with sources and the rate that the line allows");
-  show->add_option("PROFILE", *names, "name of a shipped profile, or a file")->required();
+  CLI::App* show = group->add_subcommand("show", "print a profile with its sources and the sample rate that the serial line allows");
+  show->add_option("PROFILE", *names, "name of an included profile, or a profile file")->required();
+  show->footer("Example:\n  rotorloop stand profile show laumas_tlb");
   show->callback([names, &exit_code] { exit_code = show_profiles(*names); });
-  CLI::App* check = group->add_subcommand("check", "reads a profile; mistakes are named with line and column");
-  check->add_option("PROFILE", *names, "name of a shipped profile, or a file")->required();
+  CLI::App* check = group->add_subcommand("check", "check a profile; mistakes are named with line and column");
+  check->add_option("PROFILE", *names, "name of an included profile, or a profile file")->required();
   check->add_flag("--json", *json, "one JSON document on stdout");
+  check->footer("Example:\n  rotorloop stand profile check my_indicator.toml\nExit codes: 0 no mistake; 2 a mistake in a profile.");
   check->callback([names, json, &exit_code] { exit_code = check_profiles(*names, *json); });
   group->footer(
-      "Example:\n  rotorloop stand profile list\n  rotorloop stand profile show laumas_tlb\n  rotorloop stand profile check "
+      "Examples:\n  rotorloop stand profile list\n  rotorloop stand profile show laumas_tlb\n  rotorloop stand profile check "
       "my_indicator.toml\n"
-      "Exit codes: 0; 2 a mistake in a profile.");
+      "Exit codes: 0 done; 2 a mistake in a profile.");
 }
 
 }  // namespace rotorloop::cli

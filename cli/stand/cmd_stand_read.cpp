@@ -137,15 +137,15 @@ int read_bus(const ReadArguments& o) {
 
 void add_stand_read(CLI::App& stand, int& exit_code) {
   auto o = std::make_shared<ReadArguments>();
-  CLI::App* c = stand.add_subcommand("read", "reads instruments on one bus for a while: values, rates, failures");
+  CLI::App* c = stand.add_subcommand("read", "read the instruments on one bus: values, sample rates, errors");
   c->add_option("PORT", o->port, "rtu:/dev/ttyUSB0 or tcp:HOST[:502]")->required();
-  c->add_option("PROFILE", o->profiles, "PROFILE[@ADDRESS]: name of a shipped profile, or a file")->required();
-  c->add_option("--baud", o->baud, "instead of the first profile's first rate")->check(CLI::Range(1200, 921600));
-  c->add_option("--for", o->for_s, "seconds")->check(CLI::Range(0.05, 86400.0))->capture_default_str();
+  c->add_option("PROFILE", o->profiles, "PROFILE[@ADDRESS]: name of an included profile, or a profile file")->required();
+  c->add_option("--baud", o->baud, "baud rate, in place of the first one in the first profile")->check(CLI::Range(1200, 921600));
+  c->add_option("--for", o->for_s, "time to read, s")->check(CLI::Range(0.05, 86400.0))->capture_default_str();
   c->add_flag("--json", o->json, "one JSON document on stdout");
   c->footer(
       "Example:\n  rotorloop stand read rtu:/dev/ttyUSB0 laumas_tlb@1 ato_torque@2\n"
-      "Exit codes: 0; 2 arguments or a profile; 3 the port, or a device that does not answer; 130, 143 interrupted.");
+      "Exit codes: 0 done; 2 bad arguments or profile; 3 the port cannot be opened, or a device does not answer; 130, 143 interrupted.");
   c->callback([o, &exit_code] { exit_code = read_bus(*o); });
 }
 

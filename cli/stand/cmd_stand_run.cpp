@@ -31,8 +31,8 @@ struct RunArguments {
 // Nothing is armed before a person has named what will turn.
 void ask_a_person(const modbus::StandSetup& setup) {
   if (::isatty(STDIN_FILENO) != 1)
-    throw Error({"--yes", "a propeller is to turn and nobody can be asked: standard input is no terminal", "",
-                 "give --yes when nobody is near the stand"},
+    throw Error({"--yes", "the propeller would turn, and standard input is no terminal to ask for confirmation", "",
+                 "give --yes only when nobody is near the stand"},
                 ExitCode::safety);
   fmt::print(stderr,
              "The propeller will turn. Nobody in its plane, stand bolted down, supply switch in reach?\nType the propeller's name to arm, "
@@ -110,38 +110,36 @@ int stand_run(RunArguments& o) {
 
 void add_stand_run(CLI::App& stand, int& exit_code) {
   auto o = std::make_shared<RunArguments>();
-  CLI::App* c = stand.add_subcommand("run", "turns a motor on the stand through a sequence and writes the run folder");
+  CLI::App* c = stand.add_subcommand("run", "run a motor on the stand through a sequence of speeds and write the run folder");
   c->add_option("SETUP", o->run.setup, "stand file")->required();
   add_sequence_options(*c, o->run);
-  c->add_flag("--dry-run", o->dry_run, "prints the plan, predicted thrust, torque, current, duration, and ranges exceeded; arms nothing");
-  c->add_flag("--live", o->run.live, "a page with curves, limits and a stop button in the browser of this machine; says its address");
-  c->add_option("--port", o->run.live_port, "port of the page; 0: one that is free")->capture_default_str();
-  c->add_flag("--yes", o->yes, "arms without asking: nobody is near the stand");
+  c->add_flag("--dry-run", o->dry_run, "print the plan with predicted thrust, torque, current, duration and exceeded ranges; arms nothing");
+  c->add_flag("--live", o->run.live, "serve a page with plots, limits and a stop button for a browser of this machine; prints its address");
+  c->add_option("--port", o->run.live_port, "TCP port of the page; 0: a free port")->capture_default_str();
+  c->add_flag("--yes", o->yes, "arm without asking; only when nobody is near the stand");
   c->add_option("--bus", o->bus, kBusHelp)->capture_default_str();
   c->add_option("--tool-id", o->tool_id, "node id of this program, 126 or 127")->check(CLI::Range(1, 127))->capture_default_str();
-  c->add_option("--listen", o->run.listen_s, "seconds to wait for the ESC to say that it is there")
+  c->add_option("--listen", o->run.listen_s, "time to wait for the ESC to announce itself, s")
       ->check(CLI::Range(0.5, 60.0))
       ->capture_default_str();
-  c->add_flag("--virtual", o->in_virtual_time,
-              "the same in virtual time: instruments of the stand file emulated, the ESC simulated; opens no port");
+  c->add_flag("--virtual", o->in_virtual_time, "simulate the run in virtual time: instruments emulated, ESC simulated; opens no port");
   add_virtual_options(*c, o->virtual_run);
   c->footer(
-      "The motor stops and is disarmed at the end, at a limit, and at Ctrl-C (ramped down; a second one stops at once). If this program is "
-      "killed,\n"
-      "the ESC stops by itself after its cmd_timeout_ms (250 ms). The page of --live listens on 127.0.0.1 alone; its address carries the "
-      "token for its stop\n"
-      "button, and the run goes on when it is closed.\n"
-      "R and K_v of the motor need --commission: the power of a run alone has R 6 % and K_v 1 % off. The rotor moves by one electrical "
-      "turn, and the ESC keeps its\n"
-      "own parameters.\n"
+      "The motor stops and is disarmed at the end, at a limit, and at Ctrl-C (it ramps down; a second Ctrl-C stops it at once). If this\n"
+      "program is killed, the ESC stops the motor after its cmd_timeout_ms (250 ms). The page of --live is reachable from this machine "
+      "only\n"
+      "(127.0.0.1). Its address contains the token for the stop button. The run continues when the page is closed.\n"
+      "For accurate R and K_v of the motor use --commission: estimates from a run alone are off by 6 % and 1 %. The rotor then moves by "
+      "one\n"
+      "electrical turn, and the parameters of the ESC are not changed.\n"
       "Examples:\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --dry-run\n"
       "  rotorloop stand run my_stand.toml --rpm 3000,9000 --sequence staircase,step -o runs/p003\n"
       "  rotorloop stand run devices/virtual/stand.toml --virtual --sequence abab --repeats 4 -o runs/strut\n"
       "  rotorloop stand run devices/virtual/stand.toml --virtual --live -o runs/seen\n"
-      "Exit codes: 0; 2 arguments or files; 3 a port, the bus, or an instrument; 4 a limit, or not safe to arm; 5 expired calibration, or "
-      "more than a fifth of\n"
-      "the steps did not settle; 130, 143 interrupted.");
+      "Exit codes: 0 done; 2 bad arguments or files; 3 a port, the bus or an instrument failed; 4 a limit ended the run, or it was not "
+      "safe\n"
+      "to arm; 5 the calibration has expired, or more than 20 % of the steps did not settle; 130, 143 interrupted.");
   c->callback([o, &exit_code] { exit_code = stand_run(*o); });
 }
 

@@ -32,60 +32,62 @@ nlohmann::ordered_json step_json(const stand_run::StepMeans& s) {
 StandRunOptions::StandRunOptions() { version = std::string("rotorloop ") + kVersion + " (" + kGit + ")"; }
 
 void add_sequence_options(CLI::App& c, StandRunOptions& o) {
-  c.add_option("-o,--out", o.out, "new folder for the run");
+  c.add_option("-o,--out", o.out, "run folder to create");
   c.add_option("--sequence", o.sequences, fmt::format("one or several of {}", fmt::join(stand_run::kSequences, ", ")))
       ->delimiter(',')
       ->capture_default_str();
-  c.add_option("--rpm", o.rpm, "LOW,HIGH; default: a third to nine tenths of the stand file's limit")
+  c.add_option("--rpm", o.rpm, "LOW,HIGH: speed range, RPM; default: 1/3 to 9/10 of the limit in the stand file")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::PositiveNumber);
-  c.add_option("--idle", o.idle_rpm, "RPM at which torque is next to nothing and the motor still runs smoothly")
+  c.add_option("--idle", o.idle_rpm, "idle speed, RPM: torque almost zero, and the motor still runs smoothly")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  c.add_option("--levels", o.sequence.levels, "speeds of a staircase")->capture_default_str();
-  c.add_option("--hold", o.sequence.hold_s, "seconds that are averaged at each speed")
-      ->check(CLI::Range(0.2, 600.0))
-      ->capture_default_str();
-  c.add_option("--settle", o.session.settle_s, "seconds after each change of speed at least")
+  c.add_option("--levels", o.sequence.levels, "number of speeds of a staircase")->capture_default_str();
+  c.add_option("--hold", o.sequence.hold_s, "averaging time at each speed, s")->check(CLI::Range(0.2, 600.0))->capture_default_str();
+  c.add_option("--settle", o.session.settle_s, "shortest settling time after each change of speed, s")
       ->check(CLI::Range(0.5, 60.0))
       ->capture_default_str();
-  c.add_option("--zero", o.sequence.zero_s, "seconds of each zero")->check(CLI::Range(0.5, 600.0))->capture_default_str();
+  c.add_option("--zero", o.sequence.zero_s, "duration of each zero measurement, s")->check(CLI::Range(0.5, 600.0))->capture_default_str();
   c.add_option("--repeats", o.sequence.repeats,
                fmt::format("pairs of steps, or of A and B; default: {} and {}", stand_run::kStepPairs, stand_run::kAbabPairs));
-  c.add_option("--step-share", o.sequence.step_share, "size of steps about the middle, share of it")
+  c.add_option("--step-share", o.sequence.step_share, "size of the speed steps, as a fraction of the middle speed")
       ->check(CLI::Range(0.005, 0.2))
       ->capture_default_str();
-  c.add_option("--duration", o.sequence.endurance_s, "seconds of endurance")->check(CLI::Range(10.0, 7200.0))->capture_default_str();
+  c.add_option("--duration", o.sequence.endurance_s, "duration of the sequence endurance, s")
+      ->check(CLI::Range(10.0, 7200.0))
+      ->capture_default_str();
   c.add_option("--replay", o.replay, "CSV with rotor speed over time, for the sequence replay");
-  c.add_option("--order-seed", o.sequence.seed, "of shuffled levels")->capture_default_str();
+  c.add_option("--order-seed", o.sequence.seed, "seed for the order of the sequence shuffled")->capture_default_str();
   c.add_option("--supply", o.supply_V, "supply voltage, V, for the predicted current")
       ->check(CLI::Range(1.0, 200.0))
       ->capture_default_str();
-  c.add_option("--density", o.density_kg_m3, "of the air, kg/m³, where no instrument measures it")->check(CLI::Range(0.5, 1.6));
-  c.add_option("--airspeed", o.airspeed_m_s, "of a wind tunnel along the axis, m/s, above 0 as in climb: goes into the run for c_q(J)")
+  c.add_option("--density", o.density_kg_m3, "air density, kg/m³, if no instrument measures it")->check(CLI::Range(0.5, 1.6));
+  c.add_option("--airspeed", o.airspeed_m_s,
+               "air speed of a wind tunnel along the axis, m/s, positive as in climb; stored in the run for c_q(J)")
       ->check(CLI::Range(-100.0, 100.0));
   c.add_option("--index", o.session.esc_index, "esc_index of the motor, from 0")->check(CLI::Range(0, 15))->capture_default_str();
   c.add_flag_function(
       "--commission,!--no-commission", [&o](std::int64_t times) { o.commission = times > 0; },
-      "before the run a rotorloop ESC measures R and L of the motor at rest, 5 s with up to the motor's current; default: in virtual time "
-      "alone");
-  c.add_flag("--json", o.json, "one JSON document at the end on stdout");
-  c.add_flag("--jsonl", o.jsonl, "a JSON line for each step on stdout");
+      "before the run let a rotorloop ESC measure R and L of the motor at rest (5 s, up to the current limit of the motor); default: only "
+      "with --virtual");
+  c.add_flag("--json", o.json, "print one JSON document at the end");
+  c.add_flag("--jsonl", o.jsonl, "print one JSON line for each step");
   c.add_flag("-q,--quiet", o.quiet, "no progress on stderr");
 }
 
 void add_virtual_options(CLI::App& c, VirtualOptions& o) {
-  c.add_option("--plant", o.plant, "plant file: drive and propeller are those of its first rotor")->capture_default_str();
-  c.add_option("--seed", o.seed, "of board, noise, and errors of the measuring chain")->capture_default_str();
+  c.add_option("--plant", o.plant, "plant file; motor, inverter and propeller of its first rotor are used")->capture_default_str();
+  c.add_option("--seed", o.seed, "seed of board tolerances, noise and instrument errors")->capture_default_str();
   c.add_option("--wind", o.wind_m_s, "axial wind through the virtual rotor, m/s")->check(CLI::Range(-20.0, 30.0));
-  c.add_option("--strut", o.strut, "share of the thrust that configuration B of abab loses")
+  c.add_option("--strut", o.strut, "fraction of the thrust that configuration B of the sequence abab loses")
       ->check(CLI::Range(0.0, 0.5))
       ->capture_default_str();
-  c.add_flag("--perfect", o.perfect, "a measuring chain without errors");
-  c.add_option("--esc-pole-pairs", o.esc_pole_pairs, "pole pairs that ESC and stand file are set to, to see a mistake found")
+  c.add_flag("--perfect", o.perfect, "instruments without errors");
+  c.add_option("--esc-pole-pairs", o.esc_pole_pairs,
+               "number of pole pairs set in ESC and stand file; a wrong one shows how the mistake is detected")
       ->check(CLI::Range(1, 30));
-  c.add_option("--pace", o.pace, "seconds of the stand in one second of the clock; 0: as fast as it goes; with --live 1 unless given")
+  c.add_option("--pace", o.pace, "simulated seconds per second of real time; 0: as fast as possible; default with --live: 1")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   c.add_option("--chipped-at", o.chipped_at_s, "seconds after which a blade lacks a piece: the mount shakes")->group("");
