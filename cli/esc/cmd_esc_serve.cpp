@@ -49,8 +49,14 @@ int serve(const ServeArguments& o) {
   allocator.emplace(tool, table, [&](const tools::Allocated& a) {
     // On disk before the next node is served: an id that was given is never given to another.
     if (a.is_new) write_text_file(o.table, tools::allocation_table_text(allocator->table()));
-    tell(o.esc, {{"unique_id", tools::unique_id_text(a.unique_id)}, {"node", a.node_id}, {"new", a.is_new}},
-         fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id));
+    nlohmann::ordered_json told = {{"unique_id", tools::unique_id_text(a.unique_id)}, {"node", a.node_id}, {"new", a.is_new}};
+    std::string text = fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id);
+    if (a.stored_id) {
+      const std::string holder = a.held_by == tools::UniqueId{} ? "a node that tells no unique id" : tools::unique_id_text(a.held_by);
+      told["stored_node"] = *a.stored_id, told["held_by"] = holder;
+      text += fmt::format("; its {} of the table is held by {}", *a.stored_id, holder);
+    }
+    tell(o.esc, told, text);
   });
   std::optional<tools::TimeMaster> time;
   if (o.time) time.emplace(tool);

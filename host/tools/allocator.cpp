@@ -18,6 +18,8 @@ constexpr std::uint8_t kAllocationPriority = 24, kTimePriority = 1;
 constexpr std::int64_t kForget_ns = static_cast<std::int64_t>(Allocation::kAllocatorForgets_us) * 1000;
 constexpr std::int64_t kTimePeriod_ns = 1'000'000'000, kMasterLost_ns = 2'200'000'000;
 constexpr std::uint8_t kLastForNodes = 125;  // 126 and 127 are for tools
+// A node tells its status once a second. Whoever asks for an id and gets no answer repeats that within a second.
+constexpr std::int64_t kListen_ns = 1'500'000'000;
 
 }  // namespace
 
@@ -58,7 +60,7 @@ std::string allocation_table_text(const std::map<UniqueId, std::uint8_t>& table)
 }
 
 Allocator::Allocator(ToolNode& tool, std::map<UniqueId, std::uint8_t> table, std::function<void(const Allocated&)> told)
-    : tool_(tool), table_(std::move(table)), report_(std::move(told)) {
+    : tool_(tool), table_(std::move(table)), report_(std::move(told)), begun_ns_(tool.now_ns()) {
   tool.on_anonymous<Allocation>([this](const Allocation& request) { on_request(request); });
 }
 
@@ -77,22 +79,49 @@ void Allocator::on_request(const Allocation& request) {
     UniqueId id{};
     std::copy(heard_.begin(), heard_.end(), id.begin());
     heard_.clear();
-    const std::uint8_t node = choose(id, request.node_id);
-    if (node == 0) {
-      ++refused_;
-      return;
-    }
-    const bool is_new = table_.emplace(id, node).second;
-    answer.node_id = node;
-    tool_.broadcast(answer, kAllocationPriority);
-    report_({.unique_id = id, .node_id = node, .is_new = is_new});
+    if (tool_.now_ns() - begun_ns_ >= kListen_ns) give(id, request.node_id);
     return;
   }
   tool_.broadcast(answer, kAllocationPriority);
 }
 
-std::uint8_t Allocator::choose(const UniqueId& id, std::uint8_t preferred) const {
-  if (const auto known = table_.find(id); known != table_.end()) return known->second;
+void Allocator::give(const UniqueId& id, std::uint8_t preferred) {
+  Allocated given{.unique_id = id};
+  if (const auto known = table_.find(id); known != table_.end()) {
+    const Holder holder = holder_of(known->second, id);
+    if (holder == Holder::not_known_yet) return;
+    if (holder == Holder::another) {
+      given.stored_id = known->second;
+      if (const auto& info = tool_.nodes().at(known->second).info) given.held_by = info->unique_id;
+    } else {
+      given.node_id = known->second;
+    }
+  }
+  waiting_since_ns_.erase(id);
+  if (given.node_id == 0) {
+    given.node_id = free_id(preferred);
+    given.is_new = true;
+    if (given.node_id == 0) return void(++refused_);
+    table_[id] = given.node_id;
+  }
+  Allocation answer;
+  answer.unique_id.assign(id);
+  answer.node_id = given.node_id;
+  tool_.broadcast(answer, kAllocationPriority);
+  report_(given);
+}
+
+// A node that started anew was heard with this id a moment ago, and has none now; another that holds it goes on telling its status.
+Allocator::Holder Allocator::holder_of(std::uint8_t node, const UniqueId& id) {
+  const auto seen = tool_.nodes().find(node);
+  if (seen == tool_.nodes().end() || tool_.now_ns() - seen->second.heard_ns > kToolOffline_ns) return Holder::nobody;
+  if (seen->second.info) return seen->second.info->unique_id == id ? Holder::itself : Holder::another;
+  const std::int64_t since_ns = waiting_since_ns_.try_emplace(id, tool_.now_ns()).first->second;
+  if (seen->second.heard_ns > since_ns) return Holder::another;
+  return tool_.now_ns() - since_ns > kListen_ns ? Holder::nobody : Holder::not_known_yet;
+}
+
+std::uint8_t Allocator::free_id(std::uint8_t preferred) const {
   std::set<std::uint8_t> taken{tool_.node_id()};
   for (const auto& [other, node] : table_) taken.insert(node);
   for (const auto& [node, seen] : tool_.nodes()) taken.insert(node);

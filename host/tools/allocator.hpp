@@ -1,10 +1,13 @@
 // Gives node ids to nodes that ask for one (DroneCAN dynamic node id allocation, the side of the allocator), and remembers which unique id
-// has which: the same ESC gets the same id for ever, as long as its table is kept.
+// has which: the same ESC gets the same id for ever, as long as its table is kept and no other node holds that id. The bus is looked at
+// before the table: nothing is given before it was listened to for a while, and a stored id that a live node of another unique id holds is
+// replaced, for two nodes of one id would both fall silent.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +26,9 @@ struct Allocated {
   UniqueId unique_id{};
   std::uint8_t node_id = 0;
   bool is_new = false;  // the table has changed
+  // Its id of the table, where another node holds that; and the unique id of that node, all zero where it does not answer.
+  std::optional<std::uint8_t> stored_id = {};
+  UniqueId held_by{};
 };
 
 class Allocator {
@@ -34,13 +40,19 @@ class Allocator {
 
  private:
   void on_request(const protocols::Allocation& request);
-  std::uint8_t choose(const UniqueId& id, std::uint8_t preferred) const;  // 0: none is free
+  // Whether the id of a stored node is free for it, as far as the bus shows by now.
+  enum class Holder { nobody, itself, another, not_known_yet };
+  Holder holder_of(std::uint8_t node, const UniqueId& id);
+  void give(const UniqueId& id, std::uint8_t preferred);
+  std::uint8_t free_id(std::uint8_t preferred) const;  // 0: none is free
 
   ToolNode& tool_;
   std::map<UniqueId, std::uint8_t> table_;
   std::function<void(const Allocated&)> report_;
   std::vector<std::uint8_t> heard_;  // unique id of the node being served, as far as it is known
   std::int64_t heard_ns_ = 0;
+  std::int64_t begun_ns_;
+  std::map<UniqueId, std::int64_t> waiting_since_ns_;  // nodes that were not answered, as the holder of their id is not known yet
   std::uint64_t refused_ = 0;
 };
 

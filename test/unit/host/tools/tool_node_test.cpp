@@ -221,6 +221,37 @@ TEST(Allocator, GivesTheSameIdToTheSameUniqueIdAndNeverOneThatIsTaken) {
   EXPECT_EQ(table, allocator.table());
 }
 
+TEST(Allocator, AStoredIdThatALiveNodeOfAnotherUniqueIdHoldsIsReplacedAndTheHolderNamed) {
+  Pair p;                                           // node 21 is on the bus
+  const UniqueId stored{9, 8, 7}, holder{1, 2, 3};  // as Pair has it
+  std::vector<Allocated> told;
+  Allocator allocator(p.tool, {{stored, 21}}, [&](const Allocated& a) { told.push_back(a); });
+  p.tool.run_for(2 * kSecond_ns);
+  EXPECT_EQ(allocate(p, p.node, stored, 0, p.node.bus()), 125);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].stored_id, 21);
+  EXPECT_EQ(told[0].held_by, holder);
+  EXPECT_TRUE(told[0].is_new) << "the table has to be kept";
+  EXPECT_EQ(allocator.table().at(stored), 125);
+}
+
+TEST(Allocator, GivesNothingBeforeItHasListenedForMoreThanAPeriodOfNodeStatus) {
+  Pair p;
+  Allocator allocator(p.tool, {{UniqueId{9, 8, 7}, 21}}, [](const Allocated&) { ADD_FAILURE(); });
+  EXPECT_EQ(allocate(p, p.node, UniqueId{9, 8, 7}, 0, p.node.bus()), 0);
+}
+
+TEST(Allocator, TheNodeThatHeldItsIdBeforeItStartedAnewGetsItAgainAtOnce) {
+  Pair p;
+  std::vector<Allocated> told;
+  const UniqueId own{1, 2, 3};  // as Pair has it
+  Allocator allocator(p.tool, {{own, 21}}, [&](const Allocated& a) { told.push_back(a); });
+  p.tool.run_for(2 * kSecond_ns);
+  EXPECT_EQ(allocate(p, p.node, own, 0, p.node.bus()), 21);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_FALSE(told[0].stored_id);
+}
+
 TEST(Allocator, ATableWithAMistakeIsRefusedWithItsLine) {
   const std::string id(32, 'a');
   for (const std::string& text : {std::string("hello"), id + " = 0", id + " = 126", id + " = x", id + " = 5\n" + id + " = 6",
