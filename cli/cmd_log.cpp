@@ -11,6 +11,7 @@
 
 #include "bench/sysid/log/check/log_report.hpp"
 #include "bench/sysid/log/log_summary.hpp"
+#include "bench/sysid/log/mcap_write.hpp"
 #include "bench/sysid/log/own_log.hpp"
 #include "bench/sysid/log/read_flight.hpp"
 #include "bench/sysid/log/ulog_write.hpp"
@@ -45,16 +46,18 @@ int info(const LogArguments& o) {
 
 int convert(const LogArguments& o) {
   const auto extension = o.out.extension();
-  if (extension != ".ulg" && extension != ".csv")
+  if (extension != ".ulg" && extension != ".csv" && extension != ".mcap")
     throw Error({o.out.generic_string(), "has an ending that names no format to write", "",
-                 "let --out end in .ulg (ULog) or .csv (flight log of rotorloop)"});
+                 "let --out end in .csv (flight log of rotorloop, columns in SI units), .ulg (ULog) or .mcap (Foxglove, PlotJuggler)"});
   check_outputs({{"-o", o.out}}, o.force);
   std::vector<log::LogFinding> notes;
   const auto flight = read(o, notes);
   for (const auto& n : notes) fmt::print(stderr, "note: {}: {}\n", n.stream, n.what);
   if (extension == ".csv" && !flight.pose.empty() && !flight.position_W_m.empty())
     fmt::print(stderr, "note: position: not written; a flight log has one position, that of the pose\n");
-  write_text_file(o.out, extension == ".ulg" ? log::ulog_bytes(flight) : log::own_log_text(flight));
+  write_text_file(o.out, extension == ".ulg"    ? log::ulog_bytes(flight)
+                         : extension == ".mcap" ? log::mcap_bytes(flight)
+                                                : log::own_log_text(flight));
   return 0;
 }
 
@@ -76,7 +79,7 @@ int check(const LogArguments& o) {
   return to_int(refused ? ExitCode::data_quality : ExitCode::ok);
 }
 
-constexpr const char* kLogHelp = "flight log: CSV, ULog, or a run folder that contains flight.csv";
+constexpr const char* kLogHelp = "flight log: CSV, ULog, DataFlash (.BIN), or a run folder that contains flight.csv";
 
 void add_mapping(CLI::App& c, LogArguments& o) {
   c.add_option("-m,--mapping", o.mapping, "mapping file: the meaning of the columns in logs of other tools");
@@ -121,11 +124,13 @@ void add_log(CLI::App& app, int& exit_code) {
   }
   add_check(*group, exit_code);
   auto o = std::make_shared<LogArguments>();
-  CLI::App* c = group->add_subcommand("convert", "convert a flight log to ULog or to rotorloop's CSV");
+  CLI::App* c = group->add_subcommand("convert", "convert a flight log to ULog, MCAP or CSV with columns in SI units");
   add_input(*c, *o);
-  c->add_option("-o,--out", o->out, "file to write, ending in .ulg or .csv")->required();
+  c->add_option("-o,--out", o->out, "file to write, ending in .csv, .ulg or .mcap")->required();
   add_force(*c, o->force);
-  c->footer("Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg");
+  c->footer(
+      "Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg\n"
+      "  rotorloop log convert 00000012.BIN --mapping vehicles/measured/ardupilot_bin.mapping.toml -o flight.mcap");
   c->callback([o, &exit_code] { exit_code = convert(*o); });
   group->footer(
       "Examples:\n  rotorloop log info flight.ulg\n  rotorloop log check run/horizontal/pd_ff/1\nrotorloop --help lists the exit codes.");

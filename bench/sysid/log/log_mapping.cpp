@@ -207,6 +207,10 @@ void read_sources(const TomlTable& root, LogMapping& m) {
                "give what follows the log's stem, for example \"_mocap.csv\"");
       const auto time = t.optional_table("time");
       s.time = time ? read_time(*time, own) : own;
+    } else if (m.kind == LogKind::dataflash) {
+      s.topic = t.text("message");
+      s.multi_id = static_cast<int>(t.integer("instance", 0, 255, 0));
+      s.time = {t.text("time_column", "TimeUS"), 1e-6, t.where()};
     } else {
       s.topic = t.text("topic");
       s.multi_id = static_cast<int>(t.integer("multi_id", 0, 255, 0));
@@ -222,7 +226,8 @@ LogMapping from_toml(const TomlFile& file) {
   LogMapping m;
   m.path = file.path();
   m.name = root.text("name");
-  m.kind = root.choice("log", {"csv", "ulog"}) == "ulog" ? LogKind::ulog : LogKind::csv;
+  const std::string kind = root.choice("log", {"csv", "ulog", "dataflash"});
+  m.kind = kind == "ulog" ? LogKind::ulog : kind == "dataflash" ? LogKind::dataflash : LogKind::csv;
   if (m.kind == LogKind::csv) {
     const std::string separator = root.choice("separator", {",", ";", "tab"}, ",");
     m.separator = separator == "tab" ? '\t' : separator[0];
@@ -235,6 +240,7 @@ LogMapping from_toml(const TomlFile& file) {
 
 }  // namespace
 
+std::string_view name(LogKind kind) { return kind == LogKind::csv ? "CSV" : kind == LogKind::ulog ? "ULog" : "DataFlash"; }
 std::string_view name(LogQuantity quantity) { return traits(quantity).name; }
 
 std::string MappedStream::label() const { return quantity == LogQuantity::extra ? "extra " + extra_name : std::string(name(quantity)); }

@@ -13,7 +13,8 @@
 
 namespace rotorloop::log {
 
-enum class LogKind : std::uint8_t { csv, ulog };
+enum class LogKind : std::uint8_t { csv, ulog, dataflash };
+std::string_view name(LogKind kind);  // for messages: "CSV", "ULog", "DataFlash"
 enum class LogQuantity : std::uint8_t { pose, position, velocity, gyro, accel, rotor_speed, motor_command, battery, extra, attitude };
 std::string_view name(LogQuantity quantity);
 
@@ -23,12 +24,12 @@ struct MappedTime {
   std::string where;  // "file:line" in the mapping, for messages
 };
 
-// One table of numbers: the log itself, a CSV file beside it, or a ULog topic.
+// One table of numbers: the log itself, a CSV file beside it, a ULog topic, or a DataFlash message.
 struct MappedSource {
   std::string name;    // as [[stream]] says in `from`; "" is the log itself
   std::string suffix;  // CSV: file whose name is the log's stem and this
-  std::string topic;   // ULog
-  int multi_id = 0;
+  std::string topic;   // ULog; the message of a DataFlash log
+  int multi_id = 0;    // its instance
   MappedTime time;
   std::string where;
 };

@@ -26,7 +26,7 @@ using Reading = std::array<double, 8>;
 using Sources = std::vector<std::optional<ColumnTable>>;
 
 std::string source_label(const LogMapping& m, const MappedSource& s) {
-  if (m.kind == LogKind::ulog) return fmt::format("topic {} {}", s.topic, s.multi_id);
+  if (m.kind != LogKind::csv) return fmt::format("{} {} {}", m.kind == LogKind::ulog ? "topic" : "message", s.topic, s.multi_id);
   return s.suffix.empty() ? "the log" : "the file *" + s.suffix + " beside the log";
 }
 
@@ -366,7 +366,8 @@ void join_attitude(FlightRecord& f, std::vector<LogFinding>& findings) {
   for (std::size_t i = 0; i < f.position_W_m.size(); ++i) {
     const double t = f.position_W_m.t_s[i];
     const auto next = std::lower_bound(q.t_s.begin(), q.t_s.end(), t);
-    if (!attitude.covers(t) || (next != q.t_s.begin() && *next - *(next - 1) > kLongest_s)) continue;
+    const bool between = next != q.t_s.end() && next != q.t_s.begin() && *next != t;
+    if (!attitude.covers(t) || (between && *next - *(next - 1) > kLongest_s)) continue;
     f.pose.add(t, {f.position_W_m.value[i], attitude.at(t).q_WS.normalized()});
   }
   if (f.pose.empty()) return;

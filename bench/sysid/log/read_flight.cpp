@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "bench/sysid/log/column_table.hpp"
+#include "bench/sysid/log/dataflash.hpp"
 #include "bench/sysid/log/mapped_flight.hpp"
 #include "bench/sysid/log/own_log.hpp"
 #include "bench/sysid/log/ulog.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class Format { own, ulog, csv };
+enum class Format { own, ulog, dataflash, csv };
 
 Format format_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -27,6 +28,7 @@ Format format_of(const fs::path& path) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.starts_with("\xEF\xBB\xBF")) head.erase(0, 3);
   if (head.starts_with("# rotorloop")) return Format::own;
+  if (head.starts_with(kDataFlashHead)) return Format::dataflash;
   return head.starts_with(kULogMagic) || path.extension() == ".ulg" ? Format::ulog : Format::csv;
 }
 
@@ -49,13 +51,32 @@ std::string topic_list(const ULog& log) {
   return name_list(names);
 }
 
+std::string message_list(const DataFlash& log) {
+  std::vector<std::string> names;
+  for (const auto& m : log.messages()) {
+    const std::size_t n = log.instances(m).size();
+    names.push_back(n > 1 ? fmt::format("{} (instances 0 to {})", m.name, n - 1) : m.name);
+  }
+  return name_list(names);
+}
+
 [[noreturn]] void needs_mapping(const fs::path& path, Format format) {
-  const bool ulog = format == Format::ulog;
-  const std::string has =
-      ulog ? "topics " + topic_list(ULog::parse(read_log_bytes(path), path)) : "columns " + name_list(read_csv_table(path, {}, {}).names);
-  throw Error({path.generic_string(), "is a log of another tool, and no mapping says what its " + has + " mean", "",
-               ulog ? "give --mapping; vehicles/measured/px4_ulog.mapping.toml is that of PX4"
-                    : "give --mapping FILE (docs/files.md, \"Mapping file\"; examples in vehicles/measured)"});
+  std::string has, remedy;
+  if (format == Format::ulog) {
+    has = "topics " + topic_list(ULog::parse(read_log_bytes(path), path));
+    remedy = "give --mapping; vehicles/measured/px4_ulog.mapping.toml is that of PX4";
+  } else if (format == Format::dataflash) {
+    has = "messages " + message_list(DataFlash::parse(read_log_bytes(path), path));
+    remedy = "give --mapping; vehicles/measured/ardupilot_bin.mapping.toml is that of ArduPilot";
+  } else {
+    has = "columns " + name_list(read_csv_table(path, {}, {}).names);
+    remedy = "give --mapping FILE (docs/files.md, \"Mapping file\"; examples in vehicles/measured)";
+  }
+  throw Error({path.generic_string(), "is a log of another tool, and no mapping says what its " + has + " mean", "", remedy});
+}
+
+LogKind kind_of(Format format) {
+  return format == Format::ulog ? LogKind::ulog : format == Format::dataflash ? LogKind::dataflash : LogKind::csv;
 }
 
 void read_mapped_csv(const fs::path& path, const LogMapping& mapping, FlightRecord& f, std::vector<LogFinding>& findings) {
@@ -117,6 +138,17 @@ void read_mapped_ulog(const fs::path& path, const LogMapping& mapping, FlightRec
   }
 }
 
+void read_mapped_dataflash(const fs::path& path, const LogMapping& mapping, FlightRecord& f, std::vector<LogFinding>& findings) {
+  const DataFlash log = DataFlash::parse(read_log_bytes(path), path);
+  for (const auto& note : log.notes()) findings.push_back({"log", note, 0.0, 0.0, FindingAction::note});
+  const TableReader tables = [&](const MappedSource& s, const std::set<std::string>& wanted) {
+    auto table = log.table(s.topic, s.multi_id, wanted);
+    if (table) table->label = fmt::format("message {} {} of {}", s.topic, s.multi_id, path.filename().generic_string());
+    return table;
+  };
+  map_flight(mapping, tables, f, findings);
+}
+
 }  // namespace
 
 FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::vector<LogFinding>* findings) {
@@ -134,13 +166,14 @@ FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::
     f = read_own_log(path, &notes);
   } else {
     if (!mapping) needs_mapping(path, format);
-    if ((mapping->kind == LogKind::ulog) != (format == Format::ulog))
+    if (mapping->kind != kind_of(format))
       throw Error({path.generic_string(),
-                   fmt::format("is {}, and {} maps {}", format == Format::ulog ? "a ULog" : "no ULog", mapping->path.generic_string(),
-                               mapping->kind == LogKind::ulog ? "ULogs" : "CSV"),
+                   fmt::format("is {}, and {} maps {}", name(kind_of(format)), mapping->path.generic_string(), name(mapping->kind)),
                    "the mapping of another log", "give the mapping of this log"});
     if (format == Format::ulog)
       read_mapped_ulog(path, *mapping, f, notes);
+    else if (format == Format::dataflash)
+      read_mapped_dataflash(path, *mapping, f, notes);
     else
       read_mapped_csv(path, *mapping, f, notes);
   }

@@ -97,7 +97,10 @@ TEST_F(LogCommand, WrongArgumentsNameTheRemedy) {
                 run({"info", log_});
               }),
               AllOf(HasSubstr("columns ms, u, a, b, c, d mean"), HasSubstr("give --mapping")));
-  EXPECT_THAT(test::error_of([&] { run({"convert", log_, "-m", mapping_, "-o", "out.bag"}); }), HasSubstr("end in .ulg (ULog) or .csv"));
+  EXPECT_THAT(test::error_of([&] {
+                run({"convert", log_, "-m", mapping_, "-o", "out.bag"});
+              }),
+              HasSubstr("columns in SI units), .ulg (ULog) or .mcap"));
   EXPECT_THAT(test::error_of([&] { run({"info", "no.csv"}); }), HasSubstr("no.csv: error: is not a file"));
   EXPECT_THAT(test::error_of([&] { run({"info", log_, "-m", "no.toml"}); }), HasSubstr("no.toml"));
 }

@@ -384,7 +384,7 @@ TEST(ReadFlight, LogOfAnotherToolWithoutMappingListsItsColumns) {
   const LogMapping ulog = parse_log_mapping(
       "format = 1\nname = \"u\"\nlog = \"ulog\"\n[source.b]\ntopic = \"b\"\n" + stream("battery", "[\"u\"]", "V", "from = \"b\""),
       "u.toml");
-  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &ulog); }), HasSubstr("is no ULog, and u.toml maps ULogs"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &ulog); }), HasSubstr("is CSV, and u.toml maps ULog"));
 }
 
 }  // namespace

@@ -250,7 +250,7 @@ TEST(ULogFlight, TopicWithoutTheFieldIsNamedWithWhatItHas) {
       "format = 1\nname = \"x\"\nlog = \"csv\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n[[stream]]\nquantity = \"battery\"\ncolumns = "
       "[\"u\"]\nunit = \"V\"\n",
       "c.toml");
-  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &csv); }), HasSubstr("is a ULog, and c.toml maps CSV"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(path, &csv); }), HasSubstr("is ULog, and c.toml maps CSV"));
 }
 
 // --- damage -----------------------------------------------------------------------------------------------------------------------
