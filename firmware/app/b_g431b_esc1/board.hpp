@@ -50,7 +50,7 @@ class EscBoard : public firmware::B_G431B_ESC1_Scales {
     return phase == 1 ? static_cast<std::uint16_t>(g431::adc2().dr.read()) : (phase == 0 ? slow_.u : slow_.w);
   }
   void set_compare(firmware::PwmCompare c) noexcept {
-    for (std::size_t k = 0; k < 3; ++k) g431::tim1().ccr[k].write(kPwmTop - c.phase[k]);
+    for (std::size_t k = 0; k < 3; ++k) g431::tim1().ccr[k].write(c.phase[k]);
   }
   void bridge_on() noexcept { g431::write_gates(g431::kAllGateBits); }
   void gates_on(std::uint8_t mask) noexcept;

@@ -1,6 +1,6 @@
 // The two converters (RM0440, section 21), their DMA (sections 12, 13) and how three shunts, bus and thermistor come out of them:
-//   TIM1 TRGO, the trough: injected group. ADC1: U, then W; ADC2: V. The interrupt comes when ADC1 has both.
-//   TIM1 TRGO2, the crest: regular group. ADC1: U, W, bus, thermistor, VREFINT, by DMA; ADC2: V. The shunts carry nothing there: their
+//   TIM1 TRGO, the crest: injected group. ADC1: U, then W; ADC2: V. The interrupt comes when ADC1 has both.
+//   TIM1 TRGO2, the trough: regular group. ADC1: U, W, bus, thermistor, VREFINT, by DMA; ADC2: V. The shunts carry nothing there: their
 //   zeros.
 // An injected trigger in the middle of a regular conversion stops it and it begins anew after: the slow channels lose nothing but time.
 #pragma once
@@ -78,7 +78,7 @@ inline constexpr std::uint32_t kFastSampling = 2, kSlowSampling = 4, kReferenceS
 
 enum class AdcFault : std::uint8_t { none, regulator, calibration, not_ready, no_conversion };
 
-// Where the DMA puts a crest's round, in its order.
+// Where the DMA puts a trough's round, in its order.
 struct SlowSamples {
   volatile std::uint16_t u = 0, w = 0, bus = 0, thermistor = 0, vrefint = 0;
 };

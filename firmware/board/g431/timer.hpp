@@ -1,7 +1,8 @@
 // TIM1 as the modulator of three half bridges (RM0440, section 28), and TIM2 as the clock of microseconds (section 29).
-// The high side of a phase is on around the crest of the counter and the low side around its trough: there the amplifiers are sampled
-// and there the compares change, at the update event of every other trough. That it comes at a trough and not at a crest is certain only
-// when the repetition counter was written before the start, with an odd value (section 28.3.3).
+// The high side of a phase is on around the trough of the counter and the low side around its crest: there the amplifiers are sampled
+// and there the compares change, at the update event of every other crest. Four ends of a count lie between two of them; the first event
+// comes after three, from a start at the trough, because a repetition counter takes what was written to it at its next event only
+// (section 28.3.3): two are in force at the start, three from the first event on.
 #pragma once
 #include <cstdint>
 
@@ -50,7 +51,7 @@ struct BridgeTiming {
   std::uint32_t dead_time_ns = 0;
 };
 
-// Everything but the start: outputs off and at their idle level, low; break inputs armed. TRGO: each update event. TRGO2: each crest.
+// Everything but the start: outputs off and at their idle level, low; break inputs armed. TRGO: each update event. TRGO2: each trough.
 void prepare_bridge(const BridgeTiming& timing);
 inline void start_bridge_timer() { tim1().cr1.set(tim_bits::kOn); }
 
@@ -69,9 +70,9 @@ constexpr GateBits gate_bits(std::uint8_t mask) {
   for (std::size_t k = 0; k < 3; ++k) {
     const bool high = (mask & firmware::high_gate(k)) != 0, low = (mask & firmware::low_gate(k)) != 0;
     ccer |= ((high ? 1u : 0u) | (low ? 4u : 0u)) << (4u * k);
-    modes[k] = kPreload | field(low && !high ? kPwm1 : kPwm2, 4);
+    modes[k] = kPreload | field(low && !high ? kPwm2 : kPwm1, 4);
   }
-  return {ccer, modes[0] | modes[1] << 8u, modes[2] | (kPreload | field(kPwm2, 4)) << 8u};
+  return {ccer, modes[0] | modes[1] << 8u, modes[2] | (kPreload | field(kPwm1, 4)) << 8u};
 }
 inline constexpr GateBits kAllGateBits = gate_bits(firmware::kAllGates);
 
