@@ -8,5 +8,6 @@ class App;
 namespace rotorloop::cli {
 
 void add_mcu_info(CLI::App& mcu_group, int& exit_code);
+void add_mcu_run(CLI::App& mcu_group, int& exit_code);
 
 }  // namespace rotorloop::cli

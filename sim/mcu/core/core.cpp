@@ -13,7 +13,11 @@ Core::Core(MemoryMap& memories, Bus& bus, uint32_t decoded_instructions)
 void Core::reset(uint32_t vector_table) {
   const uint64_t now = state.cycle, waits = state.flash_waits, executed = state.instructions;
   const ExceptionSet lines = state.nvic.line;
+  const auto served = state.served;
+  const auto recent = state.recent;
   state = CoreState{};
+  state.served = served;
+  state.recent = recent;
   state.cycle = now;
   state.flash_waits = waits;
   state.instructions = executed;
@@ -84,6 +88,7 @@ void Core::execute() {
       if (last_word != state.flash.current_word) wait_for_flash_code(pc, last_word);
     }
     state.r[kPc] = pc + op.bytes;
+    state.recent[state.instructions & 31] = pc;
     state.cycle += op.cycles;
     ++state.instructions;
     if ((context_ & kTagInIt) != 0) {

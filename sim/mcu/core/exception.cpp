@@ -82,6 +82,8 @@ void Core::enter_vector(uint32_t exception, uint32_t exc_return) {
   state.nvic.pending.set(exception, false);
   state.nvic.active.set(exception, true);
   state.ipsr = exception;
+  state.served[exception].begun_cycle = state.cycle;
+  state.served[exception].begun_waits = state.flash_waits;
   state.r[kLr] = exc_return;
   state.it = 0;
   state.r[kPc] = vector & ~1u;
@@ -114,6 +116,12 @@ bool Core::valid_return(uint32_t exc_return) const {
 
 void Core::begin_return(const Op&, uint32_t exc_return) {
   const bool valid = valid_return(exc_return);
+  Served& served = state.served[state.ipsr & (kExceptions - 1)];
+  const uint64_t cycles = state.cycle - served.begun_cycle, waits = state.flash_waits - served.begun_waits;
+  ++served.count;
+  served.cycles += cycles;
+  served.waits += waits;
+  if (cycles > served.longest_cycles) served.longest_cycles = cycles, served.longest_waits = waits;
   deactivate(state.ipsr);
   state.exclusive = false;
   state.event = true;

@@ -94,6 +94,12 @@ struct FlashPortState {
 // What the core is doing between two instructions.
 enum class Phase : uint8_t { running, stacking, unstacking };
 
+// How often an exception was taken and how long its handler ran, those that preempted it included. Cycles of handlers with zero wait
+// states are cycles less waits. Figures for reports: the program sees none of them.
+struct Served {
+  uint64_t count = 0, cycles = 0, waits = 0, longest_cycles = 0, longest_waits = 0, begun_cycle = 0, begun_waits = 0;
+};
+
 struct CoreState {
   // R0 to R12, SP of the moment, LR, address of the next instruction; then a register that is written and never read, and one that is 0.
   std::array<uint32_t, 18> r{};
@@ -125,6 +131,9 @@ struct CoreState {
   DwtState dwt;
   MpuState mpu;
   FlashPortState flash;
+
+  std::array<Served, kExceptions> served{};
+  std::array<uint32_t, 32> recent{};  // addresses of the last instructions, by the low bits of `instructions`
 };
 static_assert(std::is_trivially_copyable_v<CoreState>);
 

@@ -80,8 +80,8 @@ void Chip::flash_changed(uint32_t address, uint32_t bytes) {
   core_.code_changed(address - kFlashBase, bytes);
 }
 
-void Chip::power_up() {
-  std::fill(ram_.begin(), ram_.end(), uint8_t{0});
+void Chip::power_up(uint8_t ram) {
+  std::fill(ram_.begin(), ram_.end(), ram);
   reset(kPinReset | kBrownOutReset, true);
 }
 
@@ -316,7 +316,6 @@ void Chip::visit_state(Visit&& visit) const {
   plain(self->time_);
   plain(self->counts_);
   plain(self->now_);
-  plain(self->entries);
   for (Block* block : all_) visit(block->state());
 }
 

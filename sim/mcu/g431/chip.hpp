@@ -47,8 +47,8 @@ class Chip : public Bus, public Wires, private AccessWatch {
   explicit Chip(uint64_t unique_id = 0x4E45'3339'3233'5001, const Clocks& crystals = {});
   ~Chip() override;
 
-  // Power-up: memories of RAM are zero, flash stays. What vectors are at boot_address is run.
-  void power_up();
+  // Power-up: RAM holds `ram` everywhere (the chip promises nothing), flash stays.
+  void power_up(uint8_t ram = 0);
   // Runs until core cycle `cycle` (or past it by the rest of one instruction), or until something ends it.
   End run_until(uint64_t cycle);
   void request_stop() { stop_run(); }  // from Pins: run_until returns End::stopped
@@ -66,7 +66,6 @@ class Chip : public Bus, public Wires, private AccessWatch {
   uint64_t refused_count() const { return counts_.refused; }
   uint64_t unclocked_count() const { return counts_.unclocked; }  // accesses to a block whose clock is off: read 0, do nothing
   uint64_t resets() const { return counts_.resets; }
-  std::array<uint64_t, kInterrupts + 16> entries{};
   Core& core() { return core_; }
   Blocks& blocks() { return *blocks_; }
   std::span<Block* const> all() const { return all_; }

@@ -26,9 +26,10 @@ constexpr Register kGeneral[] = {
     {ECR, "ECR", 0, 0x073707FF}, {TISEL, "TISEL", 0, 0x0F0F0F0F}, {AF1, "AF1", 0, 0x0003C000}, {AF2, "AF2", 0, 0x00070000},
     {DCR, "DCR", 0, 0x1F1F}, {DMAR, "DMAR", 0, 0},
 };
+// Timers without a slave mode have nothing at SMCR, which the vendor's low-layer code writes in every timer all the same: it reads 0.
 constexpr Register kBasic[] = {
-    {CR1, "CR1", 0, 0x88F}, {CR2, "CR2", 0, 0x70}, {DIER, "DIER", 0, 0x101}, {SR, "SR", 0, 0}, {EGR, "EGR", 0, 0}, {CNT, "CNT"},
-    {PSC, "PSC", 0, 0xFFFF}, {ARR, "ARR", 0xFFFF},
+    {CR1, "CR1", 0, 0x88F}, {CR2, "CR2", 0, 0x70}, {SMCR, "SMCR", 0, 0}, {DIER, "DIER", 0, 0x101}, {SR, "SR", 0, 0}, {EGR, "EGR", 0, 0},
+    {CNT, "CNT"}, {PSC, "PSC", 0, 0xFFFF}, {ARR, "ARR", 0xFFFF},
 };
 constexpr Register kOneOrTwo[] = {
     {CR1, "CR1", 0, 0xB8F}, {CR2, "CR2", 0, 0x7FD}, {SMCR, "SMCR", 0, 0x00310FF7}, {DIER, "DIER", 0, 0x6FE7}, {SR, "SR", 0, 0},
@@ -38,7 +39,7 @@ constexpr Register kOneOrTwo[] = {
     {DMAR, "DMAR", 0, 0},
 };
 constexpr Register kOne[] = {
-    {CR1, "CR1", 0, 0xB8F}, {CR2, "CR2", 0, 0x30D}, {DIER, "DIER", 0, 0x2A3}, {SR, "SR", 0, 0}, {EGR, "EGR", 0, 0},
+    {CR1, "CR1", 0, 0xB8F}, {CR2, "CR2", 0, 0x30D}, {SMCR, "SMCR", 0, 0}, {DIER, "DIER", 0, 0x2A3}, {SR, "SR", 0, 0}, {EGR, "EGR", 0, 0},
     {CCMR1, "CCMR1", 0, 0x000100FF}, {CCER, "CCER", 0, 0xF}, {CNT, "CNT"}, {PSC, "PSC", 0, 0xFFFF}, {ARR, "ARR", 0xFFFF},
     {RCR, "RCR", 0, 0xFF}, {CCR1, "CCR1"}, {BDTR, "BDTR", 0, 0x3FFF7FFF}, {DTR2, "DTR2", 0, 0x300FF}, {TISEL, "TISEL", 0, 0xF},
     {AF1, "AF1", 1, 0x3FFF}, {AF2, "AF2", 0, 0x70000}, {OR1, "OR1", 0, 1}, {DCR, "DCR", 0, 0x1F1F}, {DMAR, "DMAR", 0, 0},
