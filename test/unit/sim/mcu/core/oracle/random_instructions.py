@@ -73,7 +73,7 @@ class Generator:
         return d, n
 
     def t32_shifted(self):
-        op, s, kind, imm = self.any(0, 1, 2, 3, 4, 6, 8, 10, 11, 13, 14), self.n(2), self.n(4), self.n(32)
+        op, s, kind, imm = self.any(0, 1, 2, 3, 4, 6, 8, 10, 11, 13, 14), self.n(2), self.n(4), self.any(0, self.n(32), self.n(32))
         if op == 6:
             s, kind = 0, kind & 2
         d, n = self.data(op, s) if op != 6 else (self.reg(), self.source())
@@ -132,7 +132,7 @@ class Generator:
         t, op = self.reg(), self.any(0xF800, 0xF810, 0xF820, 0xF830, 0xF840, 0xF850, 0xF910, 0xF930)
         kind = self.n(5)
         if kind == 0:
-            return [op | 0x80 | BASE, t << 12 | self.n(0x100)]
+            return [op | 0x80 | BASE, t << 12 | self.any(0, self.n(0x100), self.n(0x100))]
         if kind == 1:
             return [op | BASE, t << 12 | self.n(4) << 4 | INDEX]
         if kind == 2:
@@ -149,7 +149,11 @@ class Generator:
 
     def multiple_and_dual(self):
         t, t2 = self.any((0, 1), (2, 3), (4, 7), (9, 8), (12, 14))
-        kind = self.n(5)
+        kind = self.n(7)
+        if kind == 5:  # behind the access
+            return [0xE860 | self.n(2) << 7 | self.n(2) << 4 | BASE, t << 12 | t2 << 8 | self.n(4)]
+        if kind == 6:  # 16 bits, BASE moves
+            return [0xC000 | self.n(2) << 11 | BASE << 8 | self.any(1, 2, 3, 6, 0x19, 0x9F)]
         if kind < 2:
             write_back, imm = self.n(2), self.n(16)
             if write_back:
@@ -160,7 +164,7 @@ class Generator:
         registers = self.random.getrandbits(15) & 0x1F9F  # neither BASE, INDEX, SP nor LR
         if bin(registers).count("1") < 2:
             registers |= 0x0C
-        return [self.any(0xE880, 0xE900) | self.n(2) << 4 | BASE, registers]
+        return [self.any(0xE880, 0xE900) | self.n(2) << 5 | self.n(2) << 4 | BASE, registers]
 
     def exclusive(self):
         """A claim and a store of its width; or a store whose claim was given up."""

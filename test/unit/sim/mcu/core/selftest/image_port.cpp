@@ -1,5 +1,7 @@
 // Runs an image from flash and prints what it writes to its register for text. Exit code: what it writes to the register that ends it.
+// With a second argument, the addresses of the instructions that were executed go into that file.
 #include <cstdio>
+#include <set>
 #include <vector>
 
 #include "sim/mcu/core/core.hpp"
@@ -25,10 +27,27 @@ class TextAndEnd : public Bus {
   int result = 0;
 };
 
+// Instruction by instruction, with the address of each.
+Stopped trace(Core& core, const TextAndEnd& bus, uint64_t cycles, const char* path) {
+  std::set<uint32_t> executed;
+  Stopped stopped = Stopped::at_cycle;
+  while (core.cycle() < cycles && stopped == Stopped::at_cycle && !bus.ended) {
+    const uint64_t before = core.state.instructions;
+    const uint32_t pc = core.state.r[kPc];
+    stopped = core.run_until(core.cycle() + 1);
+    if (core.state.instructions != before) executed.insert(pc);
+  }
+  std::FILE* file = std::fopen(path, "w");
+  if (file == nullptr) return stopped;
+  for (const uint32_t pc : executed) std::fprintf(file, "%x\n", pc);
+  std::fclose(file);
+  return stopped;
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 2) return 2;
+  if (count != 2 && count != 3) return 2;
   std::vector<uint8_t> flash(0x20000), ram(0x5800);
   std::FILE* file = std::fopen(arguments[1], "rb");
   if (file == nullptr) return 2;
@@ -41,7 +60,7 @@ int main(int count, char** arguments) {
   Core core(memories, bus);
   bus.core = &core;
   core.reset(0x08000000);
-  const Stopped stopped = core.run_until(10000000);
+  const Stopped stopped = count == 3 ? trace(core, bus, 10000000, arguments[2]) : core.run_until(10000000);
   std::printf("%zu bytes, %llu instructions, %llu cycles with zero wait states, %llu waits of the flash\n", bytes,
               static_cast<unsigned long long>(core.state.instructions), static_cast<unsigned long long>(core.cycle()),
               static_cast<unsigned long long>(core.state.flash_waits));

@@ -400,7 +400,7 @@ void exclusives() {
                : "r"(0x20000100)
                : "r0", "memory");
   check("CLREX gives the claim up; bytes and halfwords can be claimed", first == 1 && second == 0 && third == 0);
-  asm volatile("strex %0, r0, [%1]" : "=&r"(first) : "r"(0x20000100) : "memory");
+  asm volatile("dmb ish\n strex %0, r0, [%1]" : "=&r"(first) : "r"(0x20000100) : "memory");
   check("a store without a claim fails", first == 1);
 }
 

@@ -14,11 +14,17 @@ FLAGS = ("-std=c++20 -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard 
 CHECKS = 77
 
 
-def run(program, work, optimisation):
+def build(work, optimisation):
+    """(ELF, image of its flash)"""
     elf, image = work / f"selftest{optimisation}.elf", work / f"selftest{optimisation}.bin"
     subprocess.run(["arm-none-eabi-g++", *FLAGS.split(), optimisation, f"-Wl,-T,{HERE / 'selftest.ld'}", str(HERE / "selftest.cpp"), "-lgcc", "-o", str(elf)],
                    check=True)
     subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(elf), str(image)], check=True)
+    return elf, image
+
+
+def run(program, work, optimisation):
+    _, image = build(work, optimisation)
     done = subprocess.run([program, str(image)], capture_output=True, text=True, timeout=120)
     passed = done.stdout.count("ok     ")
     print(f"{optimisation}:\n{done.stdout}{passed} checks hold")
