@@ -49,6 +49,51 @@ std::string lower_first(std::string text) {
   return text;
 }
 
+// "300.000000" as a person writes it.
+std::string plain_number(std::string text) {
+  if (text.find('.') == std::string::npos || text.find_first_not_of("-0123456789.") != std::string::npos) return text;
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text;
+}
+
+// What is wrong with the value of one option or argument; `what` is the parser's sentence without the name. The remedy is the option's own
+// description, which has the unit.
+ErrorText refused_value(const TypedCommand& command, const std::string& option, const std::string& what) {
+  const CLI::Option* known = command.app->get_option_no_throw(option);
+  const std::string see =
+      (known && !known->get_description().empty() ? known->get_description() + "; " : "") + "see " + command.name + " --help";
+  const std::string where = command.name + " " + option;
+  static constexpr std::string_view kValue = "Value ", kRange = " not in range ", kTo = " to ", kNoFile = "File does not exist: ";
+  const auto range = what.find(kRange), to = what.find(kTo, range);
+  if (what.starts_with(kValue) && to != std::string::npos) {
+    const std::size_t low = range + kRange.size();
+    return {where,
+            fmt::format("{} is out of range: {} to {}", what.substr(kValue.size(), range - kValue.size()),
+                        plain_number(what.substr(low, to - low)), plain_number(what.substr(to + kTo.size()))),
+            "", see};
+  }
+  if (what.starts_with(kNoFile))
+    return {where, fmt::format("\"{}\": no such file", what.substr(kNoFile.size())), "",
+            "check the path; it is relative to the folder where the command runs"};
+  return {where, lower_first(what), "", see};
+}
+
+// "Could not convert: --mass-kg = 0,75"
+std::optional<ErrorText> refused_number(const TypedCommand& command, const std::string& what) {
+  static constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
+  const auto is = what.find(kIs);
+  if (!what.starts_with(kStart) || is == std::string::npos) return std::nullopt;
+  std::string value = what.substr(is + kIs.size());
+  ErrorText text = refused_value(command, what.substr(kStart.size(), is - kStart.size()), fmt::format("\"{}\" is not a number", value));
+  if (std::count(value.begin(), value.end(), ',') == 1) {
+    value[value.find(',')] = '.';
+    text.likely = "a comma in place of the decimal point";
+    text.remedy = fmt::format("write {}", value);
+  }
+  return text;
+}
+
 }  // namespace
 
 TypedCommand typed_command(const CLI::App& app, int argc, const char* const* argv) {
@@ -93,6 +138,7 @@ std::optional<ErrorText> unknown_word(const CLI::App& app, int argc, const char*
 ErrorText refusal_of(const CLI::ParseError& error, const TypedCommand& command) {
   const std::string see = "see " + command.name + " --help";
   std::string what = error.what();
+  if (const auto number = refused_number(command, what)) return *number;
   // "--noise: emm not in {em,fixed}": the option belongs to where, and its list gives the nearest word. Arguments have no dashes.
   const auto colon = what.find(": ");
   if (colon != std::string::npos && what.find(' ') > colon) {
@@ -111,7 +157,7 @@ ErrorText refusal_of(const CLI::ParseError& error, const TypedCommand& command) 
       return {command.name + " " + option, fmt::format("\"{}\" is not known", word), "", use_one_of(word, allowed)};
     }
     if (what.starts_with("At Most 1 required")) return {command.name + " " + option, "is given more than once", "", "give it once"};
-    return {command.name + " " + option, lower_first(what), "", see};
+    return refused_value(command, option, what);
   }
   return {command.name, lower_first(what), "", see};
 }

@@ -35,7 +35,7 @@ fs::path profile_path(const std::string& text) {
   const fs::path below = shipped_or_given(text);
   if (fs::is_regular_file(below, error)) return below;
   const std::string looked = names.empty() ? "; " + places_looked_in(fs::path("devices") / (text + ".toml")) : "";
-  throw Error({"PROFILE", fmt::format("\"{}\" is no file and no shipped profile{}", text, looked), "",
+  throw Error({"", fmt::format("\"{}\" is neither a file nor an included profile{}", text, looked), "",
                names.empty() ? "give the path of a profile" : use_one_of(text, names)});
 }
 

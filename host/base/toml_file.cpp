@@ -78,6 +78,7 @@ TomlFile::~TomlFile() = default;
 
 TomlFile TomlFile::read(const std::filesystem::path& path) {
   std::error_code ec;
+  if (std::filesystem::is_directory(path, ec)) throw Error({path.generic_string(), "is a folder, not a file", "", "name a file in it"});
   if (!std::filesystem::is_regular_file(path, ec))
     throw Error({path.generic_string(), "no such file", "",
                  "check the path; on the command line it is relative to the folder where the command runs"});
@@ -183,8 +184,8 @@ const toml::node& need(const TomlTable& t, const void* node, const std::string& 
   const toml::node* n = find(node, key);
   if (!n) {
     refuse_slip_of(node, name, file, key);
-    throw Error({t.where(), at_column(fmt::format("key \"{}\" is missing", dotted(name, key)), as_table(node).source()), "",
-                 fmt::format("add {} = {}", key, expected)});
+    throw Error({t.where(), at_column(fmt::format("key \"{}\" is missing", dotted(name, key)), as_table(node).source()),
+                 name.empty() ? "the file is of another kind, or the key was forgotten" : "", fmt::format("add {} = {}", key, expected)});
   }
   file.asked.insert(n);
   return *n;
@@ -329,7 +330,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t min_c
     fail(key,
          fmt::format("[[{}]] occurs {} times, expected {}", dotted(name_, key), n,
                      min_count == max_count ? std::to_string(min_count) : fmt::format("{} to {}", min_count, max_count)),
-         "", fmt::format("write one [[{}]] block for each", dotted(name_, key)));
+         name_.empty() && n == 0 ? "the file is of another kind" : "", fmt::format("write one [[{}]] block for each", dotted(name_, key)));
   };
   file_->known[node_].emplace_back(key);
   const auto* n = find(node_, key);

@@ -15,7 +15,10 @@ BusLog read_bus_log(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file.is_open() || file.bad()) {
-    throw Error({.where = path, .what = "cannot read the bus log", .likely = "", .remedy = "check the path and that the file may be read"});
+    throw Error({.where = path,
+                 .what = "cannot read the bus log",
+                 .likely = "no such file; the name of a bus has a colon, as mcast:0",
+                 .remedy = "check the path and the permissions of the file"});
   }
   if (looks_like_pcap(bytes)) return parse_pcap(bytes, path);
   if (looks_like_trc(bytes)) return parse_trc(bytes, path);

@@ -131,10 +131,12 @@ RunResult read_result(const std::filesystem::path& run_folder) {
   std::error_code ec;
   if (!std::filesystem::is_regular_file(path, ec)) {
     const bool started = std::filesystem::is_regular_file(run_folder / "run.toml", ec);
-    throw Error({run_folder.generic_string(), started ? "this run has no result.json" : "is not a run folder (no result.json)",
-                 started ? "the run was stopped before its end" : "",
-                 started ? "fly it again with --force" : "give a folder that `rotorloop hil` has written"},
-                started ? ExitCode::data_quality : ExitCode::usage);
+    const std::string what =
+        std::filesystem::exists(run_folder, ec) ? "is not a run folder (no result.json)" : "is not a run folder (it does not exist)";
+    throw Error(
+        {run_folder.generic_string(), started ? "this run has no result.json" : what, started ? "the run was stopped before its end" : "",
+         started ? "fly it again with --force" : "give a folder that `rotorloop hil` has written"},
+        started ? ExitCode::data_quality : ExitCode::usage);
   }
   const auto broken = [&](const std::string& why) -> Error {
     return Error({path.generic_string(), "cannot be understood: " + why, "the file was edited, cut, or written by a newer rotorloop",

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/random.hpp"
 
@@ -119,11 +120,13 @@ void check(const std::string& name, const SequenceOptions& o) {
     refuse("--sequence", fmt::format("\"{}\" is no sequence", name), fmt::format("use: {}", fmt::join(kSequences, ", ")));
   if (name == "zero") return;
   if (!(o.low_rad_s > 0.0 && o.high_rad_s > o.low_rad_s))
-    refuse("--rpm", fmt::format("{:.0f} to {:.0f} rad/s is no range of speeds", o.low_rad_s, o.high_rad_s),
-           "give LOW,HIGH in RPM, both above 0");
+    refuse("--rpm", fmt::format("{:.0f} to {:.0f} RPM is no range of speeds", kRpm_per_rad_s * o.low_rad_s, kRpm_per_rad_s * o.high_rad_s),
+           "give LOW,HIGH in RPM: LOW above 0, HIGH above LOW");
   if (!(o.idle_rad_s > 0.0 && o.idle_rad_s < o.low_rad_s) && (name == "staircase" || name == "shuffled" || name == "return-to-base"))
-    refuse("--idle", fmt::format("idle at {:.0f} rad/s is not between 0 and the lowest speed, {:.0f} rad/s", o.idle_rad_s, o.low_rad_s),
-           "lower --idle, or raise the lowest speed");
+    refuse("--idle",
+           fmt::format("{:.0f} RPM is not between 0 and the lowest speed, {:.0f} RPM", kRpm_per_rad_s * o.idle_rad_s,
+                       kRpm_per_rad_s * o.low_rad_s),
+           "lower --idle, or raise the lowest speed (--rpm LOW,HIGH, in RPM)");
   if (o.levels < 3 || o.levels > 60) refuse("--levels", fmt::format("{} levels are out of range: 3 to 60", o.levels), "12 are usual");
   if (o.repeats && (*o.repeats < 1 || *o.repeats > 200))
     refuse("--repeats", fmt::format("{} repeats are out of range: 1 to 200", *o.repeats), "36 steps or 3 pairs of A and B are usual");

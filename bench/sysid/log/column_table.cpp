@@ -53,7 +53,7 @@ CsvHead head_of(std::string_view text, const std::filesystem::path& path, const 
       cells > names ? "it may be decimals with a comma, as some spreadsheets write, or a separator inside a cell"
       : cells == 1  ? "another separator than the mapping's, or a line that was cut"
                     : "a damaged or cut line",
-      "part columns by \",\" and write decimals with \".\", or set `separator` in the mapping; repair or remove a damaged line");
+      "separate columns by \",\" and write decimals with \".\", or set `separator` in the mapping; repair or remove a damaged line");
 }
 
 }  // namespace

@@ -21,10 +21,12 @@ std::map<std::string, std::string> read_header(std::string_view text, const std:
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (number == 1 && line != "# rotorloop flight log 1" && line != "# rotorloop truth log 1")
       bad(file + ":1", "is not a rotorloop log of a known format", "a log of another tool, or of a newer rotorloop",
-          "expected the first line \"# rotorloop flight log 1\" or \"# rotorloop truth log 1\"");
+          "give a mapping file (-m) for a log of another tool; a log of rotorloop has the first line \"# rotorloop flight log 1\" or "
+          "\"# rotorloop truth log 1\"");
     if (line.find(',') == std::string_view::npos && line.find(';') != std::string_view::npos && !line.starts_with('#'))
-      bad(fmt::format("{}:{}", file, number), "parts its columns by \";\"", "a spreadsheet saved it with the separators of its language",
-          "part columns by \",\" and write decimals with \".\"; or read it through a mapping with separator = \";\"");
+      bad(fmt::format("{}:{}", file, number), "has \";\" between its columns",
+          "a spreadsheet program with another language setting saved it",
+          "use \",\" between columns and \".\" in decimals; or give a mapping file (-m) with separator = \";\"");
     if (!line.starts_with("# ") || end == std::string_view::npos) return header;
     if (const auto colon = line.find(": "); colon != std::string_view::npos)
       header[std::string(line.substr(2, colon - 2))] = std::string(line.substr(colon + 2));

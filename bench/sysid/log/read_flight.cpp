@@ -154,8 +154,8 @@ void read_mapped_dataflash(const fs::path& path, const LogMapping& mapping, Flig
 FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::vector<LogFinding>* findings) {
   const fs::path path = fs::is_directory(given) ? given / "flight.csv" : given;
   if (!fs::is_regular_file(path))
-    throw Error({path.generic_string(), "is not a file", fs::is_directory(given) ? "a folder of several flights" : "a misspelt path",
-                 "give a log, or a folder that holds flight.csv"});
+    throw Error({path.generic_string(), "no such file", fs::is_directory(given) ? "a folder of several flights" : "a misspelt path",
+                 "give a log, or a folder that contains flight.csv"});
   std::vector<LogFinding> notes;
   FlightRecord f;
   const Format format = format_of(path);

@@ -127,7 +127,7 @@ TEST_F(CloseTest, AnEffectThatThePlantDoesNotKnowIsFoundBeforeTheFirstFlight) {
 
 TEST_F(CloseTest, AFolderThatIsNoLoopIsNamedSo) {
   EXPECT_EQ(run("truth " + folder.path().string()), 2);
-  EXPECT_THAT(messages, HasSubstr("holds no finished loop"));
+  EXPECT_THAT(messages, HasSubstr("is not the folder of a finished study"));
 }
 
 }  // namespace

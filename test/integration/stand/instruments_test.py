@@ -138,7 +138,7 @@ class Instruments(unittest.TestCase):
         broken.write_text((SOURCE / example).read_text().replace('profile = "laumas_tlb"', 'profile = "laumas"'))
         done = run("check", str(broken))
         self.assertEqual(done.returncode, 2)
-        self.assertRegex(done.stderr, r"mine.toml:\d+: error: .laumas. is no file and no shipped profile \(column 11\)")
+        self.assertRegex(done.stderr, r"mine.toml:\d+: error: .laumas. is neither a file nor an included profile \(column 11\)")
 
     def test_probe_finds_a_float_with_its_low_word_first(self):
         profile = self.path / "unknown.toml"

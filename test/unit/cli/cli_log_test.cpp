@@ -101,7 +101,7 @@ TEST_F(LogCommand, WrongArgumentsNameTheRemedy) {
                 run({"convert", log_, "-m", mapping_, "-o", "out.bag"});
               }),
               HasSubstr("columns in SI units), .ulg (ULog) or .mcap"));
-  EXPECT_THAT(test::error_of([&] { run({"info", "no.csv"}); }), HasSubstr("no.csv: error: is not a file"));
+  EXPECT_THAT(test::error_of([&] { run({"info", "no.csv"}); }), HasSubstr("no.csv: error: no such file"));
   EXPECT_THAT(test::error_of([&] { run({"info", log_, "-m", "no.toml"}); }), HasSubstr("no.toml"));
 }
 

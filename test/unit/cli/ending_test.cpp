@@ -70,6 +70,35 @@ TEST_F(Refusal, KnowsWordsOfArgumentsAndOfSubcommands) {
   EXPECT_THAT(unknown({"hil", "s.toml", "--seeds", "3"}), IsEmpty());
   EXPECT_THAT(unknown({"hil", "compare", "--verify"}), IsEmpty());
 }
+std::string refused(const char* option, const char* value) {
+  CLI::App app("", "rotorloop");
+  double lag_ms = 1.0;
+  std::string file;
+  CLI::App* c = app.add_subcommand("gains", "");
+  c->add_option("--motor-lag", lag_ms, "time constant of the motor, ms")->check(CLI::Range(1.0, 300.0));
+  c->add_option("--plant", file, "plant file")->check(CLI::ExistingFile);
+  const char* words[] = {"rotorloop", "gains", option, value};
+  try {
+    app.parse(4, words);
+  } catch (const CLI::ParseError& e) {
+    return refusal_text(refusal_of(e, typed_command(app, 4, words)), "rotorloop");
+  }
+  return "";
+}
+TEST(RefusedValue, NamesValueAndRangeAndSaysInWhichUnit) {
+  EXPECT_EQ(refused("--motor-lag", "0.018"),
+            "rotorloop gains --motor-lag: error: 0.018 is out of range: 1 to 300\n  do:     time constant of the motor, ms; see rotorloop "
+            "gains --help");
+}
+TEST(RefusedValue, SaysThatADecimalCommaIsOne) {
+  EXPECT_EQ(refused("--motor-lag", "1,8"),
+            "rotorloop gains --motor-lag: error: \"1,8\" is not a number\n  likely: a comma in place of the decimal point\n  do:     write "
+            "1.8");
+  EXPECT_THAT(refused("--motor-lag", "slow"), HasSubstr("\"slow\" is not a number\n  do:     time constant of the motor, ms"));
+}
+TEST(RefusedValue, NamesAFileThatDoesNotExist) {
+  EXPECT_THAT(refused("--plant", "no.toml"), HasSubstr("rotorloop gains --plant: error: \"no.toml\": no such file"));
+}
 TEST(RefusalText, PutsTheCommandBeforeAnOptionAndLeavesFilesAlone) {
   EXPECT_THAT(refusal_text({"--seeds", "is odd", "", ""}, "rotorloop hil"), HasSubstr("rotorloop hil --seeds: error: is odd"));
   EXPECT_THAT(refusal_text({"", "is odd", "", ""}, "rotorloop hil"), HasSubstr("rotorloop hil: error: is odd"));

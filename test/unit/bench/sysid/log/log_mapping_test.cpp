@@ -380,7 +380,7 @@ TEST(ReadFlight, LogOfAnotherToolWithoutMappingListsItsColumns) {
   const auto path = folder.write("log.csv", "t,u\n0,1\n");
   EXPECT_THAT(test::error_of([&] { (void)read_flight(path, nullptr); }),
               AllOf(HasSubstr("columns t, u mean"), HasSubstr("give --mapping")));
-  EXPECT_THAT(test::error_of([&] { (void)read_flight(folder.path(), nullptr); }), HasSubstr("flight.csv: error: is not a file"));
+  EXPECT_THAT(test::error_of([&] { (void)read_flight(folder.path(), nullptr); }), HasSubstr("flight.csv: error: no such file"));
   const LogMapping ulog = parse_log_mapping(
       "format = 1\nname = \"u\"\nlog = \"ulog\"\n[source.b]\ntopic = \"b\"\n" + stream("battery", "[\"u\"]", "V", "from = \"b\""),
       "u.toml");

@@ -244,7 +244,7 @@ TEST(LogReader, SeparatorsOfASpreadsheetAreNamed) {
     const auto p = f.write("x.csv", text);
     return test::error_of([&] { read_log(p); }, ExitCode::data_quality);
   };
-  EXPECT_THAT(error("# rotorloop flight log 1\nt[s];x[m]\n0,5;1,5\n"), HasSubstr("x.csv:2: error: parts its columns by \";\""));
+  EXPECT_THAT(error("# rotorloop flight log 1\nt[s];x[m]\n0,5;1,5\n"), HasSubstr("x.csv:2: error: has \";\" between its columns"));
   EXPECT_THAT(error("# rotorloop flight log 1\nt[s],x[m]\n0,5,1,5\n"), HasSubstr("decimals with a comma"));
 }
 
