@@ -151,7 +151,8 @@ TruthComparison compare_effects(const LoopPlan& plan, const Findings& findings) 
 TruthComparison compare_with_truth(const fs::path& run) {
   const LoopLayout at{run};
   if (!fs::is_regular_file(at.run_toml()) || !fs::is_regular_file(at.diagnosis()))
-    throw Error({run.generic_string(), "is not the folder of a finished study", "another folder, or a run that was stopped before its diagnosis",
+    throw Error({run.generic_string(), "is not the folder of a finished study",
+                 "another folder, or a run that was stopped before its diagnosis",
                  "name a folder that `rotorloop close` wrote, or let the run end"});
   const auto file = TomlFile::read(at.run_toml());
   const auto root = file.root();
