@@ -123,12 +123,16 @@ const std::vector<CataloguedPropeller>& propeller_catalogue() {
 }
 
 std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets, double fit_rpm) {
+  std::vector<std::size_t> sweeps;
+  for (std::size_t i = 1; i < sets.size(); ++i)
+    if (!sets[i].predicted && std::any_of(sets[i].rows.begin(), sets[i].rows.end(), [](const MeasuredRow& r) { return r.j > 0.0; }))
+      sweeps.push_back(i);
   double wanted_rpm = fit_rpm;
   if (fit_rpm <= 0.0)
-    for (std::size_t i = 1; i < sets.size(); ++i) wanted_rpm += sets[i].rows.front().rpm / static_cast<double>(sets.size() - 1);
+    for (const std::size_t i : sweeps) wanted_rpm += sets[i].rows.front().rpm / static_cast<double>(sweeps.size());
   std::size_t best = 0;
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 1; i < sets.size(); ++i) {
+  for (const std::size_t i : sweeps) {
     const auto& rows = sets[i].rows;
     const double away = std::fabs(rows.front().rpm - wanted_rpm);
     const bool to_zero = std::any_of(rows.begin(), rows.end(), [](const MeasuredRow& r) { return r.ct < kLeastThrust; });

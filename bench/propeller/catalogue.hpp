@@ -48,7 +48,8 @@ MeasuredPropeller read_measured_propeller(const PropellerInputs& inputs, const C
 
 // The sweep that is fitted: of those that reach zero thrust (a row below kLeastThrust), where pitch shows apart from all else, the
 // one whose rotor speed is nearest to the mean of all sweeps, so that the others lie on both sides of it in Reynolds number.
-// Index into `sets`, or 0 when none does. With `fit_rpm` > 0 the sweep nearest to that speed instead, whatever it reaches.
+// Index into `sets`, or 0 when none does. With `fit_rpm` > 0 the sweep nearest to that speed instead, whatever it reaches. What was
+// predicted and not measured is none of them.
 std::size_t sweep_to_fit(const std::vector<MeasuredSet>& sets, double fit_rpm = 0.0);
 
 }  // namespace rotorloop::propeller

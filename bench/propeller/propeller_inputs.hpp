@@ -47,6 +47,7 @@ struct MeasuredSet {
   std::vector<MeasuredRow> rows;
   bool fitted = false;  // every second row goes into the fit
   bool judged = true;
+  bool predicted = false;  // by the maker's own model: nothing is fitted to it, and it displaces nothing
 };
 
 }  // namespace rotorloop::propeller

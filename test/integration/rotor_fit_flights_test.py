@@ -25,6 +25,8 @@ PROPELLERS = {
     "T-Motor 28": (["tmotor28/tmotor28.ini", "tmotor28/tmotor28_data.csv"], [], (14.0, 1020, 100, 50, 12, 80)),
     "DJI 9443, unfitted": (["dji9443_geom"], [], (1.3, 350, 920, 90, 4, 40)),
 }
+# Written and flown all the same: the sweep at 2013 RPM misses C_T by 18 %.
+BEYOND = ("DA4002 9x6.75",)
 VERTICAL_MOST_CM = 5.0   # as integration_vehicle asks of a vehicle by nine numbers
 HOVER_MOST = 0.03        # flown speed from the blade's in free air: the body beneath the rotors and the mean over the board's draw
 
@@ -33,9 +35,9 @@ HOVER_MOST = 0.03        # flown speed from the blade's in free air: the body be
 class FittedBladesFly(CommandTest):
     seeds = "1"
 
-    def done(self, *words):
+    def done(self, *words, code=0):
         done = self.run_command(*words, timeout_s=600)
-        self.assertEqual(done.returncode, 0, f"{words}: {done.stderr[-2000:]}")
+        self.assertEqual(done.returncode, code, f"{words}: {done.stderr[-2000:]}")
         return done
 
     def fly(self, title):
@@ -43,7 +45,8 @@ class FittedBladesFly(CommandTest):
         key = re.sub(r"\W+", "_", title).strip("_").lower()
         (self.path / key / "blades").mkdir(parents=True)
         blade = f"{key}/blades/{key}.toml"
-        self.done("rotor", "fit", *[pathlib.Path(DATA) / "propellers" / f for f in files], *fit, "-o", blade)
+        self.done("rotor", "fit", *[pathlib.Path(DATA) / "propellers" / f for f in files], *fit, "-o", blade,
+                  code=6 if title in BEYOND else 0)
         new = self.done("vehicle", "new", f"my/{key}", "--mass-kg", mass, "--wheelbase-mm", wheelbase, "--blade", blade, "--kv", kv,
                         "--resistance-mohm", resistance, "--cells", cells, "--current-limit-A", limit)
         predicted = float(re.search(r"hover at (\d+) RPM by the blade", new.stderr).group(1))

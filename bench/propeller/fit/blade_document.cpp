@@ -54,6 +54,8 @@ std::string blade_fit_json(const BladeFit& f, const std::vector<std::pair<std::f
                {"rotorloop", version},
                {"name", f.title},
                {"fitted", f.fitted},
+               {"verdict", holds(f) ? "fitted" : "unfitted"},
+               {"misses", f.misses},
                {"files", files},
                {"section",
                 {{"inner", f.section.inner},

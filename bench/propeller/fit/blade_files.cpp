@@ -41,6 +41,7 @@ std::vector<std::pair<std::filesystem::path, std::string>> blade_files(const Bla
   const sim::Blade& b = f.blade;
   std::string s = fmt::format("# {} by {}.\n", f.title, written_by);
   if (f.fitted) {
+    s += fmt::format("# Verdict: {}.\n", verdict_text(f));
     const GeometryResult& g = f.result.front().geometries[f.best];
     s += fmt::format("# Four scalars fitted to every second static row{}; misfit {:.1f} %. Held out:\n",
                      std::any_of(g.scores.begin(), g.scores.end(), [](const SetScore& x) { return !x.is_static && x.part == Part::fitted; })

@@ -30,6 +30,32 @@ double solid_inertia_kg_m2(const PropellerGeometry& g) {
   return kNylon_kg_m3 * sum * g.blades;
 }
 
+std::vector<std::string> misses_of(const GeometryResult& g) {
+  std::vector<std::string> out;
+  for (const SetScore& s : g.scores) {
+    if (s.part != Part::held_out || !s.judged || s.fitted.rows == 0) continue;
+    const double ct_most = s.is_static ? kStaticThrustMost : kVerdictThrustMost,
+                 cp_most = s.is_static ? kStaticPowerMost : kVerdictPowerMost;
+    const auto check = [&](const char* what, double error, double most) {
+      if (!(error <= most)) out.push_back(fmt::format("{} of {}: {:.1f} %, allowed {:g} %", what, s.label, 100.0 * error, 100.0 * most));
+    };
+    check("C_T", s.fitted.ct, ct_most);
+    check("C_P", s.fitted.cp, cp_most);
+  }
+  return out;
+}
+
+// A scalar at its bound stands in for something else that is wrong.
+void name_bounds(const GeometryResult& g, std::vector<std::string>& remarks) {
+  const auto parameters = blade_parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (g.fit.at_bound[k])
+      remarks.push_back(
+          fmt::format("{} stands at its bound of {:g}: perhaps another geometry, section, diameter or number of blades than "
+                      "was measured",
+                      parameters[k].name, g.fit.values[k]));
+}
+
 }  // namespace
 
 BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given, const std::string& title) {
@@ -66,8 +92,15 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
       std::min_element(geometries.begin(), geometries.end(), [](const auto& a, const auto& b) { return a.fit.rms < b.fit.rms; }) -
       geometries.begin());
   out.blade = geometries[out.best].fitted_blade, out.fitted = true;
+  out.misses = misses_of(geometries[out.best]);
+  name_bounds(geometries[out.best], out.remarks);
   out.blade.blade_inertia_kg_m2 = out.inertia_kg_m2;
   return out;
+}
+
+std::string verdict_text(const BladeFit& f) {
+  if (holds(f)) return "fitted";
+  return "unfitted: " + (f.fitted ? fmt::format("{}", fmt::join(f.misses, "; ")) : std::string("there are no measurements"));
 }
 
 std::string blade_fit_text(const BladeFit& f) {
@@ -77,6 +110,12 @@ std::string blade_fit_text(const BladeFit& f) {
   if (!f.fitted)
     s += "UNFITTED: there are no measurements; expect 3 to 13 % of static thrust and 6 to 28 % of static power, and much more near zero "
          "thrust\n";
+  if (f.fitted)
+    s += fmt::format(
+        "VERDICT {}{}\n", verdict_text(f),
+        holds(f) ? fmt::format(": held-out static rows within {:g} and {:g} % (C_T, C_P), all others within {:g} and {:g} %",
+                               100.0 * kStaticThrustMost, 100.0 * kStaticPowerMost, 100.0 * kVerdictThrustMost, 100.0 * kVerdictPowerMost)
+                 : "");
   for (const PropellerResult& r : f.result)
     for (std::size_t i = 0; i < r.geometries.size(); ++i) {
       const GeometryResult& g = r.geometries[i];

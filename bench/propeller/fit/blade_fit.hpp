@@ -8,6 +8,8 @@ namespace rotorloop::propeller {
 struct BladeFit {
   std::string title;
   bool fitted = false;  // false: there are no measurements, and the blade is the geometry's own
+  // What is beyond the limits on held-out rows: static C_T 4 % and C_P 7.5 %, all others 10 and 12 % (../validation.hpp).
+  std::vector<std::string> misses;
   SectionChoice section;
   std::vector<PropellerResult> result;  // one, where it is fitted
   std::size_t best = 0;                 // geometry of the smaller misfit
@@ -20,6 +22,10 @@ struct BladeFit {
 
 // Fits where a static table with at least four rows is there. Throws Error as its parts do.
 BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& inputs, const std::string& title);
+
+// Measured, and within all limits. "fitted", or "unfitted: " and why not.
+inline bool holds(const BladeFit& f) { return f.fitted && f.misses.empty(); }
+std::string verdict_text(const BladeFit& f);
 
 std::string blade_fit_text(const BladeFit& fit);
 

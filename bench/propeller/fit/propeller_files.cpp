@@ -154,7 +154,7 @@ void read_predictions(const TextFile& f, PropellerFiles& files) {
   for (const TextLine& l : f.lines) {
     if (l.text.find("PROP RPM") != std::string::npos) {
       rpm = l.fields.empty() ? 0.0 : std::atof(l.fields.back().c_str());
-      files.sets.push_back({fmt::format("predicted by the maker, {:.0f} rpm", rpm), {}, false, false});
+      files.sets.push_back({fmt::format("predicted by the maker, {:.0f} rpm", rpm), {}, false, false, true});
       continue;
     }
     if (rpm == 0.0 || l.fields.size() < 5 || l.fields[0].find_first_not_of("0123456789.-") != std::string::npos) continue;
@@ -206,15 +206,36 @@ std::vector<fs::path> all_files(const std::vector<fs::path>& paths) {
   return out;
 }
 
-void add_set(PropellerFiles& files, MeasuredSet set, bool is_static) {
-  // Two static tables of one propeller are one set, in the order of speed.
-  if (is_static && !files.sets.empty() && files.sets.front().label == "static") {
-    auto& rows = files.sets.front().rows;
-    rows.insert(rows.end(), set.rows.begin(), set.rows.end());
-    std::sort(rows.begin(), rows.end(), [](const MeasuredRow& a, const MeasuredRow& b) { return a.rpm < b.rpm; });
+// Static tables that follow each other in speed are one set. Those whose speeds overlap are repetitions or other specimens, which differ
+// by some percent: the longest is fitted, the others are held out whole.
+void add_static(PropellerFiles& files, MeasuredSet set, const std::string& file) {
+  if (files.sets.empty() || files.sets.front().label != "static") {
+    files.sets.insert(files.sets.begin(), std::move(set));
+    files.static_file = file;
     return;
   }
-  files.sets.insert(is_static ? files.sets.begin() : files.sets.end(), std::move(set));
+  auto& rows = files.sets.front().rows;
+  const auto slower = [](const MeasuredRow& a, const MeasuredRow& b) { return a.rpm < b.rpm; };
+  const bool apart =
+      !rows.empty() && !set.rows.empty() && (set.rows.front().rpm > rows.back().rpm || set.rows.back().rpm < rows.front().rpm);
+  if (apart) {
+    rows.insert(rows.end(), set.rows.begin(), set.rows.end());
+    std::sort(rows.begin(), rows.end(), slower);
+    return;
+  }
+  std::string other = file;
+  if (set.rows.size() > rows.size()) std::swap(set, files.sets.front()), std::swap(other, files.static_file);
+  files.remarks.push_back(
+      fmt::format("{} overlaps {} in speed, another run or specimen: kept apart, not fitted", other, files.static_file));
+  set.label = "static, " + other;
+  files.sets.push_back(std::move(set));
+}
+
+// Sweeps of one speed are distinguished by their files.
+void add_sweep(PropellerFiles& files, MeasuredSet set, const std::string& file) {
+  if (std::any_of(files.sets.begin(), files.sets.end(), [&](const MeasuredSet& s) { return s.label == set.label; }))
+    set.label += ", " + file;
+  files.sets.push_back(std::move(set));
 }
 
 }  // namespace
@@ -240,12 +261,13 @@ PropellerFiles read_propeller_files(const std::vector<fs::path>& paths, const Pr
                      "give the propeller's diameter in m"});
       files.geometries.push_back({"photo", read_uiuc_geometry(f, 0.5 * files.diameter_m, o.blades)});
     }
-    if (kind == Kind::static_rows) add_set(files, {"static", read_uiuc_static(f), true, true}, true);
-    if (kind == Kind::stand_table) add_set(files, read_stand_table(f, files.diameter_m, files.air_density_kg_m3), true);
+    const std::string name = f.name.filename().generic_string();
+    if (kind == Kind::static_rows) add_static(files, {"static", read_uiuc_static(f), true, true}, name);
+    if (kind == Kind::stand_table) add_static(files, read_stand_table(f, files.diameter_m, files.air_density_kg_m3), name);
     if (kind == Kind::predictions) read_predictions(f, files);
     if (kind == Kind::sweep) {
       const double rpm = speed_in_name(f.name.filename());
-      add_set(files, {fmt::format("J {:.0f} rpm", rpm), read_uiuc_sweep(f, rpm), false, true}, false);
+      add_sweep(files, {fmt::format("J {:.0f} rpm", rpm), read_uiuc_sweep(f, rpm), false, true}, name);
     }
   }
   if (files.geometries.empty())

@@ -17,6 +17,7 @@ struct NamedGeometry {
 struct PropellerFiles {
   std::vector<NamedGeometry> geometries;
   std::vector<MeasuredSet> sets;  // the static one first, if there is any
+  std::string static_file;        // what that one was read from
   double diameter_m = 0.0;        // that coefficients are made with
   double air_density_kg_m3 = 1.225;
   std::vector<std::string> remarks;

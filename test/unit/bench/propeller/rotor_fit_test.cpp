@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -77,6 +78,70 @@ class RotorFit : public ::testing::Test {
   fs::path folder_;
 };
 
+// A geometry, tables of static rows and of sweeps: made up, no propeller's.
+const char* const kGeometry = "r/R c/R beta\n0.15 0.120 41.4\n0.30 0.159 36.4\n0.50 0.178 25.8\n0.75 0.180 18.9\n1.00 0.022 15.5\n";
+std::string static_rows(double from_rpm, double ct, int rows) {
+  std::string s = "RPM CT CP\n";
+  for (int i = 0; i < rows; ++i) s += std::to_string(from_rpm + 500.0 * i) + " " + std::to_string(ct) + " 0.055\n";
+  return s;
+}
+
+class PropellerFolder : public RotorFit {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("rotorloop_folder" + std::to_string(::getpid())), write("geom.txt", kGeometry);
+  }
+  void write(const std::string& name, const std::string& text) {
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / name) << text;
+  }
+  PropellerFiles read() const {
+    PropellerFileOptions o;
+    o.diameter_m = 0.2;
+    return read_propeller_files({folder_}, o);
+  }
+};
+
+TEST_F(PropellerFolder, StaticTablesOfOverlappingSpeedsAreKeptApartAndThoseThatFollowEachOtherAreOne) {
+  write("a_static.txt", static_rows(2000, 0.118, 5)), write("b_static.txt", static_rows(2200, 0.108, 7));
+  const PropellerFiles two = read();
+  ASSERT_EQ(two.sets.size(), 2u);
+  EXPECT_EQ(two.sets[0].label, "static");
+  EXPECT_EQ(two.sets[0].rows.size(), 7u) << "the longer one is fitted";
+  EXPECT_EQ(two.sets[1].label, "static, a_static.txt");
+  EXPECT_EQ(two.sets[1].rows.size(), 5u);
+  ASSERT_FALSE(two.remarks.empty());
+  EXPECT_NE(two.remarks.back().find("a_static.txt overlaps b_static.txt in speed, another run or specimen"), std::string::npos);
+  write("b_static.txt", static_rows(4600, 0.118, 7));
+  EXPECT_EQ(read().sets.front().rows.size(), 12u);
+}
+
+TEST_F(PropellerFolder, SweepsOfOneSpeedGoByTheirFilesAndAMakersPredictionIsNeverTheOneThatIsFitted) {
+  write("static.txt", static_rows(2000, 0.118, 5));
+  const std::string sweep = "J CT CP eta\n0.2 0.10 0.05 0.4\n0.3 0.08 0.048 0.5\n0.5 0.05 0.04 0.625\n0.7 0.005 0.02 0.175\n";
+  write("a_3000.txt", sweep), write("b_3000.txt", sweep);
+  write("PER3.dat", " PROP RPM = 2600\n V J Pe Ct Cp\n 0 0.2 0.4 0.10 0.05\n 1 0.7 0.1 0.001 0.02\n");
+  PropellerFiles files = read();
+  std::vector<std::string> labels;
+  for (const MeasuredSet& s : files.sets) labels.push_back(s.label);
+  EXPECT_EQ(labels.size(), 4u);
+  EXPECT_EQ(std::count(labels.begin(), labels.end(), "J 3000 rpm, b_3000.txt"), 1);
+  EXPECT_EQ(files.sets[sweep_to_fit(files.sets)].rows.front().rpm, 3000.0);
+  EXPECT_EQ(files.sets[sweep_to_fit(files.sets, 2600.0)].rows.front().rpm, 3000.0) << "although the prediction is of just that speed";
+  std::erase_if(files.sets, [](const MeasuredSet& s) { return s.label.starts_with("J "); });
+  EXPECT_EQ(sweep_to_fit(files.sets), 0u) << "a prediction alone: no sweep is fitted";
+}
+
+TEST(RotorFitVerdict, IsFittedWithinAllLimitsAndElseNamesEachSetThatMisses) {
+  BladeFit f;
+  EXPECT_EQ(verdict_text(f), "unfitted: there are no measurements");
+  f.fitted = true;
+  EXPECT_TRUE(holds(f));
+  f.misses = {"C_T of J 4031 rpm: 28.1 %, allowed 10 %"};
+  EXPECT_FALSE(holds(f));
+  EXPECT_EQ(verdict_text(f), "unfitted: C_T of J 4031 rpm: 28.1 %, allowed 10 %");
+}
+
 // Held-out scores of each part: (static or sweep by its speed) -> errors.
 void expect_alike(const std::vector<SetScore>& any, const std::vector<SetScore>& known, const std::string& title) {
   ASSERT_EQ(any.size(), known.size()) << title;
@@ -109,6 +174,9 @@ TEST_F(RotorFit, FiguresOfFoldersUnderOtherNamesAreThoseOfRotorValidateWithin0p2
       for (const GeometryResult& k : known.geometries)
         if (g.source == k.source) expect_alike(g.scores, k.scores, entry.title + " " + g.source);
     expect_turns_in_a_plant(any);
+    const std::string file = blade_files(any, folder_ / "blades/any.toml", "test").back().second;
+    EXPECT_NE(file.find("# Verdict: " + verdict_text(any) + "."), std::string::npos);
+    std::printf("[ measured ] %s: %s\n", entry.title.c_str(), verdict_text(any).c_str());
   }
 }
 
