@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bench/stand/evaluate/misread_speed.hpp"
 #include "host/base/block_fit.hpp"
@@ -132,6 +133,43 @@ void take_rest(CheckedStand& s) {
   std::erase_if(r.points, [&](const StandPoint& p) { return !any_turns(r, p); });
 }
 
+// The smallest difference between two readings of the channel.
+double resolution(std::vector<double> seen) {
+  std::sort(seen.begin(), seen.end());
+  double least = HUGE_VAL;
+  for (std::size_t i = 1; i < seen.size(); ++i)
+    if (seen[i] > seen[i - 1]) least = std::min(least, seen[i] - seen[i - 1]);
+  return least;
+}
+
+// A reading that repeats to the bit while the speed changes: an instrument that stood still, or whose last answer was written again. What
+// the change of speed would have shown must be far above the channel's resolution, and the reading no small one: there steps are coarse.
+bool frozen(CheckedStand& s, double StandPoint::*value, std::string_view name, std::string_view unit, double resolution) {
+  constexpr std::size_t kFewest = 3;
+  constexpr double kSpeeds = 1.1, kSteps = 5.0, kLeastShare = 0.1;
+  const auto& points = s.record.points;
+  const double least = kLeastShare * largest(s.record, value);
+  for (std::size_t first = 0; first < points.size();) {
+    std::size_t last = first + 1;
+    while (last < points.size() && points[last].*value == points[first].*value) ++last;
+    const auto [low, high] =
+        std::minmax_element(points.begin() + static_cast<std::ptrdiff_t>(first), points.begin() + static_cast<std::ptrdiff_t>(last),
+                            [](const StandPoint& a, const StandPoint& b) { return a.omega_rad_s[0] < b.omega_rad_s[0]; });
+    const double v = points[first].*value, ratio = high->omega_rad_s[0] / low->omega_rad_s[0];
+    if (last - first >= kFewest && ratio > kSpeeds && std::abs(v) > least && std::abs(v) * (ratio * ratio - 1.0) > kSteps * resolution) {
+      s.faults.push_back(
+          {std::string(name),
+           fmt::format("repeats {:.6g} {} to the last digit in {} points one behind the other (rows {} to {}) while the speed goes "
+                       "from {:.0f} to {:.0f} rad/s",
+                       v, unit, last - first, points[first].row, points[last - 1].row, low->omega_rad_s[0], high->omega_rad_s[0]),
+           "the instrument stood still, or its last answer was written again"});
+      return true;
+    }
+    first = last;
+  }
+  return false;
+}
+
 // Measured at all, not stuck, and which way round.
 StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std::string_view name, std::string_view unit,
                                 bool sign_matters) {
@@ -150,6 +188,7 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
                         "the channel was not connected, or its instrument repeats one value"});
     return StandChannelState::faulty;
   }
+  if (frozen(s, value, name, unit, resolution(seen))) return StandChannelState::faulty;
   if (with_speed < 0.0) {
     for (auto& p : r.points) p.*value = -(p.*value);
     (value == &StandPoint::thrust_N ? s.rest_thrust_N : s.rest_torque_N_m) *= -1.0;

@@ -144,7 +144,7 @@ StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* join
   r.propeller = part_of(path.stem().string(), m.propeller_in_name);
   r.rotors = chosen.at(StandQuantity::rotor_speed)->columns.size();
   r.diameter_m = m.diameter_m.value_or(kNotMeasured);
-  r.air_density_kg_m3 = m.air_density_kg_m3;
+  r.air_density_kg_m3 = m.air_density_kg_m3, r.density_given = m.density_given;
   r.rows = file.rows;
   r.notes = file.notes;
   r.points = rows_of(m, chosen, file);

@@ -31,6 +31,7 @@ struct StandRecord {
   bool means = false;            // points are means over time: speed rested
   double diameter_m = kNotMeasured;
   double air_density_kg_m3 = 1.2;
+  bool density_given = false;  // else a guess
   std::vector<StandPoint> points;
   std::size_t rows = 0;            // of the file
   std::vector<std::string> notes;  // what was left out while reading, in words

@@ -80,6 +80,7 @@ StandMapping from_toml(const TomlFile& file) {
   }
   if (const auto t = root.optional_table("propeller")) {
     if (t->has("diameter_m")) m.diameter_m = t->number("diameter_m", {0.01, 10.0, "m"});
+    m.density_given = t->has("air_density_kg_m3");
     m.air_density_kg_m3 = t->number("air_density_kg_m3", {0.5, 1.5, "kg/m^3"}, m.air_density_kg_m3);
   }
   if (const auto t = root.optional_table("file_name")) {

@@ -48,6 +48,7 @@ struct StandMapping {
   double shaft_power_min_W = 0.0;
   std::optional<double> diameter_m;
   double air_density_kg_m3 = 1.2;
+  bool density_given = false;
   // Place and length, in a file's name, of what names its motor and its propeller.
   std::optional<std::array<std::size_t, 2>> motor_in_name, propeller_in_name;
 };

@@ -1,5 +1,7 @@
 #include "bench/stand/evaluate/estimate/run_dynamics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -62,12 +64,25 @@ std::optional<TimeConstant> fit_lag(const SampleSeries& s, const Transition& t) 
   }
 }
 
+// Standard uncertainties are told as if of many degrees of freedom: that of few blocks is made larger by so much.
+double few_blocks(std::size_t blocks) {
+  constexpr double kNormal = 1.96;
+  return blocks > 1 ? student_quantile(0.95, static_cast<double>(blocks - 1)) / kNormal : 6.5;
+}
+
 std::optional<TimeConstant> pooled(const std::vector<TimeConstant>& all) {
   if (all.empty()) return std::nullopt;
   std::vector<double> tau, delay;
   for (const auto& t : all) tau.push_back(t.value_s), delay.push_back(t.delay_s);
   TimeConstant out{median(tau), 0.0, median(delay), all.size()};
-  out.u_s = all.size() > 1 ? 1.2533 * robust_deviation(tau) / std::sqrt(static_cast<double>(all.size())) : all[0].u_s;
+  double mean = 0.0, squares = 0.0;
+  for (const double t : tau) mean += t / static_cast<double>(tau.size());
+  for (const double t : tau) squares += (t - mean) * (t - mean);
+  // The deviation of a handful of values is far too small in some draws if it is the robust one, which outliers need where there are many.
+  constexpr std::size_t kMany = 20;
+  const double n = static_cast<double>(tau.size());
+  const double deviation = tau.size() >= kMany ? robust_deviation(tau) : tau.size() > 1 ? std::sqrt(squares / (n - 1.0)) : 0.0;
+  out.u_s = tau.size() > 1 ? 1.2533 * few_blocks(tau.size()) * deviation / std::sqrt(n) : few_blocks(1) * all[0].u_s;
   return out;
 }
 
@@ -132,18 +147,61 @@ BlockFit fit_inertia_once(const std::vector<InertiaRow>& rows, Smear& smear) {
   return f;
 }
 
-void fit_inertia(RunDynamics& out, const SampleSeries& s, const std::vector<Transition>& all, double c_q, double exponent, double centre,
+// The share of the slopes' power that is noise: slopes where the speed has settled, in the last third of each transition, against all.
+// Noise in what is regressed on makes J too small by just this share.
+double noise_share(const std::vector<InertiaRow>& rows) {
+  double all = 0.0, settled = 0.0;
+  std::size_t settled_rows = 0;
+  for (std::size_t first = 0; first < rows.size();) {
+    std::size_t last = first;
+    while (last < rows.size() && rows[last].block == rows[first].block) ++last;
+    for (std::size_t i = first; i < last; ++i) {
+      const double slope = rows[i].slope_rad_s2[kSmearBefore];
+      all += slope * slope;
+      if (3 * (i - first) >= 2 * (last - first)) settled += slope * slope, ++settled_rows;
+    }
+    first = last;
+  }
+  return all > 0.0 && settled_rows > 0 ? settled / static_cast<double>(settled_rows) / (all / static_cast<double>(rows.size())) : 1.0;
+}
+
+// What no step shows: gain of the torque cell, arm, alignment; the speed's clock enters as often as the slope.
+double inertia_type_b(const StandUncertainty& k) {
+  const double tilt = 0.5 * k.alignment_rad.u * k.alignment_rad.u;
+  return std::sqrt(k.torque_calibration.u * k.torque_calibration.u + k.arm_length.u * k.arm_length.u + tilt * tilt +
+                   k.rotor_speed.u * k.rotor_speed.u);
+}
+
+// Torque by the mean of an interval's ends is too large by x²/12 of an exponential, x = interval over time constant (Euler and Maclaurin).
+double trapezoid_error(const RunDynamics& d, const SampleSeries& s) {
+  double fastest_s = HUGE_VAL;
+  for (const auto& t : {d.up, d.down})
+    if (t) fastest_s = std::min(fastest_s, t->value_s);
+  const double x = median_step(s.t_s) / fastest_s;
+  return x * x / 12.0;
+}
+
+void fit_inertia(RunDynamics& out, const StandRun& run, const std::vector<Transition>& all, double c_q, double exponent, double centre,
                  double offset) {
+  constexpr double kMostNoise = 0.02;  // J would be 2 % too small
+  const SampleSeries& s = run.samples;
   constexpr int kRounds = 4;  // each changes J by a hundredth of the one before
   std::vector<double> static_N_m;
   for (const double w : s.omega_rad_s) static_N_m.push_back(c_q * w * w * std::pow(w / centre, exponent - 2.0));
   const std::vector<InertiaRow> rows = inertia_rows(s, all, static_N_m, offset);
   if (rows.size() < 30 || all.size() < 2) return;
+  if (const double noise = noise_share(rows); noise > kMostNoise) {
+    out.no_inertia =
+        fmt::format("no J: {:.0f} % of the changes of speed are noise of the speed, allowed are {:g} %; the sequence steps shows it",
+                    100.0 * noise, 100.0 * kMostNoise);
+    return;
+  }
   Smear smear{};
   smear[kSmearBefore] = 1.0;
   for (int round = 0; round < kRounds; ++round) {
     const BlockFit f = fit_inertia_once(rows, smear);
-    out.inertia_kg_m2 = f.c(0), out.inertia_u_kg_m2 = f.u(0);
+    out.inertia_kg_m2 = f.c(0),
+    out.inertia_u_kg_m2 = std::hypot(few_blocks(f.blocks) * f.u(0), inertia_type_b(run.known) * f.c(0), trapezoid_error(out, s) * f.c(0));
   }
 }
 
@@ -231,9 +289,9 @@ std::optional<RunDynamics> run_dynamics(const StandRun& run, std::optional<doubl
   for (const Transition& t : all)
     if (const auto lag = fit_lag(s, t)) (t.after_rad_s > t.before_rad_s ? up : down).push_back(*lag);
   out.up = pooled(up), out.down = pooled(down), out.transitions = all.size();
-  if (c_q) fit_inertia(out, s, all, *c_q, exponent, centre, offset);
+  if (c_q) fit_inertia(out, run, all, *c_q, exponent, centre, offset);
   out.bandwidth = bandwidth(s);
-  if (!out.up && !out.down && !out.inertia_kg_m2 && !out.bandwidth) return std::nullopt;
+  if (!out.up && !out.down && !out.inertia_kg_m2 && !out.bandwidth && out.no_inertia.empty()) return std::nullopt;
   return out;
 }
 

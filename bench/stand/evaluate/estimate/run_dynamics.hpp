@@ -10,7 +10,7 @@
 namespace rotorloop::stand {
 
 struct TimeConstant {
-  double value_s = 0.0, u_s = 0.0;  // of a first-order lag behind the target
+  double value_s = 0.0, u_s = 0.0;  // of a first-order lag behind the target; 2 u hold the truth in 95 %, however few the steps are
   double delay_s = 0.0;
   std::size_t steps = 0;
 };
@@ -24,7 +24,8 @@ inline constexpr double kCoherenceGate = 0.8;
 
 struct RunDynamics {
   std::optional<TimeConstant> up, down;
-  std::optional<double> inertia_kg_m2, inertia_u_kg_m2;
+  std::optional<double> inertia_kg_m2, inertia_u_kg_m2;  // u with what no step shows: gain of the torque cell, arm, alignment, clock
+  std::string no_inertia;                                // why there is none although speed changed
   std::size_t transitions = 0;
   std::optional<Bandwidth> bandwidth;
 };

@@ -118,10 +118,18 @@ void number_blocks(std::vector<StandStep>& steps) {
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i].block = static_cast<int>(i / std::max<std::size_t>(1, length));
 }
 
-void take_options(StandRun& run, const RunOptions& o) {
+// Of a density that nobody gave: from 1000 m and 25 °C to sea level in winter is 1.04 to 1.30 kg/m³.
+constexpr double kGuessedDensityU = 0.05;
+
+void take_options(StandRun& run, const RunOptions& o, bool density_given) {
   if (o.diameter_m) run.facts.diameter_m = *o.diameter_m;
   if (o.air_density_kg_m3) run.facts.air_density_kg_m3 = *o.air_density_kg_m3;
   if (o.known) run.known = *o.known;
+  if (density_given || o.air_density_kg_m3 || run.known.air_density.source != "typical") return;
+  run.known.air_density = {kGuessedDensityU, "guess"};
+  run.remarks.push_back(
+      fmt::format("the air's density is a guess, {:g} kg/m³ with u of {:g} %: nobody gave it (--density, or air_density_kg_m3)",
+                  run.facts.air_density_kg_m3, 100.0 * kGuessedDensityU));
 }
 
 // Dry air less the share of vapour (ideal gases; the vapour pressure over water after Magnus, as Sonntag 1990 has it).
@@ -135,10 +143,11 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
   run.known = stand_uncertainty(f.uncertainty, "run");
   if (f.diameter_m == f.diameter_m) record.diameter_m = f.diameter_m;
   if (f.air_density_kg_m3 == f.air_density_kg_m3)
-    record.air_density_kg_m3 = f.air_density_kg_m3;
+    record.air_density_kg_m3 = f.air_density_kg_m3, record.density_given = true;
   else if (f.air_temperature_degC == f.air_temperature_degC)
     record.air_density_kg_m3 =
-        moist_air_kg_m3(273.15 + f.air_temperature_degC, f.air_pressure_Pa, f.air_humidity == f.air_humidity ? f.air_humidity : 0.5);
+        moist_air_kg_m3(273.15 + f.air_temperature_degC, f.air_pressure_Pa, f.air_humidity == f.air_humidity ? f.air_humidity : 0.5),
+    record.density_given = true;
   if (f.airspeed_m_s == f.airspeed_m_s)
     for (StandPoint& p : record.points) p.airspeed_m_s = f.airspeed_m_s;
 }
@@ -224,8 +233,8 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   if (steady) run.checked = check_stand(record_of_holds(record, run.steps));
   drop_misread(run);
   run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
-  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o);
   run.remarks = csv.remarks;
+  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o, record.density_given);
   return run;
 }
 
@@ -262,7 +271,7 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
     run.steps = segmented(r, all);
   else
     for (const auto& p : all) run.steps.push_back(step_of(r, p));
-  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o);
+  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o, record.density_given);
   run.remarks.insert(run.remarks.begin(), r.notes.begin(), r.notes.end());
   run.remarks.insert(run.remarks.end(), run.checked.notes.begin(), run.checked.notes.end());
   return run;

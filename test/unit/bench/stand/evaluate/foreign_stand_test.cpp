@@ -153,6 +153,12 @@ TEST(Credibility, ShaftPowerAboveTheElectricalPowerRefusesEveryCoefficientUnless
   expect_truth(estimate_stand(run, accepting));
 }
 
+RunOptions with_density() {
+  RunOptions o;
+  o.air_density_kg_m3 = 1.2;
+  return o;
+}
+
 // Speeds of `rows` of the staircase multiplied, as a sensor that counts marks twice or misses some has it.
 TEST(MisreadSpeed, FactorsOfTwoHalfAnd2p3InUpTo5Of20PointsLeaveTheTruthInTheIntervalAndNameTheRows) {
   const RandomStream random(3, 9);
@@ -172,7 +178,7 @@ TEST(MisreadSpeed, FactorsOfTwoHalfAnd2p3InUpTo5Of20PointsLeaveTheTruthInTheInte
         }
         for (int k = 0; k < wrong; ++k)
           r.points[2 + static_cast<std::size_t>(random.uniform(draw++) * 4.0) + 4 * static_cast<std::size_t>(k)].omega_rad_s[0] *= factor;
-        const StandEstimate e = estimate_stand(stand_run(std::move(r), {}), few_draws());
+        const StandEstimate e = estimate_stand(stand_run(std::move(r), with_density()), few_draws());
         ++all;
         if (!e.thrust || !e.torque) {
           ++held;  // refused
@@ -206,12 +212,61 @@ TEST(UpOnlyWithZeros, FrictionInTheMountIsInTheFitAnd90percentOrMoreOfTheInterva
       p.thrust_N = gain * density * 1.2e-5 * w * w + (w > 0.0 ? friction_N : 0.0) + 0.02 * random.gaussian(draw++);
       r.points.push_back(p);
     }
-    const StandEstimate e = estimate_stand(stand_run(std::move(r), {}), few_draws());
+    const StandEstimate e = estimate_stand(stand_run(std::move(r), with_density()), few_draws());
     ASSERT_TRUE(e.thrust);
     held += e.thrust->low < 1.2e-5 && 1.2e-5 < e.thrust->high;
     EXPECT_TRUE(e.thrust->fit.law.running) << "what friction adds between the zeros and the rows that turn";
   }
   EXPECT_GE(held, static_cast<int>(0.90 * kRuns));
+}
+
+TEST(AirDensity, ThatNobodyGaveIsAGuessWithAnUncertaintyOf5percentAndIsSaid) {
+  StandRecord r;
+  for (int i = 0; i < 26; ++i) {
+    StandPoint p;
+    const double w = i < 4 ? 0.0 : 300.0 + 50.0 * (i - 4);
+    p.row = static_cast<std::size_t>(i) + 1, p.t_s = 3.0 * i, p.omega_rad_s[0] = w, p.thrust_N = 1.2e-5 * w * w;
+    r.points.push_back(p);
+  }
+  const auto density_u = [&](const StandEstimate& e) {
+    for (const BudgetTerm& t : e.thrust->budget)
+      if (t.name == "air density") return t.u;
+    return 0.0;
+  };
+  const StandEstimate guessed = estimate_stand(stand_run(r, {}), few_draws());
+  EXPECT_EQ(density_u(guessed), 0.05);
+  EXPECT_THAT(all_of(guessed.remarks), HasSubstr("the air's density is a guess, 1.2 kg/m³ with u of 5 %: nobody gave it"));
+  const StandEstimate given = estimate_stand(stand_run(r, with_density()), few_draws());
+  EXPECT_EQ(density_u(given), 0.003);
+  EXPECT_THAT(all_of(given.remarks), Not(HasSubstr("density")));
+  r.density_given = true;  // by a mapping
+  EXPECT_EQ(density_u(estimate_stand(stand_run(r, {}), few_draws())), 0.003);
+}
+
+// The staircase of a stand whose cell repeats its reading of row `from` until row `to`; thrust in steps of 0.01 N.
+StandRecord with_frozen_thrust(std::size_t from, std::size_t to) {
+  StandRecord r;
+  r.density_given = true;
+  double last_N = 0.0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    StandPoint p;
+    const double w = i < 3 ? 0.0 : 300.0 + 45.0 * static_cast<double>(i);
+    p.row = i + 1, p.t_s = 3.0 * static_cast<double>(i), p.omega_rad_s[0] = w, p.torque_N_m = kCq * w * w;
+    p.thrust_N = p.row > from && p.row <= to ? last_N : 0.01 * std::round(100.0 * kCt * w * w);
+    last_N = p.thrust_N;
+    r.points.push_back(p);
+  }
+  return r;
+}
+
+TEST(FrozenInstrument, ThatRepeatsOneReadingWhileTheSpeedRisesIsNamedByRowsAndGivesNoCoefficient) {
+  const StandEstimate frozen = estimate_stand(stand_run(with_frozen_thrust(10, 16), {}), few_draws());
+  EXPECT_FALSE(frozen.thrust);
+  EXPECT_TRUE(frozen.torque) << "the other channel is sound";
+  EXPECT_THAT(all_of(frozen.faults), HasSubstr("to the last digit in 7 points one behind the other (rows 10 to 16) while the speed goes"));
+  const StandEstimate sound = estimate_stand(stand_run(with_frozen_thrust(0, 0), {}), few_draws());
+  EXPECT_TRUE(sound.thrust);
+  EXPECT_THAT(all_of(sound.faults), Not(HasSubstr("to the last digit")));
 }
 
 path field(const char* name) {
