@@ -74,12 +74,13 @@ StartReport EscBoard::start() {
   report.can = report.clocks == g431::ClockFault::none && can_.start(kCanBitRate);
   arm_hardware_breaks();
   g431::rcc().apb2enr.set(g431::rcc_bits::kTim1);
-  g431::prepare_bridge({.top = kPwmTop, .periods_per_sample = kPwmPeriodsPerSample, .dead_time_ns = kDeadTime_ns});
+  constexpr g431::BridgeTiming kTiming{.top = kPwmTop, .periods_per_sample = kPwmPeriodsPerSample, .dead_time_ns = kDeadTime_ns};
+  g431::prepare_bridge(kTiming);
   for (const GatePin& g : kGates) g431::make_alternate(g.pin, g.function);
   if (report.clocks == g431::ClockFault::none) g431::watch_crystal();
   g431::start_shunt_amplifiers();
   report.adc = g431::start_adc(kAdc, slow_);
-  g431::start_bridge_timer();
+  g431::start_bridge_timer(kTiming);
   if (report.ok()) charge_bootstrap();
   return report;
 }

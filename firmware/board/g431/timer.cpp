@@ -12,14 +12,13 @@ void prepare_bridge(const BridgeTiming& timing) {
   t.cr2.write(kTrgoUpdate | kTrgo2Oc4);  // idle levels of all outputs: low
   t.psc.write(0);
   t.arr.write(timing.top);
-  t.rcr.write(2 * timing.periods_per_sample - 2);         // up to the first event …
+  t.rcr.write(0);
   for (std::size_t k = 0; k < 3; ++k) t.ccr[k].write(0);  // high sides never on
   t.ccr[3].write(1);                                      // OC4REF rises at the trough
   t.ccmr1.write(kAllGateBits.ccmr1);
   t.ccmr2.write(kAllGateBits.ccmr2);
   t.ccer.write(0);
-  t.egr.write(kUpdate);                            // what is preloaded is in force
-  t.rcr.write(2 * timing.periods_per_sample - 1);  // … and from it on
+  t.egr.write(kUpdate);  // what is preloaded is in force
   t.sr.write(0);
   // The pin's break input is not connected: only what opens the bridge from inside the chip, and that acts with the break enabled.
   t.af1.write(0);
@@ -28,6 +27,11 @@ void prepare_bridge(const BridgeTiming& timing) {
   t.bdtr.write(fixed);
   t.bdtr.write(fixed | kLock2);
   t.dier.write(kBreakInterrupt);
+}
+
+void start_bridge_timer(const BridgeTiming& timing) {
+  tim1().cr1.set(kOn);
+  tim1().rcr.write(2 * timing.periods_per_sample - 1);
 }
 
 void start_microseconds() {

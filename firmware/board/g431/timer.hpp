@@ -1,8 +1,8 @@
 // TIM1 as the modulator of three half bridges (RM0440, section 28), and TIM2 as the clock of microseconds (section 29).
 // The high side of a phase is on around the trough of the counter and the low side around its crest: there the amplifiers are sampled
-// and there the compares change, at the update event of every other crest. Four ends of a count lie between two of them; the first event
-// comes after three, from a start at the trough, because a repetition counter takes what was written to it at its next event only
-// (section 28.3.3): two are in force at the start, three from the first event on.
+// and there the compares change, at the update event of every other crest. That it comes at a crest and not at a trough: the repetition
+// counter is zero at the start, so the first crest is an event, and it is written right after the start, so that each further one comes
+// four ends of a count later (section 28.3.3: written after the start, odd, the event is at the overflow).
 #pragma once
 #include <cstdint>
 
@@ -53,7 +53,8 @@ struct BridgeTiming {
 
 // Everything but the start: outputs off and at their idle level, low; break inputs armed. TRGO: each update event. TRGO2: each trough.
 void prepare_bridge(const BridgeTiming& timing);
-inline void start_bridge_timer() { tim1().cr1.set(tim_bits::kOn); }
+// With interrupts masked: the first crest, 10 us later, has to find what is written here.
+void start_bridge_timer(const BridgeTiming& timing);
 
 // All six low at once: hardware brings the outputs to their idle level.
 [[gnu::always_inline]] inline void bridge_off() { tim1().bdtr.clear(tim_bits::kMainOutput); }

@@ -51,14 +51,13 @@ TEST_F(Timer, PreparedItStandsStillWithEveryOutputOffAndCannotBeUnlocked) {
 }
 
 TEST_F(Timer, TheFirstUpdateComesAtACrestAndEveryOtherCrestAfterIt) {
-  prepare_bridge({.top = 1771, .periods_per_sample = 2, .dead_time_ns = 800});
-  // From the start at the trough: three ends of a count to the first event, which is then a crest, and four to each after it.
-  const std::size_t first_value = first([](const Write& w) { return w.at == &tim1().rcr && w.value == 2u; });
-  const std::size_t in_force = first_with(tim1().egr, tim_bits::kUpdate),
-                    later = first([](const Write&w) { return w.at == &tim1().rcr && w.value == 3u; });
-  EXPECT_LT(first_value, in_force);
-  EXPECT_LT(in_force, later);
-  EXPECT_LT(later, writes.size());
+  const BridgeTiming timing{.top = 1771, .periods_per_sample = 2, .dead_time_ns = 800};
+  prepare_bridge(timing);
+  EXPECT_EQ(tim1().rcr.peek(), 0u) << "the first crest is an event";
+  start_bridge_timer(timing);
+  const std::size_t started = first_with(tim1().cr1, tim_bits::kOn);
+  const std::size_t written = first([](const Write& w) { return w.at == &tim1().rcr && w.value == 3u; });
+  EXPECT_EQ(written, started + 1) << "four ends of a count between events, from the first one on";
 }
 
 TEST_F(Timer, MicrosecondsGoOnOverTheWrapOf32Bits) {
