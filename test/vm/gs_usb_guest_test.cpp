@@ -15,9 +15,11 @@
 #include <memory>
 
 #include "host/base/error.hpp"
+#include "host/bus/frame_bits.hpp"
 #include "host/bus/live/gs_usb/gs_usb_port.hpp"
 #include "host/bus/live/gs_usb/libusb_link.hpp"
 #include "host/bus/live/gs_usb/usb_tree.hpp"
+#include "host/bus/live/live_clock.hpp"
 #include "host/bus/live/open_bus.hpp"
 #include "host/bus/live/waiting_bus.hpp"
 
@@ -262,6 +264,82 @@ TEST_F(GsUsbGuest, AnotherBitRateThanTheOthersEndsInBusOffThatIsTold) {
   std::string said;
   while (const auto notice = near->next_notice()) said += *notice + "\n";
   EXPECT_THAT(said, HasSubstr("check wiring, termination and bit rate of all nodes"));
+}
+
+struct Passed {
+  std::uint64_t received = 0;
+  double frames_per_s = 0.0;
+};
+// `count` frames one way, the next one when the adapter took one: as fast as both go.
+Passed pass_frames(TimedBus& from, TimedBus& to, std::uint64_t count) {
+  const std::int64_t begun_ns = from.now_ns();
+  const std::uint64_t sent_before = from.counters().sent;
+  std::uint64_t offered = 0, received = 0;
+  std::array<TimedBus*, 2> both{&from, &to};
+  while (received < count && from.now_ns() - begun_ns < 20 * kSecond_ns) {
+    for (; offered < count && offered - (from.counters().sent - sent_before) < 20; ++offered)
+      from.send_any(frame_of(0x2AA, false, 8, false));
+    wait_for_any(both, from.now_ns() + kSecond_ns / 10);
+    while (from.receive_any()) {
+    }
+    while (to.receive_any()) ++received;
+  }
+  return {.received = received, .frames_per_s = static_cast<double>(received) * 1e9 / static_cast<double>(from.now_ns() - begun_ns)};
+}
+
+TEST_F(GsUsbGuest, RateOfAFullBusAt500KilobitASecondIsReachedWithoutALoss) {
+  Adapters adapters;
+  adapters.plug("TWO", 2);
+  const auto a = open("gsusb:TWO/0@500000"), b = open("gsusb:TWO/1@500000");
+  const Passed passed = pass_frames(*a, *b, 2'000);
+  const double full = 500e3 / (frame_bits(*frame_of(0x2AA, false, 8, false).classic()) + kIntermissionBits);
+  std::printf("gs_usb, 500 kbit/s: %.0f frames/s of %.0f that the bus has\n", passed.frames_per_s, full);
+  EXPECT_EQ(passed.received, 2'000u);
+  EXPECT_GT(passed.frames_per_s, 0.98 * full);
+  EXPECT_EQ(a->counters().dropped_tx + a->link_counters().unconfirmed + b->counters().dropped_rx, 0u);
+}
+
+TEST_F(GsUsbGuest, RateOf5000And1000FramesASecondOnTwoChannelsAt1MegabitLosesNone) {
+  Adapters adapters;
+  adapters.plug("TWO", 2);
+  const auto a = open("gsusb:TWO/0"), b = open("gsusb:TWO/1");
+  std::array<TimedBus*, 2> both{a.get(), b.get()};
+  std::uint64_t at_a = 0, at_b = 0;
+  const std::int64_t begun_ns = a->now_ns();
+  for (std::int64_t ms = 0; ms < 1'050; ++ms) {
+    for (std::uint32_t i = 0; ms < 1'000 && i < 5; ++i) a->send_any(frame_of(0x100 + i, false, 8, false));
+    if (ms < 1'000) b->send_any(frame_of(0x0F0, false, 8, false));
+    while (a->now_ns() < begun_ns + (ms + 1) * kSecond_ns / 1000) {
+      wait_for_any(both, begun_ns + (ms + 1) * kSecond_ns / 1000);
+      while (a->receive_any()) ++at_a;
+      while (b->receive_any()) ++at_b;
+    }
+  }
+  EXPECT_EQ(at_b, 5'000u);
+  EXPECT_EQ(at_a, 1'000u);
+  for (TimedBus* bus : both) EXPECT_EQ(bus->counters().dropped_tx + bus->counters().dropped_rx + bus->link_counters().unconfirmed, 0u);
+}
+
+TEST_F(GsUsbGuest, RateThroughLibusbIsFourFifthsOfTheKernelsDriversOnTheSameAdapterOrMore) {
+  Adapters adapters("--unpaced");
+  adapters.plug("TWO", 2);
+  double ours = 0.0, kernels = 0.0;
+  {
+    const auto a = open("gsusb:TWO/0"), b = open("gsusb:TWO/1");
+    const Passed passed = pass_frames(*a, *b, 1'500);
+    EXPECT_EQ(passed.received, 1'500u);
+    ours = passed.frames_per_s;
+  }
+  for (int i = 0; i < 300 && Adapters::of("TWO").interfaces.size() < 2; ++i) Adapters::pass();
+  const auto names = Adapters::of("TWO").interfaces;
+  ASSERT_EQ(names.size(), 2u);
+  for (const std::string& name : names) shell("ip link set " + name + " type can bitrate 1000000 && ip link set " + name + " up");
+  const auto a = open("socketcan:" + names[0]), b = open("socketcan:" + names[1]);
+  const Passed passed = pass_frames(*a, *b, 1'500);
+  EXPECT_EQ(passed.received, 1'500u);
+  kernels = passed.frames_per_s;
+  std::printf("gs_usb, no pace: %.0f frames/s through libusb, %.0f through the kernel's driver\n", ours, kernels);
+  EXPECT_GT(ours, 0.8 * kernels);
 }
 
 }  // namespace
