@@ -13,7 +13,8 @@ OLD_PATH = 1472  # instructions of the interrupt's longest path at 86a5ca1, by s
 LIMIT_BYTES = 10 * 1024  # of the interrupt while it runs: one CCM of the STM32G431
 # What runs at power-up, when starting, stopping or tripping, and may lie in flash.
 PURPOSES = (("configuration, once", r"configure<|_GLOBAL__|>::Motor\("),
-            ("start sequence", r"::start\(|::begin_start\(|(?:step|align)\(rotorloop::firmware::StartConfig|::learn_at_rest\(|::take_over\("),
+            ("start sequence", r"::start\(|::begin_start\(|(?:step|align)\(rotorloop::firmware::(?:Start|Finder)Config|::learn_at_rest\(|::take_over\("
+                               r"|::(?:find_rotor|close_bridge)\(|::short_windings\(|::oppose_emf\(|::adopt_rotor\(|direction_of\("),
             ("trips, stops, tones", r"::trip\(|::sound\(|::come_to_rest\(|::switch_off\("),
             ("self-test, after power-up", r"::test_bridge\(|self_test::"),
             ("with the bridge off", r"calibrate_zero\(|::why_not\(|hand_watch|HandWatch|TurnConfig"))

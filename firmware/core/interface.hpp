@@ -25,6 +25,7 @@ enum class Limiter : std::uint8_t {
   temperature,
   undervoltage,  // current derated while the bus is near its lower limit
   observer,      // current held to what the position estimate tolerates at this speed
+  sensor_range,  // … to what the board can measure with this motor at this bus voltage
 };
 
 // stopping: current against the rotation; holding: windings shorted; tone: a rotor at rest is made to sound.

@@ -34,6 +34,8 @@ constexpr std::string_view limiter_name(firmware::Limiter l) {
       return "undervoltage";
     case observer:
       return "observer";
+    case sensor_range:
+      return "sensor_range";
   }
   return "";
 }

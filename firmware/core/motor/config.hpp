@@ -17,6 +17,7 @@
 #include "firmware/core/motor/observer.hpp"
 #include "firmware/core/motor/protection.hpp"
 #include "firmware/core/motor/resistance.hpp"
+#include "firmware/core/motor/rotor_finder.hpp"
 #include "firmware/core/motor/sample_check.hpp"
 #include "firmware/core/motor/self_test.hpp"
 #include "firmware/core/motor/speed_loop.hpp"
@@ -83,6 +84,7 @@ struct MotorConfig {
   float most_step_A = 0.0f;  // of the torque current, per supervision tick
   std::uint32_t order_ticks = 0;
   std::uint32_t late_us = 0;  // between two rounds of slots: one sample or more has been missed
+  FinderConfig finder{};      // last: offsets of what runs stay small
 };
 
 // Highest electrical speed that this board's sampling can hold: seven samples per turn, f_s · 60/7 electrical RPM.
@@ -128,6 +130,7 @@ MotorConfig configure(const Parameters& asked) {
   configure_start<B>(p, m, resistance, tick_s, c.start);
   c.across_filter = across_filter(m, c.period_s);
   configure_limits(p, m, resistance, c.limits);
+  configure_range<B>(p, c.period_s, c.limits);
   configure_protection<B>(p, m, tick_s, c.protection);
   c.current = configure_current_loop(p, resistance, c.period_s);
   c.resistance = configure_resistance(p, m, resistance, tick_s);
@@ -137,6 +140,7 @@ MotorConfig configure(const Parameters& asked) {
   c.over_resistance = 1.0f / resistance;
   c.rad_s2_A = c.pole_pairs * m.torque_constant_N_m_A / p.inertia_kg_m2;
   c.load_e_1_rad = p.load_N_m_s2 / (p.inertia_kg_m2 * c.pole_pairs);
+  c.finder = configure_finder<B>(p, c.start, c.load_e_1_rad, c.period_s);
   c.bus_filter = clamp(kBusRate_1_s * c.period_s, 0.1f, 0.5f);
   c.bus_jump_V = kBusJump * p.overvoltage_V < kBusJump_V ? kBusJump_V : kBusJump * p.overvoltage_V;
   c.weaken_A_per_V = kWeaken_A_per_V * (kWeakenAt_ohm / resistance) * (tick_s * kWeakenAt_Hz);

@@ -20,13 +20,12 @@ struct Counters {
   std::uint32_t resistance_refused = 0;  // measured at start, too far from the parameter
   std::uint32_t catches = 0;             // took over a rotor that was already turning
   std::uint32_t reversals = 0;
-  std::uint32_t setpoints_refused = 0;                              // not finite
-  std::uint32_t orders_expired = 0;                                 // motion stopped for want of a fresh set-point
-  std::uint32_t samples_replaced = 0;                               // a current sample that was none
-  std::uint32_t bus_doubted = 0;                                    // a bus sample that the next one did not repeat
-  std::uint32_t interrupts_late = 0;                                // rounds of slots in which an interrupt came late or was missed
-  std::uint32_t thermistor_lost = 0;                                // became open or short
-  std::uint32_t temperature_derated = 0, undervoltage_derated = 0;  // supervision ticks with that limiter in force
+  std::uint32_t setpoints_refused = 0;  // not finite
+  std::uint32_t orders_expired = 0;     // motion stopped for want of a fresh set-point
+  std::uint32_t samples_replaced = 0;   // a current sample that was none
+  std::uint32_t bus_doubted = 0;        // a bus sample that the next one did not repeat
+  std::uint32_t interrupts_late = 0;    // rounds of slots in which an interrupt came late or was missed
+  std::uint32_t thermistor_lost = 0;    // became open or short
   std::uint32_t self_test_failures = 0;
 
   constexpr std::uint32_t errors() const {

@@ -19,6 +19,8 @@ class Motor : public MotorBase {
   void on_sample(B& board) {
     if (v_.blocked == Blocked::self_test) [[unlikely]]
       test_bridge(board);
+    else if (v_.start.pulsed) [[unlikely]]
+      find_rotor(board);
     else
       control_motor(board);
   }
@@ -106,6 +108,58 @@ class Motor : public MotorBase {
                 v_.temperature_K});
   }
 
+  // --- a rotor that may be turning, before anything is asked of the bridge ---
+
+  // Takes the place of all else for some milliseconds, but hears its orders.
+  [[gnu::noinline]] void find_rotor(B& board) {
+    FinderState& f = v_.finder;
+    const AdcCounts adc = board.adc();
+    v_.round_us = 0;
+    v_.slot = v_.slot + 1 == kSlots ? 0 : v_.slot + 1;
+    if (v_.slot == 0) {
+      take_order();
+      if (!wants_motion()) return come_to_rest(board);
+    }
+    const float bus_V = accept(v_.bus, static_cast<float>(adc.bus) * B::kBus_V_per_count, config_.bus_jump_V);
+    if (f.closing > 0) return close_bridge(board, adc, bus_V);
+    v_.bus_V += config_.bus_filter * (bus_V - v_.bus_V);
+    const Sensed sensed = sense_currents(config_.sense, v_.sense, adc, {});
+    disturb_zero(config_.sense, v_.sense);
+    const Fault fast = check_fast(config_.protection, sensed, bus_V);
+    if (fast != Fault::none) return trip(board, fast, sensed);
+    const Finding finding = step(config_.finder, f, sensed.current_A, v_.start.direction);
+    if (finding == Finding::looking) {
+      board.set_compare(pulse(config_.finder, f.low[2]));
+      return board.gates_on(low_gate(0) | low_gate(1) | low_gate(2));
+    }
+    if (finding == Finding::slow) return short_windings(board);
+    board.bridge_off();  // until a voltage stands against the EMF
+    f.closing = 2;
+    board.set_compare(oppose_emf(bus_V, {}));
+  }
+
+  // The first voltage acts from this sample on; at the next its current says by how much it missed the EMF.
+  void close_bridge(B& board, const AdcCounts& adc, float bus_V) {
+    v_.finder.angle = v_.finder.angle + Angle::from_rad(v_.finder.omega_e_rad_s * config_.period_s);
+    v_.active = v_.pending;
+    Rotor missed_V{};
+    if (v_.finder.closing-- == 2)
+      board.bridge_on();
+    else
+      missed_V = adopt_rotor(sense_currents(config_.sense, v_.sense, adc, v_.active.compare).current_A);
+    board.set_compare(oppose_emf(bus_V, missed_V));
+    v_.active_driven = v_.pending_driven = true;
+  }
+
+  [[gnu::noinline]] void short_windings(B& board) {
+    v_.start.pulsed = false;
+    v_.start.shorted = true;
+    v_.pending = {};
+    v_.pending_driven = v_.active_driven = false;
+    board.set_compare({});
+    board.bridge_on();
+  }
+
   // --- every sample ---
 
   // Counts to currents that can be trusted; opens the bridge on those that cannot be, and on those that are too large.
@@ -177,12 +231,10 @@ class Motor : public MotorBase {
     } else if (v_.state == MotorState::stopping) {
       v_.state = MotorState::running;  // asked to move again before it stood
       enter(config_.speed, v_.speed, speed_rad_s(), v_.wanted_A.q);
-    } else if (v_.state == MotorState::braking || v_.state == MotorState::holding) {
-      begin_start(board);
-      v_.start.shorted = true;
-    } else if (!driving() && v_.blocked == Blocked::none) {
+    } else if (const bool shorted = v_.state == MotorState::braking || v_.state == MotorState::holding;
+               shorted || (!driving() && v_.blocked == Blocked::none)) {
       if (v_.state == MotorState::fault) ++v_.counters.restarts;
-      begin_start(board);
+      begin_start(board, shorted);
     }
   }
 
@@ -231,11 +283,12 @@ class Motor : public MotorBase {
     }
   }
 
-  [[gnu::noinline]] void begin_start(B& board) {
+  [[gnu::noinline]] void begin_start(B& board, bool shorted) {
     v_.start = {MotorState::catching, 0.0f, 0.0f, sign_of(v_.order.value), 0.0f};
     v_.state = MotorState::catching;
     v_.blocked = Blocked::none;
     self_test_.wait = 0;  // once it has run, it has shown what it can
+    hold_to_range(config_.limits, v_.bus_V);
     v_.observer = {};
     v_.current = {};
     v_.wanted_A = {};
@@ -245,31 +298,30 @@ class Motor : public MotorBase {
     v_.emf_mismatch = 0.0f;
     v_.protection.stall_ticks = v_.protection.slip_ticks = 0;
     v_.check = {};
-    v_.dead_share = 0.85f * v_.known_dead_share;  // a little too little makes no current out of nothing
-    board.bridge_on();
+    v_.dead_share = v_.known_dead_share;
+    if (shorted) return short_windings(board);
+    v_.start.pulsed = true;
+    v_.finder = {};
+    v_.finder.low.fill(config_.finder.least_low);
+    board.set_compare(pulse(config_.finder, config_.finder.least_low));  // it acts from the next sample on; only then may a gate be driven
   }
 
   // Slot 1: the start sequence and the hand-over.
   void start(B& board) {
     if (v_.state == MotorState::handover) {
       v_.phase_s += config_.start.tick_s;
-      if (v_.phase_s > config_.start.hand_over_s) {
-        v_.state = MotorState::running;
-      }
+      if (v_.phase_s > config_.start.hand_over_s) v_.state = MotorState::running;
     }
     if (!starting()) return;
-    const bool was_shorted = v_.start.shorted;
     const StartStep s = step(config_.start, v_.start,
                              {v_.given_V.d, v_.measured_A.d, lost_along(), v_.across_V, frame_speed_rad_s(), v_.observer.angle,
                               v_.observer.lock, v_.observer.flux_ratio, length(v_.measured_A)});
-    if (s.shorted && !was_shorted) v_.observer = {};
     if (v_.start.phase == MotorState::align && v_.state != MotorState::align) v_.dead_share = config_.dead_time.align_share;
     v_.state = v_.start.phase;
     if (s.failed) return trip(board, Fault::start_failed, {});
     if (s.caught) {
       ++v_.counters.catches;
       v_.dead_share = v_.known_dead_share;
-      if (!was_shorted) return take_over(0.0f);
       v_.current.integral_V = {0.0f, -v_.observer.omega_e_rad_s * config_.current.flux_linkage_Wb};  // from no voltage
       v_.hold_A = v_.measured_A.d;
       return take_over(v_.measured_A.q);
@@ -334,7 +386,7 @@ class Motor : public MotorBase {
 
   void switch_off(B& board, MotorState state) {
     board.bridge_off();
-    v_.start.shorted = false;
+    v_.start.shorted = v_.start.pulsed = false;
     v_.state = state;
     v_.pending_driven = v_.active_driven = false;
     v_.own_frame = false;

@@ -168,6 +168,39 @@ class MotorBase {
     enter(config_.speed, v_.speed, speed_rad_s(), current_q_A);
   }
 
+  // What the EMF of the rotor that was found will be, on average, over the period after the next sample, less what was too much of it.
+  PwmCompare oppose_emf(float bus_V, Rotor missed_V) {
+    const float turn = v_.finder.omega_e_rad_s * config_.period_s;
+    const float emf_V = v_.finder.omega_e_rad_s * config_.finder.flux_linkage_Wb * (1.0f - turn * turn * (1.0f / 24));
+    const Rotation ahead = rotation(v_.finder.angle + Angle::from_rad(1.5f * turn));
+    v_.pending = modulate(config_.modulator, inverse_park({-missed_V.d, emf_V - missed_V.q}, ahead), {}, bus_V, v_.dead_share);
+    return v_.pending.compare;
+  }
+
+  // Observer and current control begin with the rotor that was found. What the first voltage was too large by: by its current.
+  Rotor adopt_rotor(Stator current_A) {
+    const FinderState& f = v_.finder;
+    ObserverState& o = v_.observer;
+    const ObserverConfig& c = config_.observer;
+    const Rotation at = rotation(f.angle);
+    const Rotor missed_V = config_.finder.miss_V_A * park(current_A, at);
+    o = {};
+    o.length_Wb =
+        clamp(c.flux_linkage_Wb - missed_V.q / f.omega_e_rad_s, c.length_least * c.flux_linkage_Wb, c.length_most * c.flux_linkage_Wb);
+    o.magnet_flux_Wb = {o.length_Wb * at.cos, o.length_Wb * at.sin};
+    o.stator_flux_Wb = o.magnet_flux_Wb + c.inductance_H * current_A;
+    o.last_current_A = current_A;
+    o.flux_ratio = o.length_Wb * c.over_flux;
+    o.angle = f.angle;
+    o.omega_e_rad_s = o.speed_e_rad_s = f.omega_e_rad_s;
+    o.lock = 1.0f;
+    ++v_.counters.catches;
+    v_.start.pulsed = false;
+    take_over(0.0f);
+    v_.current.integral_V = -1.0f * missed_V;
+    return missed_V;
+  }
+
   // Slot 3: at the voltage limit a negative d current takes voltage off the magnet's share.
   void weaken() {
     const float room_V = config_.weaken_margin * voltage_limit_V(config_.modulator, v_.bus_V) - length(v_.given_V);
@@ -194,9 +227,8 @@ class MotorBase {
     const LimitConfig& c = config_.limits;
     const float unknown_K = c.temperature_K - 10.0f;
     const float temperature_K = v_.protection.thermistor_lost && v_.temperature_K < unknown_K ? unknown_K : v_.temperature_K;
-    // What tripped once trips again in the same way: less current until a second without a fault has passed.
     const std::uint16_t faults = v_.protection.restarts;
-    const float by_fault = faults == 0 ? 1.0f : faults == 1 ? 0.75f : 0.5f;
+    const float by_fault = faults == 0 ? c.share : faults == 1 ? c.share_after_one : c.share_after_more;
     // A young estimate is lost in the swing to a full current.
     const float by_age = v_.state == MotorState::handover ? config_.hand_over_share
                          : v_.resistance_measured         ? 1.0f
@@ -234,8 +266,6 @@ class MotorBase {
       give_current(v_.order.value, w, voltage_limited);
     }
     v_.wanted_A.q = clamp(v_.wanted_A.q, before_A - config_.most_step_A, before_A + config_.most_step_A);
-    v_.counters.temperature_derated += v_.limiter == Limiter::temperature ? 1u : 0u;
-    v_.counters.undervoltage_derated += v_.limiter == Limiter::undervoltage ? 1u : 0u;
     const float along_A = v_.state == MotorState::stopping ? 0.0f : hold_current_A(config_.hold, w);
     v_.hold_A = clamp(along_A, v_.hold_A - config_.hold.most_step_A, v_.hold_A + config_.hold.most_step_A);
     v_.wanted_A.d = v_.hold_A + v_.weaken_A;

@@ -21,7 +21,6 @@ constexpr float kShortCatch = 1.1f;  // of it: with the windings shorted no leg 
 constexpr float kLead_s = 0.004f;    // how long a rotor nearly at rest turns until the current holds it; 2026-11-26
 constexpr float kRestEmf = 0.1f;     // of the back-EMF of the hand-over: less, and the rotor may be taken for being at rest; 2026-11-26
 constexpr float kCatchRate_1_s = 400.0f;  // a mean of 2.5 ms
-constexpr float kCatchAngle_rad = 13.0f;  // electrical, at the hand-over's speed: for how long a rotation is looked for
 // The swing dies within about two and a half of its periods.
 constexpr float kAlignFirst_rad = 9.0f, kAlignSecond_rad = 14.3f;  // of the swing
 constexpr float kAlignRise = 0.4f, kMeasureWindow = 0.19f;  // of the first step: current ramp; of the second: when the swing has died
@@ -41,7 +40,6 @@ constexpr float kRestCurrent = 0.1f, kRest_counts = 20.0f;  // of the start curr
 struct StartConfig {
   float tick_s = 0.0f;
   float current_A = 0.0f;
-  float catch_s = 0.0f;
   float catch_speed_rad_s = 0.0f, backward_speed_rad_s = 0.0f;  // mechanical
   float lead_e_s = 0.0f;                                        // pole pairs times the time
   float swing_V = 0.0f;                                         // of back-EMF
@@ -86,7 +84,6 @@ constexpr void configure_start(const Parameters& p, const MotorScale& m, float r
   s.lead_e_s = kLead_s * pole_pairs;
   s.swing_V = kRestEmf * hand_over_e * p.flux_linkage_Wb;
   s.catch_filter = clamp(kCatchRate_1_s * s.tick_s, 0.02f, 0.5f);
-  s.catch_s = clamp(kCatchAngle_rad / hand_over_e, 0.015f, 0.1f);
   s.align_first_s = clamp(kAlignFirst_rad * over_swing_s, 0.05f, 0.3f);
   s.align_second_s = clamp(kAlignSecond_rad * over_swing_s, 0.08f, 0.5f);
   s.align_rise_s = kAlignRise * s.align_first_s;
@@ -116,7 +113,8 @@ struct StartState {
   float steady_s = 0.0f;                      // while catching
   float swing_V = 0.0f;
   std::uint32_t rounds = 0;
-  bool shorted = false;  // second part of the catching
+  bool pulsed = false;   // first part of the catching (rotor_finder.hpp)
+  bool shorted = false;  // second part of it
   float induced_A = 0.0f, rest_s = 0.0f;
   Angle axis{};        // that the rotor is held at …
   bool found = false;  // … because it was seen there
@@ -143,7 +141,6 @@ struct StartStep {
   bool own_frame = false;       // current control in the turned frame, not the observer's
   bool hand_over = false;       // observer may take the frame now
   bool caught = false;          // rotor was turning: run at once
-  bool shorted = false;         // all low sides on
   bool failed = false;
 };
 
@@ -170,23 +167,9 @@ constexpr void solve_alignment(const StartConfig& c, const StartState& s, StartS
   out.lost_V = (high_A * low_V - low_A * high_V) / determinant;
 }
 
-// Still looking for a rotation? A rotor that turns keeps its speed; what the dead time makes of noise on one that stands does not.
-constexpr bool look_for_rotation(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
-  s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
-  const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < c.catch_steady * magnitude(s.speed_rad_s);
-  const bool turns = trustworthy(c, in) && steady &&
-                     magnitude(s.speed_rad_s) > (s.speed_rad_s * s.direction > 0.0f ? c.catch_speed_rad_s : c.backward_speed_rad_s);
-  s.steady_s = turns ? s.steady_s + c.tick_s : 0.0f;
-  if (s.in_phase_s < c.catch_s) return true;
-  out.caught = s.steady_s >= c.catch_steady_s;
-  // Perhaps it turns, but not yet for long enough.
-  const bool perhaps = in.lock > c.lock && magnitude(in.observed_rad_s) > c.catch_speed_rad_s;
-  return out.caught || (perhaps && s.in_phase_s < 2.0f * c.catch_s);
-}
-
-// What turns too slowly for that, or was not seen at all: the windings are shorted, which shows it and brakes it. True: not yet done.
+// What turns too slowly for pulses (rotor_finder.hpp), or was not seen at all: the windings are shorted, which shows it and brakes it.
+// True: not yet done.
 constexpr bool brake_and_look(const StartConfig& c, StartState& s, const StartInputs& in, StartStep& out) {
-  out.shorted = true;
   s.speed_rad_s += c.catch_filter * (in.observed_rad_s - s.speed_rad_s);
   s.induced_A += c.catch_filter * (in.current_A - s.induced_A);
   const bool steady = magnitude(in.observed_rad_s - s.speed_rad_s) < 0.5f * c.catch_steady * magnitude(s.speed_rad_s);
@@ -252,12 +235,7 @@ constexpr StartStep step(const StartConfig& c, StartState& s, const StartInputs&
   s.in_phase_s += c.tick_s;
   s.across_slow_V += c.damping_corner_rad_s * c.tick_s * (in.across_V - s.across_slow_V);
   if (s.phase == MotorState::catching) {
-    if (s.shorted ? brake_and_look(c, s, in, out) : look_for_rotation(c, s, in, out)) return out;
-    if (!s.shorted) {
-      s = {MotorState::catching, 0.0f, 0.0f, s.direction};
-      out.shorted = s.shorted = true;
-      return out;
-    }
+    if (brake_and_look(c, s, in, out)) return out;
     begin_align(c, s, in);
   } else {
     const float align_A = (measuring(c, s) ? c.damping_measure_share : c.damping_align_share) * in.along_A;

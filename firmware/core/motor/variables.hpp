@@ -53,6 +53,7 @@ struct MotorVariables {
   Blocked blocked = Blocked::calibrating;
   std::uint32_t slot = 0;
   std::uint64_t round_us = 0;  // when the last round of slots began
+  FinderState finder{};        // last: offsets of what runs stay small
 };
 
 }  // namespace rotorloop::firmware

@@ -246,7 +246,7 @@ TEST(WireDocument, StatusFlagsAndVendorStatusStandWhereItSays) {
     EXPECT_EQ(f >> 18, code == 0 ? 0u : 1u) << "tripped";
     EXPECT_EQ(vendor_status(rig), code);
   }
-  for (unsigned code = 0; code <= static_cast<unsigned>(Limiter::observer); ++code) {
+  for (unsigned code = 0; code <= static_cast<unsigned>(Limiter::sensor_range); ++code) {
     ServiceRig rig = reporting_rig();
     rig.telemetry.limiter = static_cast<Limiter>(code);
     EXPECT_EQ(flags(rig) >> 4 & 15u, code);

@@ -261,12 +261,31 @@ LimitConfig limits() {
   LimitConfig c;
   c.power = power();
   c.brake = {0.8f * 0.06f, 3.59e-3f};
-  c.phase_A = 40.0f;
+  c.asked_A = 36.0f;
   c.source_A = c.sink_A = 40.0f;
   c.undervoltage_V = 12.0f;
   c.temperature_K = 358.0f;
   c.observer_A_s_rad = 1.0f;
   return c;
+}
+
+// 44 A of trip, less gains, zeros and what the bus moves in a sample that nothing answers.
+TEST(Limits, ABoardOf44AmperesHolds36AOf15MicrohenryAt16VoltsAnd30AOf6MicrohenryAt24AndSaysSo) {
+  Parameters wide;
+  LimitConfig c = configure<FakeBoard>(wide).limits;
+  hold_to_range(c, 16.0f);
+  EXPECT_FLOAT_EQ(c.share * c.asked_A, 36.0f);
+  EXPECT_EQ(c.phase_by, Limiter::phase_current);
+  Parameters narrow;
+  narrow.inductance_H = 6e-6f;
+  c = configure<FakeBoard>(narrow).limits;
+  hold_to_range(c, 24.0f);
+  EXPECT_NEAR(c.share * c.asked_A, 30.4f, 0.1f);
+  const LimitInputs fast{1500.0f, 24.0f, 300.0f, 0.0f};
+  c.source_A = c.sink_A = 1000.0f;
+  EXPECT_EQ(limit_current(current_range(c, fast), 100.0f, 1.0f).by, Limiter::sensor_range);
+  hold_to_range(c, 15.0f);  // less bus, more current
+  EXPECT_GT(c.share * c.asked_A, 34.0f);
 }
 
 TEST(Limits, NameTheRuleThatBinds) {
@@ -338,26 +357,27 @@ TEST(SpeedLoop, RaisesASmallSetpointAndLowersALargeOne) {
   EXPECT_FLOAT_EQ(s.slewed_rad_s, 1780.0f);
 }
 
-// What the sequence decides about a rotor that the observer reports like this for 40 ms.
+// What the sequence decides about a rotor whose windings are shorted and that the observer reports like this, for 400 ms.
 template <class Observed>
 StartStep look(const Observed& observed, StartState& s) {
   const StartConfig c = configure<FakeBoard>(Parameters{}).start;
   s = {MotorState::catching, 0.0f, 0.0f, 1.0f};
+  s.shorted = true;
   StartStep out;
-  for (int k = 0; k < 160 && s.phase == MotorState::catching && !out.caught; ++k) out = step(c, s, observed(k));
+  for (int k = 0; k < 1600 && s.phase == MotorState::catching && !out.caught; ++k) out = step(c, s, observed(k));
   return out;
 }
 
 TEST(StartUp, CatchesATrustedSteadyRotationAndAlignsAnythingElse) {
   StartInputs turning;
-  turning.observed_rad_s = 500.0f, turning.lock = 0.99f, turning.flux_ratio = 1.0f;
+  turning.observed_rad_s = 500.0f, turning.lock = 0.99f, turning.flux_ratio = 1.0f, turning.current_A = 8.0f;
   StartState s;
   EXPECT_TRUE(look([&](int) { return turning; }, s).caught);
   StartInputs untrusted = turning;
   untrusted.lock = 0.5f;
   EXPECT_FALSE(look([&](int) { return untrusted; }, s).caught);
   EXPECT_EQ(s.phase, MotorState::align);
-  // Noise that the dead time of a standing rotor shapes: locked, fast, but never the same.
+  // Noise of a standing rotor: locked, fast, but never the same.
   EXPECT_FALSE(look(
                    [&](int k) {
                      StartInputs wandering = turning;
@@ -390,17 +410,61 @@ TEST(StartUp, HoldsARotorWhereItWasSeenTurningAndSweepsForOneThatWasNot) {
   EXPECT_NEAR(step(c, s, unseen).frame.rad(), c.align_from_rad, 0.1f);
 }
 
-TEST(StartUp, ARotorTurningBackwardsSlowlyIsBrakedByItsWindingsNotCaught) {
-  const StartConfig c = configure<FakeBoard>(Parameters{}).start;
-  StartInputs backwards;
-  backwards.lock = 0.99f, backwards.flux_ratio = 1.0f, backwards.current_A = 8.0f;
-  StartState s;
-  backwards.observed_rad_s = -0.9f * c.backward_speed_rad_s;
-  const StartStep slow = look([&](int) { return backwards; }, s);
-  EXPECT_TRUE(slow.shorted);
-  EXPECT_FALSE(slow.caught);
-  backwards.observed_rad_s = -1.1f * c.backward_speed_rad_s;
-  EXPECT_TRUE(look([&](int) { return backwards; }, s).caught);
+// What the pulses (rotor_finder.hpp) say of a rotor at this electrical speed whose pulses drive this current per volt-second of EMF, in
+// shares of the parameter's 1/L; zeros that are off add a standing current.
+struct Pulsed {
+  Finding finding = Finding::looking;
+  FinderState state{};
+  Angle rotor{};
+  float omega_e_rad_s = 0.0f;
+  int samples = 0;
+};
+Pulsed pulse_a_rotor(float omega_e_rad_s, float conductance_share = 1.0f, Stator offset_A = {}) {
+  const FinderConfig c = configure<FakeBoard>(Parameters{}).finder;
+  Pulsed p;
+  p.state.low.fill(c.least_low);
+  p.rotor = Angle::from_rad(0.3f);
+  while (p.finding == Finding::looking && p.samples < 2000) {
+    omega_e_rad_s -= c.period_s * c.load_e_1_rad * omega_e_rad_s * magnitude(omega_e_rad_s);  // as its propeller slows it
+    p.rotor = p.rotor + Angle::from_rad(omega_e_rad_s * c.period_s);
+    const float since_s = p.state.low[0] * c.half_pwm_s - c.dead_s;
+    const Rotation emf_at = rotation(p.rotor + Angle::from_rad(-0.5f * omega_e_rad_s * since_s));
+    const float A = -omega_e_rad_s * c.flux_linkage_Wb * since_s * c.over_inductance * conductance_share;
+    p.finding = step(c, p.state, Stator{-A * emf_at.sin, A * emf_at.cos} + offset_A, 1.0f);
+    ++p.samples;
+  }
+  p.omega_e_rad_s = omega_e_rad_s;
+  return p;
+}
+
+TEST(RotorFinder, AngleWithin1DegreeAndSpeedWithin1PercentBothWaysUpTo200KeRpmWithInductance30PercentWrong) {
+  for (const float omega_e_rad_s : {5500.0f, -6000.0f, 8000.0f, 14000.0f, -20900.0f})
+    for (const float share : {0.77f, 1.0f, 1.43f}) {
+      const Pulsed p = pulse_a_rotor(omega_e_rad_s, share);
+      ASSERT_EQ(p.finding, Finding::found) << omega_e_rad_s;
+      EXPECT_NEAR((p.state.angle - p.rotor).rad(), 0.0f, 0.0175f) << omega_e_rad_s;
+      EXPECT_NEAR(p.state.omega_e_rad_s / p.omega_e_rad_s, 1.0f, 0.01f);
+      EXPECT_LT(p.samples, 0.0070f * 24000.0f);
+    }
+}
+
+TEST(RotorFinder, ZerosOffBy20CountsMakeNoRotorTurnAndRestIsKnownWithin7Ms) {
+  const float off_A = 20.0f * magnitude(FakeBoard::kCurrent_A_per_count);
+  EXPECT_EQ(pulse_a_rotor(0.0f).finding, Finding::slow);
+  const Pulsed off = pulse_a_rotor(0.0f, 1.0f, {off_A, -off_A});
+  EXPECT_EQ(off.finding, Finding::slow);
+  EXPECT_LT(off.samples, 0.0070f * 24000.0f);
+}
+
+TEST(RotorFinder, ARotorTurningBackwardsSlowlyIsLeftToItsShortedWindings) {
+  const FinderConfig c = configure<FakeBoard>(Parameters{}).finder;
+  EXPECT_EQ(pulse_a_rotor(-0.9f * c.backward_e_rad_s).finding, Finding::slow);
+  EXPECT_EQ(pulse_a_rotor(-1.1f * c.backward_e_rad_s).finding, Finding::found);
+}
+
+TEST(RotorFinder, ACurrentThatTheSpeedCannotInduceIsNoRotor) {
+  EXPECT_EQ(pulse_a_rotor(8000.0f, 0.2f).finding, Finding::slow);
+  EXPECT_EQ(pulse_a_rotor(8000.0f, 3.5f).finding, Finding::slow);
 }
 
 TEST(StartUp, MeasuresTheResistanceWithoutTheDeadTimesVoltage) {

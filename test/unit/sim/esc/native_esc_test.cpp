@@ -93,7 +93,7 @@ TEST(NativeEsc, CatchesATurningRotorInBothDirections) {
 
 TEST(NativeEsc, WithoutCatchingAWindmillingRotorFallsOutOfTheStart) {
   NativeEsc esc = make_esc(reference());
-  esc.motor().config().start.catch_speed_rad_s = esc.motor().config().start.short_catch_speed_rad_s = 1e9f;
+  esc.motor().config().finder.forward_e_rad_s = esc.motor().config().start.short_catch_speed_rad_s = 1e9f;
   esc.drive().motor().state().omega_rad_s = 0.6 * 1780.0;
   esc.set_setpoint(speed(9000 * kRpm));
   run_ms(esc, 150.0);
