@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <exception>
 
 #include "host/base/nearest.hpp"
 
@@ -57,6 +58,23 @@ std::string plain_number(std::string text) {
   return text;
 }
 
+bool is_number(const std::string& text) {
+  std::size_t used = 0;
+  try {
+    (void)std::stod(text, &used);
+  } catch (const std::exception&) {
+    return false;
+  }
+  return used == text.size();
+}
+
+ErrorText not_a_number(const std::string& where, std::string value, const std::string& see) {
+  const std::string what = fmt::format("\"{}\" is not a number", value);
+  if (std::count(value.begin(), value.end(), ',') != 1) return {where, what, "", see};
+  value[value.find(',')] = '.';
+  return {where, what, "a comma in place of the decimal point", fmt::format("write {}", value)};
+}
+
 // What is wrong with the value of one option or argument; `what` is the parser's sentence without the name. The remedy is the option's own
 // description, which has the unit.
 ErrorText refused_value(const TypedCommand& command, const std::string& option, const std::string& what) {
@@ -67,10 +85,12 @@ ErrorText refused_value(const TypedCommand& command, const std::string& option, 
   static constexpr std::string_view kValue = "Value ", kRange = " not in range ", kTo = " to ", kNoFile = "File does not exist: ";
   const auto range = what.find(kRange), to = what.find(kTo, range);
   if (what.starts_with(kValue) && to != std::string::npos) {
+    const std::string value = what.substr(kValue.size(), range - kValue.size());
+    if (!is_number(value)) return not_a_number(where, value, see);
     const std::size_t low = range + kRange.size();
     return {where,
-            fmt::format("{} is out of range: {} to {}", what.substr(kValue.size(), range - kValue.size()),
-                        plain_number(what.substr(low, to - low)), plain_number(what.substr(to + kTo.size()))),
+            fmt::format("{} is out of range: {} to {}", value, plain_number(what.substr(low, to - low)),
+                        plain_number(what.substr(to + kTo.size()))),
             "", see};
   }
   if (what.starts_with(kNoFile))
@@ -84,14 +104,8 @@ std::optional<ErrorText> refused_number(const TypedCommand& command, const std::
   static constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
   const auto is = what.find(kIs);
   if (!what.starts_with(kStart) || is == std::string::npos) return std::nullopt;
-  std::string value = what.substr(is + kIs.size());
-  ErrorText text = refused_value(command, what.substr(kStart.size(), is - kStart.size()), fmt::format("\"{}\" is not a number", value));
-  if (std::count(value.begin(), value.end(), ',') == 1) {
-    value[value.find(',')] = '.';
-    text.likely = "a comma in place of the decimal point";
-    text.remedy = fmt::format("write {}", value);
-  }
-  return text;
+  const ErrorText text = refused_value(command, what.substr(kStart.size(), is - kStart.size()), "");
+  return not_a_number(text.where, what.substr(is + kIs.size()), text.remedy);
 }
 
 }  // namespace
