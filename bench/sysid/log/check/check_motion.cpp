@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "bench/sysid/log/check/check_steps.hpp"
 #include "host/base/constants.hpp"
@@ -52,6 +55,71 @@ Likeness likeness(const Vectors& seen, const Vectors& expected, const std::vecto
     best.axis = se.cwiseQuotient((ss.cwiseProduct(ee)).cwiseSqrt() + Eigen::Vector3d::Constant(1e-30));
   }
   return best;
+}
+
+// A right-handed turn of axes onto axes: position's x, y, z are sign × the attitude world's axes.
+struct AxisOrder {
+  std::array<int, 3> axis{0, 1, 2};
+  std::array<int, 3> sign{1, 1, 1};
+  double correlation = -1.0;  // of what is seen, so turned, with what is expected
+};
+
+std::vector<AxisOrder> axis_orders() {
+  std::vector<AxisOrder> all;
+  std::array<int, 3> axis{0, 1, 2};
+  do {
+    const int parity = (axis[0] - axis[1]) * (axis[1] - axis[2]) * (axis[2] - axis[0]) > 0 ? 1 : -1;
+    for (int bits = 0; bits < 8; ++bits) {
+      const std::array<int, 3> sign{bits & 1 ? -1 : 1, bits & 2 ? -1 : 1, bits & 4 ? -1 : 1};
+      if (sign[0] * sign[1] * sign[2] * parity > 0) all.push_back({axis, sign, -1.0});
+    }
+  } while (std::next_permutation(axis.begin(), axis.end()));
+  return all;
+}
+
+// The turn of axes with which `seen` follows `expected` best, over the lags, and how well it does as it is read: means of the axes'
+// correlations, so that the axis along which the vehicle moves most does not speak for the others.
+std::pair<AxisOrder, double> best_axes(const Vectors& seen, const Vectors& expected, const std::vector<char>& valid, double dt_s,
+                                       double longest_lag_s) {
+  static const std::vector<AxisOrder> kOrders = axis_orders();
+  constexpr double kLeast_m_s2 = 0.1;
+  AxisOrder best;
+  double as_read = -1.0;
+  const auto reach = static_cast<std::ptrdiff_t>(longest_lag_s / dt_s), n = static_cast<std::ptrdiff_t>(seen.size());
+  for (std::ptrdiff_t lag = -reach; lag <= reach; lag += 4) {
+    Eigen::Vector3d ms = Eigen::Vector3d::Zero(), me = ms, ss = ms, ee = ms;
+    Eigen::Matrix3d se = Eigen::Matrix3d::Zero();
+    double count = 0.0;
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, lag); i < n + std::min<std::ptrdiff_t>(0, lag); i += 2) {
+      const auto is = static_cast<std::size_t>(i), ie = static_cast<std::size_t>(i - lag);
+      if (!valid[is] || !valid[ie]) continue;
+      ms += seen[is], me += expected[ie], ss += seen[is].cwiseAbs2(), ee += expected[ie].cwiseAbs2();
+      se += seen[is] * expected[ie].transpose();
+      count += 1.0;
+    }
+    if (count < 50.0) continue;
+    ss -= ms.cwiseAbs2() / count, ee -= me.cwiseAbs2() / count, se -= ms * me.transpose() / count;
+    for (AxisOrder order : kOrders) {
+      double sum = 0.0, axes = 0.0;
+      for (int k = 0; k < 3; ++k) {  // an axis along which hardly anything moves tells nothing
+        const int a = order.axis[static_cast<std::size_t>(k)];
+        if (ee(k) < kLeast_m_s2 * kLeast_m_s2 * count || ss(a) < kLeast_m_s2 * kLeast_m_s2 * count) continue;
+        sum += order.sign[static_cast<std::size_t>(k)] * se(a, k) / std::sqrt(ss(a) * ee(k)), axes += 1.0;
+      }
+      if (axes < 2.0) continue;
+      order.correlation = sum / axes;
+      if (order.correlation > best.correlation) best = order;
+      if (order.axis == AxisOrder{}.axis && order.sign == AxisOrder{}.sign) as_read = std::max(as_read, order.correlation);
+    }
+  }
+  return {best, as_read};
+}
+
+std::string axes_text(const AxisOrder& o) {
+  std::string text;
+  for (std::size_t k = 0; k < 3; ++k)
+    text += fmt::format("{}{} is {}{}", k == 0 ? "" : ", ", "xyz"[k], o.sign[k] < 0 ? "-" : "", "xyz"[o.axis[k]]);
+  return text;
 }
 
 struct Unit {
@@ -112,6 +180,23 @@ void check_velocity(CheckState& s, const FlightGrid& g, bool position_is_right) 
     s.note(stream_name::velocity, what, s.span());
 }
 
+// A position whose axes are turned against the attitude's: exports that turn one of the two, or neither where both should be.
+bool refuse_other_axes(CheckState& s, const FlightGrid& g, const Vectors& expected, const std::string& what) {
+  constexpr double kPlain = 0.5, kBetter = 0.3;
+  const auto [axes, as_read] = best_axes(g.position_acc_W_m_s2, expected, g.valid, g.grid.dt_s, s.limits.longest_lag_s);
+  if (axes.correlation < kPlain || axes.correlation < as_read + kBetter) return false;
+  const bool y_up = axes.axis[2] == 1 && axes.sign[2] > 0;
+  s.refuse(
+      stream_name::position,
+      what + fmt::format("; the mean of its axes is {:.2f}, and {:.2f} where, of the attitude's axes, {} of the position", as_read,
+                         axes.correlation, axes_text(axes)),
+      s.span(), y_up ? "a position with y up (Motive, Unity) beside an attitude with z up" : "position and attitude have other axes",
+      fmt::format(
+          "give the position's columns in the order that this says, with sign = [{}, {}, {}], in the mapping's stream of position or pose",
+          axes.sign[0], axes.sign[1], axes.sign[2]));
+  return true;
+}
+
 // False when the flight moves too little to decide.
 bool check_acceleration(CheckState& s, const FlightGrid& g) {
   Vectors expected(g.grid.count), seen = g.position_acc_W_m_s2;
@@ -158,6 +243,7 @@ bool check_acceleration(CheckState& s, const FlightGrid& g) {
                        : "give the frame of the position in the mapping");
     return true;
   }
+  if (refuse_other_axes(s, g, expected, what)) return true;
   if (l.correlation < 0.5) s.note(stream_name::position, what, s.span());
   return l.correlation > 0.5 && !strange;
 }

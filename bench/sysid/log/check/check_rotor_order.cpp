@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "bench/sysid/log/check/check_moments.hpp"
 #include "bench/sysid/log/check/flight_content.hpp"
@@ -82,14 +83,28 @@ OrderSignals order_signals(const CheckState& s, const Grid& grid, const std::vec
   return out;
 }
 
-// Covariances of turning with the columns, and of the columns, at one lag.
+// Products of turning with the columns, and of the columns, at one lag; their covariances once the means are taken out.
 struct OrderSums {
   Eigen::Matrix<double, 2, 4> cross = Eigen::Matrix<double, 2, 4>::Zero();
   Eigen::Matrix4d columns = Eigen::Matrix4d::Zero();
-  Eigen::Vector2d turning = Eigen::Vector2d::Zero();
-  double seconds = 0.0;
+  Eigen::Vector2d turning = Eigen::Vector2d::Zero(), sum_turning = Eigen::Vector2d::Zero();
+  Eigen::Vector4d sum_square = Eigen::Vector4d::Zero();
+  double count = 0.0, seconds = 0.0;
 
-  // Mean of the correlations of roll and of pitch.
+  OrderSums& operator+=(const OrderSums& o) {
+    cross += o.cross, columns += o.columns, turning += o.turning, sum_turning += o.sum_turning, sum_square += o.sum_square;
+    count += o.count, seconds += o.seconds;
+    return *this;
+  }
+  OrderSums centred() const {
+    OrderSums c = *this;
+    if (count == 0.0) return c;
+    c.cross -= sum_turning * sum_square.transpose() / count;
+    c.columns -= sum_square * sum_square.transpose() / count;
+    c.turning -= sum_turning.cwiseAbs2() / count;
+    return c;
+  }
+  // Mean of the correlations of roll and of pitch; of centred sums.
   double agreement(const RotorOrder& order, const host::VehicleModel& vehicle) const {
     double sum = 0.0;
     for (int axis = 0; axis < 2; ++axis) {
@@ -104,30 +119,23 @@ struct OrderSums {
   }
 };
 
-OrderSums order_sums(const OrderSignals& f, std::ptrdiff_t lag) {
+// In pieces of `piece_s` of the flight, one behind the other.
+std::vector<OrderSums> order_sums(const OrderSignals& f, std::ptrdiff_t lag, double piece_s) {
   constexpr std::ptrdiff_t kEvery = 4;  // 100 Hz, for what ends at 15 Hz
-  OrderSums out;
-  Eigen::Vector2d mean_turning = Eigen::Vector2d::Zero();
-  Eigen::Vector4d mean_square = Eigen::Vector4d::Zero();
   const auto n = static_cast<std::ptrdiff_t>(f.valid.size());
-  double count = 0.0;
+  std::vector<OrderSums> out(static_cast<std::size_t>(static_cast<double>(n) * f.dt_s / piece_s) + 1);
   for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, -lag); i < n - std::max<std::ptrdiff_t>(0, lag); i += kEvery) {
     const auto at = static_cast<std::size_t>(i), shown = static_cast<std::size_t>(i + lag);
     if (!f.valid[at] || !f.valid[shown]) continue;
     const Eigen::Vector2d turning(f.turning[0][at], f.turning[1][at]);
     const Eigen::Vector4d square(f.square[0][shown], f.square[1][shown], f.square[2][shown], f.square[3][shown]);
-    mean_turning += turning;
-    mean_square += square;
-    out.cross += turning * square.transpose();
-    out.columns += square * square.transpose();
-    out.turning += turning.cwiseAbs2();
-    count += 1.0;
+    OrderSums& piece = out[std::min(out.size() - 1, static_cast<std::size_t>(static_cast<double>(at) * f.dt_s / piece_s))];
+    piece.sum_turning += turning, piece.sum_square += square;
+    piece.cross += turning * square.transpose();
+    piece.columns += square * square.transpose();
+    piece.turning += turning.cwiseAbs2();
+    piece.count += 1.0, piece.seconds += static_cast<double>(kEvery) * f.dt_s;
   }
-  if (count == 0.0) return out;
-  out.cross -= mean_turning * mean_square.transpose() / count;
-  out.columns -= mean_square * mean_square.transpose() / count;
-  out.turning -= mean_turning.cwiseAbs2() / count;
-  out.seconds = count * static_cast<double>(kEvery) * f.dt_s;
   return out;
 }
 
@@ -136,19 +144,63 @@ struct OrderFound {
   double best = -1.0, given = -1.0;  // at one lag: at a lag of its own an order of the wrong sign finds half a period
 };
 
+// Lags up to the longest, two samples apart.
+template <class Visit>
+void for_each_lag(const OrderSignals& f, const OrderBand& band, Visit&& visit) {
+  constexpr std::ptrdiff_t kStep = 2;
+  const auto reach = static_cast<std::ptrdiff_t>(band.longest_lag_s / f.dt_s) / kStep * kStep;
+  for (std::ptrdiff_t lag = -reach; lag <= reach; lag += kStep) visit(lag);
+}
+
 OrderFound best_order(const OrderSignals& f, const OrderBand& band, const host::VehicleModel& vehicle) {
   constexpr double kLeast_s = 2.0;
-  constexpr std::ptrdiff_t kStep = 2;
   OrderFound found;
-  const auto reach = static_cast<std::ptrdiff_t>(band.longest_lag_s / f.dt_s) / kStep * kStep;
-  for (std::ptrdiff_t lag = -reach; lag <= reach; lag += kStep) {
-    const OrderSums sums = order_sums(f, lag);
-    if (sums.seconds < kLeast_s) continue;
+  for_each_lag(f, band, [&](std::ptrdiff_t lag) {
+    const OrderSums sums = order_sums(f, lag, HUGE_VAL).front().centred();
+    if (sums.seconds < kLeast_s) return;
     RotorOrder order = kAsGiven;
     do {
       if (const double a = sums.agreement(order, vehicle); a > found.best) found = {order, a, sums.agreement(kAsGiven, vehicle)};
     } while (std::next_permutation(order.begin(), order.end()));
-  }
+  });
+  return found;
+}
+
+// Columns that stand one, two or three places further on from a second on: a telemetry that lost a part of a message and goes on with
+// what it takes for the first rotor.
+struct Slip {
+  double from_s = 0.0;  // since the begin of the grid
+  RotorOrder order = kAsGiven;
+  double before = 0.0, given_after = 0.0, after = 0.0;  // agreements: as given before, as given after, as found after
+  double mean = 0.0;                                    // of `before` and `after` by their times
+};
+
+std::optional<Slip> find_slip(const OrderSignals& f, const OrderBand& band, const host::VehicleModel& vehicle) {
+  // By how much each part must prefer its own order tells more than how well it agrees: parts of calm flights reach 0.45.
+  constexpr double kPiece_s = 0.5, kLeast_s = 2.0, kBetter = 0.3, kAgrees = 0.4;
+  constexpr std::array<RotorOrder, 3> kShifted{RotorOrder{1, 2, 3, 0}, RotorOrder{2, 3, 0, 1}, RotorOrder{3, 0, 1, 2}};
+  std::optional<Slip> found;
+  double most = 0.0;
+  for_each_lag(f, band, [&](std::ptrdiff_t lag) {
+    const std::vector<OrderSums> pieces = order_sums(f, lag, kPiece_s);
+    std::vector<OrderSums> rest(pieces.size() + 1);
+    for (std::size_t i = pieces.size(); i-- > 0;) rest[i] = rest[i + 1], rest[i] += pieces[i];
+    OrderSums first;
+    for (std::size_t at = 1; at < pieces.size(); ++at) {
+      first += pieces[at - 1];
+      if (first.seconds < kLeast_s || rest[at].seconds < kLeast_s) continue;
+      const OrderSums a = first.centred(), b = rest[at].centred();
+      const double before = a.agreement(kAsGiven, vehicle), given_after = b.agreement(kAsGiven, vehicle);
+      for (const RotorOrder& order : kShifted) {
+        const double after = b.agreement(order, vehicle), weight = before * a.seconds + after * b.seconds;
+        const bool plain =
+            before >= kAgrees && after >= kAgrees && after >= given_after + kBetter && before >= a.agreement(order, vehicle) + kBetter;
+        if (plain && weight > most)
+          most = weight,
+          found = Slip{kPiece_s * static_cast<double>(at), order, before, given_after, after, weight / (a.seconds + b.seconds)};
+      }
+    }
+  });
   return found;
 }
 
@@ -176,6 +228,23 @@ void check_rotor_order(CheckState& s, const Grid& grid, const std::vector<char>&
     if (signals.valid.empty()) return;
     if (signals.least_rad_s < band.least_rad_s) continue;
     const OrderFound found = best_order(signals, band, s.vehicle);
+    // One order for the whole flight goes before two that do no better.
+    constexpr double kBetterThanOne = 0.1;
+    if (const auto slip = find_slip(signals, band, s.vehicle); slip && slip->mean > found.best + kBetterThanOne) {
+      const double t0_s = grid.t_s(0);
+      s.refuse(
+          stream_name::rotors,
+          fmt::format("the speeds turn the vehicle as it turned by {:.2f} up to {:.1f} s, and by {:.2f} from there on (correlation), where "
+                      "columns that stand {} further on do so by {:.2f}",
+                      slip->before, t0_s + slip->from_s, slip->given_after,
+                      slip->order[0] == 1   ? "one place"
+                      : slip->order[0] == 2 ? "two places"
+                                            : "three places",
+                      slip->after),
+          {t0_s + slip->from_s, s.span().to_s}, "a telemetry that lost a part of a message and goes on with the wrong rotor",
+          fmt::format("give the part of the log before {:.1f} s, or log again", t0_s + slip->from_s));
+      return;
+    }
     if (found.order == kAsGiven || found.best < band.agrees || found.best < found.given + band.better) return;
     s.refuse(
         stream_name::rotors,
