@@ -41,7 +41,8 @@ const ElfSection& vector_section(const ElfFile& file, std::span<const ProgramMem
   for (const ElfSection& s : file.sections) {
     const ProgramMemory* memory = memory_with(memories, s.load_address, 1);
     if (s.bytes.size() < 8 || memory == nullptr || !memory->flash) continue;
-    if (s.name == ".isr_vector" || s.name == ".vectors") return s;
+    // By its name, or as the one whose reset vector is the file's entry: what lies before it in flash may be settings.
+    if (s.name == ".isr_vector" || s.name == ".vectors" || (file.entry % 2 == 1 && word(s, 4) == file.entry)) return s;
     if (lowest == nullptr || s.load_address < lowest->load_address) lowest = &s;
   }
   if (lowest == nullptr)

@@ -28,8 +28,8 @@ struct VectorTable {
 
 // Throws Error: a section outside of all memories, bytes whose place at power-up is none, entry outside of flash.
 void check_sections(const ElfFile& file, std::span<const ProgramMemory> memories);
-// The table at the lowest flash address of the file, or in the section called .isr_vector or .vectors. Throws Error: no stack pointer in
-// its first word, or a reset vector that is no Thumb address in a memory.
+// The table in the section called .isr_vector or .vectors, at the start of one whose second word is the entry, or else at the lowest flash
+// address of the file. Throws Error: no stack pointer in its first word, or a reset vector that is no Thumb address in a memory.
 VectorTable vector_table(const ElfFile& file, std::span<const ProgramMemory> memories);
 // Throws Error: two files want the same bytes (as a bootloader and an application must not).
 void check_overlap(std::span<const ElfFile> files);

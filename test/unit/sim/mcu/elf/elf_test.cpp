@@ -78,6 +78,14 @@ TEST(McuElf, TheVectorTableEndsWithItsObject) {
   EXPECT_EQ(exception_name(16 + 21), "interrupt 21");
 }
 
+TEST(McuElf, SettingsBeforeTheProgramAreNotTakenForItsVectorTable) {
+  const FileOnDisk file("settings.elf", changed([](ElfBytes& e) {
+                                          e.sections[0].name = ".text";
+                                          e.sections[0].address = e.sections[0].load_address = kBase + 0x800;
+                                        }).bytes());
+  EXPECT_EQ(vector_table(read_elf(file.path), stm32g431_memories()).address, kBase + 0x800);
+}
+
 TEST(McuElf, AFileWithoutSectionHeadersIsReadByItsSegments) {
   std::vector<uint8_t> bytes = program().bytes();
   std::fill(bytes.begin() + 32, bytes.begin() + 36, uint8_t{0});  // where the section headers are
