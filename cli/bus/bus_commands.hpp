@@ -11,5 +11,6 @@ void add_bus_dump(CLI::App& bus_group, int& exit_code);
 void add_bus_stat(CLI::App& bus_group, int& exit_code);
 void add_bus_replay(CLI::App& bus_group, int& exit_code);
 void add_bus_bridge(CLI::App& bus_group, int& exit_code);
+void add_bus_adapter(CLI::App& bus_group, int& exit_code);
 
 }  // namespace rotorloop::cli

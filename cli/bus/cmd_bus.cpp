@@ -14,6 +14,7 @@
 #include "cli/commands.hpp"
 #include "host/base/error.hpp"
 #include "host/bus/bus_name.hpp"
+#include "host/bus/live/gs_usb/usb_tree.hpp"
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/open_bus.hpp"
 #include "host/bus/live/socketcan/interface_info.hpp"
@@ -23,10 +24,14 @@ namespace rotorloop::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using gs_usb::UsbAdapter;
 
 // What is there to be used, for a backend that this build has.
-std::vector<std::string> present(BusBackend backend, const std::vector<CanInterface>& interfaces) {
+std::vector<std::string> present(BusBackend backend, const std::vector<CanInterface>& interfaces, const std::vector<UsbAdapter>& adapters) {
   std::vector<std::string> found;
+  if (backend == BusBackend::gs_usb) {
+    for (const UsbAdapter& a : adapters) found.push_back("gsusb:" + a.name());
+  }
   if (backend == BusBackend::socketcan) {
     for (const CanInterface& link : interfaces) found.push_back("socketcan:" + link.name);
   }
@@ -72,15 +77,32 @@ std::string interface_text(const CanInterface& link) {
   return text;
 }
 
+Json adapter_json(const UsbAdapter& a) {
+  return {{"serial", a.serial},         {"port", a.path}, {"product", a.product_name}, {"driver", a.driver},
+          {"interfaces", a.interfaces}, {"up", a.up},     {"used_by", a.user_text()},  {"programs", programs_with(a)}};
+}
+
+// "candleLight USB to CAN adapter, port 1-1.2, used by: kernel driver gs_usb: can0 (up)"
+std::string adapter_text(const UsbAdapter& a) {
+  const std::string programs = a.driver == "usbfs" ? programs_with(a) : "";
+  return fmt::format("{}, port {}, used by: {}{}", a.product_name.empty() ? "no name" : a.product_name, a.path, a.user_text(),
+                     programs.empty() ? "" : ", " + programs);
+}
+
 int list(bool json) {
   Json document = Json::array();
   const std::vector<CanInterface> interfaces = can_interfaces();
+  const std::vector<UsbAdapter> adapters = gs_usb::plugged_in();
   for (const BusBackendInfo& b : bus_backends()) {
-    Json row{{"backend", b.prefix}, {"rest", b.rest}, {"built_in", b.built_in}, {"present", present(b.backend, interfaces)}};
+    Json row{{"backend", b.prefix}, {"rest", b.rest}, {"built_in", b.built_in}, {"present", present(b.backend, interfaces, adapters)}};
     if (b.backend == BusBackend::socketcan) {
       row["interfaces"] = Json::array();
       for (const CanInterface& link : interfaces) row["interfaces"].push_back(interface_json(link));
       row["trouble"] = socketcan_trouble();
+    }
+    if (b.backend == BusBackend::gs_usb) {
+      row["adapters"] = Json::array();
+      for (const UsbAdapter& a : adapters) row["adapters"].push_back(adapter_json(a));
     }
     if (b.backend == BusBackend::multicast) row["trouble"] = multicast_trouble();
     document.push_back(row);
@@ -93,8 +115,10 @@ int list(bool json) {
   for (const Json& row : document) {
     fmt::print("{:<14} {:<11} {}\n", row["backend"].get<std::string>() + ":", row["built_in"].get<bool>() ? "yes" : "no",
                row["rest"].get<std::string>());
-    const bool links = row.contains("interfaces");
-    for (const CanInterface& link : links ? interfaces : std::vector<CanInterface>{})
+    const bool links = row.contains("interfaces") || row.contains("adapters");
+    for (const UsbAdapter& a : row.contains("adapters") ? adapters : std::vector<UsbAdapter>{})
+      fmt::print("{:<26} found: gsusb:{} ({})\n", "", a.name(), adapter_text(a));
+    for (const CanInterface& link : row.contains("interfaces") ? interfaces : std::vector<CanInterface>{})
       fmt::print("{:<26} found: socketcan:{} ({})\n", "", link.name, interface_text(link));
     for (const Json& name : links ? Json::array() : row["present"]) fmt::print("{:<26} found: {}\n", "", name.get<std::string>());
     if (const std::string trouble = row.value("trouble", ""); !trouble.empty()) fmt::print("{:<26} not usable now: {}\n", "", trouble);
@@ -210,6 +234,7 @@ void add_bus(CLI::App& app, int& exit_code) {
   add_bus_stat(*group, exit_code);
   add_bus_replay(*group, exit_code);
   add_bus_bridge(*group, exit_code);
+  add_bus_adapter(*group, exit_code);
   add_bench(*group, exit_code);
   group->footer("Examples:\n  rotorloop bus list\n  rotorloop bus dump mcast:0\nrotorloop --help lists the exit codes.");
 }

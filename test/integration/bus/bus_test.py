@@ -233,6 +233,8 @@ class BusCommand(CommandTest):
                 (2, "lives within one program", ("bus", "stat", "virtual:")),
                 (3, "gsusb:NoSuchSerial: error: ", ("bus", "dump", "gsusb:NoSuchSerial")),
                 (2, "out of range: 0 to 15", ("bus", "dump", "gsusb:/99")),
+                (2, "is no gs_usb adapter", ("bus", "adapter", "mcast:0")),
+                (3, "gsusb:NoSuchSerial: error: ", ("bus", "adapter", "gsusb:NoSuchSerial")),
                 (2, "out of range: 10000 to 1000000 bit/s", ("bus", "dump", "socketcan:can0@fast")),
                 (3, "socketcan:no_such_if: error: ", ("bus", "dump", "socketcan:no_such_if")),
                 (3, "socketcan:no_such_if: error: ", ("esc", "list", "--bus", "socketcan:no_such_if")),

@@ -81,7 +81,9 @@ class GsUsbPort final : public TimedBus, private ChannelListener {
   std::optional<std::string> lost_;
 };
 
-// The port of a name behind "gsusb:", on the adapter that this program has already or opens now. Throws Error (exit 3).
+// The adapter that a name means: the one that this program has already, or opened now. Throws Error (exit 3).
+std::shared_ptr<Adapter> open_adapter(const Settings& settings);
+// The port of a name behind "gsusb:". Throws Error (exit 3).
 std::unique_ptr<GsUsbPort> open_gs_usb(const Settings& settings);
 
 }  // namespace rotorloop::gs_usb

@@ -16,7 +16,7 @@ std::map<std::string, std::weak_ptr<Adapter>>& adapters_of_this_program() {
 
 }  // namespace
 
-std::unique_ptr<GsUsbPort> open_gs_usb(const Settings& settings) {
+std::shared_ptr<Adapter> open_adapter(const Settings& settings) {
   const UsbAdapter plugged = choose_adapter(settings, plugged_in());
   std::weak_ptr<Adapter>& known = adapters_of_this_program()[plugged.path];
   auto adapter = known.lock();
@@ -26,7 +26,11 @@ std::unique_ptr<GsUsbPort> open_gs_usb(const Settings& settings) {
     adapter = std::make_shared<Adapter>(settings, std::move(opened.link));
     known = adapter;
   }
-  return std::make_unique<GsUsbPort>(settings, std::move(adapter), live_now_ns);
+  return adapter;
+}
+
+std::unique_ptr<GsUsbPort> open_gs_usb(const Settings& settings) {
+  return std::make_unique<GsUsbPort>(settings, open_adapter(settings), live_now_ns);
 }
 
 }  // namespace rotorloop::gs_usb
