@@ -51,6 +51,7 @@ bool obeyed(UsbIpServer& server, const std::string& line) {
 
 int main(int count, char** words) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::ios::sync_with_stdio(false);  // so that in_avail() knows of lines that came with the one before
   UsbIpServer server(count < 2 || std::strcmp(words[1], "--unpaced") != 0);
   while (true) {
     server.serve(0);
