@@ -11,9 +11,12 @@
 #include <vector>
 
 #include "cli/bus/live_options.hpp"
+#include "cli/ending/stop_signals.hpp"
 #include "cli/mcu/mcu_commands.hpp"
 #include "cli/mcu/mcu_machine.hpp"
 #include "host/base/error.hpp"
+#include "sim/mcu/gdb/chip_target.hpp"
+#include "sim/mcu/gdb/server.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -66,6 +69,32 @@ End run_on_bus(const RunArguments& o, Chip& chip, McuMachine& m) {
     return live->now_ns() + 500'000;
   });
   return end;
+}
+
+// The chip in the hands of a debugger, with board and motor going on as its cycles do.
+class MachineTarget : public gdb::ChipTarget {
+ public:
+  MachineTarget(Chip& chip, McuMachine& machine) : ChipTarget(chip), chip_(chip), machine_(machine), start_(chip.core().state.scb.vtor) {}
+  void reset() override {
+    chip_.power_up();
+    chip_.core().reset(start_);
+  }
+  gdb::Halt run_for(uint64_t cycles) override { return halt(machine_.run_until(chip_.time_s_at(chip_.cycle() + cycles))); }
+
+ private:
+  Chip& chip_;
+  McuMachine& machine_;
+  uint32_t start_;  // where its vectors were when it came up
+};
+
+// Until the debugger is through: detached, the program runs on; killed or gone, the run is over.
+End run_with_debugger(const RunArguments& o, Chip& chip, McuMachine& m) {
+  const StopSignals signals;
+  gdb::Server server(static_cast<uint16_t>(o.gdb_port));
+  fmt::print(stderr, "waiting for a debugger: target remote 127.0.0.1:{}\n", server.port());
+  MachineTarget target(chip, m);
+  const bool detached = server.serve(target, [&] { return signals.asked(); });
+  return detached ? m.run_until(o.for_s) : End::at_cycle;
 }
 
 Json interrupts_json(const CoreState& s) {
@@ -170,12 +199,16 @@ int run(RunArguments o) {
     if (o.bus.empty())
       throw Error({"--pace", "without --bus there is no clock to keep to", "", "leave it out: the run is as fast as it can"});
   }
+  if (o.gdb_port >= 0 && !o.bus.empty())
+    throw Error({"--gdb", "not together with --bus: time stands still while a debugger holds the chip", "", "leave one of both out"});
   const std::vector<ElfFile> files = read_programs(o);
   Clocks crystals;
   crystals.hse_Hz = read_board(TomlFile::read(o.board)).crystal_Hz;
   Chip chip(0x4E45'3339'3233'5000u + o.seed, crystals);
   McuMachine machine(o, files, chip);
-  const End end = o.bus.empty() ? machine.run_until(o.for_s) : run_on_bus(o, chip, machine);
+  const End end = o.gdb_port >= 0 ? run_with_debugger(o, chip, machine)
+                  : o.bus.empty() ? machine.run_until(o.for_s)
+                                  : run_on_bus(o, chip, machine);
   const Json r = report(files, chip, machine, end);
   if (end != End::at_cycle) print_failure(files, chip, end);
   if (o.json)
@@ -205,6 +238,7 @@ void add_mcu_run(CLI::App& mcu_group, int& exit_code) {
   c->add_option("--pace", o->pace_text, "seconds of the chip per second, with --bus (1 there unless said); max without")
       ->capture_default_str();
   c->add_option("--trace", o->trace, "file: every pin that the chip drives, as a value change dump (VCD)");
+  c->add_option("--gdb", o->gdb_port, "port of this machine at which gdb finds the chip; 0: any that is free")->check(CLI::Range(0, 65535));
   c->add_option("--seed", o->seed, "of noise and of the chip's identity")->capture_default_str();
   c->add_flag("--json", o->json, "the table for programs");
   c->add_flag("--lenient", o->lenient, "accesses that the chip does not have read 0 and are counted, instead of ending the run");
@@ -213,6 +247,7 @@ void add_mcu_run(CLI::App& mcu_group, int& exit_code) {
       "What is modelled, and how sure: docs/mcu.md. Nothing of it is proof of silicon.\n"
       "Examples:\n"
       "  rotorloop mcu run esc.elf --for 2\n"
+      "  rotorloop mcu run esc.elf --gdb 3333            # and beside it: gdb-multiarch esc.elf -ex 'target remote :3333'\n"
       "  rotorloop mcu run bootloader.elf esc.elf --bus mcast:0 --for 20    # and beside it: rotorloop esc list --bus mcast:0");
   c->callback([o, &exit_code] { exit_code = run(*o); });
 }

@@ -22,6 +22,7 @@ struct RunArguments {
   std::string bus, uart, pace_text = "max";
   std::vector<std::string> presses, pulses;
   std::uint64_t seed = 1;
+  int gdb_port = -1;  // -1: no debugger
   bool json = false, lenient = false;
 };
 

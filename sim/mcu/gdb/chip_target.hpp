@@ -50,7 +50,7 @@ class ChipTarget : public DebugTarget {
   void reset() override { chip_.power_up(); }
   std::string message() const override { return g431::text(chip_.refused()); }
 
- private:
+ protected:
   static Halt halt(g431::End end) {
     switch (end) {
       case g431::End::refused:
@@ -65,6 +65,8 @@ class ChipTarget : public DebugTarget {
         return Halt::none;
     }
   }
+
+ private:
   template <class Access>
   static bool in_words(uint32_t address, uint32_t size, Access&& access) {
     for (uint32_t done = 0; done < size;) {
