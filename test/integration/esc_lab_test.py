@@ -27,6 +27,7 @@ class EscLab(CommandTest):
         for row in result["rows"]:
             self.assertTrue(row["met"], row)
         figures = {row["what"]: row["value"] for row in result["rows"]}
+        self.assertEqual([v for what, v in figures.items() if "never started" in what], [0, 0], "counted apart, in step and in start")
         bandwidth_Hz = next(v for what, v in figures.items() if what.startswith("-3 dB"))
         self.assertTrue(40 < bandwidth_Hz < 250, "the loop of the reference has 120 Hz")
         page = (self.path / "lab/report.html").read_text(encoding="utf-8")

@@ -21,19 +21,48 @@ constexpr std::uint64_t kFaultBoards = 5;
 constexpr double kSine = 0.011;                 // of the speed: ±100 RPM at 9 000
 constexpr double kChirpAt = 0.5, kSagAt = 0.6;  // of the highest speed that the draw holds
 
+// "over-current 5, stall 1": all trips of a battery, by cause.
+class Causes {
+ public:
+  void add(const std::string& faults) {
+    for (const char c : faults) ++count_[static_cast<firmware::Fault>(c - '0')];
+  }
+  std::string text() const {
+    std::string out;
+    for (const auto& [fault, n] : count_)
+      out += fmt::format("{}{} {}", out.empty() ? "trips, with those of the start: " : ", ", name(fault), n);
+    return out;
+  }
+
+ private:
+  static std::string_view name(firmware::Fault f) {
+    constexpr std::array<std::string_view, 9> kNames = {"none",         "over-current", "under-voltage",    "over-voltage", "stall",
+                                                        "start failed", "sensor",       "over-temperature", "self-test"};
+    const auto k = static_cast<std::size_t>(f);
+    return k < kNames.size() ? kNames[k] : "unknown";
+  }
+  std::map<firmware::Fault, int> count_;
+};
+
 class Laboratory {
  public:
   Laboratory(const Subject& subject, const LabSettings& settings, LabResult& result) : subject_(subject), s_(settings), r_(result) {}
 
   void step() {
     EscTrial worst;
-    std::vector<std::uint64_t> tripped;
+    std::vector<std::uint64_t> tripped, never;
+    Causes causes;
     for_each_draw(Battery::step, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscDraw d = subject_.draw(seed, Knowledge::commissioned);
       const EscTrial t = run_esc_trial(d, {EscExperiment::step, Knowledge::commissioned}, &trace);
+      causes.add(t.causes);
+      if (t.trips + t.start_trips > 0) tripped.push_back(seed);
+      if (t.start_ms > 1e8 || t.rise_ms > 1e8) {
+        never.push_back(seed);  // its step is none
+        return keep(r_.figures.steps, {seed, 0.0, 1e9, std::move(trace), "never there"}, true);
+      }
       take(worst.rise_ratio, t.rise_ratio, seed), take(worst.settle_ratio, t.settle_ratio, seed);
       take(worst.overshoot_percent, t.overshoot_percent, seed), take(worst.steady_percent, std::abs(t.steady_percent), seed);
-      if (t.trips > 0) tripped.push_back(seed);
       // From a twentieth of a second before the step: boot, three start times, 1.5 s at the lower speed.
       keep(r_.figures.steps, {seed, 0.02 + 3e-3 * d.start_within_ms + 1.5 - 0.05, 1e9, std::move(trace), ""}, !step_within(t));
     });
@@ -42,7 +71,9 @@ class Laboratory {
     add({Battery::step, "settling (2 %) over the best that the limits allow", "", worst.settle_ratio, kMostSettle});
     add({Battery::step, "overshoot", "%", worst.overshoot_percent, kMostOvershoot_percent});
     add({Battery::step, "steady error", "%", worst.steady_percent, kMostSteady_percent});
+    add_count(Battery::step, "draws that never started, or never reached the upper speed: not judged above", never, s_.draws, 0.0);
     add_count(Battery::step, "draws with a trip", tripped, s_.draws, 0.0);
+    append_note(causes.text());
   }
 
   void chirp() {
@@ -63,41 +94,49 @@ class Laboratory {
   }
 
   void start() {
-    std::vector<std::uint64_t> late, gaps, latched, tripped;
+    std::vector<std::uint64_t> late, never, gaps, latched, tripped;
     double slowest_ms = 0.0, peak_A = 0.0;
-    std::string causes;
+    Causes causes;
     for_each_draw(Battery::start, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscTrial t = run_esc_trial(subject_.draw(seed, Knowledge::data_sheet), {EscExperiment::fly, Knowledge::data_sheet}, &trace);
-      if (!started_in_time(t)) late.push_back(seed);
+      causes.add(t.causes);
+      if (t.start_ms > 1e8)
+        never.push_back(seed);
+      else if (!started_in_time(t))
+        late.push_back(seed);
       if (t.longest_gap_ms > kLongestGap_ms) gaps.push_back(seed);
       if (t.latched) latched.push_back(seed);
       if (t.trips > 0) tripped.push_back(seed);
-      slowest_ms = std::max(slowest_ms, t.start_ms), peak_A = std::max(peak_A, t.start_peak_A);
+      slowest_ms = std::max(slowest_ms, t.start_ms > 1e8 ? 0.0 : t.start_ms), peak_A = std::max(peak_A, t.start_peak_A);
       keep(r_.figures.starts, {seed, 0.0, 1e9, std::move(trace), ""},
            !started_in_time(t) || t.trips > 0 || t.longest_gap_ms > kLongestGap_ms || t.latched);
     });
     const double limit_ms = subject_.draw(s_.seed, Knowledge::data_sheet).start_within_ms;
     add({Battery::start, "slowest start from rest, data-sheet parameters", "ms", slowest_ms, limit_ms, false,
-         late.empty() ? fmt::format("peak {:.0f} A", peak_A) : seeds("late or never", late)});
+         late.empty() ? fmt::format("peak {:.0f} A", peak_A) : seeds("late", late)});
+    add_count(Battery::start, "draws that never started", never, s_.draws, 0.0);
     add_count(Battery::start, "draws without speed for more than 100 ms in 4 s of random steps", gaps, s_.draws, 0.0);
     add_count(Battery::start, "draws with a trip in them", tripped, s_.draws, 1.0 - kLeastCleanShare);
+    append_note(causes.text());
     add_count(Battery::start, "draws not turning at their end", latched, s_.draws, 0.0);
   }
 
   void catch_turning() {
     std::vector<std::uint64_t> late;
+    Causes causes;
     double slowest_ms = 0.0;
     for_each_draw(Battery::catch_rotor, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscTrial t =
           run_esc_trial(subject_.draw(seed, Knowledge::data_sheet), {EscExperiment::catch_rotor, Knowledge::data_sheet}, &trace);
+      causes.add(t.causes);
       if (!caught_in_time(t)) late.push_back(seed);
       slowest_ms = std::max(slowest_ms, t.caught_ms);
       keep(r_.figures.catches, {seed, 0.0, 1.2, std::move(trace), render::true_minus(fmt::format("{:+.0f} %", 100.0 * t.caught_from))},
            !caught_in_time(t));
     });
     add_count(Battery::catch_rotor, "rotors turning at -60 to +95 % not caught in time, or with a trip", late, s_.draws, 0.0);
-    r_.rows.back().note += fmt::format("{}slowest {}", r_.rows.back().note.empty() ? "" : "; ",
-                                       slowest_ms > 1e8 ? "never" : fmt::format("{:.0f} ms", slowest_ms));
+    append_note(slowest_ms > 1e8 ? "slowest never" : fmt::format("slowest {:.0f} ms", slowest_ms));
+    append_note(causes.text());
   }
 
   void sag() {
@@ -139,7 +178,7 @@ class Laboratory {
       const std::string unit = l.unit.empty() ? "" : " " + std::string(l.unit);
       add_count(Battery::commission, fmt::format("draws in which {} is wrong by more than {:.3g}{}", l.name, l.limit, unit), beyond[q],
                 s_.draws, kMostBeyondShare);
-      r_.rows.back().note += fmt::format("{}worst measured {:+.2f}{}", r_.rows.back().note.empty() ? "" : "; ", worst[q], unit);
+      append_note(fmt::format("worst measured {:+.2f}{}", worst[q], unit));
     }
   }
 
@@ -207,6 +246,11 @@ class Laboratory {
     const double allowed = std::floor(allowed_share * static_cast<double>(of) + 1e-9);
     add({b, std::move(what), fmt::format("of {}", of), static_cast<double>(failed.size()), allowed, false,
          failed.empty() ? "" : seeds(b == Battery::fault ? "schedules" : "failed", failed)});
+  }
+  void append_note(const std::string& text) {
+    if (text.empty()) return;
+    std::string& note = r_.rows.back().note;
+    note += (note.empty() ? "" : "; ") + text;
   }
   static void count(std::map<std::string, LabFigures::FaultCount>& counts, const FaultOutcome& o) {
     std::string_view rest = o.faults;
