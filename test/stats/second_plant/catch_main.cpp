@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <motors2.hpp>
 
 #include "firmware/core/motor/motor.hpp"
-#include "motors2.hpp"
 
 namespace {
 
