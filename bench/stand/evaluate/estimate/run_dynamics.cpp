@@ -177,7 +177,8 @@ double trapezoid_error(const RunDynamics& d, const SampleSeries& s) {
   double fastest_s = HUGE_VAL;
   for (const auto& t : {d.up, d.down})
     if (t) fastest_s = std::min(fastest_s, t->value_s);
-  const double x = median_step(s.t_s) / fastest_s;
+  constexpr double kMost = 0.35;  // 1 %: what is faster is smeared by the instrument, which the fit takes up
+  const double x = std::min(kMost, median_step(s.t_s) / fastest_s);
   return x * x / 12.0;
 }
 
