@@ -14,8 +14,8 @@
 namespace rotorloop::firmware {
 
 struct UpdateLayout {
-  std::uint32_t first_page = 8, pages = 52;  // of the application, header included
-  std::uint32_t record_page = 60;            // UpdateRecord
+  std::uint32_t first_page = 12, pages = 48;  // of the application, header included (decision 0180)
+  std::uint32_t record_page = 60;             // UpdateRecord
 };
 
 template <UpdateFlash Flash>

@@ -42,6 +42,23 @@ void tell(const StartReport& report, const FaultRecord& fault) {
   out.put("\r\n");
 }
 
+// The same over the bus: which exception, and where.
+firmware::TextLine last_run(const StartReport& report, const FaultRecord& fault) {
+  if (!report.ok())
+    return firmware::TextLine("board did not start: clocks ")
+        .add(static_cast<std::int32_t>(report.clocks))
+        .add(", converters ")
+        .add(static_cast<std::int32_t>(report.adc));
+  if (the_board.reset_cause() == firmware::ResetCause::watchdog) return "restarted by a watchdog";
+  if (fault.magic == 0) return {};
+  return firmware::TextLine("restarted after exception ")
+      .add(static_cast<std::int32_t>(fault.exception))
+      .add(" at ")
+      .add_hex(fault.pc)
+      .add(", status ")
+      .add_hex(fault.cfsr);
+}
+
 [[noreturn]] void run(firmware::EscFirmware<EscBoard>& esc) {
   std::uint64_t next_us = 0;
   bool pressed = false;
@@ -77,6 +94,7 @@ int main() {
   static rotorloop::firmware::EscFirmware<EscBoard> esc(the_board, identity());
   the_control = &esc.control();
   if (!report.ok()) esc.application().node().hold_initialization(true);
+  esc.application().node().report_at_start(last_run(report, fault));
   the_board.start_sampling();
   run(esc);
 }

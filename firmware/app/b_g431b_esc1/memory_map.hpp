@@ -8,7 +8,8 @@
 namespace rotorloop::b_g431b_esc1 {
 
 inline constexpr std::uint32_t kBootloaderPages = 12, kUpdatePage = 60, kFaultPage = 61, kParameterPage = 62;
-inline constexpr firmware::UpdateLayout kUpdateLayout{.first_page = kBootloaderPages, .pages = 48, .record_page = kUpdatePage};
+inline constexpr firmware::UpdateLayout kUpdateLayout{};
+static_assert(kUpdateLayout.first_page == kBootloaderPages && kUpdateLayout.record_page == kUpdatePage);
 static_assert(kUpdateLayout.first_page + kUpdateLayout.pages == kUpdatePage && kParameterPage + 2 == g431::kPages);
 inline constexpr std::uint32_t kImageOffset = kBootloaderPages * g431::kPageBytes;
 

@@ -99,6 +99,9 @@ class EscNode {
   // How the store was found; without a whole page the node speaks on defaults and never spins until parameters were saved.
   void report_store(StoreState state) { store_ = state; }
 
+  // Said once as a warning, as soon as the node speaks: what the board has to tell of its last run.
+  void report_at_start(const TextLine& text) { start_report_ = text; }
+
   void on_frame(const CanFrame& frame, std::uint64_t now_us);
   void poll(std::uint64_t now_us, const Telemetry& t);
 
@@ -299,6 +302,7 @@ class EscNode {
   NodeCounters counters_;
   Telemetry telemetry_;
   FaultLog faults_;
+  TextLine start_report_;
   UpdateRequest update_;
   protocols::Transfer opcode_request_{};  // its payload is not kept
   protocols::TransferIdCounter node_status_id_, status_id_, extended_id_, rpm_id_, log_id_, indication_id_;

@@ -91,6 +91,10 @@ void EscNode::watch_commanders(std::uint64_t now_us) {
 }
 
 void EscNode::report_problem(std::uint64_t now_us) {
+  if (start_report_.text().count != 0) {
+    say(Level::warning, start_report_, now_us);
+    start_report_ = {};
+  }
   if (!problem_reported_ && !parameters_ok()) {
     problem_reported_ = true;
     if (problem_) {

@@ -34,5 +34,11 @@ TEST(TextLine, WritesEveryLengthOfNumberWithoutLeadingZeros) {
     EXPECT_EQ(written(v), std::to_string(v));
 }
 
+TEST(TextLine, WritesAnAddressInEightHexadecimalDigits) {
+  const TextLine line = TextLine("at ").add_hex(0x0800A1F4);
+  const auto text = line.text().view();
+  EXPECT_EQ(std::string(text.begin(), text.end()), "at 0800a1f4");
+}
+
 }  // namespace
 }  // namespace rotorloop::firmware

@@ -191,6 +191,16 @@ TEST(NodeStore, EmptyStoreSpeaksWithHealthErrorSaysSoAndNeverSpinsUntilParameter
   EXPECT_TRUE(rig.spins());
 }
 
+TEST(NodeReports, WhatTheBoardHasToTellOfItsLastRunIsSaidOnceAsAWarning) {
+  ServiceRig rig;
+  rig.node.report_at_start("restarted by a watchdog");
+  rig.advance_us(2'000'000);
+  const auto logs = rig.logs();
+  EXPECT_EQ(
+      std::count_if(logs.begin(), logs.end(), [](const std::string& l) { return l.find("restarted by a watchdog") != std::string::npos; }),
+      1);
+}
+
 TEST(NodeStore, ParameterOutOfRangeIsNamedAndTheNodeAnswersOnDefaultsUnderItsId) {
   Parameters p = valid_parameters();
   p.resistance_ohm = 99.0f;
