@@ -175,7 +175,7 @@ full_scale = 1
     def test_effects_names_the_known_ones_and_writes_no_page(self):
         self.refused("effects", "--effect", "nonsense", "-o", "e.md",
                      says=['--effect: error: "nonsense" is not an effect of the plant', "use one of:", "axial_inflow", "weak_rotor"], program=self.STUDIES)
-        self.refused("effects", "--effect", "tether", says=["scenarios/effects.toml: error: no such file"], program=self.STUDIES)
+        self.refused("effects", "--effect", "tether", "--scenario", "no.toml", says=["no.toml: error: no such file"], program=self.STUDIES)
         self.write("s.toml", SCENARIO)
         self.refused("effects", "--scenario", "s.toml", says=["plant.toml"], program=self.STUDIES)
         self.assertFalse((self.path / "e.md").exists())

@@ -82,7 +82,7 @@ TEST(StandPlan, AnUnknownSequenceAndAnUpsideDownRangeAreRefusedWithWhatToDo) {
     stand_run::make_plan({"staircase"}, o);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("900 to 500 rad/s is no range"));
+    EXPECT_THAT(e.what(), HasSubstr("8594 to 4775 RPM is no range"));
   }
 }
 
