@@ -1,6 +1,7 @@
 // The program of an ESC on the ST B-G431B-ESC1: board, node, motor control, and the endless loop around them.
 #include "firmware/app/b_g431b_esc1/faults.hpp"
 #include "firmware/app/b_g431b_esc1/program.hpp"
+#include "firmware/board/g431/cortex.hpp"
 #include "firmware/update/image.hpp"
 
 namespace rotorloop::b_g431b_esc1 {
@@ -59,12 +60,19 @@ firmware::TextLine last_run(const StartReport& report, const FaultRecord& fault)
       .add_hex(fault.cfsr);
 }
 
+// More than a period of the sample interrupt, which wakes the core.
+constexpr std::uint64_t kAwake_us = 50;
+
 [[noreturn]] void run(firmware::EscFirmware<EscBoard>& esc) {
   std::uint64_t next_us = 0;
   bool pressed = false;
   for (;;) {
     const std::uint64_t now_us = the_board.time_us();
-    if (now_us < next_us) continue;
+    if (now_us < next_us) {
+      // The core sleeps between sample interrupts; for the last of them before a poll it stays awake, so that no poll is late.
+      if (next_us - now_us > kAwake_us) g431::wait_for_interrupt();
+      continue;
+    }
     next_us = now_us + firmware::kPoll_us;
     const bool down = the_board.button();
     if (down && !pressed) esc.application().node().on_button();

@@ -72,9 +72,11 @@ inline void enable_mpu() { mpu().ctrl.write(bit(2) | bit(1) | bit(0)); }  // the
 #ifdef __arm__
 inline void mask_interrupts() { __asm__ volatile("cpsid i" ::: "memory"); }
 inline void allow_interrupts() { __asm__ volatile("cpsie i" ::: "memory"); }
+inline void wait_for_interrupt() { __asm__ volatile("wfi" ::: "memory"); }
 inline void synchronise() { __asm__ volatile("dsb\n isb" ::: "memory"); }
 #else
 inline void mask_interrupts() {}
+inline void wait_for_interrupt() {}
 inline void allow_interrupts() {}
 inline void synchronise() {}
 #endif

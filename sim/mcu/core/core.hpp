@@ -108,7 +108,7 @@ class Core {
   void update_fp_ready();
 
   void set_pending(uint32_t exception);
-  void privilege_changed() { update_context(); }
+  void privilege_changed();
   void look_again() { deadline_ = 0; }  // something outside of straight execution is due
   void set_it(uint32_t it);
   int execution_priority() const;
@@ -131,6 +131,8 @@ class Core {
   }
   bool fetch16(const Op& op, uint32_t address, uint32_t& value);
   void update_context();
+  void choose_checked();
+  bool is_checked(uint32_t address) const { return address - checked_from_ < checked_bytes_; }
   void forget_decoded(uint32_t address);
   void run_between();  // what is due between two instructions
 
@@ -186,7 +188,9 @@ class Core {
   uint64_t context_ = 0;
   uint64_t deadline_ = 0, limit_ = 0;
   std::array<AccessWatch*, 2> watches_{};
-  bool checked_accesses_ = false;  // MPU on, unaligned accesses trapped, or somebody watches: no short way to memory
+  // Loads and stores that begin here take the long way: everywhere where unaligned accesses are trapped or somebody watches, else where
+  // the MPU has regions.
+  uint32_t checked_from_ = 0, checked_bytes_ = 0;
   bool stop_at_breakpoints_ = false;
   Clocking clocking_ = Clocking::zero_wait;
   uint32_t wait_states_ = 4;
@@ -238,7 +242,7 @@ inline uint8_t* inside(const MemoryRegion& region, uint32_t address, uint32_t by
   inline bool Core::NAME(const Op& op, uint32_t address, uint32_t& value) {      \
     const MemoryRegion& region = memories_->at(address);                         \
     const uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));        \
-    if (bytes == nullptr || checked_accesses_) [[unlikely]]                      \
+    if (bytes == nullptr || is_checked(address)) [[unlikely]]                    \
       return slow_access(op, address, sizeof(TYPE), value, false, privileged()); \
     TYPE loaded;                                                                 \
     std::memcpy(&loaded, bytes, sizeof loaded);                                  \
@@ -246,17 +250,17 @@ inline uint8_t* inside(const MemoryRegion& region, uint32_t address, uint32_t by
     if (region.behind_flash_port) wait_for_flash_data(address);                  \
     return true;                                                                 \
   }
-#define RL_MCU_STORE(NAME, TYPE)                                                \
-  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t value) {      \
-    const MemoryRegion& region = memories_->at(address);                        \
-    uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));             \
-    if (bytes == nullptr || !region.writable || checked_accesses_) [[unlikely]] \
-      return slow_access(op, address, sizeof(TYPE), value, true, privileged()); \
-    const TYPE stored = static_cast<TYPE>(value);                               \
-    std::memcpy(bytes, &stored, sizeof stored);                                 \
-    if (region.holds_code) [[unlikely]]                                         \
-      forget_decoded(address);                                                  \
-    return true;                                                                \
+#define RL_MCU_STORE(NAME, TYPE)                                                  \
+  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t value) {        \
+    const MemoryRegion& region = memories_->at(address);                          \
+    uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));               \
+    if (bytes == nullptr || !region.writable || is_checked(address)) [[unlikely]] \
+      return slow_access(op, address, sizeof(TYPE), value, true, privileged());   \
+    const TYPE stored = static_cast<TYPE>(value);                                 \
+    std::memcpy(bytes, &stored, sizeof stored);                                   \
+    if (region.holds_code) [[unlikely]]                                           \
+      forget_decoded(address);                                                    \
+    return true;                                                                  \
   }
 RL_MCU_LOAD(load32, uint32_t)
 RL_MCU_LOAD(load16, uint16_t)

@@ -1,6 +1,8 @@
 // The memory protection unit: eight regions with subregions over the default memory map (B3.5).
 #include "sim/mcu/core/core.hpp"
 
+#include <algorithm>
+
 namespace rotorloop::mcu {
 namespace {
 
@@ -60,6 +62,29 @@ bool Core::mpu_allows(uint32_t address, Access kind, bool as_privileged) const {
   const bool below_faults = state.faultmask != 0 || state.nvic.active.has(kHardFault) || state.nvic.active.has(kNmi);
   if (below_faults && (state.mpu.ctrl & kHardFaultAndNmi) == 0) return !never_here;
   return mpu_rule(address, kind, as_privileged);
+}
+
+// A privileged access outside of all regions has the default map (PRIVDEFENA), which forbids no data: the short way does for it.
+void Core::choose_checked() {
+  const bool mpu = (state.mpu.ctrl & kMpuEnable) != 0, trapped = (state.scb.ccr & 8) != 0;
+  const bool watched = watches_[0] != nullptr || watches_[1] != nullptr;
+  checked_from_ = 0, checked_bytes_ = trapped || watched || mpu ? ~0u : 0;
+  if (trapped || watched || !mpu || (state.mpu.ctrl & kPrivilegedDefault) == 0 || (state.control & 1) != 0) return;
+  uint64_t from = uint64_t{1} << 32, to = 0;
+  for (const MpuRegion& r : state.mpu.regions) {
+    const uint64_t bytes = uint64_t{2} << (r.rasr >> 1 & 31), base = r.rbar & ~(bytes - 1);
+    if ((r.rasr & 1) != 0) from = std::min(from, base), to = std::max(to, base + bytes);
+  }
+  if (from >= to) {
+    checked_bytes_ = 0;
+  } else if (from >= 3) {  // a word that begins up to three bytes before reaches in
+    checked_from_ = static_cast<uint32_t>(from - 3), checked_bytes_ = static_cast<uint32_t>(std::min(to - from + 3, uint64_t{0xFFFFFFFF}));
+  }
+}
+
+void Core::privilege_changed() {
+  update_context();
+  choose_checked();
 }
 
 void Core::mpu_changed() {

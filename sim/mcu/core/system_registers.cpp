@@ -228,7 +228,7 @@ bool Core::write_scb(uint32_t offset, uint32_t value) {
 
 // What follows from control registers, brought up to date after any of them changed.
 void Core::system_register_changed() {
-  checked_accesses_ = (state.mpu.ctrl & 1) != 0 || (state.scb.ccr & 8) != 0 || watches_[0] != nullptr || watches_[1] != nullptr;
+  choose_checked();
   state.nvic.enabled.set(kMemManage, (state.scb.shcsr_enables & 1u << 16) != 0);
   state.nvic.enabled.set(kBusFault, (state.scb.shcsr_enables & 1u << 17) != 0);
   state.nvic.enabled.set(kUsageFault, (state.scb.shcsr_enables & 1u << 18) != 0);

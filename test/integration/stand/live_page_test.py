@@ -78,7 +78,7 @@ class LivePage(unittest.TestCase):
 
     @unittest.skipUnless(browser.CHROMIUM, "no Chromium")
     def test_headless_Chromium_shows_curves_limits_and_steps_in_wide_and_narrow_windows_and_its_button_stops(self):
-        run, _ = self.start(2)
+        run, _ = self.start(2, "--levels", "60")  # 200 s: longer than two browsers take to start on a busy machine
         for width in (1300, 500):  # a window is at least that wide
             page = browser.Page(self.url, width, height=1500)
             self.addCleanup(page.close)
@@ -86,7 +86,7 @@ class LivePage(unittest.TestCase):
             self.assertEqual(page.value("document.querySelectorAll('canvas').length"), 4)
             self.assertEqual(page.value("document.querySelectorAll('#limits tbody tr').length"), 10)
             self.assertLessEqual(page.value("document.documentElement.scrollWidth"), width)
-            self.assertEqual(page.value("state.textContent"), "running")
+            self.assertTrue(page.wait_for("state.textContent === 'running'", DEADLINE_s), page.value("state.textContent"))
         page.value("document.getElementById('stop').click()")
         run.communicate(timeout=DEADLINE_s)
         with open(os.path.join(self.out, "events.jsonl")) as f:

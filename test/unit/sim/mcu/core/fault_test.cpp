@@ -292,5 +292,32 @@ TEST(McuFault, UnprivilegedLoadOfPrivilegedCodeIsCheckedAsUnprivileged) {
   EXPECT_EQ(m.system(kMmfar), kRam);
 }
 
+// A guard of 32 bytes, as under a stack, and the default map around it.
+struct Guarded : Faulting {
+  Guarded() {
+    system(0xE000ED9C, (kRam + 0x100) | 0x10);
+    system(0xE000EDA0, kNever | 4 << 1 | 1);
+    system(0xE000ED94, 5);
+  }
+};
+
+TEST(McuFault, AccessesBesideAGuardPassAndOneThatReachesIntoItFaults) {
+  Guarded m;
+  m.program({0xF8C1, 0x20FC, 0xF8C1, 0x2120, 0xF8C1, 0x20FE});  // STR r2 at 0xFC, 0x120, 0xFE
+  EXPECT_TRUE(m.takes(kMemManage, kProgram + 8));
+  EXPECT_EQ(m.system(kCfsr), 0x82u);
+  Guarded inside;
+  inside.program({0xF891, 0x211F});  // LDRB r2, [r1, #0x11F]
+  EXPECT_TRUE(inside.takes(kMemManage, kProgram));
+  EXPECT_EQ(inside.system(kMmfar), kRam + 0x11F);
+}
+
+TEST(McuFault, UnprivilegedThreadHasNothingOutsideOfTheRegions) {
+  Guarded m;
+  m.program({0x680A, 0x2301, 0xF383, 0x8814, 0x680A});  // LDR; MOVS r3, #1; MSR CONTROL, r3; LDR
+  EXPECT_TRUE(m.run_to(Machine::handler(kMemManage)) || m.core.state.locked_up);
+  EXPECT_NE(m.system(kCfsr) & 3, 0u);
+}
+
 }  // namespace
 }  // namespace rotorloop::mcu::testing
