@@ -125,7 +125,7 @@ class Command(unittest.TestCase):
     def test_an_error_says_where_a_file_was_looked_for(self):
         done = run(self.program, "hil", "scenarios/papr.toml")
         self.assertEqual(done.returncode, 2)
-        self.assertIn(f'"scenarios/papr.toml" is neither in the working folder nor below {SHARE}', done.stderr)
+        self.assertIn(f'"scenarios/papr.toml": looked for {WORK}/scenarios/papr.toml and {SHARE}/scenarios/papr.toml', done.stderr)
 
     def test_what_is_written_is_never_looked_for_among_shipped_files(self):
         done = run(self.program, "trajectory", "vertical_3p1", "-o", "vertical_3p1.toml")

@@ -23,6 +23,8 @@ struct MemoryRegion {
   bool writable = false;           // false: stores go to the bus (flash)
   bool behind_flash_port = false;  // fetches and loads wait as the flash does (flash_timing.hpp)
   bool holds_code = false;         // something was decoded from it: set by the core
+  // Loads and stores that begin here are checked one by one: set by the core.
+  uint32_t checked_from = 0, checked_bytes = 0;
 };
 
 // At most one memory in each block of 16 MB: a load finds it with one look. Two memories that lie beside each other (SRAM and the second
@@ -38,6 +40,7 @@ class MemoryMap {
     return true;
   }
   MemoryRegion& at(uint32_t address) { return regions_[address >> 24]; }
+  std::array<MemoryRegion, 256>& all() { return regions_; }
 
  private:
   std::array<MemoryRegion, 256> regions_{};

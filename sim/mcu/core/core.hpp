@@ -132,7 +132,6 @@ class Core {
   bool fetch16(const Op& op, uint32_t address, uint32_t& value);
   void update_context();
   void choose_checked();
-  bool is_checked(uint32_t address) const { return address - checked_from_ < checked_bytes_; }
   void forget_decoded(uint32_t address);
   void run_between();  // what is due between two instructions
 
@@ -188,9 +187,12 @@ class Core {
   uint64_t context_ = 0;
   uint64_t deadline_ = 0, limit_ = 0;
   std::array<AccessWatch*, 2> watches_{};
-  // Loads and stores that begin here take the long way: everywhere where unaligned accesses are trapped or somebody watches, else where
-  // the MPU has regions.
-  uint32_t checked_from_ = 0, checked_bytes_ = 0;
+  // What decides which loads and stores take the long way.
+  struct Checks {
+    MpuState mpu;
+    bool all = false;  // unaligned accesses are trapped, somebody watches, or a thread without privileges has no default map
+  };
+  Checks checks_;
   bool stop_at_breakpoints_ = false;
   Clocking clocking_ = Clocking::zero_wait;
   uint32_t wait_states_ = 4;
@@ -238,29 +240,29 @@ inline uint8_t* inside(const MemoryRegion& region, uint32_t address, uint32_t by
 }
 }  // namespace detail
 
-#define RL_MCU_LOAD(NAME, TYPE)                                                  \
-  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t& value) {      \
-    const MemoryRegion& region = memories_->at(address);                         \
-    const uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));        \
-    if (bytes == nullptr || is_checked(address)) [[unlikely]]                    \
-      return slow_access(op, address, sizeof(TYPE), value, false, privileged()); \
-    TYPE loaded;                                                                 \
-    std::memcpy(&loaded, bytes, sizeof loaded);                                  \
-    value = loaded;                                                              \
-    if (region.behind_flash_port) wait_for_flash_data(address);                  \
-    return true;                                                                 \
+#define RL_MCU_LOAD(NAME, TYPE)                                                                \
+  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t& value) {                    \
+    const MemoryRegion& region = memories_->at(address);                                       \
+    const uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));                      \
+    if (bytes == nullptr || address - region.checked_from < region.checked_bytes) [[unlikely]] \
+      return slow_access(op, address, sizeof(TYPE), value, false, privileged());               \
+    TYPE loaded;                                                                               \
+    std::memcpy(&loaded, bytes, sizeof loaded);                                                \
+    value = loaded;                                                                            \
+    if (region.behind_flash_port) wait_for_flash_data(address);                                \
+    return true;                                                                               \
   }
-#define RL_MCU_STORE(NAME, TYPE)                                                  \
-  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t value) {        \
-    const MemoryRegion& region = memories_->at(address);                          \
-    uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));               \
-    if (bytes == nullptr || !region.writable || is_checked(address)) [[unlikely]] \
-      return slow_access(op, address, sizeof(TYPE), value, true, privileged());   \
-    const TYPE stored = static_cast<TYPE>(value);                                 \
-    std::memcpy(bytes, &stored, sizeof stored);                                   \
-    if (region.holds_code) [[unlikely]]                                           \
-      forget_decoded(address);                                                    \
-    return true;                                                                  \
+#define RL_MCU_STORE(NAME, TYPE)                                                                                   \
+  inline bool Core::NAME(const Op& op, uint32_t address, uint32_t value) {                                         \
+    const MemoryRegion& region = memories_->at(address);                                                           \
+    uint8_t* bytes = detail::inside(region, address, sizeof(TYPE));                                                \
+    if (bytes == nullptr || !region.writable || address - region.checked_from < region.checked_bytes) [[unlikely]] \
+      return slow_access(op, address, sizeof(TYPE), value, true, privileged());                                    \
+    const TYPE stored = static_cast<TYPE>(value);                                                                  \
+    std::memcpy(bytes, &stored, sizeof stored);                                                                    \
+    if (region.holds_code) [[unlikely]]                                                                            \
+      forget_decoded(address);                                                                                     \
+    return true;                                                                                                   \
   }
 RL_MCU_LOAD(load32, uint32_t)
 RL_MCU_LOAD(load16, uint16_t)

@@ -1,7 +1,8 @@
 // The memory protection unit: eight regions with subregions over the default memory map (B3.5).
-#include "sim/mcu/core/core.hpp"
-
 #include <algorithm>
+#include <cstring>
+
+#include "sim/mcu/core/core.hpp"
 
 namespace rotorloop::mcu {
 namespace {
@@ -66,19 +67,24 @@ bool Core::mpu_allows(uint32_t address, Access kind, bool as_privileged) const {
 
 // A privileged access outside of all regions has the default map (PRIVDEFENA), which forbids no data: the short way does for it.
 void Core::choose_checked() {
-  const bool mpu = (state.mpu.ctrl & kMpuEnable) != 0, trapped = (state.scb.ccr & 8) != 0;
-  const bool watched = watches_[0] != nullptr || watches_[1] != nullptr;
-  checked_from_ = 0, checked_bytes_ = trapped || watched || mpu ? ~0u : 0;
-  if (trapped || watched || !mpu || (state.mpu.ctrl & kPrivilegedDefault) == 0 || (state.control & 1) != 0) return;
-  uint64_t from = uint64_t{1} << 32, to = 0;
-  for (const MpuRegion& r : state.mpu.regions) {
-    const uint64_t bytes = uint64_t{2} << (r.rasr >> 1 & 31), base = r.rbar & ~(bytes - 1);
-    if ((r.rasr & 1) != 0) from = std::min(from, base), to = std::max(to, base + bytes);
-  }
-  if (from >= to) {
-    checked_bytes_ = 0;
-  } else if (from >= 3) {  // a word that begins up to three bytes before reaches in
-    checked_from_ = static_cast<uint32_t>(from - 3), checked_bytes_ = static_cast<uint32_t>(std::min(to - from + 3, uint64_t{0xFFFFFFFF}));
+  const bool mpu = (state.mpu.ctrl & kMpuEnable) != 0;
+  const bool no_default = mpu && ((state.mpu.ctrl & kPrivilegedDefault) == 0 || (state.control & 1) != 0);
+  const bool all = no_default || (state.scb.ccr & 8) != 0 || watches_[0] != nullptr || watches_[1] != nullptr;
+  if (all == checks_.all && std::memcmp(&checks_.mpu, &state.mpu, sizeof state.mpu) == 0) return;
+  checks_ = {state.mpu, all};
+  for (MemoryRegion& memory : memories_->all()) {
+    memory.checked_from = memory.base, memory.checked_bytes = all ? memory.size_bytes : 0;
+    if (all || !mpu) continue;
+    uint64_t from = uint64_t{memory.base} + memory.size_bytes, to = memory.base;
+    for (const MpuRegion& r : state.mpu.regions) {
+      const uint64_t bytes = uint64_t{2} << (r.rasr >> 1 & 31), base = r.rbar & ~(bytes - 1);
+      if ((r.rasr & 1) == 0 || base >= uint64_t{memory.base} + memory.size_bytes || base + bytes <= memory.base) continue;
+      from = std::min(from, std::max(base, uint64_t{memory.base} + 3) - 3);  // a word that begins up to three bytes before reaches in
+      to = std::max(to, base + bytes);
+    }
+    if (from < to)
+      memory.checked_from = static_cast<uint32_t>(from),
+      memory.checked_bytes = static_cast<uint32_t>(std::min(to - from, uint64_t{0xFFFFFFFF}));
   }
 }
 
