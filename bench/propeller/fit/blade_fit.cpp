@@ -45,7 +45,7 @@ std::vector<std::string> misses_of(const GeometryResult& g) {
   return out;
 }
 
-// A scalar at its bound stands in for something else that is wrong.
+// A scalar at its bound hides that something else is wrong.
 void name_bounds(const GeometryResult& g, std::vector<std::string>& remarks) {
   const auto parameters = blade_parameters();
   for (std::size_t k = 0; k < parameters.size(); ++k)

@@ -10,6 +10,7 @@
 
 #include "host/bus/live/waiting_bus.hpp"
 #include "test/support/gs_usb/emulated_link.hpp"
+#include "test/unit/host/bus/live_support.hpp"
 
 namespace rotorloop::gs_usb {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 using emulated::CandlelightOptions;
 using emulated::EmulatedLink;
 using emulated::UsbPlug;
+using test::refused;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -59,16 +61,6 @@ BusFrame numbered(std::uint32_t n, bool extended = true, std::size_t length = 8,
 
 // Whatever was offered to `p` is confirmed, dropped, or on its way.
 std::uint64_t accounted(const GsUsbPort& p) { return p.counters().sent + p.counters().dropped_tx + p.link_counters().unconfirmed; }
-
-std::string refused(const std::function<void()>& action, ExitCode code = ExitCode::device) {
-  try {
-    action();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.exit_code(), code) << e.what();
-    return e.what();
-  }
-  return "nothing was refused";
-}
 
 std::string notices(GsUsbPort& p) {
   std::string all;

@@ -11,21 +11,15 @@
 #include "host/bus/live/gs_usb/in_flight.hpp"
 #include "host/bus/live/gs_usb/stamp_wrap.hpp"
 #include "host/bus/live/gs_usb/wire.hpp"
+#include "test/unit/host/bus/live_support.hpp"
 
 namespace rotorloop::gs_usb {
 namespace {
 
+using test::frame_of;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using Bytes = std::vector<std::uint8_t>;
-
-BusFrame frame_of(std::uint32_t id, bool extended, std::size_t length, bool fd = false) {
-  BusFrame f;
-  f.id = id, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
-  f.length = static_cast<std::uint8_t>(length);
-  for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(7 * i + 1);
-  return f;
-}
 
 Bytes encoded(const BusFrame& frame, std::uint32_t echo_id, unsigned channel, FrameLayout layout) {
   std::array<std::uint8_t, kLargest_B> bytes{};

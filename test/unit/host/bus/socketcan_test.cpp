@@ -23,21 +23,16 @@
 #include "host/bus/live/socketcan/interface_info.hpp"
 #include "host/bus/live/stamp_clock.hpp"
 #include "host/bus/live/transmit_queue.hpp"
+#include "test/unit/host/bus/live_support.hpp"
 
 namespace rotorloop {
 namespace {
 
+using test::frame_of;
+using test::refused;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-BusFrame frame_of(std::uint32_t id, bool extended, std::size_t length, bool fd = false) {
-  BusFrame f;
-  f.id = id, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
-  f.length = static_cast<std::uint8_t>(length);
-  for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(7 * i + 1);
-  return f;
-}
 
 TEST(SocketCanFrame, OfEveryKindAndLengthComesBackAsItWas) {
   for (const bool extended : {false, true}) {
@@ -238,16 +233,6 @@ TEST(SocketCanInterfaces, CutAnywhereOrWithAnyByteTurnedAreReadWithoutReachingOu
   }
 }
 
-std::string refusal(const std::function<void()>& action, ExitCode code = ExitCode::device) {
-  try {
-    action();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.exit_code(), code) << e.what();
-    return e.what();
-  }
-  return "nothing was refused";
-}
-
 std::vector<CanInterface> a_bench() {
   return {{.name = "can0",
            .index = 4,
@@ -272,7 +257,7 @@ std::vector<CanInterface> a_bench() {
 TEST(SocketCanRefusal, NamesWhatIsWrongWithTheInterfaceAndTheCommandThatMendsIt) {
   const std::vector<CanInterface> there = a_bench();
   const auto choosing = [&](const std::string& name) {
-    return refusal([&] { choose_interface(parse_socketcan_settings(name, "--bus"), there); });
+    return refused([&] { choose_interface(parse_socketcan_settings(name, "--bus"), there); });
   };
   EXPECT_THAT(choosing("can9"),
               AllOf(HasSubstr("socketcan:can9: error: there is no CAN interface of this name"), HasSubstr("can0, can1, can2, vcan0")));
@@ -286,12 +271,12 @@ TEST(SocketCanRefusal, NamesWhatIsWrongWithTheInterfaceAndTheCommandThatMendsIt)
   EXPECT_EQ(choosing("can0"), "nothing was refused");
   EXPECT_EQ(choosing("can0@500000"), "nothing was refused");
   EXPECT_EQ(choosing("vcan0@1000000"), "nothing was refused") << "vcan has no bit rate";
-  EXPECT_THAT(refusal([] { choose_interface({.interface = "can0", .bit_rate_Hz = {}, .data_rate_Hz = {}}, {}); }),
+  EXPECT_THAT(refused([] { choose_interface({.interface = "can0", .bit_rate_Hz = {}, .data_rate_Hz = {}}, {}); }),
               HasSubstr("there is none at all"));
 }
 
 TEST(SocketCanRefusal, OfANameThatCannotBeOneIsBadUsage) {
-  const auto parsing = [](const std::string& name) { return refusal([&] { parse_socketcan_settings(name, "--bus"); }, ExitCode::usage); };
+  const auto parsing = [](const std::string& name) { return refused([&] { parse_socketcan_settings(name, "--bus"); }, ExitCode::usage); };
   EXPECT_THAT(parsing("a_name_of_16_cha"), HasSubstr("1 to 15 characters"));
   EXPECT_THAT(parsing("/dev/can0"), HasSubstr("cannot be an interface"));
   EXPECT_THAT(parsing("can0@fast"), HasSubstr("out of range: 10000 to 1000000 bit/s"));
@@ -316,7 +301,7 @@ TEST(SocketCanRefusal, OfTheSystemSaysWhatToDo) {
 TEST(SocketCanRefusal, ComesFromOpeningAnInterfaceThatIsNotThere) {
   const int can = ::socket(PF_CAN, SOCK_RAW, 1);
   if (can >= 0) ::close(can);
-  EXPECT_THAT(refusal([] { open_bus("socketcan:no_such_if", "--bus"); }),
+  EXPECT_THAT(refused([] { open_bus("socketcan:no_such_if", "--bus"); }),
               HasSubstr(can < 0 ? "this kernel has no CAN" : "there is no CAN interface of this name"));
 }
 
