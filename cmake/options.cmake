@@ -18,6 +18,9 @@ target_compile_options(rl_options INTERFACE
 if(ROTORLOOP_SANITIZE)
   target_compile_options(rl_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(rl_options INTERFACE -fsanitize=address,undefined)
+  # Eigen pads what it allocates under the address sanitizer, and Debian's Ceres, whose Eigen functions the linker shares with ours, does not:
+  # memory of one would be given back by the other's rule.
+  target_compile_definitions(rl_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # rl_unity(TARGET BATCH): compiles its files together, at most BATCH at a time (0: all), so that the templates they share are
