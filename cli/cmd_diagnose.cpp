@@ -21,6 +21,7 @@
 #include "cli/fit_options.hpp"
 #include "cli/progress/progress_line.hpp"
 #include "cli/renamed_option.hpp"
+#include "cli/shipped_mapping.hpp"
 #include "host/base/error.hpp"
 #include "host/base/run_clock.hpp"
 #include "host/base/text_file.hpp"
@@ -151,7 +152,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<DiagnoseArguments>();
   CLI::App* c = app.add_subcommand("diagnose", "find the physical effect that a vehicle's model lacks, from the residuals of flight logs");
   c->add_option("--vehicle", o->run.vehicle, "vehicle file: nominal model and priors; its effects are part of the model");
-  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file: the meaning of the columns in logs of other tools");
+  c->add_option("-m,--mapping", o->run.flights.mapping, kMappingHelp);
   c->add_option("--flight", o->run.flights.flights, "flights to diagnose");
   c->add_option("--reference", o->reference,
                 "for logs with motor commands but without rotor speeds: flights of the same vehicle without the defect");
@@ -201,9 +202,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "(verdict faulty), or the vehicle file for -o would not be credible; 130 and 143 interrupted (verdict incomplete).");
   c->callback([o, c, &exit_code] {
     Names given;
-    for (const CLI::Option* option : c->get_options()) {
+    for (const CLI::Option* option : c->get_options())
       if (option->count() > 0) given.push_back(option->get_name());
-    }
+    take_shipped_mapping(o->run.flights);
     exit_code = diagnose(*o, given);
   });
 }

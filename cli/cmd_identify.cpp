@@ -21,6 +21,7 @@
 #include "cli/fit_options.hpp"
 #include "cli/progress/identify_progress.hpp"
 #include "cli/renamed_option.hpp"
+#include "cli/shipped_mapping.hpp"
 #include "host/base/error.hpp"
 #include "host/base/run_clock.hpp"
 #include "host/base/text_file.hpp"
@@ -145,7 +146,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   CLI::App* c = app.add_subcommand("identify",
                                    "estimate the parameters of a vehicle from its flight logs, with uncertainties; writes a vehicle file");
   c->add_option("--vehicle", o->run.vehicle, "vehicle file: known mass and geometry, and start values; required except with --names");
-  c->add_option("-m,--mapping", o->run.flights.mapping, "mapping file: the meaning of the columns in logs of other tools");
+  c->add_option("-m,--mapping", o->run.flights.mapping, kMappingHelp);
   c->add_option("--vertical", o->run.flights.vertical, "stage 1: flight with fast climbs and descents (thrust)");
   c->add_option("--horizontal", o->run.flights.horizontal, "stage 2: fast horizontal flight (drag)");
   c->add_option("--rotation", o->run.flights.rotation, "stage 3: flight with quick turns about all axes (inertia, torque)");
@@ -198,7 +199,7 @@ void add_identify(CLI::App& app, int& exit_code) {
       "  rotorloop identify --vehicle vehicles/reference_guess.toml --vertical run/vertical --horizontal run/horizontal\n"
       "    --rotation run/rotation --held-out run/general -o vehicles/identified.toml --report report\n"
       "A log of another tool needs a mapping file (docs/files.md). One flight is enough if it contains climbs, fast flight and turns:\n"
-      "  rotorloop identify --vehicle my.toml -m vehicles/measured/px4_ulog.mapping.toml --flight log.ulg -o out.toml\n"
+      "  rotorloop identify --vehicle my.toml --flight log.ulg -o out.toml\n"
       "List the names for --free, --hold, --per-flight and --term:\n"
       "  rotorloop identify --names\n"
       "Exit codes: 0 done; 2 bad arguments or input file; 5 refused: the logs lack data that the fit needs or do not determine a "
@@ -216,6 +217,7 @@ void add_identify(CLI::App& app, int& exit_code) {
     }
     // Here and not as `required()`, since --names does without.
     if (o->run.vehicle.empty()) throw CLI::RequiredError("--vehicle");
+    take_shipped_mapping(o->run.flights);
     exit_code = identify(*o);
   });
 }

@@ -17,6 +17,7 @@
 #include "bench/sysid/log/ulog_write.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "cli/shipped_mapping.hpp"
 #include "host/base/error.hpp"
 #include "host/base/text_file.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
@@ -31,9 +32,13 @@ struct LogArguments {
   bool json = false, force = false;
 };
 
+std::optional<log::LogMapping> mapping_of(const std::filesystem::path& given, const std::vector<std::filesystem::path>& logs) {
+  const std::filesystem::path path = mapping_or_shipped(given, logs);
+  return path.empty() ? std::nullopt : std::optional(log::read_log_mapping(path));
+}
+
 log::FlightRecord read(const LogArguments& o, std::vector<log::LogFinding>& notes) {
-  std::optional<log::LogMapping> mapping;
-  if (!o.mapping.empty()) mapping = log::read_log_mapping(o.mapping);
+  const auto mapping = mapping_of(o.mapping, {o.log});
   return log::read_flight(o.log, mapping ? &*mapping : nullptr, &notes);
 }
 
@@ -63,8 +68,7 @@ int convert(const LogArguments& o) {
 
 // Every log is judged before one of them ends the command.
 int check(const LogArguments& o) {
-  std::optional<log::LogMapping> mapping;
-  if (!o.mapping.empty()) mapping = log::read_log_mapping(o.mapping);
+  const auto mapping = mapping_of(o.mapping, o.logs);
   std::optional<host::VehicleModel> vehicle;
   if (!o.vehicle.empty()) vehicle = host::to_model(host::read_vehicle(o.vehicle, host::builtin_effect_catalogue()));
   std::vector<log::LogReport> reports;
@@ -81,9 +85,7 @@ int check(const LogArguments& o) {
 
 constexpr const char* kLogHelp = "flight log: CSV, ULog, DataFlash (.BIN), or a run folder that contains flight.csv";
 
-void add_mapping(CLI::App& c, LogArguments& o) {
-  c.add_option("-m,--mapping", o.mapping, "mapping file: the meaning of the columns in logs of other tools");
-}
+void add_mapping(CLI::App& c, LogArguments& o) { c.add_option("-m,--mapping", o.mapping, kMappingHelp); }
 
 void add_check(CLI::App& group, int& exit_code) {
   auto o = std::make_shared<LogArguments>();
@@ -118,7 +120,7 @@ void add_log(CLI::App& app, int& exit_code) {
     c->footer(
         "Examples:\n"
         "  rotorloop log info run/horizontal/pd_ff/1\n"
-        "  rotorloop log info flight.ulg --mapping vehicles/measured/px4_ulog.mapping.toml\n"
+        "  rotorloop log info flight.ulg\n"
         "Without a mapping file, the error message for a log of another tool lists its columns or topics.");
     c->callback([o, &exit_code] { exit_code = info(*o); });
   }
@@ -130,7 +132,7 @@ void add_log(CLI::App& app, int& exit_code) {
   add_force(*c, o->force);
   c->footer(
       "Example:\n  rotorloop log convert eckart00.csv --mapping vehicles/measured/imrc_cf21bl_bare.mapping.toml -o eckart00.ulg\n"
-      "  rotorloop log convert 00000012.BIN --mapping vehicles/measured/ardupilot_bin.mapping.toml -o flight.mcap");
+      "  rotorloop log convert 00000012.BIN -o flight.mcap");
   c->callback([o, &exit_code] { exit_code = convert(*o); });
   group->footer(
       "Examples:\n  rotorloop log info flight.ulg\n  rotorloop log check run/horizontal/pd_ff/1\nrotorloop --help lists the exit codes.");

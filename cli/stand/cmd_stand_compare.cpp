@@ -12,6 +12,7 @@
 #include "bench/sysid/log/read_flight.hpp"
 #include "cli/commands.hpp"
 #include "cli/ending/outputs.hpp"
+#include "cli/shipped_mapping.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/text_file.hpp"
@@ -107,7 +108,7 @@ StandSide stand_side(const StandCompareArguments& o, const host::VehicleFile& v,
 std::optional<stand::FlightCoefficient> from_hover(const StandCompareArguments& o, const host::VehicleFile& v) {
   if (o.flights.empty()) return std::nullopt;
   std::optional<log::LogMapping> mapping;
-  if (!o.flight_mapping.empty()) mapping = log::read_log_mapping(o.flight_mapping);
+  if (const fs::path path = mapping_or_shipped(o.flight_mapping, o.flights); !path.empty()) mapping = log::read_log_mapping(path);
   std::vector<log::FlightRecord> flights;
   for (const fs::path& f : o.flights) flights.push_back(log::read_flight(f, mapping ? &*mapping : nullptr));
   return stand::hover_coefficient(flights,

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "bench/stand/evaluate/stand_comparison.hpp"
 #include "host/base/symmetric_matrix.hpp"
@@ -130,8 +131,17 @@ void decide(StandChannelFit& f, const std::vector<Eigen::VectorXd>& held_out, co
                                   : diagnose::DiagnosisVerdict::unexplained;
 }
 
-StandChannelFit fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {
+// Without any one of its runs a channel has two points or more: what is held out can be predicted from the rest.
+bool can_hold_out(const ChannelData& d) {
+  std::map<int, Eigen::Index> points;
+  for (const int run : d.run) ++points[run];
+  return !points.empty() && std::all_of(points.begin(), points.end(), [&](const auto& run) { return d.y.size() - run.second >= 2; });
+}
+
+// Nothing where no run can be held out.
+std::optional<StandChannelFit> fit_channel(const StandRecord& r, bool thrust, const StandDiagnosisOptions& o) {
   const ChannelData d = channel_data(r, thrust ? &StandPoint::thrust_N : &StandPoint::torque_N_m);
+  if (!can_hold_out(d)) return std::nullopt;
   StandChannelFit f;
   f.channel = thrust ? "thrust" : "torque";
   f.unit = thrust ? "N" : "N m";
@@ -204,10 +214,17 @@ StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOption
   d.notes.insert(d.notes.end(), s.notes.begin(), s.notes.end());
   take_full_command(d, s.record);
   if (s.speed == StandChannelState::good) {
-    if (s.thrust == StandChannelState::good) d.channels.push_back(fit_channel(s.record, true, o));
-    if (s.torque == StandChannelState::good) d.channels.push_back(fit_channel(s.record, false, o));
+    const auto fit = [&](bool thrust) {
+      if (auto f = fit_channel(s.record, thrust, o))
+        d.channels.push_back(std::move(*f));
+      else
+        d.notes.push_back(fmt::format("{}: too few points to hold some of them out: not diagnosed", thrust ? "thrust" : "torque"));
+    };
+    if (s.thrust == StandChannelState::good) fit(true);
+    if (s.torque == StandChannelState::good) fit(false);
   }
-  if (d.channels.empty() && d.faults.empty()) d.notes.push_back("neither thrust nor torque in this file: nothing to diagnose");
+  const bool any = s.thrust == StandChannelState::good || s.torque == StandChannelState::good;
+  if (d.channels.empty() && d.faults.empty() && !any) d.notes.push_back("neither thrust nor torque in this file: nothing to diagnose");
   for (const auto& c : d.channels)
     d.verdict = std::max(d.verdict, c.verdict);  // in the order of DiagnosisVerdict: a class says less than a name
   if (!d.faults.empty()) d.verdict = diagnose::DiagnosisVerdict::faulty;

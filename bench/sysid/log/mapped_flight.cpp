@@ -16,6 +16,7 @@
 
 namespace rotorloop::log {
 namespace {
+constexpr std::string_view kAbsent = "not in this log: ";
 
 constexpr double kNoReading = std::numeric_limits<double>::quiet_NaN();
 // Logged unit quaternions are off by rounding, 1e-3 at most; what is this far off is something else.
@@ -347,7 +348,7 @@ void explain_absence(const LogMapping& m, const std::string& label, const Source
     if (!s.optional) required = &s;
   }
   if (required) throw Error(*missing(m, *required, tables));
-  findings.push_back({label, "not in this log: " + missing(m, *first, tables)->what, 0.0, 0.0, FindingAction::note});
+  findings.push_back({label, std::string(kAbsent) + missing(m, *first, tables)->what, 0.0, 0.0, FindingAction::note});
 }
 
 // Where an attitude and positions come from two tables: poses at the stamps of the positions, the attitude turned on between its
@@ -371,6 +372,7 @@ void join_attitude(FlightRecord& f, std::vector<LogFinding>& findings) {
     f.pose.add(t, {f.position_W_m.value[i], attitude.at(t).q_WS.normalized()});
   }
   if (f.pose.empty()) return;
+  std::erase_if(findings, [](const LogFinding& n) { return n.stream == "pose" && n.what.starts_with(kAbsent); });
   findings.push_back(
       {"pose",
        fmt::format("made of {} positions and {} attitudes, each turned on to the position's stamp", f.position_W_m.size(), q.size()),

@@ -19,6 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kPx4Mapping = "vehicles/measured/px4_ulog.mapping.toml",
+                           kArduPilotMapping = "vehicles/measured/ardupilot_bin.mapping.toml";
+
 enum class Format { own, ulog, dataflash, csv };
 
 Format format_of(const fs::path& path) {
@@ -61,17 +64,15 @@ std::string message_list(const DataFlash& log) {
 }
 
 [[noreturn]] void needs_mapping(const fs::path& path, Format format) {
-  std::string has, remedy;
-  if (format == Format::ulog) {
+  std::string has, remedy = "give --mapping FILE (docs/files.md, \"Mapping file\"; examples in vehicles/measured)";
+  if (format == Format::ulog)
     has = "topics " + topic_list(ULog::parse(read_log_bytes(path), path));
-    remedy = "give --mapping; vehicles/measured/px4_ulog.mapping.toml is that of PX4";
-  } else if (format == Format::dataflash) {
+  else if (format == Format::dataflash)
     has = "messages " + message_list(DataFlash::parse(read_log_bytes(path), path));
-    remedy = "give --mapping; vehicles/measured/ardupilot_bin.mapping.toml is that of ArduPilot";
-  } else {
+  else
     has = "columns " + name_list(read_csv_table(path, {}, {}).names);
-    remedy = "give --mapping FILE (docs/files.md, \"Mapping file\"; examples in vehicles/measured)";
-  }
+  if (format == Format::ulog) remedy = fmt::format("give --mapping; {} is that of PX4", kPx4Mapping);
+  if (format == Format::dataflash) remedy = fmt::format("give --mapping; {} is that of ArduPilot", kArduPilotMapping);
   throw Error({path.generic_string(), "is a log of another tool, and no mapping says what its " + has + " mean", "", remedy});
 }
 
@@ -150,6 +151,17 @@ void read_mapped_dataflash(const fs::path& path, const LogMapping& mapping, Flig
 }
 
 }  // namespace
+
+std::string_view shipped_mapping_of(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return {};
+  const Format format = format_of(path);
+  if (format == Format::dataflash) return kArduPilotMapping;
+  if (format != Format::ulog) return {};
+  const ULog log = ULog::parse(read_log_bytes(path), path);
+  const auto system = log.info().find("sys_name");
+  if (system == log.info().end()) return {};
+  return system->second == "PX4" || system->second == kULogSystem ? kPx4Mapping : std::string_view();
+}
 
 FlightRecord read_flight(const fs::path& given, const LogMapping* mapping, std::vector<LogFinding>* findings) {
   const fs::path path = fs::is_directory(given) ? given / "flight.csv" : given;

@@ -98,7 +98,7 @@ void definitions(Bytes& out, const FlightRecord& f, double shift_s) {
         "battery_status:uint64_t timestamp;float voltage_v;", "rotorloop_position:uint64_t timestamp;float[3] position;",
         "rotorloop_extra:uint64_t timestamp;double value;"})
     message(out, 'F', format);
-  info(out, "sys_name", "rotorloop");
+  info(out, "sys_name", kULogSystem);
   info(out, "rotorloop_flight", f.name);
   if (shift_s != 0.0) info(out, kULogTimeShiftKey, number_text(shift_s));
   int extra = 0;

@@ -9,6 +9,7 @@ namespace rotorloop::log {
 
 inline constexpr const char* kULogExtraTopic = "rotorloop_extra";  // one multi id for each extra; its name is an information message
 std::string ulog_extra_key(int multi_id);                          // key of that message: "rotorloop_extra_0"
+inline constexpr const char* kULogSystem = "rotorloop";            // as `sys_name`, where PX4 has its own
 inline constexpr const char* kULogTimeShiftKey = "rotorloop_time_shift_s";  // text; seconds that were added to every stamp
 
 // Stamps are rounded to 1 µs; values but `extra` to single precision, as PX4 logs them. A record that begins before t = 0 is moved

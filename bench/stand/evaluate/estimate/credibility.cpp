@@ -113,6 +113,12 @@ void check_coefficient(StandEstimate& e, std::optional<CoefficientEstimate>& c, 
     fault =
         fmt::format("{} {} = {:.3g} ± {:.2g} {} (u): {:.0f} % of the value, allowed {:.0f} %; measure more speeds, or tare{}", c->channel,
                     c->name, c->value, c->u, c->unit, 100.0 * c->u / c->value, 100.0 * kMostRelativeU, anyway("uncertainty"));
+  else if (std::abs(c->exponent - 2.0) > kMostBeyondSquare + 2.0 * c->exponent_u && !accepted.contains("speed_law"))
+    fault = fmt::format(
+        "{} goes with the speed to the power of {:.2f} ± {:.2f} (u), credible is {} to {}; likely: no propeller, or loads that something "
+        "else "
+        "than the speed changed; look at the curve of {} over speed{}",
+        c->channel, c->exponent, c->exponent_u, 2.0 - kMostBeyondSquare, 2.0 + kMostBeyondSquare, c->channel, anyway("speed_law"));
   if (fault.empty()) return;
   e.faults.push_back(std::move(fault));
   c.reset();

@@ -57,7 +57,7 @@ std::string likely_unit(double step_s) {
   for (const Unit& u : kUnits)
     if (const double meant = step_s / u.factor; meant > 0.8e-3 && meant < 0.03)
       out += fmt::format("{}the stamps are in {} (then {:.3g} ms)", out.empty() ? "" : ", or ", u.words, 1e3 * meant);
-  return out.empty() ? "stamps in another unit of time than the mapping says, or rounded to whole seconds" : out;
+  return out;
 }
 
 template <class Value>
@@ -67,8 +67,12 @@ void check_period(CheckState& s, const std::string& name, const Stream<Value>& s
   const bool slow = name == stream_name::position || name == stream_name::velocity;
   const double step_s = period_s(stream), longest_s = slow ? kLongestSlowStep_s : kLongestStep_s;
   if (step_s >= kShortestStep_s && step_s <= 1.001 * longest_s) return;
+  const std::string unit = likely_unit(step_s);
+  const bool input = name == stream_name::rotors || name == stream_name::command;
+  if (input && unit.empty() && step_s > longest_s) return;  // slow, not misread: check_inputs() has the words for that
   s.refuse(name, fmt::format("steps from sample to sample are {:.4g} s (allowed {:.4g} to {:.4g} s)", step_s, kShortestStep_s, longest_s),
-           {stream.t_s.front(), stream.t_s.back()}, likely_unit(step_s), kRemedy);
+           {stream.t_s.front(), stream.t_s.back()},
+           unit.empty() ? "stamps in another unit of time than the mapping says, or rounded to whole seconds" : unit, kRemedy);
 }
 
 template <class Value>

@@ -51,7 +51,7 @@ void check_input_rate(CheckState& s, const std::string& name, const Stream<Rotor
                        held ? fmt::format("stand in the log at {:.0f} Hz and change", 1.0 / step_s) : std::string("come"), 1.0 / change_s,
                        change_s, kLongestInputGap_s),
            {stream.t_s.front(), stream.t_s.back()},
-           held ? "a slow telemetry whose last value is repeated in every row" : "a logging profile with slow motor outputs",
+           held ? "a slow telemetry whose last value is repeated in every row" : "a logging profile with slow motor outputs or ESC reports",
            "log rotor speeds, or else motor commands, at 100 Hz or more (20 Hz at the least)");
 }
 

@@ -37,7 +37,7 @@ std::string all_of(const std::vector<std::string>& lines) {
 // A staircase up and down with zeros, of c_t and c_q above; each value as `text` writes it.
 struct Staircase {
   std::string header = "Time (s),Torque (N·m),Thrust (N),Voltage (V),Current (A),Motor Optical Speed (RPM)";
-  double torque_unit = 1.0, thrust_unit = 1.0, speed_unit = kRad_s_per_rpm, current = 1.0;
+  double torque_unit = 1.0, thrust_unit = 1.0, speed_unit = kRad_s_per_rpm, current = 1.0, exponent = 2.0;
   std::string end = "\n";
   char separator = ',';
   bool comma = false;
@@ -53,7 +53,8 @@ std::string text_of(const Staircase& o) {
   std::uint64_t k = 0;
   for (int i = 0; i < 24; ++i) {
     const double share = i < 2 || i > 21 ? 0.0 : i < 12 ? (i - 1) / 10.0 : (22 - i) / 10.0, w = 1400.0 * share;
-    const double thrust = kCt * w * w + 0.005 * random.gaussian(k++), torque = kCq * w * w + 1e-4 * random.gaussian(k++);
+    const double thrust = kCt * 700.0 * 700.0 * std::pow(w / 700.0, o.exponent) + 0.005 * random.gaussian(k++),
+                 torque = kCq * w * w + 1e-4 * random.gaussian(k++);
     const double power = share > 0.0 ? 1.4 * kCq * w * w * w : 0.0;
     for (const double v : {3.0 * i, torque / o.torque_unit, thrust / o.thrust_unit, 16.0, o.current * power / 16.0, w / o.speed_unit})
       out += number(v) + o.separator;
@@ -151,6 +152,20 @@ TEST(Credibility, ShaftPowerAboveTheElectricalPowerRefusesEveryCoefficientUnless
   EstimateOptions accepting = few_draws();
   accepting.accepted = {"power_balance"};
   expect_truth(estimate_stand(run, accepting));
+}
+
+TEST(Credibility, ThrustThatGoesWithThePower1Point3OfTheSpeedIsNoPropellersAndThat1Point8And2Point3Are) {
+  for (const auto& [exponent, refused] : {std::pair{1.3, true}, {1.8, false}, {2.3, false}}) {
+    const test::TempFolder folder;
+    const auto run = read_stand_run(folder.write("log.csv", text_of({.exponent = exponent})), {});
+    const StandEstimate e = estimate_stand(run, few_draws());
+    EXPECT_EQ(!e.thrust, refused) << exponent << all_of(e.faults);
+    if (!refused) continue;
+    EXPECT_THAT(all_of(e.faults), HasSubstr("goes with the speed to the power of 1.3"));
+    EstimateOptions accepting = few_draws();
+    accepting.accepted = {"speed_law"};
+    EXPECT_TRUE(estimate_stand(run, accepting).thrust);
+  }
 }
 
 RunOptions with_density() {

@@ -90,6 +90,15 @@ TEST(Stand, FileWhoseSpeedReadsZeroThroughoutIsRefused) {
   EXPECT_NE(d.faults[0].what.find("reads 0 in"), std::string::npos) << d.faults[0].what;
 }
 
+TEST(Stand, OneSpeedAloneIsNotDiagnosedAndThatIsSaid) {
+  StandRecord r = made_up({});
+  r.points.resize(8);
+  for (auto& p : r.points) p.omega_rad_s[0] = 500.0;
+  const auto d = diagnose_stand(r);
+  EXPECT_TRUE(d.channels.empty());
+  EXPECT_NE(said(d).find("thrust: too few points to hold some of them out"), std::string::npos) << said(d);
+}
+
 TEST(Stand, ThrustCountedNegativeIsTurnedAndSaid) {
   const auto d = diagnose_stand(made_up({.thrust_sign = -1.0}));
   EXPECT_EQ(d.verdict, diagnose::DiagnosisVerdict::clean) << said(d);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "bench/sysid/log/read_flight.hpp"
 #include "host/base/error.hpp"
@@ -119,6 +120,19 @@ TEST(InputRate, SpeedsHeldAt4HzInAFastTableAreRefusedAsSlowAndThoseAt25HzAreNot)
       EXPECT_THAT(c.refusal->what, HasSubstr("stand in the log at")) << "and not a slow table";
     }
   }
+}
+
+// PX4's default profile has ESC reports every quarter of a second.
+TEST(InputRate, SpeedsOfATableAt4HzAreRefusedAsSlowAndNotAsMisreadStamps) {
+  AnalyticFlight f = analytic_flight();
+  const auto fast = std::exchange(f.record.rotor_omega_rad_s, {});
+  for (std::size_t i = 0; i < fast.size(); ++i)
+    if (auto& slow = f.record.rotor_omega_rad_s; slow.empty() || fast.t_s[i] > slow.t_s.back() + 0.2499)
+      slow.add(fast.t_s[i], fast.value[i]);
+  const CheckedFlight c = check_flight(f.record, f.vehicle);
+  ASSERT_TRUE(c.refusal) << findings_table(c);
+  EXPECT_THAT(c.refusal->what, HasSubstr("every 0.25 s (allowed 0.05 s): too slow"));
+  EXPECT_THAT(c.refusal->likely, HasSubstr("slow motor outputs or ESC reports"));
 }
 
 TEST(InputRate, CommandsAt10HzAreRefusedWithWhatToLogWhereNoSpeedsAreThere) {
