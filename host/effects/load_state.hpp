@@ -124,7 +124,9 @@ struct ReadingState {
   double mass_kg = 0.0;  // nominal
   // Added to the reading. `turn`: the attitude reads q Exp(turn) where q is the attitude of the body.
   Vec3<S> position_W_m{}, velocity_W_m_s{}, turn_B_rad{}, gyro_B_rad_s{}, accel_B_m_s2{};
-  const S* memory = nullptr;  // as in LoadState
+  const S* memory = nullptr;        // as in LoadState
+  Vec3<S> specific_force_B_m_s2{};  // true, at the place of the inertial sensor
+  double since_start_s = 0.0;       // of the flight
 };
 
 // The scalars that loads.cpp and term_list.cpp are instantiated for, beside double.

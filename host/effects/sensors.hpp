@@ -1,6 +1,8 @@
 // What the log says that is not so: speeds of rotors that are scaled or late, poses that are scaled, a pose sensor that gives way, an
-// accelerometer that rectifies vibration. Delay of the pose itself is a parameter of the fit (pose_delay).
+// accelerometer that rectifies vibration, an IMU that is turned or scaled, a clock that runs fast. Delay of the pose itself is a parameter
+// of the fit (pose_delay).
 #pragma once
+#include "host/base/constants.hpp"
 #include "host/effects/term_math.hpp"
 
 namespace rotorloop::host {
@@ -67,6 +69,69 @@ struct VibrationRectification {
     S sum{};
     for (const S& w : r.in.omega_rad_s) sum += w * w;
     r.accel_B_m_s2.z += c[0] * 0.25 * sum;
+  }
+};
+
+// Both sensors of the IMU are turned against the body by the rotation vector φ: they read R(φ)ᵀ of what is true, here to second order in
+// the angle (1e-4 of the value at 5 degrees).
+struct ImuRotation {
+  static constexpr std::string_view kId = "imu_rotation";
+  static constexpr TermParameter kParameters[] = {
+      {"roll_rad", "rad", -0.3, 0.3, 0.01, 0.0}, {"pitch_rad", "rad", -0.3, 0.3, 0.01, 0.0}, {"yaw_rad", "rad", -0.3, 0.3, 0.01, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    const Vec3<S> turn{c[0], c[1], c[2]};
+    const auto change = [&](const Vec3<S>& v) {
+      const Vec3<S> once = cross(turn, v);
+      return scaled(0.5, cross(turn, once)) - once;
+    };
+    r.gyro_B_rad_s += change(r.in.rates_B_rad_s);
+    r.accel_B_m_s2 += change(r.specific_force_B_m_s2);
+  }
+};
+
+// Reported = (1 + error) true, axis by axis.
+struct GyroScale {
+  static constexpr std::string_view kId = "gyro_scale";
+  static constexpr TermParameter kParameters[] = {
+      {"error_x", "1", -0.2, 0.2, 0.01, 0.0}, {"error_y", "1", -0.2, 0.2, 0.01, 0.0}, {"error_z", "1", -0.2, 0.2, 0.01, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    const Vec3<S>& w = r.in.rates_B_rad_s;
+    r.gyro_B_rad_s += Vec3<S>{c[0] * w.x, c[1] * w.y, c[2] * w.z};
+  }
+};
+
+struct AccelScale {
+  static constexpr std::string_view kId = "accel_scale";
+  static constexpr TermParameter kParameters[] = {
+      {"error_x", "1", -0.2, 0.2, 0.01, 0.0}, {"error_y", "1", -0.2, 0.2, 0.01, 0.0}, {"error_z", "1", -0.2, 0.2, 0.01, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    const Vec3<S>& f = r.specific_force_B_m_s2;
+    r.accel_B_m_s2 += Vec3<S>{c[0] * f.x, c[1] * f.y, c[2] * f.z};
+  }
+};
+
+// The clock of the pose sensor loses `rate` of a second each second against the clock of the rest: its poses are older than their stamps
+// by more and more. To first order in the delay; what it is at the start of a flight is the delay of the pose (a parameter of the fit).
+struct ClockRate {
+  static constexpr std::string_view kId = "clock_rate";
+  static constexpr TermParameter kParameters[] = {{"rate", "1", -0.01, 0.01, 3e-4, 0.0}};
+
+  template <class S>
+  static void reading(const S* c, ReadingState<S>& r) {
+    const S late_s = r.since_start_s * c[0];
+    const auto& e = r.in.world_B;
+    const Vec3<S>& v = r.sensor_v_W_m_s;
+    r.position_W_m -= scaled(late_s, v);
+    r.turn_B_rad -= scaled(late_s, r.in.rates_B_rad_s);
+    // The velocity of a moment ago: the acceleration of the centre of mass, gravity put back.
+    const auto& f = r.specific_force_B_m_s2;
+    r.velocity_W_m_s -= scaled(late_s, Vec3<S>{dot(e[0], f), dot(e[1], f), dot(e[2], f) - kGravity_m_s2});
   }
 };
 

@@ -100,6 +100,10 @@ constexpr Term kTerms[] = {
     make_term<PoseScale>(),
     make_term<SensorMountCompliance>(),
     make_term<VibrationRectification>(),
+    make_term<ImuRotation>(),
+    make_term<GyroScale>(),
+    make_term<AccelScale>(),
+    make_term<ClockRate>(),
 };
 
 }  // namespace

@@ -40,7 +40,8 @@ ImuSensor::ImuSensor(const ImuConfig& config, const AirframeConfig& body, std::u
 ImuReading ImuSensor::sample(std::int64_t n, const AirframeState& state, std::span<const double, kAirframeRotors> omega_rad_s) {
   const double since_last_s = last_n_ < 0 ? 0.0 : static_cast<double>(n - last_n_) / static_cast<double>(config_.rate_Hz);
   last_n_ = n;
-  ImuReading r{state.time_ns, state.w_B_rad_s + gyro_bias_B_rad_s_, state.specific_force_B_m_s2 + accel_bias_B_m_s2_};
+  ImuReading r{state.time_ns, config_.gyro_gain * state.w_B_rad_s + gyro_bias_B_rad_s_,
+               config_.accel_gain * state.specific_force_B_m_s2 + accel_bias_B_m_s2_};
   for (std::size_t i = 0; i < kAirframeRotors; ++i) {
     Shaker& s = shakers_[i];
     const double omega = omega_rad_s[i];

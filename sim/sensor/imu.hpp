@@ -19,6 +19,8 @@ struct ImuConfig {
   double accel_bias_m_s2 = 0.05;   // standard deviation of the constant turn-on bias, per axis
   double vibration = 1.0;          // scales the unbalance of all rotors; 0: balanced
   double rectification_m = 0.0;    // of vibration: bias on z per square of the mean rotor speed; a defect, set by an effect
+  // What it makes of true rates and specific forces before bias and noise; defects (turned, scaled), set by effects.
+  Eigen::Matrix3d gyro_gain = Eigen::Matrix3d::Identity(), accel_gain = Eigen::Matrix3d::Identity();
 };
 
 // Unbalance of one rotor at vibration = 1: mass times eccentricity. Between the balance grades G16 and G40 of ISO 21940-11

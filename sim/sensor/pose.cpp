@@ -72,7 +72,8 @@ PoseArrival PoseSensor::sample(std::int64_t n, const AirframeState& state) {
 }
 
 void PoseSensor::apply_defects(PoseReading& r, std::uint64_t sample) const {
-  const double stamp_s = config_.stamp_error_s + (config_.stamp_jitter_s > 0.0 ? config_.stamp_jitter_s * stamp_.gaussian(sample) : 0.0);
+  const double stamp_s = config_.stamp_error_s + config_.stamp_rate_error * (1e-9 * static_cast<double>(r.time_ns)) +
+                         (config_.stamp_jitter_s > 0.0 ? config_.stamp_jitter_s * stamp_.gaussian(sample) : 0.0);
   r.time_ns += static_cast<std::int64_t>(stamp_s * 1e9);
   if (config_.scale_error != 0.0) {
     r.p_W_m *= 1.0 + config_.scale_error;

@@ -27,6 +27,7 @@ struct PoseConfig {
   Eigen::Quaterniond q_BS = Eigen::Quaterniond::Identity();
   // Defects that nobody declared; effects set them.
   double stamp_error_s = 0.0;                          // added to the stamp of every reading; above 0 the reading is older than it says
+  double stamp_rate_error = 0.0;                       // added to the stamp for each second of the clock
   double stamp_jitter_s = 0.0;                         // white error of the stamp, standard deviation
   double scale_error = 0.0;                            // of positions and velocities: 1 + this
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  // of the sensor's world against W, about x and y; small

@@ -68,7 +68,7 @@ void add_measurements(const estimate::GridFlight& g, const std::vector<estimate:
   std::size_t hint = 0;
   const auto at = [&](double t_s, const estimate::BodyState& x) {
     const estimate::RotorInputSample u = input.at(t_s, hint, false);
-    estimate::measurement_change(values, x, u, t_s, model.instant(x, u, t_s).angular_acceleration_B_rad_s2, sensor_parameters, by);
+    estimate::measurement_change(values, x, u, estimate::sensed_moment(model, x, u, t_s, t_s - g.time_s(0)), sensor_parameters, by);
   };
   const auto put = [](double* to, const Eigen::Vector3d& v) { std::copy(v.data(), v.data() + 3, to); };
   const Eigen::Quaterniond to_sensor = values.q_BS().conjugate();

@@ -166,10 +166,10 @@ void Residuals::back_to_node(const VectorFix& fix, const Moment& at, RowsBy<3>& 
 
 MeasurementChange Residuals::terms_read(const BodyState& x, double t_s, bool derivatives) const {
   const RotorInputSample u = input_.at(t_s, hint_, false);
-  const Vector3d angular = model_.instant(x, u, t_s).angular_acceleration_B_rad_s2;
-  if (!derivatives) return measurement_change(model_.values(), x, u, t_s, angular, {}, {});
-  measurement_slope_ = measurement_by_state(model_.values(), x, u, t_s, angular);
-  return measurement_change(model_.values(), x, u, t_s, angular, measurement_parameters_, measurement_by_);
+  const SensedMoment at = sensed_moment(model_, x, u, t_s, t_s - flight_.time_s(0));
+  if (!derivatives) return measurement_change(model_.values(), x, u, at, {}, {});
+  measurement_slope_ = measurement_by_state(model_.values(), x, u, at);
+  return measurement_change(model_.values(), x, u, at, measurement_parameters_, measurement_by_);
 }
 
 void Residuals::pose(const PoseFix& fix, const BodyState& x, RowsBy<6>& out, bool derivatives) const {
@@ -298,21 +298,23 @@ void Residuals::accel(const VectorFix& fix, const BodyState& node, RowsBy<3>& ou
   InstantJacobian j;
   const Instant now = model_.instant(x, u, t, derivatives ? &j : nullptr);
   const Vector3d r(v[kImuX], v[kImuY], v[kImuZ]), &w = x.w_B_rad_s, weight = noise_.accel_m_s2.cwiseInverse();
-  const Vector3d expected = now.specific_force_B_m_s2 + now.angular_acceleration_B_rad_s2.cross(r) + w.cross(w.cross(r));
+  const Vector3d expected = specific_force_at_imu(v, x, now);
   const MeasurementChange change = reads_ ? terms_read(x, t, derivatives) : MeasurementChange{};
   out.r = weight.cwiseProduct(fix.value - expected - Vector3d(v[kAccelBiasX], v[kAccelBiasY], v[kAccelBiasZ]) - change.accel_B_m_s2);
   if (!derivatives) return;
-  const Matrix3d lever = skew(r), minus = -Matrix3d(weight.asDiagonal());
+  Matrix3d minus = -Matrix3d(weight.asDiagonal()), as_read = minus;
+  const Matrix3d lever = skew(r);
+  if (reads_) minus *= Matrix3d::Identity() + measurement_slope_.accel_by_specific_force;  // of what depends on the force itself
   out.state = minus * (j.force_by_state - lever * j.angular_by_state);
   out.state.block<3, 3>(0, 9) -= minus * (skew(w.cross(r)) + skew(w) * lever);
-  if (reads_) out.state += minus * measurement_slope_.accel_B_m_s2;
+  if (reads_) out.state += as_read * measurement_slope_.accel_B_m_s2;
   out.columns.setZero(3, width());
   for (std::size_t c = 0; c < dynamic_.size(); ++c) {
     const auto from = static_cast<Eigen::Index>(c);
     out.columns.col(dynamic_[c]) = minus * (j.force_by.col(from) - lever * j.angular_by.col(from));
   }
   for (std::size_t k = 0; k < measurement_places_.size(); ++k)
-    out.columns.col(measurement_places_[k]) += minus * measurement_by_[k].accel_B_m_s2;
+    out.columns.col(measurement_places_[k]) += as_read * measurement_by_[k].accel_B_m_s2;
   const Matrix3d by_place = minus * (skew(now.angular_acceleration_B_rad_s2) + skew(w) * skew(w));
   for (int i = 0; i < 3; ++i) {
     if (const int c = place_of(kAccelBiasX + i); c >= 0) out.columns(i, c) = -weight[i];
@@ -322,7 +324,7 @@ void Residuals::accel(const VectorFix& fix, const BodyState& node, RowsBy<3>& ou
     const ExtraWrench wrench = extra_wrench(fix);
     auto place = out.columns.rightCols(extra_->count);
     place = minus * (wrench.topRows<3>() / v[kMass] - lever * (inverse_inertia_ * wrench.bottomRows<3>()));
-    if (!extra_->accel.empty()) place += minus * extra_->at<3>(extra_->accel, static_cast<std::size_t>(&fix - flight_.accel.data()));
+    if (!extra_->accel.empty()) place += as_read * extra_->at<3>(extra_->accel, static_cast<std::size_t>(&fix - flight_.accel.data()));
   }
   back_to_node(fix, at, out);
 }

@@ -18,6 +18,10 @@ extern const EffectInfo kPoseStampJitter;
 extern const EffectInfo kPoseScale;
 extern const EffectInfo kGravityTilt;
 extern const EffectInfo kVibrationRectification;
+extern const EffectInfo kImuRotation;
+extern const EffectInfo kGyroScale;
+extern const EffectInfo kAccelScale;
+extern const EffectInfo kClockRate;
 
 inline constexpr std::array kSystemEffects{
     // clang-format off
@@ -33,6 +37,10 @@ inline constexpr std::array kSystemEffects{
     &kPoseScale,
     &kGravityTilt,
     &kVibrationRectification,
+    &kImuRotation,
+    &kGyroScale,
+    &kAccelScale,
+    &kClockRate,
     // clang-format on
 };
 

@@ -49,14 +49,15 @@ FlightGrid make_grid(const CheckState& s, double corner_hz);
 // Rotor speeds and what shows the vehicle's rates, alone: gaps of other streams must not take away from what these two show.
 FlightRecord turning_streams(const FlightRecord& r);
 
-void check_stamps(CheckState& s);    // order, duplicates, gaps, values that are no numbers
-void check_clock(CheckState& s);     // stamps far from all others, unit of time; a step of check_stamps
-void check_inputs(CheckState& s);    // motors that ran, and a rate that a fit can use
-void check_bounds(CheckState& s);    // values that no flight shows, negative speeds
-void check_values(CheckState& s);    // spikes, frozen channels, saturation, within one stream
-void check_inertial(CheckState& s);  // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
-void check_motion(CheckState& s);    // position, velocity and tilt agree on one acceleration
-void check_rotors(CheckState& s);    // units by hover, dead or scaled rotors, on the ground
-void check_offsets(CheckState& s);   // stream against stream
+void check_stamps(CheckState& s);       // order, duplicates, gaps, values that are no numbers
+void check_clock(CheckState& s);        // stamps far from all others, unit of time; a step of check_stamps
+void check_inputs(CheckState& s);       // motors that ran, and a rate that a fit can use
+void check_bounds(CheckState& s);       // values that no flight shows, negative speeds
+void check_values(CheckState& s);       // spikes, frozen channels, saturation, within one stream
+void check_inertial(CheckState& s);     // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
+void check_motion(CheckState& s);       // position, velocity and tilt agree on one acceleration
+void check_rotors(CheckState& s);       // units by hover, dead or scaled rotors, on the ground
+void check_offsets(CheckState& s);      // stream against stream
+void check_calibration(CheckState& s);  // scales and turn of gyro and accelerometer against the poses, at the offsets found
 
 }  // namespace rotorloop::log

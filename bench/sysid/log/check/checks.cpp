@@ -96,8 +96,8 @@ void cut(CheckState& s) {
 
 CheckedFlight check_flight(const FlightRecord& record, const host::VehicleModel& vehicle, const CheckLimits& limits) {
   CheckState s{.record = record, .vehicle = vehicle, .limits = limits, .result = {}};
-  for (const auto step :
-       {check_stamps, check_inputs, check_bounds, check_values, check_inertial, check_motion, check_rotors, check_offsets, cut})
+  for (const auto step : {check_stamps, check_inputs, check_bounds, check_values, check_inertial, check_motion, check_rotors, check_offsets,
+                          check_calibration, cut})
     if (!s.refused()) step(s);
   s.result.flight = std::move(s.record);
   return std::move(s.result);

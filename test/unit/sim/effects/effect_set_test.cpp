@@ -45,6 +45,11 @@ void add_setup(Trace& t, const PlantSetup& s) {
   t.add(s.battery.capacity_A_s);
   t.add(s.imu.vibration);
   t.add(1e6 * s.imu.rectification_m);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    t.add(Eigen::Vector3d(s.imu.gyro_gain.row(i)));
+    t.add(Eigen::Vector3d(s.imu.accel_gain.row(i)));
+  }
+  t.add(1e3 * s.pose.stamp_rate_error);
   t.add(s.pose.stamp_error_s);
   t.add(s.pose.stamp_jitter_s);
   t.add(s.pose.scale_error);
